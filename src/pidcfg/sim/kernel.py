@@ -1,0 +1,235 @@
+"""The base step: plants, controllers, metrics, log and trend, in that order, from event to event without a stop.
+
+Everything here and below is a plain function on lists of flat objects and of numbers, so that numba compiles the very
+same source. ``scan`` is the vendor's; `bind` makes the functions that call it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, MutableSequence, Sequence
+from dataclasses import dataclass
+from types import FunctionType
+from typing import Any
+
+from pidcfg.sim.expressions import evaluate
+from pidcfg.sim.metrics import Band, Gauge, Meter, follow_step, measure_loop, read_gauges, watch_bands
+from pidcfg.sim.plants import Plant, add_noise, move_valve, step_plants
+from pidcfg.sim.plc import Scan
+
+LOG_ROWS = 256
+"""Changes that are kept before Python has to look at them."""
+LOG_COLUMNS = 5
+"""Base step, loop, status, auxiliary status, notice."""
+
+
+@dataclass(slots=True)
+class Channel:
+    """What an analog input shows when it is not simply a plant: an expression, or a broken sensor.
+
+    ``source`` is the signal it reads, or −1 when ``first`` and ``last`` bound the code of an expression.
+    """
+
+    target: int
+    source: int = -1
+    first: int = 0
+    last: int = 0
+    broken: int = 0
+    value: float = 0.0
+    held: float = 0.0
+    fault: int = 0
+    fault_at: int = 0
+
+
+@dataclass(slots=True)
+class Span:
+    """How far a loop's measurement moved during a window of the pre-roll."""
+
+    slot: int
+    low: float = 0.0
+    high: float = 0.0
+    total: float = 0.0
+
+
+def scan(
+    tick: int,
+    cfg: Sequence[Any],
+    st: Sequence[Any],
+    aux: MutableSequence[float],
+    sig: MutableSequence[float],
+) -> None:
+    """No controllers: plants on their own. A vendor's scan takes this place."""
+
+
+def read_channels(
+    k: int,
+    channels: Sequence[Channel],
+    sig: MutableSequence[float],
+    code: Sequence[int],
+    constants: Sequence[float],
+    stack: MutableSequence[float],
+) -> None:
+    """Connected expressions and broken sensors (kernel)."""
+    for i in range(len(channels)):
+        c = channels[i]
+        if c.broken == 1:
+            value = c.value
+        elif c.source >= 0:
+            value = sig[c.source]
+        else:
+            value = evaluate(code, constants, c.first, c.last, sig, stack)
+            if stack[0] == 0.0:
+                c.held = value
+            else:
+                value = c.held
+                if c.fault == 0:
+                    c.fault = int(stack[0])
+                    c.fault_at = k
+        sig[c.target] = value
+
+
+def write_log(
+    k: int, st: Sequence[Any], meters: Sequence[Meter], log: MutableSequence[int], head: MutableSequence[int]
+) -> None:
+    """A row for every loop whose status changed or that has something to say (kernel)."""
+    for i in range(len(meters)):
+        s = st[i]
+        m = meters[i]
+        if s.status != m.status or s.notice != 0 or s.aux_status != m.aux_status:
+            at = head[0] * 5
+            log[at] = k
+            log[at + 1] = i
+            log[at + 2] = s.status
+            log[at + 3] = s.aux_status
+            log[at + 4] = s.notice
+            head[0] += 1
+            m.status = s.status
+            m.aux_status = s.aux_status
+            s.notice = 0
+
+
+def advance(
+    k: int,
+    last: int,
+    zero: int,
+    tick: int,
+    every: int,
+    dt: float,
+    noise_from: int,
+    columns: int,
+    plants: Sequence[Plant],
+    channels: Sequence[Channel],
+    delay: MutableSequence[float],
+    noise: Sequence[float],
+    sig: MutableSequence[float],
+    code: Sequence[int],
+    constants: Sequence[float],
+    stack: MutableSequence[float],
+    cfg: Sequence[Any],
+    st: Sequence[Any],
+    aux: MutableSequence[float],
+    meters: Sequence[Meter],
+    bands: Sequence[Band],
+    gauges: Sequence[Gauge],
+    log: MutableSequence[int],
+    head: MutableSequence[int],
+    shown: Sequence[int],
+    trend: MutableSequence[float],
+) -> int:
+    """Base steps ``k`` to ``last`` − 1 of the run; returns the next one, early when the log is full (kernel).
+
+    Time 0 is base step ``zero`` (what lies before is the pre-roll); ``noise`` begins at ``noise_from``. Every
+    ``every``th base step the signals ``shown`` go to ``trend`` (0: never); ``head`` counts rows of log and trend.
+    """
+    loops = len(meters)
+    room = len(log) // 5 - loops
+    while k < last and head[0] <= room:
+        if k > 0:
+            step_plants(k, plants, delay, sig, code, constants, stack)
+        if columns > 0:
+            add_noise(k - noise_from, columns, plants, noise, sig)
+        if len(channels) > 0:
+            read_channels(k, channels, sig, code, constants, stack)
+        scan(k * tick, cfg, st, aux, sig)
+        now = k - zero
+        for i in range(loops):
+            measure_loop(now, dt, meters[i], sig)
+        if len(bands) > 0:
+            watch_bands(now, bands, meters, sig)
+        if len(gauges) > 0:
+            read_gauges(now, gauges, sig)
+        write_log(now, st, meters, log, head)
+        if every > 0 and now % every == 0:
+            at = head[1] * len(shown)
+            for i in range(len(shown)):
+                trend[at + i] = sig[shown[i]]
+            head[1] += 1
+        k += 1
+    return k
+
+
+def settle(
+    k: int,
+    last: int,
+    tick: int,
+    plants: Sequence[Plant],
+    channels: Sequence[Channel],
+    delay: MutableSequence[float],
+    sig: MutableSequence[float],
+    code: Sequence[int],
+    constants: Sequence[float],
+    stack: MutableSequence[float],
+    cfg: Sequence[Any],
+    st: Sequence[Any],
+    aux: MutableSequence[float],
+    spans: Sequence[Span],
+) -> int:
+    """One window of the pre-roll: base steps ``k`` to ``last`` − 1 without noise, events, metrics and log (kernel)."""
+    first = k
+    while k < last:
+        if k > 0:
+            step_plants(k, plants, delay, sig, code, constants, stack)
+        for i in range(len(plants)):
+            sig[plants[i].measured] = sig[plants[i].slot]
+        if len(channels) > 0:
+            read_channels(k, channels, sig, code, constants, stack)
+        scan(k * tick, cfg, st, aux, sig)
+        for i in range(len(spans)):
+            s = spans[i]
+            value = sig[s.slot]
+            if k == first:
+                s.low = value
+                s.high = value
+                s.total = 0.0
+            elif value < s.low:
+                s.low = value
+            elif value > s.high:
+                s.high = value
+            s.total += value
+        k += 1
+    return k
+
+
+KERNELS: tuple[Callable[..., Any], ...] = (
+    evaluate,
+    move_valve,
+    step_plants,
+    add_noise,
+    follow_step,
+    measure_loop,
+    watch_bands,
+    read_gauges,
+    read_channels,
+    write_log,
+    settle,
+    advance,
+)
+"""Every kernel of the runner, callees first; the last two call the vendor's ``scan``."""
+
+Settle = Callable[..., int]
+Advance = Callable[..., int]
+
+
+def bind(vendor_scan: Scan) -> tuple[Settle, Advance]:
+    """`settle` and `advance` with a vendor's ``scan`` in the place of the empty one, for CPython."""
+    names = {**globals(), "scan": vendor_scan}
+    return FunctionType(settle.__code__, names, "settle"), FunctionType(advance.__code__, names, "advance")

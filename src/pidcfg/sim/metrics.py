@@ -1,0 +1,187 @@
+"""How well a loop did, worked out on the way: memory does not grow with the length of a run.
+
+Integrals run over the whole run; overshoot, settling time and rise time count from the last set-point event of the
+loop, and are None when there was none (or when the loop never got there).
+"""
+
+from __future__ import annotations
+
+from collections.abc import MutableSequence, Sequence
+from dataclasses import dataclass
+
+DEFAULT_BAND = 0.05
+"""Share of the set-point step within which a loop counts as settled, unless an expectation says otherwise."""
+
+NEVER = 1 << 62
+"""A base step that no run reaches."""
+
+
+@dataclass(slots=True)
+class Meter:
+    """What is known about one loop so far; ``pv``, ``sp``, ``out`` are signals, times are base steps (−1: not yet)."""
+
+    pv: int
+    sp: int
+    out: int
+    status: int = -1
+    aux_status: int = -1
+    iae: float = 0.0
+    ise: float = 0.0
+    itae: float = 0.0
+    variation: float = 0.0
+    last_out: float = 0.0
+    pv_low: float = 0.0
+    pv_high: float = 0.0
+    sp_low: float = 0.0
+    sp_high: float = 0.0
+    out_low: float = 0.0
+    out_high: float = 0.0
+    event: int = -1
+    before: float = 0.0
+    after: float = 0.0
+    stepped: int = 0
+    peak_low: float = 0.0
+    peak_high: float = 0.0
+    rise_from: int = -1
+    rise_to: int = -1
+
+
+@dataclass(slots=True)
+class Band:
+    """When a loop was last further from its new set point than ``share`` of the step."""
+
+    loop: int
+    share: float
+    outside: int = -1
+
+
+@dataclass(slots=True)
+class Gauge:
+    """The smallest and largest value of a signal from one base step up to another."""
+
+    slot: int
+    low: float = 1e300
+    high: float = -1e300
+    first: int = 0
+    last: int = NEVER
+
+
+def measure_loop(k: int, dt: float, m: Meter, sig: Sequence[float]) -> None:
+    """One loop's signals at base step ``k``, which stand for the time up to the next (kernel)."""
+    pv, sp, out = sig[m.pv], sig[m.sp], sig[m.out]
+    e = abs(sp - pv)
+    m.iae += e * dt
+    m.ise += e * e * dt
+    m.itae += e * (k * dt) * dt
+    if out != m.last_out:
+        m.variation += abs(out - m.last_out)
+        m.last_out = out
+        if out > m.out_high:
+            m.out_high = out
+        elif out < m.out_low:
+            m.out_low = out
+    if pv > m.pv_high:
+        m.pv_high = pv
+    elif pv < m.pv_low:
+        m.pv_low = pv
+    if sp > m.sp_high:
+        m.sp_high = sp
+    elif sp < m.sp_low:
+        m.sp_low = sp
+    if m.event >= 0:
+        follow_step(k, m, pv, sp)
+
+
+def follow_step(k: int, m: Meter, pv: float, sp: float) -> None:
+    """The answer to the last set-point event: how far the PV went, and when it passed 10 % and 90 % (kernel)."""
+    if pv > m.peak_high:
+        m.peak_high = pv
+    elif pv < m.peak_low:
+        m.peak_low = pv
+    if m.stepped == 0 and sp != m.before:
+        m.stepped = 1
+        m.after = sp
+    if m.stepped == 1 and m.rise_to < 0:
+        share = (pv - m.before) / (m.after - m.before)
+        if share >= 0.1 and m.rise_from < 0:
+            m.rise_from = k
+        if share >= 0.9:
+            m.rise_to = k
+
+
+def watch_bands(k: int, bands: Sequence[Band], meters: Sequence[Meter], sig: Sequence[float]) -> None:
+    """Notes for every band whether the loop is outside now (kernel)."""
+    for i in range(len(bands)):
+        b = bands[i]
+        m = meters[b.loop]
+        if m.event >= 0 and (m.stepped == 0 or abs(sig[m.pv] - m.after) > b.share * abs(m.after - m.before)):
+            b.outside = k
+
+
+def read_gauges(k: int, gauges: Sequence[Gauge], sig: Sequence[float]) -> None:
+    """Smallest and largest values (kernel)."""
+    for i in range(len(gauges)):
+        g = gauges[i]
+        if g.first <= k <= g.last:
+            value = sig[g.slot]
+            if value < g.low:
+                g.low = value
+            if value > g.high:
+                g.high = value
+
+
+def begin(meter: Meter, sig: Sequence[float]) -> None:
+    """Starts a meter with the signals as they stand at time 0."""
+    meter.pv_low = meter.pv_high = sig[meter.pv]
+    meter.sp_low = meter.sp_high = sig[meter.sp]
+    meter.out_low = meter.out_high = meter.last_out = sig[meter.out]
+
+
+def begin_step(k: int, loop: int, meters: Sequence[Meter], bands: MutableSequence[Band], sig: Sequence[float]) -> None:
+    """A set-point event at base step ``k``: what is measured from it starts again."""
+    meter = meters[loop]
+    meter.event, meter.before, meter.stepped = k, sig[meter.sp], 0
+    meter.peak_low = meter.peak_high = sig[meter.pv]
+    meter.rise_from = meter.rise_to = -1
+    for band in bands:
+        if band.loop == loop:
+            band.outside = -1
+
+
+def overshoot(m: Meter) -> float | None:
+    """How far the PV went past the new set point, in % of the step."""
+    if not m.stepped:
+        return None
+    size = m.after - m.before
+    past = m.peak_high - m.after if size > 0 else m.after - m.peak_low
+    return max(0.0, past / abs(size) * 100)
+
+
+def rise_time(m: Meter, dt: float) -> float | None:
+    """The time from 10 % to 90 % of the step, in s."""
+    return None if m.rise_to < 0 else (m.rise_to - m.rise_from) * dt
+
+
+def settling_time(m: Meter, band: Band, last: int, dt: float) -> float | None:
+    """The time from the event until the PV stayed inside the band, in s; None when it was outside at the end."""
+    if not m.stepped or band.outside == last:
+        return None
+    return 0.0 if band.outside < 0 else (band.outside + 1 - m.event) * dt
+
+
+def loop_metrics(m: Meter, band: Band, last: int, dt: float, sig: Sequence[float]) -> dict[str, float | None]:
+    """All metrics of a loop by name, in the units of its PV and output."""
+    return {
+        "overshoot": overshoot(m),
+        "settling_time": settling_time(m, band, last, dt),
+        "rise_time": rise_time(m, dt),
+        "iae": m.iae,
+        "ise": m.ise,
+        "itae": m.itae,
+        "total_variation": m.variation,
+        "final_error": sig[m.sp] - sig[m.pv],
+    }
+
+
+METRICS = ("overshoot", "settling_time", "rise_time", "iae", "ise", "itae", "total_variation", "final_error")
+"""In the order of the report."""

@@ -1,0 +1,104 @@
+"""What a vendor's controller module offers to the runner, and nothing else.
+
+A module of `pidcfg.sim.controllers` has a kernel ``scan(tick, cfg, st, aux, sig)`` that runs every controller that is
+due, a tuple ``KERNELS`` of all its kernels (callees first), and ``load(image, options)`` that makes a `Plc` of an
+image's words. Times are integer microseconds (ticks) since the program-to-run transition.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, MutableSequence, Sequence
+from typing import Any, Protocol
+
+from pidcfg.schemas.base import Quantity
+
+TICKS = 1_000_000
+"""Ticks in a second."""
+
+Scan = Callable[[int, Sequence[Any], Sequence[Any], MutableSequence[float], MutableSequence[float]], None]
+
+
+class LoopConfig(Protocol):
+    """What the runner reads of a controller's configuration: numbers of signals, and the sample rate in ticks."""
+
+    period: int
+    sig_in: int
+    sig_pv: int
+    sig_sp: int
+    sig_out: int
+    sig_bias: int
+
+
+class LoopState(Protocol):
+    """What the runner reads of a controller's state."""
+
+    status: int
+    """The vendor's status word; bits by name in ``Plc.alarm_bits`` and ``Plc.flag_bits``."""
+    aux_status: int
+    notice: int
+    """A refusal or an override since the last look, as a number that ``Plc.describe`` knows; 0: none."""
+
+
+class Plc(Protocol):
+    """A PLC as loaded from its words, ready for the program-to-run transition."""
+
+    cfg: Sequence[Any]
+    st: Sequence[Any]
+    aux: MutableSequence[float]
+    sig: Sequence[float]
+    """The value of every signal at the start; the runner works on a copy that it hands to ``scan``."""
+    signals: Sequence[str]
+    """The name of every signal, ``TIC-101.PV``; the ones that are nobody's business are empty."""
+    loops: Sequence[str]
+    """In the order of ``cfg`` and ``st``."""
+    scales: Sequence[tuple[float, float, int]]
+    """For each loop its PV at 0 % and 100 % in engineering units, and the counts between."""
+    out_name: str
+    """What the vendor calls a loop's output: OUT, CV, CO, MV."""
+    goals: Sequence[str]
+    """For each loop the mode it is meant to reach."""
+    base: int
+    """The greatest common step of the sample rates, in ticks."""
+    running: bool
+    """Whether the loop task runs; a set-up error stops it."""
+    flags: Mapping[str, int]
+    """Set-up error words by name, ``V7642``."""
+    alarm_bits: Mapping[str, int]
+    """Alarms by name, as masks of ``status``, in order of severity."""
+    flag_bits: Mapping[str, int]
+    """Other conditions by name, as masks of ``status``."""
+    aux_bits: Mapping[str, int]
+    """Conditions by name, as masks of ``aux_status``."""
+
+    def mode(self, status: int) -> str:
+        """The mode that a status word tells."""
+
+    def describe(self, notice: int) -> str:
+        """The reason of a refusal or an override in words."""
+
+    def set_output(self, loop: int, value: Quantity, sig: MutableSequence[float]) -> None:
+        """The output that a loop in Manual starts with."""
+
+    def check_set(self, loop: int, path: tuple[str, ...], value: object) -> object:
+        """The value of a ``set`` event as `set` takes it; raises ``PydanticCustomError`` for one that is unusable."""
+
+    def set(self, loop: int, path: tuple[str, ...], value: object, sig: MutableSequence[float]) -> str | None:
+        """Writes a parameter by its key in the configuration; returns why it has no effect yet, if so."""
+
+    def request(self, loop: int, mode: str) -> None:
+        """A one-shot mode request."""
+
+    def ramp_soak(self, loop: int, command: str) -> None:
+        """``start``, ``hold``, ``resume`` or ``jog``."""
+
+    def autotune(self, loop: int, command: str) -> None:
+        """``start``."""
+
+    def tuned(self, loop: int) -> Mapping[str, Any] | None:
+        """``done``, ``error``, ``status`` and ``results`` of a loop's auto-tune; None when there was none."""
+
+    def program(self) -> None:
+        """The PLC goes to program mode: loops stop, except those that are independent of the CPU mode."""
+
+    def run(self, tick: int) -> None:
+        """The program-to-run transition, with the set-up check."""
