@@ -1,0 +1,74 @@
+"""What is found in a user's file: data until the last moment, printed by the command line only."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import IntEnum
+
+Path = tuple[str | int, ...]
+"""Keys and indices from the root of a document, e.g. ``("loops", 1, "tuning", "gain")``."""
+
+
+class Severity(IntEnum):
+    """How bad a finding is; errors fail a run."""
+
+    INFO = 1
+    WARNING = 2
+    ERROR = 3
+
+    @property
+    def label(self) -> str:
+        """The word used in every output format."""
+        return self.name.lower()
+
+
+@dataclass(frozen=True, slots=True, order=True)
+class Span:
+    """Where something is written: 1-based lines and columns, the end exclusive."""
+
+    line: int
+    column: int
+    end_line: int
+    end_column: int
+
+
+START = Span(1, 1, 1, 1)
+"""The place of a finding that concerns a file as a whole."""
+
+
+@dataclass(frozen=True, slots=True)
+class Diagnostic:
+    """One finding, complete: what, where, how bad, what the PLC would do, and the cure."""
+
+    code: str
+    severity: Severity
+    message: str
+    file: str
+    span: Span = START
+    path: Path = ()
+    loop: str | None = None
+    plc_effect: str | None = None
+    reference: str | None = None
+    help: str | None = None
+
+    @property
+    def where(self) -> str:
+        """The path in the notation of the JSON output: ``loops[1].tuning.reset``."""
+        return path_text(self.path)
+
+    @property
+    def order(self) -> tuple[str, Span, str, str]:
+        """Sort key: file, position, code, message."""
+        return (self.file, self.span, self.code, self.message)
+
+
+def path_text(path: Path) -> str:
+    """A path as text: ``loops[1].tuning.reset``; empty for the root."""
+    text = "".join(f"[{p}]" if isinstance(p, int) else f".{p}" for p in path)
+    return text.removeprefix(".")
+
+
+def ordered(found: list[Diagnostic]) -> list[Diagnostic]:
+    """Sorted, and each finding once (a faulty anchor used n times is written in one place)."""
+    unique = {(d.file, d.span, d.code, d.message): d for d in sorted(found, key=lambda d: d.order)}
+    return list(unique.values())

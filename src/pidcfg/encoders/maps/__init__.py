@@ -1,0 +1,1 @@
+"""Register maps: tables only, one module a vendor."""

@@ -1,0 +1,241 @@
+"""DL06 registers: tables only, offsets in octal as the manual prints them.
+
+``path`` is where a register's value stands in a loop of the configuration; a register without a path is written by the
+controller. ``read`` is the manual's column "Read on the Fly": ``*`` alarm words are read when their enable bit goes from
+0 to 1, ``**`` words at a change of the PLC's mode.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+from pidcfg.encoders.regmap import Bits, RegisterMap, SpanBcd, Word
+from pidcfg.encoders.scales import Distance, Format, Position
+from pidcfg.encoders.words import Bcd, Binary, SignMagnitude, Source
+from pidcfg.refs import DL06, Decision
+
+TABLE = DL06.at("Loop Table Word Definitions")
+SETUP = DL06.at("Establishing the Loop Table Size and Location")
+RAMP_TABLE = DL06.at("Ramp/Soak Table")
+FLAGS = DL06.at("Ramp / Soak Table Flags (Addr + 33)")
+
+D01 = Decision(
+    1, "reset has one decimal", "The reset word has one implied decimal (0.1 to 999.8); `reset_decimals: 2` selects two.",
+    "The feature table says 0.1 to 999.8, the text says all three gains are xx.xx; a wrong reading is a factor of ten.",
+)  # fmt: skip
+D02 = Decision(
+    2, "bipolar words are sign and magnitude", "Bit 15 is the sign; −0 and stray bits above the magnitude are not values.",
+    "The manual says the MSB is the sign bit; the sister manuals of DL05 and DL405 print FFF-8FFF-8001 for −4095…−1.",
+)  # fmt: skip
+D03 = Decision(
+    3, "auto transfer digits", "Slot stands in the third digit, the channel in the lower byte as hexadecimal (1 to 10 hex).",
+    "The manual's example 0102 means slot 1, channel 2; its table allows 16 channels. It numbers slots from 0 in the text "
+    "and from 1 in the table; the table is followed.",
+)  # fmt: skip
+D04 = Decision(
+    4, "mode requests are encoded as 000", "Bits 0 to 2 of +00 are momentary requests; the mode of a configuration is kept "
+    "beside the words and requested after the start.",
+    "Their normal state is 000; the controller clears them when it has read them.",
+)  # fmt: skip
+
+UNSIGNED_12, UNSIGNED_15, UNSIGNED_16 = Binary(0x0FFF), Binary(0x7FFF), Binary(0xFFFF)
+SIGNED_12, SIGNED_15 = SignMagnitude(0x0FFF), SignMagnitude(0x7FFF)
+
+FORMATS = {
+    f.name: f
+    for f in (
+        Format("12-bit unipolar", UNSIGNED_12),
+        Format("12-bit bipolar", SIGNED_12),
+        Format("15-bit unipolar", UNSIGNED_15),
+        Format("15-bit bipolar", SIGNED_15),
+        Format("16-bit unipolar", UNSIGNED_16),
+    )
+}
+
+# Bits 0, 1, 9 of +01 (PV) and 11, 12, 13 (output): with the 16-bit bit on, the other two are not read (notes 1 and 3).
+_FORMAT_CODES = {0b000: "12-bit unipolar", 0b001: "12-bit bipolar", 0b010: "15-bit unipolar", 0b011: "15-bit bipolar"}
+PV_FORMAT = {**_FORMAT_CODES, **{code: "16-bit unipolar" for code in range(0b100, 0b1000)}}
+# Bit 10 first: 0 means that the output has the PV's format (note 2).
+OUTPUT_FORMAT = {
+    **{0b0000: None},
+    **{code << 1 | 1: name for code, name in PV_FORMAT.items()},
+    **{code << 1: None for code in PV_FORMAT},
+}
+
+OFF_ON = {0: False, 1: True}
+ADDRESS = Binary()
+BITS = Binary()
+GAIN = Bcd(2, off=(0,))
+RESET = {1: Bcd(1, off=(0, 9999)), 2: Bcd(2, off=(0, 9999))}
+FILTER = Bcd(1, off=(0,))
+
+# fmt: off
+LOOP_TABLE = RegisterMap(
+    title="Loop table",
+    size=0o40,
+    words=(
+        #    offset name                     path                     codec                unit      title                                   read   basis  access
+        Word(0o00, "mode_setting_1",         None,                    BITS,                "",       "PID loop mode setting 1",              "yes", TABLE),
+        Word(0o01, "mode_setting_2",         None,                    BITS,                "",       "PID loop mode setting 2",              "yes", TABLE),
+        Word(0o02, "setpoint",               "setpoint.value",        Position("sp"),      "pv",     "Set point (SP)",                       "yes", TABLE),
+        Word(0o03, "pv",                     "state.pv",              Position("pv"),      "pv",     "Process variable (PV)",                "yes", TABLE, "status"),
+        Word(0o04, "bias",                   "state.bias",            Position("output"),  "output", "Bias (integrator)",                    "yes", TABLE, "status"),
+        Word(0o05, "output",                 "state.output",          Position("output"),  "output", "Control output",                       "yes", TABLE, "status"),
+        Word(0o06, "mode_and_alarm_status",  None,                    BITS,                "",       "Loop mode and alarm status",           "-",   TABLE, "status"),
+        Word(0o07, "sample_rate",            "sample_rate",           Bcd(2, off=(0,)),    "s",      "Sample rate",                          "yes", TABLE),
+        Word(0o10, "gain",                   "tuning.gain",           GAIN,                "%/%",    "Gain (proportional)",                  "yes", TABLE),
+        Word(0o11, "reset",                  "tuning.reset",          RESET[1],            "s or min", "Reset (integral) time",              "yes", D01),
+        Word(0o12, "rate",                   "tuning.rate",           Bcd(2, off=(0,)),    "s",      "Rate (derivative) time",               "yes", TABLE),
+        Word(0o13, "pv_low_low",             "alarms.pv.low_low",     Position("pv"),      "pv",     "PV low-low alarm",                     "no*", TABLE),
+        Word(0o14, "pv_low",                 "alarms.pv.low",         Position("pv"),      "pv",     "PV low alarm",                         "no*", TABLE),
+        Word(0o15, "pv_high",                "alarms.pv.high",        Position("pv"),      "pv",     "PV high alarm",                        "no*", TABLE),
+        Word(0o16, "pv_high_high",           "alarms.pv.high_high",   Position("pv"),      "pv",     "PV high-high alarm",                   "no*", TABLE),
+        Word(0o17, "deviation_yellow",       "alarms.deviation.yellow", Distance("pv"),    "pv",     "PV deviation alarm, yellow",           "no*", TABLE),
+        Word(0o20, "deviation_red",          "alarms.deviation.red",  Distance("pv"),      "pv",     "PV deviation alarm, red",              "no*", TABLE),
+        Word(0o21, "rate_of_change",         "alarms.rate_of_change", Distance("pv"),      "pv/sample", "PV rate-of-change alarm",           "no*", TABLE),
+        Word(0o22, "hysteresis",             "alarms.hysteresis",     Distance("pv"),      "pv",     "PV alarm hysteresis",                  "no*", TABLE),
+        Word(0o23, "deadband",               "error.deadband",        Distance("sp"),      "pv",     "Error deadband",                       "yes", TABLE),
+        Word(0o24, "filter",                 "pv.filter",             FILTER,              "",       "PV low-pass filter constant",          "-",   TABLE),
+        Word(0o25, "derivative_gain_limit",  "derivative_gain_limit", Bcd(0, off=(0,)),    "",       "Derivative gain limit",                "no**", TABLE),
+        Word(0o26, "setpoint_low",           "setpoint.limits.0",     Position("sp"),      "pv",     "SP lower limit",                       "yes", TABLE),
+        Word(0o27, "setpoint_high",          "setpoint.limits.1",     Position("sp"),      "pv",     "SP upper limit",                       "yes", TABLE),
+        Word(0o30, "output_low",             "output.limits.0",       Position("output"),  "output", "Control output lower limit",           "no**", TABLE),
+        Word(0o31, "output_high",            "output.limits.1",       Position("output"),  "output", "Control output upper limit",           "no**", TABLE),
+        Word(0o32, "remote_setpoint",        "remote_setpoint",       ADDRESS,             "",       "Remote SP V-memory address pointer",   "yes", TABLE),
+        Word(0o33, "ramp_soak_flags",        None,                    BITS,                "",       "Ramp/soak setting flags",              "yes", TABLE),
+        Word(0o34, "ramp_soak_table",        "ramp_soak.table",       ADDRESS,             "",       "Ramp/soak table starting address",     "no**", TABLE),
+        Word(0o35, "ramp_soak_errors",       None,                    BITS,                "",       "Ramp/soak table programming errors",   "no**", TABLE, "status"),
+        Word(0o36, "pv_transfer",            "pv.transfer",           Source(),            "",       "PV auto transfer",                     "-",   D03),
+        Word(0o37, "output_transfer",        "output.transfer",       Source(),            "",       "Control output auto transfer",         "-",   D03),
+    ),
+    bits=(
+        #    offset bits            path                              choices                             title
+        Bits(0o00, (0,),            None,                             OFF_ON,                             "Manual mode request", "request"),
+        Bits(0o00, (1,),            None,                             OFF_ON,                             "Automatic mode request", "request"),
+        Bits(0o00, (2,),            None,                             OFF_ON,                             "Cascade mode request", "request"),
+        Bits(0o00, (3,),            "bumpless",                       {0: "I", 1: "II"},                  "Bumpless transfer"),
+        Bits(0o00, (4,),            "action",                         {0: "direct", 1: "reverse"},        "Direct- or reverse-acting loop"),
+        Bits(0o00, (5,),            "algorithm",                      {0: "position", 1: "velocity"},     "Position or velocity algorithm"),
+        Bits(0o00, (6,),            "pv.square_root",                 OFF_ON,                             "PV square-root extract"),
+        Bits(0o00, (7,),            "error.curve",                    {0: "linear", 1: "squared"},        "Error term linear or squared"),
+        Bits(0o00, (8,),            "error.deadband_enabled",         OFF_ON,                             "Error deadband enable"),
+        Bits(0o00, (9,),            "derivative_gain_limit_enabled",  OFF_ON,                             "Derivative gain limit"),
+        Bits(0o00, (10,),           "bias_freeze",                    OFF_ON,                             "Bias (integrator) freeze"),
+        Bits(0o00, (11,),           "ramp_soak.enabled",              OFF_ON,                             "Ramp/soak operation"),
+        Bits(0o00, (12,),           "alarms.pv.enabled",              OFF_ON,                             "PV alarm monitor"),
+        Bits(0o00, (13,),           "alarms.deviation.enabled",       OFF_ON,                             "PV deviation alarm"),
+        Bits(0o00, (14,),           "alarms.rate_of_change_enabled",  OFF_ON,                             "PV rate-of-change alarm"),
+        Bits(0o00, (15,),           "independent_of_cpu_mode",        OFF_ON,                             "Loop mode independent of CPU mode"),
+        Bits(0o01, (0, 1, 9),       "pv.format",                      PV_FORMAT,                          "PV (and output) data format: bipolar, 15 bit, 16 bit"),
+        Bits(0o01, (2,),            "pv.filter_enabled",              OFF_ON,                             "PV filter (called analog input filter/auto transfer)"),
+        Bits(0o01, (3,),            "setpoint.limits_enabled",        OFF_ON,                             "SP limit enable"),
+        Bits(0o01, (4,),            "tuning.reset_unit",              {0: "seconds", 1: "minutes"},       "Reset units"),
+        Bits(0o01, (5,),            "autotune.method",                {0: "closed", 1: "open"},           "Auto-tune algorithm"),
+        Bits(0o01, (6,),            "autotune.type",                  {0: "PID", 1: "PI"},                "Auto-tune PID or PI only"),
+        Bits(0o01, (7,),            "autotune.start",                 OFF_ON,                             "Auto-tune start", "request"),
+        Bits(0o01, (8,),            None,                             OFF_ON,                             "PID scan clock (internal use)", "status"),
+        Bits(0o01, (10, 11, 12, 13), "output.format",                 OUTPUT_FORMAT,                      "Output data format of its own: separate, bipolar, 15 bit, 16 bit"),
+        Bits(0o01, (14, 15),        None,                             {0: None},                          "Reserved", "reserved"),
+        Bits(0o06, (0,),            None,                             OFF_ON,                             "Manual mode", "status"),
+        Bits(0o06, (1,),            None,                             OFF_ON,                             "Automatic mode", "status"),
+        Bits(0o06, (2,),            None,                             OFF_ON,                             "Cascade mode", "status"),
+        Bits(0o06, (3,),            None,                             OFF_ON,                             "PV low-low alarm", "status"),
+        Bits(0o06, (4,),            None,                             OFF_ON,                             "PV low alarm", "status"),
+        Bits(0o06, (5,),            None,                             OFF_ON,                             "PV high alarm", "status"),
+        Bits(0o06, (6,),            None,                             OFF_ON,                             "PV high-high alarm", "status"),
+        Bits(0o06, (7,),            None,                             OFF_ON,                             "PV yellow deviation alarm", "status"),
+        Bits(0o06, (8,),            None,                             OFF_ON,                             "PV red deviation alarm", "status"),
+        Bits(0o06, (9,),            None,                             OFF_ON,                             "PV rate-of-change alarm", "status"),
+        Bits(0o06, (10,),           None,                             OFF_ON,                             "Alarm value programming error", "status"),
+        Bits(0o06, (11,),           None,                             OFF_ON,                             "Loop calculation overflow/underflow", "status"),
+        Bits(0o06, (12,),           None,                             OFF_ON,                             "Loop in auto-tune", "status"),
+        Bits(0o06, (13,),           None,                             OFF_ON,                             "Auto-tune error", "status"),
+        Bits(0o06, (14, 15),        None,                             {0: None},                          "Reserved", "reserved"),
+        Bits(0o33, (0, 1, 2, 3),    "ramp_soak.request",              {0: "none", 1: "start", 2: "hold", 4: "resume", 8: "jog"}, "Ramp/soak start, hold, resume, jog", "request"),
+        Bits(0o33, (4,),            None,                             OFF_ON,                             "Ramp/soak profile complete", "status"),
+        Bits(0o33, (5,),            None,                             OFF_ON,                             "Ramp/soak deviation", "status"),
+        Bits(0o33, (6,),            None,                             OFF_ON,                             "Ramp/soak profile in hold", "status"),
+        Bits(0o33, (7,),            None,                             {0: None},                          "Reserved", "reserved"),
+        Bits(0o33, tuple(range(8, 16)), None,                         {n: n for n in range(17)},          "Current step in the profile, 1 to 16", "status"),
+        Bits(0o35, (0,),            None,                             OFF_ON,                             "Starting address out of lower V-memory range", "status"),
+        Bits(0o35, (1,),            None,                             OFF_ON,                             "Starting address out of upper V-memory range", "status"),
+        Bits(0o35, (2, 3),          None,                             {0: None},                          "Reserved", "reserved"),
+        Bits(0o35, (4,),            None,                             OFF_ON,                             "Starting address in system V-memory", "status"),
+        Bits(0o35, tuple(range(5, 16)), None,                         {0: None},                          "Reserved", "reserved"),
+    ),
+)
+
+RAMP_SOAK_PAIRS = 8
+RAMP_SOAK_PAIR = RegisterMap(
+    title="Ramp/soak pair",
+    size=4,
+    words=(
+        Word(0o0, "ramp_to",   "ramp_to",   Position("sp"),                      "pv",   "Ramp end SP value", "yes", RAMP_TABLE),
+        Word(0o1, "slope",     "slope",     SpanBcd("sp", Bcd(2, off=(0,))),     "pv/s", "Ramp slope",        "yes", RAMP_TABLE),
+        Word(0o2, "soak",      "soak",      Bcd(1, off=(0,)),                    "min",  "Soak duration",     "yes", RAMP_TABLE),
+        Word(0o3, "deviation", "deviation", Distance("sp"),                      "pv",   "Soak PV deviation", "yes", RAMP_TABLE),
+    ),
+)
+RAMP_SOAK_SIZE = RAMP_SOAK_PAIRS * RAMP_SOAK_PAIR.size
+
+TABLE_POINTER, LOOP_COUNT, ERROR_FLAGS = 0o7640, 0o7641, 0o7642
+SETUP_WORDS = RegisterMap(
+    title="Set-up words",
+    size=3,
+    words=(
+        Word(TABLE_POINTER - 0o7640, "loop_table",      "plc.loop_table",      ADDRESS, "", "Loop parameter table pointer", "program-to-run", SETUP),
+        Word(LOOP_COUNT - 0o7640,    "number_of_loops", "plc.number_of_loops", Bcd(0),  "", "Number of loops",              "program-to-run", SETUP),
+        Word(ERROR_FLAGS - 0o7640,   "error_flags",     None,                  BITS,    "", "Loop error flags",             "-",              SETUP, "status"),
+    ),
+    bits=(
+        Bits(2, (0,), None, OFF_ON, "The loop table starts outside the lower V-memory range", "status"),
+        Bits(2, (1,), None, OFF_ON, "The loop table starts outside the upper V-memory range", "status"),
+        Bits(2, (2,), None, OFF_ON, "The number of loops is greater than 8", "status"),
+        Bits(2, (3,), None, OFF_ON, "The loop table extends past V7577", "status"),
+    ),
+)
+# fmt: on
+
+LOOP_TABLES = {
+    decimals: replace(
+        LOOP_TABLE, words=tuple(replace(w, codec=codec) if w.name == "reset" else w for w in LOOP_TABLE.words)
+    )
+    for decimals, codec in RESET.items()
+}
+"""The loop table by the number of decimals that the reset word is read with (decision D01)."""
+
+
+@dataclass(frozen=True, slots=True)
+class Cpu:
+    """What differs between the CPUs of the family, as octal addresses, both ends inclusive."""
+
+    title: str
+    loops: int
+    lower: tuple[int, int]
+    upper: tuple[int, int]
+    lower_end: int
+    upper_end: int
+    transfer_sources: tuple[tuple[int, int], ...]
+    system: tuple[int, int]
+    non_volatile: tuple[int, int]
+    user: tuple[tuple[int, int], ...]
+    fast_loops: int
+    fast_rate: str
+    slow_rate: str
+
+
+CPU = Cpu(
+    title="DL06",
+    loops=8,
+    lower=(0o1200, 0o7340),
+    upper=(0o10000, 0o17740),
+    lower_end=0o7577,
+    upper_end=0o17777,
+    transfer_sources=((0o400, 0o677), (0o1200, 0o7377), (0o10000, 0o17777)),
+    system=(0o7600, 0o7777),
+    non_volatile=(0o7400, 0o7577),
+    user=((0o1200, 0o7577), (0o10000, 0o17777)),
+    fast_loops=4,
+    fast_rate="0.05",
+    slow_rate="0.1",
+)

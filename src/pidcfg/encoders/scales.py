@@ -1,0 +1,159 @@
+"""Engineering units to counts and back, exactly.
+
+A `Scale` is a data format (which counts exist) and a range (what they mean). Positions lie on the scale, spans are
+distances along it. On a square-root scale full scale is the root of the span: the set point of a loop that extracts the
+root of its PV is compared with that root.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from decimal import Context, Decimal
+from fractions import Fraction
+
+from pidcfg.encoders.words import Binary, EncodeError, SignMagnitude, nearest
+from pidcfg.schemas.base import Quantity
+
+ROOT_DIGITS = 40
+MOST_DECIMALS = 12
+
+
+@dataclass(frozen=True, slots=True)
+class Format:
+    """A data format of PV, set point and output."""
+
+    name: str
+    codec: Binary | SignMagnitude
+
+    @property
+    def minimum(self) -> int:
+        """Counts at 0 %."""
+        return self.codec.low
+
+    @property
+    def maximum(self) -> int:
+        """Counts at 100 %."""
+        return self.codec.high
+
+    @property
+    def span(self) -> int:
+        """Counts from 0 % to 100 %."""
+        return self.codec.high - self.codec.low
+
+
+@dataclass(frozen=True, slots=True)
+class Scale:
+    """A data format with engineering values at its ends (None: raw counts)."""
+
+    format: Format
+    range: tuple[Decimal, Decimal] | None = None
+    root: bool = False
+
+    @property
+    def full(self) -> Fraction:
+        """Counts from 0 % to 100 % on this scale."""
+        if not self.root:
+            return Fraction(self.format.span)
+        return Fraction(Context(prec=ROOT_DIGITS).sqrt(Decimal(self.format.span)))
+
+    @property
+    def zero(self) -> int:
+        """Counts at 0 %."""
+        return 0 if self.root else self.format.minimum
+
+    def position(self, quantity: Quantity) -> Fraction:
+        """Counts of a value on the scale, not yet rounded."""
+        if quantity.counts or self.range is None:
+            return Fraction(quantity.value)
+        low, high = (Fraction(end) for end in self.range)
+        return self.zero + (Fraction(quantity.value) - low) / (high - low) * self.full
+
+    def distance(self, quantity: Quantity) -> Fraction:
+        """Counts of a difference of two values, not yet rounded."""
+        if quantity.counts or self.range is None:
+            return Fraction(quantity.value)
+        low, high = (Fraction(end) for end in self.range)
+        return Fraction(quantity.value) / (high - low) * self.full
+
+    def value(self, counts: int) -> Quantity:
+        """The shortest engineering value that encodes to these counts."""
+        if self.range is None:
+            return Quantity(Decimal(counts))
+        low, high = (Fraction(end) for end in self.range)
+        exact = low + (counts - self.zero) * (high - low) / self.full
+        return shortest(exact, lambda q: nearest(self.position(q)) == counts, counts)
+
+    def span_value(self, counts: int | Decimal) -> Quantity:
+        """The shortest engineering difference that encodes to these counts."""
+        return self.span_value_by(counts, lambda q: nearest(self.distance(q)) == counts)
+
+    def span_value_by(self, counts: int | Decimal, same: Callable[[Quantity], bool]) -> Quantity:
+        """As `span_value`, with the test of equality that fits the word."""
+        if self.range is None:
+            return Quantity(Decimal(counts))
+        low, high = (Fraction(end) for end in self.range)
+        return shortest(Fraction(counts) * (high - low) / self.full, same, counts)
+
+
+def shortest(exact: Fraction, same: Callable[[Quantity], bool], counts: int | Decimal) -> Quantity:
+    """The decimal with fewest places that means the same; raw counts where no short one does."""
+    for places in range(MOST_DECIMALS + 1):
+        candidate = Quantity(Decimal(round(exact * 10**places)).scaleb(-places))
+        if same(candidate):
+            return candidate
+    return Quantity(Decimal(counts), counts=True)
+
+
+@dataclass(frozen=True, slots=True)
+class Position:
+    """A word that holds a value on a named scale (``pv``, ``sp`` or ``output``)."""
+
+    scale: str
+
+    def encode(self, value: Quantity, scale: Scale) -> int:
+        """A quantity to the word of its format."""
+        counts = whole(scale.position(value), raw=value.counts or scale.range is None)
+        try:
+            return scale.format.codec.encode(counts)
+        except EncodeError:
+            raise _outside(scale, value, scale.value) from None
+
+    def decode(self, word: int, scale: Scale) -> Quantity:
+        """The word to a quantity."""
+        return scale.value(scale.format.codec.decode(word))
+
+
+@dataclass(frozen=True, slots=True)
+class Distance:
+    """A word that holds a difference on a named scale: never negative, up to the format's maximum."""
+
+    scale: str
+
+    def encode(self, value: Quantity, scale: Scale) -> int:
+        """A quantity to an unsigned word."""
+        counts = whole(scale.distance(value), raw=value.counts or scale.range is None)
+        if not 0 <= counts <= scale.format.maximum:
+            raise _outside(scale, value, scale.span_value, low=0)
+        return counts
+
+    def decode(self, word: int, scale: Scale) -> Quantity:
+        """The word to a quantity."""
+        return scale.span_value(Binary(scale.format.maximum).decode(word))
+
+
+def whole(counts: Fraction, *, raw: bool) -> int:
+    """Rounded counts; raw ones must be whole already."""
+    if raw and counts.denominator != 1:
+        raise EncodeError("form", "is not a whole number of counts")
+    return nearest(counts)
+
+
+def _outside(scale: Scale, value: Quantity, back: Callable[[int], Quantity], low: int | None = None) -> EncodeError:
+    """The error with the limits in the user's own unit."""
+    least, most = scale.format.minimum if low is None else low, scale.format.maximum
+    if value.counts or scale.range is None:
+        return EncodeError("range", "outside the word's range", Decimal(least), Decimal(most))
+    if not scale.root:
+        return EncodeError("range", "outside the word's range", back(least).value, back(most).value)
+    return EncodeError("range", "outside the word's range", back(0).value, scale.range[1])

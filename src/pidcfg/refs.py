@@ -1,0 +1,52 @@
+"""What a fact rests on: a place in a manual, or a numbered decision where the manual is silent.
+
+Tables and rules carry these as data, so that documentation can quote them and a reader can look them up.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True)
+class Manual:
+    """A vendor's text that facts are taken from."""
+
+    title: str
+    short: str
+
+    def at(self, place: str) -> Ref:
+        """A place in this manual: a page or the heading of a section."""
+        return Ref(self, place)
+
+
+@dataclass(frozen=True, slots=True)
+class Ref:
+    """A place in a manual."""
+
+    manual: Manual
+    place: str
+
+    def __str__(self) -> str:
+        return f"{self.manual.short}, {self.place}"
+
+
+@dataclass(frozen=True, slots=True)
+class Decision:
+    """What pidcfg does where a manual is silent, misprinted or contradicts itself.
+
+    ``number`` is stable and never reused; ``why`` names the evidence.
+    """
+
+    number: int
+    title: str
+    text: str
+    why: str
+
+    def __str__(self) -> str:
+        return f"decision D{self.number:02d} ({self.title})"
+
+
+Basis = Ref | Decision
+
+DL06 = Manual("DL06 Micro PLC User Manual, 1st Ed., Rev. B, 6/03, chapter 8: PID Loop Operation", "DL06 manual ch. 8")

@@ -1,0 +1,302 @@
+"""Field types of every vendor's schema: what a text in a YAML file means, decided by the field it stands in.
+
+Each type is a parser that takes the text of a scalar (`pidcfg.source.Plain` or a quoted string) or a native Python
+value, and returns a frozen, exact value; numbers are `Decimal`. What cannot be read raises a `PydanticCustomError` whose
+type names the kind of mistake (``number_form``, ``leading_zero`` …), so that the validator can give it a code of its own.
+`Limits` beside a type states what a manual allows; it reaches the JSON Schema and one rule that checks all of them.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Mapping
+from copy import deepcopy
+from dataclasses import dataclass
+from decimal import Decimal
+from typing import Annotated, Any, Literal, NamedTuple, NoReturn
+
+from pydantic import BaseModel, BeforeValidator, ConfigDict, PlainValidator, WithJsonSchema
+from pydantic_core import PydanticCustomError
+
+from pidcfg.refs import Basis
+
+NUMBER = re.compile(r"[-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?")
+LEADING_ZERO = re.compile(r"[-+]?0[0-9]")
+OTHER_NOTATION = re.compile(r"[-+]?(?:0[xob][0-9a-fA-F_]+|[0-9][0-9_]*_[0-9_.]*|[0-9]+(?::[0-9]+)+)")
+NOT_FINITE = re.compile(r"[-+]?\.?(?:inf|infinity|nan)", re.IGNORECASE)
+TRUTHS = {"true": True, "True": True, "TRUE": True, "false": False, "False": False, "FALSE": False}
+LOOKS_BOOLEAN = {"yes": "true", "on": "true", "y": "true", "no": "false", "off": "false", "n": "false"}
+NAME = re.compile(r"\w(?:[\w .\-/#]*[\w#])?")
+CONTROL = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f]")
+MAX_DIGITS = 32
+MAX_EXPONENT = 300
+NAME_LENGTH = 64
+
+SECONDS = {"ms": Decimal("0.001"), "s": Decimal(1), "min": Decimal(60), "h": Decimal(3600)}
+DURATION = re.compile(r"([-+]?[0-9.]+(?:[eE][-+]?[0-9]+)?) ?(ms|s|sec|second|seconds|min|minute|minutes|h|hour|hours)")
+UNIT_WORDS = {"sec": "s", "second": "s", "seconds": "s", "minute": "min", "minutes": "min", "hour": "h", "hours": "h"}
+DURATION_PATTERN = r"^[-+]?[0-9.]+ ?(ms|s|min|h)$"
+COUNTS = re.compile(r"([-+]?[0-9.]+) counts?")
+COUNTS_PATTERN = r"^[-+]?[0-9.]+ counts?$"
+
+
+class Model(BaseModel):
+    """Base of every schema: frozen, unknown keys refused. A text below a field is its documentation."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+
+@dataclass(frozen=True, slots=True)
+class Limits:
+    """What the manual allows for a number: inclusive, in ``unit``; ``severity`` of passing them is an error."""
+
+    low: str | None
+    high: str | None
+    unit: str
+    basis: Basis
+
+    def __get_pydantic_json_schema__(self, core_schema: Any, handler: Callable[[Any], dict[str, Any]]) -> dict[str, Any]:
+        """Adds ``minimum``, ``maximum`` and the unit where an editor looks for them."""
+        schema = deepcopy(handler(core_schema))
+        if self.unit:
+            schema["x-unit"] = self.unit
+        number = next((s for s in schema.get("anyOf", []) if s.get("type") in {"number", "integer"}), schema)
+        for key, bound in (("minimum", self.low), ("maximum", self.high)):
+            if bound is not None:
+                number[key] = plain_number(Decimal(bound))
+        return schema
+
+    def holds(self, value: Decimal) -> bool:
+        """Whether ``value`` lies inside."""
+        return (self.low is None or value >= Decimal(self.low)) and (self.high is None or value <= Decimal(self.high))
+
+
+class Quantity(NamedTuple):
+    """A value on a PV or output scale: engineering units, or raw counts."""
+
+    value: Decimal
+    counts: bool = False
+
+    def __str__(self) -> str:
+        return f"{self.value} counts" if self.counts else str(self.value)
+
+
+class Duration(NamedTuple):
+    """A time whose unit may be left to another key."""
+
+    value: Decimal
+    unit: str | None = None
+
+    def seconds(self, default: str = "s") -> Decimal:
+        """In seconds; a bare number is in ``default``."""
+        return self.value * SECONDS[self.unit or default]
+
+    def __str__(self) -> str:
+        return f"{self.value} {self.unit}" if self.unit else str(self.value)
+
+
+def plain_number(value: Decimal) -> int | float:
+    """A Decimal as JSON and YAML write it: an integer where it is one."""
+    return int(value) if value == value.to_integral_value() else float(value)
+
+
+def decimal_text(value: Decimal) -> str:
+    """A Decimal without an exponent or needless zeros."""
+    text = f"{value:f}"
+    return text.rstrip("0").rstrip(".") if "." in text else text
+
+
+def refuse(kind: str, message: str, **context: Any) -> NoReturn:
+    """Raises the error that the validator turns into a finding."""
+    raise PydanticCustomError(kind, "{text}", {"text": message, **context})
+
+
+def parse_number(value: object) -> Decimal:
+    """A finite decimal number; text must be unquoted."""
+    if isinstance(value, bool) or value is None:
+        refuse("number_type", f"{_shown(value)} is not a number")
+    if isinstance(value, Decimal | int | float):
+        return _finite(Decimal(str(value)), str(value))
+    if not isinstance(value, str):
+        refuse("number_type", f"a {_kind(value)} stands where a number is wanted")
+    if type(value) is str and NUMBER.fullmatch(value):
+        refuse("number_type", f'"{value}" is text; a number is written without quotes', help=f"write {value}")
+    return number_text(value)
+
+
+def number_text(text: str) -> Decimal:
+    """The number that a text spells, by the rules of this file format rather than YAML's."""
+    if NUMBER.fullmatch(text):
+        if LEADING_ZERO.match(text):
+            _refuse_leading_zero(text)
+        if sum(c.isdigit() for c in text) > MAX_DIGITS:
+            refuse("too_long", f"a number of more than {MAX_DIGITS} digits")
+        return _finite(Decimal(text), text)
+    if NOT_FINITE.fullmatch(text):
+        refuse("not_finite", f"{text} is not a finite number")
+    if OTHER_NOTATION.fullmatch(text):
+        refuse("number_form", f"{text} is not a decimal number", help=_as_decimal(text))
+    return refuse("number_type", f"{text!r} is not a number")
+
+
+def _refuse_leading_zero(text: str) -> NoReturn:
+    sign, digits = ("-", text[1:]) if text[0] == "-" else ("", text.lstrip("+"))
+    decimal = sign + (digits.lstrip("0") if digits.lstrip("0")[:1].isdigit() else "0" + digits.lstrip("0"))
+    if set(digits) <= set("01234567"):
+        octal = f"{sign}{int(digits, 8)}"
+        refuse("leading_zero", f"{text} can be read as octal ({octal}) or as decimal ({decimal})",
+               help=f"write {octal} or {decimal}")  # fmt: skip
+    refuse("leading_zero", f"{text} has a leading zero, which some read as octal", help=f"write {decimal}")
+
+
+def _as_decimal(text: str) -> str:
+    if ":" in text:
+        return "write one number; a duration carries a unit, as in 90 min"
+    try:
+        return f"write {int(text, 0)}"
+    except ValueError:
+        return f"write {text.replace('_', '')}"
+
+
+def _finite(number: Decimal, text: str) -> Decimal:
+    if not number.is_finite() or abs(number.adjusted()) > MAX_EXPONENT:
+        refuse("not_finite", f"{text} is not a finite number")
+    return number + 0
+
+
+def _kind(value: object) -> str:
+    return "mapping" if isinstance(value, Mapping) else "list" if isinstance(value, list | tuple) else type(value).__name__
+
+
+def _shown(value: object) -> str:
+    return "nothing" if value is None else str(value).lower()
+
+
+def parse_integer(value: object) -> int:
+    """A whole number."""
+    number = parse_number(value)
+    if number != number.to_integral_value():
+        refuse("number_type", f"{value} is not a whole number")
+    return int(number)
+
+
+def parse_flag(value: object) -> bool:
+    """``true`` or ``false`` and nothing else: ``yes`` and ``on`` are text."""
+    if isinstance(value, bool):
+        return value
+    if isinstance(value, str):
+        if type(value) is not str and value in TRUTHS:
+            return TRUTHS[value]
+        meant = LOOKS_BOOLEAN.get(value.lower()) or (value.lower() if value.lower() in TRUTHS else None)
+        help_text = f"write {meant}" if meant else "write true or false"
+        refuse("boolean_form", f"{value!r} is not true or false", help=help_text)
+    return refuse("boolean_form", f"a {_kind(value)} stands where true or false is wanted")
+
+
+def parse_text(value: object) -> str:
+    """One or more lines of text without control characters."""
+    if not isinstance(value, str):
+        refuse("text_type", f"{_shown(value)} stands where text is wanted" if value is None else
+               f"a {_kind(value)} stands where text is wanted")  # fmt: skip
+    text = str(value)
+    if CONTROL.search(text):
+        refuse("text_type", "a control character in a text", help="delete it")
+    return text
+
+
+def parse_name(value: object) -> str:
+    """A tag: letters, digits and ``_ - . / #`` and single blanks inside, so that it is safe in every output."""
+    text = parse_text(value)
+    if not NAME.fullmatch(text) or "  " in text:
+        refuse("name_form", f"{text!r} is not usable as a name",
+               help="begin with a letter or digit; letters, digits, blanks and _ - . / # may follow")  # fmt: skip
+    if len(text) > NAME_LENGTH:
+        refuse("name_form", f"a name of {len(text)} characters; at most {NAME_LENGTH} are allowed")
+    return text
+
+
+def parse_duration(value: object) -> Duration:
+    """A number (its unit is the field's) or a text with a unit: ``250 ms``, ``2 min``, ``1 h``."""
+    if isinstance(value, Duration):
+        return value
+    if isinstance(value, str):
+        found = DURATION.fullmatch(value)
+        if found:
+            unit = found.group(2)
+            return Duration(number_text(found.group(1)), UNIT_WORDS.get(unit, unit))
+        if not NUMBER.fullmatch(value) and value[:1].isdigit() and value[-1:].isalpha() and " " in value.strip():
+            refuse("duration_form", f"{value!r} is not a time", help="units are ms, s, min and h, as in 250 ms")
+    return Duration(parse_number(value))
+
+
+def parse_seconds(value: object) -> Decimal:
+    """A duration in seconds; a bare number is seconds."""
+    return parse_duration(value).seconds()
+
+
+def parse_minutes(value: object) -> Decimal:
+    """A duration in minutes; a bare number is minutes."""
+    duration = parse_duration(value)
+    return duration.value if duration.unit in {None, "min"} else duration.seconds() / SECONDS["min"]
+
+
+def parse_quantity(value: object) -> Quantity:
+    """A number in engineering units (raw where there is no range), or a text ``2048 counts``."""
+    if isinstance(value, Quantity):
+        return value
+    if isinstance(value, str):
+        found = COUNTS.fullmatch(value)
+        if found:
+            return Quantity(number_text(found.group(1)), counts=True)
+    return Quantity(parse_number(value))
+
+
+def parse_pair(parse: Callable[[object], Any], what: str) -> Callable[[object], tuple[Any, Any]]:
+    """A parser of a list of two."""
+
+    def pair(value: object) -> tuple[Any, Any]:
+        if not isinstance(value, list | tuple) or isinstance(value, Quantity) or len(value) != 2:  # noqa: PLR2004
+            refuse("pair_type", f"{what} is wanted: a list of two values", help="write [low, high]")
+        return parse(value[0]), parse(value[1])
+
+    return pair
+
+
+def parse_range(value: object) -> tuple[Decimal, Decimal]:
+    """Engineering values at 0 % and 100 %, ascending."""
+    low, high = parse_pair(parse_number, "a range")(value)
+    if low >= high:
+        refuse("range_order", f"the range [{low}, {high}] does not ascend", help="write the lower end first")
+    return low, high
+
+
+def _quantity_schema() -> dict[str, Any]:
+    return {"anyOf": [{"type": "number"}, {"type": "string", "pattern": COUNTS_PATTERN}]}
+
+
+def _duration_schema() -> dict[str, Any]:
+    return {"anyOf": [{"type": "number"}, {"type": "string", "pattern": DURATION_PATTERN}]}
+
+
+def _pair_schema(item: dict[str, Any]) -> dict[str, Any]:
+    return {"type": "array", "items": item, "minItems": 2, "maxItems": 2}
+
+
+Number = Annotated[Decimal, PlainValidator(parse_number), WithJsonSchema({"type": "number"})]
+Integer = Annotated[int, PlainValidator(parse_integer), WithJsonSchema({"type": "integer"})]
+FormatVersion = Annotated[Literal[1], BeforeValidator(parse_integer)]
+Flag = Annotated[bool, PlainValidator(parse_flag), WithJsonSchema({"type": "boolean"})]
+Text = Annotated[str, PlainValidator(parse_text), WithJsonSchema({"type": ["string", "number", "boolean"]})]
+Name = Annotated[str, PlainValidator(parse_name), WithJsonSchema({"type": ["string", "number"], "maxLength": NAME_LENGTH})]
+Seconds = Annotated[Decimal, PlainValidator(parse_seconds), WithJsonSchema(_duration_schema())]
+Minutes = Annotated[Decimal, PlainValidator(parse_minutes), WithJsonSchema(_duration_schema())]
+AnyDuration = Annotated[Duration, PlainValidator(parse_duration), WithJsonSchema(_duration_schema())]
+AnyQuantity = Annotated[Quantity, PlainValidator(parse_quantity), WithJsonSchema(_quantity_schema())]
+Range = Annotated[
+    tuple[Decimal, Decimal], PlainValidator(parse_range), WithJsonSchema(_pair_schema({"type": "number"}))
+]
+QuantityPair = Annotated[
+    tuple[Quantity, Quantity],
+    PlainValidator(parse_pair(parse_quantity, "a pair of limits")),
+    WithJsonSchema(_pair_schema(_quantity_schema())),
+]

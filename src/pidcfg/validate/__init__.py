@@ -1,0 +1,1 @@
+"""Rules over configurations and their images."""
