@@ -1,0 +1,27 @@
+"""Kernels that the vendors' algorithms share: plain functions of numbers, compiled by numba as they are."""
+
+from __future__ import annotations
+
+
+def clamp(x: float, low: float, high: float) -> float:
+    """The value within its limits; where they contradict each other, the lower one wins."""
+    if x > high:
+        x = high
+    if x < low:
+        x = low
+    return x
+
+
+def nearest(x: float) -> float:
+    """The nearest whole number, half to even; exact below 2**51."""
+    return x + 6755399441055744.0 - 6755399441055744.0
+
+
+def step_to(x: float, target: float, step: float) -> float:
+    """From ``x`` towards ``target`` by at most ``step``."""
+    if x < target:
+        return target if target - x <= step else x + step
+    return target if x - target <= step else x - step
+
+
+KERNELS = (clamp, nearest, step_to)
