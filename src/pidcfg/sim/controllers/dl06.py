@@ -3,7 +3,7 @@
 Design. `scan` is called at every base step and calculates the loops that are due, in ascending order. `sample` is one
 calculation of one loop, top to bottom in the order of the manual's block diagrams: PV word and filter, then whatever
 rarely happens (`State.busy`: mode requests, ramp/soak, auto-tune), set point, alarms, error, PID equation, limits,
-output word. Nothing here knows files, names or units of words: see `dl06_plc.load` for how words become `Config` and `State`.
+output word. Nothing here knows files, names or units: see `dl06_plc.load` for how words become `Config` and `State`.
 
 Signals of a loop (slots in `Config`): ``sig_in`` is read, in engineering units; ``sig_pv``, ``sig_sp``, ``sig_out`` and
 ``sig_bias`` are written, as the words say in engineering units. With square-root extract ``sig_sp`` is the PV that
@@ -31,6 +31,7 @@ from pidcfg.sim.controllers.dl06_state import (
     REQUEST,
     RESTORE,
     SOAK,
+    STOPPED,
     TICKS,
     TRIP,
     TUNE,
@@ -128,6 +129,11 @@ def sample(i: int, cfg: list[Config], st: list[State], aux: list[float], sig: li
     """One calculation of loop ``i``."""
     c = cfg[i]
     s = st[i]
+    busy = s.busy
+    if busy & (STOPPED | MUTE):
+        sig[c.sig_out] = c.out_low + (0.0 - c.out_min) * c.out_width / c.out_span
+        if busy & STOPPED:
+            return
     # the A/D converter saturates; the PV word is a whole number of counts
     pv = (sig[c.sig_in] - c.pv_low) * c.pv_span / c.pv_width + c.pv_min
     if pv >= c.pv_max:
@@ -136,7 +142,6 @@ def sample(i: int, cfg: list[Config], st: list[State], aux: list[float], sig: li
         pv = pv + NEAREST - NEAREST
     else:
         pv = c.pv_min
-    busy = s.busy
     old = s.pv
     if busy & FIRST:
         old = pv

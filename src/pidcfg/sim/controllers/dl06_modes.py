@@ -54,15 +54,17 @@ REASONS = {
     RESTORED: "back to the mode before Program mode",
 }
 
-NOTICES = 64
-"""`State.notice` holds several reasons as digits of this base."""
-NOTICE_LIMIT = 64**9
+NOTICES = 1024
+"""`State.notice` holds several notices as digits of this base, the first one highest."""
+NOTICE_LIMIT = 1024**4
+REASON_BITS = 6
+"""A notice is a reason, and above these bits the mode bits that were requested (0: nobody asked)."""
 
 
 def tell(s: State, reason: int) -> None:
-    """Leave a reason for the log."""
+    """Leave a notice for the log."""
     if s.notice < NOTICE_LIMIT:
-        s.notice = s.notice * NOTICES + reason
+        s.notice = s.notice * NOTICES + (s.requested << REASON_BITS) + reason
 
 
 def on_sp_scale(c: Config, pv: float) -> float:
@@ -177,6 +179,7 @@ def restore(i: int, cfg: list[Config], st: list[State]) -> None:
     """Return to the mode before Program mode; the CPU forces it, so nothing refuses."""
     s = st[i]
     s.busy &= ~RESTORE
+    s.requested = 0
     if s.status & MODES == s.prior:
         return
     if s.status & ALARM_ERROR:

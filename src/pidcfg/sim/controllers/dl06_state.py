@@ -42,25 +42,27 @@ RS_STEP = 256
 # What a loop has to attend to besides its equation (`State.busy`)
 FIRST = 1
 """First sample after the program-to-run transition: the PV has no past."""
-BLIND = 2
-"""The CPU is in Program mode and nothing writes the PV word."""
-MUTE = 4
+STOPPED = 2
+"""The CPU is in Program mode and the loop with it: no calculation, and the output module is off."""
+BLIND = 4
+"""The CPU is in Program mode and nothing writes the PV word of this independent loop."""
+MUTE = 8
 """The CPU is in Program mode and nothing carries the output word to the module."""
-PROGRAM = 8
-"""The CPU is in Program mode; the loop runs on by itself."""
-FRESH = 16
+PROGRAM = 16
+"""The CPU is in Program mode; this loop runs on by itself."""
+FRESH = 32
 """First calculation after Manual: the error has no past."""
-REQUEST = 32
+REQUEST = 64
 """`State.request` holds requested mode bits."""
-GOAL = 64
+GOAL = 128
 """`State.goal` has not been reached."""
-RESTORE = 128
+RESTORE = 256
 """Back to `State.prior` without asking."""
-SOAK = 256
+SOAK = 512
 """A ramp/soak command waits or a profile runs."""
-TUNE = 512
+TUNE = 1024
 """Auto-tune is wanted or runs."""
-TRIP = 1024
+TRIP = 2048
 """To Manual now: an alarm programming error has been written."""
 
 
@@ -168,7 +170,7 @@ class State:
     status: int = MANUAL
     """The word +06: mode, alarms, errors, auto-tune."""
     notice: int = 0
-    """Reason codes (`dl06_modes.REASONS`) since the runner last looked, base 64, first one highest."""
+    """What happened since the runner last looked: see `dl06_modes.tell`."""
     aux_status: int = 0
     """The word +33 without its command bits."""
     turn: int = 0
