@@ -1,1 +1,16 @@
-"""TBD"""
+"""The rules, one module a topic; the list of a vendor's rules is explicit."""
+
+from __future__ import annotations
+
+from types import ModuleType
+
+from pidcfg.validate.rule import Rule
+
+
+def collect(*modules: ModuleType) -> dict[str, Rule]:
+    """The rules of some modules by code, in order; two with one code are a mistake of ours."""
+    found = [value for module in modules for value in vars(module).values() if isinstance(value, Rule)]
+    table = {rule.code: rule for rule in sorted(found, key=lambda rule: rule.code)}
+    if len(table) != len(found):
+        raise RuntimeError(f"two rules share a code: {sorted(rule.code for rule in found)}")
+    return table

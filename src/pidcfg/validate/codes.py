@@ -1,0 +1,83 @@
+"""Codes of everything that can be wrong with the text or the schema of a file, before any rule runs.
+
+Rows only: what a reader or a schema type reports by kind is given its code, its explanation and its exit status here.
+``UNUSABLE`` codes mean that the text could not be read as a document (exit code 2); the others are findings (exit 1).
+"""
+
+from __future__ import annotations
+
+from pidcfg.diagnostics import Severity
+from pidcfg.refs import Decision
+from pidcfg.validate.rule import Rule
+
+D05 = Decision(
+    5, "the field decides what a text means", "Scalars are read as text; numbers, switches and addresses are what their "
+    "field says, and a spelling that two people read differently is refused with both readings.",
+    "YAML 1.1 and 1.2 disagree on 010, yes and 1_000, and PLC engineers read a leading zero as octal.",
+)  # fmt: skip
+
+UNUSABLE = frozenset(f"PID{n:03d}" for n in range(1, 15)) | {"PID040"}
+
+
+def _row(code: str, name: str, title: str, why: str, fix: str) -> Rule:
+    return Rule(code, name, Severity.ERROR, "{text}", D05, "0.1", f"{title}\n\nWhy: {why}\n\nFix: {fix}")
+
+
+# fmt: off
+READING = (
+    _row("PID001", "not-yaml", "The text is not YAML.", "A file that cannot be read cannot be checked.", "Correct the place that the message points at; indentation and missing quotes are the usual causes."),
+    _row("PID002", "not-utf8", "The file is not UTF-8.", "Another encoding would change names and units silently.", "Save the file as UTF-8."),
+    _row("PID003", "control-character", "The file holds a control character.", "NUL and its like have no place in text and break the tools that follow.", "Delete the character."),
+    _row("PID004", "duplicate-key", "A key stands twice in one mapping.", "YAML readers take the first or the last of them, so two people see two different set-ups.", "Keep one."),
+    _row("PID005", "empty-file", "The file is empty.", "There is nothing to check, which is never what was meant.", "Start from `pidcfg init --vendor dl06`."),
+    _row("PID006", "not-a-mapping", "The file is a list or a single value.", "A configuration is a mapping of keys to values.", "Begin with the line `pidcfg: 1`."),
+    _row("PID007", "several-documents", "The file holds several YAML documents.", "It would not be clear which of them is downloaded.", "Put each into a file of its own."),
+    _row("PID008", "complex-key", "A key is a list, a mapping, an alias or missing.", "Keys of this format are plain words.", "Write `key: value`."),
+    _row("PID009", "merge-key", "The file uses a merge key (`<<`).", "Merging hides where a value comes from, and YAML 1.2 has dropped it.", "Write the keys out, or alias a whole value."),
+    _row("PID010", "tag", "The file uses a tag (`!…`).", "The key decides what a value is; a tag could only contradict it.", "Delete the tag."),
+    _row("PID011", "directive", "The file has a YAML directive (`%…`).", "YAML 1.1 reads numbers and booleans differently.", "Delete the line; files are YAML 1.2."),
+    _row("PID012", "bad-alias", "An alias names no anchor above it, or itself.", "It has no value.", "Define the anchor above its use, or write the value out."),
+    _row("PID013", "limit", "The file is larger, deeper or longer than the limits.", "Limits keep a hostile or broken file from taking the machine.", "Split the file, or raise the limit by an option of the command."),
+    _row("PID014", "tab", "A tab is used for indentation.", "YAML forbids it, since editors show tabs at different widths.", "Indent with spaces."),
+    _row("PID040", "unreadable", "A file cannot be opened.", "It is missing, a folder without configurations, or not permitted.", "Check the path."),
+)
+SCHEMA = (
+    _row("PID020", "unknown-key", "A key is not known here.", "It would be ignored, and the setting it was meant for would keep its default.", "Correct the spelling; the message suggests the nearest key."),
+    _row("PID021", "missing-key", "A required key is missing.", "It has no safe default.", "Add the key."),
+    _row("PID022", "wrong-type", "A value is of the wrong kind.", "A list, a text or a number stands where another kind is wanted.", "Write the kind that the message asks for."),
+    _row("PID023", "not-finite", "A number is infinite, not a number, or too large to compute with.", "No register holds it.", "Write a finite number."),
+    _row("PID024", "leading-zero", "A number has a leading zero.", "YAML 1.1 and PLC engineers read it as octal, YAML 1.2 as decimal.", "Write the reading that is meant."),
+    _row("PID025", "number-notation", "A number is written in a notation other than decimal.", "Readers disagree about 1_000, 0b11, 0x1F and 60:30.", "Write it in decimal."),
+    _row("PID026", "boolean-spelling", "A switch is neither `true` nor `false`.", "`yes` and `on` are text in YAML 1.2.", "Write `true` or `false`."),
+    _row("PID027", "not-a-choice", "A value is not one of the words allowed here.", "It would select nothing.", "Write one of the words in the message."),
+    _row("PID028", "bad-unit", "A time or rate has a unit that is not known.", "A wrong unit is a wrong value.", "Use ms, s, min or h."),
+    _row("PID029", "bad-address", "An address is not written the vendor's way.", "02000 can be octal or decimal, V2008 is neither.", "Write V-memory addresses in octal with a V: V2000."),
+    _row("PID030", "format-version", "The format version is missing or not supported.", "A newer file may mean something else by the same keys.", "Begin with the line `pidcfg: 1`, or update pidcfg."),
+    _row("PID031", "unknown-vendor", "The vendor is not known.", "Without it no schema can be chosen.", "Write one of the vendors in the message."),
+    _row("PID032", "neither-vendor-nor-scenario", "The file says neither which vendor it is for nor that it is a scenario.", "It could be anything.", "Add `vendor: …` for a configuration, or `scenario: …` for a simulation."),
+    _row("PID033", "bad-name", "A name holds characters that outputs cannot carry.", "Names reach tags, file names and spreadsheets.", "Begin with a letter or digit; letters, digits, blanks and _ - . / # may follow."),
+    _row("PID034", "range-order", "A range does not ascend.", "0 % must lie below 100 %.", "Write the lower end first; the direction of control is the loop's `action`."),
+    _row("PID035", "incomplete-transfer", "An auto transfer names neither a channel nor an address, or both.", "The CPU would read the wrong input.", "Give slot and channel, or address."),
+    _row("PID036", "too-many-items", "A list has more items than there is room for.", "The table in the PLC has a fixed size.", "Remove items."),
+    _row("PID037", "no-value", "A key has no value.", "An empty value is neither a number nor a default.", "Give a value, or remove the key."),
+)
+# fmt: on
+
+BY_KIND = {
+    "extra_forbidden": "PID020",
+    "missing": "PID021",
+    "not_finite": "PID023",
+    "leading_zero": "PID024",
+    "number_form": "PID025",
+    "boolean_form": "PID026",
+    "literal_error": "PID027",
+    "duration_form": "PID028",
+    "address_form": "PID029",
+    "name_form": "PID033",
+    "range_order": "PID034",
+    "transfer_form": "PID035",
+    "too_long": "PID036",
+    "too_short": "PID036",
+    "too_many_digits": "PID013",
+}
+OTHER_KIND = "PID022"

@@ -1,0 +1,106 @@
+"""From a document to its findings: the text's problems, then the schema's, then the rules over model and image."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Protocol
+
+from pidcfg.diagnostics import Diagnostic, Severity, ordered
+from pidcfg.encoders.image import Encoding
+from pidcfg.source import Document
+from pidcfg.validate.rule import Finding, Rule
+from pidcfg.validate.schema import loop_name, not_a_choice, read_model
+from pidcfg.vendors import VENDORS, Vendor
+
+
+class Context(Protocol):
+    """What every vendor's rules are given at least."""
+
+    config: Any
+    encoding: Encoding
+
+
+@dataclass(frozen=True, slots=True)
+class Checked:
+    """The outcome for one file: findings in order, and as far as they could be made, its vendor, model and image."""
+
+    document: Document
+    findings: tuple[Diagnostic, ...]
+    vendor: Vendor | None = None
+    config: Any = None
+    encoding: Encoding | None = None
+
+    @property
+    def failed(self) -> bool:
+        """Whether there is a finding of severity error."""
+        return any(d.severity is Severity.ERROR for d in self.findings)
+
+
+def check_document(doc: Document) -> Checked:
+    """All findings of one configuration (a scenario is checked by the simulator)."""
+    found = list(doc.problems)
+    if doc.data is None:
+        return Checked(doc, tuple(found))
+    vendor, problem = vendor_of(doc)
+    if vendor is None:
+        return Checked(doc, tuple(ordered([*found, *problem])))
+    config, errors = read_model(vendor.model, doc)
+    found += errors
+    if config is None:
+        return Checked(doc, tuple(ordered(found)), vendor)
+    encoding = vendor.encoder(config)
+    context = vendor.load("context")(config, encoding)
+    found += run_rules(vendor.load("rules").values(), context, doc)
+    return Checked(doc, tuple(ordered(found)), vendor, config, encoding)
+
+
+def vendor_of(doc: Document) -> tuple[Vendor | None, list[Diagnostic]]:
+    """The vendor that a file names, or the finding that says why there is none."""
+    data = doc.data or {}
+    if "vendor" not in data:
+        span = doc.locate(())
+        cure = f"add 'vendor: …', one of {', '.join(VENDORS)}"
+        return None, [Diagnostic("PID032", Severity.ERROR, "the file names no vendor", doc.file, span, help=cure)]
+    name = data["vendor"]
+    vendor = VENDORS.get(name) if isinstance(name, str) else None
+    if vendor is not None:
+        return vendor, []
+    message, cure_or_none = not_a_choice("vendor", name, list(VENDORS))
+    path = ("vendor",)
+    return None, [Diagnostic("PID031", Severity.ERROR, message, doc.file, doc.locate(path), path, help=cure_or_none)]
+
+
+def run_rules(rules: Iterator[Rule] | Any, context: Context, doc: Document) -> Iterator[Diagnostic]:
+    """The findings of rules, with positions."""
+    for rule in rules:
+        if rule.check is not None:
+            for found in rule.check(context):
+                yield place(rule, found, doc)
+
+
+def place(rule: Rule, found: Finding, doc: Document) -> Diagnostic:
+    """A finding with its message and the place where it is written."""
+    return Diagnostic(
+        code=rule.code,
+        severity=found.severity or rule.severity,
+        message=rule.message.format(**found.values),
+        file=doc.file,
+        span=doc.locate(found.path, key=found.key),
+        path=found.path,
+        loop=loop_name(doc, found.path),
+        plc_effect=found.plc_effect,
+        reference=str(rule.basis),
+        help=found.fix or rule.part("Fix"),
+    )
+
+
+def is_scenario(doc: Document) -> bool:
+    """Whether a file is a scenario rather than a configuration."""
+    return doc.data is not None and "scenario" in doc.data and "vendor" not in doc.data
+
+
+def display_name(path: Path) -> str:
+    """A path as reports print it: with forward slashes on every system."""
+    return path.as_posix()

@@ -1,0 +1,83 @@
+"""What a rule is: a label, a documented function, and the findings it yields.
+
+The docstring has fixed parts: a first line that says what is wrong, ``Why:`` and ``Fix:``. `pidcfg rule` prints it and
+docs/rules.md is made of it. The decorator builds a `Rule` and registers nothing; the list of rules is in `rules`.
+"""
+
+from __future__ import annotations
+
+import inspect
+import re
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from typing import Any
+
+from pidcfg.diagnostics import Path, Severity
+from pidcfg.refs import Basis
+
+PLACEHOLDER = re.compile(r"\{(\w+)")
+
+
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """One fault: where it stands, the values of the rule's message, and what differs from the label."""
+
+    path: Path
+    values: dict[str, Any] = field(default_factory=dict)
+    key: bool = False
+    plc_effect: str | None = None
+    severity: Severity | None = None
+    fix: str | None = None
+
+
+Check = Callable[[Any], Iterator[Finding]]
+
+
+@dataclass(frozen=True, slots=True)
+class Rule:
+    """A rule: its label, and a check that takes the vendor's `Context`."""
+
+    code: str
+    name: str
+    severity: Severity
+    message: str
+    basis: Basis
+    since: str
+    doc: str
+    check: Check | None = None
+
+    @property
+    def title(self) -> str:
+        """The first line of the documentation: what is wrong."""
+        return self.doc.partition("\n")[0]
+
+    def part(self, heading: str) -> str:
+        """One part of the documentation (``Why`` or ``Fix``) as a single paragraph; empty when there is none."""
+        found = re.search(rf"^{heading}:\s*(.*?)(?=^\w+:|\Z)", self.doc, re.DOTALL | re.MULTILINE)
+        return " ".join(found.group(1).split()) if found else ""
+
+    @property
+    def fields(self) -> set[str]:
+        """The names that the message needs."""
+        return set(PLACEHOLDER.findall(self.message))
+
+
+def rule(  # noqa: PLR0913 - the label is what it is
+    *, code: str, name: str, severity: Severity, message: str, basis: Basis, since: str = "0.1"
+) -> Callable[[Check], Rule]:
+    """Labels a check."""
+
+    def label(check: Check) -> Rule:
+        return Rule(code, name, severity, message, basis, since, inspect.getdoc(check) or "", check)
+
+    return label
+
+
+def finding(*path: str | int, **values: Any) -> Finding:
+    """A finding at a path, with the values of the message."""
+    return Finding(path, values)
+
+
+def at_key(*path: str | int, **values: Any) -> Finding:
+    """A finding that points at the key rather than at its value."""
+    return Finding(path, values, key=True)

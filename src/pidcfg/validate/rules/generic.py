@@ -1,0 +1,234 @@
+"""Rules for every vendor: limits of the schema, what registers cannot hold, and names."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from decimal import Decimal
+from functools import cache
+from typing import Any, get_args
+
+from pydantic import BaseModel
+
+from pidcfg.diagnostics import Path, Severity
+from pidcfg.encoders.regmap import Misfit
+from pidcfg.refs import Decision
+from pidcfg.schemas.base import Limits, decimal_text
+from pidcfg.validate.rule import Finding, at_key, finding, rule
+
+D06 = Decision(
+    6, "a value that rounds onto an off code is an error", "A gain of 0.004 would be stored as 0000 and a reset of 0.04 as "
+    "0000: the term would be switched off, or act as if the gain were 1.",
+    "The loop would run with other control than the file says; no rounding error may do that.",
+)  # fmt: skip
+D07 = Decision(
+    7, "nearest value, ties to even", "What a register cannot hold exactly is stored as the nearest value, ties to even, "
+    "computed on exact decimals.",
+    "It is the rounding of IEEE 754 and of Python, and the same on every system.",
+)  # fmt: skip
+D08 = Decision(
+    8, "names are unique", "Two loops of a file may not have one name.",
+    "Cascade links, scenarios and reports refer to loops by name.",
+)  # fmt: skip
+D09 = Decision(
+    9, "limits come from the manual", "Each parameter's limits are the manual's own; the message names the place.",
+    "Values outside them have no documented effect.",
+)  # fmt: skip
+
+ROUNDING_WARNING = Decimal("0.01")
+
+
+@cache
+def limits_of(model: type[BaseModel]) -> dict[str, Limits]:
+    """The limits that a schema states, by field."""
+    found: dict[str, Limits] = {}
+    for name, field in model.model_fields.items():
+        limit = next((m for m in (*field.metadata, *_metadata(field.annotation)) if isinstance(m, Limits)), None)
+        if limit is not None:
+            found[name] = limit
+    return found
+
+
+def _metadata(annotation: Any) -> Iterator[Any]:
+    yield from getattr(annotation, "__metadata__", ())
+    for inner in get_args(annotation):
+        yield from _metadata(inner)
+
+
+def beyond_limits(value: Any, path: Path) -> Iterator[tuple[Path, Decimal, Limits]]:
+    """Every number of a model that lies outside the limits of its field."""
+    if isinstance(value, BaseModel):
+        limits = limits_of(type(value))
+        for name in type(value).model_fields:
+            inner = getattr(value, name)
+            if isinstance(inner, Decimal | int) and name in limits and not limits[name].holds(Decimal(inner)):
+                yield (*path, name), Decimal(inner), limits[name]
+            elif isinstance(inner, BaseModel | tuple):
+                yield from beyond_limits(inner, (*path, name))
+    elif isinstance(value, tuple):
+        for i, inner in enumerate(value):
+            if isinstance(inner, BaseModel):
+                yield from beyond_limits(inner, (*path, i))
+
+
+def _between(low: Decimal | str | None, high: Decimal | str | None, unit: str) -> str:
+    shown = [decimal_text(Decimal(end)) if end is not None else None for end in (low, high)]
+    suffix = f" {unit}" if unit else ""
+    if shown[0] is None or shown[1] is None:
+        return f"at least {shown[0]}{suffix}" if shown[1] is None else f"at most {shown[1]}{suffix}"
+    return f"{shown[0]} to {shown[1]}{suffix}"
+
+
+@rule(
+    code="PID101",
+    name="value-out-of-range",
+    severity=Severity.ERROR,
+    basis=D09,
+    message="{key} is {value}{unit}; allowed is {allowed}",
+)
+def value_out_of_range(context: Any) -> Iterator[Finding]:
+    """A number lies outside the limits that the manual gives its parameter.
+
+    Why: the PLC rejects it, or does something that the manual does not say.
+
+    Fix: choose a value inside the limits.
+    """
+    for path, value, limits in beyond_limits(context.config, ()):
+        unit = f" {limits.unit}" if limits.unit else ""
+        yield finding(*path, key=path[-1], value=decimal_text(value), unit=unit,
+                      allowed=_between(limits.low, limits.high, limits.unit))  # fmt: skip
+
+
+def _misfits(context: Any, fault: str) -> Iterator[tuple[Path, Misfit]]:
+    """What a register cannot hold for one reason, unless it already breaks the manual's own limits."""
+    known = {path for path, _, _ in beyond_limits(context.config, ())}
+    for path, misfit in context.encoding.misfits:
+        if misfit.error.fault == fault and path not in known:
+            yield path, misfit
+
+
+def unit_of(misfit: Misfit) -> str:
+    """The unit of a register for a message, with a blank before it; scaled registers are in the user's own."""
+    unit = misfit.word.unit
+    return f" {unit}" if unit and not unit.startswith(("pv", "output")) and "counts" not in str(misfit.value) else ""
+
+
+@rule(
+    code="PID102",
+    name="value-exceeds-word",
+    severity=Severity.ERROR,
+    basis=D09,
+    message="{field} is {value}{unit}, but its word holds {allowed}",
+)
+def value_exceeds_word(context: Any) -> Iterator[Finding]:
+    """A value does not fit the register that holds it.
+
+    Why: the register has no digits or bits for it, so the loop would run with another value.
+
+    Fix: lower the value, or widen the range or the data format that it is scaled with.
+    """
+    for path, misfit in _misfits(context, "range"):
+        low, high = misfit.error.low, misfit.error.high
+        allowed = str(misfit.error) if high is None else _between(low, high, unit_of(misfit).strip())
+        yield finding(*path, field=misfit.word.name, value=_text(misfit.value), unit=unit_of(misfit), allowed=allowed)
+
+
+@rule(
+    code="PID103",
+    name="rounds-onto-off-code",
+    severity=Severity.ERROR,
+    basis=D06,
+    message="{field} is {value}{unit}, which {effect}",
+)
+def rounds_onto_off_code(context: Any) -> Iterator[Finding]:
+    """A value is so small or large that its register would hold the code for "off".
+
+    Why: the term would be switched off, or with a gain of 0 the integral would act at gain 1: far from what was written.
+
+    Fix: choose a value that the register can hold, or write the off value on purpose.
+    """
+    for path, misfit in _misfits(context, "off"):
+        yield finding(*path, field=misfit.word.name, value=_text(misfit.value), unit=unit_of(misfit),
+                      effect=str(misfit.error))  # fmt: skip
+
+
+@rule(
+    code="PID104",
+    name="fractional-counts",
+    severity=Severity.ERROR,
+    basis=D07,
+    message="{field} is {value}, but raw counts are whole numbers",
+)
+def fractional_counts(context: Any) -> Iterator[Finding]:
+    """A raw value is not a whole number of counts.
+
+    Why: a register holds whole counts only, and a raw value is meant exactly.
+
+    Fix: round it, or give a range so that the value is in engineering units.
+    """
+    for path, misfit in _misfits(context, "form"):
+        yield finding(*path, field=misfit.word.name, value=_text(misfit.value))
+
+
+@rule(
+    code="PID105",
+    name="rounded-value",
+    severity=Severity.WARNING,
+    basis=D07,
+    message="{field} {value}{unit} is stored as {stored}{unit}, {percent} % off",
+)
+def rounded_value(context: Any) -> Iterator[Finding]:
+    """A value is stored more than 1 % off, because its register has too few digits.
+
+    Why: the loop runs with the stored value, not with the one in the file.
+
+    Fix: write the stored value if it will do; otherwise change the unit or the sample rate so that more digits count.
+    """
+    for path, rounded in context.encoding.rounded:
+        if rounded.value and abs(rounded.stored - rounded.value) > ROUNDING_WARNING * abs(rounded.value):
+            percent = abs(rounded.stored / rounded.value - 1) * 100
+            unit = f" {rounded.word.unit}" if rounded.word.unit else ""
+            yield finding(*path, field=rounded.word.name, value=_text(rounded.value), unit=unit,
+                          stored=decimal_text(rounded.stored), percent=f"{percent:.1f}")  # fmt: skip
+
+
+@rule(
+    code="PID106",
+    name="duplicate-loop-name",
+    severity=Severity.ERROR,
+    basis=D08,
+    message="the name {name} is already used by loop {first}",
+)
+def duplicate_loop_name(context: Any) -> Iterator[Finding]:
+    """Two loops have the same name.
+
+    Why: cascade links, scenarios and reports could mean either.
+
+    Fix: rename one of them.
+    """
+    first: dict[str, int] = {}
+    for i, loop in enumerate(context.config.loops):
+        if loop.name in first:
+            yield finding("loops", i, "name", name=loop.name, first=first[loop.name] + 1)
+        first.setdefault(loop.name, i)
+
+
+@rule(
+    code="PID107",
+    name="no-loops",
+    severity=Severity.WARNING,
+    basis=D09,
+    message="the list of loops is empty",
+)
+def no_loops(context: Any) -> Iterator[Finding]:
+    """A configuration without a single loop.
+
+    Why: the PLC's loop task is turned off, and nothing is controlled.
+
+    Fix: add a loop, or leave the file out.
+    """
+    if not context.config.loops:
+        yield at_key("loops")
+
+
+def _text(value: Any) -> str:
+    return decimal_text(value) if isinstance(value, Decimal) else str(value)

@@ -1,0 +1,141 @@
+"""Schema errors as findings: pydantic's own words are replaced, and each gets a code, a place and a cure."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterator
+from typing import Any, TypeVar, get_args
+
+from pydantic import BaseModel, ValidationError
+
+from pidcfg.diagnostics import Diagnostic, Path, Severity
+from pidcfg.source import Document
+from pidcfg.validate.codes import BY_KIND, OTHER_KIND
+
+KINDS = {"model_type": "a mapping of keys", "tuple_type": "a list", "list_type": "a list", "dict_type": "a mapping of keys"}
+SHOWN = 60
+
+M = TypeVar("M", bound=BaseModel)
+
+
+def read_model(model: type[M], doc: Document) -> tuple[M | None, list[Diagnostic]]:
+    """The document as a model, or what is wrong with it."""
+    found = [_no_value(doc, path) for path in _nulls(doc.data, ())]
+    try:
+        config = model.model_validate(doc.data)
+    except ValidationError as error:
+        nulls = {d.path for d in found}
+        shown = (d for e in error.errors(include_url=False) if (d := _diagnostic(e, model, doc)).path not in nulls)
+        return None, [*found, *shown]
+    return (None if found else config), found
+
+
+def _nulls(value: Any, path: Path) -> Iterator[Path]:
+    """Places of keys without a value."""
+    items = value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list) else ()
+    for step, inner in items:
+        if inner is None:
+            yield (*path, step)
+        else:
+            yield from _nulls(inner, (*path, step))
+
+
+def _no_value(doc: Document, path: Path) -> Diagnostic:
+    message = f"{path[-1]} has no value"
+    help_text = "give a value, or remove the key"
+    return Diagnostic("PID037", Severity.ERROR, message, doc.file, doc.locate(path, key=True), path, help=help_text)
+
+
+def _diagnostic(error: Any, model: type[BaseModel], doc: Document) -> Diagnostic:
+    path: Path = tuple(error["loc"])
+    kind = error["type"]
+    code = "PID030" if path == ("pidcfg",) else BY_KIND.get(kind, OTHER_KIND)
+    message, cure = _wording(error, path, model)
+    span = doc.locate(path, key=kind in {"missing", "extra_forbidden"})
+    return Diagnostic(code, Severity.ERROR, message, doc.file, span, path, loop=loop_name(doc, path), help=cure)
+
+
+def _wording(error: Any, path: Path, model: type[BaseModel]) -> tuple[str, str | None]:
+    kind, context, value = error["type"], error.get("ctx", {}), error["input"]
+    key = str(path[-1]) if path else "the file"
+    if path == ("pidcfg",):
+        return (f"pidcfg: {shown(value)} is not a format version that this pidcfg reads" if kind != "missing" else
+                "the format version is missing"), "write 'pidcfg: 1'"  # fmt: skip
+    if kind == "missing":
+        return f"{_below(path)}{key} is missing", f"add {key}"
+    if kind == "extra_forbidden":
+        return unknown_key(key, keys_at(model, path[:-1]))
+    if kind == "literal_error":
+        return not_a_choice(key, value, _choices(context["expected"]))
+    if kind in KINDS:
+        return f"{key} must be {KINDS[kind]}, not {shown(value)}", None
+    if kind in {"too_long", "too_short"}:
+        bound = context.get("max_length", context.get("min_length"))
+        return f"{key} has {context['actual_length']} items; the limit is {bound}", None
+    if "text" in context:
+        return f"{key}: {context['text']}", context.get("help")
+    return f"{key}: {error['msg'].lower()}", None
+
+
+def _below(path: Path) -> str:
+    """Where a key is missing, in words."""
+    parents = [str(p) for p in path[:-1] if isinstance(p, str)]
+    return f"{parents[-1]}." if parents and parents[-1] not in {"loops", "steps"} else ""
+
+
+def _choices(expected: str) -> list[str]:
+    """pydantic lists them as ``'a', 'b' or 'c'``."""
+    return [part.strip().strip("'") for part in expected.replace(" or ", ", ").split(", ")]
+
+
+def unknown_key(key: str, known: list[str]) -> tuple[str, str | None]:
+    """The message and cure for a key that is not in the schema."""
+    near = difflib.get_close_matches(key, known, n=1, cutoff=0.6)
+    cure = f"did you mean {near[0]}?" if near else f"known keys here: {', '.join(known)}"
+    return f"unknown key {key!r}", cure
+
+
+def not_a_choice(key: str, value: object, choices: list[str]) -> tuple[str, str | None]:
+    """The message and cure for a word that is not in a list."""
+    near = difflib.get_close_matches(str(value).lower(), [c.lower() for c in choices], n=1, cutoff=0.5)
+    meant = next((c for c in choices if near and c.lower() == near[0]), None)
+    return f"{key} is {shown(value)}, not one of {', '.join(choices)}", f"did you mean {meant}?" if meant else None
+
+
+def shown(value: object) -> str:
+    """A value as a message quotes it, shortened."""
+    if isinstance(value, dict):
+        return "a mapping"
+    if isinstance(value, list | tuple):
+        return "a list"
+    text = str(value)
+    return repr(str(text[:SHOWN] + ("…" if len(text) > SHOWN else "")))
+
+
+def keys_at(model: type[BaseModel], path: Path) -> list[str]:
+    """The keys that the schema knows at a place."""
+    current: type[BaseModel] | None = model
+    for step in path:
+        if current is None or isinstance(step, int):
+            continue
+        field = current.model_fields.get(step)
+        current = model_in(field.annotation) if field else None
+    return list(current.model_fields) if current else []
+
+
+def model_in(annotation: Any) -> type[BaseModel] | None:
+    """The model inside an annotation such as ``tuple[Loop, ...] | None``."""
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        return annotation
+    return next((m for a in get_args(annotation) if (m := model_in(a)) is not None), None)
+
+
+def loop_name(doc: Document, path: Path) -> str | None:
+    """The name of the loop that a path is in, if it can be read."""
+    data = doc.data or {}
+    loops = data.get("loops")
+    if len(path) > 1 and path[0] == "loops" and isinstance(path[1], int) and isinstance(loops, list):
+        entry = loops[path[1]] if path[1] < len(loops) else None
+        name = entry.get("name") if isinstance(entry, dict) else None
+        return str(name) if name is not None else None
+    return None

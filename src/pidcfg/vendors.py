@@ -1,0 +1,73 @@
+"""One row per vendor: everything that the rest of the program knows about it, by name until it is needed.
+
+A row holds text, so that listing the vendors imports nothing; the accessors import what they name. There is no other
+place that may ask which vendor it is.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from pydantic import BaseModel
+
+
+@dataclass(frozen=True, slots=True)
+class Vendor:
+    """A PLC family; ``module:attribute`` of its schema, codecs, rules, writers, virtual controller and starter file."""
+
+    key: str
+    title: str
+    schema: str
+    encode: str
+    decode: str
+    context: str
+    rules: str
+    formats: str
+    checklist: str
+    controller: str
+    registers: str
+    starter: str
+
+    def load(self, what: str) -> Any:
+        """The object that a column names, imported on first use."""
+        module, _, attribute = getattr(self, what).partition(":")
+        return getattr(import_module(module), attribute)
+
+    @property
+    def model(self) -> type[BaseModel]:
+        """The schema of its configuration files."""
+        model: type[BaseModel] = self.load("schema")
+        return model
+
+    @property
+    def encoder(self) -> Callable[[Any], Any]:
+        """Configuration to `pidcfg.encoders.image.Encoding`."""
+        encoder: Callable[[Any], Any] = self.load("encode")
+        return encoder
+
+
+# fmt: off
+VENDORS = {
+    v.key: v
+    for v in (
+        Vendor(
+            key="dl06",
+            title="AutomationDirect DirectLOGIC DL06",
+            schema="pidcfg.schemas.dl06:Dl06File",
+            encode="pidcfg.encoders.dl06:encode",
+            decode="pidcfg.encoders.dl06_decode:decode",
+            context="pidcfg.validate.rules.dl06.context:Dl06Context",
+            rules="pidcfg.validate.rules.dl06:RULES",
+            formats="pidcfg.encoders.dl06_files:FORMATS",
+            checklist="pidcfg.encoders.dl06_files:checklist",
+            controller="pidcfg.sim.controllers.dl06_plc:load",
+            registers="pidcfg.encoders.maps.dl06:TABLES",
+            starter="starters/dl06.yaml",
+        ),
+    )
+}
+# fmt: on
