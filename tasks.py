@@ -1,0 +1,233 @@
+"""Set up, show and test pidcfg with nothing but Python: `python tasks.py demo`, `python tasks.py test`.
+
+demo    install pidcfg into .venv, validate and simulate the example reactor
+test    install everything and run all tests; further arguments go to pytest
+check   ruff, mypy --strict, the import rules, the generated docs
+bench   print the benchmarks: speed of the command and of the simulation
+lock    renew requirements/*.txt from pyproject.toml
+
+Runs on Windows, macOS and Linux. A second run is quick: what is installed is remembered in .venv.
+"""
+
+import sys
+
+if sys.version_info < (3, 11):
+    sys.exit("pidcfg needs Python 3.11 or newer; this is Python {}.{}".format(*sys.version_info[:2]))
+
+import hashlib
+import os
+import re
+import subprocess
+import tempfile
+import tomllib
+from collections.abc import Callable
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parent
+VENV = ROOT / ".venv"
+BIN = VENV / ("Scripts" if os.name == "nt" else "bin")
+PYTHON = BIN / ("python.exe" if os.name == "nt" else "python")
+REQUIREMENTS = ROOT / "requirements"
+REACTOR = "examples/dl06/reactor.yaml"
+SCENARIO = "examples/dl06/reactor.scenario.yaml"
+
+NEEDED_BY = {"demo": ("build", "run"), "test": ("build", "run", "dev")}
+"""Files of requirements/ by what they are installed for."""
+
+WINDOWS_ONLY = ("colorama",)
+"""What click and pytest need on Windows alone: the lock is made on Linux and would miss it."""
+
+
+def run(*command: str | Path) -> int:
+    """Show a command, run it in the project's folder and return its exit code."""
+    words = [str(word) for word in command]
+    print("$", *words, flush=True)
+    return subprocess.run(words, cwd=ROOT, check=False).returncode
+
+
+def must(*command: str | Path) -> None:
+    """Run a command and end with its exit code when it fails."""
+    code = run(*command)
+    if code:
+        sys.exit(code)
+
+
+# --- the virtual environment ------------------------------------------------------------------------------------------
+
+
+MAKER = f"{sys.version} {ROOT}"
+"""An environment serves one Python and one folder: its scripts name both."""
+
+
+def fingerprint() -> str:
+    """What an installation depends on; another one means to install again."""
+    digest = hashlib.sha256(MAKER.encode())
+    for path in (ROOT / "pyproject.toml", *sorted(REQUIREMENTS.glob("*.txt"))):
+        digest.update(path.read_bytes())
+    return digest.hexdigest()
+
+
+def prepare(purpose: str) -> None:
+    """Make .venv and install what `purpose` needs, unless that was done before."""
+    stamp = VENV / f"pidcfg-{purpose}.stamp"
+    wanted = fingerprint()
+    if stamp.is_file() and stamp.read_text("utf-8") == wanted:
+        return
+    make_venv()
+    print(f"installing into {VENV} (a minute or two the first time)", flush=True)
+    if not install_locked(purpose):
+        install_ranges(purpose)
+    if purpose == "test":
+        install_fast()
+    must(PYTHON, *PIP, "--no-deps", "--no-build-isolation", "--editable", ".")
+    stamp.write_text(wanted, "utf-8")
+
+
+def make_venv() -> None:
+    """Make .venv, anew when another Python or another folder made it."""
+    stamp = VENV / "pidcfg-python.stamp"
+    if PYTHON.exists() and (not stamp.exists() or stamp.read_text("utf-8") == MAKER):
+        return
+    if run(sys.executable, "-m", "venv", "--clear", VENV):
+        sys.exit("no virtual environment could be made; on Debian and Ubuntu install python3-venv first")
+    stamp.write_text(MAKER, "utf-8")
+
+
+PIP = ("-m", "pip", "--disable-pip-version-check", "--no-input", "install", "--quiet")
+
+
+def install_locked(purpose: str) -> bool:
+    """Install the tested versions, checked by their hashes."""
+    files = [word for name in NEEDED_BY[purpose] for word in ("-r", f"requirements/{name}.txt")]
+    return run(PYTHON, *PIP, "--require-hashes", *files) == 0
+
+
+def install_ranges(purpose: str) -> None:
+    """Install whatever pyproject.toml allows, for a Python that the locked versions do not know. Not in CI."""
+    if "CI" in os.environ:
+        sys.exit("the locked requirements do not install")
+    print("the locked versions do not install here; trying what pyproject.toml allows", flush=True)
+    must(PYTHON, *PIP, *(line for name in NEEDED_BY[purpose] for line in ranges(name)))
+
+
+def install_fast() -> None:
+    """Numba is optional: without it the simulation runs in Python, and so do its tests. CI needs it."""
+    if run(PYTHON, *PIP, "--require-hashes", "-r", "requirements/fast.txt"):
+        if "CI" in os.environ:
+            sys.exit("numba does not install")
+        print("numba does not install here; going on without the extra `fast`", flush=True)
+
+
+# --- locking ----------------------------------------------------------------------------------------------------------
+
+
+def ranges(name: str) -> list[str]:
+    """What pyproject.toml says for one file of requirements/."""
+    pyproject = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))
+    project, groups = pyproject["project"], pyproject["dependency-groups"]
+    lines: list[str] = {
+        "build": groups["build"],
+        "run": [*project["dependencies"], *WINDOWS_ONLY],
+        "dev": groups["dev"],
+        "fast": project["optional-dependencies"]["fast"],
+    }[name]
+    return lines
+
+
+LOCK_OPTIONS = (
+    "--quiet",
+    "--generate-hashes",
+    "--strip-extras",
+    "--no-header",
+    "--no-annotate",
+    # a lock names packages, not the servers they came from
+    "--no-emit-index-url",
+    "--no-emit-find-links",
+    "--no-emit-trusted-host",
+    "--no-emit-options",
+)
+
+
+def compile_lock(python: Path, folder: Path, name: str, earlier: list[str]) -> None:
+    """Write requirements/<name>.txt, in agreement with the files locked before it."""
+    source, result = folder / f"{name}.in", folder / f"{name}.txt"
+    agreeing = [f"-c {folder / other}.txt" for other in earlier]
+    source.write_text("\n".join(agreeing + ranges(name)), "utf-8")
+    must(python, "-m", "piptools", "compile", *LOCK_OPTIONS, "--output-file", result, source)
+    text = result.read_text("utf-8")
+    for package in WINDOWS_ONLY:
+        text = re.sub(rf"^({package}==\S+)", r'\1 ; sys_platform == "win32"', text, flags=re.MULTILINE)
+    header = f"# {name}: made by `python tasks.py lock` from pyproject.toml; do not edit.\n"
+    (REQUIREMENTS / f"{name}.txt").write_text(header + text, "utf-8", newline="\n")
+
+
+# --- the tasks --------------------------------------------------------------------------------------------------------
+
+
+def demo() -> None:
+    """Install, then check and simulate the example reactor."""
+    prepare("demo")
+    must(BIN / "pidcfg", "validate", REACTOR)
+    must(BIN / "pidcfg", "simulate", SCENARIO)
+
+
+def test(*arguments: str) -> None:
+    """Install everything and run all tests."""
+    prepare("test")
+    must(PYTHON, "-m", "pytest", *arguments)
+
+
+def check() -> None:
+    """Run every check, also after one has failed, and say which did."""
+    prepare("test")
+    steps: tuple[tuple[str, ...], ...] = (
+        ("-m", "ruff", "check", "."),
+        ("-m", "ruff", "format", "--check", "."),
+        ("-m", "mypy", "--strict"),
+        ("-m", "pytest", "-q", "tests/test_layers.py"),
+        ("docs/generate.py", "--check"),
+    )
+    failed = [" ".join(step) for step in steps if run(PYTHON, *step)]
+    if failed:
+        sys.exit("failed: " + "; ".join(failed))
+    print("all checks passed")
+
+
+def bench() -> None:
+    """Print every benchmark."""
+    prepare("test")
+    for script in sorted((ROOT / "tests" / "benchmarks").glob("bench_*.py")):
+        must(PYTHON, script.relative_to(ROOT))
+
+
+def lock() -> None:
+    """Renew requirements/*.txt. On the oldest Python: newer ones never need more packages."""
+    if sys.version_info[:2] != (3, 11):
+        sys.exit("lock with Python 3.11, the oldest that pidcfg supports")
+    with tempfile.TemporaryDirectory() as folder:
+        must(sys.executable, "-m", "venv", Path(folder) / "venv")
+        python = Path(folder) / "venv" / PYTHON.relative_to(VENV)
+        must(python, *PIP, "pip-tools>=7.5")
+        locked: list[str] = []
+        for name in ("run", "build", "dev", "fast"):
+            compile_lock(python, Path(folder), name, locked)
+            locked.append(name)
+
+
+TASKS: dict[str, Callable[..., None]] = {"demo": demo, "test": test, "check": check, "bench": bench, "lock": lock}
+
+
+def main(arguments: list[str]) -> None:
+    """Run the named task."""
+    name, *rest = arguments or ["help"]
+    if name not in TASKS or (rest and name != "test"):
+        sys.exit(__doc__)
+    os.environ["PYTHONUTF8"] = "1"
+    TASKS[name](*rest)
+
+
+if __name__ == "__main__":
+    try:
+        main(sys.argv[1:])
+    except KeyboardInterrupt:
+        sys.exit(130)
