@@ -12,11 +12,12 @@ satisfies the set point, so that both can be compared.
 
 from __future__ import annotations
 
-from math import sqrt
-
-from pidcfg.sim.controllers import dl06_alarms, dl06_modes, dl06_ramp_soak
+from pidcfg.sim.controllers import dl06_alarms, dl06_autotune, dl06_equation, dl06_modes, dl06_ramp_soak
 from pidcfg.sim.controllers.dl06_alarms import alarms
+from pidcfg.sim.controllers.dl06_autotune import tune
+from pidcfg.sim.controllers.dl06_equation import position, process, refresh, shaped, stepped_bias, velocity
 from pidcfg.sim.controllers.dl06_modes import OVERRIDE_OVERFLOW, modes, to_manual
+from pidcfg.sim.controllers.dl06_plc import Dl06, Options, load
 from pidcfg.sim.controllers.dl06_ramp_soak import ramp_soak
 from pidcfg.sim.controllers.dl06_state import (
     BLIND,
@@ -28,101 +29,22 @@ from pidcfg.sim.controllers.dl06_state import (
     MUTE,
     NEAREST,
     OVERFLOW,
+    RELAY,
     REQUEST,
     RESTORE,
     SOAK,
     STOPPED,
-    TICKS,
     TRIP,
     TUNE,
     Config,
     State,
 )
 
+__all__ = ["KERNELS", "Config", "Dl06", "Options", "State", "load", "sample", "scan"]
+
 LARGEST = 2147483647.0
 """An output beyond a signed 32-bit number of counts is an overflow."""
 MODE_WORK = TRIP | RESTORE | REQUEST | GOAL
-
-
-def coefficients(c: Config, s: State) -> None:
-    """The factors of the equation, from the gain words: Ki = Kc Ts/Ti and Kr = Kc Td/Ts, in output counts.
-
-    A gain of 0 takes the proportional term out and leaves Ki = Ts/Ti, Kr = Td/Ts.
-    """
-    seconds = s.period / TICKS
-    scale = -c.out_span if c.reverse else c.out_span
-    factor = s.gain * scale if s.gain > 0.0 else scale
-    s.kp = s.gain * scale
-    s.ki = factor * seconds / s.reset if s.reset > 0.0 else 0.0
-    s.kd = factor * s.rate / seconds
-    s.lag = 1.0
-    if c.limited:
-        s.kd = s.kd if c.limit > 0.0 else 0.0
-        s.lag = seconds / (seconds + s.rate / c.limit) if c.limit > 0.0 else 1.0
-
-
-def process(c: Config, pv: float) -> float:
-    """The PV on the set point's scale: itself, or its root."""
-    if c.root == 0:
-        return pv
-    return sqrt(pv) if pv > 0.0 else 0.0
-
-
-def shaped(c: Config, sp: float, pv: float) -> float:
-    """The error as a fraction of the span: root extract, then the square, then the deadband."""
-    e = (sp - process(c, pv)) / c.span
-    if c.squared:
-        e = e * abs(e)
-    if -c.deadband <= e <= c.deadband:
-        e = 0.0
-    return e
-
-
-def refresh(s: State, e: float, x: float, sp: float) -> None:
-    """Give the equation a past that equals the present: no kick after Manual."""
-    s.e1 = e
-    s.x1 = x
-    s.x2 = x
-    s.last_sp = sp
-    s.busy &= ~FRESH
-
-
-def stepped_bias(c: Config, s: State, sp: float) -> None:
-    """Step bias: a change of the set point changes the bias in proportion, inversely for reverse action."""
-    if sp * s.last_sp > 0.0:
-        s.bias *= s.last_sp / sp if c.reverse else sp / s.last_sp
-    s.last_sp = sp
-
-
-def velocity(s: State, e: float, x: float) -> float:
-    """Change of output: Kc (e(n) - e(n-1)) + Ki e(n) + Kr (e(n) - 2 e(n-1) + e(n-2)), on top of the one before."""
-    y = s.x1 + s.lag * (x - s.x1)
-    m = s.m + s.kp * (e - s.e1) + s.ki * e + s.kd * (y - 2.0 * s.x1 + s.x2)
-    s.x2 = s.x1
-    s.x1 = y
-    s.e1 = e
-    return m
-
-
-def position(c: Config, s: State, e: float, x: float) -> float:
-    """Mx(n) = Mx(n-1) + Ki e(n), within the data range; M(n) = Kc e(n) + Kr (e(n) - e(n-1)) + Mx(n)."""
-    bias = s.bias
-    change = s.ki * e
-    if change != 0.0:
-        if c.freeze and ((change > 0.0 and s.out >= c.out_max) or (change < 0.0 and s.out <= c.out_min)):
-            change = 0.0
-        bias += change
-    if bias > c.out_max:
-        bias = c.out_max
-    elif bias < c.out_min:
-        bias = c.out_min
-    s.bias = bias
-    m = s.kp * e + bias
-    if s.kd != 0.0:
-        change = s.lag * (x - s.x1)
-        s.x1 += change
-        m += s.kd * change
-    return m
 
 
 def sample(i: int, cfg: list[Config], st: list[State], aux: list[float], sig: list[float]) -> None:
@@ -172,7 +94,10 @@ def sample(i: int, cfg: list[Config], st: list[State], aux: list[float], sig: li
         centre = sp * sp if c.root else sp
         sig[c.sig_sp] = c.pv_low + (centre - c.pv_min) * c.pv_width / c.pv_span
 
-    if status & MANUAL == 0 and busy & TUNE == 0:
+    if busy & TUNE:
+        tune(c, s, aux, sp)
+        busy = s.busy
+    if status & MANUAL == 0 and busy & RELAY == 0:
         e = shaped(c, sp, pv) if c.curved else (sp - pv) / c.span
         x = -process(c, pv) / c.span if c.on_pv else e
         if busy & FRESH:
@@ -229,13 +154,8 @@ KERNELS = (
     *dl06_alarms.KERNELS,
     *dl06_modes.KERNELS,
     *dl06_ramp_soak.KERNELS,
-    coefficients,
-    process,
-    shaped,
-    refresh,
-    stepped_bias,
-    velocity,
-    position,
+    *dl06_equation.KERNELS,
+    *dl06_autotune.KERNELS,
     sample,
     next_slow,
     scan,

@@ -62,7 +62,9 @@ SOAK = 512
 """A ramp/soak command waits or a profile runs."""
 TUNE = 1024
 """Auto-tune is wanted or runs."""
-TRIP = 2048
+RELAY = 2048
+"""Auto-tune has taken the output over."""
+TRIP = 4096
 """To Manual now: an alarm programming error has been written."""
 
 

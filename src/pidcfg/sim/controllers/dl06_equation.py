@@ -1,0 +1,95 @@
+"""The PID equation of the DL06 in both forms, line by line as the manual prints it.
+
+The engine works in fractions of the data range: the error is a fraction of the PV's span, the factors turn it into
+output counts and carry the sign of the action.
+"""
+
+from __future__ import annotations
+
+from math import sqrt
+
+from pidcfg.sim.controllers.dl06_state import FRESH, TICKS, Config, State
+
+
+def coefficients(c: Config, s: State) -> None:
+    """The factors of the equation, from the gain words: Ki = Kc Ts/Ti and Kr = Kc Td/Ts, in output counts.
+
+    A gain of 0 takes the proportional term out and leaves Ki = Ts/Ti, Kr = Td/Ts.
+    """
+    seconds = s.period / TICKS
+    scale = -c.out_span if c.reverse else c.out_span
+    factor = s.gain * scale if s.gain > 0.0 else scale
+    s.kp = s.gain * scale
+    s.ki = factor * seconds / s.reset if s.reset > 0.0 else 0.0
+    s.kd = factor * s.rate / seconds
+    s.lag = 1.0
+    if c.limited:
+        s.kd = s.kd if c.limit > 0.0 else 0.0
+        s.lag = seconds / (seconds + s.rate / c.limit) if c.limit > 0.0 else 1.0
+
+
+def process(c: Config, pv: float) -> float:
+    """The PV on the set point's scale: itself, or its root."""
+    if c.root == 0:
+        return pv
+    return sqrt(pv) if pv > 0.0 else 0.0
+
+
+def shaped(c: Config, sp: float, pv: float) -> float:
+    """The error as a fraction of the span: root extract, then the square, then the deadband."""
+    e = (sp - process(c, pv)) / c.span
+    if c.squared:
+        e = e * abs(e)
+    if -c.deadband <= e <= c.deadband:
+        e = 0.0
+    return e
+
+
+def refresh(s: State, e: float, x: float, sp: float) -> None:
+    """Give the equation a past that equals the present: no kick after Manual."""
+    s.e1 = e
+    s.x1 = x
+    s.x2 = x
+    s.last_sp = sp
+    s.busy &= ~FRESH
+
+
+def stepped_bias(c: Config, s: State, sp: float) -> None:
+    """Step bias: a change of the set point changes the bias in proportion, inversely for reverse action."""
+    if sp * s.last_sp > 0.0:
+        s.bias *= s.last_sp / sp if c.reverse else sp / s.last_sp
+    s.last_sp = sp
+
+
+def velocity(s: State, e: float, x: float) -> float:
+    """Change of output: Kc (e(n) - e(n-1)) + Ki e(n) + Kr (e(n) - 2 e(n-1) + e(n-2)), on top of the one before."""
+    y = s.x1 + s.lag * (x - s.x1)
+    m = s.m + s.kp * (e - s.e1) + s.ki * e + s.kd * (y - 2.0 * s.x1 + s.x2)
+    s.x2 = s.x1
+    s.x1 = y
+    s.e1 = e
+    return m
+
+
+def position(c: Config, s: State, e: float, x: float) -> float:
+    """Mx(n) = Mx(n-1) + Ki e(n), within the data range; M(n) = Kc e(n) + Kr (e(n) - e(n-1)) + Mx(n)."""
+    bias = s.bias
+    change = s.ki * e
+    if change != 0.0:
+        if c.freeze and ((change > 0.0 and s.out >= c.out_max) or (change < 0.0 and s.out <= c.out_min)):
+            change = 0.0
+        bias += change
+    if bias > c.out_max:
+        bias = c.out_max
+    elif bias < c.out_min:
+        bias = c.out_min
+    s.bias = bias
+    m = s.kp * e + bias
+    if s.kd != 0.0:
+        change = s.lag * (x - s.x1)
+        s.x1 += change
+        m += s.kd * change
+    return m
+
+
+KERNELS = (coefficients, process, shaped, refresh, stepped_bias, velocity, position)

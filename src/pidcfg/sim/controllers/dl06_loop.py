@@ -1,0 +1,124 @@
+"""The words of one DL06 loop, as they stand in memory and as the controller has last read them.
+
+Some words are read only when an alarm's enable bit goes from 0 to 1, some only when the CPU changes its mode; a value
+that is written to one of them changes the memory and nothing else until then.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from decimal import Decimal
+from typing import TYPE_CHECKING, Any
+
+from pidcfg.encoders.maps.dl06 import FORMATS, LOOP_TABLE, LOOP_TABLES
+from pidcfg.encoders.regmap import Bits, Word, encode_one
+from pidcfg.encoders.scales import Scale
+from pidcfg.sim.controllers.dl06_report import READ_LATE
+from pidcfg.sim.controllers.dl06_setting import Row, encode_setting
+from pidcfg.sim.controllers.dl06_state import TICKS, Config, State
+from pidcfg.sim.controllers.dl06_words import Values, decode_loop
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+ENABLES = {
+    "alarms.pv.enabled": ("alarms.pv.", "alarms.hysteresis"),
+    "alarms.deviation.enabled": ("alarms.deviation.", "alarms.hysteresis"),
+    "alarms.rate_of_change_enabled": ("alarms.rate_of_change",),
+}
+"""Which words an alarm's enable bit makes the controller read when it goes from 0 to 1."""
+
+
+@dataclass(slots=True)
+class Loop:
+    """A loop's words, and what no word holds."""
+
+    name: str
+    goal: str
+    pv_range: tuple[Decimal, Decimal] | None
+    out_range: tuple[Decimal, Decimal] | None
+    decimals: int
+    """Implied decimals of the reset word."""
+    memory: list[int]
+    read: list[int]
+    values: Values
+    """Decoded from the words that have been read; quantities in counts."""
+    absorbed: bool = True
+    """The results of the last auto-tune stand in the words."""
+
+    def scales(self) -> dict[str, Scale]:
+        """The scales of the loop's words in engineering units."""
+        pv = FORMATS[self.values["pv.format"]]
+        output = FORMATS[self.values["output.format"] or self.values["pv.format"]]
+        root = self.values["pv.square_root"]
+        return {
+            "pv": Scale(pv, self.pv_range),
+            "sp": Scale(pv, self.pv_range, root),
+            "output": Scale(output, self.out_range),
+        }
+
+    def reread(self) -> None:
+        """Read every word, as the controller does when the CPU changes its mode."""
+        self.read[:] = self.memory
+        self.decode()
+
+    def decode(self) -> None:
+        """Renew the values from the words that have been read."""
+        self.values, _ = decode_loop(self.read, self.decimals)
+
+    def write(self, row: Row, value: Any) -> str | None:
+        """Write a value to its register; returns why the controller does not know it yet, if so."""
+        word = encode_setting(row, value, self.values, self.scales())
+        if isinstance(row, Bits):
+            word |= self.memory[row.offset] & ~row.mask
+        rose = word & ~self.memory[row.offset]
+        self.memory[row.offset] = word
+        if isinstance(row, Word) and row.read in READ_LATE:
+            return f"+{row.offset:02o} {READ_LATE[row.read]}"
+        self.read[row.offset] = word
+        if rose:
+            self._read_alarms(str(row.path))
+        self.decode()
+        return None
+
+    def _read_alarms(self, path: str) -> None:
+        for start in ENABLES.get(path, ()):
+            for word in LOOP_TABLE.words:
+                if str(word.path).startswith(start):
+                    self.read[word.offset] = self.memory[word.offset]
+
+    def absorb(self, c: Config, s: State) -> None:
+        """Put what an auto-tune has written into the words."""
+        if self.absorbed or not s.tune_done:
+            return
+        self.absorbed = True
+        for name, value in tuned_words(c, s).items():
+            word = LOOP_TABLES[self.decimals].word(name)
+            self.memory[word.offset] = self.read[word.offset] = encode_one(word.codec, value, {})
+        self.decode()
+
+
+def loop_of(words: Mapping[int, int], start: int, own: Mapping[str, Any], decimals: int) -> tuple[Loop, list[str]]:
+    """A loop from the memory at ``start`` and its entry in the image's settings; complaints about its words."""
+    memory = [words.get(start + k, 0) for k in range(LOOP_TABLE.size)]
+    values, problems = decode_loop(memory, decimals)
+    pv, out = own.get("pv") or {}, own.get("output") or {}
+    loop = Loop(own["loop"], own.get("mode", "manual"), ends(pv), ends(out), decimals, memory, memory[:], values)
+    return loop, [f"{loop.name}: {problem}" for problem in problems]
+
+
+def tuned_words(c: Config, s: State) -> dict[str, Decimal]:
+    """What an auto-tune writes, by register."""
+    results = {"gain": s.gain, "reset": s.reset / c.reset_unit, "rate": s.rate, "sample_rate": s.period / TICKS}
+    return {name: Decimal(f"{value:.2f}") for name, value in results.items()}
+
+
+def ends(settings: Mapping[str, Any]) -> tuple[Decimal, Decimal] | None:
+    """The engineering range of a settings entry."""
+    pair = settings.get("range")
+    return None if pair is None else (Decimal(str(pair[0])), Decimal(str(pair[1])))
+
+
+def eng(pair: tuple[Decimal, Decimal] | None, minimum: float, span: float) -> tuple[float, float]:
+    """Low end and width of a range; without one, counts."""
+    return (minimum, span) if pair is None else (float(pair[0]), float(pair[1] - pair[0]))

@@ -1,0 +1,62 @@
+"""What a DL06 loop tells the outside: names of modes, alarms and flags as bits, and notices in words."""
+
+from __future__ import annotations
+
+from pidcfg.sim.controllers import dl06_autotune, dl06_modes, dl06_ramp_soak
+from pidcfg.sim.controllers import dl06_state as bits
+
+MODES = {"manual": bits.MANUAL, "auto": bits.AUTO, "cascade": bits.CASCADE}
+COMMANDS = {"start": bits.RS_START, "hold": bits.RS_HOLD, "resume": bits.RS_RESUME, "jog": bits.RS_JOG}
+REASONS = dl06_modes.REASONS | dl06_ramp_soak.REASONS | dl06_autotune.REASONS
+SIGNALS = ("", "PV", "SP", "OUT", "BIAS")
+"""Signals of a loop in the order of `Config.sig_in` and its followers; the measurement itself belongs to the plant."""
+ALARM_BITS = {
+    "pv_low_low": bits.LOW_LOW,
+    "pv_low": bits.LOW,
+    "pv_high": bits.HIGH,
+    "pv_high_high": bits.HIGH_HIGH,
+    "deviation_yellow": bits.YELLOW,
+    "deviation_red": bits.RED,
+    "rate_of_change": bits.RATE_OF_CHANGE,
+}
+FLAG_BITS = {
+    "alarm_programming_error": bits.ALARM_ERROR,
+    "overflow": bits.OVERFLOW,
+    "autotune_running": bits.TUNING,
+    "autotune_error": bits.TUNE_ERROR,
+}
+AUX_BITS = {
+    "ramp_soak_complete": bits.RS_COMPLETE,
+    "ramp_soak_deviation": bits.RS_DEVIATION,
+    "ramp_soak_hold": bits.RS_HELD,
+}
+READ_LATE = {
+    "no*": "is not read until the alarm's enable bit goes from 0 to 1",
+    "no**": "is not read until the PLC changes between Program and Run",
+}
+"""What the manual's column "Read on the Fly" means for a word that has just been written."""
+
+
+def mode_name(status: int) -> str:
+    """The mode that a status word tells."""
+    return next((name for name, bit in MODES.items() if status & bit), "manual")
+
+
+def notices(notice: int) -> list[tuple[int, int]]:
+    """A notice number as requested mode bits and reasons, in the order in which they were left."""
+    found: list[tuple[int, int]] = []
+    while notice:
+        notice, digit = divmod(notice, dl06_modes.NOTICES)
+        found.insert(0, divmod(digit, 1 << dl06_modes.REASON_BITS))
+    return found
+
+
+def describe(notice: int) -> str:
+    """The reasons of refusals and overrides in words."""
+    return "; ".join(REASONS[reason] for _, reason in notices(notice))
+
+
+def requested(notice: int) -> str | None:
+    """The mode that was asked for when the last notice was left; None: nobody asked for one."""
+    asked = [mode for mode, _ in notices(notice) if mode]
+    return mode_name(asked[-1]) if asked else None

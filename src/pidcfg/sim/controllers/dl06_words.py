@@ -1,0 +1,172 @@
+"""From the words of a loop table to the numbers that the controller calculates with.
+
+Every word and bit is decoded by its row of the register map, in counts. A word that is no value of its format (a BCD
+digit above 9, say) counts as 0, which switches its function off, and is reported.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, MutableSequence, Sequence
+from math import sqrt
+from typing import Any
+
+from pidcfg.encoders.dl06_setup import alarm_order_broken, check_ramp_soak
+from pidcfg.encoders.maps.dl06 import CPU, FORMATS, LOOP_TABLE, LOOP_TABLES, RAMP_SOAK_PAIR, RAMP_SOAK_PAIRS, RESET
+from pidcfg.encoders.regmap import Bits, RegisterMap, Word
+from pidcfg.encoders.scales import Scale
+from pidcfg.encoders.words import DecodeError
+from pidcfg.sim.controllers.dl06_state import TICKS, UNBOUNDED, Config, State
+from pidcfg.sim.terms import clamp, nearest
+
+Values = Mapping[str, Any]
+"""Decoded values by path; quantities in counts."""
+
+SLOW = 2 * TICKS
+"""Sample rates above this are calculated at most one a scan."""
+
+
+def raw_scales(bits: Values) -> dict[str, Scale]:
+    """The scales of a loop's words, in counts."""
+    pv = FORMATS[bits["pv.format"]]
+    output = FORMATS[bits["output.format"] or bits["pv.format"]]
+    return {"pv": Scale(pv), "sp": Scale(pv, root=bits["pv.square_root"]), "output": Scale(output)}
+
+
+def decode_block(table: RegisterMap, words: Sequence[int], scales: Mapping[str, Scale]) -> tuple[Values, list[str]]:
+    """Every value of a block by path, and complaints about words that are none."""
+    values: dict[str, Any] = {}
+    problems: list[str] = []
+    rows: tuple[Word | Bits, ...] = (*table.bits, *table.words)
+    for row in rows:
+        if row.path is None:
+            continue
+        if isinstance(row, Word) and not scales:
+            scales = raw_scales(values)
+        try:
+            values[row.path] = decode_row(row, words[row.offset], scales)
+        except DecodeError as error:
+            problems.append(f"+{row.offset:02o} {row.title}: {error}; taken as 0")
+            values[row.path] = decode_row(row, 0, scales)
+    return values, problems
+
+
+def decode_row(row: Word | Bits, word: int, scales: Mapping[str, Scale]) -> Any:
+    """One register's or choice's value."""
+    return row.decode(word) if isinstance(row, Bits) else RegisterMap.decode_word(row, word, scales)
+
+
+def decode_loop(words: Sequence[int], reset_decimals: int) -> tuple[Values, list[str]]:
+    """The 32 words of a loop."""
+    return decode_block(LOOP_TABLES[reset_decimals], words, {})
+
+
+def counts(value: Any) -> float:
+    """A decoded quantity as a float."""
+    return float(value.value)
+
+
+def configure(c: Config, v: Values, reset_decimals: int, loops: int) -> None:
+    """Everything in a loop's `Config` that follows from its own words; ``loops`` run together."""
+    _scales(c, v)
+    _error(c, v)
+    _alarms(c, v)
+    c.velocity = int(v["algorithm"] == "velocity")
+    c.reverse = int(v["action"] == "reverse")
+    c.bumpless = 1 if v["bumpless"] == "I" else 2
+    c.freeze = int(v["bias_freeze"])
+    c.limited = int(v["derivative_gain_limit_enabled"])
+    c.limit = float(v["derivative_gain_limit"])
+    c.m_low = clamp(counts(v["output.limits.0"]), c.out_min, c.out_max)
+    c.m_high = clamp(counts(v["output.limits.1"]), c.out_min, c.out_max)
+    c.independent = int(v["independent_of_cpu_mode"])
+    c.sees_pv = int(isinstance(v["pv.transfer"], tuple))
+    c.drives = int(isinstance(v["output.transfer"], tuple))
+    c.rs_enabled = int(v["ramp_soak.enabled"])
+    c.rs_fault = check_ramp_soak(v["ramp_soak.table"])
+    c.tune_open = int(v["autotune.method"] == "open")
+    c.tune_pi = int(v["autotune.type"] == "PI")
+    c.reset_unit = 60.0 if v["tuning.reset_unit"] == "minutes" else 1.0
+    c.reset_step = float(RESET[reset_decimals].step)
+    c.least_period = ticks(CPU.fast_rate if loops <= CPU.fast_loops else CPU.slow_rate)
+    c.period = max(ticks(v["sample_rate"]), c.least_period)
+    c.halt = int(v["sample_rate"] == 0)
+
+
+def ticks(seconds: Any) -> int:
+    """Seconds as ticks."""
+    return round(float(seconds) * TICKS)
+
+
+def _scales(c: Config, v: Values) -> None:
+    pv, output = raw_scales(v)["pv"].format, raw_scales(v)["output"].format
+    c.pv_min, c.pv_max, c.pv_span = float(pv.minimum), float(pv.maximum), float(pv.span)
+    c.out_min, c.out_max, c.out_span = float(output.minimum), float(output.maximum), float(output.span)
+    k = float(v["pv.filter"])
+    c.filter = k if v["pv.filter_enabled"] and 0.0 < k <= 1.0 else 1.0
+
+
+def _error(c: Config, v: Values) -> None:
+    c.root = int(v["pv.square_root"])
+    c.span = sqrt(c.pv_span) if c.root else c.pv_span
+    c.squared = int(v["error.curve"] == "squared")
+    c.deadband = counts(v["error.deadband"]) / c.span if v["error.deadband_enabled"] else 0.0
+    c.curved = int(c.root or c.squared or c.deadband > 0.0)
+    limited = v["setpoint.limits_enabled"]
+    c.sp_min = counts(v["setpoint.limits.0"]) if limited else -UNBOUNDED
+    c.sp_max = counts(v["setpoint.limits.1"]) if limited else UNBOUNDED
+
+
+PV_LIMITS = ("low_low", "low", "high", "high_high")
+DEVIATION_LIMITS = ("yellow", "red")
+
+
+def _alarms(c: Config, v: Values) -> None:
+    for name in PV_LIMITS:
+        off = -UNBOUNDED if name.startswith("low") else UNBOUNDED
+        setattr(c, name, counts(v[f"alarms.pv.{name}"]) if v["alarms.pv.enabled"] else off)
+    for name in DEVIATION_LIMITS:
+        setattr(c, name, counts(v[f"alarms.deviation.{name}"]) if v["alarms.deviation.enabled"] else UNBOUNDED)
+    c.rate_of_change = counts(v["alarms.rate_of_change"]) if v["alarms.rate_of_change_enabled"] else UNBOUNDED
+    c.hysteresis = counts(v["alarms.hysteresis"])
+
+
+def alarm_error(v: Values) -> bool:
+    """Bit 10 of +06."""
+    pv = [int(v[f"alarms.pv.{name}"].value) for name in PV_LIMITS] if v["alarms.pv.enabled"] else None
+    deviation = [int(v[f"alarms.deviation.{n}"].value) for n in DEVIATION_LIMITS]
+    return alarm_order_broken(pv, deviation if v["alarms.deviation.enabled"] else None)
+
+
+def tuning(c: Config, s: State, v: Values, reset_decimals: int) -> None:
+    """The gain words and the sample rate; a reset of all zeros or all nines is off."""
+    codec = RESET[reset_decimals]
+    reset = v["tuning.reset"]
+    s.gain = float(v["tuning.gain"])
+    s.reset = 0.0 if reset / codec.step in codec.off else float(reset) * c.reset_unit
+    s.rate = float(v["tuning.rate"])
+    s.period = c.period
+
+
+def profile(words: Sequence[int], v: Values) -> list[float]:
+    """A ramp/soak table as the kernels want it: target, slope a second, seconds to soak, deviation for each pair."""
+    table: list[float] = []
+    for j in range(RAMP_SOAK_PAIRS):
+        pair, _ = decode_block(RAMP_SOAK_PAIR, words[j * RAMP_SOAK_PAIR.size :][: RAMP_SOAK_PAIR.size], raw_scales(v))
+        table += [counts(pair["ramp_to"]), counts(pair["slope"]), float(pair["soak"]) * 60.0, counts(pair["deviation"])]
+    return table
+
+
+def major_of(pointer: int, start: int, loops: int, own: int) -> int:
+    """The loop of the table at ``start`` whose output word the remote set point pointer names; -1: none."""
+    index, offset = divmod(pointer - start, LOOP_TABLE.size)
+    named = offset == LOOP_TABLE.offset("output") and 0 <= index < loops and index != own
+    return index if named else -1
+
+
+def show(c: Config, s: State, sig: MutableSequence[float]) -> None:
+    """The signals of a loop as its words say."""
+    centre = s.sp * abs(s.sp) if c.root else s.sp
+    sig[c.sig_pv] = c.pv_low + (s.pv - c.pv_min) * c.pv_width / c.pv_span
+    sig[c.sig_sp] = c.pv_low + (centre - c.pv_min) * c.pv_width / c.pv_span
+    sig[c.sig_out] = c.out_low + (s.out - c.out_min) * c.out_width / c.out_span
+    sig[c.sig_bias] = c.out_low + (nearest(s.bias) - c.out_min) * c.out_width / c.out_span
