@@ -361,3 +361,40 @@ class Dl06File(Model):
     """Set-up of the CPU."""
     loops: tuple[Loop, ...]
     """The loops; the first is loop 1 of the table."""
+
+
+class Scaling(Model):
+    """The scale of a variable, which no register holds."""
+
+    range: Range | None = None
+    """Engineering values at 0 % and 100 % of the data format."""
+    unit: Text | None = None
+    """Engineering unit."""
+
+
+class LoopSettings(Model):
+    """What stands beside the words of one loop in a memory listing."""
+
+    loop: Name
+    """Name of the loop."""
+    description: Text | None = None
+    """What the loop does."""
+    mode: Mode = "manual"
+    """The mode the loop is meant to run in."""
+    pv: Scaling = Scaling()
+    """Scale of PV and set point."""
+    output: Scaling = Scaling()
+    """Scale of the output."""
+
+
+class PlcSettings(Model):
+    """What stands beside the words for the whole file."""
+
+    name: Text | None = None
+    """Name of the machine or plant section."""
+    description: Text | None = None
+    """Anything worth knowing."""
+    reset_decimals: Literal[1, 2] = 1
+    """Implied decimals of the reset words."""
+    derivative: Literal["error", "pv"] = "error"
+    """What the rate term acts on."""

@@ -16,7 +16,7 @@ D05 = Decision(
     "YAML 1.1 and 1.2 disagree on 010, yes and 1_000, and PLC engineers read a leading zero as octal.",
 )  # fmt: skip
 
-UNUSABLE = frozenset(f"PID{n:03d}" for n in range(1, 15)) | {"PID040"}
+UNUSABLE = frozenset(f"PID{n:03d}" for n in range(1, 15)) | {"PID040", "PID041"}
 
 
 def _row(code: str, name: str, title: str, why: str, fix: str) -> Rule:
@@ -40,6 +40,9 @@ READING = (
     _row("PID013", "limit", "The file is larger, deeper or longer than the limits.", "Limits keep a hostile or broken file from taking the machine.", "Split the file, or raise the limit by an option of the command."),
     _row("PID014", "tab", "A tab is used for indentation.", "YAML forbids it, since editors show tabs at different widths.", "Indent with spaces."),
     _row("PID040", "unreadable", "A file cannot be opened.", "It is missing, a folder without configurations, or not permitted.", "Check the path."),
+)
+LISTING = (
+    _row("PID041", "bad-listing", "A memory listing cannot be read, or its words are no configuration.", "A missing or impossible word would have to be guessed.", "Export the listing again, or name its format with --from and what it lacks with the options of `pidcfg decode`."),
 )
 SCHEMA = (
     _row("PID020", "unknown-key", "A key is not known here.", "It would be ignored, and the setting it was meant for would keep its default.", "Correct the spelling; the message suggests the nearest key."),

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any, Protocol
 
 from pidcfg.diagnostics import Diagnostic, Severity, ordered
 from pidcfg.encoders.image import Encoding
+from pidcfg.limits import DEFAULT, Limits
 from pidcfg.source import Document
 from pidcfg.validate.rule import Finding, Rule
 from pidcfg.validate.schema import loop_name, not_a_choice, read_model
@@ -38,7 +38,7 @@ class Checked:
         return any(d.severity is Severity.ERROR for d in self.findings)
 
 
-def check_document(doc: Document) -> Checked:
+def check_document(doc: Document, limits: Limits = DEFAULT) -> Checked:
     """All findings of one configuration (a scenario is checked by the simulator)."""
     found = list(doc.problems)
     if doc.data is None:
@@ -46,6 +46,11 @@ def check_document(doc: Document) -> Checked:
     vendor, problem = vendor_of(doc)
     if vendor is None:
         return Checked(doc, tuple(ordered([*found, *problem])))
+    loops = doc.data.get("loops")
+    if isinstance(loops, list) and len(loops) > limits.loops:
+        message = f"more than {limits.loops} loops"
+        found.append(Diagnostic("PID013", Severity.ERROR, message, doc.file, doc.locate(("loops",), key=True)))
+        return Checked(doc, tuple(ordered(found)), vendor)
     config, errors = read_model(vendor.model, doc)
     found += errors
     if config is None:
@@ -72,7 +77,7 @@ def vendor_of(doc: Document) -> tuple[Vendor | None, list[Diagnostic]]:
     return None, [Diagnostic("PID031", Severity.ERROR, message, doc.file, doc.locate(path), path, help=cure_or_none)]
 
 
-def run_rules(rules: Iterator[Rule] | Any, context: Context, doc: Document) -> Iterator[Diagnostic]:
+def run_rules(rules: Iterable[Rule], context: Context, doc: Document) -> Iterator[Diagnostic]:
     """The findings of rules, with positions."""
     for rule in rules:
         if rule.check is not None:
@@ -91,7 +96,7 @@ def place(rule: Rule, found: Finding, doc: Document) -> Diagnostic:
         path=found.path,
         loop=loop_name(doc, found.path),
         plc_effect=found.plc_effect,
-        reference=str(rule.basis),
+        reference=str(found.basis or rule.basis),
         help=found.fix or rule.part("Fix"),
     )
 
@@ -100,7 +105,3 @@ def is_scenario(doc: Document) -> bool:
     """Whether a file is a scenario rather than a configuration."""
     return doc.data is not None and "scenario" in doc.data and "vendor" not in doc.data
 
-
-def display_name(path: Path) -> str:
-    """A path as reports print it: with forward slashes on every system."""
-    return path.as_posix()

@@ -28,6 +28,7 @@ class Finding:
     plc_effect: str | None = None
     severity: Severity | None = None
     fix: str | None = None
+    basis: Basis | None = None
 
 
 Check = Callable[[Any], Iterator[Finding]]

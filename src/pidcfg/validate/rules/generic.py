@@ -94,8 +94,9 @@ def value_out_of_range(context: Any) -> Iterator[Finding]:
     """
     for path, value, limits in beyond_limits(context.config, ()):
         unit = f" {limits.unit}" if limits.unit else ""
-        yield finding(*path, key=path[-1], value=decimal_text(value), unit=unit,
-                      allowed=_between(limits.low, limits.high, limits.unit))  # fmt: skip
+        allowed = _between(limits.low, limits.high, limits.unit)
+        values = {"key": path[-1], "value": decimal_text(value), "unit": unit, "allowed": allowed}
+        yield Finding(path, values, basis=limits.basis)
 
 
 def _misfits(context: Any, fault: str) -> Iterator[tuple[Path, Misfit]]:

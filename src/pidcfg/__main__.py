@@ -1,0 +1,5 @@
+"""``python -m pidcfg``."""
+
+from pidcfg.cli.main import main
+
+main()

@@ -1,0 +1,57 @@
+"""What reaches the terminal: results on stdout, everything else on stderr, and rich only where a person watches."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Iterable, Iterator
+from typing import TypeVar
+
+import click
+
+T = TypeVar("T")
+
+
+def echo(text: str) -> None:
+    """A result; characters that the terminal's code page lacks are replaced, never a crash."""
+    click.echo(_encodable(text, sys.stdout.encoding), nl=False)
+
+
+def note(text: str) -> None:
+    """A remark for people, on stderr."""
+    click.echo(_encodable(text, sys.stderr.encoding), err=True)
+
+
+def _encodable(text: str, encoding: str | None) -> str:
+    return text.encode(encoding or "utf-8", "replace").decode(encoding or "utf-8", "replace")
+
+
+def watched() -> bool:
+    """Whether a person watches stderr: progress is shown to nobody else."""
+    return sys.stderr.isatty() and not os.environ.get("NO_COLOR") and os.environ.get("TERM") != "dumb"
+
+
+def progress(items: Iterable[T], label: str, total: int, *, quiet: bool = False) -> Iterator[T]:
+    """The items, with a progress bar once they take longer than a second on a terminal."""
+    if quiet or not watched():
+        yield from items
+        return
+    from rich.console import Console
+    from rich.progress import Progress
+
+    with Progress(console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task(label, total=total)
+        for item in items:
+            yield item
+            bar.advance(task)
+
+
+def markdown(text: str) -> None:
+    """A page of documentation: formatted on a terminal, as it is in a pipe."""
+    if not sys.stdout.isatty() or os.environ.get("NO_COLOR"):
+        echo(text)
+        return
+    from rich.console import Console
+    from rich.markdown import Markdown
+
+    Console().print(Markdown(text))

@@ -1,0 +1,94 @@
+"""Paths from the command line to documents: files, folders, patterns and standard input."""
+
+from __future__ import annotations
+
+import glob
+import os
+import re
+import sys
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import click
+
+from pidcfg.diagnostics import Diagnostic, Severity
+from pidcfg.limits import Limits
+from pidcfg.source import Document, Node, START, read_document
+
+STDIN = "-"
+SUFFIXES = {".yaml", ".yml"}
+OURS = re.compile(rb"^(?:\xef\xbb\xbf)?[\"']?pidcfg[\"']?\s*:", re.MULTILINE)
+
+
+@dataclass(frozen=True, slots=True)
+class Input:
+    """A file's name as reports print it, and its bytes; or why there are none."""
+
+    name: str
+    data: bytes = b""
+    problem: str | None = None
+
+
+def read_inputs(paths: Sequence[str], limits: Limits) -> Iterator[Document]:
+    """The documents that the paths of a command line stand for, each once."""
+    for entry in gather(paths, limits):
+        if entry.problem is None:
+            yield read_document(entry.data, entry.name, limits)
+        else:
+            found = Diagnostic("PID040", Severity.ERROR, entry.problem, entry.name, help="check the path")
+            yield Document(entry.name, "", None, Node(START), (found,))
+
+
+def gather(paths: Sequence[str], limits: Limits) -> Iterator[Input]:
+    """The inputs one by one; a folder stands for the files below it that carry a ``pidcfg`` key."""
+    seen: set[str] = set()
+    for name in _expand(paths):
+        if name in seen:
+            continue
+        seen.add(name)
+        if len(seen) > limits.files:
+            raise click.ClickException(f"more than {limits.files} files; raise it with --limit files=N")
+        if name != STDIN and os.path.isdir(name):  # noqa: PTH112 - plain text paths, thousands of them
+            yield from _folder(name, seen, limits)
+        else:
+            yield read_input(name, limits)
+
+
+def _expand(paths: Sequence[str]) -> Iterator[str]:
+    """Patterns that the shell has left alone."""
+    for path in paths:
+        if any(c in path for c in "*?[") and not Path(path).exists():
+            matches = sorted(glob.glob(path, recursive=True))  # noqa: PTH207 - patterns may be absolute
+            yield from (Path(m).as_posix() for m in matches) if matches else [path]
+        else:
+            yield path if path == STDIN else Path(path).as_posix()
+
+
+def _folder(name: str, seen: set[str], limits: Limits) -> Iterator[Input]:
+    found = False
+    for folder, folders, files in os.walk(name):
+        folders[:] = sorted(f for f in folders if not f.startswith("."))
+        for file in sorted(files):
+            path = Path(folder, file).as_posix()
+            if path.lower().endswith(tuple(SUFFIXES)) and path not in seen:
+                entry = read_input(path, limits)
+                if entry.problem is not None or OURS.search(entry.data):
+                    seen.add(path)
+                    found = True
+                    yield entry
+    if not found:
+        yield Input(name, problem=f"{name} holds no .yaml or .yml file with a pidcfg key")
+
+
+def read_input(name: str, limits: Limits) -> Input:
+    """The bytes of one file, at most one more than the limit."""
+    try:
+        if name == STDIN:
+            return Input("<stdin>", sys.stdin.buffer.read(limits.file_bytes + 1))
+        with Path(name).open("rb") as stream:
+            return Input(name, stream.read(limits.file_bytes + 1))
+    except OSError as error:
+        return Input(name, problem=f"cannot read {name}: {error.strerror or error}")
+    except ValueError as error:
+        return Input(name, problem=f"cannot read {name!r}: {error}")

@@ -1,0 +1,43 @@
+"""A memory listing of any format to a configuration, for every command that takes one."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from pidcfg.cli.inputs import Input
+from pidcfg.encoders.files import kind_of
+from pidcfg.encoders.image import Decoded
+from pidcfg.encoders.listing import Listing, ListingError
+from pidcfg.limits import Limits
+from pidcfg.vendors import Vendor
+
+
+def read_listing(entry: Input, vendor: Vendor, limits: Limits, kind: str | None = None) -> Listing:
+    """The words of a listing; raises `ListingError` with the place of what cannot be read."""
+    if len(entry.data) > limits.file_bytes:
+        raise ListingError(f"the file is larger than {limits.file_bytes} bytes")
+    try:
+        text = entry.data.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise ListingError(f"byte 0x{entry.data[error.start]:02X} is not UTF-8") from None
+    kinds = vendor.load("formats")
+    chosen = kinds[kind] if kind else kind_of(text, kinds)
+    if chosen is None:
+        raise ListingError(f"this is no memory listing that pidcfg writes ({', '.join(kinds)})")
+    listing: Listing = chosen.read(text)
+    return listing
+
+
+def decode_listing(
+    entry: Input, vendor: Vendor, options: Mapping[str, Any], limits: Limits, kind: str | None = None
+) -> Decoded:
+    """The configuration that a listing holds; says in the notes which words do not come back when it is encoded again."""
+    listing = read_listing(entry, vendor, limits, kind)
+    decoded: Decoded = vendor.load("decode")(listing.words, listing.settings, listing.plc, options)
+    again = vendor.encoder(vendor.model.model_validate(decoded.data)).image
+    differ = [c.address for c in again.cells if listing.words.get(c.number, c.value) != c.value]
+    if differ:
+        note = f"encoded again, these words differ from the listing: {', '.join(differ)}"
+        return Decoded(decoded.data, (*decoded.notes, note))
+    return decoded

@@ -1,0 +1,93 @@
+"""Entry point: finds the command, imports nothing else, and turns every ending into an exit code."""
+
+from __future__ import annotations
+
+import os
+import sys
+from enum import IntEnum
+from importlib import import_module
+
+import click
+
+from pidcfg import __version__
+
+
+class Exit(IntEnum):
+    """A contract with CI, documented in docs/exit-codes.md; never renumbered."""
+
+    OK = 0
+    FOUND = 1
+    UNUSABLE = 2
+    BUG = 3
+    INTERRUPTED = 130
+
+
+COMMANDS = {
+    "validate": ("pidcfg.cli.validate", "Find every mistake in configurations and scenarios."),
+    "encode": ("pidcfg.cli.encode", "Write the PLC's memory for a configuration."),
+    "decode": ("pidcfg.cli.decode", "Read a memory listing back into a configuration."),
+    "simulate": ("pidcfg.cli.simulate", "Run the encoded loops against a plant."),
+    "rule": ("pidcfg.cli.rule", "Explain a rule, or list all of them."),
+    "schema": ("pidcfg.cli.schema", "Print the JSON Schema of a file for editors."),
+    "init": ("pidcfg.cli.init", "Write a commented starter file."),
+}
+"""Module (whose function ``command`` is the command) and short help; the module is imported when it is called."""
+
+
+class LazyGroup(click.Group):
+    """Commands that are imported when they are used, so that start-up stays short."""
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        """All commands in the order of the table."""
+        del ctx
+        return list(COMMANDS)
+
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
+        """Imports the command's module."""
+        del ctx
+        if cmd_name not in COMMANDS:
+            return None
+        command: click.Command = import_module(COMMANDS[cmd_name][0]).command
+        return command
+
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """The list of commands without importing them."""
+        del ctx
+        with formatter.section("Commands"):
+            formatter.write_dl([(name, text) for name, (_, text) in COMMANDS.items()])
+
+
+@click.group(cls=LazyGroup, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})
+@click.version_option(__version__, prog_name="pidcfg")
+def cli() -> None:
+    """Check, encode and simulate the PID loops of PLCs from text files.
+
+    Exit codes: 0 fine, 1 errors found or expectations failed, 2 unusable input or usage, 3 a bug in pidcfg.
+    """
+
+
+def main() -> None:
+    """A traceback makes Python exit 1, which CI would read as findings; a bug must not."""
+    try:
+        code = cli(standalone_mode=False, prog_name="pidcfg")
+        sys.exit(code if isinstance(code, int) else Exit.OK)
+    except click.ClickException as e:
+        e.show()
+        sys.exit(Exit.UNUSABLE)
+    except (click.Abort, KeyboardInterrupt):
+        click.echo("interrupted", err=True)
+        sys.exit(Exit.INTERRUPTED)
+    except BrokenPipeError:
+        # The reader of our output has gone (as `| head` does); Python would complain again when it closes stdout.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        sys.exit(Exit.OK)
+    except Exception:  # noqa: BLE001 - the one place where a bug becomes an exit code
+        import traceback
+
+        traceback.print_exc()
+        click.echo(f"This is a bug in pidcfg {__version__}; please report the lines above.", err=True)
+        sys.exit(Exit.BUG)
+
+
+if __name__ == "__main__":
+    main()

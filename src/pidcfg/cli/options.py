@@ -1,0 +1,72 @@
+"""Options that several commands share."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import fields, replace
+from typing import Any
+
+import click
+
+from pidcfg.diagnostics import Diagnostic, Severity
+from pidcfg.limits import DEFAULT, Limits
+
+Decorator = Callable[[Callable[..., Any]], Callable[..., Any]]
+
+
+class Words(click.ParamType[list[str], str | list[str]]):
+    """Rule codes or their beginnings, separated by commas."""
+
+    name = "codes"
+
+    def convert(self, value: str | list[str], param: click.Parameter | None, ctx: click.Context | None) -> list[str]:
+        """Splits the list."""
+        del param, ctx
+        return [code.strip().upper() for code in value.split(",") if code.strip()] if isinstance(value, str) else value
+
+
+def parse_limits(ctx: click.Context, param: click.Parameter, values: tuple[str, ...]) -> Limits:
+    """``NAME=VALUE`` pairs as limits."""
+    limits = DEFAULT
+    names = [f.name for f in fields(Limits)]
+    for text in values:
+        name, _, number = text.partition("=")
+        if name not in names or not number.isdigit() or int(number) < 1:
+            raise click.BadParameter(f"{text!r}; write NAME=VALUE with one of {', '.join(names)}", ctx, param)
+        limits = replace(limits, **{name: int(number)})
+    return limits
+
+
+def output_format(*names: str) -> Decorator:
+    """``--format``."""
+    return click.option("--format", "fmt", type=click.Choice(names), default=names[0], show_default=True,
+                        help="How the result is printed.")  # fmt: skip
+
+
+LIMITS = click.option("--limit", "limits", multiple=True, metavar="NAME=VALUE", callback=parse_limits,
+                      help="Raise a limit on untrusted input, e.g. file_bytes=4000000.")  # fmt: skip
+QUIET = click.option("-q", "--quiet", is_flag=True, help="Print findings and results only.")
+STRICT = click.option("--strict", is_flag=True, help="Exit 1 on warnings too.")
+SEVERITY = click.option("--severity", type=click.Choice(["error", "warning", "info"]), default="info",
+                        show_default=True, help="Show findings of this severity and above.")  # fmt: skip
+SELECT = click.option("--select", type=Words(), default="", help="Only rules whose code begins so: PID2,PID101.")
+IGNORE = click.option("--ignore", type=Words(), default="", help="Leave out rules whose code begins so.")
+OUT = click.option("-o", "--output", "out", type=click.Path(dir_okay=False), help="Write to a file, never over one that differs.")
+FORCE = click.option("--force", is_flag=True, help="Overwrite a file that differs.")
+
+
+def chosen(found: list[Diagnostic], select: list[str], ignore: list[str], severity: str) -> list[Diagnostic]:
+    """The findings that the options leave; what makes a file unusable cannot be ignored."""
+    least = Severity[severity.upper()]
+    return [
+        d
+        for d in found
+        if d.severity >= least
+        and (not select or d.code.startswith(tuple(select)) or d.code < "PID1")
+        and not (ignore and d.code.startswith(tuple(ignore)) and d.code >= "PID1")
+    ]
+
+
+def examples(*lines: str) -> str:
+    """The examples at the end of a command's help."""
+    return "\b\nExamples:\n" + "\n".join(f"  {line}" for line in lines)

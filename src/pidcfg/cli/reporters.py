@@ -1,0 +1,80 @@
+"""Findings to text: pure functions, one a format. The machine format is spelled out so that nothing can leak into it."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Mapping, Sequence
+
+from pidcfg.diagnostics import Diagnostic, Severity
+from pidcfg.source import Document
+
+Documents = Mapping[str, Document]
+Reporter = Callable[[Sequence[Diagnostic], Documents], str]
+MAX_LINE = 160
+
+
+def counts(found: Sequence[Diagnostic]) -> dict[Severity, int]:
+    """How many findings there are of each severity."""
+    return {s: sum(d.severity is s for d in found) for s in (Severity.ERROR, Severity.WARNING, Severity.INFO)}
+
+
+def text(found: Sequence[Diagnostic], documents: Documents) -> str:
+    """One block a finding: place, message, the line with a caret, what the PLC does, where it says so, the cure."""
+    return "".join(_block(d, documents.get(d.file)) + "\n" for d in found)
+
+
+def _block(d: Diagnostic, doc: Document | None) -> str:
+    loop = f" [{d.loop}]" if d.loop else ""
+    lines = [f"{d.file}:{d.span.line}:{d.span.column}: {d.severity.label} {d.code}: {d.message}{loop}"]
+    lines += _excerpt(d, doc)
+    lines += [f"      = {label}: {value}" for label, value in
+              (("PLC", d.plc_effect), ("see", d.reference), ("cure", d.help)) if value]  # fmt: skip
+    return "\n".join(lines) + "\n"
+
+
+def _excerpt(d: Diagnostic, doc: Document | None) -> list[str]:
+    """The source line with a caret under the value, wherever a tab or a very long line leaves it."""
+    rows = doc.lines if doc else []
+    if not 0 < d.span.line <= len(rows) or not rows[d.span.line - 1].strip():
+        return []
+    row, start = rows[d.span.line - 1], d.span.column - 1
+    end = d.span.end_column - 1 if d.span.end_line == d.span.line else len(row.rstrip())
+    begin = max(0, start - MAX_LINE // 2) if len(row) > MAX_LINE else 0
+    row = row[begin : begin + MAX_LINE]
+    start, end = start - begin, min(end - begin, len(row))
+    indent = "".join("\t" if c == "\t" else " " for c in row[:start])
+    return [f" {d.span.line:>4} | {row.rstrip()}", f"      | {indent}{'^' * max(1, end - start)}"]
+
+
+def summary(found: Sequence[Diagnostic], files: int) -> str:
+    """One line that says how it went."""
+    n = counts(found)
+    parts = [f"{n[s]} {s.label}{'s' if n[s] != 1 else ''}" for s in n]
+    return f"{files} file{'s' if files != 1 else ''} checked: {', '.join(parts)}"
+
+
+def json_v1(found: Sequence[Diagnostic], documents: Documents) -> str:
+    """The layout of the public interface, version 1."""
+    n = counts(found)
+    rows = [
+        {
+            "code": d.code,
+            "severity": d.severity.label,
+            "message": d.message,
+            "file": d.file,
+            "line": d.span.line,
+            "column": d.span.column,
+            "path": d.where,
+            "loop": d.loop,
+            "plc_effect": d.plc_effect,
+            "reference": d.reference,
+            "help": d.help,
+        }
+        for d in found
+    ]
+    totals = {"files": len(documents), "errors": n[Severity.ERROR], "warnings": n[Severity.WARNING],
+              "infos": n[Severity.INFO]}  # fmt: skip
+    return json.dumps({"version": 1, "findings": rows, "summary": totals}, indent=2, ensure_ascii=False) + "\n"
+
+
+REPORTERS: dict[str, Reporter] = {"text": text, "json": json_v1}

@@ -1,0 +1,46 @@
+"""``pidcfg schema``: JSON Schema for editors."""
+
+from __future__ import annotations
+
+import json
+
+import click
+
+from pidcfg.cli import options
+from pidcfg.cli.console import echo
+from pidcfg.vendors import VENDORS
+
+SCENARIO = "scenario"
+EPILOG = options.examples("pidcfg schema dl06", "pidcfg schema dl06 -o dl06.schema.json", "pidcfg schema scenario")
+
+
+@click.command("schema", epilog=EPILOG)
+@click.argument("vendor", type=click.Choice([*VENDORS, SCENARIO]), required=False)
+@options.OUT
+@options.FORCE
+def command(vendor: str | None, out: str | None, force: bool) -> None:
+    """Print the JSON Schema of VENDOR's files, or of scenarios; without VENDOR, list what there is."""
+    from pidcfg.cli.outputs import write_files
+    from pidcfg.schemas.document import json_schema
+
+    if vendor is None:
+        rows = [(v.key, v.title) for v in VENDORS.values()] + [(SCENARIO, "simulation scenarios")]
+        echo("".join(f"{key:<10} {title}\n" for key, title in rows))
+        return
+    text = json.dumps(json_schema(_model(vendor), _title(vendor)), indent=2, ensure_ascii=False) + "\n"
+    if out is None:
+        echo(text)
+    else:
+        write_files({out: text}, force=force)
+
+
+def _model(vendor: str) -> type:
+    if vendor == SCENARIO:
+        from pidcfg.schemas.scenario import ScenarioFile
+
+        return ScenarioFile
+    return VENDORS[vendor].model
+
+
+def _title(vendor: str) -> str:
+    return "pidcfg scenario" if vendor == SCENARIO else f"pidcfg configuration for {VENDORS[vendor].title}"

@@ -1,0 +1,58 @@
+"""``pidcfg validate``: all findings of all files."""
+
+from __future__ import annotations
+
+import click
+
+from pidcfg.cli import options
+from pidcfg.cli.console import echo, note
+from pidcfg.cli.inputs import read_inputs
+from pidcfg.cli.main import Exit
+from pidcfg.cli.reporters import REPORTERS, summary
+from pidcfg.diagnostics import Diagnostic, Severity
+from pidcfg.limits import Limits
+from pidcfg.source import Document
+
+EPILOG = options.examples(
+    "pidcfg validate reactor.yaml",
+    "pidcfg validate loops/ --severity warning --strict",
+    "pidcfg validate *.yaml --format json --ignore PID220",
+)
+
+
+@click.command("validate", epilog=EPILOG)
+@click.argument("paths", nargs=-1, required=True)
+@options.output_format(*REPORTERS)
+@options.SELECT
+@options.IGNORE
+@options.SEVERITY
+@options.STRICT
+@options.QUIET
+@options.LIMITS
+def command(  # noqa: PLR0913 - one parameter an option
+    paths: tuple[str, ...], fmt: str, select: list[str], ignore: list[str], severity: str, strict: bool, quiet: bool,
+    limits: Limits,
+) -> None:  # fmt: skip
+    """Find every mistake in PATHS: configurations, scenarios, folders of them, or - for standard input."""
+    from pidcfg.cli.checks import check_any
+
+    documents: dict[str, Document] = {}
+    found: list[Diagnostic] = []
+    for doc in read_inputs(paths, limits):
+        documents[doc.file] = doc
+        found += check_any(doc, limits)
+    shown = options.chosen(found, select, ignore, severity)
+    echo(REPORTERS[fmt](shown, documents))
+    if fmt == "text" and not quiet:
+        note(summary(shown, len(documents)))
+    click.get_current_context().exit(exit_code(shown, strict=strict))
+
+
+def exit_code(found: list[Diagnostic], *, strict: bool = False) -> Exit:
+    """Unusable input outweighs findings, so that CI never mistakes a file that was not read for one that was checked."""
+    from pidcfg.validate.codes import UNUSABLE
+
+    if any(d.code in UNUSABLE for d in found):
+        return Exit.UNUSABLE
+    worst = max((d.severity for d in found), default=Severity.INFO)
+    return Exit.FOUND if worst is Severity.ERROR or (strict and worst is Severity.WARNING) else Exit.OK

@@ -1,0 +1,43 @@
+"""The files that a DL06 image is written to and read from."""
+
+from __future__ import annotations
+
+from pidcfg.encoders.files import FileKind, first_line
+from pidcfg.encoders.ihex import read_ihex, write_ihex
+from pidcfg.encoders.listing import read_csv, read_json, read_text, write_csv, write_json, write_text
+from pidcfg.encoders.modbus import read_modbus, write_modbus
+from pidcfg.schemas.dl06 import Dl06File
+from pidcfg.schemas.octal import HIGHEST, V_ADDRESS
+
+
+def parse_address(text: str) -> int | None:
+    """``V2000`` to its number; None for anything else."""
+    found = V_ADDRESS.fullmatch(text)
+    address = int(found.group(1), 8) if found else HIGHEST + 1
+    return address if address <= HIGHEST else None
+
+
+FORMATS = {
+    kind.name: kind
+    for kind in (
+        FileKind("text", "V-memory listing", write_text, lambda text: read_text(text, parse_address),
+                 lambda text: first_line(text).startswith("V")),
+        FileKind("csv", "V-memory listing for spreadsheets", write_csv, lambda text: read_csv(text, parse_address),
+                 lambda text: "address" in first_line(text) and "register" not in first_line(text)),
+        FileKind("json", "V-memory listing for programs", write_json, lambda text: read_json(text, parse_address),
+                 lambda text: text.lstrip().startswith("{")),
+        FileKind("ihex", "Intel HEX, 16-bit words", write_ihex, read_ihex, lambda text: text.startswith(":")),
+        FileKind("modbus", "Modbus holding registers (CSV)", write_modbus, read_modbus,
+                 lambda text: first_line(text).startswith("register")),
+    )
+}  # fmt: skip
+
+
+def checklist(config: Dl06File) -> tuple[str, ...]:
+    """What to compare by eye after the download, because the manual contradicts itself there."""
+    items = []
+    timed = [loop.name for loop in config.loops if loop.tuning.reset.duration is not None]
+    if timed:
+        items.append(f"the reset time in the PID dialog of {', '.join(timed)} equals the one in the file "
+                     f"(read with {config.plc.reset_decimals} decimal(s); see rule PID220)")  # fmt: skip
+    return tuple(items)

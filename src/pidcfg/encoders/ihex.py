@@ -1,0 +1,41 @@
+"""Intel HEX of 16-bit words: word address n is byte address 2n, low byte first. The only module that knows intelhex."""
+
+from __future__ import annotations
+
+import io
+
+from intelhex import IntelHex, IntelHexError
+
+from pidcfg.encoders.image import Image
+from pidcfg.encoders.listing import Listing, ListingError
+
+BYTES = 2
+
+
+def write_ihex(image: Image, checklist: tuple[str, ...] = ()) -> str:
+    """All words; names, ranges and units have no place in this format (and neither has the checklist)."""
+    del checklist
+    memory = IntelHex()
+    for cell in image.cells:
+        memory.puts(cell.number * BYTES, cell.value.to_bytes(BYTES, "little"))
+    out = io.StringIO()
+    memory.write_hex_file(out, eolstyle="native")
+    return out.getvalue().replace("\r\n", "\n")
+
+
+def read_ihex(text: str) -> Listing:
+    """All words; half a word is refused."""
+    try:
+        memory = IntelHex(io.StringIO(text)).todict()
+    except (IntelHexError, UnicodeError) as error:
+        raise ListingError(f"not Intel HEX: {error}", getattr(error, "line", 1)) from None
+    memory.pop("start_addr", None)
+    found = Listing()
+    for byte in sorted(memory):
+        if byte % BYTES == 0:
+            if byte + 1 not in memory:
+                raise ListingError(f"byte 0x{byte + 1:X} is missing, so the word at 0x{byte // BYTES:X} is incomplete")
+            found.add(byte // BYTES, memory[byte] | memory[byte + 1] << 8, f"word 0x{byte // BYTES:X}")
+        elif byte - 1 not in memory:
+            raise ListingError(f"byte 0x{byte - 1:X} is missing, so the word at 0x{byte // BYTES:X} is incomplete")
+    return found

@@ -1,0 +1,104 @@
+"""JSON Schema of a model, with the texts below its fields as descriptions.
+
+The descriptions are read from the source when a schema is printed, so that loading a model for validation stays fast.
+"""
+
+from __future__ import annotations
+
+import ast
+import inspect
+from decimal import Decimal
+from typing import Any
+
+from pydantic import BaseModel
+from pydantic.json_schema import GenerateJsonSchema
+
+DIALECT = "https://json-schema.org/draft/2020-12/schema"
+
+
+class _Schema(GenerateJsonSchema):
+    """pydantic's generator without titles that only repeat the key."""
+
+    def field_title_should_be_set(self, schema: Any) -> bool:
+        """Editors show the key already."""
+        del schema
+        return False
+
+
+def json_schema(model: type[BaseModel], title: str) -> dict[str, Any]:
+    """The schema of one kind of file; keys of every object carry a description, numbers their limits and unit."""
+    schema = model.model_json_schema(schema_generator=_Schema)
+    models = {m.__name__: m for m in _models(model, {})}
+    for name, definition in schema.get("$defs", {}).items():
+        _describe(definition, models.get(name))
+    _describe(schema, model)
+    return {"$schema": DIALECT, **schema, "title": title}
+
+
+def _models(model: type[BaseModel], seen: dict[type[BaseModel], None]) -> dict[type[BaseModel], None]:
+    """The model and all that its fields hold."""
+    if model not in seen:
+        seen[model] = None
+        for field in model.model_fields.values():
+            for inner in _inside(field.annotation):
+                _models(inner, seen)
+    return seen
+
+
+def _inside(annotation: Any) -> list[type[BaseModel]]:
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        return [annotation]
+    return [m for inner in getattr(annotation, "__args__", ()) for m in _inside(inner)]
+
+
+def _describe(definition: dict[str, Any], model: type[BaseModel] | None) -> None:
+    """Adds descriptions and plain defaults to the properties of one object."""
+    texts = field_texts(model) if model else {}
+    for key, prop in definition.get("properties", {}).items():
+        if key in texts:
+            prop["description"] = texts[key] + (f" Unit: {prop['x-unit']}." if prop.get("x-unit") else "")
+        _drop_null(prop)
+        if model is not None:
+            _plain_default(prop, model.model_fields[key].get_default())
+
+
+def _drop_null(prop: dict[str, Any]) -> None:
+    """An optional key may be left out, but never be null."""
+    kinds = [kind for kind in prop.get("anyOf", []) if kind.get("type") != "null"]
+    if "anyOf" in prop and len(kinds) == 1:
+        del prop["anyOf"]
+        prop.update({k: v for k, v in kinds[0].items() if k not in prop})
+    elif kinds:
+        prop["anyOf"] = kinds
+
+
+def _plain_default(prop: dict[str, Any], default: object) -> None:
+    """Defaults that are single words or numbers; the others are told in the description."""
+    prop.pop("default", None)
+    if isinstance(default, bool | int | str):
+        prop["default"] = default
+    elif isinstance(default, Decimal):
+        prop["default"] = int(default) if default == int(default) else float(default)
+
+
+def field_texts(model: type[BaseModel]) -> dict[str, str]:
+    """The text below each field of a model, from its source; inherited fields keep theirs."""
+    texts: dict[str, str] = {}
+    for cls in reversed([c for c in model.__mro__ if issubclass(c, BaseModel) and c.__module__.startswith("pidcfg")]):
+        body = ast.parse(inspect.getsource(cls)).body[0]
+        if isinstance(body, ast.ClassDef):
+            texts |= _texts_in(body)
+    return texts
+
+
+def _texts_in(body: ast.ClassDef) -> dict[str, str]:
+    found = {}
+    for field, text in zip(body.body, body.body[1:], strict=False):
+        if (
+            isinstance(field, ast.AnnAssign)
+            and isinstance(field.target, ast.Name)
+            and isinstance(text, ast.Expr)
+            and isinstance(text.value, ast.Constant)
+        ):
+            found[field.target.id] = " ".join(str(text.value.value).split())
+    return found

@@ -1,0 +1,47 @@
+"""The documentation of rules, for the command and for docs/rules.md: one source."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from pidcfg.validate.codes import LISTING, READING, SCHEMA
+from pidcfg.validate.rule import Rule
+from pidcfg.vendors import VENDORS
+
+
+def all_rules() -> dict[str, Rule]:
+    """Every code there is, in order."""
+    found = {rule.code: rule for rule in (*READING, *LISTING, *SCHEMA)}
+    for vendor in VENDORS.values():
+        found |= vendor.load("rules")
+    return dict(sorted(found.items()))
+
+
+def as_data(rule: Rule) -> dict[str, Any]:
+    """A rule as the JSON output spells it."""
+    return {
+        "code": rule.code,
+        "name": rule.name,
+        "severity": rule.severity.label,
+        "title": rule.title,
+        "message": rule.message,
+        "why": rule.part("Why"),
+        "fix": rule.part("Fix"),
+        "reference": str(rule.basis),
+        "since": rule.since,
+    }
+
+
+def page(rule: Rule) -> str:
+    """A rule as Markdown."""
+    example = rule.part("Example")
+    parts = [
+        f"# {rule.code} {rule.name} ({rule.severity.label})",
+        rule.title,
+        *([f"Message: `{rule.message}`"] if rule.message != "{text}" else []),
+        f"**Why.** {rule.part('Why')}",
+        f"**Cure.** {rule.part('Fix')}",
+        *([f"**Example.** {example}"] if example else []),
+        f"Basis: {rule.basis}.",
+    ]
+    return "\n\n".join(parts) + "\n"
