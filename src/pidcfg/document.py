@@ -1,0 +1,82 @@
+"""A text file as read: plain data beside a tree of the same shape that knows where everything is written."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from typing import Any
+
+from pidcfg.diagnostics import START, Diagnostic, Path, Span
+
+LINE_BREAK = re.compile("\r\n|[\n\r\x85\u2028\u2029]")
+
+
+class Plain(str):
+    """An unquoted scalar as it is written: ``010`` stays ``010`` until a field reads it."""
+
+    __slots__ = ()
+
+
+class Node:
+    """Where a value is written; children by key (with the event of the key) or by index.
+
+    The parser's event is kept and turned into a `Span` only when somebody asks: most values are never pointed at.
+    """
+
+    __slots__ = ("children", "event", "size")
+
+    def __init__(self, event: Any, children: dict[str, tuple[Any, Node]] | list[Node] | None = None) -> None:
+        self.event = event
+        self.size = 1
+        self.children = children
+
+    @property
+    def span(self) -> Span:
+        """The place of the value."""
+        return START if self.event is None else span_of(self.event)
+
+    def child(self, step: str | int) -> tuple[Any, Node] | None:
+        """The event of a key (an item: of its value) and the node below it; None when there is none."""
+        if isinstance(self.children, dict):
+            return self.children.get(step) if isinstance(step, str) else None
+        if isinstance(self.children, list) and isinstance(step, int) and 0 <= step < len(self.children):
+            return self.children[step].event, self.children[step]
+        return None
+
+
+@dataclass(frozen=True, slots=True)
+class Document:
+    """A file as read: data, positions and what was wrong with its text."""
+
+    file: str
+    text: str
+    data: dict[str, Any] | None
+    root: Node
+    problems: tuple[Diagnostic, ...] = ()
+
+    @property
+    def lines(self) -> list[str]:
+        """The text by lines, counted as the parser counts them."""
+        return LINE_BREAK.split(self.text)
+
+    def locate(self, path: Path, *, key: bool = False) -> Span:
+        """Where the value at ``path`` is written (``key``: its key), or the closest ancestor that is in the file.
+
+        An ancestor is pointed at by its key, since what is missing there has no place of its own.
+        """
+        node, key_event = self.root, None
+        for step in path:
+            found = node.child(step)
+            if found is None:
+                key = True
+                break
+            key_event, node = found
+        if key or not path:
+            return START if key_event is None else span_of(key_event)
+        return node.span
+
+
+def span_of(event: Any) -> Span:
+    """The place of a parser's event."""
+    start, end = event.start_mark, event.end_mark
+    return Span(start.line + 1, start.column + 1, end.line + 1, end.column + 1)
