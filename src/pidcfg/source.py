@@ -10,13 +10,15 @@ the text that has to be edited.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
 from functools import cache
-from typing import Any, NoReturn
+from typing import TYPE_CHECKING, Any, NoReturn
 
 from pidcfg.diagnostics import START, Diagnostic, Severity, Span
 from pidcfg.document import LINE_BREAK, Document, Node, Plain, span_of
 from pidcfg.limits import DEFAULT, Limits
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
 
 __all__ = ["Document", "Node", "Plain", "read_document"]
 
@@ -38,7 +40,7 @@ HINTS = (
 )
 
 
-class _Refused(Exception):
+class _RefusedError(Exception):
     """The text cannot be read any further."""
 
     def __init__(self, code: str, message: str, span: Span, cure: str | None = None) -> None:
@@ -77,23 +79,23 @@ class _Builder:
         self.documents += 1
         if self.documents > 1:
             cure = "put each configuration into a file of its own"
-            raise _Refused("PID007", "the file holds several YAML documents", span_of(event), cure)
+            raise _RefusedError("PID007", "the file holds several YAML documents", span_of(event), cure)
         if (event.version and tuple(event.version) != (1, 2)) or event.tags:
             cure = "delete the line that begins with %"
-            raise _Refused("PID011", "YAML directives are not accepted", span_of(event), cure)
+            raise _RefusedError("PID011", "YAML directives are not accepted", span_of(event), cure)
 
     def alias(self, event: Any) -> None:
         """An alias shares what its anchor named; the expansion counts against the limits."""
         self.aliases += 1
         self.check(self.aliases, self.limits.aliases, "aliases", event)
         if self.wants_key():
-            raise _Refused("PID008", "an alias cannot be a key", span_of(event), "write the key itself")
+            raise _RefusedError("PID008", "an alias cannot be a key", span_of(event), "write the key itself")
         if event.anchor not in self.anchors:
-            raise _Refused("PID012", f"the anchor &{event.anchor} is not defined above", span_of(event))
+            raise _RefusedError("PID012", f"the anchor &{event.anchor} is not defined above", span_of(event))
         found = self.anchors[event.anchor]
         if found is None:
             message = f"the anchor &{event.anchor} contains itself"
-            raise _Refused("PID012", message, span_of(event), "write the values out")
+            raise _RefusedError("PID012", message, span_of(event), "write the values out")
         self.nodes += found[1].size
         self.check(self.nodes, self.limits.nodes, "values", event)
         self.add(*found)
@@ -130,7 +132,7 @@ class _Builder:
         event = node.event
         self.refuse_tag(event)
         if self.wants_key():
-            raise _Refused("PID008", "a key must be plain text", span_of(event), "write 'key: value'")
+            raise _RefusedError("PID008", "a key must be plain text", span_of(event), "write 'key: value'")
         self.nodes += 1
         self.check(self.nodes, self.limits.nodes, "values", event)
         self.check(len(self.stack) + 1, self.limits.depth, "levels of nesting", event)
@@ -159,8 +161,8 @@ class _Builder:
         if text in NO_KEYS and not event.style:
             if text == "<<":
                 cure = "write the keys out, or alias a whole value"
-                raise _Refused("PID009", "merge keys (<<) are not accepted", span_of(event), cure)
-            raise _Refused("PID008", "a key is missing before the colon", span_of(event), "write 'key: value'")
+                raise _RefusedError("PID009", "merge keys (<<) are not accepted", span_of(event), cure)
+            raise _RefusedError("PID008", "a key is missing before the colon", span_of(event), "write 'key: value'")
         if len(text) > SHORT:
             self.check(len(text.encode()), self.limits.key_bytes, "bytes in a key", event)
         if text in top.data:
@@ -177,15 +179,16 @@ class _Builder:
             self.result = (value, node)
             return
         top = self.stack[-1]
+        data: Any = top.data
         children: Any = top.node.children
         top.node.size += node.size
-        if top.data.__class__ is list:
-            top.data.append(value)
+        if data.__class__ is list:
+            data.append(value)
             children.append(node)
             return
         key: str = top.key.value
-        if key not in top.data:
-            top.data[key] = value
+        if key not in data:
+            data[key] = value
             children[key] = (top.key, node)
         top.key = None
 
@@ -193,13 +196,13 @@ class _Builder:
         """Tags would let the file say what a value is; the field does that."""
         if event.tag is not None and event.tag != "!":
             cure = "delete the tag; the key decides the type"
-            raise _Refused("PID010", f"the tag {event.tag} is not accepted", span_of(event), cure)
+            raise _RefusedError("PID010", f"the tag {event.tag} is not accepted", span_of(event), cure)
 
     def check(self, value: int, limit: int, what: str, event: Any) -> None:
         """Refuses the file when a limit is passed."""
         if value > limit:
             cure = "split the file, or raise the limit by option"
-            raise _Refused("PID013", f"more than {limit} {what}", span_of(event), cure)
+            raise _RefusedError("PID013", f"more than {limit} {what}", span_of(event), cure)
 
 
 def read_document(data: bytes, file: str, limits: Limits = DEFAULT) -> Document:
@@ -208,7 +211,7 @@ def read_document(data: bytes, file: str, limits: Limits = DEFAULT) -> Document:
     try:
         text = _decode(data, limits)
         root, node, duplicates = _build(text, file, limits)
-    except _Refused as e:
+    except _RefusedError as e:
         problem = Diagnostic(e.code, Severity.ERROR, e.message, file, e.span, help=e.cure)
         return Document(file, text, None, Node(None), (problem,))
     return Document(file, text, root, node, tuple(duplicates))
@@ -218,19 +221,19 @@ def _decode(data: bytes, limits: Limits) -> str:
     """Bytes to text without a byte order mark."""
     if len(data) > limits.file_bytes:
         message = f"the file is larger than {limits.file_bytes} bytes"
-        raise _Refused("PID013", message, START, "raise the limit by option")
+        raise _RefusedError("PID013", message, START, "raise the limit by option")
     if data.startswith(UTF16_MARKS):
-        raise _Refused("PID002", "the file is UTF-16, not UTF-8", START, SAVE_AS_UTF8)
+        raise _RefusedError("PID002", "the file is UTF-16, not UTF-8", START, SAVE_AS_UTF8)
     try:
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError as e:
         before = data[: e.start].decode("utf-8-sig", "replace")
         message = f"byte 0x{data[e.start]:02X} is not UTF-8"
-        raise _Refused("PID002", message, _place(before), SAVE_AS_UTF8) from None
+        raise _RefusedError("PID002", message, _place(before), SAVE_AS_UTF8) from None
     found = UNPRINTABLE.search(text)
     if found:
         message = f"control character U+{ord(found.group()):04X}"
-        raise _Refused("PID003", message, _place(text[: found.start()]), "delete the character")
+        raise _RefusedError("PID003", message, _place(text[: found.start()]), "delete the character")
     return text
 
 
@@ -246,11 +249,11 @@ def _build(text: str, file: str, limits: Limits) -> tuple[dict[str, Any], Node, 
     builder = _Builder(file, limits)
     _walk(text, builder)
     if builder.result is None or builder.result[0] is None:
-        raise _Refused("PID005", "the file is empty", START, "'pidcfg init' writes a starter file")
+        raise _RefusedError("PID005", "the file is empty", START, "'pidcfg init' writes a starter file")
     data, node = builder.result
     if not isinstance(data, dict):
         cure = "begin with the line 'pidcfg: 1'"
-        raise _Refused("PID006", "the file must be a mapping of keys to values", node.span, cure)
+        raise _RefusedError("PID006", "the file must be a mapping of keys to values", node.span, cure)
     return data, node, builder.duplicates
 
 
@@ -277,7 +280,7 @@ def _walk(text: str, builder: _Builder) -> None:
     except MarkedYAMLError as e:
         _refuse_syntax(text, e)
     except YAMLError as e:
-        raise _Refused("PID001", f"not YAML: {str(e).splitlines()[0]}", START) from None
+        raise _RefusedError("PID001", f"not YAML: {str(e).splitlines()[0]}", START) from None
 
 
 @cache
@@ -296,6 +299,6 @@ def _refuse_syntax(text: str, error: Any) -> NoReturn:
     lines = LINE_BREAK.split(text)
     line = lines[span.line - 1] if span.line <= len(lines) else ""
     if "\t" in line[: len(line) - len(line.lstrip())] or line[span.column - 1 : span.column] == "\t":
-        raise _Refused("PID014", "a tab is used for indentation", span, "indent with spaces") from None
+        raise _RefusedError("PID014", "a tab is used for indentation", span, "indent with spaces") from None
     cure = next((hint for words, hint in HINTS if words in problem), None)
-    raise _Refused("PID001", f"not YAML: {problem}", span, cure) from None
+    raise _RefusedError("PID001", f"not YAML: {problem}", span, cure) from None

@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import click
 
 from pidcfg.cli.inputs import read_inputs
 from pidcfg.cli.reporters import text
-from pidcfg.diagnostics import Diagnostic
-from pidcfg.limits import Limits
-from pidcfg.source import Document
 from pidcfg.validate.engine import Checked, check_document, is_scenario
+
+if TYPE_CHECKING:
+    from pidcfg.diagnostics import Diagnostic
+    from pidcfg.limits import Limits
+    from pidcfg.source import Document
 
 
 def check_any(doc: Document, limits: Limits) -> list[Diagnostic]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -11,8 +11,10 @@ from pidcfg.cli.console import echo, note
 from pidcfg.cli.inputs import read_input
 from pidcfg.cli.main import Exit
 from pidcfg.diagnostics import Diagnostic, Severity, Span
-from pidcfg.limits import Limits
 from pidcfg.vendors import VENDORS
+
+if TYPE_CHECKING:
+    from pidcfg.limits import Limits
 
 EPILOG = options.examples(
     "pidcfg decode reactor.json --vendor dl06",
@@ -33,7 +35,7 @@ EPILOG = options.examples(
 @options.FORCE
 @options.QUIET
 @options.LIMITS
-def command(  # noqa: PLR0913 - one parameter an option
+def command(
     image: str, vendor: str, kind: str | None, loop_table: str | None, number_of_loops: int | None,
     reset_decimals: str | None, out: str | None, force: bool, quiet: bool, limits: Limits,
 ) -> None:  # fmt: skip

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import click
 
 from pidcfg.cli import options
 from pidcfg.cli.console import echo, note
 from pidcfg.cli.main import Exit
-from pidcfg.limits import Limits
+
+if TYPE_CHECKING:
+    from pidcfg.limits import Limits
 
 FORMATS = ("text", "csv", "json", "ihex", "modbus")
 EPILOG = options.examples(
@@ -22,12 +26,12 @@ EPILOG = options.examples(
 @options.output_format(*FORMATS)
 @options.OUT
 @options.FORCE
-@click.option("--allow-errors", is_flag=True, help="Encode although validate reports errors, to see what the PLC would do.")
+@click.option(
+    "--allow-errors", is_flag=True, help="Encode although validate reports errors, to see what the PLC would do."
+)
 @options.QUIET
 @options.LIMITS
-def command(  # noqa: PLR0913 - one parameter an option
-    file: str, fmt: str, out: str | None, force: bool, allow_errors: bool, quiet: bool, limits: Limits
-) -> None:
+def command(file: str, fmt: str, out: str | None, force: bool, allow_errors: bool, quiet: bool, limits: Limits) -> None:
     """Write the PLC's memory for the configuration FILE (- for standard input): every word with its address."""
     from pidcfg.cli.checks import one_configuration, show_errors
     from pidcfg.cli.outputs import write_files
@@ -49,7 +53,7 @@ def command(  # noqa: PLR0913 - one parameter an option
         echo(text)
     else:
         write_files({out: text}, force=force)
-    if not quiet and (out is not None or fmt in {"ihex"}):
+    if not quiet and (out is not None or fmt == "ihex"):
         for item in checklist:
             note(f"check after the download: {item}")
         if out is not None:

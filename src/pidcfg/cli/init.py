@@ -11,7 +11,9 @@ from pidcfg.cli.console import echo, note
 from pidcfg.vendors import VENDORS
 
 EPILOG = options.examples(
-    "pidcfg init --vendor dl06", "pidcfg init --vendor dl06 -o oven.yaml", "pidcfg init --vendor dl06 | pidcfg validate -"
+    "pidcfg init --vendor dl06",
+    "pidcfg init --vendor dl06 -o oven.yaml",
+    "pidcfg init --vendor dl06 | pidcfg validate -",
 )
 
 

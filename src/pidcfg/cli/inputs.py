@@ -6,15 +6,19 @@ import glob
 import os
 import re
 import sys
-from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
 from pidcfg.diagnostics import Diagnostic, Severity
-from pidcfg.limits import Limits
-from pidcfg.source import Document, Node, START, read_document
+from pidcfg.source import Document, Node, read_document
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
+    from pidcfg.limits import Limits
 
 STDIN = "-"
 SUFFIXES = {".yaml", ".yml"}
@@ -37,7 +41,7 @@ def read_inputs(paths: Sequence[str], limits: Limits) -> Iterator[Document]:
             yield read_document(entry.data, entry.name, limits)
         else:
             found = Diagnostic("PID040", Severity.ERROR, entry.problem, entry.name, help="check the path")
-            yield Document(entry.name, "", None, Node(START), (found,))
+            yield Document(entry.name, "", None, Node(None), (found,))
 
 
 def gather(paths: Sequence[str], limits: Limits) -> Iterator[Input]:
@@ -49,7 +53,7 @@ def gather(paths: Sequence[str], limits: Limits) -> Iterator[Input]:
         seen.add(name)
         if len(seen) > limits.files:
             raise click.ClickException(f"more than {limits.files} files; raise it with --limit files=N")
-        if name != STDIN and os.path.isdir(name):  # noqa: PTH112 - plain text paths, thousands of them
+        if name != STDIN and Path(name).is_dir():
             yield from _folder(name, seen, limits)
         else:
             yield read_input(name, limits)

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from pidcfg.cli.inputs import Input
 from pidcfg.encoders.files import kind_of
 from pidcfg.encoders.image import Decoded
 from pidcfg.encoders.listing import Listing, ListingError
-from pidcfg.limits import Limits
-from pidcfg.vendors import Vendor
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from pidcfg.cli.inputs import Input
+    from pidcfg.limits import Limits
+    from pidcfg.vendors import Vendor
 
 
 def read_listing(entry: Input, vendor: Vendor, limits: Limits, kind: str | None = None) -> Listing:
@@ -32,7 +35,7 @@ def read_listing(entry: Input, vendor: Vendor, limits: Limits, kind: str | None 
 def decode_listing(
     entry: Input, vendor: Vendor, options: Mapping[str, Any], limits: Limits, kind: str | None = None
 ) -> Decoded:
-    """The configuration that a listing holds; says in the notes which words do not come back when it is encoded again."""
+    """The configuration that a listing holds; the notes name words that do not come back when it is encoded again."""
     listing = read_listing(entry, vendor, limits, kind)
     decoded: Decoded = vendor.load("decode")(listing.words, listing.settings, listing.plc, options)
     again = vendor.encoder(vendor.model.model_validate(decoded.data)).image

@@ -51,7 +51,9 @@ SEVERITY = click.option("--severity", type=click.Choice(["error", "warning", "in
                         show_default=True, help="Show findings of this severity and above.")  # fmt: skip
 SELECT = click.option("--select", type=Words(), default="", help="Only rules whose code begins so: PID2,PID101.")
 IGNORE = click.option("--ignore", type=Words(), default="", help="Leave out rules whose code begins so.")
-OUT = click.option("-o", "--output", "out", type=click.Path(dir_okay=False), help="Write to a file, never over one that differs.")
+OUT = click.option(
+    "-o", "--output", "out", type=click.Path(dir_okay=False), help="Write to a file, never over one that differs."
+)
 FORCE = click.option("--force", is_flag=True, help="Overwrite a file that differs.")
 
 

@@ -1,4 +1,4 @@
-"""Findings to text: pure functions, one a format. The machine format is spelled out so that nothing can leak into it."""
+"""Findings to text: pure functions, one a format. The machine format is spelled out, so nothing leaks into it."""
 
 from __future__ import annotations
 

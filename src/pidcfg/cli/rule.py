@@ -29,7 +29,9 @@ def command(code: str | None, fmt: str) -> None:
     found = rules.get(code.upper())
     if found is None:
         near = difflib.get_close_matches(code.upper(), rules, n=1)
-        raise click.ClickException(f"no rule {code}" + (f"; did you mean {near[0]}?" if near else "; 'pidcfg rule' lists all"))
+        raise click.ClickException(
+            f"no rule {code}" + (f"; did you mean {near[0]}?" if near else "; 'pidcfg rule' lists all")
+        )
     if fmt == "json":
         echo(json.dumps({"version": 1, **as_data(found)}, indent=2, ensure_ascii=False) + "\n")
     else:

@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import json
+from typing import TYPE_CHECKING
 
 import click
 
 from pidcfg.cli import options
 from pidcfg.cli.console import echo
 from pidcfg.vendors import VENDORS
+
+if TYPE_CHECKING:
+    from pydantic import BaseModel
 
 SCENARIO = "scenario"
 EPILOG = options.examples("pidcfg schema dl06", "pidcfg schema dl06 -o dl06.schema.json", "pidcfg schema scenario")
@@ -34,11 +38,11 @@ def command(vendor: str | None, out: str | None, force: bool) -> None:
         write_files({out: text}, force=force)
 
 
-def _model(vendor: str) -> type:
+def _model(vendor: str) -> type[BaseModel]:
     if vendor == SCENARIO:
-        from pidcfg.schemas.scenario import ScenarioFile
+        from pidcfg.schemas.scenario import Scenario
 
-        return ScenarioFile
+        return Scenario
     return VENDORS[vendor].model
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import click
 
 from pidcfg.cli import options
@@ -10,8 +12,10 @@ from pidcfg.cli.inputs import read_inputs
 from pidcfg.cli.main import Exit
 from pidcfg.cli.reporters import REPORTERS, summary
 from pidcfg.diagnostics import Diagnostic, Severity
-from pidcfg.limits import Limits
-from pidcfg.source import Document
+
+if TYPE_CHECKING:
+    from pidcfg.limits import Limits
+    from pidcfg.source import Document
 
 EPILOG = options.examples(
     "pidcfg validate reactor.yaml",
@@ -29,7 +33,7 @@ EPILOG = options.examples(
 @options.STRICT
 @options.QUIET
 @options.LIMITS
-def command(  # noqa: PLR0913 - one parameter an option
+def command(
     paths: tuple[str, ...], fmt: str, select: list[str], ignore: list[str], severity: str, strict: bool, quiet: bool,
     limits: Limits,
 ) -> None:  # fmt: skip
@@ -49,7 +53,7 @@ def command(  # noqa: PLR0913 - one parameter an option
 
 
 def exit_code(found: list[Diagnostic], *, strict: bool = False) -> Exit:
-    """Unusable input outweighs findings, so that CI never mistakes a file that was not read for one that was checked."""
+    """Unusable input outweighs findings: CI must not mistake a file that was not read for one that was checked."""
     from pidcfg.validate.codes import UNUSABLE
 
     if any(d.code in UNUSABLE for d in found):

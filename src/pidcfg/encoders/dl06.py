@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
 from decimal import Decimal
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from pidcfg.encoders.image import Cell, Encoding, Image, Route, route
+from pidcfg.encoders.image import Block, Encoding, Route
 from pidcfg.encoders.maps.dl06 import (
     FORMATS,
     LOOP_TABLES,
@@ -16,12 +14,15 @@ from pidcfg.encoders.maps.dl06 import (
     SETUP_WORDS,
     TABLE_POINTER,
 )
-from pidcfg.encoders.regmap import Encoded, Misfit, RegisterMap, Rounded
 from pidcfg.encoders.scales import Scale
 from pidcfg.encoders.words import Bcd, nearest
 from pidcfg.schemas.base import Quantity, plain_number
-from pidcfg.schemas.dl06 import Dl06File, Loop, Plc, RampSoak, Transfer
 from pidcfg.schemas.octal import v_name
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from pidcfg.schemas.dl06 import Dl06File, Loop, Plc, RampSoak, Transfer
 
 LOOP_SIZE = LOOP_TABLES[1].size
 OUTPUT_OFFSET = LOOP_TABLES[1].offset("output")
@@ -45,36 +46,9 @@ def scales_of(loop: Loop) -> dict[str, Scale]:
 
 
 def encode(config: Dl06File) -> Encoding:
-    """All words of a configuration: loop tables, ramp/soak tables, then the set-up words, which win where blocks overlap."""
-    cells: dict[int, Cell] = {}
-    misfits: list[tuple[Route, Misfit]] = []
-    rounded: list[tuple[Route, Rounded]] = []
-    for block in (*_loop_blocks(config), *_ramp_soak_blocks(config), _setup_block(config)):
-        misfits += [(route(block.place, m.path), m) for m in block.encoded.misfits]
-        rounded += [(route(block.place, r.path), r) for r in block.encoded.rounded]
-        cells |= {cell.number: cell for cell in block.cells()}
-    image = Image("dl06", tuple(cells[a] for a in sorted(cells)), _settings(config), _plc_settings(config))
-    return Encoding(image, tuple(misfits), tuple(rounded))
-
-
-@dataclass(frozen=True, slots=True)
-class Block:
-    """A register block at its address."""
-
-    place: Route
-    start: int
-    table: RegisterMap
-    encoded: Encoded
-    loop: str | None = None
-    prefix: str = ""
-
-    def cells(self) -> list[Cell]:
-        """The registers of the block; flags that only the CPU writes (V7642) belong to no loop and are left out."""
-        rows = [w for w in self.table.words if self.loop is not None or w.access != "status"]
-        return [
-            Cell(v_name(a), a, self.encoded.words[a - self.start], self.prefix + row.name, self.loop)
-            for row, a in ((row, self.start + row.offset) for row in rows)
-        ]
+    """All words: loop tables, ramp/soak tables, then the set-up words, which win where blocks overlap."""
+    blocks = (*_loop_blocks(config), *_ramp_soak_blocks(config), _setup_block(config))
+    return Encoding("dl06", blocks, v_name, _settings(config), _plc_settings(config))
 
 
 def _loop_blocks(config: Dl06File) -> list[Block]:
@@ -137,7 +111,7 @@ def values_of(config: Dl06File, loop: Loop) -> dict[str, Any]:
     }
 
 
-def switched_on(bit: bool | None, *values: object) -> bool:
+def switched_on(bit: bool | None, *values: object) -> bool:  # noqa: FBT001 - a bit is what it is about
     """The state of an enable bit: as written, else on when any of its values is given."""
     return any(v is not None for v in values) if bit is None else bit
 

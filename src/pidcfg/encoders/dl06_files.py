@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 from pidcfg.encoders.files import FileKind, first_line
 from pidcfg.encoders.ihex import read_ihex, write_ihex
 from pidcfg.encoders.listing import read_csv, read_json, read_text, write_csv, write_json, write_text
 from pidcfg.encoders.modbus import read_modbus, write_modbus
-from pidcfg.schemas.dl06 import Dl06File
 from pidcfg.schemas.octal import HIGHEST, V_ADDRESS
+
+if TYPE_CHECKING:
+    from pidcfg.schemas.dl06 import Dl06File
 
 
 def parse_address(text: str) -> int | None:

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import io
+from typing import TYPE_CHECKING
 
 from intelhex import IntelHex, IntelHexError
 
-from pidcfg.encoders.image import Image
 from pidcfg.encoders.listing import Listing, ListingError
+
+if TYPE_CHECKING:
+    from pidcfg.encoders.image import Image
 
 BYTES = 2
 

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
 
-from pidcfg.encoders.regmap import Misfit, Rounded
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+
+    from pidcfg.encoders.regmap import Encoded, Misfit, RegisterMap, Rounded
 
 Route = tuple[str | int, ...]
 """Keys and indices from the root of a configuration."""
@@ -30,7 +33,7 @@ class Cell:
 
 @dataclass(frozen=True, slots=True)
 class Image:
-    """A vendor's memory. ``settings``: one mapping a loop (names, ranges, units, mode); ``plc``: the same for the file."""
+    """A vendor's memory, and what no register holds: ``settings`` one mapping a loop, ``plc`` for the whole file."""
 
     vendor: str
     cells: tuple[Cell, ...]
@@ -44,12 +47,50 @@ class Image:
 
 
 @dataclass(frozen=True, slots=True)
-class Encoding:
-    """An image, and what did not go in as written, each with its place in the configuration."""
+class Block:
+    """A register block at its address, and the place in the configuration that it comes from."""
 
-    image: Image
-    misfits: tuple[tuple[Route, Misfit], ...] = ()
-    rounded: tuple[tuple[Route, Rounded], ...] = ()
+    place: Route
+    start: int
+    table: RegisterMap
+    encoded: Encoded
+    loop: str | None = None
+    prefix: str = ""
+
+    def cells(self, name_of: Callable[[int], str]) -> list[Cell]:
+        """The registers of the block; flags that only the CPU writes (they belong to no loop) are left out."""
+        rows = [w for w in self.table.words if self.loop is not None or w.access != "status"]
+        return [
+            Cell(name_of(a), a, self.encoded.words[a - self.start], self.prefix + row.name, self.loop)
+            for row, a in ((row, self.start + row.offset) for row in rows)
+        ]
+
+
+@dataclass(frozen=True)
+class Encoding:
+    """The blocks of a configuration in the order they are written; where they overlap, the later wins."""
+
+    vendor: str
+    blocks: tuple[Block, ...]
+    name_of: Callable[[int], str]
+    settings: tuple[Mapping[str, Any], ...] = ()
+    plc: Mapping[str, Any] = field(default_factory=dict)
+
+    @cached_property
+    def image(self) -> Image:
+        """All words in address order."""
+        cells = {cell.number: cell for block in self.blocks for cell in block.cells(self.name_of)}
+        return Image(self.vendor, tuple(cells[a] for a in sorted(cells)), self.settings, self.plc)
+
+    @cached_property
+    def misfits(self) -> tuple[tuple[Route, Misfit], ...]:
+        """Values that their registers cannot hold, each with its place."""
+        return tuple((route(b.place, m.path), m) for b in self.blocks for m in b.encoded.misfits)
+
+    @cached_property
+    def rounded(self) -> tuple[tuple[Route, Rounded], ...]:
+        """Values that their registers hold only rounded, each with its place."""
+        return tuple((route(b.place, r.path), r) for b in self.blocks for r in b.encoded.rounded)
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,8 +1,8 @@
 """Memory listings as text, CSV and JSON, and the way back; for every vendor whose memory is addressed words.
 
 A listing carries what no register holds: in JSON under ``settings`` and ``plc``, in text and CSV as one comment line.
-Readers take nothing on trust: an address twice, a word that is not four hexadecimal digits, or a hexadecimal and a decimal
-value that differ are refused with their line.
+Readers take nothing on trust: an address twice, a word that is not four hexadecimal digits, or a hexadecimal and a
+decimal value that differ are refused with their line.
 """
 
 from __future__ import annotations
@@ -13,10 +13,12 @@ import json
 import re
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from pidcfg.encoders.image import Cell, Image
 from pidcfg.encoders.words import WORD_MAX
+
+if TYPE_CHECKING:
+    from pidcfg.encoders.image import Cell, Image
 
 COLUMNS = ("address", "hex", "value", "loop", "field")
 SETTINGS = "# settings: "

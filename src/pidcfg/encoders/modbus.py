@@ -5,10 +5,13 @@ from __future__ import annotations
 import csv
 import io
 import json
+from typing import TYPE_CHECKING
 
-from pidcfg.encoders.image import Image
 from pidcfg.encoders.listing import DECIMAL, SETTINGS, Listing, ListingError, beside, csv_rows
 from pidcfg.encoders.words import WORD_MAX
+
+if TYPE_CHECKING:
+    from pidcfg.encoders.image import Image
 
 COLUMNS = ("register", "reference", "address", "value", "hex", "loop", "field")
 FIVE_DIGITS = 9_999

@@ -6,14 +6,17 @@ the register documentation and the word tests all walk the same rows; nothing el
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
-from decimal import Decimal
-from typing import Any, Literal
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, Literal
 
 from pidcfg.encoders.scales import Distance, Position, Scale
 from pidcfg.encoders.words import Bcd, Binary, DecodeError, EncodeError, Source
-from pidcfg.refs import Basis
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Mapping, Sequence
+    from decimal import Decimal
+
+    from pidcfg.refs import Basis
 
 Access = Literal["setting", "request", "status", "reserved"]
 """Who owns a word or bit: the engineer, a momentary request, the controller, nobody."""
@@ -28,7 +31,7 @@ class SpanBcd:
 
     def encode(self, value: Any, scale: Scale) -> int:
         """A quantity to counts in BCD."""
-        return self.bcd.encode(as_decimal(scale.distance(value)))
+        return self.bcd.encode(scale.distance(value))
 
     def decode(self, word: int, scale: Scale) -> Any:
         """The word to a quantity."""
@@ -71,6 +74,12 @@ class Bits:
     choices: Mapping[int, Any]
     title: str
     access: Access = "setting"
+    in_place: dict[Any, int] = field(init=False, compare=False, default_factory=dict)
+    """Each value's bits where they stand in the word; of several codes of one value the first."""
+
+    def __post_init__(self) -> None:
+        for code, value in self.choices.items():
+            self.in_place.setdefault(value, sum((code >> i & 1) << b for i, b in enumerate(self.bits)))
 
     @property
     def mask(self) -> int:
@@ -79,8 +88,7 @@ class Bits:
 
     def encode(self, value: Any) -> int:
         """The bits of a value, in place."""
-        code = next(c for c, v in self.choices.items() if v == value)
-        return sum((code >> i & 1) << b for i, b in enumerate(self.bits))
+        return self.in_place[value]
 
     def decode(self, word: int) -> Any:
         """The value that a word's bits choose."""
@@ -170,7 +178,7 @@ class RegisterMap:
                 image.rounded.append(Rounded(path, word, value, stored))
 
     def decode(self, words: Sequence[int], scales: Mapping[str, Scale]) -> dict[str, Any]:
-        """The words of the block to values by path; a word that is no value raises `DecodeError` naming its register."""
+        """The words of the block to values by path; `DecodeError` names the register of a word that is no value."""
         values: dict[str, Any] = self.decode_bits(words)
         for word in self.words:
             if word.path is not None:
@@ -197,8 +205,3 @@ def encode_one(codec: Codec, value: Any, scales: Mapping[str, Scale]) -> int:
     if isinstance(codec, ScaledCodec):
         return codec.encode(value, scales[codec.scale])
     return codec.encode(value)
-
-
-def as_decimal(value: Any) -> Decimal:
-    """A Fraction as a Decimal of more digits than any word."""
-    return Decimal(value.numerator) / Decimal(value.denominator)

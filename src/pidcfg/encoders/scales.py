@@ -7,15 +7,19 @@ root of its PV is compared with that root.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
-from decimal import Context, Decimal
-from fractions import Fraction
+from decimal import ROUND_HALF_EVEN, Context, Decimal
+from functools import cached_property
+from typing import TYPE_CHECKING
 
 from pidcfg.encoders.words import Binary, EncodeError, SignMagnitude, nearest
 from pidcfg.schemas.base import Quantity
 
-ROOT_DIGITS = 40
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+EXACT = Context(prec=100, rounding=ROUND_HALF_EVEN)
+"""Three times the digits that a file may write, so that products are exact and quotients round as if they were."""
 MOST_DECIMALS = 12
 
 
@@ -42,7 +46,7 @@ class Format:
         return self.codec.high - self.codec.low
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class Scale:
     """A data format with engineering values at its ends (None: raw counts)."""
 
@@ -50,38 +54,41 @@ class Scale:
     range: tuple[Decimal, Decimal] | None = None
     root: bool = False
 
-    @property
-    def full(self) -> Fraction:
+    @cached_property
+    def full(self) -> Decimal:
         """Counts from 0 % to 100 % on this scale."""
-        if not self.root:
-            return Fraction(self.format.span)
-        return Fraction(Context(prec=ROOT_DIGITS).sqrt(Decimal(self.format.span)))
+        span = Decimal(self.format.span)
+        return EXACT.sqrt(span) if self.root else span
+
+    @cached_property
+    def width(self) -> Decimal:
+        """Engineering units from 0 % to 100 %; 1 on a raw scale."""
+        return EXACT.subtract(self.range[1], self.range[0]) if self.range else Decimal(1)
 
     @property
     def zero(self) -> int:
         """Counts at 0 %."""
         return 0 if self.root else self.format.minimum
 
-    def position(self, quantity: Quantity) -> Fraction:
+    def position(self, quantity: Quantity) -> Decimal:
         """Counts of a value on the scale, not yet rounded."""
         if quantity.counts or self.range is None:
-            return Fraction(quantity.value)
-        low, high = (Fraction(end) for end in self.range)
-        return self.zero + (Fraction(quantity.value) - low) / (high - low) * self.full
+            return quantity.value
+        return EXACT.add(self._scaled(EXACT.subtract(quantity.value, self.range[0])), Decimal(self.zero))
 
-    def distance(self, quantity: Quantity) -> Fraction:
+    def distance(self, quantity: Quantity) -> Decimal:
         """Counts of a difference of two values, not yet rounded."""
-        if quantity.counts or self.range is None:
-            return Fraction(quantity.value)
-        low, high = (Fraction(end) for end in self.range)
-        return Fraction(quantity.value) / (high - low) * self.full
+        return quantity.value if quantity.counts or self.range is None else self._scaled(quantity.value)
+
+    def _scaled(self, value: Decimal) -> Decimal:
+        """Multiplied before it is divided, so that a tie comes out as one: a quotient ending in .5 is exact."""
+        return EXACT.divide(EXACT.multiply(value, self.full), self.width)
 
     def value(self, counts: int) -> Quantity:
         """The shortest engineering value that encodes to these counts."""
         if self.range is None:
             return Quantity(Decimal(counts))
-        low, high = (Fraction(end) for end in self.range)
-        exact = low + (counts - self.zero) * (high - low) / self.full
+        exact = EXACT.add(self.range[0], self._units(Decimal(counts - self.zero)))
         return shortest(exact, lambda q: nearest(self.position(q)) == counts, counts)
 
     def span_value(self, counts: int | Decimal) -> Quantity:
@@ -92,14 +99,16 @@ class Scale:
         """As `span_value`, with the test of equality that fits the word."""
         if self.range is None:
             return Quantity(Decimal(counts))
-        low, high = (Fraction(end) for end in self.range)
-        return shortest(Fraction(counts) * (high - low) / self.full, same, counts)
+        return shortest(self._units(Decimal(counts)), same, counts)
+
+    def _units(self, counts: Decimal) -> Decimal:
+        return EXACT.divide(EXACT.multiply(counts, self.width), self.full)
 
 
-def shortest(exact: Fraction, same: Callable[[Quantity], bool], counts: int | Decimal) -> Quantity:
+def shortest(exact: Decimal, same: Callable[[Quantity], bool], counts: int | Decimal) -> Quantity:
     """The decimal with fewest places that means the same; raw counts where no short one does."""
     for places in range(MOST_DECIMALS + 1):
-        candidate = Quantity(Decimal(round(exact * 10**places)).scaleb(-places))
+        candidate = Quantity(EXACT.quantize(exact, Decimal(1).scaleb(-places)) + 0)
         if same(candidate):
             return candidate
     return Quantity(Decimal(counts), counts=True)
@@ -142,9 +151,9 @@ class Distance:
         return scale.span_value(Binary(scale.format.maximum).decode(word))
 
 
-def whole(counts: Fraction, *, raw: bool) -> int:
+def whole(counts: Decimal, *, raw: bool) -> int:
     """Rounded counts; raw ones must be whole already."""
-    if raw and counts.denominator != 1:
+    if raw and counts != counts.to_integral_value():
         raise EncodeError("form", "is not a whole number of counts")
     return nearest(counts)
 

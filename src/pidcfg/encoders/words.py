@@ -8,13 +8,13 @@ neither ever guesses.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from decimal import Decimal
-from fractions import Fraction
+from decimal import ROUND_HALF_EVEN, Context, Decimal
 from typing import Literal
 
 WORD_MAX = 0xFFFF
 SIGN = 0x8000
-BCD_DIGITS = 4
+WIDE = Context(prec=100)
+"""More digits than a file may write, so that moving the point never rounds."""
 
 Fault = Literal["range", "off", "form"]
 
@@ -33,9 +33,9 @@ class DecodeError(ValueError):
     """A word that is not a value of its format."""
 
 
-def nearest(value: Fraction | Decimal) -> int:
+def nearest(value: Decimal) -> int:
     """The nearest integer, ties to even, exactly."""
-    return round(Fraction(value))
+    return int(value.to_integral_value(ROUND_HALF_EVEN))
 
 
 def bcd_word(digits: int) -> int:
@@ -75,8 +75,8 @@ class Bcd:
 
     def encode(self, value: Decimal) -> int:
         """A value to its word; one that merely rounds onto an off code is refused."""
-        digits = nearest(Fraction(value) * 10**self.decimals)
-        if not 0 <= digits <= 9999 or value < 0:  # noqa: PLR2004 - four digits
+        digits = nearest(value.scaleb(self.decimals, WIDE))
+        if not 0 <= digits <= 9999 or value < 0:
             raise EncodeError("range", "outside the word's range", self.low, self.high)
         if digits in self.off and value != digits * self.step:
             raise EncodeError("off", f"rounds to {digits * self.step}, which switches it off", self.low, self.high)
@@ -140,7 +140,7 @@ class SignMagnitude:
 
 @dataclass(frozen=True, slots=True)
 class Source:
-    """Where an auto transfer goes: base, slot (a digit each) and channel (a byte), or with bit 15 a V-memory address."""
+    """Where an auto transfer goes: base, slot and channel, or with bit 15 a V-memory address."""
 
     def encode(self, value: tuple[int, int, int] | int) -> int:
         """``(base, slot, channel)`` or an address to its word: slot 1, channel 2 is 0102."""
@@ -149,7 +149,7 @@ class Source:
                 raise EncodeError("range", "an address beyond V77777 does not fit the lower 15 bits")
             return SIGN | value
         base, slot, channel = value
-        if not (0 <= base <= 7 and 0 <= slot <= 15 and 0 <= channel <= 255):  # noqa: PLR2004 - 3 bits, 4 bits, a byte
+        if not (0 <= base <= 7 and 0 <= slot <= 15 and 0 <= channel <= 255):
             raise EncodeError("range", "base, slot or channel does not fit its digits")
         return base << 12 | slot << 8 | channel
 

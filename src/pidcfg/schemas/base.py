@@ -1,9 +1,9 @@
 """Field types of every vendor's schema: what a text in a YAML file means, decided by the field it stands in.
 
-Each type is a parser that takes the text of a scalar (`pidcfg.source.Plain` or a quoted string) or a native Python
-value, and returns a frozen, exact value; numbers are `Decimal`. What cannot be read raises a `PydanticCustomError` whose
-type names the kind of mistake (``number_form``, ``leading_zero`` …), so that the validator can give it a code of its own.
-`Limits` beside a type states what a manual allows; it reaches the JSON Schema and one rule that checks all of them.
+Each type is a parser that takes the text of a scalar (`pidcfg.document.Plain` or a quoted string) or a native Python
+value, and returns a frozen, exact value; numbers are `Decimal`. What cannot be read raises a `PydanticCustomError`
+whose type names the kind of mistake (``number_form``, ``leading_zero`` …), so that the validator can give it a code of
+its own. `Limits` beside a type states what a manual allows; it reaches the JSON Schema and one rule that checks all.
 """
 
 from __future__ import annotations
@@ -13,12 +13,14 @@ from collections.abc import Callable, Mapping
 from copy import deepcopy
 from dataclasses import dataclass
 from decimal import Decimal
-from typing import Annotated, Any, Literal, NamedTuple, NoReturn
+from functools import cache
+from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple, NoReturn
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, PlainValidator, WithJsonSchema
 from pydantic_core import PydanticCustomError
 
-from pidcfg.refs import Basis
+if TYPE_CHECKING:
+    from pidcfg.refs import Basis
 
 NUMBER = re.compile(r"[-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?")
 LEADING_ZERO = re.compile(r"[-+]?0[0-9]")
@@ -55,7 +57,9 @@ class Limits:
     unit: str
     basis: Basis
 
-    def __get_pydantic_json_schema__(self, core_schema: Any, handler: Callable[[Any], dict[str, Any]]) -> dict[str, Any]:
+    def __get_pydantic_json_schema__(
+        self, core_schema: Any, handler: Callable[[Any], dict[str, Any]]
+    ) -> dict[str, Any]:
         """Adds ``minimum``, ``maximum`` and the unit where an editor looks for them."""
         schema = deepcopy(handler(core_schema))
         if self.unit:
@@ -68,7 +72,15 @@ class Limits:
 
     def holds(self, value: Decimal) -> bool:
         """Whether ``value`` lies inside."""
-        return (self.low is None or value >= Decimal(self.low)) and (self.high is None or value <= Decimal(self.high))
+        return (self.low is None or value >= number_of(self.low)) and (
+            self.high is None or value <= number_of(self.high)
+        )
+
+
+@cache
+def number_of(text: str) -> Decimal:
+    """The number of a limit."""
+    return Decimal(text)
 
 
 class Quantity(NamedTuple):
@@ -165,7 +177,9 @@ def _finite(number: Decimal, text: str) -> Decimal:
 
 
 def _kind(value: object) -> str:
-    return "mapping" if isinstance(value, Mapping) else "list" if isinstance(value, list | tuple) else type(value).__name__
+    return (
+        "mapping" if isinstance(value, Mapping) else "list" if isinstance(value, list | tuple) else type(value).__name__
+    )
 
 
 def _shown(value: object) -> str:
@@ -255,7 +269,7 @@ def parse_pair(parse: Callable[[object], Any], what: str) -> Callable[[object], 
     """A parser of a list of two."""
 
     def pair(value: object) -> tuple[Any, Any]:
-        if not isinstance(value, list | tuple) or isinstance(value, Quantity) or len(value) != 2:  # noqa: PLR2004
+        if not isinstance(value, list | tuple) or isinstance(value, Quantity) or len(value) != 2:
             refuse("pair_type", f"{what} is wanted: a list of two values", help="write [low, high]")
         return parse(value[0]), parse(value[1])
 
@@ -287,7 +301,9 @@ Integer = Annotated[int, PlainValidator(parse_integer), WithJsonSchema({"type": 
 FormatVersion = Annotated[Literal[1], BeforeValidator(parse_integer)]
 Flag = Annotated[bool, PlainValidator(parse_flag), WithJsonSchema({"type": "boolean"})]
 Text = Annotated[str, PlainValidator(parse_text), WithJsonSchema({"type": ["string", "number", "boolean"]})]
-Name = Annotated[str, PlainValidator(parse_name), WithJsonSchema({"type": ["string", "number"], "maxLength": NAME_LENGTH})]
+Name = Annotated[
+    str, PlainValidator(parse_name), WithJsonSchema({"type": ["string", "number"], "maxLength": NAME_LENGTH})
+]
 Seconds = Annotated[Decimal, PlainValidator(parse_seconds), WithJsonSchema(_duration_schema())]
 Minutes = Annotated[Decimal, PlainValidator(parse_minutes), WithJsonSchema(_duration_schema())]
 AnyDuration = Annotated[Duration, PlainValidator(parse_duration), WithJsonSchema(_duration_schema())]

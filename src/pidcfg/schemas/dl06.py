@@ -1,7 +1,7 @@
 """What a DL06 configuration file may say: every word and bit of the loop table in engineering units.
 
-Quantities are in the units of ``pv.range`` or ``output.range``, raw where there is no range; ``"2048 counts"`` is always
-raw. A value beside ``…enabled: false`` is stored in its word while the bit that switches it on stays off.
+Quantities are in the units of ``pv.range`` or ``output.range``, raw where there is no range; ``"2048 counts"`` is
+always raw. A value beside ``…enabled: false`` is stored in its word while the bit that switches it on stays off.
 """
 
 from __future__ import annotations

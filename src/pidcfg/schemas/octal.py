@@ -36,7 +36,9 @@ def parse_v_address(value: object) -> int:
         refuse("address_form", f"{value} is not octal: {wrong} is not an octal digit",
                help="V-memory addresses have the digits 0 to 7")  # fmt: skip
     if BARE.fullmatch(value):
-        refuse("address_form", f"{value} can be read as octal V{digits} or as decimal {digits}", help=f"write V{digits}")
+        refuse(
+            "address_form", f"{value} can be read as octal V{digits} or as decimal {digits}", help=f"write V{digits}"
+        )
     return refuse("address_form", f"{value!r} is not spelled as an address", help=f"write V{digits}")
 
 

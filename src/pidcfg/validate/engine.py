@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 from pidcfg.diagnostics import Diagnostic, Severity, ordered
-from pidcfg.encoders.image import Encoding
 from pidcfg.limits import DEFAULT, Limits
-from pidcfg.source import Document
-from pidcfg.validate.rule import Finding, Rule
 from pidcfg.validate.schema import loop_name, not_a_choice, read_model
 from pidcfg.vendors import VENDORS, Vendor
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator
+
+    from pidcfg.encoders.image import Encoding
+    from pidcfg.source import Document
+    from pidcfg.validate.rule import Finding, Rule
 
 
 class Context(Protocol):
@@ -104,4 +107,3 @@ def place(rule: Rule, found: Finding, doc: Document) -> Diagnostic:
 def is_scenario(doc: Document) -> bool:
     """Whether a file is a scenario rather than a configuration."""
     return doc.data is not None and "scenario" in doc.data and "vendor" not in doc.data
-

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from pidcfg.validate.codes import LISTING, READING, SCHEMA
-from pidcfg.validate.rule import Rule
 from pidcfg.vendors import VENDORS
+
+if TYPE_CHECKING:
+    from pidcfg.validate.rule import Rule
 
 
 def all_rules() -> dict[str, Rule]:

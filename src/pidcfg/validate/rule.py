@@ -10,10 +10,11 @@ import inspect
 import re
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from pidcfg.diagnostics import Path, Severity
-from pidcfg.refs import Basis
+if TYPE_CHECKING:
+    from pidcfg.diagnostics import Path, Severity
+    from pidcfg.refs import Basis
 
 PLACEHOLDER = re.compile(r"\{(\w+)")
 
@@ -63,7 +64,7 @@ class Rule:
         return set(PLACEHOLDER.findall(self.message))
 
 
-def rule(  # noqa: PLR0913 - the label is what it is
+def rule(
     *, code: str, name: str, severity: Severity, message: str, basis: Basis, since: str = "0.1"
 ) -> Callable[[Check], Rule]:
     """Labels a check."""

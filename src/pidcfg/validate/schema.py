@@ -3,17 +3,26 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Iterator
-from typing import Any, TypeVar, get_args
+from typing import TYPE_CHECKING, Any, TypeVar, get_args
 
 from pydantic import BaseModel, ValidationError
 
 from pidcfg.diagnostics import Diagnostic, Path, Severity
-from pidcfg.source import Document
 from pidcfg.validate.codes import BY_KIND, OTHER_KIND
 
-KINDS = {"model_type": "a mapping of keys", "tuple_type": "a list", "list_type": "a list", "dict_type": "a mapping of keys"}
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from pidcfg.source import Document
+
+KINDS = {
+    "model_type": "a mapping of keys",
+    "tuple_type": "a list",
+    "list_type": "a list",
+    "dict_type": "a mapping of keys",
+}
 SHOWN = 60
+DID_YOU_MEAN = "did you mean "
 
 M = TypeVar("M", bound=BaseModel)
 
@@ -25,8 +34,8 @@ def read_model(model: type[M], doc: Document) -> tuple[M | None, list[Diagnostic
         config = model.model_validate(doc.data)
     except ValidationError as error:
         nulls = {d.path for d in found}
-        shown = (d for e in error.errors(include_url=False) if (d := _diagnostic(e, model, doc)).path not in nulls)
-        return None, [*found, *shown]
+        errors = (_diagnostic(e, model, doc) for e in error.errors(include_url=False))
+        return None, [*found, *_without_echoes([d for d in errors if d.path not in nulls])]
     return (None if found else config), found
 
 
@@ -38,6 +47,16 @@ def _nulls(value: Any, path: Path) -> Iterator[Path]:
             yield (*path, step)
         else:
             yield from _nulls(inner, (*path, step))
+
+
+def _without_echoes(found: list[Diagnostic]) -> Iterator[Diagnostic]:
+    """A misspelt key is missing as well; the finding that suggests the spelling is enough."""
+    meant = {
+        (*d.path[:-1], d.help.removeprefix(DID_YOU_MEAN)[:-1])
+        for d in found
+        if d.code == "PID020" and d.help and DID_YOU_MEAN in d.help
+    }
+    yield from (d for d in found if d.code != "PID021" or d.path not in meant)
 
 
 def _no_value(doc: Document, path: Path) -> Diagnostic:
@@ -56,25 +75,29 @@ def _diagnostic(error: Any, model: type[BaseModel], doc: Document) -> Diagnostic
 
 
 def _wording(error: Any, path: Path, model: type[BaseModel]) -> tuple[str, str | None]:
+    """Message and cure in our own words."""
     kind, context, value = error["type"], error.get("ctx", {}), error["input"]
     key = str(path[-1]) if path else "the file"
     if path == ("pidcfg",):
-        return (f"pidcfg: {shown(value)} is not a format version that this pidcfg reads" if kind != "missing" else
-                "the format version is missing"), "write 'pidcfg: 1'"  # fmt: skip
-    if kind == "missing":
-        return f"{_below(path)}{key} is missing", f"add {key}"
+        problem = "is missing" if kind == "missing" else f"{shown(value)} is not one that this pidcfg reads"
+        return f"the format version {problem}", "write 'pidcfg: 1'"
     if kind == "extra_forbidden":
         return unknown_key(key, keys_at(model, path[:-1]))
     if kind == "literal_error":
         return not_a_choice(key, value, _choices(context["expected"]))
+    if kind == "missing":
+        return f"{_below(path)}{key} is missing", f"add {key}"
+    return _plain_wording(kind, context, key, value) or f"{key}: {error['msg'].lower()}", context.get("help")
+
+
+def _plain_wording(kind: str, context: Any, key: str, value: object) -> str | None:
+    """The message of the kinds that need nothing of the schema."""
     if kind in KINDS:
-        return f"{key} must be {KINDS[kind]}, not {shown(value)}", None
+        return f"{key} must be {KINDS[kind]}, not {shown(value)}"
     if kind in {"too_long", "too_short"}:
         bound = context.get("max_length", context.get("min_length"))
-        return f"{key} has {context['actual_length']} items; the limit is {bound}", None
-    if "text" in context:
-        return f"{key}: {context['text']}", context.get("help")
-    return f"{key}: {error['msg'].lower()}", None
+        return f"{key} has {context['actual_length']} items; the limit is {bound}"
+    return f"{key}: {context['text']}" if "text" in context else None
 
 
 def _below(path: Path) -> str:
@@ -84,14 +107,14 @@ def _below(path: Path) -> str:
 
 
 def _choices(expected: str) -> list[str]:
-    """pydantic lists them as ``'a', 'b' or 'c'``."""
+    """The words as pydantic lists them: ``'a', 'b' or 'c'``."""
     return [part.strip().strip("'") for part in expected.replace(" or ", ", ").split(", ")]
 
 
 def unknown_key(key: str, known: list[str]) -> tuple[str, str | None]:
     """The message and cure for a key that is not in the schema."""
     near = difflib.get_close_matches(key, known, n=1, cutoff=0.6)
-    cure = f"did you mean {near[0]}?" if near else f"known keys here: {', '.join(known)}"
+    cure = f"{DID_YOU_MEAN}{near[0]}?" if near else f"known keys here: {', '.join(known)}"
     return f"unknown key {key!r}", cure
 
 
@@ -99,7 +122,7 @@ def not_a_choice(key: str, value: object, choices: list[str]) -> tuple[str, str 
     """The message and cure for a word that is not in a list."""
     near = difflib.get_close_matches(str(value).lower(), [c.lower() for c in choices], n=1, cutoff=0.5)
     meant = next((c for c in choices if near and c.lower() == near[0]), None)
-    return f"{key} is {shown(value)}, not one of {', '.join(choices)}", f"did you mean {meant}?" if meant else None
+    return f"{key} is {shown(value)}, not one of {', '.join(choices)}", f"{DID_YOU_MEAN}{meant}?" if meant else None
 
 
 def shown(value: object) -> str:

@@ -54,10 +54,10 @@ FORMATS = {
 
 # Bits 0, 1, 9 of +01 (PV) and 11, 12, 13 (output): with the 16-bit bit on, the other two are not read (notes 1 and 3).
 _FORMAT_CODES = {0b000: "12-bit unipolar", 0b001: "12-bit bipolar", 0b010: "15-bit unipolar", 0b011: "15-bit bipolar"}
-PV_FORMAT = {**_FORMAT_CODES, **{code: "16-bit unipolar" for code in range(0b100, 0b1000)}}
+PV_FORMAT = {**_FORMAT_CODES, **dict.fromkeys(range(4, 8), "16-bit unipolar")}
 # Bit 10 first: 0 means that the output has the PV's format (note 2).
 OUTPUT_FORMAT = {
-    **{0b0000: None},
+    0b0000: None,
     **{code << 1 | 1: name for code, name in PV_FORMAT.items()},
     **{code << 1: None for code in PV_FORMAT},
 }

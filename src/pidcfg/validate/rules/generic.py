@@ -2,27 +2,30 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from decimal import Decimal
 from functools import cache
-from typing import Any, get_args
+from typing import TYPE_CHECKING, Any, get_args
 
 from pydantic import BaseModel
 
 from pidcfg.diagnostics import Path, Severity
-from pidcfg.encoders.regmap import Misfit
 from pidcfg.refs import Decision
 from pidcfg.schemas.base import Limits, decimal_text
 from pidcfg.validate.rule import Finding, at_key, finding, rule
 
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from pidcfg.encoders.regmap import Misfit
+
 D06 = Decision(
-    6, "a value that rounds onto an off code is an error", "A gain of 0.004 would be stored as 0000 and a reset of 0.04 as "
-    "0000: the term would be switched off, or act as if the gain were 1.",
+    6, "a value that rounds onto an off code is an error", "A gain of 0.004 would be stored as 0000 and a reset of 0.04 "
+    "as 0000: the term would be switched off, or act as if the gain were 1.",
     "The loop would run with other control than the file says; no rounding error may do that.",
 )  # fmt: skip
 D07 = Decision(
-    7, "nearest value, ties to even", "What a register cannot hold exactly is stored as the nearest value, ties to even, "
-    "computed on exact decimals.",
+    7, "nearest value, ties to even", "What a register cannot hold exactly is stored as the nearest value, ties to "
+    "even, computed on exact decimals.",
     "It is the rounding of IEEE 754 and of Python, and the same on every system.",
 )  # fmt: skip
 D08 = Decision(
@@ -38,14 +41,16 @@ ROUNDING_WARNING = Decimal("0.01")
 
 
 @cache
-def limits_of(model: type[BaseModel]) -> dict[str, Limits]:
-    """The limits that a schema states, by field."""
-    found: dict[str, Limits] = {}
+def plan(model: type[BaseModel]) -> tuple[tuple[tuple[str, Limits], ...], tuple[str, ...]]:
+    """What there is to look at in a model: its fields with limits, and its fields that hold further models."""
+    limited, deeper = [], []
     for name, field in model.model_fields.items():
-        limit = next((m for m in (*field.metadata, *_metadata(field.annotation)) if isinstance(m, Limits)), None)
-        if limit is not None:
-            found[name] = limit
-    return found
+        limits = next((m for m in (*field.metadata, *_metadata(field.annotation)) if isinstance(m, Limits)), None)
+        if limits is not None:
+            limited.append((name, limits))
+        elif any(isinstance(t, type) and issubclass(t, BaseModel) for t in _types(field.annotation)):
+            deeper.append(name)
+    return tuple(limited), tuple(deeper)
 
 
 def _metadata(annotation: Any) -> Iterator[Any]:
@@ -54,20 +59,26 @@ def _metadata(annotation: Any) -> Iterator[Any]:
         yield from _metadata(inner)
 
 
-def beyond_limits(value: Any, path: Path) -> Iterator[tuple[Path, Decimal, Limits]]:
+def _types(annotation: Any) -> Iterator[Any]:
+    yield annotation
+    for inner in get_args(annotation):
+        yield from _types(inner)
+
+
+def beyond_limits(model: BaseModel, path: Path) -> Iterator[tuple[Path, Decimal, Limits]]:
     """Every number of a model that lies outside the limits of its field."""
-    if isinstance(value, BaseModel):
-        limits = limits_of(type(value))
-        for name in type(value).model_fields:
-            inner = getattr(value, name)
-            if isinstance(inner, Decimal | int) and name in limits and not limits[name].holds(Decimal(inner)):
-                yield (*path, name), Decimal(inner), limits[name]
-            elif isinstance(inner, BaseModel | tuple):
-                yield from beyond_limits(inner, (*path, name))
-    elif isinstance(value, tuple):
-        for i, inner in enumerate(value):
-            if isinstance(inner, BaseModel):
-                yield from beyond_limits(inner, (*path, i))
+    limited, deeper = plan(type(model))
+    for name, limits in limited:
+        value = getattr(model, name)
+        if isinstance(value, Decimal | int) and not limits.holds(Decimal(value)):
+            yield (*path, name), Decimal(value), limits
+    for name in deeper:
+        value = getattr(model, name)
+        if isinstance(value, tuple):
+            for i, inner in enumerate(value):
+                yield from beyond_limits(inner, (*path, name, i))
+        elif value is not None:
+            yield from beyond_limits(value, (*path, name))
 
 
 def _between(low: Decimal | str | None, high: Decimal | str | None, unit: str) -> str:
@@ -101,10 +112,9 @@ def value_out_of_range(context: Any) -> Iterator[Finding]:
 
 def _misfits(context: Any, fault: str) -> Iterator[tuple[Path, Misfit]]:
     """What a register cannot hold for one reason, unless it already breaks the manual's own limits."""
-    known = {path for path, _, _ in beyond_limits(context.config, ())}
-    for path, misfit in context.encoding.misfits:
-        if misfit.error.fault == fault and path not in known:
-            yield path, misfit
+    found = [(path, misfit) for path, misfit in context.encoding.misfits if misfit.error.fault == fault]
+    known = {path for path, _, _ in beyond_limits(context.config, ())} if found else set()
+    yield from ((path, misfit) for path, misfit in found if path not in known)
 
 
 def unit_of(misfit: Misfit) -> str:
@@ -143,7 +153,7 @@ def value_exceeds_word(context: Any) -> Iterator[Finding]:
 def rounds_onto_off_code(context: Any) -> Iterator[Finding]:
     """A value is so small or large that its register would hold the code for "off".
 
-    Why: the term would be switched off, or with a gain of 0 the integral would act at gain 1: far from what was written.
+    Why: the term would be switched off, or with a gain of 0 the integral would act at gain 1: not what was written.
 
     Fix: choose a value that the register can hold, or write the off value on purpose.
     """
