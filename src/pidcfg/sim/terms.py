@@ -22,6 +22,3 @@ def step_to(x: float, target: float, step: float) -> float:
     if x < target:
         return target if target - x <= step else x + step
     return target if x - target <= step else x - step
-
-
-KERNELS = (clamp, nearest, step_to)

@@ -12,10 +12,9 @@ satisfies the set point, so that both can be compared.
 
 from __future__ import annotations
 
-from pidcfg.sim.controllers import dl06_alarms, dl06_autotune, dl06_equation, dl06_modes, dl06_ramp_soak
 from pidcfg.sim.controllers.dl06_alarms import alarms
 from pidcfg.sim.controllers.dl06_autotune import tune
-from pidcfg.sim.controllers.dl06_equation import position, process, refresh, shaped, stepped_bias, velocity
+from pidcfg.sim.controllers.dl06_equation import calculate, position
 from pidcfg.sim.controllers.dl06_modes import OVERRIDE_OVERFLOW, modes, to_manual
 from pidcfg.sim.controllers.dl06_plc import Dl06, Options, load
 from pidcfg.sim.controllers.dl06_ramp_soak import ramp_soak
@@ -40,7 +39,7 @@ from pidcfg.sim.controllers.dl06_state import (
     State,
 )
 
-__all__ = ["KERNELS", "Config", "Dl06", "Options", "State", "load", "sample", "scan"]
+__all__ = ["INLINED", "KERNELS", "Config", "Dl06", "Options", "State", "load", "sample", "scan"]
 
 LARGEST = 2147483647.0
 """An output beyond a signed 32-bit number of counts is an overflow."""
@@ -91,20 +90,18 @@ def sample(i: int, cfg: list[Config], st: list[State], aux: list[float], sig: li
     fast = c.rate_of_change
     if pv < s.quiet_low or pv > s.quiet_high or sp != s.quiet_sp or change > fast or -change > fast:
         alarms(c, s, pv, old, sp)
-        centre = sp * sp if c.root else sp
+        centre = sp * abs(sp) if c.root else sp
         sig[c.sig_sp] = c.pv_low + (centre - c.pv_min) * c.pv_width / c.pv_span
 
     if busy & TUNE:
         tune(c, s, aux, sp)
         busy = s.busy
     if status & MANUAL == 0 and busy & RELAY == 0:
-        e = shaped(c, sp, pv) if c.curved else (sp - pv) / c.span
-        x = -process(c, pv) / c.span if c.on_pv else e
-        if busy & FRESH:
-            refresh(s, e, x, sp)
-        if c.step_bias and sp != s.last_sp:
-            stepped_bias(c, s, sp)
-        m = velocity(s, e, x) if c.velocity else position(c, s, e, x)
+        if c.special or busy & FRESH:
+            m = calculate(c, s, sp, pv)
+        else:
+            e = (sp - pv) / c.span
+            m = position(c, s, e, e)
         if m > LARGEST or m < -LARGEST:
             s.status |= OVERFLOW
             to_manual(i, cfg, st, OVERRIDE_OVERFLOW)
@@ -150,13 +147,7 @@ def scan(tick: int, cfg: list[Config], st: list[State], aux: list[float], sig: l
         sample(i, cfg, st, aux, sig)
 
 
-KERNELS = (
-    *dl06_alarms.KERNELS,
-    *dl06_modes.KERNELS,
-    *dl06_ramp_soak.KERNELS,
-    *dl06_equation.KERNELS,
-    *dl06_autotune.KERNELS,
-    sample,
-    next_slow,
-    scan,
-)
+KERNELS = (scan,)
+"""Where the compiler begins; what these call follows by itself."""
+INLINED = (scan, sample, position)
+"""The hot path of compiled code."""

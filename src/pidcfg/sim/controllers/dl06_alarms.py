@@ -69,6 +69,3 @@ def alarms(c: Config, s: State, pv: float, old: float, sp: float) -> None:
 def alarmed(s: State) -> int:
     """The absolute alarms that are on."""
     return s.status & PV_ALARMS
-
-
-KERNELS = (latched, absolute, alarms, alarmed)

@@ -325,21 +325,3 @@ def tune(c: Config, s: State, aux: list[float], sp: float) -> None:
         respond(c, s, aux, p)
     else:
         switching(c, s, p, sp)
-
-
-KERNELS = (
-    end_tune,
-    store,
-    want,
-    step_output,
-    begin_relay,
-    observe,
-    record,
-    mean,
-    crossing,
-    measure,
-    respond,
-    turn,
-    switching,
-    tune,
-)

@@ -92,4 +92,12 @@ def position(c: Config, s: State, e: float, x: float) -> float:
     return m
 
 
-KERNELS = (coefficients, process, shaped, refresh, stepped_bias, velocity, position)
+def calculate(c: Config, s: State, sp: float, pv: float) -> float:
+    """The output in counts, with everything that the plain position form does without."""
+    e = shaped(c, sp, pv) if c.curved else (sp - pv) / c.span
+    x = -process(c, pv) / c.span if c.on_pv else e
+    if s.busy & FRESH:
+        refresh(s, e, x, sp)
+    if c.step_bias and sp != s.last_sp:
+        stepped_bias(c, s, sp)
+    return velocity(s, e, x) if c.velocity else position(c, s, e, x)

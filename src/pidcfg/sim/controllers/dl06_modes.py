@@ -210,6 +210,3 @@ def modes(i: int, cfg: list[Config], st: list[State]) -> None:
             tell(s, reason)
     if s.busy & GOAL:
         pursue(i, cfg, st)
-
-
-KERNELS = (tell, on_sp_scale, to_manual, transfer, refusal, ask, waits, pursue, restore, modes)

@@ -146,6 +146,3 @@ def ramp_soak(c: Config, s: State, aux: list[float]) -> None:
         s.busy &= ~SOAK
     else:
         watch(c, s, aux)
-
-
-KERNELS = (finish, begin, start, obey, run, watch, ramp_soak)

@@ -117,6 +117,8 @@ class Config:
     major: int = -1
     """Index of the loop whose output is the remote set point; -1: the pointer names no output of this table."""
     # equation
+    special: int = 0
+    """Not simply the position form of a linear error: `dl06_equation.calculate` is needed."""
     velocity: int = 0
     reverse: int = 0
     bumpless: int = 1

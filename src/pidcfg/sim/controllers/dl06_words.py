@@ -78,6 +78,7 @@ def configure(c: Config, v: Values, reset_decimals: int, loops: int) -> None:
     c.limit = float(v["derivative_gain_limit"])
     c.m_low = clamp(counts(v["output.limits.0"]), c.out_min, c.out_max)
     c.m_high = clamp(counts(v["output.limits.1"]), c.out_min, c.out_max)
+    c.special = int(c.velocity or c.curved or c.on_pv or c.step_bias)
     c.independent = int(v["independent_of_cpu_mode"])
     c.sees_pv = int(isinstance(v["pv.transfer"], tuple))
     c.drives = int(isinstance(v["output.transfer"], tuple))

@@ -1,0 +1,173 @@
+"""The same kernels, compiled: numba over NumPy records in place of CPython over slots dataclasses.
+
+`compiled` rebuilds the given functions and all that they call with globals in which every one of them is its compiled
+self, unedited otherwise. `bind` does the same for CPython, so that a vendor's ``scan`` can take the place of another
+function. `records` and `write_back` carry flat dataclasses to structured arrays and home again.
+
+numba's disk cache looks at the file of a function and not at what it calls, so the cache folder is named after a hash
+of all kernels together with the constants they use.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import sys
+from collections.abc import Callable, Iterable, Mapping, MutableSequence, Sequence
+from dataclasses import fields
+from pathlib import Path
+from types import FunctionType
+from typing import Any
+
+import numba
+import numpy as np
+
+Kernel = Callable[..., Any]
+TYPES = {"int": np.int64, "float": np.float64}
+"""NumPy's type for each annotation that a kernel's record may have."""
+FOLDER = "pidcfg"
+OPTIONS: dict[str, Any] = {"error_model": "numpy", "no_cfunc_wrapper": True, "_nrt": False}
+"""Kernels divide by nothing that can be 0, are called by nobody in C, and create no objects to count references of."""
+
+
+def bind(functions: Iterable[Kernel], replaced: Mapping[Kernel, Kernel]) -> dict[Kernel, Kernel]:
+    """The functions rebuilt for CPython, with all they call, so that the new stands in place of each replaced one."""
+    originals = reachable(functions, replaced)
+    built: dict[Kernel, Kernel] = {f: rebuilt(f) for f in originals}
+    connect(originals, built, replaced)
+    return built
+
+
+def compiled(
+    functions: Iterable[Kernel],
+    replaced: Mapping[Kernel, Kernel] | None = None,
+    inlined: Iterable[Kernel] = (),
+) -> dict[Kernel, Kernel]:
+    """The functions and all they call as numba dispatchers, by the original; compiled at their first call.
+
+    Only the ones that are given can be called from Python. ``inlined``: kernels on the hot path, whose calls would cost
+    more than they save. No fastmath.
+    """
+    swap, entries, hot = replaced or {}, set(functions), set(inlined)
+    originals = reachable(sorted(entries, key=identity), swap)
+    folder = cache_folder(originals, swap)
+    built: dict[Kernel, Kernel] = {}
+    settings = vars(numba.config)
+    kept, settings["CACHE_DIR"] = settings["CACHE_DIR"], str(folder or "")
+    try:
+        for f in originals:
+            options = OPTIONS | {"forceinline": f in hot, "no_cpython_wrapper": f not in entries}
+            built[f] = numba.njit(cache=folder is not None, **options)(rebuilt(f))
+    finally:
+        settings["CACHE_DIR"] = kept
+    connect(originals, built, swap)
+    return built
+
+
+def reachable(functions: Iterable[Kernel], replaced: Mapping[Kernel, Kernel]) -> list[Kernel]:
+    """The functions and everything that they call, in a fixed order."""
+    found: dict[Kernel, None] = {}
+    waiting = list(functions)
+    while waiting:
+        f = waiting.pop()
+        if f not in found:
+            found[f] = None
+            waiting += [replaced.get(callee, callee) for _, callee in callees(f)]
+    return list(found)
+
+
+def rebuilt(f: Kernel) -> FunctionType:
+    """A copy of a function with globals of its own."""
+    copy = FunctionType(f.__code__, dict(f.__globals__), f.__name__)
+    copy.__module__, copy.__qualname__, copy.__doc__ = f.__module__, f.__qualname__, f.__doc__
+    return copy
+
+
+def connect(originals: Iterable[Kernel], built: Mapping[Kernel, Kernel], replaced: Mapping[Kernel, Kernel]) -> None:
+    """In the globals of each copy, put the built function where an original one stands."""
+    for f in originals:
+        scope = getattr(built[f], "py_func", built[f]).__globals__
+        for name, callee in callees(f):
+            target = replaced.get(callee, callee)
+            scope[name] = built.get(target, target)
+
+
+def callees(f: Kernel) -> list[tuple[str, Kernel]]:
+    """The Python functions that a kernel names."""
+    named = [(name, f.__globals__.get(name)) for name in f.__code__.co_names]
+    return [(name, value) for name, value in named if isinstance(value, FunctionType)]
+
+
+# --- records ---------------------------------------------------------------------------------------------------------
+
+
+def record_type(cls: type) -> np.dtype[np.void]:
+    """The structured type of a flat dataclass whose fields are ints and floats."""
+    return np.dtype([(f.name, TYPES[f.type if isinstance(f.type, str) else f.type.__name__]) for f in fields(cls)])
+
+
+def records(objects: Sequence[Any], cls: type) -> np.ndarray[Any, np.dtype[np.void]]:
+    """The objects as an array of records; ``cls`` is theirs, since there may be none."""
+    kind = record_type(cls)
+    names = kind.names or ()
+    array = np.zeros(len(objects), kind)
+    for i, item in enumerate(objects):
+        array[i] = tuple(getattr(item, name) for name in names)
+    return array
+
+
+def write_back(array: np.ndarray[Any, np.dtype[np.void]], objects: Sequence[Any]) -> None:
+    """The records' values into the objects that they were made of."""
+    names = array.dtype.names or ()
+    for row, item in zip(array.tolist(), objects, strict=True):
+        for name, value in zip(names, row, strict=True):
+            setattr(item, name, value)
+
+
+def vector(values: Sequence[float]) -> np.ndarray[Any, np.dtype[np.float64]]:
+    """A list of floats as an array."""
+    return np.array(values, np.float64)
+
+
+def copy_back(array: np.ndarray[Any, np.dtype[np.float64]], values: MutableSequence[float]) -> None:
+    """An array's values into the list that it was made of."""
+    values[:] = array.tolist()
+
+
+# --- cache -----------------------------------------------------------------------------------------------------------
+
+
+def cache_folder(functions: Sequence[Kernel], replaced: Mapping[Kernel, Kernel]) -> Path | None:
+    """Where compiled code of exactly these kernels is kept; None where nothing can be written."""
+    folder = user_cache() / FOLDER / "kernels" / fingerprint(functions, replaced)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError:
+        return None
+    return folder if os.access(folder, os.W_OK) else None
+
+
+def user_cache() -> Path:
+    """The user's cache folder as the platform has it."""
+    if sys.platform == "win32":
+        return Path(os.environ.get("LOCALAPPDATA", Path.home() / "AppData" / "Local"))
+    if sys.platform == "darwin":
+        return Path.home() / "Library" / "Caches"
+    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
+
+
+def fingerprint(functions: Sequence[Kernel], replaced: Mapping[Kernel, Kernel]) -> str:
+    """A hash of everything that decides the compiled code: bytecode, constants by value, who calls whom, versions."""
+    digest = hashlib.sha256(f"{sys.version} {numba.__version__} {np.__version__}".encode())
+    for f in functions:
+        code = f.__code__
+        scalars = [(n, f.__globals__[n]) for n in code.co_names if isinstance(f.__globals__.get(n), int | float)]
+        calls = [(n, identity(replaced.get(callee, callee))) for n, callee in callees(f)]
+        facts = (identity(f), code.co_consts, code.co_names, code.co_varnames, scalars, calls)
+        digest.update(code.co_code + repr(facts).encode())
+    return digest.hexdigest()[:24]
+
+
+def identity(f: Kernel) -> str:
+    """A function's full name."""
+    return f"{f.__module__}.{f.__qualname__}"
