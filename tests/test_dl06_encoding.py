@@ -1,0 +1,314 @@
+"""DL06 configurations to V-memory words and back."""
+
+from __future__ import annotations
+
+from decimal import Decimal
+from pathlib import Path
+
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from dl06_strategies import configurations, loop_words
+from pidcfg.encoders.dl06 import encode
+from pidcfg.encoders.dl06_decode import decode
+from pidcfg.encoders.dl06_files import FORMATS
+from pidcfg.encoders.files import kind_of
+from pidcfg.encoders.maps.dl06 import LOOP_TABLE, RAMP_SOAK_PAIR, SETUP_WORDS
+from pidcfg.encoders.words import DecodeError
+from pidcfg.schemas.dl06 import Dl06File
+from pidcfg.source import read_document
+from pidcfg.writer import yaml_text
+
+EXAMPLES = Path(__file__).parents[1] / "examples" / "dl06"
+SLOW = settings(
+    max_examples=150, deadline=None, suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large]
+)
+
+LOOP = {"name": "L", "sample_rate": 0.2, "action": "direct", "tuning": {"gain": 1}}
+
+
+def configuration(*loops: dict, **plc) -> Dl06File:
+    """A file of loops that differ from a plain one by the keys given."""
+    entries = [{**LOOP, "name": f"L{i}", **loop} for i, loop in enumerate(loops, start=1)]
+    return Dl06File.model_validate(
+        {"pidcfg": 1, "vendor": "dl06", "plc": {"loop_table": "V2000", **plc}, "loops": entries}
+    )
+
+
+def words(*loops: dict, **plc) -> dict[int, int]:
+    """Their words by address; nothing may misfit."""
+    encoding = encode(configuration(*loops, **plc))
+    assert encoding.misfits == ()
+    return encoding.image.words
+
+
+def example(name: str) -> Dl06File:
+    """An example file as a model."""
+    return Dl06File.model_validate(read_document((EXAMPLES / name).read_bytes(), name).data)
+
+
+def test_four_loops_from_v2000_end_at_v2177():
+    """Manual, Establishing the Loop Table Size and Location."""
+    image = words({}, {}, {}, {})
+    assert [a for a in image if a < 0o7640] == list(range(0o2000, 0o2200))
+    assert image[0o7640] == 0o2000
+    assert image[0o7641] == 0x0004
+
+
+def test_ramp_soak_pointer_of_the_manual():
+    """Manual: V2034 = 3000 octal, held as the plain number 0x0600."""
+    assert words({"ramp_soak": {"table": "V3000"}})[0o2034] == 0x0600
+
+
+@pytest.mark.parametrize(
+    ("change", "offset", "word"),
+    [
+        ({"sample_rate": 0.05}, 0o07, 0x0005),
+        ({"sample_rate": 99.99}, 0o07, 0x9999),
+        ({"tuning": {"gain": 0.8}}, 0o10, 0x0080),
+        ({"tuning": {"gain": 1, "reset": 180.0}}, 0o11, 0x1800),
+        ({"tuning": {"gain": 1, "reset": "off"}}, 0o11, 0x0000),
+        ({"tuning": {"gain": 1, "rate": 6}}, 0o12, 0x0600),
+        ({"tuning": {"gain": 1, "reset": 2, "reset_unit": "minutes"}}, 0o11, 0x0020),
+        ({"tuning": {"gain": 1, "reset": 2, "reset_unit": "minutes"}}, 0o01, 0b1_0000),
+        ({"setpoint": {"value": 2048}}, 0o02, 0x0800),
+        ({"pv": {"filter": 0.5}}, 0o24, 0x0005),
+        ({"pv": {"filter": 0.5}}, 0o01, 0b100),
+        ({"pv": {"format": "12-bit bipolar"}}, 0o01, 0b1),
+        ({"pv": {"format": "15-bit unipolar"}}, 0o01, 0b10),
+        ({"pv": {"format": "15-bit bipolar"}}, 0o01, 0b11),
+        ({"pv": {"format": "16-bit unipolar"}}, 0o01, 1 << 9),
+        ({"output": {"format": "12-bit unipolar"}}, 0o01, 1 << 10),
+        ({"output": {"format": "12-bit bipolar"}}, 0o01, 1 << 10 | 1 << 11),
+        ({"output": {"format": "15-bit unipolar"}}, 0o01, 1 << 10 | 1 << 12),
+        ({"output": {"format": "16-bit unipolar"}}, 0o01, 1 << 10 | 1 << 13),
+        ({"pv": {"transfer": {"slot": 1, "channel": 2}}}, 0o36, 0x0102),
+        ({"pv": {"transfer": {"address": "V400"}}}, 0o36, 0x8100),
+        ({"output": {"transfer": {"slot": 2, "channel": 16}}}, 0o37, 0x0210),
+        ({"bumpless": "II"}, 0o00, 1 << 3),
+        ({"action": "reverse"}, 0o00, 1 << 4),
+        ({"algorithm": "velocity"}, 0o00, 1 << 5),
+        ({"pv": {"square_root": True}}, 0o00, 1 << 6),
+        ({"error": {"curve": "squared"}}, 0o00, 1 << 7),
+        ({"error": {"deadband": 4}}, 0o00, 1 << 8),
+        ({"error": {"deadband": 4}}, 0o23, 4),
+        ({"derivative_gain_limit": 20}, 0o25, 0x0020),
+        ({"derivative_gain_limit": 20}, 0o00, 1 << 9),
+        ({"bias_freeze": True}, 0o00, 1 << 10),
+        ({"ramp_soak": {"table": "V3000"}}, 0o00, 1 << 11),
+        ({"alarms": {"pv": {"low_low": 1, "low": 2, "high": 3, "high_high": 4}}}, 0o00, 1 << 12),
+        ({"alarms": {"deviation": {"yellow": 1, "red": 2}}}, 0o00, 1 << 13),
+        ({"alarms": {"rate_of_change": 5}}, 0o00, 1 << 14),
+        ({"independent_of_cpu_mode": True}, 0o00, 1 << 15),
+        ({"setpoint": {"limits": [0, 100]}}, 0o01, 1 << 3),
+        ({"autotune": {"method": "open"}}, 0o01, 1 << 5),
+        ({"autotune": {"type": "PI"}}, 0o01, 1 << 6),
+        ({"autotune": {"start": True}}, 0o01, 1 << 7),
+        ({"mode": "auto"}, 0o00, 0),
+    ],
+)  # fmt: skip
+def test_words_worked_out_by_hand(change, offset, word):
+    """Each key against the manual's word and bit tables (numbers are raw counts: there is no range)."""
+    assert words(change)[0o2000 + offset] == word
+
+
+def test_limits_that_are_not_given_are_the_ends_of_the_data_range():
+    image = words({"pv": {"format": "15-bit bipolar"}, "output": {"format": "12-bit unipolar"}})
+    assert [image[0o2000 + o] for o in (0o26, 0o27, 0o30, 0o31)] == [0xFFFF, 0x7FFF, 0, 0x0FFF]
+
+
+def test_hysteresis_that_is_not_given_is_one_count_once_alarms_are_on():
+    alarms = {"pv": {"low_low": 1, "low": 2, "high": 3, "high_high": 4}}
+    assert words({"alarms": alarms})[0o2022] == 1
+    assert words({})[0o2022] == 0
+
+
+def test_rate_of_change_example_of_the_manual():
+    """15 degrees a minute at 10 counts a degree and a sample rate of 2 s is 5 counts a sample."""
+    loop = {"sample_rate": 2.0, "pv": {"range": [0, 409.5]}, "alarms": {"rate_of_change": plain("15 /min")}}
+    assert words(loop)[0o2021] == 5
+
+
+def plain(text: str):
+    """A text as it comes from a file without quotes."""
+    return read_document(f"a: {text}\n".encode(), "t").data["a"]
+
+
+def test_remote_setpoint_points_at_the_output_of_the_major_loop():
+    """Manual: the address of the major loop's table plus offset +05."""
+    assert words({"cascade_from": "L2"}, {})[0o2032] == 0o2045
+
+
+def test_overlapping_set_up_words_win():
+    image = encode(configuration({}, loop_table="V7640")).image.words
+    assert (image[0o7640], image[0o7641]) == (0o7640, 1)
+
+
+@pytest.mark.parametrize(("loop", "path"), [({"tuning": {"gain": 120}}, "tuning.gain"),
+                         ({"setpoint": {"value": 4096}}, "setpoint.value")])  # fmt: skip
+def test_what_does_not_fit_is_reported_and_not_truncated(loop, path):
+    encoding = encode(configuration(loop))
+    assert [m.path for _, m in encoding.misfits] == [path]
+
+
+def test_every_writable_word_and_bit_of_the_manual_has_a_key():
+    """What the manual's Read/Write column calls writable has a path, but for momentary requests (decision D04)."""
+    for table in (LOOP_TABLE, RAMP_SOAK_PAIR, SETUP_WORDS):
+        for word in table.words:
+            rows = [b for b in table.bits if b.offset == word.offset]
+            assert word.path or rows, f"{word.name} cannot be written"
+        assert all(b.path or b.access in {"status", "reserved", "request"} for b in table.bits)
+    requests = [b.title for b in LOOP_TABLE.bits if b.path is None and b.access == "request"]
+    assert requests == ["Manual mode request", "Automatic mode request", "Cascade mode request"]
+
+
+def test_the_map_covers_every_word_and_every_bit_once():
+    assert [w.offset for w in LOOP_TABLE.words] == list(range(0o40))
+    for offset in (0o00, 0o01, 0o06, 0o33, 0o35):
+        bits = sorted(b for row in LOOP_TABLE.bits if row.offset == offset for b in row.bits)
+        assert bits == list(range(16)), f"+{offset:02o}"
+
+
+def test_every_path_of_the_map_exists_in_the_schema():
+    """Each path is settable: a configuration that sets it changes exactly its word or bits."""
+    base = {"pidcfg": 1, "vendor": "dl06", "plc": {"loop_table": "V2000"}}
+    for row in (*LOOP_TABLE.words, *LOOP_TABLE.bits):
+        if row.path is None:
+            continue
+        keys = [k for k in row.path.split(".") if not k.isdigit()]
+        model: object = Dl06File.model_validate({**base, "loops": [{**LOOP, "ramp_soak": {"table": "V3000"},
+                 "alarms": {"pv": {"low": 1}, "deviation": {"red": 1}}}]}).loops[0]  # fmt: skip
+        for key in keys:
+            assert hasattr(model, key), row.path
+            model = getattr(model, key)
+
+
+@SLOW
+@given(configurations())
+def test_encode_decode_encode_is_identical(config):
+    """For random configurations, through every file format that carries all words."""
+    image = encode(config).image
+    for kind in FORMATS.values():
+        listing = kind.read(kind.write(image, ()))
+        assert listing.words == image.words, kind.name
+        again = decode(listing.words, listing.settings, listing.plc, {"reset_decimals": config.plc.reset_decimals,
+                       "number_of_loops": len(config.loops)})  # fmt: skip
+        text = yaml_text(again.data)
+        model = Dl06File.model_validate(read_document(text.encode(), "again").data)
+        assert encode(model).image.words == image.words, kind.name
+
+
+@SLOW
+@given(loop_words())
+def test_every_loop_table_that_means_something_comes_back(table):
+    """Decode is lossless: any 32 valid words give a configuration that encodes to them."""
+    image = {0o2000 + i: word for i, word in enumerate(table)} | {0o7640: 0o2000, 0o7641: 1}
+    again = encode(Dl06File.model_validate(decode(image).data))
+    assert again.misfits == ()
+    assert {a: again.image.words[a] for a in image} == image
+
+
+@SLOW
+@given(st.lists(st.integers(0, 0xFFFF), min_size=0o40, max_size=0o40))
+def test_arbitrary_words_decode_or_are_refused_by_name(table):
+    image = {0o2000 + i: word for i, word in enumerate(table)} | {0o7640: 0o2000, 0o7641: 1}
+    try:
+        data = decode(image).data
+    except DecodeError as error:
+        assert "LOOP1" in str(error)
+    else:
+        Dl06File.model_validate(data)
+
+
+@pytest.mark.parametrize("path", sorted(EXAMPLES.glob("*.yaml")), ids=lambda p: p.stem)
+def test_examples_come_back_with_names_modes_and_units(path):
+    if "scenario" in path.name:
+        return
+    config = example(path.name)
+    image = encode(config).image
+    again = Dl06File.model_validate(decode(image.words, image.settings, image.plc).data)
+    assert encode(again).image == image
+    assert [(x.name, x.mode, x.pv.unit) for x in again.loops] == [(x.name, x.mode, x.pv.unit) for x in config.loops]
+
+
+@pytest.mark.parametrize("path", sorted((EXAMPLES / "golden").glob("*")), ids=lambda p: p.name)
+def test_golden_images(path):
+    """The committed listings, byte for byte; they were read against the manual's tables when they were made."""
+    name, _, suffix = path.name.partition(".")
+    kind = {"txt": "text", "hex": "ihex", "modbus.csv": "modbus"}.get(suffix, suffix)
+    if kind not in FORMATS:
+        return
+    assert FORMATS[kind].write(encode(example(f"{name}.yaml")).image, ()) == path.read_text("utf-8")
+
+
+def test_mode_comes_from_the_status_word_first_then_from_beside_the_words():
+    image = encode(configuration({"mode": "auto"})).image
+    assert decode(image.words, image.settings).data["loops"][0]["mode"] == "auto"
+    assert decode(image.words).data["loops"][0]["mode"] == "manual"
+    assert decode({**image.words, 0o2006: 0b100}, image.settings).data["loops"][0]["mode"] == "cascade"
+
+
+def test_decode_says_what_it_cannot_carry():
+    image = encode(configuration({})).image.words
+    notes = decode({**image, 0o2006: 0b1000_0000_1010, 0o2000: 1}).notes
+    assert [n.partition(": ")[2] for n in notes] == [
+        "V2000 0001: Manual mode request is not carried over",
+        "V2006 080A: PV low-low alarm is not carried over",
+        "V2006 080A: Loop calculation overflow/underflow is not carried over",
+    ]
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({0o2010: 0x0A00}, "gain (+10): 0x0A00 has a digit above 9"),
+        ({0o2002: 0x1000}, "setpoint (+02): 0x1000 is above 0x0FFF"),
+        ({0o2033: 0b11}, "combination of bits"),
+        ({0o7641: 0x000A}, "V7641: 0x000A has a digit above 9"),
+    ],
+)
+def test_words_that_are_no_values_are_refused_with_their_register(change, message):
+    with pytest.raises(DecodeError) as error:
+        decode({**words({}), **change})
+    assert message in str(error.value)
+
+
+def test_a_missing_word_is_named():
+    image = words({})
+    del image[0o2017]
+    with pytest.raises(DecodeError, match="V2017 of loop 1"):
+        decode(image)
+
+
+def test_a_listing_without_set_up_words_demands_them():
+    image = {a: w for a, w in words({}).items() if a < 0o7640}
+    with pytest.raises(DecodeError, match="--loop-table"):
+        decode(image)
+    again = decode(image, options={"loop_table": 0o2000, "number_of_loops": 1})
+    assert again.data["plc"] == {"loop_table": "V2000"}
+
+
+def test_formats_are_told_apart_by_their_first_characters():
+    image = encode(configuration({})).image
+    for kind in FORMATS.values():
+        assert kind_of(kind.write(image, ("compare",)), FORMATS) is kind
+    assert kind_of("hello", FORMATS) is None
+
+
+def test_modbus_registers_are_the_addresses_themselves():
+    """V2000 is register 1024 with reference 41025, V7640 has reference 44001."""
+    rows = FORMATS["modbus"].write(encode(configuration({})).image, ()).splitlines()
+    assert any(row.startswith("1024,41025,V2000,") for row in rows)
+    assert any(row.startswith("4000,44001,V7640,1024,0400") for row in rows)
+
+
+def test_intel_hex_holds_the_low_byte_first():
+    text = FORMATS["ihex"].write(encode(configuration({"setpoint": {"value": 0x0ABC}})).image, ())
+    record = next(line for line in text.splitlines() if line.startswith(":10080000"))
+    assert record[9:21] == "00000000BC0A"
+
+
+def test_decimal_values_survive_the_yaml_writer():
+    text = yaml_text({"a": [0.1, 1e-05, 100, "2048 counts", "off", "0102"]})
+    assert Decimal(read_document(text.encode(), "t").data["a"][1]) == Decimal("0.00001")

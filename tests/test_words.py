@@ -1,0 +1,152 @@
+"""Codecs of single words: all 65,536 of them."""
+
+from __future__ import annotations
+
+from decimal import Decimal
+from fractions import Fraction
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from pidcfg.encoders.maps.dl06 import FORMATS, LOOP_TABLE
+from pidcfg.encoders.regmap import ScaledCodec
+from pidcfg.encoders.scales import Scale
+from pidcfg.encoders.words import Bcd, Binary, DecodeError, EncodeError, SignMagnitude, Source, nearest
+from pidcfg.schemas.base import Quantity
+
+WORDS = range(0x10000)
+
+
+def accepted(codec) -> int:
+    """How many words decode; each of them must encode to itself, every other must be refused."""
+    valid = 0
+    for word in WORDS:
+        try:
+            value = codec.decode(word)
+        except DecodeError:
+            continue
+        assert codec.encode(value) == word
+        valid += 1
+    return valid
+
+
+@pytest.mark.parametrize("decimals", range(4))
+def test_bcd_takes_ten_thousand_words_and_refuses_every_digit_above_nine(decimals):
+    codec = Bcd(decimals)
+    for word in WORDS:
+        if max(f"{word:04X}") >= "A":
+            with pytest.raises(DecodeError, match="digit above 9"):
+                codec.decode(word)
+    assert accepted(codec) == 10_000
+
+
+@pytest.mark.parametrize(("high", "count"), [(0x0FFF, 4096), (0x7FFF, 32768), (0xFFFF, 65536)])
+def test_unsigned_formats_take_exactly_their_counts(high, count):
+    assert accepted(Binary(high)) == count
+
+
+@pytest.mark.parametrize(("high", "count"), [(0x0FFF, 8191), (0x7FFF, 65535)])
+def test_sign_magnitude_refuses_minus_zero_and_stray_bits(high, count):
+    assert accepted(SignMagnitude(high)) == count
+    with pytest.raises(DecodeError, match="minus zero"):
+        SignMagnitude(high).decode(0x8000)
+
+
+def test_bipolar_words_are_those_of_the_sister_manuals():
+    assert [SignMagnitude(0x0FFF).encode(n) for n in (0, 4095, -1, -4095)] == [0, 0x0FFF, 0x8001, 0x8FFF]
+    assert [SignMagnitude(0x7FFF).encode(n) for n in (32767, -1, -32767)] == [0x7FFF, 0x8001, 0xFFFF]
+
+
+def test_every_transfer_word_comes_back():
+    codec = Source()
+    assert codec.decode(0) is None, "0000 means no transfer"
+    assert all(codec.encode(codec.decode(word)) == word for word in WORDS if word)
+
+
+def test_auto_transfer_example_of_the_manual():
+    assert Source().encode((0, 1, 2)) == 0x0102
+    assert Source().encode((0, 1, 16)) == 0x0110
+    assert Source().encode(0o2000) == 0x8400
+
+
+@pytest.mark.parametrize(
+    ("decimals", "value", "word"),
+    [(2, "0.05", 0x0005), (2, "99.99", 0x9999), (1, "180.0", 0x1800), (1, "999.8", 0x9998), (0, "20", 0x0020)],
+)
+def test_bcd_figures_worked_out_by_hand(decimals, value, word):
+    assert Bcd(decimals).encode(Decimal(value)) == word
+
+
+@pytest.mark.parametrize(("value", "word"), [("0.125", 0x0012), ("0.135", 0x0014), ("0.1250001", 0x0013)])
+def test_bcd_ties_go_to_the_even_digit(value, word):
+    assert Bcd(2).encode(Decimal(value)) == word
+
+
+@pytest.mark.parametrize("value", ["0.004", "0.005"])
+def test_a_value_that_rounds_onto_an_off_code_is_refused(value):
+    with pytest.raises(EncodeError, match="switches it off") as error:
+        Bcd(2, off=(0,)).encode(Decimal(value))
+    assert error.value.fault == "off"
+    assert Bcd(2, off=(0,)).encode(Decimal(0)) == 0, "the off code itself may be written"
+
+
+def test_the_reset_word_refuses_both_of_its_off_codes():
+    reset = Bcd(1, off=(0, 9999))
+    with pytest.raises(EncodeError):
+        reset.encode(Decimal("999.86"))
+    assert reset.encode(Decimal("999.84")) == 0x9998
+    assert reset.encode(Decimal("999.9")) == 0x9999
+
+
+@pytest.mark.parametrize("value", ["-0.01", "-0.001", "100", "99.995"])
+def test_bcd_range_is_checked_after_rounding_and_before(value):
+    with pytest.raises(EncodeError) as error:
+        Bcd(2).encode(Decimal(value))
+    assert error.value.fault == "range"
+    assert (error.value.low, error.value.high) == (0, Decimal("99.99"))
+
+
+@pytest.mark.parametrize("name", FORMATS)
+@pytest.mark.parametrize("limits", [("0", "50"), ("-40", "160.5"), ("32", "212"), ("0.001", "0.002")])
+def test_every_count_has_an_engineering_value_that_encodes_back(name, limits):
+    """Exhaustive: each position of each format, on ranges that divide badly."""
+    scale = Scale(FORMATS[name], (Decimal(limits[0]), Decimal(limits[1])))
+    codec = LOOP_TABLE.word("pv").codec
+    step = 1 if scale.format.span < 10_000 else 7
+    for count in range(scale.format.minimum, scale.format.maximum + 1, step):
+        word = scale.format.codec.encode(count)
+        assert codec.encode(codec.decode(word, scale), scale) == word
+
+
+@given(
+    low=st.decimals(-1000, 1000, places=3), width=st.decimals("0.001", 5000, places=3),
+    share=st.decimals(0, 1, places=6), name=st.sampled_from(sorted(FORMATS)),
+)  # fmt: skip
+def test_counts_are_the_nearest_exactly(low, width, share, name):
+    """Against exact fractions: Decimal arithmetic with 100 digits never misses a tie."""
+    scale = Scale(FORMATS[name], (low, low + width))
+    value = low + share * width
+    exact = scale.zero + Fraction(value - low) / Fraction(width) * scale.format.span
+    assert nearest(scale.position(Quantity(value))) == round(exact)
+
+
+@pytest.mark.parametrize(("name", "span"), [("12-bit unipolar", 4095), ("12-bit bipolar", 8190),
+                         ("15-bit unipolar", 32767), ("15-bit bipolar", 65534), ("16-bit unipolar", 65535)])  # fmt: skip
+def test_spans_of_the_formats(name, span):
+    assert FORMATS[name].span == span
+
+
+def test_bipolar_range_has_its_middle_at_zero():
+    scale = Scale(FORMATS["12-bit bipolar"], (Decimal(-100), Decimal(100)))
+    assert [nearest(scale.position(Quantity(Decimal(v)))) for v in (-100, 0, 100)] == [-4095, 0, 4095]
+
+
+def test_square_root_scale_runs_to_the_root_of_the_span():
+    """Manual: divide the desired SP by the square root of the span: half of 4095 counts over 63.99 is 32."""
+    scale = Scale(FORMATS["12-bit unipolar"], (Decimal(0), Decimal(100)), root=True)
+    assert [nearest(scale.position(Quantity(Decimal(v)))) for v in (0, 50, 100)] == [0, 32, 64]
+
+
+def test_every_scaled_word_has_a_codec_that_names_a_scale():
+    assert {w.codec.scale for w in LOOP_TABLE.words if isinstance(w.codec, ScaledCodec)} == {"pv", "sp", "output"}
