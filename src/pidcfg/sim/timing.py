@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from pidcfg.refs import DL06
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
 
 BASIS = DL06.at("PID Loop Effect on CPU Scan Time")
 CALCULATION = (150e-6, 250e-6, 350e-6)

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from pidcfg.encoders.dl06_setup import Setup, check_setup
 from pidcfg.encoders.maps.dl06 import LOOP_COUNT, LOOP_TABLE, RAMP_SOAK_SIZE, TABLE_POINTER
-from pidcfg.sim.controllers import dl06_autotune, dl06_modes, dl06_ramp_soak
+from pidcfg.sim.controllers import dl06_modes, dl06_ramp_soak
 from pidcfg.sim.controllers import dl06_state as bits
 from pidcfg.sim.controllers.dl06_equation import coefficients
 from pidcfg.sim.controllers.dl06_loop import Loop, eng, loop_of, tuned_words
@@ -30,6 +30,8 @@ from pidcfg.sim.controllers.dl06_report import (
 )
 from pidcfg.sim.controllers.dl06_setting import CASCADE_FROM, find_rows, fits, parse_setting
 from pidcfg.sim.controllers.dl06_state import NEVER, TICKS, Config, State
+from pidcfg.sim.controllers.dl06_tune_open import POINTS
+from pidcfg.sim.controllers.dl06_tune_results import WANTED
 from pidcfg.sim.controllers.dl06_words import (
     SLOW,
     alarm_error,
@@ -71,9 +73,7 @@ class Dl06:
     aux_bits: Mapping[str, int] = AUX_BITS
 
     def __init__(self, image: Image, options: Options) -> None:
-        self._words = image.words
-        self._options = options
-        self._plc = image.plc
+        self._words, self._options, self._plc = image.words, options, image.plc
         self.problems: list[str] = []
         """Words that are no value of their format."""
         if options.number_of_loops is not None:
@@ -85,7 +85,7 @@ class Dl06:
         self.goals = [loop.goal for loop in self._loops]
         self.cfg = [Config() for _ in self._loops]
         self.st = [State() for _ in self._loops]
-        self.aux = [0.0] * (count * (RAMP_SOAK_SIZE + dl06_autotune.POINTS))
+        self.aux = [0.0] * (count * (RAMP_SOAK_SIZE + POINTS))
         self.sig = [0.0] * (count * len(SIGNALS))
         self.signals = [f"{loop.name}.{name}" if name else "" for loop in self._loops for name in SIGNALS]
         for i in range(count):
@@ -172,7 +172,7 @@ class Dl06:
         """``start``: bit 7 of +01 goes on."""
         self._loops[loop].absorb(self.cfg[loop], self.st[loop])
         self._loops[loop].absorbed = False
-        self.st[loop].tune_phase = dl06_autotune.WANTED
+        self.st[loop].tune_phase = WANTED
         self.st[loop].busy |= bits.TUNE
 
     def tuned(self, loop: int) -> Mapping[str, Any] | None:
@@ -244,7 +244,7 @@ class Dl06:
         c, s, v = self.cfg[i], self.st[i], self._loops[i].values
         c.sig_in, c.sig_pv, c.sig_sp, c.sig_out, c.sig_bias = (i * len(SIGNALS) + k for k in range(len(SIGNALS)))
         c.rs_table = i * RAMP_SOAK_SIZE
-        c.tune_buffer = len(self._loops) * RAMP_SOAK_SIZE + i * dl06_autotune.POINTS
+        c.tune_buffer = len(self._loops) * RAMP_SOAK_SIZE + i * POINTS
         c.interlock, c.step_bias = int(self._options.auto_interlock), int(self._options.step_bias)
         c.on_pv = int(self._plc.get("derivative") == "pv")
         self._apply(i)

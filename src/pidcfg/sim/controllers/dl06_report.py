@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from pidcfg.sim.controllers import dl06_autotune, dl06_modes, dl06_ramp_soak
+from pidcfg.sim.controllers import dl06_modes, dl06_ramp_soak, dl06_tune_results
 from pidcfg.sim.controllers import dl06_state as bits
 
 MODES = {"manual": bits.MANUAL, "auto": bits.AUTO, "cascade": bits.CASCADE}
 COMMANDS = {"start": bits.RS_START, "hold": bits.RS_HOLD, "resume": bits.RS_RESUME, "jog": bits.RS_JOG}
-REASONS = dl06_modes.REASONS | dl06_ramp_soak.REASONS | dl06_autotune.REASONS
+REASONS = dl06_modes.REASONS | dl06_ramp_soak.REASONS | dl06_tune_results.REASONS
 SIGNALS = ("", "PV", "SP", "OUT", "BIAS")
 """Signals of a loop in the order of `Config.sig_in` and its followers; the measurement itself belongs to the plant."""
 ALARM_BITS = {

@@ -153,7 +153,7 @@ class Config:
     tune_open: int = 0
     tune_pi: int = 0
     tune_buffer: int = -1
-    """Offset in `aux` of `dl06_autotune.POINTS` floats."""
+    """Offset in `aux` of `dl06_tune_open.POINTS` floats."""
     reset_unit: float = 1.0
     """Seconds of one unit of the reset word: 1 or 60."""
     reset_step: float = 0.1

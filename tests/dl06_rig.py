@@ -1,0 +1,123 @@
+"""Loops of a virtual DL06 with plants, in counts of the data format, for the tests of the controller."""
+
+from __future__ import annotations
+
+import math
+import random
+from collections import deque
+from dataclasses import fields
+
+from pidcfg.sim.controllers import dl06_state as bits
+from pidcfg.sim.controllers.dl06 import Config, State, scan
+from pidcfg.sim.controllers.dl06_equation import coefficients
+from pidcfg.sim.controllers.dl06_report import describe
+from pidcfg.sim.controllers.dl06_tune_open import POINTS
+from pidcfg.sim.controllers.dl06_tune_results import WANTED
+
+TABLE = 32
+MODES = {"manual": bits.MANUAL, "auto": bits.AUTO, "cascade": bits.CASCADE}
+
+
+class Fixed:
+    """A measurement that the test writes itself."""
+
+    def __init__(self, value=0.0):
+        self.value = value
+
+    def step(self, _output, _dt):
+        return self.value
+
+
+class FirstOrder:
+    """T dPV/dt = gain u - PV behind a dead time, exact at the base step; in counts."""
+
+    def __init__(self, gain=1.0, time_constant=10.0, dead_time=0.0, initial=0.0, offset=0.0):
+        self.gain, self.time_constant, self.dead_time, self.offset = gain, time_constant, dead_time, offset
+        self.value = initial
+        self.line = None
+
+    def step(self, output, dt):
+        if self.line is None:
+            rest = (self.value - self.offset) / self.gain
+            self.line = deque([rest] * round(self.dead_time / dt))
+        self.line.append(output)
+        target = self.gain * self.line.popleft() + self.offset
+        self.value += (target - self.value) * -math.expm1(-dt / self.time_constant)
+        return self.value
+
+
+class Rig:
+    """Some loops, their plants, and the clock; ``base`` is the base step in seconds."""
+
+    def __init__(self, base=0.05, noise=0.0, seed=1):
+        self.base, self.noise = base, noise
+        self.tick, self.random = 0, random.Random(seed)
+        self.cfg, self.st, self.plants, self.sig, self.aux = [], [], [], [], []
+        self.log = []
+
+    def add(self, plant=None, mode="manual", **given):
+        """Another loop; what is given goes to its `Config` or `State`, ``period`` is in seconds."""
+        i = len(self.cfg)
+        given["period"] = round(given.get("period", self.base) * bits.TICKS)
+        c, s = Config(), State()
+        for item in (c, s):
+            for f in fields(item):
+                if f.name in given:
+                    setattr(item, f.name, given[f.name])
+        assert set(given) <= {f.name for item in (c, s) for f in fields(item)}, given
+        c.sig_in, c.sig_pv, c.sig_sp, c.sig_out, c.sig_bias = (5 * i + k for k in range(5))
+        c.curved = int(c.root or c.squared or c.deadband > 0.0)
+        c.special = int(c.velocity or c.curved or c.on_pv or c.step_bias)
+        c.rs_table, c.tune_buffer = i * (TABLE + POINTS), i * (TABLE + POINTS) + TABLE
+        self.aux += [0.0] * (TABLE + POINTS)
+        self.sig += [plant.value if plant else 0.0, 0.0, 0.0, s.out, 0.0]
+        coefficients(c, s)
+        s.busy |= bits.FIRST
+        self.cfg.append(c)
+        self.st.append(s)
+        self.plants.append(plant or Fixed())
+        if mode != "manual":
+            self.request(mode, i)
+        return c, s
+
+    def request(self, mode, i=0):
+        self.st[i].request = MODES[mode]
+        self.st[i].busy |= bits.REQUEST
+
+    def command(self, bit, i=0):
+        self.st[i].rs_command |= bit
+        self.st[i].busy |= bits.SOAK
+
+    def tune(self, i=0):
+        self.st[i].tune_phase = WANTED
+        self.st[i].busy |= bits.TUNE
+
+    def profile(self, *pairs, i=0):
+        """Pairs of target, slope a second, soak seconds, deviation."""
+        flat = [float(x) for pair in pairs for x in pair]
+        self.aux[self.cfg[i].rs_table : self.cfg[i].rs_table + len(flat)] = flat
+
+    def step(self, count=1):
+        """Base steps: plants with the outputs of the step before, then the controllers."""
+        for _ in range(count):
+            for i, plant in enumerate(self.plants):
+                if self.tick:
+                    plant.step(self.st[i].out, self.base)
+                self.sig[5 * i] = plant.value + (self.random.gauss(0.0, self.noise) if self.noise else 0.0)
+            scan(self.tick, self.cfg, self.st, self.aux, self.sig)
+            self.tick += round(self.base * bits.TICKS)
+            for i, s in enumerate(self.st):
+                if s.notice:
+                    self.log.append((i, describe(s.notice)))
+                    s.notice = 0
+
+    def run(self, seconds):
+        self.step(round(seconds / self.base))
+
+    def trace(self, count, *names, i=0):
+        """States after each of some steps."""
+        rows = []
+        for _ in range(count):
+            self.step()
+            rows.append(tuple(getattr(self.st[i], name) for name in names))
+        return rows

@@ -1,0 +1,237 @@
+"""Compiled kernels: the same source through numba gives the same bits, over random loops with every feature."""
+
+from __future__ import annotations
+
+import random
+import struct
+from dataclasses import astuple, dataclass
+
+import numpy as np
+import pytest
+
+from pidcfg.sim.compile import (
+    bind,
+    cache_folder,
+    compiled,
+    copy_back,
+    fingerprint,
+    reachable,
+    record_type,
+    records,
+    vector,
+    write_back,
+)
+from pidcfg.sim.controllers import dl06
+from pidcfg.sim.controllers import dl06_state as bits
+from pidcfg.sim.controllers.dl06 import INLINED, Config, State, scan
+from pidcfg.sim.controllers.dl06_equation import coefficients
+from pidcfg.sim.controllers.dl06_tune_open import POINTS
+from pidcfg.sim.controllers.dl06_tune_results import WANTED
+from pidcfg.sim.terms import clamp, nearest
+
+CONFIGURATIONS = 320
+SEGMENTS, STEPS = 4, 120
+BASE = 50_000
+TABLE = 32
+FORMATS = ((0.0, 4095.0), (-4095.0, 4095.0), (0.0, 32767.0), (-32767.0, 32767.0), (0.0, 65535.0))
+
+
+def drive(first, last, cfg, st, aux, sig, noise):  # noqa: PLR0917 - numba takes flat arrays
+    """Base steps of first-order plants with noise, and the controllers (kernel)."""
+    n = len(cfg)
+    for k in range(first, last):
+        for i in range(n):
+            at = 5 * n + i
+            sig[at] = sig[at] + 0.03 * (0.9 * sig[5 * i + 3] - sig[at])
+            sig[5 * i] = sig[at] + noise[(k * n + i) % len(noise)]
+        scan(k * BASE, cfg, st, aux, sig)
+    return last
+
+
+def random_config(rng, i, n):
+    low, high = rng.choice(FORMATS)
+    c = Config(period=rng.choice([50_000, 100_000, 500_000, 3_000_000]))
+    c.slow = int(c.period > 2_000_000 and rng.random() < 0.7)
+    c.sig_in, c.sig_pv, c.sig_sp, c.sig_out, c.sig_bias = (5 * i + k for k in range(5))
+    c.pv_min, c.pv_max, c.pv_span = low, high, high - low
+    c.out_min, c.out_max, c.out_span = low, high, high - low
+    c.pv_low = c.out_low = -20.0
+    c.pv_width = c.out_width = 240.0
+    c.filter = rng.choice([1.0, 0.1, 0.5])
+    c.root = int(rng.random() < 0.2)
+    c.span = c.pv_span**0.5 if c.root else c.pv_span
+    c.squared, c.deadband = int(rng.random() < 0.3), rng.choice([0.0, 0.0, 0.01])
+    c.curved = int(c.root or c.squared or c.deadband > 0.0)
+    c.velocity, c.reverse, c.freeze, c.on_pv = (int(rng.random() < 0.3) for _ in range(4))
+    c.step_bias, c.limited, c.limit = int(rng.random() < 0.2), int(rng.random() < 0.4), rng.choice([0.0, 5.0, 20.0])
+    c.special = int(c.velocity or c.curved or c.on_pv or c.step_bias)
+    c.bumpless = rng.choice([1, 2])
+    if rng.random() < 0.5:
+        c.sp_min, c.sp_max = low + 0.1 * c.span, low + 0.9 * c.span
+    if rng.random() < 0.5:
+        c.m_low, c.m_high = low + 0.05 * c.out_span, low + 0.95 * c.out_span
+    else:
+        c.m_low, c.m_high = low, high
+    c.major = rng.randrange(n) if n > 1 and rng.random() < 0.4 else -1
+    c.major = -1 if c.major == i else c.major
+    random_alarms(rng, c)
+    c.interlock, c.rs_enabled, c.rs_table = int(rng.random() < 0.3), int(rng.random() < 0.8), i * TABLE
+    c.rs_fault = int(rng.random() < 0.1)
+    c.tune_open, c.tune_pi = int(rng.random() < 0.5), int(rng.random() < 0.5)
+    c.tune_buffer = n * TABLE + i * POINTS
+    return c
+
+
+def random_alarms(rng, c):
+    at = sorted(c.pv_min + c.pv_span * rng.random() for _ in range(4))
+    if rng.random() < 0.6:
+        c.low_low, c.low, c.high, c.high_high = (nearest(x) for x in at)
+    if rng.random() < 0.6:
+        c.yellow, c.red = nearest(0.02 * c.pv_span), nearest(0.1 * c.pv_span)
+    if rng.random() < 0.5:
+        c.rate_of_change = nearest(0.005 * c.pv_span)
+    c.hysteresis = rng.choice([0.0, 1.0, 40.0])
+
+
+def random_state(rng, c):
+    s = State(period=c.period, gain=rng.choice([0.0, 0.5, 3.0]), reset=rng.choice([0.0, 2.0, 60.0]))
+    s.rate = rng.choice([0.0, 0.0, 2.0])
+    s.sp = nearest(clamp(c.pv_min + c.span * rng.random(), c.pv_min, c.pv_max))
+    s.out = nearest(c.out_min + c.out_span * rng.random())
+    s.goal_sp, s.goal_writes = s.sp, 1
+    coefficients(c, s)
+    return s
+
+
+def random_event(rng, c, s):
+    """What an operator may do between two segments."""
+    kind = rng.randrange(7)
+    if kind == 0:
+        s.request, s.busy = rng.choice([1, 2, 4]), s.busy | bits.REQUEST
+    elif kind == 1:
+        s.goal, s.busy = rng.choice([2, 4]), s.busy | bits.GOAL
+    elif kind == 2:
+        s.rs_command, s.busy = rng.choice([1, 2, 4, 8]), s.busy | bits.SOAK
+    elif kind == 3:
+        s.tune_phase, s.busy = WANTED, s.busy | bits.TUNE
+    elif kind == 4:
+        s.busy ^= rng.choice([bits.STOPPED, bits.PROGRAM, bits.PROGRAM | bits.BLIND | bits.MUTE])
+    elif kind == 5:
+        s.sp = nearest(c.pv_min + c.span * rng.random())
+    else:
+        s.bias = c.out_min + c.out_span * rng.random()
+
+
+def random_plc(rng):
+    n = rng.randint(1, 4)
+    cfg = [random_config(rng, i, n) for i in range(n)]
+    st = [random_state(rng, c) for c in cfg]
+    aux = [0.0] * (n * (TABLE + POINTS))
+    for i, c in enumerate(cfg):
+        for j in range(8):
+            pair = [c.pv_min + c.span * rng.random(), rng.choice([0.0, 20.0, 99.99]), rng.choice([0.0, 6.0]), 40.0]
+            aux[i * TABLE + 4 * j : i * TABLE + 4 * j + 4] = pair
+    sig = [rng.uniform(0.0, 100.0) for _ in range(6 * n)]
+    level = rng.choice([0.0, 0.3])
+    return cfg, st, aux, sig, [rng.gauss(0.0, level) for _ in range(97)]
+
+
+def words(cfg, st, aux, sig):
+    """Every bit of the outcome."""
+    flat = [value for item in (*cfg, *st) for value in astuple(item)]
+    return [struct.pack("<d", x) if isinstance(x, float) else x for x in (*flat, *aux, *sig)]
+
+
+@pytest.fixture(scope="module")
+def fast():
+    return compiled([drive], inlined=INLINED)[drive]
+
+
+def test_random_loops_run_to_the_same_bits_compiled_and_not(fast):
+    rng = random.Random(20)
+    seen = 0
+    tuned, soaked = set(), 0
+    for _ in range(CONFIGURATIONS):
+        cfg, st, aux, sig, noise = random_plc(rng)
+        for segment in range(SEGMENTS):
+            for c, s in zip(cfg, st, strict=True):
+                random_event(rng, c, s)
+            arrays = records(cfg, Config), records(st, State), vector(aux), vector(sig)
+            first, last = segment * STEPS, (segment + 1) * STEPS
+            fast(first, last, *arrays, vector(noise))
+            drive(first, last, cfg, st, aux, sig, noise)
+            other = [Config() for _ in cfg], [State() for _ in st], [], []
+            write_back(arrays[0], other[0])
+            write_back(arrays[1], other[1])
+            copy_back(arrays[2], other[2])
+            copy_back(arrays[3], other[3])
+            assert words(*other) == words(cfg, st, aux, sig)
+            for c, s in zip(cfg, st, strict=True):
+                seen |= s.status
+                soaked |= s.aux_status
+                tuned |= {c.tune_open} if s.tune_done else set()
+    assert seen & 0x1BFF == 0x1BFF, "some mode, alarm or flag never came up"
+    assert soaked & 0x70 == 0x70
+    assert tuned == {0, 1}, "no auto-tune came to its end"
+
+
+@dataclass(slots=True)
+class Point:
+    x: float
+    n: int
+
+
+def test_records_carry_every_field_there_and_back():
+    points = [Point(0.1, 3), Point(-2.5, -(2**60))]
+    array = records(points, Point)
+    array["x"] += 1.0
+    write_back(array, points)
+
+    assert record_type(Point) == np.dtype([("x", np.float64), ("n", np.int64)])
+    assert points == [Point(1.1, 3), Point(-1.5, -(2**60))]
+    assert len(records([], Point)) == 0
+
+
+def one(x):
+    return x + 1
+
+
+def two(x):
+    return x + 2
+
+
+def calls(x):
+    return 10 * one(x)
+
+
+def test_bind_puts_another_function_in_place():
+    assert bind([calls], {})[calls](1) == 20
+    assert bind([calls], {one: two})[calls](1) == 30
+    assert calls(1) == 20
+
+
+def test_everything_that_is_called_is_found():
+    assert reachable([calls], {}) == [calls, one]
+    assert reachable([calls], {one: two}) == [calls, two]
+    assert {dl06.sample, clamp} <= set(reachable([scan], {}))
+
+
+def test_the_cache_key_follows_callees_and_constants(monkeypatch):
+    key = fingerprint([calls, one], {})
+
+    assert fingerprint([calls, one], {}) == key
+    assert fingerprint([calls, two], {one: two}) != key
+    before = fingerprint(reachable([scan], {}), {})
+    monkeypatch.setattr(dl06, "LARGEST", 1000.0)
+    assert fingerprint(reachable([scan], {}), {}) != before
+
+
+def test_without_a_writable_cache_nothing_is_kept(monkeypatch, tmp_path):
+    blocked = tmp_path / "file"
+    blocked.write_text("")
+    monkeypatch.setenv("XDG_CACHE_HOME", str(blocked))
+    monkeypatch.setenv("LOCALAPPDATA", str(blocked))
+    monkeypatch.setattr("pidcfg.sim.compile.Path.home", lambda: blocked)
+
+    assert cache_folder([one], {}) is None
+    assert compiled([one])[one](1) == 2
