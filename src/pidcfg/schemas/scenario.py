@@ -99,7 +99,7 @@ def by_key(value: object) -> object:
 def rejoin(value: object) -> object:
     """Puts an expression together that a YAML mapping in braces cut at its commas.
 
-    To YAML ``{input: 1 / max(Fi, 1), gain: 2}`` is the value ``1 / max(Fi``, a key ``1)`` without a value, and the rest.
+    To YAML ``{input: 1 / max(Fi, 1), load: 2}`` is a value ``1 / max(Fi``, a key ``1)`` without a value, and the rest.
     """
     if not isinstance(value, Mapping):
         return value

@@ -1,20 +1,18 @@
 """The base step: plants, controllers, metrics, log and trend, in that order, from event to event without a stop.
 
 Everything here and below is a plain function on lists of flat objects and of numbers, so that numba compiles the very
-same source. ``scan`` is the vendor's; `bind` makes the functions that call it.
+same source. ``scan`` is the vendor's; see `pidcfg.sim.engine` for how it takes its place.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, MutableSequence, Sequence
 from dataclasses import dataclass
-from types import FunctionType
 from typing import Any
 
 from pidcfg.sim.expressions import evaluate
 from pidcfg.sim.metrics import Band, Gauge, Meter, follow_step, measure_loop, read_gauges, watch_bands
 from pidcfg.sim.plants import Plant, add_noise, move_valve, step_plants
-from pidcfg.sim.plc import Scan
 
 LOG_ROWS = 256
 """Changes that are kept before Python has to look at them."""
@@ -224,12 +222,3 @@ KERNELS: tuple[Callable[..., Any], ...] = (
     advance,
 )
 """Every kernel of the runner, callees first; the last two call the vendor's ``scan``."""
-
-Settle = Callable[..., int]
-Advance = Callable[..., int]
-
-
-def bind(vendor_scan: Scan) -> tuple[Settle, Advance]:
-    """`settle` and `advance` with a vendor's ``scan`` in the place of the empty one, for CPython."""
-    names = {**globals(), "scan": vendor_scan}
-    return FunctionType(settle.__code__, names, "settle"), FunctionType(advance.__code__, names, "advance")

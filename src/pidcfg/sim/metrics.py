@@ -6,7 +6,7 @@ loop, and are None when there was none (or when the loop never got there).
 
 from __future__ import annotations
 
-from collections.abc import MutableSequence, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 DEFAULT_BAND = 0.05
@@ -40,6 +40,8 @@ class Meter:
     before: float = 0.0
     after: float = 0.0
     stepped: int = 0
+    locked: int = 0
+    """Until this base step the new set point may still be limited by the controller."""
     peak_low: float = 0.0
     peak_high: float = 0.0
     rise_from: int = -1
@@ -98,7 +100,7 @@ def follow_step(k: int, m: Meter, pv: float, sp: float) -> None:
         m.peak_high = pv
     elif pv < m.peak_low:
         m.peak_low = pv
-    if m.stepped == 0 and sp != m.before:
+    if (m.stepped == 0 or k <= m.locked) and sp != m.before:
         m.stepped = 1
         m.after = sp
     if m.stepped == 1 and m.rise_to < 0:
@@ -131,21 +133,18 @@ def read_gauges(k: int, gauges: Sequence[Gauge], sig: Sequence[float]) -> None:
 
 
 def begin(meter: Meter, sig: Sequence[float]) -> None:
-    """Starts a meter with the signals as they stand at time 0."""
+    """What only makes sense from time 0 on starts with the signals as they stand there."""
     meter.pv_low = meter.pv_high = sig[meter.pv]
     meter.sp_low = meter.sp_high = sig[meter.sp]
     meter.out_low = meter.out_high = meter.last_out = sig[meter.out]
+    meter.variation = 0.0
 
 
-def begin_step(k: int, loop: int, meters: Sequence[Meter], bands: MutableSequence[Band], sig: Sequence[float]) -> None:
-    """A set-point event at base step ``k``: what is measured from it starts again."""
-    meter = meters[loop]
-    meter.event, meter.before, meter.stepped = k, sig[meter.sp], 0
+def begin_step(meter: Meter, k: int, before: float, period: int, sig: Sequence[float]) -> None:
+    """A set-point event at base step ``k``, ``before`` it and a sample ``period`` (in base steps) after it."""
+    meter.event, meter.before, meter.stepped, meter.locked = k, before, 0, k + period
     meter.peak_low = meter.peak_high = sig[meter.pv]
     meter.rise_from = meter.rise_to = -1
-    for band in bands:
-        if band.loop == loop:
-            band.outside = -1
 
 
 def overshoot(m: Meter) -> float | None:
@@ -166,7 +165,7 @@ def settling_time(m: Meter, band: Band, last: int, dt: float) -> float | None:
     """The time from the event until the PV stayed inside the band, in s; None when it was outside at the end."""
     if not m.stepped or band.outside == last:
         return None
-    return 0.0 if band.outside < 0 else (band.outside + 1 - m.event) * dt
+    return max(0, band.outside + 1 - m.event) * dt
 
 
 def loop_metrics(m: Meter, band: Band, last: int, dt: float, sig: Sequence[float]) -> dict[str, float | None]:

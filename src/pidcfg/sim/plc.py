@@ -55,6 +55,8 @@ class Plc(Protocol):
     """For each loop its PV at 0 % and 100 % in engineering units, and the counts between."""
     out_name: str
     """What the vendor calls a loop's output: OUT, CV, CO, MV."""
+    modes: Sequence[str]
+    """Every mode by the vendor's name."""
     goals: Sequence[str]
     """For each loop the mode it is meant to reach."""
     base: int
@@ -70,8 +72,14 @@ class Plc(Protocol):
     aux_bits: Mapping[str, int]
     """Conditions by name, as masks of ``aux_status``."""
 
+    tuned_names: Sequence[str]
+    """What auto-tune finds, by the vendor's names of the parameters."""
+
     def mode(self, status: int) -> str:
         """The mode that a status word tells."""
+
+    def requested(self, notice: int) -> str | None:
+        """The mode that was asked for when a notice was left; None: nobody asked."""
 
     def describe(self, notice: int) -> str:
         """The reason of a refusal or an override in words."""
@@ -102,3 +110,15 @@ class Plc(Protocol):
 
     def run(self, tick: int) -> None:
         """The program-to-run transition, with the set-up check."""
+
+
+class Controller(Protocol):
+    """A vendor's controller module."""
+
+    Options: Callable[..., Any]
+    """By keyword what a scenario chooses about the PLC (its key ``plc``); times in ticks."""
+    load: Callable[..., Plc]
+    """A `Plc` of an image and options, as it stands at the program-to-run transition."""
+    scan: Scan
+    KERNELS: Sequence[Callable[..., Any]]
+    """Every kernel of the vendor, callees first."""

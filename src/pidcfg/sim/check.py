@@ -1,0 +1,267 @@
+"""What a scenario's schema cannot say: which keys go together, and names that only the configuration knows."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from decimal import Decimal
+from typing import Any
+
+from pydantic_core import PydanticCustomError
+
+from pidcfg.schemas.base import parse_number
+from pidcfg.schemas.scenario import Bound, Event, Expectation, Plant, Scenario
+from pidcfg.sim.plc import TICKS, Plc
+from pidcfg.sim.problems import Problem, Route, unknown
+
+LARGEST = Decimal("1e12")
+"""Largest magnitude of a plant's number; larger ones are typing mistakes and would overflow the arithmetic."""
+
+ACTIONS = ("set", "disturb", "mode", "ramp_soak", "autotune", "pv", "plc")
+OF_A_LOOP = ("mode", "ramp_soak", "autotune", "pv")
+
+MODEL_KEYS = {
+    "first_order": (("time_constant",),),
+    "second_order": (("time_constants",), ("time_constant", "damping")),
+    "integrator": ((),),
+    "lead_lag": (("lead", "lag"),),
+    "dead_time": ((),),
+    "valve": ((), ("stiction",), ("rate_limit",), ("stiction", "rate_limit")),
+}
+"""For each model the sets of keys of which it takes exactly one, beside those that every plant has."""
+OWN_KEYS = ("time_constant", "time_constants", "damping", "lead", "lag", "stiction", "rate_limit")
+POSITIVE = ("time_constant", "lag", "rate_limit")
+NOT_NEGATIVE = ("damping", "lead", "dead_time", "stiction", "noise")
+DISTURBED = ("gain", "load", "noise", "time_constant", "damping", "lead", "lag", "stiction", "rate_limit")
+
+SUBJECTS = {
+    "metric": {"loop", "metric", "band", "min", "max"},
+    "signal": {"signal", "min", "max", "final", "tolerance", "from", "until"},
+    "alarm": {"loop", "alarm", "never", "at", "tolerance", "before", "after"},
+    "flag": {"loop", "flag", "is"},
+    "autotune": {"loop", "autotune", "min", "max", "is"},
+    "mode": {"loop", "mode", "at"},
+}
+"""What an expectation can be about, and the keys that go with it."""
+UNITS = {"overshoot": ("", "%"), "settling_time": ("", "s"), "rise_time": ("", "s")}
+"""Units that the bounds of a metric may carry; none by default."""
+
+
+def check(scenario: Scenario, plc: Plc) -> Iterator[Problem]:
+    """Everything that is wrong with a scenario apart from its expressions."""
+    yield from _check_times(scenario)
+    if isinstance(scenario.initial, dict):
+        for loop in scenario.initial:
+            if loop not in plc.loops:
+                yield unknown(("initial", loop), "loop", loop, plc.loops, key=True)
+    for name, value in scenario.signals.items():
+        if abs(value) > LARGEST:
+            yield Problem(("signals", name), f"{name} is beyond {LARGEST:g}", "value")
+    for key, plant in scenario.plants.items():
+        yield from _check_plant(("plants", key), plant)
+    for i, event in enumerate(scenario.events):
+        yield from _check_event(("events", i), event, scenario, plc)
+    for i, expectation in enumerate(scenario.expect):
+        yield from _check_expectation(("expect", i), expectation, scenario, plc)
+
+
+def _check_times(scenario: Scenario) -> Iterator[Problem]:
+    steps = {"duration": scenario.duration, "step": scenario.step, "plc.scan_time": scenario.plc.scan_time}
+    for key, time in steps.items():
+        if time is None:
+            continue
+        path = tuple(key.split("."))
+        if time <= 0:
+            yield Problem(path, f"{path[-1]} must be above 0 s", "value")
+        elif key != "duration" and time * TICKS != int(time * TICKS):
+            yield Problem(path, f"{path[-1]} is no whole number of microseconds", "value")
+        elif time > LARGEST:
+            yield Problem(path, f"{path[-1]} is beyond {LARGEST:g} s", "value")
+
+
+def _check_plant(path: Route, plant: Plant) -> Iterator[Problem]:
+    """Numbers within reason, and the keys that the model needs."""
+    given = tuple(key for key in OWN_KEYS if key in plant.model_fields_set)
+    allowed = MODEL_KEYS[plant.model]
+    for key in given:
+        if not any(key in keys for keys in allowed):
+            takes = " or ".join(" and ".join(keys) for keys in allowed if keys) or "none of its own"
+            yield Problem((*path, key), f"{plant.model} has no {key}", help=f"it takes {takes}", key=True)
+    if not any(set(given) == set(keys) for keys in allowed) and all(any(k in keys for keys in allowed) for k in given):
+        wanted = " or ".join(" and ".join(keys) for keys in allowed if keys)
+        yield Problem((*path, "model"), f"{plant.model} needs {wanted}", help="add it, and nothing else of the two")
+    for key, value in _numbers(plant):
+        if abs(value) > LARGEST:
+            yield Problem((*path, key), f"{key} is beyond {LARGEST:g}", "value")
+        elif (key in POSITIVE or key == "time_constants") and value <= 0:
+            yield Problem((*path, key), f"{key} must be above 0", "value", help="a plant without a lag is dead_time")
+        elif key in NOT_NEGATIVE and value < 0:
+            yield Problem((*path, key), f"{key} must not be negative", "value")
+
+
+def _numbers(plant: Plant) -> Iterator[tuple[str, Decimal]]:
+    for key in (*DISTURBED, "dead_time", "initial"):
+        value = getattr(plant, key)
+        if value is not None:
+            yield key, value
+    for key in ("time_constants", "limits"):
+        yield from ((key, value) for value in getattr(plant, key) or ())
+
+
+def _check_event(path: Route, event: Event, scenario: Scenario, plc: Plc) -> Iterator[Problem]:
+    """One action, at a time within the run, on something that exists."""
+    actions = [key for key in ACTIONS if getattr(event, key) is not None]
+    if len(actions) != 1:
+        what = f"{' and '.join(actions)} in one event" if actions else "an event that does nothing"
+        yield Problem(path, what, help=f"one of {', '.join(ACTIONS)} makes an event", key=True)
+        return
+    action = actions[0]
+    if event.at < 0:
+        yield Problem((*path, "at"), "an event before time 0", "value")
+    elif event.at > scenario.duration:
+        message = f"the event at {event.at:f} s comes after the end of the scenario ({scenario.duration:f} s)"
+        yield Problem((*path, "at"), message, "too_late", "warning")
+    if event.duration is not None and (action != "pv" or event.duration <= 0):
+        yield Problem((*path, "for"), "'for' is the time above 0 that a sensor stays broken (pv)", key=True)
+    if event.loop is not None and event.loop not in plc.loops:
+        yield unknown((*path, "loop"), "loop", event.loop, plc.loops)
+    elif event.loop is None and action in OF_A_LOOP:
+        yield Problem((*path, action), f"{action} needs a loop", help="add 'loop: …'", key=True)
+    elif event.plant is not None and action != "disturb":
+        yield Problem((*path, "plant"), "only a disturbance names a plant", key=True)
+    elif action == "set":
+        yield from _check_set(path, event, scenario, plc)
+    elif action == "disturb":
+        yield from _check_disturb(path, event, scenario)
+    elif action == "mode" and event.mode not in plc.modes:
+        yield unknown((*path, "mode"), "mode", event.mode, plc.modes)
+    elif action == "plc" and event.loop is not None:
+        yield Problem((*path, "loop"), "plc concerns the whole PLC, not a loop", key=True)
+
+
+def leaves(data: Any, path: tuple[str, ...] = ()) -> Iterator[tuple[tuple[str, ...], Any]]:
+    """The values of nested mappings with their keys: ``{tuning: {gain: 2}}`` is ``(tuning, gain)`` and 2."""
+    for key, value in data.items():
+        below = (*path, *str(key).split("."))
+        if isinstance(value, dict):
+            yield from leaves(value, below)
+        else:
+            yield below, value
+
+
+def _check_set(path: Route, event: Event, scenario: Scenario, plc: Plc) -> Iterator[Problem]:
+    """New values of signals, or of a loop's parameters."""
+    for keys, value in leaves(event.set):
+        place = (*path, "set", *keys)
+        name = ".".join(keys)
+        if event.loop is None and name not in scenario.signals:
+            yield unknown(place, "signal of the scenario", name, scenario.signals, key=True)
+            continue
+        try:
+            if event.loop is None:
+                parse_number(value)
+            else:
+                plc.check_set(plc.loops.index(event.loop), keys, value)
+        except PydanticCustomError as error:
+            cure = (error.context or {}).get("help")
+            yield Problem(place, f"{name}: {error.message()}", "value", help=cure, loop=event.loop)
+
+
+def _check_disturb(path: Route, event: Event, scenario: Scenario) -> Iterator[Problem]:
+    """New values of a plant's numbers."""
+    names = {text.name or key: text for key, text in scenario.plants.items()}
+    name = event.plant or event.loop
+    if name is None or name not in names or (event.plant and event.loop):
+        known = [str(n) for n in names]
+        yield unknown(
+            (*path, "plant" if event.plant else "loop"), "plant of the scenario", name, known, key=name is None
+        )
+        return
+    plant = names[name]
+    for key, value in (event.disturb or {}).items():
+        place = (*path, "disturb", key)
+        has = [k for k in DISTURBED if getattr(plant, k) is not None and (k not in OWN_KEYS or _fits(plant, k))]
+        if key not in has:
+            yield unknown(place, f"number of {name} that can change", key, has, key=True)
+        elif abs(value) > LARGEST or (value < 0 and key in NOT_NEGATIVE) or (value <= 0 and key in POSITIVE):
+            yield Problem(place, f"{key} cannot be {value}", "value")
+
+
+def _fits(plant: Plant, key: str) -> bool:
+    return any(key in keys for keys in MODEL_KEYS[plant.model])
+
+
+def _check_expectation(path: Route, wanted: Expectation, scenario: Scenario, plc: Plc) -> Iterator[Problem]:
+    """One subject with the keys that go with it, and a bound."""
+    fields = type(wanted).model_fields
+    given = {fields[name].alias or name for name in wanted.model_fields_set}
+    subjects = [key for key in SUBJECTS if key in given]
+    if len(subjects) != 1:
+        what = f"an expectation about {' and '.join(subjects)}" if subjects else "an expectation about nothing"
+        yield Problem(path, what, help=f"one of {', '.join(SUBJECTS)} is expected", key=True)
+        return
+    subject = subjects[0]
+    for key in sorted(given - SUBJECTS[subject]):
+        keys = ", ".join(sorted(SUBJECTS[subject]))
+        yield Problem((*path, key), f"{key} does not go with {subject}", help=f"known keys here: {keys}", key=True)
+    yield from _check_names(path, subject, wanted, plc, scenario)
+    yield from _check_bounds(path, subject, wanted, given)
+    for key, time in (("at", wanted.at), ("before", wanted.before), ("after", wanted.after), ("from", wanted.start)):
+        if time is not None and not 0 <= time <= scenario.duration:
+            yield Problem(
+                (*path, key), f"{key} {time:f} s is outside the scenario (0 to {scenario.duration:f} s)", "value"
+            )
+
+
+def _check_names(path: Route, subject: str, wanted: Expectation, plc: Plc, scenario: Scenario) -> Iterator[Problem]:
+    """Names of loops, signals, alarms, modes and flags."""
+    if wanted.loop is not None and wanted.loop not in plc.loops:
+        yield unknown((*path, "loop"), "loop", wanted.loop, plc.loops)
+    elif wanted.loop is None and subject not in {"signal", "flag"}:
+        yield Problem((*path, subject), f"{subject} needs a loop", help="add 'loop: …'", key=True)
+    plants = [text.name for text in scenario.plants.values() if text.name]
+    known = {
+        "signal": [name for name in plc.signals if name] + [*scenario.signals, *plants],
+        "alarm": list(plc.alarm_bits),
+        "mode": list(plc.modes),
+        "flag": list(plc.flags) if wanted.loop is None else [*plc.flag_bits, *plc.aux_bits],
+        "autotune": ["done", "error", *plc.tuned_names],
+    }.get(subject)
+    name = getattr(wanted, subject)
+    if known is not None and name not in known:
+        yield unknown(
+            (*path, subject), {"flag": "flag", "autotune": "result of auto-tune"}.get(subject, subject), name, known
+        )
+
+
+def _check_bounds(path: Route, subject: str, wanted: Expectation, given: set[str]) -> Iterator[Problem]:
+    """Something must be demanded, in a unit that fits, and not the impossible."""
+    needs = {"metric": {"min", "max"}, "signal": {"min", "max", "final"}, "alarm": {"never", "at", "before", "after"}}
+    if subject in needs and not needs[subject] & given:
+        yield Problem(
+            path, f"nothing is expected of the {subject}", help=f"add {' or '.join(sorted(needs[subject]))}", key=True
+        )
+    if subject == "autotune" and wanted.autotune in {"done", "error"} and {"min", "max"} & given:
+        yield Problem(path, f"{wanted.autotune} is true or false", help="use 'is: true'", key=True)
+    if ("final" in given) != ("tolerance" in given) and subject == "signal":
+        yield Problem(path, "final and tolerance belong together", help="final: 50, tolerance: 0.5", key=True)
+    if subject == "alarm" and "never" in given and {"at", "before", "after"} & given:
+        yield Problem((*path, "never"), "an alarm that never comes has no time", key=True)
+    if wanted.band is not None and not (wanted.metric == "settling_time" and 0 < wanted.band < 100):
+        yield Problem(
+            (*path, "band"), "band is the share (above 0 %, below 100 %) of the step in settling_time", key=True
+        )
+    units: tuple[str, ...] = UNITS.get(wanted.metric or "", ("",))
+    for key in ("min", "max"):
+        bound: Bound | None = getattr(wanted, key)
+        if bound is not None and bound.unit not in units:
+            has = " or ".join(unit or "a plain number" for unit in units)
+            yield Problem(
+                (*path, key),
+                f"{key} of {wanted.metric or subject} cannot be in {bound.unit}",
+                "value",
+                help=f"write {has}",
+            )
+    if wanted.min is not None and wanted.max is not None and wanted.min.value > wanted.max.value:
+        yield Problem((*path, "min"), "min is above max: no value passes", "value")
+    if wanted.start is not None and wanted.until is not None and wanted.start > wanted.until:
+        yield Problem((*path, "from"), "from comes after until", "value")

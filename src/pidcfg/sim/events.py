@@ -1,0 +1,140 @@
+"""What happens during a run, in order: events of the scenario, the end of a sensor's fault, looks at a mode."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from decimal import Decimal
+from functools import partial
+
+from pidcfg.schemas.base import Quantity, parse_number
+from pidcfg.schemas.scenario import Event, Scenario
+from pidcfg.sim.check import leaves
+from pidcfg.sim.engine import Machine
+from pidcfg.sim.journal import Journal
+from pidcfg.sim.metrics import begin_step
+from pidcfg.sim.network import Network
+from pidcfg.sim.parameters import numbers_of, set_parameters
+from pidcfg.sim.plc import TICKS, Plc
+from pidcfg.sim.report import Note, rounded
+
+Action = Callable[[int], "Note | None"]
+"""What is done at a base step (counted from time 0), and what the report shall say about it."""
+
+
+@dataclass(slots=True)
+class Agenda:
+    """The stops of a run and what is done at each."""
+
+    scenario: Scenario
+    plc: Plc
+    net: Network
+    machine: Machine
+    journal: Journal
+    step: int
+    modes: dict[int, str] = field(default_factory=dict)
+    """Modes at the times that expectations look at them, by number of the expectation."""
+    numbers: dict[str, dict[str, float]] = field(default_factory=dict)
+    """The present numbers of disturbed plants."""
+    zero: int = 0
+    """The base step at which time starts."""
+    broken: dict[str, int] = field(default_factory=dict)
+    """The event that broke a loop's sensor last."""
+
+    def stops(self, last: int) -> Iterator[tuple[int, Action]]:
+        """Base steps before which something is done, in order; events that come later than ``last`` are left out."""
+        found: list[tuple[int, int, Action]] = []
+        for i, event in enumerate(self.scenario.events):
+            found.append((self.at_or_after(event.at), 1, partial(self.happen, event, i)))
+            if event.duration is not None:
+                end = self.at_or_after(event.at + event.duration)
+                found.append((end, 0, partial(self.repair, event, i)))
+        for i, wanted in enumerate(self.scenario.expect):
+            if wanted.mode is not None and wanted.at is not None:
+                look = int(wanted.at * TICKS) // self.step + 1
+                found.append((look, -1, partial(self.look, wanted.loop or "", i)))
+        for k, _, action in sorted(found, key=lambda stop: stop[:2]):
+            if k <= last:
+                yield k, action
+
+    def at_or_after(self, time: Decimal) -> int:
+        """The first base step that is not before a time."""
+        return -int(-time * TICKS // self.step)
+
+    def look(self, loop: str, expectation: int, _k: int) -> None:
+        """Notes the mode for an expectation."""
+        i = self.plc.loops.index(loop)
+        self.modes[expectation] = self.plc.mode(self.plc.st[i].status)
+
+    def happen(self, event: Event, number: int, k: int) -> Note | None:
+        """Carries out an event."""
+        if event.plc is not None:
+            self.switch(k, event.plc)
+        elif event.disturb is not None:
+            self.disturb(event)
+        elif event.loop is None:
+            for keys, value in leaves(event.set):
+                self.net.sig[self.net.outside[".".join(keys)]] = float(parse_number(value))
+        elif event.set is not None:
+            late = self.write(k, self.plc.loops.index(event.loop), event)
+            return Note(rounded(k * self.step / TICKS), event.loop, late) if late else None
+        else:
+            self.operate(self.plc.loops.index(event.loop), event, number)
+        return None
+
+    def operate(self, loop: int, event: Event, number: int) -> None:
+        """What an operator does to a loop, or a sensor by itself."""
+        if event.pv is not None and event.loop is not None:
+            self.break_sensor(event.loop, loop, event.pv, number)
+        elif event.mode is not None:
+            self.journal.asked[loop] = event.mode
+            self.plc.request(loop, event.mode)
+        elif event.ramp_soak is not None:
+            self.plc.ramp_soak(loop, event.ramp_soak)
+        elif event.autotune is not None:
+            self.plc.autotune(loop, event.autotune)
+
+    def write(self, k: int, loop: int, event: Event) -> str | None:
+        """Writes parameters; a set point that changes starts what is measured from it."""
+        sig, config = self.net.sig, self.plc.cfg[loop]
+        before = sig[config.sig_sp]
+        late = []
+        for keys, value in leaves(event.set):
+            effect = self.plc.set(loop, keys, self.plc.check_set(loop, keys, value), sig)
+            if effect:
+                late.append(f"{'.'.join(keys)}: {effect}")
+        if sig[config.sig_sp] != before:
+            begin_step(self.machine.meters[loop], k, before, -(-config.period // self.step), sig)
+        return "; ".join(late) or None
+
+    def disturb(self, event: Event) -> None:
+        """Replaces numbers of a plant."""
+        name = event.plant or event.loop or ""
+        _, text = self.net.texts[name]
+        numbers = self.numbers.setdefault(name, numbers_of(text))
+        numbers |= {key: float(value) for key, value in (event.disturb or {}).items()}
+        set_parameters(self.net.plants[self.net.plant_of[name]], numbers, self.step / TICKS)
+        for key in event.disturb or {}:
+            if f"{name}.{key}" in self.net.parameters:
+                self.net.sig[self.net.parameters[f"{name}.{key}"]] = numbers[key]
+
+    def break_sensor(self, name: str, loop: int, shown: Quantity, number: int) -> None:
+        """The loop's analog input shows one value from now on."""
+        low, high, counts = self.plc.scales[loop]
+        value = float(shown.value)
+        channel = self.net.channels[self.net.faults[name]]
+        channel.value = low + value * (high - low) / counts if shown.counts else value
+        channel.broken = 1
+        self.broken[name] = number
+
+    def repair(self, event: Event, number: int, _k: int) -> None:
+        """The end of a fault, unless a later one has taken its place."""
+        if event.loop is not None and self.broken.get(event.loop) == number:
+            self.net.channels[self.net.faults[event.loop]].broken = 0
+
+    def switch(self, k: int, mode: str) -> None:
+        """The CPU's mode switch."""
+        if mode == "run":
+            self.plc.run((self.zero + k) * self.step)
+        else:
+            self.plc.program()

@@ -1,0 +1,142 @@
+"""Expectations: what is measured for them on the way, and their verdicts at the end."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from pidcfg.schemas.scenario import Bound, Expectation
+from pidcfg.sim.journal import Journal
+from pidcfg.sim.metrics import Band, Gauge, Meter, settling_time
+from pidcfg.sim.plc import Plc
+from pidcfg.sim.report import Range, Verdict, rounded
+
+UNITS = {"overshoot": " %", "settling_time": " s", "rise_time": " s"}
+
+
+@dataclass(slots=True)
+class Outcome:
+    """What the verdicts are made of, once a run is over."""
+
+    plc: Plc
+    journal: Journal
+    meters: list[Meter]
+    signals: Mapping[str, Range]
+    dt: float
+    last: int
+    modes: Mapping[int, str]
+    """Modes that were looked at on the way, by the number of the expectation."""
+
+
+def verdict(i: int, wanted: Expectation, watch: Band | Gauge | None, out: Outcome) -> Verdict:
+    """The verdict on expectation ``i``; ``watch`` is what was measured for it alone."""
+    if wanted.metric is not None:
+        return _metric(wanted, watch, out)
+    if wanted.signal is not None:
+        return _signal(wanted, watch, out)
+    if wanted.alarm is not None:
+        return _alarm(wanted, out)
+    if wanted.flag is not None:
+        return _flag(wanted, out)
+    if wanted.autotune is not None:
+        return _autotune(wanted, out)
+    loop = out.plc.loops.index(wanted.loop or "")
+    mode = out.modes.get(i, out.journal.mode[loop])
+    when = "at the end" if wanted.at is None else f"at {wanted.at:f} s"
+    return Verdict(f"{wanted.loop} mode is {wanted.mode} {when}", mode == wanted.mode, mode)
+
+
+def _bounds(minimum: Bound | None, maximum: Bound | None, unit: str = "") -> str:
+    low = "" if minimum is None else f"at least {minimum.value:f}{unit}"
+    high = "" if maximum is None else f"at most {maximum.value:f}{unit}"
+    return " and ".join(part for part in (low, high) if part)
+
+
+def _inside(value: float | None, minimum: Bound | None, maximum: Bound | None) -> bool:
+    """Whether a number keeps its bounds; none at all (never settled, no step) does not."""
+    return (
+        value is not None
+        and (minimum is None or value >= float(minimum.value))
+        and (maximum is None or value <= float(maximum.value))
+    )
+
+
+def _metric(wanted: Expectation, watch: Band | Gauge | None, out: Outcome) -> Verdict:
+    loop = out.plc.loops.index(wanted.loop or "")
+    name = str(wanted.metric)
+    value = out.journal.loops[loop].metrics[name]
+    band = ""
+    if isinstance(watch, Band):
+        time = settling_time(out.meters[loop], watch, out.last, out.dt)
+        value, band = None if time is None else rounded(time), f" (band {wanted.band:f} %)"
+    text = f"{wanted.loop} {name}{band} {_bounds(wanted.min, wanted.max, UNITS.get(name, ''))}"
+    return Verdict(text, _inside(value, wanted.min, wanted.max), value)
+
+
+def _signal(wanted: Expectation, watch: Band | Gauge | None, out: Outcome) -> Verdict:
+    name = str(wanted.signal)
+    seen = out.signals[name]
+    if isinstance(watch, Gauge):
+        seen = Range(rounded(watch.low), rounded(watch.high), seen.final)
+    low = wanted.min is None or seen.low >= float(wanted.min.value)
+    high = wanted.max is None or seen.high <= float(wanted.max.value)
+    parts = [_bounds(wanted.min, wanted.max)]
+    value: Any = [seen.low, seen.high] if wanted.min and wanted.max else seen.low if wanted.min else seen.high
+    final = True
+    if wanted.final is not None and wanted.tolerance is not None:
+        final = abs(seen.final - float(wanted.final)) <= float(wanted.tolerance.value)
+        parts.append(f"{wanted.final:f} ± {wanted.tolerance.value:f} at the end")
+        value = seen.final if low and high else value
+    since = "" if wanted.start is None else f" from {wanted.start:f} s"
+    until = "" if wanted.until is None else f" until {wanted.until:f} s"
+    return Verdict(f"{name} {', '.join(p for p in parts if p)}{since}{until}", low and high and final, value)
+
+
+def _alarm(wanted: Expectation, out: Outcome) -> Verdict:
+    loop = out.plc.loops.index(wanted.loop or "")
+    first = out.journal.first.get((loop, str(wanted.alarm)))
+    subject = f"{wanted.loop} alarm {wanted.alarm}"
+    if wanted.never is not None:
+        return Verdict(
+            f"{subject} {'never' if wanted.never else 'at some time'}", (first is None) == wanted.never, first
+        )
+    parts, passed = [], first is not None
+    time = 0.0 if first is None else first
+    if wanted.at is not None:
+        slack = 0.0 if wanted.tolerance is None else float(wanted.tolerance.value)
+        parts.append(f"at {wanted.at:f} s" + (f" ± {slack:g} s" if slack else ""))
+        passed = passed and abs(time - float(wanted.at)) <= slack + out.dt / 2
+    if wanted.before is not None:
+        parts.append(f"before {wanted.before:f} s")
+        passed = passed and time <= float(wanted.before)
+    if wanted.after is not None:
+        parts.append(f"after {wanted.after:f} s")
+        passed = passed and time >= float(wanted.after)
+    return Verdict(f"{subject} {' and '.join(parts)}", passed, first)
+
+
+def _flag(wanted: Expectation, out: Outcome) -> Verdict:
+    name = str(wanted.flag)
+    expected = True if wanted.value is None else wanted.value
+    if wanted.loop is None:
+        word = out.plc.flags[name]
+        passed = word == expected if type(expected) is int else bool(word) == expected
+        shown = f"0x{expected:04X}" if type(expected) is int else "set" if expected else "clear"
+        return Verdict(f"{name} is {shown}", passed, f"0x{word:04X}")
+    seen = out.journal.loops[out.plc.loops.index(wanted.loop)].flags[name]
+    return Verdict(f"{wanted.loop} flag {name} {'on' if expected else 'off'}", seen == bool(expected), seen)
+
+
+def _autotune(wanted: Expectation, out: Outcome) -> Verdict:
+    name = str(wanted.autotune)
+    tuned = out.journal.loops[out.plc.loops.index(wanted.loop or "")].autotune
+    subject = f"{wanted.loop} autotune {name}"
+    if name in {"done", "error"}:
+        expected = True if wanted.value is None else bool(wanted.value)
+        value = None if tuned is None else tuned[name]
+        return Verdict(f"{subject} is {'true' if expected else 'false'}", value is expected, value)
+    value = None if tuned is None else tuned["results"].get(name)
+    if wanted.min is None and wanted.max is None:
+        return Verdict(f"{subject} is found", value is not None, value)
+    return Verdict(f"{subject} {_bounds(wanted.min, wanted.max)}", _inside(value, wanted.min, wanted.max), value)

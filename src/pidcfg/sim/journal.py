@@ -1,0 +1,85 @@
+"""Alarms and modes with their times, made of the rows that the kernel logs."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+from pidcfg.sim.kernel import LOG_COLUMNS
+from pidcfg.sim.plc import Plc
+from pidcfg.sim.report import Alarm, LoopReport, ModeChange, rounded
+
+LISTED = 1_000
+"""Alarms and mode changes that are listed for a loop; a chattering alarm shall not fill the memory."""
+
+
+@dataclass(slots=True)
+class Journal:
+    """What happened to each loop so far."""
+
+    plc: Plc
+    dt: float
+    asked: list[str] = field(default_factory=list)
+    """The mode that was requested last, by loop."""
+    loops: list[LoopReport] = field(default_factory=list)
+    mode: list[str] = field(default_factory=list)
+    active: list[dict[str, float]] = field(default_factory=list)
+    first: dict[tuple[int, str], float] = field(default_factory=dict)
+    """When each alarm came on for the first time, by loop and alarm."""
+    status: list[int] = field(default_factory=list)
+    """Every status bit that was on at any time, by loop; likewise ``aux``."""
+    aux: list[int] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        for goal in self.plc.goals:
+            self.asked.append(goal)
+            self.loops.append(LoopReport())
+            self.mode.append("manual" if "manual" in self.plc.modes else goal)
+            self.active.append({})
+            self.status.append(0)
+            self.aux.append(0)
+
+    def take(self, log: Sequence[int], rows: int) -> None:
+        """The rows of the log, each a base step, a loop, its status words and a notice."""
+        for at in range(0, rows * LOG_COLUMNS, LOG_COLUMNS):
+            k, loop, status, aux, notice = log[at : at + LOG_COLUMNS]
+            time = rounded(k * self.dt)
+            self.status[loop] |= status
+            self.aux[loop] |= aux
+            self._modes(time, loop, status, notice)
+            self._alarms(time, loop, status)
+
+    def _modes(self, time: float, loop: int, status: int, notice: int) -> None:
+        mode = self.plc.mode(status)
+        if mode == self.mode[loop] and not notice:
+            return
+        asked: str | None = self.asked[loop]
+        reason = None
+        if notice:
+            asked, reason = self.plc.requested(notice), self.plc.describe(notice)
+        self.mode[loop] = mode
+        self._list(loop, self.loops[loop].modes, ModeChange(time, asked, mode, reason))
+
+    def _alarms(self, time: float, loop: int, status: int) -> None:
+        active = self.active[loop]
+        for name, mask in self.plc.alarm_bits.items():
+            if status & mask and name not in active:
+                active[name] = time
+                self.first.setdefault((loop, name), time)
+            elif not status & mask and name in active:
+                self._list(loop, self.loops[loop].alarms, Alarm(name, active.pop(name), time))
+
+    def _list(self, loop: int, entries: list[Alarm] | list[ModeChange], entry: Alarm | ModeChange) -> None:
+        if len(entries) < LISTED:
+            entries.append(entry)  # type: ignore[arg-type]  # a list holds one of the two kinds
+        else:
+            self.loops[loop].unlisted += 1
+
+    def close(self) -> None:
+        """Alarms that are still on, and flags."""
+        for loop, found in enumerate(self.loops):
+            found.alarms += [Alarm(name, at) for name, at in self.active[loop].items()]
+            found.alarms.sort(key=lambda alarm: (alarm.at, list(self.plc.alarm_bits).index(alarm.alarm)))
+            found.flags = {name: bool(self.status[loop] & mask) for name, mask in self.plc.flag_bits.items()}
+            found.flags |= {name: bool(self.aux[loop] & mask) for name, mask in self.plc.aux_bits.items()}
+            found.autotune = self.plc.tuned(loop)

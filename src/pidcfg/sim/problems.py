@@ -1,0 +1,48 @@
+"""What is wrong with a scenario: data with a path, so that the command line can point at the line.
+
+A kind is a row of `KINDS`; the command line gives it its code.
+"""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+Route = tuple[str | int, ...]
+"""Keys and indices from the root of the scenario."""
+
+KINDS = (
+    "unknown_name",
+    "expression",
+    "combination",
+    "value",
+    "too_late",
+    "missing_plant",
+    "rounded",
+    "no_steady_state",
+)
+"""Kinds of problems; the last two and ``missing_plant``, ``too_late`` do not keep a scenario from running."""
+
+
+@dataclass(frozen=True, slots=True)
+class Problem:
+    """One fault: where it stands, what it is, and the cure. ``offset`` is the character within an expression."""
+
+    path: Route
+    message: str
+    kind: str = "combination"
+    severity: str = "error"
+    help: str | None = None
+    key: bool = False
+    offset: int = 0
+    loop: str | None = None
+
+
+def unknown(path: Route, what: str, name: object, known: Iterable[str], *, key: bool = False) -> Problem:
+    """A name that means nothing here, with the one that was probably meant."""
+    names = list(known)
+    near = difflib.get_close_matches(str(name), names, 1, 0.5)
+    few = ", ".join(names[:12]) + (", …" if len(names) > 12 else "")
+    cure = f"did you mean {near[0]}?" if near else f"known: {few}" if names else None
+    return Problem(path, f"{str(name)[:60]!r} is no {what}", "unknown_name", help=cure, key=key)

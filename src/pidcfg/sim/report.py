@@ -1,0 +1,101 @@
+"""The result of a run as data; the command line prints it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from pidcfg.sim.problems import Problem
+
+
+@dataclass(frozen=True, slots=True)
+class Alarm:
+    """An alarm with its times in s; ``cleared`` None: still on at the end."""
+
+    alarm: str
+    at: float
+    cleared: float | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class ModeChange:
+    """A mode reached, or a request refused (``mode`` is then the old one), with the reason."""
+
+    at: float
+    requested: str | None
+    mode: str
+    reason: str | None
+
+
+@dataclass(frozen=True, slots=True)
+class Range:
+    """How far a signal went, and where it ended."""
+
+    low: float
+    high: float
+    final: float
+
+
+@dataclass(frozen=True, slots=True)
+class Verdict:
+    """An expectation in words, whether it holds, and what was measured instead."""
+
+    text: str
+    passed: bool
+    value: Any
+
+
+@dataclass(frozen=True, slots=True)
+class Note:
+    """Something that happened and needs saying: a parameter that has no effect yet, an expression without a value."""
+
+    at: float
+    loop: str | None
+    text: str
+    error: bool = False
+
+
+@dataclass(slots=True)
+class LoopReport:
+    """What became of one loop. A flag is true when it was on at any time; ``unlisted`` counts what lists leave out."""
+
+    metrics: Mapping[str, float | None] = field(default_factory=dict)
+    alarms: list[Alarm] = field(default_factory=list)
+    modes: list[ModeChange] = field(default_factory=list)
+    flags: dict[str, bool] = field(default_factory=dict)
+    autotune: Mapping[str, Any] | None = None
+    unlisted: int = 0
+
+
+@dataclass(slots=True)
+class Report:
+    """Everything that a run found out."""
+
+    scenario: str
+    step: float
+    steps: int
+    duration: float
+    engine: str
+    plc_flags: Mapping[str, int]
+    loops: dict[str, LoopReport] = field(default_factory=dict)
+    signals: dict[str, Range] = field(default_factory=dict)
+    expectations: list[Verdict] = field(default_factory=list)
+    notes: list[Note] = field(default_factory=list)
+    problems: list[Problem] = field(default_factory=list)
+    settled: float | None = None
+    """How long the pre-roll to the steady state took, in s; None: there was none."""
+
+    @property
+    def passed(self) -> bool:
+        """Whether every expectation holds and nothing went wrong in the run itself."""
+        return (
+            all(verdict.passed for verdict in self.expectations)
+            and not any(note.error for note in self.notes)
+            and not any(problem.severity == "error" for problem in self.problems)
+        )
+
+
+def rounded(value: float) -> float:
+    """Ten significant digits: what a reader or a comparison can use."""
+    return float(f"{value:.10g}")

@@ -1,0 +1,285 @@
+"""One scenario from the program-to-run transition to its report.
+
+The run goes from event to event: the kernels advance plants, controllers, metrics and trend through a segment, and
+Python handles what happens between. Base steps are counted from the beginning of the pre-roll; ``zero`` is the one at
+which time starts.
+"""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Literal
+
+from pidcfg.schemas.scenario import Scenario
+from pidcfg.sim.check import check
+from pidcfg.sim.engine import CHUNK, EngineName, Machine, choose, numba_kernels, python_kernels
+from pidcfg.sim.events import Agenda
+from pidcfg.sim.expect import Outcome, verdict
+from pidcfg.sim.expressions import FAULTS
+from pidcfg.sim.journal import Journal
+from pidcfg.sim.metrics import DEFAULT_BAND, NEVER, Band, Gauge, Meter, begin, loop_metrics
+from pidcfg.sim.network import Network, build, initial_values, rest
+from pidcfg.sim.plc import TICKS, Controller, Plc
+from pidcfg.sim.problems import Problem
+from pidcfg.sim.report import Note, Range, Report, rounded
+from pidcfg.sim.steady import UnsteadyError, settle
+from pidcfg.sim.trace import Sink, Trend
+
+Progress = Callable[[float], None]
+
+
+class UnusableError(Exception):
+    """A scenario that cannot run; ``problems`` say why."""
+
+    def __init__(self, problems: list[Problem]) -> None:
+        super().__init__("; ".join(p.message for p in problems if p.severity == "error"))
+        self.problems = problems
+
+
+@dataclass(frozen=True, slots=True)
+class Settings:
+    """How to run, as opposed to what."""
+
+    engine: EngineName = "auto"
+    every: int = 1
+    """Base steps between two rows of the trend."""
+    max_loop_steps: int | None = None
+    trend: Sink | None = None
+    progress: Progress | None = None
+
+
+def options(scenario: Scenario, controller: Controller) -> object:
+    """What the scenario chooses about the PLC, as the controller takes it."""
+    given = scenario.plc.model_dump(exclude_none=True)
+    if "scan_time" in given:
+        given["scan_time"] = int(given["scan_time"] * TICKS)
+    return controller.Options(**given)
+
+
+def base_step(scenario: Scenario, plc: Plc) -> int:
+    """The base step in ticks: as given, the scan time, or the greatest common step of the sample rates."""
+    chosen = scenario.step or scenario.plc.scan_time
+    return plc.base if chosen is None else max(1, int(chosen * TICKS))
+
+
+def prepare(scenario: Scenario, plc: Plc) -> Network:
+    """The network of a scenario, with everything that is wrong with the scenario in ``problems``."""
+    step = base_step(scenario, plc)
+    found = list(check(scenario, plc))
+    for name, config in zip(plc.loops, plc.cfg, strict=True):
+        if config.period % step and scenario.plc.scan_time is None:
+            message = f"the sample rate of {name}, {config.period / TICKS:g} s, is no multiple of the step"
+            cure = "its samples come at the next base step; leave out 'step' for one that fits all loops"
+            found.append(Problem(("step",), message, "rounded", "warning", cure, loop=name))
+    return build(scenario, plc, step, found)
+
+
+def simulate(scenario: Scenario, new_plc: Callable[[], Plc], controller: Controller, settings: Settings) -> Report:
+    """Runs a scenario on a PLC; raises `UnusableError` when it cannot run at all.
+
+    ``new_plc`` makes the PLC at its program-to-run transition; it is called again when the network does not settle and
+    the run starts without the pre-roll.
+    """
+    run = _Run.of(scenario, new_plc(), controller, settings)
+    if scenario.initial == "steady" and run.plc.running:
+        try:
+            run.zero = settle(run.machine, settings.max_loop_steps)
+        except UnsteadyError as error:
+            run = _Run.of(scenario, new_plc(), controller, settings)
+            run.problems.append(error.problem)
+    return run.to_end()
+
+
+@dataclass(slots=True)
+class _Run:
+    scenario: Scenario
+    settings: Settings
+    plc: Plc
+    net: Network
+    step: int
+    last: int
+    engine: Literal["python", "numba"]
+    machine: Machine
+    journal: Journal
+    agenda: Agenda
+    watches: dict[int, Band | Gauge]
+    """What is measured for one expectation alone, by its number."""
+    problems: list[Problem]
+    notes: list[Note] = field(default_factory=list)
+    random: list[random.Random] = field(default_factory=list)
+    zero: int = 0
+    trend: Trend | None = None
+
+    @classmethod
+    def of(cls, scenario: Scenario, plc: Plc, controller: Controller, settings: Settings) -> _Run:
+        """Everything in place, nothing run yet."""
+        net = prepare(scenario, plc)
+        step = base_step(scenario, plc)
+        last = int(scenario.duration * TICKS) // step
+        problems = net.problems + _too_long(last, len(plc.loops), settings)
+        if any(problem.severity == "error" for problem in problems):
+            raise UnusableError(problems)
+        if isinstance(scenario.initial, dict):
+            for loop, value in scenario.initial.items():
+                plc.set_output(plc.loops.index(loop), value, net.sig)
+        rest(net, initial_values(net))
+        meters = [Meter(c.sig_pv, c.sig_sp, c.sig_out) for c in plc.cfg]
+        bands = [Band(i, DEFAULT_BAND) for i in range(len(meters))]
+        watched = {slot for m in meters for slot in (m.pv, m.sp, m.out)}
+        gauges = [Gauge(slot) for slot in net.names.values() if slot not in watched]
+        watches = _watches(scenario, plc, net, step)
+        bands += [w for w in watches.values() if isinstance(w, Band)]
+        gauges += [w for w in watches.values() if isinstance(w, Gauge)]
+        engine = choose(settings.engine, (last + 1) * len(meters))
+        kernels = numba_kernels(controller, plc) if engine == "numba" else python_kernels(controller)
+        machine = Machine(net, plc, step, meters, bands, gauges, list(net.names.values()), *kernels)
+        journal = Journal(plc, step / TICKS)
+        agenda = Agenda(scenario, plc, net, machine, journal, step)
+        return cls(scenario, settings, plc, net, step, last, engine, machine, journal, agenda, watches, problems)
+
+    @property
+    def dt(self) -> float:
+        """The base step in s."""
+        return self.step / TICKS
+
+    # --- the run -----------------------------------------------------------------------------------------------------
+
+    def to_end(self) -> Report:
+        """Runs from time 0 to the end."""
+        self.random = [random.Random(f"{self.scenario.seed}/{name}") for name in self.net.noisy]
+        if self.settings.trend is not None:
+            self.trend = Trend(self.settings.trend, list(self.net.names), self.step, self.settings.every)
+        k = self.agenda.zero = self.zero
+        for stop, action in self.agenda.stops(self.last):
+            if stop > k - self.zero:
+                k = self._advance(k, self.zero + stop)
+            note = action(stop)
+            if note is not None:
+                self.notes.append(note)
+        self._advance(k, self.zero + self.last + 1)
+        return self._report()
+
+    def _advance(self, k: int, end: int) -> int:
+        """Base steps up to ``end``; the first and the last one stand alone.
+
+        Extremes begin with the first one, and nothing is integrated over the time after the last one.
+        """
+        bounds = {self.zero + 1, self.zero + self.last}
+        while k < end:
+            stop = min([end, k + CHUNK, *(b for b in bounds if b > k)])
+            final = k == self.zero + self.last
+            held = [(m.iae, m.ise, m.itae) for m in self.machine.meters] if final else []
+            self._chunk(k, stop)
+            if k == self.zero:
+                for meter in self.machine.meters:
+                    begin(meter, self.net.sig)
+            for meter, integrals in zip(self.machine.meters if final else (), held, strict=True):
+                meter.iae, meter.ise, meter.itae = integrals
+            k = stop
+        return k
+
+    def _chunk(self, k: int, stop: int) -> None:
+        machine, first = self.machine, k
+        every = self.settings.every if self.trend is not None else 0
+        machine.noise = self._noise(stop - k)
+        if every:
+            machine.trend = [0.0] * (((stop - k) // every + 1) * len(machine.shown))
+        while k < stop:
+            k = machine.advance(k, stop, self.zero, every, first)
+            self.journal.take(machine.log, machine.head[0])
+            if self.trend is not None:
+                self.trend.take(machine.trend, machine.head[1])
+            machine.head[:] = [0, 0]
+        self._report_progress(k - self.zero)
+
+    def _noise(self, rows: int) -> list[float]:
+        """Standard normal numbers, a row a base step; each plant has its own source, so others do not change it."""
+        columns = len(self.random)
+        noise = [0.0] * (rows * columns)
+        for column, source in enumerate(self.random):
+            noise[column::columns] = [source.gauss(0.0, 1.0) for _ in range(rows)]
+        return noise
+
+    def _report_progress(self, done: int) -> None:
+        if self.settings.progress is not None:
+            self.settings.progress(done / (self.last + 1))
+
+    # --- the report --------------------------------------------------------------------------------------------------
+
+    def _report(self) -> Report:
+        self.journal.close()
+        machine, sig = self.machine, self.net.sig
+        for i, (meter, found) in enumerate(zip(machine.meters, self.journal.loops, strict=True)):
+            values = loop_metrics(meter, machine.bands[i], self.last, self.dt, sig)
+            found.metrics = {name: None if v is None else rounded(v) for name, v in values.items()}
+        signals = self._signals()
+        outcome = Outcome(self.plc, self.journal, machine.meters, signals, self.dt, self.last, self.agenda.modes)
+        wanted = enumerate(self.scenario.expect)
+        return Report(
+            scenario=self.scenario.scenario,
+            step=self.dt,
+            steps=self.last + 1,
+            duration=self.last * self.dt,
+            engine=self.engine,
+            plc_flags=self.plc.flags,
+            loops=dict(zip(self.plc.loops, self.journal.loops, strict=True)),
+            signals=signals,
+            expectations=[verdict(i, expectation, self.watches.get(i), outcome) for i, expectation in wanted],
+            notes=sorted([*self.notes, *self._faults()], key=lambda note: note.at),
+            problems=self.problems,
+            settled=rounded(self.zero * self.dt) if self.zero else None,
+        )
+
+    def _signals(self) -> dict[str, Range]:
+        lows: dict[int, tuple[float, float]] = {g.slot: (g.low, g.high) for g in reversed(self.machine.gauges)}
+        for m in self.machine.meters:
+            lows |= {m.pv: (m.pv_low, m.pv_high), m.sp: (m.sp_low, m.sp_high), m.out: (m.out_low, m.out_high)}
+        sig = self.net.sig
+        return {
+            name: Range(rounded(lows[slot][0]), rounded(lows[slot][1]), rounded(sig[slot]))
+            for name, slot in self.net.names.items()
+        }
+
+    def _faults(self) -> list[Note]:
+        """Expressions that had no value, with the first time."""
+        found = []
+        named = {at: name for name, at in self.net.plant_of.items()}
+        for i, plant in enumerate(self.net.plants):
+            if plant.fault:
+                text = str(self.net.texts[named[i]][1].input)
+                found.append(self._fault(plant.fault, plant.fault_at, f"input of {named[i]}", text))
+        for i, channel in enumerate(self.net.channels):
+            if channel.fault:
+                key = str(self.net.sources[i][-1])
+                found.append(self._fault(channel.fault, channel.fault_at, key, self.scenario.connect[key]))
+        return found
+
+    def _fault(self, fault: int, k: int, what: str, text: str) -> Note:
+        time = rounded(max(0, k - self.zero) * self.dt)
+        return Note(time, None, f"{what}: {FAULTS[fault]} in {text!r}; the signal kept its last value", error=True)
+
+
+def _too_long(last: int, loops: int, settings: Settings) -> list[Problem]:
+    """The limit on loop-steps, and a scenario without any."""
+    limit, count = settings.max_loop_steps, (last + 1) * loops
+    if limit is not None and count > limit:
+        message = f"{count} loop-steps; the limit is {limit}"
+        return [Problem(("duration",), message, "limit", help="use a longer step, or the option --no-limit")]
+    if last < 1:
+        return [Problem(("duration",), "the scenario is shorter than its base step", "value")]
+    return []
+
+
+def _watches(scenario: Scenario, plc: Plc, net: Network, step: int) -> dict[int, Band | Gauge]:
+    """Bands and gauges that one expectation alone needs."""
+    found: dict[int, Band | Gauge] = {}
+    for i, wanted in enumerate(scenario.expect):
+        if wanted.band is not None:
+            found[i] = Band(plc.loops.index(wanted.loop or ""), float(wanted.band) / 100)
+        elif wanted.signal is not None and (wanted.start is not None or wanted.until is not None):
+            first = 0 if wanted.start is None else -int(-wanted.start * TICKS // step)
+            last = NEVER if wanted.until is None else int(wanted.until * TICKS) // step
+            found[i] = Gauge(net.names[wanted.signal], first=first, last=last)
+    return found

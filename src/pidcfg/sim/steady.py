@@ -1,0 +1,78 @@
+"""The pre-roll of ``initial: steady``: controllers and plants run until every PV is at rest, then time starts.
+
+A PV is at rest when over one window, the longest time constant, it hardly moves or stays within two counts of its mean:
+a quantised loop on an integrator hunts for ever. Outputs do not count; noise and events are off.
+"""
+
+from __future__ import annotations
+
+from math import lcm
+
+from pidcfg.sim.engine import Machine
+from pidcfg.sim.kernel import Span
+from pidcfg.sim.plc import TICKS
+from pidcfg.sim.problems import Problem
+
+WINDOWS = 100
+"""Windows after which a network counts as one that never settles."""
+SAMPLES = 4
+"""Samples of the slowest loop that a window spans at least."""
+ALIGNED = 10
+"""A window grows at most by this factor to hold whole samples of all loops."""
+STEADY_SHARE = 1e-6
+STEADY_COUNTS = 2.0
+"""A PV is steady when it moves less than this share of its range, or stays this close to its mean."""
+
+
+class UnsteadyError(Exception):
+    """The network does not settle; ``problem`` says which loop moves and how far."""
+
+    def __init__(self, problem: Problem) -> None:
+        super().__init__(problem.message)
+        self.problem = problem
+
+
+def settle(machine: Machine, max_loop_steps: int | None) -> int:
+    """Runs the pre-roll and returns its base steps; raises `UnsteadyError`."""
+    plc = machine.plc
+    spans = [Span(config.sig_in) for config in plc.cfg]
+    steps = window_of(machine)
+    k, moving = 0, 0
+    for _ in range(WINDOWS):
+        if max_loop_steps is not None and (k + steps) * len(spans) > max_loop_steps:
+            break
+        k = machine.settle(k, k + steps, spans)
+        unsteady = [i for i, span in enumerate(spans) if not is_steady(span, plc.scales[i], steps)]
+        if not unsteady:
+            return k
+        moving = unsteady[0]
+    raise UnsteadyError(_explain(machine, k, spans[moving], moving, steps))
+
+
+def window_of(machine: Machine) -> int:
+    """Base steps of a window: the longest time constant, in whole samples so that all loops sample at time 0."""
+    periods = [config.period for config in machine.plc.cfg]
+    least = max(machine.net.longest() * TICKS, SAMPLES * max(periods), machine.step)
+    common = lcm(*periods, machine.step)
+    if common > ALIGNED * least:
+        common = machine.step
+    return int(-(-least // common)) * common // machine.step
+
+
+def is_steady(span: Span, scale: tuple[float, float, int], steps: int) -> bool:
+    """Whether a PV was at rest over a window of ``steps``; ``scale`` is its range and the counts in it."""
+    low, high, counts = scale
+    if span.high - span.low < STEADY_SHARE * abs(high - low):
+        return True
+    mean = span.total / steps
+    return max(span.high - mean, mean - span.low) <= STEADY_COUNTS * abs(high - low) / counts
+
+
+def _explain(machine: Machine, k: int, span: Span, loop: int, steps: int) -> Problem:
+    dt, name = machine.step / TICKS, machine.plc.loops[loop]
+    message = (
+        f"no steady state after {k * dt:g} s: the PV of {name} still moves between {span.low:.6g} and {span.high:.6g} "
+        f"within {steps * dt:g} s; the run starts from 'initial' of the plants instead"
+    )
+    cure = "check mode, action and tuning of the loop, and the signs of the plant's gain and load"
+    return Problem(("initial",), message, "no_steady_state", help=cure, loop=name)
