@@ -24,8 +24,6 @@ __all__ = ["Document", "Node", "Plain", "read_document"]
 
 NULLS = frozenset({"", "~", "null", "Null", "NULL"})
 NO_KEYS = NULLS | {"<<"}
-SHORT = 64
-"""Text up to this length cannot pass a limit in bytes."""
 UNPRINTABLE = re.compile("[^\t\n\r\x20-\x7e\x85\xa0-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 UTF16_MARKS = (b"\xff\xfe", b"\xfe\xff")
 SAVE_AS_UTF8 = "save the file as UTF-8"
@@ -66,6 +64,8 @@ class _Builder:
     def __init__(self, file: str, limits: Limits) -> None:
         self.file = file
         self.limits = limits
+        # A character has at most four bytes, so shorter text need not be measured.
+        self.short = min(limits.scalar_bytes, limits.key_bytes) // 4
         self.stack: list[_Open] = []
         self.anchors: dict[str, tuple[Any, Node] | None] = {}
         self.duplicates: list[Diagnostic] = []
@@ -109,7 +109,7 @@ class _Builder:
             return
         text: str = event.value
         value = text if event.style else None if text in NULLS else Plain(text)
-        if len(text) > SHORT:
+        if len(text) > self.short:
             self.check(len(text.encode()), self.limits.scalar_bytes, "bytes in a value", event)
         self.nodes += 1
         if self.nodes > self.limits.nodes:
@@ -163,7 +163,7 @@ class _Builder:
                 cure = "write the keys out, or alias a whole value"
                 raise _RefusedError("PID009", "merge keys (<<) are not accepted", span_of(event), cure)
             raise _RefusedError("PID008", "a key is missing before the colon", span_of(event), "write 'key: value'")
-        if len(text) > SHORT:
+        if len(text) > self.short:
             self.check(len(text.encode()), self.limits.key_bytes, "bytes in a key", event)
         if text in top.data:
             first = top.node.child(text)
@@ -207,9 +207,9 @@ class _Builder:
 
 def read_document(data: bytes, file: str, limits: Limits = DEFAULT) -> Document:
     """The text of one file as a document; everything wrong with it is in ``problems``, nothing is raised."""
-    text = ""
+    text = data[: limits.file_bytes].decode("utf-8-sig", "replace")
     try:
-        text = _decode(data, limits)
+        _refuse_bytes(data, text, limits)
         root, node, duplicates = _build(text, file, limits)
     except _RefusedError as e:
         problem = Diagnostic(e.code, Severity.ERROR, e.message, file, e.span, help=e.cure)
@@ -217,15 +217,15 @@ def read_document(data: bytes, file: str, limits: Limits = DEFAULT) -> Document:
     return Document(file, text, root, node, tuple(duplicates))
 
 
-def _decode(data: bytes, limits: Limits) -> str:
-    """Bytes to text without a byte order mark."""
+def _refuse_bytes(data: bytes, text: str, limits: Limits) -> None:
+    """What makes the bytes of a file no text: too many, another encoding, control characters."""
     if len(data) > limits.file_bytes:
         message = f"the file is larger than {limits.file_bytes} bytes"
         raise _RefusedError("PID013", message, START, "raise the limit by option")
     if data.startswith(UTF16_MARKS):
         raise _RefusedError("PID002", "the file is UTF-16, not UTF-8", START, SAVE_AS_UTF8)
     try:
-        text = data.decode("utf-8-sig")
+        data.decode("utf-8")
     except UnicodeDecodeError as e:
         before = data[: e.start].decode("utf-8-sig", "replace")
         message = f"byte 0x{data[e.start]:02X} is not UTF-8"
@@ -234,7 +234,6 @@ def _decode(data: bytes, limits: Limits) -> str:
     if found:
         message = f"control character U+{ord(found.group()):04X}"
         raise _RefusedError("PID003", message, _place(text[: found.start()]), "delete the character")
-    return text
 
 
 def _place(before: str) -> Span:
@@ -297,7 +296,9 @@ def _refuse_syntax(text: str, error: Any) -> NoReturn:
     span = START if mark is None else Span(mark.line + 1, mark.column + 1, mark.line + 1, mark.column + 2)
     problem = str(error.problem or error.context or "not YAML").strip()
     lines = LINE_BREAK.split(text)
-    line = lines[span.line - 1] if span.line <= len(lines) else ""
+    if span.line > len(lines):  # the parser counts a line more at the end of a file that does not end with one
+        span = Span(len(lines), len(lines[-1]) + 1, len(lines), len(lines[-1]) + 2)
+    line = lines[span.line - 1]
     if "\t" in line[: len(line) - len(line.lstrip())] or line[span.column - 1 : span.column] == "\t":
         raise _RefusedError("PID014", "a tab is used for indentation", span, "indent with spaces") from None
     cure = next((hint for words, hint in HINTS if words in problem), None)

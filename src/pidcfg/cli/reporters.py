@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Callable, Mapping, Sequence
 
 from pidcfg.diagnostics import Diagnostic, Severity
@@ -11,6 +12,8 @@ from pidcfg.source import Document
 Documents = Mapping[str, Document]
 Reporter = Callable[[Sequence[Diagnostic], Documents], str]
 MAX_LINE = 160
+UNPRINTABLE = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f]")
+"""What must not reach a terminal from a file."""
 
 
 def counts(found: Sequence[Diagnostic]) -> dict[Severity, int]:
@@ -37,7 +40,7 @@ def _excerpt(d: Diagnostic, doc: Document | None) -> list[str]:
     rows = doc.lines if doc else []
     if not 0 < d.span.line <= len(rows) or not rows[d.span.line - 1].strip():
         return []
-    row, start = rows[d.span.line - 1], d.span.column - 1
+    row, start = UNPRINTABLE.sub("\N{REPLACEMENT CHARACTER}", rows[d.span.line - 1]), d.span.column - 1
     end = d.span.end_column - 1 if d.span.end_line == d.span.line else len(row.rstrip())
     begin = max(0, start - MAX_LINE // 2) if len(row) > MAX_LINE else 0
     row = row[begin : begin + MAX_LINE]

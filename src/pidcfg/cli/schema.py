@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -25,17 +25,23 @@ EPILOG = options.examples("pidcfg schema dl06", "pidcfg schema dl06 -o dl06.sche
 def command(vendor: str | None, out: str | None, force: bool) -> None:
     """Print the JSON Schema of VENDOR's files, or of scenarios; without VENDOR, list what there is."""
     from pidcfg.cli.outputs import write_files
-    from pidcfg.schemas.document import json_schema
 
     if vendor is None:
         rows = [(v.key, v.title) for v in VENDORS.values()] + [(SCENARIO, "simulation scenarios")]
         echo("".join(f"{key:<10} {title}\n" for key, title in rows))
         return
-    text = json.dumps(json_schema(_model(vendor), _title(vendor)), indent=2, ensure_ascii=False) + "\n"
+    text = json.dumps(document_schema(vendor), indent=2, ensure_ascii=False) + "\n"
     if out is None:
         echo(text)
     else:
         write_files({out: text}, force=force)
+
+
+def document_schema(vendor: str) -> dict[str, Any]:
+    """The JSON Schema of a vendor's files, or of scenarios."""
+    from pidcfg.schemas.document import json_schema
+
+    return json_schema(_model(vendor), _title(vendor))
 
 
 def _model(vendor: str) -> type[BaseModel]:

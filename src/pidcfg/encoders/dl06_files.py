@@ -27,7 +27,7 @@ FORMATS = {
         FileKind("text", "V-memory listing", write_text, lambda text: read_text(text, parse_address),
                  lambda text: first_line(text).startswith("V")),
         FileKind("csv", "V-memory listing for spreadsheets", write_csv, lambda text: read_csv(text, parse_address),
-                 lambda text: "address" in first_line(text) and "register" not in first_line(text)),
+                 lambda text: "address" in first_line(text).split(",") and "register" not in first_line(text)),
         FileKind("json", "V-memory listing for programs", write_json, lambda text: read_json(text, parse_address),
                  lambda text: text.lstrip().startswith("{")),
         FileKind("ihex", "Intel HEX, 16-bit words", write_ihex, read_ihex, lambda text: text.startswith(":")),

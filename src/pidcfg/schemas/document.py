@@ -53,13 +53,15 @@ def _inside(annotation: Any) -> list[type[BaseModel]]:
 
 def _describe(definition: dict[str, Any], model: type[BaseModel] | None) -> None:
     """Adds descriptions and plain defaults to the properties of one object."""
-    texts = field_texts(model) if model else {}
+    if model is None:
+        return
+    texts = field_texts(model)
+    names = {field.alias or name: name for name, field in model.model_fields.items()}
     for key, prop in definition.get("properties", {}).items():
-        if key in texts:
-            prop["description"] = texts[key] + (f" Unit: {prop['x-unit']}." if prop.get("x-unit") else "")
+        text = texts.get(names[key], "")
+        prop["description"] = text + (f" Unit: {prop['x-unit']}." if prop.get("x-unit") else "")
         _drop_null(prop)
-        if model is not None:
-            _plain_default(prop, model.model_fields[key].get_default())
+        _plain_default(prop, model.model_fields[names[key]].get_default())
 
 
 def _drop_null(prop: dict[str, Any]) -> None:

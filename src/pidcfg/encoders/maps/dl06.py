@@ -71,7 +71,7 @@ FILTER = Bcd(1, off=(0,))
 
 # fmt: off
 LOOP_TABLE = RegisterMap(
-    title="Loop table",
+    title="Loop table (32 words a loop)",
     size=0o40,
     words=(
         #    offset name                     path                     codec                unit      title                                   read   basis  access
@@ -167,7 +167,7 @@ LOOP_TABLE = RegisterMap(
 
 RAMP_SOAK_PAIRS = 8
 RAMP_SOAK_PAIR = RegisterMap(
-    title="Ramp/soak pair",
+    title="Ramp/soak pair (8 of them in a table of 32 words)",
     size=4,
     words=(
         Word(0o0, "ramp_to",   "ramp_to",   Position("sp"),                      "pv",   "Ramp end SP value", "yes", RAMP_TABLE),
@@ -180,7 +180,7 @@ RAMP_SOAK_SIZE = RAMP_SOAK_PAIRS * RAMP_SOAK_PAIR.size
 
 TABLE_POINTER, LOOP_COUNT, ERROR_FLAGS = 0o7640, 0o7641, 0o7642
 SETUP_WORDS = RegisterMap(
-    title="Set-up words",
+    title="Set-up words (V7640 and up)",
     size=3,
     words=(
         Word(TABLE_POINTER - 0o7640, "loop_table",      "plc.loop_table",      ADDRESS, "", "Loop parameter table pointer", "program-to-run", SETUP),
@@ -195,6 +195,9 @@ SETUP_WORDS = RegisterMap(
     ),
 )
 # fmt: on
+
+TABLES = (SETUP_WORDS, LOOP_TABLE, RAMP_SOAK_PAIR)
+"""All register blocks, for the documentation."""
 
 LOOP_TABLES = {
     decimals: replace(

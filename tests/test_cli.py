@@ -1,0 +1,351 @@
+"""The commands as a user meets them: output, exit codes, files."""
+
+from __future__ import annotations
+
+import json
+import os
+import random
+import re
+import shlex
+import subprocess
+import sys
+from pathlib import Path
+
+import jsonschema
+import pytest
+
+from pidcfg.cli.main import COMMANDS
+
+ROOT = Path(__file__).parents[1]
+REACTOR = ROOT / "examples" / "dl06" / "reactor.yaml"
+
+
+def run(*args: str, cwd: Path | None = None, stdin: bytes = b"", **env: str) -> subprocess.CompletedProcess[bytes]:
+    """The command in a process of its own."""
+    environment = {**os.environ, **env}
+    command = [sys.executable, "-m", "pidcfg", *args]
+    return subprocess.run(command, cwd=cwd, input=stdin, capture_output=True, check=False, env=environment)
+
+
+@pytest.fixture
+def reactor(tmp_path: Path) -> Path:
+    """A copy of the reactor that a test may change."""
+    path = tmp_path / "reactor.yaml"
+    path.write_bytes(REACTOR.read_bytes())
+    return path
+
+
+def changed(path: Path, old: str, new: str) -> Path:
+    """The file with one text replaced; the text must be there."""
+    text = path.read_text("utf-8")
+    assert old in text
+    path.write_text(text.replace(old, new, 1), "utf-8")
+    return path
+
+
+def test_a_good_file_passes(reactor):
+    result = run("validate", str(reactor))
+    assert result.returncode == 0, result.stdout.decode()
+    assert "1 file checked: 0 errors" in result.stderr.decode()
+
+
+def test_a_finding_shows_line_caret_limit_and_cure(reactor):
+    changed(reactor, "gain: 0.80", "gain: 120")
+    result = run("validate", reactor.name, "--severity", "error", cwd=reactor.parent)
+    assert result.returncode == 1
+    lines = result.stdout.decode().splitlines()
+    assert lines[0] == "reactor.yaml:17:20: error PID101: gain is 120 %/%; allowed is 0 to 99.99 %/% [FIC-102]"
+    assert lines[1] == "   17 |     tuning: {gain: 120, reset: 4.0, reset_unit: seconds, rate: 0}"
+    assert lines[2] == "      |                    ^^^"
+    assert any(line.startswith("      = cure: ") for line in lines)
+    assert "\x1b" not in result.stdout.decode(), "no colour in a pipe"
+
+
+def test_json_findings_have_the_published_layout(reactor):
+    changed(reactor, "gain: 0.80", "gain: 120")
+    result = run("validate", str(reactor), "--format", "json", "--severity", "error")
+    document = json.loads(result.stdout)
+    assert result.returncode == 1
+    assert document["version"] == 1
+    assert document["summary"] == {"files": 1, "errors": 1, "warnings": 0, "infos": 0}
+    (found,) = document["findings"]
+    assert (found["code"], found["severity"], found["line"], found["column"]) == ("PID101", "error", 17, 20)
+    assert (found["path"], found["loop"]) == ("loops[0].tuning.gain", "FIC-102")
+    assert list(found) == ["code", "severity", "message", "file", "line", "column", "path", "loop", "plc_effect",
+                           "reference", "help"]  # fmt: skip
+
+
+def test_json_is_one_valid_document_even_when_nothing_could_be_read(tmp_path):
+    result = run("validate", "none.yaml", "--format", "json", cwd=tmp_path)
+    assert result.returncode == 2
+    assert json.loads(result.stdout)["findings"][0]["code"] == "PID040"
+
+
+def test_one_bad_file_does_not_hide_the_findings_of_another(reactor, tmp_path):
+    (tmp_path / "broken.yaml").write_text("pidcfg: 1\nvendor: [\n", "utf-8")
+    changed(reactor, "gain: 0.80", "gain: 120")
+    result = run("validate", str(tmp_path), "--format", "json")
+    assert result.returncode == 2, "unusable input outweighs findings"
+    assert {f["code"] for f in json.loads(result.stdout)["findings"]} >= {"PID001", "PID101"}
+
+
+def test_findings_point_through_aliases_at_the_text_to_edit(tmp_path):
+    text = (ROOT / "examples/dl06/extruder.yaml").read_text("utf-8").replace("gain: 4.00", "gain: 400", 1)
+    (tmp_path / "x.yaml").write_text(text, "utf-8")
+    found = json.loads(run("validate", "x.yaml", "--format", "json", "--severity", "error", cwd=tmp_path).stdout)
+    line = next(i for i, row in enumerate(text.splitlines(), start=1) if "gain: 400" in row)
+    assert [(f["code"], f["line"]) for f in found["findings"]] == [("PID101", line)], "once, where it is written"
+
+
+def test_folders_take_files_with_our_key_only(reactor, tmp_path):
+    (tmp_path / "other.yaml").write_text("services: {}\n", "utf-8")
+    (tmp_path / ".hidden").mkdir()
+    (tmp_path / ".hidden" / "x.yaml").write_text("pidcfg: 1\n", "utf-8")
+    assert "1 file checked" in run("validate", str(tmp_path)).stderr.decode()
+
+
+def test_patterns_that_the_shell_has_left_alone_are_expanded(reactor, tmp_path):
+    assert "1 file checked" in run("validate", "*.yaml", cwd=tmp_path).stderr.decode()
+    assert run("validate", "*.nothing", cwd=tmp_path).returncode == 2
+
+
+def test_an_empty_folder_is_said_so(tmp_path):
+    result = run("validate", str(tmp_path))
+    assert result.returncode == 2
+    assert "holds no .yaml" in result.stdout.decode()
+
+
+def test_standard_input_is_read():
+    result = run("validate", "-", stdin=REACTOR.read_bytes())
+    assert result.returncode == 0
+    assert run("validate", "-", stdin=b"").returncode == 2
+
+
+def test_byte_order_mark_and_crlf_are_fine(reactor):
+    reactor.write_bytes(b"\xef\xbb\xbf" + reactor.read_bytes().replace(b"\n", b"\r\n"))
+    assert run("validate", str(reactor)).returncode == 0
+
+
+def test_select_ignore_severity_and_strict(reactor):
+    changed(reactor, "gain: 0.80", "gain: 120")
+    assert run("validate", str(reactor), "--ignore", "PID101").returncode == 0
+    assert run("validate", str(reactor), "--select", "PID2").returncode == 0
+    assert run("validate", str(reactor), "--select", "PID1").returncode == 1
+
+
+def test_unreadable_text_cannot_be_ignored(tmp_path):
+    (tmp_path / "x.yaml").write_bytes(b"pidcfg: 1\nvendor: \xff\n")
+    assert run("validate", str(tmp_path / "x.yaml"), "--ignore", "PID0", "--select", "PID9").returncode == 2
+
+
+@pytest.mark.parametrize("limit", ["file_bytes=100", "nodes=10", "depth=2", "scalar_bytes=3"])
+def test_limits_end_with_exit_code_2_and_their_value(reactor, limit):
+    result = run("validate", str(reactor), "--limit", limit)
+    assert result.returncode == 2
+    assert limit.partition("=")[2] in result.stdout.decode()
+
+
+def test_wrong_usage_is_exit_code_2():
+    assert run("validate").returncode == 2
+    assert run("nonsense").returncode == 2
+    assert run("validate", str(REACTOR), "--limit", "depth=x").returncode == 2
+
+
+def test_a_bug_is_exit_code_3_and_no_finding():
+    code = "import pidcfg.cli.main as m, click\nm.COMMANDS['validate'] = ('no.such.module', '')\nm.main()"
+    result = subprocess.run([sys.executable, "-c", code, "validate", "x"], capture_output=True, check=False)
+    assert result.returncode == 3
+    assert b"a bug in pidcfg" in result.stderr
+
+
+def test_a_reader_that_goes_away_is_no_error(reactor):
+    shell = f"{sys.executable} -m pidcfg encode {reactor} | head -1"
+    if os.name == "posix":
+        result = subprocess.run(["sh", "-c", shell], capture_output=True, check=False)
+        assert (result.returncode, result.stderr) == (0, b"")
+
+
+@pytest.mark.parametrize("encoding", ["cp1252", "cp437", "ascii"])
+def test_windows_code_pages_do_not_crash(reactor, encoding):
+    changed(reactor, "unit: degC", 'unit: "°C → Ω"')
+    changed(reactor, "gain: 0.80", "gain: 120")
+    result = run("validate", str(reactor), PYTHONIOENCODING=encoding)
+    assert result.returncode == 1
+    assert b"PID101" in result.stdout
+    assert run("encode", str(REACTOR), PYTHONIOENCODING=encoding).returncode == 0
+
+
+@pytest.mark.parametrize("kind", ["text", "csv", "json", "ihex", "modbus"])
+def test_encode_decode_encode_through_files(reactor, tmp_path, kind):
+    first, back, again = tmp_path / "first", tmp_path / "back.yaml", tmp_path / "again"
+    assert run("encode", str(reactor), "--format", kind, "-o", str(first)).returncode == 0
+    assert run("decode", str(first), "--vendor", "dl06", "-o", str(back)).returncode == 0
+    assert run("encode", str(back), "--format", kind, "-o", str(again)).returncode == 0
+    words = [re.sub("^#.*\n", "", f.read_text("utf-8"), flags=re.MULTILINE) for f in (first, again)]
+    if kind == "json":
+        words = [json.dumps([(w["address"], w["value"]) for w in json.loads(t)["words"]]) for t in words]
+    assert words[0] == words[1]
+
+
+def test_encode_json_has_the_published_layout(reactor):
+    document = json.loads(run("encode", str(reactor), "--format", "json").stdout)
+    assert (document["version"], document["vendor"]) == (1, "dl06")
+    assert document["words"][7] == {"address": "V2007", "value": 32, "hex": "0020", "loop": "FIC-102",
+                                    "field": "sample_rate"}  # fmt: skip
+    assert document["settings"][0]["pv"] == {"range": [0, 50], "unit": "m3/h"}
+    addresses = [int(w["address"][1:], 8) for w in document["words"]]
+    assert addresses == sorted(addresses)
+
+
+def test_encode_refuses_errors_and_writes_nothing(reactor, tmp_path):
+    changed(reactor, "V2000", "V1177")
+    out = tmp_path / "image.txt"
+    result = run("encode", str(reactor), "-o", str(out))
+    assert result.returncode == 1
+    assert result.stdout == b""
+    assert not out.exists()
+    assert run("encode", str(reactor), "-o", str(out), "--allow-errors").returncode == 0
+    assert out.read_text("utf-8").splitlines()[-2].startswith("V7640   027F")
+
+
+def test_encode_never_overwrites_a_file_that_differs(reactor, tmp_path):
+    out = tmp_path / "image.txt"
+    out.write_text("mine", "utf-8")
+    result = run("encode", str(reactor), "-o", str(out))
+    assert result.returncode == 2
+    assert out.read_text("utf-8") == "mine"
+    assert b"--force" in result.stderr
+    assert run("encode", str(reactor), "-o", str(out), "--force").returncode == 0
+    assert run("encode", str(reactor), "-o", str(out)).returncode == 0, "the same bytes may be written again"
+    assert [p.name for p in tmp_path.iterdir() if p.name.startswith(".")] == [], "no temporary file is left"
+
+
+def test_output_into_a_missing_folder_is_one_clear_error(reactor, tmp_path):
+    result = run("encode", str(reactor), "-o", str(tmp_path / "none" / "image.txt"))
+    assert result.returncode == 2
+    assert b"Traceback" not in result.stderr
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("", "no memory listing"),
+        ("V2000 1400\nV2000 1400\n", "2:1: error PID041: V2000 stands here again"),
+        ("V2008 1400\n", "'V2008' is not an address"),
+        ("V2000 14000\n", "not a word of up to four hexadecimal digits"),
+        ("V2000\n", "the word of V2000 is missing"),
+        ("address,hex\nV2000,1400,9\n", "3 cells stand under a header of 2 columns"),
+        ("address,hex,value\nV2000,1400,1400\n", "hex 1400 is 5120, but the value says 1400"),
+        ("address,word\nV2000,1400\n", "the header has no column 'hex'"),
+        ('{"words": [{"address": "V2000", "value": 70000}]}', "not a word of 0 to 65535"),
+        ('{"words": [{"address": "V2000", "value": 1, "hex": "0002"}]}', "differ"),
+        ('{"words": 3}', "no list 'words'"),
+        ("{", "not JSON"),
+        ("[" * 100_000, "no memory listing"),
+        ('{"words":' + "[" * 100_000, "nested too deeply"),
+        (":00000001FE\n", "not Intel HEX"),
+        (":0100000005FA\n:00000001FF\n", "incomplete"),
+        ("# settings: []\nV2000 0001\n", "the settings are not a mapping"),
+        ('# settings: {"settings": [{"loop": "A", "pv": {"range": [1]}}]}\nV7640 0400\nV7641 0001\n', "settings[0]"),
+        ("V7640 0400\nV7641 0001\n", "does not hold V2000"),
+        ("V7641 0001\n", "--loop-table"),
+    ],
+)
+def test_bad_listings_are_refused_with_one_clear_error(tmp_path, text, message):
+    (tmp_path / "x").write_text(text, "utf-8")
+    result = run("decode", "x", "--vendor", "dl06", cwd=tmp_path)
+    assert result.returncode == 2
+    assert message in result.stderr.decode()
+    assert b"Traceback" not in result.stderr
+    assert result.stdout == b""
+
+
+def test_rule_explains_and_suggests():
+    assert "Cure." in run("rule", "PID101").stdout.decode()
+    assert run("rule", "pid101").returncode == 0
+    result = run("rule", "PID999")
+    assert result.returncode == 2
+    assert json.loads(run("rule", "PID024", "--format", "json").stdout)["name"] == "leading-zero"
+    assert len(run("rule").stdout.decode().splitlines()) > 80
+
+
+def test_the_starter_file_passes_and_is_never_overwritten(tmp_path):
+    assert run("init", "--vendor", "dl06", "-o", "new.yaml", cwd=tmp_path).returncode == 0
+    assert run("validate", "new.yaml", cwd=tmp_path).returncode == 0
+    (tmp_path / "new.yaml").write_text("mine", "utf-8")
+    assert run("init", "--vendor", "dl06", "-o", "new.yaml", cwd=tmp_path).returncode == 2
+
+
+@pytest.mark.parametrize("kind", ["dl06", "scenario"])
+def test_json_schemas_are_valid_and_say_what_every_key_means(kind):
+    schema = json.loads(run("schema", kind).stdout)
+    jsonschema.Draft202012Validator.check_schema(schema)
+    for definition in (schema, *schema["$defs"].values()):
+        for key, prop in definition.get("properties", {}).items():
+            assert prop.get("description"), key
+
+
+def test_the_json_schema_accepts_the_examples_and_refuses_what_validate_refuses():
+    schema = json.loads(run("schema", "dl06").stdout)
+    gain = schema["$defs"]["Tuning"]["properties"]["gain"]
+    assert (gain["minimum"], gain["maximum"], gain["x-unit"]) == (0, 99.99, "%/%")
+    rate = schema["$defs"]["Loop"]["properties"]["sample_rate"]["anyOf"][0]
+    assert (rate["minimum"], rate["maximum"]) == (0.05, 99.99)
+    assert schema["$defs"]["Loop"]["additionalProperties"] is False
+    from ruamel.yaml import YAML
+
+    for path in sorted((ROOT / "examples/dl06").glob("*.yaml")):
+        if "scenario" not in path.name:
+            jsonschema.validate(YAML(typ="safe").load(path), schema)
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_help_has_three_examples_and_they_run(name, tmp_path):
+    """The examples of --help, word by word, in a folder that holds the files they name."""
+    text = run(name, "--help").stdout.decode()
+    examples = [line.strip() for line in text.partition("Examples:")[2].splitlines() if "pidcfg" in line]
+    assert len(examples) >= 3
+    prepare(tmp_path)
+    for line in examples:
+        first, *rest = [part.strip() for part in line.split("|")]
+        words = shlex.split(first)
+        result = run(*words[1:], cwd=tmp_path)
+        assert result.returncode in {0, 1}, (line, result.stderr.decode())
+        if rest and rest[0].startswith("pidcfg"):
+            assert run(*shlex.split(rest[0])[1:], cwd=tmp_path, stdin=result.stdout).returncode == 0, line
+
+
+def prepare(folder: Path) -> None:
+    """The files that the examples name."""
+    (folder / "loops").mkdir()
+    for name in ("reactor.yaml", "reactor.scenario.yaml"):
+        text = (ROOT / "examples/dl06" / name).read_text("utf-8")
+        (folder / name).write_text(text, "utf-8")
+        (folder / "loops" / name).write_text(text, "utf-8")
+    for kind, name in (("json", "reactor.json"), ("ihex", "reactor.hex"), ("csv", "table.csv")):
+        run("encode", "reactor.yaml", "--format", kind, "-o", name, cwd=folder)
+    (folder / "reactor.hex").rename(folder / "image.hex")
+    (folder / "reactor.hex").write_bytes((folder / "image.hex").read_bytes())
+
+
+def test_mutated_files_never_give_a_traceback():
+    """Hundreds of damaged reactors through the whole of validate and encode, in this process for speed."""
+    from pidcfg.source import read_document
+    from pidcfg.validate.engine import check_document
+
+    source = REACTOR.read_bytes()
+    rng = random.Random(20)
+    tokens = b"{ } [ ] : - &a *a !!x 0 9e999 null ~ true V8 <<: ' | # 1e-400 counts 99999".split()
+    tokens += [b"\t", b"\x00", b"\xff", b"\n", b'"', b"- ", b": "]
+    for _ in range(700):
+        data = bytearray(source)
+        for _ in range(rng.randint(1, 4)):
+            at = rng.randrange(len(data))
+            size = rng.choice([0, 1, 1, 3, 20, 200])
+            data[at : at + size] = rng.choice(tokens) * rng.choice([1, 1, 2])
+        checked = check_document(read_document(bytes(data), "m.yaml"))
+        lines = len(checked.document.lines)
+        for found in checked.findings:
+            assert found.span.line <= max(lines, 1), found
+        if checked.encoding is not None:
+            assert all(0 <= cell.value <= 0xFFFF for cell in checked.encoding.image.cells)
