@@ -65,7 +65,7 @@ VENDORS = {
             rules="pidcfg.validate.rules.dl06:RULES",
             formats="pidcfg.encoders.dl06_files:FORMATS",
             checklist="pidcfg.encoders.dl06_files:checklist",
-            controller="pidcfg.sim.controllers.dl06_plc:load",
+            controller="pidcfg.sim.controllers.dl06:load",
             registers="pidcfg.encoders.maps.dl06:TABLES",
             starter="starters/dl06.yaml",
         ),

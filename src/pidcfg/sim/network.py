@@ -138,7 +138,7 @@ def _add_plant(net: Network, plc: Plc, key: str | int, text: PlantText, later: _
 
 def _to_loop(net: Network, plc: Plc, name: str, later: _Later) -> int:
     """The signal by which a plant reaches the analog input of its loop: the input, unless the sensor can break."""
-    target = plc.cfg[plc.loops.index(name)].sig_in
+    target: int = plc.cfg[plc.loops.index(name)].sig_in
     if name not in later.broken:
         return target
     measured = net.slot()

@@ -72,6 +72,8 @@ class Plc(Protocol):
     aux_bits: Mapping[str, int]
     """Conditions by name, as masks of ``aux_status``."""
 
+    problems: Sequence[str]
+    """Words that are no value of their format, and what they are taken for."""
     tuned_names: Sequence[str]
     """What auto-tune finds, by the vendor's names of the parameters."""
 

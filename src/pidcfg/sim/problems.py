@@ -17,12 +17,13 @@ KINDS = (
     "expression",
     "combination",
     "value",
+    "limit",
     "too_late",
     "missing_plant",
     "rounded",
     "no_steady_state",
 )
-"""Kinds of problems; the last two and ``missing_plant``, ``too_late`` do not keep a scenario from running."""
+"""Kinds of problems; the last four do not keep a scenario from running."""
 
 
 @dataclass(frozen=True, slots=True)

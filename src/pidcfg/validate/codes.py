@@ -64,7 +64,31 @@ SCHEMA = (
     _row("PID036", "too-many-items", "A list has more items than there is room for.", "The table in the PLC has a fixed size.", "Remove items."),
     _row("PID037", "no-value", "A key has no value.", "An empty value is neither a number nor a default.", "Give a value, or remove the key."),
 )
+SCENARIO = (
+    _row("PID050", "unknown-name", "A scenario names a loop, signal, alarm, mode or key that its configuration does not have.", "The event or expectation would concern nothing.", "Correct the spelling; the message suggests the nearest name."),
+    _row("PID051", "bad-expression", "An expression of signals cannot be read.", "Only numbers, declared names, + - * /, parentheses and min, max, abs, sqrt have a meaning.", "Correct the character that the message points at."),
+    _row("PID052", "keys-do-not-combine", "Keys of a plant, an event or an expectation do not go together.", "It would not be clear what is meant.", "Keep the keys that the message names."),
+    _row("PID053", "scenario-value", "A value of a scenario is outside what can be simulated.", "A plant without a time constant above 0, or a bound in the wrong unit, has no meaning.", "Write a value as the message asks for."),
+    _row("PID054", "event-after-end", "An event comes after the end of the scenario.", "It never happens.", "Lengthen the duration, or move the event."),
+    _row("PID055", "loop-without-plant", "Nothing is wired to the PV of a loop.", "Its PV stays at the low end of its range.", "Add the loop to plants, or its PV to connect."),
+    _row("PID056", "rounded-to-steps", "A time is no whole number of base steps.", "The simulation advances in steps; the nearest one is taken.", "Choose a time or a step that fits, if the difference matters."),
+    _row("PID057", "no-steady-state", "The loops do not come to rest before time 0.", "With `initial: steady` the run starts where everything is settled; nothing settles.", "Check mode, action and tuning, and the signs of gain and load of the plant."),
+    _row("PID058", "unusable-configuration", "The configuration or listing of a scenario cannot be used.", "There is nothing to simulate.", "Correct the path, or validate the configuration."),
+)
 # fmt: on
+
+SCENARIO_KINDS = {
+    "unknown_name": "PID050",
+    "expression": "PID051",
+    "combination": "PID052",
+    "value": "PID053",
+    "too_late": "PID054",
+    "missing_plant": "PID055",
+    "rounded": "PID056",
+    "no_steady_state": "PID057",
+    "limit": "PID013",
+}
+"""Codes of `pidcfg.sim.problems.Problem` by kind."""
 
 BY_KIND = {
     "extra_forbidden": "PID020",

@@ -68,6 +68,8 @@ class Dl06:
     """A DL06 as loaded from its words; implements `pidcfg.sim.plc.Plc`."""
 
     out_name = "OUT"
+    modes = tuple(MODES)
+    tuned_names = ("gain", "reset", "rate", "sample_rate")
     alarm_bits: Mapping[str, int] = ALARM_BITS
     flag_bits: Mapping[str, int] = FLAG_BITS
     aux_bits: Mapping[str, int] = AUX_BITS

@@ -1,0 +1,138 @@
+"""``pidcfg simulate``: the encoded loops against plants, judged by expectations."""
+
+from __future__ import annotations
+
+import sys
+import time
+from typing import TYPE_CHECKING
+
+import click
+
+from pidcfg.cli import options
+from pidcfg.cli.console import echo, watched
+from pidcfg.cli.inputs import read_inputs
+from pidcfg.cli.main import Exit
+from pidcfg.diagnostics import Diagnostic, Severity
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from pidcfg.cli.scenarios import Loaded
+    from pidcfg.cli.simulation_report import Outcome
+    from pidcfg.limits import Limits
+    from pidcfg.sim.run import Settings
+    from pidcfg.source import Document
+
+EPILOG = options.examples(
+    "pidcfg simulate reactor.scenario.yaml",
+    "pidcfg simulate reactor.scenario.yaml --csv trend.csv --every 5",
+    "pidcfg simulate scenarios/ --format json",
+)
+
+
+@click.command("simulate", epilog=EPILOG)
+@click.argument("paths", nargs=-1, required=True, metavar="SCENARIO...")
+@options.output_format("text", "json")
+@click.option("--csv", "csv", type=click.Path(dir_okay=False), help="Write the trend: time and one column a signal.")
+@click.option("--every", type=click.IntRange(1), default=1, show_default=True,
+              help="Rows of the trend: one every N base steps.")  # fmt: skip
+@click.option("--engine", type=click.Choice(["auto", "python", "numba"]), default="auto", show_default=True,
+              help="numba (extra pidcfg[fast]) pays for long runs; the results are the same.")  # fmt: skip
+@click.option("--no-limit", is_flag=True, help="Run however many loop-steps it takes.")
+@options.FORCE
+@options.STRICT
+@options.QUIET
+@options.LIMITS
+def command(
+    paths: tuple[str, ...], fmt: str, csv: str | None, every: int, engine: str, no_limit: bool, force: bool,
+    strict: bool, quiet: bool, limits: Limits,
+) -> None:  # fmt: skip
+    """Run each SCENARIO against its plants and judge its expectations.
+
+    Exit codes: 0 all hold, 1 a failed expectation, 2 a scenario that cannot run.
+    """
+    from pidcfg.cli.simulation_report import REPORTERS
+    from pidcfg.cli.trend_file import trend_file
+    from pidcfg.sim.engine import installed
+    from pidcfg.sim.run import Settings
+
+    if engine == "numba" and not installed():
+        raise click.ClickException("numba is not installed; 'pip install pidcfg[fast]' brings it")
+    scenarios = wanted(list(read_inputs(paths, limits)), paths)
+    if csv is not None and len(scenarios) != 1:
+        raise click.UsageError(f"--csv takes one scenario, not {len(scenarios)}")
+    with trend_file(csv, force=force) as trend:
+        settings = Settings(
+            engine=engine,  # type: ignore[arg-type]  # one of the choices
+            every=every,
+            max_loop_steps=None if no_limit else limits.loop_steps,
+            trend=trend,
+            progress=None if quiet or not watched() else progress(),
+        )
+        outcomes = [simulate_document(doc, settings, limits) for doc in scenarios]
+    echo(REPORTERS[fmt](outcomes))
+    click.get_current_context().exit(exit_code(outcomes, strict=strict))
+
+
+def wanted(documents: list[Document], paths: Sequence[str]) -> list[Document]:
+    """The scenarios among the documents, and whatever was named but is none; configurations in folders are left out."""
+    from pidcfg.validate.engine import is_scenario
+
+    return [doc for doc in documents if is_scenario(doc) or doc.data is None or doc.file in paths]
+
+
+def simulate_document(doc: Document, settings: Settings, limits: Limits) -> Outcome:
+    """Runs one scenario file."""
+    from pidcfg.cli.scenarios import load
+    from pidcfg.cli.simulation_report import Outcome
+    from pidcfg.sim.run import UnusableError, simulate
+    from pidcfg.validate.engine import is_scenario
+
+    if doc.data is not None and not is_scenario(doc):
+        cure = "a scenario begins with 'scenario: …' and names its configuration"
+        found = Diagnostic("PID032", Severity.ERROR, "the file is no scenario", doc.file, help=cure)
+        return Outcome(doc.file, findings=[found], documents={doc.file: doc})
+    loaded = load(doc, limits)
+    if loaded.scenario is None or loaded.image is None:
+        return Outcome(doc.file, loaded.config, None, loaded.findings, loaded.documents)
+    try:
+        report = simulate(loaded.scenario, loaded.plc, loaded.controller, settings)
+    except UnusableError as error:
+        loaded.add(error.problems)
+        return Outcome(doc.file, loaded.config, None, loaded.findings, loaded.documents)
+    loaded.add(report.problems)
+    return Outcome(doc.file, loaded.config, report, [*loaded.findings, *causes(loaded)], loaded.documents)
+
+
+def causes(loaded: Loaded) -> list[Diagnostic]:
+    """Errors of the configuration that the PLC answers with a flag: the run shows their effect."""
+    return [d for d in loaded.set_up if d.severity is Severity.ERROR]
+
+
+def exit_code(outcomes: Sequence[Outcome], *, strict: bool = False) -> Exit:
+    """A scenario that cannot run outweighs one that fails."""
+    from pidcfg.cli.simulation_report import worst
+
+    if any(outcome.report is None for outcome in outcomes):
+        return Exit.UNUSABLE
+    failed = not all(outcome.passed for outcome in outcomes)
+    return Exit.FOUND if failed or (strict and worst(outcomes) >= Severity.WARNING) else Exit.OK
+
+
+def progress() -> Callable[[float], None]:
+    """A line on stderr that shows the share done, once a run takes longer than a second."""
+    begun = time.monotonic()
+
+    def show(share: float) -> None:
+        if time.monotonic() - begun > 1:
+            sys.stderr.write("\r        \r" if share >= 1 else f"\r{share:6.1%} ")
+            sys.stderr.flush()
+
+    return show
+
+
+def check_scenario(doc: Document, limits: Limits) -> list[Diagnostic]:
+    """All findings of a scenario file, for ``validate``."""
+    from pidcfg.cli import scenarios
+
+    return scenarios.check_scenario(doc, limits)

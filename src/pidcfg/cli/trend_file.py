@@ -1,0 +1,49 @@
+"""A trend on its way to a file: written as it comes to a temporary file beside the target, then put in its place."""
+
+from __future__ import annotations
+
+import filecmp
+import os
+import tempfile
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, TextIO
+
+import click
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+
+@contextmanager
+def trend_file(name: str | None, *, force: bool) -> Iterator[TextIO | None]:
+    """An open stream for a trend (None without a name); the target appears only when the run has come to its end."""
+    if name is None:
+        yield None
+        return
+    target = Path(name)
+    try:
+        handle, temporary = tempfile.mkstemp(prefix=f".{target.name}.", dir=target.parent)
+    except OSError as error:
+        raise click.ClickException(f"cannot write {name}: {error.strerror}") from None
+    try:
+        with os.fdopen(handle, "w", encoding="utf-8", newline="") as stream:
+            yield stream
+            stream.flush()
+            os.fsync(stream.fileno())
+        _put(Path(temporary), target, force=force)
+    except OSError as error:
+        raise click.ClickException(f"cannot write {name}: {error.strerror}") from None
+    finally:
+        Path(temporary).unlink(missing_ok=True)
+
+
+def _put(temporary: Path, target: Path, *, force: bool) -> None:
+    """Moves the file in place, with the rights a new file would have, unless it would replace a different one."""
+    if target.exists() and not force and not filecmp.cmp(temporary, target, shallow=False):
+        raise click.ClickException(f"{target} exists and differs; use --force to overwrite it")
+    if os.name == "posix":
+        umask = os.umask(0)
+        os.umask(umask)
+        temporary.chmod(0o666 & ~umask)
+    temporary.replace(target)
