@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 EPILOG = options.examples(
     "pidcfg decode reactor.json --vendor dl06",
     "pidcfg decode reactor.hex --vendor dl06 -o decoded.yaml",
-    "pidcfg decode table.csv --vendor dl06 --loop-table V2000 --number-of-loops 4",
+    "pidcfg decode table.csv --vendor dl06 --loop-table V2000 --number-of-loops 3",
 )
 
 
