@@ -44,10 +44,17 @@ def text(outcomes: Sequence[Outcome]) -> str:
 
 def _section(outcome: Outcome) -> str:
     report = outcome.report
-    found = findings_text(outcome.findings, outcome.documents)
+    found = findings_text(outcome.findings, outcome.documents).rstrip("\n")
     if report is None:
-        return f"{outcome.file}: cannot run\n\n{found}"
-    parts = [_head(outcome, report), found, _happenings(report), _tables(report), _flags(report), _verdicts(report)]
+        return f"{outcome.file}: cannot run\n\n{found}\n"
+    parts = [
+        _head(outcome, report),
+        found and f"{found}\n",
+        _happenings(report),
+        _tables(report),
+        _flags(report),
+        _verdicts(report),
+    ]
     return "\n".join(part for part in parts if part)
 
 
@@ -64,7 +71,7 @@ def _head(outcome: Outcome, report: Report) -> str:
 
 
 def _happenings(report: Report) -> str:
-    rows: list[tuple[float, str, str]] = []
+    rows = [(event.at, event.loop or "", f"event: {event.text}") for event in report.events]
     for name, loop in report.loops.items():
         for change in loop.modes:
             asked = "" if change.requested in (None, change.mode) else f" (requested {change.requested})"

@@ -34,6 +34,8 @@ class Agenda:
     step: int
     modes: dict[int, str] = field(default_factory=dict)
     """Modes at the times that expectations look at them, by number of the expectation."""
+    done: list[Note] = field(default_factory=list)
+    """The events that have happened, in words."""
     numbers: dict[str, dict[str, float]] = field(default_factory=dict)
     """The present numbers of disturbed plants."""
     zero: int = 0
@@ -68,6 +70,8 @@ class Agenda:
 
     def happen(self, event: Event, number: int, k: int) -> Note | None:
         """Carries out an event."""
+        time = rounded(k * self.step / TICKS)
+        self.done.append(Note(time, event.loop or event.plant, in_words(event)))
         if event.plc is not None:
             self.switch(k, event.plc)
         elif event.disturb is not None:
@@ -77,7 +81,7 @@ class Agenda:
                 self.net.sig[self.net.outside[".".join(keys)]] = float(parse_number(value))
         elif event.set is not None:
             late = self.write(k, self.plc.loops.index(event.loop), event)
-            return Note(rounded(k * self.step / TICKS), event.loop, late) if late else None
+            return Note(time, event.loop, late) if late else None
         else:
             self.operate(self.plc.loops.index(event.loop), event, number)
         return None
@@ -138,3 +142,19 @@ class Agenda:
             self.plc.run((self.zero + k) * self.step)
         else:
             self.plc.program()
+
+
+def in_words(event: Event) -> str:
+    """What an event does, for the report."""
+    if event.set is not None:
+        return ", ".join(f"set {'.'.join(keys)} to {value}" for keys, value in leaves(event.set))
+    if event.disturb is not None:
+        return ", ".join(f"disturb {key} to {value:f}" for key, value in event.disturb.items())
+    if event.pv is not None:
+        end = "" if event.duration is None else f" for {event.duration:f} s"
+        return f"broken sensor shows {event.pv}{end}"
+    if event.mode is not None:
+        return f"request mode {event.mode}"
+    if event.plc is not None:
+        return f"PLC to {event.plc} mode"
+    return f"ramp/soak {event.ramp_soak}" if event.ramp_soak else f"auto-tune {event.autotune}"

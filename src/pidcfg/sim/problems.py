@@ -21,9 +21,10 @@ KINDS = (
     "too_late",
     "missing_plant",
     "rounded",
+    "set_up",
     "no_steady_state",
 )
-"""Kinds of problems; the last four do not keep a scenario from running."""
+"""Kinds of problems; the last five do not keep a scenario from running."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -81,6 +81,8 @@ class Report:
     loops: dict[str, LoopReport] = field(default_factory=dict)
     signals: dict[str, Range] = field(default_factory=dict)
     expectations: list[Verdict] = field(default_factory=list)
+    events: list[Note] = field(default_factory=list)
+    """The events of the scenario in words, as they took effect."""
     notes: list[Note] = field(default_factory=list)
     problems: list[Problem] = field(default_factory=list)
     settled: float | None = None

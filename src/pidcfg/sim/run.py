@@ -10,6 +10,7 @@ from __future__ import annotations
 import random
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from math import gcd
 from typing import Literal
 
 from pidcfg.schemas.scenario import Scenario
@@ -61,7 +62,9 @@ def options(scenario: Scenario, controller: Controller) -> object:
 def base_step(scenario: Scenario, plc: Plc) -> int:
     """The base step in ticks: as given, the scan time, or the greatest common step of the sample rates."""
     chosen = scenario.step or scenario.plc.scan_time
-    return plc.base if chosen is None else max(1, int(chosen * TICKS))
+    if chosen is not None:
+        return max(1, int(chosen * TICKS))
+    return plc.base if plc.running else gcd(*(config.period for config in plc.cfg)) or TICKS
 
 
 def prepare(scenario: Scenario, plc: Plc) -> Network:
@@ -73,6 +76,10 @@ def prepare(scenario: Scenario, plc: Plc) -> Network:
             message = f"the sample rate of {name}, {config.period / TICKS:g} s, is no multiple of the step"
             cure = "its samples come at the next base step; leave out 'step' for one that fits all loops"
             found.append(Problem(("step",), message, "rounded", "warning", cure, loop=name))
+    if scenario.plc.number_of_loops is not None and any(plc.flags.values()):
+        words = ", ".join(f"{name} = 0x{word:04X}" for name, word in plc.flags.items())
+        message = f"with {scenario.plc.number_of_loops} loops the set-up check gives {words}: the loop task is off"
+        found.append(Problem(("plc", "number_of_loops"), message, "set_up", "warning"))
     return build(scenario, plc, step, found)
 
 
@@ -137,7 +144,8 @@ class _Run:
         machine = Machine(net, plc, step, meters, bands, gauges, list(net.names.values()), *kernels)
         journal = Journal(plc, step / TICKS)
         agenda = Agenda(scenario, plc, net, machine, journal, step)
-        return cls(scenario, settings, plc, net, step, last, engine, machine, journal, agenda, watches, problems)
+        notes = [Note(0.0, None, f"word without a value: {problem}") for problem in plc.problems]
+        return cls(scenario, settings, plc, net, step, last, engine, machine, journal, agenda, watches, problems, notes)
 
     @property
     def dt(self) -> float:
@@ -227,6 +235,7 @@ class _Run:
             loops=dict(zip(self.plc.loops, self.journal.loops, strict=True)),
             signals=signals,
             expectations=[verdict(i, expectation, self.watches.get(i), outcome) for i, expectation in wanted],
+            events=self.agenda.done,
             notes=sorted([*self.notes, *self._faults()], key=lambda note: note.at),
             problems=self.problems,
             settled=rounded(self.zero * self.dt) if self.zero else None,

@@ -73,6 +73,7 @@ SCENARIO = (
     _row("PID055", "loop-without-plant", "Nothing is wired to the PV of a loop.", "Its PV stays at the low end of its range.", "Add the loop to plants, or its PV to connect."),
     _row("PID056", "rounded-to-steps", "A time is no whole number of base steps.", "The simulation advances in steps; the nearest one is taken.", "Choose a time or a step that fits, if the difference matters."),
     _row("PID057", "no-steady-state", "The loops do not come to rest before time 0.", "With `initial: steady` the run starts where everything is settled; nothing settles.", "Check mode, action and tuning, and the signs of gain and load of the plant."),
+    _row("PID059", "set-up-fails", "The scenario gives the PLC a set-up that its own check refuses.", "The PLC then calculates no loop; the run shows that.", "Correct `plc.number_of_loops`, unless the failure is what is to be shown."),
     _row("PID058", "unusable-configuration", "The configuration or listing of a scenario cannot be used.", "There is nothing to simulate.", "Correct the path, or validate the configuration."),
 )
 # fmt: on
@@ -87,6 +88,7 @@ SCENARIO_KINDS = {
     "rounded": "PID056",
     "no_steady_state": "PID057",
     "limit": "PID013",
+    "set_up": "PID059",
 }
 """Codes of `pidcfg.sim.problems.Problem` by kind."""
 
