@@ -65,6 +65,10 @@ class Rig:
                 if f.name in given:
                     setattr(item, f.name, given[f.name])
         assert set(given) <= {f.name for item in (c, s) for f in fields(item)}, given
+        if "pv_width" not in given:
+            c.pv_low, c.pv_width = c.pv_min, c.pv_span
+        if "out_width" not in given:
+            c.out_low, c.out_width = c.out_min, c.out_span
         c.sig_in, c.sig_pv, c.sig_sp, c.sig_out, c.sig_bias = (5 * i + k for k in range(5))
         c.curved = int(c.root or c.squared or c.deadband > 0.0)
         c.special = int(c.velocity or c.curved or c.on_pv or c.step_bias)

@@ -82,7 +82,7 @@ def crossing(c: Config, s: State, aux: list[float], level: float) -> int:
 
 def measure(c: Config, s: State, aux: list[float], change: float) -> None:
     """Slope and dead time of the recorded response, and the gains they give."""
-    need = max(0.1 * change, 6.0 * s.tune_noise)
+    need = max(0.1 * change, min(12.0 * s.tune_noise, 0.2 * change))
     width = crossing(c, s, aux, 2.0 * need) - crossing(c, s, aux, need)
     width = min(max(width, 1), s.tune_points - 1)
     spread = width * (width + 1.0) * (width + 2.0) / 12.0

@@ -1,0 +1,300 @@
+"""Both auto-tunes of the virtual DL06 on first-order plants with dead time, against the formulas.
+
+Open loop. The regression line covers a tenth of the response, between about 10 % and 20 % of it or earlier, where a
+first-order response has on average 1 - 0.1 of its steepest slope; the gain may thus be up to 10 % high. A window that
+is a whole number of points moves it the other way by at most one point in that window. Its line meets the baseline
+within half a sample of the dead time, plus what half a count of rounding makes of it.
+
+Closed loop. The relay switches at the first sample behind the crossing, which adds between 0 and one sample to the dead
+time: swing X = K M (1 - exp(-L/T)) and period 2 T ln(2 exp(L/T) - 1) bracket the results for L and L + Ts.
+"""
+
+from __future__ import annotations
+
+import math
+from itertools import pairwise
+
+import pytest
+
+from dl06_rig import FirstOrder, Fixed, Rig
+from pidcfg.sim.controllers import dl06_state as bits
+from pidcfg.sim.controllers.dl06_state import MODES, TUNE, TUNE_ERROR, TUNING
+
+
+def until_tuned(rig, s, most=20000):
+    for _ in range(most):
+        rig.step()
+        if s.busy & TUNE == 0:
+            return
+    raise AssertionError("auto-tune did not come to an end")
+
+
+def open_loop(gain, time_constant, dead_time, ts, *, noise=0.0, reverse=0, out=1500.0, distance=300.0, **fields):
+    rig = Rig(base=ts, noise=noise)
+    g = -gain if reverse else gain
+    plant = FirstOrder(g, time_constant, dead_time, initial=1000.0, offset=1000.0 - g * out)
+    sp = 1000.0 + (-distance if reverse else distance)
+    _, s = rig.add(plant, out=out, sp=sp, tune_open=1, reverse=reverse, **fields)
+    rig.step(20)
+    rig.tune()
+    return rig, s
+
+
+def closed_loop(gain, time_constant, dead_time, ts, *, noise=0.0, reverse=0, low=1000.0, high=3000.0, **fields):
+    rig = Rig(base=ts, noise=noise)
+    g = -gain if reverse else gain
+    plant = FirstOrder(g, time_constant, dead_time, initial=2000.0, offset=2000.0 - g * 2000.0)
+    _, s = rig.add(plant, "auto", out=2000.0, sp=2000.0, reverse=reverse, m_low=low, m_high=high,
+                   gain=0.5, reset=50.0, **fields)  # fmt: skip
+    rig.step(20)
+    rig.tune()
+    return rig, s
+
+
+PLANTS = [
+    (1.0, 20.0, 4.0, 0.5),
+    (0.5, 20.0, 4.0, 0.5),
+    (0.15, 20.0, 4.0, 0.5),  # answers 1.5 %: the step goes to 20 %
+    (2.0, 60.0, 5.0, 1.0),
+    (2.0, 60.0, 5.0, 0.05),  # fast sampling: points are averages of many samples
+    (5.0, 100.0, 2.0, 0.1),
+    (1.0, 10.0, 10.0, 0.5),  # as much dead time as lag
+    (1.0, 240.0, 15.0, 2.0),
+]
+
+
+@pytest.mark.parametrize("reverse", [0, 1])
+@pytest.mark.parametrize(("gain", "time_constant", "dead_time", "ts"), PLANTS)
+def test_open_loop_gains_are_those_of_ziegler_and_nichols(gain, time_constant, dead_time, ts, reverse):
+    rig, s = open_loop(gain, time_constant, dead_time, ts, reverse=reverse)
+    until_tuned(rig, s)
+    kc = 1.2 * time_constant / (gain * dead_time)
+
+    assert (s.tune_done, rig.log) == (1, [])
+    assert 0.95 * kc <= s.gain <= 1.10 * kc
+    assert s.reset == pytest.approx(2.0 * dead_time, abs=0.5 * ts + 0.05 * dead_time)
+    assert s.rate == pytest.approx(0.5 * dead_time, abs=0.25 * ts + 0.05 * dead_time)
+    assert s.period / 1e6 == pytest.approx(max(0.056 * s.reset / 2.0, 0.05), abs=0.0064)
+
+
+def test_open_loop_pi_leaves_the_rate_at_zero():
+    rig, s = open_loop(1.0, 20.0, 4.0, 0.5, tune_pi=1, rate=3.0)
+    until_tuned(rig, s)
+
+    assert s.rate == 0.0
+    assert s.gain == pytest.approx(0.9 * 20.0 / 4.0, rel=0.1)
+    assert s.reset == pytest.approx(3.33 * 4.0, rel=0.05)
+    assert s.period == pytest.approx(0.12 * 4.0e6, rel=0.05)
+
+
+def test_open_loop_bears_noise():
+    """Noise of 3 counts against a response of 410: a regression over some 6 points scatters by about 10 %."""
+    gains, resets = [], []
+    for seed in range(10):
+        rig, s = open_loop(1.0, 20.0, 4.0, 0.5, noise=3.0)
+        rig.random.seed(seed)
+        until_tuned(rig, s)
+        gains.append(s.gain / 6.0)
+        resets.append(s.reset / 8.0)
+
+    assert all(0.7 <= gain <= 1.3 for gain in gains)
+    assert all(0.8 <= reset <= 1.3 for reset in resets)
+    assert sum(gains) / len(gains) == pytest.approx(1.03, abs=0.10)
+
+
+def test_an_integrating_process_is_tuned_from_its_constant_slope():
+    class Integrator(Fixed):
+        def step(self, output, dt):
+            self.value += dt * 0.01 * (output - 1500.0)
+
+    rig = Rig(base=0.5)
+    _, s = rig.add(Integrator(1000.0), out=1500.0, sp=1400.0, tune_open=1)
+    rig.step(5)
+    rig.tune()
+    until_tuned(rig, s)
+
+    # without a dead time one sample takes its place: 1.2 / (0.01 * 0.5) is more than the word holds
+    assert s.gain == 99.99
+    assert s.reset == pytest.approx(1.0, abs=0.1)
+
+
+def test_the_output_steps_by_ten_percent_and_returns():
+    rig, s = open_loop(1.0, 20.0, 4.0, 0.5)
+    outs = []
+    while s.busy & TUNE:
+        rig.step()
+        outs.append(s.out)
+
+    assert sorted(set(outs)) == [1500.0, 1910.0]
+    assert outs[-1] == 1500.0
+
+
+def test_a_small_response_makes_the_step_twenty_percent():
+    rig, s = open_loop(0.15, 20.0, 4.0, 0.5)
+    outs = []
+    while s.busy & TUNE:
+        rig.step()
+        outs.append(s.out)
+
+    assert sorted(set(outs)) == [1500.0, 1910.0, 2319.0]
+
+
+def test_while_it_runs_bit_twelve_is_on():
+    rig, s = open_loop(1.0, 20.0, 4.0, 0.5)
+    rig.step()
+    assert s.status & (TUNING | TUNE_ERROR) == TUNING
+    until_tuned(rig, s)
+
+    assert s.status & (TUNING | TUNE_ERROR) == 0
+
+
+@pytest.mark.parametrize("reverse", [0, 1])
+@pytest.mark.parametrize(("distance", "starts"), [(205.0, True), (204.0, False), (-300.0, False)])
+def test_open_loop_wants_the_pv_205_counts_on_the_right_side_of_sp(distance, starts, reverse):
+    rig, s = open_loop(1.0, 20.0, 4.0, 0.5, distance=distance, reverse=reverse)
+    rig.step()
+
+    assert bool(s.status & TUNING) is starts
+    assert bool(s.status & TUNE_ERROR) is not starts
+    assert bool(rig.log) is not starts
+
+
+@pytest.mark.parametrize(("out", "fails"), [(3685.0, False), (3686.0, True)])
+def test_a_step_that_reaches_full_scale_is_an_error(out, fails):
+    rig, s = open_loop(0.5, 5.0, 1.0, 0.5, out=out)
+    until_tuned(rig, s)
+
+    assert bool(s.status & TUNE_ERROR) is fails
+    assert s.out == out
+    assert s.tune_done == (0 if fails else 1)
+
+
+def test_a_process_that_does_not_answer_is_given_up():
+    rig = Rig(base=5.0)
+    _, s = rig.add(Fixed(1000.0), out=1500.0, sp=2000.0, tune_open=1, gain=1.23)
+    rig.tune()
+    until_tuned(rig, s)
+
+    assert rig.log == [(0, "auto-tune stopped: the PV does not answer")]
+    assert s.status & (TUNING | TUNE_ERROR) == TUNE_ERROR
+    assert (s.out, s.gain) == (1500.0, 1.23)
+
+
+@pytest.mark.parametrize(("tune_open", "mode"), [(1, "auto"), (0, "manual")])
+def test_each_method_wants_its_mode(tune_open, mode):
+    rig = Rig(base=0.5)
+    _, s = rig.add(Fixed(1000.0), mode, sp=2000.0, bumpless=2, tune_open=tune_open)
+    rig.step()
+    rig.tune()
+    rig.step()
+
+    assert s.status & (TUNING | TUNE_ERROR) == TUNE_ERROR
+    assert rig.log == [(0, "auto-tune refused: open loop needs Manual, closed loop needs Auto")]
+
+
+@pytest.mark.parametrize("reverse", [0, 1])
+@pytest.mark.parametrize(("gain", "time_constant", "dead_time", "ts"), [
+    (1.0, 20.0, 4.0, 0.5), (0.5, 20.0, 4.0, 0.1), (2.0, 60.0, 5.0, 0.5), (1.0, 10.0, 10.0, 0.2),
+])  # fmt: skip
+def test_closed_loop_gains_follow_from_the_relays_cycle(gain, time_constant, dead_time, ts, reverse):
+    rig, s = closed_loop(gain, time_constant, dead_time, ts, reverse=reverse)
+    until_tuned(rig, s)
+
+    def cycle(dead):
+        ratio = dead / time_constant
+        return 4.0 / math.pi / (gain * (1 - math.exp(-ratio))), 2 * time_constant * math.log(2 * math.exp(ratio) - 1)
+
+    (ku, tu), (ku_late, tu_late) = cycle(dead_time), cycle(dead_time + ts)
+    rounding = 1.0 + 2.0 / (2000.0 * gain * (1 - math.exp(-dead_time / time_constant)))
+    assert (s.tune_done, rig.log) == (1, [])
+    assert 0.45 * ku_late / rounding - 0.005 <= s.gain <= 0.45 * ku * rounding + 0.005
+    assert 0.60 * (tu - ts) - 0.05 <= s.reset <= 0.60 * (tu_late + ts) + 0.05
+    assert s.rate == pytest.approx(s.reset / 6.0, abs=0.02)
+    assert s.period == pytest.approx(0.014 * s.reset / 0.6 * 1e6, abs=5_000 + 0.014 * 0.05 / 0.6 * 1e6)
+
+
+def test_closed_loop_pi_leaves_the_rate_at_zero():
+    rig, s = closed_loop(1.0, 20.0, 4.0, 0.5, tune_pi=1)
+    until_tuned(rig, s)
+    other, pid = closed_loop(1.0, 20.0, 4.0, 0.5)
+    until_tuned(other, pid)
+
+    assert s.rate == 0.0
+    assert s.gain == pytest.approx(pid.gain * 0.30 / 0.45, abs=0.01)
+    assert s.reset == pytest.approx(pid.reset / 0.60, abs=0.2)
+    assert s.period == pytest.approx(pid.period * 0.03 / 0.014, rel=0.05)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_closed_loop_bears_noise(seed):
+    clean, reference = closed_loop(1.0, 20.0, 4.0, 0.5)
+    until_tuned(clean, reference)
+    rig, s = closed_loop(1.0, 20.0, 4.0, 0.5, noise=5.0)
+    rig.random.seed(seed)
+    until_tuned(rig, s)
+
+    # the band of 15 counts delays each switch of a PV that crosses at about 45 counts a second by one sample at most
+    assert s.gain == pytest.approx(reference.gain, rel=0.12)
+    assert s.reset == pytest.approx(reference.reset, rel=0.12)
+
+
+def test_the_relay_takes_three_full_cycles_between_the_limits_and_gives_the_bias_back():
+    rig, s = closed_loop(1.0, 20.0, 4.0, 0.5)
+    outs = []
+    while s.busy & TUNE:
+        rig.step()
+        outs.append(s.out)
+    relay = [out for out in outs if out in (1000.0, 3000.0)]
+    switches = sum(a != b for a, b in pairwise(relay))
+
+    assert switches == 6, "the seventh ends the third cycle, and the controller goes on in the same sample"
+    assert outs[-1] == pytest.approx(2000.0, abs=s.gain * 4.0 * 100)
+    assert s.status & MODES == bits.AUTO
+
+
+def test_limits_at_the_ends_of_the_range_set_bit_thirteen_and_the_tune_goes_on():
+    rig, s = closed_loop(0.5, 20.0, 4.0, 0.5, low=0.0, high=4095.0)
+    until_tuned(rig, s)
+
+    assert s.tune_done == 1
+    assert s.status & (TUNING | TUNE_ERROR) == TUNE_ERROR
+    assert rig.log == [(0, "auto-tune: the output goes to the limits of the data range")]
+
+
+def test_a_change_of_mode_stops_the_tune():
+    rig, s = closed_loop(1.0, 20.0, 4.0, 0.5)
+    rig.step(30)
+    rig.request("manual")
+    rig.step(2)
+
+    assert s.status & (TUNING | TUNE_ERROR | MODES) == TUNE_ERROR | bits.MANUAL
+    assert rig.log == [(0, "auto-tune stopped: the mode was changed")]
+    assert s.gain == 0.5
+
+
+def test_a_new_start_clears_the_error():
+    rig, s = open_loop(1.0, 20.0, 4.0, 0.5, distance=0.0)
+    rig.step()
+    assert s.status & TUNE_ERROR
+    s.sp = 1300.0
+    rig.tune()
+    rig.step()
+
+    assert s.status & (TUNING | TUNE_ERROR) == TUNING
+
+
+def test_results_are_whole_digits_of_their_words():
+    rig, s = open_loop(1.0, 20.0, 4.0, 0.5, reset_unit=60.0, reset_step=0.01)
+    until_tuned(rig, s)
+
+    assert s.gain * 100 == pytest.approx(round(s.gain * 100), abs=1e-9)
+    assert s.reset / 60 * 100 == pytest.approx(round(s.reset / 60 * 100), abs=1e-9)
+    assert s.reset == pytest.approx(8.0, abs=0.4)
+    assert s.period % 10_000 == 0
+
+
+def test_the_sample_rate_stays_above_the_least_of_its_number_of_loops():
+    rig, s = open_loop(2.0, 60.0, 0.5, 0.05, least_period=100_000)
+    until_tuned(rig, s)
+
+    assert s.period == 100_000

@@ -1,0 +1,440 @@
+"""The PID equation of the virtual DL06: closed forms, symmetry, limits and what the words make of it."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from dl06_rig import FirstOrder, Fixed, Rig
+from pidcfg.sim.controllers import dl06_state as bits
+from pidcfg.sim.controllers.dl06 import Config, State, scan
+from pidcfg.sim.controllers.dl06_equation import calculate, coefficients, position, shaped, velocity
+
+TS = 0.05
+
+
+def one(**fields):
+    """The equation alone: a configuration, a state and its factors."""
+    c = Config(**{k: v for k, v in fields.items() if k in Config.__slots__})
+    s = State(**{k: v for k, v in fields.items() if k in State.__slots__})
+    coefficients(c, s)
+    return c, s
+
+
+def test_p_only_on_a_first_order_plant_follows_the_closed_form():
+    """y(n+1) = a y(n) + (1 - a) K Kc (r - y(n)) is geometric: y(n) = y∞ + (y0 - y∞) q^n, with nothing rounded."""
+    c, s = one(gain=2.0)
+    a, gain, target, y0 = math.exp(-0.05), 0.8, 0.5, 0.1
+    q = a - (1 - a) * gain * 2.0
+    final = gain * 2.0 * target / (1 + gain * 2.0)
+    y = y0
+    for n in range(1, 200):
+        m = position(c, s, target - y, 0.0) / c.out_span
+        y = a * y + (1 - a) * gain * m
+        assert y == pytest.approx(final + (y0 - final) * q**n, abs=1e-12)
+
+
+def test_p_only_words_stay_within_a_count_of_the_closed_form():
+    rig = Rig(base=TS)
+    plant = FirstOrder(gain=0.8, time_constant=1.0, initial=400.0)
+    _, s = rig.add(plant, sp=2000.0, gain=2.0, bumpless=2, mode="auto")
+    a = math.exp(-TS)
+    q = a - (1 - a) * 1.6
+    final = 1.6 * 2000.0 / 2.6
+    rig.step()
+    for n in range(1, 200):
+        rig.step()
+        # the PV is rounded by half a count, the output by half a count: at most Kc/2 + 1/2 of output each sample
+        assert abs(plant.value - (final + (400.0 - final) * q**n)) <= 0.8 * 1.5 * (1 - a) / (1 - abs(q)) + 1e-9
+    assert s.out == round(2.0 * (2000.0 - s.pv))
+
+
+def test_integral_alone_grows_by_ts_over_ti_of_the_error_each_sample():
+    rig = Rig(base=0.5)
+    _, s = rig.add(Fixed(1000.0), sp=2000.0, gain=1.5, reset=30.0, bumpless=2, mode="auto")
+    for n in range(1, 20):
+        rig.step()
+        assert s.bias == pytest.approx(n * 1.5 * 0.5 / 30.0 * 1000.0, abs=1e-9)
+        assert s.out == round(1.5 * 1000.0 + s.bias)
+
+
+def test_the_derivative_answers_a_step_of_the_pv_once():
+    """Kr = Kc Td/Ts: 10 counts down give 2 x 1.5 / 0.5 x 10 = 60 counts for one sample, and 20 of the gain for good."""
+    rig = Rig(base=0.5)
+    pv = Fixed(2000.0)
+    _, s = rig.add(pv, sp=2000.0, gain=2.0, rate=1.5, out=1000.0, bumpless=2, mode="auto")
+    outs = [row[0] for row in rig.trace(2, "out")]
+    pv.value = 1990.0
+    outs += [row[0] for row in rig.trace(3, "out")]
+
+    assert outs == [1000.0, 1000.0, 1080.0, 1020.0, 1020.0]
+    assert s.bias == 1000.0
+
+
+def test_the_derivative_gain_limit_spreads_the_kick_and_keeps_its_sum():
+    """Differences of Y sum up to the change of the error, so the area of the kick stays."""
+    kicks = {}
+    for limited in (0, 1):
+        rig = Rig(base=0.1)
+        pv = Fixed(2000.0)
+        rig.add(pv, sp=2000.0, gain=1.0, rate=2.0, limited=limited, limit=5.0, out=1000.0, bumpless=2, mode="auto")
+        rig.step()
+        pv.value = 1990.0
+        kicks[limited] = [out - 1010.0 for (out,) in rig.trace(200, "out")]
+
+    lag = 0.1 / (0.1 + 2.0 / 5.0)
+    assert kicks[0][0] == 200.0
+    assert kicks[1][0] == round(200.0 * lag)
+    assert kicks[1][:5] == [round(200.0 * lag * (1 - lag) ** n) for n in range(5)]
+    assert sum(kicks[1]) == pytest.approx(200.0, abs=10.0)
+
+
+def test_a_derivative_gain_limit_of_zero_takes_the_derivative_out():
+    _, s = one(gain=1.0, rate=2.0, limited=1, limit=0.0)
+
+    assert s.kd == 0.0
+
+
+def test_derivative_on_pv_ignores_the_set_point():
+    outs = {}
+    for on_pv in (0, 1):
+        rig = Rig(base=0.1)
+        _, s = rig.add(Fixed(1000.0), sp=1000.0, gain=1.0, rate=1.0, on_pv=on_pv, out=500.0, mode="auto")
+        rig.step(2)
+        s.sp = 1010.0
+        outs[on_pv] = [out for (out,) in rig.trace(2, "out")]
+
+    assert outs == {0: [610.0, 510.0], 1: [510.0, 510.0]}
+
+
+def test_derivative_on_pv_works_against_a_rising_pv():
+    rig = Rig(base=0.1)
+    pv = Fixed(1000.0)
+    rig.add(pv, sp=1000.0, gain=1.0, rate=1.0, on_pv=1, out=500.0, mode="auto")
+    rig.step(2)
+    pv.value = 1010.0
+
+    assert [out for (out,) in rig.trace(2, "out")] == [390.0, 490.0]
+
+
+@pytest.mark.parametrize("action", [0, 1])
+def test_velocity_form_is_the_difference_of_the_position_form(action):
+    fields = {"gain": 1.7, "reset": 12.0, "rate": 0.8, "reverse": action, "out_min": -1e9, "out_max": 1e9}
+    c, s = one(**fields, limited=1, limit=8.0)
+    c2, v = one(**fields, limited=1, limit=8.0, velocity=1)
+    errors = [0.01 * math.sin(0.3 * n) + 0.002 * n for n in range(60)]
+    for state in (s, v):
+        state.e1 = state.x1 = state.x2 = errors[0]
+    before = position(c, s, errors[0], errors[0])
+    v.m = before
+    for e in errors[1:]:
+        m, v.m = position(c, s, e, e), velocity(v, e, e)
+        assert v.m == pytest.approx(m, abs=1e-8)
+    assert c2.velocity == 1
+
+
+def test_reverse_action_mirrors_direct_action_on_a_mirrored_plant():
+    """Outputs M and M' = 2 M0 - M on plants of opposite gain give the same PV and the same error."""
+    rows = {}
+    for reverse in (0, 1):
+        rig = Rig(base=0.1)
+        sign = -1.0 if reverse else 1.0
+        rig.add(
+            FirstOrder(gain=sign, time_constant=5.0, initial=1500.0, offset=1500.0 - sign * 2000.0),
+            sp=1600.0, gain=2.5, reset=8.0, rate=0.5, reverse=reverse, out=2000.0, bumpless=2, mode="auto",
+        )  # fmt: skip
+        rows[reverse] = rig.trace(300, "pv", "out", "bias")
+
+    assert [pv for pv, _, _ in rows[0]] == [pv for pv, _, _ in rows[1]]
+    assert [out - 2000.0 for _, out, _ in rows[0]] == [2000.0 - out for _, out, _ in rows[1]]
+    assert {out for _, out, _ in rows[0]} != {2000.0}
+
+
+def test_error_squared_keeps_the_sign():
+    c = Config(squared=1)
+
+    assert shaped(c, 3000.0, 2000.0) == pytest.approx((1000 / 4095) ** 2)
+    assert shaped(c, 2000.0, 3000.0) == pytest.approx(-((1000 / 4095) ** 2))
+
+
+@pytest.mark.parametrize(("distance", "inside"), [(20.0, True), (-20.0, True), (21.0, False), (-21.0, False)])
+def test_inside_the_deadband_there_is_no_error_and_outside_it_is_whole(distance, inside):
+    c = Config(deadband=20.0 / 4095.0)
+
+    assert shaped(c, 2000.0 + distance, 2000.0) == (0.0 if inside else pytest.approx(distance / 4095.0))
+
+
+def test_the_square_comes_before_the_deadband():
+    """0.1 squared is 0.01: inside a deadband of 0.02 although the error itself is outside."""
+    c = Config(squared=1, deadband=0.02)
+
+    assert shaped(c, 2409.5, 2000.0) == 0.0
+    assert shaped(c, 3000.0, 2000.0) == pytest.approx((1000 / 4095) ** 2)
+
+
+def test_square_root_extract_compares_the_set_point_with_the_root_of_the_pv():
+    """The manual: the loop drives the output so that the square root of the PV equals SP; full scale is sqrt(4095)."""
+    c = Config(root=1, span=math.sqrt(4095.0))
+
+    assert shaped(c, 32.0, 1024.0) == 0.0
+    assert shaped(c, math.sqrt(4095.0), 0.0) == pytest.approx(1.0)
+    assert shaped(c, 1.0, -5.0) == shaped(c, 1.0, 0.0)
+
+
+def test_a_root_loop_settles_where_the_root_of_the_pv_is_the_set_point_word():
+    rig = Rig(base=0.1)
+    _, s = rig.add(FirstOrder(1.0, 2.0, initial=400.0), sp=40.0, out=400.0, root=1, span=math.sqrt(4095.0),
+                   gain=0.5, reset=2.0, bumpless=2, mode="auto")  # fmt: skip
+    rig.run(120)
+
+    assert math.isqrt(round(s.pv)) in (39, 40)
+    assert s.pv == pytest.approx(1600.0, abs=3.0)
+    assert rig.sig[2] == 1600.0, "the SP signal is the PV that satisfies the set point"
+
+
+def test_the_pv_word_is_rounded_half_to_even_and_saturates():
+    rig = Rig()
+    pv = Fixed()
+    _, s = rig.add(pv)
+    seen = []
+    for pv.value in (2047.5, 2048.5, -3.0, 5000.0, math.inf, math.nan):
+        rig.step()
+        seen.append(s.pv)
+
+    assert seen == [2048.0, 2048.0, 0.0, 4095.0, 4095.0, 0.0]
+
+
+def test_engineering_units_meet_counts_exactly_at_ties_and_ends():
+    """25 of 0..50 is 2047.5 counts of 4095: the tie goes to the even count."""
+    rig = Rig()
+    pv = Fixed()
+    _, s = rig.add(pv, pv_low=0.0, pv_width=50.0)
+    seen = []
+    for pv.value in (0.0, 25.0, 50.0, 20.0):
+        rig.step()
+        seen.append((s.pv, rig.sig[1]))
+
+    assert seen == [(0.0, 0.0), (2048.0, pytest.approx(25.0061, abs=1e-4)), (4095.0, 50.0), (1638.0, 20.0)]
+
+
+def test_the_filter_works_on_words_and_stalls_short_of_its_input():
+    """k = 0.1 stops when a tenth of the rest rounds to nothing: the manual's error of 1 part in 1000."""
+    rig = Rig()
+    pv = Fixed(0.0)
+    _, s = rig.add(pv, filter=0.1)
+    rig.step()
+    pv.value = 4000.0
+    rows = [row[0] for row in rig.trace(200, "pv")]
+
+    assert rows[:3] == [400.0, 760.0, 1084.0]
+    assert rows[-1] == 3996.0
+    assert 4000.0 - s.pv <= 4095 / 1000 + 1
+
+
+def test_the_first_sample_fills_the_filter():
+    rig = Rig()
+    _, s = rig.add(Fixed(3000.0), filter=0.1)
+    rig.step()
+
+    assert s.pv == 3000.0
+
+
+TUNINGS = st.fixed_dictionaries({
+    "gain": st.floats(0.0, 99.99),
+    "reset": st.sampled_from([0.0, 0.1, 5.0, 600.0]),
+    "rate": st.sampled_from([0.0, 0.01, 20.0]),
+    "reverse": st.integers(0, 1),
+    "velocity": st.integers(0, 1),
+    "freeze": st.integers(0, 1),
+})  # fmt: skip
+
+
+@given(TUNINGS, st.integers(0, 2000), st.integers(1, 2000), st.lists(st.floats(-1e4, 1e4), min_size=5, max_size=40))
+@settings(max_examples=60, deadline=None)
+def test_the_output_never_leaves_its_limits_nor_the_bias_the_data_range(tuning, low, width, pvs):
+    rig = Rig(base=0.1)
+    pv = Fixed(pvs[0])
+    _, s = rig.add(pv, "auto", m_low=float(low), m_high=float(low + width), sp=2000.0, **tuning)
+    for pv.value in pvs:
+        rig.step()
+        assert s.status & bits.AUTO
+        assert low <= s.out <= low + width
+        assert 0.0 <= s.bias <= 4095.0
+        assert s.out == int(s.out)
+
+
+def test_bias_freeze_stops_outward_integration_at_full_scale_and_always_comes_back():
+    tops = {}
+    for freeze in (0, 1):
+        rig = Rig(base=0.1)
+        pv = Fixed(1000.0)
+        _, s = rig.add(pv, sp=2000.0, gain=4.0, reset=5.0, freeze=freeze, out=1000.0, bumpless=2, mode="auto")
+        rig.run(60)
+        tops[freeze] = s.bias
+        pv.value = 2100.0
+        rig.step(3)
+        assert s.bias < tops[freeze]
+
+    assert tops[0] == 4095.0
+    assert tops[1] == 1000.0 + 4.0 * 0.1 / 5.0 * 1000.0
+
+
+def test_bias_freeze_does_nothing_inside_narrow_output_limits():
+    """The manual's note: with limits inside the range the bias still runs to the end of the range."""
+    rig = Rig(base=0.1)
+    _, s = rig.add(Fixed(1000.0), sp=2000.0, gain=1.0, reset=1.0, freeze=1, m_high=3000.0, bumpless=2, mode="auto")
+    rig.run(60)
+
+    assert (s.out, s.bias) == (3000.0, 4095.0)
+
+
+def test_a_slow_integrator_does_not_stall_on_fractions_of_a_count():
+    """Ki e is a thousandth of a count: a bias kept as a word would never move."""
+    rig = Rig(base=0.05)
+    _, s = rig.add(Fixed(1990.0), sp=2000.0, gain=0.1, reset=50.0, out=1000.0, bumpless=2, mode="auto")
+    rig.run(100)
+
+    assert s.bias == pytest.approx(1002.0, abs=1e-6)
+
+
+def test_a_bias_written_from_outside_moves_the_output_at_once():
+    rig = Rig(base=0.1)
+    _, s = rig.add(Fixed(2000.0), sp=2000.0, gain=1.0, reset=10.0, out=1000.0, mode="auto")
+    rig.step(5)
+    s.bias = 1500.0
+    rig.step()
+
+    assert s.out == 1500.0
+
+
+@pytest.mark.parametrize(("reverse", "bias"), [(0, 1500.0), (1, 666.667)])
+def test_step_bias_moves_the_bias_in_proportion_to_the_set_point(reverse, bias):
+    rig = Rig(base=0.1)
+    _, s = rig.add(Fixed(1000.0), sp=1000.0, reverse=reverse, step_bias=1, out=1000.0, mode="auto")
+    rig.step(3)
+    s.sp = 1500.0
+    rig.step(3)
+
+    assert s.bias == pytest.approx(bias, abs=1e-3)
+
+
+def test_a_gain_of_zero_leaves_integral_and_derivative():
+    """Ki = Ts/Ti and Kr = Td/Ts with a gain of 0, without a proportional term."""
+    _, s = one(gain=0.0, reset=10.0, rate=2.0, period=500_000)
+
+    assert (s.kp, s.ki, s.kd) == (0.0, 4095.0 * 0.5 / 10.0, 4095.0 * 2.0 / 0.5)
+
+
+def test_without_reset_the_bias_stays():
+    rig = Rig()
+    _, s = rig.add(Fixed(1000.0), sp=2000.0, gain=1.0, reset=0.0, out=500.0, bumpless=2, mode="auto")
+    rig.step(50)
+
+    assert (s.bias, s.out) == (500.0, 1500.0)
+
+
+def test_a_result_beyond_32_bits_is_an_overflow_and_forces_manual():
+    rig = Rig(base=0.05)
+    pv = Fixed(0.0)
+    _, s = rig.add(pv, sp=0.0, gain=99.99, rate=99.99, pv_max=65535.0, pv_span=65535.0, span=65535.0,
+                   out_max=65535.0, out_span=65535.0, m_high=65535.0, out=300.0, mode="auto")  # fmt: skip
+    rig.step(3)
+    pv.value = 65535.0
+    rig.step()
+
+    assert s.status & (bits.OVERFLOW | bits.MODES) == bits.OVERFLOW | bits.MANUAL
+    assert s.out == 300.0, "the output stays where it was"
+    assert rig.log == [(0, "to Manual: calculation overflow (+06 bit 11)")]
+    pv.value = 0.0
+    rig.request("auto")
+    rig.step(2)
+    assert s.status & (bits.OVERFLOW | bits.MODES) == bits.AUTO
+
+
+def test_set_point_limits_hold_inside_the_calculation_only():
+    rig = Rig()
+    _, s = rig.add(Fixed(1000.0), sp=3000.0, sp_min=500.0, sp_max=2000.0, gain=1.0, bumpless=2, mode="auto")
+    rig.step(2)
+
+    assert (s.out, s.sp, rig.sig[2]) == (1000.0, 3000.0, 2000.0)
+    s.sp = 100.0
+    rig.step()
+    assert (s.out, rig.sig[2]) == (0.0, 500.0)
+
+
+def test_a_bipolar_output_swings_around_zero():
+    rig = Rig()
+    pv = Fixed(0.0)
+    _, s = rig.add(pv, sp=100.0, pv_min=-4095.0, pv_span=8190.0, span=8190.0, out_min=-4095.0, out_span=8190.0,
+                   m_low=-4095.0, gain=2.0, bumpless=2, mode="auto")  # fmt: skip
+    rig.step(2)
+    assert s.out == 200.0
+    s.sp = -3000.0
+    rig.step()
+    assert s.out == -4095.0
+
+
+def test_between_samples_the_output_is_held():
+    rig = Rig(base=0.05)
+    pv = Fixed(1000.0)
+    rig.add(pv, period=0.2, sp=2000.0, gain=1.0, bumpless=2, mode="auto")
+    outs = []
+    for pv.value in range(1000, 1040, 2):
+        rig.step()
+        outs.append(rig.sig[3])
+
+    assert outs == [1000.0 - 8.0 * (n // 4) for n in range(20)]
+
+
+def test_a_missed_sample_is_taken_late_and_the_grid_is_kept():
+    """Base steps of 0.3 s and a sample rate of 0.5 s: samples at 0, 0.6, 1.2, 1.5, 2.1 …"""
+    rig = Rig(base=0.3)
+    _, s = rig.add(Fixed(1.0), period=0.5)
+    taken = []
+    for k in range(10):
+        due = s.due
+        rig.step()
+        taken += [k] if s.due != due else []
+
+    assert taken == [0, 2, 4, 5, 7, 9]
+
+
+def test_slow_loops_take_turns_one_a_scan_when_scans_have_a_length():
+    rig = Rig(base=0.1)
+    for _ in range(4):
+        rig.add(Fixed(1.0), period=3.0, slow=1)
+    rig.add(Fixed(1.0), period=0.1)
+    order = []
+    for k in range(31):
+        due = [s.due for s in rig.st]
+        rig.step()
+        order += [(k, i) for i, s in enumerate(rig.st) if s.due != due[i]]
+    slow = [(k, i) for k, i in order if i < 4]
+
+    assert sorted(i for _, i in slow[:4]) == [0, 1, 2, 3]
+    assert [k for k, _ in slow] == [0, 1, 2, 3, 30]
+    assert [k for k, i in order if i == 4] == list(range(31))
+
+
+def test_without_a_scan_time_every_loop_that_is_due_is_calculated():
+    rig = Rig(base=3.0)
+    for _ in range(4):
+        rig.add(Fixed(1.0), period=3.0)
+    rig.step()
+
+    assert {s.due for s in rig.st} == {3_000_000}
+
+
+def test_the_equation_of_the_manual_by_hand():
+    """Kc 2, Ti 10 s, Td 1 s, Ts 0.5 s: Ki = 0.1, Kr = 4; e = 0.10, 0.12, 0.11 of span from a bias of 0.2."""
+    c, s = one(gain=2.0, reset=10.0, rate=1.0, period=500_000, bias=0.2 * 4095.0, busy=bits.FRESH)
+    results = [calculate(c, s, 4095.0 * e, 0.0) / 4095.0 for e in (0.10, 0.12, 0.11)]
+
+    assert results == pytest.approx([0.2 + 0.01 + 0.2, 0.21 + 0.012 + 0.24 + 0.08, 0.222 + 0.011 + 0.22 - 0.04])
+
+
+def test_scan_of_no_loops_does_nothing():
+    scan(0, [], [], [], [])
