@@ -1,3 +1,22 @@
-"""PID loops of small PLCs as text: check them, encode them, see them run."""
+"""PID loops of small PLCs as text: check them, encode them, see them run.
+
+The names below are imported when they are first used, so that `import pidcfg` costs nothing.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from pidcfg.api import check_file, check_text, decode_words
 
 __version__ = "0.1.0"
+__all__ = ["__version__", "check_file", "check_text", "decode_words"]
+
+
+def __getattr__(name: str) -> Any:
+    """The public functions, from `pidcfg.api`."""
+    if name in __all__:
+        return getattr(import_module("pidcfg.api"), name)
+    raise AttributeError(f"module 'pidcfg' has no attribute {name!r}")

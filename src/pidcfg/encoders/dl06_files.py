@@ -39,9 +39,11 @@ FORMATS = {
 
 def checklist(config: Dl06File) -> tuple[str, ...]:
     """What to compare by eye after the download, because the manual contradicts itself there."""
-    items = []
     timed = [loop.name for loop in config.loops if loop.tuning.reset.duration is not None]
-    if timed:
-        items.append(f"the reset time in the PID dialog of {', '.join(timed)} equals the one in the file "
-                     f"(read with {config.plc.reset_decimals} decimal(s); see rule PID220)")  # fmt: skip
-    return tuple(items)
+    if not timed or "reset_decimals" in config.plc.model_fields_set:
+        return ()
+    item = (
+        f"compare the reset time of {', '.join(timed)} in the PID dialog with the file: the manual gives its word one "
+        "decimal in one place and two in another; then state `reset_decimals` under `plc`"
+    )
+    return (item,)
