@@ -12,7 +12,8 @@ from pidcfg.cli.listings import read_listing
 from pidcfg.diagnostics import Diagnostic, Severity, Span, ordered
 from pidcfg.encoders.image import Cell, Image
 from pidcfg.encoders.listing import ListingError
-from pidcfg.schemas.scenario import Scenario, whole
+from pidcfg.schemas.scenario import Scenario
+from pidcfg.schemas.scenario_fields import whole
 from pidcfg.sim.run import options, prepare
 from pidcfg.source import read_document
 from pidcfg.validate.codes import SCENARIO_KINDS

@@ -6,165 +6,25 @@ configuration is known (`pidcfg.sim.check`), since names of loops, signals and a
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from decimal import Decimal
-from typing import Annotated, Any, Literal, NamedTuple
+from typing import Annotated, Any, Literal
 
-from pydantic import BeforeValidator, Field, PlainValidator, WithJsonSchema, model_validator
+from pydantic import BeforeValidator, Field, model_validator
 
-from pidcfg.schemas.base import (
-    DURATION,
-    TRUTHS,
-    AnyQuantity,
-    Flag,
-    FormatVersion,
-    Integer,
-    Model,
-    Name,
-    Number,
-    Quantity,
-    Range,
-    Seconds,
-    Text,
-    number_text,
-    parse_flag,
-    parse_number,
-    parse_pair,
-    parse_quantity,
-    parse_seconds,
-    refuse,
+from pidcfg.schemas.base import AnyQuantity, Flag, FormatVersion, Integer, Model, Name, Number, Range, Seconds, Text
+from pidcfg.schemas.scenario_fields import (
+    AnyBound,
+    Expression,
+    Initial,
+    Key,
+    Metric,
+    ModelName,
+    Percent,
+    Times,
+    Truth,
+    by_key,
+    whole,
 )
-
-
-class Bound(NamedTuple):
-    """A limit of an expectation: a number, a share (``%``), or a time (``s``)."""
-
-    value: Decimal
-    unit: Literal["", "%", "s"] = ""
-
-
-def parse_percent(value: object) -> Decimal:
-    """A share in %: ``5 %`` or ``5``."""
-    if isinstance(value, str) and value.endswith("%"):
-        return number_text(value[:-1].strip())
-    return parse_number(value)
-
-
-def parse_bound(value: object) -> Bound:
-    """``10``, ``10 %`` or ``10 min``."""
-    if isinstance(value, Bound):
-        return value
-    if isinstance(value, str) and value.endswith("%"):
-        return Bound(parse_percent(value), "%")
-    if isinstance(value, str) and DURATION.fullmatch(value):
-        return Bound(parse_seconds(value), "s")
-    return Bound(parse_number(value))
-
-
-def parse_initial(value: object) -> Literal["steady"] | dict[str, Quantity]:
-    """``steady``, or the output that each loop starts with: ``{TIC-101: 40}``."""
-    if value == "steady":
-        return "steady"
-    if isinstance(value, Mapping):
-        return {str(loop): parse_quantity(output) for loop, output in value.items()}
-    return refuse("initial_form", f"{value!r} is no way to start", help="write steady, or {TIC-101: 40} with outputs")
-
-
-def parse_word(value: object) -> int:
-    """A 16-bit word: ``0x0008`` or ``8``."""
-    if isinstance(value, str) and value[:2].lower() == "0x":
-        try:
-            word = int(value, 16)
-        except ValueError:
-            return refuse("number_form", f"{value!r} is not a hexadecimal number")
-    else:
-        word = int(parse_number(value))
-    if not 0 <= word <= 0xFFFF:
-        refuse("number_form", f"{value} does not fit a 16-bit word")
-    return word
-
-
-def parse_truth(value: object) -> bool | int:
-    """What a flag must be: true, false, or the value of a word."""
-    if isinstance(value, bool) or (isinstance(value, str) and value in TRUTHS):
-        return parse_flag(value)
-    return parse_word(value)
-
-
-def by_key(value: object) -> object:
-    """A list as a mapping of its indices, so that both forms of ``plants`` are read the same way."""
-    return dict(enumerate(value)) if isinstance(value, list) else value
-
-
-def rejoin(value: object) -> object:
-    """Puts an expression together that a YAML mapping in braces cut at its commas.
-
-    To YAML ``{input: 1 / max(Fi, 1), load: 2}`` is a value ``1 / max(Fi``, a key ``1)`` without a value, and the rest.
-    """
-    if not isinstance(value, Mapping):
-        return value
-    joined: dict[Any, Any] = {}
-    cut: Any = None
-    for key, item in value.items():
-        if cut is not None and item is None:
-            joined[cut] = type(joined[cut])(f"{joined[cut]}, {key}")
-        else:
-            joined[key], cut = item, key
-        if not isinstance(joined[cut], str) or joined[cut].count("(") <= joined[cut].count(")"):
-            cut = None
-    return joined
-
-
-def whole(data: object) -> object:
-    """The data of a scenario file with its expressions put together."""
-    if not isinstance(data, Mapping):
-        return data
-    plants = data.get("plants")
-    mended = dict(data)
-    if isinstance(plants, Mapping):
-        mended["plants"] = {name: rejoin(plant) for name, plant in plants.items()}
-    elif isinstance(plants, list):
-        mended["plants"] = [rejoin(plant) for plant in plants]
-    if "connect" in data:
-        mended["connect"] = rejoin(data["connect"])
-    return mended
-
-
-def parse_key(value: object) -> str | int:
-    """A loop's name, or the index in a list."""
-    return value if isinstance(value, int) else str(value)
-
-
-def parse_expression(value: object) -> str:
-    """An expression of signals as text; it is read when the names are known."""
-    if isinstance(value, int | float | Decimal) and not isinstance(value, bool):
-        return str(value)
-    if not isinstance(value, str):
-        refuse("text_type", "an expression is wanted", help="write a signal's name, or 1 / max(Fi, 1)")
-    return str(value)
-
-
-_BOUND_SCHEMA = {"anyOf": [{"type": "number"}, {"type": "string", "pattern": r"^[-+]?[0-9.]+ ?(%|ms|s|min|h)$"}]}
-_PERCENT_SCHEMA = {"anyOf": [{"type": "number"}, {"type": "string", "pattern": r"^[-+]?[0-9.]+ ?%$"}]}
-_TIMES_SCHEMA = {"type": "array", "items": {"type": ["number", "string"]}, "minItems": 2, "maxItems": 2}
-_INITIAL_SCHEMA = {
-    "anyOf": [{"const": "steady"}, {"type": "object", "additionalProperties": {"type": ["number", "string"]}}]
-}
-
-AnyBound = Annotated[Bound, PlainValidator(parse_bound), WithJsonSchema(_BOUND_SCHEMA)]
-Percent = Annotated[Decimal, PlainValidator(parse_percent), WithJsonSchema(_PERCENT_SCHEMA)]
-Truth = Annotated[bool | int, PlainValidator(parse_truth), WithJsonSchema({"type": ["boolean", "integer", "string"]})]
-Times = Annotated[
-    tuple[Decimal, Decimal],
-    PlainValidator(parse_pair(parse_seconds, "a pair of times")),
-    WithJsonSchema(_TIMES_SCHEMA),
-]
-Expression = Annotated[
-    str, PlainValidator(parse_expression), WithJsonSchema({"type": ["string", "number"], "maxLength": 1000})
-]
-Key = Annotated[str | int, PlainValidator(parse_key), WithJsonSchema({"type": "string"})]
-ModelName = Literal["first_order", "second_order", "integrator", "lead_lag", "dead_time", "valve"]
-Metric = Literal["overshoot", "settling_time", "rise_time", "iae", "ise", "itae", "total_variation", "final_error"]
 
 
 class Plant(Model):
@@ -283,11 +143,7 @@ class Scenario(Model):
     duration: Seconds
     step: Seconds | None = None
     """Base step; not given: the greatest common step of the sample rates."""
-    initial: Annotated[
-        Literal["steady"] | dict[str, Quantity] | None,
-        PlainValidator(parse_initial),
-        WithJsonSchema(_INITIAL_SCHEMA),
-    ] = None
+    initial: Initial | None = None
     """``steady``: settled at the configured set points when time starts. Or the output that each loop starts with."""
     plants: Annotated[dict[Key, Plant], BeforeValidator(by_key), Field(default_factory=dict)]
     """By loop, or a list with names."""

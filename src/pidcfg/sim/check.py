@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from decimal import Decimal
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from pydantic_core import PydanticCustomError
 
 from pidcfg.schemas.base import parse_number
-from pidcfg.schemas.scenario import Bound, Event, Expectation, Plant, Scenario
 from pidcfg.sim.plc import TICKS, Plc
 from pidcfg.sim.problems import Problem, Route, unknown
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from pidcfg.schemas.scenario import Event, Expectation, Plant, Scenario
+    from pidcfg.schemas.scenario_fields import Bound
 
 LARGEST = Decimal("1e12")
 """Largest magnitude of a plant's number; larger ones are typing mistakes and would overflow the arithmetic."""
@@ -244,8 +248,12 @@ def _check_bounds(path: Route, subject: str, wanted: Expectation, given: set[str
         yield Problem(path, f"{wanted.autotune} is true or false", help="use 'is: true'", key=True)
     if ("final" in given) != ("tolerance" in given) and subject == "signal":
         yield Problem(path, "final and tolerance belong together", help="final: 50, tolerance: 0.5", key=True)
-    if subject == "alarm" and "never" in given and {"at", "before", "after"} & given:
-        yield Problem((*path, "never"), "an alarm that never comes has no time", key=True)
+    if (
+        subject == "alarm"
+        and "never" in given
+        and ({"at", "after"} & given or ("before" in given and not wanted.never))
+    ):
+        yield Problem((*path, "never"), "an alarm that never comes has no time; 'before' may limit it", key=True)
     if wanted.band is not None and not (wanted.metric == "settling_time" and 0 < wanted.band < 100):
         yield Problem(
             (*path, "band"), "band is the share (above 0 %, below 100 %) of the step in settling_time", key=True

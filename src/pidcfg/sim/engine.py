@@ -5,19 +5,21 @@ The data stay lists; a compiled run copies them into arrays and back for each ca
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from importlib.util import find_spec
 from inspect import signature
 from types import FunctionType
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 from pidcfg.sim import kernel
 from pidcfg.sim.kernel import LOG_COLUMNS, LOG_ROWS, Channel, Span
-from pidcfg.sim.metrics import Band, Gauge, Meter
-from pidcfg.sim.network import Network
-from pidcfg.sim.plants import Plant
+from pidcfg.sim.metrics import Band, Gauge, Meter, measure_loop
+from pidcfg.sim.plants import Plant, step_plants
 from pidcfg.sim.plc import TICKS, Controller, Plc
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from pidcfg.sim.network import Network
 
 EngineName = Literal["auto", "python", "numba"]
 WORTH_COMPILING = 400_000
@@ -34,8 +36,12 @@ def choose(wanted: EngineName, loop_steps: int) -> Literal["python", "numba"]:
 
 
 def installed() -> bool:
-    """Whether the optional extra ``fast`` is there; does not import it."""
-    return find_spec("numba") is not None and find_spec("numpy") is not None
+    """Whether the optional extra ``fast`` is there."""
+    try:
+        import pidcfg.sim.compile  # noqa: F401 - whether it can be imported is the question
+    except ImportError:
+        return False
+    return True
 
 
 @dataclass(slots=True)
@@ -90,6 +96,8 @@ RECORDS = {"plants": Plant, "channels": Channel, "meters": Meter, "bands": Band,
 """Arguments of the kernels that are lists of objects; the vendor's cfg and st come to these."""
 WHOLE = ("code", "log", "head", "shown")
 """Arguments that are lists of integers; other lists hold floats."""
+HOT = (step_plants, measure_loop)
+"""Kernels whose calls would cost more than their code takes room."""
 READ_ONLY = ("cfg", "code", "constants", "shown", "noise")
 
 
@@ -97,15 +105,22 @@ def numba_kernels(controller: Controller, plc: Plc) -> tuple[Callable[..., int],
     """The same two, compiled, each call between copies of its data into arrays and back."""
     from pidcfg.sim import compile as compiler
 
-    built = compiler.compiled([*controller.KERNELS, *kernel.KERNELS], {kernel.scan: controller.scan})
+    built = compiler.compiled([kernel.advance, kernel.settle], {kernel.scan: controller.scan}, HOT)
     kinds = {**RECORDS, "cfg": type(plc.cfg[0]), "st": type(plc.st[0])}
+
+    def to_array(name: str, value: Any) -> Any:
+        if name in kinds:
+            return compiler.records(value, kinds[name])
+        if isinstance(value, list):
+            return compiler.integers(value) if name in WHOLE else compiler.vector(value)
+        return value
 
     def wrapped(original: Callable[..., int]) -> Callable[..., int]:
         names = signature(original).parameters
         function = built[original]
 
         def call(*arguments: Any) -> int:
-            arrays = [_array(name, value, kinds) for name, value in zip(names, arguments, strict=True)]
+            arrays = [to_array(name, value) for name, value in zip(names, arguments, strict=True)]
             result = function(*arrays)
             for name, array, value in zip(names, arrays, arguments, strict=True):
                 if name in kinds and name not in READ_ONLY:
@@ -117,16 +132,3 @@ def numba_kernels(controller: Controller, plc: Plc) -> tuple[Callable[..., int],
         return call
 
     return wrapped(kernel.advance), wrapped(kernel.settle)
-
-
-def _array(name: str, value: Any, kinds: Mapping[str, type]) -> Any:
-    """An argument as the compiled kernels take it."""
-    import numpy as np
-
-    from pidcfg.sim.compile import records
-
-    if name in kinds:
-        return records(value, kinds[name])
-    if isinstance(value, list):
-        return np.array(value, np.int64 if name in WHOLE else np.float64)
-    return value

@@ -4,19 +4,23 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
-from decimal import Decimal
 from functools import partial
+from typing import TYPE_CHECKING
 
 from pidcfg.schemas.base import Quantity, parse_number
-from pidcfg.schemas.scenario import Event, Scenario
 from pidcfg.sim.check import leaves
-from pidcfg.sim.engine import Machine
-from pidcfg.sim.journal import Journal
 from pidcfg.sim.metrics import begin_step
-from pidcfg.sim.network import Network
 from pidcfg.sim.parameters import numbers_of, set_parameters
 from pidcfg.sim.plc import TICKS, Plc
 from pidcfg.sim.report import Note, rounded
+
+if TYPE_CHECKING:
+    from decimal import Decimal
+
+    from pidcfg.schemas.scenario import Event, Scenario
+    from pidcfg.sim.engine import Machine
+    from pidcfg.sim.journal import Journal
+    from pidcfg.sim.network import Network
 
 Action = Callable[[int], "Note | None"]
 """What is done at a base step (counted from time 0), and what the report shall say about it."""

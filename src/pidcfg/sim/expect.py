@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from pidcfg.schemas.scenario import Bound, Expectation
-from pidcfg.sim.journal import Journal
 from pidcfg.sim.metrics import Band, Gauge, Meter, settling_time
-from pidcfg.sim.plc import Plc
 from pidcfg.sim.report import Range, Verdict, rounded
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from pidcfg.schemas.scenario import Expectation
+    from pidcfg.schemas.scenario_fields import Bound
+    from pidcfg.sim.journal import Journal
+    from pidcfg.sim.plc import Plc
 
 UNITS = {"overshoot": " %", "settling_time": " s", "rise_time": " s"}
 
@@ -97,6 +101,9 @@ def _alarm(wanted: Expectation, out: Outcome) -> Verdict:
     loop = out.plc.loops.index(wanted.loop or "")
     first = out.journal.first.get((loop, str(wanted.alarm)))
     subject = f"{wanted.loop} alarm {wanted.alarm}"
+    if wanted.never and wanted.before is not None:
+        text = f"{subject} never before {wanted.before:f} s"
+        return Verdict(text, first is None or first >= float(wanted.before), first)
     if wanted.never is not None:
         return Verdict(
             f"{subject} {'never' if wanted.never else 'at some time'}", (first is None) == wanted.never, first

@@ -13,8 +13,11 @@ from __future__ import annotations
 import difflib
 import math
 import re
-from collections.abc import Mapping, MutableSequence, Sequence
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, MutableSequence, Sequence
 
 CONSTANT, SIGNAL, ADD, SUBTRACT, MULTIPLY, DIVIDE, NEGATE, MINIMUM, MAXIMUM, ABSOLUTE, ROOT = range(11)
 """What one pair of an expression's code does; only the first two use the second number of the pair."""
@@ -228,7 +231,7 @@ class _Parser:
         end = self.at + len(written)
         if end < len(self.text) and (self.text[end].isalpha() or self.text[end] == "_"):
             word = self.text[self.at :].split()[0]
-            raise ExpressionError(f"{word!r} is neither a number nor a declared name", self.at, self.similar(word))
+            raise ExpressionError(f"{word!r} is no number and no declared name", self.at, self.similar(word))
         self.emit(CONSTANT, len(self.constants))
         self.constants.append(value)
         self.step(len(written))
@@ -247,9 +250,9 @@ class _Parser:
         if not is_call:
             raise ExpressionError(f"{word.group()} needs its arguments in parentheses", start)
         op, fewest, most = FUNCTIONS[word.group()]
+        given = 1
         self.step(1)
         self.sum(depth + 1)
-        given = 1
         while self.at < len(self.text) and self.text[self.at] == ",":
             self.step(1)
             self.sum(depth + 1)
@@ -258,8 +261,7 @@ class _Parser:
         self.close()
         if not fewest <= given <= most:
             wanted = str(fewest) if fewest == most else f"{fewest} to {most}"
-            noun = "argument" if most == 1 else "arguments"
-            raise ExpressionError(f"{word.group()} takes {wanted} {noun}, not {given}", start)
+            raise ExpressionError(f"{word.group()} takes {wanted} argument{'s' * (most > 1)}, not {given}", start)
         if most == 1:
             self.emit(op)
 
@@ -294,5 +296,5 @@ class _Parser:
         self.at = found.end() if found else self.at
 
     def here(self) -> str:
-        """What stands at the present place, for a message."""
+        """What stands here, for a message."""
         return repr(self.text[self.at]) if self.at < len(self.text) else "the end"

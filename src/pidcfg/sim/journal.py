@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 from pidcfg.sim.kernel import LOG_COLUMNS
-from pidcfg.sim.plc import Plc
 from pidcfg.sim.report import Alarm, LoopReport, ModeChange, rounded
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from pidcfg.sim.plc import Plc
 
 LISTED = 1_000
 """Alarms and mode changes that are listed for a loop; a chattering alarm shall not fill the memory."""

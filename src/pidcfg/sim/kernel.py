@@ -6,13 +6,15 @@ same source. ``scan`` is the vendor's; see `pidcfg.sim.engine` for how it takes 
 
 from __future__ import annotations
 
-from collections.abc import Callable, MutableSequence, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from pidcfg.sim.expressions import evaluate
-from pidcfg.sim.metrics import Band, Gauge, Meter, follow_step, measure_loop, read_gauges, watch_bands
-from pidcfg.sim.plants import Plant, add_noise, move_valve, step_plants
+from pidcfg.sim.metrics import Band, Gauge, Meter, measure_loop, read_gauges, watch_bands
+from pidcfg.sim.plants import Plant, add_noise, step_plants
+
+if TYPE_CHECKING:
+    from collections.abc import MutableSequence, Sequence
 
 LOG_ROWS = 256
 """Changes that are kept before Python has to look at them."""
@@ -106,33 +108,13 @@ def write_log(
 
 
 def advance(
-    k: int,
-    last: int,
-    zero: int,
-    tick: int,
-    every: int,
-    dt: float,
-    noise_from: int,
-    columns: int,
-    plants: Sequence[Plant],
-    channels: Sequence[Channel],
-    delay: MutableSequence[float],
-    noise: Sequence[float],
-    sig: MutableSequence[float],
-    code: Sequence[int],
-    constants: Sequence[float],
-    stack: MutableSequence[float],
-    cfg: Sequence[Any],
-    st: Sequence[Any],
-    aux: MutableSequence[float],
-    meters: Sequence[Meter],
-    bands: Sequence[Band],
-    gauges: Sequence[Gauge],
-    log: MutableSequence[int],
-    head: MutableSequence[int],
-    shown: Sequence[int],
-    trend: MutableSequence[float],
-) -> int:
+    k: int, last: int, zero: int, tick: int, every: int, dt: float, noise_from: int, columns: int,
+    plants: Sequence[Plant], channels: Sequence[Channel], delay: MutableSequence[float], noise: Sequence[float],
+    sig: MutableSequence[float], code: Sequence[int], constants: Sequence[float], stack: MutableSequence[float],
+    cfg: Sequence[Any], st: Sequence[Any], aux: MutableSequence[float],
+    meters: Sequence[Meter], bands: Sequence[Band], gauges: Sequence[Gauge],
+    log: MutableSequence[int], head: MutableSequence[int], shown: Sequence[int], trend: MutableSequence[float],
+) -> int:  # fmt: skip
     """Base steps ``k`` to ``last`` − 1 of the run; returns the next one, early when the log is full (kernel).
 
     Time 0 is base step ``zero`` (what lies before is the pre-roll); ``noise`` begins at ``noise_from``. Every
@@ -166,21 +148,10 @@ def advance(
 
 
 def settle(
-    k: int,
-    last: int,
-    tick: int,
-    plants: Sequence[Plant],
-    channels: Sequence[Channel],
-    delay: MutableSequence[float],
-    sig: MutableSequence[float],
-    code: Sequence[int],
-    constants: Sequence[float],
-    stack: MutableSequence[float],
-    cfg: Sequence[Any],
-    st: Sequence[Any],
-    aux: MutableSequence[float],
-    spans: Sequence[Span],
-) -> int:
+    k: int, last: int, tick: int, plants: Sequence[Plant], channels: Sequence[Channel], delay: MutableSequence[float],
+    sig: MutableSequence[float], code: Sequence[int], constants: Sequence[float], stack: MutableSequence[float],
+    cfg: Sequence[Any], st: Sequence[Any], aux: MutableSequence[float], spans: Sequence[Span],
+) -> int:  # fmt: skip
     """One window of the pre-roll: base steps ``k`` to ``last`` − 1 without noise, events, metrics and log (kernel)."""
     first = k
     while k < last:
@@ -205,20 +176,3 @@ def settle(
             s.total += value
         k += 1
     return k
-
-
-KERNELS: tuple[Callable[..., Any], ...] = (
-    evaluate,
-    move_valve,
-    step_plants,
-    add_noise,
-    follow_step,
-    measure_loop,
-    watch_bands,
-    read_gauges,
-    read_channels,
-    write_log,
-    settle,
-    advance,
-)
-"""Every kernel of the runner, callees first; the last two call the vendor's ``scan``."""

@@ -6,8 +6,11 @@ loop, and are None when there was none (or when the loop never got there).
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
 
 DEFAULT_BAND = 0.05
 """Share of the set-point step within which a loop counts as settled, unless an expectation says otherwise."""

@@ -7,18 +7,22 @@ reads the value of the step before.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from decimal import Decimal
+from typing import TYPE_CHECKING
 
-from pidcfg.schemas.scenario import Plant as PlantText
-from pidcfg.schemas.scenario import Scenario
 from pidcfg.sim.expressions import Expression, ExpressionError, Pool, evaluate, parse
 from pidcfg.sim.kernel import Channel
 from pidcfg.sim.parameters import numbers_of, set_parameters
 from pidcfg.sim.plants import MODELS, Plant, settle_at
 from pidcfg.sim.plc import TICKS, Plc
 from pidcfg.sim.problems import Problem, Route, unknown
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+    from decimal import Decimal
+
+    from pidcfg.schemas.scenario import Plant as PlantText
+    from pidcfg.schemas.scenario import Scenario
 
 MAX_DELAY = 1_000_000
 """Base steps of dead time in one scenario: what a buffer may take."""

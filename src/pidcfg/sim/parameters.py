@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from typing import TYPE_CHECKING
 
-from pidcfg.schemas.scenario import Plant as PlantText
 from pidcfg.sim.plants import INTEGRATOR, LEAD_LAG, SECOND_ORDER, VALVE, Plant, lag, second_order
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from pidcfg.schemas.scenario import Plant as PlantText
 
 
 def numbers_of(text: PlantText) -> dict[str, float]:

@@ -8,10 +8,13 @@ one buffer. Noise belongs to the measurement alone and never enters a state.
 from __future__ import annotations
 
 import math
-from collections.abc import MutableSequence, Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from pidcfg.sim.expressions import evaluate
+
+if TYPE_CHECKING:
+    from collections.abc import MutableSequence, Sequence
 
 FIRST_ORDER, SECOND_ORDER, INTEGRATOR, LEAD_LAG, DEAD_TIME, VALVE = range(6)
 MODELS = {
@@ -84,49 +87,67 @@ def step_plants(
     """All plants through one base step, in the order in which they depend on each other (kernel)."""
     for i in range(len(plants)):
         p = plants[i]
-        if p.source >= 0:
-            u = sig[p.source]
-        else:
-            u = evaluate(code, constants, p.first, p.last, sig, stack)
-            if stack[0] == 0.0:
-                p.held = u
-            else:
-                u = p.held
-                if p.fault == 0:
-                    p.fault = int(stack[0])
-                    p.fault_at = k
+        u = sig[p.source] if p.source >= 0 else read_expression(k, p, sig, code, constants, stack)
         if p.length > 0:
-            at = p.delay + p.head
-            delayed = delay[at]
-            delay[at] = u
-            u = delayed
-            p.head += 1
-            if p.head == p.length:
-                p.head = 0
-        model = p.model
-        if model == FIRST_ORDER:
+            u = delayed(p, u, delay)
+        if p.model == FIRST_ORDER:
             y = p.y
             y += p.a * (p.gain * u + p.load - y)
-        elif model == INTEGRATOR:
-            y = p.y + p.a * (p.gain * u + p.load)
-        elif model == SECOND_ORDER:
-            end = p.gain * u + p.load
-            away = p.y - end
-            y = end + p.a * away + p.b * p.x
-            p.x = p.c * away + p.d * p.x
-        elif model == LEAD_LAG:
-            p.x += p.a * (u - p.x)
-            y = p.gain * (p.x + p.b * (u - p.x)) + p.load
-        elif model == VALVE:
-            y = p.gain * move_valve(p, u) + p.load
         else:
-            y = p.gain * u + p.load
+            y = other_value(p, u)
         if y > p.high or y < p.low:
             y = p.high if y > p.high else p.low
-            if model == SECOND_ORDER:
+            if p.model == SECOND_ORDER:
                 p.x = 0.0
         p.y = y
         sig[p.slot] = y
+
+
+def read_expression(
+    k: int,
+    p: Plant,
+    sig: Sequence[float],
+    code: Sequence[int],
+    constants: Sequence[float],
+    stack: MutableSequence[float],
+) -> float:
+    """The value of a plant's input; the last one when it has none now (kernel)."""
+    u = evaluate(code, constants, p.first, p.last, sig, stack)
+    if stack[0] == 0.0:
+        p.held = u
+    elif p.fault == 0:
+        p.fault = int(stack[0])
+        p.fault_at = k
+    return p.held
+
+
+def delayed(p: Plant, u: float, delay: MutableSequence[float]) -> float:
+    """What went into the plant's delay line one dead time ago (kernel)."""
+    at = p.delay + p.head
+    value = delay[at]
+    delay[at] = u
+    p.head += 1
+    if p.head == p.length:
+        p.head = 0
+    return value
+
+
+def other_value(p: Plant, u: float) -> float:
+    """The value of a plant that is not of first order after one step with the input ``u`` (kernel)."""
+    if p.model == INTEGRATOR:
+        return p.y + p.a * (p.gain * u + p.load)
+    if p.model == SECOND_ORDER:
+        end = p.gain * u + p.load
+        away = p.y - end
+        value = end + p.a * away + p.b * p.x
+        p.x = p.c * away + p.d * p.x
+        return value
+    if p.model == LEAD_LAG:
+        p.x += p.a * (u - p.x)
+        return p.gain * (p.x + p.b * (u - p.x)) + p.load
+    if p.model == VALVE:
+        return p.gain * move_valve(p, u) + p.load
+    return p.gain * u + p.load
 
 
 def move_valve(p: Plant, u: float) -> float:

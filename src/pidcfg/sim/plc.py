@@ -1,16 +1,17 @@
 """What a vendor's controller module offers to the runner, and nothing else.
 
 A module of `pidcfg.sim.controllers` has a kernel ``scan(tick, cfg, st, aux, sig)`` that runs every controller that is
-due, a tuple ``KERNELS`` of all its kernels (callees first), and ``load(image, options)`` that makes a `Plc` of an
-image's words. Times are integer microseconds (ticks) since the program-to-run transition.
+due, and ``load(image, options)`` that makes a `Plc` of an image's words. Times are integer microseconds (ticks) since
+the program-to-run transition.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, MutableSequence, Sequence
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
-from pidcfg.schemas.base import Quantity
+if TYPE_CHECKING:
+    from pidcfg.schemas.base import Quantity
 
 TICKS = 1_000_000
 """Ticks in a second."""
@@ -122,5 +123,3 @@ class Controller(Protocol):
     load: Callable[..., Plc]
     """A `Plc` of an image and options, as it stands at the program-to-run transition."""
     scan: Scan
-    KERNELS: Sequence[Callable[..., Any]]
-    """Every kernel of the vendor, callees first."""

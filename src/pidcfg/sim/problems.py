@@ -6,8 +6,11 @@ A kind is a row of `KINDS`; the command line gives it its code.
 from __future__ import annotations
 
 import difflib
-from collections.abc import Iterable
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
 
 Route = tuple[str | int, ...]
 """Keys and indices from the root of the scenario."""

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from pidcfg.sim.problems import Problem
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from pidcfg.sim.problems import Problem
 
 
 @dataclass(frozen=True, slots=True)

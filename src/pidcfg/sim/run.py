@@ -11,9 +11,8 @@ import random
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from math import gcd
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
-from pidcfg.schemas.scenario import Scenario
 from pidcfg.sim.check import check
 from pidcfg.sim.engine import CHUNK, EngineName, Machine, choose, numba_kernels, python_kernels
 from pidcfg.sim.events import Agenda
@@ -27,6 +26,9 @@ from pidcfg.sim.problems import Problem
 from pidcfg.sim.report import Note, Range, Report, rounded
 from pidcfg.sim.steady import UnsteadyError, settle
 from pidcfg.sim.trace import Sink, Trend
+
+if TYPE_CHECKING:
+    from pidcfg.schemas.scenario import Scenario
 
 Progress = Callable[[float], None]
 

@@ -7,11 +7,14 @@ a quantised loop on an integrator hunts for ever. Outputs do not count; noise an
 from __future__ import annotations
 
 from math import lcm
+from typing import TYPE_CHECKING
 
-from pidcfg.sim.engine import Machine
 from pidcfg.sim.kernel import Span
 from pidcfg.sim.plc import TICKS
 from pidcfg.sim.problems import Problem
+
+if TYPE_CHECKING:
+    from pidcfg.sim.engine import Machine
 
 WINDOWS = 100
 """Windows after which a network counts as one that never settles."""

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import csv
-from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
 
 from pidcfg.sim.plc import TICKS
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
 
 
 class Sink(Protocol):
