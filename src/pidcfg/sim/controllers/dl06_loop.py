@@ -6,7 +6,7 @@ that is written to one of them changes the memory and nothing else until then.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from decimal import Decimal
 from typing import TYPE_CHECKING, Any
 
@@ -45,6 +45,8 @@ class Loop:
     """Decoded from the words that have been read; quantities in counts."""
     absorbed: bool = True
     """The results of the last auto-tune stand in the words."""
+    results: Mapping[str, float] = field(default_factory=dict)
+    """What the last auto-tune found, by register."""
 
     def scales(self) -> dict[str, Scale]:
         """The scales of the loop's words in engineering units."""
@@ -92,7 +94,9 @@ class Loop:
         if self.absorbed or not s.tune_done:
             return
         self.absorbed = True
-        for name, value in tuned_words(c, s).items():
+        found = tuned_words(c, s)
+        self.results = {name: float(value) for name, value in found.items()}
+        for name, value in found.items():
             word = LOOP_TABLES[self.decimals].word(name)
             self.memory[word.offset] = self.read[word.offset] = encode_one(word.codec, value, {})
         self.decode()

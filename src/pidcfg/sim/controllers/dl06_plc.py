@@ -13,10 +13,11 @@ from typing import TYPE_CHECKING, Any
 
 from pidcfg.encoders.dl06_setup import Setup, check_setup
 from pidcfg.encoders.maps.dl06 import LOOP_COUNT, LOOP_TABLE, RAMP_SOAK_SIZE, TABLE_POINTER
+from pidcfg.schemas.base import refuse
 from pidcfg.sim.controllers import dl06_modes, dl06_ramp_soak
 from pidcfg.sim.controllers import dl06_state as bits
 from pidcfg.sim.controllers.dl06_equation import coefficients
-from pidcfg.sim.controllers.dl06_loop import Loop, eng, loop_of, tuned_words
+from pidcfg.sim.controllers.dl06_loop import Loop, eng, loop_of
 from pidcfg.sim.controllers.dl06_report import (
     ALARM_BITS,
     AUX_BITS,
@@ -36,11 +37,11 @@ from pidcfg.sim.controllers.dl06_words import (
     SLOW,
     alarm_error,
     configure,
-    counts,
     major_of,
     profile,
     show,
     tuning,
+    write_state,
 )
 
 if TYPE_CHECKING:
@@ -172,19 +173,22 @@ class Dl06:
 
     def autotune(self, loop: int, command: str = "start") -> None:  # noqa: ARG002 - the only command there is
         """``start``: bit 7 of +01 goes on."""
-        self._loops[loop].absorb(self.cfg[loop], self.st[loop])
-        self._loops[loop].absorbed = False
-        self.st[loop].tune_phase = WANTED
-        self.st[loop].busy |= bits.TUNE
+        own, s = self._loops[loop], self.st[loop]
+        own.absorb(self.cfg[loop], s)
+        own.absorbed = False
+        s.tune_done = 0
+        s.tune_phase = WANTED
+        s.busy |= bits.TUNE
 
     def tuned(self, loop: int) -> Mapping[str, Any] | None:
         """How the auto-tune of a loop went; None when there was none."""
-        c, s = self.cfg[loop], self.st[loop]
+        own, s = self._loops[loop], self.st[loop]
+        own.absorb(self.cfg[loop], s)
         error = bool(s.status & bits.TUNE_ERROR)
         if not (s.tune_done or s.tune_phase or error):
             return None
         status = "running" if s.tune_phase else "done" if s.tune_done else "error"
-        results = {k: float(v) for k, v in tuned_words(c, s).items()} if s.tune_done else {}
+        results = own.results if s.tune_done else {}
         return {"done": bool(s.tune_done), "error": error, "status": status, "results": results}
 
     def set_output(self, loop: int, value: Quantity, sig: MutableSequence[float]) -> None:
@@ -196,8 +200,8 @@ class Dl06:
         own = self._loops[loop]
         rows = find_rows(path, own.decimals)
         parsed = parse_setting(path, rows, value)
-        if path == (CASCADE_FROM,) and parsed in self.loops:
-            return self._output_address(self.loops.index(str(parsed)))
+        if path == (CASCADE_FROM,):
+            return self._output_address(str(parsed))
         fits(rows, parsed, own.values, own.scales())
         return parsed
 
@@ -211,7 +215,7 @@ class Dl06:
             late = own.write(row, item)
             if late is None:
                 self._apply(loop)
-                self._write_state(loop, str(row.path))
+                write_state(self.st[loop], own.values, str(row.path))
         show(self.cfg[loop], self.st[loop], sig)
         return late
 
@@ -237,8 +241,11 @@ class Dl06:
         self.problems += problems
         return loop
 
-    def _output_address(self, index: int) -> int:
+    def _output_address(self, name: str) -> int:
         """Address of the output word of a loop."""
+        if name not in self.loops:
+            refuse("set_value", f"{name!r} is no loop of this PLC", help=f"known: {', '.join(self.loops)}")
+        index = self.loops.index(name)
         return self._words.get(TABLE_POINTER, 0) + index * LOOP_TABLE.size + LOOP_TABLE.offset("output")
 
     def _begin(self, i: int) -> None:
@@ -251,7 +258,7 @@ class Dl06:
         c.on_pv = int(self._plc.get("derivative") == "pv")
         self._apply(i)
         for path in ("setpoint.value", "state.pv", "state.bias", "state.output"):
-            self._write_state(i, path)
+            write_state(s, v, path)
         s.goal = 0 if self.goals[i] == "manual" else MODES[self.goals[i]]
         s.goal_sp, s.goal_writes = s.sp, 1
         s.busy |= bits.GOAL if s.goal else 0
@@ -281,19 +288,6 @@ class Dl06:
         if alarm_error(v):
             s.status |= bits.ALARM_ERROR
             s.busy |= 0 if s.status & bits.MANUAL else bits.TRIP
-
-    def _write_state(self, i: int, path: str) -> None:
-        """Words that the controller also writes: what is written from outside takes their place."""
-        own, s = self._loops[i], self.st[i]
-        value = own.values.get(path)
-        if path == "setpoint.value":
-            s.sp = s.goal_sp = counts(value)
-        elif path == "state.pv":
-            s.pv = counts(value)
-        elif path == "state.bias":
-            s.bias = counts(value)
-        elif path == "state.output":
-            s.out = s.m = counts(value)
 
 
 def load(image: Image, options: Options | None = None) -> Dl06:

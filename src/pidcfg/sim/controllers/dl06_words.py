@@ -164,6 +164,18 @@ def major_of(pointer: int, start: int, loops: int, own: int) -> int:
     return index if named else -1
 
 
+def write_state(s: State, v: Values, path: str) -> None:
+    """Words that the controller also writes: what is written from outside takes their place."""
+    if path == "setpoint.value":
+        s.sp = s.goal_sp = counts(v[path])
+    elif path == "state.pv":
+        s.pv = counts(v[path])
+    elif path == "state.bias":
+        s.bias = counts(v[path])
+    elif path == "state.output":
+        s.out = s.m = counts(v[path])
+
+
 def show(c: Config, s: State, sig: MutableSequence[float]) -> None:
     """The signals of a loop as its words say."""
     centre = s.sp * abs(s.sp) if c.root else s.sp

@@ -1,0 +1,487 @@
+"""The DL06 as made of words: what a configuration encodes to is what runs, and any memory can be run."""
+
+from __future__ import annotations
+
+import random
+from decimal import Decimal
+from pathlib import Path
+
+import pytest
+from pydantic_core import PydanticCustomError
+
+from pidcfg.encoders.dl06 import encode
+from pidcfg.encoders.image import Cell, Image
+from pidcfg.encoders.maps.dl06 import LOOP_TABLE
+from pidcfg.schemas.base import Quantity
+from pidcfg.schemas.dl06 import Dl06File
+from pidcfg.schemas.octal import v_name
+from pidcfg.sim.controllers import dl06_state as bits
+from pidcfg.sim.controllers.dl06 import Options, load, scan
+from pidcfg.sim.controllers.dl06_report import ALARM_BITS, AUX_BITS, FLAG_BITS, MODES
+from pidcfg.source import read_document
+
+LOOP = {"name": "L", "sample_rate": 0.1, "action": "direct", "tuning": {"gain": 1}}
+SCALED = {"pv": {"range": [0, 100], "unit": "degC"}, "output": {"range": [0, 50]}}
+REACTOR = Path(__file__).parents[1] / "examples" / "dl06" / "reactor.yaml"
+
+
+def plc(*loops, options=None, **given):
+    """A PLC of loops that differ from a plain one by the keys given."""
+    entries = [{**LOOP, "name": f"L{i}", **loop} for i, loop in enumerate(loops, start=1)]
+    data = {"pidcfg": 1, "vendor": "dl06", "plc": {"loop_table": "V2000", **given}, "loops": entries}
+    return load(encode(Dl06File.model_validate(data)).image, options)
+
+
+def listing(words, settings=()):
+    """An image of bare words."""
+    return Image("dl06", tuple(Cell(v_name(a), a, w, "") for a, w in sorted(words.items())), settings)
+
+
+def play(machine, steps, pv=(), base=100_000, start=0):
+    """Scans with fixed measurements; returns the signals and the notices."""
+    sig, said = list(machine.sig), []
+    for k in range(start, start + steps):
+        for c, value in zip(machine.cfg, pv, strict=False):
+            sig[c.sig_in] = value
+        scan(k * base, machine.cfg, machine.st, machine.aux, sig)
+        for i, s in enumerate(machine.st):
+            said += [(k, machine.loops[i], machine.requested(s.notice), machine.describe(s.notice))] if s.notice else []
+            s.notice = 0
+    return sig, said
+
+
+def mode(machine, i=0):
+    return machine.mode(machine.st[i].status)
+
+
+# --- from words ------------------------------------------------------------------------------------------------------
+
+
+def test_every_setting_reaches_the_controller_through_its_word():
+    machine = plc(
+        {"name": "A", "action": "reverse", "bumpless": "II", "bias_freeze": True, "sample_rate": 0.5,
+         "tuning": {"gain": 2.5, "reset": 3, "reset_unit": "minutes", "rate": 1.25}, "derivative_gain_limit": 8,
+         "pv": {"range": [0, 100], "filter": 0.5}, "output": {"range": [0, 50], "limits": [5, 45]},
+         "setpoint": {"value": 50, "limits": [10, 90]}, "error": {"curve": "squared", "deadband": 1},
+         "alarms": {"pv": {"low_low": 5, "low": 10, "high": 90, "high_high": 95}, "hysteresis": 0.5,
+                    "deviation": {"yellow": 5, "red": 10}, "rate_of_change": 2}},
+    )  # fmt: skip
+    c, s = machine.cfg[0], machine.st[0]
+
+    assert (c.reverse, c.bumpless, c.freeze, c.squared, c.curved, c.special) == (1, 2, 1, 1, 1, 1)
+    assert (s.gain, s.reset, s.rate, s.period) == (2.5, 180.0, 1.25, 500_000)
+    assert (c.limited, c.limit, c.filter) == (1, 8.0, 0.5)
+    assert (c.m_low, c.m_high, c.sp_min, c.sp_max) == (410.0, 3686.0, 410.0, 3686.0)
+    assert (c.low_low, c.low, c.high, c.high_high) == (205.0, 410.0, 3686.0, 3890.0)
+    assert (c.yellow, c.red, c.rate_of_change, c.hysteresis) == (205.0, 410.0, 82.0, 20.0)
+    assert (s.sp, c.deadband, s.kp) == (2048.0, 41.0 / 4095.0, -2.5 * 4095.0)
+
+
+@pytest.mark.parametrize(("decimals", "minutes"), [(1, 30.0), (2, 3.0)])
+def test_the_same_reset_word_means_ten_times_as_much_with_one_decimal(decimals, minutes):
+    image = encode(Dl06File.model_validate({
+        "pidcfg": 1, "vendor": "dl06", "plc": {"loop_table": "V2000", "reset_decimals": 1},
+        "loops": [{**LOOP, "tuning": {"gain": 1, "reset": 30, "reset_unit": "minutes"}}],
+    })).image  # fmt: skip
+    machine = load(Image("dl06", image.cells, image.settings, {"reset_decimals": decimals}))
+
+    assert machine.st[0].reset == minutes * 60
+
+
+@pytest.mark.parametrize("word", [0x0000, 0x9999])
+def test_reset_all_zeros_and_all_nines_are_off(word):
+    words = {0o7640: 0o2000, 0o7641: 1, 0o2007: 0x0010, 0o2010: 0x0100, 0o2011: word}
+
+    assert load(listing(words)).st[0].ki == 0.0
+
+
+def test_a_bare_listing_runs_in_counts_with_names_of_its_own():
+    machine = load(listing({0o7640: 0o2000, 0o7641: 2, 0o2002: 77, 0o2007: 0x0010, 0o2047: 0x0010}))
+
+    assert machine.loops == ["LOOP-1", "LOOP-2"]
+    assert machine.signals[:5] == ["", "LOOP-1.PV", "LOOP-1.SP", "LOOP-1.OUT", "LOOP-1.BIAS"]
+    assert machine.scales == [(0.0, 4095.0, 4095)] * 2
+    assert machine.sig[2] == 77.0
+
+
+def test_a_word_that_is_no_number_counts_as_zero_and_is_reported():
+    machine = load(listing({0o7640: 0o2000, 0o7641: 1, 0o2007: 0x0010, 0o2010: 0x0A00}))
+
+    assert machine.st[0].gain == 0.0
+    assert machine.problems == [
+        "LOOP-1: +10 Gain (proportional): gain (+10): 0x0A00 has a digit above 9; taken as 0",
+    ]
+
+
+def test_the_filter_is_off_outside_its_range_and_without_its_bit():
+    seen = {}
+    for k in (0, 0.1, 1.0, 1.1, 999.9):
+        seen[k] = plc({"pv": {"filter": k, "filter_enabled": True}}).cfg[0].filter
+
+    assert seen == {0: 1.0, 0.1: 0.1, 1.0: 1.0, 1.1: 1.0, 999.9: 1.0}
+    assert plc({"pv": {"filter": 0.1, "filter_enabled": False}}).cfg[0].filter == 1.0
+
+
+def test_the_remote_set_point_pointer_finds_its_loop_by_address():
+    machine = plc({"cascade_from": "L2"}, {}, {"remote_setpoint": "V2006"}, {"remote_setpoint": "V2145"})
+
+    assert [c.major for c in machine.cfg] == [1, -1, -1, -1], "+05 of another loop, nothing else"
+
+
+def test_loops_with_a_sample_rate_below_the_least_run_at_the_least():
+    eight = plc(*[{"sample_rate": 0.05}] * 8)
+
+    assert {s.period for s in eight.st} == {100_000}
+    assert plc({"sample_rate": 0.05}).st[0].period == 50_000
+
+
+def test_the_base_step_is_the_greatest_common_one():
+    assert plc({"sample_rate": 0.2}, {"sample_rate": 0.5}).base == 100_000
+
+
+# --- the set-up ------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("given", "flags"), [
+    ({}, 0), ({"loop_table": "V1000"}, 1), ({"loop_table": "V20000"}, 2), ({"number_of_loops": 9}, 4),
+    ({"loop_table": "V7640"}, 1),
+])  # fmt: skip
+def test_flags_stop_the_loop_task(given, flags):
+    machine = plc({"mode": "auto"}, **given)
+    _, said = play(machine, 5, [10.0])
+
+    assert machine.flags == {"V7642": flags}
+    assert machine.running is (flags == 0)
+    assert mode(machine) == ("auto" if flags == 0 else "manual")
+    assert said == []
+
+
+def test_a_scenario_can_override_the_number_of_loops():
+    machine = plc({}, options=Options(number_of_loops=9))
+
+    assert machine.flags == {"V7642": 4}
+
+
+def test_no_loops_turn_the_task_off_without_a_flag():
+    machine = plc({"mode": "auto"}, number_of_loops=0)
+    play(machine, 3, [0.0])
+
+    assert (machine.running, machine.flags, mode(machine)) == (False, {"V7642": 0}, "manual")
+
+
+def test_loops_beyond_the_count_do_not_run():
+    machine = plc({"mode": "auto"}, {"mode": "auto"}, number_of_loops=1)
+    play(machine, 3, [0.0, 0.0])
+    machine.request(1, "auto")
+    _, said = play(machine, 1, [0.0, 0.0], start=3)
+
+    assert (mode(machine, 0), mode(machine, 1)) == ("auto", "manual")
+    assert said == [(3, "L2", "auto", "refused: the loop is not calculated")]
+
+
+def test_any_memory_can_be_run():
+    """Random words, the table anywhere, set-up words inside it: no exception, flags as the check says."""
+    rng = random.Random(8)
+    ran = 0
+    for _ in range(400):
+        words = {rng.randrange(0o400, 0o20000): rng.getrandbits(16) for _ in range(20)}
+        start = rng.choice([0o7640, 0o7641, 0o7600, 0o2000, 0o1200, 0o7340, 0o10000, rng.getrandbits(16)])
+        words |= {start + k: rng.choice([rng.getrandbits(16), rng.getrandbits(4), 0]) for k in range(64)}
+        words |= {0o7640: start, 0o7641: rng.choice([1, 2, 2, 2, 9, 0xAAAA])}
+        machine = load(listing({a: w for a, w in words.items() if a < 0o200000}))
+        for i in range(len(machine.loops)):
+            machine.request(i, "auto")
+            machine.ramp_soak(i, "start")
+            machine.autotune(i)
+        play(machine, 20, [rng.uniform(0, 4095) for _ in machine.loops], base=50_000)
+        machine.program()
+        play(machine, 5, base=50_000, start=20)
+        machine.run(25 * 50_000)
+        play(machine, 5, base=50_000, start=25)
+        ran += machine.running
+    assert ran > 50
+
+
+def test_a_table_on_top_of_the_set_up_words_is_survived():
+    """The loop table starts at V7640: its first words are the set-up words themselves."""
+    image = listing({0o7640 + k: 0 for k in range(32)} | {0o7640: 0o7640, 0o7641: 1})
+    machine = load(image)
+    play(machine, 5, [1.0])
+
+    assert machine.flags == {"V7642": 1}
+
+
+# --- modes and the start ---------------------------------------------------------------------------------------------
+
+
+def test_each_loop_reaches_its_mode_and_then_gets_its_set_point():
+    machine = plc({**SCALED, "mode": "auto", "setpoint": {"value": 60}})
+    before = list(machine.sig)
+    sig, _ = play(machine, 1, [40.0])
+    assert (before[2], sig[2]) == (pytest.approx(60.0, abs=0.02), pytest.approx(40.0, abs=0.02))
+    sig, _ = play(machine, 1, [40.0], start=1)
+
+    assert sig[2] == pytest.approx(60.0, abs=0.02)
+
+
+def test_an_alarm_programming_error_keeps_the_loop_in_manual():
+    machine = plc({**SCALED, "mode": "auto",
+                   "alarms": {"pv": {"low_low": 5, "low": 10, "high": 95, "high_high": 90}}})  # fmt: skip
+    _, said = play(machine, 5, [50.0])
+
+    assert mode(machine) == "manual"
+    assert machine.st[0].status & FLAG_BITS["alarm_programming_error"]
+    assert said == [(0, "L1", "auto", "refused: alarm programming error (+06 bit 10)")]
+
+
+def test_interlock_and_step_bias_are_options():
+    c = plc({}, options=Options(auto_interlock=False, step_bias=True)).cfg[0]
+
+    assert (c.interlock, c.step_bias, c.special) == (0, 1, 1)
+
+
+def test_the_output_that_a_scenario_gives_is_on_the_module_at_once():
+    machine = plc(SCALED)
+    sig = list(machine.sig)
+    machine.set_output(0, Quantity(Decimal(20)), sig)
+
+    assert sig[3] == pytest.approx(20.0, abs=0.01)
+    assert machine.st[0].out == 1638.0
+
+
+# --- set -------------------------------------------------------------------------------------------------------------
+
+
+def change(machine, key, value, loop=0, sig=None):
+    path = tuple(key.split("."))
+    return machine.set(loop, path, machine.check_set(loop, path, value), sig if sig is not None else list(machine.sig))
+
+
+@pytest.mark.parametrize(("key", "value", "name", "expected"), [
+    ("setpoint", 50, "sp", 2048.0), ("setpoint.value", "100 counts", "sp", 100.0), ("bias", 25, "bias", 2048.0),
+    ("output", 25, "out", 2048.0), ("tuning.gain", 3.5, "gain", 3.5), ("gain", 3.5, "gain", 3.5),
+    ("tuning.reset", "2 min", "reset", 120.0), ("tuning.reset", "off", "reset", 0.0), ("rate", 2, "rate", 2.0),
+    ("sample_rate", "500 ms", "period", 500_000),
+])  # fmt: skip
+def test_set_writes_words_that_are_read_on_the_fly(key, value, name, expected):
+    machine = plc(SCALED)
+
+    assert change(machine, key, value) is None
+    assert getattr(machine.st[0], name) == expected
+
+
+@pytest.mark.parametrize(("key", "value", "names", "expected"), [
+    ("setpoint.limits", [10, 90], ("sp_min", "sp_max"), (410.0, 3686.0)),
+    ("error.curve", "squared", ("squared", "curved"), (1, 1)),
+    ("action", "reverse", ("reverse",), (1,)),
+    ("bias_freeze", True, ("freeze",), (1,)),
+    ("pv.filter_enabled", True, ("filter",), (0.3,)),
+])  # fmt: skip
+def test_set_writes_bits_and_pairs(key, value, names, expected):
+    machine = plc({**SCALED, "pv": {**SCALED["pv"], "filter": 0.3, "filter_enabled": False},
+                   "setpoint": {"limits_enabled": True}})  # fmt: skip
+    change(machine, key, value)
+
+    assert tuple(getattr(machine.cfg[0], name) for name in names) == expected
+
+
+def test_alarm_words_are_read_when_their_enable_bit_goes_on():
+    machine = plc({**SCALED, "alarms": {"pv": {"low_low": 5, "low": 10, "high": 90, "high_high": 95}}})
+
+    assert change(machine, "alarms.pv.high", 50) == "+15 is not read until the alarm's enable bit goes from 0 to 1"
+    assert machine.cfg[0].high == 3686.0
+    change(machine, "alarms.pv.enabled", value=False)
+    assert machine.cfg[0].high == bits.UNBOUNDED
+    change(machine, "alarms.pv.enabled", value=True)
+    assert machine.cfg[0].high == 2048.0
+
+
+def test_output_limits_are_read_at_a_change_of_the_cpu_mode():
+    machine = plc(SCALED)
+
+    assert change(machine, "output.limits", [5, 45]) == "+31 is not read until the PLC changes between Program and Run"
+    assert machine.cfg[0].m_high == 4095.0
+    machine.program()
+    machine.run(100_000)
+    assert (machine.cfg[0].m_low, machine.cfg[0].m_high) == (410.0, 3686.0)
+
+
+def test_alarms_in_the_wrong_order_force_the_loop_to_manual_when_they_are_read():
+    machine = plc({**SCALED, "mode": "auto", "alarms": {"deviation": {"yellow": 5, "red": 10, "enabled": False}}})
+    play(machine, 2, [40.0])
+    change(machine, "alarms.deviation.yellow", 50)
+    change(machine, "alarms.deviation.enabled", value=True)
+    _, said = play(machine, 1, [40.0], start=2)
+
+    assert mode(machine) == "manual"
+    assert said == [(2, "L1", None, "to Manual: alarm programming error (+06 bit 10)")]
+
+
+def test_rate_of_change_is_converted_with_the_sample_rate():
+    machine = plc({**SCALED, "sample_rate": 2.0})
+    change(machine, "alarms.rate_of_change", "15 /min")
+    change(machine, "alarms.rate_of_change_enabled", value=True)
+
+    assert machine.cfg[0].rate_of_change == 20.0
+
+
+def test_cascade_from_can_be_set_by_name():
+    machine = plc({}, {})
+    change(machine, "cascade_from", "L2")
+
+    assert machine.cfg[0].major == 1
+
+
+@pytest.mark.parametrize(("key", "value", "kind"), [
+    ("mode", "auto", "set_key"), ("autotune.start", True, "set_key"), ("nonsense", 1, "set_key"),
+    ("pv.transfer", 1, "set_key"), ("gain", 100, "set_value"), ("gain", "x", "number_type"),
+    ("setpoint", 1000, "set_value"), ("setpoint.limits", 5, "pair_type"), ("error.curve", "cubic", "choice"),
+    ("bias_freeze", "yes", "boolean_form"), ("gain", 0.004, "set_value"), ("cascade_from", "nobody", "set_value"),
+])  # fmt: skip
+def test_set_refuses_what_cannot_be_written(key, value, kind):
+    with pytest.raises(PydanticCustomError) as caught:
+        plc(SCALED, {}).check_set(0, tuple(key.split(".")), value)
+
+    assert caught.value.type == kind
+
+
+def test_a_misspelt_key_gets_a_proposal():
+    with pytest.raises(PydanticCustomError) as caught:
+        plc({}).check_set(0, ("tuning", "gian"), 1)
+
+    assert caught.value.context["help"] == "did you mean tuning.gain?"
+
+
+# --- the CPU ---------------------------------------------------------------------------------------------------------
+
+
+def test_program_mode_forces_manual_and_run_restores_the_modes():
+    machine = plc({"mode": "cascade", "cascade_from": "L2"}, {"mode": "auto"})
+    play(machine, 4, [1000.0, 1000.0])
+    assert [mode(machine, i) for i in (0, 1)] == ["cascade", "auto"]
+    machine.program()
+    _, said = play(machine, 3, [1000.0, 1000.0], start=4)
+    assert [mode(machine, i) for i in (0, 1)] == ["manual", "manual"]
+    assert [text for *_, text in said] == ["to Manual: the CPU went to Program mode"] * 2
+    machine.request(0, "auto")
+    _, said = play(machine, 1, start=7)
+    assert said == [(7, "L1", "auto", "refused: the CPU is in Program mode and the loop is not independent of it")]
+    machine.run(800_000)
+    play(machine, 1, [1000.0, 1000.0], start=8)
+
+    assert [mode(machine, i) for i in (0, 1)] == ["cascade", "auto"]
+
+
+def test_an_independent_loop_keeps_its_mode_in_program_mode():
+    transfer = {"slot": 1, "channel": 1}
+    machine = plc({"independent_of_cpu_mode": True, "mode": "auto", "pv": {"transfer": transfer},
+                   "output": {"transfer": {"slot": 2, "channel": 1}}})  # fmt: skip
+    play(machine, 2, [1000.0])
+    machine.program()
+    change(machine, "setpoint", 1200)
+    sig, _ = play(machine, 2, [900.0], start=2)
+
+    assert mode(machine) == "auto"
+    assert machine.st[0].pv == 900.0
+    assert sig[3] == machine.st[0].out > 0.0
+
+
+def test_a_second_program_keeps_the_recorded_modes():
+    machine = plc({"mode": "auto"})
+    play(machine, 2, [1000.0])
+    machine.program()
+    machine.program()
+    machine.run(200_000)
+    play(machine, 1, [1000.0], start=2)
+
+    assert mode(machine) == "auto"
+
+
+# --- ramp/soak and auto-tune -----------------------------------------------------------------------------------------
+
+
+def test_a_ramp_soak_profile_runs_from_its_table():
+    machine = plc({**SCALED, "sample_rate": 1.0, "setpoint": {"value": 20},
+                   "ramp_soak": {"table": "V3000", "steps": [{"ramp_to": 30, "slope": 2, "soak": 0.1}]}})  # fmt: skip
+    machine.ramp_soak(0, "start")
+    sig, _ = play(machine, 3, [20.0], base=1_000_000)
+
+    assert machine.st[0].sp == pytest.approx(819 + 2 * 81.9, abs=1)
+    assert machine.st[0].aux_status == 1 << 8
+    play(machine, 12, [20.0], base=1_000_000, start=3)
+    assert machine.st[0].aux_status == AUX_BITS["ramp_soak_complete"]
+    assert sig[2] == pytest.approx(24.0, abs=0.05)
+
+
+def test_a_start_bit_in_the_image_starts_at_once():
+    machine = plc({"ramp_soak": {"table": "V3000", "request": "start",
+                                 "steps": [{"ramp_to": 100, "slope": 5, "soak": 1}]},
+                   "autotune": {"start": True}})  # fmt: skip
+    play(machine, 1, [0.0])
+
+    assert machine.st[0].aux_status == 1 << 8
+    assert machine.st[0].status & FLAG_BITS["autotune_error"], "closed loop, but the loop is in Manual"
+
+
+def test_auto_tune_writes_its_results_to_the_words():
+    machine = plc({**SCALED, "output": {"range": [0, 100], "limits": [20, 80]}, "mode": "auto",
+                   "setpoint": {"value": 50}, "tuning": {"gain": 0.5, "reset": 10}})  # fmt: skip
+    sig, y, line = list(machine.sig), 50.0, [50.0] * 10
+    machine.set_output(0, Quantity(Decimal(50)), sig)
+    for k in range(2000):
+        line.append(sig[3])
+        y += 0.02 * (line.pop(0) - y) if k else 0.0
+        sig[0] = y
+        scan(k * 100_000, machine.cfg, machine.st, machine.aux, sig)
+        if k == 20:
+            machine.autotune(0)
+        if k == 30:
+            assert machine.tuned(0)["status"] == "running"
+    tuned = machine.tuned(0)
+
+    assert (tuned["done"], tuned["error"], tuned["status"]) == (True, False, "done")
+    assert list(tuned["results"]) == list(machine.tuned_names)
+    assert tuned["results"]["gain"] == machine.st[0].gain != 0.5
+    change(machine, "rate", 0, sig=sig)
+    assert machine.st[0].gain == tuned["results"]["gain"], "another word that is written leaves the results alone"
+    assert machine.st[0].rate == 0.0
+    assert machine.tuned(0) == tuned
+    machine.program()
+    machine.run(200_100_000)
+    assert machine.st[0].gain == tuned["results"]["gain"]
+
+
+def test_without_a_tune_there_is_nothing_to_tell():
+    assert plc({}).tuned(0) is None
+
+
+# --- names -----------------------------------------------------------------------------------------------------------
+
+
+def test_bits_of_the_status_words_are_those_of_the_register_map():
+    titles = {
+        (0o06, MODES["manual"]): "Manual mode", (0o06, MODES["auto"]): "Automatic mode",
+        (0o06, MODES["cascade"]): "Cascade mode", (0o06, ALARM_BITS["pv_low_low"]): "PV low-low alarm",
+        (0o06, ALARM_BITS["pv_low"]): "PV low alarm", (0o06, ALARM_BITS["pv_high"]): "PV high alarm",
+        (0o06, ALARM_BITS["pv_high_high"]): "PV high-high alarm",
+        (0o06, ALARM_BITS["deviation_yellow"]): "PV yellow deviation alarm",
+        (0o06, ALARM_BITS["deviation_red"]): "PV red deviation alarm",
+        (0o06, ALARM_BITS["rate_of_change"]): "PV rate-of-change alarm",
+        (0o06, FLAG_BITS["alarm_programming_error"]): "Alarm value programming error",
+        (0o06, FLAG_BITS["overflow"]): "Loop calculation overflow/underflow",
+        (0o06, FLAG_BITS["autotune_running"]): "Loop in auto-tune",
+        (0o06, FLAG_BITS["autotune_error"]): "Auto-tune error",
+        (0o33, AUX_BITS["ramp_soak_complete"]): "Ramp/soak profile complete",
+        (0o33, AUX_BITS["ramp_soak_deviation"]): "Ramp/soak deviation",
+        (0o33, AUX_BITS["ramp_soak_hold"]): "Ramp/soak profile in hold",
+    }  # fmt: skip
+
+    assert {(row.offset, row.mask): row.title for row in LOOP_TABLE.bits if (row.offset, row.mask) in titles} == titles
+
+
+def test_the_reactor_starts_inside_out_without_a_refusal():
+    machine = load(encode(Dl06File.model_validate(read_document(REACTOR.read_bytes(), "reactor").data)).image)
+    _, said = play(machine, 40, [20.0, 80.0, 50.0], base=200_000)
+
+    assert [mode(machine, i) for i in range(3)] == ["cascade", "auto", "auto"]
+    assert said == []
