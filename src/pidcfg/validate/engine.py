@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Protocol
 
-from pidcfg.diagnostics import Diagnostic, Severity, ordered
+from pidcfg.diagnostics import Diagnostic, Path, Severity, ordered
 from pidcfg.limits import DEFAULT, Limits
 from pidcfg.validate.schema import loop_name, not_a_choice, read_model
 from pidcfg.vendors import VENDORS, Vendor
@@ -23,6 +23,10 @@ class Context(Protocol):
 
     config: Any
     encoding: Encoding
+
+    @property
+    def explained(self) -> frozenset[Path]:
+        """Places whose limits a rule of the vendor's own explains better than the rules for every vendor."""
 
 
 @dataclass(frozen=True, slots=True)

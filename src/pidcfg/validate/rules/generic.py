@@ -19,8 +19,8 @@ if TYPE_CHECKING:
     from pidcfg.encoders.regmap import Misfit
 
 D06 = Decision(
-    6, "a value that rounds onto an off code is an error", "A gain of 0.004 would be stored as 0000 and a reset of 0.04 "
-    "as 0000: the term would be switched off, or act as if the gain were 1.",
+    6, "a value that rounds onto an off code is an error", "A gain of 0.004 and a reset of 0.04 would be stored as "
+    "0000: the term would be switched off, or act as if the gain were 1.",
     "The loop would run with other control than the file says; no rounding error may do that.",
 )  # fmt: skip
 D07 = Decision(
@@ -104,6 +104,8 @@ def value_out_of_range(context: Any) -> Iterator[Finding]:
     Fix: choose a value inside the limits.
     """
     for path, value, limits in beyond_limits(context.config, ()):
+        if path in context.explained:
+            continue
         unit = f" {limits.unit}" if limits.unit else ""
         allowed = _between(limits.low, limits.high, limits.unit)
         values = {"key": path[-1], "value": decimal_text(value), "unit": unit, "allowed": allowed}
@@ -111,9 +113,9 @@ def value_out_of_range(context: Any) -> Iterator[Finding]:
 
 
 def _misfits(context: Any, fault: str) -> Iterator[tuple[Path, Misfit]]:
-    """What a register cannot hold for one reason, unless it already breaks the manual's own limits."""
+    """What a register cannot hold for one reason, unless it already breaks the manual's own limits or has a rule."""
     found = [(path, misfit) for path, misfit in context.encoding.misfits if misfit.error.fault == fault]
-    known = {path for path, _, _ in beyond_limits(context.config, ())} if found else set()
+    known = {*context.explained, *(path for path, _, _ in beyond_limits(context.config, ()))} if found else set()
     yield from ((path, misfit) for path, misfit in found if path not in known)
 
 

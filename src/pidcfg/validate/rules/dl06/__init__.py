@@ -1,5 +1,39 @@
-"""Rules for DL06 configurations; the codes PID2xx."""
+"""Rules for DL06 configurations; the codes PID2xx, one module a topic."""
 
 from pidcfg.validate.rules import collect, generic
+from pidcfg.validate.rules.dl06 import (
+    alarms,
+    autotune,
+    cascade,
+    cascade_operation,
+    equation,
+    hysteresis,
+    output,
+    profile,
+    pv_filter,
+    ramp_soak,
+    setpoint,
+    setup,
+    square_root,
+    transfer,
+    tuning,
+)
 
-RULES = collect(generic)
+RULES = collect(
+    generic,
+    setup,
+    tuning,
+    equation,
+    output,
+    setpoint,
+    square_root,
+    pv_filter,
+    alarms,
+    hysteresis,
+    cascade,
+    cascade_operation,
+    ramp_soak,
+    profile,
+    transfer,
+    autotune,
+)

@@ -1,45 +1,194 @@
-"""What the DL06 rules look at: each loop with its scales and the counts that its words hold."""
+"""What the DL06 rules look at: the set-up, and each loop with its addresses and the counts that its words hold.
+
+Everything is worked out from the model, not read back from the image: where blocks overlap, the image holds only one of
+them. Each value is worked out once, when the first rule asks for it.
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from decimal import Decimal
 from functools import cached_property
+from typing import TYPE_CHECKING, Any
 
-from pidcfg.diagnostics import Path
-from pidcfg.encoders.dl06 import LOOP_SIZE, loop_start, scales_of
-from pidcfg.encoders.image import Encoding
-from pidcfg.encoders.maps.dl06 import LOOP_TABLE
+from pidcfg.encoders.dl06 import (
+    LOOP_SIZE,
+    OUTPUT_OFFSET,
+    deviation_alarms_on,
+    loop_start,
+    pv_alarms_on,
+    remote_setpoint,
+    reset_value,
+    scales_of,
+    switched_on,
+    values_of,
+)
+from pidcfg.encoders.dl06_setup import Setup, check_setup
+from pidcfg.encoders.maps.dl06 import CPU, LOOP_TABLE, RESET
+from pidcfg.encoders.regmap import ScaledCodec
 from pidcfg.encoders.scales import Position, Scale
-from pidcfg.schemas.dl06 import Dl06File, Loop
+from pidcfg.encoders.words import bcd_digits, bcd_word
+from pidcfg.schemas.base import Quantity, decimal_text
+from pidcfg.schemas.octal import v_name
+from pidcfg.validate.rule import Finding
+
+if TYPE_CHECKING:
+    from pidcfg.diagnostics import Path
+    from pidcfg.encoders.image import Block, Encoding
+    from pidcfg.schemas.dl06 import Dl06File, Loop, RampSoakStep
+
+WORDS = {word.name: word for word in LOOP_TABLE.words}
+NINES = 9999
+
+
+@dataclass(frozen=True)
+class Pair:
+    """A ramp and its soak: their place in the list of steps, and what their four words hold (None: does not fit)."""
+
+    index: int
+    step: RampSoakStep
+    target: int | None
+    slope: Decimal | None
+    soak: Decimal | None
 
 
 @dataclass(frozen=True)
 class LoopView:
-    """A loop, its place in the file and its encoded words."""
+    """A loop, its place in the file and in memory, and what its words hold."""
 
+    config: Dl06File
     index: int
     loop: Loop
-    words: dict[str, int]
-    misfit: frozenset[str]
+    block: Block
+    steps: tuple[Block, ...]
 
     @property
-    def path(self) -> Path:
-        """Where the loop stands."""
-        return ("loops", self.index)
+    def number(self) -> int:
+        """The loop's number as the manual counts: from 1."""
+        return self.index + 1
 
     @cached_property
     def scales(self) -> dict[str, Scale]:
         """The scales its registers are on: ``pv``, ``sp``, ``output``."""
         return scales_of(self.loop)
 
+    @cached_property
+    def values(self) -> dict[str, Any]:
+        """Every register's value by its path, with what follows from what is not given."""
+        return values_of(self.config, self.loop)
+
+    def given(self, name: str) -> Any:
+        """What is written, or follows, for a register; None when nothing is."""
+        return self.values.get(str(WORDS[name].path))
+
+    @cached_property
+    def misfits(self) -> frozenset[str]:
+        """The registers that their values do not fit."""
+        return frozenset(misfit.word.name for misfit in self.block.encoded.misfits)
+
     def counts(self, name: str) -> int | None:
-        """The number of counts in a scaled register (signed in bipolar formats); None when its value does not fit."""
-        if name in self.misfit:
+        """What a scaled register holds: signed counts, 0 where nothing is given; None when the value does not fit."""
+        if name in self.misfits:
             return None
-        codec = LOOP_TABLE.word(name).codec
-        if isinstance(codec, Position):
-            return int(self.scales[codec.scale].format.codec.decode(self.words[name]))
-        return self.words[name]
+        word, codec = self.block.encoded.words[WORDS[name].offset], WORDS[name].codec
+        return int(self.scales[codec.scale].format.codec.decode(word)) if isinstance(codec, Position) else word
+
+    def digits(self, name: str) -> int:
+        """What a BCD register holds, without its decimal point."""
+        return bcd_digits(self.block.encoded.words[WORDS[name].offset])
+
+    def holds(self, *names: str) -> list[int]:
+        """The counts of several registers; empty as soon as one of them does not fit (which another rule reports)."""
+        found = [count for name in names if (count := self.counts(name)) is not None]
+        return found if len(found) == len(names) else []
+
+    @cached_property
+    def pairs(self) -> tuple[Pair, ...]:
+        """The steps of the ramp/soak profile that are written."""
+        profile = self.loop.ramp_soak
+        steps = () if profile is None or profile.steps is None else profile.steps
+        return tuple(self._pair(j, step, self.steps[j]) for j, step in enumerate(steps))
+
+    def _pair(self, j: int, step: RampSoakStep, block: Block) -> Pair:
+        misfits = {misfit.word.name for misfit in block.encoded.misfits}
+        target, slope, soak, _ = block.encoded.words
+        codec = self.scales["sp"].format.codec
+        return Pair(
+            j,
+            step,
+            None if "ramp_to" in misfits else int(codec.decode(target)),
+            None if "slope" in misfits else Decimal(bcd_digits(slope)) / 100,
+            None if "soak" in misfits else Decimal(bcd_digits(soak)) / 10,
+        )
+
+    def shown(self, name: str) -> str:
+        """A register's value as a message quotes it: ``2.5 m3/h (205 counts)``."""
+        value = self.given(name)
+        if value is None:
+            return "0 counts (not given)"
+        codec = WORDS[name].codec
+        return self.text(value, codec.scale, self.counts(name)) if isinstance(codec, ScaledCodec) else str(value)
+
+    def text(self, value: Quantity, scale: str, counts: int | None) -> str:
+        """A quantity on one of the scales, with its counts."""
+        if value.counts or self.scales[scale].range is None:
+            return f"{decimal_text(value.value)} counts"
+        part = self.loop.output if scale == "output" else self.loop.pv
+        unit = f" {part.unit}" if part.unit else ""
+        return f"{decimal_text(value.value)}{unit}" + ("" if counts is None else f" ({counts} counts)")
+
+    def eu(self, counts: int, scale: str = "pv") -> str:
+        """Counts as a position in the user's unit."""
+        return self.text(self.scales[scale].value(counts), scale, counts)
+
+    def v(self, name: str) -> str:
+        """The address of one of the loop's registers: ``V2013``."""
+        return v_name(loop_start(self.config.plc, self.index) + WORDS[name].offset)
+
+    def find(self, *path: str | int, plc_effect: str | None = None, fix: str | None = None, **values: Any) -> Finding:
+        """A finding below this loop."""
+        return Finding(("loops", self.index, *path), values, plc_effect=plc_effect, fix=fix)
+
+    def status(self, bit: int, meaning: str) -> str:
+        """An effect that the loop's status word +06 shows."""
+        return f"bit {bit} of {self.v('mode_and_alarm_status')} ({meaning})"
+
+    @property
+    def reset(self) -> Decimal | None:
+        """The reset time in seconds; None when the integral term is off."""
+        value = reset_value(self.loop)
+        seconds = value * (60 if self.loop.tuning.reset_unit == "minutes" else 1)
+        return seconds if value and value not in self.off_resets else None
+
+    @property
+    def off_resets(self) -> tuple[Decimal, ...]:
+        """Reset times that are the off code 9999: as its digits read, and as the manual's text writes it."""
+        return NINES * RESET[self.config.plc.reset_decimals].step, Decimal(NINES)
+
+    @cached_property
+    def pv_alarms(self) -> bool:
+        """Whether the bit of the four PV alarms is set."""
+        return pv_alarms_on(self.loop)
+
+    @cached_property
+    def deviation_alarms(self) -> bool:
+        """Whether the bit of the two deviation alarms is set."""
+        return deviation_alarms_on(self.loop)
+
+    @property
+    def filtered(self) -> bool:
+        """Whether the PV filter's bit is set."""
+        return switched_on(self.loop.pv.filter_enabled, self.loop.pv.filter)
+
+    @property
+    def setpoint_limited(self) -> bool:
+        """Whether the set point limits' bit is set."""
+        return switched_on(self.loop.setpoint.limits_enabled, self.loop.setpoint.limits)
+
+    @property
+    def bipolar(self) -> bool:
+        """Whether the PV's format has a sign."""
+        return self.scales["pv"].format.minimum < 0
 
 
 @dataclass(frozen=True)
@@ -52,20 +201,50 @@ class Dl06Context:
     @cached_property
     def loops(self) -> tuple[LoopView, ...]:
         """The loops in the order of the table."""
-        words = self.encoding.image.words
-        misfits = [(path[:2], m.word.name) for path, m in self.encoding.misfits]
-        return tuple(
-            LoopView(
-                i,
-                loop,
-                {w.name: words[loop_start(self.config.plc, i) + w.offset] for w in LOOP_TABLE.words},
-                frozenset(name for place, name in misfits if place == ("loops", i)),
-            )
-            for i, loop in enumerate(self.config.loops)
-        )
+        loops, blocks = self.config.loops, self.encoding.blocks
+        steps: dict[int, list[Block]] = {i: [] for i in range(len(loops))}
+        for block in blocks[len(loops) : -1]:
+            steps[int(block.place[1])].append(block)
+        return tuple(LoopView(self.config, i, loop, blocks[i], tuple(steps[i])) for i, loop in enumerate(loops))
 
     @property
+    def count(self) -> int:
+        """The number of loops that V7641 holds."""
+        count = self.config.plc.number_of_loops
+        return len(self.config.loops) if count is None else count
+
+    @cached_property
+    def setup(self) -> Setup:
+        """What the CPU makes of V7640 and V7641."""
+        return check_setup(self.config.plc.loop_table, bcd_word(min(max(self.count, 0), NINES)))
+
+    @property
+    def counted(self) -> tuple[int, int]:
+        """First and last address of the loop table as the CPU counts its loops."""
+        return self.setup.start, self.setup.start + self.setup.count * LOOP_SIZE - 1
+
+    @cached_property
     def table(self) -> tuple[int, int]:
-        """First and last address of the loop table."""
+        """First and last address of the loop table, of all loops that are listed or counted."""
         start = self.config.plc.loop_table
-        return start, start + max(len(self.config.loops), 1) * LOOP_SIZE - 1
+        return start, start + max(len(self.config.loops), self.count, 1) * LOOP_SIZE - 1
+
+    @cached_property
+    def majors(self) -> tuple[int | None, ...]:
+        """For each loop the index of the loop whose output is its remote set point; None when there is none."""
+        outputs = {loop_start(self.config.plc, i) + OUTPUT_OFFSET: i for i in range(len(self.config.loops))}
+        pointers = (remote_setpoint(self.config, loop) for loop in self.config.loops)
+        return tuple(None if pointer is None else outputs.get(pointer) for pointer in pointers)
+
+    @cached_property
+    def cascades(self) -> tuple[tuple[LoopView, LoopView], ...]:
+        """Every pair of a major loop and its minor loop."""
+        pairs = ((major, minor) for minor, major in enumerate(self.majors))
+        return tuple((self.loops[m], self.loops[i]) for m, i in pairs if m is not None and m != i)
+
+    @cached_property
+    def explained(self) -> frozenset[Path]:
+        """Places whose limits a rule of the DL06's own explains better than the rules for every vendor."""
+        resets = {("loops", view.index, "tuning", "reset") for view in self.loops
+                  if reset_value(view.loop) in view.off_resets}  # fmt: skip
+        return frozenset({("plc", "number_of_loops"), *resets}) if self.count > CPU.loops else frozenset(resets)

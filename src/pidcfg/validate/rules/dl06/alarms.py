@@ -1,0 +1,268 @@
+"""Alarm points: their order in counts, what is missing, and set points and rates that do not fit them."""
+
+from __future__ import annotations
+
+from decimal import Decimal
+from itertools import pairwise
+from typing import TYPE_CHECKING
+
+from pidcfg.diagnostics import Severity
+from pidcfg.encoders.dl06 import switched_on
+from pidcfg.refs import DL06, Decision
+from pidcfg.schemas.base import decimal_text
+from pidcfg.validate.rule import Finding, rule
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from pidcfg.validate.rules.dl06.context import Dl06Context, LoopView
+
+ERROR = DL06.at("Alarm Programming Error")
+ABSOLUTE = DL06.at("PV Absolute Value Alarms")
+DEVIATION = DL06.at("PV Deviation Alarms")
+RATE = DL06.at("PV Rate-of-Change Alarm")
+RESOLUTION = DL06.at("Choosing the Best Sample Rate, NOTE")
+TROUBLE = DL06.at("Troubleshooting Tips")
+
+D20 = Decision(
+    20, "an alarm point that is not given is 0 counts",
+    "One bit enables all four PV alarms, another both deviation alarms; the word of a point that is not given holds "
+    "0 and is compared like any other.",
+    "The loop table has no bit for a single alarm, and no value that means none.",
+)  # fmt: skip
+D21 = Decision(
+    21, "a rate-of-change limit should be stored within 10 %",
+    "A limit whose whole counts per sample differ from what is written by more than a tenth is a warning.",
+    "The manual warns that fast sample rates diminish the resolution, and gives no number.",
+)  # fmt: skip
+COARSE = Decimal("0.1")
+
+PV_POINTS = ("low_low", "low", "high", "high_high")
+DEVIATION_POINTS = ("yellow", "red")
+
+
+def stays_in_manual(view: LoopView) -> str:
+    """What the PLC does about alarm points in the wrong order."""
+    return view.status(10, "alarm programming error") + ": the loop stays in Manual"
+
+
+def wrong_pairs(view: LoopView, group: str, prefix: str, points: tuple[str, ...]) -> Iterator[tuple[str, str, bool]]:
+    """Neighbours whose counts do not ascend, and whether both are given."""
+    part = getattr(view.loop.alarms, group)
+    for low, high in pairwise(points):
+        words = view.holds(f"{prefix}_{low}", f"{prefix}_{high}")
+        if words and words[0] >= words[1]:
+            yield low, high, getattr(part, low) is not None and getattr(part, high) is not None
+
+
+def order_finding(view: LoopView, group: str, prefix: str, low: str, high: str) -> Finding:
+    """Two alarm points in the wrong order, both with their addresses."""
+    below, above = f"{prefix}_{low}", f"{prefix}_{high}"
+    shown = {key: f"{view.shown(name)} in {view.v(name)}" for key, name in (("high", above), ("low", below))}
+    return view.find("alarms", group, high, plc_effect=stays_in_manual(view), above=high, below=low, **shown)
+
+
+@rule(
+    code="PID242",
+    name="pv-alarms-out-of-order",
+    severity=Severity.ERROR,
+    basis=ERROR,
+    message="{above} is {high}, not above {below}, {low}",
+)
+def pv_alarms_out_of_order(context: Dl06Context) -> Iterator[Finding]:
+    """The PV alarm points do not ascend: the PLC wants low_low < low < high < high_high.
+
+    Why: the comparison is made on the words. Points that differ in the file but round to the same counts are as wrong
+    as crossed ones. The CPU sets the alarm programming error bit, and the loop will not go into Automatic mode.
+
+    Fix: put the points in order, at least one count apart. To do without an outer alarm, place it at the end of the
+    range.
+    """
+    for view in context.loops:
+        if view.pv_alarms:
+            for low, high, given in wrong_pairs(view, "pv", "pv", PV_POINTS):
+                if given:
+                    yield order_finding(view, "pv", "pv", low, high)
+
+
+@rule(
+    code="PID243",
+    name="pv-alarms-incomplete",
+    severity=Severity.ERROR,
+    basis=D20,
+    message="{missing} not given, so {words} 0 counts ({zero}), and one bit enables all four PV alarms: {effect}",
+)
+def pv_alarms_incomplete(context: Dl06Context) -> Iterator[Finding]:
+    """Some of the four PV alarms are given, and the others count as 0.
+
+    Why: bit 12 of +00 enables low_low, low, high and high_high together. A point that is left out is 0 counts: it
+    breaks the order and keeps the loop in Manual, or, in a bipolar format, alarms in the middle of the range. Only a
+    missing low_low of a unipolar PV does no harm (an info).
+
+    Fix: give all four. An alarm that is not wanted goes to the end of the range, where the PV cannot pass it.
+    """
+    for view in context.loops:
+        if not view.pv_alarms:
+            continue
+        missing = [key for key in PV_POINTS if getattr(view.loop.alarms.pv, key) is None]
+        if missing:
+            yield _incomplete(view, missing)
+
+
+def _incomplete(view: LoopView, missing: list[str]) -> Finding:
+    broken = any(not given for *_, given in wrong_pairs(view, "pv", "pv", PV_POINTS))
+    severity = Severity.ERROR if broken else Severity.WARNING if view.bipolar else Severity.INFO
+    effect = {Severity.ERROR: "the order is broken", Severity.WARNING: "it alarms there",
+              Severity.INFO: "it never alarms"}[severity]  # fmt: skip
+    verb = "is" if len(missing) == 1 else "are"
+    words = " and ".join(view.v(f"pv_{key}") for key in missing)
+    values = {"missing": f"{' and '.join(missing)} {verb}", "words": f"{words} {verb}", "zero": view.eu(0),
+              "effect": effect}  # fmt: skip
+    return Finding(("loops", view.index, "alarms", "pv", missing[0]), values, severity=severity,
+                   plc_effect=stays_in_manual(view) if broken else None)  # fmt: skip
+
+
+@rule(
+    code="PID244",
+    name="deviation-alarms-out-of-order",
+    severity=Severity.ERROR,
+    basis=ERROR,
+    message="{above} is {high}, not above {below}, {low}",
+)
+def deviation_alarms_out_of_order(context: Dl06Context) -> Iterator[Finding]:
+    """The red deviation limit is not above the yellow one.
+
+    Why: yellow is the caution, red the strong error, and the PLC wants yellow < red in counts. Otherwise it sets the
+    alarm programming error bit, and the loop will not go into Automatic mode. A red limit that is left out is 0 counts.
+
+    Fix: give both limits, red at least one count above yellow.
+    """
+    for view in context.loops:
+        if view.deviation_alarms:
+            for low, high, _ in wrong_pairs(view, "deviation", "deviation", DEVIATION_POINTS):
+                yield order_finding(view, "deviation", "deviation", low, high)
+
+
+@rule(
+    code="PID245",
+    name="deviation-alarm-of-zero",
+    severity=Severity.WARNING,
+    basis=D20,
+    message="the yellow deviation limit is {value}: a PV one count off the set point is an alarm",
+)
+def deviation_alarm_of_zero(context: Dl06Context) -> Iterator[Finding]:
+    """The yellow deviation limit is 0 counts, given so or left out.
+
+    Why: one bit enables both deviation alarms. With 0 the yellow one is on nearly all the time, and operators learn to
+    ignore it.
+
+    Fix: give a yellow limit that the loop normally keeps.
+    """
+    for view in context.loops:
+        words = view.holds("deviation_yellow", "deviation_red")
+        if view.deviation_alarms and words and words[0] == 0 < words[1]:
+            yield view.find("alarms", "deviation", "yellow", value=view.shown("deviation_yellow"))
+
+
+@rule(
+    code="PID246",
+    name="rate-of-change-limit-of-zero",
+    severity=Severity.ERROR,
+    basis=RESOLUTION,
+    message="the rate-of-change limit {value} is {exact} counts a sample of {sample} s and is stored as 0: every "
+    "change of the PV alarms; one count a sample is {least} /min",
+)
+def rate_of_change_limit_of_zero(context: Dl06Context) -> Iterator[Finding]:
+    """The rate-of-change limit is less than half a count per sample and rounds to 0.
+
+    Why: the limit is specified in PV counts per sample period. At 50 ms one count is already 1200 counts a minute:
+    nothing slower can be told from 0, and with 0 any movement is an alarm.
+
+    Fix: sample more slowly, use the 15-bit format, or raise the limit.
+    """
+    for view in context.loops:
+        if rate_alarm_on(view) and view.counts("rate_of_change") == 0:
+            rate = view.loop.alarms.rate_of_change
+            key = "rate_of_change_enabled" if rate is None else "rate_of_change"
+            yield view.find("alarms", key, value=rate_text(view), exact=f"{float(exact_rate(view)):.2g}",
+                            sample=decimal_text(view.loop.sample_rate), least=per_minute(view))  # fmt: skip
+
+
+def rate_alarm_on(view: LoopView) -> bool:
+    """Whether the bit of the rate-of-change alarm is set."""
+    alarms = view.loop.alarms
+    return view.loop.sample_rate > 0 and switched_on(alarms.rate_of_change_enabled, alarms.rate_of_change)
+
+
+def rate_text(view: LoopView) -> str:
+    """The limit as it is written."""
+    rate = view.loop.alarms.rate_of_change
+    return "(no value)" if rate is None else str(rate)
+
+
+def exact_rate(view: LoopView) -> Decimal:
+    """The limit in counts per sample, not yet rounded."""
+    rate = view.loop.alarms.rate_of_change
+    return Decimal(0) if rate is None else view.scales["pv"].distance(rate.per_sample(view.loop.sample_rate))
+
+
+def per_minute(view: LoopView) -> str:
+    """What one count per sample is in a minute, in the user's unit."""
+    scale, counts = view.scales["pv"], 60 / view.loop.sample_rate
+    if scale.range is None:
+        return f"{float(counts):.4g} counts"
+    unit = f" {view.loop.pv.unit}" if view.loop.pv.unit else ""
+    return f"{float(counts * scale.width / scale.full):.4g}{unit}"
+
+
+@rule(
+    code="PID247",
+    name="rate-of-change-limit-coarse",
+    severity=Severity.WARNING,
+    basis=D21,
+    message="the rate-of-change limit {value} is {exact} counts a sample of {sample} s and is stored as {counts}, "
+    "{percent} % off; one count a sample is {least} /min",
+)
+def rate_of_change_limit_coarse(context: Dl06Context) -> Iterator[Finding]:
+    """The rate-of-change limit is so few counts per sample that rounding changes it by more than a tenth.
+
+    Why: an excessively fast sample rate diminishes the resolution of this alarm, because its value is the change per
+    sample period in whole counts.
+
+    Fix: sample more slowly, use the 15-bit format, or choose a limit that is a whole number of counts.
+    """
+    for view in context.loops:
+        counts = view.counts("rate_of_change")
+        if rate_alarm_on(view) and counts:
+            exact = exact_rate(view)
+            error = abs(counts - exact) / exact
+            if error > COARSE:
+                yield view.find("alarms", "rate_of_change", value=rate_text(view), exact=f"{float(exact):.2f}",
+                                sample=decimal_text(view.loop.sample_rate), counts=counts,
+                                percent=f"{100 * float(error):.0f}", least=per_minute(view))  # fmt: skip
+
+
+@rule(
+    code="PID248",
+    name="setpoint-in-alarm",
+    severity=Severity.WARNING,
+    basis=TROUBLE,
+    message="the set point {value} is beyond the {alarm} alarm at {limit}: on its set point the loop is in alarm",
+)
+def setpoint_in_alarm(context: Dl06Context) -> Iterator[Finding]:
+    """The set point lies beyond a PV alarm point.
+
+    Why: a loop that controls well then stands in alarm. While a PV alarm exists, the loop will not go into Automatic
+    mode: it is the first cause in the manual's troubleshooting section.
+
+    Fix: move the set point or the alarm.
+    """
+    for view in context.loops:
+        setpoint, low, high = (view.counts(name) for name in ("setpoint", "pv_low", "pv_high"))
+        if not view.pv_alarms or view.loop.setpoint.value is None or setpoint is None or low is None or high is None:
+            continue
+        raw = setpoint * abs(setpoint) if view.loop.pv.square_root else setpoint
+        if low < high and not low <= raw <= high:
+            alarm = "low" if raw < low else "high"
+            yield view.find("setpoint", "value", value=view.shown("setpoint"), alarm=alarm,
+                            limit=view.shown(f"pv_{alarm}"))  # fmt: skip

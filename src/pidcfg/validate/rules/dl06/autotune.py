@@ -1,0 +1,123 @@
+"""Auto-tuning: a start that nobody asked for, modes and limits that stop it, and the manual's two contradictions."""
+
+from __future__ import annotations
+
+from decimal import Decimal
+from typing import TYPE_CHECKING
+
+from pidcfg.diagnostics import Severity
+from pidcfg.encoders.words import nearest
+from pidcfg.refs import DL06, Decision
+from pidcfg.validate.rule import Finding, rule
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from pidcfg.validate.rules.dl06.context import Dl06Context
+
+PROCEDURE = DL06.at("Auto Tuning Procedure")
+OPEN = DL06.at("Open-Loop Auto Tuning")
+
+D28 = Decision(
+    28, "auto-tune starts with the PV 205 counts from the set point",
+    "The PV must be at least 205 of 4095 counts below the set point for direct action, above it for reverse action.",
+    "A note of the procedure says so; the paragraph on the error bit demands PV and SP within 5 % of full scale, "
+    "which is the opposite. The procedure is followed.",
+)  # fmt: skip
+D29 = Decision(
+    29, "a closed-loop auto-tune switches between the output limits",
+    "Only output limits at the ends of the data range set the error bit; narrower ones make the relay smaller.",
+    "The timing diagram switches between the upper and lower limit settings, while the error bit is said to come on "
+    "when the output goes to the limits of the range.",
+)  # fmt: skip
+APART = Decimal(205) / 4095
+
+
+@rule(
+    code="PID296",
+    name="autotune-start-preset",
+    severity=Severity.WARNING,
+    basis=PROCEDURE,
+    message="autotune.start is true: bit 7 of {word} is already 1 when the program is downloaded",
+)
+def autotune_start_preset(context: Dl06Context) -> Iterator[Finding]:
+    """The start bit of auto-tuning is set in the download.
+
+    Why: auto-tuning induces large changes of the output, and the manual warns of injury and damage. With the bit in the
+    image it begins as soon as the PLC runs, with nobody watching, and overwrites gain, reset, rate and sample rate.
+
+    Fix: remove `start`; start auto-tuning from the programming software or the ladder program.
+    """
+    for view in context.loops:
+        if view.loop.autotune.start:
+            yield view.find("autotune", "start", word=view.v("mode_setting_2"))
+
+
+@rule(
+    code="PID297",
+    name="autotune-in-wrong-mode",
+    severity=Severity.WARNING,
+    basis=PROCEDURE,
+    message="{method}-loop auto-tuning is to start in mode {mode}; it needs the loop in {wanted}",
+)
+def autotune_in_wrong_mode(context: Dl06Context) -> Iterator[Finding]:
+    """Auto-tuning is to start in a mode that its method does not work in.
+
+    Why: the open-loop method steps the output and wants the loop in Manual; the closed-loop method is for a loop that
+    is in Auto and cannot be shut down.
+
+    Fix: choose the method that fits the mode.
+    """
+    for view in context.loops:
+        tune, mode = view.loop.autotune, view.loop.mode
+        wanted = "manual" if tune.method == "open" else "auto"
+        if tune.start and mode != wanted:
+            yield view.find("autotune", "method", method=tune.method, mode=mode, wanted=wanted)
+
+
+@rule(
+    code="PID298",
+    name="autotune-between-narrow-limits",
+    severity=Severity.INFO,
+    basis=D29,
+    message="a closed-loop auto-tune switches the output between {low} and {high} only",
+)
+def autotune_between_narrow_limits(context: Dl06Context) -> Iterator[Finding]:
+    """A closed-loop auto-tune is planned for a loop with narrowed output limits.
+
+    Why: the relay switches between the output limits. Narrow ones make the PV's swing smaller, so that noise counts for
+    more; the full range, on the other hand, is what the manual calls an error (bit 13 of +06). The two passages
+    contradict each other.
+
+    Fix: nothing, if the PV moves clearly; otherwise widen the limits while tuning, or use the open-loop method.
+    """
+    for view in context.loops:
+        limits = view.holds("output_low", "output_high")
+        ends = view.scales["output"].format
+        if "autotune" not in view.loop.model_fields_set or view.loop.autotune.method != "closed" or not limits:
+            continue
+        if limits[0] > ends.minimum or limits[1] < ends.maximum:
+            yield view.find("autotune", low=view.shown("output_low"), high=view.shown("output_high"))
+
+
+@rule(
+    code="PID299",
+    name="autotune-start-condition",
+    severity=Severity.INFO,
+    basis=D28,
+    message="auto-tuning starts only with the PV at least {apart} {side} the set point",
+)
+def autotune_start_condition(context: Dl06Context) -> Iterator[Finding]:
+    """Auto-tuning is planned, and the manual contradicts itself about when it starts.
+
+    Why: the procedure wants the PV more than 205 counts from the set point, below it for direct and above it for
+    reverse action; the text on the error bit wants both within 5 % of full scale, nearly the same number the other way
+    round.
+
+    Fix: move the set point that far from the PV before the start; if bit 13 of +06 comes on, try the other reading.
+    """
+    for view in context.loops:
+        if "autotune" in view.loop.model_fields_set:
+            counts = nearest(APART * view.scales["pv"].format.span)
+            apart = view.text(view.scales["pv"].span_value(counts), "pv", counts)
+            yield view.find("autotune", apart=apart, side="below" if view.loop.action == "direct" else "above")

@@ -1,0 +1,222 @@
+"""Cascades in operation: modes that can never be reached, sample rates, and limits that work against each other."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from pidcfg.diagnostics import Severity
+from pidcfg.refs import DL06, Decision
+from pidcfg.schemas.base import decimal_text
+from pidcfg.validate.rule import Finding, rule
+from pidcfg.validate.rules.dl06.cascade import link_key
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from pidcfg.validate.rules.dl06.context import Dl06Context
+
+OVERRIDE = DL06.at("Loop Mode Override")
+CASCADED = DL06.at("Cascaded Loops in the DL06 CPU")
+TUNING = DL06.at("Tuning Cascaded Loops")
+INTRODUCTION = DL06.at("Cascade Control, Introduction")
+SOURCES = DL06.at("Data Sources")
+
+D26 = Decision(
+    26, "a major loop should not ask for more than its minor loop takes",
+    "Output limits of a major loop that reach beyond the minor loop's set point limits are a warning.",
+    "The minor loop applies its limits internally; the major loop goes on integrating against them.",
+)  # fmt: skip
+RATIO = 10
+
+
+@rule(
+    code="PID265",
+    name="major-loop-stuck-in-manual",
+    severity=Severity.ERROR,
+    basis=OVERRIDE,
+    message="mode is {mode}, but {major} is meant for {goal} and cannot leave Manual until {name} is in Cascade",
+)
+def major_loop_stuck_in_manual(context: Dl06Context) -> Iterator[Finding]:
+    """A minor loop is not meant for Cascade although its major loop is meant to run.
+
+    Why: a major loop cannot go from Manual to Auto until its minor loop is in Cascade mode, and goes back to Manual
+    when the minor loop leaves it. With these modes the outer loop never controls.
+
+    Fix: write `mode: cascade` for the minor loop, or `mode: manual` for the major loop.
+    """
+    for major, minor in context.cascades:
+        if minor.loop.mode != "cascade" and major.loop.mode != "manual":
+            effect = f"bit 0 of {major.v('mode_and_alarm_status')} ({major.loop.name} in Manual) stays on"
+            yield minor.find("mode", plc_effect=effect, mode=minor.loop.mode, name=minor.loop.name,
+                             major=major.loop.name, goal=major.loop.mode)  # fmt: skip
+
+
+@rule(
+    code="PID266",
+    name="cascade-mode-without-major",
+    severity=Severity.ERROR,
+    basis=DL06.at("Remote Setpoint (SP) Location"),
+    message="mode is cascade, but neither cascade_from nor remote_setpoint is given: the pointer in {word} is 0",
+)
+def cascade_mode_without_major(context: Dl06Context) -> Iterator[Finding]:
+    """A loop is meant for Cascade mode and has no major loop.
+
+    Why: in Cascade the set point comes from the word that +32 points at. Only inner loops run in Cascade; the outermost
+    loop of a cascade runs in Auto.
+
+    Fix: write `mode: auto` for the outermost loop, or name the major loop of an inner one in `cascade_from`.
+    """
+    for view in context.loops:
+        if view.loop.mode == "cascade" and view.loop.cascade_from is None and view.loop.remote_setpoint is None:
+            yield view.find("mode", word=view.v("remote_setpoint"))
+
+
+@rule(
+    code="PID267",
+    name="major-loop-left-in-manual",
+    severity=Severity.WARNING,
+    basis=CASCADED,
+    message="mode is manual, but {minor} is meant for cascade: its set point would be this loop's manual output",
+)
+def major_loop_left_in_manual(context: Dl06Context) -> Iterator[Finding]:
+    """The major loop of a running cascade is meant for Manual.
+
+    Why: in normal operation the outermost loop is in Auto and all inner loops are in Cascade. With the major loop in
+    Manual the minor loop follows a number that nobody calculates. Manual is also the default where `mode` is left out.
+
+    Fix: write `mode: auto` for the outermost loop (`cascade` for one in between), or `mode: auto` for the minor loop.
+    """
+    for major, minor in context.cascades:
+        if major.loop.mode == "manual" and minor.loop.mode == "cascade":
+            yield major.find("mode", minor=minor.loop.name)
+
+
+@rule(
+    code="PID268",
+    name="inner-loop-in-auto",
+    severity=Severity.INFO,
+    basis=CASCADED,
+    message="mode is auto, so {name} keeps its own set point, and the output of {major} leads nowhere",
+)
+def inner_loop_in_auto(context: Dl06Context) -> Iterator[Finding]:
+    """A minor loop is meant for Auto while its major loop is meant for Manual.
+
+    Why: the link is programmed but idle. That is how minor loops are tuned; in normal operation all inner loops run in
+    Cascade.
+
+    Fix: after tuning, write `mode: cascade` for this loop and `mode: auto` for the major loop.
+    """
+    for major, minor in context.cascades:
+        if minor.loop.mode == "auto" and major.loop.mode == "manual":
+            yield minor.find("mode", name=minor.loop.name, major=major.loop.name)
+
+
+@rule(
+    code="PID269",
+    name="major-loop-faster-than-minor",
+    severity=Severity.WARNING,
+    basis=INTRODUCTION,
+    message="{major} samples every {fast} s, faster than its minor loop {minor} with {slow} s",
+)
+def major_loop_faster_than_minor(context: Dl06Context) -> Iterator[Finding]:
+    """The major loop of a cascade is sampled more often than its minor loop.
+
+    Why: for overall stability the minor loop must be the fastest responding loop of the two. Here the outer loop
+    corrects several times before the inner one has moved once.
+
+    Fix: sample the major loop about ten times as slowly as the minor loop.
+    """
+    for major, minor in context.cascades:
+        slow, fast = minor.loop.sample_rate, major.loop.sample_rate
+        if fast < slow:
+            yield major.find("sample_rate", major=major.loop.name, fast=decimal_text(fast), minor=minor.loop.name,
+                             slow=decimal_text(slow))  # fmt: skip
+
+
+@rule(
+    code="PID270",
+    name="cascade-rates-close",
+    severity=Severity.INFO,
+    basis=TUNING,
+    message="{major} samples every {slow} s, {ratio} times its minor loop {minor} with {fast} s; the guideline is "
+    "{limit}",
+)
+def cascade_rates_close(context: Dl06Context) -> Iterator[Finding]:
+    """The major loop's sample rate is less than ten times the minor loop's.
+
+    Why: the manual's starting point for tuning a cascade is a major loop that is slower by a factor of 10, so that the
+    minor loop has settled before it is asked again.
+
+    Fix: slow the major loop down, unless tuning has shown that it works.
+    """
+    for major, minor in context.cascades:
+        slow, fast = major.loop.sample_rate, minor.loop.sample_rate
+        if 0 < fast <= slow < RATIO * fast:
+            yield major.find("sample_rate", major=major.loop.name, slow=decimal_text(slow), minor=minor.loop.name,
+                             fast=decimal_text(fast), ratio=f"{slow / fast:.3g}", limit=RATIO)  # fmt: skip
+
+
+@rule(
+    code="PID271",
+    name="cascade-output-beyond-setpoint-limits",
+    severity=Severity.WARNING,
+    basis=D26,
+    message="the output runs from {low} to {high}, but {minor} limits its set point to {least} to {most}: beyond it "
+    "winds up",
+)
+def cascade_output_beyond_setpoint_limits(context: Dl06Context) -> Iterator[Finding]:
+    """The output limits of a major loop reach beyond the set point limits of its minor loop.
+
+    Why: the minor loop clips the set point silently. The major loop sees its output still moving and goes on
+    integrating, and takes as long to come back.
+
+    Fix: give the major loop's `output.limits` the values of the minor loop's `setpoint.limits`.
+    """
+    for major, minor in context.cascades:
+        output, setpoint = major.holds("output_low", "output_high"), minor.holds("setpoint_low", "setpoint_high")
+        if not minor.setpoint_limited or minor.loop.pv.square_root or not output or not setpoint:
+            continue
+        if output[0] < setpoint[0] or output[1] > setpoint[1]:
+            yield major.find("output", "limits", minor=minor.loop.name,
+                             low=major.eu(output[0], "output"), high=major.eu(output[1], "output"),
+                             least=minor.eu(setpoint[0], "sp"), most=minor.eu(setpoint[1], "sp"))  # fmt: skip
+
+
+@rule(
+    code="PID272",
+    name="cascade-output-also-transferred",
+    severity=Severity.WARNING,
+    basis=SOURCES,
+    message="the output is the set point of {minor} and is also transferred to slot {slot}, channel {channel}",
+)
+def cascade_output_also_transferred(context: Dl06Context) -> Iterator[Finding]:
+    """The output of a major loop also goes to an analog channel.
+
+    Why: each of the main variables can have only one source or destination. The actuator belongs to the minor loop; a
+    channel that the major loop writes is usually left over from a copied loop.
+
+    Fix: remove `output.transfer` of the major loop.
+    """
+    for major, minor in context.cascades:
+        transfer = major.loop.output.transfer
+        if transfer is not None and transfer.slot is not None:
+            yield major.find("output", "transfer", minor=minor.loop.name, slot=transfer.slot, channel=transfer.channel)
+
+
+@rule(
+    code="PID273",
+    name="remote-setpoint-unused",
+    severity=Severity.INFO,
+    basis=CASCADED,
+    message="{key} is given, but mode is {mode}: the remote set point is used in Cascade mode only",
+)
+def remote_setpoint_unused(context: Dl06Context) -> Iterator[Finding]:
+    """Both loops of a cascade are meant for Manual.
+
+    Why: mode is Manual where it is left out. The pointer in +32 stays programmed, and the loop never reads it.
+
+    Fix: write `mode: cascade` for the minor loop and `mode: auto` for the outermost loop.
+    """
+    for major, minor in context.cascades:
+        if minor.loop.mode == "manual" and major.loop.mode == "manual":
+            yield minor.find("mode", key=link_key(minor), mode=minor.loop.mode)

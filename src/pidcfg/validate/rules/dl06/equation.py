@@ -1,0 +1,113 @@
+"""The form of the equation and what depends on it: bumpless transfer, bias freeze, and what the derivative acts on."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from pidcfg.diagnostics import Severity
+from pidcfg.refs import DL06, Decision
+from pidcfg.validate.rule import Finding, finding, rule
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from pidcfg.validate.rules.dl06.context import Dl06Context
+
+FEATURES = DL06.at("PID Loop Feature Specifications")
+FREEZE = DL06.at("Bias Freeze")
+BUMPLESS = DL06.at("Bumpless Transfers")
+
+D14 = Decision(
+    14, "the DL06's derivative acts on the error",
+    "`derivative: pv` is accepted for other CPUs of the family, with an info.",
+    "The DL06 manual prints Kr·(e(n) − e(n−1)), the DL405 manual a derivative of the PV.",
+)  # fmt: skip
+
+
+@rule(
+    code="PID220",
+    name="derivative-of-another-cpu",
+    severity=Severity.INFO,
+    basis=D14,
+    message="derivative is pv, but the DL06's manual prints a derivative of the error",
+)
+def derivative_of_another_cpu(context: Dl06Context) -> Iterator[Finding]:
+    """The file says that the derivative acts on the PV, as on other CPUs of the family.
+
+    Why: no word of the DL06 selects it; the choice only changes the simulation. With the derivative of the error, a
+    step of the set point kicks the output, and a simulation with `pv` would hide that.
+
+    Fix: remove `derivative: pv` unless the file is for another CPU of the family.
+    """
+    if context.config.plc.derivative == "pv":
+        yield finding("plc", "derivative")
+
+
+@rule(
+    code="PID221",
+    name="velocity-form-with-bumpless-two",
+    severity=Severity.ERROR,
+    basis=BUMPLESS,
+    message="bumpless is II, but the velocity form needs Bumpless Transfer I",
+)
+def velocity_form_with_bumpless_two(context: Dl06Context) -> Iterator[Finding]:
+    """The velocity form of the equation is combined with Bumpless Transfer II.
+
+    Why: type II sets the bias, and the velocity form has no bias: the change to Auto would not be bumpless at all. The
+    manual demands type I.
+
+    Fix: write `bumpless: I`, or take the position form.
+    """
+    for view in context.loops:
+        if view.loop.algorithm == "velocity" and view.loop.bumpless == "II":
+            yield view.find("bumpless")
+
+
+@rule(
+    code="PID222",
+    name="freeze-never-reached",
+    severity=Severity.WARNING,
+    basis=FREEZE,
+    message="bias_freeze is on, but the output stays within {low} and {high}: it never reaches {ends} counts, where "
+    "the bias would freeze",
+)
+def freeze_never_reached(context: Dl06Context) -> Iterator[Finding]:
+    """Bias freeze is on while the output limits are narrower than the data range.
+
+    Why: the freeze works only when the output reaches an end of the data range (0 and 4095 counts for 12-bit unipolar).
+    Behind narrower limits the bias keeps integrating: the loop winds up and overshoots when it comes back, which the
+    freeze was meant to prevent.
+
+    Fix: set the output limits to the ends of the data range and limit the actuator elsewhere, or expect windup and
+    remove `bias_freeze`.
+    """
+    for view in context.loops:
+        if (
+            view.loop.bias_freeze
+            and view.loop.algorithm == "position"
+            and (limits := view.holds("output_low", "output_high"))
+        ):
+            ends = view.scales["output"].format
+            if limits[0] > ends.minimum or limits[1] < ends.maximum:
+                yield view.find("bias_freeze", low=view.shown("output_low"), high=view.shown("output_high"),
+                                ends=f"{ends.minimum} or {ends.maximum}")  # fmt: skip
+
+
+@rule(
+    code="PID223",
+    name="freeze-in-velocity-form",
+    severity=Severity.WARNING,
+    basis=FEATURES,
+    message="bias_freeze is on, but the velocity form has no bias to freeze",
+)
+def freeze_in_velocity_form(context: Dl06Context) -> Iterator[Finding]:
+    """Bias freeze is on in a loop of the velocity form.
+
+    Why: anti-windup is a feature of the position form. The velocity form keeps no integral sum, so the bit does
+    nothing.
+
+    Fix: remove `bias_freeze`, or take the position form.
+    """
+    for view in context.loops:
+        if view.loop.bias_freeze and view.loop.algorithm == "velocity":
+            yield view.find("bias_freeze")

@@ -1,0 +1,103 @@
+"""The PV's low-pass filter."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from pidcfg.diagnostics import Severity
+from pidcfg.refs import DL06, Decision
+from pidcfg.schemas.base import decimal_text
+from pidcfg.validate.rule import Finding, rule
+from pidcfg.validate.rules.dl06.alarms import PV_POINTS
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from pidcfg.validate.rules.dl06.context import Dl06Context
+
+FILTER = DL06.at("The DL06 Built-in Analog Filter")
+ROUNDING = DL06.at("Creating an Analog Filter in Ladder Logic")
+
+D19 = Decision(
+    19, "a filtered PV may stall short of its end",
+    "The filter works on whole counts: it stands still once k times the remaining distance rounds to 0, which is "
+    "0.5/k counts away at most.",
+    "The manual warns of an error of 1 part in 1000 because of rounding; at k = 0.1 this gives 5 counts of 4095.",
+)  # fmt: skip
+STRONGEST, WEAKEST = 1, 10
+"""Tenths, as the word holds them."""
+THOUSANDTH = 1000
+
+
+@rule(
+    code="PID239",
+    name="filter-without-effect",
+    severity=Severity.WARNING,
+    basis=FILTER,
+    message="the PV filter is on with {value}, which disables it; the filter constant's range is 0.1 to 1.0",
+)
+def filter_without_effect(context: Dl06Context) -> Iterator[Finding]:
+    """The PV filter is on with a constant outside 0.1 to 1.0.
+
+    Why: 0 and everything from 1.1 to 999.9 essentially disable the filter, while the programming software would quietly
+    change them to 0.1 or 1.0: downloaded as words, they leave the PV as noisy as it is.
+
+    Fix: choose 0.1 (strong, slow) to 1.0 (no filtering), or switch the filter off.
+    """
+    for view in context.loops:
+        pv = view.loop.pv
+        if view.filtered and "filter" not in view.misfits and not STRONGEST <= view.digits("filter") <= WEAKEST:
+            key = "filter_enabled" if pv.filter is None else "filter"
+            yield view.find("pv", key, value="no constant" if pv.filter is None else f"k = {decimal_text(pv.filter)}")
+
+
+@rule(
+    code="PID240",
+    name="filter-leaves-an-offset",
+    severity=Severity.INFO,
+    basis=D19,
+    message="filter k = {k}: the filtered PV may stay up to {offset} short of the true one",
+)
+def filter_leaves_an_offset(context: Dl06Context) -> Iterator[Finding]:
+    """A strong filter rounds so that the PV stays a thousandth of the span off.
+
+    Why: the filtered value is kept in whole counts and stands still once k times the difference rounds to 0. Neither
+    the alarms nor the integral see what is left.
+
+    Fix: use a larger constant, or the 15-bit format, where the same counts are an eighth of the error.
+    """
+    for view in context.loops:
+        tenths = view.digits("filter")
+        if not view.filtered or not STRONGEST <= tenths <= WEAKEST:
+            continue
+        offset = 10 // (2 * tenths)
+        if offset * THOUSANDTH >= view.scales["pv"].format.span:
+            text = view.text(view.scales["pv"].span_value(offset), "pv", offset)
+            yield view.find("pv", "filter", k=f"0.{tenths}", offset=text)
+
+
+@rule(
+    code="PID241",
+    name="filtered-alarm-at-end-of-scale",
+    severity=Severity.WARNING,
+    basis=ROUNDING,
+    message="the {alarm} alarm is at {value}, an end of the scale, but a filtered PV need not get there",
+)
+def filtered_alarm_at_end_of_scale(context: Dl06Context) -> Iterator[Finding]:
+    """An alarm point at zero or full scale while the PV filter is on.
+
+    Why: filtering may leave an error of 1 part in 1000 because of rounding, so the PV may stop short of the end. The
+    manual says: you should not use zero or full scale as alarm points.
+
+    Fix: move the alarm point inside by at least a thousandth of the range.
+    """
+    for view in context.loops:
+        if not view.filtered or not view.pv_alarms:
+            continue
+        ends = view.scales["pv"].format
+        for key in PV_POINTS:
+            if getattr(view.loop.alarms.pv, key) is not None and view.counts(f"pv_{key}") in {
+                ends.minimum,
+                ends.maximum,
+            }:
+                yield view.find("alarms", "pv", key, alarm=key, value=view.shown(f"pv_{key}"))

@@ -1,0 +1,215 @@
+"""The ramp/soak generator: its table's place in memory, and whether it can run."""
+
+from __future__ import annotations
+
+from itertools import combinations
+from typing import TYPE_CHECKING
+
+from pidcfg.diagnostics import Severity
+from pidcfg.encoders.dl06_setup import TABLE_IN_SYSTEM, TABLE_OUTSIDE_LOWER, TABLE_OUTSIDE_UPPER, check_ramp_soak
+from pidcfg.encoders.maps.dl06 import CPU, RAMP_SOAK_SIZE
+from pidcfg.refs import DL06
+from pidcfg.schemas.octal import v_name
+from pidcfg.validate.rule import Finding, rule
+from pidcfg.validate.rules.dl06.setup import between
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from pidcfg.validate.rules.dl06.context import Dl06Context, LoopView
+
+ERRORS = DL06.at("Ramp/Soak Programming Errors")
+LOCATION = DL06.at("Ramp/Soak Table Location (Addr + 34)")
+TABLE = DL06.at("Ramp/Soak Table")
+ENABLE = DL06.at("Ramp/Soak Generator Enable")
+CONTROLS = DL06.at("Ramp/Soak Controls")
+TROUBLE = DL06.at("Troubleshooting Tips")
+
+BITS = {TABLE_OUTSIDE_LOWER: 0, TABLE_OUTSIDE_UPPER: 1, TABLE_IN_SYSTEM: 4}
+
+
+def tables(context: Dl06Context) -> Iterator[tuple[LoopView, int, int]]:
+    """Each loop with a ramp/soak table that is used or written: the table's first and last word."""
+    for view in context.loops:
+        profile = view.loop.ramp_soak
+        if profile is not None and (profile.enabled or profile.steps is not None):
+            yield view, profile.table, profile.table + RAMP_SOAK_SIZE - 1
+
+
+def error_bit(view: LoopView, flags: int) -> str:
+    """How findings name a bit of +35."""
+    return f"bit {BITS[flags]} of {view.v('ramp_soak_errors')} when the profile is started: it does not run"
+
+
+@rule(
+    code="PID274",
+    name="ramp-soak-table-outside-user-memory",
+    severity=Severity.ERROR,
+    basis=ERRORS,
+    message="the ramp/soak table occupies {words}, outside user memory ({user})",
+)
+def table_outside_user_memory(context: Dl06Context) -> Iterator[Finding]:
+    """The 32 words of a ramp/soak table do not all lie in user memory.
+
+    Why: when the generator is started, the CPU sets bit 0 or bit 1 of +35 and the profile does not run; until then
+    nothing shows. The table needs its 32 words whatever the number of steps.
+
+    Fix: place it in V1200-V7577 or V10000-V17777, all 32 words (40 octal).
+    """
+    for view, first, last in tables(context):
+        flags = check_ramp_soak(first)
+        if flags and flags != TABLE_IN_SYSTEM:
+            yield view.find("ramp_soak", "table", plc_effect=error_bit(view, flags), words=between((first, last)),
+                            user=", ".join(between(ends) for ends in CPU.user))  # fmt: skip
+
+
+@rule(
+    code="PID275",
+    name="ramp-soak-table-in-system-memory",
+    severity=Severity.ERROR,
+    basis=ERRORS,
+    message="the ramp/soak table starts at {start}, among the system parameters {system}",
+)
+def table_in_system_memory(context: Dl06Context) -> Iterator[Finding]:
+    """A ramp/soak table starts among the system parameters V7600-V7777.
+
+    Why: V7640 to V7642, the set-up of all loops, lie there. Downloading the table would overwrite them; the CPU sets
+    bit 4 of +35 when the profile is started.
+
+    Fix: place the table in user memory, V1200-V7577 or V10000-V17777.
+    """
+    for view, first, _ in tables(context):
+        if check_ramp_soak(first) == TABLE_IN_SYSTEM:
+            yield view.find("ramp_soak", "table", plc_effect=error_bit(view, TABLE_IN_SYSTEM), start=v_name(first),
+                            system=between(CPU.system))  # fmt: skip
+
+
+@rule(
+    code="PID276",
+    name="ramp-soak-table-in-loop-table",
+    severity=Severity.ERROR,
+    basis=TABLE,
+    message="the ramp/soak table {words} overlaps the loop table {table}",
+)
+def table_in_loop_table(context: Dl06Context) -> Iterator[Finding]:
+    """A ramp/soak table overlaps the loop table.
+
+    Why: one of the two overwrites the other: set points and slopes would be read as gains and pointers of a loop.
+
+    Fix: move the ramp/soak table behind the loop table or anywhere else in user memory (32 words).
+    """
+    start, end = context.table
+    for view, first, last in tables(context):
+        if first <= end and last >= start:
+            yield view.find("ramp_soak", "table", words=between((first, last)), table=between((start, end)))
+
+
+@rule(
+    code="PID277",
+    name="ramp-soak-tables-overlap",
+    severity=Severity.ERROR,
+    basis=TABLE,
+    message="the ramp/soak table {words} overlaps that of {other}, {theirs}",
+)
+def tables_overlap(context: Dl06Context) -> Iterator[Finding]:
+    """The ramp/soak tables of two loops overlap.
+
+    Why: each table takes 32 words regardless of the number of segments programmed; words that two profiles share make
+    one of them run the other's steps.
+
+    Fix: place the tables at least 40 octal words apart.
+    """
+    for (_, first, last), (view, start, end) in combinations(tables(context), 2):
+        if first <= end and last >= start:
+            other = next(v for v, f, _ in tables(context) if f == first)
+            yield view.find("ramp_soak", "table", words=between((start, end)), other=other.loop.name,
+                            theirs=between((first, last)))  # fmt: skip
+
+
+@rule(
+    code="PID278",
+    name="ramp-soak-without-steps",
+    severity=Severity.WARNING,
+    basis=TABLE,
+    message="the generator is on, but {what}",
+)
+def ramp_soak_without_steps(context: Dl06Context) -> Iterator[Finding]:
+    """The ramp/soak generator is on and has no profile.
+
+    Why: with an empty list the table is all zeros, and slope 0 ends the profile at once. Without a list (an info) the
+    table is not part of the file, and something else has to write it.
+
+    Fix: list the `steps`, or remove `ramp_soak`.
+    """
+    for view in context.loops:
+        profile = view.loop.ramp_soak
+        if profile is not None and profile.enabled and not profile.steps:
+            empty = profile.steps is not None
+            what = "its profile is empty" if empty else f"the file does not write the table at {v_name(profile.table)}"
+            path = ("loops", view.index, "ramp_soak", "steps" if empty else "table")
+            yield Finding(path, {"what": what}, severity=None if empty else Severity.INFO)
+
+
+@rule(
+    code="PID279",
+    name="ramp-soak-switched-off",
+    severity=Severity.INFO,
+    basis=ENABLE,
+    message="a profile is written, but bit 11 of {word} is off: the controls in {flags} will not operate",
+)
+def ramp_soak_switched_off(context: Dl06Context) -> Iterator[Finding]:
+    """A ramp/soak profile is given, and the generator's enable bit is off.
+
+    Why: the start, hold, resume and jog bits do nothing unless the enable bit is 1 during the entire process. It is the
+    first thing that the troubleshooting section asks for.
+
+    Fix: remove `enabled: false`, unless the ladder program sets the bit.
+    """
+    for view in context.loops:
+        profile = view.loop.ramp_soak
+        if profile is not None and profile.steps and not profile.enabled:
+            yield view.find("ramp_soak", "enabled", word=view.v("mode_setting_1"), flags=view.v("ramp_soak_flags"))
+
+
+@rule(
+    code="PID280",
+    name="ramp-soak-in-cascade",
+    severity=Severity.WARNING,
+    basis=TROUBLE,
+    message="the ramp/soak generator is on, but mode is cascade: the set point comes from {source}",
+)
+def ramp_soak_in_cascade(context: Dl06Context) -> Iterator[Finding]:
+    """The ramp/soak generator is on in a loop that is meant for Cascade mode.
+
+    Why: the generator writes the loop's own set point (+02), and in Cascade the loop reads the remote one. The profile
+    does not operate, as the troubleshooting section says.
+
+    Fix: put the profile on the outermost loop of the cascade.
+    """
+    for view in context.loops:
+        profile = view.loop.ramp_soak
+        if profile is not None and profile.enabled and view.loop.mode == "cascade":
+            major = context.majors[view.index]
+            source = view.v("remote_setpoint") if major is None else context.loops[major].loop.name
+            yield view.find("ramp_soak", source=source)
+
+
+@rule(
+    code="PID281",
+    name="ramp-soak-control-preset",
+    severity=Severity.WARNING,
+    basis=CONTROLS,
+    message="request is {request}: the bit is already 1 in {word} when the program is downloaded",
+)
+def ramp_soak_control_preset(context: Dl06Context) -> Iterator[Finding]:
+    """A control bit of the ramp/soak generator is set in the download.
+
+    Why: the normal state of the control bits is all zeros, and each acts on a change from 0 to 1 while the CPU is in
+    Run. A bit that is already on can start a profile that nobody asked for, or keep it from starting.
+
+    Fix: remove `request`; let the ladder program or the operator set the bit.
+    """
+    for view in context.loops:
+        profile = view.loop.ramp_soak
+        if profile is not None and profile.request != "none":
+            yield view.find("ramp_soak", "request", request=profile.request, word=view.v("ramp_soak_flags"))

@@ -1,0 +1,260 @@
+"""Set-up of the CPU: where the loop table lies (V7640), how many loops run (V7641), and how fast."""
+
+from __future__ import annotations
+
+from decimal import Decimal
+from typing import TYPE_CHECKING
+
+from pidcfg.diagnostics import Severity
+from pidcfg.encoders.dl06 import loop_start
+from pidcfg.encoders.dl06_setup import OUTSIDE_LOWER, OUTSIDE_UPPER, STRADDLES, TOO_MANY
+from pidcfg.encoders.maps.dl06 import CPU
+from pidcfg.refs import DL06, Decision
+from pidcfg.schemas.base import decimal_text
+from pidcfg.schemas.octal import v_name
+from pidcfg.validate.rule import Finding, finding, rule
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from pidcfg.validate.rules.dl06.context import Dl06Context
+
+POINTER = DL06.at("Loop Table and Number of Loops")
+FLAGS = DL06.at("PID Error Flags, V7642")
+FEATURES = DL06.at("PID Loop Feature Specifications")
+
+D10 = Decision(
+    10, "a table beyond V17777 is an error",
+    "A loop table that begins in the upper range and ends past V17777 is refused, although no bit of V7642 shows it.",
+    "Bit 3 only watches the boundary at V7577; memory ends at V17777, so the last loops would have no words.",
+)  # fmt: skip
+D11 = Decision(
+    11, "loop tables do not belong into V7400 to V7577",
+    "A table that reaches into these words is allowed with a warning.",
+    "They are kept in non-volatile memory with a limited number of writes, and each calculation writes bias and "
+    "output.",
+)  # fmt: skip
+
+TABLE = ("plc", "loop_table")
+COUNT = ("plc", "number_of_loops")
+
+
+def between(ends: tuple[int, int]) -> str:
+    """A range of addresses as the manual prints it."""
+    return f"{v_name(ends[0])}-{v_name(ends[1])}"
+
+
+def loops_text(number: int) -> str:
+    """``1 loop``, ``5 loops``."""
+    return f"{number} loop{'' if number == 1 else 's'}"
+
+
+@rule(
+    code="PID201",
+    name="loop-table-outside-lower-memory",
+    severity=Severity.ERROR,
+    basis=POINTER,
+    message="the loop table starts at {start}, outside {allowed} (and below {upper}, where the upper range begins)",
+)
+def table_outside_lower_memory(context: Dl06Context) -> Iterator[Finding]:
+    """The loop table starts below V10000, but not in V1200-V7340.
+
+    Why: the CPU checks V7640 when it goes from Program to Run. With an address outside its ranges it sets bit 0 of
+    V7642 and calculates no loop at all; nothing else tells the operator. V7400-V7577 holds a table, but no table may
+    start there.
+
+    Fix: start the table between V1200 and V7340 (V2000 is the manual's example), or between V10000 and V17740.
+    """
+    if context.setup.flags & OUTSIDE_LOWER:
+        yield Finding(TABLE, {"start": v_name(context.setup.start), "allowed": between(CPU.lower),
+                              "upper": v_name(CPU.upper[0])}, plc_effect="V7642 bit 0")  # fmt: skip
+
+
+@rule(
+    code="PID202",
+    name="loop-table-outside-upper-memory",
+    severity=Severity.ERROR,
+    basis=POINTER,
+    message="the loop table starts at {start}, outside {allowed}",
+)
+def table_outside_upper_memory(context: Dl06Context) -> Iterator[Finding]:
+    """The loop table starts above V10000, but past V17740.
+
+    Why: the CPU sets bit 1 of V7642 when it goes from Program to Run and calculates no loop. V17740 is the last start
+    at which one loop's 32 words (to V17777) still exist.
+
+    Fix: start the table between V10000 and V17740, low enough for all its loops (40 octal words each).
+    """
+    if context.setup.flags & OUTSIDE_UPPER:
+        yield Finding(TABLE, {"start": v_name(context.setup.start), "allowed": between(CPU.upper)},
+                      plc_effect="V7642 bit 1")  # fmt: skip
+
+
+@rule(
+    code="PID203",
+    name="more-loops-than-the-cpu-has",
+    severity=Severity.ERROR,
+    basis=FLAGS,
+    message="V7641 would hold {count} loops; the {cpu} calculates at most {limit}",
+)
+def more_loops_than_the_cpu_has(context: Dl06Context) -> Iterator[Finding]:
+    """The number of loops is greater than 8.
+
+    Why: the CPU sets bit 2 of V7642 when it goes from Program to Run and calculates none of them, not even the first 8.
+
+    Fix: remove loops, or move some to a second PLC. `number_of_loops` is best left out: it follows from the list.
+    """
+    if context.setup.flags & TOO_MANY:
+        written = context.config.plc.number_of_loops is not None
+        yield Finding(COUNT if written else ("loops", CPU.loops), {"count": context.count, "cpu": CPU.title,
+                      "limit": CPU.loops}, plc_effect="V7642 bit 2")  # fmt: skip
+
+
+@rule(
+    code="PID204",
+    name="loop-table-crosses-the-boundary",
+    severity=Severity.ERROR,
+    basis=FLAGS,
+    message="the loop table of {loops} occupies {words}, past the boundary at {limit}",
+)
+def table_crosses_the_boundary(context: Dl06Context) -> Iterator[Finding]:
+    """The loop table begins in the lower range and extends past V7577.
+
+    Why: behind V7577 lie the system parameters, V7640 among them. The CPU sets bit 3 of V7642 when it goes from Program
+    to Run and calculates no loop.
+
+    Fix: use an address closer to V1200, as the manual says: n loops need 40 octal words each, so 8 loops start at V7200
+    at the latest, 5 loops at V7340.
+    """
+    if context.setup.flags & STRADDLES:
+        yield Finding(TABLE, {"loops": loops_text(context.setup.count), "words": between(context.counted),
+                              "limit": v_name(CPU.lower_end)}, plc_effect="V7642 bit 3")  # fmt: skip
+
+
+@rule(
+    code="PID205",
+    name="loop-table-beyond-memory",
+    severity=Severity.ERROR,
+    basis=D10,
+    message="the loop table of {loops} occupies {words}, but memory ends at {limit}",
+)
+def table_beyond_memory(context: Dl06Context) -> Iterator[Finding]:
+    """The loop table begins in the upper range and extends past V17777, the last word there is.
+
+    Why: V7642 has no bit for this: the quick check "V7642 is 0000, so all is well" passes while the last loops have no
+    words to be read from.
+
+    Fix: start the table lower: 8 loops fit from V17400, 2 loops from V17700, a single one from V17740.
+    """
+    start, last = context.counted
+    if CPU.upper[0] <= start <= CPU.upper[1] and last > CPU.upper_end:
+        yield Finding(TABLE, {"loops": loops_text(context.setup.count), "words": between((start, last)),
+                              "limit": v_name(CPU.upper_end)}, plc_effect="not shown in V7642")  # fmt: skip
+
+
+@rule(
+    code="PID206",
+    name="loop-table-in-non-volatile-memory",
+    severity=Severity.WARNING,
+    basis=D11,
+    message="the loop table of {loops} occupies {words} and reaches into the non-volatile words {limit}",
+)
+def table_in_non_volatile_memory(context: Dl06Context) -> Iterator[Finding]:
+    """Words of the loop table lie in V7400-V7577, which are kept in non-volatile memory.
+
+    Why: such memory takes a limited number of writes, and each calculation writes bias and output: at 0.1 s a loop
+    makes 36,000 writes an hour. The CPU does not object, so the wear shows only when it is too late.
+
+    Fix: start the table lower, so that it ends at V7377 or before (8 loops: V7000).
+    """
+    start, last = context.counted
+    low, high = CPU.non_volatile
+    if not context.setup.flags and start <= high and last >= low:
+        yield finding(*TABLE, loops=loops_text(context.setup.count), words=between((start, last)),
+                      limit=between(CPU.non_volatile))  # fmt: skip
+
+
+@rule(
+    code="PID207",
+    name="listed-loop-never-calculated",
+    severity=Severity.WARNING,
+    basis=POINTER,
+    message="V7641 would hold {count}, but {listed} are listed: {names} would never be calculated",
+)
+def listed_loop_never_calculated(context: Dl06Context) -> Iterator[Finding]:
+    """`number_of_loops` is smaller than the list of loops.
+
+    Why: the CPU uses loops in ascending order and stops at the number in V7641. The loops behind it have words in the
+    table, but no calculation, no alarms and no mode.
+
+    Fix: remove `number_of_loops`; it follows from the list. To keep a loop for later, put it at the end of a file of
+    its own.
+    """
+    listed = len(context.config.loops)
+    if 0 < context.count < listed:
+        names = ", ".join(loop.name for loop in context.config.loops[context.count :])
+        yield finding(*COUNT, count=context.count, listed=loops_text(listed), names=names)
+
+
+@rule(
+    code="PID208",
+    name="counted-loop-not-listed",
+    severity=Severity.ERROR,
+    basis=POINTER,
+    message="V7641 would hold {count}, but only {listed} are listed: the CPU takes {words} for loop tables as well",
+)
+def counted_loop_not_listed(context: Dl06Context) -> Iterator[Finding]:
+    """`number_of_loops` is greater than the list of loops.
+
+    Why: the CPU attempts to control the full number of loops in V7641. It would read whatever stands behind the table
+    as gains and pointers, and write bias and output words there.
+
+    Fix: remove `number_of_loops`; it follows from the list.
+    """
+    listed = len(context.config.loops)
+    if listed < context.count <= CPU.loops:
+        words = between((loop_start(context.config.plc, listed), context.counted[1]))
+        yield finding(*COUNT, count=context.count, listed=loops_text(listed), words=words)
+
+
+@rule(
+    code="PID209",
+    name="loop-task-off",
+    severity=Severity.WARNING,
+    basis=POINTER,
+    message="V7641 would hold 0: the loop task is off and none of the {listed} is calculated",
+)
+def loop_task_off(context: Dl06Context) -> Iterator[Finding]:
+    """`number_of_loops` is 0 while loops are listed.
+
+    Why: 0 turns the loop controller off during the ladder scan. There is no error flag, and outputs keep their values.
+
+    Fix: remove `number_of_loops`; it follows from the list.
+    """
+    listed = len(context.config.loops)
+    if context.count == 0 and listed:
+        yield finding(*COUNT, listed=loops_text(listed))
+
+
+@rule(
+    code="PID210",
+    name="sample-rate-too-fast-for-loop-count",
+    severity=Severity.ERROR,
+    basis=FEATURES,
+    message="sample_rate is {value} s; with {loops} the CPU calculates no loop more often than every {limit} s",
+)
+def sample_rate_too_fast_for_loop_count(context: Dl06Context) -> Iterator[Finding]:
+    """A sample rate under 0.1 s with five or more loops.
+
+    Why: the CPU reaches 0.05 s with 1 to 4 loops only. If it samples less often than the gains assume, integral and
+    derivative act with the wrong time step.
+
+    Fix: sample every 0.1 s or slower, or bring the number of loops down to 4.
+    """
+    limit = Decimal(CPU.slow_rate)
+    if context.count <= CPU.fast_loops:
+        return
+    for view in context.loops:
+        if Decimal(CPU.fast_rate) <= view.loop.sample_rate < limit:
+            yield view.find("sample_rate", value=decimal_text(view.loop.sample_rate), loops=loops_text(context.count),
+                            limit=limit)  # fmt: skip

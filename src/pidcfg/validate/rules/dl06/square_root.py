@@ -1,0 +1,121 @@
+"""PV square-root extract: what it does to the scales of set point and alarms."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from pidcfg.diagnostics import Severity
+from pidcfg.encoders.words import nearest
+from pidcfg.refs import DL06, Decision
+from pidcfg.validate.rule import Finding, rule
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from pidcfg.validate.rules.dl06.context import Dl06Context
+
+ROOT = DL06.at("Process Variable (PV) Configuration, IMPORTANT")
+
+D16 = Decision(
+    16, "the scale of a square-root loop",
+    "The set point runs from 0 to the root of the span (0 to 64 counts for 12 bit); error = SP − √PV is normalised "
+    "by that root; alarms compare the raw PV, deviation alarms with SP².",
+    "The manual divides the desired SP by the root of the analog span. A full-scale error keeps its full-scale "
+    "effect; the alarm words have no root in the manual's figures.",
+)  # fmt: skip
+D17 = Decision(
+    17, "the root of a negative PV is 0", "With square-root extract a negative PV counts as 0.",
+    "A differential-pressure signal is not negative, and the manual says nothing about one.",
+)  # fmt: skip
+
+
+@rule(
+    code="PID235",
+    name="square-root-rescales-setpoint",
+    severity=Severity.INFO,
+    basis=D16,
+    message="square-root extract: {word} holds the set point divided by the root of the span, 0 to {top} counts, "
+    "{step} % of full scale a count; the error is SP - sqrt(PV), alarms stay on the raw PV",
+)
+def square_root_rescales_setpoint(context: Dl06Context) -> Iterator[Finding]:
+    """PV square-root extract changes the scale of the set point.
+
+    Why: the loop compares the set point with the root of the PV word, so the set point is divided by the root of the
+    span. Of a 12-bit span 64 steps are left, 1.6 % of full flow each. `pidcfg` converts what is written in the file; a
+    set point that a panel or the ladder writes must be converted there. An error of full flow keeps its full effect;
+    the absolute alarms compare the raw PV.
+
+    Fix: nothing, if all who write the set point know. The 15-bit format gives finer steps.
+    """
+    for view in context.loops:
+        if view.loop.pv.square_root:
+            top = nearest(view.scales["sp"].full)
+            yield view.find("pv", "square_root", word=view.v("setpoint"), top=top, step=f"{100 / top:.2g}")
+
+
+@rule(
+    code="PID236",
+    name="square-root-alarm-scale",
+    severity=Severity.INFO,
+    basis=D16,
+    message="the {alarm} alarm at {value} compares the raw PV: it comes at a flow of {flow} % of full scale, not "
+    "{percent} %",
+)
+def square_root_alarm_scale(context: Dl06Context) -> Iterator[Finding]:
+    """Alarms of a square-root loop are on the scale of the differential pressure, not of the flow.
+
+    Why: the alarm words are compared with the raw PV. A limit at half of the range is half of the differential
+    pressure, which is 71 % of the flow.
+
+    Fix: square the flow: to alarm at 80 % of the flow, write 64 % of the range.
+    """
+    for view in context.loops:
+        if not view.loop.pv.square_root or not view.pv_alarms or view.bipolar:
+            continue
+        for key in ("low_low", "low", "high", "high_high"):
+            counts, scale = view.counts(f"pv_{key}"), view.scales["pv"]
+            if counts is not None and 0 < counts < scale.format.maximum:
+                share = counts / scale.format.maximum
+                yield view.find("alarms", "pv", key, alarm=key, value=view.shown(f"pv_{key}"),
+                                flow=f"{100 * share**0.5:.0f}", percent=f"{100 * share:.0f}")  # fmt: skip
+                break
+
+
+@rule(
+    code="PID237",
+    name="square-root-without-setpoint-limits",
+    severity=Severity.INFO,
+    basis=ROOT,
+    message="square-root extract without set point limits: a set point written to {word} in PV counts, anything above "
+    "{top}, would open the loop's output fully",
+)
+def square_root_without_setpoint_limits(context: Dl06Context) -> Iterator[Finding]:
+    """A loop with square-root extract has no upper set point limit.
+
+    Why: the set point word ends at 64 counts (12 bit). A panel that writes it on the PV's scale, 0 to 4095, asks for a
+    flow that cannot exist. The manual advises to set the SP upper limit to the top of the allowed range.
+
+    Fix: give `setpoint.limits`.
+    """
+    for view in context.loops:
+        if view.loop.pv.square_root and not view.setpoint_limited:
+            yield view.find("pv", "square_root", word=view.v("setpoint"), top=nearest(view.scales["sp"].full))
+
+
+@rule(
+    code="PID238",
+    name="square-root-of-signed-signal",
+    severity=Severity.WARNING,
+    basis=D17,
+    message="square-root extract on the {format} format: negative counts have no root and are taken as 0",
+)
+def square_root_of_signed_signal(context: Dl06Context) -> Iterator[Finding]:
+    """Square-root extract is on for a bipolar PV.
+
+    Why: the lower half of the format, and of the range, has no root. A flow that reverses reads as no flow.
+
+    Fix: use a unipolar format for a differential-pressure signal.
+    """
+    for view in context.loops:
+        if view.loop.pv.square_root and view.bipolar:
+            yield view.find("pv", "square_root", format=view.loop.pv.format)

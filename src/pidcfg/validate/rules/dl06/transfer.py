@@ -1,0 +1,226 @@
+"""Auto transfer of PV and output, and loops that run while the CPU is in Program mode."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from pidcfg.diagnostics import Severity
+from pidcfg.encoders.dl06 import LOOP_SIZE
+from pidcfg.encoders.maps.dl06 import CPU, D03, LOOP_TABLE
+from pidcfg.refs import DL06
+from pidcfg.schemas.octal import v_name
+from pidcfg.validate.rule import Finding, rule
+from pidcfg.validate.rules.dl06.ramp_soak import tables
+from pidcfg.validate.rules.dl06.setup import between
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from pidcfg.schemas.dl06 import Transfer
+    from pidcfg.validate.rules.dl06.context import Dl06Context, LoopView
+
+MODES = DL06.at("CPU Modes and Loop Modes")
+TRANSFER = DL06.at("Auto Transfer to Analog I/O")
+FROM_MEMORY = DL06.at("PV Auto Transfer (Addr + 36) from V-memory Option")
+SOURCES = DL06.at("Data Sources")
+SELECT = DL06.at("Step 4: Select I/O Modules")
+
+
+def channel_of(transfer: Transfer | None) -> tuple[int, int] | None:
+    """Slot and channel of a transfer that goes to a module."""
+    if transfer is None or transfer.slot is None or transfer.channel is None:
+        return None
+    return transfer.slot, transfer.channel
+
+
+@rule(
+    code="PID289",
+    name="independent-loop-without-transfer",
+    severity=Severity.WARNING,
+    basis=MODES,
+    message="the loop is independent of the CPU mode, but {missing}: in Program mode nothing moves {words}",
+)
+def independent_loop_without_transfer(context: Dl06Context) -> Iterator[Finding]:
+    """A loop is to run while the CPU is in Program mode, without auto transfer of both its PV and its output.
+
+    Why: in Program mode the ladder program stands still, and with it the copying of analog values. The loop would go on
+    calculating from a frozen PV, or into a word that no module reads. The output of a major loop needs no transfer.
+
+    Fix: add `pv.transfer` and `output.transfer` (slot and channel), or remove `independent_of_cpu_mode`.
+    """
+    majors = set(context.majors)
+    for view in context.loops:
+        loop = view.loop
+        if not loop.independent_of_cpu_mode:
+            continue
+        missing = ["pv"] if loop.pv.transfer is None else []
+        if loop.output.transfer is None and view.index not in majors:
+            missing.append("output")
+        if missing:
+            text = (
+                " and ".join(f"{key}.transfer" for key in missing)
+                + (" is" if len(missing) == 1 else " are")
+                + " not given"
+            )
+            yield view.find("independent_of_cpu_mode", missing=text, words=" and ".join(view.v(key) for key in missing))
+
+
+@rule(
+    code="PID290",
+    name="transfer-source-outside-memory",
+    severity=Severity.ERROR,
+    basis=FROM_MEMORY,
+    message="the PV's source {address} is outside {allowed}",
+)
+def transfer_source_outside_memory(context: Dl06Context) -> Iterator[Finding]:
+    """The PV is transferred from a V-memory word that the manual does not allow.
+
+    Why: the transfer reads V400-V677, V1200-V7377 and V10000-V17777 only; elsewhere lie timers, system words and words
+    kept in non-volatile memory. An address that is read wrongly is a PV that stands still.
+
+    Fix: copy the value to a word inside these ranges and transfer it from there.
+    """
+    for view in context.loops:
+        transfer = view.loop.pv.transfer
+        if transfer is None or transfer.address is None:
+            continue
+        if not any(low <= transfer.address <= high for low, high in CPU.transfer_sources):
+            yield view.find("pv", "transfer", "address", address=v_name(transfer.address),
+                            allowed=", ".join(between(ends) for ends in CPU.transfer_sources))  # fmt: skip
+
+
+@rule(
+    code="PID291",
+    name="output-transferred-to-memory",
+    severity=Severity.ERROR,
+    basis=TRANSFER,
+    message="output.transfer names {address}, but {word} holds slot and channel only",
+)
+def output_transferred_to_memory(context: Dl06Context) -> Iterator[Finding]:
+    """The output is to be transferred to a V-memory word.
+
+    Why: a V-memory address is an option of the PV's word (+36) alone. In the output's word (+37) its digits would be
+    read as base, slot and channel.
+
+    Fix: give slot and channel, or leave the transfer out and let the ladder program read the output word.
+    """
+    for view in context.loops:
+        transfer = view.loop.output.transfer
+        if transfer is not None and transfer.address is not None:
+            yield view.find("output", "transfer", "address", address=v_name(transfer.address),
+                            word=view.v("output_transfer"))  # fmt: skip
+
+
+@rule(
+    code="PID292",
+    name="output-channel-written-twice",
+    severity=Severity.ERROR,
+    basis=SOURCES,
+    message="slot {slot}, channel {channel} is already the output of {other}",
+)
+def output_channel_written_twice(context: Dl06Context) -> Iterator[Finding]:
+    """Two loops transfer their outputs to the same channel.
+
+    Why: the loop that is calculated last wins; the actuator jumps between two outputs, and neither loop controls.
+
+    Fix: correct the slot or channel of one of them.
+    """
+    first: dict[tuple[int, int], str] = {}
+    for view in context.loops:
+        channel = channel_of(view.loop.output.transfer)
+        if channel is None:
+            continue
+        if channel in first:
+            yield view.find("output", "transfer", slot=channel[0], channel=channel[1], other=first[channel])
+        first.setdefault(channel, view.loop.name)
+
+
+@rule(
+    code="PID293",
+    name="channel-read-and-written",
+    severity=Severity.INFO,
+    basis=SELECT,
+    message="slot {slot}, channel {channel} is also the PV of {other}: right only for a combined input/output module",
+)
+def channel_read_and_written(context: Dl06Context) -> Iterator[Finding]:
+    """An output goes to the slot and channel from which a PV is read.
+
+    Why: a module either measures or drives, except for the combination modules, which count inputs and outputs from 1
+    each. With any other module one of the two transfers reaches nothing.
+
+    Fix: check the module in this slot.
+    """
+    read: dict[tuple[int, int], str] = {}
+    for view in context.loops:
+        channel = channel_of(view.loop.pv.transfer)
+        if channel is not None:
+            read.setdefault(channel, view.loop.name)
+    for view in context.loops:
+        channel = channel_of(view.loop.output.transfer)
+        if channel is not None and channel in read:
+            yield view.find("output", "transfer", slot=channel[0], channel=channel[1], other=read[channel])
+
+
+@rule(
+    code="PID294",
+    name="pv-source-in-pid-table",
+    severity=Severity.WARNING,
+    basis=SOURCES,
+    message="the PV's source {address} is {what}",
+)
+def pv_source_in_pid_table(context: Dl06Context) -> Iterator[Finding]:
+    """The PV is transferred from a word of the loop table or of a ramp/soak table.
+
+    Why: those words are settings or results of loops, not measurements. Usually the word that the analog module writes
+    was meant; its own +03 as a source would leave the PV as it is for ever.
+
+    Fix: give the word that holds the measured value, or slot and channel.
+    """
+    for view in context.loops:
+        transfer = view.loop.pv.transfer
+        if transfer is not None and transfer.address is not None and (what := _in_tables(context, transfer.address)):
+            yield view.find("pv", "transfer", "address", address=v_name(transfer.address), what=what)
+
+
+def _in_tables(context: Dl06Context, address: int) -> str:
+    """Which word of which table an address is; empty when it is outside them."""
+    first, last = context.table
+    if first <= address <= last:
+        index, offset = divmod(address - first, LOOP_SIZE)
+        word = next(word for word in LOOP_TABLE.words if word.offset == offset)
+        return f"word +{offset:02o} ({word.title}) of loop {index + 1}"
+    owner = next((view for view, start, end in tables(context) if start <= address <= end), None)
+    return "" if owner is None else f"in the ramp/soak table of {owner.loop.name}"
+
+
+@rule(
+    code="PID295",
+    name="slot-counted-two-ways",
+    severity=Severity.INFO,
+    basis=D03,
+    message="{word} holds {digits}: slot {slot} by the manual's table (1 to 4), but its text counts slots from "
+    "0{hexadecimal}",
+)
+def slot_counted_two_ways(context: Dl06Context) -> Iterator[Finding]:
+    """The manual counts the slots of the option cards in two ways.
+
+    Why: its table says 1 to 4; its text says that slot 1 is the second slot and slot 0 is adjacent to the CPU. The file
+    is encoded by the table. Channels from 10 on are stored as hexadecimal digits, which the manual leaves open. It is
+    reported once a file. All channels of a module that is used this way are closed to the pointer method.
+
+    Fix: nothing, once the first download has shown that the PV follows the right terminal.
+    """
+    for view in context.loops:
+        for key, transfer in (("pv", view.loop.pv.transfer), ("output", view.loop.output.transfer)):
+            channel = channel_of(transfer)
+            if channel is not None:
+                yield _slot(view, key, *channel)
+                return
+
+
+def _slot(view: LoopView, key: str, slot: int, channel: int) -> Finding:
+    word = view.block.encoded.words[LOOP_TABLE.offset(f"{key}_transfer")]
+    shown = "" if channel <= 9 else f", and channel {channel} is stored as {channel:02X} hex"
+    return view.find(
+        key, "transfer", word=view.v(f"{key}_transfer"), digits=f"{word:04X}", slot=slot, hexadecimal=shown
+    )
