@@ -1,0 +1,221 @@
+"""Imports point down, heavy packages stay where they are needed, modules and functions stay small."""
+
+import ast
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from pidcfg.vendors import VENDORS
+
+ROOT = Path(__file__).parents[1]
+SRC = ROOT / "src"
+
+# fmt: off
+MAY_IMPORT = {
+    # part          parts of pidcfg that it may import besides itself
+    "refs":         "",
+    "limits":       "",
+    "writer":       "",
+    "diagnostics":  "refs",
+    "document":     "refs limits diagnostics",
+    "source":       "refs limits diagnostics document",
+    "schemas":      "refs",
+    "encoders":     "refs schemas",
+    "vendors":      "refs schemas encoders",
+    "convert":      "refs schemas encoders vendors",
+    "tuning":       "refs schemas encoders vendors",
+    "validate":     "refs limits diagnostics document source schemas encoders vendors convert tuning",
+    "sim":          "refs schemas encoders",
+    "cli":          "*",
+    "api":          "refs limits diagnostics document source schemas encoders vendors convert tuning validate sim",
+    "__init__":     "api",
+    "__main__":     "cli",
+}
+
+ONLY_IN = {
+    # package       modules that may import it
+    "click":         "cli",
+    "rich":          "cli.console",
+    "ruamel":        "source writer",
+    "intelhex":      "encoders.ihex",
+    "numpy":         "sim.compile",
+    "numba":         "sim.compile",
+    "pydantic":      "schemas encoders vendors validate sim cli.schema",
+    "pydantic_core": "schemas encoders vendors validate sim",
+    "importlib":     "vendors cli sim.compile __init__",   # imports by name: the tables above cannot see them
+}
+
+LOADS = {
+    # command                                         packages that it may load, of those that are slow
+    "--version":                                      "",
+    "--help":                                         "",
+    "validate --help":                                "",
+    "rule PID101":                                    "pydantic",
+    "init --vendor dl06":                             "",
+    "validate examples/dl06/reactor.yaml":            "pydantic ruamel",
+    "encode examples/dl06/reactor.yaml":              "pydantic ruamel",
+    "simulate examples/dl06/reactor.scenario.yaml":   "pydantic ruamel",
+}
+
+LONG_MODULES = {
+    # module or package         why it may have more than 300 lines
+    "encoders.maps":            "tables",
+    "schemas.dl06":             "a table: one field for every word and bit",
+}
+
+LONG_FUNCTIONS = {
+    # function                     why it may have more than 50 lines
+    "sim.controllers.dl06.sample": "a kernel: one sample in the order of the manual; a call costs ten operations",
+    "sim.expressions.evaluate":    "a kernel: the operators of the expression language, one branch each",
+}
+# fmt: on
+
+HEAVY = ("pydantic", "ruamel", "rich", "numpy", "numba", "intelhex")
+STANDARD = sys.stdlib_module_names - {"importlib"}
+LONGEST_MODULE, LONGEST_FUNCTION = 300, 50
+
+
+def module_name(path):
+    """Name of a module below pidcfg, such as `encoders.maps.dl06`."""
+    parts = path.relative_to(SRC / "pidcfg").with_suffix("").parts
+    return ".".join(parts[:-1] if len(parts) > 1 and parts[-1] == "__init__" else parts)
+
+
+TREES = {module_name(path): ast.parse(path.read_bytes()) for path in sorted(SRC.rglob("*.py"))}
+
+
+def imports(tree):
+    """Every imported name with its line; `from a import b` counts as `a.b`."""
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            yield from ((alias.name, node.lineno) for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            yield from ((f"{'.' * node.level}{node.module}.{alias.name}", node.lineno) for alias in node.names)
+
+
+def within(module, parts):
+    """Whether a module is one of the parts or inside one."""
+    return any(module == part or module.startswith(f"{part}.") for part in parts)
+
+
+def report(breaches):
+    """One line for each breach, ready to be read in a CI log."""
+    return "\n" + "\n".join(breaches)
+
+
+def test_imports_point_down_and_never_up():
+    breaches = []
+    for module, tree in TREES.items():
+        part = module.split(".")[0]
+        allowed = (part, *(MAY_IMPORT if MAY_IMPORT[part] == "*" else MAY_IMPORT[part].split()))
+        for name, line in imports(tree):
+            if name.startswith("."):
+                breaches.append(f"{module}:{line} imports {name}: relative imports hide the direction")
+            elif name.startswith("pidcfg.") and not within(name.removeprefix("pidcfg."), (*allowed, "__version__")):
+                breaches.append(f"{module}:{line} imports {name}; {part} may see only {', '.join(allowed)}")
+    assert not breaches, report(breaches)
+
+
+def test_packages_from_outside_are_known_to_the_modules_that_need_them():
+    breaches = []
+    for module, tree in TREES.items():
+        for name, line in imports(tree):
+            package = name.split(".")[0]
+            if package != "pidcfg" and package not in STANDARD and not within(module, ONLY_IN.get(package, "").split()):
+                breaches.append(
+                    f"{module}:{line} imports {name}; {package} belongs to {ONLY_IN.get(package, 'nobody')}"
+                )
+    assert not breaches, report(breaches)
+
+
+def vendor_of(module):
+    """The vendor whose business a module is, by its name; None for the modules that serve all."""
+    words = {word for part in module.split(".") for word in (part, part.split("_")[0])}
+    return next((vendor for vendor in VENDORS if vendor in words), None)
+
+
+def test_vendors_do_not_know_each_other_and_the_rest_knows_none():
+    breaches = [
+        f"{module}:{line} imports {name}"
+        for module, tree in TREES.items()
+        for name, line in imports(tree)
+        if name.startswith("pidcfg.") and vendor_of(name.removeprefix("pidcfg.")) not in {None, vendor_of(module)}
+    ]
+    assert not breaches, report(breaches)
+
+
+def test_only_the_table_of_vendors_asks_which_vendor_it_is():
+    breaches = [
+        f"{module}:{node.lineno} compares with {constant.value!r}"
+        for module, tree in TREES.items()
+        if module != "vendors"
+        for node in ast.walk(tree)
+        if isinstance(node, (ast.Compare, ast.MatchValue))
+        for constant in ast.walk(node)
+        if isinstance(constant, ast.Constant) and constant.value in VENDORS
+    ]
+    assert not breaches, report(breaches)
+
+
+def test_no_exception_outlives_its_reason():
+    assert set(LONG_FUNCTIONS) == {name for name, length in function_lengths() if length > LONGEST_FUNCTION}
+    assert set(LONG_MODULES) <= set(TREES)
+
+
+def module_lengths():
+    """Every module with its number of lines."""
+    for path in sorted(SRC.rglob("*.py")):
+        yield module_name(path), len(path.read_bytes().splitlines())
+
+
+def function_lengths():
+    """Every function with its number of lines, from `def` to its last line."""
+    for module, tree in TREES.items():
+        for node in ast.walk(tree):
+            if isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef)):
+                yield f"{module}.{node.name}", node.end_lineno - node.lineno + 1
+
+
+def test_modules_are_short_enough_to_be_read_at_once():
+    breaches = [
+        f"{module} has {length} lines"
+        for module, length in module_lengths()
+        if length > LONGEST_MODULE and not within(module, LONG_MODULES)
+    ]
+    assert not breaches, report(breaches)
+
+
+def test_functions_are_short():
+    breaches = [
+        f"{name} has {length} lines"
+        for name, length in function_lengths()
+        if length > LONGEST_FUNCTION and name not in LONG_FUNCTIONS
+    ]
+    assert not breaches, report(breaches)
+
+
+def loaded_by(code):
+    """The slow packages that a Python program has imported when it ends."""
+    tail = f"; print('loaded', *(name for name in {HEAVY} if name in sys.modules), file=sys.stderr)"
+    run = subprocess.run([sys.executable, "-c", code + tail], cwd=ROOT, capture_output=True, text=True, check=False)
+    last = run.stderr.splitlines()[-1].split()
+    assert last[0] == "loaded", run.stderr
+    return set(last[1:])
+
+
+def test_the_command_starts_without_any_slow_package():
+    assert loaded_by("import sys, pidcfg.cli.main") == set()
+
+
+@pytest.mark.parametrize("command", LOADS)
+def test_a_command_loads_only_what_it_needs(command):
+    code = f"""import sys, atexit
+from pidcfg.cli.main import main
+sys.argv = ["pidcfg", *{command.split()}]
+try: main()
+except SystemExit as end: assert end.code in (0, None), end.code
+sys.stdout.flush()
+0"""
+    assert loaded_by(code) <= set(LOADS[command].split())

@@ -1,0 +1,193 @@
+"""What a stranger installs: the wheel, the locked requirements, and `tasks.py` with nothing but Python."""
+
+import ast
+import importlib.util
+import os
+import re
+import shutil
+import subprocess
+import sys
+import tomllib
+import zipfile
+from pathlib import Path
+
+import pytest
+from hatchling.builders.wheel import WheelBuilder
+from packaging.requirements import Requirement
+from packaging.utils import canonicalize_name
+
+import pidcfg
+
+ROOT = Path(__file__).parents[1]
+PYPROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))
+LOCKS = sorted((ROOT / "requirements").glob("*.txt"))
+RANGES = {
+    "run": PYPROJECT["project"]["dependencies"],
+    "fast": PYPROJECT["project"]["optional-dependencies"]["fast"],
+    "dev": PYPROJECT["dependency-groups"]["dev"],
+    "build": PYPROJECT["dependency-groups"]["build"],
+}
+
+
+# --- the wheel --------------------------------------------------------------------------------------------------------
+
+
+def tracked_files():
+    """What a clean clone holds; without git, everything."""
+    if not (ROOT / ".git").exists():
+        return [path.relative_to(ROOT) for path in ROOT.rglob("*") if path.is_file() and ".venv" not in path.parts]
+    listed = subprocess.run(["git", "ls-files", "-z"], cwd=ROOT, capture_output=True, check=True).stdout.decode()
+    return [Path(name) for name in listed.split("\0") if name and (ROOT / name).is_file()]
+
+
+@pytest.fixture(scope="module")
+def wheel(tmp_path_factory):
+    """The wheel, built from a copy of the tracked files."""
+    clone = tmp_path_factory.mktemp("clone")
+    for path in tracked_files():
+        (clone / path).parent.mkdir(parents=True, exist_ok=True)
+        shutil.copyfile(ROOT / path, clone / path)
+    built = WheelBuilder(str(clone)).build(directory=str(clone / "dist"), versions=["standard"])
+    return zipfile.ZipFile(next(built))
+
+
+def metadata(wheel, name):
+    return next(wheel.read(entry).decode() for entry in wheel.namelist() if entry.endswith(f".dist-info/{name}"))
+
+
+def test_the_wheel_holds_the_whole_package_and_nothing_else(wheel):
+    package = {path.relative_to("src").as_posix() for path in tracked_files() if path.parts[0] == "src"}
+
+    assert {name for name in wheel.namelist() if ".dist-info/" not in name} == package
+    assert "pidcfg/py.typed" in package
+
+
+def test_the_wheel_asks_for_what_pyproject_says(wheel):
+    text = metadata(wheel, "METADATA")
+
+    assert f"\nVersion: {pidcfg.__version__}\n" in text
+    assert "\nRequires-Python: >=3.11\n" in text
+    assert len(re.findall(r"^Requires-Dist: (?!.*extra)", text, re.MULTILINE)) == len(RANGES["run"])
+    assert "\nProvides-Extra: fast\n" in text
+
+
+def test_the_unpacked_wheel_runs(wheel, tmp_path):
+    wheel.extractall(tmp_path)
+    assert "pidcfg = pidcfg.cli.main:main" in metadata(wheel, "entry_points.txt")
+
+    start = "import pidcfg, sys; from pidcfg.cli.main import main; sys.stderr.write(pidcfg.__file__); main()"
+    run = subprocess.run(
+        [sys.executable, "-c", start, "--version"],
+        env=os.environ | {"PYTHONPATH": str(tmp_path)},
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert pidcfg.__version__ in run.stdout
+    assert Path(run.stderr).is_relative_to(tmp_path)
+
+
+# --- the locked requirements ------------------------------------------------------------------------------------------
+
+
+def locked(path):
+    """The requirements of a file, with their number of hashes."""
+    text = re.sub(r"^#.*\n", "", path.read_text("utf-8"), flags=re.MULTILINE).replace("\\\n", " ")
+    for line in text.splitlines():
+        requirement, *hashes = line.split("--hash=sha256:")
+        yield Requirement(requirement), len(hashes)
+
+
+@pytest.mark.parametrize("path", LOCKS, ids=lambda path: path.stem)
+def test_every_locked_requirement_is_exact_hashed_and_from_nowhere_in_particular(path):
+    assert not re.search(r"://|--(?!hash=sha256:)|@ ", path.read_text("utf-8"))
+    for requirement, hashes in locked(path):
+        assert str(requirement.specifier).startswith("=="), requirement
+        assert hashes, requirement
+
+
+@pytest.mark.parametrize("path", LOCKS, ids=lambda path: path.stem)
+def test_the_locked_versions_are_among_those_that_pyproject_allows(path):
+    versions = {canonicalize_name(found.name): str(found.specifier).removeprefix("==") for found, _ in locked(path)}
+
+    for line in RANGES[path.stem]:
+        wanted = Requirement(line)
+        assert versions[canonicalize_name(wanted.name)] in wanted.specifier, line
+
+
+def test_no_package_is_locked_twice_at_different_versions():
+    pinned = {(found.name, str(found.specifier)) for path in LOCKS for found, _ in locked(path)}
+
+    assert len(pinned) == len({name for name, _ in pinned})
+
+
+def test_every_dependency_has_its_reason():
+    text = (ROOT / "docs" / "dependencies.md").read_text("utf-8")
+    wanted = {Requirement(line).name for lines in RANGES.values() for line in lines}
+
+    assert set(re.findall(r"^\| `([\w.-]+)`", text, re.MULTILINE)) == wanted
+
+
+# --- tasks.py ---------------------------------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def tasks():
+    spec = importlib.util.spec_from_file_location("tasks", ROOT / "tasks.py")
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def test_the_set_up_needs_nothing_but_python():
+    tree = ast.parse((ROOT / "tasks.py").read_text("utf-8"))
+    imported = {alias.name for node in ast.walk(tree) if isinstance(node, ast.Import) for alias in node.names}
+    imported |= {node.module for node in ast.walk(tree) if isinstance(node, ast.ImportFrom)}
+
+    assert {name.split(".")[0] for name in imported} <= sys.stdlib_module_names
+
+
+def test_an_old_python_can_read_far_enough_to_be_refused():
+    ast.parse((ROOT / "tasks.py").read_text("utf-8"), feature_version=(3, 7))
+
+
+@pytest.mark.parametrize("arguments", [[], ["tset"], ["demo", "twice"]])
+def test_an_unknown_task_ends_with_the_list_of_tasks(tasks, arguments):
+    with pytest.raises(SystemExit) as end:
+        tasks.main(arguments)
+
+    assert all(name in end.value.code for name in tasks.TASKS)
+
+
+def test_what_a_failing_command_returns_is_what_the_task_returns(tasks, monkeypatch):
+    monkeypatch.setattr(tasks, "prepare", lambda _purpose: None)
+    monkeypatch.setattr(tasks, "run", lambda *_command: 5)
+
+    with pytest.raises(SystemExit) as end:
+        tasks.main(["test"])
+
+    assert end.value.code == 5
+
+
+def test_a_failing_check_does_not_hide_the_others(tasks, monkeypatch):
+    monkeypatch.setattr(tasks, "prepare", lambda _purpose: None)
+    monkeypatch.setattr(tasks, "run", lambda *command: int("mypy" in command or "--check" in command))
+
+    with pytest.raises(SystemExit) as end:
+        tasks.main(["check"])
+
+    assert end.value.code == "failed: -m ruff format --check .; -m mypy --strict; docs/generate.py --check"
+
+
+def test_what_the_demo_shows_is_there(tasks):
+    assert (ROOT / tasks.REACTOR).is_file()
+    assert (ROOT / tasks.SCENARIO).is_file()
+
+
+def test_a_second_run_installs_nothing(tasks, monkeypatch, tmp_path):
+    monkeypatch.setattr(tasks, "VENV", tmp_path)
+    (tmp_path / "pidcfg-demo.stamp").write_text(tasks.fingerprint(), "utf-8")
+    monkeypatch.setattr(tasks, "run", lambda *command: pytest.fail(f"runs {command}"))
+
+    tasks.prepare("demo")
