@@ -129,6 +129,11 @@ def vector(values: Sequence[float]) -> np.ndarray[Any, np.dtype[np.float64]]:
     return np.array(values, np.float64)
 
 
+def integers(values: Sequence[int]) -> np.ndarray[Any, np.dtype[np.int64]]:
+    """A list of whole numbers as an array."""
+    return np.array(values, np.int64)
+
+
 def copy_back(array: np.ndarray[Any, np.dtype[np.float64]], values: MutableSequence[float]) -> None:
     """An array's values into the list that it was made of."""
     values[:] = array.tolist()
