@@ -245,8 +245,8 @@ def test_output_into_a_missing_folder_is_one_clear_error(reactor, tmp_path):
         ('{"words":' + "[" * 100_000, "nested too deeply"),
         (":00000001FE\n", "not Intel HEX"),
         (":0100000005FA\n:00000001FF\n", "incomplete"),
-        ("# settings: []\nV2000 0001\n", "the settings are not a mapping"),
-        ('# settings: {"settings": [{"loop": "A", "pv": {"range": [1]}}]}\nV7640 0400\nV7641 0001\n', "settings[0]"),
+        ("# loop: []\nV2000 0001\n", "1:9: error PID041: the settings are not a mapping"),
+        ('# loop: {"loop": "A", "pv": {"range": [1]}}\nV7640 0400\nV7641 0001\n', "settings[0]"),
         ("V7640 0400\nV7641 0001\n", "does not hold V2000"),
         ("V7641 0001\n", "--loop-table"),
     ],
@@ -318,10 +318,12 @@ def test_help_has_three_examples_and_they_run(name, tmp_path):
 def prepare(folder: Path) -> None:
     """The files that the examples name."""
     (folder / "loops").mkdir()
+    (folder / "scenarios").mkdir()
     for name in ("reactor.yaml", "reactor.scenario.yaml"):
         text = (ROOT / "examples/dl06" / name).read_text("utf-8")
         (folder / name).write_text(text, "utf-8")
         (folder / "loops" / name).write_text(text, "utf-8")
+        (folder / "scenarios" / name).write_text(text, "utf-8")
     for kind, name in (("json", "reactor.json"), ("ihex", "reactor.hex"), ("csv", "table.csv")):
         run("encode", "reactor.yaml", "--format", kind, "-o", name, cwd=folder)
     (folder / "reactor.hex").rename(folder / "image.hex")

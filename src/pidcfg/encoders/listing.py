@@ -1,6 +1,6 @@
 """Memory listings as text, CSV and JSON, and the way back; for every vendor whose memory is addressed words.
 
-A listing carries what no register holds: in JSON under ``settings`` and ``plc``, in text and CSV as one comment line.
+A listing carries what no register holds: in JSON under ``settings`` and ``plc``, in text and CSV as comment lines.
 Readers take nothing on trust: an address twice, a word that is not four hexadecimal digits, or a hexadecimal and a
 decimal value that differ are refused with their line.
 """
@@ -21,7 +21,8 @@ if TYPE_CHECKING:
     from pidcfg.encoders.image import Cell, Image
 
 COLUMNS = ("address", "hex", "value", "loop", "field")
-SETTINGS = "# settings: "
+PLC, LOOP = "# plc: ", "# loop: "
+"""How the comment lines begin that carry what no register holds: one for the file, one a loop."""
 HEX = re.compile(r"[0-9A-Fa-f]{1,4}")
 DECIMAL = re.compile(r"[0-9]{1,5}")
 ParseAddress = Callable[[str], int | None]
@@ -51,16 +52,16 @@ class Listing:
         self.words[address] = value
 
 
-def beside(image: Image) -> dict[str, Any]:
-    """What no register holds, as JSON."""
-    return {"vendor": image.vendor, "plc": dict(image.plc), "settings": [dict(s) for s in image.settings]}
+def comments(image: Image, checklist: tuple[str, ...]) -> list[str]:
+    """The comment lines above the words: the checklist for people, the settings for the way back."""
+    lines = [f"# check after the download: {item}" for item in checklist]
+    lines.append(PLC + json.dumps(dict(image.plc), ensure_ascii=False))
+    return lines + [LOOP + json.dumps(dict(entry), ensure_ascii=False) for entry in image.settings]
 
 
 def write_text(image: Image, checklist: tuple[str, ...] = ()) -> str:
     """One word a line: address, hexadecimal (a BCD word reads as its digits), decimal, loop, register."""
-    lines = [f"# {image.vendor} memory listing: address, hex, decimal, loop, register"]
-    lines += [f"# check after the download: {item}" for item in checklist]
-    lines.append(SETTINGS + json.dumps(beside(image), ensure_ascii=False))
+    lines = [f"# {image.vendor} memory listing: address, hex, decimal, loop, register", *comments(image, checklist)]
     width = max((len(c.loop or "-") for c in image.cells), default=1)
     lines += [f"{c.address:<7} {c.hex}  {c.value:>5}  {_bare(c.loop):<{width}}  {c.field}" for c in image.cells]
     return "\n".join(lines) + "\n"
@@ -87,9 +88,7 @@ def read_text(text: str, parse: ParseAddress) -> Listing:
 def write_csv(image: Image, checklist: tuple[str, ...] = ()) -> str:
     """Columns address, hex, value, loop, field; names are safe for spreadsheets by the schema's rule for names."""
     out = io.StringIO()
-    for item in checklist:
-        out.write(f"# check after the download: {item}\n")
-    out.write(SETTINGS + json.dumps(beside(image), ensure_ascii=False) + "\n")
+    out.writelines(f"{line}\n" for line in comments(image, checklist))
     writer = csv.writer(out, lineterminator="\n")
     writer.writerow(COLUMNS)
     writer.writerows((c.address, c.hex, c.value, c.loop or "", c.field) for c in image.cells)
@@ -162,7 +161,7 @@ def read_json(text: str, parse: ParseAddress) -> Listing:
         if "hex" in entry and (not isinstance(entry["hex"], str) or _word(entry["hex"], 1, 1) != value):
             raise ListingError(f"words[{i}] ({entry['address']}): hex {entry['hex']!r} and value {value} differ")
         found.add(address, value, entry["address"])
-    _take_settings(document, found, 1)
+    _take_settings(document, found)
     return found
 
 
@@ -181,22 +180,27 @@ def _no_constant(name: str) -> None:
 
 def _comment(line: str, number: int, found: Listing) -> bool:
     """Whether a line is blank or a comment; the settings are taken from theirs."""
-    if line.startswith(SETTINGS):
-        try:
-            _take_settings(_load_json(line.removeprefix(SETTINGS)), found, number)
-        except ListingError as error:
-            raise ListingError(str(error), number, len(SETTINGS) + error.column) from None
-        return True
+    for start in (PLC, LOOP):
+        if line.startswith(start):
+            try:
+                entry = _load_json(line.removeprefix(start))
+            except ListingError as error:
+                raise ListingError(str(error), number, len(start) + error.column) from None
+            if not isinstance(entry, dict):
+                raise ListingError("the settings are not a mapping", number, len(start) + 1)
+            if start == PLC:
+                found.plc = entry
+            else:
+                found.settings = (*found.settings, entry)
+            return True
     return not line.strip() or line.lstrip().startswith("#")
 
 
-def _take_settings(document: Any, found: Listing, number: int) -> None:
+def _take_settings(document: Any, found: Listing) -> None:
     """Settings by loop; what is not of their shape is refused rather than dropped."""
-    if not isinstance(document, dict):
-        raise ListingError("the settings are not a mapping", number)
     settings, plc = document.get("settings", []), document.get("plc", {})
     if not isinstance(settings, list) or not all(isinstance(s, dict) for s in settings) or not isinstance(plc, dict):
-        raise ListingError("the settings are not a list of mappings, one a loop", number)
+        raise ListingError("the settings are not a list of mappings, one a loop")
     found.settings, found.plc = tuple(settings), plc
 
 

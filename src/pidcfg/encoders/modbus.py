@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import csv
 import io
-import json
 from typing import TYPE_CHECKING
 
-from pidcfg.encoders.listing import DECIMAL, SETTINGS, Listing, ListingError, beside, csv_rows
+from pidcfg.encoders.listing import DECIMAL, Listing, ListingError, comments, csv_rows
 from pidcfg.encoders.words import WORD_MAX
 
 if TYPE_CHECKING:
@@ -26,9 +25,7 @@ def reference(register: int) -> int:
 def write_modbus(image: Image, checklist: tuple[str, ...] = ()) -> str:
     """Holding registers in order; the DirectLOGIC family numbers them by the V-memory address itself."""
     out = io.StringIO()
-    for item in checklist:
-        out.write(f"# check after the download: {item}\n")
-    out.write(SETTINGS + json.dumps(beside(image), ensure_ascii=False) + "\n")
+    out.writelines(f"{line}\n" for line in comments(image, checklist))
     writer = csv.writer(out, lineterminator="\n")
     writer.writerow(COLUMNS)
     for c in image.cells:
