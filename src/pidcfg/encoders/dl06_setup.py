@@ -38,7 +38,7 @@ class Setup:
 
 
 def check_setup(pointer: int, count_word: int, cpu: Cpu = CPU) -> Setup:
-    """Bits 0 to 3 of V7642. A count that is no BCD number is reported as too many loops."""
+    """Bits 0 to 3 of V7642. A count that is no BCD number is reported as too many loops (D53)."""
     try:
         count = bcd_digits(count_word)
     except DecodeError:
@@ -59,7 +59,7 @@ def _start_flags(pointer: int, cpu: Cpu) -> int:
 
 
 def check_ramp_soak(pointer: int, cpu: Cpu = CPU) -> int:
-    """Bits 0, 1 and 4 of +35 for a table that starts at ``pointer``; one of them, unless it lies in user memory."""
+    """Bits 0, 1 and 4 of +35 for a table at ``pointer``: one of them, unless it lies in user memory (D54)."""
     if cpu.system[0] <= pointer <= cpu.system[1]:
         return TABLE_IN_SYSTEM
     last = pointer + RAMP_SOAK_SIZE - 1

@@ -42,7 +42,7 @@ from pidcfg.sim.controllers.dl06_state import (
 __all__ = ["INLINED", "KERNELS", "Config", "Dl06", "Options", "State", "load", "sample", "scan"]
 
 LARGEST = 2147483647.0
-"""An output beyond a signed 32-bit number of counts is an overflow."""
+"""An output beyond a signed 32-bit number of counts is an overflow (D40)."""
 MODE_WORK = TRIP | RESTORE | REQUEST | GOAL
 
 
@@ -64,6 +64,7 @@ def sample(i: int, cfg: list[Config], st: list[State], aux: list[float], sig: li
     else:
         pv = c.pv_min
     old = s.pv
+    # the first sample has no past (D48); the filter works on words (D36)
     if busy & FIRST:
         old = pv
     elif busy & BLIND:
@@ -120,7 +121,7 @@ def sample(i: int, cfg: list[Config], st: list[State], aux: list[float], sig: li
 
 
 def next_slow(tick: int, cfg: list[Config], st: list[State]) -> int:
-    """The slow loop that this scan calculates: the first due one behind the one that was served last; -1: none."""
+    """The slow loop that this scan calculates: the first due behind the last served (D52); -1: none."""
     n = len(cfg)
     for k in range(1, n + 1):
         i = (st[0].turn + k) % n

@@ -26,7 +26,7 @@ from pidcfg.sim.controllers.dl06_state import (
 
 
 def latched(status: int, bit: int, excess: float, hysteresis: float) -> int:
-    """The status with one alarm bit renewed; ``excess`` is how far the PV is beyond the threshold."""
+    """The status with one alarm bit renewed; ``excess`` is how far the PV is beyond the threshold (D46)."""
     if excess > 0.0:
         return status | bit
     if excess <= -hysteresis:

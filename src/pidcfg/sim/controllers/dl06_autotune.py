@@ -29,7 +29,7 @@ SECOND_DIFFERENCE = 1.9544
 
 
 def want(c: Config, s: State, p: float, sp: float) -> None:
-    """The start bit: check the conditions, then observe."""
+    """The start bit: check the conditions (D57), then observe."""
     s.status &= ~TUNE_ERROR
     s.tune_done = 0
     below = p - sp if c.reverse else sp - p
@@ -48,7 +48,7 @@ def want(c: Config, s: State, p: float, sp: float) -> None:
 
 
 def observe(c: Config, s: State, p: float) -> None:
-    """Estimate the noise from second differences, and the PV at rest from the mean."""
+    """Estimate the noise from second differences, and the PV at rest from the mean (D58)."""
     if s.tune_count >= 2:
         s.tune_sum += abs(p - 2.0 * s.tune_a + s.tune_b)
     s.tune_b = s.tune_a
@@ -68,7 +68,7 @@ def observe(c: Config, s: State, p: float) -> None:
 
 
 def tune(c: Config, s: State, aux: list[float], sp: float) -> None:
-    """One sample of the auto-tune."""
+    """One sample of the auto-tune; a change of mode stops it (D64)."""
     p = process(c, s.pv)
     if s.tune_phase == WANTED:
         want(c, s, p, sp)

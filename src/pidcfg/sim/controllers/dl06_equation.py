@@ -1,7 +1,7 @@
 """The PID equation of the DL06 in both forms, line by line as the manual prints it.
 
 The engine works in fractions of the data range: the error is a fraction of the PV's span, the factors turn it into
-output counts and carry the sign of the action.
+output counts and carry the sign of the action (D30, D32). D numbers: see `dl06_decisions`.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from pidcfg.sim.controllers.dl06_state import FRESH, TICKS, Config, State
 def coefficients(c: Config, s: State) -> None:
     """The factors of the equation, from the gain words: Ki = Kc Ts/Ti and Kr = Kc Td/Ts, in output counts.
 
-    A gain of 0 takes the proportional term out and leaves Ki = Ts/Ti, Kr = Td/Ts.
+    A gain of 0 takes the proportional term out and leaves Ki = Ts/Ti, Kr = Td/Ts (D33). The derivative gain limit: D34.
     """
     seconds = s.period / TICKS
     scale = -c.out_span if c.reverse else c.out_span
@@ -29,14 +29,14 @@ def coefficients(c: Config, s: State) -> None:
 
 
 def process(c: Config, pv: float) -> float:
-    """The PV on the set point's scale: itself, or its root."""
+    """The PV on the set point's scale: itself, or its root (D37)."""
     if c.root == 0:
         return pv
     return sqrt(pv) if pv > 0.0 else 0.0
 
 
 def shaped(c: Config, sp: float, pv: float) -> float:
-    """The error as a fraction of the span: root extract, then the square, then the deadband."""
+    """The error as a fraction of the span: root extract, then the square, then the deadband (D31)."""
     e = (sp - process(c, pv)) / c.span
     if c.squared:
         e = e * abs(e)
@@ -46,7 +46,7 @@ def shaped(c: Config, sp: float, pv: float) -> float:
 
 
 def refresh(s: State, e: float, x: float, sp: float) -> None:
-    """Give the equation a past that equals the present: no kick after Manual."""
+    """Give the equation a past that equals the present: no kick after Manual (D42)."""
     s.e1 = e
     s.x1 = x
     s.x2 = x
@@ -55,7 +55,7 @@ def refresh(s: State, e: float, x: float, sp: float) -> None:
 
 
 def stepped_bias(c: Config, s: State, sp: float) -> None:
-    """Step bias: a change of the set point changes the bias in proportion, inversely for reverse action."""
+    """Step bias: a change of the set point changes the bias in proportion, inversely for reverse action (D38)."""
     if sp * s.last_sp > 0.0:
         s.bias *= s.last_sp / sp if c.reverse else sp / s.last_sp
     s.last_sp = sp
@@ -72,7 +72,10 @@ def velocity(s: State, e: float, x: float) -> float:
 
 
 def position(c: Config, s: State, e: float, x: float) -> float:
-    """Mx(n) = Mx(n-1) + Ki e(n), within the data range; M(n) = Kc e(n) + Kr (e(n) - e(n-1)) + Mx(n)."""
+    """Mx(n) = Mx(n-1) + Ki e(n), within the data range; M(n) = Kc e(n) + Kr (e(n) - e(n-1)) + Mx(n).
+
+    The bias keeps its fraction (D35); the freeze looks at the output of the calculation before (D39).
+    """
     bias = s.bias
     change = s.ki * e
     if change != 0.0:

@@ -92,7 +92,7 @@ def transfer(i: int, wanted: int, cfg: list[Config], st: list[State]) -> None:
     """Carry out a granted change of mode with its bumpless transfer.
 
     Type I: manual to auto makes the bias the output and SP the PV, auto to cascade makes the major loop's output this
-    loop's PV. Type II only makes the bias the output. The velocity form has no bias.
+    loop's PV. Type II only makes the bias the output. The velocity form has no bias (D41).
     """
     c, s = cfg[i], st[i]
     now = s.status & MODES
@@ -115,7 +115,7 @@ def transfer(i: int, wanted: int, cfg: list[Config], st: list[State]) -> None:
 
 
 def refusal(i: int, wanted: int, cfg: list[Config], st: list[State]) -> int:
-    """Why a requested mode is refused; 0: it is granted."""
+    """Why a requested mode is refused (D43, D44); 0: it is granted."""
     c, s = cfg[i], st[i]
     now = s.status & MODES
     if now | wanted == MANUAL | CASCADE:
@@ -157,7 +157,7 @@ def waits(i: int, cfg: list[Config], st: list[State]) -> bool:
 
 
 def pursue(i: int, cfg: list[Config], st: list[State]) -> None:
-    """Come one step closer to the goal; at the goal write its set point, as an operator who sees the mode would."""
+    """Come one step closer to the goal; at the goal write its set point, as an operator would (D45)."""
     s = st[i]
     now = s.status & MODES
     if now == s.goal:

@@ -114,7 +114,7 @@ class Dl06:
         return gcd(*(c.period for c in self.cfg if not c.halt)) or TICKS
 
     def run(self, tick: int) -> None:
-        """The program-to-run transition: set-up words and late words are read, loops return to their prior modes."""
+        """The program-to-run transition: all words are read, loops return to their prior modes (D49)."""
         self._setup = self._check()
         for i, loop in enumerate(self._loops):
             c, s = self.cfg[i], self.st[i]

@@ -56,7 +56,7 @@ def finish(s: State, flags: int) -> None:
 
 
 def begin(c: Config, s: State, aux: list[float], step: int) -> None:
-    """Enter a step; the profile ends behind step 16 and at a slope of 0."""
+    """Enter a step; the profile ends behind step 16 and at a slope of 0 (D55)."""
     if step > STEPS or (step % 2 == 1 and aux[c.rs_table + (step - 1) // 2 * FIELDS + 1] <= 0.0):
         finish(s, RS_COMPLETE)
         return
@@ -79,7 +79,7 @@ def start(c: Config, s: State, aux: list[float]) -> None:
 
 
 def obey(c: Config, s: State, aux: list[float]) -> None:
-    """Read and clear the command bits; hold comes before resume, jog and start."""
+    """Read and clear the command bits; start works alone, hold comes before resume and jog (D56)."""
     command = s.rs_command
     s.rs_command = 0
     if s.busy & PROGRAM:

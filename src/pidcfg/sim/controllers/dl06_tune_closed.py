@@ -19,7 +19,7 @@ FIRST_TURN, LAST_TURN = 4, 8
 
 
 def begin_relay(c: Config, s: State) -> None:
-    """Take the output over; the first switch follows at once."""
+    """Take the output over; the first switch follows at once. Limits at the ends of the range: D62."""
     s.tune_phase = SWITCHING
     s.busy |= RELAY
     s.tune_count = 0
@@ -36,7 +36,7 @@ def begin_relay(c: Config, s: State) -> None:
 
 
 def turn(c: Config, s: State, side: int) -> None:
-    """The error changed its sign: switch the output, and close a half cycle."""
+    """The error changed its sign: switch the output, and close a half cycle (D60)."""
     s.tune_side = side
     up = side > 0 if c.reverse == 0 else side < 0
     s.out = c.m_high if up else c.m_low
@@ -59,7 +59,7 @@ def give_back(s: State) -> None:
 
 
 def switching(c: Config, s: State, p: float, sp: float) -> None:
-    """One sample of the relay; noise widens its band, and the swing that is measured, by three deviations."""
+    """One sample of the relay; noise widens band and swing by three deviations. Gains: D61."""
     seconds = s.period / TICKS
     s.tune_count += 1
     e = sp - p

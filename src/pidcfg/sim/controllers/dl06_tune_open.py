@@ -24,7 +24,7 @@ SMALL = 0.02
 ENOUGH = 0.10
 """A response of this much of the span is enough to measure its slope."""
 PATIENCE = 600.0
-"""Seconds, or `PATIENT` samples if those are longer, until a PV that does not move at all is given up."""
+"""Seconds, or `PATIENT` samples if those are longer, until a PV that does not move at all is given up (D63)."""
 PATIENT = 256
 
 
@@ -113,7 +113,7 @@ def measure(c: Config, s: State, aux: list[float], change: float) -> None:
 
 
 def respond(c: Config, s: State, aux: list[float], p: float) -> None:
-    """One sample of the step response, until there is enough of it or it has settled."""
+    """One sample of the step response, until there is enough of it or it has settled (D59)."""
     rise = s.tune_base - p if c.reverse else p - s.tune_base
     if not record(c, s, aux, rise):
         return

@@ -43,7 +43,7 @@ def end_tune(s: State, error: int) -> None:
 
 
 def store(c: Config, s: State, gain: float, reset: float, rate: float, seconds: float) -> None:
-    """Write the results to their words: rounded to the last digit, within what the words hold."""
+    """Write the results to their words: rounded to the last digit, within what the words hold (D65)."""
     s.gain = clamp(nearest(gain * 100.0), 1.0, 9999.0) / 100.0
     digits = clamp(nearest(reset / (c.reset_unit * c.reset_step)), 1.0, 9998.0)
     s.reset = digits * c.reset_step * c.reset_unit

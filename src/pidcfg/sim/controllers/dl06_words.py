@@ -1,7 +1,7 @@
 """From the words of a loop table to the numbers that the controller calculates with.
 
 Every word and bit is decoded by its row of the register map, in counts. A word that is no value of its format (a BCD
-digit above 9, say) counts as 0, which switches its function off, and is reported.
+digit above 9, say) counts as 0, which switches its function off, and is reported (D50).
 """
 
 from __future__ import annotations
@@ -66,7 +66,7 @@ def counts(value: Any) -> float:
 
 
 def configure(c: Config, v: Values, reset_decimals: int, loops: int) -> None:
-    """Everything in a loop's `Config` that follows from its own words; ``loops`` run together."""
+    """Everything in a loop's `Config` that follows from its own words; ``loops`` run together (sample rates: D51)."""
     _scales(c, v)
     _error(c, v)
     _alarms(c, v)
@@ -132,7 +132,7 @@ def _alarms(c: Config, v: Values) -> None:
 
 
 def alarm_error(v: Values) -> bool:
-    """Bit 10 of +06."""
+    """Bit 10 of +06 (D47)."""
     pv = [int(v[f"alarms.pv.{name}"].value) for name in PV_LIMITS] if v["alarms.pv.enabled"] else None
     deviation = [int(v[f"alarms.deviation.{n}"].value) for n in DEVIATION_LIMITS]
     return alarm_order_broken(pv, deviation if v["alarms.deviation.enabled"] else None)
