@@ -14,12 +14,12 @@ from pidcfg.sim import kernel
 from pidcfg.sim.kernel import LOG_COLUMNS, LOG_ROWS, Channel, Span
 from pidcfg.sim.metrics import Band, Gauge, Meter, measure_loop
 from pidcfg.sim.plants import Plant, step_plants
-from pidcfg.sim.plc import TICKS, Controller, Plc
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from pidcfg.sim.network import Network
+    from pidcfg.sim.plc import Controller, Plc
 
 EngineName = Literal["auto", "python", "numba"]
 WORTH_COMPILING = 400_000
@@ -59,7 +59,7 @@ class Machine:
     settle_run: Callable[..., int]
     stack: list[float] = field(default_factory=list)
     log: list[int] = field(default_factory=list)
-    head: list[int] = field(default_factory=lambda: [0, 0])
+    head: list[int] = field(default_factory=lambda: [0, 0, 0])
     noise: list[float] = field(default_factory=list)
     trend: list[float] = field(default_factory=list)
 
@@ -71,7 +71,7 @@ class Machine:
         """`kernel.advance` with this run's data."""
         net, plc = self.net, self.plc
         return self.run(
-            k, last, zero, self.step, every, self.step / TICKS, noise_from, len(net.noisy) if self.noise else 0,
+            k, last, zero, self.step, every, noise_from, len(net.noisy) if self.noise else 0,
             net.plants, net.channels, net.delay, self.noise, net.sig, net.pool.code, net.pool.constants, self.stack,
             plc.cfg, plc.st, plc.aux, self.meters, self.bands, self.gauges, self.log, self.head, self.shown, self.trend,
         )  # fmt: skip

@@ -112,6 +112,7 @@ class Agenda:
             if effect:
                 late.append(f"{'.'.join(keys)}: {effect}")
         if sig[config.sig_sp] != before:
+            self.machine.head[2] += 1
             begin_step(self.machine.meters[loop], k, before, -(-config.period // self.step), sig)
         return "; ".join(late) or None
 

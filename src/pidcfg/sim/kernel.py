@@ -108,7 +108,7 @@ def write_log(
 
 
 def advance(
-    k: int, last: int, zero: int, tick: int, every: int, dt: float, noise_from: int, columns: int,
+    k: int, last: int, zero: int, tick: int, every: int, noise_from: int, columns: int,
     plants: Sequence[Plant], channels: Sequence[Channel], delay: MutableSequence[float], noise: Sequence[float],
     sig: MutableSequence[float], code: Sequence[int], constants: Sequence[float], stack: MutableSequence[float],
     cfg: Sequence[Any], st: Sequence[Any], aux: MutableSequence[float],
@@ -117,8 +117,9 @@ def advance(
 ) -> int:  # fmt: skip
     """Base steps ``k`` to ``last`` − 1 of the run; returns the next one, early when the log is full (kernel).
 
-    Time 0 is base step ``zero`` (what lies before is the pre-roll); ``noise`` begins at ``noise_from``. Every
-    ``every``th base step the signals ``shown`` go to ``trend`` (0: never); ``head`` counts rows of log and trend.
+    Time 0 is base step ``zero`` (what lies before is the pre-roll); ``noise`` begins at ``noise_from``. Every n-th base
+    step, n being ``every``, the signals ``shown`` go to ``trend`` (0: never). ``head`` counts the rows of log and of
+    trend, and the set-point events so far.
     """
     loops = len(meters)
     room = len(log) // 5 - loops
@@ -132,8 +133,8 @@ def advance(
         scan(k * tick, cfg, st, aux, sig)
         now = k - zero
         for i in range(loops):
-            measure_loop(now, dt, meters[i], sig)
-        if len(bands) > 0:
+            measure_loop(now, meters[i], sig)
+        if head[2] > 0:
             watch_bands(now, bands, meters, sig)
         if len(gauges) > 0:
             read_gauges(now, gauges, sig)

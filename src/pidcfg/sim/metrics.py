@@ -31,8 +31,10 @@ class Meter:
     iae: float = 0.0
     ise: float = 0.0
     itae: float = 0.0
+    """Sums over base steps: the integrals are these times dt, and times dt² for ``itae``."""
     variation: float = 0.0
     last_out: float = 0.0
+    last_sp: float = 0.0
     pv_low: float = 0.0
     pv_high: float = 0.0
     sp_low: float = 0.0
@@ -71,13 +73,14 @@ class Gauge:
     last: int = NEVER
 
 
-def measure_loop(k: int, dt: float, m: Meter, sig: Sequence[float]) -> None:
+def measure_loop(k: int, m: Meter, sig: Sequence[float]) -> None:
     """One loop's signals at base step ``k``, which stand for the time up to the next (kernel)."""
     pv, sp, out = sig[m.pv], sig[m.sp], sig[m.out]
-    e = abs(sp - pv)
-    m.iae += e * dt
-    m.ise += e * e * dt
-    m.itae += e * (k * dt) * dt
+    if sp != pv:
+        e = abs(sp - pv)
+        m.iae += e
+        m.ise += e * e
+        m.itae += e * k
     if out != m.last_out:
         m.variation += abs(out - m.last_out)
         m.last_out = out
@@ -89,10 +92,12 @@ def measure_loop(k: int, dt: float, m: Meter, sig: Sequence[float]) -> None:
         m.pv_high = pv
     elif pv < m.pv_low:
         m.pv_low = pv
-    if sp > m.sp_high:
-        m.sp_high = sp
-    elif sp < m.sp_low:
-        m.sp_low = sp
+    if sp != m.last_sp:
+        m.last_sp = sp
+        if sp > m.sp_high:
+            m.sp_high = sp
+        elif sp < m.sp_low:
+            m.sp_low = sp
     if m.event >= 0:
         follow_step(k, m, pv, sp)
 
@@ -138,7 +143,7 @@ def read_gauges(k: int, gauges: Sequence[Gauge], sig: Sequence[float]) -> None:
 def begin(meter: Meter, sig: Sequence[float]) -> None:
     """What only makes sense from time 0 on starts with the signals as they stand there."""
     meter.pv_low = meter.pv_high = sig[meter.pv]
-    meter.sp_low = meter.sp_high = sig[meter.sp]
+    meter.sp_low = meter.sp_high = meter.last_sp = sig[meter.sp]
     meter.out_low = meter.out_high = meter.last_out = sig[meter.out]
     meter.variation = 0.0
 
@@ -177,9 +182,9 @@ def loop_metrics(m: Meter, band: Band, last: int, dt: float, sig: Sequence[float
         "overshoot": overshoot(m),
         "settling_time": settling_time(m, band, last, dt),
         "rise_time": rise_time(m, dt),
-        "iae": m.iae,
-        "ise": m.ise,
-        "itae": m.itae,
+        "iae": m.iae * dt,
+        "ise": m.ise * dt,
+        "itae": m.itae * dt * dt,
         "total_variation": m.variation,
         "final_error": sig[m.sp] - sig[m.pv],
     }

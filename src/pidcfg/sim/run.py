@@ -201,7 +201,7 @@ class _Run:
             self.journal.take(machine.log, machine.head[0])
             if self.trend is not None:
                 self.trend.take(machine.trend, machine.head[1])
-            machine.head[:] = [0, 0]
+            machine.head[:2] = [0, 0]
         self._report_progress(k - self.zero)
 
     def _noise(self, rows: int) -> list[float]:
