@@ -15,6 +15,7 @@ from pidcfg.sim.compile import (
     compiled,
     copy_back,
     fingerprint,
+    kept,
     reachable,
     record_type,
     records,
@@ -224,6 +225,16 @@ def test_the_cache_key_follows_callees_and_constants(monkeypatch):
     before = fingerprint(reachable([scan], {}), {})
     monkeypatch.setattr(dl06, "LARGEST", 1000.0)
     assert fingerprint(reachable([scan], {}), {}) != before
+
+
+def test_kept_tells_whether_compiled_code_lies_in_the_cache(monkeypatch, tmp_path):
+    monkeypatch.setattr("pidcfg.sim.compile.user_cache", lambda: tmp_path)
+    assert not kept([calls], {})
+    assert compiled([calls])[calls](1) == 20
+
+    assert kept([calls], {})
+    assert not kept([calls], {one: two})
+    assert not kept([two], {})
 
 
 def test_without_a_writable_cache_nothing_is_kept(monkeypatch, tmp_path):
