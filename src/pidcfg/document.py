@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from pidcfg.diagnostics import START, Diagnostic, Path, Span
@@ -58,6 +58,10 @@ class Document:
     def lines(self) -> list[str]:
         """The text by lines, counted as the parser counts them."""
         return LINE_BREAK.split(self.text)
+
+    def bare(self) -> Document:
+        """The text alone: what a report still needs when the data have been checked."""
+        return replace(self, data=None, root=Node(None))
 
     def locate(self, path: Path, *, key: bool = False) -> Span:
         """Where the value at ``path`` is written (``key``: its key), or the closest ancestor that is in the file.

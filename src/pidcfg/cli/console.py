@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import os
 import sys
+import time
 from typing import TYPE_CHECKING, TypeVar
 
 import click
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
+
+    from rich.progress import Progress
 
 T = TypeVar("T")
 
@@ -38,14 +41,27 @@ def progress(items: Iterable[T], label: str, total: int, *, quiet: bool = False)
     if quiet or not watched():
         yield from items
         return
+    begun, bar = time.monotonic(), None
+    try:
+        for done, item in enumerate(items, start=1):
+            yield item
+            if bar is None and time.monotonic() - begun > 1:
+                bar = _bar()
+                bar.start()
+                bar.add_task(label, total=total)
+            if bar is not None:
+                bar.update(bar.task_ids[0], completed=done)
+    finally:
+        if bar is not None:
+            bar.stop()
+
+
+def _bar() -> Progress:
+    """A bar on stderr that leaves nothing behind."""
     from rich.console import Console
     from rich.progress import Progress
 
-    with Progress(console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task(label, total=total)
-        for item in items:
-            yield item
-            bar.advance(task)
+    return Progress(console=Console(stderr=True), transient=True)
 
 
 def markdown(text: str) -> None:

@@ -36,12 +36,15 @@ class Input:
 
 def read_inputs(paths: Sequence[str], limits: Limits) -> Iterator[Document]:
     """The documents that the paths of a command line stand for, each once."""
-    for entry in gather(paths, limits):
-        if entry.problem is None:
-            yield read_document(entry.data, entry.name, limits)
-        else:
-            found = Diagnostic("PID040", Severity.ERROR, entry.problem, entry.name, help="check the path")
-            yield Document(entry.name, "", None, Node(None), (found,))
+    return (document(entry, limits) for entry in gather(paths, limits))
+
+
+def document(entry: Input, limits: Limits) -> Document:
+    """An input as a document; a file that could not be opened is one with that finding."""
+    if entry.problem is None:
+        return read_document(entry.data, entry.name, limits)
+    found = Diagnostic("PID040", Severity.ERROR, entry.problem, entry.name, help="check the path")
+    return Document(entry.name, "", None, Node(None), (found,))
 
 
 def gather(paths: Sequence[str], limits: Limits) -> Iterator[Input]:

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 import click
 
 from pidcfg.cli import options
-from pidcfg.cli.console import echo, note
-from pidcfg.cli.inputs import read_inputs
+from pidcfg.cli.console import echo, note, progress
+from pidcfg.cli.inputs import gather
 from pidcfg.cli.main import Exit
 from pidcfg.cli.reporters import REPORTERS, summary
 from pidcfg.diagnostics import Diagnostic, Severity
@@ -38,13 +38,14 @@ def command(
     limits: Limits,
 ) -> None:  # fmt: skip
     """Find every mistake in PATHS: configurations, scenarios, folders of them, or - for standard input."""
-    from pidcfg.cli.checks import check_any
+    from pidcfg.cli.checks import check_all
 
     documents: dict[str, Document] = {}
     found: list[Diagnostic] = []
-    for doc in read_inputs(paths, limits):
+    inputs = list(gather(paths, limits))
+    for doc, findings in progress(check_all(inputs, limits), "checking", len(inputs), quiet=quiet):
         documents[doc.file] = doc
-        found += check_any(doc, limits)
+        found += findings
     shown = options.chosen(found, select, ignore, severity)
     echo(REPORTERS[fmt](shown, documents))
     if fmt == "text" and not quiet:

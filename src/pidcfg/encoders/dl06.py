@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 
 LOOP_SIZE = LOOP_TABLES[1].size
 OUTPUT_OFFSET = LOOP_TABLES[1].offset("output")
+UNUSED_PAIR = RAMP_SOAK_PAIR.encode({}, {})
 ONE_COUNT = Quantity(Decimal(1), counts=True)
 
 
@@ -74,7 +75,7 @@ def _ramp_soak_table(i: int, loop: Loop, profile: RampSoak) -> list[Block]:
         values = dict(steps[j]) if j < len(steps) else {}
         place: Route = ("loops", i, "ramp_soak", "steps", j)
         start = profile.table + j * RAMP_SOAK_PAIR.size
-        encoded = RAMP_SOAK_PAIR.encode(values, scales)
+        encoded = RAMP_SOAK_PAIR.encode(values, scales) if values else UNUSED_PAIR
         pairs.append(Block(place, start, RAMP_SOAK_PAIR, encoded, loop.name, f"ramp_soak[{j}]."))
     return pairs
 

@@ -141,7 +141,7 @@ def number_text(text: str) -> Decimal:
     if NUMBER.fullmatch(text):
         if LEADING_ZERO.match(text):
             _refuse_leading_zero(text)
-        if sum(c.isdigit() for c in text) > MAX_DIGITS:
+        if len(text) > MAX_DIGITS and sum(c.isdigit() for c in text) > MAX_DIGITS:
             refuse("too_many_digits", f"a number of more than {MAX_DIGITS} digits")
         return _finite(Decimal(text), text)
     if NOT_FINITE.fullmatch(text):
