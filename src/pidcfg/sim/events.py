@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from functools import partial
+from math import ceil
 from typing import TYPE_CHECKING
 
 from pidcfg.schemas.base import Quantity, parse_number
@@ -65,7 +66,7 @@ class Agenda:
 
     def at_or_after(self, time: Decimal) -> int:
         """The first base step that is not before a time."""
-        return -int(-time * TICKS // self.step)
+        return steps_until(time, self.step)
 
     def look(self, loop: str, expectation: int, _k: int) -> None:
         """Notes the mode for an expectation."""
@@ -147,6 +148,11 @@ class Agenda:
             self.plc.run((self.zero + k) * self.step)
         else:
             self.plc.program()
+
+
+def steps_until(time: Decimal, step: int) -> int:
+    """The first base step of ``step`` ticks that is not before a time."""
+    return -(-ceil(time * TICKS) // step)
 
 
 def in_words(event: Event) -> str:

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Literal
 
 from pidcfg.sim.check import check
 from pidcfg.sim.engine import CHUNK, EngineName, Machine, choose, numba_kernels, python_kernels
-from pidcfg.sim.events import Agenda
+from pidcfg.sim.events import Agenda, steps_until
 from pidcfg.sim.expect import Outcome, verdict
 from pidcfg.sim.expressions import FAULTS
 from pidcfg.sim.journal import Journal
@@ -290,7 +290,7 @@ def _watches(scenario: Scenario, plc: Plc, net: Network, step: int) -> dict[int,
         if wanted.band is not None:
             found[i] = Band(plc.loops.index(wanted.loop or ""), float(wanted.band) / 100)
         elif wanted.signal is not None and (wanted.start is not None or wanted.until is not None):
-            first = 0 if wanted.start is None else -int(-wanted.start * TICKS // step)
+            first = 0 if wanted.start is None else steps_until(wanted.start, step)
             last = NEVER if wanted.until is None else int(wanted.until * TICKS) // step
             found[i] = Gauge(net.names[wanted.signal], first=first, last=last)
     return found

@@ -1,0 +1,185 @@
+"""Scenarios on a controller that is easy to compute by hand: proportional, without counts, words or limits."""
+
+from __future__ import annotations
+
+import io
+from dataclasses import dataclass, field
+
+from pidcfg.schemas.base import parse_number
+from pidcfg.schemas.scenario import Scenario
+from pidcfg.sim.run import Settings, prepare, simulate
+from pidcfg.source import read_document
+
+ALARM, FLAG, TUNING = 8, 16, 32
+MODES = {"manual": 1, "auto": 2}
+SIGNALS = ("", "PV", "SP", "OUT", "BIAS")
+
+
+@dataclass(slots=True)
+class Config:
+    period: int = 1_000_000
+    sig_in: int = 0
+    sig_pv: int = 1
+    sig_sp: int = 2
+    sig_out: int = 3
+    sig_bias: int = 4
+
+
+@dataclass(slots=True)
+class State:
+    status: int = MODES["manual"]
+    aux_status: int = 0
+    notice: int = 0
+    due: int = 0
+    sp: float = 0.0
+    gain: float = 2.0
+    limit: float = 1e9
+    """The alarm is on while the PV is above."""
+
+
+def scan(tick, cfg, st, _aux, sig):
+    """OUT = gain (SP - PV) + bias in auto; the set point is limited to 100, a gain of 0 is refused."""
+    for i in range(len(cfg)):
+        c, s = cfg[i], st[i]
+        if tick < s.due:
+            continue
+        s.due += c.period
+        pv = sig[c.sig_in]
+        sig[c.sig_pv] = pv
+        sig[c.sig_sp] = min(s.sp, 100.0)
+        s.status = (s.status & ~ALARM) | (ALARM if pv > s.limit else 0)
+        if s.status & MODES["auto"]:
+            sig[c.sig_out] = s.gain * (sig[c.sig_sp] - pv) + sig[c.sig_bias]
+
+
+@dataclass(slots=True)
+class Plc:
+    """Implements `pidcfg.sim.plc.Plc` for loops A and B."""
+
+    loops: list[str]
+    cfg: list[Config]
+    st: list[State]
+    aux: list[float] = field(default_factory=list)
+    sig: list[float] = field(default_factory=list)
+    signals: list[str] = field(default_factory=list)
+    scales: list[tuple[float, float, int]] = field(default_factory=list)
+    goals: list[str] = field(default_factory=list)
+    flags: dict[str, int] = field(default_factory=lambda: {"V1": 0})
+    running: bool = True
+    base: int = 1_000_000
+    out_name: str = "OUT"
+    modes: tuple[str, ...] = tuple(MODES)
+    alarm_bits: dict[str, int] = field(default_factory=lambda: {"high": ALARM})
+    flag_bits: dict[str, int] = field(default_factory=lambda: {"odd": FLAG})
+    aux_bits: dict[str, int] = field(default_factory=lambda: {"complete": 1})
+    tuned_names: tuple[str, ...] = ("gain",)
+    problems: tuple[str, ...] = ()
+    calls: list[tuple] = field(default_factory=list)
+
+    def mode(self, status):
+        return "auto" if status & MODES["auto"] else "manual"
+
+    def requested(self, notice):
+        return "auto" if notice == 1 else None
+
+    def describe(self, notice):
+        return {1: "refused: because", 2: "to manual: because"}[notice]
+
+    def set_output(self, loop, value, sig):
+        sig[self.cfg[loop].sig_out] = float(value.value)
+
+    def check_set(self, _loop, path, value):
+        number = parse_number(value)
+        assert path[0] in {"setpoint", "gain", "limit", "mode"}, path
+        return number
+
+    def set(self, loop, path, value, sig):
+        name = {"setpoint": "sp"}.get(path[0], path[0])
+        setattr(self.st[loop], name, float(value))
+        if name == "sp":
+            sig[self.cfg[loop].sig_sp] = float(value)
+        return "is read later" if name == "limit" else None
+
+    def request(self, loop, mode):
+        s = self.st[loop]
+        if mode == "auto" and s.gain == 0:
+            s.notice = 1
+        else:
+            s.status = (s.status & ~3) | MODES[mode]
+
+    def ramp_soak(self, loop, command):
+        self.calls.append(("ramp_soak", loop, command))
+        self.st[loop].aux_status = 1
+
+    def autotune(self, loop, command):
+        self.calls.append(("autotune", loop, command))
+        self.st[loop].status |= FLAG
+
+    def tuned(self, loop):
+        if not self.st[loop].status & FLAG:
+            return None
+        return {"done": True, "error": False, "status": "done", "results": {"gain": 2.5}}
+
+    def program(self):
+        self.calls.append(("program",))
+        self.request(0, "manual")
+
+    def run(self, tick):
+        self.calls.append(("run", tick))
+        self.st[0].notice = 2
+
+
+class Controller:
+    """The vendor's module."""
+
+    scan = staticmethod(scan)
+
+    class Options:
+        def __init__(self, **given):
+            self.given = given
+
+    @staticmethod
+    def load(**given):
+        """Two loops in Auto at a set point of 50, sampled every second, unless ``given`` otherwise."""
+        cfg = [Config(1_000_000, *range(5 * i, 5 * i + 5)) for i in range(2)]
+        plc = Plc(["A", "B"], cfg, [State(), State()])
+        plc.sig = [0.0] * 10
+        plc.signals = [f"{loop}.{name}" if name else "" for loop in plc.loops for name in SIGNALS]
+        plc.scales = [(0.0, 100.0, 1000)] * 2
+        plc.goals = ["auto", "auto"]
+        for s in plc.st:
+            s.status, s.sp = MODES["auto"], 50.0
+        for name, value in given.items():
+            setattr(plc, name, value)
+        return plc
+
+
+def scenario(text, **given):
+    """A scenario from YAML; duration 10 s unless given."""
+    head = {"pidcfg": 1, "scenario": "test", "config": "none.yaml", "duration": 10, **given}
+    lines = [f"{key}: {value}" for key, value in head.items()]
+    document = read_document(("\n".join(lines) + "\n" + text).encode(), "test.yaml")
+    assert not document.problems, document.problems
+    return Scenario.model_validate(document.data)
+
+
+def run(text, plc=None, engine="python", every=1, limit=None, **given):
+    """The report and the trend of a scenario."""
+    trend = io.StringIO()
+    plcs = iter([plc] if plc else [])
+    settings = Settings(engine, every, limit, trend)
+    report = simulate(scenario(text, **given), lambda: next(plcs, None) or Controller.load(), Controller, settings)
+    return report, trend.getvalue()
+
+
+def rows(trend):
+    """The trend as columns of numbers by name."""
+    head, *lines = (line.split(",") for line in trend.splitlines())
+    return {name: [float(line[i]) for line in lines] for i, name in enumerate(head)}
+
+
+def problems(text, **given):
+    """What is wrong with a scenario: path and message."""
+    return [
+        (".".join(map(str, p.path)), p.message) for p in prepare(scenario(text, **given), Controller.load()).problems
+    ]

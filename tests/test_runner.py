@@ -1,0 +1,413 @@
+"""The run: closed loops against their closed form, metrics by hand, events to the step, noise, faults, limits."""
+
+from __future__ import annotations
+
+import io
+import math
+from itertools import pairwise
+
+import pytest
+
+from pidcfg.sim.run import Settings, UnusableError, simulate
+from scenario_rig import Controller, rows, run, scenario
+
+QUIET = "plants:\n  B: {model: dead_time, input: 50}\n"
+"""Loop B out of the way: its PV is its set point."""
+
+
+def test_a_proportional_loop_on_a_first_order_plant_follows_its_closed_form():
+    report, trend = run(
+        "plants:\n  A: {model: first_order, gain: 1.5, time_constant: 5, initial: 10}\n" + QUIET[8:], duration=60
+    )
+    a, kp, gain = -math.expm1(-1 / 5), 2.0, 1.5
+    end, factor = kp * gain * 50 / (1 + kp * gain), 1 - a * (1 + kp * gain)
+    pv = [end + (10 - end) * factor**k for k in range(61)]
+    assert rows(trend)["A.PV"] == pytest.approx(pv, rel=1e-9)
+    assert report.loops["A"].metrics["iae"] == pytest.approx(sum(abs(50 - v) for v in pv[:-1]), rel=1e-9)
+    assert report.loops["A"].metrics["ise"] == pytest.approx(sum((50 - v) ** 2 for v in pv[:-1]), rel=1e-9)
+    assert report.loops["A"].metrics["itae"] == pytest.approx(
+        sum(abs(50 - v) * k for k, v in enumerate(pv[:-1])), rel=1e-9
+    )
+    assert report.loops["A"].metrics["final_error"] == pytest.approx(50 - pv[-1], rel=1e-9)
+
+
+def test_plants_hold_their_initial_value_at_time_zero_and_answer_one_step_later():
+    _, trend = run("plants:\n  A: {model: dead_time, initial: 10}\n" + QUIET[8:], duration=3)
+    assert rows(trend)["A.PV"] == [10, 80, -60, 220]
+    assert rows(trend)["A.OUT"] == [80, -60, 220, -340]
+
+
+def test_the_trend_has_every_step_from_zero_to_the_end_with_exact_times():
+    _, trend = run(QUIET, duration=0.9, step=0.3)
+    assert [line.split(",")[0] for line in trend.splitlines()] == ["time", "0", "0.3", "0.6", "0.9"]
+    assert trend.splitlines()[0] == "time,A.PV,A.SP,A.OUT,A.BIAS,B.PV,B.SP,B.OUT,B.BIAS"
+    _, thin = run(QUIET, duration=10, every=4)
+    assert rows(thin)["time"] == [0, 4, 8]
+
+
+FOLLOW = "signals: {x: 0, ramp: 0}\nconnect: {A.PV: x, B.PV: 50}\n"
+
+
+def test_overshoot_settling_and_rise_time_count_from_the_set_point_event():
+    events = "".join(
+        f"  - {{at: {at}, set: {{x: {x}}}}}\n"
+        for at, x in [(0, 50), (3, 51.5), (4, 54), (6, 59.5), (8, 62), (9, 59), (10, 60.4), (11, 60)]
+    )
+    report, _ = run(FOLLOW + "events:\n" + events + "  - {at: 2, loop: A, set: {setpoint: 60}}\nexpect:\n"
+                    "  - {loop: A, metric: settling_time, band: 12 %, max: 6}\n"
+                    "  - {loop: A, metric: settling_time, band: 3 %, min: 9, max: 9}\n", duration=20)  # fmt: skip
+    metrics = report.loops["A"].metrics
+    assert metrics["overshoot"] == 20.0
+    assert metrics["rise_time"] == 3.0, "10 % at 3 s, 90 % at 6 s"
+    assert metrics["settling_time"] == 8.0, "within 0.5 of 60 from 10 s on"
+    assert [(v.passed, v.value) for v in report.expectations] == [(False, 7.0), (True, 9.0)]
+
+
+def test_a_step_downwards_is_measured_in_its_own_direction():
+    events = "".join(f"  - {{at: {at}, set: {{x: {x}}}}}\n" for at, x in [(0, 50), (3, 45), (4, 39), (5, 40)])
+    report, _ = run(FOLLOW + "events:\n" + events + "  - {at: 2, loop: A, set: {setpoint: 40}}\n")
+    assert report.loops["A"].metrics["overshoot"] == 10.0
+    assert report.loops["A"].metrics["settling_time"] == 3.0
+
+
+def test_metrics_of_a_step_are_null_without_a_step_and_when_it_was_never_reached():
+    report, _ = run(FOLLOW)
+    assert [report.loops["A"].metrics[m] for m in ("overshoot", "settling_time", "rise_time")] == [None, None, None]
+    report, _ = run(
+        FOLLOW
+        + "events: [{at: 1, loop: A, set: {setpoint: 60}}]\nexpect: [{loop: A, metric: settling_time, max: 1 h}]\n"
+    )
+    assert report.loops["A"].metrics["settling_time"] is None
+    assert [v.passed for v in report.expectations] == [False]
+
+
+def test_the_last_set_point_event_counts():
+    report, _ = run(FOLLOW + "events:\n  - {at: 0, set: {x: 50}}\n  - {at: 1, loop: A, set: {setpoint: 60}}\n"
+                    "  - {at: 2, set: {x: 90}}\n  - {at: 4, set: {x: 60}}\n  - {at: 6, loop: A, set: {setpoint: 61}}\n"
+                    "  - {at: 7, set: {x: 61}}\n")  # fmt: skip
+    assert report.loops["A"].metrics["overshoot"] == 0.0
+    assert report.loops["A"].metrics["settling_time"] == 1.0
+
+
+def test_a_step_is_measured_to_where_the_controller_limits_the_set_point():
+    report, _ = run(FOLLOW + "events:\n  - {at: 0, set: {x: 50}}\n  - {at: 0.5, loop: A, set: {setpoint: 400}}\n"
+                    "  - {at: 3, set: {x: 110}}\n", step=0.5)  # fmt: skip
+    assert report.loops["A"].metrics["overshoot"] == 20.0, "10 beyond 100, of a step of 50"
+
+
+def test_total_variation_is_the_way_the_output_went():
+    report, _ = run(FOLLOW + "events:\n  - {at: 2, set: {x: 10}}\n  - {at: 4, set: {x: 5}}\n  - {at: 6, set: {x: 5}}\n")
+    assert report.loops["A"].metrics["total_variation"] == 30.0
+
+
+def test_signals_report_smallest_largest_and_last_value():
+    report, _ = run(
+        FOLLOW + "events:\n  - {at: 2, set: {x: 10}}\n  - {at: 4, set: {x: -5}}\n  - {at: 6, set: {x: 5}}\n"
+    )
+    assert (report.signals["A.PV"].low, report.signals["A.PV"].high, report.signals["A.PV"].final) == (-5, 10, 5)
+    assert (report.signals["x"].low, report.signals["x"].high, report.signals["x"].final) == (-5, 10, 5)
+    assert (report.signals["A.OUT"].low, report.signals["A.OUT"].high) == (80, 110)
+
+
+def test_a_window_limits_what_an_expectation_looks_at():
+    report, _ = run(FOLLOW + "events:\n  - {at: 2, set: {x: 10}}\n  - {at: 4, set: {x: 3}}\nexpect:\n"
+                    "  - {signal: x, max: 5, from: 4}\n  - {signal: x, max: 5, from: 3}\n"
+                    "  - {signal: x, max: 5, until: 1}\n  - {signal: x, max: 5, until: 2}\n"
+                    "  - {signal: x, final: 3.4, tolerance: 0.5}\n  - {signal: x, final: 3.6, tolerance: 0.5}\n"
+                    "  - {signal: x, min: 0, max: 10}\n  - {signal: x, min: 0, max: 9}\n")  # fmt: skip
+    assert [v.passed for v in report.expectations] == [True, False, True, False, True, False, True, False]
+    assert report.expectations[6].value == [0, 10]
+
+
+def test_an_event_between_two_steps_takes_effect_at_the_next_one():
+    _, trend = run(FOLLOW + "events:\n  - {at: 2, set: {x: 1}}\n  - {at: 3.1, set: {x: 2}}\n")
+    assert rows(trend)["x"][:6] == [0, 0, 1, 1, 2, 2]
+
+
+def test_events_of_one_moment_happen_in_the_order_of_the_file():
+    _, trend = run(FOLLOW + "events:\n  - {at: 2, set: {x: 1}}\n  - {at: 2, set: {x: 7}}\n  - {at: 1, set: {x: 3}}\n")
+    assert rows(trend)["x"][:4] == [0, 3, 7, 7]
+
+
+def test_a_disturbance_replaces_a_number_of_the_plant_and_its_signal():
+    _, trend = run("plants:\n  A: {model: dead_time, gain: 0, load: 5}\n  B: {model: dead_time, input: A.load * 2}\n"
+                   "events: [{at: 3, loop: A, disturb: {load: 8}}]\n", duration=5)  # fmt: skip
+    assert rows(trend)["A.PV"] == [5, 5, 5, 8, 8, 8]
+    assert rows(trend)["B.PV"] == [10, 10, 10, 16, 16, 16]
+
+
+def test_a_changed_time_constant_makes_the_plant_slower_from_then_on():
+    _, trend = run("plants:\n  A: {model: first_order, input: 1, time_constant: 1, initial: 0}\n" + QUIET[8:]
+                   + "events: [{at: 2, loop: A, disturb: {time_constant: 10}}]\n", duration=3)  # fmt: skip
+    pv = rows(trend)["A.PV"]
+    assert pv[1] == pytest.approx(1 - math.exp(-1), rel=1e-9)
+    assert pv[2] == pytest.approx(1 - math.exp(-1.1), rel=1e-9)
+    assert pv[3] == pytest.approx(1 - math.exp(-1.2), rel=1e-9)
+
+
+def test_a_broken_sensor_shows_its_value_from_the_event_to_its_end_and_nothing_else_changes():
+    text = "plants:\n  A: {model: dead_time, input: 42}\n  B: {model: dead_time, input: A.PV}\n"
+    _, trend = run(text + "events: [{at: 2, loop: A, pv: 7, for: 3}]\n")
+    assert rows(trend)["A.PV"] == [42, 42, 7, 7, 7, 42, 42, 42, 42, 42, 42]
+    assert set(rows(trend)["B.PV"]) == {42}, "the process itself has not changed"
+    _, trend = run(text + 'events: [{at: 2, loop: A, pv: "100 counts"}]\n')
+    assert rows(trend)["A.PV"] == [42, 42] + [10] * 9
+
+
+def test_a_later_fault_outlasts_the_end_of_an_earlier_one():
+    text = "plants:\n  A: {model: dead_time, input: 42}\n" + QUIET[8:]
+    _, trend = run(text + "events: [{at: 1, loop: A, pv: 7, for: 3}, {at: 2, loop: A, pv: 9, for: 4}]\n")
+    assert rows(trend)["A.PV"] == [42, 7, 9, 9, 9, 9, 42, 42, 42, 42, 42]
+
+
+def test_a_connected_pv_can_break_too():
+    _, trend = run(FOLLOW + "events: [{at: 2, loop: A, pv: 7, for: 2}]\n", duration=5)
+    assert rows(trend)["A.PV"] == [0, 0, 7, 7, 0, 0]
+
+
+def test_modes_are_logged_with_time_request_and_reason():
+    report, _ = run(FOLLOW + "events:\n  - {at: 2, loop: A, mode: manual}\n  - {at: 3, loop: A, set: {gain: 0}}\n"
+                    "  - {at: 4, loop: A, mode: auto}\nexpect:\n  - {loop: A, mode: auto, at: 1}\n"
+                    "  - {loop: A, mode: auto, at: 2}\n  - {loop: A, mode: manual}\n")  # fmt: skip
+    modes = [(m.at, m.requested, m.mode, m.reason) for m in report.loops["A"].modes]
+    assert modes == [
+        (0, "auto", "auto", None),
+        (2, "manual", "manual", None),
+        (4, "auto", "manual", "refused: because"),
+    ]
+    assert [v.passed for v in report.expectations] == [True, False, True]
+
+
+def test_alarms_are_logged_from_on_to_off():
+    plc = Controller.load()
+    plc.st[0].limit = 5.0
+    events = "events:\n" + "".join(f"  - {{at: {at}, set: {{x: {x}}}}}\n" for at, x in [(2, 6), (4, 5), (7, 9)])
+    report, _ = run(FOLLOW + events + "expect:\n"
+                    "  - {loop: A, alarm: high, never: true}\n  - {loop: A, alarm: high, at: 2}\n"
+                    "  - {loop: A, alarm: high, at: 3}\n  - {loop: A, alarm: high, at: 3, tolerance: 1}\n"
+                    "  - {loop: A, alarm: high, before: 2}\n  - {loop: A, alarm: high, before: 1.5}\n"
+                    "  - {loop: A, alarm: high, after: 2}\n  - {loop: A, alarm: high, after: 2.5}\n"
+                    "  - {loop: A, alarm: high, never: true, before: 2}\n"
+                    "  - {loop: A, alarm: high, never: true, before: 3}\n"
+                    "  - {loop: B, alarm: high, never: true}\n"
+                    "  - {loop: B, alarm: high, never: false}\n", plc)  # fmt: skip
+    assert [(a.alarm, a.at, a.cleared) for a in report.loops["A"].alarms] == [("high", 2, 4), ("high", 7, None)]
+    assert [v.passed for v in report.expectations] == [
+        False, True, False, True, True, False, True, False, True, False, True, False,
+    ]  # fmt: skip
+
+
+def test_flags_and_auto_tune_are_reported_and_expected():
+    plc = Controller.load()
+    report, _ = run(FOLLOW + "events:\n  - {at: 2, loop: A, autotune: start}\n  - {at: 3, loop: B, ramp_soak: jog}\n"
+                    "  - {at: 5, plc: program}\n  - {at: 6, plc: run}\nexpect:\n"
+                    "  - {loop: A, flag: odd}\n  - {loop: B, flag: odd}\n  - {loop: B, flag: complete, is: true}\n"
+                    "  - {flag: V1, is: 0x0000}\n  - {flag: V1, is: 0x0008}\n  - {flag: V1, is: false}\n"
+                    "  - {loop: A, autotune: done}\n  - {loop: B, autotune: done}\n"
+                    "  - {loop: A, autotune: error, is: false}\n  - {loop: A, autotune: gain, min: 2.5, max: 2.5}\n"
+                    "  - {loop: A, autotune: gain, max: 2.4}\n", plc)  # fmt: skip
+    assert plc.calls == [("autotune", 0, "start"), ("ramp_soak", 1, "jog"), ("program",), ("run", 6_000_000)]
+    assert report.loops["A"].flags == {"odd": True, "complete": False}
+    assert [v.passed for v in report.expectations] == [
+        True,
+        False,
+        True,
+        True,
+        False,
+        True,
+        True,
+        False,
+        True,
+        True,
+        False,
+    ]
+    assert ("to manual: because", 6.0) in [(m.reason, m.at) for m in report.loops["A"].modes]
+
+
+def test_a_set_that_has_no_effect_yet_is_noted():
+    report, _ = run(FOLLOW + "events: [{at: 2, loop: A, set: {limit: 5}}]\n")
+    assert [(n.at, n.loop, n.text, n.error) for n in report.notes] == [(2, "A", "limit: is read later", False)]
+    assert report.passed
+
+
+def test_more_changes_than_the_log_holds_lose_nothing():
+    plc = Controller.load()
+    plc.st[0].limit = 0.5
+    text = (
+        "signals: {t: 0}\nplants:\n  - {name: n, model: dead_time, input: 0, noise: 1}\nconnect: {A.PV: n, B.PV: 50}\n"
+    )
+    report, trend = run(text, plc, duration=1500)
+    on = [pv > 0.5 for pv in rows(trend)["A.PV"]]
+    rises = [k for k in range(1501) if on[k] and not (k and on[k - 1])]
+    assert len(rises) > 300
+    assert [a.at for a in report.loops["A"].alarms] == rises
+
+
+def test_lists_end_somewhere_and_say_what_they_leave_out():
+    plc = Controller.load()
+    plc.st[0].limit = 0.0
+    text = "plants:\n  - {name: n, model: dead_time, input: 0, noise: 1}\nconnect: {A.PV: n, B.PV: 50}\n"
+    report, _ = run(text, plc, duration=8000)
+    found = report.loops["A"]
+    assert len(found.alarms) in {1000, 1001}
+    assert found.unlisted > 500
+
+
+NOISY = "plants:\n  A: {model: dead_time, input: 20, noise: 0.5}\n  B: {model: dead_time, input: A.PV}\n"
+
+
+def test_noise_is_reproducible_and_depends_on_the_seed():
+    one, two, other = (run(NOISY, duration=500, seed=seed)[1] for seed in (3, 3, 4))
+    assert one == two
+    assert one != other
+
+
+def test_noise_has_the_deviation_that_was_asked_for():
+    pv = rows(run(NOISY, duration=4000)[1])["A.PV"]
+    mean = sum(pv) / len(pv)
+    deviation = math.sqrt(sum((v - mean) ** 2 for v in pv) / len(pv))
+    assert mean == pytest.approx(20, abs=4 * 0.5 / math.sqrt(4000))
+    assert deviation == pytest.approx(0.5, abs=4 * 0.5 / math.sqrt(8000))
+
+
+def test_noise_stays_out_of_other_plants_but_not_out_of_connections():
+    assert set(rows(run(NOISY)[1])["B.PV"]) == {20}
+    text = "plants:\n  - {name: n, model: dead_time, input: 20, noise: 0.5}\nconnect: {A.PV: n, B.PV: n}\n"
+    columns = rows(run(text)[1])
+    assert columns["A.PV"] == columns["B.PV"] == columns["n"]
+    assert len(set(columns["A.PV"])) == 11
+
+
+def test_the_noise_of_one_plant_does_not_depend_on_the_others():
+    both = "plants:\n  A: {model: dead_time, input: 20, noise: 0.5}\n  B: {model: dead_time, input: 20, noise: 0.5}\n"
+    alone, pair = rows(run(NOISY)[1]), rows(run(both)[1])
+    assert alone["A.PV"] == pair["A.PV"]
+    assert pair["A.PV"] != pair["B.PV"]
+
+
+def test_a_quiet_plant_can_be_made_noisy():
+    text = (
+        "plants:\n  A: {model: dead_time, input: 20}\n"
+        + QUIET[8:]
+        + "events: [{at: 5, loop: A, disturb: {noise: 1}}]\n"
+    )
+    pv = rows(run(text)[1])["A.PV"]
+    assert pv[:5] == [20] * 5
+    assert 20 not in pv[5:]
+
+
+def test_plants_are_stepped_in_the_order_in_which_they_depend_on_each_other():
+    text = (
+        "plants:\n  - {name: last, model: dead_time, input: next}\n  - {name: next, model: dead_time, input: x * 2}\n"
+    )
+    _, trend = run(
+        "signals: {x: 1}\nconnect: {A.PV: last, B.PV: 50}\n" + text + "events: [{at: 2, set: {x: 5}}]\n", duration=3
+    )
+    assert rows(trend)["A.PV"] == [2, 2, 10, 10]
+
+
+def test_plants_in_a_ring_read_the_step_before():
+    text = "plants:\n  - {name: p, model: dead_time, input: q + 1}\n  - {name: q, model: dead_time, input: p}\n"
+    _, trend = run(text + "connect: {A.PV: p, B.PV: 50}\n", duration=3)
+    assert [b - a for a, b in pairwise(rows(trend)["A.PV"])] == [1, 1, 1]
+
+
+def test_dead_time_is_rounded_to_base_steps_and_said():
+    report, trend = run("signals: {x: 1}\nplants:\n  A: {model: dead_time, input: x, dead_time: 2.4}\n" + QUIET[8:]
+                        + "events: [{at: 3, set: {x: 9}}]\n")  # fmt: skip
+    assert rows(trend)["A.PV"] == [1, 1, 1, 1, 1, 9, 9, 9, 9, 9, 9]
+    assert [p.message for p in report.problems] == ["the dead time of A is 2.4 s, run as 2 base steps of 1 s"]
+
+
+def test_an_expression_without_a_value_holds_the_last_one_and_fails_the_run():
+    report, trend = run("signals: {x: 2}\nconnect: {A.PV: 10 / x, B.PV: sqrt(x)}\n"
+                        "events: [{at: 3, set: {x: 0}}, {at: 6, set: {x: -4}}]\n")  # fmt: skip
+    assert rows(trend)["A.PV"] == [5, 5, 5, 5, 5, 5, -2.5, -2.5, -2.5, -2.5, -2.5]
+    assert [(n.at, n.text, n.error) for n in report.notes] == [
+        (3, "A.PV: division by zero in '10 / x'; the signal kept its last value", True),
+        (6, "B.PV: square root of a negative number in 'sqrt(x)'; the signal kept its last value", True),
+    ]
+    assert not report.passed
+
+
+def test_a_plant_whose_input_has_no_value_keeps_the_last_one():
+    report, trend = run(
+        "signals: {x: 2}\nplants:\n  A: {model: dead_time, input: 10 / x}\n"
+        + QUIET[8:]
+        + "events: [{at: 3, set: {x: 0}}]\n"
+    )
+    assert set(rows(trend)["A.PV"]) == {5}
+    assert [(n.at, n.text) for n in report.notes] == [
+        (3, "input of A: division by zero in '10 / x'; the signal kept its last value")
+    ]
+
+
+def test_outputs_start_where_the_scenario_says():
+    plc = Controller.load()
+    for s in plc.st:
+        s.status = 1
+    _, trend = run("initial: {A: 30}\nplants:\n  A: {model: first_order, time_constant: 5}\n" + QUIET[8:], plc)
+    assert rows(trend)["A.OUT"] == [30] * 11
+    assert rows(trend)["A.PV"] == [30] * 11, "a plant without 'initial' rests where its input holds it"
+
+
+def test_a_steady_start_is_settled_when_time_begins():
+    text = "initial: steady\nplants:\n  A: {model: first_order, gain: 0.2, time_constant: 8, initial: 0}\n" + QUIET[8:]
+    report, trend = run(text)
+    end = 2 * 0.2 * 50 / 1.4
+    assert rows(trend)["A.PV"] == pytest.approx([end] * 11, abs=2 * 2 * 0.1), "each within 2 counts of the mean"
+    assert rows(trend)["A.PV"] != pytest.approx([0] * 11, abs=10)
+    assert report.settled is not None
+    assert report.settled % 8 == 0, "whole windows"
+    assert [m.at for m in report.loops["A"].modes] == [0]
+
+
+def test_a_network_that_never_settles_is_an_error_and_still_runs_from_its_initial_values():
+    plc = Controller.load()
+    plc.st[0].status = 1
+    report, trend = run("initial: steady\nplants:\n  A: {model: integrator, load: 1, initial: 5}\n" + QUIET[8:], plc)
+    assert [p.kind for p in report.problems] == ["no_steady_state"]
+    assert "the PV of A still moves" in report.problems[0].message
+    assert not report.passed
+    assert report.settled is None
+    assert rows(trend)["A.PV"][0] == 5
+
+
+def test_a_plc_that_does_not_run_is_not_settled_but_shown():
+    report, _ = run(
+        "initial: steady\nplants:\n  A: {model: integrator, load: 1}\n" + QUIET[8:], Controller.load(running=False)
+    )
+    assert report.settled is None
+    assert not report.problems
+
+
+def test_the_limit_on_loop_steps_is_checked_before_the_run():
+    assert run(FOLLOW, duration=10, limit=22)[0].steps == 11
+    with pytest.raises(UnusableError, match="22 loop-steps; the limit is 21"):
+        run(FOLLOW, duration=10, limit=21)
+
+
+def test_a_scenario_shorter_than_its_step_cannot_run():
+    with pytest.raises(UnusableError, match="shorter than its base step"):
+        run(FOLLOW, duration=0.5)
+
+
+def test_progress_goes_from_nothing_to_one():
+    shares = []
+    settings = Settings(progress=shares.append)
+    simulate(scenario(FOLLOW, duration=40_000), Controller.load, Controller, settings)
+    assert shares == sorted(shares)
+    assert shares[-1] == 1
+
+
+def test_the_trend_does_not_depend_on_how_often_python_looks(monkeypatch):
+    whole = run(NOISY, duration=300)
+    monkeypatch.setattr("pidcfg.sim.run.CHUNK", 7)
+    assert run(NOISY, duration=300) == whole
+
+
+def test_without_a_sink_nothing_is_recorded():
+    report = simulate(scenario(FOLLOW), Controller.load, Controller, Settings())
+    sink = io.StringIO()
+    assert simulate(scenario(FOLLOW), Controller.load, Controller, Settings(trend=sink)) == report
+    assert sink.getvalue()
