@@ -1,0 +1,232 @@
+"""Scenario files: both ways to write plants, and everything that is refused, with its place and its cure."""
+
+from __future__ import annotations
+
+from decimal import Decimal
+
+import pytest
+from pydantic import ValidationError
+
+from pidcfg.schemas.base import Quantity
+from pidcfg.schemas.scenario_fields import Bound
+from pidcfg.sim.plc import TICKS
+from pidcfg.sim.run import base_step, options, prepare
+from scenario_rig import Controller, problems, scenario
+
+WIRED = "connect: {A.PV: 1, B.PV: 1}\n"
+PLANTS = "plants:\n  B: {model: dead_time}\n  A: "
+
+
+def test_a_plant_keyed_by_its_loop_reads_the_output_of_that_loop():
+    net = prepare(
+        scenario("plants:\n  A: {model: dead_time}\n  B: {model: dead_time, input: A.PV}\n"), Controller.load()
+    )
+    a, b = (net.plants[net.plant_of[name]] for name in "AB")
+    assert (a.source, a.measured) == (3, 0), "A.OUT to the input of A"
+    assert b.source == a.slot
+    assert not net.problems
+
+
+def test_plants_in_a_list_have_names_and_are_connected_by_expressions():
+    text = "plants:\n  - {name: p, model: dead_time, input: A.OUT + 1}\nconnect: {A.PV: p * 2, B.PV: p}\n"
+    net = prepare(scenario(text), Controller.load())
+    assert not net.problems
+    assert net.names["p"] == net.plants[0].measured
+    assert [channel.target for channel in net.channels] == [0, 5]
+
+
+def test_an_expression_in_braces_is_put_together_again_where_yaml_cut_it():
+    plants = "plants:\n  - {name: p, model: dead_time, input: 1 / max(A.OUT, 1, 2), gain: 3}\n"
+    text = plants + "connect: {A.PV: min(p, 2), B.PV: p}\n"
+    read = scenario(text)
+    assert read.plants[0].input == "1 / max(A.OUT, 1, 2)"
+    assert read.plants[0].gain == 3
+    assert read.connect == {"A.PV": "min(p, 2)", "B.PV": "p"}
+
+
+def test_a_key_without_a_value_that_belongs_to_no_expression_is_still_refused():
+    with pytest.raises(ValidationError):
+        scenario("plants:\n  - {name: p, model: dead_time, input: A.OUT, gian}\n")
+
+
+@pytest.mark.parametrize(
+    ("written", "bound"),
+    [("10", Bound(Decimal(10))), ("10 %", Bound(Decimal(10), "%")), ("2 min", Bound(Decimal(120), "s"))],
+)
+def test_bounds_carry_their_unit(written, bound):
+    assert scenario(f"expect: [{{loop: A, metric: iae, max: {written}}}]\n").expect[0].max == bound
+
+
+def test_a_scenario_starts_steady_or_with_outputs():
+    assert scenario("initial: steady\n").initial == "steady"
+    assert scenario('initial: {A: 40, B: "100 counts"}\n').initial == {
+        "A": Quantity(Decimal(40)),
+        "B": Quantity(Decimal(100), counts=True),
+    }
+    with pytest.raises(ValidationError, match="no way to start"):
+        scenario("initial: warm\n")
+
+
+def test_flags_are_expected_as_truths_or_words():
+    read = scenario("expect: [{flag: V1, is: true}, {flag: V1, is: 0x0008}, {flag: V1, is: 8}]\n").expect
+    assert [expectation.value for expectation in read] == [True, 8, 8]
+    for wrong in ("0x1G", "70000", "-1"):
+        with pytest.raises(ValidationError):
+            scenario(f"expect: [{{flag: V1, is: {wrong}}}]\n")
+
+
+def test_unknown_keys_are_refused():
+    with pytest.raises(ValidationError, match="Extra inputs"):
+        scenario("plnats: {}\n")
+
+
+def test_the_base_step_is_given_or_the_scan_time_or_what_fits_all_sample_rates():
+    plc = Controller.load(base=200_000)
+    assert base_step(scenario(""), plc) == 200_000
+    assert base_step(scenario("", step="50 ms"), plc) == 50_000
+    assert base_step(scenario("plc: {scan_time: 0.01}\n"), plc) == 10_000
+    stopped = Controller.load(base=0, running=False)
+    assert base_step(scenario(""), stopped) == 1_000_000
+
+
+def test_what_a_scenario_chooses_about_the_plc_reaches_it_in_ticks():
+    text = "plc: {number_of_loops: 9, auto_interlock: false, scan_time: 20 ms}\n"
+    given = options(scenario(text), Controller).given
+    assert given == {"number_of_loops": 9, "auto_interlock": False, "scan_time": TICKS // 50}
+
+
+def test_a_sample_rate_that_is_no_multiple_of_the_step_is_said():
+    found = problems(WIRED, step=0.3)
+    assert found == [
+        (path, f"the sample rate of {loop}, 1 s, is no multiple of the step")
+        for path, loop in (("step", "A"), ("step", "B"))
+    ]
+
+
+def test_a_set_up_that_the_scenario_spoils_points_at_its_line():
+    plc = Controller.load(flags={"V1": 4})
+    found = prepare(scenario(WIRED + "plc: {number_of_loops: 9}\n"), plc).problems
+    assert [(p.path, p.severity) for p in found] == [(("plc", "number_of_loops"), "warning")]
+    assert "V1 = 0x0004" in found[0].message
+
+
+def test_a_loop_without_a_plant_is_a_warning():
+    assert problems("connect: {A.PV: 1}\n") == [("plants", "nothing is wired to the PV of B; it stays at 0")]
+
+
+REFUSED = [
+    # text, path of the finding, part of the message
+    ("plants:\n  C: {model: dead_time}\n", "plants.C", "'C' is no loop"),
+    ("plants:\n  - {model: dead_time, input: 1}\n", "plants.0", "needs a name"),
+    ("plants:\n  A: {name: x, model: dead_time}\n", "plants.A.name", "no other name"),
+    ("plants:\n  - {name: p, model: dead_time}\n", "plants.0", "has no input"),
+    (
+        "plants:\n  - {name: p, model: dead_time, input: 1}\n  - {name: p, model: dead_time, input: 1}\n",
+        "plants.1",
+        "taken",
+    ),
+    ("signals: {p: 1}\nplants:\n  - {name: p, model: dead_time, input: 1}\n", "plants.0", "taken"),
+    ("signals: {A.PV: 1}\n", "signals.A.PV", "a signal of the PLC"),
+    (PLANTS + "{model: dead_time, input: A.OTU}\n", "plants.A.input", "'A.OTU' is no declared name"),
+    (PLANTS + "{model: dead_time, input: 1 +}\n", "plants.A.input", "missing before the end"),
+    (PLANTS + "{model: first_order}\n", "plants.A.model", "first_order needs time_constant"),
+    (PLANTS + "{model: first_order, time_constant: 0}\n", "plants.A.time_constant", "above 0"),
+    (PLANTS + "{model: first_order, time_constant: 1, lead: 2}\n", "plants.A.lead", "has no lead"),
+    (
+        PLANTS + "{model: second_order, time_constant: 1}\n",
+        "plants.A.model",
+        "needs time_constants or time_constant and damping",
+    ),
+    (PLANTS + "{model: second_order, time_constants: [1, 0]}\n", "plants.A.time_constants", "above 0"),
+    (PLANTS + "{model: second_order, time_constant: 1, damping: -0.1}\n", "plants.A.damping", "negative"),
+    (PLANTS + "{model: lead_lag, lead: 1}\n", "plants.A.model", "needs lead and lag"),
+    (PLANTS + "{model: valve, rate_limit: 0}\n", "plants.A.rate_limit", "above 0"),
+    (PLANTS + "{model: dead_time, dead_time: -1}\n", "plants.A.dead_time", "negative"),
+    (PLANTS + "{model: dead_time, noise: -1}\n", "plants.A.noise", "negative"),
+    (PLANTS + "{model: dead_time, gain: 1e13}\n", "plants.A.gain", "beyond"),
+    (PLANTS + "{model: dead_time, dead_time: 1e9}\n", "plants.A.dead_time", "more than 1000000 base steps"),
+    (PLANTS + "{model: dead_time}\nconnect: {A.PV: 1}\n", "connect.A.PV", "a plant of its own"),
+    ("connect: {A.PV: 1, B.PV: 1, C.PV: 1}\n", "connect.C.PV", "no loop's PV"),
+    ("connect: {A.PV: 1, B.PV: Q}\n", "connect.B.PV", "'Q' is no declared name"),
+    ("initial: {C: 1}\n", "initial.C", "'C' is no loop"),
+    ("events: [{at: 1}]\n", "events.0", "does nothing"),
+    ("events: [{at: 1, loop: A, mode: auto, pv: 3}]\n", "events.0", "mode and pv in one event"),
+    ("events: [{at: -1, loop: A, mode: auto}]\n", "events.0.at", "before time 0"),
+    ("events: [{at: 11, loop: A, mode: auto}]\n", "events.0.at", "after the end"),
+    ("events: [{at: 1, loop: C, mode: auto}]\n", "events.0.loop", "'C' is no loop"),
+    ("events: [{at: 1, mode: auto}]\n", "events.0.mode", "needs a loop"),
+    ("events: [{at: 1, loop: A, mode: atuo}]\n", "events.0.mode", "'atuo' is no mode"),
+    ("events: [{at: 1, loop: A, mode: auto, for: 3}]\n", "events.0.for", "'for' is the time"),
+    ("events: [{at: 1, loop: A, pv: 3, for: 0}]\n", "events.0.for", "'for' is the time"),
+    ("events: [{at: 1, loop: A, plant: A, mode: auto}]\n", "events.0.plant", "only a disturbance"),
+    ("events: [{at: 1, loop: A, plc: run}]\n", "events.0.loop", "the whole PLC"),
+    ("events: [{at: 1, set: {heat: 3}}]\n", "events.0.set.heat", "'heat' is no signal"),
+    ("signals: {heat: 1}\nevents: [{at: 1, set: {heat: hot}}]\n", "events.0.set.heat", "'hot' is not a number"),
+    ("events: [{at: 1, loop: A, set: {setpoint: high}}]\n", "events.0.set.setpoint", "'high' is not a number"),
+    ("events: [{at: 1, loop: A, disturb: {load: 1}}]\n", "events.0.loop", "no plant of the scenario"),
+    ("events: [{at: 1, plant: p, disturb: {load: 1}}]\n", "events.0.plant", "no plant of the scenario"),
+    (
+        PLANTS + "{model: dead_time}\nevents: [{at: 1, loop: A, disturb: {laod: 1}}]\n",
+        "events.0.disturb.laod",
+        "no number of A",
+    ),
+    (
+        PLANTS + "{model: dead_time}\nevents: [{at: 1, loop: A, disturb: {lag: 1}}]\n",
+        "events.0.disturb.lag",
+        "no number of A",
+    ),
+    (
+        PLANTS + "{model: dead_time}\nevents: [{at: 1, loop: A, disturb: {noise: -1}}]\n",
+        "events.0.disturb.noise",
+        "cannot be",
+    ),
+    ("expect: [{loop: A, max: 3}]\n", "expect.0", "about nothing"),
+    ("expect: [{loop: A, metric: iae, alarm: high, max: 3}]\n", "expect.0", "about metric and alarm"),
+    ("expect: [{loop: A, metric: iae}]\n", "expect.0", "nothing is expected"),
+    ("expect: [{metric: iae, max: 3}]\n", "expect.0.metric", "needs a loop"),
+    ("expect: [{loop: C, metric: iae, max: 3}]\n", "expect.0.loop", "'C' is no loop"),
+    ("expect: [{loop: A, metric: iae, max: 3, never: true}]\n", "expect.0.never", "does not go with metric"),
+    ("expect: [{loop: A, metric: iae, max: 3 %}]\n", "expect.0.max", "cannot be in %"),
+    ("expect: [{loop: A, metric: overshoot, max: 3 s}]\n", "expect.0.max", "cannot be in s"),
+    ("expect: [{loop: A, metric: iae, band: 3 %, max: 3}]\n", "expect.0.band", "settling_time"),
+    ("expect: [{loop: A, metric: settling_time, band: 100 %, max: 3}]\n", "expect.0.band", "below 100 %"),
+    ("expect: [{loop: A, metric: iae, min: 4, max: 3}]\n", "expect.0.min", "min is above max"),
+    ("expect: [{signal: A.VP, max: 3}]\n", "expect.0.signal", "'A.VP' is no signal"),
+    ("expect: [{signal: A.PV}]\n", "expect.0", "nothing is expected"),
+    ("expect: [{signal: A.PV, final: 3}]\n", "expect.0", "belong together"),
+    ("expect: [{signal: A.PV, max: 3, from: 11}]\n", "expect.0.from", "outside the scenario"),
+    ("expect: [{signal: A.PV, max: 3, from: 5, until: 4}]\n", "expect.0.from", "after until"),
+    ("expect: [{loop: A, alarm: hihg, never: true}]\n", "expect.0.alarm", "'hihg' is no alarm"),
+    ("expect: [{loop: A, alarm: high, never: true, at: 3}]\n", "expect.0.never", "has no time"),
+    ("expect: [{loop: A, alarm: high, never: false, before: 3}]\n", "expect.0.never", "has no time"),
+    ("expect: [{loop: A, alarm: high, at: 30}]\n", "expect.0.at", "outside the scenario"),
+    ("expect: [{loop: A, mode: cascade}]\n", "expect.0.mode", "'cascade' is no mode"),
+    ("expect: [{loop: A, flag: even}]\n", "expect.0.flag", "'even' is no flag"),
+    ("expect: [{flag: V2}]\n", "expect.0.flag", "'V2' is no flag"),
+    ("expect: [{loop: A, autotune: reset, min: 1}]\n", "expect.0.autotune", "'reset' is no result"),
+    ("expect: [{loop: A, autotune: done, max: 1}]\n", "expect.0", "true or false"),
+]
+
+
+@pytest.mark.parametrize(("text", "path", "message"), REFUSED, ids=[row[2] for row in REFUSED])
+def test_what_makes_no_sense_is_refused_where_it_stands(text, path, message):
+    rest = "" if "connect" in text or "plants" in text else WIRED
+    found = problems(text + rest)
+    assert any(where == path and message in what for where, what in found), found
+
+
+def test_misspelt_names_are_met_with_the_one_that_was_meant():
+    plc = Controller.load()
+    text = WIRED + "events: [{at: 1, loop: A, mode: atuo}]\nexpect: [{loop: A, alarm: hihg, never: true}]\n"
+    cures = [p.help for p in prepare(scenario(text), plc).problems]
+    assert cures == ["did you mean auto?", "did you mean high?"]
+
+
+@pytest.mark.parametrize("key", ["duration", "step"])
+@pytest.mark.parametrize("time", ["0", "-1", "1e13"])
+def test_times_are_above_zero_and_within_reason(key, time):
+    assert any(path == key for path, _ in problems(WIRED, **{key: time}))
+
+
+def test_a_step_has_whole_microseconds():
+    assert ("step", "step is no whole number of microseconds") in problems(WIRED, step=0.0000015)
