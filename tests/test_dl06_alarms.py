@@ -144,8 +144,8 @@ def expected(status, pvs, limits, hysteresis):
 
 
 @given(
-    pvs=st.lists(st.integers(0, 4095) | st.integers(1900, 2100), min_size=1, max_size=30),
-    limits=st.tuples(*[st.integers(0, 4095)] * 4, *[st.integers(0, 300)] * 2),
+    pvs=st.lists(st.integers(0, 4095) | st.integers(1900, 2100), min_size=2, max_size=30),
+    limits=st.tuples(*[st.integers(0, 1900)] * 2, *[st.integers(2100, 4095)] * 2, *[st.integers(0, 2500)] * 2),
     hysteresis=st.integers(0, 200),
 )
 @settings(max_examples=300, deadline=None)

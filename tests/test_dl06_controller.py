@@ -266,20 +266,22 @@ def test_the_output_never_leaves_its_limits_nor_the_bias_the_data_range(tuning, 
         assert s.out == int(s.out)
 
 
-def test_bias_freeze_stops_outward_integration_at_full_scale_and_always_comes_back():
-    tops = {}
-    for freeze in (0, 1):
-        rig = Rig(base=0.1)
-        pv = Fixed(1000.0)
-        _, s = rig.add(pv, sp=2000.0, gain=4.0, reset=5.0, freeze=freeze, out=1000.0, bumpless=2, mode="auto")
-        rig.run(60)
-        tops[freeze] = s.bias
-        pv.value = 2100.0
-        rig.step(3)
-        assert s.bias < tops[freeze]
+@pytest.mark.parametrize(("freeze", "sp", "stays"), [
+    (0, 2000.0, 4095.0), (1, 2000.0, 1080.0), (0, 0.0, 0.0), (1, 0.0, 920.0),
+])  # fmt: skip
+def test_bias_freeze_stops_outward_integration_at_full_scale_and_always_comes_back(freeze, sp, stays):
+    """4 x 0.1 / 5 x 1000 counts are integrated once, then the output is at an end of the range."""
+    rig = Rig(base=0.1)
+    pv = Fixed(1000.0)
+    _, s = rig.add(pv, sp=sp, gain=4.0, reset=5.0, freeze=freeze, out=1000.0, bumpless=2, mode="auto")
+    rig.run(60)
+    assert s.out == (4095.0 if sp else 0.0)
+    assert s.bias == stays
+    inward = -8.0 if sp else 8.0
+    s.sp = 1000.0 + inward / (4.0 * 0.1 / 5.0)
+    rig.step()
 
-    assert tops[0] == 4095.0
-    assert tops[1] == 1000.0 + 4.0 * 0.1 / 5.0 * 1000.0
+    assert s.bias == pytest.approx(stays + inward)
 
 
 def test_bias_freeze_does_nothing_inside_narrow_output_limits():
@@ -417,6 +419,20 @@ def test_slow_loops_take_turns_one_a_scan_when_scans_have_a_length():
     assert sorted(i for _, i in slow[:4]) == [0, 1, 2, 3]
     assert [k for k, _ in slow] == [0, 1, 2, 3, 30]
     assert [k for k, i in order if i == 4] == list(range(31))
+
+
+def test_more_slow_loops_than_scans_share_them_evenly():
+    """Four loops of 3 s and scans of 1 s: three of four are served in each period, none twice before another."""
+    rig = Rig(base=1.0)
+    for _ in range(4):
+        rig.add(Fixed(1.0), period=3.0, slow=1)
+    served = []
+    for _ in range(24):
+        due = [s.due for s in rig.st]
+        rig.step()
+        served += [i for i, s in enumerate(rig.st) if s.due != due[i]]
+
+    assert served == [0, 1, 2, 3] * 6
 
 
 def test_without_a_scan_time_every_loop_that_is_due_is_calculated():

@@ -178,6 +178,22 @@ def test_a_goal_that_is_refused_is_asked_for_again_and_logged_once():
     assert len(rig.log) == 1
 
 
+def test_an_event_takes_the_place_of_a_pending_goal():
+    rig = Rig(base=0.1)
+    pv = Fixed(100.0)
+    rig.add(pv, low=500.0, sp=1000.0)
+    rig.st[0].goal = bits.AUTO
+    rig.st[0].busy |= bits.GOAL
+    rig.step(2)
+    rig.request("manual")
+    rig.step()
+    pv.value = 600.0
+    rig.step(5)
+
+    assert mode(rig) == "manual"
+    assert (rig.st[0].goal, rig.st[0].busy) == (0, 0)
+
+
 def test_a_major_loop_learns_why_when_its_minor_is_refused():
     rig = pair()
     rig.cfg[0].low = 4000.0
@@ -246,10 +262,12 @@ def test_an_alarm_that_comes_up_in_auto_leaves_the_mode_alone():
 # --- bumpless transfers ----------------------------------------------------------------------------------------------
 
 
+@pytest.mark.parametrize("on_pv", [0, 1])
 @pytest.mark.parametrize("velocity", [0, 1])
-def test_bumpless_one_has_no_bump_at_any_error(velocity):
+def test_bumpless_one_has_no_bump_at_any_error(velocity, on_pv):
     rig = Rig(base=0.1)
-    _, s = rig.add(Fixed(1000.0), sp=3000.0, gain=5.0, reset=4.0, rate=2.0, velocity=velocity, bias=123.0, out=1800.0)
+    _, s = rig.add(Fixed(1000.0), sp=3000.0, gain=5.0, reset=4.0, rate=2.0, velocity=velocity, on_pv=on_pv,
+                   bias=123.0, out=1800.0)  # fmt: skip
     rig.step(3)
     rig.request("auto")
     outs = [out for (out,) in rig.trace(5, "out")]

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+NEAREST = 6755399441055744.0
+"""1.5 * 2**52: adding and subtracting it rounds to a whole number, half to even, without a call."""
+
 
 def clamp(x: float, low: float, high: float) -> float:
     """The value within its limits; where they contradict each other, the lower one wins."""
@@ -14,7 +17,7 @@ def clamp(x: float, low: float, high: float) -> float:
 
 def nearest(x: float) -> float:
     """The nearest whole number, half to even; exact below 2**51."""
-    return x + 6755399441055744.0 - 6755399441055744.0
+    return x + NEAREST - NEAREST
 
 
 def step_to(x: float, target: float, step: float) -> float:

@@ -26,7 +26,6 @@ from pidcfg.sim.controllers.dl06_state import (
     GOAL,
     MANUAL,
     MUTE,
-    NEAREST,
     OVERFLOW,
     RELAY,
     REQUEST,
@@ -38,6 +37,7 @@ from pidcfg.sim.controllers.dl06_state import (
     Config,
     State,
 )
+from pidcfg.sim.terms import NEAREST
 
 __all__ = ["INLINED", "KERNELS", "Config", "Dl06", "Options", "State", "load", "sample", "scan"]
 

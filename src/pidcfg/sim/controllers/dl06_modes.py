@@ -17,7 +17,6 @@ from pidcfg.sim.controllers.dl06_state import (
     GOAL,
     MANUAL,
     MODES,
-    NEAREST,
     OVERFLOW,
     REQUEST,
     RESTORE,
@@ -25,6 +24,7 @@ from pidcfg.sim.controllers.dl06_state import (
     Config,
     State,
 )
+from pidcfg.sim.terms import NEAREST
 
 REFUSED_PROGRAM = 1
 REFUSED_OFF = 2

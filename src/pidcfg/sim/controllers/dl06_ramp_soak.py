@@ -10,7 +10,6 @@ from __future__ import annotations
 from pidcfg.sim.controllers.dl06_modes import on_sp_scale, tell
 from pidcfg.sim.controllers.dl06_state import (
     CASCADE,
-    NEAREST,
     PROGRAM,
     RS_COMPLETE,
     RS_DEVIATION,
@@ -25,7 +24,7 @@ from pidcfg.sim.controllers.dl06_state import (
     Config,
     State,
 )
-from pidcfg.sim.terms import step_to
+from pidcfg.sim.terms import NEAREST, step_to
 
 STEPS = 16
 FIELDS = 4

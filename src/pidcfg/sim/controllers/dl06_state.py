@@ -16,8 +16,6 @@ NEVER = 1 << 60
 """A time that does not come."""
 UNBOUNDED = 1e18
 """A limit that nothing reaches."""
-NEAREST = 6755399441055744.0
-"""1.5 * 2**52: adding and subtracting it rounds to a whole number, half to even, without a call."""
 
 # Bits of the status word +06
 MANUAL, AUTO, CASCADE = 1, 2, 4
@@ -177,7 +175,7 @@ class State:
     """What happened since the runner last looked: see `dl06_modes.tell`."""
     aux_status: int = 0
     """The word +33 without its command bits."""
-    turn: int = 0
+    turn: int = -1
     """In loop 1: the slow loop that was served last."""
     # words +02 to +05, in counts
     sp: float = 0.0

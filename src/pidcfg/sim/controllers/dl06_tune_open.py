@@ -8,7 +8,7 @@ gains of both.
 
 from __future__ import annotations
 
-from pidcfg.sim.controllers.dl06_state import NEAREST, TICKS, Config, State
+from pidcfg.sim.controllers.dl06_state import TICKS, Config, State
 from pidcfg.sim.controllers.dl06_tune_results import (
     RESPONSE,
     TUNE_FULL_SCALE,
@@ -16,6 +16,7 @@ from pidcfg.sim.controllers.dl06_tune_results import (
     end_tune,
     store,
 )
+from pidcfg.sim.terms import NEAREST
 
 POINTS = 512
 """Floats of a loop's buffer in `aux`."""
