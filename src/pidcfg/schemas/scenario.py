@@ -83,7 +83,9 @@ class Event(Model):
     at: Seconds
     """When; it takes effect at the next base step."""
     loop: Name | None = None
+    """The loop it happens to."""
     plant: Name | None = None
+    """The plant it happens to, by its name."""
     set: dict[str, Any] | None = None
     """With ``loop``: keys of its configuration. Without: signals of the scenario."""
     disturb: dict[str, Number] | None = None
@@ -91,24 +93,32 @@ class Event(Model):
     mode: Text | None = None
     """A mode request, made once."""
     ramp_soak: Literal["start", "hold", "resume", "jog"] | None = None
+    """One of the control bits of the ramp/soak generator."""
     autotune: Literal["start"] | None = None
+    """Sets the bit that starts auto-tune; the report carries the results."""
     pv: AnyQuantity | None = None
     """A broken sensor: what it shows from now on."""
     duration: Annotated[Seconds | None, Field(alias="for")] = None
     """How long a sensor stays broken; not given: to the end."""
     plc: Literal["program", "run"] | None = None
+    """The CPU changes its mode."""
 
 
 class Expectation(Model):
     """One thing that must be so; failing it fails the scenario."""
 
     loop: Name | None = None
+    """The loop that is judged."""
     signal: Name | None = None
+    """The signal that is judged, such as ``TIC-101.PV``."""
     metric: Metric | None = None
+    """A metric of the loop, with ``min`` or ``max``."""
     band: Percent | None = None
     """Settled means within this share of the set-point step (default 5 %)."""
     min: AnyBound | None = None
+    """Lowest value that passes; a time may carry its unit, an overshoot is in %."""
     max: AnyBound | None = None
+    """Highest value that passes."""
     final: Number | None = None
     """Of a signal: its value at the end, within ``tolerance``."""
     tolerance: AnyBound | None = None
@@ -116,17 +126,23 @@ class Expectation(Model):
     start: Annotated[Seconds | None, Field(alias="from")] = None
     """Of a signal's ``min`` and ``max``: the time to look from, and ``until``."""
     until: Seconds | None = None
+    """Of a signal: the time to look until."""
     alarm: Text | None = None
+    """An alarm of the loop, by its name in the report; it must come unless ``never`` is true."""
     never: Flag | None = None
+    """The alarm must not come."""
     at: Seconds | None = None
     """Of an alarm: first activation (within ``tolerance``). Of a mode: the time to look."""
     before: Seconds | None = None
+    """The alarm must come before this time."""
     after: Seconds | None = None
+    """The alarm must come after this time and not earlier."""
     mode: Text | None = None
     """The mode at the end, or ``at`` a time."""
     flag: Text | None = None
     """A condition of a loop; without ``loop`` a set-up error word, V7642. It must be true, or what ``is`` says."""
     value: Annotated[Truth | None, Field(alias="is")] = None
+    """Of a flag: what it must be; true when not given."""
     autotune: Text | None = None
     """A result of auto-tune, by the vendor's name, with ``min`` and ``max``; or ``done``, ``error``."""
 
@@ -141,6 +157,7 @@ class Scenario(Model):
     config: Text
     """A configuration or a memory listing, relative to this file."""
     duration: Seconds
+    """How long to run, in seconds or with a unit."""
     step: Seconds | None = None
     """Base step; not given: the greatest common step of the sample rates."""
     initial: Initial | None = None
@@ -154,7 +171,10 @@ class Scenario(Model):
     seed: Integer = 0
     """Seed of the noise."""
     plc: Options = Options()
+    """Set-up words and options of the virtual PLC."""
     events: tuple[Event, ...] = ()
+    """What happens, and when."""
     expect: tuple[Expectation, ...] = ()
+    """What must be so; it decides the exit code."""
 
     _whole = model_validator(mode="before")(whole)
