@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 @contextmanager
 def trend_file(name: str | None, *, force: bool) -> Iterator[TextIO | None]:
-    """An open stream for a trend (None without a name); the target appears only when the run has come to its end."""
+    """An open stream for a trend (None without a name); the target appears when a run has come to its end."""
     if name is None:
         yield None
         return
@@ -31,7 +31,8 @@ def trend_file(name: str | None, *, force: bool) -> Iterator[TextIO | None]:
             yield stream
             stream.flush()
             os.fsync(stream.fileno())
-        _put(Path(temporary), target, force=force)
+        if Path(temporary).stat().st_size:
+            _put(Path(temporary), target, force=force)
     except OSError as error:
         raise click.ClickException(f"cannot write {name}: {error.strerror}") from None
     finally:

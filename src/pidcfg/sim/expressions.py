@@ -10,11 +10,12 @@ so in ``stack[0]``; the signal then keeps the value it had, and the run reports 
 
 from __future__ import annotations
 
-import difflib
 import math
 import re
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
+
+from pidcfg.sim.problems import nearest
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, MutableSequence, Sequence
@@ -225,15 +226,14 @@ class _Parser:
 
     def number(self, written: str) -> None:
         """A constant; one that is not finite is refused."""
-        value = float(written)
-        if value > MAX_VALUE:
+        if float(written) > MAX_VALUE:
             raise ExpressionError(f"{written} is too large", self.at, f"the largest number is {MAX_VALUE:g}")
         end = self.at + len(written)
         if end < len(self.text) and (self.text[end].isalpha() or self.text[end] == "_"):
             word = self.text[self.at :].split()[0]
             raise ExpressionError(f"{word!r} is no number and no declared name", self.at, self.similar(word))
         self.emit(CONSTANT, len(self.constants))
-        self.constants.append(value)
+        self.constants.append(float(written))
         self.step(len(written))
 
     def call(self, depth: int) -> None:
@@ -267,8 +267,8 @@ class _Parser:
 
     def similar(self, word: str) -> str:
         """A cure: the declared name or function that looks most like the word."""
-        near = difflib.get_close_matches(word, [*self.names, *FUNCTIONS], 1)
-        return f"did you mean {near[0]!r}?" if near else ALLOWED
+        near = nearest(word, [*self.names, *FUNCTIONS])
+        return f"did you mean {near!r}?" if near else ALLOWED
 
     def close(self) -> None:
         """The end of parentheses."""

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import difflib
 from dataclasses import dataclass
+from itertools import takewhile
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -44,10 +45,23 @@ class Problem:
     loop: str | None = None
 
 
+def nearest(word: str, known: Iterable[str]) -> str | None:
+    """The name that was probably meant: the most alike, of equals the one that begins alike."""
+    near = difflib.get_close_matches(word, known, 4, 0.5)
+    likeness = difflib.SequenceMatcher(b=word)
+
+    def rank(name: str) -> tuple[float, int]:
+        likeness.set_seq1(name)
+        alike = takewhile(lambda pair: pair[0] == pair[1], zip(name, word, strict=False))
+        return likeness.ratio(), sum(1 for _ in alike)
+
+    return max(near, key=rank, default=None)
+
+
 def unknown(path: Route, what: str, name: object, known: Iterable[str], *, key: bool = False) -> Problem:
     """A name that means nothing here, with the one that was probably meant."""
     names = list(known)
-    near = difflib.get_close_matches(str(name), names, 1, 0.5)
+    near = nearest(str(name), names)
     few = ", ".join(names[:12]) + (", …" if len(names) > 12 else "")
-    cure = f"did you mean {near[0]}?" if near else f"known: {few}" if names else None
+    cure = f"did you mean {near}?" if near else f"known: {few}" if names else None
     return Problem(path, f"{str(name)[:60]!r} is no {what}", "unknown_name", help=cure, key=key)
