@@ -308,7 +308,7 @@ def test_the_limit_on_loop_steps_can_be_raised_and_lifted(folder):
 
 
 WORDS = ["", "-1", "0", "1e300", "1e-300", "nan", ".inf", "[]", "{}", "true", "null", "x" * 300, "1 h", "5 %",
-         "TIC-101", "1/0", "sqrt(-1)", "((((", "*a", "&a", "!!x", '"', "'", "- -", "0x10", "010", "9 counts"]  # fmt: skip
+         "TIC-101", "1/0", "sqrt(-1)", "((((", "*a", "&a", "!!x", '"', "'", "- -", "0x10", "010"]  # fmt: skip
 
 
 def mutated(text, rng):
@@ -367,3 +367,17 @@ def test_mutated_configurations_run_or_are_refused(folder):
         ran += outcome.report is not None
         assert outcome.report is not None or outcome.findings
     assert ran > 10
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "cure"),
+    [
+        ("noise: 0.05", "nosie: 0.05", "did you mean noise?"),
+        ("at: 120", "att: 120", "did you mean at?"),
+        ("band: 5 %", "frm: 5", "did you mean from?"),
+        ("duration:", "duratoin:", "did you mean duration?"),
+    ],
+)
+def test_a_misspelt_key_is_met_with_the_one_that_was_meant(folder, old, new, cure):
+    change(folder, "reactor.scenario.yaml", old, new)
+    assert cure in [f["help"] for f in report(folder)[0]["findings"]]

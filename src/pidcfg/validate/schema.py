@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import difflib
-from typing import TYPE_CHECKING, Any, TypeVar, get_args
+from typing import TYPE_CHECKING, Any, TypeVar, get_args, get_origin
 
 from pydantic import BaseModel, ValidationError
 
@@ -138,12 +138,15 @@ def shown(value: object) -> str:
 def keys_at(model: type[BaseModel], path: Path) -> list[str]:
     """The keys that the schema knows at a place."""
     current: type[BaseModel] | None = model
+    free = False
     for step in path:
-        if current is None or isinstance(step, int):
+        if current is None or isinstance(step, int) or free:
+            free = False
             continue
         field = current.model_fields.get(step)
         current = model_in(field.annotation) if field else None
-    return list(current.model_fields) if current else []
+        free = field is not None and get_origin(field.annotation) is dict
+    return [field.alias or name for name, field in current.model_fields.items()] if current else []
 
 
 def model_in(annotation: Any) -> type[BaseModel] | None:
