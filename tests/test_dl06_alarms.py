@@ -52,6 +52,12 @@ def test_outer_alarms_join_the_inner_ones():
     ]
 
 
+def test_thresholds_in_the_wrong_order_are_looked_at_one_by_one():
+    assert trail([500, 200], low=100.0, low_low=300.0) == [[], ["pv_low_low"]]
+    assert trail([500, 900], high=1000.0, high_high=800.0) == [[], ["pv_high_high"]]
+    assert trail([500, 560], sp=500.0, yellow=100.0, red=50.0) == [[], ["deviation_red"]]
+
+
 def test_groups_that_are_off_have_no_alarms():
     assert trail([0, 4095, 0], sp=2000.0) == [[]] * 3
 

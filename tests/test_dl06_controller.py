@@ -284,13 +284,15 @@ def test_bias_freeze_stops_outward_integration_at_full_scale_and_always_comes_ba
     assert s.bias == pytest.approx(stays + inward)
 
 
-def test_bias_freeze_does_nothing_inside_narrow_output_limits():
+@pytest.mark.parametrize(("sp", "out", "bias"), [(2000.0, 3000.0, 4095.0), (0.0, 500.0, 0.0)])
+def test_bias_freeze_does_nothing_inside_narrow_output_limits(sp, out, bias):
     """The manual's note: with limits inside the range the bias still runs to the end of the range."""
     rig = Rig(base=0.1)
-    _, s = rig.add(Fixed(1000.0), sp=2000.0, gain=1.0, reset=1.0, freeze=1, m_high=3000.0, bumpless=2, mode="auto")
+    _, s = rig.add(Fixed(1000.0), sp=sp, gain=1.0, reset=1.0, freeze=1, m_low=500.0, m_high=3000.0, out=2000.0,
+                   bumpless=2, mode="auto")  # fmt: skip
     rig.run(60)
 
-    assert (s.out, s.bias) == (3000.0, 4095.0)
+    assert (s.out, s.bias) == (out, bias)
 
 
 def test_a_slow_integrator_does_not_stall_on_fractions_of_a_count():

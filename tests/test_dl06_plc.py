@@ -423,20 +423,31 @@ def test_a_start_bit_in_the_image_starts_at_once():
     assert machine.st[0].status & FLAG_BITS["autotune_error"], "closed loop, but the loop is in Manual"
 
 
-def test_auto_tune_writes_its_results_to_the_words():
+def tuning_bench():
+    """A loop in Auto on a first-order plant with dead time, and a function that runs it for some samples."""
     machine = plc({**SCALED, "output": {"range": [0, 100], "limits": [20, 80]}, "mode": "auto",
                    "setpoint": {"value": 50}, "tuning": {"gain": 0.5, "reset": 10}})  # fmt: skip
-    sig, y, line = list(machine.sig), 50.0, [50.0] * 10
+    sig, plant = list(machine.sig), {"k": 0, "y": 50.0, "line": [50.0] * 10}
     machine.set_output(0, Quantity(Decimal(50)), sig)
-    for k in range(2000):
-        line.append(sig[3])
-        y += 0.02 * (line.pop(0) - y) if k else 0.0
-        sig[0] = y
-        scan(k * 100_000, machine.cfg, machine.st, machine.aux, sig)
-        if k == 20:
-            machine.autotune(0)
-        if k == 30:
-            assert machine.tuned(0)["status"] == "running"
+
+    def go(samples):
+        for _ in range(samples):
+            plant["line"].append(sig[3])
+            plant["y"] += 0.02 * (plant["line"].pop(0) - plant["y"])
+            sig[0] = plant["y"]
+            scan(plant["k"] * 100_000, machine.cfg, machine.st, machine.aux, sig)
+            plant["k"] += 1
+
+    go(20)
+    return machine, sig, go
+
+
+def test_auto_tune_writes_its_results_to_the_words():
+    machine, sig, go = tuning_bench()
+    machine.autotune(0)
+    go(10)
+    assert machine.tuned(0)["status"] == "running"
+    go(2000)
     tuned = machine.tuned(0)
 
     assert (tuned["done"], tuned["error"], tuned["status"]) == (True, False, "done")
@@ -447,8 +458,24 @@ def test_auto_tune_writes_its_results_to_the_words():
     assert machine.st[0].rate == 0.0
     assert machine.tuned(0) == tuned
     machine.program()
-    machine.run(200_100_000)
+    machine.run(300_000_000)
     assert machine.st[0].gain == tuned["results"]["gain"]
+
+
+def test_a_second_auto_tune_takes_the_place_of_the_first():
+    machine, sig, go = tuning_bench()
+    machine.autotune(0)
+    go(2000)
+    first = machine.tuned(0)["results"]
+    change(machine, "autotune.type", "PI", sig=sig)
+    machine.autotune(0)
+    change(machine, "rate", 9, sig=sig)
+    go(2000)
+    change(machine, "bias_freeze", value=True, sig=sig)
+    second = machine.tuned(0)["results"]
+
+    assert (machine.st[0].gain, machine.st[0].rate) == (second["gain"], 0.0)
+    assert second["gain"] < first["gain"]
 
 
 def test_without_a_tune_there_is_nothing_to_tell():

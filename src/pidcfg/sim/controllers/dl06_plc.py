@@ -121,7 +121,6 @@ class Dl06:
             loop.absorb(c, s)
             loop.reread()
             self._apply(i)
-            c.halt = int(c.halt or not self.running or i >= self._setup.count)
             s.due = NEVER if c.halt else tick
             s.busy &= ~(bits.STOPPED | bits.BLIND | bits.MUTE | bits.PROGRAM)
             s.busy |= bits.FIRST | (bits.RESTORE if s.prior != bits.MANUAL else 0)
@@ -280,8 +279,7 @@ class Dl06:
         c.out_low, c.out_width = eng(own.out_range, c.out_min, c.out_span)
         table = [self._words.get(v["ramp_soak.table"] + k, 0) for k in range(RAMP_SOAK_SIZE)]
         self.aux[c.rs_table : c.rs_table + RAMP_SOAK_SIZE] = profile(table, v)
-        if own.absorbed:
-            tuning(c, s, v, own.decimals)
+        tuning(c, s, v, own.decimals)
         coefficients(c, s)
         s.quiet_low, s.quiet_high = bits.UNBOUNDED, -bits.UNBOUNDED
         s.status &= ~bits.ALARM_ERROR
