@@ -381,3 +381,13 @@ def test_mutated_configurations_run_or_are_refused(folder):
 def test_a_misspelt_key_is_met_with_the_one_that_was_meant(folder, old, new, cure):
     change(folder, "reactor.scenario.yaml", old, new)
     assert cure in [f["help"] for f in report(folder)[0]["findings"]]
+
+
+def test_with_a_scan_time_the_report_estimates_the_scan_with_loops(folder):
+    """The manual's formula: 50 ms with loops every 0.2, 2 and 1 s adds 0.05 (1/0.2 + 1/2 + 1/1) 250 us."""
+    change(folder, "reactor.scenario.yaml", "seed: 7\n", "seed: 7\nplc: {scan_time: 50 ms}\n")
+    data, _ = report(folder)
+    assert data["scan_time"] == {"minimum": 0.05004875, "typical": 0.05008125, "maximum": 0.05011375}
+    text = pidcfg("simulate", "reactor.scenario.yaml", cwd=folder).stdout.decode()
+    assert "scan time with these loops: 50.08 ms (50.05 to 50.11 ms)" in text
+    assert "1800 s in steps of 0.05 s" in text

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from pidcfg.cli.reporters import text as findings_text
 from pidcfg.diagnostics import Diagnostic, Severity
 from pidcfg.sim.metrics import METRICS
+from pidcfg.sim.report import rounded
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -61,12 +62,21 @@ def _section(outcome: Outcome) -> str:
 def _head(outcome: Outcome, report: Report) -> str:
     steady = "" if report.settled is None else f", after {report.settled:g} s to the steady state"
     words = ", ".join(f"{name} = 0x{word:04X}" for name, word in report.plc_flags.items())
+    timing = report.scan_time
+    scan = (
+        ""
+        if timing is None
+        else (
+            f"  scan time with these loops: {timing.typical * 1e3:.2f} ms "
+            f"({timing.minimum * 1e3:.2f} to {timing.maximum * 1e3:.2f} ms)\n"
+        )
+    )
     stopped = any(report.plc_flags.values())
     return (
         f"{report.scenario}\n"
         f"  {outcome.file} runs {outcome.config}\n"
         f"  {report.duration:g} s in steps of {report.step:g} s{steady}; engine: {report.engine}\n"
-        f"  {words}{': the loop task is off, no loop is calculated' if stopped else ''}\n"
+        f"  {words}{': the loop task is off, no loop is calculated' if stopped else ''}\n{scan}"
     )
 
 
@@ -161,6 +171,8 @@ def json_v1(outcomes: Sequence[Outcome]) -> str:
 
 def _run(outcome: Outcome) -> dict[str, Any]:
     report = outcome.report
+    timing = report.scan_time if report else None
+    scan = {} if timing is None else {"scan_time": dict(zip(timing._fields, map(rounded, timing), strict=True))}
     return {
         "scenario": report.scenario if report else None,
         "file": outcome.file,
@@ -180,6 +192,7 @@ def _run(outcome: Outcome) -> dict[str, Any]:
         else [],
         "findings": [_finding(d) for d in outcome.findings],
         "passed": outcome.passed,
+        **scan,
     }
 
 

@@ -5,14 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from functools import partial
-from math import ceil
 from typing import TYPE_CHECKING
 
 from pidcfg.schemas.base import Quantity, parse_number
 from pidcfg.sim.check import leaves
 from pidcfg.sim.metrics import begin_step
 from pidcfg.sim.parameters import numbers_of, set_parameters
-from pidcfg.sim.plc import TICKS, Plc
+from pidcfg.sim.plc import TICKS, Plc, steps_until
 from pidcfg.sim.report import Note, rounded
 
 if TYPE_CHECKING:
@@ -148,11 +147,6 @@ class Agenda:
             self.plc.run((self.zero + k) * self.step)
         else:
             self.plc.program()
-
-
-def steps_until(time: Decimal, step: int) -> int:
-    """The first base step of ``step`` ticks that is not before a time."""
-    return -(-ceil(time * TICKS) // step)
 
 
 def in_words(event: Event) -> str:

@@ -5,15 +5,17 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from pidcfg.sim.metrics import Band, Gauge, Meter, settling_time
+from pidcfg.sim.metrics import NEVER, Band, Gauge, Meter, settling_time
+from pidcfg.sim.plc import TICKS, steps_until
 from pidcfg.sim.report import Range, Verdict, rounded
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from pidcfg.schemas.scenario import Expectation
+    from pidcfg.schemas.scenario import Expectation, Scenario
     from pidcfg.schemas.scenario_fields import Bound
     from pidcfg.sim.journal import Journal
+    from pidcfg.sim.network import Network
     from pidcfg.sim.plc import Plc
 
 UNITS = {"overshoot": " %", "settling_time": " s", "rise_time": " s"}
@@ -31,6 +33,19 @@ class Outcome:
     last: int
     modes: Mapping[int, str]
     """Modes that were looked at on the way, by the number of the expectation."""
+
+
+def watches_of(scenario: Scenario, plc: Plc, net: Network, step: int) -> dict[int, Band | Gauge]:
+    """Bands and gauges that one expectation alone needs."""
+    found: dict[int, Band | Gauge] = {}
+    for i, wanted in enumerate(scenario.expect):
+        if wanted.band is not None:
+            found[i] = Band(plc.loops.index(wanted.loop or ""), float(wanted.band) / 100)
+        elif wanted.signal is not None and (wanted.start is not None or wanted.until is not None):
+            first = 0 if wanted.start is None else steps_until(wanted.start, step)
+            last = NEVER if wanted.until is None else int(wanted.until * TICKS) // step
+            found[i] = Gauge(net.names[wanted.signal], first=first, last=last)
+    return found
 
 
 def verdict(i: int, wanted: Expectation, watch: Band | Gauge | None, out: Outcome) -> Verdict:

@@ -8,15 +8,23 @@ the program-to-run transition.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, MutableSequence, Sequence
+from math import ceil
 from typing import TYPE_CHECKING, Any, Protocol
 
 if TYPE_CHECKING:
+    from decimal import Decimal
+
     from pidcfg.schemas.base import Quantity
 
 TICKS = 1_000_000
 """Ticks in a second."""
 
 Scan = Callable[[int, Sequence[Any], Sequence[Any], MutableSequence[float], MutableSequence[float]], None]
+
+
+def steps_until(time: Decimal, step: int) -> int:
+    """The first base step of ``step`` ticks that is not before a time."""
+    return -(-ceil(time * TICKS) // step)
 
 
 class LoopConfig(Protocol):

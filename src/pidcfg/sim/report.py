@@ -9,6 +9,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from pidcfg.sim.problems import Problem
+    from pidcfg.sim.timing import ScanTime
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,6 +90,9 @@ class Report:
     problems: list[Problem] = field(default_factory=list)
     settled: float | None = None
     """How long the pre-roll to the steady state took, in s; None: there was none."""
+
+    scan_time: ScanTime | None = None
+    """How long the PLC's scan becomes with the loops; None where the scenario gives no scan time."""
 
     @property
     def passed(self) -> bool:

@@ -15,16 +15,17 @@ from typing import TYPE_CHECKING, Literal
 
 from pidcfg.sim.check import check
 from pidcfg.sim.engine import CHUNK, EngineName, Machine, choose, numba_kernels, python_kernels
-from pidcfg.sim.events import Agenda, steps_until
-from pidcfg.sim.expect import Outcome, verdict
+from pidcfg.sim.events import Agenda
+from pidcfg.sim.expect import Outcome, verdict, watches_of
 from pidcfg.sim.expressions import FAULTS
 from pidcfg.sim.journal import Journal
-from pidcfg.sim.metrics import DEFAULT_BAND, NEVER, Band, Gauge, Meter, begin, loop_metrics
+from pidcfg.sim.metrics import DEFAULT_BAND, Band, Gauge, Meter, begin, loop_metrics
 from pidcfg.sim.network import Network, build, initial_values, rest
 from pidcfg.sim.plc import TICKS, Controller, Plc
 from pidcfg.sim.problems import Problem
 from pidcfg.sim.report import Note, Range, Report, rounded
 from pidcfg.sim.steady import UnsteadyError, settle
+from pidcfg.sim.timing import ScanTime, scan_time
 from pidcfg.sim.trace import Sink, Trend
 
 if TYPE_CHECKING:
@@ -138,7 +139,7 @@ class _Run:
         bands = [Band(i, DEFAULT_BAND) for i in range(len(meters))]
         watched = {slot for m in meters for slot in (m.pv, m.sp, m.out)}
         gauges = [Gauge(slot) for slot in net.names.values() if slot not in watched]
-        watches = _watches(scenario, plc, net, step)
+        watches = watches_of(scenario, plc, net, step)
         bands += [w for w in watches.values() if isinstance(w, Band)]
         gauges += [w for w in watches.values() if isinstance(w, Gauge)]
         engine = choose(settings.engine, (last + 1) * len(meters))
@@ -241,7 +242,13 @@ class _Run:
             notes=sorted([*self.notes, *self._faults()], key=lambda note: note.at),
             problems=self.problems,
             settled=rounded(self.zero * self.dt) if self.zero else None,
+            scan_time=self._scan_time(),
         )
+
+    def _scan_time(self) -> ScanTime | None:
+        scan = self.scenario.plc.scan_time
+        rates = [config.period / TICKS for config in self.plc.cfg]
+        return None if scan is None or not self.plc.running else scan_time(float(scan), rates)
 
     def _signals(self) -> dict[str, Range]:
         lows: dict[int, tuple[float, float]] = {g.slot: (g.low, g.high) for g in reversed(self.machine.gauges)}
@@ -281,16 +288,3 @@ def _too_long(last: int, loops: int, settings: Settings) -> list[Problem]:
     if last < 1:
         return [Problem(("duration",), "the scenario is shorter than its base step", "value")]
     return []
-
-
-def _watches(scenario: Scenario, plc: Plc, net: Network, step: int) -> dict[int, Band | Gauge]:
-    """Bands and gauges that one expectation alone needs."""
-    found: dict[int, Band | Gauge] = {}
-    for i, wanted in enumerate(scenario.expect):
-        if wanted.band is not None:
-            found[i] = Band(plc.loops.index(wanted.loop or ""), float(wanted.band) / 100)
-        elif wanted.signal is not None and (wanted.start is not None or wanted.until is not None):
-            first = 0 if wanted.start is None else steps_until(wanted.start, step)
-            last = NEVER if wanted.until is None else int(wanted.until * TICKS) // step
-            found[i] = Gauge(net.names[wanted.signal], first=first, last=last)
-    return found
