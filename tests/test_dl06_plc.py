@@ -386,6 +386,40 @@ def test_an_independent_loop_keeps_its_mode_in_program_mode():
     assert sig[3] == machine.st[0].out > 0.0
 
 
+def test_an_independent_loop_is_not_restored_to_a_mode_it_had_long_ago():
+    machine = plc({"mode": "auto"})
+    play(machine, 2, [1000.0])
+    machine.program()
+    machine.run(200_000)
+    play(machine, 2, [1000.0], start=2)
+    machine.request(0, "manual")
+    play(machine, 1, [1000.0], start=4)
+    change(machine, "independent_of_cpu_mode", value=True)
+    machine.program()
+    machine.run(500_000)
+    play(machine, 2, [1000.0], start=5)
+
+    assert mode(machine) == "manual"
+
+
+def test_run_in_run_mode_changes_nothing():
+    machine = plc({**SCALED, "mode": "auto"})
+    play(machine, 2, [40.0])
+    change(machine, "output.limits", [5, 45])
+    machine.run(200_000)
+
+    assert machine.cfg[0].m_high == 4095.0
+
+
+@pytest.mark.parametrize("what", ["ramp_soak", "autotune"])
+def test_commands_to_a_loop_that_is_not_calculated_are_refused(what):
+    machine = plc({}, number_of_loops=9)
+    getattr(machine, what)(0, "start")
+    _, said = play(machine, 1, [1.0])
+
+    assert said == [(0, "L1", None, "refused: the loop is not calculated")]
+
+
 def test_a_second_program_keeps_the_recorded_modes():
     machine = plc({"mode": "auto"})
     play(machine, 2, [1000.0])

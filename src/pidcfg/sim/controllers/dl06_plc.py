@@ -12,9 +12,9 @@ from math import gcd
 from typing import TYPE_CHECKING, Any
 
 from pidcfg.encoders.dl06_setup import Setup, check_setup
-from pidcfg.encoders.maps.dl06 import LOOP_COUNT, LOOP_TABLE, RAMP_SOAK_SIZE, TABLE_POINTER
+from pidcfg.encoders.maps.dl06 import CPU, LOOP_COUNT, LOOP_TABLE, RAMP_SOAK_SIZE, TABLE_POINTER
 from pidcfg.schemas.base import refuse
-from pidcfg.sim.controllers import dl06_modes, dl06_ramp_soak
+from pidcfg.sim.controllers import dl06_modes
 from pidcfg.sim.controllers import dl06_state as bits
 from pidcfg.sim.controllers.dl06_equation import coefficients
 from pidcfg.sim.controllers.dl06_loop import Loop, eng, loop_of
@@ -74,6 +74,9 @@ class Dl06:
     alarm_bits: Mapping[str, int] = ALARM_BITS
     flag_bits: Mapping[str, int] = FLAG_BITS
     aux_bits: Mapping[str, int] = AUX_BITS
+    mode = staticmethod(mode_name)
+    describe = staticmethod(describe)
+    requested = staticmethod(requested)
 
     def __init__(self, image: Image, options: Options) -> None:
         self._words, self._options, self._plc = image.words, options, image.plc
@@ -82,7 +85,7 @@ class Dl06:
         if options.number_of_loops is not None:
             self._words[LOOP_COUNT] = int(str(options.number_of_loops), 16)
         self._setup = self._check()
-        count = len(image.settings) or min(self._setup.count, 8)
+        count = len(image.settings) or min(self._setup.count, CPU.loops)
         self._loops = [self._loop(i, image) for i in range(count)]
         self.loops = [loop.name for loop in self._loops]
         self.goals = [loop.goal for loop in self._loops]
@@ -93,6 +96,7 @@ class Dl06:
         self.signals = [f"{loop.name}.{name}" if name else "" for loop in self._loops for name in SIGNALS]
         for i in range(count):
             self._begin(i)
+        self._in_run = False
         self.run(0)
         self.scales = [(c.pv_low, c.pv_low + c.pv_width, int(c.pv_span)) for c in self.cfg]
 
@@ -115,6 +119,9 @@ class Dl06:
 
     def run(self, tick: int) -> None:
         """The program-to-run transition: all words are read, loops return to their prior modes (D49)."""
+        if self._in_run:
+            return
+        self._in_run = True
         self._setup = self._check()
         for i, loop in enumerate(self._loops):
             c, s = self.cfg[i], self.st[i]
@@ -122,14 +129,17 @@ class Dl06:
             loop.reread()
             self._apply(i)
             s.due = NEVER if c.halt else tick
+            if s.busy & bits.STOPPED and s.prior != bits.MANUAL:
+                s.busy |= bits.RESTORE
             s.busy &= ~(bits.STOPPED | bits.BLIND | bits.MUTE | bits.PROGRAM)
-            s.busy |= bits.FIRST | (bits.RESTORE if s.prior != bits.MANUAL else 0)
+            s.busy |= bits.FIRST
 
     def program(self) -> None:
         """The CPU stops: loops go to Manual and are not calculated, except those that are independent of its mode."""
+        if not self._in_run:
+            return
+        self._in_run = False
         for i, (c, s) in enumerate(zip(self.cfg, self.st, strict=True)):
-            if s.busy & (bits.STOPPED | bits.PROGRAM):
-                continue
             self._loops[i].absorb(c, s)
             self._loops[i].reread()
             self._apply(i)
@@ -152,32 +162,39 @@ class Dl06:
         """A one-shot mode request."""
         s = self.st[loop]
         s.requested = MODES[mode]
+        if self._calculated(loop):
+            s.request = MODES[mode]
+            s.busy |= bits.REQUEST
+
+    def _calculated(self, loop: int) -> bool:
+        """Whether the loop is calculated at all; leaves a notice when it is not."""
+        s = self.st[loop]
         if self.cfg[loop].halt:
             dl06_modes.tell(s, dl06_modes.REFUSED_OFF)
         elif s.busy & bits.STOPPED:
             dl06_modes.tell(s, dl06_modes.REFUSED_PROGRAM)
         else:
-            s.request = MODES[mode]
-            s.busy |= bits.REQUEST
+            return True
+        return False
 
     def ramp_soak(self, loop: int, command: str) -> None:
         """``start``, ``hold``, ``resume`` or ``jog``: a control bit of +33 goes on."""
         s = self.st[loop]
-        if s.busy & bits.STOPPED:
-            s.requested = 0
-            dl06_modes.tell(s, dl06_ramp_soak.REFUSED_RS_PROGRAM)
-            return
-        s.rs_command |= COMMANDS[command]
-        s.busy |= bits.SOAK
+        s.requested = 0
+        if self._calculated(loop):
+            s.rs_command |= COMMANDS[command]
+            s.busy |= bits.SOAK
 
     def autotune(self, loop: int, command: str = "start") -> None:  # noqa: ARG002 - the only command there is
         """``start``: bit 7 of +01 goes on."""
         own, s = self._loops[loop], self.st[loop]
-        own.absorb(self.cfg[loop], s)
-        own.absorbed = False
-        s.tune_done = 0
-        s.tune_phase = WANTED
-        s.busy |= bits.TUNE
+        s.requested = 0
+        if self._calculated(loop):
+            own.absorb(self.cfg[loop], s)
+            own.absorbed = False
+            s.tune_done = 0
+            s.tune_phase = WANTED
+            s.busy |= bits.TUNE
 
     def tuned(self, loop: int) -> Mapping[str, Any] | None:
         """How the auto-tune of a loop went; None when there was none."""
@@ -218,22 +235,10 @@ class Dl06:
         show(self.cfg[loop], self.st[loop], sig)
         return late
 
-    def mode(self, status: int) -> str:
-        """The mode that a status word tells."""
-        return mode_name(status)
-
-    def describe(self, notice: int) -> str:
-        """The reasons of refusals and overrides in words."""
-        return describe(notice)
-
-    def requested(self, notice: int) -> str | None:
-        """The mode that was asked for when a notice was left; None: nobody asked for one."""
-        return requested(notice)
-
     # --- words -------------------------------------------------------------------------------------------------------
 
     def _loop(self, i: int, image: Image) -> Loop:
-        own = image.settings[i] if i < len(image.settings) else {"loop": f"LOOP-{i + 1}"}
+        own = {"loop": f"LOOP-{i + 1}", **(image.settings[i] if i < len(image.settings) else {})}
         decimals = int(image.plc.get("reset_decimals", 1))
         start = self._words.get(TABLE_POINTER, 0) + i * LOOP_TABLE.size
         loop, problems = loop_of(self._words, start, own, decimals)
