@@ -119,6 +119,11 @@ def test_a_window_limits_what_an_expectation_looks_at():
     assert report.expectations[6].value == [0, 10]
 
 
+def test_a_window_without_a_base_step_does_not_pass_by_being_empty():
+    report, _ = run(FOLLOW + "expect: [{signal: x, max: 5, from: 1.2, until: 1.8}]\n")
+    assert [(v.passed, v.value) for v in report.expectations] == [(False, None)]
+
+
 def test_an_event_between_two_steps_takes_effect_at_the_next_one():
     _, trend = run(FOLLOW + "events:\n  - {at: 2, set: {x: 1}}\n  - {at: 3.1, set: {x: 2}}\n")
     assert rows(trend)["x"][:6] == [0, 0, 1, 1, 2, 2]

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 from pydantic_core import PydanticCustomError
 
 from pidcfg.schemas.base import parse_number
+from pidcfg.sim.expressions import FUNCTIONS, NUMBER
 from pidcfg.sim.plc import TICKS, Plc
 from pidcfg.sim.problems import Problem, Route, unknown
 
@@ -57,6 +58,11 @@ def check(scenario: Scenario, plc: Plc) -> Iterator[Problem]:
         for loop in scenario.initial:
             if loop not in plc.loops:
                 yield unknown(("initial", loop), "loop", loop, plc.loops, key=True)
+    named = [(("plants", key, "name"), plant.name) for key, plant in scenario.plants.items()]
+    for path, own in [*named, *((("signals", name), name) for name in scenario.signals)]:
+        if own is not None and (own in FUNCTIONS or NUMBER.fullmatch(own)):
+            cure = "give it a name that is neither a number nor a function"
+            yield Problem(path, f"{own!r} already means something in expressions", "value", help=cure)
     for name, value in scenario.signals.items():
         if abs(value) > LARGEST:
             yield Problem(("signals", name), f"{name} is beyond {LARGEST:g}", "value")
@@ -142,20 +148,23 @@ def _check_event(path: Route, event: Event, scenario: Scenario, plc: Plc) -> Ite
         yield Problem((*path, "loop"), "plc concerns the whole PLC, not a loop", key=True)
 
 
-def leaves(data: Any, path: tuple[str, ...] = ()) -> Iterator[tuple[tuple[str, ...], Any]]:
-    """The values of nested mappings with their keys: ``{tuning: {gain: 2}}`` is ``(tuning, gain)`` and 2."""
+def leaves(data: Any, place: Route = ()) -> Iterator[tuple[tuple[str, ...], Any, Route]]:
+    """The values of nested mappings: ``{tuning: {gain: 2}}`` and ``{tuning.gain: 2}`` are ``(tuning, gain)`` and 2.
+
+    The third is the route as it is written.
+    """
     for key, value in data.items():
-        below = (*path, *str(key).split("."))
+        below = (*place, key)
         if isinstance(value, dict):
             yield from leaves(value, below)
         else:
-            yield below, value
+            yield tuple(".".join(str(step) for step in below).split(".")), value, below
 
 
 def _check_set(path: Route, event: Event, scenario: Scenario, plc: Plc) -> Iterator[Problem]:
     """New values of signals, or of a loop's parameters."""
-    for keys, value in leaves(event.set):
-        place = (*path, "set", *keys)
+    for keys, value, below in leaves(event.set):
+        place = (*path, "set", *below)
         name = ".".join(keys)
         if event.loop is None and name not in scenario.signals:
             yield unknown(place, "signal of the scenario", name, scenario.signals, key=True)
@@ -209,7 +218,14 @@ def _check_expectation(path: Route, wanted: Expectation, scenario: Scenario, plc
         yield Problem((*path, key), f"{key} does not go with {subject}", help=f"known keys here: {keys}", key=True)
     yield from _check_names(path, subject, wanted, plc, scenario)
     yield from _check_bounds(path, subject, wanted, given)
-    for key, time in (("at", wanted.at), ("before", wanted.before), ("after", wanted.after), ("from", wanted.start)):
+    times = {
+        "at": wanted.at,
+        "before": wanted.before,
+        "after": wanted.after,
+        "from": wanted.start,
+        "until": wanted.until,
+    }
+    for key, time in times.items():
         if time is not None and not 0 <= time <= scenario.duration:
             yield Problem(
                 (*path, key), f"{key} {time:f} s is outside the scenario (0 to {scenario.duration:f} s)", "value"

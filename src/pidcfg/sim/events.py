@@ -81,7 +81,7 @@ class Agenda:
         elif event.disturb is not None:
             self.disturb(event)
         elif event.loop is None:
-            for keys, value in leaves(event.set):
+            for keys, value, _ in leaves(event.set):
                 self.net.sig[self.net.outside[".".join(keys)]] = float(parse_number(value))
         elif event.set is not None:
             late = self.write(k, self.plc.loops.index(event.loop), event)
@@ -107,7 +107,7 @@ class Agenda:
         sig, config = self.net.sig, self.plc.cfg[loop]
         before = sig[config.sig_sp]
         late = []
-        for keys, value in leaves(event.set):
+        for keys, value, _ in leaves(event.set):
             effect = self.plc.set(loop, keys, self.plc.check_set(loop, keys, value), sig)
             if effect:
                 late.append(f"{'.'.join(keys)}: {effect}")
@@ -152,7 +152,7 @@ class Agenda:
 def in_words(event: Event) -> str:
     """What an event does, for the report."""
     if event.set is not None:
-        return ", ".join(f"set {'.'.join(keys)} to {value}" for keys, value in leaves(event.set))
+        return ", ".join(f"set {'.'.join(keys)} to {value}" for keys, value, _ in leaves(event.set))
     if event.disturb is not None:
         return ", ".join(f"disturb {key} to {value:f}" for key, value in event.disturb.items())
     if event.pv is not None:

@@ -96,6 +96,8 @@ def _metric(wanted: Expectation, watch: Band | Gauge | None, out: Outcome) -> Ve
 def _signal(wanted: Expectation, watch: Band | Gauge | None, out: Outcome) -> Verdict:
     name = str(wanted.signal)
     seen = out.signals[name]
+    if isinstance(watch, Gauge) and watch.low > watch.high:
+        return Verdict(f"{name}: no base step lies in its time", passed=False, value=None)
     if isinstance(watch, Gauge):
         seen = Range(rounded(watch.low), rounded(watch.high), seen.final)
     low = wanted.min is None or seen.low >= float(wanted.min.value)
