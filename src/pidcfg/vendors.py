@@ -28,6 +28,7 @@ class Vendor:
     context: str
     rules: str
     formats: str
+    decode_options: str
     checklist: str
     controller: str
     registers: str
@@ -64,6 +65,7 @@ VENDORS = {
             context="pidcfg.validate.rules.dl06.context:Dl06Context",
             rules="pidcfg.validate.rules.dl06:RULES",
             formats="pidcfg.encoders.dl06_files:FORMATS",
+            decode_options="pidcfg.encoders.dl06_files:DECODE_OPTIONS",
             checklist="pidcfg.encoders.dl06_files:checklist",
             controller="pidcfg.sim.controllers.dl06:load",
             registers="pidcfg.encoders.maps.dl06:TABLES",
@@ -72,3 +74,16 @@ VENDORS = {
     )
 }
 # fmt: on
+
+
+def format_names() -> list[str]:
+    """The file formats of all vendors, each once."""
+    return list(dict.fromkeys(name for vendor in VENDORS.values() for name in vendor.load("formats")))
+
+
+def format_of(vendor: Vendor, name: str) -> Any:
+    """One of a vendor's file formats; raises `KeyError` naming those it has."""
+    kinds = vendor.load("formats")
+    if name not in kinds:
+        raise KeyError(f"{vendor.title} has no format {name}; it has {', '.join(kinds)}")
+    return kinds[name]

@@ -11,9 +11,11 @@ from pidcfg.cli.console import echo, note
 from pidcfg.cli.inputs import read_input
 from pidcfg.cli.main import Exit
 from pidcfg.diagnostics import Diagnostic, Severity, Span
-from pidcfg.vendors import VENDORS
+from pidcfg.vendors import VENDORS, Vendor, format_names
 
 if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+
     from pidcfg.limits import Limits
 
 EPILOG = options.examples(
@@ -23,21 +25,27 @@ EPILOG = options.examples(
 )
 
 
+def vendor_options(command: Callable[..., Any]) -> Callable[..., Any]:
+    """What listings of any vendor may lack, as options of the command."""
+    rows = {row.key: row for vendor in VENDORS.values() for row in vendor.load("decode_options")}
+    for row in reversed(rows.values()):
+        command = click.option(f"--{row.key.replace('_', '-')}", row.key, metavar=row.metavar, help=row.title)(command)
+    return command
+
+
 @click.command("decode", epilog=EPILOG)
 @click.argument("image")
 @click.option("--vendor", type=click.Choice(list(VENDORS)), required=True, help="The PLC family that the memory is of.")
-@click.option("--from", "kind", type=click.Choice(["text", "csv", "json", "ihex", "modbus"]),
+@click.option("--from", "kind", type=click.Choice(format_names()),
               help="The listing's format; found out by itself when not given.")  # fmt: skip
-@click.option("--loop-table", metavar="ADDRESS", help="Start of the loop table, for a listing without its pointer.")
-@click.option("--number-of-loops", type=click.IntRange(0, 99), help="How many loops, for a listing without the count.")
-@click.option("--reset-decimals", type=click.Choice(["1", "2"]), help="Implied decimals of the reset words.")
+@vendor_options
 @options.OUT
 @options.FORCE
 @options.QUIET
 @options.LIMITS
 def command(
-    image: str, vendor: str, kind: str | None, loop_table: str | None, number_of_loops: int | None,
-    reset_decimals: str | None, out: str | None, force: bool, quiet: bool, limits: Limits,
+    image: str, vendor: str, kind: str | None, out: str | None, force: bool, quiet: bool, limits: Limits,
+    **texts: str | None,
 ) -> None:  # fmt: skip
     """Read the memory listing IMAGE (- for standard input) back into a configuration."""
     from pidcfg.cli.listings import decode_listing
@@ -49,10 +57,8 @@ def command(
     entry = read_input(image, limits)
     if entry.problem is not None:
         raise click.ClickException(entry.problem)
-    choices: dict[str, Any] = {"number_of_loops": number_of_loops, "reset_decimals": reset_decimals}
-    choices["loop_table"] = _address(loop_table)
     try:
-        decoded = decode_listing(entry, VENDORS[vendor], choices, limits, kind)
+        decoded = decode_listing(entry, VENDORS[vendor], read_options(VENDORS[vendor], texts), limits, kind)
     except ListingError as error:
         _fail(entry.name, str(error), Span(error.line, error.column, error.line, error.column + 1))
     except DecodeError as error:
@@ -67,13 +73,20 @@ def command(
             note(f"note: {line}")
 
 
-def _address(text: str | None) -> int | None:
-    from pidcfg.encoders.dl06_files import parse_address
-
-    address = None if text is None else parse_address(text)
-    if text is not None and address is None:
-        raise click.BadParameter(f"{text!r} is not an address; write it like V2000", param_hint="--loop-table")
-    return address
+def read_options(vendor: Vendor, texts: Mapping[str, str | None]) -> dict[str, Any]:
+    """The vendor's own options as values; another vendor's option, or a text that makes no sense, is wrong usage."""
+    rows = {row.key: row for row in vendor.load("decode_options")}
+    values = {}
+    for key, text in texts.items():
+        if text is None:
+            continue
+        option = f"--{key.replace('_', '-')}"
+        if key not in rows:
+            raise click.UsageError(f"{option} is not for {vendor.title}")
+        values[key] = rows[key].read(text)
+        if values[key] is None:
+            raise click.BadParameter(f"{text!r}; write it like {rows[key].example}", param_hint=option)
+    return values
 
 
 def _fail(file: str, message: str, span: Span) -> None:

@@ -9,11 +9,11 @@ import click
 from pidcfg.cli import options
 from pidcfg.cli.console import echo, note
 from pidcfg.cli.main import Exit
+from pidcfg.vendors import format_names, format_of
 
 if TYPE_CHECKING:
     from pidcfg.limits import Limits
 
-FORMATS = ("text", "csv", "json", "ihex", "modbus")
 EPILOG = options.examples(
     "pidcfg encode reactor.yaml",
     "pidcfg encode reactor.yaml --format ihex -o reactor.hex",
@@ -23,7 +23,7 @@ EPILOG = options.examples(
 
 @click.command("encode", epilog=EPILOG)
 @click.argument("file")
-@options.output_format(*FORMATS)
+@options.output_format(*format_names())
 @options.OUT
 @options.FORCE
 @click.option(
@@ -46,7 +46,10 @@ def command(file: str, fmt: str, out: str | None, force: bool, allow_errors: boo
         click.get_current_context().exit(status)
     if checked.encoding is None or checked.vendor is None:
         raise click.ClickException(f"{file} could not be encoded")
-    kind = checked.vendor.load("formats")[fmt]
+    try:
+        kind = format_of(checked.vendor, fmt)
+    except KeyError as error:
+        raise click.UsageError(error.args[0]) from None
     checklist = checked.vendor.load("checklist")(checked.config)
     text = kind.write(checked.encoding.image, checklist)
     if out is None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from pidcfg.encoders.files import FileKind, first_line
+from pidcfg.encoders.files import DecodeOption, FileKind, first_line
 from pidcfg.encoders.ihex import read_ihex, write_ihex
 from pidcfg.encoders.listing import read_csv, read_json, read_text, write_csv, write_json, write_text
 from pidcfg.encoders.modbus import read_modbus, write_modbus
@@ -12,6 +12,9 @@ from pidcfg.schemas.octal import HIGHEST, V_ADDRESS
 
 if TYPE_CHECKING:
     from pidcfg.schemas.dl06 import Dl06File
+
+
+BCD_DIGITS = 4
 
 
 def parse_address(text: str) -> int | None:
@@ -35,6 +38,19 @@ FORMATS = {
                  lambda text: first_line(text).startswith("register")),
     )
 }  # fmt: skip
+
+
+def _count(text: str) -> int | None:
+    return int(text) if text.isdecimal() and len(text) <= BCD_DIGITS else None
+
+
+DECODE_OPTIONS = (
+    DecodeOption(
+        "loop_table", "ADDRESS", "Start of the loop table, for a listing without V7640.", "V2000", parse_address
+    ),
+    DecodeOption("number_of_loops", "COUNT", "How many loops, for a listing without V7641.", "4", _count),
+    DecodeOption("reset_decimals", "1|2", "Implied decimals of the reset words.", "1", {"1": 1, "2": 2}.get),
+)
 
 
 def checklist(config: Dl06File) -> tuple[str, ...]:

@@ -23,6 +23,17 @@ class FileKind:
     looks_like: Callable[[str], bool]
 
 
+@dataclass(frozen=True, slots=True)
+class DecodeOption:
+    """What a listing may lack and the command line then says: ``read`` gives None for a text that makes no sense."""
+
+    key: str
+    metavar: str
+    title: str
+    example: str
+    read: Callable[[str], Any]
+
+
 def kind_of(text: str, kinds: dict[str, FileKind]) -> FileKind | None:
     """The format that a text is in, by its first characters; None when it looks like none."""
     return next((kind for kind in kinds.values() if kind.looks_like(text)), None)

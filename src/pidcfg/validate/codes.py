@@ -19,8 +19,8 @@ D05 = Decision(
 UNUSABLE = frozenset(f"PID{n:03d}" for n in range(1, 15)) | {"PID040", "PID041"}
 
 
-def _row(code: str, name: str, title: str, why: str, fix: str) -> Rule:
-    return Rule(code, name, Severity.ERROR, "{text}", D05, "0.1", f"{title}\n\nWhy: {why}\n\nFix: {fix}")
+def _row(code: str, name: str, title: str, why: str, fix: str, severity: Severity = Severity.ERROR) -> Rule:
+    return Rule(code, name, severity, "{text}", D05, "0.1", f"{title}\n\nWhy: {why}\n\nFix: {fix}")
 
 
 # fmt: off
@@ -69,11 +69,11 @@ SCENARIO = (
     _row("PID051", "bad-expression", "An expression of signals cannot be read.", "Only numbers, declared names, + - * /, parentheses and min, max, abs, sqrt have a meaning.", "Correct the character that the message points at."),
     _row("PID052", "keys-do-not-combine", "Keys of a plant, an event or an expectation do not go together.", "It would not be clear what is meant.", "Keep the keys that the message names."),
     _row("PID053", "scenario-value", "A value of a scenario is outside what can be simulated.", "A plant without a time constant above 0, or a bound in the wrong unit, has no meaning.", "Write a value as the message asks for."),
-    _row("PID054", "event-after-end", "An event comes after the end of the scenario.", "It never happens.", "Lengthen the duration, or move the event."),
-    _row("PID055", "loop-without-plant", "Nothing is wired to the PV of a loop.", "Its PV stays at the low end of its range.", "Add the loop to plants, or its PV to connect."),
-    _row("PID056", "rounded-to-steps", "A time is no whole number of base steps.", "The simulation advances in steps; the nearest one is taken.", "Choose a time or a step that fits, if the difference matters."),
+    _row("PID054", "event-after-end", "An event comes after the end of the scenario.", "It never happens.", "Lengthen the duration, or move the event.", Severity.WARNING),
+    _row("PID055", "loop-without-plant", "Nothing is wired to the PV of a loop.", "Its PV stays at the low end of its range.", "Add the loop to plants, or its PV to connect.", Severity.WARNING),
+    _row("PID056", "rounded-to-steps", "A time is no whole number of base steps.", "The simulation advances in steps; the nearest one is taken.", "Choose a time or a step that fits, if the difference matters.", Severity.WARNING),
     _row("PID057", "no-steady-state", "The loops do not come to rest before time 0.", "With `initial: steady` the run starts where everything is settled; nothing settles.", "Check mode, action and tuning, and the signs of gain and load of the plant."),
-    _row("PID059", "set-up-fails", "The scenario gives the PLC a set-up that its own check refuses.", "The PLC then calculates no loop; the run shows that.", "Correct `plc.number_of_loops`, unless the failure is what is to be shown."),
+    _row("PID059", "set-up-fails", "The scenario gives the PLC a set-up that its own check refuses.", "The PLC then calculates no loop; the run shows that.", "Correct `plc.number_of_loops`, unless the failure is what is to be shown.", Severity.WARNING),
     _row("PID058", "unusable-configuration", "The configuration or listing of a scenario cannot be used.", "There is nothing to simulate.", "Correct the path, or validate the configuration."),
 )
 # fmt: on
