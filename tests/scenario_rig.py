@@ -5,7 +5,7 @@ from __future__ import annotations
 import io
 from dataclasses import dataclass, field
 
-from pidcfg.schemas.base import parse_number
+from pidcfg.schemas.base import Quantity, parse_number
 from pidcfg.schemas.scenario import Scenario
 from pidcfg.sim.run import Settings, prepare, simulate
 from pidcfg.source import read_document
@@ -89,8 +89,8 @@ class Plc:
         sig[self.cfg[loop].sig_out] = float(value.value)
 
     def check_set(self, _loop, path, value):
-        number = parse_number(value)
-        assert path[0] in {"setpoint", "gain", "limit", "mode"}, path
+        number = value if isinstance(value, Quantity) else parse_number(value)
+        assert path[0] in {"setpoint", "gain", "limit", "output"}, path
         return number
 
     def set(self, loop, path, value, sig):

@@ -148,6 +148,8 @@ REFUSED = [
     (PLANTS + "{model: dead_time}\nconnect: {A.PV: 1}\n", "connect.A.PV", "a plant of its own"),
     ("connect: {A.PV: 1, B.PV: 1, C.PV: 1}\n", "connect.C.PV", "no loop's PV"),
     ("connect: {A.PV: 1, B.PV: Q}\n", "connect.B.PV", "'Q' is no declared name"),
+    ("signals: {x: 1e13}\n", "signals.x", "beyond"),
+    ("signals: {x: 1}\nevents: [{at: 1, set: {x: -1e13}}]\n", "events.0.set.x", "beyond"),
     ("initial: {C: 1}\n", "initial.C", "'C' is no loop"),
     ("signals: {2: 1}\n", "signals.2", "already means something"),
     ("plants:\n  - {name: max, model: dead_time, input: 1}\n", "plants.0.name", "already means something"),

@@ -112,7 +112,7 @@ def _read_config(loaded: Loaded, scenario: Scenario, limits: Limits) -> None:
     """The configuration or listing, relative to the scenario."""
     folder = Path() if loaded.document.file == "<stdin>" else Path(loaded.document.file).parent
     loaded.config = (folder / scenario.config).as_posix()
-    if scenario.config == STDIN or Path(loaded.config).is_dir():
+    if scenario.config == STDIN:
         loaded.refuse(f"{scenario.config} is no file", "name a configuration or a memory listing")
         return
     entry = read_input(loaded.config, limits)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 from pydantic_core import PydanticCustomError
 
 from pidcfg.schemas.base import parse_number
+from pidcfg.sim.check_expectations import check_expectation
 from pidcfg.sim.expressions import FUNCTIONS, NUMBER
 from pidcfg.sim.plc import TICKS, Plc
 from pidcfg.sim.problems import Problem, Route, unknown
@@ -15,8 +16,7 @@ from pidcfg.sim.problems import Problem, Route, unknown
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from pidcfg.schemas.scenario import Event, Expectation, Plant, Scenario
-    from pidcfg.schemas.scenario_fields import Bound
+    from pidcfg.schemas.scenario import Event, Plant, Scenario
 
 LARGEST = Decimal("1e12")
 """Largest magnitude of a plant's number; larger ones are typing mistakes and would overflow the arithmetic."""
@@ -38,40 +38,24 @@ POSITIVE = ("time_constant", "lag", "rate_limit")
 NOT_NEGATIVE = ("damping", "lead", "dead_time", "stiction", "noise")
 DISTURBED = ("gain", "load", "noise", "time_constant", "damping", "lead", "lag", "stiction", "rate_limit")
 
-SUBJECTS = {
-    "metric": {"loop", "metric", "band", "min", "max"},
-    "signal": {"signal", "min", "max", "final", "tolerance", "from", "until"},
-    "alarm": {"loop", "alarm", "never", "at", "tolerance", "before", "after"},
-    "flag": {"loop", "flag", "is"},
-    "autotune": {"loop", "autotune", "min", "max", "is"},
-    "mode": {"loop", "mode", "at"},
-}
-"""What an expectation can be about, and the keys that go with it."""
-UNITS = {"overshoot": ("", "%"), "settling_time": ("", "s"), "rise_time": ("", "s")}
-"""Units that the bounds of a metric may carry; none by default."""
-
 
 def check(scenario: Scenario, plc: Plc) -> Iterator[Problem]:
     """Everything that is wrong with a scenario apart from its expressions."""
     yield from _check_times(scenario)
-    if isinstance(scenario.initial, dict):
-        for loop in scenario.initial:
-            if loop not in plc.loops:
-                yield unknown(("initial", loop), "loop", loop, plc.loops, key=True)
+    yield from _check_initial(scenario, plc)
     named = [(("plants", key, "name"), plant.name) for key, plant in scenario.plants.items()]
     for path, own in [*named, *((("signals", name), name) for name in scenario.signals)]:
         if own is not None and (own in FUNCTIONS or NUMBER.fullmatch(own)):
             cure = "give it a name that is neither a number nor a function"
             yield Problem(path, f"{own!r} already means something in expressions", "value", help=cure)
     for name, value in scenario.signals.items():
-        if abs(value) > LARGEST:
-            yield Problem(("signals", name), f"{name} is beyond {LARGEST:g}", "value")
+        yield from _check_signal(("signals", name), name, value)
     for key, plant in scenario.plants.items():
         yield from _check_plant(("plants", key), plant)
     for i, event in enumerate(scenario.events):
         yield from _check_event(("events", i), event, scenario, plc)
     for i, expectation in enumerate(scenario.expect):
-        yield from _check_expectation(("expect", i), expectation, scenario, plc)
+        yield from check_expectation(("expect", i), expectation, scenario, plc)
 
 
 def _check_times(scenario: Scenario) -> Iterator[Problem]:
@@ -86,6 +70,25 @@ def _check_times(scenario: Scenario) -> Iterator[Problem]:
             yield Problem(path, f"{path[-1]} is no whole number of microseconds", "value")
         elif time > LARGEST:
             yield Problem(path, f"{path[-1]} is beyond {LARGEST:g} s", "value")
+
+
+def _check_initial(scenario: Scenario, plc: Plc) -> Iterator[Problem]:
+    """Outputs that loops start with."""
+    for loop, value in scenario.initial.items() if isinstance(scenario.initial, dict) else ():
+        path = ("initial", loop)
+        if loop in plc.loops:
+            yield from _refused(path, loop, plc, ("output",), value)
+        else:
+            yield unknown(path, "loop", loop, plc.loops, key=True)
+
+
+def _refused(path: Route, loop: str, plc: Plc, keys: tuple[str, ...], value: object) -> Iterator[Problem]:
+    """What the controller has against a value."""
+    try:
+        plc.check_set(plc.loops.index(loop), keys, value)
+    except PydanticCustomError as error:
+        cure = (error.context or {}).get("help")
+        yield Problem(path, f"{'.'.join(keys)}: {error.message()}", "value", help=cure, loop=loop)
 
 
 def _check_plant(path: Route, plant: Plant) -> Iterator[Problem]:
@@ -166,17 +169,23 @@ def _check_set(path: Route, event: Event, scenario: Scenario, plc: Plc) -> Itera
     for keys, value, below in leaves(event.set):
         place = (*path, "set", *below)
         name = ".".join(keys)
-        if event.loop is None and name not in scenario.signals:
+        if event.loop is not None:
+            yield from _refused(place, event.loop, plc, keys, value)
+        elif name not in scenario.signals:
             yield unknown(place, "signal of the scenario", name, scenario.signals, key=True)
-            continue
-        try:
-            if event.loop is None:
-                parse_number(value)
-            else:
-                plc.check_set(plc.loops.index(event.loop), keys, value)
-        except PydanticCustomError as error:
-            cure = (error.context or {}).get("help")
-            yield Problem(place, f"{name}: {error.message()}", "value", help=cure, loop=event.loop)
+        else:
+            yield from _check_signal(place, name, value)
+
+
+def _check_signal(path: Route, name: str, value: object) -> Iterator[Problem]:
+    """The value of a signal from outside."""
+    try:
+        number = parse_number(value)
+    except PydanticCustomError as error:
+        yield Problem(path, f"{name}: {error.message()}", "value", help=(error.context or {}).get("help"))
+        return
+    if abs(number) > LARGEST:
+        yield Problem(path, f"{name} is beyond {LARGEST:g}", "value")
 
 
 def _check_disturb(path: Route, event: Event, scenario: Scenario) -> Iterator[Problem]:
@@ -201,91 +210,3 @@ def _check_disturb(path: Route, event: Event, scenario: Scenario) -> Iterator[Pr
 
 def _fits(plant: Plant, key: str) -> bool:
     return any(key in keys for keys in MODEL_KEYS[plant.model])
-
-
-def _check_expectation(path: Route, wanted: Expectation, scenario: Scenario, plc: Plc) -> Iterator[Problem]:
-    """One subject with the keys that go with it, and a bound."""
-    fields = type(wanted).model_fields
-    given = {fields[name].alias or name for name in wanted.model_fields_set}
-    subjects = [key for key in SUBJECTS if key in given]
-    if len(subjects) != 1:
-        what = f"an expectation about {' and '.join(subjects)}" if subjects else "an expectation about nothing"
-        yield Problem(path, what, help=f"one of {', '.join(SUBJECTS)} is expected", key=True)
-        return
-    subject = subjects[0]
-    for key in sorted(given - SUBJECTS[subject]):
-        keys = ", ".join(sorted(SUBJECTS[subject]))
-        yield Problem((*path, key), f"{key} does not go with {subject}", help=f"known keys here: {keys}", key=True)
-    yield from _check_names(path, subject, wanted, plc, scenario)
-    yield from _check_bounds(path, subject, wanted, given)
-    times = {
-        "at": wanted.at,
-        "before": wanted.before,
-        "after": wanted.after,
-        "from": wanted.start,
-        "until": wanted.until,
-    }
-    for key, time in times.items():
-        if time is not None and not 0 <= time <= scenario.duration:
-            yield Problem(
-                (*path, key), f"{key} {time:f} s is outside the scenario (0 to {scenario.duration:f} s)", "value"
-            )
-
-
-def _check_names(path: Route, subject: str, wanted: Expectation, plc: Plc, scenario: Scenario) -> Iterator[Problem]:
-    """Names of loops, signals, alarms, modes and flags."""
-    if wanted.loop is not None and wanted.loop not in plc.loops:
-        yield unknown((*path, "loop"), "loop", wanted.loop, plc.loops)
-    elif wanted.loop is None and subject not in {"signal", "flag"}:
-        yield Problem((*path, subject), f"{subject} needs a loop", help="add 'loop: …'", key=True)
-    plants = [text.name for text in scenario.plants.values() if text.name]
-    known = {
-        "signal": [name for name in plc.signals if name] + [*scenario.signals, *plants],
-        "alarm": list(plc.alarm_bits),
-        "mode": list(plc.modes),
-        "flag": list(plc.flags) if wanted.loop is None else [*plc.flag_bits, *plc.aux_bits],
-        "autotune": ["done", "error", *plc.tuned_names],
-    }.get(subject)
-    name = getattr(wanted, subject)
-    if known is not None and name not in known:
-        yield unknown(
-            (*path, subject), {"flag": "flag", "autotune": "result of auto-tune"}.get(subject, subject), name, known
-        )
-
-
-def _check_bounds(path: Route, subject: str, wanted: Expectation, given: set[str]) -> Iterator[Problem]:
-    """Something must be demanded, in a unit that fits, and not the impossible."""
-    needs = {"metric": {"min", "max"}, "signal": {"min", "max", "final"}, "alarm": {"never", "at", "before", "after"}}
-    if subject in needs and not needs[subject] & given:
-        yield Problem(
-            path, f"nothing is expected of the {subject}", help=f"add {' or '.join(sorted(needs[subject]))}", key=True
-        )
-    if subject == "autotune" and wanted.autotune in {"done", "error"} and {"min", "max"} & given:
-        yield Problem(path, f"{wanted.autotune} is true or false", help="use 'is: true'", key=True)
-    if ("final" in given) != ("tolerance" in given) and subject == "signal":
-        yield Problem(path, "final and tolerance belong together", help="final: 50, tolerance: 0.5", key=True)
-    if (
-        subject == "alarm"
-        and "never" in given
-        and ({"at", "after"} & given or ("before" in given and not wanted.never))
-    ):
-        yield Problem((*path, "never"), "an alarm that never comes has no time; 'before' may limit it", key=True)
-    if wanted.band is not None and not (wanted.metric == "settling_time" and 0 < wanted.band < 100):
-        yield Problem(
-            (*path, "band"), "band is the share (above 0 %, below 100 %) of the step in settling_time", key=True
-        )
-    units: tuple[str, ...] = UNITS.get(wanted.metric or "", ("",))
-    for key in ("min", "max"):
-        bound: Bound | None = getattr(wanted, key)
-        if bound is not None and bound.unit not in units:
-            has = " or ".join(unit or "a plain number" for unit in units)
-            yield Problem(
-                (*path, key),
-                f"{key} of {wanted.metric or subject} cannot be in {bound.unit}",
-                "value",
-                help=f"write {has}",
-            )
-    if wanted.min is not None and wanted.max is not None and wanted.min.value > wanted.max.value:
-        yield Problem((*path, "min"), "min is above max: no value passes", "value")
-    if wanted.start is not None and wanted.until is not None and wanted.start > wanted.until:
-        yield Problem((*path, "from"), "from comes after until", "value")

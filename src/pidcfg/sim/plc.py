@@ -99,7 +99,10 @@ class Plc(Protocol):
         """The output that a loop in Manual starts with."""
 
     def check_set(self, loop: int, path: tuple[str, ...], value: object) -> object:
-        """The value of a ``set`` event as `set` takes it; raises ``PydanticCustomError`` for one that is unusable."""
+        """The value of a ``set`` event as `set` takes it; raises ``PydanticCustomError`` for one that is unusable.
+
+        Every vendor knows the key ``output``, the output itself.
+        """
 
     def set(self, loop: int, path: tuple[str, ...], value: object, sig: MutableSequence[float]) -> str | None:
         """Writes a parameter by its key in the configuration; returns why it has no effect yet, if so."""

@@ -1,0 +1,114 @@
+"""What an expectation may say: one subject with the keys that go with it, names that exist, bounds that can be met."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from pidcfg.sim.problems import Problem, Route, unknown
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from pidcfg.schemas.scenario import Expectation, Scenario
+    from pidcfg.schemas.scenario_fields import Bound
+    from pidcfg.sim.plc import Plc
+
+SUBJECTS = {
+    "metric": {"loop", "metric", "band", "min", "max"},
+    "signal": {"signal", "min", "max", "final", "tolerance", "from", "until"},
+    "alarm": {"loop", "alarm", "never", "at", "tolerance", "before", "after"},
+    "flag": {"loop", "flag", "is"},
+    "autotune": {"loop", "autotune", "min", "max", "is"},
+    "mode": {"loop", "mode", "at"},
+}
+"""What an expectation can be about, and the keys that go with it."""
+UNITS = {"overshoot": ("", "%"), "settling_time": ("", "s"), "rise_time": ("", "s")}
+"""Units that the bounds of a metric may carry; none by default."""
+
+
+def check_expectation(path: Route, wanted: Expectation, scenario: Scenario, plc: Plc) -> Iterator[Problem]:
+    """One subject with the keys that go with it, and a bound."""
+    fields = type(wanted).model_fields
+    given = {fields[name].alias or name for name in wanted.model_fields_set}
+    subjects = [key for key in SUBJECTS if key in given]
+    if len(subjects) != 1:
+        what = f"an expectation about {' and '.join(subjects)}" if subjects else "an expectation about nothing"
+        yield Problem(path, what, help=f"one of {', '.join(SUBJECTS)} is expected", key=True)
+        return
+    subject = subjects[0]
+    for key in sorted(given - SUBJECTS[subject]):
+        keys = ", ".join(sorted(SUBJECTS[subject]))
+        yield Problem((*path, key), f"{key} does not go with {subject}", help=f"known keys here: {keys}", key=True)
+    yield from _check_names(path, subject, wanted, plc, scenario)
+    yield from _check_bounds(path, subject, wanted, given)
+    times = {
+        "at": wanted.at,
+        "before": wanted.before,
+        "after": wanted.after,
+        "from": wanted.start,
+        "until": wanted.until,
+    }
+    for key, time in times.items():
+        if time is not None and not 0 <= time <= scenario.duration:
+            yield Problem(
+                (*path, key), f"{key} {time:f} s is outside the scenario (0 to {scenario.duration:f} s)", "value"
+            )
+
+
+def _check_names(path: Route, subject: str, wanted: Expectation, plc: Plc, scenario: Scenario) -> Iterator[Problem]:
+    """Names of loops, signals, alarms, modes and flags."""
+    if wanted.loop is not None and wanted.loop not in plc.loops:
+        yield unknown((*path, "loop"), "loop", wanted.loop, plc.loops)
+    elif wanted.loop is None and subject not in {"signal", "flag"}:
+        yield Problem((*path, subject), f"{subject} needs a loop", help="add 'loop: …'", key=True)
+    plants = [text.name for text in scenario.plants.values() if text.name]
+    known = {
+        "signal": [name for name in plc.signals if name] + [*scenario.signals, *plants],
+        "alarm": list(plc.alarm_bits),
+        "mode": list(plc.modes),
+        "flag": list(plc.flags) if wanted.loop is None else [*plc.flag_bits, *plc.aux_bits],
+        "autotune": ["done", "error", *plc.tuned_names],
+    }.get(subject)
+    name = getattr(wanted, subject)
+    if known is not None and name not in known:
+        yield unknown(
+            (*path, subject), {"flag": "flag", "autotune": "result of auto-tune"}.get(subject, subject), name, known
+        )
+
+
+def _check_bounds(path: Route, subject: str, wanted: Expectation, given: set[str]) -> Iterator[Problem]:
+    """Something must be demanded, in a unit that fits, and not the impossible."""
+    needs = {"metric": {"min", "max"}, "signal": {"min", "max", "final"}, "alarm": {"never", "at", "before", "after"}}
+    if subject in needs and not needs[subject] & given:
+        yield Problem(
+            path, f"nothing is expected of the {subject}", help=f"add {' or '.join(sorted(needs[subject]))}", key=True
+        )
+    if subject == "autotune" and wanted.autotune in {"done", "error"} and {"min", "max"} & given:
+        yield Problem(path, f"{wanted.autotune} is true or false", help="use 'is: true'", key=True)
+    if ("final" in given) != ("tolerance" in given) and subject == "signal":
+        yield Problem(path, "final and tolerance belong together", help="final: 50, tolerance: 0.5", key=True)
+    if (
+        subject == "alarm"
+        and "never" in given
+        and ({"at", "after"} & given or ("before" in given and not wanted.never))
+    ):
+        yield Problem((*path, "never"), "an alarm that never comes has no time; 'before' may limit it", key=True)
+    if wanted.band is not None and not (wanted.metric == "settling_time" and 0 < wanted.band < 100):
+        yield Problem(
+            (*path, "band"), "band is the share (above 0 %, below 100 %) of the step in settling_time", key=True
+        )
+    units: tuple[str, ...] = UNITS.get(wanted.metric or "", ("",))
+    for key in ("min", "max"):
+        bound: Bound | None = getattr(wanted, key)
+        if bound is not None and bound.unit not in units:
+            has = " or ".join(unit or "a plain number" for unit in units)
+            yield Problem(
+                (*path, key),
+                f"{key} of {wanted.metric or subject} cannot be in {bound.unit}",
+                "value",
+                help=f"write {has}",
+            )
+    if wanted.min is not None and wanted.max is not None and wanted.min.value > wanted.max.value:
+        yield Problem((*path, "min"), "min is above max: no value passes", "value")
+    if wanted.start is not None and wanted.until is not None and wanted.start > wanted.until:
+        yield Problem((*path, "from"), "from comes after until", "value")
