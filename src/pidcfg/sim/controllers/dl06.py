@@ -56,13 +56,15 @@ def sample(i: int, cfg: list[Config], st: list[State], aux: list[float], sig: li
         if busy & STOPPED:
             return
     # the A/D converter saturates; the PV word is a whole number of counts
-    pv = (sig[c.sig_in] - c.pv_low) * c.pv_span / c.pv_width + c.pv_min
+    low, least = c.pv_low, c.pv_min
+    width, span = c.pv_width, c.pv_span
+    pv = (sig[c.sig_in] - low) * span / width + least
     if pv >= c.pv_max:
         pv = c.pv_max
-    elif pv > c.pv_min:
+    elif pv > least:
         pv = pv + NEAREST - NEAREST
     else:
-        pv = c.pv_min
+        pv = least
     old = s.pv
     # the first sample has no past (D48); the filter works on words (D36)
     if busy & FIRST:
@@ -92,7 +94,7 @@ def sample(i: int, cfg: list[Config], st: list[State], aux: list[float], sig: li
     if pv < s.quiet_low or pv > s.quiet_high or sp != s.quiet_sp or change > fast or -change > fast:
         alarms(c, s, pv, old, sp)
         centre = sp * abs(sp) if c.root else sp
-        sig[c.sig_sp] = c.pv_low + (centre - c.pv_min) * c.pv_width / c.pv_span
+        sig[c.sig_sp] = low + (centre - least) * width / span
 
     if busy & TUNE:
         tune(c, s, aux, sp)
@@ -114,10 +116,12 @@ def sample(i: int, cfg: list[Config], st: list[State], aux: list[float], sig: li
             s.m = m
             s.out = m + NEAREST - NEAREST
 
-    sig[c.sig_pv] = c.pv_low + (pv - c.pv_min) * c.pv_width / c.pv_span
+    sig[c.sig_pv] = low + (pv - least) * width / span
+    low, least = c.out_low, c.out_min
+    width, span = c.out_width, c.out_span
     if busy & MUTE == 0:
-        sig[c.sig_out] = c.out_low + (s.out - c.out_min) * c.out_width / c.out_span
-    sig[c.sig_bias] = c.out_low + (s.bias + NEAREST - NEAREST - c.out_min) * c.out_width / c.out_span
+        sig[c.sig_out] = low + (s.out - least) * width / span
+    sig[c.sig_bias] = low + (s.bias + NEAREST - NEAREST - least) * width / span
 
 
 def next_slow(tick: int, cfg: list[Config], st: list[State]) -> int:
@@ -136,14 +140,15 @@ def scan(tick: int, cfg: list[Config], st: list[State], aux: list[float], sig: l
     chosen = -2
     for i in range(len(cfg)):
         s = st[i]
-        if tick < s.due:
+        due = s.due
+        if tick < due:
             continue
         if cfg[i].slow:
             if chosen == -2:
                 chosen = next_slow(tick, cfg, st)
             if i != chosen:
                 continue
-        due = s.due + s.period
+        due += s.period
         s.due = due if due > tick else tick + s.period
         sample(i, cfg, st, aux, sig)
 
