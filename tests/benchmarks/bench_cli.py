@@ -1,8 +1,8 @@
 """How fast the command is, as ratios to yardsticks measured in the same run.
 
 Run it with ``python tests/benchmarks/bench_cli.py``. What is compared takes turns, so that a busy machine slows both;
-each ratio is one of medians. CPU is user and system time of the process, where the system tells it. An aim counts as
-reached when both ratios are below it.
+each ratio is one of medians. CPU is user and system time of the process, where the system tells it. Start-up is judged
+by CPU, which other programs disturb least; many files by wall time, since they are shared out among the processors.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ import tempfile
 import time
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Literal
 
 EXAMPLES = sorted((Path(__file__).parents[2] / "examples" / "dl06").glob("*.yaml"))
 REACTOR = next(path for path in EXAMPLES if path.name == "reactor.yaml")
@@ -33,6 +34,7 @@ class Race:
     theirs: tuple[str, ...]
     aim: float
     rounds: int
+    judged: Literal["CPU", "wall"]
 
 
 def children() -> float:
@@ -67,8 +69,8 @@ def hold(race: Race) -> str:
     cpu = our_cpu / their_cpu if their_cpu else wall
     columns = f"{our_cpu * 1000:8.0f} {their_cpu * 1000:8.0f} {cpu:7.2f}"
     columns += f" {our_wall * 1000:9.0f} {their_wall * 1000:8.0f} {wall:7.2f}"
-    verdict = "reached" if max(cpu, wall) <= race.aim else "missed"
-    return f"{race.title:<{WIDTH}} {columns}   <= {race.aim:.2f} {verdict}"
+    verdict = "reached" if (cpu if race.judged == "CPU" else wall) <= race.aim else "missed"
+    return f"{race.title:<{WIDTH}} {columns}   {race.judged:>4} <= {race.aim:.2f} {verdict}"
 
 
 def many_files(folder: Path) -> list[str]:
@@ -99,17 +101,21 @@ def main() -> None:
                 (sys.executable, "-c", "import click"),
                 1.25,
                 25,
+                "CPU",
             ),
-            Race("validate one file / check-jsonschema --version", (PIDCFG, "validate", reactor), version, 1.2, 25),
+            Race(
+                "validate one file / check-jsonschema --version", (PIDCFG, "validate", reactor), version, 1.2, 25, "CPU"
+            ),
             Race(
                 f"validate {FILES} files / check-jsonschema on the same",
                 (PIDCFG, "validate", "--quiet", *files),
                 (YARDSTICK, "--schemafile", schema, *files),
                 1 / 3,
-                2,
+                3,
+                "wall",
             ),
         )
-        print(f"{'':<{WIDTH}} {'CPU ms':>8} {'their':>8} {'ratio':>7} {'wall ms':>9} {'their':>8} {'ratio':>7}   aim")
+        print(f"{'':<{WIDTH}} {'CPU ms':>8} {'their':>8} {'ratio':>7} {'wall ms':>9} {'their':>8} {'ratio':>7}    aim")
         for race in races:
             print(hold(race), flush=True)
 
