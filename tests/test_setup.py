@@ -35,7 +35,8 @@ RANGES = {
 def tracked_files():
     """What a clean clone holds; without git, everything."""
     if not (ROOT / ".git").exists():
-        return [path.relative_to(ROOT) for path in ROOT.rglob("*") if path.is_file() and ".venv" not in path.parts]
+        files = (path.relative_to(ROOT) for path in ROOT.rglob("*") if path.is_file())
+        return [path for path in files if not {".venv", "__pycache__"} & set(path.parts)]
     listed = subprocess.run(["git", "ls-files", "-z"], cwd=ROOT, capture_output=True, check=True).stdout.decode()
     return [Path(name) for name in listed.split("\0") if name and (ROOT / name).is_file()]
 
