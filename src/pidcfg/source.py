@@ -119,14 +119,6 @@ class _Builder:
             self.anchors[event.anchor] = (value, node)
         self.add(value, node)
 
-    def mapping(self, event: Any) -> None:
-        """Opens a mapping."""
-        self.open({}, Node(event, {}))
-
-    def sequence(self, event: Any) -> None:
-        """Opens a sequence."""
-        self.open([], Node(event, []))
-
     def open(self, data: dict[str, Any] | list[Any], node: Node) -> None:
         """Pushes a container that has begun."""
         event = node.event
@@ -264,8 +256,8 @@ def _walk(text: str, builder: _Builder) -> None:
     take: dict[type, Callable[[Any], None]] = {
         events.ScalarEvent: builder.scalar,
         events.AliasEvent: builder.alias,
-        events.MappingStartEvent: builder.mapping,
-        events.SequenceStartEvent: builder.sequence,
+        events.MappingStartEvent: lambda event: builder.open({}, Node(event, {})),
+        events.SequenceStartEvent: lambda event: builder.open([], Node(event, [])),
         events.DocumentStartEvent: builder.document,
     }
     ends = {events.MappingEndEvent, events.SequenceEndEvent}

@@ -5,8 +5,6 @@ from __future__ import annotations
 import io
 from typing import TYPE_CHECKING
 
-from intelhex import IntelHex, IntelHexError
-
 from pidcfg.encoders.listing import Listing, ListingError
 
 if TYPE_CHECKING:
@@ -17,6 +15,8 @@ BYTES = 2
 
 def write_ihex(image: Image, checklist: tuple[str, ...] = ()) -> str:
     """All words; names, ranges and units have no place in this format (and neither has the checklist)."""
+    from intelhex import IntelHex
+
     del checklist
     memory = IntelHex()
     for cell in image.cells:
@@ -28,6 +28,8 @@ def write_ihex(image: Image, checklist: tuple[str, ...] = ()) -> str:
 
 def read_ihex(text: str) -> Listing:
     """All words; half a word is refused."""
+    from intelhex import IntelHex, IntelHexError
+
     try:
         memory = IntelHex(io.StringIO(text)).todict()
     except (IntelHexError, UnicodeError) as error:

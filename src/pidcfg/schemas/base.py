@@ -3,24 +3,18 @@
 Each type is a parser that takes the text of a scalar (`pidcfg.document.Plain` or a quoted string) or a native Python
 value, and returns a frozen, exact value; numbers are `Decimal`. What cannot be read raises a `PydanticCustomError`
 whose type names the kind of mistake (``number_form``, ``leading_zero`` …), so that the validator can give it a code of
-its own. `Limits` beside a type states what a manual allows; it reaches the JSON Schema and one rule that checks all.
+its own.
 """
 
 from __future__ import annotations
 
 import re
 from collections.abc import Callable, Mapping
-from copy import deepcopy
-from dataclasses import dataclass
 from decimal import Decimal
-from functools import cache
-from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple, NoReturn
+from typing import Annotated, Any, Literal, NamedTuple, NoReturn
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, PlainValidator, WithJsonSchema
 from pydantic_core import PydanticCustomError
-
-if TYPE_CHECKING:
-    from pidcfg.refs import Basis
 
 NUMBER = re.compile(r"[-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?")
 LEADING_ZERO = re.compile(r"[-+]?0[0-9]")
@@ -46,41 +40,6 @@ class Model(BaseModel):
     """Base of every schema: frozen, unknown keys refused. A text below a field is its documentation."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
-
-
-@dataclass(frozen=True, slots=True)
-class Limits:
-    """What the manual allows for a number: inclusive, in ``unit``; ``severity`` of passing them is an error."""
-
-    low: str | None
-    high: str | None
-    unit: str
-    basis: Basis
-
-    def __get_pydantic_json_schema__(
-        self, core_schema: Any, handler: Callable[[Any], dict[str, Any]]
-    ) -> dict[str, Any]:
-        """Adds ``minimum``, ``maximum`` and the unit where an editor looks for them."""
-        schema = deepcopy(handler(core_schema))
-        if self.unit:
-            schema["x-unit"] = self.unit
-        number = next((s for s in schema.get("anyOf", []) if s.get("type") in {"number", "integer"}), schema)
-        for key, bound in (("minimum", self.low), ("maximum", self.high)):
-            if bound is not None:
-                number[key] = plain_number(Decimal(bound))
-        return schema
-
-    def holds(self, value: Decimal) -> bool:
-        """Whether ``value`` lies inside."""
-        return (self.low is None or value >= number_of(self.low)) and (
-            self.high is None or value <= number_of(self.high)
-        )
-
-
-@cache
-def number_of(text: str) -> Decimal:
-    """The number of a limit."""
-    return Decimal(text)
 
 
 class Quantity(NamedTuple):

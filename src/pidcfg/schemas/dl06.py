@@ -20,7 +20,6 @@ from pidcfg.schemas.base import (
     Flag,
     FormatVersion,
     Integer,
-    Limits,
     Minutes,
     Model,
     Name,
@@ -36,6 +35,7 @@ from pidcfg.schemas.base import (
     parse_quantity,
     refuse,
 )
+from pidcfg.schemas.limits import Limits
 from pidcfg.schemas.octal import VAddress
 
 FEATURES = DL06.at("PID Loop Feature Specifications")

@@ -10,7 +10,8 @@ from pydantic import BaseModel
 
 from pidcfg.diagnostics import Path, Severity
 from pidcfg.refs import Decision
-from pidcfg.schemas.base import Limits, decimal_text
+from pidcfg.schemas.base import decimal_text
+from pidcfg.schemas.limits import Limits
 from pidcfg.validate.rule import Finding, at_key, finding, rule
 
 if TYPE_CHECKING:

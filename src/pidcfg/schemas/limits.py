@@ -1,0 +1,51 @@
+"""What a manual allows for a number: beside its type, for the JSON Schema and for the rule that checks all of them."""
+
+from __future__ import annotations
+
+from copy import deepcopy
+from dataclasses import dataclass
+from decimal import Decimal
+from functools import cache
+from typing import TYPE_CHECKING, Any
+
+from pidcfg.schemas.base import plain_number
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from pidcfg.refs import Basis
+
+
+@dataclass(frozen=True, slots=True)
+class Limits:
+    """What the manual allows for a number: inclusive, in ``unit``; ``severity`` of passing them is an error."""
+
+    low: str | None
+    high: str | None
+    unit: str
+    basis: Basis
+
+    def __get_pydantic_json_schema__(
+        self, core_schema: Any, handler: Callable[[Any], dict[str, Any]]
+    ) -> dict[str, Any]:
+        """Adds ``minimum``, ``maximum`` and the unit where an editor looks for them."""
+        schema = deepcopy(handler(core_schema))
+        if self.unit:
+            schema["x-unit"] = self.unit
+        number = next((s for s in schema.get("anyOf", []) if s.get("type") in {"number", "integer"}), schema)
+        for key, bound in (("minimum", self.low), ("maximum", self.high)):
+            if bound is not None:
+                number[key] = plain_number(Decimal(bound))
+        return schema
+
+    def holds(self, value: Decimal) -> bool:
+        """Whether ``value`` lies inside."""
+        return (self.low is None or value >= number_of(self.low)) and (
+            self.high is None or value <= number_of(self.high)
+        )
+
+
+@cache
+def number_of(text: str) -> Decimal:
+    """The number of a limit."""
+    return Decimal(text)
