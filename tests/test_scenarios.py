@@ -114,6 +114,12 @@ def test_a_loop_without_a_plant_is_a_warning():
     assert problems("connect: {A.PV: 1}\n") == [("plants", "nothing is wired to the PV of B; it stays at 0")]
 
 
+def test_loops_of_one_name_cannot_be_told_apart():
+    plc = Controller.load(loops=["A", "A"])
+    found = [(p.path, p.message) for p in prepare(scenario("connect: {A.PV: 1}\n"), plc).problems]
+    assert (("config",), "the configuration has several loops with the name A") in found
+
+
 REFUSED = [
     # text, path of the finding, part of the message
     ("plants:\n  C: {model: dead_time}\n", "plants.C", "'C' is no loop"),

@@ -393,3 +393,25 @@ def test_with_a_scan_time_the_report_estimates_the_scan_with_loops(folder):
     text = pidcfg("simulate", "reactor.scenario.yaml", cwd=folder).stdout.decode()
     assert "scan time with these loops: 50.08 ms (50.05 to 50.11 ms)" in text
     assert "1800 s in steps of 0.05 s" in text
+
+
+def test_a_listing_without_settings_runs_in_counts_under_numbered_names(folder):
+    pidcfg("encode", "reactor.yaml", "-o", "reactor.txt", cwd=folder)
+    words = [line for line in (folder / "reactor.txt").read_text("utf-8").splitlines() if not line.startswith("#")]
+    (folder / "words.txt").write_text("\n".join(words) + "\n", "utf-8")
+    text = "pidcfg: 1\nscenario: bare words\nconfig: words.txt\nduration: 10\nconnect: {LOOP-1.PV: 100}\n"
+    (folder / "reactor.scenario.yaml").write_text(text, "utf-8")
+    data, code = report(folder)
+    assert code == 0, data
+    assert list(data["loops"]) == ["LOOP-1", "LOOP-2", "LOOP-3"]
+    assert data["signals"]["LOOP-1.PV"]["final"] == 100
+
+
+@pytest.mark.parametrize("mode", ["[]", "1e300", "true", '"sideways"'])
+def test_a_listing_with_unsound_settings_is_refused(folder, mode):
+    pidcfg("encode", "reactor.yaml", "--format", "json", "-o", "reactor.json", cwd=folder)
+    change(folder, "reactor.json", '"cascade"', mode)
+    change(folder, "reactor.scenario.yaml", "config: reactor.yaml", "config: reactor.json")
+    outcome = simulate_here(folder)
+    assert outcome.report is None
+    assert "settings[0]" in outcome.findings[0].message

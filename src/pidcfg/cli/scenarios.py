@@ -12,6 +12,7 @@ from pidcfg.cli.listings import read_listing
 from pidcfg.diagnostics import Diagnostic, Severity, Span, ordered
 from pidcfg.encoders.image import Cell, Image
 from pidcfg.encoders.listing import ListingError
+from pidcfg.encoders.words import DecodeError
 from pidcfg.schemas.scenario import Scenario
 from pidcfg.schemas.scenario_fields import whole
 from pidcfg.sim.run import options, prepare
@@ -142,12 +143,17 @@ def _use_configuration(loaded: Loaded, entry: Input, limits: Limits) -> None:
 
 
 def _use_listing(loaded: Loaded, entry: Input, limits: Limits) -> None:
-    """Takes the words of a memory listing as they are."""
+    """Takes the words of a memory listing as they are, once what stands beside them is known to be sound."""
     for vendor in VENDORS.values():
         try:
             listing = read_listing(entry, vendor, limits)
+            if listing.settings or listing.plc:
+                vendor.load("decode")(listing.words, listing.settings, listing.plc)
         except ListingError as error:
             loaded.refuse(f"{loaded.config}: line {error.line}: {error}")
+            continue
+        except DecodeError as error:
+            loaded.refuse(f"{loaded.config}: {error}", f"run 'pidcfg decode {loaded.config} --vendor {vendor.key}'")
             continue
         cells = tuple(Cell("", number, value, "") for number, value in sorted(listing.words.items()))
         loaded.vendor, loaded.image = vendor, Image(vendor.key, cells, listing.settings, listing.plc)

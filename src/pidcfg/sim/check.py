@@ -42,6 +42,9 @@ DISTURBED = ("gain", "load", "noise", "time_constant", "damping", "lead", "lag",
 def check(scenario: Scenario, plc: Plc) -> Iterator[Problem]:
     """Everything that is wrong with a scenario apart from its expressions."""
     yield from _check_times(scenario)
+    for name in sorted({loop for loop in plc.loops if list(plc.loops).count(loop) > 1}):
+        message = f"the configuration has several loops with the name {name}"
+        yield Problem(("config",), message, "value", help="each loop needs a name of its own")
     yield from _check_initial(scenario, plc)
     named = [(("plants", key, "name"), plant.name) for key, plant in scenario.plants.items()]
     for path, own in [*named, *((("signals", name), name) for name in scenario.signals)]:
