@@ -116,7 +116,8 @@ def loops(draw, index: int, names: list[str]):
         "alarms": {
             "pv": draw(maybe(st.fixed_dictionaries(
                 {k: maybe(pv) for k in ("low_low", "low", "high", "high_high")} | {"enabled": flags}))),
-            "deviation": draw(maybe(st.fixed_dictionaries({"yellow": maybe(span), "red": maybe(span), "enabled": flags}))),
+            "deviation": draw(maybe(st.fixed_dictionaries(
+                {"yellow": maybe(span), "red": maybe(span), "enabled": flags}))),
             "rate_of_change_enabled": draw(flags), "hysteresis": draw(maybe(span)),
         },
         "ramp_soak": draw(maybe(ramp_soaks(name, None if root else pv_range, index))),

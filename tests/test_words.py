@@ -131,10 +131,18 @@ def test_counts_are_the_nearest_exactly(low, width, share, name):
     assert nearest(scale.position(Quantity(value))) == round(exact)
 
 
-@pytest.mark.parametrize(("name", "span"), [("12-bit unipolar", 4095), ("12-bit bipolar", 8190),
-                         ("15-bit unipolar", 32767), ("15-bit bipolar", 65534), ("16-bit unipolar", 65535)])  # fmt: skip
-def test_spans_of_the_formats(name, span):
-    assert FORMATS[name].span == span
+SPANS = {
+    "12-bit unipolar": 4095,
+    "12-bit bipolar": 8190,
+    "15-bit unipolar": 32767,
+    "15-bit bipolar": 65534,
+    "16-bit unipolar": 65535,
+}
+
+
+@pytest.mark.parametrize("name", SPANS)
+def test_spans_of_the_formats(name):
+    assert FORMATS[name].span == SPANS[name]
 
 
 def test_bipolar_range_has_its_middle_at_zero():

@@ -22,17 +22,23 @@ if TYPE_CHECKING:
     from pidcfg.sim.plc import Controller, Plc
 
 EngineName = Literal["auto", "python", "numba"]
-WORTH_COMPILING = 400_000
-"""Loop-steps from which on the start-up of compiled kernels pays."""
+WORTH_LOADING, WORTH_COMPILING = 400_000, 8_000_000
+"""Loop-steps from which on compiled kernels pay: a second to load them from the cache, a quarter of a minute without."""
 CHUNK = 16_384
 """Base steps between two looks of Python: what noise and trend take of the memory."""
 
 
-def choose(wanted: EngineName, loop_steps: int) -> Literal["python", "numba"]:
+def choose(wanted: EngineName, loop_steps: int, controller: Controller) -> Literal["python", "numba"]:
     """The engine of a run of ``loop_steps``."""
     if wanted != "auto":
         return wanted
-    return "numba" if loop_steps >= WORTH_COMPILING and installed() else "python"
+    if loop_steps < WORTH_LOADING or not installed():
+        return "python"
+    from pidcfg.sim import compile as compiler
+
+    if loop_steps >= WORTH_COMPILING or compiler.kept(ENTRIES, {kernel.scan: controller.scan}):
+        return "numba"
+    return "python"
 
 
 def installed() -> bool:
@@ -98,6 +104,7 @@ WHOLE = ("code", "log", "head", "shown")
 """Arguments that are lists of integers; other lists hold floats."""
 HOT = (step_plants, measure_loop)
 """Kernels whose calls would cost more than their code takes room."""
+ENTRIES = (kernel.advance, kernel.settle)
 READ_ONLY = ("cfg", "code", "constants", "shown", "noise")
 
 
@@ -105,7 +112,7 @@ def numba_kernels(controller: Controller, plc: Plc) -> tuple[Callable[..., int],
     """The same two, compiled, each call between copies of its data into arrays and back."""
     from pidcfg.sim import compile as compiler
 
-    built = compiler.compiled([kernel.advance, kernel.settle], {kernel.scan: controller.scan}, HOT)
+    built = compiler.compiled(ENTRIES, {kernel.scan: controller.scan}, (*controller.INLINED, *HOT))
     kinds = {**RECORDS, "cfg": type(plc.cfg[0]), "st": type(plc.st[0])}
 
     def to_array(name: str, value: Any) -> Any:

@@ -134,3 +134,5 @@ class Controller(Protocol):
     load: Callable[..., Plc]
     """A `Plc` of an image and options, as it stands at the program-to-run transition."""
     scan: Scan
+    INLINED: tuple[Callable[..., Any], ...]
+    """The kernels of its hot path, which compiled code puts into the scan itself."""

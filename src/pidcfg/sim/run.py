@@ -142,7 +142,7 @@ class _Run:
         watches = watches_of(scenario, plc, net, step)
         bands += [w for w in watches.values() if isinstance(w, Band)]
         gauges += [w for w in watches.values() if isinstance(w, Gauge)]
-        engine = choose(settings.engine, (last + 1) * len(meters))
+        engine = choose(settings.engine, (last + 1) * len(meters), controller)
         kernels = numba_kernels(controller, plc) if engine == "numba" else python_kernels(controller)
         machine = Machine(net, plc, step, meters, bands, gauges, list(net.names.values()), *kernels)
         journal = Journal(plc, step / TICKS)
