@@ -75,8 +75,8 @@ def test_integrator_with_load_is_a_straight_line():
 
 
 def test_integrator_stops_at_its_limits_and_leaves_them_at_once():
-    values = respond("integrator", [1.0] * 10 + [-1.0] * 3, dt=1.0, low=0.0, high=4.0)
-    assert values == [1, 2, 3, 4, 4, 4, 4, 4, 4, 4, 3, 2, 1]
+    values = respond("integrator", [1.0] * 6 + [-1.0] * 6 + [1.0], dt=1.0, low=0.0, high=4.0)
+    assert values == [1, 2, 3, 4, 4, 4, 3, 2, 1, 0, 0, 0, 1]
 
 
 def test_lead_lag_jumps_by_the_ratio_and_settles_at_the_gain():
@@ -118,6 +118,14 @@ def test_without_an_initial_value_a_plant_rests_where_its_input_holds_it():
     delay = [0.0, 0.0]
     settle_at(plant, None, 7.0, delay)
     assert (plant.y, delay) == (15.0, [7.0, 7.0])
+
+
+def test_the_input_at_rest_is_the_very_number_and_not_one_that_rounding_gives():
+    plant = Plant(MODELS["dead_time"], 1, 1, 0, length=1, gain=3.0)
+    delay = [0.0]
+    settle_at(plant, None, 0.1, delay)
+    assert delay == [0.1]
+    assert (3.0 * 0.1) / 3.0 != 0.1
 
 
 def test_a_plant_without_gain_cannot_be_held_and_goes_to_its_load():

@@ -51,7 +51,7 @@ FOLLOW = "signals: {x: 0, ramp: 0}\nconnect: {A.PV: x, B.PV: 50}\n"
 def test_overshoot_settling_and_rise_time_count_from_the_set_point_event():
     events = "".join(
         f"  - {{at: {at}, set: {{x: {x}}}}}\n"
-        for at, x in [(0, 50), (3, 51.5), (4, 54), (6, 59.5), (8, 62), (9, 59), (10, 60.4), (11, 60)]
+        for at, x in [(0, 50), (3, 51.5), (4, 54), (5, 58.8), (6, 59.5), (8, 62), (9, 59), (10, 60.4), (11, 60)]
     )
     report, _ = run(FOLLOW + "events:\n" + events + "  - {at: 2, loop: A, set: {setpoint: 60}}\nexpect:\n"
                     "  - {loop: A, metric: settling_time, band: 12 %, max: 6}\n"
@@ -107,6 +107,12 @@ def test_signals_report_smallest_largest_and_last_value():
     assert (report.signals["A.PV"].low, report.signals["A.PV"].high, report.signals["A.PV"].final) == (-5, 10, 5)
     assert (report.signals["x"].low, report.signals["x"].high, report.signals["x"].final) == (-5, 10, 5)
     assert (report.signals["A.OUT"].low, report.signals["A.OUT"].high) == (80, 110)
+
+
+def test_set_points_report_their_extremes_too():
+    events = "events:\n  - {at: 2, loop: A, set: {setpoint: 40}}\n  - {at: 4, loop: A, set: {setpoint: 60}}\n"
+    report, _ = run(FOLLOW + events + "  - {at: 6, loop: A, set: {setpoint: 55}}\n")
+    assert (report.signals["A.SP"].low, report.signals["A.SP"].high, report.signals["A.SP"].final) == (40, 60, 55)
 
 
 def test_a_window_limits_what_an_expectation_looks_at():
@@ -283,6 +289,13 @@ def test_noise_stays_out_of_other_plants_but_not_out_of_connections():
     assert len(set(columns["A.PV"])) == 11
 
 
+def test_a_connection_sees_what_the_transmitter_of_a_loop_shows():
+    text = "plants:\n  A: {model: dead_time, input: 20, noise: 0.5}\nconnect: {B.PV: A.PV * 2}\n"
+    columns = rows(run(text)[1])
+    assert columns["B.PV"] == pytest.approx([2 * v for v in columns["A.PV"]], rel=1e-9)
+    assert len(set(columns["B.PV"])) == 11
+
+
 def test_the_noise_of_one_plant_does_not_depend_on_the_others():
     both = "plants:\n  A: {model: dead_time, input: 20, noise: 0.5}\n  B: {model: dead_time, input: 20, noise: 0.5}\n"
     alone, pair = rows(run(NOISY)[1]), rows(run(both)[1])
@@ -376,6 +389,21 @@ def test_a_network_that_never_settles_is_an_error_and_still_runs_from_its_initia
     assert not report.passed
     assert report.settled is None
     assert rows(trend)["A.PV"][0] == 5
+
+
+def test_the_pre_roll_counts_against_the_limit_on_loop_steps():
+    text = (
+        "initial: steady\nplants:\n  A: {model: first_order, gain: 0.1, time_constant: 500, initial: 5}\n" + QUIET[8:]
+    )
+    assert not run(text, limit=100_000)[0].problems
+    report, _ = run(text, limit=999)
+    assert [p.kind for p in report.problems] == ["no_steady_state"]
+
+
+def test_a_thinned_trend_holds_rows_of_the_full_one_also_after_a_steady_start():
+    text = "initial: steady\nplants:\n  A: {model: first_order, gain: 0.2, time_constant: 8, noise: 1}\n" + QUIET[8:]
+    full, thin = run(text)[1].splitlines(), run(text, every=3)[1].splitlines()
+    assert thin[1:] == full[1::3]
 
 
 def test_a_plc_that_does_not_run_is_not_settled_but_shown():
