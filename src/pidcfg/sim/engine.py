@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 EngineName = Literal["auto", "python", "numba"]
 WORTH_LOADING, WORTH_COMPILING = 400_000, 8_000_000
-"""Loop-steps from which on compiled kernels pay: a second to load them from the cache, a quarter of a minute without."""
+"""Loop-steps from which on compiled kernels pay: loading them takes a second, compiling a quarter of a minute."""
 CHUNK = 16_384
 """Base steps between two looks of Python: what noise and trend take of the memory."""
 
