@@ -149,6 +149,10 @@ class LoopView:
         """A finding below this loop."""
         return Finding(("loops", self.index, *path), values, plc_effect=plc_effect, fix=fix)
 
+    def find_key(self, *path: str | int, **values: Any) -> Finding:
+        """A finding that points at a key: what it opens is a block of lines."""
+        return Finding(("loops", self.index, *path), values, key=True)
+
     def status(self, bit: int, meaning: str) -> str:
         """An effect that the loop's status word +06 shows."""
         return f"bit {bit} of {self.v('mode_and_alarm_status')} ({meaning})"

@@ -191,7 +191,7 @@ def ramp_soak_in_cascade(context: Dl06Context) -> Iterator[Finding]:
         if profile is not None and profile.enabled and view.loop.mode == "cascade":
             major = context.majors[view.index]
             source = view.v("remote_setpoint") if major is None else context.loops[major].loop.name
-            yield view.find("ramp_soak", source=source)
+            yield view.find_key("ramp_soak", source=source)
 
 
 @rule(

@@ -1,0 +1,158 @@
+"""Every rule against its case files: findings on the marked lines and on no others."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+from pidcfg.diagnostics import Severity
+from pidcfg.limits import Limits
+from pidcfg.refs import Decision, Manual
+from pidcfg.source import read_document
+from pidcfg.validate.codes import READING, SCHEMA
+from pidcfg.validate.engine import check_document
+from pidcfg.validate.rules.dl06 import RULES
+
+CASES = sorted((Path(__file__).parent / "cases").glob("**/*.yaml"))
+MARK = re.compile(r"\b(expect|ok): (PID\d{3}(?:, PID\d{3})*)")
+CODE = re.compile(r"PID\d{3}")
+NOT_TEXT = {
+    "PID002": "loops: [ä]".encode("latin-1"),
+    "PID003": b"pidcfg: 1\0",
+    "PID013": b"[" * 100,
+}
+"""Files that cannot be written down as text, or would fill a screen."""
+FROM_THE_COMMAND = {"PID040"}
+"""A path that cannot be opened never reaches the reader; tests/test_cli.py has it."""
+
+DL06_RULES = [rule for code, rule in RULES.items() if code.startswith("PID2")]
+EXPLAINED = [*READING, *SCHEMA, *RULES.values()]
+
+
+def check(text, name="case.yaml"):
+    return check_document(read_document(text if isinstance(text, bytes) else text.encode(), name)).findings
+
+
+def marks(text, kind):
+    """Pairs of line and code that the comments of one kind name."""
+    return [
+        (number, code)
+        for number, line in enumerate(text.split("\n"), 1)
+        if "#" in line
+        for found, codes in MARK.findall(line.partition("#")[2])
+        if found == kind
+        for code in CODE.findall(codes)
+    ]
+
+
+def cases_of(code):
+    return [case.read_text("utf-8") for case in CASES if case.stem.startswith(code)]
+
+
+@pytest.mark.parametrize("case", CASES, ids=lambda case: case.stem)
+def test_findings_are_on_the_marked_lines_and_nowhere_else(case):
+    text = case.read_text("utf-8")
+    own = CODE.match(case.stem).group()
+    found = [(d.span.line, d.code) for d in check(text, case.name) if d.severity > Severity.INFO or d.code == own]
+
+    assert sorted(found) == sorted(marks(text, "expect"))
+    assert not set(found) & set(marks(text, "ok"))
+
+
+@pytest.mark.parametrize("rule", EXPLAINED, ids=lambda rule: rule.code)
+def test_every_rule_is_explained_and_named_after_what_is_wrong(rule):
+    assert rule.title.endswith(".")
+    assert len(rule.title) < 120, "the first line of the documentation is one line"
+    assert rule.part("Why")
+    assert rule.part("Fix")
+    assert re.fullmatch(r"[a-z0-9]+(-[a-z0-9]+)*", rule.name)
+    assert not rule.name.startswith(("avoid-", "do-not-", "use-"))
+
+
+@pytest.mark.parametrize("rule", RULES.values(), ids=lambda rule: rule.code)
+def test_every_rule_has_a_failing_line_and_a_neighbour_that_passes(rule):
+    texts = cases_of(rule.code)
+
+    assert any(code == rule.code for text in texts for _, code in marks(text, "expect"))
+    assert any(code == rule.code for text in texts for _, code in marks(text, "ok"))
+
+
+@pytest.mark.parametrize("rule", [*READING, *SCHEMA], ids=lambda rule: rule.code)
+def test_every_code_of_reading_and_schema_has_a_case(rule):
+    if rule.code in NOT_TEXT:
+        assert [d.code for d in check(NOT_TEXT[rule.code])] == [rule.code]
+    elif rule.code not in FROM_THE_COMMAND:
+        assert any(code == rule.code for text in cases_of(rule.code) for _, code in marks(text, "expect"))
+
+
+def test_names_and_codes_are_unique():
+    assert len({rule.name for rule in EXPLAINED}) == len({rule.code for rule in EXPLAINED}) == len(EXPLAINED)
+
+
+def test_the_dl06_has_rules_for_everything_its_manual_warns_of():
+    assert len(DL06_RULES) >= 45
+
+
+@pytest.mark.parametrize("rule", EXPLAINED, ids=lambda rule: rule.code)
+def test_every_rule_rests_on_a_place_in_the_manual_or_a_decision(rule):
+    assert isinstance(rule.basis, Decision) or isinstance(rule.basis.manual, Manual)
+
+
+def test_no_two_decisions_share_a_number():
+    decisions = {rule.basis for rule in EXPLAINED if isinstance(rule.basis, Decision)}
+
+    assert len({decision.number for decision in decisions}) == len(decisions)
+
+
+@pytest.mark.parametrize("rule", RULES.values(), ids=lambda rule: rule.code)
+def test_messages_quote_their_values_and_end_without_a_full_stop(rule):
+    found = [d for text in cases_of(rule.code) for d in check(text) if d.code == rule.code]
+
+    assert found
+    for finding in found:
+        assert "{" not in finding.message
+        assert "None" not in finding.message
+        assert not finding.message.endswith(".")
+        assert len(finding.message) < 240, "one line of a CI log"
+        assert finding.help
+        assert finding.reference
+
+
+def test_an_order_that_the_plc_refuses_names_the_status_word_of_its_loop():
+    text = next(case for case in CASES if case.stem == "PID242").read_text("utf-8")
+    effects = [d.plc_effect for d in check(text) if d.code == "PID242"]
+
+    assert set(effects) == {"bit 10 of V2006 (alarm programming error): the loop stays in Manual"}
+
+
+def test_a_second_loop_is_named_by_its_own_words():
+    text = next(case for case in CASES if case.stem == "PID244").read_text("utf-8")
+    first, third = (d for d in check(text) if d.code == "PID244")
+
+    assert "V2020" in first.message
+    assert "V2017" in first.message
+    assert "bit 10 of V2106" in third.plc_effect
+
+
+@pytest.mark.parametrize(("table", "bit"), [("V7541", 0), ("V17741", 1), ("V1177", 0)])
+def test_a_ramp_soak_table_outside_user_memory_names_the_bit_of_its_error_word(table, bit):
+    text = next(case for case in CASES if case.stem == "PID274").read_text("utf-8")
+    line = next(n for n, line in enumerate(text.split("\n"), 1) if f"table: {table} " in line)
+    effect = next(d.plc_effect for d in check(text) if d.code == "PID274" and d.span.line == line)
+
+    assert re.match(rf"bit {bit} of V2(035|075|135) ", effect)
+
+
+def test_the_reactor_has_no_error_and_only_the_two_warnings_that_it_deserves():
+    text = (Path(__file__).parents[1] / "examples/dl06/reactor.yaml").read_text("utf-8")
+    found = check(text)
+
+    serious = [(d.code, d.loop) for d in found if d.severity > Severity.INFO]
+    assert serious == [("PID222", "FIC-102"), ("PID211", "FIC-102")]
+    assert {d.code for d in found if d.severity is Severity.INFO} == {"PID231", "PID295"}
+
+
+def test_a_limit_of_the_reader_is_named():
+    found = check_document(read_document(b"name: " + b"x" * 50, "case.yaml", Limits(scalar_bytes=10))).findings
+
+    assert [(d.code, "10 bytes" in d.message) for d in found] == [("PID013", True)]
