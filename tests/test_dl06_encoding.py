@@ -214,7 +214,7 @@ def test_every_loop_table_that_means_something_comes_back(table):
 def test_arbitrary_words_decode_or_are_refused_by_name(table):
     image = {0o2000 + i: word for i, word in enumerate(table)} | {0o7640: 0o2000, 0o7641: 1}
     outcome = attempt(image)
-    assert isinstance(outcome, Dl06File) or "LOOP1" in str(outcome)
+    assert isinstance(outcome, Dl06File) or "LOOP-1" in str(outcome)
 
 
 def attempt(image: dict[int, int]) -> Dl06File | DecodeError:

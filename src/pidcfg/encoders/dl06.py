@@ -30,6 +30,11 @@ UNUSED_PAIR = RAMP_SOAK_PAIR.encode({}, {})
 ONE_COUNT = Quantity(Decimal(1), counts=True)
 
 
+def unnamed(index: int) -> str:
+    """What a loop is called whose listing does not say its name, counted from 0."""
+    return f"LOOP-{index + 1}"
+
+
 def loop_start(plc: Plc, index: int) -> int:
     """Address of the first word of a loop, counted from 0."""
     return plc.loop_table + index * LOOP_SIZE

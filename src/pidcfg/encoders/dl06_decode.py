@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from pydantic import BaseModel, ValidationError
 
-from pidcfg.encoders.dl06 import LOOP_SIZE, OUTPUT_OFFSET
+from pidcfg.encoders.dl06 import LOOP_SIZE, OUTPUT_OFFSET, unnamed
 from pidcfg.encoders.dl06_sections import Data, LoopReader, present
 from pidcfg.encoders.image import Decoded
 from pidcfg.encoders.maps.dl06 import LOOP_COUNT, LOOP_TABLES, TABLE_POINTER
@@ -100,6 +100,6 @@ def _reader(
     missing = next((a for a in range(start, start + LOOP_SIZE) if a not in words), None)
     if missing is not None:
         raise DecodeError(f"the listing does not hold {v_name(missing)} of loop {index + 1}")
-    beside = settings[index] if index < len(settings) else LoopSettings(loop=f"LOOP{index + 1}")
+    beside = settings[index] if index < len(settings) else LoopSettings(loop=unnamed(index))
     raw = [words[a] for a in range(start, start + LOOP_SIZE)]
     return LoopReader(start, LOOP_TABLES[decimals], raw, beside, [])

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from math import gcd
 from typing import TYPE_CHECKING, Any
 
+from pidcfg.encoders.dl06 import unnamed
 from pidcfg.encoders.dl06_setup import Setup, check_setup
 from pidcfg.encoders.maps.dl06 import CPU, LOOP_COUNT, LOOP_TABLE, RAMP_SOAK_SIZE, TABLE_POINTER
 from pidcfg.schemas.base import refuse
@@ -238,7 +239,7 @@ class Dl06:
     # --- words -------------------------------------------------------------------------------------------------------
 
     def _loop(self, i: int, image: Image) -> Loop:
-        own = {"loop": f"LOOP-{i + 1}", **(image.settings[i] if i < len(image.settings) else {})}
+        own = {"loop": unnamed(i), **(image.settings[i] if i < len(image.settings) else {})}
         decimals = int(image.plc.get("reset_decimals", 1))
         start = self._words.get(TABLE_POINTER, 0) + i * LOOP_TABLE.size
         loop, problems = loop_of(self._words, start, own, decimals)
