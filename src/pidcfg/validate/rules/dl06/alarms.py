@@ -90,7 +90,7 @@ def pv_alarms_out_of_order(context: Dl06Context) -> Iterator[Finding]:
     name="pv-alarms-incomplete",
     severity=Severity.ERROR,
     basis=D20,
-    message="{missing} not given, so {words} 0 counts ({zero}), and one bit enables all four PV alarms: {effect}",
+    message="{missing} not given, so {words} {zero}, and one bit enables all four PV alarms: {effect}",
 )
 def pv_alarms_incomplete(context: Dl06Context) -> Iterator[Finding]:
     """Some of the four PV alarms are given, and the others count as 0.

@@ -97,7 +97,7 @@ def autotune_between_narrow_limits(context: Dl06Context) -> Iterator[Finding]:
         if "autotune" not in view.loop.model_fields_set or view.loop.autotune.method != "closed" or not limits:
             continue
         if limits[0] > ends.minimum or limits[1] < ends.maximum:
-            yield view.find("autotune", low=view.shown("output_low"), high=view.shown("output_high"))
+            yield view.find_key("autotune", low=view.shown("output_low"), high=view.shown("output_high"))
 
 
 @rule(
@@ -120,4 +120,4 @@ def autotune_start_condition(context: Dl06Context) -> Iterator[Finding]:
         if "autotune" in view.loop.model_fields_set:
             counts = nearest(APART * view.scales["pv"].format.span)
             apart = view.text(view.scales["pv"].span_value(counts), "pv", counts)
-            yield view.find("autotune", apart=apart, side="below" if view.loop.action == "direct" else "above")
+            yield view.find_key("autotune", apart=apart, side="below" if view.loop.action == "direct" else "above")

@@ -217,7 +217,7 @@ def shared_major_loop(context: Dl06Context) -> Iterator[Finding]:
     name="two-remote-setpoints",
     severity=Severity.ERROR,
     basis=POINTER,
-    message="remote_setpoint is {address}, but cascade_from {major} makes the pointer in {word} {output}",
+    message="remote_setpoint is {address}, but cascade_from {major} points {word} at {output}",
 )
 def two_remote_setpoints(context: Dl06Context) -> Iterator[Finding]:
     """`cascade_from` and `remote_setpoint` name different words.

@@ -200,7 +200,9 @@ def cascade_output_also_transferred(context: Dl06Context) -> Iterator[Finding]:
     for major, minor in context.cascades:
         transfer = major.loop.output.transfer
         if transfer is not None and transfer.slot is not None:
-            yield major.find("output", "transfer", minor=minor.loop.name, slot=transfer.slot, channel=transfer.channel)
+            yield major.find_key(
+                "output", "transfer", minor=minor.loop.name, slot=transfer.slot, channel=transfer.channel
+            )
 
 
 @rule(

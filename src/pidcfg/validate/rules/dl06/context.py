@@ -41,6 +41,11 @@ WORDS = {word.name: word for word in LOOP_TABLE.words}
 NINES = 9999
 
 
+def counts_text(counts: Decimal | int) -> str:
+    """``1 count``, ``205 counts``."""
+    return f"{decimal_text(Decimal(counts))} count{'' if counts == 1 else 's'}"
+
+
 @dataclass(frozen=True)
 class Pair:
     """A ramp and its soak: their place in the list of steps, and what their four words hold (None: does not fit)."""
@@ -132,10 +137,10 @@ class LoopView:
     def text(self, value: Quantity, scale: str, counts: int | None) -> str:
         """A quantity on one of the scales, with its counts."""
         if value.counts or self.scales[scale].range is None:
-            return f"{decimal_text(value.value)} counts"
+            return counts_text(value.value)
         part = self.loop.output if scale == "output" else self.loop.pv
         unit = f" {part.unit}" if part.unit else ""
-        return f"{decimal_text(value.value)}{unit}" + ("" if counts is None else f" ({counts} counts)")
+        return f"{decimal_text(value.value)}{unit}" + ("" if counts is None else f" ({counts_text(counts)})")
 
     def eu(self, counts: int, scale: str = "pv") -> str:
         """Counts as a position in the user's unit."""

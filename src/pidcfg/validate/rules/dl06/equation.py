@@ -68,7 +68,7 @@ def velocity_form_with_bumpless_two(context: Dl06Context) -> Iterator[Finding]:
     name="freeze-never-reached",
     severity=Severity.WARNING,
     basis=FREEZE,
-    message="bias_freeze is on, but the output stays within {low} and {high}: it never reaches {ends} counts, where "
+    message="bias_freeze is on, but the output stays between {low} and {high}: it never reaches {ends} counts, where "
     "the bias would freeze",
 )
 def freeze_never_reached(context: Dl06Context) -> Iterator[Finding]:

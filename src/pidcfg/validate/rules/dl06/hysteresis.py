@@ -56,7 +56,7 @@ def span_text(view: LoopView, counts: int) -> str:
     name="hysteresis-of-zero",
     severity=Severity.ERROR,
     basis=HYSTERESIS,
-    message="hysteresis is {value}; its range begins at 1 count ({least})",
+    message="hysteresis is {value}; its range begins at {least}",
 )
 def hysteresis_of_zero(context: Dl06Context) -> Iterator[Finding]:
     """The hysteresis is 0 counts while alarms are on.

@@ -50,7 +50,7 @@ def output_limits_crossed(context: Dl06Context) -> Iterator[Finding]:
     name="output-limits-equal",
     severity=Severity.ERROR,
     basis=CHECKS,
-    message="both output limits are {counts} counts ({low} and {high}): the output cannot move",
+    message="the output limits {low} and {high} are equal for the PLC: the output cannot move",
 )
 def output_limits_equal(context: Dl06Context) -> Iterator[Finding]:
     """The two output limits are the same number of counts.
@@ -63,8 +63,7 @@ def output_limits_equal(context: Dl06Context) -> Iterator[Finding]:
     for view in context.loops:
         limits = view.holds("output_low", "output_high")
         if limits and limits[0] == limits[1] and not pinned_to_zero(limits):
-            yield view.find("output", "limits", 1, counts=limits[0], low=view.shown("output_low"),
-                            high=view.shown("output_high"))  # fmt: skip
+            yield view.find("output", "limits", 1, low=view.shown("output_low"), high=view.shown("output_high"))
 
 
 def pinned_to_zero(limits: list[int]) -> bool:

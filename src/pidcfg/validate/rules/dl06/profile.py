@@ -39,7 +39,7 @@ def running(view: LoopView) -> list[Pair]:
 
 def steps_text(first: int, last: int) -> str:
     """Pairs by the manual's numbers: a ramp and its soak are two steps."""
-    return f"steps {2 * first + 1} to {2 * last + 2}"
+    return f"steps {2 * first + 1} {'and' if first == last else 'to'} {2 * last + 2}"
 
 
 @rule(
@@ -47,7 +47,7 @@ def steps_text(first: int, last: int) -> str:
     name="ramp-target-outside-setpoint-limits",
     severity=Severity.ERROR,
     basis=TROUBLE,
-    message="ramp_to is {value}, outside the set point limits {low} to {high}: the profile ends at the limit",
+    message="ramp_to is {value}, outside the set point limits {low} to {high}: the loop stops at the limit",
 )
 def ramp_target_outside_setpoint_limits(context: Dl06Context) -> Iterator[Finding]:
     """A ramp ends outside the loop's set point limits.

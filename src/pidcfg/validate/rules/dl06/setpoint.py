@@ -97,20 +97,26 @@ def setpoint_limits_switched_off(context: Dl06Context) -> Iterator[Finding]:
     name="setpoint-replaced-on-transfer",
     severity=Severity.INFO,
     basis=TROUBLE,
-    message="the set point {value} is replaced by the PV when the loop goes from Manual to Auto (Bumpless I)",
+    message="the set point {value} is replaced by the PV when the loop goes from Manual to Auto (Bumpless I){others}",
 )
 def setpoint_replaced_on_transfer(context: Dl06Context) -> Iterator[Finding]:
     """The set point of the file does not survive the change to Auto.
 
     Why: Bumpless Transfer I makes the set point equal to the PV at that moment. "The loop setpoint appears to be
-    changing by itself" is a question of the manual's troubleshooting section.
+    changing by itself" is a question of the manual's troubleshooting section. It is
+    reported once a file.
 
     Fix: let the operator or the ladder program write the set point after the change to Auto, or take Bumpless II.
     """
-    for view in context.loops:
-        loop = view.loop
-        if loop.mode == "auto" and loop.bumpless == "I" and loop.setpoint.value is not None:
-            yield view.find("setpoint", "value", value=view.shown("setpoint"))
+    found = [
+        view
+        for view in context.loops
+        if view.loop.mode == "auto" and view.loop.bumpless == "I" and view.loop.setpoint.value is not None
+    ]
+    if found:
+        more = len(found) - 1
+        others = f", as in {more} more loop{'s' if more > 1 else ''}" if more else ""
+        yield found[0].find("setpoint", "value", value=found[0].shown("setpoint"), others=others)
 
 
 @rule(

@@ -222,7 +222,7 @@ def counted_loop_not_listed(context: Dl06Context) -> Iterator[Finding]:
     name="loop-task-off",
     severity=Severity.WARNING,
     basis=POINTER,
-    message="V7641 would hold 0: the loop task is off and none of the {listed} is calculated",
+    message="V7641 would hold 0: the loop task is off, and nothing is calculated ({listed} listed)",
 )
 def loop_task_off(context: Dl06Context) -> Iterator[Finding]:
     """`number_of_loops` is 0 while loops are listed.

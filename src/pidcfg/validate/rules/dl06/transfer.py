@@ -131,7 +131,7 @@ def output_channel_written_twice(context: Dl06Context) -> Iterator[Finding]:
         if channel is None:
             continue
         if channel in first:
-            yield view.find("output", "transfer", slot=channel[0], channel=channel[1], other=first[channel])
+            yield view.find_key("output", "transfer", slot=channel[0], channel=channel[1], other=first[channel])
         first.setdefault(channel, view.loop.name)
 
 
@@ -158,7 +158,7 @@ def channel_read_and_written(context: Dl06Context) -> Iterator[Finding]:
     for view in context.loops:
         channel = channel_of(view.loop.output.transfer)
         if channel is not None and channel in read:
-            yield view.find("output", "transfer", slot=channel[0], channel=channel[1], other=read[channel])
+            yield view.find_key("output", "transfer", slot=channel[0], channel=channel[1], other=read[channel])
 
 
 @rule(
@@ -221,6 +221,6 @@ def slot_counted_two_ways(context: Dl06Context) -> Iterator[Finding]:
 def _slot(view: LoopView, key: str, slot: int, channel: int) -> Finding:
     word = view.block.encoded.words[LOOP_TABLE.offset(f"{key}_transfer")]
     shown = "" if channel <= 9 else f", and channel {channel} is stored as {channel:02X} hex"
-    return view.find(
+    return view.find_key(
         key, "transfer", word=view.v(f"{key}_transfer"), digits=f"{word:04X}", slot=slot, hexadecimal=shown
     )

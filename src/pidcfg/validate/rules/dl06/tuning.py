@@ -249,5 +249,5 @@ def derivative_without_limit_or_filter(context: Dl06Context) -> Iterator[Finding
         if sample > 0 and loop.tuning.rate > LARGEST_LIMIT * sample and not limited and not view.filtered:
             times = loop.tuning.rate / sample
             counts = times * (loop.tuning.gain or 1)
-            yield view.find("tuning", "rate", rate=decimal_text(loop.tuning.rate), times=f"{times:.0f}",
+            yield view.find("tuning", "rate", rate=decimal_text(loop.tuning.rate), times=f"{times:.4g}",
                             sample=decimal_text(sample), counts=f"{counts:.0f}")  # fmt: skip
