@@ -239,6 +239,7 @@ def test_output_into_a_missing_folder_is_one_clear_error(reactor, tmp_path):
         ("address,word\nV2000,1400\n", "the header has no column 'hex'"),
         ('{"words": [{"address": "V2000", "value": 70000}]}', "not a word of 0 to 65535"),
         ('{"words": [{"address": "V2000", "value": 1, "hex": "0002"}]}', "differ"),
+        ('{"vendor": "click", "words": []}', "the listing is of vendor 'click'"),
         ('{"words": 3}', "no list 'words'"),
         ("{", "not JSON"),
         ("[" * 100_000, "no memory listing"),

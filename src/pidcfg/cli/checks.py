@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import click
 
 from pidcfg.cli.inputs import document, read_inputs
-from pidcfg.cli.reporters import text
+from pidcfg.cli.reporters import json_v1, text
 from pidcfg.validate.engine import Checked, check_document, is_scenario
 
 if TYPE_CHECKING:
@@ -61,10 +61,14 @@ def one_configuration(path: str, limits: Limits) -> Checked:
     return check_document(documents[0], limits)
 
 
-def show_errors(checked: Checked) -> None:
-    """The errors of a configuration on stderr, in full."""
-    from pidcfg.cli.console import note
+def show_errors(checked: Checked, fmt: str) -> None:
+    """The errors of a configuration: in full on stderr, or as the result where JSON was asked for."""
+    from pidcfg.cli.console import echo_json, note
     from pidcfg.diagnostics import Severity
 
     errors = [d for d in checked.findings if d.severity is Severity.ERROR]
-    note(text(errors, {checked.document.file: checked.document}).rstrip())
+    documents = {checked.document.file: checked.document}
+    if fmt == "json":
+        echo_json(json_v1(errors, documents))
+    else:
+        note(text(errors, documents).rstrip())

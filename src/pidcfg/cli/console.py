@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import sys
 import time
@@ -20,6 +21,13 @@ T = TypeVar("T")
 def echo(text: str) -> None:
     """A result; characters that the terminal's code page lacks are replaced, never a crash."""
     click.echo(_encodable(text, sys.stdout.encoding), nl=False)
+
+
+def echo_json(text: str) -> None:
+    """A JSON result; where the terminal's code page lacks a character, JSON's own escapes stand for it."""
+    if _encodable(text, sys.stdout.encoding) != text:
+        text = json.dumps(json.loads(text), indent=2) + "\n"
+    echo(text)
 
 
 def note(text: str) -> None:

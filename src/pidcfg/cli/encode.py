@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import click
 
 from pidcfg.cli import options
-from pidcfg.cli.console import echo, note
+from pidcfg.cli.console import echo, echo_json, note
 from pidcfg.cli.main import Exit
 from pidcfg.vendors import format_names, format_of
 
@@ -41,7 +41,7 @@ def command(file: str, fmt: str, out: str | None, force: bool, allow_errors: boo
     status = exit_code(list(checked.findings))
     unfit = checked.encoding is None or bool(checked.encoding.misfits)
     if status is not Exit.OK and (unfit or not allow_errors):
-        show_errors(checked)
+        show_errors(checked, fmt)
         note("nothing was written")
         click.get_current_context().exit(status)
     if checked.encoding is None or checked.vendor is None:
@@ -53,7 +53,7 @@ def command(file: str, fmt: str, out: str | None, force: bool, allow_errors: boo
     checklist = checked.vendor.load("checklist")(checked.config)
     text = kind.write(checked.encoding.image, checklist)
     if out is None:
-        echo(text)
+        (echo_json if fmt == "json" else echo)(text)
     else:
         write_files({out: text}, force=force)
     if not quiet and (out is not None or fmt == "ihex"):

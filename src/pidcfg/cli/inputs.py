@@ -10,8 +10,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import click
-
 from pidcfg.diagnostics import Diagnostic, Severity
 from pidcfg.source import Document, Node, read_document
 
@@ -55,7 +53,8 @@ def gather(paths: Sequence[str], limits: Limits) -> Iterator[Input]:
             continue
         seen.add(name)
         if len(seen) > limits.files:
-            raise click.ClickException(f"more than {limits.files} files; raise it with --limit files=N")
+            yield Input(name, problem=f"more than {limits.files} files; raise it with --limit files=N")
+            return
         if name != STDIN and Path(name).is_dir():
             yield from _folder(name, seen, limits)
         else:

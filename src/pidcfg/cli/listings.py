@@ -29,6 +29,8 @@ def read_listing(entry: Input, vendor: Vendor, limits: Limits, kind: str | None 
     if chosen is None:
         raise ListingError(f"this is no memory listing that pidcfg writes ({', '.join(kinds)})")
     listing: Listing = chosen.read(text)
+    if listing.vendor not in {None, vendor.key}:
+        raise ListingError(f"the listing is of vendor {listing.vendor!r}, not {vendor.key}")
     return listing
 
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import click
 
 from pidcfg.cli import options
-from pidcfg.cli.console import echo, note, progress
+from pidcfg.cli.console import echo, echo_json, note, progress
 from pidcfg.cli.inputs import gather
 from pidcfg.cli.main import Exit
 from pidcfg.cli.reporters import REPORTERS, summary
@@ -47,7 +47,7 @@ def command(
         documents[doc.file] = doc
         found += findings
     shown = options.chosen(found, select, ignore, severity)
-    echo(REPORTERS[fmt](shown, documents))
+    (echo_json if fmt == "json" else echo)(REPORTERS[fmt](shown, documents))
     if fmt == "text" and not quiet:
         note(summary(shown, len(documents)))
     click.get_current_context().exit(exit_code(shown, strict=strict))

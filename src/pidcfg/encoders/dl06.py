@@ -15,7 +15,6 @@ from pidcfg.encoders.maps.dl06 import (
     TABLE_POINTER,
 )
 from pidcfg.encoders.scales import Scale
-from pidcfg.encoders.words import Bcd, nearest
 from pidcfg.schemas.base import Quantity, plain_number
 from pidcfg.schemas.octal import v_name
 
@@ -26,7 +25,9 @@ if TYPE_CHECKING:
 
 LOOP_SIZE = LOOP_TABLES[1].size
 OUTPUT_OFFSET = LOOP_TABLES[1].offset("output")
+Range = tuple[Decimal, Decimal] | None
 UNUSED_PAIR = RAMP_SOAK_PAIR.encode({}, {})
+STATED = ("reset_decimals", "derivative")
 ONE_COUNT = Quantity(Decimal(1), counts=True)
 
 
@@ -42,12 +43,15 @@ def loop_start(plc: Plc, index: int) -> int:
 
 def scales_of(loop: Loop) -> dict[str, Scale]:
     """The scales that the registers of a loop are on."""
-    pv_format = FORMATS[loop.pv.format]
-    output_format = FORMATS[loop.output.format or loop.pv.format]
+    return scales(loop.pv.format, loop.output.format, (loop.pv.range, loop.output.range), root=loop.pv.square_root)
+
+
+def scales(pv_format: str, output_format: str | None, ranges: tuple[Range, Range], *, root: bool) -> dict[str, Scale]:
+    """The scales ``pv``, ``sp`` and ``output`` from the formats and the ranges of PV and output."""
     return {
-        "pv": Scale(pv_format, loop.pv.range),
-        "sp": Scale(pv_format, loop.pv.range, root=loop.pv.square_root),
-        "output": Scale(output_format, loop.output.range),
+        "pv": Scale(FORMATS[pv_format], ranges[0]),
+        "sp": Scale(FORMATS[pv_format], ranges[0], root=root),
+        "output": Scale(FORMATS[output_format or pv_format], ranges[1]),
     }
 
 
@@ -177,8 +181,7 @@ def _scaled_values(loop: Loop, scales: Mapping[str, Scale]) -> dict[str, Any]:
 
 def ends(scale: Scale) -> tuple[Quantity, Quantity]:
     """The counts at both ends of a scale: what a limit that is not given is encoded as."""
-    top = scale.zero + nearest(scale.full)
-    return Quantity(Decimal(scale.zero), counts=True), Quantity(Decimal(top), counts=True)
+    return Quantity(Decimal(scale.zero), counts=True), Quantity(Decimal(scale.top), counts=True)
 
 
 def pv_alarms_on(loop: Loop) -> bool:
@@ -242,14 +245,7 @@ def _loop_settings(loop: Loop) -> dict[str, Any]:
 
 
 def _plc_settings(config: Dl06File) -> dict[str, Any]:
-    plc = {"name": config.name, "description": config.description,
-           "reset_decimals": config.plc.reset_decimals, "derivative": config.plc.derivative}  # fmt: skip
-    return {k: v for k, v in plc.items() if v is not None}
-
-
-def bcd_of(name: str) -> Bcd:
-    """The BCD codec of a register of the loop table."""
-    codec = LOOP_TABLES[1].word(name).codec
-    if not isinstance(codec, Bcd):
-        raise TypeError(f"{name} is not a BCD register")
-    return codec
+    """What no register holds for the whole file; a choice only when the file has made it."""
+    plc = {"name": config.name, "description": config.description}
+    stated = {key: getattr(config.plc, key) for key in STATED if key in config.plc.model_fields_set}
+    return {key: value for key, value in plc.items() if value is not None} | stated

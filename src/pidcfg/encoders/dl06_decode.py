@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from pydantic import BaseModel, ValidationError
 
-from pidcfg.encoders.dl06 import LOOP_SIZE, OUTPUT_OFFSET, unnamed
+from pidcfg.encoders.dl06 import LOOP_SIZE, OUTPUT_OFFSET, STATED, unnamed
 from pidcfg.encoders.dl06_sections import Data, LoopReader, present
 from pidcfg.encoders.image import Decoded
 from pidcfg.encoders.maps.dl06 import LOOP_COUNT, LOOP_TABLES, TABLE_POINTER
@@ -46,9 +46,15 @@ def decode(
     names = {r.start + OUTPUT_OFFSET: r.name for r in readers}
     data: Data = {"pidcfg": 1, "vendor": "dl06"}
     data |= present({"name": plc_settings.name, "description": plc_settings.description})
-    data["plc"] = _plc_data(pointer, words, count, decimals, plc_settings.derivative)
+    stated = {key: getattr(plc_settings, key) for key in STATED if key in plc_settings.model_fields_set}
+    if options.get("reset_decimals"):
+        stated["reset_decimals"] = decimals
+    data["plc"] = _plc_data(pointer, words, count) | stated
     data["loops"] = [r.data(words, names) for r in readers]
-    return Decoded(data, tuple(note for r in readers for note in r.notes))
+    notes = [note for r in readers for note in r.notes]
+    if "reset_decimals" not in stated and any(r.word("reset") for r in readers):
+        notes.append("the reset words are read with 1 decimal (decision D01); --reset-decimals 2 reads them with two")
+    return Decoded(data, tuple(notes))
 
 
 def _read(model: type[S], entry: Mapping[str, Any], place: str) -> S:
@@ -81,15 +87,11 @@ def _count(options: Mapping[str, Any], words: Mapping[int, int], settings: Seque
     return _given(options, "number_of_loops", digits, f"{v_name(LOOP_COUNT)} (--number-of-loops)")
 
 
-def _plc_data(pointer: int, words: Mapping[int, int], count: int, decimals: int, derivative: str) -> Data:
+def _plc_data(pointer: int, words: Mapping[int, int], count: int) -> Data:
     data: Data = {"loop_table": v_name(pointer)}
     stored = words.get(LOOP_COUNT)
     if stored is not None and bcd_digits(stored) != count:
         data["number_of_loops"] = bcd_digits(stored)
-    if decimals != 1:
-        data["reset_decimals"] = decimals
-    if derivative != "error":
-        data["derivative"] = derivative
     return data
 
 

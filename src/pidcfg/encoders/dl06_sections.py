@@ -5,11 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from pidcfg.encoders.dl06 import ends
-from pidcfg.encoders.maps.dl06 import FORMATS, RAMP_SOAK_PAIR, RAMP_SOAK_PAIRS, RAMP_SOAK_SIZE
-from pidcfg.encoders.scales import Scale
+from pidcfg.encoders.dl06 import ends, scales
+from pidcfg.encoders.maps.dl06 import RAMP_SOAK_PAIR, RAMP_SOAK_PAIRS, RAMP_SOAK_SIZE
 from pidcfg.encoders.words import DecodeError
 from pidcfg.schemas.base import Quantity, plain_number
+from pidcfg.schemas.dl06 import Autotune, Loop
 from pidcfg.schemas.octal import v_name
 
 if TYPE_CHECKING:
@@ -17,20 +17,16 @@ if TYPE_CHECKING:
     from decimal import Decimal
 
     from pidcfg.encoders.regmap import RegisterMap
+    from pidcfg.encoders.scales import Scale
     from pidcfg.schemas.dl06 import LoopSettings, Scaling
 
 Data = dict[str, Any]
 MODES = {1: "manual", 2: "auto", 4: "cascade"}
 MODE_BITS = 0b111
-DEFAULTS = {
-    "algorithm": "position",
-    "bumpless": "I",
-    "bias_freeze": False,
-    "independent_of_cpu_mode": False,
-    "autotune.method": "closed",
-    "autotune.type": "PID",
-    "autotune.start": False,
-}
+CHOICES = ("algorithm", "bumpless", "bias_freeze", "independent_of_cpu_mode")
+DEFAULTS = {key: Loop.model_fields[key].default for key in CHOICES}
+AUTOTUNE = {key: field.default for key, field in Autotune.model_fields.items()}
+"""Choices that are left out when they are what the schema takes by default."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,7 +72,7 @@ class LoopReader:
             "error": self.error(values),
             "alarms": self.alarms(values),
             "ramp_soak": self.ramp_soak(values, words, scales),
-            "autotune": {k.partition(".")[2]: v for k, v in _chosen(values, tuple(DEFAULTS)[4:]).items()},
+            "autotune": {k: values[f"autotune.{k}"] for k in AUTOTUNE if values[f"autotune.{k}"] != AUTOTUNE[k]},
             "state": {k: quantity(values[f"state.{k}"]) for k in ("pv", "bias", "output") if self.word(k)},
         }
         return data | {key: section for key, section in sections.items() if section}
@@ -87,13 +83,8 @@ class LoopReader:
             bits = self.table.decode_bits(self.raw)
         except DecodeError as error:
             raise DecodeError(f"{self.name} at {v_name(self.start)}: {error}") from None
-        pv_format = FORMATS[bits["pv.format"]]
-        pv_range, output_range = self.beside.pv.range, self.beside.output.range
-        return {
-            "pv": Scale(pv_format, pv_range),
-            "sp": Scale(pv_format, pv_range, root=bits["pv.square_root"]),
-            "output": Scale(FORMATS[bits["output.format"] or bits["pv.format"]], output_range),
-        }
+        ranges = self.beside.pv.range, self.beside.output.range
+        return scales(bits["pv.format"], bits["output.format"], ranges, root=bits["pv.square_root"])
 
     def mode(self) -> str:
         """From the status word; a listing made before the first run has none, then the mode beside the words."""

@@ -44,6 +44,7 @@ class Listing:
     words: dict[int, int] = field(default_factory=dict)
     settings: tuple[Mapping[str, Any], ...] = ()
     plc: Mapping[str, Any] = field(default_factory=dict)
+    vendor: str | None = None
 
     def add(self, address: int, value: int, shown: str, line: int = 1, column: int = 1) -> None:
         """Takes a word; the same address twice is refused."""
@@ -162,6 +163,7 @@ def read_json(text: str, parse: ParseAddress) -> Listing:
             raise ListingError(f"words[{i}] ({entry['address']}): hex {entry['hex']!r} and value {value} differ")
         found.add(address, value, entry["address"])
     _take_settings(document, found)
+    found.vendor = document.get("vendor")
     return found
 
 

@@ -8,18 +8,16 @@ root of its PV is compared with that root.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from decimal import ROUND_HALF_EVEN, Context, Decimal
+from decimal import Decimal
 from functools import cached_property
 from typing import TYPE_CHECKING
 
 from pidcfg.encoders.words import Binary, EncodeError, SignMagnitude, nearest
-from pidcfg.schemas.base import Quantity
+from pidcfg.schemas.base import EXACT, Quantity
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-EXACT = Context(prec=100, rounding=ROUND_HALF_EVEN)
-"""Three times the digits that a file may write, so that products are exact and quotients round as if they were."""
 MOST_DECIMALS = 12
 
 
@@ -70,6 +68,11 @@ class Scale:
         """Counts at 0 %."""
         return 0 if self.root else self.format.minimum
 
+    @property
+    def top(self) -> int:
+        """Counts at 100 %."""
+        return self.zero + nearest(self.full)
+
     def position(self, quantity: Quantity) -> Decimal:
         """Counts of a value on the scale, not yet rounded."""
         if quantity.counts or self.range is None:
@@ -88,6 +91,8 @@ class Scale:
         """The shortest engineering value that encodes to these counts."""
         if self.range is None:
             return Quantity(Decimal(counts))
+        if counts > self.top:  # a word of a square-root loop may hold more than full scale
+            return Quantity(Decimal(counts), counts=True)
         exact = EXACT.add(self.range[0], self._units(Decimal(counts - self.zero)))
         return shortest(exact, lambda q: nearest(self.position(q)) == counts, counts)
 
@@ -99,6 +104,8 @@ class Scale:
         """As `span_value`, with the test of equality that fits the word."""
         if self.range is None:
             return Quantity(Decimal(counts))
+        if self.root and counts > self.top:
+            return Quantity(Decimal(counts), counts=True)
         return shortest(self._units(Decimal(counts)), same, counts)
 
     def _units(self, counts: Decimal) -> Decimal:
@@ -107,6 +114,8 @@ class Scale:
 
 def shortest(exact: Decimal, same: Callable[[Quantity], bool], counts: int | Decimal) -> Quantity:
     """The decimal with fewest places that means the same; raw counts where no short one does."""
+    if exact.adjusted() >= EXACT.prec - MOST_DECIMALS:  # a range like [0, 1e300]: more digits than can be counted in
+        return Quantity(Decimal(counts), counts=True)
     for places in range(MOST_DECIMALS + 1):
         candidate = Quantity(EXACT.quantize(exact, Decimal(1).scaleb(-places)) + 0)
         if same(candidate):
@@ -122,7 +131,9 @@ class Position:
 
     def encode(self, value: Quantity, scale: Scale) -> int:
         """A quantity to the word of its format."""
-        counts = whole(scale.position(value), raw=value.counts or scale.range is None)
+        counts = whole(scale.position(value), raw=is_raw(value, scale))
+        if scale.root and counts > scale.top and not is_raw(value, scale):
+            raise _outside(scale, value, scale.value)
         try:
             return scale.format.codec.encode(counts)
         except EncodeError:
@@ -141,14 +152,20 @@ class Distance:
 
     def encode(self, value: Quantity, scale: Scale) -> int:
         """A quantity to an unsigned word."""
-        counts = whole(scale.distance(value), raw=value.counts or scale.range is None)
-        if not 0 <= counts <= scale.format.maximum:
+        counts = whole(scale.distance(value), raw=is_raw(value, scale) and not value.derived)
+        beyond = scale.root and counts > scale.top and not is_raw(value, scale)
+        if beyond or not 0 <= counts <= scale.format.maximum:
             raise _outside(scale, value, scale.span_value, low=0)
         return counts
 
     def decode(self, word: int, scale: Scale) -> Quantity:
         """The word to a quantity."""
         return scale.span_value(Binary(scale.format.maximum).decode(word))
+
+
+def is_raw(value: Quantity, scale: Scale) -> bool:
+    """Whether a value is meant as counts."""
+    return value.counts or scale.range is None
 
 
 def whole(counts: Decimal, *, raw: bool) -> int:
@@ -163,6 +180,6 @@ def _outside(scale: Scale, value: Quantity, back: Callable[[int], Quantity], low
     least, most = scale.format.minimum if low is None else low, scale.format.maximum
     if value.counts or scale.range is None:
         return EncodeError("range", "outside the word's range", Decimal(least), Decimal(most))
-    if not scale.root:
-        return EncodeError("range", "outside the word's range", back(least).value, back(most).value)
-    return EncodeError("range", "outside the word's range", back(0).value, scale.range[1])
+    if scale.root:
+        least, most = 0, scale.top
+    return EncodeError("range", "outside the word's range", back(least).value, back(most).value)

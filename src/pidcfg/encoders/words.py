@@ -8,14 +8,13 @@ neither ever guesses.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from decimal import ROUND_HALF_EVEN, Context, Decimal
+from decimal import ROUND_HALF_EVEN, Decimal
 from typing import Literal
+
+from pidcfg.schemas.base import EXACT
 
 WORD_MAX = 0xFFFF
 SIGN = 0x8000
-WIDE = Context(prec=100)
-"""More digits than a file may write, so that moving the point never rounds."""
-
 Fault = Literal["range", "off", "form"]
 
 
@@ -75,7 +74,7 @@ class Bcd:
 
     def encode(self, value: Decimal) -> int:
         """A value to its word; one that merely rounds onto an off code is refused."""
-        digits = nearest(value.scaleb(self.decimals, WIDE))
+        digits = nearest(value.scaleb(self.decimals, EXACT))
         if not 0 <= digits <= 9999 or value < 0:
             raise EncodeError("range", "outside the word's range", self.low, self.high)
         if digits in self.off and value != digits * self.step:

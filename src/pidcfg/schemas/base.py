@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Mapping
-from decimal import Decimal
+from decimal import ROUND_HALF_EVEN, Context, Decimal
 from typing import Annotated, Any, Literal, NamedTuple, NoReturn
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, PlainValidator, WithJsonSchema
@@ -25,13 +25,15 @@ LOOKS_BOOLEAN = {"yes": "true", "on": "true", "y": "true", "no": "false", "off":
 NAME = re.compile(r"\w(?:[\w .\-/#]*[\w#])?")
 CONTROL = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f]")
 MAX_DIGITS = 32
+EXACT = Context(prec=100, rounding=ROUND_HALF_EVEN)
+"""Three times the digits that a file may write: products are exact, and quotients round as if they were."""
 MAX_EXPONENT = 300
 NAME_LENGTH = 64
 
 SECONDS = {"ms": Decimal("0.001"), "s": Decimal(1), "min": Decimal(60), "h": Decimal(3600)}
 DURATION = re.compile(r"([-+]?[0-9.]+(?:[eE][-+]?[0-9]+)?) ?(ms|s|sec|second|seconds|min|minute|minutes|h|hour|hours)")
 UNIT_WORDS = {"sec": "s", "second": "s", "seconds": "s", "minute": "min", "minutes": "min", "hour": "h", "hours": "h"}
-DURATION_PATTERN = r"^[-+]?[0-9.]+ ?(ms|s|min|h)$"
+DURATION_PATTERN = r"^[-+]?[0-9.]+ ?(ms|s|sec|seconds?|min|minutes?|h|hours?)$"
 COUNTS = re.compile(r"([-+]?[0-9.]+) counts?")
 COUNTS_PATTERN = r"^[-+]?[0-9.]+ counts?$"
 
@@ -43,10 +45,14 @@ class Model(BaseModel):
 
 
 class Quantity(NamedTuple):
-    """A value on a PV or output scale: engineering units, or raw counts."""
+    """A value on a PV or output scale: engineering units, or raw counts.
+
+    ``derived``: worked out from what the file says, so that it need not be a whole number of counts.
+    """
 
     value: Decimal
     counts: bool = False
+    derived: bool = False
 
     def __str__(self) -> str:
         return f"{self.value} counts" if self.counts else str(self.value)
@@ -265,7 +271,6 @@ Name = Annotated[
 ]
 Seconds = Annotated[Decimal, PlainValidator(parse_seconds), WithJsonSchema(_duration_schema())]
 Minutes = Annotated[Decimal, PlainValidator(parse_minutes), WithJsonSchema(_duration_schema())]
-AnyDuration = Annotated[Duration, PlainValidator(parse_duration), WithJsonSchema(_duration_schema())]
 AnyQuantity = Annotated[Quantity, PlainValidator(parse_quantity), WithJsonSchema(_quantity_schema())]
 Range = Annotated[
     tuple[Decimal, Decimal], PlainValidator(parse_range), WithJsonSchema(_pair_schema({"type": "number"}))

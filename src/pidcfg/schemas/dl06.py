@@ -14,6 +14,7 @@ from pydantic import BeforeValidator, Field, PlainValidator, WithJsonSchema, mod
 from pidcfg.refs import DL06
 from pidcfg.schemas.base import (
     DURATION_PATTERN,
+    EXACT,
     NUMBER,
     AnyQuantity,
     Duration,
@@ -68,8 +69,10 @@ class Rate(NamedTuple):
 
     def per_sample(self, sample_rate: Decimal) -> Quantity:
         """The change in one sample of ``sample_rate`` seconds (manual: rate / 60 x counts per unit x sample rate)."""
-        factor = {"sample": Decimal(1), "s": sample_rate, "min": sample_rate / 60}[self.per]
-        return Quantity(self.value * factor, self.counts)
+        if self.per == "sample":
+            return Quantity(self.value, self.counts)
+        change = EXACT.multiply(self.value, sample_rate)
+        return Quantity(EXACT.divide(change, Decimal(60)) if self.per == "min" else change, self.counts, derived=True)
 
     def __str__(self) -> str:
         return f"{Quantity(self.value, self.counts)} /{self.per}"
