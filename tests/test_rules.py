@@ -152,6 +152,32 @@ def test_the_reactor_has_no_error_and_only_the_two_warnings_that_it_deserves():
     assert {d.code for d in found if d.severity is Severity.INFO} == {"PID231", "PID295"}
 
 
+def test_the_start_of_auto_tuning_is_on_the_other_side_for_reverse_action():
+    text = next(case for case in CASES if case.stem == "PID299").read_text("utf-8")
+    sides = [
+        next(d.message for d in check(text.replace("action: direct", f"action: {action}")) if d.code == "PID299")
+        for action in ("direct", "reverse")
+    ]
+
+    assert ["below the set point" in side for side in sides] == [True, False]
+    assert ["above the set point" in side for side in sides] == [False, True]
+
+
+@pytest.mark.parametrize("extreme", ["0", "-1", "0.0001", "65536", "1e300", "-1e300", "1e-300", '"-3 counts"'])
+def test_no_number_makes_a_rule_fail(extreme):
+    text = (Path(__file__).parents[1] / "examples/dl06/reactor.yaml").read_text("utf-8")
+    for number in re.finditer(r"(?<=[ \[])\d+(\.\d+)?(?=[,}\] \n])", text):
+        check(text[: number.start()] + extreme + text[number.end() :])
+
+
+@pytest.mark.parametrize("sample_rate", ["0", "-1", "0.0001"])
+def test_a_sample_rate_of_nothing_is_out_of_range_and_nothing_worse(sample_rate):
+    text = next(case for case in CASES if case.stem == "PID246").read_text("utf-8")
+    found = check(text.replace("sample_rate: 1\n", f"sample_rate: {sample_rate}\n"))
+
+    assert "PID101" in {d.code for d in found}
+
+
 def test_a_limit_of_the_reader_is_named():
     found = check_document(read_document(b"name: " + b"x" * 50, "case.yaml", Limits(scalar_bytes=10))).findings
 

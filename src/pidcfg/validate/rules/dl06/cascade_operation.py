@@ -8,7 +8,6 @@ from pidcfg.diagnostics import Severity
 from pidcfg.refs import DL06, Decision
 from pidcfg.schemas.base import decimal_text
 from pidcfg.validate.rule import Finding, rule
-from pidcfg.validate.rules.dl06.cascade import link_key
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -93,22 +92,22 @@ def major_loop_left_in_manual(context: Dl06Context) -> Iterator[Finding]:
 
 @rule(
     code="PID268",
-    name="inner-loop-in-auto",
+    name="idle-cascade",
     severity=Severity.INFO,
     basis=CASCADED,
-    message="mode is auto, so {name} keeps its own set point, and the output of {major} leads nowhere",
+    message="mode is {mode}, so {name} keeps its own set point, and the output of {major} leads nowhere",
 )
-def inner_loop_in_auto(context: Dl06Context) -> Iterator[Finding]:
-    """A minor loop is meant for Auto while its major loop is meant for Manual.
+def idle_cascade(context: Dl06Context) -> Iterator[Finding]:
+    """A minor loop is not meant for Cascade, and its major loop is meant for Manual.
 
     Why: the link is programmed but idle. That is how minor loops are tuned; in normal operation all inner loops run in
-    Cascade.
+    Cascade and the outermost one in Auto. Mode is Manual where it is left out.
 
-    Fix: after tuning, write `mode: cascade` for this loop and `mode: auto` for the major loop.
+    Fix: after tuning, write `mode: cascade` for this loop and `mode: auto` for the outermost loop.
     """
     for major, minor in context.cascades:
-        if minor.loop.mode == "auto" and major.loop.mode == "manual":
-            yield minor.find("mode", name=minor.loop.name, major=major.loop.name)
+        if minor.loop.mode != "cascade" and major.loop.mode == "manual":
+            yield minor.find("mode", mode=minor.loop.mode, name=minor.loop.name, major=major.loop.name)
 
 
 @rule(
@@ -203,22 +202,3 @@ def cascade_output_also_transferred(context: Dl06Context) -> Iterator[Finding]:
             yield major.find_key(
                 "output", "transfer", minor=minor.loop.name, slot=transfer.slot, channel=transfer.channel
             )
-
-
-@rule(
-    code="PID273",
-    name="remote-setpoint-unused",
-    severity=Severity.INFO,
-    basis=CASCADED,
-    message="{key} is given, but mode is {mode}: the remote set point is used in Cascade mode only",
-)
-def remote_setpoint_unused(context: Dl06Context) -> Iterator[Finding]:
-    """Both loops of a cascade are meant for Manual.
-
-    Why: mode is Manual where it is left out. The pointer in +32 stays programmed, and the loop never reads it.
-
-    Fix: write `mode: cascade` for the minor loop and `mode: auto` for the outermost loop.
-    """
-    for major, minor in context.cascades:
-        if minor.loop.mode == "manual" and major.loop.mode == "manual":
-            yield minor.find("mode", key=link_key(minor), mode=minor.loop.mode)

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from pidcfg.validate.rules.dl06.context import Dl06Context
 
 FILTER = DL06.at("The DL06 Built-in Analog Filter")
+OPTIONS = DL06.at("PV Auto Transfer Functions with Filtering Options")
 ROUNDING = DL06.at("Creating an Analog Filter in Ladder Logic")
 
 D19 = Decision(
@@ -101,3 +102,26 @@ def filtered_alarm_at_end_of_scale(context: Dl06Context) -> Iterator[Finding]:
                 ends.maximum,
             }:
                 yield view.find("alarms", "pv", key, alarm=key, value=view.shown(f"pv_{key}"))
+
+
+@rule(
+    code="PID273",
+    name="filter-without-auto-transfer",
+    severity=Severity.INFO,
+    basis=OPTIONS,
+    message="the PV filter is on, but nothing is transferred to {word}: the manual shows the filter behind an auto "
+    "transfer only",
+)
+def filter_without_auto_transfer(context: Dl06Context) -> Iterator[Finding]:
+    """The PV filter is on for a PV that the ladder program writes.
+
+    Why: bit 2 of +01 is called "analog input filter/auto-transfer", and the manual draws the filter between an auto
+    transfer and the PV word. Whether a PV that the ladder program writes is filtered, it does not say.
+
+    Fix: watch the PV after the download; use `pv.transfer` (from a V-memory word as well), or filter in the ladder
+    program.
+    """
+    for view in context.loops:
+        pv = view.loop.pv
+        if view.filtered and pv.transfer is None:
+            yield view.find("pv", "filter_enabled" if pv.filter is None else "filter", word=view.v("pv"))
