@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 
+from case_messages import GOLDEN, messages
 from pidcfg.diagnostics import Severity
 from pidcfg.limits import Limits
 from pidcfg.refs import Decision, Manual
@@ -116,6 +117,10 @@ def test_messages_quote_their_values_and_end_without_a_full_stop(rule):
         assert len(finding.message) < 240, "one line of a CI log"
         assert finding.help
         assert finding.reference
+
+
+def test_messages_places_and_effects_are_those_that_were_read_and_committed():
+    assert messages() == GOLDEN.read_text("utf-8")
 
 
 def test_an_order_that_the_plc_refuses_names_the_status_word_of_its_loop():

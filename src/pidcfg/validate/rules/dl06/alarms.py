@@ -11,6 +11,7 @@ from pidcfg.encoders.dl06 import switched_on
 from pidcfg.refs import DL06, Decision
 from pidcfg.schemas.base import decimal_text
 from pidcfg.validate.rule import Finding, rule
+from pidcfg.validate.rules.dl06.context import counts_text
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -264,5 +265,6 @@ def setpoint_in_alarm(context: Dl06Context) -> Iterator[Finding]:
         raw = setpoint * abs(setpoint) if view.loop.pv.square_root else setpoint
         if low < high and not low <= raw <= high:
             alarm = "low" if raw < low else "high"
-            yield view.find("setpoint", "value", value=view.shown("setpoint"), alarm=alarm,
+            squared = f", a raw PV of {counts_text(raw)}," if view.loop.pv.square_root else ""
+            yield view.find("setpoint", "value", value=view.shown("setpoint") + squared, alarm=alarm,
                             limit=view.shown(f"pv_{alarm}"))  # fmt: skip

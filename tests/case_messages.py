@@ -1,0 +1,34 @@
+"""What every rule says about its case files; ``python tests/case_messages.py`` writes it anew.
+
+Read the difference before committing it: messages are what a user sees in a CI log.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from pidcfg.source import read_document
+from pidcfg.validate.engine import check_document
+
+FOLDER = Path(__file__).parent / "cases"
+GOLDEN = FOLDER / "messages.txt"
+
+
+def lines(case: Path) -> list[str]:
+    """The findings of one file that carry its code, each in a line."""
+    code = case.stem[:6]
+    found = [d for d in check_document(read_document(case.read_bytes(), case.name)).findings if d.code == code]
+    return [
+        f"{d.file}:{d.span.line}:{d.span.column} {d.severity.label}: {d.message}"
+        + (f" [{d.plc_effect}]" if d.plc_effect else "")
+        for d in found
+    ]
+
+
+def messages() -> str:
+    """All of them, in the order of the files."""
+    return "".join(f"{line}\n" for case in sorted(FOLDER.glob("*.yaml")) for line in lines(case))
+
+
+if __name__ == "__main__":
+    GOLDEN.write_text(messages(), "utf-8", newline="\n")
