@@ -33,7 +33,7 @@ def pages() -> dict[str, str]:
     found = {"rules.md": rules(), "decisions.md": decisions(), "commands.md": commands()}
     for vendor in VENDORS.values():
         found[f"{vendor.key}-registers.md"] = registers(vendor)
-        found[f"{vendor.key}-keys.md"] = keys(vendor.key, f"Keys of a {vendor.title} configuration")
+        found[f"{vendor.key}-keys.md"] = keys(vendor.key, f"Keys of the {vendor.title} configuration")
         found[f"schemas/{vendor.key}.schema.json"] = schema_text(vendor.key)
     found["scenario-keys.md"] = keys("scenario", "Keys of a scenario")
     found["schemas/scenario.schema.json"] = schema_text("scenario")
@@ -86,7 +86,9 @@ def commands() -> str:
 
 def help_text(command: click.Command, name: str) -> str:
     """One command's help."""
-    context = click.Context(command, info_name=name, max_content_width=100, terminal_width=100)
+    top = click.Context(cli, info_name="pidcfg", **cli.context_settings)
+    context = top if command is cli else click.Context(command, parent=top, info_name=name.removeprefix("pidcfg "))
+    context.max_content_width = context.terminal_width = 100
     return f"## {name}\n\n```text\n{command.get_help(context)}\n```\n"
 
 

@@ -109,6 +109,74 @@ def test_patterns_that_the_shell_has_left_alone_are_expanded(reactor, tmp_path):
     assert run("validate", "*.nothing", cwd=tmp_path).returncode == 2
 
 
+def test_folders_do_not_pass_over_files_of_ours_that_cannot_be_read(tmp_path):
+    """A file saved as UTF-16, or with a tab before the key, is ours to complain about; others are counted."""
+    (tmp_path / "good.yaml").write_bytes(REACTOR.read_bytes())
+    (tmp_path / "u16.yaml").write_bytes("pidcfg: 1\n".encode("utf-16"))
+    (tmp_path / "tab.yaml").write_text("\tpidcfg: 1\n", "utf-8")
+    (tmp_path / "compose.yaml").write_text("services: {}\n", "utf-8")
+    result = run("validate", str(tmp_path), "--format", "json")
+    assert result.returncode == 2
+    assert {f["code"] for f in json.loads(result.stdout)["findings"]} >= {"PID002", "PID014"}
+    assert "1 without a pidcfg key skipped" in run("validate", str(tmp_path)).stderr.decode()
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="pipes by name are POSIX")
+def test_pipes_and_devices_are_neither_waited_for_nor_replaced(reactor, tmp_path):
+    os.mkfifo(tmp_path / "pipe.yaml")
+    assert "1 file checked" in run("validate", str(tmp_path)).stderr.decode()
+    for target in (tmp_path / "pipe.yaml", Path(os.devnull), tmp_path):
+        result = run("encode", str(reactor), "-o", str(target), "--force")
+        assert result.returncode == 2
+        assert b"Error: " in result.stderr
+    assert not Path(os.devnull).is_file()
+
+
+def test_a_link_is_written_through(reactor, tmp_path):
+    target, link = tmp_path / "target.txt", tmp_path / "link.txt"
+    target.write_text("old", "utf-8")
+    try:
+        link.symlink_to(target)
+    except OSError:
+        return  # Windows without the right to make links
+    assert run("encode", str(reactor), "-o", str(link), "--force").returncode == 0
+    assert link.is_symlink()
+    assert "V2000" in target.read_text("utf-8")
+
+
+def test_a_full_disk_is_no_bug(reactor):
+    if Path("/dev/full").exists():
+        with Path("/dev/full").open("wb") as full:
+            command = [sys.executable, "-m", "pidcfg", "encode", str(reactor)]
+            result = subprocess.run(command, stdout=full, stderr=subprocess.PIPE, check=False)
+        assert result.returncode == 2
+        assert b"Traceback" not in result.stderr
+
+
+def test_encode_json_is_a_document_even_when_nothing_can_be_encoded(reactor):
+    changed(reactor, "gain: 0.80", "gain: 120")
+    result = run("encode", str(reactor), "--format", "json")
+    assert result.returncode == 1
+    assert json.loads(result.stdout)["findings"][0]["code"] == "PID101"
+
+
+def test_json_escapes_what_the_code_page_lacks(reactor):
+    changed(reactor, "unit: degC", 'unit: "°C"')
+    result = run("encode", str(reactor), "--format", "json", PYTHONIOENCODING="ascii")
+    assert json.loads(result.stdout)["settings"][1]["pv"]["unit"] == "°C"
+
+
+def test_decode_says_which_words_it_leaves_out(reactor, tmp_path):
+    run("encode", str(reactor), "-o", "image.txt", cwd=tmp_path)
+    lines = (tmp_path / "image.txt").read_text("utf-8").splitlines()
+    kept = [line for line in lines if not line.startswith(("V301", "V302"))] + ["V1400   1234"]
+    (tmp_path / "cut.txt").write_text("\n".join(kept), "utf-8")
+    result = run("decode", "cut.txt", "--vendor", "dl06", cwd=tmp_path)
+    notes = result.stderr.decode()
+    assert "V3010 of the ramp/soak table is missing" in notes
+    assert "belong to no loop and are left out: V1400, V3000, V3001" in notes
+
+
 def test_an_empty_folder_is_said_so(tmp_path):
     result = run("validate", str(tmp_path))
     assert result.returncode == 2
@@ -131,6 +199,15 @@ def test_select_ignore_severity_and_strict(reactor):
     assert run("validate", str(reactor), "--ignore", "PID101").returncode == 0
     assert run("validate", str(reactor), "--select", "PID2").returncode == 0
     assert run("validate", str(reactor), "--select", "PID1").returncode == 1
+    changed(reactor, "gain: 120", "gain: 0.80")
+    assert run("validate", str(reactor), "--strict").returncode == 1
+    assert run("validate", str(reactor), "--strict", "--severity", "error").returncode == 1, "shown is not counted"
+
+
+def test_a_code_that_no_rule_has_is_wrong_usage(reactor):
+    result = run("validate", str(reactor), "--select", "XYZ")
+    assert result.returncode == 2
+    assert b"no rule begins with 'XYZ'" in result.stderr
 
 
 def test_unreadable_text_cannot_be_ignored(tmp_path):
@@ -250,6 +327,10 @@ def test_output_into_a_missing_folder_is_one_clear_error(reactor, tmp_path):
         ('# loop: {"loop": "A", "pv": {"range": [1]}}\nV7640 0400\nV7641 0001\n', "settings[0]"),
         ("V7640 0400\nV7641 0001\n", "does not hold V2000"),
         ("V7641 0001\n", "--loop-table"),
+        ("V7640 0400\nV7641 000A\n", "2:1: error PID041: V7641: 0x000A has a digit above 9"),
+        ("V2000 0400 1025\n", "hex 0400 is 1024, but the value says 1025"),
+        (":0210000000040EDE\n", "not Intel HEX"),
+        (":020FA0000004" + "4B\n", "end-of-file record"),
     ],
 )
 def test_bad_listings_are_refused_with_one_clear_error(tmp_path, text, message):

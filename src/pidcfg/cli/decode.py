@@ -51,7 +51,6 @@ def command(
     from pidcfg.cli.listings import decode_listing
     from pidcfg.cli.outputs import write_files
     from pidcfg.encoders.listing import ListingError
-    from pidcfg.encoders.words import DecodeError
     from pidcfg.writer import yaml_text
 
     entry = read_input(image, limits)
@@ -61,8 +60,6 @@ def command(
         decoded = decode_listing(entry, VENDORS[vendor], read_options(VENDORS[vendor], texts), limits, kind)
     except ListingError as error:
         _fail(entry.name, str(error), Span(error.line, error.column, error.line, error.column + 1))
-    except DecodeError as error:
-        _fail(entry.name, str(error), Span(1, 1, 1, 1))
     text = yaml_text(decoded.data)
     if out is None:
         echo(text)

@@ -20,7 +20,8 @@ if TYPE_CHECKING:
 
 STDIN = "-"
 SUFFIXES = {".yaml", ".yml"}
-OURS = re.compile(rb"^(?:\xef\xbb\xbf)?[\"']?pidcfg[\"']?\s*:", re.MULTILINE)
+OURS = re.compile(rb"^(?:\xef\xbb\xbf|\xff\xfe|\xfe\xff)?\t*[\"']?pidcfg[\"']?\s*:", re.MULTILINE)
+"""A ``pidcfg`` key at the top; also after a tab, or in UTF-16 without its zero bytes: ours to complain about."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,11 +31,13 @@ class Input:
     name: str
     data: bytes = b""
     problem: str | None = None
+    foreign: bool = False
+    """A YAML file in a folder that does not say it is ours."""
 
 
 def read_inputs(paths: Sequence[str], limits: Limits) -> Iterator[Document]:
     """The documents that the paths of a command line stand for, each once."""
-    return (document(entry, limits) for entry in gather(paths, limits))
+    return (document(entry, limits) for entry in gather(paths, limits) if not entry.foreign)
 
 
 def document(entry: Input, limits: Limits) -> Document:
@@ -72,17 +75,20 @@ def _expand(paths: Sequence[str]) -> Iterator[str]:
 
 
 def _folder(name: str, seen: set[str], limits: Limits) -> Iterator[Input]:
+    """The regular files below a folder that carry our key; the other YAML files as foreign."""
     found = False
     for folder, folders, files in os.walk(name):
         folders[:] = sorted(f for f in folders if not f.startswith("."))
         for file in sorted(files):
             path = Path(folder, file).as_posix()
-            if path.lower().endswith(tuple(SUFFIXES)) and path not in seen:
-                entry = read_input(path, limits)
-                if entry.problem is not None or OURS.search(entry.data):
-                    seen.add(path)
-                    found = True
-                    yield entry
+            if not path.lower().endswith(tuple(SUFFIXES)) or path in seen or not Path(path).is_file():
+                continue
+            entry = read_input(path, limits)
+            ours = entry.problem is not None or OURS.search(entry.data.replace(b"\0", b""))
+            if ours:
+                seen.add(path)
+                found = True
+            yield entry if ours else Input(path, foreign=True)
     if not found:
         yield Input(name, problem=f"{name} holds no .yaml or .yml file with a pidcfg key")
 

@@ -71,11 +71,17 @@ def cli() -> None:
     """
 
 
+def _drop_stdout() -> None:
+    """Sends what is still to be written to nowhere."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+
+
 def main() -> None:
     """A traceback makes Python exit 1, which CI would read as findings; a bug must not."""
     gc.set_threshold(*FEW_COLLECTIONS)
     try:
         code = cli(standalone_mode=False, prog_name="pidcfg")
+        sys.stdout.flush()
         sys.exit(code if isinstance(code, int) else Exit.OK)
     except click.ClickException as e:
         e.show()
@@ -85,8 +91,12 @@ def main() -> None:
         sys.exit(Exit.INTERRUPTED)
     except BrokenPipeError:
         # The reader of our output has gone (as `| head` does); Python would complain again when it closes stdout.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        _drop_stdout()
         sys.exit(Exit.OK)
+    except OSError as e:
+        _drop_stdout()
+        click.echo(f"Error: cannot write or read: {e.strerror or e}", err=True)
+        sys.exit(Exit.UNUSABLE)
     except Exception:  # noqa: BLE001 - the one place where a bug becomes an exit code
         import traceback
 

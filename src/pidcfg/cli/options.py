@@ -21,8 +21,17 @@ class Words(click.ParamType[list[str], str | list[str]]):
 
     def convert(self, value: str | list[str], param: click.Parameter | None, ctx: click.Context | None) -> list[str]:
         """Splits the list."""
-        del param, ctx
-        return [code.strip().upper() for code in value.split(",") if code.strip()] if isinstance(value, str) else value
+        if not isinstance(value, str):
+            return value
+        codes = [code.strip().upper() for code in value.split(",") if code.strip()]
+        if codes:
+            from pidcfg.validate.pages import all_rules
+
+            known = list(all_rules())
+            for code in codes:
+                if not any(rule.startswith(code) for rule in known):
+                    self.fail(f"no rule begins with {code!r}; 'pidcfg rule' lists all", param, ctx)
+        return codes
 
 
 def parse_limits(ctx: click.Context, param: click.Parameter, values: tuple[str, ...]) -> Limits:
@@ -57,16 +66,19 @@ OUT = click.option(
 FORCE = click.option("--force", is_flag=True, help="Overwrite a file that differs.")
 
 
-def chosen(found: list[Diagnostic], select: list[str], ignore: list[str], severity: str) -> list[Diagnostic]:
+def chosen(found: list[Diagnostic], select: list[str], ignore: list[str]) -> list[Diagnostic]:
     """The findings that the options leave; what makes a file unusable cannot be ignored."""
-    least = Severity[severity.upper()]
     return [
         d
         for d in found
-        if d.severity >= least
-        and (not select or d.code.startswith(tuple(select)) or d.code < "PID1")
+        if (not select or d.code.startswith(tuple(select)) or d.code < "PID1")
         and not (ignore and d.code.startswith(tuple(ignore)) and d.code >= "PID1")
     ]
+
+
+def severe(found: list[Diagnostic], severity: str) -> list[Diagnostic]:
+    """The findings that are shown; the exit code does not depend on what is shown."""
+    return [d for d in found if d.severity >= Severity[severity.upper()]]
 
 
 def examples(*lines: str) -> str:

@@ -15,28 +15,37 @@ if TYPE_CHECKING:
 
 def write_files(files: Mapping[str, str], *, force: bool = False) -> None:
     """Writes texts to paths: first everything to temporary files beside the targets, then each in place."""
-    for name, text in files.items():
-        _refuse_different(Path(name), text.encode(), force=force)
-    staged: list[tuple[str, Path]] = []
+    targets = {name: _target(name, text.encode(), force=force) for name, text in files.items()}
+    staged: list[tuple[str, str]] = []
+    name = ""
     try:
         for name, text in files.items():
-            staged.append((_stage(Path(name), text.encode()), Path(name)))
-        for temporary, target in staged:
-            Path(temporary).replace(target)
+            staged.append((_stage(targets[name], text.encode()), name))
+        for temporary, name in staged:
+            Path(temporary).replace(targets[name])
     except OSError as error:
-        raise click.ClickException(f"cannot write {error.filename or ''}: {error.strerror}") from None
+        raise click.ClickException(f"cannot write {name}: {error.strerror}") from None
     finally:
         for temporary, _ in staged:
             Path(temporary).unlink(missing_ok=True)
 
 
-def _refuse_different(target: Path, content: bytes, *, force: bool) -> None:
+def _target(name: str, content: bytes, *, force: bool) -> Path:
+    """Where a file is written, through a link; refused when it differs, and when it is a device, a pipe or a folder."""
+    if not name:
+        raise click.ClickException("the output has no name")
     try:
-        differs = target.exists() and target.read_bytes() != content
-    except OSError as error:
-        raise click.ClickException(f"cannot read {target}: {error.strerror}") from None
+        target = Path(name).resolve()
+        if not target.exists():
+            return target
+        if not target.is_file():
+            raise click.ClickException(f"{name} is no regular file; without -o the result goes to standard output")
+        differs = target.stat().st_size != len(content) or target.read_bytes() != content
+    except (OSError, RuntimeError) as error:
+        raise click.ClickException(f"cannot write {name}: {getattr(error, 'strerror', None) or error}") from None
     if differs and not force:
-        raise click.ClickException(f"{target} exists and differs; use --force to overwrite it")
+        raise click.ClickException(f"{name} exists and differs; use --force to overwrite it")
+    return target
 
 
 def _stage(target: Path, content: bytes) -> str:

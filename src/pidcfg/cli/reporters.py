@@ -49,11 +49,12 @@ def _excerpt(d: Diagnostic, doc: Document | None) -> list[str]:
     return [f" {d.span.line:>4} | {row.rstrip()}", f"      | {indent}{'^' * max(1, end - start)}"]
 
 
-def summary(found: Sequence[Diagnostic], files: int) -> str:
-    """One line that says how it went."""
+def summary(found: Sequence[Diagnostic], files: int, skipped: int = 0) -> str:
+    """One line that says how it went; ``skipped``: YAML files in folders that are none of ours."""
     n = counts(found)
     parts = [f"{n[s]} {s.label}{'s' if n[s] != 1 else ''}" for s in n]
-    return f"{files} file{'s' if files != 1 else ''} checked: {', '.join(parts)}"
+    others = f"; {skipped} without a pidcfg key skipped" if skipped else ""
+    return f"{files} file{'s' if files != 1 else ''} checked: {', '.join(parts)}{others}"
 
 
 def json_v1(found: Sequence[Diagnostic], documents: Documents) -> str:

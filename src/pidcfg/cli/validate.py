@@ -42,15 +42,17 @@ def command(
 
     documents: dict[str, Document] = {}
     found: list[Diagnostic] = []
-    inputs = list(gather(paths, limits))
+    gathered = list(gather(paths, limits))
+    inputs = [entry for entry in gathered if not entry.foreign]
+    skipped = len(gathered) - len(inputs)
     for doc, findings in progress(check_all(inputs, limits), "checking", len(inputs), quiet=quiet):
         documents[doc.file] = doc
         found += findings
-    shown = options.chosen(found, select, ignore, severity)
-    (echo_json if fmt == "json" else echo)(REPORTERS[fmt](shown, documents))
+    kept = options.chosen(found, select, ignore)
+    (echo_json if fmt == "json" else echo)(REPORTERS[fmt](options.severe(kept, severity), documents))
     if fmt == "text" and not quiet:
-        note(summary(shown, len(documents)))
-    click.get_current_context().exit(exit_code(shown, strict=strict))
+        note(summary(kept, len(documents), skipped))
+    click.get_current_context().exit(exit_code(kept, strict=strict))
 
 
 def exit_code(found: list[Diagnostic], *, strict: bool = False) -> Exit:

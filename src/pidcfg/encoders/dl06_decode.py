@@ -83,7 +83,7 @@ def _count(options: Mapping[str, Any], words: Mapping[int, int], settings: Seque
     try:
         digits = None if stored is None else bcd_digits(stored)
     except DecodeError as error:
-        raise DecodeError(f"{v_name(LOOP_COUNT)}: {error}") from None
+        raise DecodeError(f"{v_name(LOOP_COUNT)}: {error}", LOOP_COUNT) from None
     return _given(options, "number_of_loops", digits, f"{v_name(LOOP_COUNT)} (--number-of-loops)")
 
 

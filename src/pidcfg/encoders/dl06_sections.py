@@ -54,7 +54,7 @@ class LoopReader:
         try:
             values = self.table.decode(self.raw, scales)
         except DecodeError as error:
-            raise DecodeError(f"{self.name} at {v_name(self.start)}: {error}") from None
+            raise self.misread(error, self.start) from None
         self.note_status()
         data: Data = {"name": self.name, **present({"description": self.beside.description})}
         data["mode"] = self.mode()
@@ -82,9 +82,14 @@ class LoopReader:
         try:
             bits = self.table.decode_bits(self.raw)
         except DecodeError as error:
-            raise DecodeError(f"{self.name} at {v_name(self.start)}: {error}") from None
+            raise self.misread(error, self.start) from None
         ranges = self.beside.pv.range, self.beside.output.range
         return scales(bits["pv.format"], bits["output.format"], ranges, root=bits["pv.square_root"])
+
+    def misread(self, error: DecodeError, start: int) -> DecodeError:
+        """An error with the address of the word and the loop's name."""
+        address = start + (error.place or 0)
+        return DecodeError(f"{self.name}, {v_name(address)}: {error}", address)
 
     def mode(self) -> str:
         """From the status word; a listing made before the first run has none, then the mode beside the words."""
@@ -173,8 +178,13 @@ class LoopReader:
         if request != "none":
             data["request"] = request
         addresses = range(table, table + RAMP_SOAK_SIZE)
-        if all(a in words for a in addresses):
+        missing = next((a for a in addresses if a not in words), None)
+        if missing is None:
             data["steps"] = self.steps([words[a] for a in addresses], table, scales)
+        else:
+            self.notes.append(
+                f"{self.name}: {v_name(missing)} of the ramp/soak table is missing; its steps are left out"
+            )
         return data
 
     def steps(self, raw: list[int], table: int, scales: Mapping[str, Scale]) -> list[Data]:
@@ -183,10 +193,14 @@ class LoopReader:
         pairs = [raw[j * size : (j + 1) * size] for j in range(RAMP_SOAK_PAIRS)]
         while pairs and not any(pairs[-1]):
             pairs.pop()
+        return [self.step(pair, table + j * size, scales) for j, pair in enumerate(pairs)]
+
+    def step(self, pair: list[int], start: int, scales: Mapping[str, Scale]) -> Data:
+        """One pair of ramp and soak."""
         try:
-            return [_step(RAMP_SOAK_PAIR.decode(pair, scales), pair) for pair in pairs]
+            return _step(RAMP_SOAK_PAIR.decode(pair, scales), pair)
         except DecodeError as error:
-            raise DecodeError(f"{self.name}, ramp/soak table at {v_name(table)}: {error}") from None
+            raise self.misread(error, start) from None
 
 
 _MODE_TITLES = {"Manual mode", "Automatic mode", "Cascade mode"}

@@ -11,6 +11,7 @@ if TYPE_CHECKING:
     from pidcfg.encoders.image import Image
 
 BYTES = 2
+END_OF_FILE = ":00000001FF"
 
 
 def write_ihex(image: Image, checklist: tuple[str, ...] = ()) -> str:
@@ -35,6 +36,8 @@ def read_ihex(text: str) -> Listing:
     except (IntelHexError, UnicodeError) as error:
         raise ListingError(f"not Intel HEX: {error}", getattr(error, "line", 1)) from None
     memory.pop("start_addr", None)
+    if not text.rstrip().endswith(END_OF_FILE):
+        raise ListingError("the file ends without its end-of-file record", len(text.splitlines()) or 1)
     found = Listing()
     for byte in sorted(memory):
         if byte % BYTES == 0:

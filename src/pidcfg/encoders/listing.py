@@ -45,12 +45,17 @@ class Listing:
     settings: tuple[Mapping[str, Any], ...] = ()
     plc: Mapping[str, Any] = field(default_factory=dict)
     vendor: str | None = None
+    lines: dict[int, int] = field(default_factory=dict)
+    """Where each word stands, and how its address is written."""
+    shown: dict[int, str] = field(default_factory=dict)
 
     def add(self, address: int, value: int, shown: str, line: int = 1, column: int = 1) -> None:
         """Takes a word; the same address twice is refused."""
         if address in self.words:
             raise ListingError(f"{shown} stands here again", line, column)
         self.words[address] = value
+        self.lines[address] = line
+        self.shown[address] = shown
 
 
 def comments(image: Image, checklist: tuple[str, ...]) -> list[str]:
@@ -82,7 +87,10 @@ def read_text(text: str, parse: ParseAddress) -> Listing:
         if len(parts) == 1:
             raise ListingError(f"the word of {parts[0]} is missing", number, len(line.rstrip()) + 1)
         address = _address(parts[0], parse, number, line.index(parts[0]) + 1)
-        found.add(address, _word(parts[1], number, line.index(parts[1], len(parts[0])) + 1), parts[0], number)
+        word = _word(parts[1], number, line.index(parts[1], len(parts[0])) + 1)
+        if len(parts) > 2 and DECIMAL.fullmatch(parts[2]):
+            _agree(word, parts[2], parts[0], number)
+        found.add(address, word, parts[0], number)
     return found
 
 
@@ -158,7 +166,9 @@ def read_json(text: str, parse: ParseAddress) -> Listing:
         address = _address(entry["address"], parse, 1, 1)
         value = entry.get("value")
         if not isinstance(value, int) or isinstance(value, bool) or not 0 <= value <= WORD_MAX:
-            raise ListingError(f"words[{i}] ({entry['address']}): the value {value!r} is not a word of 0 to {WORD_MAX}")
+            raise ListingError(
+                f"words[{i}] ({entry['address']}): the value {json.dumps(value)} is not a word of 0 to {WORD_MAX}"
+            )
         if "hex" in entry and (not isinstance(entry["hex"], str) or _word(entry["hex"], 1, 1) != value):
             raise ListingError(f"words[{i}] ({entry['address']}): hex {entry['hex']!r} and value {value} differ")
         found.add(address, value, entry["address"])

@@ -187,7 +187,14 @@ class RegisterMap:
 
     def decode_bits(self, words: Sequence[int]) -> dict[str, Any]:
         """The choices alone; they decide the scales of the words."""
-        return {row.path: row.decode(words[row.offset]) for row in self.bits if row.path is not None}
+        return {row.path: self._decode_bits(row, words) for row in self.bits if row.path is not None}
+
+    def _decode_bits(self, row: Bits, words: Sequence[int]) -> Any:
+        try:
+            return row.decode(words[row.offset])
+        except DecodeError as error:
+            name = next(w.name for w in self.words if w.offset == row.offset)
+            raise DecodeError(f"{name} (+{row.offset:02o}): {error}", row.offset) from None
 
     @staticmethod
     def decode_word(word: Word, raw: int, scales: Mapping[str, Scale]) -> Any:
@@ -197,7 +204,7 @@ class RegisterMap:
                 return word.codec.decode(raw, scales[word.codec.scale])
             return word.codec.decode(raw)
         except DecodeError as error:
-            raise DecodeError(f"{word.name} (+{word.offset:02o}): {error}") from None
+            raise DecodeError(f"{word.name} (+{word.offset:02o}): {error}", word.offset) from None
 
 
 def encode_one(codec: Codec, value: Any, scales: Mapping[str, Scale]) -> int:

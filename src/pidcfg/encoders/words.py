@@ -29,7 +29,11 @@ class EncodeError(ValueError):
 
 
 class DecodeError(ValueError):
-    """A word that is not a value of its format."""
+    """A word that is not a value of its format; ``place``: its offset in a block, or its address, where known."""
+
+    def __init__(self, message: str, place: int | None = None) -> None:
+        super().__init__(message)
+        self.place = place
 
 
 def nearest(value: Decimal) -> int:

@@ -137,7 +137,12 @@ def _as_decimal(text: str) -> str:
 
 def _finite(number: Decimal, text: str) -> Decimal:
     if not number.is_finite() or abs(number.adjusted()) > MAX_EXPONENT:
-        refuse("not_finite", f"{text} is not a finite number")
+        what = (
+            "is too large or too small to compute with"
+            if float(number) and number.is_finite()
+            else "is not a finite number"
+        )
+        refuse("not_finite", f"{text} {what}")
     return number + 0
 
 
