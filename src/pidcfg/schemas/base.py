@@ -27,7 +27,8 @@ CONTROL = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f]")
 MAX_DIGITS = 32
 EXACT = Context(prec=100, rounding=ROUND_HALF_EVEN)
 """Three times the digits that a file may write: products are exact, and quotients round as if they were."""
-MAX_EXPONENT = 300
+MAX_EXPONENT, LARGEST_EXPONENT = 300, 308
+"""Of a number that a file may write, and of one that a computer can hold."""
 NAME_LENGTH = 64
 
 SECONDS = {"ms": Decimal("0.001"), "s": Decimal(1), "min": Decimal(60), "h": Decimal(3600)}
@@ -137,12 +138,8 @@ def _as_decimal(text: str) -> str:
 
 def _finite(number: Decimal, text: str) -> Decimal:
     if not number.is_finite() or abs(number.adjusted()) > MAX_EXPONENT:
-        what = (
-            "is too large or too small to compute with"
-            if float(number) and number.is_finite()
-            else "is not a finite number"
-        )
-        refuse("not_finite", f"{text} {what}")
+        computable = number.is_finite() and abs(number.adjusted()) <= LARGEST_EXPONENT
+        refuse("not_finite", f"{text} is {'too large or too small' if computable else 'not a finite number'}")
     return number + 0
 
 
