@@ -130,6 +130,38 @@ def test_rate_of_change_example_of_the_manual():
     assert words(loop)[0o2021] == 5
 
 
+@pytest.mark.parametrize(
+    ("rate", "word"), [("30 /min", 0), ("90 /min", 2), ("270 /min", 4), ("390 /min", 6), ("0.5 /s", 0)]
+)
+def test_rates_of_change_round_ties_to_even_exactly(rate, word):
+    """One count per unit and one second: 30 a minute is exactly half a count."""
+    assert (
+        words({"sample_rate": 1, "pv": {"range": [0, 4095]}, "alarms": {"rate_of_change": plain(rate)}})[0o2021] == word
+    )
+
+
+@pytest.mark.parametrize("rate", ["40 counts/min", "40 /min"])
+def test_raw_rates_need_not_be_whole_counts_a_sample(rate):
+    """40 counts a minute at one second is two thirds of a count, stored as 1."""
+    assert words({"sample_rate": 1, "alarms": {"rate_of_change": plain(rate)}})[0o2021] == 1
+
+
+@pytest.mark.parametrize(
+    ("loop", "word"),
+    [
+        ({"setpoint": {"value": 60}}, "setpoint"),
+        ({"setpoint": {"limits": [0, 500]}}, "setpoint_high"),
+        ({"error": {"deadband": 51}}, "deadband"),
+        ({"ramp_soak": {"table": "V3000", "steps": [{"ramp_to": 200, "slope": 1}]}}, "ramp_to"),
+    ],
+)
+def test_full_scale_of_a_square_root_loop_is_the_end_of_its_range(loop, word):
+    """The root of 4095 is 64 counts; a range of 0 to 50 ends there, whatever the word could hold."""
+    loop = {**loop, "pv": {"range": [0, 50], "square_root": True}}
+    assert [m.word.name for _, m in encode(configuration(loop)).misfits] == [word]
+    assert words({"setpoint": {"value": 50}, "pv": loop["pv"]})[0o2002] == 64
+
+
 def plain(text: str):
     """A text as it comes from a file without quotes."""
     return read_document(f"a: {text}\n".encode(), "t").data["a"]
