@@ -13,6 +13,7 @@ from pidcfg.sim.controllers.dl06_equation import coefficients
 from pidcfg.sim.controllers.dl06_report import describe
 from pidcfg.sim.controllers.dl06_tune_open import POINTS
 from pidcfg.sim.controllers.dl06_tune_results import WANTED
+from pidcfg.sim.plc import TICKS
 
 TABLE = 32
 MODES = {"manual": bits.MANUAL, "auto": bits.AUTO, "cascade": bits.CASCADE}
@@ -58,7 +59,7 @@ class Rig:
     def add(self, plant=None, mode="manual", **given):
         """Another loop; what is given goes to its `Config` or `State`, ``period`` is in seconds."""
         i = len(self.cfg)
-        given["period"] = round(given.get("period", self.base) * bits.TICKS)
+        given["period"] = round(given.get("period", self.base) * TICKS)
         c, s = Config(), State()
         for item in (c, s):
             for f in fields(item):
@@ -109,10 +110,10 @@ class Rig:
                     plant.step(self.st[i].out, self.base)
                 self.sig[5 * i] = plant.value + (self.random.gauss(0.0, self.noise) if self.noise else 0.0)
             scan(self.tick, self.cfg, self.st, self.aux, self.sig)
-            self.tick += round(self.base * bits.TICKS)
+            self.tick += round(self.base * TICKS)
             for i, s in enumerate(self.st):
                 if s.notice:
-                    self.log.append((i, describe(s.notice)))
+                    self.log.append((i, "; ".join(filter(None, describe(s.notice)))))
                     s.notice = 0
 
     def run(self, seconds):

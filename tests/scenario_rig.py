@@ -7,7 +7,9 @@ from dataclasses import dataclass, field
 
 from pidcfg.schemas.base import Quantity, parse_number
 from pidcfg.schemas.scenario import Scenario
-from pidcfg.sim.run import Settings, prepare, simulate
+from pidcfg.sim.prepare import prepare
+from pidcfg.sim.report import ScanTime
+from pidcfg.sim.run import Settings, simulate
 from pidcfg.source import read_document
 
 ALARM, FLAG, TUNING = 8, 16, 32
@@ -73,6 +75,7 @@ class Plc:
     flag_bits: dict[str, int] = field(default_factory=lambda: {"odd": FLAG})
     aux_bits: dict[str, int] = field(default_factory=lambda: {"complete": 1})
     tuned_names: tuple[str, ...] = ("gain",)
+    options: tuple[str, ...] = ("number_of_loops", "auto_interlock", "scan_time")
     problems: tuple[str, ...] = ()
     calls: list[tuple] = field(default_factory=list)
 
@@ -83,18 +86,31 @@ class Plc:
         return "auto" if notice == 1 else None
 
     def describe(self, notice):
-        return {1: "refused: because", 2: "to manual: because"}[notice]
+        return {0: ("", ""), 1: ("refused: because", ""), 2: ("to manual: because", ""), 3: ("", "by the way")}[notice]
+
+    @property
+    def periods(self):
+        return [c.period for c in self.cfg]
+
+    def period_set(self, _loop, path, value):
+        return int(value * 1_000_000) if path == ("sample_rate",) else 0
+
+    def scan_time(self, without_loops):
+        return ScanTime(without_loops, without_loops, without_loops)
 
     def set_output(self, loop, value, sig):
         sig[self.cfg[loop].sig_out] = float(value.value)
 
     def check_set(self, _loop, path, value):
         number = value if isinstance(value, Quantity) else parse_number(value)
-        assert path[0] in {"setpoint", "gain", "limit", "output"}, path
+        assert path[0] in {"setpoint", "gain", "limit", "output", "sample_rate"}, path
         return number
 
     def set(self, loop, path, value, sig):
         name = {"setpoint": "sp"}.get(path[0], path[0])
+        if name == "sample_rate":
+            self.cfg[loop].period = self.period_set(loop, path, value)
+            return None
         setattr(self.st[loop], name, float(value))
         if name == "sp":
             sig[self.cfg[loop].sig_sp] = float(value)
@@ -120,7 +136,7 @@ class Plc:
             return None
         return {"done": True, "error": False, "status": "done", "results": {"gain": 2.5}}
 
-    def program(self):
+    def program(self, _sig):
         self.calls.append(("program",))
         self.request(0, "manual")
 
@@ -134,9 +150,13 @@ class Controller:
 
     scan = staticmethod(scan)
 
+    @dataclass
     class Options:
-        def __init__(self, **given):
-            self.given = given
+        number_of_loops: int | None = None
+        auto_interlock: bool = True
+        scan_time: int = 0
+
+    Config, State = Config, State
 
     @staticmethod
     def load(**given):

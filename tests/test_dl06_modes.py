@@ -436,6 +436,6 @@ def test_a_notice_knows_what_was_requested():
 
     assert notices(number) == [(bits.CASCADE, 3), (0, 12)]
     assert requested(number) == "cascade"
-    assert describe(number) == f"{REASONS[3]}; {REASONS[12]}"
+    assert describe(number) == (f"{REASONS[3]}; {REASONS[12]}", "")
     assert requested(12) is None
-    assert describe(0) == ""
+    assert describe(0) == ("", "")

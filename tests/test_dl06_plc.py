@@ -45,7 +45,8 @@ def play(machine, steps, pv=(), base=100_000, start=0):
             sig[c.sig_in] = value
         scan(k * base, machine.cfg, machine.st, machine.aux, sig)
         for i, s in enumerate(machine.st):
-            said += [(k, machine.loops[i], machine.requested(s.notice), machine.describe(s.notice))] if s.notice else []
+            text = "; ".join(filter(None, machine.describe(s.notice)))
+            said += [(k, machine.loops[i], machine.requested(s.notice), text)] if s.notice else []
             s.notice = 0
     return sig, said
 
@@ -194,7 +195,7 @@ def test_any_memory_can_be_run():
             machine.ramp_soak(i, "start")
             machine.autotune(i)
         play(machine, 20, [rng.uniform(0, 4095) for _ in machine.loops], base=50_000)
-        machine.program()
+        machine.program(machine.sig)
         play(machine, 5, base=50_000, start=20)
         machine.run(25 * 50_000)
         play(machine, 5, base=50_000, start=25)
@@ -299,9 +300,12 @@ def test_alarm_words_are_read_when_their_enable_bit_goes_on():
 def test_output_limits_are_read_at_a_change_of_the_cpu_mode():
     machine = plc(SCALED)
 
-    assert change(machine, "output.limits", [5, 45]) == "+31 is not read until the PLC changes between Program and Run"
+    assert change(machine, "output.limits", [5, 45]) == (
+        "+30 is not read until the PLC changes between Program and Run; "
+        "+31 is not read until the PLC changes between Program and Run"
+    )
     assert machine.cfg[0].m_high == 4095.0
-    machine.program()
+    machine.program(machine.sig)
     machine.run(100_000)
     assert (machine.cfg[0].m_low, machine.cfg[0].m_high) == (410.0, 3686.0)
 
@@ -359,7 +363,7 @@ def test_program_mode_forces_manual_and_run_restores_the_modes():
     machine = plc({"mode": "cascade", "cascade_from": "L2"}, {"mode": "auto"})
     play(machine, 4, [1000.0, 1000.0])
     assert [mode(machine, i) for i in (0, 1)] == ["cascade", "auto"]
-    machine.program()
+    machine.program(machine.sig)
     _, said = play(machine, 3, [1000.0, 1000.0], start=4)
     assert [mode(machine, i) for i in (0, 1)] == ["manual", "manual"]
     assert [text for *_, text in said] == ["to Manual: the CPU went to Program mode"] * 2
@@ -377,7 +381,7 @@ def test_an_independent_loop_keeps_its_mode_in_program_mode():
     machine = plc({"independent_of_cpu_mode": True, "mode": "auto", "pv": {"transfer": transfer},
                    "output": {"transfer": {"slot": 2, "channel": 1}}})  # fmt: skip
     play(machine, 2, [1000.0])
-    machine.program()
+    machine.program(machine.sig)
     change(machine, "setpoint", 1200)
     sig, _ = play(machine, 2, [900.0], start=2)
 
@@ -389,13 +393,13 @@ def test_an_independent_loop_keeps_its_mode_in_program_mode():
 def test_an_independent_loop_is_not_restored_to_a_mode_it_had_long_ago():
     machine = plc({"mode": "auto"})
     play(machine, 2, [1000.0])
-    machine.program()
+    machine.program(machine.sig)
     machine.run(200_000)
     play(machine, 2, [1000.0], start=2)
     machine.request(0, "manual")
     play(machine, 1, [1000.0], start=4)
     change(machine, "independent_of_cpu_mode", value=True)
-    machine.program()
+    machine.program(machine.sig)
     machine.run(500_000)
     play(machine, 2, [1000.0], start=5)
 
@@ -423,8 +427,8 @@ def test_commands_to_a_loop_that_is_not_calculated_are_refused(what):
 def test_a_second_program_keeps_the_recorded_modes():
     machine = plc({"mode": "auto"})
     play(machine, 2, [1000.0])
-    machine.program()
-    machine.program()
+    machine.program(machine.sig)
+    machine.program(machine.sig)
     machine.run(200_000)
     play(machine, 1, [1000.0], start=2)
 
@@ -491,7 +495,7 @@ def test_auto_tune_writes_its_results_to_the_words():
     assert machine.st[0].gain == tuned["results"]["gain"], "another word that is written leaves the results alone"
     assert machine.st[0].rate == 0.0
     assert machine.tuned(0) == tuned
-    machine.program()
+    machine.program(machine.sig)
     machine.run(300_000_000)
     assert machine.st[0].gain == tuned["results"]["gain"]
 
@@ -546,3 +550,129 @@ def test_the_reactor_starts_inside_out_without_a_refusal():
 
     assert [mode(machine, i) for i in range(3)] == ["cascade", "auto", "auto"]
     assert said == []
+
+
+# --- what changes while it runs --------------------------------------------------------------------------------------
+
+
+def test_without_a_configured_set_point_bumpless_one_keeps_the_pv_as_set_point():
+    machine = plc({**SCALED, "mode": "auto"})
+    sig, _ = play(machine, 5, [40.0])
+
+    assert sig[2] == pytest.approx(40.0, abs=0.02)
+
+
+def test_a_set_point_that_an_event_writes_before_auto_is_reached_counts_as_given():
+    machine = plc({**SCALED, "mode": "auto"})
+    change(machine, "setpoint", 60)
+    sig, _ = play(machine, 5, [40.0])
+
+    assert sig[2] == pytest.approx(60.0, abs=0.02)
+
+
+def test_a_bare_listing_runs_in_the_mode_of_its_status_word():
+    words = {0o7640: 0o2000, 0o7641: 1, 0o2006: 0x0002, 0o2007: 0x0010}
+    machine = load(listing(words))
+    play(machine, 3, [100.0])
+
+    assert machine.goals == ["auto"]
+    assert mode(machine) == "auto"
+    beside = load(listing({**words, 0o2006: 0}, ({"loop": "A", "mode": "auto"},)))
+    assert beside.goals == ["auto"]
+
+
+def cascade():
+    """Loop 1 in Cascade below loop 2 in Auto, and loop 3 with an output that is not 0."""
+    machine = plc({"mode": "cascade", "cascade_from": "L2"}, {"mode": "auto"}, {"state": {"output": "3000 counts"}})
+    play(machine, 4, [1000.0] * 3)
+    assert [mode(machine, i) for i in range(3)] == ["cascade", "auto", "manual"]
+    return machine
+
+
+def test_a_loop_that_loses_its_remote_set_point_leaves_cascade_and_its_major_loop_goes_to_manual():
+    machine = cascade()
+    change(machine, "remote_setpoint", "V2006")
+    sig, said = play(machine, 2, [1000.0] * 3, start=4)
+
+    assert [mode(machine, i) for i in range(3)] == ["manual"] * 3
+    assert [text for *_, text in said] == [
+        "to Manual: the remote set point pointer (+32) names no control output any more",
+        "to Manual: the minor loop left Cascade",
+    ]
+    assert sig[2] == 1000.0, "not the output of the last loop"
+
+
+def test_a_remote_set_point_that_is_lost_in_program_mode_is_not_restored():
+    machine = cascade()
+    machine.program(machine.sig)
+    change(machine, "remote_setpoint", "V2006")
+    machine.run(400_000)
+    _, said = play(machine, 2, [1000.0] * 3, start=4)
+
+    assert mode(machine) == "auto"
+    assert machine.st[2].out == 3000.0, "the output of the last loop is not taken for the lost one"
+    assert any(text.endswith("names no control output of the loop table") for *_, text in said)
+
+
+def test_after_an_event_the_set_point_in_force_is_shown():
+    machine = cascade()
+    sig = list(machine.sig)
+    change(machine, "setpoint", 77, sig=sig)
+    assert sig[2] == machine.st[1].out == 1000.0
+    limited = plc({**SCALED, "setpoint": {"limits": [0, 50]}})
+    sig = list(limited.sig)
+    change(limited, "setpoint", 90, sig=sig)
+    assert sig[2] == pytest.approx(50.0, abs=0.02)
+
+
+def test_program_mode_turns_outputs_off_at_once_but_for_independent_loops_with_transfer():
+    transfer = {"pv": {"transfer": {"slot": 1, "channel": 1}}, "output": {"transfer": {"slot": 2, "channel": 1}}}
+    held = {"state": {"output": "700 counts"}}
+    machine = plc(held, {**transfer, **held}, {**transfer, **held, "independent_of_cpu_mode": True})
+    sig = list(machine.sig)
+    assert [sig[c.sig_out] for c in machine.cfg] == [700.0] * 3
+    machine.program(sig)
+
+    assert [sig[c.sig_out] for c in machine.cfg] == [0.0, 0.0, 700.0]
+    change(machine, "output", "800 counts", sig=sig)
+    assert sig[machine.cfg[0].sig_out] == 0.0
+
+
+def test_a_derivative_that_is_switched_on_does_not_kick():
+    machine = plc({**SCALED, "mode": "auto", "setpoint": {"value": 60}})
+    play(machine, 20, [40.0])
+    before = machine.st[0].out
+    change(machine, "rate", 10)
+    play(machine, 5, [40.0], start=20)
+
+    assert machine.st[0].out == before
+
+
+def test_a_sample_rate_is_known_before_it_is_set():
+    machine = plc({"sample_rate": 1.0})
+
+    def period_set(key, value):
+        path = tuple(key.split("."))
+        return machine.period_set(0, path, machine.check_set(0, path, value))
+
+    assert period_set("sample_rate", "70 ms") == 70_000
+    assert period_set("sample_rate", 0.01) == 50_000, "not below the least"
+    assert period_set("gain", 5) == 0
+    assert machine.periods == [1_000_000]
+    change(machine, "sample_rate", 0.2)
+    assert machine.periods == [200_000]
+
+
+def test_the_scan_counts_only_loops_that_are_calculated():
+    machine = plc({}, {"sample_rate": 0})
+
+    assert machine.scan_time(0.1).typical == pytest.approx(0.1 + 250e-6)
+
+
+def test_reasons_apart_from_modes_are_kept_apart():
+    machine = plc({}, number_of_loops=9)
+    machine.ramp_soak(0, "start")
+    assert machine.describe(machine.st[0].notice) == ("", "refused: the loop is not calculated")
+    machine.st[0].notice = 0
+    machine.request(0, "auto")
+    assert machine.describe(machine.st[0].notice) == ("refused: the loop is not calculated", "")

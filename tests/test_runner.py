@@ -8,6 +8,7 @@ from itertools import pairwise
 
 import pytest
 
+from pidcfg.sim.events import in_words
 from pidcfg.sim.run import Settings, UnusableError, simulate
 from scenario_rig import Controller, rows, run, scenario
 
@@ -444,3 +445,65 @@ def test_without_a_sink_nothing_is_recorded():
     sink = io.StringIO()
     assert simulate(scenario(FOLLOW), Controller.load, Controller, Settings(trend=sink)) == report
     assert sink.getvalue()
+
+
+WIRED = "connect: {A.PV: 1, B.PV: 1}\n"
+
+
+def test_only_an_event_that_names_the_set_point_starts_a_step(monkeypatch):
+    plc = Controller.load()
+    original = type(plc).set
+
+    def also_moves_the_set_point(self, loop, path, value, sig):
+        sig[self.cfg[loop].sig_sp] += 1
+        return original(self, loop, path, value, sig)
+
+    monkeypatch.setattr(type(plc), "set", also_moves_the_set_point)
+    report, _ = run(WIRED + "events: [{at: 3, loop: A, set: {gain: 3}}, {at: 4, loop: B, set: {setpoint: 60}}]\n")
+    assert report.loops["A"].metrics["overshoot"] is None
+    assert report.loops["B"].metrics["overshoot"] is not None
+
+
+def test_what_a_loop_says_apart_from_its_mode_is_a_note():
+    plc = Controller.load()
+    plc.st[0].notice = 3
+    report, _ = run(WIRED, plc)
+    assert [(note.at, note.loop, note.text) for note in report.notes] == [(0.0, "A", "by the way")]
+    assert all(change.reason is None for change in report.loops["A"].modes)
+
+
+def test_a_pair_of_limits_is_told_as_it_was_written():
+    events = scenario("events: [{at: 1, loop: A, set: {output.limits: [0, 50]}}]\n").events
+    assert in_words(events[0]) == "set output.limits to [0, 50]"
+
+
+def test_the_base_step_fits_sample_rates_that_events_set():
+    text = WIRED + "events: [{at: 3, loop: A, set: {sample_rate: 0.3}}]\n"
+    report, _ = run(text)
+    assert report.step == 0.1
+    assert not report.problems
+    late, _ = run(WIRED + "events: [{at: 30, loop: A, set: {sample_rate: 0.3}}]\n")
+    assert late.step == 1.0
+
+
+def test_a_sample_rate_that_does_not_fit_the_step_from_an_event_on_is_said():
+    report, _ = run(WIRED + "events: [{at: 3, loop: A, set: {sample_rate: 0.3}}]\n", step=1)
+    assert [(p.path, p.severity, p.message) for p in report.problems] == [
+        (("step",), "warning", "by 3 s: the sample rate of A, 0.3 s, is shorter than the step, 1 s")
+    ]
+
+
+def test_a_sample_rate_that_the_controller_changes_by_itself_is_said(monkeypatch):
+    plc = Controller.load()
+    monkeypatch.setattr(type(plc), "autotune", lambda self, loop, _: setattr(self.cfg[loop], "period", 1_500_000))
+    report, _ = run(WIRED + "events: [{at: 3, loop: A, autotune: start}]\n", plc)
+    assert [p.message for p in report.problems] == [
+        "by 3 s: the sample rate of A, 1.5 s, is no multiple of the step, 1 s"
+    ]
+
+
+def test_a_scan_longer_than_a_sample_rate_is_said():
+    report, _ = run(WIRED + "plc: {scan_time: 2}\n")
+    assert [p.message for p in report.problems] == [
+        f"the sample rate of {loop}, 1 s, is shorter than the step, 2 s" for loop in "AB"
+    ]

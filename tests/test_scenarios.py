@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict
 from decimal import Decimal
 
 import pytest
@@ -10,7 +11,7 @@ from pydantic import ValidationError
 from pidcfg.schemas.base import Quantity
 from pidcfg.schemas.scenario_fields import Bound
 from pidcfg.sim.plc import TICKS
-from pidcfg.sim.run import base_step, options, prepare
+from pidcfg.sim.prepare import base_step, options, prepare
 from scenario_rig import Controller, problems, scenario
 
 WIRED = "connect: {A.PV: 1, B.PV: 1}\n"
@@ -91,14 +92,14 @@ def test_the_base_step_is_given_or_the_scan_time_or_what_fits_all_sample_rates()
 
 def test_what_a_scenario_chooses_about_the_plc_reaches_it_in_ticks():
     text = "plc: {number_of_loops: 9, auto_interlock: false, scan_time: 20 ms}\n"
-    given = options(scenario(text), Controller).given
-    assert given == {"number_of_loops": 9, "auto_interlock": False, "scan_time": TICKS // 50}
+    given = options(scenario(text), Controller)
+    assert asdict(given) == {"number_of_loops": 9, "auto_interlock": False, "scan_time": TICKS // 50}
 
 
 def test_a_sample_rate_that_is_no_multiple_of_the_step_is_said():
     found = problems(WIRED, step=0.3)
     assert found == [
-        (path, f"the sample rate of {loop}, 1 s, is no multiple of the step")
+        (path, f"the sample rate of {loop}, 1 s, is no multiple of the step, 0.3 s")
         for path, loop in (("step", "A"), ("step", "B"))
     ]
 
@@ -192,6 +193,8 @@ REFUSED = [
         "events.0.disturb.noise",
         "cannot be",
     ),
+    ("plc: {step_bias: true}\n", "plc.step_bias", "'step_bias' is no option of this PLC"),
+    ("step: 1\nplc: {scan_time: 1}\n", "step", "do not go together"),
     ("expect: [{loop: A, max: 3}]\n", "expect.0", "about nothing"),
     ("expect: [{loop: A, metric: iae, alarm: high, max: 3}]\n", "expect.0", "about metric and alarm"),
     ("expect: [{loop: A, metric: iae}]\n", "expect.0", "nothing is expected"),
@@ -243,3 +246,10 @@ def test_times_are_above_zero_and_within_reason(key, time):
 
 def test_a_step_has_whole_microseconds():
     assert ("step", "step is no whole number of microseconds") in problems(WIRED, step=0.0000015)
+
+
+@pytest.mark.parametrize("count", ["-1", "10000", "1.5", "many"])
+def test_a_number_of_loops_fits_its_word(count):
+    with pytest.raises(ValidationError):
+        scenario(f"plc: {{number_of_loops: {count}}}\n")
+    assert scenario("plc: {number_of_loops: 9999}\n").plc.number_of_loops == 9999

@@ -15,7 +15,7 @@ from pidcfg.encoders.listing import ListingError
 from pidcfg.encoders.words import DecodeError
 from pidcfg.schemas.scenario import Scenario
 from pidcfg.schemas.scenario_fields import whole
-from pidcfg.sim.run import options, prepare
+from pidcfg.sim.prepare import options, prepare
 from pidcfg.source import read_document
 from pidcfg.validate.codes import SCENARIO_KINDS
 from pidcfg.validate.engine import check_document, is_scenario

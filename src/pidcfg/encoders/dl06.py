@@ -241,6 +241,7 @@ def _loop_settings(loop: Loop) -> dict[str, Any]:
     for key, part in (("pv", loop.pv), ("output", loop.output)):
         scale = {"range": part.range and [plain_number(end) for end in part.range], "unit": part.unit}
         entry[key] = {k: v for k, v in scale.items() if v is not None} or None
+    entry["setpoint"] = False if loop.setpoint.value is None else None
     return {k: v for k, v in entry.items() if v is not None}
 
 

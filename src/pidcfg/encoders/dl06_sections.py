@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from pidcfg.encoders.dl06 import ends, scales
+from pidcfg.encoders.dl06_status import intended_mode
 from pidcfg.encoders.maps.dl06 import RAMP_SOAK_PAIR, RAMP_SOAK_PAIRS, RAMP_SOAK_SIZE
 from pidcfg.encoders.words import DecodeError
 from pidcfg.schemas.base import Quantity, plain_number
@@ -21,8 +22,6 @@ if TYPE_CHECKING:
     from pidcfg.schemas.dl06 import LoopSettings, Scaling
 
 Data = dict[str, Any]
-MODES = {1: "manual", 2: "auto", 4: "cascade"}
-MODE_BITS = 0b111
 CHOICES = ("algorithm", "bumpless", "bias_freeze", "independent_of_cpu_mode")
 DEFAULTS = {key: Loop.model_fields[key].default for key in CHOICES}
 AUTOTUNE = {key: field.default for key, field in Autotune.model_fields.items()}
@@ -93,7 +92,7 @@ class LoopReader:
 
     def mode(self) -> str:
         """From the status word; a listing made before the first run has none, then the mode beside the words."""
-        return MODES.get(self.word("mode_and_alarm_status") & MODE_BITS) or self.beside.mode
+        return intended_mode(self.word("mode_and_alarm_status"), self.beside.mode)
 
     def note_status(self) -> None:
         """Says which bits are not carried: momentary requests, flags that the controller writes, reserved bits."""
@@ -122,7 +121,8 @@ class LoopReader:
 
     def setpoint(self, values: Data, scale: Scale) -> Data:
         """The section ``setpoint``."""
-        data: Data = {"value": quantity(values["setpoint.value"])}
+        given = self.beside.setpoint or self.word("setpoint")
+        data: Data = {"value": quantity(values["setpoint.value"])} if given else {}
         if values["setpoint.limits_enabled"] or not self.at_ends("setpoint", scale):
             data["limits"] = [quantity(values["setpoint.limits.0"]), quantity(values["setpoint.limits.1"])]
             if not values["setpoint.limits_enabled"]:

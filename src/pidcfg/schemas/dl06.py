@@ -388,6 +388,8 @@ class LoopSettings(Model):
     """Scale of PV and set point."""
     output: Scaling = Scaling()
     """Scale of the output."""
+    setpoint: Flag = True
+    """Whether the set point word is meant; false: the configuration leaves the set point to the operator."""
 
 
 class PlcSettings(Model):

@@ -17,6 +17,7 @@ from pidcfg.schemas.scenario_fields import (
     Expression,
     Initial,
     Key,
+    LoopCount,
     Metric,
     ModelName,
     Percent,
@@ -67,7 +68,7 @@ class Plant(Model):
 class Options(Model):
     """What the PLC does that its words do not say; unknown to a vendor is an error."""
 
-    number_of_loops: Integer | None = None
+    number_of_loops: LoopCount | None = None
     """Written to V7641 in place of the number of loops, so that a wrong set-up can be seen to fail."""
     auto_interlock: Flag | None = None
     """Whether a request for Auto is refused while a PV alarm is active (default true)."""

@@ -14,6 +14,7 @@ from pidcfg.schemas.base import (
     Quantity,
     number_text,
     parse_flag,
+    parse_integer,
     parse_number,
     parse_pair,
     parse_quantity,
@@ -68,6 +69,14 @@ def parse_word(value: object) -> int:
     if not 0 <= word <= 0xFFFF:
         refuse("number_form", f"{value} does not fit a 16-bit word")
     return word
+
+
+def parse_loop_count(value: object) -> int:
+    """A number of loops as a set-up word of four decimal digits takes it."""
+    count = parse_integer(value)
+    if not 0 <= count <= MOST_LOOPS:
+        refuse("number_form", f"{value} does not fit the word", help=f"write 0 to {MOST_LOOPS}")
+    return count
 
 
 def parse_truth(value: object) -> bool | int:
@@ -130,6 +139,8 @@ def parse_expression(value: object) -> str:
     return str(value)
 
 
+MOST_LOOPS = 9999
+
 _BOUND_SCHEMA = {"anyOf": [{"type": "number"}, {"type": "string", "pattern": r"^[-+]?[0-9.]+ ?(%|ms|s|min|h)$"}]}
 _PERCENT_SCHEMA = {"anyOf": [{"type": "number"}, {"type": "string", "pattern": r"^[0-9.]+ ?%$"}]}
 _TIMES_SCHEMA = {"type": "array", "items": {"type": ["number", "string"]}, "minItems": 2, "maxItems": 2}
@@ -139,6 +150,9 @@ _INITIAL_SCHEMA = {
 
 Initial = Annotated[
     Literal["steady"] | dict[str, Quantity], PlainValidator(parse_initial), WithJsonSchema(_INITIAL_SCHEMA)
+]
+LoopCount = Annotated[
+    int, PlainValidator(parse_loop_count), WithJsonSchema({"type": "integer", "minimum": 0, "maximum": MOST_LOOPS})
 ]
 AnyBound = Annotated[Bound, PlainValidator(parse_bound), WithJsonSchema(_BOUND_SCHEMA)]
 Percent = Annotated[Decimal, PlainValidator(parse_percent), WithJsonSchema(_PERCENT_SCHEMA)]

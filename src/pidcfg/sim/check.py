@@ -41,6 +41,8 @@ DISTURBED = ("gain", "load", "noise", "time_constant", "damping", "lead", "lag",
 
 def check(scenario: Scenario, plc: Plc) -> Iterator[Problem]:
     """Everything that is wrong with a scenario apart from its expressions."""
+    for option in sorted(scenario.plc.model_fields_set - set(plc.options)):
+        yield unknown(("plc", option), "option of this PLC", option, plc.options, key=True)
     yield from _check_times(scenario)
     for name in sorted({loop for loop in plc.loops if list(plc.loops).count(loop) > 1}):
         message = f"the configuration has several loops with the name {name}"
@@ -62,6 +64,9 @@ def check(scenario: Scenario, plc: Plc) -> Iterator[Problem]:
 
 
 def _check_times(scenario: Scenario) -> Iterator[Problem]:
+    if scenario.step is not None and scenario.plc.scan_time is not None:
+        cure = "leave out 'step': the scan time is the base step"
+        yield Problem(("step",), "step and plc.scan_time do not go together", help=cure, key=True)
     steps = {"duration": scenario.duration, "step": scenario.step, "plc.scan_time": scenario.plc.scan_time}
     for key, time in steps.items():
         if time is None:

@@ -13,7 +13,7 @@ from __future__ import annotations
 import hashlib
 import os
 import sys
-from collections.abc import Callable, Iterable, Mapping, MutableSequence, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import fields
 from pathlib import Path
 from types import FunctionType
@@ -132,11 +132,6 @@ def vector(values: Sequence[float]) -> np.ndarray[Any, np.dtype[np.float64]]:
 def integers(values: Sequence[int]) -> np.ndarray[Any, np.dtype[np.int64]]:
     """A list of whole numbers as an array."""
     return np.array(values, np.int64)
-
-
-def copy_back(array: np.ndarray[Any, np.dtype[np.float64]], values: MutableSequence[float]) -> None:
-    """An array's values into the list that it was made of."""
-    values[:] = array.tolist()
 
 
 # --- cache -----------------------------------------------------------------------------------------------------------

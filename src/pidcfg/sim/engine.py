@@ -108,12 +108,12 @@ ENTRIES = (kernel.advance, kernel.settle)
 READ_ONLY = ("cfg", "code", "constants", "shown", "noise")
 
 
-def numba_kernels(controller: Controller, plc: Plc) -> tuple[Callable[..., int], Callable[..., int]]:
+def numba_kernels(controller: Controller) -> tuple[Callable[..., int], Callable[..., int]]:
     """The same two, compiled, each call between copies of its data into arrays and back."""
     from pidcfg.sim import compile as compiler
 
     built = compiler.compiled(ENTRIES, {kernel.scan: controller.scan}, (*controller.INLINED, *HOT))
-    kinds = {**RECORDS, "cfg": type(plc.cfg[0]), "st": type(plc.st[0])}
+    kinds = {**RECORDS, "cfg": controller.Config, "st": controller.State}
 
     def to_array(name: str, value: Any) -> Any:
         if name in kinds:

@@ -22,6 +22,9 @@ if TYPE_CHECKING:
     from pidcfg.sim.journal import Journal
     from pidcfg.sim.network import Network
 
+SETPOINT = (("setpoint",), ("setpoint", "value"))
+"""The keys of a loop's set point."""
+
 Action = Callable[[int], "Note | None"]
 """What is done at a base step (counted from time 0), and what the report shall say about it."""
 
@@ -103,15 +106,17 @@ class Agenda:
             self.plc.autotune(loop, event.autotune)
 
     def write(self, k: int, loop: int, event: Event) -> str | None:
-        """Writes parameters; a set point that changes starts what is measured from it."""
+        """Writes parameters; an event that changes the set point in force starts what is measured from it."""
         sig, config = self.net.sig, self.plc.cfg[loop]
-        before = sig[config.sig_sp]
+        before, changed = sig[config.sig_sp], False
         late = []
         for keys, value, _ in leaves(event.set):
+            present = sig[config.sig_sp]
             effect = self.plc.set(loop, keys, self.plc.check_set(loop, keys, value), sig)
             if effect:
                 late.append(f"{'.'.join(keys)}: {effect}")
-        if sig[config.sig_sp] != before:
+            changed |= keys in SETPOINT and sig[config.sig_sp] != present
+        if changed:
             self.machine.head[2] += 1
             begin_step(self.machine.meters[loop], k, before, -(-config.period // self.step), sig)
         return "; ".join(late) or None
@@ -146,13 +151,13 @@ class Agenda:
         if mode == "run":
             self.plc.run((self.zero + k) * self.step)
         else:
-            self.plc.program()
+            self.plc.program(self.net.sig)
 
 
 def in_words(event: Event) -> str:
     """What an event does, for the report."""
     if event.set is not None:
-        return ", ".join(f"set {'.'.join(keys)} to {value}" for keys, value, _ in leaves(event.set))
+        return ", ".join(f"set {'.'.join(keys)} to {as_written(value)}" for keys, value, _ in leaves(event.set))
     if event.disturb is not None:
         return ", ".join(f"disturb {key} to {value:f}" for key, value in event.disturb.items())
     if event.pv is not None:
@@ -163,3 +168,8 @@ def in_words(event: Event) -> str:
     if event.plc is not None:
         return f"PLC to {event.plc} mode"
     return f"ramp/soak {event.ramp_soak}" if event.ramp_soak else f"auto-tune {event.autotune}"
+
+
+def as_written(value: object) -> str:
+    """A value as the file has it."""
+    return f"[{', '.join(map(str, value))}]" if isinstance(value, list | tuple) else str(value)

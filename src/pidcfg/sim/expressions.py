@@ -16,6 +16,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from pidcfg.sim.problems import nearest
+from pidcfg.sim.terms import LARGEST_VALUE
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, MutableSequence, Sequence
@@ -24,14 +25,13 @@ CONSTANT, SIGNAL, ADD, SUBTRACT, MULTIPLY, DIVIDE, NEGATE, MINIMUM, MAXIMUM, ABS
 """What one pair of an expression's code does; only the first two use the second number of the pair."""
 
 NO_FAULT, DIVISION_BY_ZERO, ROOT_OF_NEGATIVE, NOT_FINITE = range(4)
-FAULTS = ("", "division by zero", "square root of a negative number", "a result beyond 1e15")
+BEYOND = f"a result beyond {LARGEST_VALUE:g}".replace("+", "")
+FAULTS = ("", "division by zero", "square root of a negative number", BEYOND)
 """Why an expression has no value, by the number that `evaluate` leaves in ``stack[0]``."""
 
 FUNCTIONS = {"min": (MINIMUM, 2, 16), "max": (MAXIMUM, 2, 16), "abs": (ABSOLUTE, 1, 1), "sqrt": (ROOT, 1, 1)}
 """Name to op code and the smallest and largest number of arguments."""
 
-MAX_VALUE = 1e15
-"""Beyond this nothing is a signal any more; it keeps every sum in a run finite."""
 MAX_LENGTH = 1_000
 MAX_DEPTH = 40
 ALLOWED = "allowed are numbers, names of signals, + - * / ( ) and min, max, abs, sqrt"
@@ -135,7 +135,7 @@ def evaluate(
             elif right > stack[top]:
                 stack[top] = right
     value = stack[1]
-    if -MAX_VALUE <= value <= MAX_VALUE:
+    if -LARGEST_VALUE <= value <= LARGEST_VALUE:
         return value
     stack[0] = 3.0
     return 0.0
@@ -226,8 +226,8 @@ class _Parser:
 
     def number(self, written: str) -> None:
         """A constant; one that is not finite is refused."""
-        if float(written) > MAX_VALUE:
-            raise ExpressionError(f"{written} is too large", self.at, f"the largest number is {MAX_VALUE:g}")
+        if float(written) > LARGEST_VALUE:
+            raise ExpressionError(f"{written} is too large", self.at, f"the largest number is {LARGEST_VALUE:g}")
         end = self.at + len(written)
         if end < len(self.text) and (self.text[end].isalpha() or self.text[end] == "_"):
             word = self.text[self.at :].split()[0]

@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
 from pidcfg.sim.kernel import LOG_COLUMNS
-from pidcfg.sim.report import Alarm, LoopReport, ModeChange, rounded
+from pidcfg.sim.report import Alarm, LoopReport, ModeChange, Note, rounded
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from pidcfg.sim.plc import Plc
 
+Entry = TypeVar("Entry", Alarm, ModeChange, Note)
+
 LISTED = 1_000
-"""Alarms and mode changes that are listed for a loop; a chattering alarm shall not fill the memory."""
+"""Alarms, mode changes and notes that are listed for a loop; a chattering alarm shall not fill the memory."""
 
 
 @dataclass(slots=True)
@@ -55,14 +57,14 @@ class Journal:
 
     def _modes(self, time: float, loop: int, status: int, notice: int) -> None:
         mode = self.plc.mode(status)
-        if mode == self.mode[loop] and not notice:
+        reason, apart = self.plc.describe(notice)
+        if apart:
+            self._list(loop, self.loops[loop].notes, Note(time, self.plc.loops[loop], apart))
+        if mode == self.mode[loop] and not reason:
             return
-        asked: str | None = self.asked[loop]
-        reason = None
-        if notice:
-            asked, reason = self.plc.requested(notice), self.plc.describe(notice)
+        asked = self.plc.requested(notice) if reason else self.asked[loop]
         self.mode[loop] = mode
-        self._list(loop, self.loops[loop].modes, ModeChange(time, asked, mode, reason))
+        self._list(loop, self.loops[loop].modes, ModeChange(time, asked, mode, reason or None))
 
     def _alarms(self, time: float, loop: int, status: int) -> None:
         active = self.active[loop]
@@ -73,11 +75,15 @@ class Journal:
             elif not status & mask and name in active:
                 self._list(loop, self.loops[loop].alarms, Alarm(name, active.pop(name), time))
 
-    def _list(self, loop: int, entries: list[Alarm] | list[ModeChange], entry: Alarm | ModeChange) -> None:
+    def _list(self, loop: int, entries: list[Entry], entry: Entry) -> None:
         if len(entries) < LISTED:
-            entries.append(entry)  # type: ignore[arg-type]  # a list holds one of the two kinds
+            entries.append(entry)
         else:
             self.loops[loop].unlisted += 1
+
+    def notes(self) -> list[Note]:
+        """What the loops had to say apart from their modes."""
+        return [note for loop in self.loops for note in loop.notes]
 
     def close(self) -> None:
         """Alarms that are still on, and flags."""

@@ -95,7 +95,7 @@ def write_log(
         s = st[i]
         m = meters[i]
         if s.status != m.status or s.notice != 0 or s.aux_status != m.aux_status:
-            at = head[0] * 5
+            at = head[0] * LOG_COLUMNS
             log[at] = k
             log[at + 1] = i
             log[at + 2] = s.status
@@ -122,7 +122,7 @@ def advance(
     trend, and the set-point events so far.
     """
     loops = len(meters)
-    room = len(log) // 5 - loops
+    room = len(log) // LOG_COLUMNS - loops
     while k < last and head[0] <= room:
         if k > 0:
             step_plants(k, plants, delay, sig, code, constants, stack)

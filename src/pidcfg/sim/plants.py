@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from pidcfg.sim.expressions import evaluate
+from pidcfg.sim.terms import LARGEST_VALUE
 
 if TYPE_CHECKING:
     from collections.abc import MutableSequence, Sequence
@@ -25,9 +26,6 @@ MODELS = {
     "dead_time": DEAD_TIME,
     "valve": VALVE,
 }
-
-UNLIMITED = 1e15
-"""Where the value of a plant without ``limits`` stops: it keeps every sum in a run finite."""
 
 
 @dataclass(slots=True)
@@ -46,8 +44,9 @@ class Plant:
     last: int = 0
     gain: float = 1.0
     load: float = 0.0
-    low: float = -UNLIMITED
-    high: float = UNLIMITED
+    low: float = -LARGEST_VALUE
+    """Where its value stops."""
+    high: float = LARGEST_VALUE
     sigma: float = 0.0
     column: int = -1
     delay: int = 0

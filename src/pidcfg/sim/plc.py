@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from decimal import Decimal
 
     from pidcfg.schemas.base import Quantity
+    from pidcfg.sim.report import ScanTime
 
 TICKS = 1_000_000
 """Ticks in a second."""
@@ -27,32 +28,15 @@ def steps_until(time: Decimal, step: int) -> int:
     return -(-ceil(time * TICKS) // step)
 
 
-class LoopConfig(Protocol):
-    """What the runner reads of a controller's configuration: numbers of signals, and the sample rate in ticks."""
-
-    period: int
-    sig_in: int
-    sig_pv: int
-    sig_sp: int
-    sig_out: int
-    sig_bias: int
-
-
-class LoopState(Protocol):
-    """What the runner reads of a controller's state."""
-
-    status: int
-    """The vendor's status word; bits by name in ``Plc.alarm_bits`` and ``Plc.flag_bits``."""
-    aux_status: int
-    notice: int
-    """A refusal or an override since the last look, as a number that ``Plc.describe`` knows; 0: none."""
-
-
 class Plc(Protocol):
     """A PLC as loaded from its words, ready for the program-to-run transition."""
 
     cfg: Sequence[Any]
+    """The runner reads of each loop ``period`` (in ticks, as at the start) and the signals ``sig_in``, ``sig_pv``,
+    ``sig_sp``, ``sig_out``, ``sig_bias``."""
     st: Sequence[Any]
+    """The runner reads ``status`` (bits by name in `alarm_bits` and `flag_bits`), ``aux_status`` (`aux_bits`) and
+    ``notice``, a refusal or an override since its last look as a number that `describe` knows; 0: none."""
     aux: MutableSequence[float]
     sig: Sequence[float]
     """The value of every signal at the start; the runner works on a copy that it hands to ``scan``."""
@@ -70,6 +54,8 @@ class Plc(Protocol):
     """For each loop the mode it is meant to reach."""
     base: int
     """The greatest common step of the sample rates, in ticks."""
+    periods: Sequence[int]
+    """The present sample rate of each loop, in ticks; 0: the loop is not calculated."""
     running: bool
     """Whether the loop task runs; a set-up error stops it."""
     flags: Mapping[str, int]
@@ -81,6 +67,8 @@ class Plc(Protocol):
     aux_bits: Mapping[str, int]
     """Conditions by name, as masks of ``aux_status``."""
 
+    options: Sequence[str]
+    """What a scenario may choose about it, by the keys of ``plc``."""
     problems: Sequence[str]
     """Words that are no value of their format, and what they are taken for."""
     tuned_names: Sequence[str]
@@ -92,8 +80,8 @@ class Plc(Protocol):
     def requested(self, notice: int) -> str | None:
         """The mode that was asked for when a notice was left; None: nobody asked."""
 
-    def describe(self, notice: int) -> str:
-        """The reason of a refusal or an override in words."""
+    def describe(self, notice: int) -> tuple[str, str]:
+        """What happened in words: to the mode (a refusal, an override), and apart from it; empty: nothing."""
 
     def set_output(self, loop: int, value: Quantity, sig: MutableSequence[float]) -> None:
         """The output that a loop in Manual starts with."""
@@ -101,8 +89,11 @@ class Plc(Protocol):
     def check_set(self, loop: int, path: tuple[str, ...], value: object) -> object:
         """The value of a ``set`` event as `set` takes it; raises ``PydanticCustomError`` for one that is unusable.
 
-        Every vendor knows the key ``output``, the output itself.
+        Every vendor knows the keys ``output``, the output itself, and ``setpoint`` (or ``setpoint.value``).
         """
+
+    def period_set(self, loop: int, path: tuple[str, ...], value: object) -> int:
+        """The sample rate in ticks that `set` makes of a checked value; 0: the key is something else."""
 
     def set(self, loop: int, path: tuple[str, ...], value: object, sig: MutableSequence[float]) -> str | None:
         """Writes a parameter by its key in the configuration; returns why it has no effect yet, if so."""
@@ -119,8 +110,11 @@ class Plc(Protocol):
     def tuned(self, loop: int) -> Mapping[str, Any] | None:
         """``done``, ``error``, ``status`` and ``results`` of a loop's auto-tune; None when there was none."""
 
-    def program(self) -> None:
+    def program(self, sig: MutableSequence[float]) -> None:
         """The PLC goes to program mode: loops stop, except those that are independent of the CPU mode."""
+
+    def scan_time(self, without_loops: float) -> ScanTime | None:
+        """How long a scan becomes with the loops that are calculated, in s; None: the vendor does not say."""
 
     def run(self, tick: int) -> None:
         """The program-to-run transition, with the set-up check."""
@@ -129,8 +123,11 @@ class Plc(Protocol):
 class Controller(Protocol):
     """A vendor's controller module."""
 
-    Options: Callable[..., Any]
-    """By keyword what a scenario chooses about the PLC (its key ``plc``); times in ticks."""
+    Options: type[Any]
+    """A dataclass: what a scenario may choose about the PLC (its key ``plc``); times in ticks."""
+    Config: type[Any]
+    State: type[Any]
+    """The records of a loop: flat slots dataclasses of ints and floats."""
     load: Callable[..., Plc]
     """A `Plc` of an image and options, as it stands at the program-to-run transition."""
     scan: Scan

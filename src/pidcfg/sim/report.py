@@ -3,13 +3,20 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from pidcfg.sim.problems import Problem
-    from pidcfg.sim.timing import ScanTime
+
+
+class ScanTime(NamedTuple):
+    """Average scan time with PID loops, in seconds."""
+
+    minimum: float
+    typical: float
+    maximum: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,6 +73,8 @@ class LoopReport:
     metrics: Mapping[str, float | None] = field(default_factory=dict)
     alarms: list[Alarm] = field(default_factory=list)
     modes: list[ModeChange] = field(default_factory=list)
+    notes: list[Note] = field(default_factory=list)
+    """What else the controller had to say: of ramp/soak, of auto-tune."""
     flags: dict[str, bool] = field(default_factory=dict)
     autotune: Mapping[str, Any] | None = None
     unlisted: int = 0

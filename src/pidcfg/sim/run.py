@@ -10,26 +10,25 @@ from __future__ import annotations
 import random
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from math import gcd
 from typing import TYPE_CHECKING, Literal
 
-from pidcfg.sim.check import check
 from pidcfg.sim.engine import CHUNK, EngineName, Machine, choose, numba_kernels, python_kernels
 from pidcfg.sim.events import Agenda
 from pidcfg.sim.expect import Outcome, verdict, watches_of
 from pidcfg.sim.expressions import FAULTS
 from pidcfg.sim.journal import Journal
 from pidcfg.sim.metrics import DEFAULT_BAND, Band, Gauge, Meter, begin, loop_metrics
-from pidcfg.sim.network import Network, build, initial_values, rest
+from pidcfg.sim.network import initial_values, rest
 from pidcfg.sim.plc import TICKS, Controller, Plc
+from pidcfg.sim.prepare import base_step, misses, prepare, uneven
 from pidcfg.sim.problems import Problem
-from pidcfg.sim.report import Note, Range, Report, rounded
+from pidcfg.sim.report import Note, Range, Report, ScanTime, rounded
 from pidcfg.sim.steady import UnsteadyError, settle
-from pidcfg.sim.timing import ScanTime, scan_time
 from pidcfg.sim.trace import Sink, Trend
 
 if TYPE_CHECKING:
     from pidcfg.schemas.scenario import Scenario
+    from pidcfg.sim.network import Network
 
 Progress = Callable[[float], None]
 
@@ -52,38 +51,6 @@ class Settings:
     max_loop_steps: int | None = None
     trend: Sink | None = None
     progress: Progress | None = None
-
-
-def options(scenario: Scenario, controller: Controller) -> object:
-    """What the scenario chooses about the PLC, as the controller takes it."""
-    given = scenario.plc.model_dump(exclude_none=True)
-    if "scan_time" in given:
-        given["scan_time"] = int(given["scan_time"] * TICKS)
-    return controller.Options(**given)
-
-
-def base_step(scenario: Scenario, plc: Plc) -> int:
-    """The base step in ticks: as given, the scan time, or the greatest common step of the sample rates."""
-    chosen = scenario.step or scenario.plc.scan_time
-    if chosen is not None:
-        return max(1, int(chosen * TICKS))
-    return plc.base if plc.running else gcd(*(config.period for config in plc.cfg)) or TICKS
-
-
-def prepare(scenario: Scenario, plc: Plc) -> Network:
-    """The network of a scenario, with everything that is wrong with the scenario in ``problems``."""
-    step = base_step(scenario, plc)
-    found = list(check(scenario, plc))
-    for name, config in zip(plc.loops, plc.cfg, strict=True):
-        if config.period % step and scenario.plc.scan_time is None:
-            message = f"the sample rate of {name}, {config.period / TICKS:g} s, is no multiple of the step"
-            cure = "its samples come at the next base step; leave out 'step' for one that fits all loops"
-            found.append(Problem(("step",), message, "rounded", "warning", cure, loop=name))
-    if scenario.plc.number_of_loops is not None and any(plc.flags.values()):
-        words = ", ".join(f"{name} = 0x{word:04X}" for name, word in plc.flags.items())
-        message = f"with {scenario.plc.number_of_loops} loops the set-up check gives {words}: the loop task is off"
-        found.append(Problem(("plc", "number_of_loops"), message, "set_up", "warning"))
-    return build(scenario, plc, step, found)
 
 
 def simulate(scenario: Scenario, new_plc: Callable[[], Plc], controller: Controller, settings: Settings) -> Report:
@@ -121,6 +88,8 @@ class _Run:
     random: list[random.Random] = field(default_factory=list)
     zero: int = 0
     trend: Trend | None = None
+    periods: list[int] = field(default_factory=list)
+    """Sample rates at the last look."""
 
     @classmethod
     def of(cls, scenario: Scenario, plc: Plc, controller: Controller, settings: Settings) -> _Run:
@@ -143,7 +112,7 @@ class _Run:
         bands += [w for w in watches.values() if isinstance(w, Band)]
         gauges += [w for w in watches.values() if isinstance(w, Gauge)]
         engine = choose(settings.engine, (last + 1) * len(meters), controller)
-        kernels = numba_kernels(controller, plc) if engine == "numba" else python_kernels(controller)
+        kernels = numba_kernels(controller) if engine == "numba" else python_kernels(controller)
         machine = Machine(net, plc, step, meters, bands, gauges, list(net.names.values()), *kernels)
         journal = Journal(plc, step / TICKS)
         agenda = Agenda(scenario, plc, net, machine, journal, step)
@@ -162,6 +131,7 @@ class _Run:
         self.random = [random.Random(f"{self.scenario.seed}/{name}") for name in self.net.noisy]
         if self.settings.trend is not None:
             self.trend = Trend(self.settings.trend, list(self.net.names), self.step, self.settings.every)
+        self.periods = list(self.plc.periods)
         k = self.agenda.zero = self.zero
         for stop, action in self.agenda.stops(self.last):
             if stop > k - self.zero:
@@ -169,6 +139,7 @@ class _Run:
             note = action(stop)
             if note is not None:
                 self.notes.append(note)
+            self._look_at_rates(stop)
         self._advance(k, self.zero + self.last + 1)
         return self._report()
 
@@ -183,6 +154,7 @@ class _Run:
             final = k == self.zero + self.last
             held = [(m.iae, m.ise, m.itae) for m in self.machine.meters] if final else []
             self._chunk(k, stop)
+            self._look_at_rates(stop - self.zero)
             if k == self.zero:
                 for meter in self.machine.meters:
                     begin(meter, self.net.sig)
@@ -204,6 +176,14 @@ class _Run:
                 self.trend.take(machine.trend, machine.head[1])
             machine.head[:2] = [0, 0]
         self._report_progress(k - self.zero)
+
+    def _look_at_rates(self, k: int) -> None:
+        """Reports a sample rate that an event or an auto-tune has made one that the base step does not meet."""
+        periods = list(self.plc.periods)
+        for name, old, new in zip(self.plc.loops, self.periods, periods, strict=True):
+            if new and new != old and misses(new, self.step, self.scenario):
+                self.problems.append(uneven(name, new, self.step, f"by {rounded(k * self.dt):g} s: "))
+        self.periods = periods
 
     def _noise(self, rows: int) -> list[float]:
         """Standard normal numbers, a row a base step; each plant has its own source, so others do not change it."""
@@ -239,7 +219,7 @@ class _Run:
             signals=signals,
             expectations=[verdict(i, expectation, self.watches.get(i), outcome) for i, expectation in wanted],
             events=self.agenda.done,
-            notes=sorted([*self.notes, *self._faults()], key=lambda note: note.at),
+            notes=sorted([*self.notes, *self.journal.notes(), *self._faults()], key=lambda note: note.at),
             problems=self.problems,
             settled=rounded(self.zero * self.dt) if self.zero else None,
             scan_time=self._scan_time(),
@@ -247,8 +227,7 @@ class _Run:
 
     def _scan_time(self) -> ScanTime | None:
         scan = self.scenario.plc.scan_time
-        rates = [config.period / TICKS for config in self.plc.cfg]
-        return None if scan is None or not self.plc.running else scan_time(float(scan), rates)
+        return None if scan is None or not self.plc.running else self.plc.scan_time(float(scan))
 
     def _signals(self) -> dict[str, Range]:
         lows: dict[int, tuple[float, float]] = {g.slot: (g.low, g.high) for g in reversed(self.machine.gauges)}

@@ -55,7 +55,7 @@ def settle(machine: Machine, max_loop_steps: int | None) -> int:
 def window_of(machine: Machine) -> int:
     """Base steps of a window: the longest time constant, in whole samples so that all loops sample at time 0."""
     periods = [config.period for config in machine.plc.cfg]
-    least = max(machine.net.longest() * TICKS, SAMPLES * max(periods), machine.step)
+    least = max(machine.net.longest() * TICKS, SAMPLES * max(periods, default=0), machine.step)
     common = lcm(*periods, machine.step)
     if common > ALIGNED * least:
         common = machine.step

@@ -5,6 +5,9 @@ from __future__ import annotations
 NEAREST = 6755399441055744.0
 """1.5 * 2**52: adding and subtracting it rounds to a whole number, half to even, without a call."""
 
+LARGEST_VALUE = 1e15
+"""Beyond this nothing is a signal any more; it keeps every sum in a run finite."""
+
 
 def clamp(x: float, low: float, high: float) -> float:
     """The value within its limits; where they contradict each other, the lower one wins."""

@@ -15,8 +15,9 @@ from __future__ import annotations
 from pidcfg.sim.controllers.dl06_alarms import alarms
 from pidcfg.sim.controllers.dl06_autotune import tune
 from pidcfg.sim.controllers.dl06_equation import calculate, position
+from pidcfg.sim.controllers.dl06_memory import Options
 from pidcfg.sim.controllers.dl06_modes import OVERRIDE_OVERFLOW, modes, to_manual
-from pidcfg.sim.controllers.dl06_plc import Dl06, Options, load
+from pidcfg.sim.controllers.dl06_plc import Dl06, load
 from pidcfg.sim.controllers.dl06_ramp_soak import ramp_soak
 from pidcfg.sim.controllers.dl06_state import (
     BLIND,

@@ -101,7 +101,7 @@ ENGINE = (
         45, "how a run begins",
         "Loops start in Manual. The configured mode is requested every sample in legal order, inner loops first; "
         "each kind of refusal is reported once. One sample after a loop has reached its mode, the configured set "
-        "point is written.",
+        "point is written; where the configuration gives none, the set point stays.",
         "An operator would do so; a bumpless transfer has just made SP the PV.",
     ),
     Decision(
@@ -122,9 +122,10 @@ ENGINE = (
     ),
     Decision(
         49, "Program mode",
-        "Loops that follow the CPU go to Manual and are not calculated, all outputs that no auto transfer carries "
-        "are 0 counts, a PV that no auto transfer fetches stands still. Run restores the modes by the usual "
-        "transfers; nothing but an alarm programming error refuses.",
+        "Loops that follow the CPU go to Manual and are not calculated, and their outputs are 0 counts at once, also "
+        "with auto transfer. An independent loop goes on: with auto transfer of the output its module follows, else "
+        "the output is 0 counts; without auto transfer of the PV its PV stands still. Run restores the modes by the "
+        "usual transfers; nothing but an alarm programming error or a lost remote set point refuses.",
         '"The CPU forces each loop to return to its prior mode"; output modules turn off in Program mode.',
     ),
     Decision(
@@ -218,6 +219,12 @@ ENGINE = (
         "Gain, reset, rate and sample rate are rounded to their last digit and kept inside what the words hold and "
         "above the least sample rate; a gain or reset never becomes an off code.",
         "They are registers like all others.",
+    ),
+    Decision(
+        66, "a remote set point that is lost",
+        "When +32 of a loop in Cascade comes to name no output word of the table, the loop goes to Manual, and its "
+        "former major loop with it. A loop that lost it in Program mode returns to Auto.",
+        "The word that a real CPU would read is nobody's set point; an error takes a loop to Manual.",
     ),
 )  # fmt: skip
 """In the order of their numbers."""

@@ -8,7 +8,8 @@ from __future__ import annotations
 
 from math import sqrt
 
-from pidcfg.sim.controllers.dl06_state import FRESH, TICKS, Config, State
+from pidcfg.sim.controllers.dl06_state import FRESH, Config, State
+from pidcfg.sim.plc import TICKS
 
 
 def coefficients(c: Config, s: State) -> None:
@@ -74,7 +75,8 @@ def velocity(s: State, e: float, x: float) -> float:
 def position(c: Config, s: State, e: float, x: float) -> float:
     """Mx(n) = Mx(n-1) + Ki e(n), within the data range; M(n) = Kc e(n) + Kr (e(n) - e(n-1)) + Mx(n).
 
-    The bias keeps its fraction (D35); the freeze looks at the output of the calculation before (D39).
+    What the derivative remembers is kept up without a derivative too: one that is switched on does not kick. The
+    bias keeps its fraction (D35); the freeze looks at the output of the calculation before (D39).
     """
     bias = s.bias
     change = s.ki * e
@@ -92,6 +94,8 @@ def position(c: Config, s: State, e: float, x: float) -> float:
         change = s.lag * (x - s.x1)
         s.x1 += change
         m += s.kd * change
+    else:
+        s.x1 = x
     return m
 
 

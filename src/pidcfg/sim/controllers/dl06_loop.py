@@ -10,16 +10,19 @@ from dataclasses import dataclass, field
 from decimal import Decimal
 from typing import TYPE_CHECKING, Any
 
+from pidcfg.encoders.dl06_status import intended_mode
 from pidcfg.encoders.maps.dl06 import FORMATS, LOOP_TABLE, LOOP_TABLES
 from pidcfg.encoders.regmap import Bits, Word, encode_one
 from pidcfg.encoders.scales import Scale
 from pidcfg.sim.controllers.dl06_report import READ_LATE
 from pidcfg.sim.controllers.dl06_setting import Row, encode_setting
-from pidcfg.sim.controllers.dl06_state import TICKS, Config, State
 from pidcfg.sim.controllers.dl06_words import Values, decode_loop
+from pidcfg.sim.plc import TICKS
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
+
+    from pidcfg.sim.controllers.dl06_state import Config, State
 
 ENABLES = {
     "alarms.pv.enabled": ("alarms.pv.", "alarms.hysteresis"),
@@ -47,6 +50,8 @@ class Loop:
     """The results of the last auto-tune stand in the words."""
     results: Mapping[str, float] = field(default_factory=dict)
     """What the last auto-tune found, by register."""
+    has_setpoint: bool = True
+    """Whether the set point word is meant: a configuration may leave it to the operator."""
 
     def scales(self) -> dict[str, Scale]:
         """The scales of the loop's words in engineering units."""
@@ -107,7 +112,9 @@ def loop_of(words: Mapping[int, int], start: int, own: Mapping[str, Any], decima
     memory = [words.get(start + k, 0) for k in range(LOOP_TABLE.size)]
     values, problems = decode_loop(memory, decimals)
     pv, out = own.get("pv") or {}, own.get("output") or {}
-    loop = Loop(own["loop"], own.get("mode", "manual"), ends(pv), ends(out), decimals, memory, memory[:], values)
+    goal = intended_mode(memory[LOOP_TABLE.offset("mode_and_alarm_status")], own.get("mode", "manual"))
+    loop = Loop(own["loop"], goal, ends(pv), ends(out), decimals, memory, memory[:], values)
+    loop.has_setpoint = own.get("setpoint") is not False
     return loop, [f"{loop.name}: {problem}" for problem in problems]
 
 

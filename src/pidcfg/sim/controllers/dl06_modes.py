@@ -33,11 +33,14 @@ REFUSED_MINOR = 4
 REFUSED_ALARM_ERROR = 5
 REFUSED_PV_ALARM = 6
 REFUSED_NO_REMOTE = 7
+LAST_REFUSAL = REFUSED_NO_REMOTE
+"""Refusals concern a mode only when one was asked for; overrides always do."""
 OVERRIDE_ALARM_ERROR = 10
 OVERRIDE_OVERFLOW = 11
 OVERRIDE_MINOR = 12
 OVERRIDE_PROGRAM = 13
 RESTORED = 14
+OVERRIDE_NO_REMOTE = 15
 
 REASONS = {
     REFUSED_PROGRAM: "refused: the CPU is in Program mode and the loop is not independent of it",
@@ -52,6 +55,7 @@ REASONS = {
     OVERRIDE_MINOR: "to Manual: the minor loop left Cascade",
     OVERRIDE_PROGRAM: "to Manual: the CPU went to Program mode",
     RESTORED: "back to the mode before Program mode",
+    OVERRIDE_NO_REMOTE: "to Manual: the remote set point pointer (+32) names no control output any more",
 }
 
 NOTICES = 1024
@@ -109,7 +113,7 @@ def transfer(i: int, wanted: int, cfg: list[Config], st: list[State]) -> None:
         s.busy |= FRESH
     if wanted == AUTO and now == CASCADE and c.major >= 0:
         to_manual(c.major, cfg, st, OVERRIDE_MINOR)
-    if wanted == CASCADE and c.bumpless == 1:
+    if wanted == CASCADE and c.bumpless == 1 and c.major >= 0:
         st[c.major].out = on_sp_scale(c, s.pv)
     s.status = (s.status & ~MODES) | wanted
 
@@ -183,9 +187,14 @@ def restore(i: int, cfg: list[Config], st: list[State]) -> None:
     if s.status & MODES == s.prior:
         return
     if s.status & ALARM_ERROR:
+        s.requested = s.prior
         tell(s, REFUSED_ALARM_ERROR)
         return
     transfer(i, AUTO, cfg, st)
+    if s.prior == CASCADE and cfg[i].major < 0:
+        s.requested = CASCADE
+        tell(s, REFUSED_NO_REMOTE)
+        return
     if s.prior == CASCADE:
         transfer(i, CASCADE, cfg, st)
     tell(s, RESTORED)

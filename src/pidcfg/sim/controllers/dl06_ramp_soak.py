@@ -20,10 +20,10 @@ from pidcfg.sim.controllers.dl06_state import (
     RS_START,
     RS_STEP,
     SOAK,
-    TICKS,
     Config,
     State,
 )
+from pidcfg.sim.plc import TICKS
 from pidcfg.sim.terms import NEAREST, step_to
 
 STEPS = 16

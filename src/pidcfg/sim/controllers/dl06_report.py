@@ -51,9 +51,13 @@ def notices(notice: int) -> list[tuple[int, int]]:
     return found
 
 
-def describe(notice: int) -> str:
-    """The reasons of refusals and overrides in words."""
-    return "; ".join(REASONS[reason] for _, reason in notices(notice))
+def describe(notice: int) -> tuple[str, str]:
+    """What happened in words: to the mode (refusals and overrides), and apart from it."""
+    found: tuple[list[str], list[str]] = [], []
+    for asked, reason in notices(notice):
+        about_mode = reason in dl06_modes.REASONS and (asked or reason > dl06_modes.LAST_REFUSAL)
+        found[0 if about_mode else 1].append(REASONS[reason])
+    return "; ".join(found[0]), "; ".join(found[1])
 
 
 def requested(notice: int) -> str | None:

@@ -12,7 +12,7 @@ from decimal import Decimal
 from typing import Any
 
 from pidcfg.encoders.maps.dl06 import LOOP_TABLES
-from pidcfg.encoders.regmap import Bits, Word, encode_one
+from pidcfg.encoders.regmap import Bits, RegisterMap, Word, encode_one
 from pidcfg.encoders.scales import Scale
 from pidcfg.encoders.words import Bcd, EncodeError
 from pidcfg.schemas.base import parse_flag, parse_number, parse_quantity, parse_seconds, parse_text, refuse
@@ -48,7 +48,7 @@ def find_rows(path: tuple[str, ...], reset_decimals: int = 1) -> list[Row]:
         return [rows[key]]
     if f"{key}.0" in rows:
         return [rows[f"{key}.0"], rows[f"{key}.1"]]
-    same = [row for name, row in rows.items() if name.rpartition(".")[2] == key]
+    same = [row for name, row in rows.items() if name.rpartition(".")[2] == key and name != SHORT["setpoint"]]
     if len(same) == 1:
         return same
     near = difflib.get_close_matches(key, [*SHORT, *rows], 1, 0.5)
@@ -110,6 +110,12 @@ def reset_digits(reset: Reset, unit: str) -> Decimal:
     if reset.duration.unit is None:
         return reset.duration.value
     return reset.duration.seconds() / (60 if unit == "minutes" else 1)
+
+
+def stored_rate(row: Row, value: Any) -> Decimal:
+    """A sample rate as its word holds it, in s."""
+    word = encode_setting(row, value, {}, {})
+    return Decimal(row.decode(word) if isinstance(row, Bits) else RegisterMap.decode_word(row, word, {}))
 
 
 def fits(rows: list[Row], value: Any, values: Mapping[str, Any], scales: Scales) -> None:

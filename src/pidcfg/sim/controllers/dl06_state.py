@@ -10,8 +10,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-TICKS = 1_000_000
-"""Ticks of the clock a second."""
 NEVER = 1 << 60
 """A time that does not come."""
 UNBOUNDED = 1e18
@@ -216,6 +214,7 @@ class State:
     goal_sp: float = 0.0
     """Set point that is written when the goal is reached for the first time."""
     goal_writes: int = 0
+    """Whether there is a set point to write: configured, or set by an event."""
     requested: int = 0
     """The mode that was requested last, for the log."""
     refused: int = 0

@@ -8,7 +8,8 @@ gains of both.
 
 from __future__ import annotations
 
-from pidcfg.sim.controllers.dl06_state import TICKS, Config, State
+from typing import TYPE_CHECKING
+
 from pidcfg.sim.controllers.dl06_tune_results import (
     RESPONSE,
     TUNE_FULL_SCALE,
@@ -16,7 +17,11 @@ from pidcfg.sim.controllers.dl06_tune_results import (
     end_tune,
     store,
 )
+from pidcfg.sim.plc import TICKS
 from pidcfg.sim.terms import NEAREST
+
+if TYPE_CHECKING:
+    from pidcfg.sim.controllers.dl06_state import Config, State
 
 POINTS = 512
 """Floats of a loop's buffer in `aux`."""

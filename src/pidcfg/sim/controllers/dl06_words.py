@@ -15,7 +15,8 @@ from pidcfg.encoders.maps.dl06 import CPU, FORMATS, LOOP_TABLE, LOOP_TABLES, RAM
 from pidcfg.encoders.regmap import Bits, RegisterMap, Word
 from pidcfg.encoders.scales import Scale
 from pidcfg.encoders.words import DecodeError
-from pidcfg.sim.controllers.dl06_state import TICKS, UNBOUNDED, Config, State
+from pidcfg.sim.controllers.dl06_state import MUTE, STOPPED, UNBOUNDED, Config, State
+from pidcfg.sim.plc import TICKS
 from pidcfg.sim.terms import clamp, nearest
 
 Values = Mapping[str, Any]
@@ -168,6 +169,7 @@ def write_state(s: State, v: Values, path: str) -> None:
     """Words that the controller also writes: what is written from outside takes their place."""
     if path == "setpoint.value":
         s.sp = s.goal_sp = counts(v[path])
+        s.goal_writes = 1
     elif path == "state.pv":
         s.pv = counts(v[path])
     elif path == "state.bias":
@@ -176,10 +178,12 @@ def write_state(s: State, v: Values, path: str) -> None:
         s.out = s.m = counts(v[path])
 
 
-def show(c: Config, s: State, sig: MutableSequence[float]) -> None:
-    """The signals of a loop as its words say."""
-    centre = s.sp * abs(s.sp) if c.root else s.sp
+def show(c: Config, s: State, sp: float, sig: MutableSequence[float]) -> None:
+    """The signals of a loop as its words say; ``sp`` is the set point in force, before its limits."""
+    sp = clamp(sp, c.sp_min, c.sp_max)
+    centre = sp * abs(sp) if c.root else sp
+    out = 0.0 if s.busy & (STOPPED | MUTE) else s.out
     sig[c.sig_pv] = c.pv_low + (s.pv - c.pv_min) * c.pv_width / c.pv_span
     sig[c.sig_sp] = c.pv_low + (centre - c.pv_min) * c.pv_width / c.pv_span
-    sig[c.sig_out] = c.out_low + (s.out - c.out_min) * c.out_width / c.out_span
+    sig[c.sig_out] = c.out_low + (out - c.out_min) * c.out_width / c.out_span
     sig[c.sig_bias] = c.out_low + (nearest(s.bias) - c.out_min) * c.out_width / c.out_span

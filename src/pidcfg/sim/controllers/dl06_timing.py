@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 from pidcfg.refs import DL06
+from pidcfg.sim.report import ScanTime
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -12,14 +13,6 @@ if TYPE_CHECKING:
 BASIS = DL06.at("PID Loop Effect on CPU Scan Time")
 CALCULATION = (150e-6, 250e-6, 350e-6)
 """Seconds of one loop calculation: minimum, typical, maximum; it depends on the options that are selected."""
-
-
-class ScanTime(NamedTuple):
-    """Average scan time with PID loops, in seconds."""
-
-    minimum: float
-    typical: float
-    maximum: float
 
 
 def scan_time(without_loops: float, sample_rates: Iterable[float]) -> ScanTime:

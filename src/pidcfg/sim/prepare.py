@@ -1,0 +1,76 @@
+"""What a scenario and its PLC make together before anything runs: options, base step, network, and what is wrong."""
+
+from __future__ import annotations
+
+from contextlib import suppress
+from dataclasses import fields
+from math import gcd
+from typing import TYPE_CHECKING
+
+from pydantic_core import PydanticCustomError
+
+from pidcfg.sim.check import check, leaves
+from pidcfg.sim.network import Network, build
+from pidcfg.sim.plc import TICKS, Controller, Plc
+from pidcfg.sim.problems import Problem
+
+if TYPE_CHECKING:
+    from pidcfg.schemas.scenario import Scenario
+
+
+def options(scenario: Scenario, controller: Controller) -> object:
+    """What the scenario chooses about the PLC, as the controller takes it; `prepare` reports what it does not know."""
+    known = {f.name for f in fields(controller.Options)}
+    given = {key: value for key, value in scenario.plc.model_dump(exclude_none=True).items() if key in known}
+    if "scan_time" in given:
+        given["scan_time"] = int(given["scan_time"] * TICKS)
+    return controller.Options(**given)
+
+
+def base_step(scenario: Scenario, plc: Plc) -> int:
+    """The base step in ticks: as given, the scan time, or the greatest common step of the sample rates."""
+    chosen = scenario.step or scenario.plc.scan_time
+    if chosen is not None:
+        return max(1, int(chosen * TICKS))
+    rates = [plc.base] if plc.running else [config.period for config in plc.cfg]
+    return gcd(*rates, *rates_set(scenario, plc)) or TICKS
+
+
+def rates_set(scenario: Scenario, plc: Plc) -> list[int]:
+    """Sample rates that events of the scenario set, in ticks."""
+    found = []
+    for event in scenario.events:
+        if event.loop not in plc.loops or event.set is None or event.at > scenario.duration:
+            continue
+        loop = plc.loops.index(event.loop)
+        for keys, value, _ in leaves(event.set):
+            with suppress(PydanticCustomError):  # the check of the scenario reports it
+                found.append(plc.period_set(loop, keys, plc.check_set(loop, keys, value)))
+    return found
+
+
+def prepare(scenario: Scenario, plc: Plc) -> Network:
+    """The network of a scenario, with everything that is wrong with the scenario in ``problems``."""
+    step = base_step(scenario, plc)
+    found = list(check(scenario, plc))
+    for name, config in zip(plc.loops, plc.cfg, strict=True):
+        if misses(config.period, step, scenario):
+            found.append(uneven(name, config.period, step))
+    if scenario.plc.number_of_loops is not None and any(plc.flags.values()):
+        words = ", ".join(f"{name} = 0x{word:04X}" for name, word in plc.flags.items())
+        message = f"with {scenario.plc.number_of_loops} loops the set-up check gives {words}: the loop task is off"
+        found.append(Problem(("plc", "number_of_loops"), message, "set_up", "warning"))
+    return build(scenario, plc, step, found)
+
+
+def misses(period: int, step: int, scenario: Scenario) -> bool:
+    """Whether samples of this rate come late in steps of this length; any rate fits scans that are shorter."""
+    return period < step if scenario.plc.scan_time is not None else period % step != 0
+
+
+def uneven(loop: str, period: int, step: int, since: str = "") -> Problem:
+    """A sample rate that the base step does not meet."""
+    what = "is shorter than" if period < step else "is no multiple of"
+    message = f"{since}the sample rate of {loop}, {period / TICKS:g} s, {what} the step, {step / TICKS:g} s"
+    cure = "its samples come at the next base step; give a 'step' that fits all loops"
+    return Problem(("step",), message, "rounded", "warning", cure, loop=loop)
