@@ -171,6 +171,7 @@ class RegisterMap:
             image.words[word.offset] = encode_one(word.codec, value, scales)
         except EncodeError as error:
             image.misfits.append(Misfit(path, word, value, error))
+            image.words[word.offset] = error.stored or 0
             return
         if isinstance(word.codec, Bcd):
             stored = word.codec.decode(image.words[word.offset])

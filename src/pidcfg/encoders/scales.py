@@ -132,12 +132,11 @@ class Position:
     def encode(self, value: Quantity, scale: Scale) -> int:
         """A quantity to the word of its format."""
         counts = whole(scale.position(value), raw=is_raw(value, scale))
-        if scale.root and counts > scale.top and not is_raw(value, scale):
-            raise _outside(scale, value, scale.value)
         try:
-            return scale.format.codec.encode(counts)
+            word = scale.format.codec.encode(counts)
         except EncodeError:
             raise _outside(scale, value, scale.value) from None
+        return within_root(word, counts, scale, value)
 
     def decode(self, word: int, scale: Scale) -> Quantity:
         """The word to a quantity."""
@@ -153,14 +152,22 @@ class Distance:
     def encode(self, value: Quantity, scale: Scale) -> int:
         """A quantity to an unsigned word."""
         counts = whole(scale.distance(value), raw=is_raw(value, scale) and not value.derived)
-        beyond = scale.root and counts > scale.top and not is_raw(value, scale)
-        if beyond or not 0 <= counts <= scale.format.maximum:
+        if not 0 <= counts <= scale.format.maximum:
             raise _outside(scale, value, scale.span_value, low=0)
-        return counts
+        return within_root(counts, counts, scale, value)
 
     def decode(self, word: int, scale: Scale) -> Quantity:
         """The word to a quantity."""
         return scale.span_value(Binary(scale.format.maximum).decode(word))
+
+
+def within_root(word: int, counts: int, scale: Scale, value: Quantity) -> int:
+    """The word, unless it is beyond full scale of a square-root loop: no PV has such a root."""
+    if scale.root and counts > scale.top:
+        error = _outside(scale, value, scale.value, low=0)
+        error.stored = word
+        raise error
+    return word
 
 
 def is_raw(value: Quantity, scale: Scale) -> bool:
@@ -177,9 +184,7 @@ def whole(counts: Decimal, *, raw: bool) -> int:
 
 def _outside(scale: Scale, value: Quantity, back: Callable[[int], Quantity], low: int | None = None) -> EncodeError:
     """The error with the limits in the user's own unit."""
-    least, most = scale.format.minimum if low is None else low, scale.format.maximum
-    if value.counts or scale.range is None:
+    least, most = scale.format.minimum if low is None else low, scale.top if scale.root else scale.format.maximum
+    if is_raw(value, scale):
         return EncodeError("range", "outside the word's range", Decimal(least), Decimal(most))
-    if scale.root:
-        least, most = 0, scale.top
     return EncodeError("range", "outside the word's range", back(least).value, back(most).value)

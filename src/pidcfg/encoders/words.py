@@ -19,7 +19,12 @@ Fault = Literal["range", "off", "form"]
 
 
 class EncodeError(ValueError):
-    """A value that its word cannot hold: outside ``low``..``high``, rounded onto an off code, or of the wrong form."""
+    """A value that its word cannot hold: outside ``low``..``high``, rounded onto an off code, or of the wrong form.
+
+    ``stored`` is what the word would hold all the same, where it has room for a value that means nothing.
+    """
+
+    stored: int | None = None
 
     def __init__(self, fault: Fault, message: str, low: Decimal | None = None, high: Decimal | None = None) -> None:
         super().__init__(message)
