@@ -415,3 +415,67 @@ def test_a_listing_with_unsound_settings_is_refused(folder, mode):
     outcome = simulate_here(folder)
     assert outcome.report is None
     assert "settings[0]" in outcome.findings[0].message
+
+
+VELOCITY = """\
+pidcfg: 1
+vendor: dl06
+plc: {loop_table: V2000}
+loops:
+  - {name: A, sample_rate: 1, action: reverse, algorithm: velocity, bumpless: II, tuning: {gain: 1, reset: 10}}
+"""
+"""The velocity form needs Bumpless I: an error that leaves no flag in the PLC."""
+BARE = "pidcfg: 1\nscenario: bare\nconfig: reactor.yaml\nduration: 10\nconnect: {A.PV: 100}\n"
+
+
+@pytest.mark.parametrize(
+    ("expect", "code"),
+    [("", 1), ("expect: [{loop: A, mode: manual}]\n", 0), ("expect: [{loop: A, mode: auto}]\n", 1)],
+)
+def test_errors_of_the_configuration_are_shown_and_pass_only_when_expectations_hold(folder, expect, code):
+    (folder / "reactor.yaml").write_text(VELOCITY, "utf-8")
+    (folder / "reactor.scenario.yaml").write_text(BARE + expect, "utf-8")
+    data, found = report(folder)
+    assert found == code
+    assert data["passed"] is (code == 0)
+    errors = [f for f in data["findings"] if f["severity"] == "error"]
+    assert [(f["file"], f["line"], f["plc_effect"]) for f in errors] == [("reactor.yaml", 5, None)]
+    text = pidcfg("simulate", "reactor.scenario.yaml", cwd=folder).stdout.decode()
+    assert errors[0]["code"] in text
+    assert ("nothing is expected of the run" in text) is (not expect)
+
+
+@pytest.mark.parametrize("engine", ["python", "numba"])
+def test_a_configuration_without_loops_runs(folder, engine):
+    if engine == "numba":
+        pytest.importorskip("numba")
+    (folder / "reactor.yaml").write_text("pidcfg: 1\nvendor: dl06\nplc: {loop_table: V2000}\nloops: []\n", "utf-8")
+    (folder / "reactor.scenario.yaml").write_text(BARE.replace("connect", "# connect"), "utf-8")
+    data, _ = report(folder, "--engine", engine)
+    assert (data["engine"], data["loops"]) == (engine, {})
+
+
+@pytest.mark.parametrize(
+    ("line", "message"),
+    [
+        ("plc: {number_of_loops: 10000}", "number_of_loops: 10000 does not fit the word"),
+        ("plc: {number_of_loops: -1}", "number_of_loops: -1 does not fit the word"),
+        ("plc: {cpu: 5}", "unknown key 'cpu'"),
+    ],
+)
+def test_an_option_of_the_plc_that_makes_no_sense_is_refused_at_its_line(folder, line, message):
+    change(folder, "reactor.scenario.yaml", "seed: 7\n", f"seed: 7\n{line}\n")
+    data, code = report(folder)
+    assert code == 2
+    text = (folder / "reactor.scenario.yaml").read_text("utf-8").splitlines()
+    assert [(text[f["line"] - 1], f["message"]) for f in data["findings"]] == [(line, message)]
+
+
+def test_ramp_soak_and_auto_tune_speak_in_notes_not_in_modes(folder):
+    change(folder, "reactor.scenario.yaml", "events:\n", "events:\n  - {at: 1, loop: TIC-101, ramp_soak: jog}\n")
+    data, _ = report(folder)
+    notes = [(n["at"], n["loop"]) for n in data["notes"] if n["text"].startswith("ramp/soak refused: ")]
+    assert notes == [(2.0, "TIC-101")], "with the next sample"
+    assert not any("ramp/soak" in (m["reason"] or "") for loop in data["loops"].values() for m in loop["modes"])
+    text = pidcfg("simulate", "reactor.scenario.yaml", cwd=folder).stdout.decode()
+    assert "note: ramp/soak refused" in text

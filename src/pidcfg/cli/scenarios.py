@@ -46,8 +46,8 @@ class Loaded:
     """The name of the configuration file as reports print it."""
     documents: dict[str, Document] = field(default_factory=dict)
     """Every file that a finding may point into, by name."""
-    set_up: list[Diagnostic] = field(default_factory=list)
-    """Findings of the configuration that change what the PLC does."""
+    config_errors: list[Diagnostic] = field(default_factory=list)
+    """What is wrong with the configuration, though the PLC takes it."""
     vendor: Vendor | None = None
     image: Image | None = None
 
@@ -138,7 +138,7 @@ def _use_configuration(loaded: Loaded, entry: Input, limits: Limits) -> None:
         reason = f": line {worst.span.line}: {worst.message}" if worst else ""
         loaded.refuse(f"{loaded.config} has no memory image{reason}", f"run 'pidcfg validate {loaded.config}'")
         return
-    loaded.set_up = [d for d in checked.findings if d.plc_effect is not None]
+    loaded.config_errors = [d for d in checked.findings if d.severity is Severity.ERROR]
     loaded.vendor, loaded.image = checked.vendor, checked.encoding.image
 
 

@@ -17,7 +17,6 @@ from pidcfg.diagnostics import Diagnostic, Severity
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    from pidcfg.cli.scenarios import Loaded
     from pidcfg.cli.simulation_report import Outcome
     from pidcfg.limits import Limits
     from pidcfg.sim.run import Settings
@@ -49,7 +48,8 @@ def command(
 ) -> None:  # fmt: skip
     """Run each SCENARIO against its plants and judge its expectations.
 
-    Exit codes: 0 all hold, 1 a failed expectation, 2 a scenario that cannot run.
+    Exit codes: 0 all hold, 1 a failed expectation (or a configuration with errors of which nothing is expected), 2 a
+    scenario that cannot run.
     """
     from pidcfg.cli.simulation_report import REPORTERS
     from pidcfg.cli.trend_file import trend_file
@@ -101,12 +101,8 @@ def simulate_document(doc: Document, settings: Settings, limits: Limits) -> Outc
         loaded.add(error.problems)
         return Outcome(doc.file, loaded.config, None, loaded.findings, loaded.documents)
     loaded.add(report.problems)
-    return Outcome(doc.file, loaded.config, report, [*loaded.findings, *causes(loaded)], loaded.documents)
-
-
-def causes(loaded: Loaded) -> list[Diagnostic]:
-    """Errors of the configuration that the PLC answers with a flag: the run shows their effect."""
-    return [d for d in loaded.set_up if d.severity is Severity.ERROR]
+    findings, wrong = [*loaded.findings, *loaded.config_errors], bool(loaded.config_errors)
+    return Outcome(doc.file, loaded.config, report, findings, loaded.documents, config_errors=wrong)
 
 
 def exit_code(outcomes: Sequence[Outcome], *, strict: bool = False) -> Exit:

@@ -31,11 +31,18 @@ class Outcome:
     report: Report | None = None
     findings: Sequence[Diagnostic] = ()
     documents: Mapping[str, Document] = field(default_factory=dict)
+    config_errors: bool = False
+    """Whether the configuration has errors; they are among the findings."""
+
+    @property
+    def unjudged(self) -> bool:
+        """Whether a configuration with errors ran and nothing was expected of it."""
+        return self.config_errors and self.report is not None and not self.report.expectations
 
     @property
     def passed(self) -> bool:
         """Whether it ran and everything expected of it holds."""
-        return self.report is not None and self.report.passed
+        return self.report is not None and self.report.passed and not self.unjudged
 
 
 def text(outcomes: Sequence[Outcome]) -> str:
@@ -54,7 +61,7 @@ def _section(outcome: Outcome) -> str:
         _happenings(report),
         _tables(report),
         _flags(report),
-        _verdicts(report),
+        _verdicts(outcome, report),
     ]
     return "\n".join(part for part in parts if part)
 
@@ -126,7 +133,7 @@ def _flags(report: Report) -> str:
     return "Flags\n" + _table(rows) if rows else ""
 
 
-def _verdicts(report: Report) -> str:
+def _verdicts(outcome: Outcome, report: Report) -> str:
     rows = [("passed" if v.passed else "FAILED", f"{v.text}: {_value(v.value)}") for v in report.expectations]
     failed = sum(not verdict.passed for verdict in report.expectations)
     total = len(report.expectations)
@@ -134,6 +141,8 @@ def _verdicts(report: Report) -> str:
     line = f"FAILED: {failed} of {total} expectations" if failed else f"passed: {total} of {total} expectations"
     if errors and not failed:
         line = f"FAILED: an error in the run ({total} of {total} expectations passed)"
+    if outcome.unjudged:
+        line = "FAILED: the configuration has errors, and nothing is expected of the run"
     return ("Expectations\n" + _table(rows) if rows else "") + line + "\n"
 
 
