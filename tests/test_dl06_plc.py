@@ -676,3 +676,13 @@ def test_reasons_apart_from_modes_are_kept_apart():
     machine.st[0].notice = 0
     machine.request(0, "auto")
     assert machine.describe(machine.st[0].notice) == ("refused: the loop is not calculated", "")
+
+
+def test_another_form_of_the_equation_takes_over_without_a_kick():
+    machine = plc({**SCALED, "mode": "auto", "setpoint": {"value": 60}, "tuning": {"gain": 1, "rate": 5}})
+    play(machine, 20, [40.0])
+    before = machine.st[0].out
+    change(machine, "algorithm", "velocity")
+    play(machine, 5, [40.0], start=20)
+
+    assert machine.st[0].out == before
