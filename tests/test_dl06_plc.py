@@ -15,9 +15,11 @@ from pidcfg.encoders.maps.dl06 import LOOP_TABLE
 from pidcfg.schemas.base import Quantity
 from pidcfg.schemas.dl06 import Dl06File
 from pidcfg.schemas.octal import v_name
+from pidcfg.schemas.scenario import Scenario
 from pidcfg.sim.controllers import dl06_state as bits
 from pidcfg.sim.controllers.dl06 import Options, load, scan
 from pidcfg.sim.controllers.dl06_report import ALARM_BITS, AUX_BITS, FLAG_BITS, MODES
+from pidcfg.sim.prepare import prepare
 from pidcfg.source import read_document
 
 LOOP = {"name": "L", "sample_rate": 0.1, "action": "direct", "tuning": {"gain": 1}}
@@ -686,3 +688,11 @@ def test_another_form_of_the_equation_takes_over_without_a_kick():
     play(machine, 5, [40.0], start=20)
 
     assert machine.st[0].out == before
+
+
+def test_a_loop_that_is_not_calculated_misses_no_scan():
+    text = {"pidcfg": 1, "scenario": "t", "config": "c", "duration": 10, "plc": {"scan_time": 1}}
+    machine = plc({"sample_rate": 0}, {"sample_rate": 1}, {"sample_rate": 0.5})
+    found = prepare(Scenario.model_validate(text), machine).problems
+
+    assert [p.loop for p in found if "sample rate" in p.message] == ["L3"]

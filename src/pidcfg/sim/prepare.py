@@ -53,9 +53,9 @@ def prepare(scenario: Scenario, plc: Plc) -> Network:
     """The network of a scenario, with everything that is wrong with the scenario in ``problems``."""
     step = base_step(scenario, plc)
     found = list(check(scenario, plc))
-    for name, config in zip(plc.loops, plc.cfg, strict=True):
-        if misses(config.period, step, scenario):
-            found.append(uneven(name, config.period, step))
+    for name, period in zip(plc.loops, plc.periods, strict=True):
+        if period and misses(period, step, scenario):
+            found.append(uneven(name, period, step))
     if scenario.plc.number_of_loops is not None and any(plc.flags.values()):
         words = ", ".join(f"{name} = 0x{word:04X}" for name, word in plc.flags.items())
         message = f"with {scenario.plc.number_of_loops} loops the set-up check gives {words}: the loop task is off"
