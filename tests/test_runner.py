@@ -455,6 +455,7 @@ def test_only_an_event_that_names_the_set_point_starts_a_step(monkeypatch):
     original = type(plc).set
 
     def also_moves_the_set_point(self, loop, path, value, sig):
+        self.st[loop].sp += 1
         sig[self.cfg[loop].sig_sp] += 1
         return original(self, loop, path, value, sig)
 
@@ -506,4 +507,14 @@ def test_a_scan_longer_than_a_sample_rate_is_said():
     report, _ = run(WIRED + "plc: {scan_time: 2}\n")
     assert [p.message for p in report.problems] == [
         f"the sample rate of {loop}, 1 s, is shorter than the step, 2 s" for loop in "AB"
+    ]
+
+
+def test_a_sample_rate_that_changes_between_events_is_said(monkeypatch):
+    plc = Controller.load()
+    later = property(lambda self: [1_500_000 if self.st[0].due > 5_000_000 else 1_000_000, 1_000_000])
+    monkeypatch.setattr(type(plc), "periods", later)
+    report, _ = run(WIRED, plc)
+    assert [p.message for p in report.problems] == [
+        "by 10 s: the sample rate of A, 1.5 s, is no multiple of the step, 1 s"
     ]
