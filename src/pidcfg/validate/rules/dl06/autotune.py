@@ -105,19 +105,24 @@ def autotune_between_narrow_limits(context: Dl06Context) -> Iterator[Finding]:
     name="autotune-start-condition",
     severity=Severity.INFO,
     basis=D28,
-    message="auto-tuning starts only with the PV at least {apart} {side} the set point",
+    message="{condition}",
 )
 def autotune_start_condition(context: Dl06Context) -> Iterator[Finding]:
     """Auto-tuning is planned, and the manual contradicts itself about when it starts.
 
-    Why: the procedure wants the PV more than 205 counts from the set point, below it for direct and above it for
-    reverse action; the text on the error bit wants both within 5 % of full scale, nearly the same number the other way
-    round.
+    Why: the open-loop procedure wants the PV more than 205 counts from the set point, below it for direct and above it
+    for reverse action; the text on the error bit wants both within 5 % of full scale, nearly the same number the other
+    way round, and that is all it says about the closed loop.
 
-    Fix: move the set point that far from the PV before the start; if bit 13 of +06 comes on, try the other reading.
+    Fix: for the open loop move the set point that far from the PV before the start, for the closed loop leave it near;
+    if bit 13 of +06 comes on, try the other reading.
     """
     for view in context.loops:
         if "autotune" in view.loop.model_fields_set:
             counts = nearest(APART * view.scales["pv"].format.span)
             apart = view.text(view.scales["pv"].span_value(counts), "pv", counts)
-            yield view.find_key("autotune", apart=apart, side="below" if view.loop.action == "direct" else "above")
+            side = "below" if view.loop.action == "direct" else "above"
+            condition = f"open-loop auto-tuning starts only with the PV at least {apart} {side} the set point"
+            if view.loop.autotune.method == "closed":
+                condition = f"closed-loop auto-tuning wants PV and set point within 5 % of full scale ({apart})"
+            yield view.find_key("autotune", condition=condition)

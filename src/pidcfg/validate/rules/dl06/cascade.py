@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
     from decimal import Decimal
 
+    from pidcfg.schemas.dl06 import Output, Pv
     from pidcfg.validate.rules.dl06.context import Dl06Context, LoopView
 
 POINTER = DL06.at("Remote Setpoint (SP) Location")
@@ -157,10 +158,24 @@ def cascade_range_mismatch(context: Dl06Context) -> Iterator[Finding]:
     for major, minor in context.cascades:
         written, read = major.loop.output.range, minor.loop.pv.range
         same_unit = None in {major.loop.output.unit, minor.loop.pv.unit} or major.loop.output.unit == minor.loop.pv.unit
-        if written is not None and read is not None and (written != read or not same_unit):
+        if (written is None) != (read is None):
+            yield _one_range(major, minor)
+        elif written is not None and read is not None and (written != read or not same_unit):
             yield major.find("output", "range" if written != read else "unit", minor=minor.loop.name,
                              major=major.loop.name, read=_range_text(read, minor.loop.pv.unit),
                              written=_range_text(written, major.loop.output.unit))  # fmt: skip
+
+
+def _one_range(major: LoopView, minor: LoopView) -> Finding:
+    """Only one side has a scale: it cannot be compared, and the other side's values are raw counts."""
+    path = ("loops", major.index, "output") if major.loop.output.range is None else ("loops", minor.index, "pv")
+    values = {"minor": minor.loop.name, "major": major.loop.name, "read": _scale_text(minor.loop.pv),
+              "written": _scale_text(major.loop.output)}  # fmt: skip
+    return Finding(path, values, key=True, severity=Severity.WARNING)
+
+
+def _scale_text(part: Pv | Output) -> str:
+    return "raw counts" if part.range is None else _range_text(part.range, part.unit)
 
 
 def _range_text(ends: tuple[Decimal, Decimal], unit: str | None) -> str:

@@ -87,7 +87,8 @@ def output_upper_limit_zero(context: Dl06Context) -> Iterator[Finding]:
     Fix: set the upper limit to the highest output that the process may see, or leave the limits out.
     """
     for view in context.loops:
-        if (limits := view.holds("output_low", "output_high")) and pinned_to_zero(limits):
+        limits = view.holds("output_low", "output_high")
+        if limits and limits[0] <= limits[1] and pinned_to_zero(limits):
             yield view.find("output", "limits", 1, high=view.shown("output_high"), word=view.v("output"))
 
 

@@ -127,8 +127,15 @@ def table_crosses_the_boundary(context: Dl06Context) -> Iterator[Finding]:
     at the latest, 5 loops at V7340.
     """
     if context.setup.flags & STRADDLES:
-        yield Finding(TABLE, {"loops": loops_text(context.setup.count), "words": between(context.counted),
+        words = (
+            between(context.counted) if context.setup.count <= CPU.loops else f"words from {v_name(context.table[0])}"
+        )
+        yield Finding(TABLE, {"loops": loops_text(context.setup.count), "words": words,
                               "limit": v_name(CPU.lower_end)}, plc_effect="V7642 bit 3")  # fmt: skip
+    elif CPU.lower[0] <= context.table[0] <= CPU.lower[1] and context.table[1] > CPU.lower_end:
+        yield Finding(TABLE, {"loops": f"the {len(context.loops)} listed loops", "words": between(context.table),
+                              "limit": v_name(CPU.lower_end)},
+                      plc_effect="not shown in V7642, which counts the loops of V7641")  # fmt: skip
 
 
 @rule(
@@ -146,7 +153,7 @@ def table_beyond_memory(context: Dl06Context) -> Iterator[Finding]:
 
     Fix: start the table lower: 8 loops fit from V17400, 2 loops from V17700, a single one from V17740.
     """
-    start, last = context.counted
+    start, last = max(context.counted, context.table)
     if CPU.upper[0] <= start <= CPU.upper[1] and last > CPU.upper_end:
         yield Finding(TABLE, {"loops": loops_text(context.setup.count), "words": between((start, last)),
                               "limit": v_name(CPU.upper_end)}, plc_effect="not shown in V7642")  # fmt: skip

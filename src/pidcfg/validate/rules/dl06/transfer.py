@@ -41,10 +41,11 @@ def channel_of(transfer: Transfer | None) -> tuple[int, int] | None:
     message="the loop is independent of the CPU mode, but {missing}: in Program mode nothing moves {words}",
 )
 def independent_loop_without_transfer(context: Dl06Context) -> Iterator[Finding]:
-    """A loop is to run while the CPU is in Program mode, without auto transfer of both its PV and its output.
+    """A loop is to run while the CPU is in Program mode, without direct access to the channels of PV and output.
 
     Why: in Program mode the ladder program stands still, and with it the copying of analog values. The loop would go on
-    calculating from a frozen PV, or into a word that no module reads. The output of a major loop needs no transfer.
+    calculating from a frozen PV, or into a word that no module reads. A PV fetched from V-memory is frozen as well: the
+    ladder program, or the pointer method that it runs, writes that word. The output of a major loop needs no transfer.
 
     Fix: add `pv.transfer` and `output.transfer` (slot and channel), or remove `independent_of_cpu_mode`.
     """
@@ -53,16 +54,17 @@ def independent_loop_without_transfer(context: Dl06Context) -> Iterator[Finding]
         loop = view.loop
         if not loop.independent_of_cpu_mode:
             continue
-        missing = ["pv"] if loop.pv.transfer is None else []
+        missing = [] if loop.pv.transfer else ["pv"]
         if loop.output.transfer is None and view.index not in majors:
             missing.append("output")
-        if missing:
-            text = (
-                " and ".join(f"{key}.transfer" for key in missing)
-                + (" is" if len(missing) == 1 else " are")
-                + " not given"
-            )
-            yield view.find("independent_of_cpu_mode", missing=text, words=" and ".join(view.v(key) for key in missing))
+        absent = " and ".join(f"{key}.transfer" for key in missing)
+        reasons = [f"{absent} {'is' if len(missing) == 1 else 'are'} not given"] if missing else []
+        if loop.pv.transfer and loop.pv.transfer.address is not None:
+            reasons.append(f"pv.transfer reads {v_name(loop.pv.transfer.address)}, which the ladder program writes")
+            missing.insert(0, "pv")
+        if reasons:
+            words = " and ".join(view.v(key) for key in missing)
+            yield view.find("independent_of_cpu_mode", missing=" and ".join(reasons), words=words)
 
 
 @rule(
