@@ -85,6 +85,26 @@ def test_a_slow_ramp_moves_by_fractions_of_a_count():
     assert rows == [100, 100, 100, 101, 101, 101, 102, 102, 102, 102, 102, 103, 103]
 
 
+def test_holding_and_resuming_keeps_the_fraction_of_the_set_point():
+    """0.3 counts/s for 60 s is 18 counts, however often the profile is held in between; a written word wins."""
+    rig, s = oven((200, 0.3, 1, 0))
+    rig.command(RS_START)
+    rig.run(1)
+    for _ in range(20):
+        rig.run(3)
+        rig.command(RS_HOLD)
+        rig.run(2)
+        rig.command(RS_RESUME)
+    assert abs(s.rs_sp - 118.0) < 0.4
+
+    rig.command(RS_HOLD)
+    rig.run(1)
+    s.sp = 150.0
+    rig.command(RS_RESUME)
+    rig.run(1)
+    assert s.rs_sp == pytest.approx(150.3)
+
+
 def test_hold_freezes_and_resume_goes_on():
     rig, s = oven((200, 10, 5, 0))
     rig.command(RS_START)

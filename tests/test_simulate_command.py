@@ -391,7 +391,7 @@ def test_with_a_scan_time_the_report_estimates_the_scan_with_loops(folder):
     data, _ = report(folder)
     assert data["scan_time"] == {"minimum": 0.05004875, "typical": 0.05008125, "maximum": 0.05011375}
     text = pidcfg("simulate", "reactor.scenario.yaml", cwd=folder).stdout.decode()
-    assert "scan time with these loops: 50.08 ms (50.05 to 50.11 ms)" in text
+    assert "scan time with these loops: 50.081 ms (50.049 to 50.114 ms)" in text
     assert "1800 s in steps of 0.05 s" in text
 
 

@@ -74,8 +74,8 @@ def _head(outcome: Outcome, report: Report) -> str:
         ""
         if timing is None
         else (
-            f"  scan time with these loops: {timing.typical * 1e3:.2f} ms "
-            f"({timing.minimum * 1e3:.2f} to {timing.maximum * 1e3:.2f} ms)\n"
+            f"  scan time with these loops: {timing.typical * 1e3:.3f} ms "
+            f"({timing.minimum * 1e3:.3f} to {timing.maximum * 1e3:.3f} ms)\n"
         )
     )
     stopped = any(report.plc_flags.values())

@@ -146,8 +146,10 @@ ENGINE = (
     ),
     Decision(
         53, "V7642",
-        "A count that is no BCD number sets bit 2; bit 3 takes the count as it is written, 9 and more too.",
-        "The manual's table of bits, by the letter.",
+        "A count that is no BCD number sets bit 2; bit 3 takes the count as it is written, 9 and more too, and is set "
+        "only when the start itself lies in V1200 to V7340: V7341 with 8 loops sets bit 0 alone.",
+        "The manual's table of bits, by the letter; a table that does not start in the lower range cannot straddle "
+        "its end.",
     ),
     Decision(
         54, "+35",

@@ -93,7 +93,9 @@ def obey(c: Config, s: State, aux: list[float]) -> None:
         s.aux_status |= RS_HELD
     elif command & RS_RESUME:
         s.aux_status &= ~RS_HELD
-        s.rs_sp = s.sp
+        # the set point goes on with its fraction, unless somebody has written the word meanwhile
+        if s.rs_sp + NEAREST - NEAREST != s.sp:
+            s.rs_sp = s.sp
     elif command & RS_JOG:
         begin(c, s, aux, s.rs_step + 1)
 
