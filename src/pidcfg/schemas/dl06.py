@@ -41,7 +41,6 @@ from pidcfg.schemas.octal import VAddress
 
 FEATURES = DL06.at("PID Loop Feature Specifications")
 SETUP = DL06.at("Loop Table and Number of Loops")
-GAINS = DL06.at("P-I-D Loop Terms")
 FILTER = DL06.at("The DL06 Built-in Analog Filter")
 RAMP_SOAK = DL06.at("Ramp/Soak Table")
 TRANSFER = DL06.at("PV Auto Transfer (Addr + 36)")

@@ -20,9 +20,8 @@ if TYPE_CHECKING:
 
 ERROR = DL06.at("Alarm Programming Error")
 ABSOLUTE = DL06.at("PV Absolute Value Alarms")
-DEVIATION = DL06.at("PV Deviation Alarms")
 RATE = DL06.at("PV Rate-of-Change Alarm")
-RESOLUTION = DL06.at("Choosing the Best Sample Rate, NOTE")
+RESOLUTION = DL06.at("Determining a suitable sample rate (Addr+07), NOTE")
 TROUBLE = DL06.at("Troubleshooting Tips")
 
 D20 = Decision(

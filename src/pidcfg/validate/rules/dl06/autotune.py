@@ -16,7 +16,6 @@ if TYPE_CHECKING:
     from pidcfg.validate.rules.dl06.context import Dl06Context
 
 PROCEDURE = DL06.at("Auto Tuning Procedure")
-OPEN = DL06.at("Open-Loop Auto Tuning")
 
 D28 = Decision(
     28, "auto-tune starts with the PV 205 counts from the set point",

@@ -19,7 +19,6 @@ if TYPE_CHECKING:
     from pidcfg.validate.rules.dl06.context import Dl06Context, LoopView
 
 ERRORS = DL06.at("Ramp/Soak Programming Errors")
-LOCATION = DL06.at("Ramp/Soak Table Location (Addr + 34)")
 TABLE = DL06.at("Ramp/Soak Table")
 ENABLE = DL06.at("Ramp/Soak Generator Enable")
 CONTROLS = DL06.at("Ramp/Soak Controls")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from decimal import Decimal
 from typing import TYPE_CHECKING
 
 from pidcfg.diagnostics import Severity
@@ -248,6 +249,7 @@ def derivative_without_limit_or_filter(context: Dl06Context) -> Iterator[Finding
         limited = switched_on(loop.derivative_gain_limit_enabled, loop.derivative_gain_limit)
         if sample > 0 and loop.tuning.rate > LARGEST_LIMIT * sample and not limited and not view.filtered:
             times = loop.tuning.rate / sample
-            counts = times * (loop.tuning.gain or 1)
+            spans = Decimal(view.scales["output"].format.span) / view.scales["pv"].format.span
+            counts = times * (loop.tuning.gain or 1) * spans
             yield view.find("tuning", "rate", rate=decimal_text(loop.tuning.rate), times=f"{times:.4g}",
                             sample=decimal_text(sample), counts=f"{counts:.0f}")  # fmt: skip
