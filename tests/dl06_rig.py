@@ -7,12 +7,12 @@ import random
 from collections import deque
 from dataclasses import fields
 
-from pidcfg.sim.controllers import dl06_state as bits
-from pidcfg.sim.controllers.dl06 import Config, State, scan
-from pidcfg.sim.controllers.dl06_equation import coefficients
-from pidcfg.sim.controllers.dl06_report import describe
-from pidcfg.sim.controllers.dl06_tune_open import POINTS
-from pidcfg.sim.controllers.dl06_tune_results import WANTED
+from pidcfg.sim.controllers.dl06 import state as bits
+from pidcfg.sim.controllers.dl06.equation import coefficients
+from pidcfg.sim.controllers.dl06.report import describe
+from pidcfg.sim.controllers.dl06.scan import Config, State, scan
+from pidcfg.sim.controllers.dl06.tune_open import POINTS
+from pidcfg.sim.controllers.dl06.tune_results import WANTED
 from pidcfg.sim.plc import TICKS
 
 TABLE = 32

@@ -21,12 +21,12 @@ from pidcfg.sim.compile import (
     vector,
     write_back,
 )
-from pidcfg.sim.controllers import dl06
-from pidcfg.sim.controllers import dl06_state as bits
-from pidcfg.sim.controllers.dl06 import INLINED, Config, State, scan
-from pidcfg.sim.controllers.dl06_equation import coefficients
-from pidcfg.sim.controllers.dl06_tune_open import POINTS
-from pidcfg.sim.controllers.dl06_tune_results import WANTED
+from pidcfg.sim.controllers.dl06 import scan as dl06
+from pidcfg.sim.controllers.dl06 import state as bits
+from pidcfg.sim.controllers.dl06.equation import coefficients
+from pidcfg.sim.controllers.dl06.scan import INLINED, Config, State, scan
+from pidcfg.sim.controllers.dl06.tune_open import POINTS
+from pidcfg.sim.controllers.dl06.tune_results import WANTED
 from pidcfg.sim.terms import clamp, nearest
 
 CONFIGURATIONS = 320

@@ -7,8 +7,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from dl06_rig import Fixed, Rig
-from pidcfg.sim.controllers.dl06_report import ALARM_BITS
-from pidcfg.sim.controllers.dl06_state import ALARMS, PV_ALARMS
+from pidcfg.sim.controllers.dl06.report import ALARM_BITS
+from pidcfg.sim.controllers.dl06.state import ALARMS, PV_ALARMS
 
 
 def names(status):

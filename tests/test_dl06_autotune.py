@@ -17,8 +17,8 @@ from itertools import pairwise
 import pytest
 
 from dl06_rig import FirstOrder, Fixed, Rig
-from pidcfg.sim.controllers import dl06_state as bits
-from pidcfg.sim.controllers.dl06_state import MODES, TUNE, TUNE_ERROR, TUNING
+from pidcfg.sim.controllers.dl06 import state as bits
+from pidcfg.sim.controllers.dl06.state import MODES, TUNE, TUNE_ERROR, TUNING
 
 
 def until_tuned(rig, s, most=20000):

@@ -9,9 +9,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from dl06_rig import FirstOrder, Fixed, Rig
-from pidcfg.sim.controllers import dl06_state as bits
-from pidcfg.sim.controllers.dl06 import Config, State, scan
-from pidcfg.sim.controllers.dl06_equation import calculate, coefficients, position, shaped, velocity
+from pidcfg.sim.controllers.dl06 import state as bits
+from pidcfg.sim.controllers.dl06.equation import calculate, coefficients, position, shaped, velocity
+from pidcfg.sim.controllers.dl06.scan import Config, State, scan
 
 TS = 0.05
 

@@ -10,9 +10,9 @@ from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 
 from dl06_strategies import configurations, loop_words
-from pidcfg.encoders.dl06 import encode
-from pidcfg.encoders.dl06_decode import decode
-from pidcfg.encoders.dl06_files import FORMATS
+from pidcfg.encoders.dl06.decode import decode
+from pidcfg.encoders.dl06.encode import encode
+from pidcfg.encoders.dl06.files import FORMATS
 from pidcfg.encoders.files import kind_of
 from pidcfg.encoders.maps.dl06 import LOOP_TABLE, RAMP_SOAK_PAIR, SETUP_WORDS
 from pidcfg.encoders.words import DecodeError

@@ -5,9 +5,9 @@ from __future__ import annotations
 import pytest
 
 from dl06_rig import FirstOrder, Fixed, Rig
-from pidcfg.sim.controllers import dl06_state as bits
-from pidcfg.sim.controllers.dl06_modes import REASONS
-from pidcfg.sim.controllers.dl06_report import describe, mode_name, notices, requested
+from pidcfg.sim.controllers.dl06 import state as bits
+from pidcfg.sim.controllers.dl06.modes import REASONS
+from pidcfg.sim.controllers.dl06.report import describe, mode_name, notices, requested
 
 
 def mode(rig, i=0):

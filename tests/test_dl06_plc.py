@@ -9,16 +9,16 @@ from pathlib import Path
 import pytest
 from pydantic_core import PydanticCustomError
 
-from pidcfg.encoders.dl06 import encode
+from pidcfg.encoders.dl06.encode import encode
 from pidcfg.encoders.image import Cell, Image
 from pidcfg.encoders.maps.dl06 import LOOP_TABLE
 from pidcfg.schemas.base import Quantity
 from pidcfg.schemas.dl06 import Dl06File
 from pidcfg.schemas.octal import v_name
 from pidcfg.schemas.scenario import Scenario
-from pidcfg.sim.controllers import dl06_state as bits
-from pidcfg.sim.controllers.dl06 import Options, load, scan
-from pidcfg.sim.controllers.dl06_report import ALARM_BITS, AUX_BITS, FLAG_BITS, MODES
+from pidcfg.sim.controllers.dl06 import state as bits
+from pidcfg.sim.controllers.dl06.report import ALARM_BITS, AUX_BITS, FLAG_BITS, MODES
+from pidcfg.sim.controllers.dl06.scan import Options, load, scan
 from pidcfg.sim.prepare import prepare
 from pidcfg.source import read_document
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 
 from dl06_rig import Fixed, Rig
-from pidcfg.sim.controllers import dl06_state as bits
-from pidcfg.sim.controllers.dl06_state import (
+from pidcfg.sim.controllers.dl06 import state as bits
+from pidcfg.sim.controllers.dl06.state import (
     RS_COMPLETE,
     RS_DEVIATION,
     RS_HELD,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from pidcfg.encoders.dl06_setup import Setup, alarm_order_broken, check_ramp_soak, check_setup
+from pidcfg.encoders.dl06.setup import Setup, alarm_order_broken, check_ramp_soak, check_setup
 from pidcfg.encoders.words import bcd_word
 
 

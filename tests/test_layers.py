@@ -67,7 +67,7 @@ LONG_MODULES = {
 
 LONG_FUNCTIONS = {
     # function                     why it may have more than 50 lines
-    "sim.controllers.dl06.sample": "a kernel: one sample in the order of the manual; a call costs ten operations",
+    "sim.controllers.dl06.scan.sample": "a kernel: one sample in the order of the manual; a call costs ten operations",
     "sim.expressions.evaluate":    "a kernel: the operators of the expression language, one branch each",
 }
 # fmt: on

@@ -14,9 +14,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pidcfg.sim.compile import compiled, records, vector
-from pidcfg.sim.controllers.dl06 import INLINED, Config, State, scan
-from pidcfg.sim.controllers.dl06_equation import coefficients
-from pidcfg.sim.controllers.dl06_state import AUTO
+from pidcfg.sim.controllers.dl06.equation import coefficients
+from pidcfg.sim.controllers.dl06.scan import INLINED, Config, State, scan
+from pidcfg.sim.controllers.dl06.state import AUTO
 
 if TYPE_CHECKING:
     from collections.abc import Callable

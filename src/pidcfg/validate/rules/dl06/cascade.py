@@ -6,7 +6,7 @@ import difflib
 from typing import TYPE_CHECKING
 
 from pidcfg.diagnostics import Severity
-from pidcfg.encoders.dl06 import OUTPUT_OFFSET, loop_start
+from pidcfg.encoders.dl06.encode import OUTPUT_OFFSET, loop_start
 from pidcfg.refs import DL06, Decision
 from pidcfg.schemas.base import decimal_text
 from pidcfg.schemas.octal import v_name

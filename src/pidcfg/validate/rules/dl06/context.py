@@ -11,7 +11,7 @@ from decimal import Decimal
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
-from pidcfg.encoders.dl06 import (
+from pidcfg.encoders.dl06.encode import (
     LOOP_SIZE,
     OUTPUT_OFFSET,
     deviation_alarms_on,
@@ -23,7 +23,7 @@ from pidcfg.encoders.dl06 import (
     switched_on,
     values_of,
 )
-from pidcfg.encoders.dl06_setup import Setup, check_setup
+from pidcfg.encoders.dl06.setup import Setup, check_setup
 from pidcfg.encoders.maps.dl06 import CPU, LOOP_TABLE, RESET
 from pidcfg.encoders.regmap import ScaledCodec
 from pidcfg.encoders.scales import Position, Scale

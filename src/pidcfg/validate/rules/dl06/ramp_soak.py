@@ -6,7 +6,7 @@ from itertools import combinations
 from typing import TYPE_CHECKING
 
 from pidcfg.diagnostics import Severity
-from pidcfg.encoders.dl06_setup import TABLE_IN_SYSTEM, TABLE_OUTSIDE_LOWER, TABLE_OUTSIDE_UPPER, check_ramp_soak
+from pidcfg.encoders.dl06.setup import TABLE_IN_SYSTEM, TABLE_OUTSIDE_LOWER, TABLE_OUTSIDE_UPPER, check_ramp_soak
 from pidcfg.encoders.maps.dl06 import CPU, RAMP_SOAK_SIZE
 from pidcfg.refs import DL06
 from pidcfg.schemas.octal import v_name

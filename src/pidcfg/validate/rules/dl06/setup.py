@@ -6,8 +6,8 @@ from decimal import Decimal
 from typing import TYPE_CHECKING
 
 from pidcfg.diagnostics import Severity
-from pidcfg.encoders.dl06 import loop_start
-from pidcfg.encoders.dl06_setup import OUTSIDE_LOWER, OUTSIDE_UPPER, STRADDLES, TOO_MANY
+from pidcfg.encoders.dl06.encode import loop_start
+from pidcfg.encoders.dl06.setup import OUTSIDE_LOWER, OUTSIDE_UPPER, STRADDLES, TOO_MANY
 from pidcfg.encoders.maps.dl06 import CPU
 from pidcfg.refs import DL06, Decision
 from pidcfg.schemas.base import decimal_text

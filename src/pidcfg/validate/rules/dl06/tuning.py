@@ -6,7 +6,7 @@ from decimal import Decimal
 from typing import TYPE_CHECKING
 
 from pidcfg.diagnostics import Severity
-from pidcfg.encoders.dl06 import reset_value, switched_on
+from pidcfg.encoders.dl06.encode import reset_value, switched_on
 from pidcfg.encoders.maps.dl06 import D01, RESET
 from pidcfg.encoders.words import EncodeError, bcd_digits
 from pidcfg.refs import DL06, Decision

@@ -6,9 +6,9 @@ out. Period T and swing X of the PV (both peak to peak, as the output's M) give 
 
 from __future__ import annotations
 
-from pidcfg.sim.controllers.dl06_modes import tell
-from pidcfg.sim.controllers.dl06_state import FRESH, RELAY, TUNE_ERROR, Config, State
-from pidcfg.sim.controllers.dl06_tune_results import SWITCHING, TUNE_AT_LIMITS, TUNE_NO_RESPONSE, end_tune, store
+from pidcfg.sim.controllers.dl06.modes import tell
+from pidcfg.sim.controllers.dl06.state import FRESH, RELAY, TUNE_ERROR, Config, State
+from pidcfg.sim.controllers.dl06.tune_results import SWITCHING, TUNE_AT_LIMITS, TUNE_NO_RESPONSE, end_tune, store
 from pidcfg.sim.plc import TICKS
 
 PI = 3.141592653589793

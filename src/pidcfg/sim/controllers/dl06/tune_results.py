@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from pidcfg.sim.controllers.dl06_equation import coefficients
-from pidcfg.sim.controllers.dl06_modes import tell
-from pidcfg.sim.controllers.dl06_state import RELAY, TUNE, TUNE_ERROR, TUNING, Config, State
+from pidcfg.sim.controllers.dl06.equation import coefficients
+from pidcfg.sim.controllers.dl06.modes import tell
+from pidcfg.sim.controllers.dl06.state import RELAY, TUNE, TUNE_ERROR, TUNING, Config, State
 from pidcfg.sim.terms import clamp, nearest
 
 IDLE, WANTED, OBSERVE, RESPONSE, SWITCHING = 0, 1, 2, 3, 4

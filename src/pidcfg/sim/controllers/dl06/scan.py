@@ -3,7 +3,7 @@
 Design. `scan` is called at every base step and calculates the loops that are due, in ascending order. `sample` is one
 calculation of one loop, top to bottom in the order of the manual's block diagrams: PV word and filter, then whatever
 rarely happens (`State.busy`: mode requests, ramp/soak, auto-tune), set point, alarms, error, PID equation, limits,
-output word. Nothing here knows files, names or units: see `dl06_plc.load` for how words become `Config` and `State`.
+output word. Nothing here knows files, names or units: see `plc.load` for how words become `Config` and `State`.
 
 Signals of a loop (slots in `Config`): ``sig_in`` is read, in engineering units; ``sig_pv``, ``sig_sp``, ``sig_out`` and
 ``sig_bias`` are written, as the words say in engineering units. With square-root extract ``sig_sp`` is the PV that
@@ -12,14 +12,14 @@ satisfies the set point, so that both can be compared.
 
 from __future__ import annotations
 
-from pidcfg.sim.controllers.dl06_alarms import alarms
-from pidcfg.sim.controllers.dl06_autotune import tune
-from pidcfg.sim.controllers.dl06_equation import calculate, position
-from pidcfg.sim.controllers.dl06_memory import Options
-from pidcfg.sim.controllers.dl06_modes import OVERRIDE_OVERFLOW, modes, to_manual
-from pidcfg.sim.controllers.dl06_plc import Dl06, load
-from pidcfg.sim.controllers.dl06_ramp_soak import ramp_soak
-from pidcfg.sim.controllers.dl06_state import (
+from pidcfg.sim.controllers.dl06.alarms import alarms
+from pidcfg.sim.controllers.dl06.autotune import tune
+from pidcfg.sim.controllers.dl06.equation import calculate, position
+from pidcfg.sim.controllers.dl06.memory import Options
+from pidcfg.sim.controllers.dl06.modes import OVERRIDE_OVERFLOW, modes, to_manual
+from pidcfg.sim.controllers.dl06.plc import Dl06, load
+from pidcfg.sim.controllers.dl06.ramp_soak import ramp_soak
+from pidcfg.sim.controllers.dl06.state import (
     BLIND,
     CASCADE,
     FIRST,

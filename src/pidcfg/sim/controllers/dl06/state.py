@@ -114,7 +114,7 @@ class Config:
     """Index of the loop whose output is the remote set point; -1: the pointer names no output of this table."""
     # equation
     special: int = 0
-    """Not simply the position form of a linear error: `dl06_equation.calculate` is needed."""
+    """Not simply the position form of a linear error: `equation.calculate` is needed."""
     velocity: int = 0
     reverse: int = 0
     bumpless: int = 1
@@ -149,7 +149,7 @@ class Config:
     tune_open: int = 0
     tune_pi: int = 0
     tune_buffer: int = -1
-    """Offset in `aux` of `dl06_tune_open.POINTS` floats."""
+    """Offset in `aux` of `tune_open.POINTS` floats."""
     reset_unit: float = 1.0
     """Seconds of one unit of the reset word: 1 or 60."""
     reset_step: float = 0.1
@@ -170,7 +170,7 @@ class State:
     status: int = MANUAL
     """The word +06: mode, alarms, errors, auto-tune."""
     notice: int = 0
-    """What happened since the runner last looked: see `dl06_modes.tell`."""
+    """What happened since the runner last looked: see `modes.tell`."""
     aux_status: int = 0
     """The word +33 without its command bits."""
     turn: int = -1

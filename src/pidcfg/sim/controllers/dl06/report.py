@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from pidcfg.sim.controllers import dl06_modes, dl06_ramp_soak, dl06_tune_results
-from pidcfg.sim.controllers import dl06_state as bits
+from pidcfg.sim.controllers.dl06 import modes as dl06_modes
+from pidcfg.sim.controllers.dl06 import ramp_soak as dl06_ramp_soak
+from pidcfg.sim.controllers.dl06 import state as bits
+from pidcfg.sim.controllers.dl06 import tune_results as dl06_tune_results
 
 MODES = {"manual": bits.MANUAL, "auto": bits.AUTO, "cascade": bits.CASCADE}
 COMMANDS = {"start": bits.RS_START, "hold": bits.RS_HOLD, "resume": bits.RS_RESUME, "jog": bits.RS_JOG}

@@ -7,8 +7,8 @@ is `State.rs_sp`; only its rounded value is a word.
 
 from __future__ import annotations
 
-from pidcfg.sim.controllers.dl06_modes import on_sp_scale, tell
-from pidcfg.sim.controllers.dl06_state import (
+from pidcfg.sim.controllers.dl06.modes import on_sp_scale, tell
+from pidcfg.sim.controllers.dl06.state import (
     CASCADE,
     PROGRAM,
     RS_COMPLETE,

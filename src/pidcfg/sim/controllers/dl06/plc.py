@@ -11,10 +11,11 @@ from typing import TYPE_CHECKING, Any
 
 from pidcfg.encoders.maps.dl06 import LOOP_TABLE, TABLE_POINTER
 from pidcfg.schemas.base import refuse
-from pidcfg.sim.controllers import dl06_modes, dl06_timing
-from pidcfg.sim.controllers import dl06_state as bits
-from pidcfg.sim.controllers.dl06_memory import Memory, Options
-from pidcfg.sim.controllers.dl06_report import (
+from pidcfg.sim.controllers.dl06 import modes as dl06_modes
+from pidcfg.sim.controllers.dl06 import state as bits
+from pidcfg.sim.controllers.dl06 import timing as dl06_timing
+from pidcfg.sim.controllers.dl06.memory import Memory, Options
+from pidcfg.sim.controllers.dl06.report import (
     ALARM_BITS,
     AUX_BITS,
     COMMANDS,
@@ -24,9 +25,9 @@ from pidcfg.sim.controllers.dl06_report import (
     mode_name,
     requested,
 )
-from pidcfg.sim.controllers.dl06_setting import CASCADE_FROM, find_rows, fits, parse_setting, stored_rate
-from pidcfg.sim.controllers.dl06_state import NEVER
-from pidcfg.sim.controllers.dl06_words import ticks, write_state
+from pidcfg.sim.controllers.dl06.setting import CASCADE_FROM, find_rows, fits, parse_setting, stored_rate
+from pidcfg.sim.controllers.dl06.state import NEVER
+from pidcfg.sim.controllers.dl06.words import ticks, write_state
 from pidcfg.sim.plc import TICKS
 
 if TYPE_CHECKING:

@@ -9,18 +9,18 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from pidcfg.encoders.dl06 import unnamed
-from pidcfg.encoders.dl06_setup import Setup, check_setup
+from pidcfg.encoders.dl06.encode import unnamed
+from pidcfg.encoders.dl06.setup import Setup, check_setup
 from pidcfg.encoders.maps.dl06 import CPU, LOOP_COUNT, LOOP_TABLE, RAMP_SOAK_SIZE, TABLE_POINTER
-from pidcfg.sim.controllers import dl06_modes
-from pidcfg.sim.controllers import dl06_state as bits
-from pidcfg.sim.controllers.dl06_equation import coefficients
-from pidcfg.sim.controllers.dl06_loop import Loop, eng, loop_of
-from pidcfg.sim.controllers.dl06_report import COMMANDS, MODES, SIGNALS
-from pidcfg.sim.controllers.dl06_state import Config, State
-from pidcfg.sim.controllers.dl06_tune_open import POINTS
-from pidcfg.sim.controllers.dl06_tune_results import WANTED
-from pidcfg.sim.controllers.dl06_words import (
+from pidcfg.sim.controllers.dl06 import modes as dl06_modes
+from pidcfg.sim.controllers.dl06 import state as bits
+from pidcfg.sim.controllers.dl06.equation import coefficients
+from pidcfg.sim.controllers.dl06.loop import Loop, eng, loop_of
+from pidcfg.sim.controllers.dl06.report import COMMANDS, MODES, SIGNALS
+from pidcfg.sim.controllers.dl06.state import Config, State
+from pidcfg.sim.controllers.dl06.tune_open import POINTS
+from pidcfg.sim.controllers.dl06.tune_results import WANTED
+from pidcfg.sim.controllers.dl06.words import (
     SLOW,
     alarm_error,
     configure,

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from pidcfg.sim.controllers.dl06_tune_results import (
+from pidcfg.sim.controllers.dl06.tune_results import (
     RESPONSE,
     TUNE_FULL_SCALE,
     TUNE_NO_RESPONSE,
@@ -21,7 +21,7 @@ from pidcfg.sim.plc import TICKS
 from pidcfg.sim.terms import NEAREST
 
 if TYPE_CHECKING:
-    from pidcfg.sim.controllers.dl06_state import Config, State
+    from pidcfg.sim.controllers.dl06.state import Config, State
 
 POINTS = 512
 """Floats of a loop's buffer in `aux`."""

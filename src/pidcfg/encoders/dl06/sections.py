@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from pidcfg.encoders.dl06 import ends, scales
-from pidcfg.encoders.dl06_status import intended_mode
+from pidcfg.encoders.dl06.encode import ends, scales
+from pidcfg.encoders.dl06.status import intended_mode
 from pidcfg.encoders.maps.dl06 import RAMP_SOAK_PAIR, RAMP_SOAK_PAIRS, RAMP_SOAK_SIZE
 from pidcfg.encoders.words import DecodeError
 from pidcfg.schemas.base import Quantity, plain_number

@@ -10,12 +10,12 @@ from collections.abc import Mapping, MutableSequence, Sequence
 from math import sqrt
 from typing import Any
 
-from pidcfg.encoders.dl06_setup import alarm_order_broken, check_ramp_soak
+from pidcfg.encoders.dl06.setup import alarm_order_broken, check_ramp_soak
 from pidcfg.encoders.maps.dl06 import CPU, FORMATS, LOOP_TABLE, LOOP_TABLES, RAMP_SOAK_PAIR, RAMP_SOAK_PAIRS, RESET
 from pidcfg.encoders.regmap import Bits, RegisterMap, Word
 from pidcfg.encoders.scales import Scale
 from pidcfg.encoders.words import DecodeError
-from pidcfg.sim.controllers.dl06_state import MUTE, STOPPED, UNBOUNDED, Config, State
+from pidcfg.sim.controllers.dl06.state import MUTE, STOPPED, UNBOUNDED, Config, State
 from pidcfg.sim.plc import TICKS
 from pidcfg.sim.terms import clamp, nearest
 

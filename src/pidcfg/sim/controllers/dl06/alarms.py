@@ -9,7 +9,7 @@ numbers instead of six thresholds.
 
 from __future__ import annotations
 
-from pidcfg.sim.controllers.dl06_state import (
+from pidcfg.sim.controllers.dl06.state import (
     ALARMS,
     HIGH,
     HIGH_HIGH,

@@ -10,19 +10,19 @@ from dataclasses import dataclass, field
 from decimal import Decimal
 from typing import TYPE_CHECKING, Any
 
-from pidcfg.encoders.dl06_status import intended_mode
+from pidcfg.encoders.dl06.status import intended_mode
 from pidcfg.encoders.maps.dl06 import FORMATS, LOOP_TABLE, LOOP_TABLES
 from pidcfg.encoders.regmap import Bits, Word, encode_one
 from pidcfg.encoders.scales import Scale
-from pidcfg.sim.controllers.dl06_report import READ_LATE
-from pidcfg.sim.controllers.dl06_setting import Row, encode_setting
-from pidcfg.sim.controllers.dl06_words import Values, decode_loop
+from pidcfg.sim.controllers.dl06.report import READ_LATE
+from pidcfg.sim.controllers.dl06.setting import Row, encode_setting
+from pidcfg.sim.controllers.dl06.words import Values, decode_loop
 from pidcfg.sim.plc import TICKS
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from pidcfg.sim.controllers.dl06_state import Config, State
+    from pidcfg.sim.controllers.dl06.state import Config, State
 
 ENABLES = {
     "alarms.pv.enabled": ("alarms.pv.", "alarms.hysteresis"),

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from pydantic import BaseModel, ValidationError
 
-from pidcfg.encoders.dl06 import LOOP_SIZE, OUTPUT_OFFSET, STATED, unnamed
-from pidcfg.encoders.dl06_sections import Data, LoopReader, present
+from pidcfg.encoders.dl06.encode import LOOP_SIZE, OUTPUT_OFFSET, STATED, unnamed
+from pidcfg.encoders.dl06.sections import Data, LoopReader, present
 from pidcfg.encoders.image import Decoded
 from pidcfg.encoders.maps.dl06 import LOOP_COUNT, LOOP_TABLES, TABLE_POINTER
 from pidcfg.encoders.words import DecodeError, bcd_digits

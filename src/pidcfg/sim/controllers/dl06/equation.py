@@ -1,14 +1,14 @@
 """The PID equation of the DL06 in both forms, line by line as the manual prints it.
 
 The engine works in fractions of the data range: the error is a fraction of the PV's span, the factors turn it into
-output counts and carry the sign of the action (D30, D32). D numbers: see `dl06_decisions`.
+output counts and carry the sign of the action (D30, D32). D numbers: see `decisions`.
 """
 
 from __future__ import annotations
 
 from math import sqrt
 
-from pidcfg.sim.controllers.dl06_state import FRESH, Config, State
+from pidcfg.sim.controllers.dl06.state import FRESH, Config, State
 from pidcfg.sim.plc import TICKS
 
 

@@ -6,11 +6,11 @@ regression of the step response.
 
 from __future__ import annotations
 
-from pidcfg.sim.controllers.dl06_equation import process
-from pidcfg.sim.controllers.dl06_state import AUTO, MANUAL, TUNE_ERROR, TUNING, Config, State
-from pidcfg.sim.controllers.dl06_tune_closed import begin_relay, switching
-from pidcfg.sim.controllers.dl06_tune_open import respond, step_output
-from pidcfg.sim.controllers.dl06_tune_results import (
+from pidcfg.sim.controllers.dl06.equation import process
+from pidcfg.sim.controllers.dl06.state import AUTO, MANUAL, TUNE_ERROR, TUNING, Config, State
+from pidcfg.sim.controllers.dl06.tune_closed import begin_relay, switching
+from pidcfg.sim.controllers.dl06.tune_open import respond, step_output
+from pidcfg.sim.controllers.dl06.tune_results import (
     OBSERVE,
     REFUSED_TUNE_DISTANCE,
     REFUSED_TUNE_MODE,

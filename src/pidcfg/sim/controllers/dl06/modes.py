@@ -8,8 +8,8 @@ from __future__ import annotations
 
 from math import sqrt
 
-from pidcfg.sim.controllers.dl06_alarms import absolute, alarmed
-from pidcfg.sim.controllers.dl06_state import (
+from pidcfg.sim.controllers.dl06.alarms import absolute, alarmed
+from pidcfg.sim.controllers.dl06.state import (
     ALARM_ERROR,
     AUTO,
     CASCADE,

@@ -1,0 +1,1 @@
+"""DL06 configurations to V-memory words and back."""
