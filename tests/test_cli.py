@@ -309,11 +309,11 @@ def test_output_into_a_missing_folder_is_one_clear_error(reactor, tmp_path):
         ("", "no memory listing"),
         ("V2000 1400\nV2000 1400\n", "2:1: error PID041: V2000 stands here again"),
         ("V2008 1400\n", "'V2008' is not an address"),
-        ("V2000 14000\n", "not a word of up to four hexadecimal digits"),
+        ("V2000 14000\n", "not word content of up to 4 hexadecimal digits"),
         ("V2000\n", "the word of V2000 is missing"),
         ("address,hex\nV2000,1400,9\n", "3 cells stand under a header of 2 columns"),
         ("address,hex,value\nV2000,1400,1400\n", "hex 1400 is 5120, but the value says 1400"),
-        ("address,word\nV2000,1400\n", "the header has no column 'hex'"),
+        ("address,word\nV2000,1400\n", "the header has no column hex or value"),
         ('{"words": [{"address": "V2000", "value": 70000}]}', "not a word of 0 to 65535"),
         ('{"words": [{"address": "V2000", "value": 1, "hex": "0002"}]}', "differ"),
         ('{"vendor": "click", "words": []}', "the listing is of vendor 'click'"),
@@ -432,4 +432,4 @@ def test_mutated_files_never_give_a_traceback():
         for found in checked.findings:
             assert found.span.line <= max(lines, 1), found
         if checked.encoding is not None:
-            assert all(0 <= cell.value <= 0xFFFF for cell in checked.encoding.image.cells)
+            assert all(0 <= cell.raw <= 0xFFFF for cell in checked.encoding.image.cells)

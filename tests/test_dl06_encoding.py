@@ -327,8 +327,8 @@ def test_formats_are_told_apart_by_their_first_characters():
 def test_modbus_registers_are_the_addresses_themselves():
     """V2000 is register 1024 with reference 41025, V7640 has reference 44001."""
     rows = FORMATS["modbus"].write(encode(configuration({})).image, ()).splitlines()
-    assert any(row.startswith("1024,41025,V2000,") for row in rows)
-    assert any(row.startswith("4000,44001,V7640,1024,0400") for row in rows)
+    assert any(row.startswith("holding,1024,41025,V2000,") for row in rows)
+    assert any(row.startswith("holding,4000,44001,V7640,1024,0400") for row in rows)
 
 
 def test_intel_hex_holds_the_low_byte_first():

@@ -63,6 +63,8 @@ LONG_MODULES = {
     # module or package         why it may have more than 300 lines
     "encoders.maps":            "tables",
     "schemas.dl06":             "a table: one field for every word and bit",
+    "schemas.click":            "a table: one field for every register",
+    "schemas.ezlogix":          "a table: one field for every register",
 }
 
 LONG_FUNCTIONS = {

@@ -34,7 +34,7 @@ def vendor_options(command: Callable[..., Any]) -> Callable[..., Any]:
 
 
 @click.command("decode", epilog=EPILOG)
-@click.argument("image")
+@click.argument("image", nargs=-1, required=True)
 @click.option("--vendor", type=click.Choice(list(VENDORS)), required=True, help="The PLC family that the memory is of.")
 @click.option("--from", "kind", type=click.Choice(format_names()),
               help="The listing's format; found out by itself when not given.")  # fmt: skip
@@ -44,20 +44,26 @@ def vendor_options(command: Callable[..., Any]) -> Callable[..., Any]:
 @options.QUIET
 @options.LIMITS
 def command(
-    image: str, vendor: str, kind: str | None, out: str | None, force: bool, quiet: bool, limits: Limits,
+    image: tuple[str, ...], vendor: str, kind: str | None, out: str | None, force: bool, quiet: bool, limits: Limits,
     **texts: str | None,
 ) -> None:  # fmt: skip
-    """Read the memory listing IMAGE (- for standard input) back into a configuration."""
-    from pidcfg.cli.listings import decode_listing
+    """Read the memory listing IMAGE (- for standard input) back into a configuration.
+
+    Several files are read as one listing: an image may be spread over them.
+    """
+    from pidcfg.cli.listings import decode_listing, read_listing, together
     from pidcfg.cli.outputs import write_files
     from pidcfg.encoders.listing import ListingError
     from pidcfg.writer import yaml_text
 
-    entry = read_input(image, limits)
-    if entry.problem is not None:
-        raise click.ClickException(entry.problem)
+    entries = [read_input(name, limits) for name in image]
+    listings, entry = [], entries[0]
     try:
-        decoded = decode_listing(entry, VENDORS[vendor], read_options(VENDORS[vendor], texts), limits, kind)
+        for entry in entries:
+            if entry.problem is not None:
+                raise click.ClickException(entry.problem)
+            listings.append(read_listing(entry, VENDORS[vendor], limits, kind))
+        decoded = decode_listing(together(listings), VENDORS[vendor], read_options(VENDORS[vendor], texts))
     except ListingError as error:
         _fail(entry.name, str(error), Span(error.line, error.column, error.line, error.column + 1))
     text = yaml_text(decoded.data)

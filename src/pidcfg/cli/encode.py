@@ -12,6 +12,10 @@ from pidcfg.cli.main import Exit
 from pidcfg.vendors import format_names, format_of
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from pidcfg.encoders.files import FileKind
+    from pidcfg.encoders.image import Image
     from pidcfg.limits import Limits
 
 EPILOG = options.examples(
@@ -29,12 +33,15 @@ EPILOG = options.examples(
 @click.option(
     "--allow-errors", is_flag=True, help="Encode although validate reports errors, to see what the PLC would do."
 )
+@click.option("--into", metavar="FILE", help="A file of yours that the format adds to, such as a tag list. It is not "
+              "changed itself.")  # fmt: skip
 @options.QUIET
 @options.LIMITS
-def command(file: str, fmt: str, out: str | None, force: bool, allow_errors: bool, quiet: bool, limits: Limits) -> None:
+def command(
+    file: str, fmt: str, out: str | None, force: bool, allow_errors: bool, into: str | None, quiet: bool, limits: Limits
+) -> None:
     """Write the PLC's memory for the configuration FILE (- for standard input): every word with its address."""
     from pidcfg.cli.checks import one_configuration, show_errors
-    from pidcfg.cli.outputs import write_files
     from pidcfg.cli.validate import exit_code
 
     checked = one_configuration(file, limits)
@@ -51,13 +58,61 @@ def command(file: str, fmt: str, out: str | None, force: bool, allow_errors: boo
     except KeyError as error:
         raise click.UsageError(error.args[0]) from None
     checklist = checked.vendor.load("checklist")(checked.config)
-    text = kind.write(checked.encoding.image, checklist)
-    if out is None:
-        (echo_json if fmt == "json" else echo)(text)
-    else:
-        write_files({out: text}, force=force)
-    if not quiet and (out is not None or fmt == "ihex"):
+    parts, report = _written(kind, checked.encoding.image, checklist, into, limits)
+    names = _put(kind, parts, out, force=force)
+    if quiet:
+        return
+    for line in report:
+        note(line)
+    if out is not None or not kind.carries_comments:
         for item in checklist:
             note(f"check after the download: {item}")
-        if out is not None:
-            note(f"{out}: {len(checked.encoding.image.cells)} words")
+    if names:
+        note(f"{', '.join(names)}: {len(checked.encoding.image.cells)} words")
+
+
+def _put(kind: FileKind, parts: Mapping[str, str], out: str | None, *, force: bool) -> list[str]:
+    """Writes the texts, to standard output without ``out``; returns the names of the files."""
+    from pidcfg.cli.outputs import write_files
+
+    if out is not None:
+        files = {beside(out, suffix): text.encode(kind.encoding) for suffix, text in parts.items()}
+        write_files(files, force=force)
+        return list(files)
+    if len(parts) > 1 or kind.encoding != "utf-8":
+        raise click.UsageError(f"{kind.name} is not for a terminal; name its file with -o")
+    (echo_json if kind.name == "json" else echo)(next(iter(parts.values())))
+    return []
+
+
+def beside(path: str, suffix: str) -> str:
+    """The name of one file of several: the suffix before the extension."""
+    if not suffix:
+        return path
+    stem, dot, extension = path.rpartition(".")
+    return f"{stem}-{suffix}.{extension}" if dot and "/" not in extension else f"{path}-{suffix}"
+
+
+def _written(
+    kind: FileKind, image: Image, checklist: tuple[str, ...], into: str | None, limits: Limits
+) -> tuple[Mapping[str, str], tuple[str, ...]]:
+    """The texts of the format, and a report where they went into a file of the user's."""
+    from pidcfg.cli.inputs import read_input
+    from pidcfg.cli.listings import listing_text
+    from pidcfg.encoders.listing import ListingError
+
+    if into is None:
+        if kind.needs_into:
+            raise click.UsageError(f"{kind.name} is written into a file of yours; name it with --into")
+        text = kind.write(image, checklist)
+        return ({"": text} if isinstance(text, str) else text), ()
+    if kind.merge is None:
+        raise click.UsageError(f"{kind.name} is not written into another file")
+    entry = read_input(into, limits)
+    if entry.problem is not None:
+        raise click.ClickException(entry.problem)
+    try:
+        merged, report = kind.merge(image, listing_text(entry.data, kind.encoding))
+    except ListingError as error:
+        raise click.ClickException(f"{entry.name}:{error.line}:{error.column}: {error}") from None
+    return {"": merged}, report

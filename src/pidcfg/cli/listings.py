@@ -25,10 +25,7 @@ def read_listing(entry: Input, vendor: Vendor, limits: Limits, kind: str | None 
     """The words of a listing; raises `ListingError` with the place of what cannot be read."""
     if len(entry.data) > limits.file_bytes:
         raise ListingError(f"the file is larger than {limits.file_bytes} bytes")
-    try:
-        text = entry.data.decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        raise ListingError(f"byte 0x{entry.data[error.start]:02X} is not UTF-8") from None
+    text = listing_text(entry.data)
     kinds = vendor.load("formats")
     chosen = kinds[kind] if kind else kind_of(text, kinds)
     if chosen is None:
@@ -39,11 +36,28 @@ def read_listing(entry: Input, vendor: Vendor, limits: Limits, kind: str | None 
     return listing
 
 
-def decode_listing(
-    entry: Input, vendor: Vendor, options: Mapping[str, Any], limits: Limits, kind: str | None = None
-) -> Decoded:
+def listing_text(data: bytes, encoding: str = "utf-8") -> str:
+    """The text of a file in UTF-8, or in UTF-16 when it begins so."""
+    marked = data.startswith((b"\xff\xfe", b"\xfe\xff"))
+    try:
+        return data.decode("utf-16" if marked or encoding == "utf-16" else "utf-8-sig")
+    except UnicodeDecodeError as error:
+        place = f"byte 0x{data[error.start]:02X} at {error.start}" if error.start < len(data) else "the end of the file"
+        raise ListingError(f"{place} is not {'UTF-16' if marked else 'UTF-8'}") from None
+
+
+def together(listings: list[Listing]) -> Listing:
+    """Several files of one image as one; an address in two of them is refused."""
+    first, *others = listings
+    for other in others:
+        for address, raw in other.words.items():
+            first.add(address, raw, other.shown[address], other.lines[address])
+        first.settings, first.plc = (*first.settings, *other.settings), {**first.plc, **other.plc}
+    return first
+
+
+def decode_listing(listing: Listing, vendor: Vendor, options: Mapping[str, Any]) -> Decoded:
     """The configuration that a listing holds; the notes name words that do not come back when it is encoded again."""
-    listing = read_listing(entry, vendor, limits, kind)
     try:
         decoded: Decoded = vendor.load("decode")(listing.words, listing.settings, listing.plc, options)
     except DecodeError as error:
@@ -54,7 +68,7 @@ def decode_listing(
 
 def _differences(listing: Listing, again: Image) -> Iterator[str]:
     """Words that do not come back: encoded otherwise, or not at all."""
-    differ = [c.address for c in again.cells if listing.words.get(c.number, c.value) != c.value]
+    differ = [c.address for c in again.cells if listing.words.get(c.number, c.raw) != c.raw]
     if differ:
         yield f"encoded again, these words differ from the listing: {_few(differ)}"
     name_of = {c.number: c.address for c in again.cells}

@@ -13,14 +13,15 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
 
-def write_files(files: Mapping[str, str], *, force: bool = False) -> None:
-    """Writes texts to paths: first everything to temporary files beside the targets, then each in place."""
-    targets = {name: _target(name, text.encode(), force=force) for name, text in files.items()}
+def write_files(files: Mapping[str, str | bytes], *, force: bool = False) -> None:
+    """Writes texts or bytes to paths: first everything to temporary files beside the targets, then each in place."""
+    contents = {name: file.encode() if isinstance(file, str) else file for name, file in files.items()}
+    targets = {name: _target(name, content, force=force) for name, content in contents.items()}
     staged: list[tuple[str, str]] = []
     name = ""
     try:
-        for name, text in files.items():
-            staged.append((_stage(targets[name], text.encode()), name))
+        for name, content in contents.items():
+            staged.append((_stage(targets[name], content), name))
         for temporary, name in staged:
             Path(temporary).replace(targets[name])
     except OSError as error:

@@ -2,15 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any
+from functools import partial
+from typing import TYPE_CHECKING, Any
 
 from pidcfg.encoders.image import Image
-from pidcfg.encoders.listing import Listing
+from pidcfg.encoders.listing import Listing, read_csv, read_json, read_text, write_csv, write_json, write_text
+from pidcfg.encoders.modbus import Numbering, read_modbus, write_modbus
 
-Write = Callable[[Image, tuple[str, ...]], str]
+if TYPE_CHECKING:
+    from pidcfg.encoders.spaces import Space
+
+Write = Callable[[Image, tuple[str, ...]], str | Mapping[str, str]]
+"""Image and checklist to a text, or to several: each by what is added to the file's name (the first: nothing)."""
 Read = Callable[[str], Listing]
+Merge = Callable[[Image, str], tuple[str, tuple[str, ...]]]
+"""Image and the text of a file that is the user's to the text of the file with both, and a report of what was done."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -22,6 +30,13 @@ class FileKind:
     write: Write
     read: Read
     looks_like: Callable[[str], bool]
+    encoding: str = "utf-8"
+    merge: Merge | None = None
+    """How the image goes into a file that is the user's (``--into``)."""
+    needs_into: bool = False
+    """The format makes no sense but inside a file that is the user's."""
+    carries_comments: bool = True
+    """Whether the checklist stands in the file itself."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,3 +58,28 @@ def kind_of(text: str, kinds: dict[str, FileKind]) -> FileKind | None:
 def first_line(text: str) -> str:
     """The first line that is neither blank nor a comment."""
     return next((s for line in text.splitlines() if (s := line.strip()) and not s.startswith("#")), "")
+
+
+def listings(space: Space, title: str, numbering: Numbering | None = None) -> dict[str, FileKind]:
+    """The formats that every vendor with addresses has: text, csv, json, and modbus where its numbering is known."""
+    prefixes = tuple(bank.prefix for bank in space.banks)
+    kinds = [
+        FileKind("text", title, write_text, partial(read_text, space=space),
+                 lambda text: first_line(text).startswith(prefixes) and "," not in first_line(text)),
+        FileKind("csv", f"{title} for spreadsheets", write_csv, partial(read_csv, space=space),
+                 lambda text: {"address", "table"} & set(columns(text)) == {"address"}),
+        FileKind("json", f"{title} for programs", write_json, partial(read_json, space=space),
+                 lambda text: text.lstrip().startswith("{")),
+    ]  # fmt: skip
+    if numbering is not None:
+        kinds.append(
+            FileKind("modbus", "Modbus map (CSV)", partial(write_modbus, numbering=numbering),
+                     partial(read_modbus, space=space, numbering=numbering),
+                     lambda text: "table" in columns(text))
+        )  # fmt: skip
+    return {kind.name: kind for kind in kinds}
+
+
+def columns(text: str) -> list[str]:
+    """The cells of the first line that is not a comment."""
+    return [cell.strip() for cell in first_line(text).split(",")]

@@ -21,7 +21,7 @@ def write_ihex(image: Image, checklist: tuple[str, ...] = ()) -> str:
     del checklist
     memory = IntelHex()
     for cell in image.cells:
-        memory.puts(cell.number * BYTES, cell.value.to_bytes(BYTES, "little"))
+        memory.puts(cell.number * BYTES, cell.raw.to_bytes(BYTES, "little"))
     out = io.StringIO()
     memory.write_hex_file(out, eolstyle="native")
     return out.getvalue().replace("\r\n", "\n")

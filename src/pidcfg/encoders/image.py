@@ -6,10 +6,13 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
-if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
+from pidcfg.encoders.spaces import WORD, Kind
 
-    from pidcfg.encoders.regmap import Encoded, Misfit, RegisterMap, Rounded
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from pidcfg.encoders.regmap import Access, Encoded, Misfit, RegisterMap, Rounded
+    from pidcfg.encoders.spaces import Space
 
 Route = tuple[str | int, ...]
 """Keys and indices from the root of a configuration."""
@@ -17,18 +20,30 @@ Route = tuple[str | int, ...]
 
 @dataclass(frozen=True, slots=True)
 class Cell:
-    """One register: its address as the vendor writes it and as a number, its raw value, and what it is."""
+    """One register: its address as the vendor writes it and as a number, its raw content, and what it is."""
 
     address: str
     number: int
-    value: int
+    raw: int
     field: str
     loop: str | None = None
+    kind: Kind = WORD
+    access: Access = "setting"
 
     @property
     def hex(self) -> str:
-        """The word as four hexadecimal digits; BCD words read as their decimal digits."""
-        return f"{self.value:04X}"
+        """The raw content in hexadecimal digits; BCD words read as their decimal digits."""
+        return self.kind.hex(self.raw)
+
+    @property
+    def value(self) -> bool | int | float:
+        """The content as the vendor shows it."""
+        return self.kind.show(self.raw)
+
+    @property
+    def text(self) -> str:
+        """The content as a listing writes it."""
+        return self.kind.text(self.raw)
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,7 +58,7 @@ class Image:
     @property
     def words(self) -> dict[int, int]:
         """Raw values by address."""
-        return {cell.number: cell.value for cell in self.cells}
+        return {cell.number: cell.raw for cell in self.cells}
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,13 +72,14 @@ class Block:
     loop: str | None = None
     prefix: str = ""
 
-    def cells(self, name_of: Callable[[int], str]) -> list[Cell]:
+    def cells(self, space: Space) -> list[Cell]:
         """The registers of the block; flags that only the CPU writes (they belong to no loop) are left out."""
         rows = [w for w in self.table.words if self.loop is not None or w.access != "status"]
         return [
-            Cell(name_of(a), a, self.encoded.words[a - self.start], self.prefix + row.name, self.loop)
+            Cell(space.name(a), a, self.encoded.words[row.offset], self.prefix + row.name, self.loop,
+                 space.kind(a), row.access)
             for row, a in ((row, self.start + row.offset) for row in rows)
-        ]
+        ]  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -72,14 +88,14 @@ class Encoding:
 
     vendor: str
     blocks: tuple[Block, ...]
-    name_of: Callable[[int], str]
+    space: Space
     settings: tuple[Mapping[str, Any], ...] = ()
     plc: Mapping[str, Any] = field(default_factory=dict)
 
     @cached_property
     def image(self) -> Image:
         """All words in address order."""
-        cells = {cell.number: cell for block in self.blocks for cell in block.cells(self.name_of)}
+        cells = {cell.number: cell for block in self.blocks for cell in block.cells(self.space)}
         return Image(self.vendor, tuple(cells[a] for a in sorted(cells)), self.settings, self.plc)
 
     @cached_property

@@ -1,8 +1,8 @@
-"""Memory listings as text, CSV and JSON, and the way back; for every vendor whose memory is addressed words.
+"""Memory listings as text, CSV and JSON, and the way back; for every vendor whose memory has addresses.
 
 A listing carries what no register holds: in JSON under ``settings`` and ``plc``, in text and CSV as comment lines.
-Readers take nothing on trust: an address twice, a word that is not four hexadecimal digits, or a hexadecimal and a
-decimal value that differ are refused with their line.
+Readers take nothing on trust: an address twice, content that is no hexadecimal number of the address's size, or
+a hexadecimal and a decimal value that differ are refused with their line.
 """
 
 from __future__ import annotations
@@ -11,21 +11,21 @@ import csv
 import io
 import json
 import re
-from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
-from pidcfg.encoders.words import WORD_MAX
-
 if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping
+
     from pidcfg.encoders.image import Cell, Image
+    from pidcfg.encoders.spaces import Kind, Space
 
 COLUMNS = ("address", "hex", "value", "loop", "field")
 PLC, LOOP = "# plc: ", "# loop: "
 """How the comment lines begin that carry what no register holds: one for the file, one a loop."""
-HEX = re.compile(r"[0-9A-Fa-f]{1,4}")
-DECIMAL = re.compile(r"[0-9]{1,5}")
-ParseAddress = Callable[[str], int | None]
+HEX = re.compile(r"[0-9A-Fa-f]{1,8}")
+DECIMAL = re.compile(r"-?[0-9]+(\.[0-9]+)?([eE][-+]?[0-9]+)?")
+WHOLE = re.compile(r"-?[0-9]{1,10}")
 
 
 class ListingError(ValueError):
@@ -39,7 +39,7 @@ class ListingError(ValueError):
 
 @dataclass(slots=True)
 class Listing:
-    """What a memory listing holds: raw words by address, and what was written beside them."""
+    """What a memory listing holds: raw content by address, and what was written beside it."""
 
     words: dict[int, int] = field(default_factory=dict)
     settings: tuple[Mapping[str, Any], ...] = ()
@@ -68,8 +68,12 @@ def comments(image: Image, checklist: tuple[str, ...]) -> list[str]:
 def write_text(image: Image, checklist: tuple[str, ...] = ()) -> str:
     """One word a line: address, hexadecimal (a BCD word reads as its digits), decimal, loop, register."""
     lines = [f"# {image.vendor} memory listing: address, hex, decimal, loop, register", *comments(image, checklist)]
+    wide = max((c.kind.digits for c in image.cells), default=1)
+    long = max((5, *(len(c.text) for c in image.cells)))
     width = max((len(c.loop or "-") for c in image.cells), default=1)
-    lines += [f"{c.address:<7} {c.hex}  {c.value:>5}  {_bare(c.loop):<{width}}  {c.field}" for c in image.cells]
+    lines += [
+        f"{c.address:<7} {c.hex:>{wide}}  {c.text:>{long}}  {_bare(c.loop):<{width}}  {c.field}" for c in image.cells
+    ]
     return "\n".join(lines) + "\n"
 
 
@@ -77,7 +81,7 @@ def _bare(loop: str | None) -> str:
     return "-" if loop is None else loop.replace(" ", "_")
 
 
-def read_text(text: str, parse: ParseAddress) -> Listing:
+def read_text(text: str, space: Space) -> Listing:
     """The first two columns of each line and the settings comment; anything after them is for people."""
     found = Listing()
     for number, line in enumerate(text.splitlines(), start=1):
@@ -86,10 +90,11 @@ def read_text(text: str, parse: ParseAddress) -> Listing:
         parts = line.split()
         if len(parts) == 1:
             raise ListingError(f"the word of {parts[0]} is missing", number, len(line.rstrip()) + 1)
-        address = _address(parts[0], parse, number, line.index(parts[0]) + 1)
-        word = _word(parts[1], number, line.index(parts[1], len(parts[0])) + 1)
+        address = _address(parts[0], space, number, line.index(parts[0]) + 1)
+        kind = space.kind(address)
+        word = _raw(parts[1], kind, number, line.index(parts[1], len(parts[0])) + 1)
         if len(parts) > 2 and DECIMAL.fullmatch(parts[2]):
-            _agree(word, parts[2], parts[0], number)
+            _agree(word, parts[2], kind, parts[0], number)
         found.add(address, word, parts[0], number)
     return found
 
@@ -100,23 +105,36 @@ def write_csv(image: Image, checklist: tuple[str, ...] = ()) -> str:
     out.writelines(f"{line}\n" for line in comments(image, checklist))
     writer = csv.writer(out, lineterminator="\n")
     writer.writerow(COLUMNS)
-    writer.writerows((c.address, c.hex, c.value, c.loop or "", c.field) for c in image.cells)
+    writer.writerows((c.address, c.hex, c.text, c.loop or "", c.field) for c in image.cells)
     return out.getvalue()
 
 
-def read_csv(text: str, parse: ParseAddress) -> Listing:
-    """Rows by their header, so that columns may be reordered, added or (but for address and hex) left out."""
+def read_csv(text: str, space: Space) -> Listing:
+    """Rows by their header, so that columns may be reordered, added or (but for address and content) left out."""
     found = Listing()
-    for number, row in csv_rows(text, found, required=("address", "hex")):
-        address = _address(row["address"], parse, number, 1)
-        word = _word(row["hex"], number, 1)
-        _agree(word, row.get("value"), row["address"], number)
-        found.add(address, word, row["address"], number)
+    for number, row in csv_rows(text, found, required=("address", "hex|value")):
+        address = _address(row["address"], space, number, 1)
+        found.add(address, _content(row, space.kind(address), number), row["address"], number)
     return found
 
 
+def _content(row: Mapping[str, str], kind: Kind, number: int) -> int:
+    """The raw content of a row: its hexadecimal digits, its value, or both where they agree."""
+    if row.get("hex"):
+        raw = _raw(row["hex"], kind, number, 1)
+        _agree(raw, row.get("value"), kind, row["address"], number)
+        return raw
+    read = _decimal(row.get("value", ""), kind)
+    if read is None:
+        raise ListingError(f"{row['address']}: {row.get('value', '')!r} is not {kind.holds}", number)
+    return read
+
+
 def csv_rows(text: str, found: Listing, required: tuple[str, ...]) -> Iterator[tuple[int, dict[str, str]]]:
-    """The rows of a CSV file with their line numbers; comment lines are read into ``found``."""
+    """The rows of a CSV file with their line numbers; comment lines are read into ``found``.
+
+    ``required``: the columns that must be there, ``hex|value`` for one of two.
+    """
     header: list[str] | None = None
     for number, line in enumerate(text.splitlines(), start=1):
         if _comment(line, number, found):
@@ -127,9 +145,9 @@ def csv_rows(text: str, found: Listing, required: tuple[str, ...]) -> Iterator[t
             raise ListingError(f"not CSV: {error}", number) from None
         if header is None:
             header = [cell.strip() for cell in cells]
-            missing = [name for name in required if name not in header]
+            missing = [name for name in required if not set(name.split("|")) & set(header)]
             if missing:
-                raise ListingError(f"the header has no column {missing[0]!r}", number)
+                raise ListingError(f"the header has no column {missing[0].replace('|', ' or ')}", number)
             continue
         if len(cells) != len(header):
             raise ListingError(f"{len(cells)} cells stand under a header of {len(header)} columns", number)
@@ -153,7 +171,7 @@ def _json_cell(cell: Cell) -> dict[str, Any]:
     return {"address": cell.address, "value": cell.value, "hex": cell.hex, "loop": cell.loop, "field": cell.field}
 
 
-def read_json(text: str, parse: ParseAddress) -> Listing:
+def read_json(text: str, space: Space) -> Listing:
     """``words`` with address and value, and what stands beside them."""
     document = _load_json(text)
     words = document.get("words") if isinstance(document, dict) else None
@@ -163,18 +181,24 @@ def read_json(text: str, parse: ParseAddress) -> Listing:
     for i, entry in enumerate(words):
         if not isinstance(entry, dict) or not isinstance(entry.get("address"), str):
             raise ListingError(f"words[{i}] has no text 'address'")
-        address = _address(entry["address"], parse, 1, 1)
-        value = entry.get("value")
-        if not isinstance(value, int) or isinstance(value, bool) or not 0 <= value <= WORD_MAX:
-            raise ListingError(
-                f"words[{i}] ({entry['address']}): the value {json.dumps(value)} is not a word of 0 to {WORD_MAX}"
-            )
-        if "hex" in entry and (not isinstance(entry["hex"], str) or _word(entry["hex"], 1, 1) != value):
-            raise ListingError(f"words[{i}] ({entry['address']}): hex {entry['hex']!r} and value {value} differ")
-        found.add(address, value, entry["address"])
+        address = _address(entry["address"], space, 1, 1)
+        found.add(
+            address, _json_content(entry, space.kind(address), f"words[{i}] ({entry['address']})"), entry["address"]
+        )
     _take_settings(document, found)
     found.vendor = document.get("vendor")
     return found
+
+
+def _json_content(entry: Mapping[str, Any], kind: Kind, place: str) -> int:
+    """The raw content of an entry; its hexadecimal digits must say the same as its value."""
+    value = entry.get("value")
+    raw = kind.read(value)
+    if raw is None:
+        raise ListingError(f"{place}: the value {json.dumps(value)} is not {kind.holds}")
+    if "hex" in entry and (not isinstance(entry["hex"], str) or _raw(entry["hex"], kind, 1, 1) != raw):
+        raise ListingError(f"{place}: hex {entry['hex']!r} and value {json.dumps(value)} differ")
+    return raw
 
 
 def _load_json(text: str) -> Any:
@@ -216,20 +240,29 @@ def _take_settings(document: Any, found: Listing) -> None:
     found.settings, found.plc = tuple(settings), plc
 
 
-def _address(text: str, parse: ParseAddress, line: int, column: int) -> int:
-    address = parse(text)
+def _address(text: str, space: Space, line: int, column: int) -> int:
+    address = space.parse(text)
     if address is None:
         raise ListingError(f"{text!r} is not an address of this vendor", line, column)
     return address
 
 
-def _word(text: str, line: int, column: int) -> int:
-    if not HEX.fullmatch(text):
-        raise ListingError(f"{text!r} is not a word of up to four hexadecimal digits", line, column)
+def _raw(text: str, kind: Kind, line: int, column: int) -> int:
+    if not HEX.fullmatch(text) or int(text, 16) > kind.highest:
+        raise ListingError(
+            f"{text!r} is not {kind.name} content of up to {kind.digits} hexadecimal digits", line, column
+        )
     return int(text, 16)
 
 
-def _agree(word: int, decimal: str | None, address: str, line: int) -> None:
-    """The two spellings of a word must say the same."""
-    if decimal and (not DECIMAL.fullmatch(decimal) or int(decimal) != word):
-        raise ListingError(f"{address}: hex {word:04X} is {word}, but the value says {decimal}", line)
+def _decimal(text: str, kind: Kind) -> int | None:
+    """The raw content of a value as a listing writes it; None when the address cannot hold it."""
+    if not DECIMAL.fullmatch(text):
+        return None
+    return kind.read(int(text) if WHOLE.fullmatch(text) else float(text))
+
+
+def _agree(raw: int, value: str | None, kind: Kind, address: str, line: int) -> None:
+    """The two spellings of a content must say the same."""
+    if value and _decimal(value, kind) != raw:
+        raise ListingError(f"{address}: hex {kind.hex(raw)} is {kind.text(raw)}, but the value says {value}", line)

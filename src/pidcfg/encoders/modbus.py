@@ -1,44 +1,105 @@
-"""A Modbus map of the words: which holding register a client reads or writes, with the value to write."""
+"""A Modbus map of an image: which coil or holding register a client reads or writes, with the value to write.
+
+A value of two registers takes two rows, the low word first.
+"""
 
 from __future__ import annotations
 
 import csv
 import io
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal, NamedTuple, Protocol
 
-from pidcfg.encoders.listing import DECIMAL, Listing, ListingError, comments, csv_rows
+from pidcfg.encoders.listing import Listing, ListingError, comments, csv_rows
 from pidcfg.encoders.words import WORD_MAX
 
 if TYPE_CHECKING:
-    from pidcfg.encoders.image import Image
+    from collections.abc import Iterator
 
-COLUMNS = ("register", "reference", "address", "value", "hex", "loop", "field")
+    from pidcfg.encoders.image import Cell, Image
+    from pidcfg.encoders.spaces import Space
+
+Table = Literal["coil", "holding"]
+COLUMNS = ("table", "register", "reference", "address", "value", "hex", "access", "loop", "field")
 FIVE_DIGITS = 9_999
-"""Registers up to here have a five-digit reference 4xxxx; the others a six-digit one."""
+"""Registers up to here have a five-digit reference, the others a six-digit one."""
+FIRST_REFERENCE = {"coil": (1, 1), "holding": (40_001, 400_001)}
 
 
-def reference(register: int) -> int:
-    """The conventional number of a 0-based holding register: 1024 is 41025."""
-    return (40_001 if register < FIVE_DIGITS else 400_001) + register
+class Place(NamedTuple):
+    """Where a client finds an address: 0-based, ``width`` registers of 16 bits."""
+
+    table: Table
+    register: int
+    width: int = 1
 
 
-def write_modbus(image: Image, checklist: tuple[str, ...] = ()) -> str:
-    """Holding registers in order; the DirectLOGIC family numbers them by the V-memory address itself."""
+class Numbering(Protocol):
+    """How a vendor numbers its addresses for Modbus."""
+
+    def place(self, number: int) -> Place:
+        """Where an address is."""
+
+    def find(self, table: str, register: int) -> tuple[int, int] | None:
+        """The address that a register belongs to, and which of its registers it is."""
+
+
+def reference(table: Table, register: int) -> str:
+    """The conventional number of a 0-based coil or holding register: holding register 1024 is 41025."""
+    short, long = FIRST_REFERENCE[table]
+    return str((short if register < FIVE_DIGITS else long) + register).zfill(5)
+
+
+def rows(cell: Cell, place: Place) -> Iterator[tuple[int, int, str]]:
+    """Each register of a cell: its number, its content, and what is added to the field's name."""
+    for part in range(place.width):
+        name = "" if place.width == 1 else (", low word", ", high word")[part]
+        yield place.register + part, cell.raw >> 16 * part & WORD_MAX, name
+
+
+def write_modbus(image: Image, checklist: tuple[str, ...], numbering: Numbering) -> str:
+    """Coils and holding registers in the order of the image."""
     out = io.StringIO()
     out.writelines(f"{line}\n" for line in comments(image, checklist))
     writer = csv.writer(out, lineterminator="\n")
     writer.writerow(COLUMNS)
     for c in image.cells:
-        writer.writerow((c.number, reference(c.number), c.address, c.value, c.hex, c.loop or "", c.field))
+        place = numbering.place(c.number)
+        digits = min(c.kind.digits, 4)
+        for register, content, part in rows(c, place):
+            where = (place.table, register, reference(place.table, register), c.address)
+            writer.writerow((*where, content, f"{content:0{digits}X}", c.access, c.loop or "", c.field + part))
     return out.getvalue()
 
 
-def read_modbus(text: str) -> Listing:
+def read_modbus(text: str, space: Space, numbering: Numbering) -> Listing:
     """Registers and values; the other columns are for people."""
     found = Listing()
-    for number, row in csv_rows(text, found, required=("register", "value")):
+    parts: dict[int, dict[int, int]] = {}
+    for number, row in csv_rows(text, found, required=("table", "register", "value")):
         for key in ("register", "value"):
-            if not DECIMAL.fullmatch(row[key]) or int(row[key]) > WORD_MAX:
+            if not row[key].isascii() or not row[key].isdecimal() or int(row[key][:6]) > WORD_MAX:
                 raise ListingError(f"{key} {row[key]!r} is not a number of 0 to {WORD_MAX}", number)
-        found.add(int(row["register"]), int(row["value"]), f"register {row['register']}", number)
+        known = numbering.find(row["table"], int(row["register"]))
+        shown = f"{row['table']} {row['register']}"
+        if known is None:
+            raise ListingError(f"{shown} is no register of this vendor", number)
+        address, part = known
+        have = parts.setdefault(address, {})
+        if part in have:
+            raise ListingError(f"{shown} stands here again", number)
+        have[part] = int(row["value"])
+        found.lines[address] = number
+    for address, have in parts.items():
+        _join(found, space, numbering, address, have)
     return found
+
+
+def _join(found: Listing, space: Space, numbering: Numbering, address: int, have: dict[int, int]) -> None:
+    """The registers of one address put together; half a value is refused."""
+    line, name = found.lines[address], space.name(address)
+    if len(have) < numbering.place(address).width:
+        raise ListingError(f"{name}: one of its two registers is missing", line)
+    raw = sum(content << 16 * part for part, content in have.items())
+    if raw > space.kind(address).highest:
+        raise ListingError(f"{name}: {raw} is not the state of a switch", line)
+    found.add(address, raw, name, line)

@@ -6,47 +6,44 @@ the register documentation and the word tests all walk the same rows; nothing el
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Literal
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any, Literal, Protocol, cast
 
-from pidcfg.encoders.scales import Distance, Position, Scale
-from pidcfg.encoders.words import Bcd, Binary, DecodeError, EncodeError, Source
+from pidcfg.encoders.words import Binary, DecodeError, EncodeError
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
     from decimal import Decimal
 
+    from pidcfg.encoders.scales import Scale
     from pidcfg.refs import Basis
 
 Access = Literal["setting", "request", "status", "reserved"]
 """Who owns a word or bit: the engineer, a momentary request, the controller, nobody."""
 
 
-@dataclass(frozen=True, slots=True)
-class SpanBcd:
-    """A BCD word that holds a difference on a named scale per second."""
+class Codec(Protocol):
+    """A pair between a value and the raw content of a register."""
 
-    scale: str
-    bcd: Bcd
+    def encode(self, value: Any, /) -> int:
+        """A value to raw content; raises `EncodeError`."""
 
-    def encode(self, value: Any, scale: Scale) -> int:
-        """A quantity to counts in BCD."""
-        return self.bcd.encode(scale.distance(value))
-
-    def decode(self, word: int, scale: Scale) -> Any:
-        """The word to a quantity."""
-        counts = self.bcd.decode(word)
-        return scale.span_value_by(counts, lambda q: self._same(q, scale, word))
-
-    def _same(self, value: Any, scale: Scale, word: int) -> bool:
-        try:
-            return self.encode(value, scale) == word
-        except EncodeError:
-            return False
+    def decode(self, raw: int, /) -> Any:
+        """Raw content to a value; raises `DecodeError`."""
 
 
-ScaledCodec = Position | Distance | SpanBcd
-Codec = Bcd | Binary | Source | ScaledCodec
+class ScaledCodec(Protocol):
+    """A pair that needs the scale that it names."""
+
+    @property
+    def scale(self) -> str:
+        """The scale's name: ``pv``, ``sp``, ``output``."""
+
+    def encode(self, value: Any, scale: Scale, /) -> int:
+        """A quantity to raw content; raises `EncodeError`."""
+
+    def decode(self, raw: int, scale: Scale, /) -> Any:
+        """Raw content to a quantity; raises `DecodeError`."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,7 +53,7 @@ class Word:
     offset: int
     name: str
     path: str | None
-    codec: Codec
+    codec: Codec | ScaledCodec
     unit: str
     title: str
     read: str
@@ -135,6 +132,21 @@ class RegisterMap:
     size: int
     words: tuple[Word, ...]
     bits: tuple[Bits, ...] = ()
+    label: str = "+{:02d}"
+    """How the manual writes an offset."""
+
+    def at(self, offset: int) -> str:
+        """An offset as the manual writes it."""
+        return self.label.format(offset)
+
+    def filled(self, basis: Basis) -> RegisterMap:
+        """The map with a reserved row for every register that has none; ``basis`` says so."""
+        have = {word.offset: word for word in self.words}
+        rows = (
+            have.get(n) or Word(n, f"reserved_{n:02d}", None, RESERVED, "", "Reserved", "-", basis, "reserved")
+            for n in range(self.size)
+        )
+        return replace(self, words=tuple(rows))
 
     def offset(self, name: str) -> int:
         """Where a register stands in the block."""
@@ -173,8 +185,8 @@ class RegisterMap:
             image.misfits.append(Misfit(path, word, value, error))
             image.words[word.offset] = error.stored or 0
             return
-        if isinstance(word.codec, Bcd):
-            stored = word.codec.decode(image.words[word.offset])
+        if getattr(word.codec, "rounds", False):
+            stored = cast("Codec", word.codec).decode(image.words[word.offset])
             if stored != value:
                 image.rounded.append(Rounded(path, word, value, stored))
 
@@ -195,21 +207,35 @@ class RegisterMap:
             return row.decode(words[row.offset])
         except DecodeError as error:
             name = next(w.name for w in self.words if w.offset == row.offset)
-            raise DecodeError(f"{name} (+{row.offset:02o}): {error}", row.offset) from None
+            raise DecodeError(f"{name} ({self.at(row.offset)}): {error}", row.offset) from None
 
-    @staticmethod
-    def decode_word(word: Word, raw: int, scales: Mapping[str, Scale]) -> Any:
+    def decode_word(self, word: Word, raw: int, scales: Mapping[str, Scale]) -> Any:
         """One register's value."""
         try:
-            if isinstance(word.codec, ScaledCodec):
-                return word.codec.decode(raw, scales[word.codec.scale])
-            return word.codec.decode(raw)
+            return decode_one(word.codec, raw, scales)
         except DecodeError as error:
-            raise DecodeError(f"{word.name} (+{word.offset:02o}): {error}", word.offset) from None
+            raise DecodeError(f"{word.name} ({self.at(word.offset)}): {error}", word.offset) from None
 
 
-def encode_one(codec: Codec, value: Any, scales: Mapping[str, Scale]) -> int:
-    """A value to its word by whatever codec the row has."""
-    if isinstance(codec, ScaledCodec):
-        return codec.encode(value, scales[codec.scale])
-    return codec.encode(value)
+RESERVED = Binary()
+
+
+def scale_of(codec: Codec | ScaledCodec) -> str | None:
+    """The scale that a codec's values are on; None: it needs none."""
+    return getattr(codec, "scale", None)
+
+
+def encode_one(codec: Codec | ScaledCodec, value: Any, scales: Mapping[str, Scale]) -> int:
+    """A value to its register by whatever codec the row has."""
+    scale = scale_of(codec)
+    return (
+        cast("Codec", codec).encode(value) if scale is None else cast("ScaledCodec", codec).encode(value, scales[scale])
+    )
+
+
+def decode_one(codec: Codec | ScaledCodec, raw: int, scales: Mapping[str, Scale]) -> Any:
+    """A register to its value by whatever codec the row has."""
+    scale = scale_of(codec)
+    if scale is None:
+        return cast("Codec", codec).decode(raw)
+    return cast("ScaledCodec", codec).decode(raw, scales[scale])

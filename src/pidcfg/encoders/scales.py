@@ -10,9 +10,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from decimal import Decimal
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
 
-from pidcfg.encoders.words import Binary, EncodeError, SignMagnitude, nearest
+from pidcfg.encoders.words import Binary, EncodeError, nearest
 from pidcfg.schemas.base import EXACT, Quantity
 
 if TYPE_CHECKING:
@@ -21,12 +21,30 @@ if TYPE_CHECKING:
 MOST_DECIMALS = 12
 
 
+class CountsCodec(Protocol):
+    """Whole counts in a word, from 0 % to 100 %."""
+
+    @property
+    def low(self) -> int:
+        """Counts at 0 %."""
+
+    @property
+    def high(self) -> int:
+        """Counts at 100 %."""
+
+    def encode(self, value: int, /) -> int:
+        """Counts to the word."""
+
+    def decode(self, word: int, /) -> int:
+        """The word to counts."""
+
+
 @dataclass(frozen=True, slots=True)
 class Format:
     """A data format of PV, set point and output."""
 
     name: str
-    codec: Binary | SignMagnitude
+    codec: CountsCodec
 
     @property
     def minimum(self) -> int:
@@ -134,8 +152,10 @@ class Position:
         counts = whole(scale.position(value), raw=is_raw(value, scale))
         try:
             word = scale.format.codec.encode(counts)
-        except EncodeError:
-            raise _outside(scale, value, scale.value) from None
+        except EncodeError as error:
+            outside = _outside(scale, value, scale.value)
+            outside.stored = error.stored
+            raise outside from None
         return within_root(word, counts, scale, value)
 
     def decode(self, word: int, scale: Scale) -> Quantity:

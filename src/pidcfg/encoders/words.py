@@ -7,11 +7,16 @@ neither ever guesses.
 
 from __future__ import annotations
 
+import struct
 from dataclasses import dataclass
 from decimal import ROUND_HALF_EVEN, Decimal
-from typing import Literal
+from math import isfinite
+from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 from pidcfg.schemas.base import EXACT
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
 
 WORD_MAX = 0xFFFF
 SIGN = 0x8000
@@ -63,6 +68,8 @@ def bcd_digits(word: int) -> int:
 class Bcd:
     """Four BCD digits with an implied decimal point. ``off``: digits that switch the function off."""
 
+    rounds: ClassVar[bool] = True
+    """Values are rounded to the last digit, which is worth reporting."""
     decimals: int
     off: tuple[int, ...] = ()
 
@@ -147,22 +154,96 @@ class SignMagnitude:
 
 
 @dataclass(frozen=True, slots=True)
-class Source:
-    """Where an auto transfer goes: base, slot and channel, or with bit 15 a V-memory address."""
+class Implied:
+    """A whole number with an implied decimal point, from ``least`` to ``most``. ``off``: numbers that switch it off.
 
-    def encode(self, value: tuple[int, int, int] | int) -> int:
-        """``(base, slot, channel)`` or an address to its word: slot 1, channel 2 is 0102."""
-        if isinstance(value, int):
-            if not 0 <= value < SIGN:
-                raise EncodeError("range", "an address beyond V77777 does not fit the lower 15 bits")
-            return SIGN | value
-        base, slot, channel = value
-        if not (0 <= base <= 7 and 0 <= slot <= 15 and 0 <= channel <= 255):
-            raise EncodeError("range", "base, slot or channel does not fit its digits")
-        return base << 12 | slot << 8 | channel
+    Words with a negative ``least`` are two's complement.
+    """
 
-    def decode(self, word: int) -> tuple[int, int, int] | int | None:
-        """A word to ``(base, slot, channel)``, an address, or None for no transfer."""
-        if word & SIGN:
-            return word & ~SIGN
-        return (word >> 12, word >> 8 & 0xF, word & 0xFF) if word else None
+    rounds: ClassVar[bool] = True
+    decimals: int = 0
+    off: tuple[int, ...] = ()
+    least: int = 0
+    most: int = WORD_MAX
+
+    @property
+    def step(self) -> Decimal:
+        """The last digit's worth."""
+        return Decimal(1).scaleb(-self.decimals)
+
+    def encode(self, value: Decimal) -> int:
+        """A value to its word; one that merely rounds onto an off code is refused."""
+        number = nearest(Decimal(value).scaleb(self.decimals, EXACT))
+        low, high = self.least * self.step, self.most * self.step
+        if not self.least <= number <= self.most or not low <= value <= high:
+            raise EncodeError("range", "outside the word's range", low, high)
+        if number in self.off and value != number * self.step:
+            raise EncodeError("off", f"rounds to {number * self.step}, which switches it off", low, high)
+        return number & WORD_MAX
+
+    def decode(self, word: int) -> Decimal:
+        """A word to its value."""
+        return (word - 0x10000 if self.least < 0 and word & SIGN else word) * self.step
+
+
+@dataclass(frozen=True, slots=True)
+class Choice:
+    """A switch: each of its two states by its value in the file."""
+
+    choices: Mapping[int, Any]
+
+    def encode(self, value: Any) -> int:
+        """A value to its bit."""
+        return next(bit for bit, chosen in self.choices.items() if chosen == value)
+
+    def decode(self, bit: int) -> Any:
+        """A bit to its value."""
+        if bit not in self.choices:
+            raise DecodeError(f"{bit} is not the state of a switch")
+        return self.choices[bit]
+
+
+FLAG = Choice({0: False, 1: True})
+
+
+def single_bits(value: float) -> int | None:
+    """The bits of the nearest single-precision number; None when there is no finite one."""
+    try:
+        return int.from_bytes(struct.pack(">f", value), "big") if isfinite(value) else None
+    except OverflowError:
+        return None
+
+
+def single_value(raw: int) -> float:
+    """The shortest decimal that means these single-precision bits, as a float: ``2.4``, not ``2.4000000953674316``."""
+    exact: float = struct.unpack(">f", raw.to_bytes(4, "big"))[0]
+    if not isfinite(exact):
+        return exact
+    return next(v for v in (float(f"{exact:.{digits}g}") for digits in range(1, 10)) if single_bits(v) == raw)
+
+
+@dataclass(frozen=True, slots=True)
+class Single:
+    """A single-precision number (IEEE 754), rounded to the nearest, ties to even."""
+
+    rounds: ClassVar[bool] = False
+
+    def encode(self, value: Decimal) -> int:
+        """A value to its bits; what is too large, or so small that it would become 0, is refused."""
+        bits = single_bits(float(value))
+        if bits is None:
+            raise EncodeError("range", "outside the range of single precision", -LARGEST_SINGLE, LARGEST_SINGLE)
+        if value and not bits & 0x7FFFFFFF:
+            raise EncodeError("off", "rounds to 0 in single precision")
+        return 0 if bits == SINGLE_MINUS_ZERO else bits
+
+    def decode(self, raw: int) -> Decimal:
+        """Bits to the shortest decimal that means them."""
+        value = single_value(raw)
+        if not isfinite(value):
+            raise DecodeError(f"0x{raw:08X} is not a finite number")
+        return Decimal(repr(value))
+
+
+SINGLE_MINUS_ZERO = 0x80000000
+LARGEST_SINGLE = Decimal("3.4028234663852886E+38")

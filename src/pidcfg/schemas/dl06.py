@@ -14,8 +14,6 @@ from pydantic import BeforeValidator, Field, PlainValidator, WithJsonSchema, mod
 from pidcfg.refs import DL06
 from pidcfg.schemas.base import (
     DURATION_PATTERN,
-    EXACT,
-    NUMBER,
     AnyQuantity,
     Duration,
     Flag,
@@ -25,19 +23,17 @@ from pidcfg.schemas.base import (
     Model,
     Name,
     Number,
-    Quantity,
     QuantityPair,
     Range,
     Seconds,
     Text,
-    number_text,
     parse_duration,
     parse_integer,
-    parse_quantity,
     refuse,
 )
 from pidcfg.schemas.limits import Limits
 from pidcfg.schemas.octal import VAddress
+from pidcfg.schemas.rates import AnyRate
 
 FEATURES = DL06.at("PID Loop Feature Specifications")
 SETUP = DL06.at("Loop Table and Number of Loops")
@@ -59,24 +55,6 @@ class Reset(NamedTuple):
         return "off" if self.duration is None else str(self.duration)
 
 
-class Rate(NamedTuple):
-    """A rate of change of the PV: per sample, or per a unit of time (``"15 /min"``)."""
-
-    value: Decimal
-    counts: bool = False
-    per: Literal["sample", "s", "min"] = "sample"
-
-    def per_sample(self, sample_rate: Decimal) -> Quantity:
-        """The change in one sample of ``sample_rate`` seconds (manual: rate / 60 x counts per unit x sample rate)."""
-        if self.per == "sample":
-            return Quantity(self.value, self.counts)
-        change = EXACT.multiply(self.value, sample_rate)
-        return Quantity(EXACT.divide(change, Decimal(60)) if self.per == "min" else change, self.counts, derived=True)
-
-    def __str__(self) -> str:
-        return f"{Quantity(self.value, self.counts)} /{self.per}"
-
-
 def parse_reset(value: object) -> Reset:
     """A duration (bare: in ``reset_unit``), or ``off``."""
     if isinstance(value, Reset):
@@ -84,27 +62,8 @@ def parse_reset(value: object) -> Reset:
     return Reset(None) if value == "off" else Reset(parse_duration(value))
 
 
-def parse_rate(value: object) -> Rate:
-    """A quantity per sample, or a text ``15 /min``, ``0.25 /s``, ``40 counts/min``."""
-    if isinstance(value, Rate):
-        return value
-    if isinstance(value, str) and "/" in value:
-        amount, _, unit = value.partition("/")
-        amount, per = amount.strip(), {"min": "min", "s": "s", "sample": "sample"}.get(unit.strip())
-        number = amount.removesuffix("counts").strip()
-        if per is None or not NUMBER.fullmatch(number):
-            refuse("duration_form", f"{value!r} is not a rate", help="write 0.5 (per sample), 15 /min or 0.25 /s")
-        return Rate(number_text(number), number != amount, per)  # type: ignore[arg-type]  # one of the Literal's words
-    quantity = parse_quantity(value)
-    return Rate(quantity.value, quantity.counts)
-
-
 _RESET_SCHEMA = {"anyOf": [{"type": "number"}, {"type": "string", "pattern": DURATION_PATTERN}, {"const": "off"}]}
-_RATE_SCHEMA = {
-    "anyOf": [{"type": "number"}, {"type": "string", "pattern": r"^[-+]?[0-9.]+ ?(counts)?( ?/ ?(sample|s|min))?$"}]
-}
 AnyReset = Annotated[Reset, PlainValidator(parse_reset), WithJsonSchema(_RESET_SCHEMA)]
-AnyRate = Annotated[Rate, PlainValidator(parse_rate), WithJsonSchema(_RATE_SCHEMA)]
 
 
 class Plc(Model):

@@ -24,6 +24,8 @@ class Limits:
     high: str | None
     unit: str
     basis: Basis
+    effect: str | None = None
+    """What the PLC itself reports about a value outside."""
 
     def __get_pydantic_json_schema__(
         self, core_schema: Any, handler: Callable[[Any], dict[str, Any]]

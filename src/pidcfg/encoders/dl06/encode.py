@@ -12,11 +12,11 @@ from pidcfg.encoders.maps.dl06 import (
     RAMP_SOAK_PAIR,
     RAMP_SOAK_PAIRS,
     SETUP_WORDS,
+    SPACE,
     TABLE_POINTER,
 )
 from pidcfg.encoders.scales import Scale
 from pidcfg.schemas.base import Quantity, plain_number
-from pidcfg.schemas.octal import v_name
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -58,7 +58,7 @@ def scales(pv_format: str, output_format: str | None, ranges: tuple[Range, Range
 def encode(config: Dl06File) -> Encoding:
     """All words: loop tables, ramp/soak tables, then the set-up words, which win where blocks overlap."""
     blocks = (*_loop_blocks(config), *_ramp_soak_blocks(config), _setup_block(config))
-    return Encoding("dl06", blocks, v_name, _settings(config), _plc_settings(config))
+    return Encoding("dl06", blocks, SPACE, _settings(config), _plc_settings(config))
 
 
 def _loop_blocks(config: Dl06File) -> list[Block]:

@@ -9,10 +9,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-from pidcfg.encoders.regmap import Bits, RegisterMap, SpanBcd, Word
+from pidcfg.encoders.dl06.codecs import Source, SpanBcd
+from pidcfg.encoders.regmap import Bits, RegisterMap, Word
 from pidcfg.encoders.scales import Distance, Format, Position
-from pidcfg.encoders.words import Bcd, Binary, SignMagnitude, Source
+from pidcfg.encoders.spaces import WORD, Bank, Space
+from pidcfg.encoders.words import Bcd, Binary, SignMagnitude
 from pidcfg.refs import DL06, Decision
+from pidcfg.schemas.octal import HIGHEST
 
 TABLE = DL06.at("Loop Table Word Definitions")
 SETUP = DL06.at("Establishing the Loop Table Size and Location")
@@ -38,6 +41,8 @@ D04 = Decision(
     "Their normal state is 000; the controller clears them when it has read them.",
 )  # fmt: skip
 
+SPACE = Space((Bank("V", 0, HIGHEST, WORD, octal=True),))
+
 UNSIGNED_12, UNSIGNED_15, UNSIGNED_16 = Binary(0x0FFF), Binary(0x7FFF), Binary(0xFFFF)
 SIGNED_12, SIGNED_15 = SignMagnitude(0x0FFF), SignMagnitude(0x7FFF)
 
@@ -62,6 +67,7 @@ OUTPUT_FORMAT = {
     **{code << 1: None for code in PV_FORMAT},
 }
 
+OCTAL = "+{:02o}"
 OFF_ON = {0: False, 1: True}
 ADDRESS = Binary()
 BITS = Binary()
@@ -72,6 +78,7 @@ FILTER = Bcd(1, off=(0,))
 # fmt: off
 LOOP_TABLE = RegisterMap(
     title="Loop table (32 words a loop)",
+    label=OCTAL,
     size=0o40,
     words=(
         #    offset name                     path                     codec                unit      title                                   read   basis  access
@@ -168,6 +175,7 @@ LOOP_TABLE = RegisterMap(
 RAMP_SOAK_PAIRS = 8
 RAMP_SOAK_PAIR = RegisterMap(
     title="Ramp/soak pair (8 of them in a table of 32 words)",
+    label=OCTAL,
     size=4,
     words=(
         Word(0o0, "ramp_to",   "ramp_to",   Position("sp"),                      "pv",   "Ramp end SP value", "yes", RAMP_TABLE),
@@ -181,6 +189,7 @@ RAMP_SOAK_SIZE = RAMP_SOAK_PAIRS * RAMP_SOAK_PAIR.size
 TABLE_POINTER, LOOP_COUNT, ERROR_FLAGS = 0o7640, 0o7641, 0o7642
 SETUP_WORDS = RegisterMap(
     title="Set-up words (V7640 and up)",
+    label=OCTAL,
     size=3,
     words=(
         Word(TABLE_POINTER - 0o7640, "loop_table",      "plc.loop_table",      ADDRESS, "", "Loop parameter table pointer", "program-to-run", SETUP),

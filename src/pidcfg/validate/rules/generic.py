@@ -110,7 +110,7 @@ def value_out_of_range(context: Any) -> Iterator[Finding]:
         unit = f" {limits.unit}" if limits.unit else ""
         allowed = _between(limits.low, limits.high, limits.unit)
         values = {"key": path[-1], "value": decimal_text(value), "unit": unit, "allowed": allowed}
-        yield Finding(path, values, basis=limits.basis)
+        yield Finding(path, values, basis=limits.basis, plc_effect=limits.effect)
 
 
 def _misfits(context: Any, fault: str) -> Iterator[tuple[Path, Misfit]]:

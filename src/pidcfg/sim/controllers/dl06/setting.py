@@ -12,12 +12,13 @@ from decimal import Decimal
 from typing import Any
 
 from pidcfg.encoders.maps.dl06 import LOOP_TABLES
-from pidcfg.encoders.regmap import Bits, RegisterMap, Word, encode_one
+from pidcfg.encoders.regmap import Bits, Word, decode_one, encode_one
 from pidcfg.encoders.scales import Scale
 from pidcfg.encoders.words import Bcd, EncodeError
 from pidcfg.schemas.base import parse_flag, parse_number, parse_quantity, parse_seconds, parse_text, refuse
-from pidcfg.schemas.dl06 import Rate, Reset, parse_rate, parse_reset
+from pidcfg.schemas.dl06 import Reset, parse_reset
 from pidcfg.schemas.octal import parse_v_address
+from pidcfg.schemas.rates import Rate, parse_rate
 
 SHORT = {"setpoint": "setpoint.value", "output": "state.output", "bias": "state.bias"}
 EVENTS = {"mode": "mode", "autotune": "autotune", "autotune.start": "autotune", "ramp_soak.request": "ramp_soak"}
@@ -115,7 +116,7 @@ def reset_digits(reset: Reset, unit: str) -> Decimal:
 def stored_rate(row: Row, value: Any) -> Decimal:
     """A sample rate as its word holds it, in s."""
     word = encode_setting(row, value, {}, {})
-    return Decimal(row.decode(word) if isinstance(row, Bits) else RegisterMap.decode_word(row, word, {}))
+    return Decimal(row.decode(word) if isinstance(row, Bits) else decode_one(row.codec, word, {}))
 
 
 def fits(rows: list[Row], value: Any, values: Mapping[str, Any], scales: Scales) -> None:

@@ -12,7 +12,7 @@ from typing import Any
 
 from pidcfg.encoders.dl06.setup import alarm_order_broken, check_ramp_soak
 from pidcfg.encoders.maps.dl06 import CPU, FORMATS, LOOP_TABLE, LOOP_TABLES, RAMP_SOAK_PAIR, RAMP_SOAK_PAIRS, RESET
-from pidcfg.encoders.regmap import Bits, RegisterMap, Word
+from pidcfg.encoders.regmap import Bits, RegisterMap, Word, decode_one
 from pidcfg.encoders.scales import Scale
 from pidcfg.encoders.words import DecodeError
 from pidcfg.sim.controllers.dl06.state import MUTE, STOPPED, UNBOUNDED, Config, State
@@ -53,7 +53,7 @@ def decode_block(table: RegisterMap, words: Sequence[int], scales: Mapping[str, 
 
 def decode_row(row: Word | Bits, word: int, scales: Mapping[str, Scale]) -> Any:
     """One register's or choice's value."""
-    return row.decode(word) if isinstance(row, Bits) else RegisterMap.decode_word(row, word, scales)
+    return row.decode(word) if isinstance(row, Bits) else decode_one(row.codec, word, scales)
 
 
 def decode_loop(words: Sequence[int], reset_decimals: int) -> tuple[Values, list[str]]:

@@ -25,7 +25,7 @@ from pidcfg.encoders.dl06.encode import (
 )
 from pidcfg.encoders.dl06.setup import Setup, check_setup
 from pidcfg.encoders.maps.dl06 import CPU, LOOP_TABLE, RESET
-from pidcfg.encoders.regmap import ScaledCodec
+from pidcfg.encoders.regmap import scale_of
 from pidcfg.encoders.scales import Position, Scale
 from pidcfg.encoders.words import bcd_digits, bcd_word
 from pidcfg.schemas.base import Quantity, decimal_text
@@ -131,8 +131,8 @@ class LoopView:
         value = self.given(name)
         if value is None:
             return "0 counts (not given)"
-        codec = WORDS[name].codec
-        return self.text(value, codec.scale, self.counts(name)) if isinstance(codec, ScaledCodec) else str(value)
+        scale = scale_of(WORDS[name].codec)
+        return str(value) if scale is None else self.text(value, scale, self.counts(name))
 
     def text(self, value: Quantity, scale: str, counts: int | None) -> str:
         """A quantity on one of the scales, with its counts."""

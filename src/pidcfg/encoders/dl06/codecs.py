@@ -1,0 +1,56 @@
+"""Codecs of words that only the DL06 has."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from pidcfg.encoders.words import SIGN, Bcd, EncodeError
+
+if TYPE_CHECKING:
+    from pidcfg.encoders.scales import Scale
+
+
+@dataclass(frozen=True, slots=True)
+class SpanBcd:
+    """A BCD word that holds a difference on a named scale per second."""
+
+    scale: str
+    bcd: Bcd
+
+    def encode(self, value: Any, scale: Scale) -> int:
+        """A quantity to counts in BCD."""
+        return self.bcd.encode(scale.distance(value))
+
+    def decode(self, word: int, scale: Scale) -> Any:
+        """The word to a quantity."""
+        counts = self.bcd.decode(word)
+        return scale.span_value_by(counts, lambda q: self._same(q, scale, word))
+
+    def _same(self, value: Any, scale: Scale, word: int) -> bool:
+        try:
+            return self.encode(value, scale) == word
+        except EncodeError:
+            return False
+
+
+@dataclass(frozen=True, slots=True)
+class Source:
+    """Where an auto transfer goes: base, slot and channel, or with bit 15 a V-memory address."""
+
+    def encode(self, value: tuple[int, int, int] | int) -> int:
+        """``(base, slot, channel)`` or an address to its word: slot 1, channel 2 is 0102."""
+        if isinstance(value, int):
+            if not 0 <= value < SIGN:
+                raise EncodeError("range", "an address beyond V77777 does not fit the lower 15 bits")
+            return SIGN | value
+        base, slot, channel = value
+        if not (0 <= base <= 7 and 0 <= slot <= 15 and 0 <= channel <= 255):
+            raise EncodeError("range", "base, slot or channel does not fit its digits")
+        return base << 12 | slot << 8 | channel
+
+    def decode(self, word: int) -> tuple[int, int, int] | int | None:
+        """A word to ``(base, slot, channel)``, an address, or None for no transfer."""
+        if word & SIGN:
+            return word & ~SIGN
+        return (word >> 12, word >> 8 & 0xF, word & 0xFF) if word else None

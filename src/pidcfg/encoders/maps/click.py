@@ -1,0 +1,212 @@
+"""CLICK registers: tables only, offsets in decimal as the help prints them.
+
+A loop has three blocks, each at an address of its own: C bits, DS integers and DF floats. ``suffix`` is what the PLC's
+own nicknames add to the loop's name.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from decimal import Decimal
+from typing import TYPE_CHECKING
+
+from pidcfg.encoders.regmap import RegisterMap, Word
+from pidcfg.encoders.spaces import BIT, INT16, SINGLE, Bank, Space
+from pidcfg.encoders.words import FLAG, Choice, Implied, Single
+from pidcfg.refs import CLICK, CLICK_HELP, Decision
+from pidcfg.schemas import click as limits
+from pidcfg.schemas.click import BITS, D100, D101, FLOATS, INTEGERS
+
+if TYPE_CHECKING:
+    from pidcfg.schemas.limits import Limits
+
+ADDRESSES = CLICK_HELP.at("PID Address Description")
+MODES = CLICK.at("Manual Mode, Auto Mode, Autotune Mode")
+ALARMS = CLICK.at("PV Alarm")
+OPTIONS = CLICK.at("CLICK PID options")
+
+D102 = Decision(
+    102, "registers without a known meaning are reserved",
+    "Cn+10, +18 to +30, +38 and +39, DSn+01 to +04 and +09 to +14, and DFn+24 are encoded as 0 and never written by a "
+    "DataView or an initial value.",
+    "The help prints how long the blocks are, and the meaning of the other registers only.",
+)  # fmt: skip
+D103 = Decision(
+    103, "nicknames are the loop's name and a suffix",
+    "The suffixes of Cn+00 to +09, Cn+11 and DSn+00 are the help's; the others are made of the same abbreviations.",
+    "Only those twelve are public.",
+)  # fmt: skip
+
+SPACE = Space(
+    (
+        Bank(*BITS[:3], kind=BIT),
+        Bank(*INTEGERS[:3], kind=INT16),
+        Bank(*FLOATS[:3], kind=SINGLE),
+    )
+)
+
+WHOLE = Implied(least=-0x8000, most=0x7FFF)
+MILLISECONDS = Implied(3, least=-0x8000, most=0x7FFF)
+FLOAT = Single()
+OPEN_CLOSED = Choice({0: "open", 1: "closed"})
+PID_PI = Choice({0: "PID", 1: "PI"})
+BUMPLESS = Choice({0: 1, 1: 2})
+ACTION = Choice({0: "direct", 1: "reverse"})
+CURVE = Choice({0: "linear", 1: "squared"})
+
+# fmt: off
+C_BLOCK = RegisterMap(
+    title="Bits (40 consecutive C)",
+    size=40,
+    label="Cn+{:02d}",
+    words=(
+        #    offset name                            path                                    codec        unit title                               read basis access
+        Word(0,  "setpoint_lower_enable",           "setpoint.lower_limit_enabled",         FLAG,        "", "SP lower limit enable",            "-", ADDRESSES),
+        Word(1,  "setpoint_upper_enable",           "setpoint.upper_limit_enabled",         FLAG,        "", "SP upper limit enable",            "-", ADDRESSES),
+        Word(2,  "error_squared",                   "error.curve",                          CURVE,       "", "Error squared",                    "-", ADDRESSES),
+        Word(3,  "deadband_enable",                 "error.deadband_enabled",               FLAG,        "", "Error deadband enable",            "-", ADDRESSES),
+        Word(4,  "derivative_limit_enable",         "derivative_gain_limit_enabled",        FLAG,        "", "Derivative gain limit enable",     "-", ADDRESSES),
+        Word(5,  "freeze_bias",                     "freeze_bias",                          FLAG,        "", "Freeze bias (anti-windup)",        "-", ADDRESSES),
+        Word(6,  "autotune_method",                 "autotune.method",                      OPEN_CLOSED, "", "Autotune open or closed loop",     "-", D100),
+        Word(7,  "autotune_type",                   "autotune.type",                        PID_PI,      "", "Autotune PID or PI",               "-", D100),
+        Word(8,  "bumpless_mode",                   "bumpless",                             BUMPLESS,    "", "Bumpless transfer mode 1 or 2",    "-", CLICK.at("Bumpless Transfer (Cn+08)")),
+        Word(9,  "action",                          "action",                               ACTION,      "", "Forward (direct) or reverse action", "-", D100),
+        Word(11, "filter_enable",                   "pv.filter_enabled",                    FLAG,        "", "PV input filter enable",           "-", ADDRESSES),
+        Word(12, "pv_alarm_enable",                 "alarms.pv.enabled",                    FLAG,        "", "PV alarm enable",                  "-", ALARMS),
+        Word(13, "deviation_alarm_enable",          "alarms.deviation.enabled",             FLAG,        "", "PV deviation alarm enable",        "-", ALARMS),
+        Word(14, "rate_alarm_enable",               "alarms.rate_of_change_enabled",        FLAG,        "", "PV rate-of-change alarm enable",   "-", ALARMS),
+        Word(15, "manual_request",                  None,                                   FLAG,        "", "Manual mode start request",        "-", MODES, "request"),
+        Word(16, "auto_request",                    None,                                   FLAG,        "", "Auto mode start request",          "-", MODES, "request"),
+        Word(17, "autotune_request",                None,                                   FLAG,        "", "Autotune mode start request",      "-", MODES, "request"),
+        Word(31, "alarm_low_low",                   None,                                   FLAG,        "", "PV low-low alarm",                 "-", ALARMS, "status"),
+        Word(32, "alarm_low",                       None,                                   FLAG,        "", "PV low alarm",                     "-", ALARMS, "status"),
+        Word(33, "alarm_high",                      None,                                   FLAG,        "", "PV high alarm",                    "-", ALARMS, "status"),
+        Word(34, "alarm_high_high",                 None,                                   FLAG,        "", "PV high-high alarm",               "-", ALARMS, "status"),
+        Word(35, "alarm_deviation_high",            None,                                   FLAG,        "", "Deviation high alarm",             "-", ALARMS, "status"),
+        Word(36, "alarm_deviation_high_high",       None,                                   FLAG,        "", "Deviation high-high alarm",        "-", ALARMS, "status"),
+        Word(37, "alarm_rate_of_change",            None,                                   FLAG,        "", "PV rate-of-change alarm",          "-", ALARMS, "status"),
+    ),
+).filled(D102)
+
+DS_BLOCK = RegisterMap(
+    title="Integers (15 consecutive DS)",
+    size=15,
+    label="DSn+{:02d}",
+    words=(
+        Word(0,  "error_code",                      None,                                   WHOLE,        "",   "PID error number, the lowest active", "-", CLICK.at("CLICK PID Errors"), "status"),
+        Word(5,  "sample_rate",                     "sample_rate",                          MILLISECONDS, "s",  "Sample rate in ms",                  "-", CLICK.at("Sample Rate(TS)")),
+        Word(6,  "derivative_gain_limit",           "derivative_gain_limit",                WHOLE,        "",   "Derivative gain limit factor",       "-", CLICK.at("Derivative Gain Limit")),
+        Word(7,  "pwm_period",                      "output.pwm.period",                    WHOLE,        "s",  "PWM time period",                    "-", CLICK.at("PWM Control")),
+        Word(8,  "filter",                          "pv.filter",                            WHOLE,        "%",  "PV filter constant",                 "-", CLICK.at("PV Filter")),
+    ),
+).filled(D102)
+
+DF_BLOCK = RegisterMap(
+    title="Floats (25 consecutive DF)",
+    size=25,
+    label="DFn+{:02d}",
+    words=(
+        Word(0,  "setpoint",                        "setpoint.value",                       FLOAT,       "pv",   "Setpoint (SP)",                   "-", CLICK.at("Setpoint (DFn+00)")),
+        Word(1,  "setpoint_lower",                  "setpoint.lower_limit",                 FLOAT,       "pv",   "SP lower limit",                  "-", CLICK.at("Setpoint Upper and Lower Limits")),
+        Word(2,  "setpoint_upper",                  "setpoint.upper_limit",                 FLOAT,       "pv",   "SP upper limit",                  "-", CLICK.at("Setpoint Upper and Lower Limits")),
+        Word(3,  "deadband",                        "error.deadband",                       FLOAT,       "pv",   "Error deadband",                  "-", CLICK.at("Error Deadband Option")),
+        Word(4,  "bias",                            "state.bias",                           FLOAT,       "%",    "Bias",                            "-", ADDRESSES, "status"),
+        Word(5,  "proportional_gain",               "tuning.proportional_gain",             FLOAT,       "",     "Proportional gain (P)",           "-", CLICK.at("Proportional Gain (DFn+05)")),
+        Word(6,  "reset_time",                      "tuning.reset_time",                    FLOAT,       "s",    "Integral or reset time (I)",      "-", CLICK.at("Integral or Reset Time (DFn+06)")),
+        Word(7,  "derivative_gain",                 "tuning.derivative_gain",               FLOAT,       "s",    "Derivative gain (D)",             "-", CLICK.at("Derivative Gain (DFn+07)")),
+        Word(8,  "output",                          "state.output",                         FLOAT,       "%",    "Control output (CO)",             "-", CLICK.at("Control Output (DFn+08)"), "status"),
+        Word(9,  "output_lower",                    "output.limits.0",                      FLOAT,       "%",    "CO lower limit",                  "-", CLICK.at("Control Output (DFn+08)")),
+        Word(10, "output_upper",                    "output.limits.1",                      FLOAT,       "%",    "CO upper limit",                  "-", CLICK.at("Control Output (DFn+08)")),
+        Word(11, "raw_pv",                          "state.raw_pv",                         FLOAT,       "pv",   "Raw process variable",            "-", CLICK.at("Raw Process Variable (DFn+11)"), "status"),
+        Word(12, "pv",                              "state.pv",                             FLOAT,       "pv",   "Process variable, filtered",      "-", CLICK.at("Raw Process Variable (DFn+11)"), "status"),
+        Word(13, "pv_low_low",                      "alarms.pv.low_low",                    FLOAT,       "pv",   "PV low-low alarm limit",          "-", ALARMS),
+        Word(14, "pv_low",                          "alarms.pv.low",                        FLOAT,       "pv",   "PV low alarm limit",              "-", ALARMS),
+        Word(15, "pv_high",                         "alarms.pv.high",                       FLOAT,       "pv",   "PV high alarm limit",             "-", ALARMS),
+        Word(16, "pv_high_high",                    "alarms.pv.high_high",                  FLOAT,       "pv",   "PV high-high alarm limit",        "-", ALARMS),
+        Word(17, "deviation_high",                  "alarms.deviation.high",                FLOAT,       "pv",   "Deviation high alarm limit",      "-", ALARMS),
+        Word(18, "deviation_high_high",             "alarms.deviation.high_high",           FLOAT,       "pv",   "Deviation high-high alarm limit", "-", ALARMS),
+        Word(19, "rate_of_change",                  "alarms.rate_of_change",                FLOAT,       "pv/sample", "Rate-of-change alarm limit", "-", CLICK.at("Use PV Rate of Change (Cn+14)")),
+        Word(20, "hysteresis",                      "alarms.hysteresis",                    FLOAT,       "pv",   "PV alarm hysteresis",             "-", CLICK.at("PV Alarm Hysteresis (DFn+20)")),
+        Word(21, "autotune_hysteresis",             "autotune.hysteresis",                  FLOAT,       "%",    "Autotune output hysteresis",      "-", D101),
+        Word(22, "pv_lower",                        "pv.range.0",                           FLOAT,       "pv",   "PV lower limit (process range)",  "-", CLICK.at("PV Upper and Lower Limits")),
+        Word(23, "pv_upper",                        "pv.range.1",                           FLOAT,       "pv",   "PV upper limit (process range)",  "-", CLICK.at("PV Upper and Lower Limits")),
+    ),
+).filled(D102)
+
+SUFFIXES = {
+    # the help's
+    "setpoint_lower_enable": "_EN_SP_LimitLower", "setpoint_upper_enable": "_EN_SP_LimitUpper",
+    "error_squared": "_SEL_ErrorSquared", "deadband_enable": "_EN_ErrorDeadband",
+    "derivative_limit_enable": "_EN_DerivativeLmt", "freeze_bias": "_EN_AntiWindup",
+    "autotune_method": "_SEL_AutotuneMthd", "autotune_type": "_SEL_AutotunePIDPI",
+    "bumpless_mode": "_SEL_BumplessMode", "action": "_SEL_DirectReverse", "reserved_10": "_C_Reserved_01",
+    "filter_enable": "_EN_PV_InputFiltr", "error_code": "_PID_ErrorCode",
+    # ours, of the same abbreviations (D103)
+    "pv_alarm_enable": "_EN_PV_Alarm", "deviation_alarm_enable": "_EN_DeviationAlm", "rate_alarm_enable": "_EN_RateChangeAlm",
+    "manual_request": "_REQ_Manual", "auto_request": "_REQ_Auto", "autotune_request": "_REQ_Autotune",
+    "alarm_low_low": "_ALM_LowLow", "alarm_low": "_ALM_Low", "alarm_high": "_ALM_High", "alarm_high_high": "_ALM_HighHigh",
+    "alarm_deviation_high": "_ALM_DevHigh", "alarm_deviation_high_high": "_ALM_DevHighHigh",
+    "alarm_rate_of_change": "_ALM_RateChange",
+    "sample_rate": "_SampleRate", "derivative_gain_limit": "_DerivativeLmt", "pwm_period": "_PWM_Period",
+    "filter": "_PV_InputFiltr",
+    "setpoint": "_SP", "setpoint_lower": "_SP_LimitLower", "setpoint_upper": "_SP_LimitUpper", "deadband": "_ErrorDeadband",
+    "bias": "_Bias", "proportional_gain": "_P", "reset_time": "_I", "derivative_gain": "_D", "output": "_CO",
+    "output_lower": "_CO_LimitLower", "output_upper": "_CO_LimitUpper", "raw_pv": "_PV_Raw", "pv": "_PV",
+    "pv_low_low": "_LMT_LowLow", "pv_low": "_LMT_Low", "pv_high": "_LMT_High", "pv_high_high": "_LMT_HighHigh",
+    "deviation_high": "_LMT_DevHigh", "deviation_high_high": "_LMT_DevHighHigh", "rate_of_change": "_LMT_RateChange",
+    "hysteresis": "_ALM_Hysteresis", "autotune_hysteresis": "_AutotuneHyst", "pv_lower": "_PV_LimitLower",
+    "pv_upper": "_PV_LimitUpper",
+}
+# fmt: on
+
+TABLES = (C_BLOCK, DS_BLOCK, DF_BLOCK)
+"""The three blocks of a loop, in the order of their banks."""
+BLOCKS = {"bits": ("C", C_BLOCK), "integers": ("DS", DS_BLOCK), "floats": ("DF", DF_BLOCK)}
+"""Bank and map of each block, by the key that gives its address."""
+LOOPS = 8
+UNUSED = {
+    "output.pwm.period": Decimal(10),
+    "pv.filter": Decimal(100),
+    "autotune.hysteresis": Decimal(1),
+}
+"""What a register holds whose function is not used, so that no error number comes from it."""
+
+
+@dataclass(frozen=True, slots=True)
+class PidError:
+    """One of the PLC's PID errors: its number, the register, and its limits, both ends inclusive (None: no limit).
+
+    ``above`` names the register that this one may not exceed.
+    """
+
+    number: int
+    register: str
+    title: str
+    low: Decimal | None = None
+    high: Decimal | None = None
+    above: str | None = None
+
+
+def _limited(number: int, register: str, title: str, bound: Limits) -> PidError:
+    low, high = (None if end is None else Decimal(end) for end in (bound.low, bound.high))
+    return PidError(number, register, title, low, high)
+
+
+ERRORS = (
+    _limited(10, "sample_rate", "sample rate", limits.SAMPLE_RATE),
+    _limited(11, "derivative_gain_limit", "derivative gain limit", limits.GAIN_LIMIT),
+    _limited(12, "pwm_period", "PWM period", limits.PWM_PERIOD),
+    _limited(13, "filter", "PV filter constant", limits.FILTER),
+    PidError(20, "setpoint", "set point is not a number"),
+    PidError(21, "setpoint_lower", "SP lower limit is not a number"),
+    PidError(22, "setpoint_upper", "SP upper limit is not a number"),
+    PidError(23, "setpoint_lower", "SP lower limit above the upper limit", above="setpoint_upper"),
+    _limited(24, "deadband", "error deadband", limits.DEADBAND),
+    PidError(25, "bias", "bias is not a number"),
+    _limited(26, "proportional_gain", "proportional gain", limits.GAIN),
+    _limited(27, "reset_time", "reset time", limits.RESET),
+    _limited(28, "derivative_gain", "derivative gain", limits.DERIVATIVE),
+    PidError(30, "output_lower", "CO lower limit", low=Decimal(0)),
+    _limited(200, "autotune_hysteresis", "autotune output hysteresis", limits.HYSTERESIS),
+)
+"""The errors in the order of their numbers; DSn+00 holds the lowest one that is active."""

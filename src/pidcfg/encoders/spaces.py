@@ -1,0 +1,121 @@
+"""A vendor's address space: its banks of registers, how an address is written, and what one cell holds.
+
+Addresses are plain numbers in the order in which a listing shows them; vendors with several banks have them one after
+the other, ``BANK`` numbers apart. Raw contents are whole numbers too: the bits of a word, a switch or a
+single-precision number.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+from pidcfg.encoders.words import WORD_MAX, single_bits, single_value
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+BANK = 1 << 16
+"""Numbers that each bank has to itself."""
+Value = bool | int | float
+
+
+@dataclass(frozen=True, slots=True)
+class Kind:
+    """What one address holds: how its raw bits are shown, and read again (None: it cannot hold that value)."""
+
+    name: str
+    digits: int
+    show: Callable[[int], Value]
+    read: Callable[[object], int | None]
+    holds: str
+
+    def hex(self, raw: int) -> str:
+        """The raw content in hexadecimal."""
+        return f"{raw:0{self.digits}X}"
+
+    def text(self, raw: int) -> str:
+        """The value as a listing writes it: a switch as 0 or 1."""
+        value = self.show(raw)
+        return str(int(value)) if isinstance(value, bool) else str(value)
+
+    @property
+    def highest(self) -> int:
+        """The largest raw content."""
+        return 1 if self is BIT else (1 << 4 * self.digits) - 1
+
+
+def _whole(value: object, low: int, high: int) -> int | None:
+    return value if isinstance(value, int) and not isinstance(value, bool) and low <= value <= high else None
+
+
+def _signed(value: object) -> int | None:
+    whole = _whole(value, -0x8000, 0x7FFF)
+    return None if whole is None else whole & WORD_MAX
+
+
+def _bit(value: object) -> int | None:
+    return int(value) if isinstance(value, bool) else _whole(value, 0, 1)
+
+
+def _single(value: object) -> int | None:
+    return single_bits(value) if isinstance(value, int | float) and not isinstance(value, bool) else None
+
+
+WORD = Kind("word", 4, int, lambda v: _whole(v, 0, WORD_MAX), "a word of 0 to 65535")
+INT16 = Kind("integer", 4, lambda raw: raw - 0x10000 if raw > 0x7FFF else raw, _signed, "an integer of -32768 to 32767")
+BIT = Kind("bit", 1, bool, _bit, "true or false")
+SINGLE = Kind("float", 8, single_value, _single, "a finite single-precision number")
+
+
+@dataclass(frozen=True, slots=True)
+class Bank:
+    """Registers with one prefix, from ``first`` to ``last``."""
+
+    prefix: str
+    first: int
+    last: int
+    kind: Kind
+    octal: bool = False
+
+
+@dataclass(frozen=True)
+class Space:
+    """All banks of a vendor."""
+
+    banks: Sequence[Bank]
+
+    @cached_property
+    def _row(self) -> dict[str, int]:
+        return {bank.prefix: i for i, bank in enumerate(self.banks)}
+
+    def number(self, prefix: str, n: int) -> int:
+        """An address as a plain number."""
+        return self._row[prefix] * BANK + n
+
+    def place(self, number: int) -> tuple[Bank, int]:
+        """A plain number's bank, and its number there."""
+        return self.banks[number // BANK], number % BANK
+
+    def name(self, number: int) -> str:
+        """An address as the vendor writes it: ``DF106``."""
+        bank, n = self.place(number)
+        return f"{bank.prefix}{n:{'o' if bank.octal else 'd'}}"
+
+    def kind(self, number: int) -> Kind:
+        """What an address holds."""
+        return self.place(number)[0].kind
+
+    def parse(self, text: str) -> int | None:
+        """A written address as a plain number; None for anything else."""
+        found = re.fullmatch(r"([A-Z]+)([0-9]{1,6})", text)
+        row = self._row.get(found.group(1)) if found else None
+        if found is None or row is None:
+            return None
+        bank, digits = self.banks[row], found.group(2)
+        if bank.octal and not set(digits) <= set("01234567"):
+            return None
+        n = int(digits, 8 if bank.octal else 10)
+        return row * BANK + n if bank.first <= n <= bank.last else None

@@ -1,0 +1,48 @@
+"""Decimal addresses with a prefix, ``DS101``: a bank with its limits, and the field type that it gives."""
+
+from __future__ import annotations
+
+import re
+from typing import Any, NamedTuple
+
+from pidcfg.schemas.base import refuse
+
+ADDRESS = re.compile(r"([A-Z]+)([0-9]+)")
+
+
+class BankRange(NamedTuple):
+    """The addresses of one bank, first and last inclusive; ``what`` names them for messages."""
+
+    prefix: str
+    first: int
+    last: int
+    what: str
+
+    def parse(self, value: object) -> int:
+        """The number of an address of this bank; every other spelling is refused with the right one."""
+        example = f"write it like {self.prefix}{self.first + 100}"
+        if isinstance(value, int) and not isinstance(value, bool):
+            return self._inside(value)
+        if not isinstance(value, str):
+            refuse("address_form", f"{self.what} is wanted", help=example)
+        found = ADDRESS.fullmatch(value)
+        if found is None or found.group(1) != self.prefix:
+            upper = ADDRESS.fullmatch(value.upper().replace(" ", ""))
+            likely = upper is not None and upper.group(1) == self.prefix
+            refuse("address_form", f"{value!r} is not {self.what}",
+                   help=f"write {self.prefix}{int(upper.group(2)[:9])}" if likely and upper else example)  # fmt: skip
+        if found.group(2)[0] == "0" or len(found.group(2)) > 9:
+            refuse("address_form", f"{value} is not spelled as an address",
+                   help=f"write {self.prefix}{int(found.group(2)[:9])}")  # fmt: skip
+        return self._inside(int(found.group(2)))
+
+    def _inside(self, number: int) -> int:
+        if not self.first <= number <= self.last:
+            refuse("address_form", f"{self.prefix}{number} does not exist",
+                   help=f"addresses go from {self.prefix}{self.first} to {self.prefix}{self.last}")  # fmt: skip
+        return number
+
+    @property
+    def schema(self) -> dict[str, Any]:
+        """The JSON Schema of an address."""
+        return {"type": "string", "pattern": f"^{self.prefix}[1-9][0-9]*$"}

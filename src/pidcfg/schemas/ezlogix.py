@@ -1,0 +1,333 @@
+"""EZLogix configurations: one field for each register and discrete of a loop, and for what its dialog alone holds.
+
+A quantity on the PV's or output's scale is in engineering units where that scale has a ``range``, else in counts.
+"""
+
+from __future__ import annotations
+
+import re
+from decimal import Decimal
+from typing import TYPE_CHECKING, Annotated, Literal
+
+from pydantic import PlainValidator, WithJsonSchema
+
+from pidcfg.refs import EZLOGIX, Decision
+from pidcfg.schemas.addresses import BankRange
+from pidcfg.schemas.base import (
+    DURATION_PATTERN,
+    AnyQuantity,
+    Flag,
+    FormatVersion,
+    Integer,
+    Model,
+    Name,
+    Number,
+    Quantity,
+    QuantityPair,
+    Range,
+    Seconds,
+    Text,
+    parse_integer,
+    parse_pair,
+    parse_seconds,
+    parse_text,
+    refuse,
+)
+from pidcfg.schemas.limits import Limits
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+D150 = Decision(
+    150, "the PV is 0 to 4095 counts unless the file says otherwise",
+    "`pv.range` belongs to `pv.counts`, by default [0, 4095]; the control value is always 0 to 4095.",
+    "The manual prints 4095 as the control value's upper end and saturation point, and no range for the PV's tag.",
+)  # fmt: skip
+D151 = Decision(
+    151, "tag names are PID<n>_<Variable>",
+    "`plc.tag_names` is a template with {loop} for the loop's number, {name} for its name and {variable}.",
+    "The manual's figure with the naming convention is lost; its text says that names carry loop number and variable.",
+)  # fmt: skip
+D152 = Decision(
+    152, "registers are R1 and up, discretes S1 and up",
+    "The base of the register block is an R address, that of the discrete block an S address, up to 65535.",
+    "The manual shows question marks in place of addresses and prints no upper end.",
+)  # fmt: skip
+
+PARAMETERS = EZLOGIX.at("PID Parameters")
+LIMITS = EZLOGIX.at("PID Limits")
+CONTROL_OUTPUT = EZLOGIX.at("Control Output")
+AUTOTUNE = EZLOGIX.at("Autotune Setup")
+
+CV_FULL = 4095
+"""Counts of the control value at 100 %: saturation is 0 or this."""
+REGISTERS = BankRange("R", 1, 0xFFFF, "the address of an R register")
+DISCRETES = BankRange("S", 1, 0xFFFF, "the address of an S discrete")
+TAG = re.compile(r"(IR|OR|R|O)([1-9][0-9]{0,4})")
+
+
+def parse_tag(*prefixes: str) -> Callable[[object], str]:
+    """A parser of tag addresses with one of these prefixes."""
+
+    def tag(value: object) -> str:
+        found = TAG.fullmatch(value) if isinstance(value, str) else None
+        if found is None or found.group(1) not in prefixes:
+            kinds = " or ".join(prefixes)
+            refuse(
+                "address_form", f"{value!r} is not the address of an {kinds} tag", help=f"write it like {prefixes[0]}1"
+            )
+        return str(value)
+
+    return tag
+
+
+def parse_off_seconds(value: object) -> Decimal:
+    """A time in s; ``off`` is 0, which removes the term."""
+    return Decimal(0) if value == "off" else parse_seconds(value)
+
+
+def parse_counts(value: object) -> tuple[int, int]:
+    """Counts at both ends of a range, ascending within a 16-bit register."""
+    low, high = parse_pair(parse_integer, "counts at both ends of the range")(value)
+    if not 0 <= low < high <= 0xFFFF:
+        refuse("range_order", f"the counts [{low}, {high}] do not ascend within 0 to 65535", help="write [0, 4095]")
+    return low, high
+
+
+def parse_template(value: object) -> str:
+    """A template of tag names; the loop and the variable must both be in it."""
+    text = parse_text(value)
+    try:
+        plain = text.format(loop=1, name="L", variable="V")
+    except (KeyError, IndexError, ValueError, AttributeError):
+        plain = ""
+    told = "{variable}" in text and ("{loop}" in text or "{name}" in text)
+    if not told or not re.fullmatch(r"[A-Za-z]\w*", plain, re.ASCII):
+        refuse("name_form", f"{text!r} is not a template of tag names", help='write "PID{loop}_{variable}"')
+    return text
+
+
+def _tag_schema(*prefixes: str) -> dict[str, str]:
+    return {"type": "string", "pattern": f"^({'|'.join(prefixes)})[1-9][0-9]*$"}
+
+
+RAddress = Annotated[int, PlainValidator(REGISTERS.parse), WithJsonSchema(REGISTERS.schema)]
+SAddress = Annotated[int, PlainValidator(DISCRETES.parse), WithJsonSchema(DISCRETES.schema)]
+PvTag = Annotated[str, PlainValidator(parse_tag("IR", "R")), WithJsonSchema(_tag_schema("IR", "R"))]
+CvTag = Annotated[str, PlainValidator(parse_tag("OR", "R")), WithJsonSchema(_tag_schema("OR", "R"))]
+OutputTag = Annotated[str, PlainValidator(parse_tag("O")), WithJsonSchema(_tag_schema("O"))]
+OffSeconds = Annotated[
+    Decimal,
+    PlainValidator(parse_off_seconds),
+    WithJsonSchema({"anyOf": [{"type": "number"}, {"type": "string", "pattern": DURATION_PATTERN}, {"const": "off"}]}),
+]
+Counts = Annotated[
+    tuple[int, int],
+    PlainValidator(parse_counts),
+    WithJsonSchema({"type": "array", "items": {"type": "integer"}, "minItems": 2, "maxItems": 2}),
+]
+Template = Annotated[str, PlainValidator(parse_template), WithJsonSchema({"type": "string"})]
+
+
+class Plc(Model):
+    """What holds for all loops of the PLC."""
+
+    process_when_stopped: Flag = True
+    """Whether loops go on while the PLC is stopped; they then need physical tags (IR; OR or O)."""
+    tag_names: Template = "PID{loop}_{variable}"
+    """Names of the tag list: `{loop}` is the loop's number, `{name}` its name, `{variable}` the variable."""
+
+
+class Tuning(Model):
+    """The P, I and D terms."""
+
+    proportional_gain: Annotated[Number, Limits("0", "99.99", "", PARAMETERS)]
+    """Proportional gain Kp; 0 removes the proportional term."""
+    integral_time: Annotated[OffSeconds, Limits("0", "6000", "s", PARAMETERS)] = Decimal(0)
+    """Integral (reset) time Ti in s; 0 or `off` removes the integral term."""
+    derivative_time: Annotated[OffSeconds, Limits("0", "600", "s", PARAMETERS)] = Decimal(0)
+    """Derivative (rate) time Td in s; 0 or `off` removes the derivative term."""
+
+
+class Pv(Model):
+    """The process variable and its scale."""
+
+    tag: PvTag
+    """Where the PV stands: an input register IR, or an R register that ladder logic writes."""
+    range: Range | None = None
+    """Engineering values at both ends of `counts`. Without it every quantity on this scale is raw counts."""
+    unit: Text | None = None
+    """Engineering unit, for reports only."""
+    counts: Counts | None = None
+    """Counts at both ends of the range; [0, 4095] when not given."""
+    square_root: Flag = False
+    """The square root of the PV is used in the error, for a differential-pressure flow signal."""
+
+
+class Setpoint(Model):
+    """The setpoint and its limits."""
+
+    value: AnyQuantity | None = None
+    """Setpoint."""
+    limits: QuantityPair | None = None
+    """Setpoint low and high limit; the ends of the PV's scale when not given."""
+
+
+class Pulse(Model):
+    """The digital control output: pulses whose width is proportional to the control value."""
+
+    tag: OutputTag
+    """The discrete output, O."""
+    cycle_time: Annotated[Seconds, Limits("0.1", "6553.5", "s", CONTROL_OUTPUT)]
+    """Cycle time in s."""
+    min_on: Annotated[Seconds, Limits("0", "6553.5", "s", CONTROL_OUTPUT)] = Decimal(0)
+    """Minimum on time in s: shorter pulses are left out."""
+    min_off: Annotated[Seconds, Limits("0", "6553.5", "s", CONTROL_OUTPUT)] = Decimal(0)
+    """Minimum off time in s: shorter gaps are left out."""
+
+
+class Output(Model):
+    """The control value (CV), 0 to 4095 counts."""
+
+    tag: CvTag
+    """Where the CV goes: an output register OR, or an R register that ladder logic reads."""
+    range: Range | None = None
+    """Engineering values at 0 and 4095 counts."""
+    unit: Text | None = None
+    """Engineering unit, for reports only."""
+    limits: QuantityPair = (Quantity(Decimal(0), counts=True), Quantity(Decimal(CV_FULL), counts=True))
+    """CV low and high limit; 0 and 4095 counts when not given."""
+    offset: AnyQuantity = Quantity(Decimal(0), counts=True)
+    """CV offset, added to the output of the equation: what remains when the error is zero."""
+    pulse: Pulse | None = None
+    """Digital control output."""
+
+
+class Autotune(Model):
+    """What the autotune would do."""
+
+    type: Literal["PID", "PI"] = "PID"
+    """Gains to compute."""
+    timeout: Annotated[Integer, Limits("0", "65535", "s", AUTOTUNE)] = 600
+    """Time in s after which an autotune that has not finished is aborted."""
+
+
+class Loop(Model):
+    """One PID loop: 32 registers, 8 discretes and its dialog."""
+
+    name: Name
+    """Name of the loop, unique in the file."""
+    description: Text | None = None
+    """What the loop does, for reports."""
+    registers: RAddress
+    """Base of its 32 registers."""
+    discretes: SAddress
+    """Base of its 8 discretes."""
+    mode: Literal["manual", "auto"] = "manual"
+    """The mode that the PLC starts the loop in."""
+    algorithm: Literal["position", "velocity"]
+    """Position, or the form that the manual calls velocity: the position form with the derivative of the PV."""
+    action: Literal["direct", "reverse"]
+    """The controller's action, the opposite of the process's: `reverse` is heating, `direct` cooling."""
+    sample_rate: Annotated[Seconds, Limits("0.05", "99.99", "s", PARAMETERS)]
+    """Time between two calculations, in s or with a unit."""
+    tuning: Tuning
+    """Proportional gain, integral and derivative time."""
+    pv: Pv
+    """Process variable."""
+    setpoint: Setpoint = Setpoint()
+    """Setpoint."""
+    output: Output
+    """Control value."""
+    deadband: AnyQuantity = Quantity(Decimal(0), counts=True)
+    """An error smaller than this counts as zero."""
+    anti_windup: Flag = True
+    """No integration while the CV is saturated and the error would drive it further."""
+    autotune: Autotune = Autotune()
+    """Autotune selections."""
+
+
+class EzlogixFile(Model):
+    """An EZLogix configuration: up to eight loops, each with blocks of its own."""
+
+    pidcfg: FormatVersion
+    """Version of the file format."""
+    vendor: Literal["ezlogix"]
+    """The PLC family."""
+    name: Text | None = None
+    """Name of the machine or plant section."""
+    description: Text | None = None
+    """Anything worth knowing."""
+    plc: Plc = Plc()
+    """What holds for all loops."""
+    loops: tuple[Loop, ...]
+    """The loops; the first is loop 1 of the dialog."""
+
+
+class PulseSettings(Model):
+    """What the dialog alone knows about the control output."""
+
+    tag: OutputTag
+    """The discrete output."""
+
+
+class PvSettings(Model):
+    """What no register holds of the PV."""
+
+    tag: PvTag
+    """Where the PV stands."""
+    range: Range | None = None
+    """Engineering values at both ends of the counts."""
+    unit: Text | None = None
+    """Engineering unit."""
+    counts: Counts | None = None
+    """Counts at both ends of the range."""
+
+
+class OutputSettings(Model):
+    """What no register holds of the CV."""
+
+    tag: CvTag
+    """Where the CV goes."""
+    range: Range | None = None
+    """Engineering values at 0 and 4095 counts."""
+    unit: Text | None = None
+    """Engineering unit."""
+    pulse: PulseSettings | None = None
+    """Digital control output; None: not enabled."""
+
+
+class LoopSettings(Model):
+    """What stands beside the registers of one loop in a listing."""
+
+    loop: Name
+    """Name of the loop."""
+    description: Text | None = None
+    """What the loop does."""
+    registers: RAddress
+    """Base of its registers."""
+    discretes: SAddress
+    """Base of its discretes."""
+    algorithm: Literal["position", "velocity"]
+    """The dialog's algorithm."""
+    action: Literal["direct", "reverse"]
+    """The dialog's controller action."""
+    pv: PvSettings
+    """Tag and scale of the PV."""
+    output: OutputSettings
+    """Tag and scale of the CV."""
+    setpoint: Flag = True
+    """Whether the setpoint register is meant; false: the configuration leaves the setpoint to the operator."""
+
+
+class PlcSettings(Model):
+    """What stands beside the registers for the whole file."""
+
+    name: Text | None = None
+    """Name of the machine or plant section."""
+    description: Text | None = None
+    """Anything worth knowing."""
+    process_when_stopped: Flag = True
+    """Whether loops go on while the PLC is stopped."""
+    tag_names: Template = "PID{loop}_{variable}"
+    """Names of the tag list."""
