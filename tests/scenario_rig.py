@@ -75,6 +75,13 @@ class Plc:
     flag_bits: dict[str, int] = field(default_factory=lambda: {"odd": FLAG})
     aux_bits: dict[str, int] = field(default_factory=lambda: {"complete": 1})
     tuned_names: tuple[str, ...] = ("gain",)
+    commands: dict[str, tuple[str, ...]] = field(
+        default_factory=lambda: {
+            "ramp_soak": ("start", "hold", "resume", "jog"),
+            "autotune": ("start",),
+            "plc": ("program", "run"),
+        }
+    )
     options: tuple[str, ...] = ("number_of_loops", "auto_interlock", "scan_time")
     problems: tuple[str, ...] = ()
     calls: list[tuple] = field(default_factory=list)

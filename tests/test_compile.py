@@ -27,7 +27,7 @@ from pidcfg.sim.controllers.dl06.equation import coefficients
 from pidcfg.sim.controllers.dl06.scan import INLINED, Config, State, scan
 from pidcfg.sim.controllers.dl06.tune_open import POINTS
 from pidcfg.sim.controllers.dl06.tune_results import WANTED
-from pidcfg.sim.terms import clamp, nearest
+from pidcfg.sim.terms import clamp, nearest, single
 
 CONFIGURATIONS = 320
 SEGMENTS, STEPS = 4, 120
@@ -244,3 +244,22 @@ def test_without_a_writable_cache_nothing_is_kept(monkeypatch, tmp_path):
 
     assert cache_folder([one], {}) is None
     assert compiled([one])[one](1) == 2
+
+
+def singles(values, out):
+    """Rounds every value (kernel)."""
+    for i in range(len(values)):
+        out[i] = single(values[i])
+
+
+def test_single_precision_is_the_same_in_both_and_numpys():
+    rng = random.Random(11)
+    values = [rng.uniform(-1, 1) * 2.0 ** rng.randint(-160, 140) for _ in range(20_000)]
+    values += [1 + 2.0**-24, 1 + 3 * 2.0**-24, 2.0**-150, 3 * 2.0**-150, 1e300, -1e300, 0.0, -0.0, 16777217.0]
+    native = vector([0.0] * len(values))
+    compiled([singles])[singles](vector(values), native)
+
+    ours = [struct.pack("<d", single(x)) for x in values]
+    with np.errstate(over="ignore"):
+        assert ours == [struct.pack("<d", float(np.float32(x))) for x in values]
+    assert ours == [struct.pack("<d", x) for x in native.tolist()]

@@ -171,6 +171,8 @@ REFUSED = [
     ("events: [{at: 1, loop: A, pv: 3, for: 0}]\n", "events.0.for", "'for' is the time"),
     ("events: [{at: 1, loop: A, plant: A, mode: auto}]\n", "events.0.plant", "only a disturbance"),
     ("events: [{at: 1, loop: A, plc: run}]\n", "events.0.loop", "the whole PLC"),
+    ("events: [{at: 1, plc: stop}]\n", "events.0.plc", "'stop' is no command of plc on this PLC"),
+    ("events: [{at: 1, loop: A, autotune: cancel}]\n", "events.0.autotune", "'cancel' is no command of autotune"),
     ("events: [{at: 1, set: {heat: 3}}]\n", "events.0.set.heat", "'heat' is no signal"),
     ("signals: {heat: 1}\nevents: [{at: 1, set: {heat: hot}}]\n", "events.0.set.heat", "'hot' is not a number"),
     ("events: [{at: 1, loop: A, set: {setpoint: high}}]\n", "events.0.set.setpoint", "'high' is not a number"),
@@ -253,3 +255,10 @@ def test_a_number_of_loops_fits_its_word(count):
     with pytest.raises(ValidationError):
         scenario(f"plc: {{number_of_loops: {count}}}\n")
     assert scenario("plc: {number_of_loops: 9999}\n").plc.number_of_loops == 9999
+
+
+def test_a_plc_without_ramp_soak_refuses_it():
+    plc = Controller.load()
+    plc.commands = plc.commands | {"ramp_soak": ()}
+    found = prepare(scenario("events: [{at: 1, loop: A, ramp_soak: start}]\n" + WIRED), plc).problems
+    assert (("events", 0, "ramp_soak"), "this PLC has no ramp/soak") in [(p.path, p.message) for p in found]

@@ -94,15 +94,15 @@ class Event(Model):
     mode: Text | None = None
     """A mode request, made once."""
     ramp_soak: Literal["start", "hold", "resume", "jog"] | None = None
-    """One of the control bits of the ramp/soak generator."""
-    autotune: Literal["start"] | None = None
-    """Sets the bit that starts auto-tune; the report carries the results."""
+    """One of the control bits of the ramp/soak generator, where the PLC has one."""
+    autotune: Literal["start", "cancel"] | None = None
+    """Sets or clears the bit that starts auto-tune; the report carries the results."""
     pv: AnyQuantity | None = None
     """A broken sensor: what it shows from now on."""
     duration: Annotated[Seconds | None, Field(alias="for")] = None
     """How long a sensor stays broken; not given: to the end."""
-    plc: Literal["program", "run"] | None = None
-    """The CPU changes its mode."""
+    plc: Literal["program", "stop", "run"] | None = None
+    """The CPU changes its mode; ``program`` or ``stop``, as the PLC calls it."""
 
 
 class Expectation(Model):

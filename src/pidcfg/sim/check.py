@@ -157,6 +157,17 @@ def _check_event(path: Route, event: Event, scenario: Scenario, plc: Plc) -> Ite
         yield unknown((*path, "mode"), "mode", event.mode, plc.modes)
     elif action == "plc" and event.loop is not None:
         yield Problem((*path, "loop"), "plc concerns the whole PLC, not a loop", key=True)
+    elif action in plc.commands:
+        yield from _check_command((*path, action), action, getattr(event, action), plc)
+
+
+def _check_command(path: Route, action: str, command: str, plc: Plc) -> Iterator[Problem]:
+    """A command that this PLC has."""
+    known = plc.commands[action]
+    if not known:
+        yield Problem(path, f"this PLC has no {action.replace('_', '/')}", key=True)
+    elif command not in known:
+        yield unknown(path, f"command of {action} on this PLC", command, known)
 
 
 def leaves(data: Any, place: Route = ()) -> Iterator[tuple[tuple[str, ...], Any, Route]]:

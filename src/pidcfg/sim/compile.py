@@ -22,6 +22,8 @@ from typing import Any
 import numba
 import numpy as np
 
+from pidcfg.sim.terms import single
+
 Kernel = Callable[..., Any]
 TYPES = {"int": np.int64, "float": np.float64}
 """NumPy's type for each annotation that a kernel's record may have."""
@@ -48,7 +50,7 @@ def compiled(
     Only the ones that are given can be called from Python. ``inlined``: kernels on the hot path, whose calls would cost
     more than they save. No fastmath.
     """
-    swap, entries, hot = replaced or {}, set(functions), set(inlined)
+    swap, entries, hot = with_native(replaced), set(functions), set(inlined)
     originals = reachable(sorted(entries, key=identity), swap)
     folder = cache_folder(originals, swap)
     built: dict[Kernel, Kernel] = {}
@@ -62,6 +64,16 @@ def compiled(
         settings["CACHE_DIR"] = kept
     connect(originals, built, swap)
     return built
+
+
+def native_single(x: float) -> float:
+    """`single` for numba."""
+    return float(np.float32(x))
+
+
+def with_native(replaced: Mapping[Kernel, Kernel] | None) -> dict[Kernel, Kernel]:
+    """Replacements, with those of kernels that cannot be compiled as they are."""
+    return {single: native_single, **(replaced or {})}
 
 
 def reachable(functions: Iterable[Kernel], replaced: Mapping[Kernel, Kernel]) -> list[Kernel]:
@@ -150,7 +162,8 @@ def cache_folder(functions: Sequence[Kernel], replaced: Mapping[Kernel, Kernel])
 def kept(functions: Iterable[Kernel], replaced: Mapping[Kernel, Kernel]) -> bool:
     """Whether the compiled functions lie in the cache: starting takes a second then, not a quarter of a minute."""
     entries = set(functions)
-    folder = cache_folder(reachable(sorted(entries, key=identity), replaced), replaced)
+    swap = with_native(replaced)
+    folder = cache_folder(reachable(sorted(entries, key=identity), swap), swap)
     return folder is not None and all(any(folder.rglob(f"*.{f.__name__}-*.nbi")) for f in entries)
 
 

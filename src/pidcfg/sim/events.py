@@ -150,7 +150,7 @@ class Agenda:
         """The CPU's mode switch."""
         if mode == "run":
             self.plc.run((self.zero + k) * self.step)
-        else:
+        else:  # program or stop
             self.plc.program(self.net.sig)
 
 

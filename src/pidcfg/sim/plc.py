@@ -69,6 +69,8 @@ class Plc(Protocol):
 
     options: Sequence[str]
     """What a scenario may choose about it, by the keys of ``plc``."""
+    commands: Mapping[str, Sequence[str]]
+    """What the events ``ramp_soak``, ``autotune`` and ``plc`` may say; nothing where the PLC has no such thing."""
     problems: Sequence[str]
     """Words that are no value of their format, and what they are taken for."""
     tuned_names: Sequence[str]
@@ -102,16 +104,16 @@ class Plc(Protocol):
         """A one-shot mode request."""
 
     def ramp_soak(self, loop: int, command: str) -> None:
-        """``start``, ``hold``, ``resume`` or ``jog``."""
+        """One of ``commands["ramp_soak"]``."""
 
     def autotune(self, loop: int, command: str) -> None:
-        """``start``."""
+        """One of ``commands["autotune"]``."""
 
     def tuned(self, loop: int) -> Mapping[str, Any] | None:
         """``done``, ``error``, ``status`` and ``results`` of a loop's auto-tune; None when there was none."""
 
     def program(self, sig: MutableSequence[float]) -> None:
-        """The PLC goes to program mode: loops stop, except those that are independent of the CPU mode."""
+        """The CPU stops (program mode): loops stop, except those that are independent of the CPU mode."""
 
     def scan_time(self, without_loops: float) -> ScanTime | None:
         """How long a scan becomes with the loops that are calculated, in s; None: the vendor does not say."""

@@ -2,8 +2,13 @@
 
 from __future__ import annotations
 
+from array import array
+
 NEAREST = 6755399441055744.0
 """1.5 * 2**52: adding and subtracting it rounds to a whole number, half to even, without a call."""
+
+SINGLE = array("f", [0.0])
+"""What is put into it comes back in single precision."""
 
 LARGEST_VALUE = 1e15
 """Beyond this nothing is a signal any more; it keeps every sum in a run finite."""
@@ -28,3 +33,12 @@ def step_to(x: float, target: float, step: float) -> float:
     if x < target:
         return target if target - x <= step else x + step
     return target if x - target <= step else x - step
+
+
+def single(x: float) -> float:
+    """The nearest single-precision number, half to even; infinite beyond them.
+
+    Compiled code has `pidcfg.sim.compile.native_single` in its place.
+    """
+    SINGLE[0] = x
+    return SINGLE[0]

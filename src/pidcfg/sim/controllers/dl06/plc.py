@@ -31,7 +31,7 @@ from pidcfg.sim.controllers.dl06.words import ticks, write_state
 from pidcfg.sim.plc import TICKS
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, MutableSequence
+    from collections.abc import Mapping, MutableSequence, Sequence
 
     from pidcfg.encoders.image import Image
     from pidcfg.schemas.base import Quantity
@@ -44,6 +44,11 @@ class Dl06(Memory):
     out_name = "OUT"
     modes = tuple(MODES)
     options = tuple(f.name for f in fields(Options))
+    commands: Mapping[str, Sequence[str]] = {
+        "ramp_soak": tuple(COMMANDS),
+        "autotune": ("start",),
+        "plc": ("program", "run"),
+    }
     tuned_names = ("gain", "reset", "rate", "sample_rate")
     alarm_bits: Mapping[str, int] = ALARM_BITS
     flag_bits: Mapping[str, int] = FLAG_BITS
