@@ -7,7 +7,8 @@ import pytest
 from dl06_rig import FirstOrder, Fixed, Rig
 from pidcfg.sim.controllers.dl06 import state as bits
 from pidcfg.sim.controllers.dl06.modes import REASONS
-from pidcfg.sim.controllers.dl06.report import describe, mode_name, notices, requested
+from pidcfg.sim.controllers.dl06.report import describe, mode_name, requested
+from pidcfg.sim.notices import NOTICES, REASON_BITS, notices
 
 
 def mode(rig, i=0):
@@ -432,7 +433,7 @@ def test_several_notices_of_one_sample_come_out_in_order():
 def test_a_notice_knows_what_was_requested():
     rig = pair()
     rig.st[0].requested = bits.CASCADE
-    number = (bits.CASCADE << 6 | 3) * 1024 + 12
+    number = (bits.CASCADE << REASON_BITS | 3) * NOTICES + 12
 
     assert notices(number) == [(bits.CASCADE, 3), (0, 12)]
     assert requested(number) == "cascade"

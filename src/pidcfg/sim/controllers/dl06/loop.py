@@ -15,7 +15,7 @@ from pidcfg.encoders.maps.dl06 import FORMATS, LOOP_TABLE, LOOP_TABLES
 from pidcfg.encoders.regmap import Bits, Word, encode_one
 from pidcfg.encoders.scales import Scale
 from pidcfg.sim.controllers.dl06.report import READ_LATE
-from pidcfg.sim.controllers.dl06.setting import Row, encode_setting
+from pidcfg.sim.controllers.dl06.setting import encode_setting
 from pidcfg.sim.controllers.dl06.words import Values, decode_loop
 from pidcfg.sim.plc import TICKS
 
@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from pidcfg.sim.controllers.dl06.state import Config, State
+    from pidcfg.sim.settings import Row
 
 ENABLES = {
     "alarms.pv.enabled": ("alarms.pv.", "alarms.hysteresis"),

@@ -24,6 +24,7 @@ from pidcfg.sim.controllers.dl06.state import (
     Config,
     State,
 )
+from pidcfg.sim.notices import noticed
 from pidcfg.sim.terms import NEAREST
 
 REFUSED_PROGRAM = 1
@@ -58,17 +59,10 @@ REASONS = {
     OVERRIDE_NO_REMOTE: "to Manual: the remote set point pointer (+32) names no control output any more",
 }
 
-NOTICES = 1024
-"""`State.notice` holds several notices as digits of this base, the first one highest."""
-NOTICE_LIMIT = 1024**4
-REASON_BITS = 6
-"""A notice is a reason, and above these bits the mode bits that were requested (0: nobody asked)."""
-
 
 def tell(s: State, reason: int) -> None:
     """Leave a notice for the log."""
-    if s.notice < NOTICE_LIMIT:
-        s.notice = s.notice * NOTICES + (s.requested << REASON_BITS) + reason
+    s.notice = noticed(s.notice, s.requested, reason)
 
 
 def on_sp_scale(c: Config, pv: float) -> float:

@@ -6,6 +6,7 @@ from pidcfg.sim.controllers.dl06 import modes as dl06_modes
 from pidcfg.sim.controllers.dl06 import ramp_soak as dl06_ramp_soak
 from pidcfg.sim.controllers.dl06 import state as bits
 from pidcfg.sim.controllers.dl06 import tune_results as dl06_tune_results
+from pidcfg.sim.notices import notices
 
 MODES = {"manual": bits.MANUAL, "auto": bits.AUTO, "cascade": bits.CASCADE}
 COMMANDS = {"start": bits.RS_START, "hold": bits.RS_HOLD, "resume": bits.RS_RESUME, "jog": bits.RS_JOG}
@@ -42,15 +43,6 @@ READ_LATE = {
 def mode_name(status: int) -> str:
     """The mode that a status word tells."""
     return next((name for name, bit in MODES.items() if status & bit), "manual")
-
-
-def notices(notice: int) -> list[tuple[int, int]]:
-    """A notice number as requested mode bits and reasons, in the order in which they were left."""
-    found: list[tuple[int, int]] = []
-    while notice:
-        notice, digit = divmod(notice, dl06_modes.NOTICES)
-        found.insert(0, divmod(digit, 1 << dl06_modes.REASON_BITS))
-    return found
 
 
 def describe(notice: int) -> tuple[str, str]:

@@ -6,19 +6,20 @@ Keys are those of a loop in the configuration file (``tuning.gain``, ``alarms.pv
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Callable, Mapping
 from decimal import Decimal
+from functools import cache
 from typing import Any
 
 from pidcfg.encoders.maps.dl06 import LOOP_TABLES
 from pidcfg.encoders.regmap import Bits, Word, decode_one, encode_one
 from pidcfg.encoders.scales import Scale
-from pidcfg.encoders.words import Bcd, EncodeError
-from pidcfg.schemas.base import parse_flag, parse_number, parse_quantity, parse_seconds, parse_text, refuse
+from pidcfg.encoders.words import Bcd
+from pidcfg.schemas.base import parse_number, parse_quantity, parse_seconds, parse_text
 from pidcfg.schemas.dl06 import Reset, parse_reset
 from pidcfg.schemas.octal import parse_v_address
 from pidcfg.schemas.rates import Rate, parse_rate
+from pidcfg.sim.settings import Keys, Row, check_fit, rows_of
 
 SHORT = {"setpoint": "setpoint.value", "output": "state.output", "bias": "state.bias"}
 EVENTS = {"mode": "mode", "autotune": "autotune", "autotune.start": "autotune", "ramp_soak.request": "ramp_soak"}
@@ -27,70 +28,38 @@ FIXED = {"pv.transfer", "output.transfer", "state.pv"}
 """What a running controller has no use for: wiring, and the word that the input overwrites."""
 CASCADE_FROM = "cascade_from"
 
-Row = Word | Bits
+PARSERS: Mapping[str, Callable[[object], object]] = {
+    "tuning.reset": parse_reset,
+    "tuning.rate": parse_seconds,
+    "sample_rate": parse_seconds,
+    "alarms.rate_of_change": parse_rate,
+    "remote_setpoint": parse_v_address,
+    "ramp_soak.table": parse_v_address,
+}
+
 Scales = Mapping[str, Scale]
 
 
-def rows_by_path(reset_decimals: int) -> dict[str, Row]:
-    """Every register and choice of the loop table that can be set."""
-    table = LOOP_TABLES[reset_decimals]
-    rows: tuple[Row, ...] = (*table.words, *table.bits)
-    return {str(r.path): r for r in rows if r.path is not None and r.path not in FIXED | set(EVENTS)}
+@cache
+def keys(reset_decimals: int) -> Keys:
+    """What can be set in a loop whose reset word has so many decimals."""
+    rows = rows_of([LOOP_TABLES[reset_decimals]], FIXED | set(EVENTS))
+    return Keys(rows, SHORT, EVENTS, PARSERS, parser_of)
+
+
+def parser_of(word: Word) -> Callable[[object], object]:
+    """How the value of a register without a parser of its own is written."""
+    return parse_number if isinstance(word.codec, Bcd) else parse_quantity
 
 
 def find_rows(path: tuple[str, ...], reset_decimals: int = 1) -> list[Row]:
     """The registers behind a key: one, or both ends of a pair of limits."""
-    rows = rows_by_path(reset_decimals)
-    key = ".".join(path)
-    key = "remote_setpoint" if key == CASCADE_FROM else SHORT.get(key, key)
-    if key in EVENTS:
-        refuse("set_key", f"{key} is an event of its own", help=f"write {EVENTS[key]}: in place of set:")
-    if key in rows:
-        return [rows[key]]
-    if f"{key}.0" in rows:
-        return [rows[f"{key}.0"], rows[f"{key}.1"]]
-    same = [row for name, row in rows.items() if name.rpartition(".")[2] == key and name != SHORT["setpoint"]]
-    if len(same) == 1:
-        return same
-    near = difflib.get_close_matches(key, [*SHORT, *rows], 1, 0.5)
-    return refuse("set_key", f"{key!r} is nothing that can be set in a running loop",
-                  help=f"did you mean {near[0]}?" if near else "write a key of the loop's configuration")  # fmt: skip
+    return keys(reset_decimals).find(("remote_setpoint",) if path == (CASCADE_FROM,) else path)
 
 
 def parse_setting(path: tuple[str, ...], rows: list[Row], value: object) -> object:
-    """The value of a key as its registers take it."""
-    if path == (CASCADE_FROM,):
-        return parse_text(value)
-    if len(rows) == 1:
-        return parse_row(rows[0], value)
-    if not isinstance(value, list | tuple) or len(value) != len(rows):
-        refuse("pair_type", "both limits are wanted", help="write [low, high]")
-    return tuple(parse_row(row, item) for row, item in zip(rows, value, strict=True))
-
-
-def parse_row(row: Row, value: object) -> object:
-    """One register's value by the same parser as in the configuration file."""
-    if isinstance(row, Word):
-        return parser_of(row)(value)
-    if set(row.choices.values()) == {False, True}:
-        return parse_flag(value)
-    known = [str(choice) for choice in row.choices.values() if choice is not None]
-    if str(value) not in known:
-        refuse("choice", f"{value!r} is none of {', '.join(dict.fromkeys(known))}")
-    return str(value)
-
-
-def parser_of(row: Word) -> Callable[[object], object]:
-    """How a register's value is written."""
-    special: dict[str, Callable[[object], object]] = {
-        "tuning.reset": parse_reset,
-        "tuning.rate": parse_seconds,
-        "sample_rate": parse_seconds,
-        "alarms.rate_of_change": parse_rate,
-        "remote_setpoint": parse_v_address,
-        "ramp_soak.table": parse_v_address,
-    }
-    return special.get(str(row.path), parse_number if isinstance(row.codec, Bcd) else parse_quantity)
+    """The value of a key as its registers take it; every number of decimals is written alike."""
+    return parse_text(value) if path == (CASCADE_FROM,) else keys(1).parse(rows, value)
 
 
 def encode_setting(row: Row, value: Any, values: Mapping[str, Any], scales: Scales) -> int:
@@ -121,9 +90,4 @@ def stored_rate(row: Row, value: Any) -> Decimal:
 
 def fits(rows: list[Row], value: Any, values: Mapping[str, Any], scales: Scales) -> None:
     """Refuses a value that its word cannot hold."""
-    for row, item in zip(rows, value if len(rows) > 1 else [value], strict=True):
-        try:
-            encode_setting(row, item, values, scales)
-        except EncodeError as error:
-            between = "" if error.low is None else f": {error.low} to {error.high}"
-            refuse("set_value", f"{item} does not fit its word: it {error}{between}")
+    check_fit(rows, value, lambda row, item: encode_setting(row, item, values, scales))

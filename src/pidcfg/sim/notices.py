@@ -1,0 +1,29 @@
+"""What a kernel leaves behind for the log: numbered reasons, each with the mode that was asked for.
+
+A notice is one number in a loop's state; several of them are its digits, the first one highest.
+"""
+
+from __future__ import annotations
+
+NOTICES = 4096
+"""What one notice counts to."""
+NOTICE_LIMIT = 4096**4
+"""Five notices fill a number; what comes after them is left out until the log has been read."""
+REASON_BITS = 9
+"""A notice is a reason, and above these bits the mode bits that were requested (0: nobody asked)."""
+
+
+def noticed(notice: int, requested: int, reason: int) -> int:
+    """The notices with one more (kernel)."""
+    if notice < NOTICE_LIMIT:
+        return notice * NOTICES + (requested << REASON_BITS) + reason
+    return notice
+
+
+def notices(notice: int) -> list[tuple[int, int]]:
+    """A notice number as requested mode bits and reasons, in the order in which they were left."""
+    found: list[tuple[int, int]] = []
+    while notice:
+        notice, digit = divmod(notice, NOTICES)
+        found.insert(0, divmod(digit, 1 << REASON_BITS))
+    return found

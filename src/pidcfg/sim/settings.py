@@ -1,0 +1,99 @@
+"""What a scenario's ``set`` may write: a key of the configuration to its register, by the register map's own codecs.
+
+Keys are those of a loop in the configuration file (``tuning.gain``, ``alarms.pv.high``), a vendor's short forms, and
+the last part of a key where only one register has it (``gain``). A vendor makes a `Keys` of its register map.
+"""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from pidcfg.encoders.regmap import Bits, RegisterMap, Word
+from pidcfg.encoders.words import EncodeError
+from pidcfg.schemas.base import parse_flag, parse_number, refuse
+
+Row = Word | Bits
+Parser = Callable[[object], object]
+
+
+def rows_of(tables: Iterable[RegisterMap], left_out: Iterable[str] = ()) -> dict[str, Row]:
+    """Every register and choice with a path that is not ``left_out``, by its path."""
+    rows: list[Row] = []
+    for table in tables:
+        rows += [*table.words, *table.bits]
+    return {row.path: row for row in rows if row.path is not None and row.path not in set(left_out)}
+
+
+@dataclass(frozen=True, slots=True)
+class Keys:
+    """The keys that can be set in a running loop."""
+
+    rows: Mapping[str, Row]
+    """The registers and choices behind them, by path; the two ends of a pair end in ``.0`` and ``.1``."""
+    short: Mapping[str, str]
+    """Short forms; every vendor has ``setpoint`` and ``output``."""
+    events: Mapping[str, str] = field(default_factory=dict)
+    """Keys that are events of their own, and the key of the event."""
+    parsers: Mapping[str, Parser] = field(default_factory=dict)
+    """How a register's value is written, by path."""
+    parser: Callable[[Word], Parser] = lambda _word: parse_number
+    """How the value of any other register is written."""
+
+    def find(self, path: tuple[str, ...]) -> list[Row]:
+        """The registers behind a key: one, or both ends of a pair of limits; refuses what cannot be set."""
+        key = ".".join(path)
+        key = self.short.get(key, key)
+        if key in self.events:
+            refuse("set_key", f"{key} is an event of its own", help=f"write {self.events[key]}: in place of set:")
+        if key in self.rows:
+            return [self.rows[key]]
+        if f"{key}.0" in self.rows:
+            return [self.rows[f"{key}.0"], self.rows[f"{key}.1"]]
+        setpoint = self.short["setpoint"]
+        same = [row for name, row in self.rows.items() if name.rpartition(".")[2] == key and name != setpoint]
+        if len(same) == 1:
+            return same
+        near = difflib.get_close_matches(key, [*self.short, *self.rows], 1, 0.5)
+        cure = f"did you mean {near[0]}?" if near else "write a key of the loop's configuration"
+        return refuse("set_key", f"{key!r} is nothing that can be set in a running loop", help=cure)
+
+    def parse(self, rows: list[Row], value: object) -> object:
+        """The value of a key as its registers take it; of a pair both."""
+        if len(rows) == 1:
+            return self.parse_row(rows[0], value)
+        if not isinstance(value, list | tuple) or len(value) != len(rows):
+            refuse("pair_type", "both limits are wanted", help="write [low, high]")
+        return tuple(self.parse_row(row, item) for row, item in zip(rows, value, strict=True))
+
+    def parse_row(self, row: Row, value: object) -> object:
+        """One register's value, as strictly as in the configuration file."""
+        choices = choices_of(row)
+        if choices is None:
+            word: Any = row
+            parser = self.parsers.get(str(row.path)) or self.parser(word)
+            return parser(value)
+        if set(choices) == {False, True}:
+            return parse_flag(value)
+        known = {str(choice): choice for choice in choices if choice is not None}
+        if str(value) not in known:
+            refuse("choice", f"{value!r} is none of {', '.join(known)}")
+        return known[str(value)]
+
+
+def choices_of(row: Row) -> list[Any] | None:
+    """What a switch can be; None for a register that holds a number."""
+    choices = row.choices if isinstance(row, Bits) else getattr(row.codec, "choices", None)
+    return None if choices is None else list(choices.values())
+
+
+def check_fit(rows: list[Row], value: Any, encode: Callable[[Row, Any], int]) -> None:
+    """Refuses a parsed value that its registers cannot hold."""
+    for row, item in zip(rows, value if len(rows) > 1 else [value], strict=True):
+        try:
+            encode(row, item)
+        except EncodeError as error:
+            between = "" if error.low is None else f": {error.low} to {error.high}"
+            refuse("set_value", f"{item} does not fit its word: it {error}{between}")
