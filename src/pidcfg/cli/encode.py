@@ -68,7 +68,7 @@ def command(
         for item in checklist:
             note(f"check after the download: {item}")
     if names:
-        note(f"{', '.join(names)}: {len(checked.encoding.image.cells)} words")
+        note(f"{', '.join(names)}: {len(checked.encoding.image.cells)} values")
 
 
 def _put(kind: FileKind, parts: Mapping[str, str], out: str | None, *, force: bool) -> list[str]:

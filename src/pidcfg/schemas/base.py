@@ -74,8 +74,8 @@ class Duration(NamedTuple):
 
 
 def plain_number(value: Decimal) -> int | float:
-    """A Decimal as JSON and YAML write it: an integer where it is one."""
-    return int(value) if value == value.to_integral_value() else float(value)
+    """A Decimal as JSON and YAML write it: an integer where it is one of not too many digits."""
+    return int(value) if value == value.to_integral_value() and value.adjusted() < MAX_DIGITS else float(value)
 
 
 def decimal_text(value: Decimal) -> str:

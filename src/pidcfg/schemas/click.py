@@ -32,7 +32,7 @@ from pidcfg.schemas.base import (
     refuse,
 )
 from pidcfg.schemas.limits import Limits
-from pidcfg.schemas.rates import AnyRate
+from pidcfg.schemas.rates import RATE_SCHEMA, Rate, parse_rate
 
 D100 = Decision(
     100, "the first word of a nickname's comment is the bit at 0",
@@ -84,6 +84,15 @@ def parse_sample_rate(value: object) -> Decimal:
     return parse_duration(value).seconds()
 
 
+def parse_unit_rate(value: object) -> Rate:
+    """A rate in the PV's unit; the PLC has no counts."""
+    rate = parse_rate(value)
+    if rate.counts:
+        refuse("number_form", f"{value!r} is in counts, but the PV is in its own unit",
+               help="write 0.5 (per sample), 15 /min or 0.25 /s")  # fmt: skip
+    return rate
+
+
 CAddress = Annotated[int, PlainValidator(BITS.parse), WithJsonSchema(BITS.schema)]
 DsAddress = Annotated[int, PlainValidator(INTEGERS.parse), WithJsonSchema(INTEGERS.schema)]
 DfAddress = Annotated[int, PlainValidator(FLOATS.parse), WithJsonSchema(FLOATS.schema)]
@@ -91,6 +100,7 @@ YBit = Annotated[str, PlainValidator(parse_output_bit), WithJsonSchema({"type": 
 SampleRate = Annotated[
     Decimal, PlainValidator(parse_sample_rate), WithJsonSchema({"type": "string", "pattern": DURATION_PATTERN})
 ]
+UnitRate = Annotated[Rate, PlainValidator(parse_unit_rate), WithJsonSchema(RATE_SCHEMA)]
 NumberPair = Annotated[
     tuple[Decimal, Decimal],
     PlainValidator(parse_pair(parse_number, "a pair of limits")),
@@ -201,7 +211,7 @@ class Alarms(Model):
     """Absolute alarms of the PV."""
     deviation: DeviationAlarms | None = None
     """Deviation alarms."""
-    rate_of_change: AnyRate | None = None
+    rate_of_change: UnitRate | None = None
     """Largest change of the PV per sample (DFn+19); `15 /min` and `0.25 /s` are converted with the sample rate."""
     rate_of_change_enabled: Flag | None = None
     """The bit of the rate-of-change alarm (Cn+14); on when `rate_of_change` is given."""

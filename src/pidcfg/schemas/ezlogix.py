@@ -198,7 +198,7 @@ class Output(Model):
     limits: QuantityPair = (Quantity(Decimal(0), counts=True), Quantity(Decimal(CV_FULL), counts=True))
     """CV low and high limit; 0 and 4095 counts when not given."""
     offset: AnyQuantity = Quantity(Decimal(0), counts=True)
-    """CV offset, added to the output of the equation: what remains when the error is zero."""
+    """CV offset: the CV when the error is zero; what the equation gives is added to it."""
     pulse: Pulse | None = None
     """Digital control output."""
 

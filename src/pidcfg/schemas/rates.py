@@ -43,7 +43,7 @@ def parse_rate(value: object) -> Rate:
     return Rate(quantity.value, quantity.counts)
 
 
-_RATE_SCHEMA = {
+RATE_SCHEMA = {
     "anyOf": [{"type": "number"}, {"type": "string", "pattern": r"^[-+]?[0-9.]+ ?(counts)?( ?/ ?(sample|s|min))?$"}]
 }
-AnyRate = Annotated[Rate, PlainValidator(parse_rate), WithJsonSchema(_RATE_SCHEMA)]
+AnyRate = Annotated[Rate, PlainValidator(parse_rate), WithJsonSchema(RATE_SCHEMA)]

@@ -6,22 +6,19 @@ encoding it again gives the same words. What cannot be carried (status flags, re
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any
 
-from pydantic import BaseModel, ValidationError
-
-from pidcfg.encoders.dl06.encode import LOOP_SIZE, OUTPUT_OFFSET, STATED, unnamed
-from pidcfg.encoders.dl06.sections import Data, LoopReader, present
+from pidcfg.encoders.dl06.encode import LOOP_SIZE, OUTPUT_OFFSET, STATED
+from pidcfg.encoders.dl06.sections import LoopReader
 from pidcfg.encoders.image import Decoded
 from pidcfg.encoders.maps.dl06 import LOOP_COUNT, LOOP_TABLES, TABLE_POINTER
+from pidcfg.encoders.plain import Data, present, read_settings, unnamed
 from pidcfg.encoders.words import DecodeError, bcd_digits
 from pidcfg.schemas.dl06 import LoopSettings, PlcSettings
 from pidcfg.schemas.octal import v_name
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
-
-S = TypeVar("S", bound=BaseModel)
 
 
 def decode(
@@ -37,8 +34,8 @@ def decode(
     of a word that is missing or is no value.
     """
     options = options or {}
-    loops = [_read(LoopSettings, entry, f"settings[{i}]") for i, entry in enumerate(settings)]
-    plc_settings = _read(PlcSettings, plc or {}, "plc")
+    loops = [read_settings(LoopSettings, entry, f"settings[{i}]") for i, entry in enumerate(settings)]
+    plc_settings = read_settings(PlcSettings, plc or {}, "plc")
     pointer = _given(options, "loop_table", words.get(TABLE_POINTER), f"{v_name(TABLE_POINTER)} (--loop-table)")
     count = _count(options, words, loops)
     decimals = int(options.get("reset_decimals") or plc_settings.reset_decimals)
@@ -55,16 +52,6 @@ def decode(
     if "reset_decimals" not in stated and any(r.word("reset") for r in readers):
         notes.append("the reset words are read with 1 decimal (decision D01); --reset-decimals 2 reads them with two")
     return Decoded(data, tuple(notes))
-
-
-def _read(model: type[S], entry: Mapping[str, Any], place: str) -> S:
-    """Settings from beside the words, as strictly as from a file."""
-    try:
-        return model.model_validate(entry)
-    except ValidationError as error:
-        first = error.errors(include_url=False)[0]
-        where = ".".join(str(step) for step in first["loc"])
-        raise DecodeError(f"{place}: {where}: {first['msg']}") from None
 
 
 def _given(options: Mapping[str, Any], key: str, stored: int | None, what: str) -> int:

@@ -15,6 +15,7 @@ from pidcfg.encoders.maps.dl06 import (
     SPACE,
     TABLE_POINTER,
 )
+from pidcfg.encoders.plain import switched_on
 from pidcfg.encoders.scales import Scale
 from pidcfg.schemas.base import Quantity, plain_number
 
@@ -29,11 +30,6 @@ Range = tuple[Decimal, Decimal] | None
 UNUSED_PAIR = RAMP_SOAK_PAIR.encode({}, {})
 STATED = ("reset_decimals", "derivative")
 ONE_COUNT = Quantity(Decimal(1), counts=True)
-
-
-def unnamed(index: int) -> str:
-    """What a loop is called whose listing does not say its name, counted from 0."""
-    return f"LOOP-{index + 1}"
 
 
 def loop_start(plc: Plc, index: int) -> int:
@@ -119,11 +115,6 @@ def values_of(config: Dl06File, loop: Loop) -> dict[str, Any]:
         "autotune.type": loop.autotune.type,
         "autotune.start": loop.autotune.start,
     }
-
-
-def switched_on(bit: bool | None, *values: object) -> bool:  # noqa: FBT001 - a bit is what it is about
-    """The state of an enable bit: as written, else on when any of its values is given."""
-    return any(v is not None for v in values) if bit is None else bit
 
 
 def reset_value(loop: Loop) -> Decimal:

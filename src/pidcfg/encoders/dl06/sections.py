@@ -8,20 +8,19 @@ from typing import TYPE_CHECKING, Any
 from pidcfg.encoders.dl06.encode import ends, scales
 from pidcfg.encoders.dl06.status import intended_mode
 from pidcfg.encoders.maps.dl06 import RAMP_SOAK_PAIR, RAMP_SOAK_PAIRS, RAMP_SOAK_SIZE
+from pidcfg.encoders.plain import Data, present, quantity
 from pidcfg.encoders.words import DecodeError
-from pidcfg.schemas.base import Quantity, plain_number
+from pidcfg.schemas.base import plain_number
 from pidcfg.schemas.dl06 import Autotune, Loop
 from pidcfg.schemas.octal import v_name
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
-    from decimal import Decimal
 
     from pidcfg.encoders.regmap import RegisterMap
     from pidcfg.encoders.scales import Scale
     from pidcfg.schemas.dl06 import LoopSettings, Scaling
 
-Data = dict[str, Any]
 CHOICES = ("algorithm", "bumpless", "bias_freeze", "independent_of_cpu_mode")
 DEFAULTS = {key: Loop.model_fields[key].default for key in CHOICES}
 AUTOTUNE = {key: field.default for key, field in Autotune.model_fields.items()}
@@ -206,13 +205,6 @@ class LoopReader:
 _MODE_TITLES = {"Manual mode", "Automatic mode", "Cascade mode"}
 
 
-def quantity(value: Quantity | Decimal) -> int | float | str:
-    """A value as the file writes it."""
-    if isinstance(value, Quantity):
-        return f"{value.value} counts" if value.counts else plain_number(value.value)
-    return plain_number(value)
-
-
 def _scaling(part: Scaling) -> Data:
     """Range and unit as the file writes them."""
     ends_of_range = part.range and [plain_number(end) for end in part.range]
@@ -251,8 +243,3 @@ def _step(values: Data, raw: Sequence[int]) -> Data:
     data = {"ramp_to": quantity(values["ramp_to"]), "slope": quantity(values["slope"]),
             "soak": plain_number(values["soak"])}  # fmt: skip
     return {**data, "deviation": quantity(values["deviation"])} if raw[-1] else data
-
-
-def present(data: Data) -> Data:
-    """Without what is not given."""
-    return {key: value for key, value in data.items() if value is not None}

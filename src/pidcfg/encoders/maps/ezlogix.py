@@ -50,7 +50,7 @@ R_BLOCK = RegisterMap(
         Word(7,  "setpoint_high",          "setpoint.limits.1",         Position("sp"),           "pv",   "Setpoint High Limit",          "-", LIMITS),
         Word(8,  "cv_low",                 "output.limits.0",           Position("output"),       "output", "CV Low Limit",               "-", LIMITS),
         Word(9,  "cv_high",                "output.limits.1",           Position("output"),       "output", "CV High Limit",              "-", LIMITS),
-        Word(10, "cv_offset",              "output.offset",             Distance("output"),       "output", "CV Offset",                  "-", LIMITS),
+        Word(10, "cv_offset",              "output.offset",             Position("output"),       "output", "CV Offset",                  "-", LIMITS),
         Word(11, "error",                  None,                        WHOLE,                    "pv",   "Error",                        "-", LIMITS, "status"),
         Word(12, "autotune_status",        None,                        WHOLE,                    "",     "Autotune Status",              "-", AUTOTUNE, "status"),
         Word(13, "autotune_timeout",       "autotune.timeout",          WHOLE,                    "s",    "Autotune Timeout Time",        "-", AUTOTUNE),

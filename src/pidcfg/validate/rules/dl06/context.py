@@ -20,11 +20,11 @@ from pidcfg.encoders.dl06.encode import (
     remote_setpoint,
     reset_value,
     scales_of,
-    switched_on,
     values_of,
 )
 from pidcfg.encoders.dl06.setup import Setup, check_setup
 from pidcfg.encoders.maps.dl06 import CPU, LOOP_TABLE, RESET
+from pidcfg.encoders.plain import switched_on
 from pidcfg.encoders.regmap import scale_of
 from pidcfg.encoders.scales import Position, Scale
 from pidcfg.encoders.words import bcd_digits, bcd_word

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from pidcfg.diagnostics import Severity
-from pidcfg.encoders.dl06.encode import switched_on
+from pidcfg.encoders.plain import switched_on
 from pidcfg.refs import DL06, Decision
 from pidcfg.validate.rule import Finding, rule
 

@@ -1,0 +1,1 @@
+"""CLICK configurations to C, DS and DF registers and back."""

@@ -1,0 +1,83 @@
+"""The files that a CLICK image is written to and read from."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from pidcfg.encoders.files import DecodeOption, listings
+from pidcfg.encoders.maps.click import SPACE
+from pidcfg.encoders.modbus import Place
+from pidcfg.encoders.plain import address_of, listed
+from pidcfg.schemas.click import BITS, FLOATS, INTEGERS, parse_output_bit
+
+if TYPE_CHECKING:
+    from pidcfg.schemas.click import ClickFile
+
+COIL_BANK = "C"
+
+
+class Numbering:
+    """C bits are coils; DS and DF are holding registers, a DF two of them, as pyclickplc knows them."""
+
+    @staticmethod
+    def place(number: int) -> Place:
+        """Where an address is."""
+        from pyclickplc import plc_to_modbus
+
+        bank, n = SPACE.place(number)
+        register, width = plc_to_modbus(bank.prefix, n)
+        return Place("coil" if bank.prefix == COIL_BANK else "holding", register, width)
+
+    @staticmethod
+    def find(table: str, register: int) -> tuple[int, int] | None:
+        """The address of a coil or holding register."""
+        from pyclickplc import modbus_to_plc
+        from pyclickplc.modbus import modbus_to_plc_register
+
+        if table == "coil":
+            found = modbus_to_plc(register, is_coil=True)
+            known = None if found is None else (*found, 0)
+        else:
+            known = modbus_to_plc_register(register) if table == "holding" else None
+        if known is None or known[0] not in {bank.prefix for bank in SPACE.banks}:
+            return None
+        return SPACE.number(known[0], known[1]), known[2]
+
+
+FORMATS = listings(SPACE, "register listing", Numbering())
+
+
+def _pwm(text: str) -> dict[str, str] | None:
+    return None if text == "none" else {"bit": parse_output_bit(text)}
+
+
+DECODE_OPTIONS = (
+    DecodeOption("bits", "C,C…", "Where each loop's C bits begin.", "C101,C201", listed(address_of(BITS))),
+    DecodeOption("integers", "DS,DS…", "Where each loop's DS registers begin.", "DS101,DS201",
+                 listed(address_of(INTEGERS))),
+    DecodeOption("floats", "DF,DF…", "Where each loop's DF registers begin.", "DF101,DF201",
+                 listed(address_of(FLOATS))),
+    DecodeOption("pwm_bit", "Y|none,…", "The discrete output of each loop's PWM; none: an analog output.", "Y001,none",
+                 listed(_pwm)),
+)  # fmt: skip
+
+
+NEVER_WRITTEN = (
+    "write the values into the PLC after the download (Write Data into PLC, or the DataView's new values): registers "
+    "that were never written are the first cause of PID errors"
+)
+
+
+def checklist(config: ClickFile) -> tuple[str, ...]:
+    """What no file can set or prove."""
+    items = [NEVER_WRITTEN]
+    open_loops = [f"{loop.name} ({loop.action})" for loop in config.loops if not loop.action_verified]
+    if open_loops:
+        items.append(
+            f"verify Forward/Reverse in the PID window before Auto: {', '.join(open_loops)}; direct is Forward, where "
+            "the PV rises with the output; then state `action_verified: true`"
+        )
+    pulsed = [f"{loop.name} ({loop.output.pwm.bit})" for loop in config.loops if loop.output.pwm is not None]
+    if pulsed:
+        items.append(f"enable PWM in the PID window, and its bit address: {', '.join(pulsed)}; no register holds them")
+    return tuple(items)

@@ -1,0 +1,1 @@
+"""EZLogix configurations to registers and discretes and back."""
