@@ -1,6 +1,6 @@
 """Auto-tune of the DL06, sample by sample: start conditions, a look at the noise, then open or closed loop.
 
-`OBSERVED` samples tell the noise of the PV before anything is done to the output: it widens the relay's band and the
+A few samples tell the noise of the PV before anything is done to the output: it widens the relay's band and the
 regression of the step response.
 """
 
@@ -20,12 +20,10 @@ from pidcfg.sim.controllers.dl06.tune_results import (
     WANTED,
     end_tune,
 )
+from pidcfg.sim.tuning_rules import begin_listening, listen
 
-OBSERVED = 16
 DISTANCE = 205.0 / 4095.0
 """How far the PV must be away from the set point for the open loop, on the side that a rising output moves it from."""
-SECOND_DIFFERENCE = 1.9544
-"""Mean of |y(n) - 2 y(n-1) + y(n-2)| of white noise in standard deviations: sqrt(6) sqrt(2 / pi)."""
 
 
 def want(c: Config, s: State, p: float, sp: float) -> None:
@@ -42,23 +40,13 @@ def want(c: Config, s: State, p: float, sp: float) -> None:
     else:
         s.status |= TUNING
         s.tune_phase = OBSERVE
-        s.tune_count = 0
-        s.tune_sum = 0.0
-        s.tune_base = 0.0
+        begin_listening(s)
 
 
 def observe(c: Config, s: State, p: float) -> None:
     """Estimate the noise from second differences, and the PV at rest from the mean (D58)."""
-    if s.tune_count >= 2:
-        s.tune_sum += abs(p - 2.0 * s.tune_a + s.tune_b)
-    s.tune_b = s.tune_a
-    s.tune_a = p
-    s.tune_base += p
-    s.tune_count += 1
-    if s.tune_count < OBSERVED:
+    if not listen(s, p):
         return
-    s.tune_noise = s.tune_sum / (OBSERVED - 2.0) / SECOND_DIFFERENCE
-    s.tune_base /= OBSERVED
     s.tune_out = s.out
     s.tune_step = 0.0
     if c.tune_open:

@@ -1,0 +1,82 @@
+"""The answer of a process to a step of its input, recorded in little memory: steepest slope and dead time.
+
+The response is kept in `POINTS` averages whose width doubles when they are full. Its steepest slope is that of a
+regression line over about a tenth of the response; its dead time ends where this line leaves the PV before the step.
+Kernels; ``first`` is the place of the points in ``aux``.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from pidcfg.sim.tuning_rules import Tuned
+
+POINTS = 512
+"""Floats of a curve in `aux`."""
+
+
+def begin_curve(s: Tuned) -> None:
+    """The step is being made: nothing has been recorded (kernel)."""
+    s.tune_count = 0
+    s.tune_points = 0
+    s.tune_stride = 1
+    s.tune_sum = 0.0
+
+
+def record(s: Tuned, first: int, aux: list[float], rise: float) -> bool:
+    """Keep one more sample of the response; True when it completes a point (kernel)."""
+    s.tune_count += 1
+    s.tune_sum += rise
+    if s.tune_count % s.tune_stride:
+        return False
+    if s.tune_points == POINTS:
+        for j in range(POINTS // 2):
+            aux[first + j] = (aux[first + 2 * j] + aux[first + 2 * j + 1]) / 2.0
+        s.tune_points = POINTS // 2
+        s.tune_stride *= 2
+        if s.tune_count % s.tune_stride:
+            return False
+    aux[first + s.tune_points] = s.tune_sum / s.tune_stride
+    s.tune_points += 1
+    s.tune_sum = 0.0
+    return True
+
+
+def mean(aux: list[float], first: int, count: int) -> float:
+    """The mean of some points (kernel)."""
+    total = 0.0
+    for j in range(first, first + count):
+        total += aux[j]
+    return total / count
+
+
+def crossing(s: Tuned, first: int, aux: list[float], level: float) -> int:
+    """The first point at or above a level (kernel)."""
+    for j in range(s.tune_points):
+        if aux[first + j] >= level:
+            return j
+    return s.tune_points - 1
+
+
+def steepest_line(s: Tuned, first: int, aux: list[float], change: float) -> tuple[float, float]:
+    """Rise a point of the steepest line, 0 when there is none, and the dead time in samples, at least 1 (kernel)."""
+    need = max(0.1 * change, min(12.0 * s.tune_noise, 0.2 * change))
+    width = crossing(s, first, aux, 2.0 * need) - crossing(s, first, aux, need)
+    width = min(max(width, 1), s.tune_points - 1)
+    spread = width * (width + 1.0) * (width + 2.0) / 12.0
+    steepest = 0.0
+    at = 0
+    for j in range(s.tune_points - width):
+        slope = 0.0
+        for k in range(width + 1):
+            slope += (k - width / 2.0) * aux[first + j + k]
+        if slope > steepest:
+            steepest = slope
+            at = j
+    if steepest <= 0.0:
+        return 0.0, 1.0
+    steepest /= spread
+    middle = (at + width / 2.0) * s.tune_stride + (s.tune_stride + 1) / 2.0
+    dead = middle - mean(aux, first + at, width + 1) / steepest * s.tune_stride
+    return steepest, max(dead, 1.0)

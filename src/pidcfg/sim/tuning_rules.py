@@ -1,0 +1,119 @@
+"""What auto-tunes of several vendors have in common: noise at rest, the relay's cycle, and the gains made of either.
+
+Kernels on the ``tune_`` fields of a loop's state; what is done to the output is each vendor's own.
+"""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+OBSERVED = 16
+"""Samples that tell the noise of a PV before anything is done to the output."""
+SECOND_DIFFERENCE = 1.9544
+"""Mean of |y(n) - 2 y(n-1) + y(n-2)| of white noise in standard deviations: sqrt(6) sqrt(2 / pi)."""
+FIRST_TURN, LAST_TURN = 4, 8
+"""Switches of a relay between which its swing is measured; the first one only takes the output over."""
+
+Gains = tuple[float, float, float, float]
+"""Gain, reset and rate in s, and the sample rate in s."""
+
+
+class Tuned(Protocol):
+    """The fields of a loop's state that auto-tune works with."""
+
+    tune_count: int
+    """Samples in this phase."""
+    tune_points: int
+    """Points of the reaction curve; under a relay the sample of the last switch."""
+    tune_stride: int
+    """Samples a point."""
+    tune_sum: float
+    tune_noise: float
+    """Estimated standard deviation of the PV."""
+    tune_base: float
+    """PV at rest."""
+    tune_a: float
+    tune_b: float
+    tune_low: float
+    tune_high: float
+    tune_side: int
+    """Sign of the error."""
+    tune_turns: int
+    """Times the relay has switched."""
+    tune_start: int
+    """Sample of the first switch that counts."""
+    tune_swing: float
+    """Sum of the PV's peak-to-peak amplitudes."""
+
+
+def begin_listening(s: Tuned) -> None:
+    """Nothing has been heard yet (kernel)."""
+    s.tune_count = 0
+    s.tune_sum = 0.0
+    s.tune_base = 0.0
+
+
+def listen(s: Tuned, p: float) -> bool:
+    """One more sample at rest; after the last one noise, from second differences, and mean are known (kernel)."""
+    if s.tune_count >= 2:
+        s.tune_sum += abs(p - 2.0 * s.tune_a + s.tune_b)
+    s.tune_b = s.tune_a
+    s.tune_a = p
+    s.tune_base += p
+    s.tune_count += 1
+    if s.tune_count < OBSERVED:
+        return False
+    s.tune_noise = s.tune_sum / (OBSERVED - 2.0) / SECOND_DIFFERENCE
+    s.tune_base /= OBSERVED
+    return True
+
+
+def begin_cycle(s: Tuned) -> None:
+    """The relay has not switched yet (kernel)."""
+    s.tune_count = 0
+    s.tune_turns = 0
+    s.tune_side = 0
+    s.tune_points = 0
+    s.tune_swing = 0.0
+
+
+def switched(s: Tuned, p: float, e: float, band: float) -> int:
+    """One sample under the relay: 0, or the sign of the error that switches it, once beyond the band (kernel)."""
+    s.tune_count += 1
+    if s.tune_turns:
+        s.tune_high = max(s.tune_high, p)
+        s.tune_low = min(s.tune_low, p)
+    side = 0
+    if s.tune_side == 0:
+        side = -1 if e < 0.0 else 1
+    elif s.tune_side > 0 and e < -band:
+        side = -1
+    elif s.tune_side < 0 and e > band:
+        side = 1
+    if side == 0:
+        return 0
+    s.tune_side = side
+    s.tune_turns += 1
+    s.tune_points = s.tune_count
+    if s.tune_turns == FIRST_TURN:
+        s.tune_start = s.tune_count
+    elif s.tune_turns > FIRST_TURN and s.tune_turns % 2 == 0:
+        s.tune_swing += s.tune_high - s.tune_low
+    if s.tune_turns % 2 == 0:
+        s.tune_high = -1e18
+        s.tune_low = 1e18
+    return side
+
+
+def curve_gains(only_pi: int, gain: float, dead: float) -> Gains:
+    """Ziegler and Nichols for a reaction curve: ``gain`` is 1 / (dead time x rate) of a unit step (kernel)."""
+    if only_pi:
+        return 0.9 * gain, 3.33 * dead, 0.0, 0.12 * dead
+    return 1.2 * gain, 2.0 * dead, 0.5 * dead, 0.056 * dead
+
+
+def cycle_gains(only_pi: int, gain: float, period: float) -> Gains:
+    """The gains for a relay's cycle, of the ultimate gain and its period (kernel)."""
+    if only_pi:
+        return 0.30 * gain, 1.00 * period, 0.0, 0.03 * period
+    return 0.45 * gain, 0.60 * period, 0.10 * period, 0.014 * period
