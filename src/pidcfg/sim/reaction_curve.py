@@ -10,13 +10,13 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from pidcfg.sim.tuning_rules import Tuned
+    from pidcfg.sim.tuning_rules import Heard
 
 POINTS = 512
 """Floats of a curve in `aux`."""
 
 
-def begin_curve(s: Tuned) -> None:
+def begin_curve(s: Heard) -> None:
     """The step is being made: nothing has been recorded (kernel)."""
     s.tune_count = 0
     s.tune_points = 0
@@ -24,7 +24,7 @@ def begin_curve(s: Tuned) -> None:
     s.tune_sum = 0.0
 
 
-def record(s: Tuned, first: int, aux: list[float], rise: float) -> bool:
+def record(s: Heard, first: int, aux: list[float], rise: float) -> bool:
     """Keep one more sample of the response; True when it completes a point (kernel)."""
     s.tune_count += 1
     s.tune_sum += rise
@@ -51,7 +51,7 @@ def mean(aux: list[float], first: int, count: int) -> float:
     return total / count
 
 
-def crossing(s: Tuned, first: int, aux: list[float], level: float) -> int:
+def crossing(s: Heard, first: int, aux: list[float], level: float) -> int:
     """The first point at or above a level (kernel)."""
     for j in range(s.tune_points):
         if aux[first + j] >= level:
@@ -59,7 +59,7 @@ def crossing(s: Tuned, first: int, aux: list[float], level: float) -> int:
     return s.tune_points - 1
 
 
-def steepest_line(s: Tuned, first: int, aux: list[float], change: float) -> tuple[float, float]:
+def steepest_line(s: Heard, first: int, aux: list[float], change: float) -> tuple[float, float]:
     """Rise a point of the steepest line, 0 when there is none, and the dead time in samples, at least 1 (kernel)."""
     need = max(0.1 * change, min(12.0 * s.tune_noise, 0.2 * change))
     width = crossing(s, first, aux, 2.0 * need) - crossing(s, first, aux, need)

@@ -18,8 +18,8 @@ Gains = tuple[float, float, float, float]
 """Gain, reset and rate in s, and the sample rate in s."""
 
 
-class Tuned(Protocol):
-    """The fields of a loop's state that auto-tune works with."""
+class Heard(Protocol):
+    """The fields of a loop's state that a look at the noise and a reaction curve work with."""
 
     tune_count: int
     """Samples in this phase."""
@@ -34,6 +34,11 @@ class Tuned(Protocol):
     """PV at rest."""
     tune_a: float
     tune_b: float
+
+
+class Tuned(Heard, Protocol):
+    """These, and what a relay works with."""
+
     tune_low: float
     tune_high: float
     tune_side: int
@@ -46,14 +51,14 @@ class Tuned(Protocol):
     """Sum of the PV's peak-to-peak amplitudes."""
 
 
-def begin_listening(s: Tuned) -> None:
+def begin_listening(s: Heard) -> None:
     """Nothing has been heard yet (kernel)."""
     s.tune_count = 0
     s.tune_sum = 0.0
     s.tune_base = 0.0
 
 
-def listen(s: Tuned, p: float) -> bool:
+def listen(s: Heard, p: float) -> bool:
     """One more sample at rest; after the last one noise, from second differences, and mean are known (kernel)."""
     if s.tune_count >= 2:
         s.tune_sum += abs(p - 2.0 * s.tune_a + s.tune_b)
