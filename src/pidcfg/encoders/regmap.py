@@ -25,6 +25,10 @@ Access = Literal["setting", "request", "status", "reserved"]
 class Codec(Protocol):
     """A pair between a value and the raw content of a register."""
 
+    @property
+    def notation(self) -> str:
+        """How the register is written, for reference pages."""
+
     def encode(self, value: Any, /) -> int:
         """A value to raw content; raises `EncodeError`."""
 
@@ -34,6 +38,10 @@ class Codec(Protocol):
 
 class ScaledCodec(Protocol):
     """A pair that needs the scale that it names."""
+
+    @property
+    def notation(self) -> str:
+        """How the register is written, for reference pages."""
 
     @property
     def scale(self) -> str:

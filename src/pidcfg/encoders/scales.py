@@ -147,6 +147,11 @@ class Position:
 
     scale: str
 
+    @property
+    def notation(self) -> str:
+        """How the word is written, for reference pages."""
+        return "counts"
+
     def encode(self, value: Quantity, scale: Scale) -> int:
         """A quantity to the word of its format."""
         counts = whole(scale.position(value), raw=is_raw(value, scale))
@@ -168,6 +173,11 @@ class Distance:
     """A word that holds a difference on a named scale: never negative, up to the format's maximum."""
 
     scale: str
+
+    @property
+    def notation(self) -> str:
+        """How the word is written, for reference pages."""
+        return "counts, a difference"
 
     def encode(self, value: Quantity, scale: Scale) -> int:
         """A quantity to an unsigned word."""

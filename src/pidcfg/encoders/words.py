@@ -74,6 +74,12 @@ class Bcd:
     off: tuple[int, ...] = ()
 
     @property
+    def notation(self) -> str:
+        """How the word is written, for reference pages."""
+        off = f", {' and '.join(f'{digits:04d}' for digits in self.off)} off" if self.off else ""
+        return f"BCD, {self.decimals} decimals{off}" if self.decimals else f"BCD{off}"
+
+    @property
     def step(self) -> Decimal:
         """The last digit's worth."""
         return Decimal(1).scaleb(-self.decimals)
@@ -107,6 +113,11 @@ class Binary:
     """An unsigned binary word from 0 to ``high``."""
 
     high: int = WORD_MAX
+
+    @property
+    def notation(self) -> str:
+        """How the word is written, for reference pages."""
+        return "binary"
 
     @property
     def low(self) -> int:
@@ -167,6 +178,13 @@ class Implied:
     most: int = WORD_MAX
 
     @property
+    def notation(self) -> str:
+        """How the word is written, for reference pages."""
+        signed = "signed " if self.least < 0 else ""
+        off = f", {' and '.join(map(str, self.off))} off" if self.off else ""
+        return f"{signed}integer of {self.step:f}{off}" if self.decimals else f"{signed}integer{off}"
+
+    @property
     def step(self) -> Decimal:
         """The last digit's worth."""
         return Decimal(1).scaleb(-self.decimals)
@@ -191,6 +209,14 @@ class Choice:
     """A switch: each of its two states by its value in the file."""
 
     choices: Mapping[int, Any]
+
+    @property
+    def notation(self) -> str:
+        """How the switch is written, for reference pages."""
+        states = (
+            (bit, str(value).lower() if isinstance(value, bool) else value) for bit, value in self.choices.items()
+        )
+        return ", ".join(f"{bit} {value}" for bit, value in states)
 
     def encode(self, value: Any) -> int:
         """A value to its bit."""
@@ -227,6 +253,11 @@ class Single:
     """A single-precision number (IEEE 754), rounded to the nearest, ties to even."""
 
     rounds: ClassVar[bool] = False
+
+    @property
+    def notation(self) -> str:
+        """How the register is written, for reference pages."""
+        return "float"
 
     def encode(self, value: Decimal) -> int:
         """A value to its bits; what is too large, or so small that it would become 0, is refused."""

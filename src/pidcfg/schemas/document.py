@@ -24,6 +24,10 @@ class _Schema(GenerateJsonSchema):
         del schema
         return False
 
+    def encode_default(self, dft: Any) -> Any:
+        """`_plain_default` writes them, from the model."""
+        del dft
+
 
 def json_schema(model: type[BaseModel], title: str) -> dict[str, Any]:
     """The schema of one kind of file; keys of every object carry a description, numbers their limits and unit."""

@@ -18,6 +18,11 @@ class SpanBcd:
     scale: str
     bcd: Bcd
 
+    @property
+    def notation(self) -> str:
+        """How the word is written, for reference pages."""
+        return "BCD counts a second"
+
     def encode(self, value: Any, scale: Scale) -> int:
         """A quantity to counts in BCD."""
         return self.bcd.encode(scale.distance(value))
@@ -37,6 +42,11 @@ class SpanBcd:
 @dataclass(frozen=True, slots=True)
 class Source:
     """Where an auto transfer goes: base, slot and channel, or with bit 15 a V-memory address."""
+
+    @property
+    def notation(self) -> str:
+        """How the word is written, for reference pages."""
+        return "slot and channel, or address"
 
     def encode(self, value: tuple[int, int, int] | int) -> int:
         """``(base, slot, channel)`` or an address to its word: slot 1, channel 2 is 0102."""
