@@ -14,6 +14,17 @@ if TYPE_CHECKING:
 
 POINTS = 512
 """Floats of a curve in `aux`."""
+STEP = 0.10
+"""Share of the output's span that it steps by; twice that when the answer is too small."""
+SMALL = 0.02
+"""An answer that settles below this share of the span is too small."""
+ENOUGH = 0.10
+"""A response of this much of the span is enough to measure its slope."""
+PATIENCE = 600.0
+"""Seconds, or `PATIENT` samples if those are longer, until a PV that does not move at all is given up."""
+PATIENT = 256
+GOES_ON, ANSWERED, TOO_SMALL, NO_ANSWER = 0, 1, 2, 3
+"""What `judged` finds."""
 
 
 def begin_curve(s: Heard) -> None:
@@ -80,3 +91,29 @@ def steepest_line(s: Heard, first: int, aux: list[float], change: float) -> tupl
     middle = (at + width / 2.0) * s.tune_stride + (s.tune_stride + 1) / 2.0
     dead = middle - mean(aux, first + at, width + 1) / steepest * s.tune_stride
     return steepest, max(dead, 1.0)
+
+
+def judged(
+    s: Heard, first: int, aux: list[float], span: float, count: float, rest: float, seconds: float, last_step: bool
+) -> tuple[int, float]:  # fmt: skip
+    """What a response amounts to at one of its points, and its change so far (kernel).
+
+    ``count`` is the resolution of the PV and ``rest`` what a PV at rest may still move; after the ``last_step`` every
+    answer that can be told from noise counts.
+    """
+    n = s.tune_points
+    few = max(1, n // 12)
+    last = first + n
+    change = mean(aux, last - few, few)
+    audible = max(4.0 * count, 6.0 * s.tune_noise)
+    if change >= ENOUGH * span and change >= audible:
+        return ANSWERED, change
+    if change > audible and n >= 24:
+        moved = change - mean(aux, last - n // 3, few)
+        if moved <= max(SMALL * change, s.tune_noise, rest):
+            if last_step or change >= SMALL * span:
+                return ANSWERED, change
+            return TOO_SMALL, change
+    elif s.tune_count > PATIENT and s.tune_count * seconds > PATIENCE:
+        return NO_ANSWER, change
+    return GOES_ON, change

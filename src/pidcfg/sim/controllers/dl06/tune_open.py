@@ -16,8 +16,8 @@ from pidcfg.sim.controllers.dl06.tune_results import (
     store,
 )
 from pidcfg.sim.plc import TICKS
+from pidcfg.sim.reaction_curve import ANSWERED, NO_ANSWER, STEP, TOO_SMALL, begin_curve, judged, record, steepest_line
 from pidcfg.sim.reaction_curve import POINTS as CURVE
-from pidcfg.sim.reaction_curve import begin_curve, mean, record, steepest_line
 from pidcfg.sim.terms import NEAREST
 from pidcfg.sim.tuning_rules import curve_gains
 
@@ -26,13 +26,6 @@ if TYPE_CHECKING:
 
 POINTS = CURVE
 """Floats of a loop's buffer in `aux`."""
-STEP = 0.10
-SMALL = 0.02
-ENOUGH = 0.10
-"""A response of this much of the span is enough to measure its slope."""
-PATIENCE = 600.0
-"""Seconds, or `PATIENT` samples if those are longer, until a PV that does not move at all is given up (D63)."""
-PATIENT = 256
 
 
 def step_output(c: Config, s: State) -> None:
@@ -63,28 +56,19 @@ def measure(c: Config, s: State, aux: list[float], change: float) -> None:
 
 
 def respond(c: Config, s: State, aux: list[float], p: float) -> None:
-    """One sample of the step response, until there is enough of it or it has settled (D59)."""
+    """One sample of the step response, until there is enough of it or it has settled (D59) or nothing comes (D63)."""
     rise = s.tune_base - p if c.reverse else p - s.tune_base
     if not record(s, c.tune_buffer, aux, rise):
         return
-    n = s.tune_points
-    few = max(1, n // 12)
-    last = c.tune_buffer + n
-    change = mean(aux, last - few, few)
-    audible = max(4.0 * c.span / c.pv_span, 6.0 * s.tune_noise)
-    if change >= ENOUGH * c.span and change >= audible:
+    second = int(s.tune_step > STEP)
+    found, change = judged(s, c.tune_buffer, aux, c.span, c.span / c.pv_span, 1.0, s.period / TICKS, second)
+    if found == ANSWERED:
         measure(c, s, aux, change)
-    elif change > audible and n >= 24:
-        moved = change - mean(aux, last - n // 3, few)
-        if moved <= max(SMALL * change, s.tune_noise, 1.0):
-            if change >= SMALL * c.span or s.tune_step > STEP:
-                measure(c, s, aux, change)
-            else:
-                s.tune_base += -change if c.reverse else change
-                step_output(c, s)
-    elif s.tune_count > PATIENT and s.tune_count * (s.period / TICKS) > PATIENCE:
-        if s.tune_step > STEP:
-            s.out = s.tune_out
-            end_tune(s, TUNE_NO_RESPONSE)
-        else:
-            step_output(c, s)
+    elif found == TOO_SMALL:
+        s.tune_base += -change if c.reverse else change
+        step_output(c, s)
+    elif found == NO_ANSWER and second:
+        s.out = s.tune_out
+        end_tune(s, TUNE_NO_RESPONSE)
+    elif found == NO_ANSWER:
+        step_output(c, s)
