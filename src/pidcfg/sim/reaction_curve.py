@@ -94,7 +94,7 @@ def steepest_line(s: Heard, first: int, aux: list[float], change: float) -> tupl
 
 
 def judged(
-    s: Heard, first: int, aux: list[float], span: float, count: float, rest: float, seconds: float, last_step: bool
+    s: Heard, first: int, aux: list[float], span: float, count: float, rest: float, seconds: float, last_step: int
 ) -> tuple[int, float]:  # fmt: skip
     """What a response amounts to at one of its points, and its change so far (kernel).
 
