@@ -1,0 +1,170 @@
+"""Autotune of the EZLogix: the open-loop answer to a step of the CV by 10 %, in any mode (D178).
+
+A few samples tell the noise of the PV, then the CV steps up; Ziegler and Nichols make the gains of slope and dead time.
+How it ends, and what Base+12 then says: D179.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from pidcfg.sim.controllers.ezlogix.equation import coefficients
+from pidcfg.sim.controllers.ezlogix.state import AUTO, FRESH, HELD, TUNE, TUNE_ERROR, TUNING
+from pidcfg.sim.notices import noticed
+from pidcfg.sim.plc import TICKS
+from pidcfg.sim.reaction_curve import begin_curve, mean, record, steepest_line
+from pidcfg.sim.terms import nearest
+from pidcfg.sim.tuning_rules import begin_listening, curve_gains, listen
+
+if TYPE_CHECKING:
+    from pidcfg.sim.controllers.ezlogix.state import Config, State
+
+# The manual's table of Base+12
+IDLE, COLLECTING, CALCULATING, DONE, CANCELLED = 0, 1, 2, 3, 4
+NO_STEP, NO_FIT, NO_DIVISOR, NO_DEAD_TIME, OUT_OF_RANGE, NO_MEMORY = 5, 6, 7, 8, 9, 10
+
+LISTEN, RESPOND, COMPUTE = 1, 2, 3
+"""`State.tune_phase`."""
+ON, OFF = 1, 2
+"""`State.tune_command`."""
+
+STEP = 410.0
+"""Counts: 10 % of the CV's range."""
+ENOUGH = 0.10
+"""An answer of this much of the PV's span is enough to measure its slope."""
+SMALL = 0.02
+AUDIBLE = 4.0
+"""Counts that the PV must move by to count as an answer, or six standard deviations of its noise."""
+SETTLING = 24
+"""Points without which nothing counts as settled."""
+GAIN_MOST, RESET_MOST, RATE_MOST = 9999.0, 60000.0, 6000.0
+"""What the registers may hold by the manual."""
+REASON = 32
+"""Base+12 as the reason of a notice: it is added to this."""
+
+
+def end_tune(c: Config, s: State, status: int) -> None:
+    """Give the CV back; a loop in Auto goes on from it."""
+    if s.busy & HELD:
+        s.out = s.tune_out
+        s.busy |= FRESH if s.status & AUTO else 0
+    s.busy &= ~(TUNE | HELD)
+    s.status &= ~TUNING
+    s.tune_phase = 0
+    s.tune_status = status
+    s.tune_last = status
+    s.tune_left = c.timeout
+    if status > CANCELLED:
+        s.status |= TUNE_ERROR
+    if status != DONE:
+        s.notice = noticed(s.notice, 0, REASON + status)
+
+
+def obey(c: Config, s: State) -> None:
+    """Discrete +4: on starts, or ends a finished autotune; off cancels one that runs."""
+    command = s.tune_command
+    s.tune_command = 0
+    if s.status & TUNING:
+        if command == OFF:
+            end_tune(c, s, CANCELLED)
+        return
+    s.busy &= ~TUNE
+    if command == OFF:
+        return
+    s.status &= ~TUNE_ERROR
+    if s.tune_status != IDLE:
+        s.tune_status = IDLE
+        return
+    s.tune_last = IDLE
+    if s.out + STEP > c.m_high:
+        end_tune(c, s, NO_STEP)
+        return
+    s.busy |= TUNE | HELD
+    s.tune_out = s.out
+    s.status |= TUNING
+    s.tune_status = COLLECTING
+    s.tune_left = c.timeout
+    s.tune_phase = LISTEN
+    begin_listening(s)
+
+
+def compute(c: Config, s: State, aux: list[float]) -> None:
+    """Slope and dead time of the recorded answer, the gains that they give, and their registers."""
+    steepest, dead = steepest_line(s, c.tune_buffer, aux, s.tune_change)
+    if steepest <= 0.0:
+        end_tune(c, s, NO_DIVISOR)
+        return
+    seconds = s.period / TICKS
+    dead *= seconds
+    slope = steepest / (s.tune_stride * seconds)
+    gain, reset, rate, _ = curve_gains(c.tune_pi, STEP / (dead * slope), dead)
+    gain = nearest(gain * 100.0)
+    reset = nearest(reset * 10.0)
+    rate = nearest(rate * 10.0)
+    fits = 1.0 <= gain <= GAIN_MOST and 1.0 <= reset <= RESET_MOST
+    if not fits or rate > RATE_MOST or (rate < 1.0 and c.tune_pi == 0):
+        end_tune(c, s, OUT_OF_RANGE)
+        return
+    s.gain = gain / 100.0
+    s.reset = reset / 10.0
+    s.rate = rate / 10.0
+    s.tune_gain = s.gain
+    s.tune_reset = s.reset
+    s.tune_rate = s.rate
+    coefficients(s)
+    end_tune(c, s, DONE)
+
+
+def answered(c: Config, s: State, aux: list[float]) -> int:
+    """Whether the answer is complete: 0 not yet, 1 it is, 2 it goes the wrong way."""
+    n = s.tune_points
+    few = max(1, n // 12)
+    last = c.tune_buffer + n
+    s.tune_change = mean(aux, last - few, few)
+    change = abs(s.tune_change)
+    audible = max(AUDIBLE, 6.0 * s.tune_noise)
+    if change <= audible:
+        return 0
+    settled = False
+    if n >= SETTLING:
+        moved = abs(s.tune_change - mean(aux, last - n // 3, few))
+        settled = moved <= max(SMALL * change, s.tune_noise, 1.0)
+    if s.tune_change < 0.0:
+        return 2 if settled else 0
+    return 1 if settled or change >= ENOUGH * c.pv_span else 0
+
+
+def respond(c: Config, s: State, aux: list[float], x: float) -> None:
+    """One sample of the answer to the step."""
+    rise = s.tune_base - x if c.direct else x - s.tune_base
+    if not record(s, c.tune_buffer, aux, rise):
+        return
+    how = answered(c, s, aux)
+    if how == 1:
+        s.tune_status = CALCULATING
+        s.tune_phase = COMPUTE
+    elif how == 2:
+        end_tune(c, s, NO_FIT)
+
+
+def tune(c: Config, s: State, aux: list[float], x: float) -> None:
+    """One sample of the autotune; ``x`` is the PV, or its root, in counts of the PV."""
+    if s.tune_command:
+        obey(c, s)
+        if s.status & TUNING == 0:
+            return
+    if s.tune_phase == COMPUTE:
+        compute(c, s, aux)
+        return
+    if s.tune_left <= 0:
+        heard = s.tune_phase == RESPOND and abs(s.tune_change) > max(AUDIBLE, 6.0 * s.tune_noise)
+        end_tune(c, s, NO_FIT if heard else NO_DEAD_TIME)
+        return
+    s.tune_left -= s.period
+    if s.tune_phase == RESPOND:
+        respond(c, s, aux, x)
+    elif listen(s, x):
+        s.out = s.tune_out + STEP
+        s.tune_change = 0.0
+        s.tune_phase = RESPOND
+        begin_curve(s)

@@ -1,0 +1,106 @@
+"""The memory of a virtual EZLogix: every loop's registers and discretes, and the records that the kernels work with."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from pidcfg.encoders.maps.ezlogix import R_BLOCK, SPACE
+from pidcfg.encoders.plain import read_settings
+from pidcfg.schemas.ezlogix import CV_FULL, LoopSettings
+from pidcfg.sim.controllers.ezlogix import state as bits
+from pidcfg.sim.controllers.ezlogix.equation import coefficients
+from pidcfg.sim.controllers.ezlogix.report import SIGNALS, WAITS_FOR_RATE, WAITS_FOR_RUN, tell
+from pidcfg.sim.controllers.ezlogix.state import NEVER, Config, State
+from pidcfg.sim.controllers.ezlogix.words import configure, loop_of, tag_number, tuning
+from pidcfg.sim.reaction_curve import POINTS
+from pidcfg.sim.terms import clamp
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, MutableSequence
+
+    from pidcfg.encoders.image import Image
+
+
+@dataclass(frozen=True, slots=True)
+class Options:
+    """What a scenario chooses about the PLC: nothing that its registers and dialog do not say."""
+
+
+class Memory:
+    """The registers of an image, and what the kernels make of them."""
+
+    def __init__(self, image: Image) -> None:
+        words = image.words
+        self._goes_on = bool(image.plc.get("process_when_stopped", True))
+        owned = [read_settings(LoopSettings, entry, f"settings[{i}]") for i, entry in enumerate(image.settings)]
+        self._loops = [loop_of(words, own) for own in owned]
+        self.loops = [own.loop for own in owned]
+        self.goals = ["auto" if loop.bit("mode") else "manual" for loop in self._loops]
+        self.cfg = [Config() for _ in owned]
+        self.st = [State() for _ in owned]
+        self.aux = [0.0] * (len(owned) * POINTS)
+        self.sig = [0.0] * (len(owned) * len(SIGNALS))
+        self.signals: list[str] = []
+        for i in range(len(owned)):
+            self._begin(i, words)
+
+    def _begin(self, i: int, words: Mapping[int, int]) -> None:
+        """What a loop starts with: its places in the shared vectors, its registers, and a request for its mode."""
+        c, s, loop = self.cfg[i], self.st[i], self._loops[i]
+        first, own = i * len(SIGNALS), loop.own
+        c.sig_in, c.sig_pv, c.sig_sp, c.sig_out, c.sig_bias = range(first, first + 5)
+        c.sig_error, c.sig_status, c.sig_pulse = range(first + 5, first + 8)
+        names = SIGNALS if own.output.pulse is not None else (*SIGNALS[:-1], "")
+        self.signals += [f"{own.loop}.{name}" if name else "" for name in names]
+        c.tune_buffer = i * POINTS
+        number = tag_number(own.output.tag)
+        c.feeds = self._setpoint_at(number, i)
+        s.out = s.whole = clamp(float(words.get(number, 0)), 0.0, float(CV_FULL)) if number is not None else 0.0
+        s.sp = float(loop.word("setpoint"))
+        self._apply(i)
+        s.tune_left = c.timeout
+        s.due = NEVER if c.halt else 0
+        if self.goals[i] == "auto":
+            self._ask(i, bits.AUTO)
+        self._show(i, self.sig)
+
+    def _setpoint_at(self, number: int | None, i: int) -> int:
+        """The other loop whose set point register has this number; -1: none."""
+        places = [SPACE.number("R", loop.own.registers) + R_BLOCK.offset("setpoint") for loop in self._loops]
+        return next((j for j, place in enumerate(places) if place == number and j != i), -1)
+
+    def _apply(self, i: int) -> None:
+        """Make the registers the controller's configuration."""
+        c, s, loop = self.cfg[i], self.st[i], self._loops[i]
+        halted = c.halt
+        configure(c, loop, goes_on=self._goes_on)
+        tuning(c, s, loop)
+        coefficients(s)
+        if c.halt:
+            s.due = NEVER
+        elif halted and not s.busy & bits.STOPPED:
+            s.due = 0
+
+    def _ask(self, i: int, mode: int) -> None:
+        """Write discrete +0, which nothing refuses."""
+        s = self.st[i]
+        s.wanted = mode
+        s.busy |= bits.REQUEST
+        self._waits(i, mode)
+
+    def _waits(self, i: int, mode: int = 0) -> None:
+        """Tells that a loop is not calculated, and what is asked of it waits."""
+        if self.cfg[i].halt:
+            tell(self.st[i], WAITS_FOR_RATE, mode)
+        elif self.st[i].busy & bits.STOPPED:
+            tell(self.st[i], WAITS_FOR_RUN, mode)
+
+    def _show(self, i: int, sig: MutableSequence[float]) -> None:
+        """The signals that an operator's hand changes at once."""
+        c, s = self.cfg[i], self.st[i]
+        sp = clamp(s.sp, c.sp_low, c.sp_high)
+        centre = sp * sp if c.root else sp
+        sig[c.sig_sp] = c.pv_low + (centre - c.pv_min) * c.pv_width / c.pv_span
+        if not s.busy & (bits.STOPPED | bits.MUTE):
+            sig[c.sig_out] = c.out_low + s.out * c.out_width / CV_FULL

@@ -1,0 +1,195 @@
+"""The EZLogix as an object: made of its registers and dialog, and handled from outside as its operator would."""
+
+from __future__ import annotations
+
+from dataclasses import fields
+from math import gcd
+from typing import TYPE_CHECKING, Any
+
+from pidcfg.encoders.maps.ezlogix import R_BLOCK
+from pidcfg.encoders.regmap import decode_one
+from pidcfg.sim.controllers.ezlogix import autotune as ezlogix_autotune
+from pidcfg.sim.controllers.ezlogix import report
+from pidcfg.sim.controllers.ezlogix import state as bits
+from pidcfg.sim.controllers.ezlogix.memory import Memory, Options
+from pidcfg.sim.controllers.ezlogix.report import FLAG_BITS, MODES, TUNE_STATUS, describe, mode_name, requested, tell
+from pidcfg.sim.controllers.ezlogix.setting import CV, KEYS, encode_setting, fits
+from pidcfg.sim.controllers.ezlogix.state import NEVER
+from pidcfg.sim.controllers.ezlogix.words import LEAST_RATE, absorb, ticks
+from pidcfg.sim.plc import TICKS
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, MutableSequence, Sequence
+
+    from pidcfg.encoders.image import Image
+    from pidcfg.encoders.regmap import Word
+    from pidcfg.schemas.base import Quantity
+    from pidcfg.sim.report import ScanTime
+
+
+class Ezlogix(Memory):
+    """An EZLogix as loaded from its registers; implements `pidcfg.sim.plc.Plc`."""
+
+    out_name = "CV"
+    modes = tuple(MODES)
+    options = tuple(f.name for f in fields(Options))
+    commands: Mapping[str, Sequence[str]] = {
+        "ramp_soak": (),
+        "autotune": ("start", "cancel"),
+        "plc": ("stop", "run"),
+    }
+    tuned_names = ("proportional_gain", "integral_time", "derivative_time")
+    alarm_bits: Mapping[str, int] = {}
+    flag_bits: Mapping[str, int] = FLAG_BITS
+    aux_bits: Mapping[str, int] = {}
+    running = True
+    flags: Mapping[str, int] = {}
+    """There is no set-up error word."""
+    problems: Sequence[str] = ()
+    """Every register is a number."""
+    mode = staticmethod(mode_name)
+    describe = staticmethod(describe)
+    requested = staticmethod(requested)
+
+    def __init__(self, image: Image) -> None:
+        super().__init__(image)
+        self._in_run = True
+        self.scales = [(c.pv_low, c.pv_low + c.pv_width, int(c.pv_span)) for c in self.cfg]
+
+    @property
+    def base(self) -> int:
+        """The greatest common step of the sample rates, in ticks."""
+        return gcd(*(c.period for c in self.cfg if not c.halt)) or TICKS
+
+    @property
+    def periods(self) -> list[int]:
+        """The present sample rate of each loop, in ticks; 0: it is not calculated."""
+        return [0 if c.halt else s.period for c, s in zip(self.cfg, self.st, strict=True)]
+
+    @staticmethod
+    def scan_time(_without_loops: float) -> ScanTime | None:
+        """The manual does not say how long a scan becomes."""
+        return None
+
+    # --- the PLC's switch --------------------------------------------------------------------------------------------
+
+    def run(self, tick: int) -> None:
+        """The PLC runs: loops that stood still begin as at the start (D173)."""
+        if self._in_run:
+            return
+        self._in_run = True
+        for c, s in zip(self.cfg, self.st, strict=True):
+            if s.busy & bits.STOPPED:
+                s.due = NEVER if c.halt else tick
+                s.seen = s.cycle_end = tick
+                s.busy |= bits.FRESH if s.status & bits.AUTO else 0
+            s.busy &= ~(bits.STOPPED | bits.BLIND | bits.MUTE)
+
+    def program(self, _sig: MutableSequence[float]) -> None:
+        """The PLC stops: loops stand still, or go on with the tags that need no ladder program (D173)."""
+        if not self._in_run:
+            return
+        self._in_run = False
+        for c, s in zip(self.cfg, self.st, strict=True):
+            if not c.goes_on:
+                s.busy |= bits.STOPPED
+                s.due = NEVER
+                tell(s, report.IS_STOPPED)
+                continue
+            if not c.sees_pv:
+                s.busy |= bits.BLIND
+                tell(s, report.IS_BLIND)
+            if not c.drives:
+                s.busy |= bits.MUTE
+                tell(s, report.IS_MUTE)
+
+    # --- the operator ------------------------------------------------------------------------------------------------
+
+    def request(self, loop: int, mode: str) -> None:
+        """Discrete +0 is written."""
+        self._ask(loop, MODES[mode])
+
+    def ramp_soak(self, loop: int, command: str) -> None:
+        """There is no ramp/soak generator, and no command of it."""
+
+    def autotune(self, loop: int, command: str) -> None:
+        """``start``: discrete +4 goes from 0 to 1, by way of 0 where it is still on; ``cancel``: it goes to 0."""
+        s, start = self.st[loop], command == "start"
+        if start and s.status & bits.TUNING:
+            tell(s, report.TUNE_RUNS)
+            return
+        self._waits(loop)
+        s.tune_command = ezlogix_autotune.ON if start else ezlogix_autotune.OFF
+        s.busy |= bits.TUNE
+
+    def tuned(self, loop: int) -> Mapping[str, Any] | None:
+        """How the last autotune of a loop went; None when there was none."""
+        s = self.st[loop]
+        status = s.tune_status if s.status & bits.TUNING else s.tune_last
+        if not status:
+            return None
+        done = status == ezlogix_autotune.DONE
+        found = dict(zip(self.tuned_names, (s.tune_gain, s.tune_reset, s.tune_rate), strict=True))
+        return {
+            "done": done,
+            "error": status > ezlogix_autotune.CANCELLED,
+            "status": f"{status}: {TUNE_STATUS[status]}",
+            "results": found if done else {},
+        }
+
+    def set_output(self, loop: int, value: Quantity, sig: MutableSequence[float]) -> None:
+        """The CV that a loop starts with."""
+        self._set_cv(loop, encode_setting(CV, value, self._loops[loop].scales()), sig)
+
+    def check_set(self, loop: int, path: tuple[str, ...], value: object) -> object:
+        """The value of a ``set`` event as its registers take it; a ``PydanticCustomError`` says what is wrong."""
+        rows = KEYS.find(path)
+        parsed = KEYS.parse(rows, value)
+        fits(rows, parsed, self._loops[loop].scales())
+        return parsed
+
+    def period_set(self, loop: int, path: tuple[str, ...], value: Any) -> int:
+        """The sample rate that a value for this key makes, in ticks; 0: another key, or a rate that is none."""
+        rows = KEYS.find(path)
+        if str(rows[0].path) != "sample_rate":
+            return 0
+        row: Word = R_BLOCK.word("sample_rate")
+        raw = encode_setting(row, value, self._loops[loop].scales())
+        return ticks(decode_one(row.codec, raw, {})) if raw >= LEAST_RATE else 0
+
+    def set(self, loop: int, path: tuple[str, ...], value: Any, sig: MutableSequence[float]) -> str | None:
+        """Write a value to its registers; returns why it has no effect, if so."""
+        own, s = self._loops[loop], self.st[loop]
+        rows = KEYS.find(path)
+        scales = own.scales()
+        if rows[0] is CV:
+            return self._operate(loop, encode_setting(CV, value, scales), sig)
+        absorb(own, s)
+        for row, item in zip(rows, value if len(rows) > 1 else [value], strict=True):
+            own.write(row.name, encode_setting(row, item, scales))  # type: ignore[union-attr]  # the blocks are Words
+        s.sp = float(own.word("setpoint"))
+        self._apply(loop)
+        if str(rows[0].path) == "autotune.timeout":
+            s.tune_left = self.cfg[loop].timeout
+        self._show(loop, sig)
+        return "the loop is not calculated: its sample rate is below 0.05 s" if self.cfg[loop].halt else None
+
+    def _operate(self, loop: int, raw: int, sig: MutableSequence[float]) -> str | None:
+        """The operator writes the CV, which is his in Manual only (D172)."""
+        s = self.st[loop]
+        if s.busy & bits.HELD:
+            return "the autotune holds the CV"
+        if (s.wanted if s.busy & bits.REQUEST else s.status) & bits.AUTO and not self.cfg[loop].halt:
+            return "the loop is in Auto and calculates the CV itself"
+        self._set_cv(loop, raw, sig)
+        return None
+
+    def _set_cv(self, loop: int, raw: int, sig: MutableSequence[float]) -> None:
+        s = self.st[loop]
+        s.out = s.whole = float(raw)
+        self._show(loop, sig)
+
+
+def load(image: Image, options: Options | None = None) -> Ezlogix:  # noqa: ARG001 - there is nothing to choose
+    """The virtual PLC of an image's registers, as it stands when it begins to run."""
+    return Ezlogix(image)

@@ -1,0 +1,138 @@
+"""The virtual EZLogix: its PID loops at one base step.
+
+Design. `scan` is called at every base step; it calculates the loops that are due, in ascending order, and moves the
+control outputs, which work between samples too. `sample` is one calculation of one loop: PV, set point, error, then
+whatever rarely happens (`State.busy`: a mode, an autotune), equation, saturation, signals. Nothing here knows files,
+names or units: see `plc.load` for how registers become `Config` and `State`.
+
+Signals of a loop (slots in `Config`): ``sig_in`` is read, in engineering units; PV, SP, CV and BIAS (integral term and
+offset) are written in engineering units, ERROR and STATUS as their registers hold them, O as 0 or 1. With the square
+root of the PV, SP is the PV that satisfies the set point, so that both can be compared.
+"""
+
+from __future__ import annotations
+
+from math import sqrt
+
+from pidcfg.sim.controllers.ezlogix.autotune import tune
+from pidcfg.sim.controllers.ezlogix.equation import FULL, calculate
+from pidcfg.sim.controllers.ezlogix.memory import Options
+from pidcfg.sim.controllers.ezlogix.plc import Ezlogix, load
+from pidcfg.sim.controllers.ezlogix.pulse import pulse
+from pidcfg.sim.controllers.ezlogix.state import (
+    AUTO,
+    BLIND,
+    FRESH,
+    HELD,
+    MODES,
+    MUTE,
+    REQUEST,
+    SATURATED,
+    STOPPED,
+    TUNE,
+    Config,
+    State,
+)
+from pidcfg.sim.terms import NEAREST
+
+__all__ = ["INLINED", "KERNELS", "Config", "Ezlogix", "Options", "State", "load", "sample", "scan"]
+
+ERROR_MOST = 32767.0
+"""Base+11 is a signed word (D169)."""
+
+
+def converted(c: Config, value: float) -> float:
+    """A measurement as whole counts; the converter saturates at the ends of its range."""
+    pv = (value - c.pv_low) * c.pv_span / c.pv_width + c.pv_min
+    if pv >= c.pv_max:
+        return c.pv_max
+    if pv > c.pv_min:
+        return pv + NEAREST - NEAREST
+    return c.pv_min
+
+
+def switch(s: State) -> None:
+    """Discrete +0 as it was written; Manual keeps the CV, Auto begins with it."""
+    s.busy &= ~REQUEST
+    if s.wanted & AUTO and s.status & AUTO == 0:
+        s.busy |= FRESH
+    s.status = (s.status & ~MODES) | s.wanted
+
+
+def show(c: Config, s: State, sig: list[float]) -> None:
+    """The signals of a loop as its registers say."""
+    centre = s.sp * s.sp if c.root else s.sp
+    sig[c.sig_pv] = c.pv_low + (s.pv - c.pv_min) * c.pv_width / c.pv_span
+    sig[c.sig_sp] = c.pv_low + (centre - c.pv_min) * c.pv_width / c.pv_span
+    if s.busy & MUTE == 0:
+        sig[c.sig_out] = c.out_low + s.out * c.out_width / FULL
+    sig[c.sig_bias] = c.out_low + (s.integral + c.offset) * c.out_width / FULL
+    sig[c.sig_error] = s.error
+    sig[c.sig_status] = s.tune_status * 1.0
+
+
+def sample(i: int, cfg: list[Config], st: list[State], aux: list[float], sig: list[float]) -> None:
+    """One calculation of loop ``i``."""
+    c = cfg[i]
+    s = st[i]
+    busy = s.busy
+    if busy & BLIND == 0:
+        s.pv = converted(c, sig[c.sig_in])
+    # limits write the register (D164); a root is that of the register (D163)
+    if s.sp > c.sp_high:
+        s.sp = c.sp_high
+    if s.sp < c.sp_low:
+        s.sp = c.sp_low
+    x = s.pv
+    if c.root:
+        x = sqrt(x) if x > 0.0 else 0.0
+    difference = x - s.sp if c.direct else s.sp - x
+    x *= c.scale
+    e = difference * c.scale
+    error = e + NEAREST - NEAREST
+    if error > ERROR_MOST:
+        error = ERROR_MOST
+    elif error < -ERROR_MOST:
+        error = -ERROR_MOST
+    s.error = error
+    # in every term (D170)
+    if -c.deadband < difference < c.deadband:
+        e = 0.0
+
+    if busy & REQUEST:
+        switch(s)
+    if busy & TUNE:
+        tune(c, s, aux, x)
+    if s.status & AUTO and s.busy & HELD == 0:
+        if c.velocity:
+            calculate(c, s, e, x if c.direct else -x)
+        else:
+            calculate(c, s, e, e)
+    else:
+        s.whole = s.out
+    if 0.0 < s.whole < FULL:
+        s.status &= ~SATURATED
+    else:
+        s.status |= SATURATED
+    if c.feeds >= 0:
+        st[c.feeds].sp = s.out
+    show(c, s, sig)
+
+
+def scan(tick: int, cfg: list[Config], st: list[State], aux: list[float], sig: list[float]) -> None:
+    """The PLC at ``tick``: every loop that is due, and every control output."""
+    for i in range(len(cfg)):
+        s = st[i]
+        due = s.due
+        if tick >= due:
+            due += s.period
+            s.due = due if due > tick else tick + s.period
+            sample(i, cfg, st, aux, sig)
+        if cfg[i].cycle > 0 and s.busy & STOPPED == 0:
+            pulse(tick, cfg[i], s, sig)
+
+
+KERNELS = (scan,)
+"""Where the compiler begins; what these call follows by itself."""
+INLINED = (scan, sample, calculate, converted, show, pulse)
+"""The hot path of compiled code."""

@@ -1,0 +1,183 @@
+"""What an EZLogix loop knows: `Config` (registers and dialog, fixed during a run) and `State` (what the PLC writes).
+
+Registers are held as floats with whole values, in counts; gains and times in their units, the clock in ticks of a
+microsecond. Everything is an int or a float: the same fields become a NumPy record for numba.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+NEVER = 1 << 60
+"""A time that does not come."""
+UNBOUNDED = 1e18
+"""A time that no cycle reaches."""
+
+# `State.status`
+MANUAL, AUTO = 1, 2
+MODES = MANUAL | AUTO
+SATURATED = 4
+"""Discrete +3."""
+TUNING = 8
+"""An autotune collects or calculates."""
+TUNE_ERROR = 16
+"""The last autotune ended with an error."""
+
+# What a loop has to attend to besides its equation (`State.busy`)
+STOPPED = 1
+"""The PLC is stopped and the loop with it."""
+BLIND = 2
+"""The PLC is stopped and nothing writes the PV's register."""
+MUTE = 4
+"""The PLC is stopped and nothing carries the CV to an output."""
+FRESH = 8
+"""First calculation in Auto: the integral term follows the CV, and nothing has a past."""
+REQUEST = 16
+"""Discrete +0 has been written: `State.wanted`."""
+TUNE = 32
+"""An autotune is asked for, cancelled, or runs."""
+HELD = 64
+"""The autotune has taken the CV over."""
+
+
+@dataclass(slots=True)
+class Config:
+    """One loop's registers and dialog. Changed only between two segments of a run."""
+
+    period: int = 100_000
+    """Sample rate in ticks."""
+    halt: int = 0
+    """The loop is not calculated: its sample rate is none (D162)."""
+    goes_on: int = 0
+    """The dialog's "Process PID when PLC is Stopped"."""
+    sees_pv: int = 0
+    """The PV's tag is an input register."""
+    drives: int = 0
+    """The CV's tag is an output register, or the control output is enabled."""
+    feeds: int = -1
+    """The loop whose set point register is this one's CV tag (D177); -1: none."""
+    # slots of the signal vector, and the ends of the ranges in engineering units
+    sig_in: int = 0
+    sig_pv: int = 1
+    sig_sp: int = 2
+    sig_out: int = 3
+    sig_bias: int = 4
+    sig_error: int = 5
+    sig_status: int = 6
+    sig_pulse: int = 7
+    pv_low: float = 0.0
+    pv_width: float = 4095.0
+    pv_min: float = 0.0
+    pv_max: float = 4095.0
+    pv_span: float = 4095.0
+    out_low: float = 0.0
+    out_width: float = 4095.0
+    # set point and error
+    direct: int = 0
+    """The controller's action: direct is E = PV - SP, reverse E = SP - PV."""
+    root: int = 0
+    """The square root of the PV is used (D163)."""
+    scale: float = 1.0
+    """What makes a difference of roots an error in counts."""
+    deadband: float = 0.0
+    """On the set point's scale."""
+    sp_low: float = 0.0
+    sp_high: float = 4095.0
+    # equation
+    velocity: int = 0
+    """The derivative acts on the PV."""
+    anti_windup: int = 0
+    offset: float = 0.0
+    """CV0."""
+    m_low: float = 0.0
+    """CV limits, within 0 to 4095."""
+    m_high: float = 4095.0
+    # control output; 0: it is not enabled, or its cycle time is 0
+    cycle: int = 0
+    """Ticks of a cycle."""
+    min_on: int = 0
+    min_off: int = 0
+    # autotune
+    tune_pi: int = 0
+    timeout: int = 600_000_000
+    """In ticks."""
+    tune_buffer: int = 0
+    """Where its points begin in the shared vector."""
+
+
+@dataclass(slots=True)
+class State:
+    """One loop's registers and memory that the PLC writes."""
+
+    due: int = 0
+    """Tick of the next calculation."""
+    period: int = 100_000
+    busy: int = 0
+    """What has to be attended to, as a set of bits; 0 in quiet operation."""
+    status: int = MANUAL
+    notice: int = 0
+    """What happened since the runner last looked: see `pidcfg.sim.notices`."""
+    aux_status: int = 0
+    wanted: int = MANUAL
+    """Discrete +0."""
+    sp: float = 0.0
+    pv: float = 0.0
+    out: float = 0.0
+    """The CV."""
+    error: float = 0.0
+    """Base+11, with its sign."""
+    # gains: the registers, and the factors made of them
+    gain: float = 0.0
+    """Kp."""
+    reset: float = 0.0
+    """Ti in seconds, 0: off."""
+    rate: float = 0.0
+    """Td in seconds, 0: off."""
+    kp: float = 0.0
+    ki: float = 0.0
+    kd: float = 0.0
+    # past
+    integral: float = 0.0
+    """The integral term in counts of the CV."""
+    x1: float = 0.0
+    """What the derivative acts on, at n-1."""
+    whole: float = 0.0
+    """The CV before its limits, which saturation is judged by."""
+    # control output
+    seen: int = 0
+    """Tick of the last look."""
+    cycle_start: int = 0
+    cycle_end: int = 0
+    on: float = 0.0
+    """On-time of this cycle in ticks."""
+    # autotune
+    tune_command: int = 0
+    """What became of discrete +4 since the last sample: 1 on, 2 off."""
+    tune_status: int = 0
+    """Base+12."""
+    tune_last: int = 0
+    """How the last autotune ended, as Base+12 tells it."""
+    tune_left: int = 0
+    """Base+13: the countdown, in ticks."""
+    tune_phase: int = 0
+    tune_out: float = 0.0
+    """CV before the step."""
+    tune_change: float = 0.0
+    """How far the PV has come."""
+    tune_gain: float = 0.0
+    """What the last successful autotune found, as it stands in the registers; likewise the next two."""
+    tune_reset: float = 0.0
+    tune_rate: float = 0.0
+    tune_count: int = 0
+    """Samples in this phase."""
+    tune_points: int = 0
+    """Points in the buffer."""
+    tune_stride: int = 1
+    """Samples a point."""
+    tune_sum: float = 0.0
+    tune_noise: float = 0.0
+    """Estimated standard deviation of the PV, in counts."""
+    tune_base: float = 0.0
+    """PV before the step."""
+    tune_a: float = 0.0
+    tune_b: float = 0.0
