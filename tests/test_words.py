@@ -13,7 +13,19 @@ from pidcfg.encoders.dl06.codecs import Source
 from pidcfg.encoders.maps.dl06 import FORMATS, LOOP_TABLE
 from pidcfg.encoders.regmap import scale_of
 from pidcfg.encoders.scales import Scale
-from pidcfg.encoders.words import Bcd, Binary, DecodeError, EncodeError, SignMagnitude, nearest
+from pidcfg.encoders.spaces import BIT, INT16, SINGLE, WORD
+from pidcfg.encoders.words import (
+    FLAG,
+    Bcd,
+    Binary,
+    DecodeError,
+    EncodeError,
+    Implied,
+    SignMagnitude,
+    Single,
+    nearest,
+    single_bits,
+)
 from pidcfg.schemas.base import Quantity
 
 WORDS = range(0x10000)
@@ -159,3 +171,63 @@ def test_square_root_scale_runs_to_the_root_of_the_span():
 
 def test_every_scaled_word_has_a_codec_that_names_a_scale():
     assert {scale_of(w.codec) for w in LOOP_TABLE.words} - {None} == {"pv", "sp", "output"}
+
+
+@pytest.mark.parametrize("codec", [Implied(), Implied(1), Implied(2), Implied(3, least=-0x8000, most=0x7FFF)])
+def test_integers_with_an_implied_point_take_every_word(codec):
+    assert accepted(codec) == 0x10000
+
+
+def test_implied_points_are_those_of_the_manuals():
+    """EZLogix: 125 is 1.25 as a gain and 12.5 as a time; CLICK: the sample rate is in ms."""
+    assert Implied(2).decode(125) == Decimal("1.25")
+    assert Implied(1).decode(125) == Decimal("12.5")
+    assert Implied(1).encode(Decimal("6000.0")) == 60000, "an unsigned word"
+    assert Implied(3, least=-0x8000, most=0x7FFF).encode(Decimal("0.5")) == 500
+
+
+@pytest.mark.parametrize(("codec", "value"), [(Implied(), "65536"), (Implied(), "-1"), (Implied(1), "6553.55"),
+                         (Implied(2), "-0.001"), (Implied(0, least=-0x8000, most=0x7FFF), "32768")])  # fmt: skip
+def test_integers_outside_their_word_are_refused(codec, value):
+    with pytest.raises(EncodeError) as error:
+        codec.encode(Decimal(value))
+    assert error.value.fault == "range"
+
+
+def test_a_time_that_rounds_onto_zero_is_refused():
+    for value in ("0.04", "0.05"):
+        with pytest.raises(EncodeError, match="switches it off"):
+            Implied(1, off=(0,)).encode(Decimal(value))
+    assert Implied(1, off=(0,)).encode(Decimal("0.051")) == 1
+
+
+def test_a_switch_has_two_states():
+    assert [FLAG.decode(0), FLAG.decode(1)] == [False, True]
+    with pytest.raises(DecodeError):
+        FLAG.decode(2)
+
+
+def test_kinds_show_and_read_every_word_alike():
+    for kind in (WORD, INT16):
+        assert all(kind.read(kind.show(word)) == word for word in WORDS)
+    assert [INT16.show(w) for w in (0, 0x7FFF, 0x8000, 0xFFFF)] == [0, 32767, -32768, -1]
+    assert [BIT.read(x) for x in (False, True, 0, 1, 2, "1", 1.0)] == [0, 1, 0, 1, None, None, None]
+    assert [WORD.read(x) for x in (65535, 65536, -1, True, 1.0, "1")] == [65535, None, None, None, None, None]
+    assert [INT16.read(x) for x in (32767, 32768, -32768, -32769)] == [0x7FFF, None, 0x8000, None]
+    assert [SINGLE.read(x) for x in (1.5, 1, float("nan"), 1e39, True, "1")] == [0x3FC00000, 0x3F800000] + [None] * 4
+
+
+@given(st.floats(width=32, allow_nan=False, allow_infinity=False))
+def test_single_precision_shows_the_shortest_decimal_that_means_the_same(value):
+    raw = single_bits(value)
+    shown = SINGLE.show(raw)
+    assert SINGLE.read(shown) == raw
+    if value:
+        assert Single().encode(Single().decode(raw)) == raw
+        assert len(Decimal(repr(shown)).normalize().as_tuple().digits) <= 9
+
+
+@pytest.mark.parametrize(("text", "raw"), [("2.4", 0x4019999A), ("0.1", 0x3DCCCCCD), ("16777217", 0x4B800000),
+                         ("16777219", 0x4B800002), ("-0.5", 0xBF000000)])  # fmt: skip
+def test_single_precision_rounds_to_the_nearest_ties_to_even(text, raw):
+    assert Single().encode(Decimal(text)) == raw

@@ -32,6 +32,10 @@ class CountsCodec(Protocol):
     def high(self) -> int:
         """Counts at 100 %."""
 
+    @property
+    def room(self) -> int:
+        """The largest difference that a word can hold, whether it means anything or not."""
+
     def encode(self, value: int, /) -> int:
         """Counts to the word."""
 
@@ -122,7 +126,7 @@ class Scale:
         """As `span_value`, with the test of equality that fits the word."""
         if self.range is None:
             return Quantity(Decimal(counts))
-        if self.root and counts > self.top:
+        if counts > (self.top if self.root else self.format.maximum):
             return Quantity(Decimal(counts), counts=True)
         return shortest(self._units(Decimal(counts)), same, counts)
 
@@ -183,12 +187,14 @@ class Distance:
         """A quantity to an unsigned word."""
         counts = whole(scale.distance(value), raw=is_raw(value, scale) and not value.derived)
         if not 0 <= counts <= scale.format.maximum:
-            raise _outside(scale, value, scale.span_value, low=0)
+            error = _outside(scale, value, scale.span_value, low=0)
+            error.stored = counts if 0 <= counts <= scale.format.codec.room else None
+            raise error
         return within_root(counts, counts, scale, value)
 
     def decode(self, word: int, scale: Scale) -> Quantity:
         """The word to a quantity."""
-        return scale.span_value(Binary(scale.format.maximum).decode(word))
+        return scale.span_value(Binary(scale.format.codec.room).decode(word))
 
 
 def within_root(word: int, counts: int, scale: Scale, value: Quantity) -> int:

@@ -115,6 +115,11 @@ class Binary:
     high: int = WORD_MAX
 
     @property
+    def room(self) -> int:
+        """The largest difference that the word can hold."""
+        return self.high
+
+    @property
     def notation(self) -> str:
         """How the word is written, for reference pages."""
         return "binary"
@@ -142,6 +147,11 @@ class SignMagnitude:
     """A magnitude up to ``high`` with bit 15 as its sign; −0 and stray bits between are not values."""
 
     high: int
+
+    @property
+    def room(self) -> int:
+        """The largest difference that the word can hold."""
+        return self.high
 
     @property
     def low(self) -> int:

@@ -1,0 +1,84 @@
+"""Random CLICK configurations and registers for property tests."""
+
+from __future__ import annotations
+
+from hypothesis import strategies as st
+
+from pidcfg.encoders.maps.click import BLOCKS, SPACE
+from pidcfg.encoders.spaces import BIT
+from pidcfg.encoders.words import single_bits
+from pidcfg.schemas.click import ClickFile
+
+
+def maybe(strategy: st.SearchStrategy) -> st.SearchStrategy:
+    """Given or left out."""
+    return st.none() | strategy
+
+
+def number(low: str = "-5000", high: str = "5000") -> st.SearchStrategy:
+    """A number as people write it, with up to four decimals: most have no exact single-precision form."""
+    return st.decimals(low, high, places=4)
+
+
+FLAGS = maybe(st.booleans())
+
+
+def part(**keys: st.SearchStrategy) -> st.SearchStrategy:
+    """A section whose keys may be missing."""
+    return st.fixed_dictionaries(
+        {}, optional={key: value.filter(lambda v: v is not None) for key, value in keys.items()}
+    )
+
+
+@st.composite
+def loops(draw, index: int):
+    """One loop with every key that the schema knows, given or left out."""
+    low = draw(number())
+    data = {
+        "name": f"L{index}", "bits": 1 + 40 * index, "integers": 1 + 15 * index, "floats": 1 + 25 * index,
+        "mode": draw(st.sampled_from(["manual", "auto"])), "action": draw(st.sampled_from(["direct", "reverse"])),
+        "action_verified": draw(st.booleans()), "sample_rate": f"{draw(st.integers(100, 30000))} ms",
+        "bumpless": draw(st.sampled_from([1, 2])), "freeze_bias": draw(st.booleans()),
+        "tuning": {"proportional_gain": draw(number("0.01", "10000")), "reset_time": draw(number("0.01", "6000")),
+                   "derivative_gain": draw(number("0", "6000"))},
+        "derivative_gain_limit": draw(maybe(st.integers(0, 100))), "derivative_gain_limit_enabled": draw(FLAGS),
+        "pv": {"range": (low, low + draw(number("0.5", "9000"))),
+               **draw(part(unit=st.just("degF"), filter=st.integers(1, 100), filter_enabled=FLAGS))},
+        "setpoint": draw(part(value=number(), lower_limit=number(), lower_limit_enabled=FLAGS, upper_limit=number(),
+                              upper_limit_enabled=FLAGS)),
+        "output": draw(part(limits=st.tuples(number("0", "100"), number("0", "100")), unit=st.just("%"),
+                            pwm=part(period=st.integers(1, 600)).map(lambda p: {"bit": "Y001", **p}))),
+        "error": draw(part(curve=st.sampled_from(["linear", "squared"]), deadband=number("0", "50"),
+                           deadband_enabled=FLAGS)),
+        "alarms": draw(part(
+            pv=part(low_low=number(), low=number(), high=number(), high_high=number(), enabled=FLAGS),
+            deviation=part(high=number(), high_high=number(), enabled=FLAGS),
+            rate_of_change=number("0", "50"), rate_of_change_enabled=FLAGS, hysteresis=number("0", "5"))),
+        "autotune": draw(part(method=st.sampled_from(["open", "closed"]), type=st.sampled_from(["PID", "PI"]),
+                              hysteresis=number("1", "10"))),
+        "state": draw(part(bias=number(), output=number(), raw_pv=number(), pv=number())),
+    }  # fmt: skip
+    return {key: value for key, value in data.items() if value is not None}
+
+
+@st.composite
+def configurations(draw) -> ClickFile:
+    """A configuration whose every value fits its register."""
+    entries = [draw(loops(i)) for i in range(draw(st.integers(1, 3)))]
+    return ClickFile.model_validate({"pidcfg": 1, "vendor": "click", "loops": entries})
+
+
+@st.composite
+def registers(draw) -> dict[int, int]:
+    """All registers of a loop at C1, DS1 and DF1 with anything that the PLC's memory may hold, but for infinities."""
+    found = {}
+    for prefix, table in BLOCKS.values():
+        for row in table.words:
+            address = SPACE.number(prefix, 1 + row.offset)
+            kind = SPACE.kind(address)
+            if kind.digits == 8:
+                value = draw(st.floats(width=32, allow_nan=False, allow_infinity=False))
+                found[address] = single_bits(0.0 if value == 0 else value)
+            else:
+                found[address] = draw(st.integers(0, 1 if kind is BIT else 0xFFFF))
+    return found
