@@ -26,12 +26,15 @@ if TYPE_CHECKING:
     from collections.abc import Iterable
 
     from pidcfg.cli.inputs import Input
+    from pidcfg.encoders.listing import Listing
     from pidcfg.limits import Limits
     from pidcfg.sim.plc import Controller, Plc
     from pidcfg.sim.problems import Problem
     from pidcfg.source import Document
     from pidcfg.vendors import Vendor
 
+HEAD = 1000
+"""Bytes of a listing in which the name of its vendor stands, if at all."""
 SEVERITIES = {severity.label: severity for severity in Severity}
 
 
@@ -143,19 +146,34 @@ def _use_configuration(loaded: Loaded, entry: Input, limits: Limits) -> None:
 
 
 def _use_listing(loaded: Loaded, entry: Input, limits: Limits) -> None:
-    """Takes the words of a memory listing as they are, once what stands beside them is known to be sound."""
+    """Takes the words of a memory listing as they are, once what stands beside them is known to be sound.
+
+    The vendor is the one that can read it; of those that cannot, the one that it names, or that got furthest, says why.
+    """
+    wrong: list[tuple[bool, int, ListingError]] = []
     for vendor in VENDORS.values():
         try:
             listing = read_listing(entry, vendor, limits)
-            if listing.settings or listing.plc:
-                vendor.load("decode")(listing.words, listing.settings, listing.plc)
         except ListingError as error:
-            loaded.refuse(f"{loaded.config}: line {error.line}: {error}")
+            wrong.append((vendor.key.encode() in entry.data[:HEAD], error.line, error))
             continue
-        except DecodeError as error:
-            loaded.refuse(f"{loaded.config}: {error}", f"run 'pidcfg decode {loaded.config} --vendor {vendor.key}'")
-            continue
-        cells = tuple(Cell("", number, value, "") for number, value in sorted(listing.words.items()))
-        loaded.vendor, loaded.image = vendor, Image(vendor.key, cells, listing.settings, listing.plc)
-        loaded.findings = [d for d in loaded.findings if d.code != "PID058"]
+        _use_words(loaded, vendor, listing)
         return
+    _, line, error = max(wrong, key=lambda row: row[:2])
+    loaded.refuse(f"{loaded.config}: line {line}: {error}")
+
+
+def _use_words(loaded: Loaded, vendor: Vendor, listing: Listing) -> None:
+    """The image of a listing; one that cannot be told without its settings must have them."""
+    needed = any(option.needed for option in vendor.load("decode_options"))
+    if needed or listing.settings or listing.plc:
+        try:
+            vendor.load("decode")(listing.words, listing.settings, listing.plc)
+        except DecodeError as error:
+            cure = f"run 'pidcfg decode {loaded.config} --vendor {vendor.key}'"
+            if needed and not listing.settings:
+                cure += " with that option, and name the configuration that it writes"
+            loaded.refuse(f"{loaded.config}: {error}", cure)
+            return
+    cells = tuple(Cell("", number, raw, "") for number, raw in sorted(listing.words.items()))
+    loaded.vendor, loaded.image = vendor, Image(vendor.key, cells, listing.settings, listing.plc)

@@ -15,10 +15,14 @@ if TYPE_CHECKING:
     from pidcfg.encoders.spaces import Space
 
 Write = Callable[[Image, tuple[str, ...]], str | Mapping[str, str]]
-"""Image and checklist to a text, or to several: each by what is added to the file's name (the first: nothing)."""
+"""Image and checklist to a text, or to several, each by what is added to the file's name."""
 Read = Callable[[str], Listing]
 Merge = Callable[[Image, str], tuple[str, tuple[str, ...]]]
 """Image and the text of a file that is the user's to the text of the file with both, and a report of what was done."""
+
+
+class UnwritableError(ValueError):
+    """What a format cannot hold, although the PLC can: named with its loop or address."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,6 +52,8 @@ class DecodeOption:
     title: str
     example: str
     read: Callable[[str], Any]
+    needed: bool = False
+    """No register holds it: a listing with nothing beside it cannot be read without this option."""
 
 
 def kind_of(text: str, kinds: dict[str, FileKind]) -> FileKind | None:
@@ -67,7 +73,7 @@ def listings(space: Space, title: str, numbering: Numbering | None = None) -> di
         FileKind("text", title, write_text, partial(read_text, space=space),
                  lambda text: first_line(text).startswith(prefixes) and "," not in first_line(text)),
         FileKind("csv", f"{title} for spreadsheets", write_csv, partial(read_csv, space=space),
-                 lambda text: {"address", "table"} & set(columns(text)) == {"address"}),
+                 lambda text: {"address", "table", "tag"} & set(columns(text)) == {"address"}),
         FileKind("json", f"{title} for programs", write_json, partial(read_json, space=space),
                  lambda text: text.lstrip().startswith("{")),
     ]  # fmt: skip

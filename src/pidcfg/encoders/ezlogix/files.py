@@ -20,17 +20,52 @@ def _output(text: str) -> dict[str, str] | None:
 
 
 DECODE_OPTIONS = (
-    DecodeOption("registers", "R,R…", "Where each loop's registers begin.", "R100,R132", listed(address_of(REGISTERS))),
-    DecodeOption("discretes", "S,S…", "Where each loop's discretes begin.", "S100,S108", listed(address_of(DISCRETES))),
-    DecodeOption("action", "direct|reverse,…", "Each loop's controller action; reverse is heating.", "reverse",
-                 listed(one_of("direct", "reverse"))),
-    DecodeOption("algorithm", "position|velocity,…", "Each loop's algorithm.", "position",
-                 listed(one_of("position", "velocity"))),
-    DecodeOption("pv_tag", "IR|R,…", "The tag of each loop's PV.", "IR1,IR2", listed(parse_tag("IR", "R"))),
-    DecodeOption("cv_tag", "OR|R,…", "The tag of each loop's CV.", "OR1,OR2", listed(parse_tag("OR", "R"))),
-    DecodeOption("output_tag", "O|none,…", "The tag of each loop's control output; none: not enabled.", "O1,none",
-                 listed(_output)),
-)  # fmt: skip
+    DecodeOption(
+        "registers",
+        "R,R…",
+        "Where each loop's registers begin.",
+        "R100,R132",
+        listed(address_of(REGISTERS)),
+        needed=True,
+    ),
+    DecodeOption(
+        "discretes",
+        "S,S…",
+        "Where each loop's discretes begin.",
+        "S100,S108",
+        listed(address_of(DISCRETES)),
+        needed=True,
+    ),
+    DecodeOption(
+        "action",
+        "direct|reverse,…",
+        "Each loop's controller action; reverse is heating.",
+        "reverse",
+        listed(one_of("direct", "reverse")),
+        needed=True,
+    ),
+    DecodeOption(
+        "algorithm",
+        "position|velocity,…",
+        "Each loop's algorithm.",
+        "position",
+        listed(one_of("position", "velocity")),
+        needed=True,
+    ),
+    DecodeOption(
+        "pv_tag", "IR|R,…", "The tag of each loop's PV.", "IR1,IR2", listed(parse_tag("IR", "R")), needed=True
+    ),
+    DecodeOption(
+        "cv_tag", "OR|R,…", "The tag of each loop's CV.", "OR1,OR2", listed(parse_tag("OR", "R")), needed=True
+    ),
+    DecodeOption(
+        "output_tag",
+        "O|none,…",
+        "The tag of each loop's control output; none: not enabled.",
+        "O1,none",
+        listed(_output),
+    ),
+)
 
 
 def checklist(config: EzlogixFile) -> tuple[str, ...]:
