@@ -34,7 +34,7 @@ ENGINE = (
         164, "set point limits write the register",
         "A set point outside its limits is overwritten with the limit at the next calculation, in every mode; limits "
         "of 0 and 0 make it 0. Of crossed limits the lower one wins.",
-        "The manual says of a set point beyond a limit that it is set to the limit, in the words that it has for the CV.",
+        "The manual says of a set point beyond a limit that it is set to the limit, as it does of the CV.",
     ),
     Decision(
         165, "Manual to Auto",
@@ -102,9 +102,9 @@ ENGINE = (
     ),
     Decision(
         175, "the control output is as fine as the base step",
-        "The signal O is 1 or 0 for a whole base step, as it is in the middle of that step. A scenario whose pulses are "
-        "short against the sample rate gives a `step`; a plant on the pulses reads `O`, in an expression such as "
-        "`OVEN.O * 100`, any other one reads `CV`.",
+        "The signal O is 1 or 0 for a whole base step, as it is in the middle of that step. A scenario with pulses "
+        "that are short against the sample rate gives a `step`; a plant on the pulses reads `O`, in an expression such "
+        "as `OVEN.O * 100`, any other one reads `CV`.",
         "Nothing is calculated between two base steps.",
     ),
     Decision(

@@ -11,6 +11,7 @@ from pidcfg.schemas.ezlogix import CV_FULL, LoopSettings
 from pidcfg.sim.controllers.ezlogix import state as bits
 from pidcfg.sim.controllers.ezlogix.equation import coefficients
 from pidcfg.sim.controllers.ezlogix.report import SIGNALS, WAITS_FOR_RATE, WAITS_FOR_RUN, tell
+from pidcfg.sim.controllers.ezlogix.signals import show
 from pidcfg.sim.controllers.ezlogix.state import NEVER, Config, State
 from pidcfg.sim.controllers.ezlogix.words import configure, loop_of, tag_number, tuning
 from pidcfg.sim.reaction_curve import POINTS
@@ -59,7 +60,7 @@ class Memory:
         s.out = s.whole = clamp(float(words.get(number, 0)), 0.0, float(CV_FULL)) if number is not None else 0.0
         s.sp = float(loop.word("setpoint"))
         self._apply(i)
-        s.tune_left = c.timeout
+        s.pv, s.tune_left = c.pv_min, c.timeout
         s.due = NEVER if c.halt else 0
         if self.goals[i] == "auto":
             self._ask(i, bits.AUTO)
@@ -97,10 +98,8 @@ class Memory:
             tell(self.st[i], WAITS_FOR_RUN, mode)
 
     def _show(self, i: int, sig: MutableSequence[float]) -> None:
-        """The signals that an operator's hand changes at once."""
+        """What an operator's hand changes at once; the set point within its limits, though its register waits."""
         c, s = self.cfg[i], self.st[i]
-        sp = clamp(s.sp, c.sp_low, c.sp_high)
-        centre = sp * sp if c.root else sp
-        sig[c.sig_sp] = c.pv_low + (centre - c.pv_min) * c.pv_width / c.pv_span
-        if not s.busy & (bits.STOPPED | bits.MUTE):
-            sig[c.sig_out] = c.out_low + s.out * c.out_width / CV_FULL
+        written, s.sp = s.sp, clamp(s.sp, c.sp_low, c.sp_high)
+        show(c, s, sig)
+        s.sp = written

@@ -19,13 +19,13 @@ from pidcfg.sim.controllers.ezlogix.equation import FULL, calculate
 from pidcfg.sim.controllers.ezlogix.memory import Options
 from pidcfg.sim.controllers.ezlogix.plc import Ezlogix, load
 from pidcfg.sim.controllers.ezlogix.pulse import pulse
+from pidcfg.sim.controllers.ezlogix.signals import show
 from pidcfg.sim.controllers.ezlogix.state import (
     AUTO,
     BLIND,
     FRESH,
     HELD,
     MODES,
-    MUTE,
     REQUEST,
     SATURATED,
     STOPPED,
@@ -57,18 +57,6 @@ def switch(s: State) -> None:
     if s.wanted & AUTO and s.status & AUTO == 0:
         s.busy |= FRESH
     s.status = (s.status & ~MODES) | s.wanted
-
-
-def show(c: Config, s: State, sig: list[float]) -> None:
-    """The signals of a loop as its registers say."""
-    centre = s.sp * s.sp if c.root else s.sp
-    sig[c.sig_pv] = c.pv_low + (s.pv - c.pv_min) * c.pv_width / c.pv_span
-    sig[c.sig_sp] = c.pv_low + (centre - c.pv_min) * c.pv_width / c.pv_span
-    if s.busy & MUTE == 0:
-        sig[c.sig_out] = c.out_low + s.out * c.out_width / FULL
-    sig[c.sig_bias] = c.out_low + (s.integral + c.offset) * c.out_width / FULL
-    sig[c.sig_error] = s.error
-    sig[c.sig_status] = s.tune_status * 1.0
 
 
 def sample(i: int, cfg: list[Config], st: list[State], aux: list[float], sig: list[float]) -> None:

@@ -1,0 +1,163 @@
+"""Loops of a virtual EZLogix with plants, in counts, for the tests of the controller."""
+
+from __future__ import annotations
+
+import math
+import random
+from collections import deque
+from dataclasses import fields
+
+from pidcfg.encoders.ezlogix.encode import encode
+from pidcfg.schemas.ezlogix import EzlogixFile
+from pidcfg.sim.controllers.ezlogix import state as bits
+from pidcfg.sim.controllers.ezlogix.autotune import OFF, ON
+from pidcfg.sim.controllers.ezlogix.equation import coefficients
+from pidcfg.sim.controllers.ezlogix.report import MODES, SIGNALS, describe
+from pidcfg.sim.controllers.ezlogix.scan import Config, State, load, scan
+from pidcfg.sim.plc import TICKS
+from pidcfg.sim.reaction_curve import POINTS
+
+COLUMNS = len(SIGNALS)
+LOOP = {
+    "name": "L", "registers": "R100", "discretes": "S100", "algorithm": "position", "action": "reverse",
+    "sample_rate": 0.1, "tuning": {"proportional_gain": 1}, "pv": {"tag": "IR1"}, "output": {"tag": "OR1"},
+}  # fmt: skip
+SCALED = {"pv": {"tag": "IR1", "range": [0, 100]}, "output": {"tag": "OR1", "range": [0, 50]}}
+IN, PV, SP, CV, BIAS, ERROR, STATUS, O = range(COLUMNS)  # noqa: E741 - the signal's name
+
+
+class Fixed:
+    """A measurement that the test writes itself."""
+
+    def __init__(self, value=0.0):
+        self.value = value
+
+    def step(self, _output, _dt):
+        return self.value
+
+
+class FirstOrder:
+    """T dPV/dt = gain u + offset - PV behind a dead time, exact at the base step; in counts."""
+
+    def __init__(self, gain=1.0, time_constant=10.0, dead_time=0.0, initial=0.0, offset=0.0):
+        self.gain, self.time_constant, self.dead_time, self.offset = gain, time_constant, dead_time, offset
+        self.value = initial
+        self.line = None
+
+    def step(self, output, dt):
+        if self.line is None:
+            rest = (self.value - self.offset) / self.gain
+            self.line = deque([rest] * round(self.dead_time / dt))
+        self.line.append(output)
+        target = self.gain * self.line.popleft() + self.offset
+        self.value += (target - self.value) * -math.expm1(-dt / self.time_constant)
+
+
+class Rig:
+    """Some loops, their plants, and the clock; ``base`` is the base step in seconds."""
+
+    def __init__(self, base=0.1, noise=0.0, seed=1):
+        self.base, self.noise = base, noise
+        self.tick, self.random = 0, random.Random(seed)
+        self.cfg, self.st, self.plants, self.sig, self.aux, self.log = [], [], [], [], [], []
+
+    def add(self, plant=None, mode="manual", **given):
+        """Another loop; what is given goes to its `Config` or `State`, ``period`` is in seconds."""
+        i = len(self.cfg)
+        given["period"] = round(given.get("period", self.base) * TICKS)
+        c, s = Config(), State()
+        known = {f.name for item in (c, s) for f in fields(item)}
+        assert set(given) <= known, set(given) - known
+        for item in (c, s):
+            for f in fields(item):
+                if f.name in given:
+                    setattr(item, f.name, given[f.name])
+        c.sig_in, c.sig_pv, c.sig_sp, c.sig_out, c.sig_bias, c.sig_error, c.sig_status, c.sig_pulse = (
+            COLUMNS * i + k for k in range(COLUMNS)
+        )
+        c.tune_buffer = i * POINTS
+        self.aux += [0.0] * POINTS
+        self.sig += [plant.value if plant else 0.0] + [0.0] * (COLUMNS - 1)
+        coefficients(s)
+        self.cfg.append(c)
+        self.st.append(s)
+        self.plants.append(plant or Fixed())
+        if mode != "manual":
+            self.request(mode, i)
+        return c, s
+
+    def request(self, mode, i=0):
+        self.st[i].wanted = MODES[mode]
+        self.st[i].busy |= bits.REQUEST
+
+    def tune(self, i=0, *, on=True):
+        self.st[i].tune_command = ON if on else OFF
+        self.st[i].busy |= bits.TUNE
+
+    def step(self, count=1):
+        """Base steps: plants with the outputs of the step before, then the controllers."""
+        for _ in range(count):
+            for i, plant in enumerate(self.plants):
+                if self.tick:
+                    plant.step(self.st[i].out, self.base)
+                self.sig[COLUMNS * i] = plant.value + (self.random.gauss(0.0, self.noise) if self.noise else 0.0)
+            scan(self.tick, self.cfg, self.st, self.aux, self.sig)
+            self.tick += round(self.base * TICKS)
+            for s in self.st:
+                if s.notice:
+                    self.log.append("; ".join(filter(None, describe(s.notice))))
+                    s.notice = 0
+
+    def run(self, seconds):
+        self.step(round(seconds / self.base))
+
+    def trace(self, count, *names, i=0):
+        """States after each of some steps."""
+        rows = []
+        for _ in range(count):
+            self.step()
+            rows.append(tuple(getattr(self.st[i], name) for name in names))
+        return rows
+
+    def follow(self, values, *names):
+        """States of the first loop while its measurement takes these values."""
+        rows = []
+        for value in values:
+            self.plants[0].value = value
+            rows += self.trace(1, *names)
+        return rows
+
+
+def image(*loops, **plc):
+    """The image of loops that differ from a plain one by the keys given."""
+    entries = [
+        {**LOOP, "name": f"L{i}", "registers": f"R{100 * i}", "discretes": f"S{100 * i}", **loop}
+        for i, loop in enumerate(loops, start=1)
+    ]
+    return encode(EzlogixFile.model_validate({"pidcfg": 1, "vendor": "ezlogix", "plc": plc, "loops": entries})).image
+
+
+def plc(*loops, **given):
+    """The PLC of these loops."""
+    return load(image(*loops, **given))
+
+
+def change(machine, key, value, loop=0, sig=None):
+    """A set event."""
+    path = tuple(key.split("."))
+    return machine.set(loop, path, machine.check_set(loop, path, value), machine.sig if sig is None else sig)
+
+
+def play(machine, steps, pv=(), base=100_000, start=0):
+    """Scans with fixed measurements; the signals stay with the machine, notices are returned."""
+    said = []
+    for k in range(start, start + steps):
+        for c, value in zip(machine.cfg, pv, strict=False):
+            machine.sig[c.sig_in] = value
+        scan(k * base, machine.cfg, machine.st, machine.aux, machine.sig)
+        for i, s in enumerate(machine.st):
+            if s.notice:
+                text = "; ".join(filter(None, machine.describe(s.notice)))
+                said.append((k, machine.loops[i], machine.requested(s.notice), text))
+            s.notice = 0
+    return said
