@@ -40,6 +40,7 @@ ONLY_IN = {
     "rich":          "cli.console",
     "ruamel":        "source writer",
     "intelhex":      "encoders.ihex",
+    "pyclickplc":    "encoders.click",
     "numpy":         "sim.compile",
     "numba":         "sim.compile",
     "pydantic":      "schemas encoders vendors validate sim cli.schema",
@@ -57,6 +58,9 @@ LOADS = {
     "validate examples/dl06/reactor.yaml":            "pydantic ruamel",
     "encode examples/dl06/reactor.yaml":              "pydantic ruamel",
     "simulate examples/dl06/reactor.scenario.yaml":   "pydantic ruamel",
+    "validate src/pidcfg/starters/click.yaml":        "pydantic ruamel",
+    "encode src/pidcfg/starters/click.yaml":          "pydantic ruamel",
+    "encode src/pidcfg/starters/click.yaml --format nickname-csv":  "pydantic ruamel pyclickplc pymodbus",
 }
 
 LONG_MODULES = {
@@ -74,7 +78,7 @@ LONG_FUNCTIONS = {
 }
 # fmt: on
 
-HEAVY = ("pydantic", "ruamel", "rich", "numpy", "numba", "intelhex")
+HEAVY = ("pydantic", "ruamel", "rich", "numpy", "numba", "intelhex", "pyclickplc", "pymodbus")
 STANDARD = sys.stdlib_module_names - {"importlib"}
 LONGEST_MODULE, LONGEST_FUNCTION = 300, 50
 

@@ -68,7 +68,8 @@ def command(
         for item in checklist:
             note(f"check after the download: {item}")
     if names:
-        note(f"{', '.join(names)}: {len(checked.encoding.image.cells)} values")
+        count = f"{len(checked.encoding.image.cells)} values" if kind.whole else kind.title
+        note(f"{', '.join(names)}: {count}")
 
 
 def _put(kind: FileKind, parts: Mapping[str, str], out: str | None, *, force: bool) -> list[str]:
@@ -98,21 +99,29 @@ def _written(
 ) -> tuple[Mapping[str, str], tuple[str, ...]]:
     """The texts of the format, and a report where they went into a file of the user's."""
     from pidcfg.cli.inputs import read_input
-    from pidcfg.cli.listings import listing_text
+    from pidcfg.cli.listings import exact_text
+    from pidcfg.encoders.files import UnwritableError
     from pidcfg.encoders.listing import ListingError
 
     if into is None:
         if kind.needs_into:
             raise click.UsageError(f"{kind.name} is written into a file of yours; name it with --into")
-        text = kind.write(image, checklist)
+        try:
+            text = kind.write(image, checklist)
+        except (UnwritableError, ListingError) as error:
+            raise click.ClickException(str(error)) from None
         return ({"": text} if isinstance(text, str) else text), ()
     if kind.merge is None:
         raise click.UsageError(f"{kind.name} is not written into another file")
     entry = read_input(into, limits)
     if entry.problem is not None:
         raise click.ClickException(entry.problem)
+    if len(entry.data) > limits.file_bytes:
+        raise click.ClickException(f"{entry.name} is larger than {limits.file_bytes} bytes; raise it with --limit")
     try:
-        merged, report = kind.merge(image, listing_text(entry.data, kind.encoding))
+        merged, report = kind.merge(image, exact_text(entry.data, kind.encoding))
+    except UnwritableError as error:
+        raise click.ClickException(str(error)) from None
     except ListingError as error:
         raise click.ClickException(f"{entry.name}:{error.line}:{error.column}: {error}") from None
     return {"": merged}, report

@@ -36,14 +36,23 @@ def read_listing(entry: Input, vendor: Vendor, limits: Limits, kind: str | None 
     return listing
 
 
-def listing_text(data: bytes, encoding: str = "utf-8") -> str:
+def listing_text(data: bytes) -> str:
     """The text of a file in UTF-8, or in UTF-16 when it begins so."""
-    marked = data.startswith((b"\xff\xfe", b"\xfe\xff"))
+    return _decoded(data, "utf-16" if data.startswith((b"\xff\xfe", b"\xfe\xff")) else "utf-8-sig")
+
+
+def exact_text(data: bytes, encoding: str) -> str:
+    """The text of a file that goes back byte for byte: a byte order mark stays its first character."""
+    return _decoded(data, encoding)
+
+
+def _decoded(data: bytes, encoding: str) -> str:
     try:
-        return data.decode("utf-16" if marked or encoding == "utf-16" else "utf-8-sig")
+        return data.decode(encoding)
     except UnicodeDecodeError as error:
         place = f"byte 0x{data[error.start]:02X} at {error.start}" if error.start < len(data) else "the end of the file"
-        raise ListingError(f"{place} is not {'UTF-16' if marked else 'UTF-8'}") from None
+        name = encoding.upper().removesuffix("-SIG").removesuffix("-LE")
+        raise ListingError(f"{place} is not {name}; save the file as {name}") from None
 
 
 def together(listings: list[Listing]) -> Listing:
@@ -52,6 +61,7 @@ def together(listings: list[Listing]) -> Listing:
     for other in others:
         for address, raw in other.words.items():
             first.add(address, raw, other.shown[address], other.lines[address])
+        first.mixed |= other.mixed
         first.settings, first.plc = (*first.settings, *other.settings), {**first.plc, **other.plc}
     return first
 
@@ -73,7 +83,7 @@ def _differences(listing: Listing, again: Image) -> Iterator[str]:
         yield f"encoded again, these words differ from the listing: {_few(differ)}"
     name_of = {c.number: c.address for c in again.cells}
     beside = sorted(number for number in listing.words if number not in name_of)
-    if beside:
+    if beside and not listing.mixed:
         lines = [listing.shown.get(number, str(number)) for number in beside]
         yield f"these words of the listing belong to no loop and are left out: {_few(lines)}"
 

@@ -41,6 +41,8 @@ class FileKind:
     """The format makes no sense but inside a file that is the user's."""
     carries_comments: bool = True
     """Whether the checklist stands in the file itself."""
+    whole: bool = True
+    """Whether every register has its value in it."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -45,6 +45,8 @@ class Listing:
     settings: tuple[Mapping[str, Any], ...] = ()
     plc: Mapping[str, Any] = field(default_factory=dict)
     vendor: str | None = None
+    mixed: bool = False
+    """The file is about more than loops, so that words outside them are nothing to tell."""
     lines: dict[int, int] = field(default_factory=dict)
     """Where each word stands, and how its address is written."""
     shown: dict[int, str] = field(default_factory=dict)

@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
+import re
 from typing import TYPE_CHECKING
 
-from pidcfg.encoders.files import DecodeOption, listings
+from pidcfg.encoders.click.dataview import read_dataview, write_dataviews
+from pidcfg.encoders.click.dump import merge_dump, read_dump, write_dump
+from pidcfg.encoders.click.nickname_csv import HEADER, merge_nicknames, write_nicknames
+from pidcfg.encoders.click.nickname_loops import read_nicknames
+from pidcfg.encoders.files import DecodeOption, FileKind, columns, first_line, listings
 from pidcfg.encoders.maps.click import SPACE
 from pidcfg.encoders.modbus import Place
 from pidcfg.encoders.plain import address_of, listed
@@ -44,7 +49,22 @@ class Numbering:
         return SPACE.number(known[0], known[1]), known[2]
 
 
-FORMATS = listings(SPACE, "register listing", Numbering())
+FORMATS = listings(SPACE, "register listing", Numbering()) | {
+    "nickname-csv": FileKind(
+        "nickname-csv", "nicknames with initial values (CSV)", write_nicknames, read_nicknames,
+        lambda text: tuple(columns(text)) == HEADER, merge=merge_nicknames, carries_comments=False, whole=False,
+    ),
+    "cdv": FileKind(
+        "cdv", "DataViews with new values", write_dataviews, read_dataview,
+        lambda text: re.fullmatch(r"(-1|0),[0-9]+,[0-9]+", first_line(text)) is not None,
+        encoding="utf-16-le", carries_comments=False, whole=False,
+    ),
+    "data-dump": FileKind(
+        "data-dump", "data for Write Data into PLC", write_dump, read_dump,
+        lambda text: re.fullmatch(r"<[A-Z]{1,3}=START>", first_line(text)) is not None,
+        merge=merge_dump, needs_into=True, carries_comments=False, whole=False,
+    ),
+}  # fmt: skip
 
 
 def _pwm(text: str) -> dict[str, str] | None:
@@ -52,13 +72,13 @@ def _pwm(text: str) -> dict[str, str] | None:
 
 
 DECODE_OPTIONS = (
-    DecodeOption("bits", "C,C…", "Where each loop's C bits begin.", "C101,C201", listed(address_of(BITS))),
+    DecodeOption("bits", "C,C…", "Where each loop's C bits begin.", "C101,C201", listed(address_of(BITS)), needed=True),
     DecodeOption("integers", "DS,DS…", "Where each loop's DS registers begin.", "DS101,DS201",
-                 listed(address_of(INTEGERS))),
+                 listed(address_of(INTEGERS)), needed=True),
     DecodeOption("floats", "DF,DF…", "Where each loop's DF registers begin.", "DF101,DF201",
-                 listed(address_of(FLOATS))),
+                 listed(address_of(FLOATS)), needed=True),
     DecodeOption("pwm_bit", "Y|none,…", "The discrete output of each loop's PWM; none: an analog output.", "Y001,none",
-                 listed(_pwm)),
+                 listed(_pwm), needed=True),
 )  # fmt: skip
 
 

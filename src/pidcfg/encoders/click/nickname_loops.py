@@ -1,0 +1,78 @@
+"""A nickname CSV read back: its initial values, and the loops and blocks that the nicknames tell."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from pidcfg.encoders.click.nickname_csv import initial, parse
+from pidcfg.encoders.click.nicknames import ACTION, NAMED
+from pidcfg.encoders.listing import Listing, ListingError
+from pidcfg.encoders.maps.click import BLOCKS, SPACE
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator, Mapping
+
+    from pidcfg.encoders.click.nickname_csv import Row
+
+KEYS = {prefix: key for key, (prefix, _) in BLOCKS.items()}
+
+
+class Claim(NamedTuple):
+    """What one nickname says: where a block of a loop begins."""
+
+    loop: str
+    bank: str
+    start: int
+    row: Row
+
+
+def read_nicknames(text: str) -> Listing:
+    """The initial values of all C, DS and DF rows, and beside them the loops with their blocks (D107)."""
+    found = Listing(mixed=True)
+    rows = parse(text).rows
+    for row in rows:
+        number, raw = SPACE.parse(row.address), initial(row)
+        if number is not None and raw is not None:
+            found.add(number, raw, row.address, row.line)
+    found.settings = tuple(_loops(list(_claims(rows))))
+    return found
+
+
+def _claims(rows: Iterable[Row]) -> Iterator[Claim]:
+    """Nicknames with a known suffix; none of a bank's suffixes is the end of another."""
+    for row in rows:
+        number = SPACE.parse(row.address)
+        if number is None:
+            continue
+        bank, n = SPACE.place(number)
+        for named in NAMED:
+            name = row.nickname.removesuffix(named.suffix)
+            if named.bank == bank.prefix and name and name != row.nickname:
+                yield Claim(name, named.bank, n - named.offset, row)
+
+
+def _loops(claims: list[Claim]) -> Iterator[Mapping[str, Any]]:
+    names = [claim.loop for claim in claims if claim.row.nickname == claim.loop + ACTION.suffix]
+    for name in dict.fromkeys(names):
+        entry: dict[str, Any] = {"loop": name}
+        for bank, key in KEYS.items():
+            said = [claim for claim in claims if claim.loop == name and claim.bank == bank]
+            if said:
+                entry[key] = _start(said)
+        yield entry
+
+
+def _start(said: list[Claim]) -> str:
+    """Where a block begins when all nicknames agree."""
+    first = said[0]
+    other = next((claim for claim in said if claim.start != first.start), None)
+    if other is not None:
+        raise ListingError(
+            f"the nicknames of {first.loop} do not agree: {first.row.nickname} at {first.row.address} belongs to a "
+            f"block from {first.bank}{first.start}, {other.row.nickname} at {other.row.address} to one from "
+            f"{other.bank}{other.start}",
+            other.row.line,
+        )
+    if SPACE.parse(f"{first.bank}{first.start}") is None:
+        raise ListingError(f"{first.row.nickname} at {first.row.address} leaves no room for its block", first.row.line)
+    return f"{first.bank}{first.start}"
