@@ -1,0 +1,127 @@
+"""Autotune of the CLICK, sample by sample: a look at the noise, then the step response or the relay (D123, D124).
+
+The output is in %, the PV in its own units, so the gain is % per unit; the PV limits are what answers are judged by.
+"""
+
+from __future__ import annotations
+
+from math import sqrt
+from typing import TYPE_CHECKING
+
+from pidcfg.sim.controllers.click.tune_results import (
+    LISTENING,
+    RESPONSE,
+    SWITCHING,
+    TUNE_NO_RANGE,
+    TUNE_NO_RESPONSE,
+    fail,
+    store,
+    tunable,
+)
+from pidcfg.sim.plc import TICKS
+from pidcfg.sim.reaction_curve import ANSWERED, NO_ANSWER, STEP, TOO_SMALL, begin_curve, judged, record, steepest_line
+from pidcfg.sim.terms import single
+from pidcfg.sim.tuning_rules import LAST_TURN, begin_cycle, curve_gains, cycle_gains, listen, switched
+
+if TYPE_CHECKING:
+    from pidcfg.sim.controllers.click.state import Config, State
+
+RESOLUTION = 1.0 / 4000.0
+"""Share of the PV's range that counts as nothing."""
+PI = 3.141592653589793
+RELAY_PATIENCE = 3600.0
+"""Seconds, or `RELAY_PATIENT` samples if those are longer, until an error that keeps its sign is given up."""
+RELAY_PATIENT = 1000
+LEAST_SWING = 1e-6
+"""Share of the PV's range that a swing has at least."""
+
+
+def step_output(c: Config, s: State) -> None:
+    """Step the output by another 10 % of its range: up, or down where the way up is too short."""
+    span = c.out_high - c.out_low
+    if s.tune_step == 0.0:
+        s.tune_step = STEP if s.tune_out + 2.0 * STEP * span <= c.out_high else -STEP
+    else:
+        s.tune_step += s.tune_step
+    s.out = single(s.tune_out + s.tune_step * span)
+    s.tune_phase = RESPONSE
+    begin_curve(s)
+
+
+def begin_relay(s: State) -> None:
+    """The first switch follows at the next sample."""
+    s.tune_phase = SWITCHING
+    begin_cycle(s)
+
+
+def sign(c: Config, s: State) -> float:
+    """1 when the step moves the PV up, else -1."""
+    return 1.0 if (s.tune_step > 0.0) == (c.reverse == 0) else -1.0
+
+
+def measure(c: Config, s: State, aux: list[float], change: float) -> None:
+    """Slope and dead time of the recorded response, and the gains they give."""
+    steepest, dead = steepest_line(s, c.tune_buffer, aux, change)
+    if steepest <= 0.0:
+        fail(s, TUNE_NO_RESPONSE)
+        return
+    seconds = s.period / TICKS
+    dead *= seconds
+    slope = steepest / (s.tune_stride * seconds)
+    gain, reset, rate, sample = curve_gains(c.tune_pi, STEP * (c.out_high - c.out_low) / (dead * slope), dead)
+    store(c, s, gain, reset, rate, sample)
+
+
+def respond(c: Config, s: State, aux: list[float]) -> None:
+    """One sample of the step response, until there is enough of it or it has settled."""
+    if not record(s, c.tune_buffer, aux, sign(c, s) * (s.pv - s.tune_base)):
+        return
+    span = c.pv_high - c.pv_low
+    second = int(abs(s.tune_step) > STEP)
+    count = span * RESOLUTION
+    found, change = judged(s, c.tune_buffer, aux, span, count, count, s.period / TICKS, second)
+    if found == ANSWERED:
+        measure(c, s, aux, change)
+    elif found == TOO_SMALL:
+        s.tune_base += sign(c, s) * change
+        step_output(c, s)
+    elif found == NO_ANSWER and second:
+        fail(s, TUNE_NO_RESPONSE)
+    elif found == NO_ANSWER:
+        step_output(c, s)
+
+
+def relay(c: Config, s: State) -> None:
+    """One sample of the relay, whose hysteresis is that of DFn+21 in % of the PV limits."""
+    seconds = s.period / TICKS
+    span = c.pv_high - c.pv_low
+    band = c.tune_hysteresis * span / 100.0
+    side = switched(s, s.pv, s.sp - s.pv, band)
+    if side:
+        s.out = c.out_high if (side > 0) == (c.reverse == 0) else c.out_low
+    quiet = s.tune_count - s.tune_points
+    if s.tune_turns == LAST_TURN:
+        half = s.tune_swing / 4.0
+        swing = sqrt(max(half * half - band * band, LEAST_SWING * span * (LEAST_SWING * span)))
+        period = (s.tune_count - s.tune_start) / 2.0 * seconds
+        ultimate = 2.0 * (c.out_high - c.out_low) / (PI * swing)
+        gain, reset, rate, sample = cycle_gains(c.tune_pi, ultimate, period)
+        store(c, s, gain, reset, rate, sample)
+    elif quiet > RELAY_PATIENT and quiet * seconds > RELAY_PATIENCE:
+        fail(s, TUNE_NO_RESPONSE)
+
+
+def tune(c: Config, s: State, aux: list[float]) -> None:
+    """One sample of the autotune; its limits may be written meanwhile."""
+    if not tunable(c):
+        fail(s, TUNE_NO_RANGE)
+    elif s.tune_phase == LISTENING:
+        if listen(s, s.pv):
+            if c.tune_closed:
+                begin_relay(s)
+            else:
+                step_output(c, s)
+    elif s.tune_phase == RESPONSE:
+        respond(c, s, aux)
+    else:
+        relay(c, s)

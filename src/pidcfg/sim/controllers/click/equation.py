@@ -1,0 +1,80 @@
+"""The position equation of the CLICK, every result rounded to single precision as it arises (D110).
+
+CO(n) = Bias(n) + Kp [e(n) + Td/Ts (e(n) - e(n-1))], Bias(n) = Bias(n-1) + Kp Ts/Ti e(n). The factors carry the sign of
+the action, which changes no bit of a rounded product. D numbers: see `decisions`.
+"""
+
+from __future__ import annotations
+
+from pidcfg.sim.controllers.click.state import FRESH, Config, State
+from pidcfg.sim.plc import TICKS
+from pidcfg.sim.terms import single
+
+
+def coefficients(c: Config, s: State) -> None:
+    """Kp Ts/Ti and Td/Ts of the registers as they stand, and the lag of the derivative's filter (D110, D114).
+
+    Only called with a reset time above 0: errors 26 to 28 keep a loop in Manual, where nothing is calculated.
+    """
+    seconds = single(s.period / TICKS)
+    s.kp = -s.gain if c.reverse else s.gain
+    s.ki = single(s.kp * single(seconds / s.reset))
+    s.kd = single(s.rate / seconds)
+    s.lag = 1.0
+    if c.limited:
+        if c.limit <= 0.0:
+            s.kd = 0.0
+        elif c.limit < 100.0:
+            s.lag = single(seconds / single(seconds + single(s.rate / c.limit)))
+
+
+def curved(c: Config, sp: float, pv: float) -> float:
+    """SP - PV, squared with its sign kept where that is chosen."""
+    e = single(sp - pv)
+    if c.squared:
+        e = single(e * abs(e))
+    return e
+
+
+def within(low: float, high: float, x: float) -> float:
+    """The value inside the output's limits; where they contradict each other the lower one wins."""
+    if x > high:
+        x = high
+    if x < low:
+        x = low
+    return x
+
+
+def integrate(c: Config, s: State, e: float) -> None:
+    """The bias goes on, unless it is frozen, and stays within the output's limits (D111, D112)."""
+    frozen = c.freeze and (s.out >= c.out_high or s.out <= c.out_low)
+    if not frozen:
+        s.bias = single(s.bias + single(s.ki * e))
+    s.bias = within(c.out_low, c.out_high, s.bias)
+
+
+def differentiate(s: State, e: float) -> float:
+    """Td/Ts times the filtered difference of the errors (D114)."""
+    change = single(e - s.e1)
+    if s.lag < 1.0:
+        change = single(s.y1 + single(s.lag * single(change - s.y1)))
+    s.y1 = change
+    return single(s.kd * change)
+
+
+def calculate(c: Config, s: State) -> float:
+    """The output before its limits; no term acts while the error is inside the deadband (D113)."""
+    e = curved(c, s.sp, s.pv)
+    if s.busy & FRESH:
+        s.busy &= ~FRESH
+        s.e1 = e
+        s.y1 = 0.0
+    if c.deadband_on and -c.deadband <= e <= c.deadband:
+        s.e1 = e
+        s.y1 = 0.0
+        s.bias = within(c.out_low, c.out_high, s.bias)
+        return s.bias
+    integrate(c, s, e)
+    d = differentiate(s, e)
+    s.e1 = e
+    return single(s.bias + single(s.kp * single(e + d)))

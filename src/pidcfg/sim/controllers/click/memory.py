@@ -1,0 +1,141 @@
+"""The registers of a virtual CLICK: every loop's words, and the records that the controller calculates with."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import gcd, isfinite
+from typing import TYPE_CHECKING
+
+from pidcfg.encoders.maps.click import ERRORS
+from pidcfg.sim.controllers.click import modes as click_modes
+from pidcfg.sim.controllers.click import state as bits
+from pidcfg.sim.controllers.click.equation import coefficients
+from pidcfg.sim.controllers.click.errors import lowest_error
+from pidcfg.sim.controllers.click.report import MODES, SIGNALS
+from pidcfg.sim.controllers.click.state import Config, State
+from pidcfg.sim.controllers.click.words import configure, loop_of, shown, write_state
+from pidcfg.sim.plc import TICKS
+from pidcfg.sim.reaction_curve import POINTS
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, MutableSequence
+
+    from pidcfg.encoders.image import Image
+
+PULSES = 100
+"""Base steps of a PWM period at least (D121)."""
+COUNTS = 1 << 16
+"""What the range of a PV counts where something is measured in counts (D128)."""
+
+
+@dataclass(frozen=True, slots=True)
+class Options:
+    """What a scenario chooses about the PLC; no register holds it."""
+
+    scan_time: int = 0
+    """Length of a scan in ticks: the base step; samples come with the next scan."""
+
+
+class Memory:
+    """The registers of an image, and what the kernels make of them."""
+
+    def __init__(self, image: Image, options: Options) -> None:
+        self._options = options
+        self.problems: list[str] = []
+        """Words that are no value of their format: none, every word of this PLC is one."""
+        words = image.words
+        self._loops = [loop_of(words, i, own) for i, own in enumerate(image.settings)]
+        self.loops = [loop.name for loop in self._loops]
+        self.goals = [loop.goal for loop in self._loops]
+        self.cfg = [Config() for _ in self._loops]
+        self.st = [State() for _ in self._loops]
+        self.aux = [0.0] * (len(self._loops) * POINTS)
+        self.sig = [0.0] * (len(self._loops) * len(SIGNALS))
+        self.signals = [
+            f"{loop.name}.{name}" if name and (name != "PWM" or loop.pwm) else ""
+            for loop in self._loops
+            for name in SIGNALS
+        ]
+        for i in range(len(self._loops)):
+            self._begin(i)
+        self.scales = [scale_of(c) for c in self.cfg]
+
+    @property
+    def flags(self) -> Mapping[str, int]:
+        """The error register of each loop, DSn+00."""
+        return {
+            f"DS{loop.starts['integers']}": ERRORS[s.error - 1].number if s.error else 0
+            for loop, s in zip(self._loops, self.st, strict=True)
+        }
+
+    @property
+    def base(self) -> int:
+        """The greatest common step of the sample rates, in ticks; a part of it where pulses need a finer one (D121)."""
+        step = gcd(*(c.period for c in self.cfg)) or TICKS
+        finest = min((c.pwm_period // PULSES for c in self.cfg if c.pwm), default=step)
+        parts = -(-step // finest)
+        while step % parts:
+            parts += 1
+        return step // parts
+
+    @property
+    def periods(self) -> list[int]:
+        """The present sample rate of each loop, in ticks."""
+        return [s.period for s in self.st]
+
+    def _begin(self, i: int) -> None:
+        """What a loop starts with: the controller's registers, its goal, and its places in the shared vectors."""
+        own, c, s = self._loops[i], self.cfg[i], self.st[i]
+        first = i * len(SIGNALS)
+        c.sig_in, c.sig_pv, c.sig_sp, c.sig_out, c.sig_bias, c.sig_pwm = (first + k for k in range(len(SIGNALS)))
+        c.tune_buffer = i * POINTS
+        c.pwm = int(own.pwm)
+        self._apply(i)
+        c.period = s.period
+        s.goal = 0 if own.goal == "manual" else MODES[own.goal]
+        s.goal_sp, s.goal_writes = s.sp, int(own.has_setpoint)
+        s.busy |= bits.GOAL if s.goal else 0
+        self._show(i, self.sig)
+
+    def _apply(self, i: int) -> None:
+        """Make the registers the controller's configuration, and look for PID errors (D117)."""
+        c, s = self.cfg[i], self.st[i]
+        n = self._loops[i].numbers()
+        configure(c, n)
+        write_state(s, n)
+        self._note_error(s, lowest_error(n))
+        if not s.error:
+            coefficients(c, s)
+
+    @staticmethod
+    def _note_error(s: State, error: int) -> None:
+        """The lowest error that is active; a loop in Auto or Autotune goes to Manual at once (D118)."""
+        if error == s.error:
+            return
+        s.error = error
+        s.status &= ~bits.PID_ERROR
+        s.requested = 0
+        if not error:
+            click_modes.tell(s, click_modes.CLEARED)
+            return
+        s.status |= bits.PID_ERROR
+        if s.status & bits.MANUAL:
+            click_modes.tell(s, click_modes.NOTED_ERROR + error)
+        else:
+            click_modes.to_manual(s, click_modes.OVERRIDE_ERROR + error)
+
+    def _show(self, i: int, sig: MutableSequence[float]) -> None:
+        """The signals of a loop as its registers say; in STOP mode nothing drives its outputs (D120)."""
+        c, s = self.cfg[i], self.st[i]
+        stopped = bool(s.busy & bits.STOPPED)
+        sig[c.sig_pv], sig[c.sig_sp], sig[c.sig_bias] = shown(s.pv), shown(s.sp), shown(s.bias)
+        sig[c.sig_out] = 0.0 if stopped else shown(s.out)
+        if stopped:
+            sig[c.sig_pwm] = 0.0
+
+
+def scale_of(c: Config) -> tuple[float, float, int]:
+    """The ends of the PV's range, 0 to 100 where the registers hold none, and what counts as a count (D128)."""
+    if not (isfinite(c.pv_low) and isfinite(c.pv_high) and c.pv_low < c.pv_high):
+        return 0.0, 100.0, COUNTS
+    return c.pv_low, c.pv_high, COUNTS

@@ -1,0 +1,100 @@
+"""The virtual CLICK: what one pass of the main program does for its PID loops.
+
+Design. `scan` is called at every base step, calculates the loops that are due, and renews the discrete outputs of those
+with pulse width modulation. `sample` is one calculation of one loop: PV and filter, mode requests, set-point limits,
+alarms, autotune, equation, output limits. Every result of the calculation is rounded to single precision (D110).
+Nothing here knows files, names or units: see `plc.load` for how registers become `Config` and `State`.
+
+Signals of a loop (slots in `Config`): ``sig_in`` is read, in the PV's unit; ``sig_pv``, ``sig_sp``, ``sig_out``,
+``sig_bias`` are written as the registers say, and ``sig_pwm`` is 0 or 100.
+"""
+
+from __future__ import annotations
+
+from pidcfg.sim.controllers.click.alarms import alarms
+from pidcfg.sim.controllers.click.autotune import tune
+from pidcfg.sim.controllers.click.equation import calculate, within
+from pidcfg.sim.controllers.click.errors import BIAS_ERROR
+from pidcfg.sim.controllers.click.memory import Options
+from pidcfg.sim.controllers.click.modes import OVERRIDE_ERROR, modes, to_manual
+from pidcfg.sim.controllers.click.plc import Click, load
+from pidcfg.sim.controllers.click.pwm import pulse
+from pidcfg.sim.controllers.click.state import AUTO, FIRST, GOAL, NAN, PID_ERROR, REQUEST, TUNING, Config, State
+from pidcfg.sim.controllers.click.words import shown
+from pidcfg.sim.terms import single
+
+__all__ = ["INLINED", "KERNELS", "Click", "Config", "Options", "State", "load", "sample", "scan"]
+
+
+LARGEST = float("inf")
+"""Every number is at most this; what is none is not."""
+
+
+def measured(c: Config, s: State, x: float) -> float:
+    """The raw PV through its filter; the first sample has no past (D115). Returns the PV of the sample before."""
+    s.raw = single(x)
+    old = s.pv
+    if s.busy & FIRST:
+        s.busy &= ~FIRST
+        old = s.raw
+    s.pv = single(old + single(c.filter * single(s.raw - old))) if c.filtered else s.raw
+    return old
+
+
+def limit_setpoint(c: Config, s: State) -> None:
+    """An enabled limit takes the place of a set point beyond it (D126)."""
+    if c.sp_high_on and s.sp > c.sp_high:
+        s.sp = c.sp_high
+    if c.sp_low_on and s.sp < c.sp_low:
+        s.sp = c.sp_low
+
+
+def control(c: Config, s: State) -> None:
+    """The output in Auto, within its limits; what is no number is not written (D116)."""
+    m = calculate(c, s)
+    if abs(m) <= LARGEST:
+        s.out = within(c.out_low, c.out_high, m)
+    else:
+        s.y1 = 0.0
+        if not s.bias <= LARGEST:
+            s.bias = NAN
+            s.error = BIAS_ERROR
+            s.status |= PID_ERROR
+            to_manual(s, OVERRIDE_ERROR + BIAS_ERROR)
+
+
+def sample(c: Config, s: State, aux: list[float], sig: list[float]) -> None:
+    """One calculation of a loop."""
+    old = measured(c, s, sig[c.sig_in])
+    if s.busy & (REQUEST | GOAL):
+        modes(c, s)
+    limit_setpoint(c, s)
+    alarms(c, s, old)
+    if s.status & TUNING:
+        tune(c, s, aux)
+    if s.status & AUTO:
+        control(c, s)
+    sig[c.sig_pv] = s.pv
+    sig[c.sig_sp] = shown(s.sp)
+    sig[c.sig_out] = shown(s.out)
+    sig[c.sig_bias] = shown(s.bias)
+
+
+def scan(tick: int, cfg: list[Config], st: list[State], aux: list[float], sig: list[float]) -> None:
+    """One pass at ``tick``: every loop that is due, and every discrete output."""
+    for i in range(len(cfg)):
+        c = cfg[i]
+        s = st[i]
+        due = s.due
+        if tick >= due:
+            due += s.period
+            s.due = due if due > tick else tick + s.period
+            sample(c, s, aux, sig)
+        if c.pwm:
+            sig[c.sig_pwm] = pulse(c, s, tick)
+
+
+KERNELS = (scan,)
+"""Where the compiler begins; what these call follows by itself."""
+INLINED = (scan, sample, calculate)
+"""The hot path of compiled code."""

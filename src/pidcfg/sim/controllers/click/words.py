@@ -1,0 +1,139 @@
+"""From the registers of a CLICK loop to the numbers that the controller calculates with, and back."""
+
+from __future__ import annotations
+
+import struct
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from pidcfg.encoders.maps.click import BLOCKS, SPACE
+from pidcfg.encoders.plain import unnamed
+from pidcfg.encoders.spaces import SINGLE
+from pidcfg.schemas.click import BITS, FLOATS, INTEGERS
+from pidcfg.sim.controllers.click.errors import nearest_allowed
+from pidcfg.sim.plc import TICKS
+from pidcfg.sim.terms import single
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from pidcfg.sim.controllers.click.state import Config, State
+
+BANKS = {"bits": BITS, "integers": INTEGERS, "floats": FLOATS}
+ROWS = [
+    (key, prefix, row) for key, (prefix, table) in BLOCKS.items() for row in table.words if row.access != "reserved"
+]
+"""Every register that means something: its block, its bank and its row."""
+MILLISECOND = TICKS // 1000
+STATE = {
+    "setpoint": "sp",
+    "bias": "bias",
+    "output": "out",
+    "raw_pv": "raw",
+    "pv": "pv",
+    "proportional_gain": "gain",
+    "reset_time": "reset",
+    "derivative_gain": "rate",
+    "sample_rate": "sample_ms",
+}
+"""Registers that the controller writes too, and where `State` has them."""
+MEASURED = ("raw_pv", "pv")
+"""Registers that only the controller writes."""
+
+
+def float_of(raw: int) -> float:
+    """The number that single-precision bits are, exactly."""
+    value: float = struct.unpack(">f", raw.to_bytes(4, "big"))[0]
+    return value
+
+
+def bits_of(value: float) -> int:
+    """The bits of a single-precision number."""
+    return int.from_bytes(struct.pack(">f", value), "big")
+
+
+@dataclass(slots=True)
+class Loop:
+    """A loop's registers by name, and what no register holds."""
+
+    name: str
+    goal: str
+    has_setpoint: bool
+    """Whether the set point register is meant: a configuration may leave it to the operator."""
+    pwm: bool
+    starts: Mapping[str, int]
+    """The number of each block's first register."""
+    words: dict[str, int]
+
+    def numbers(self) -> dict[str, float]:
+        """What every register holds."""
+        return {row.name: number_of(prefix, self.words[row.name]) for _, prefix, row in ROWS}
+
+    def absorb(self, s: State) -> None:
+        """Put what the controller has written into the registers."""
+        for name, field in STATE.items():
+            value = getattr(s, field)
+            self.words[name] = value & 0xFFFF if isinstance(value, int) else bits_of(value)
+
+
+def number_of(prefix: str, raw: int) -> float:
+    """What a register of a bank holds."""
+    kind = SPACE.kind(SPACE.number(prefix, 1))
+    return float_of(raw) if kind is SINGLE else kind.show(raw)
+
+
+def loop_of(words: Mapping[int, int], index: int, own: Mapping[str, Any]) -> Loop:
+    """A loop from the PLC's memory and its entry in the image's settings; what nobody has written is 0."""
+    starts = {key: BANKS[key].parse(own[key]) for key in BLOCKS}
+    found = {row.name: words.get(SPACE.number(prefix, starts[key] + row.offset), 0) for key, prefix, row in ROWS}
+    output = own.get("output") or {}
+    name = str(own.get("loop", unnamed(index)))
+    return Loop(
+        name, own.get("mode", "manual"), own.get("setpoint") is not False, output.get("pwm") is not None, starts, found
+    )
+
+
+def configure(c: Config, n: Mapping[str, float]) -> None:
+    """Everything in a loop's `Config` that follows from its registers."""
+    c.filtered = int(n["filter_enable"])
+    c.filter = single(nearest_allowed("filter", n["filter"]) / 100.0)
+    c.sp_low_on, c.sp_low = int(n["setpoint_lower_enable"]), n["setpoint_lower"]
+    c.sp_high_on, c.sp_high = int(n["setpoint_upper_enable"]), n["setpoint_upper"]
+    c.squared = int(n["error_squared"])
+    c.deadband = n["deadband"]
+    c.deadband_on = int(n["deadband_enable"] and c.deadband > 0.0)
+    c.reverse = int(n["action"])
+    c.bumpless = 2 if n["bumpless_mode"] else 1
+    c.freeze = int(n["freeze_bias"])
+    c.limited, c.limit = int(n["derivative_limit_enable"]), float(n["derivative_gain_limit"])
+    c.out_low, c.out_high = n["output_lower"], n["output_upper"]
+    c.pwm_period = int(nearest_allowed("pwm_period", n["pwm_period"])) * TICKS
+    c.tune_closed, c.tune_pi = int(n["autotune_method"]), int(n["autotune_type"])
+    c.tune_hysteresis = n["autotune_hysteresis"]
+    c.pv_low, c.pv_high = n["pv_lower"], n["pv_upper"]
+    _alarms(c, n)
+
+
+def _alarms(c: Config, n: Mapping[str, float]) -> None:
+    c.pv_alarms, c.deviation_alarms = int(n["pv_alarm_enable"]), int(n["deviation_alarm_enable"])
+    c.rate_alarm = int(n["rate_alarm_enable"])
+    c.low_low, c.low, c.high, c.high_high = n["pv_low_low"], n["pv_low"], n["pv_high"], n["pv_high_high"]
+    c.deviation_high, c.deviation_high_high = n["deviation_high"], n["deviation_high_high"]
+    c.rate_of_change, c.hysteresis = n["rate_of_change"], n["hysteresis"]
+
+
+def write_state(s: State, n: Mapping[str, float]) -> None:
+    """The registers that the controller writes too, as they stand in memory; the sample rate within its limits."""
+    for name, field in STATE.items():
+        setattr(s, field, n[name])
+    s.period = sample_ticks(n["sample_rate"])
+
+
+def sample_ticks(milliseconds: float) -> int:
+    """The time between two samples (D118)."""
+    return int(nearest_allowed("sample_rate", milliseconds)) * MILLISECOND
+
+
+def shown(value: float) -> float:
+    """What a signal shows of a register: 0 for what is no number (D116; kernel)."""
+    return value if value - value == 0.0 else 0.0
