@@ -15,6 +15,7 @@ import jsonschema
 import pytest
 
 from pidcfg.cli.main import COMMANDS
+from pidcfg.vendors import VENDORS
 
 ROOT = Path(__file__).parents[1]
 REACTOR = ROOT / "examples" / "dl06" / "reactor.yaml"
@@ -358,7 +359,7 @@ def test_the_starter_file_passes_and_is_never_overwritten(tmp_path):
     assert run("init", "--vendor", "dl06", "-o", "new.yaml", cwd=tmp_path).returncode == 2
 
 
-@pytest.mark.parametrize("kind", ["dl06", "scenario"])
+@pytest.mark.parametrize("kind", [*VENDORS, "scenario"])
 def test_json_schemas_are_valid_and_say_what_every_key_means(kind):
     schema = json.loads(run("schema", kind).stdout)
     jsonschema.Draft202012Validator.check_schema(schema)
@@ -374,11 +375,18 @@ def test_the_json_schema_accepts_the_examples_and_refuses_what_validate_refuses(
     rate = schema["$defs"]["Loop"]["properties"]["sample_rate"]["anyOf"][0]
     assert (rate["minimum"], rate["maximum"]) == (0.05, 99.99)
     assert schema["$defs"]["Loop"]["additionalProperties"] is False
+
+
+@pytest.mark.parametrize("kind", [*VENDORS, "scenario"])
+def test_the_json_schemas_accept_the_examples(kind):
     from ruamel.yaml import YAML
 
-    for path in sorted((ROOT / "examples/dl06").glob("*.yaml")):
-        if "scenario" not in path.name:
-            jsonschema.validate(YAML(typ="safe").load(path), schema)
+    schema = json.loads(run("schema", kind).stdout)
+    examples = [YAML(typ="safe").load(path) for path in sorted((ROOT / "examples").glob("*/*.yaml"))]
+    own = [data for data in examples if data.get("vendor", "scenario") == kind]
+    assert len(own) >= 3
+    for data in own:
+        jsonschema.validate(data, schema)
 
 
 @pytest.mark.parametrize("name", COMMANDS)
