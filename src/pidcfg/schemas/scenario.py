@@ -23,6 +23,7 @@ from pidcfg.schemas.scenario_fields import (
     Percent,
     Times,
     Truth,
+    both_forms,
     by_key,
     whole,
 )
@@ -163,7 +164,9 @@ class Scenario(Model):
     """Base step; not given: the greatest common step of the sample rates."""
     initial: Initial | None = None
     """``steady``: settled at the configured set points when time starts. Or the output that each loop starts with."""
-    plants: Annotated[dict[Key, Plant], BeforeValidator(by_key), Field(default_factory=dict)]
+    plants: Annotated[
+        dict[Key, Plant], BeforeValidator(by_key), Field(default_factory=dict, json_schema_extra=both_forms)
+    ]
     """By loop, or a list with names."""
     connect: Annotated[dict[str, Expression], Field(default_factory=dict)]
     """What a loop's PV is wired to, ``TIC_1.PV: MV_out * 2``."""

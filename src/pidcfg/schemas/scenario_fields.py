@@ -91,6 +91,13 @@ def by_key(value: object) -> object:
     return dict(enumerate(value)) if isinstance(value, list) else value
 
 
+def both_forms(schema: dict[str, Any]) -> None:
+    """The JSON Schema of a mapping, changed so that a list of the same things is as good."""
+    items = schema.pop("additionalProperties")
+    del schema["type"]
+    schema["anyOf"] = [{"type": "object", "additionalProperties": items}, {"type": "array", "items": items}]
+
+
 def rejoin(value: object) -> object:
     """Puts an expression together that a YAML mapping in braces cut at its commas.
 
