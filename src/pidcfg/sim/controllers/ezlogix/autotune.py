@@ -35,6 +35,11 @@ ENOUGH = 0.10
 SMALL = 0.02
 AUDIBLE = 4.0
 """Counts that the PV must move by to count as an answer, or six standard deviations of its noise."""
+BLOCKS = 6
+CLEAR = 8.0
+"""Counts, or eight standard deviations, that make a rise between two of these comparable with others."""
+REMAINDER = 1.5
+"""What a first-order answer comes to, once it rises half as fast as it did."""
 SETTLING = 24
 """Points without which nothing counts as settled."""
 GAIN_MOST, RESET_MOST, RATE_MOST = 9999.0, 60000.0, 6000.0
@@ -115,6 +120,24 @@ def compute(c: Config, s: State, aux: list[float]) -> None:
     end_tune(c, s, DONE)
 
 
+def flattens(s: State, first: int, aux: list[float]) -> bool:
+    """Whether the answer rises half as fast as it did, between sixths of it: the steepest slope lies behind."""
+    width = s.tune_points // BLOCKS
+    at = first + s.tune_points - width
+    above = mean(aux, at, width)
+    recent = 0.0
+    best = 0.0
+    for j in range(1, BLOCKS):
+        below = mean(aux, at - j * width, width)
+        rise = above - below
+        above = below
+        if j == 1:
+            recent = rise
+        if rise > best:
+            best = rise
+    return best > max(CLEAR, 8.0 * s.tune_noise) and recent <= best / 2.0
+
+
 def answered(c: Config, s: State, aux: list[float]) -> int:
     """Whether the answer is complete: 0 not yet, 1 it is, 2 it goes the wrong way."""
     n = s.tune_points
@@ -131,7 +154,12 @@ def answered(c: Config, s: State, aux: list[float]) -> int:
         settled = moved <= max(SMALL * change, s.tune_noise, 1.0)
     if s.tune_change < 0.0:
         return 2 if settled else 0
-    return 1 if settled or change >= ENOUGH * c.pv_span else 0
+    if settled or change >= ENOUGH * c.pv_span:
+        return 1
+    if n >= SETTLING and flattens(s, c.tune_buffer, aux):
+        s.tune_change *= REMAINDER
+        return 1
+    return 0
 
 
 def respond(c: Config, s: State, aux: list[float], x: float) -> None:

@@ -102,9 +102,9 @@ ENGINE = (
     ),
     Decision(
         175, "the control output is as fine as the base step",
-        "The signal O is 1 or 0 for a whole base step, as it is in the middle of that step. A scenario with pulses "
-        "that are short against the sample rate gives a `step`; a plant on the pulses reads `O`, in an expression such "
-        "as `OVEN.O * 100`, any other one reads `CV`.",
+        "The signal O is 1 or 0 for a whole base step, as it is in the middle of that step (of the first one: at its "
+        "beginning). A scenario with pulses that are short against the sample rate gives a `step`; a plant on the "
+        "pulses reads `O`, in an expression such as `OVEN.O * 100`, any other one reads `CV`.",
         "Nothing is calculated between two base steps.",
     ),
     Decision(
@@ -121,8 +121,9 @@ ENGINE = (
     Decision(
         178, "autotune's reaction curve",
         "The CV is held for 16 samples that tell the noise, then steps up by 410 counts (10 % of its range) until the "
-        "PV has moved by 10 % of its span or has settled. Slope by regression, dead time at least one sample; PID: "
-        "Kp = 1.2/(R L), Ti = 2 L, Td = 0.5 L; PI: 0.9/(R L) and 3.33 L, without derivative. The sample rate stays.",
+        "PV has moved by 10 % of its span, has settled, or rises half as fast as before. Slope by regression, dead "
+        "time at least one sample; PID: Kp = 1.2/(R L), Ti = 2 L, Td = 0.5 L; PI: 0.9/(R L) and 3.33 L, without "
+        "derivative. The sample rate stays.",
         "The manual names the method, the step and the states; the coefficients are those of Ziegler and Nichols.",
     ),
     Decision(

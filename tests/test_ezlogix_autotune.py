@@ -1,0 +1,342 @@
+"""Autotune of the virtual EZLogix on first-order plants with dead time, against the formulas.
+
+The regression line covers a tenth of the answer, between about 10 % and 20 % of it or earlier, where a first-order
+answer has on average 1 - 0.1 of its steepest slope; the gain may thus be up to 10 % high. A window that is a whole
+number of points moves it the other way by at most one point in that window. Its line meets the baseline within half a
+sample of the dead time, plus what half a count of rounding makes of it.
+"""
+
+from __future__ import annotations
+
+import pytest
+
+from ezlogix_rig import SCALED, STATUS, FirstOrder, Fixed, Rig, change, play, plc
+from pidcfg.sim.controllers.ezlogix import state as bits
+from pidcfg.sim.controllers.ezlogix.report import TUNE_STATUS
+
+
+def until_tuned(rig, s, most=20000):
+    for _ in range(most):
+        rig.step()
+        if s.busy & bits.TUNE == 0:
+            return
+    raise AssertionError("the autotune did not come to an end")
+
+
+def loop(k, time_constant, dead_time, ts, /, *, noise=0.0, direct=0, out=1500.0, mode="manual", **fields):
+    """A loop at rest at 1500 counts of CV and 1000 of PV, whose autotune has been asked for."""
+    rig = Rig(base=ts, noise=noise)
+    g = -k if direct else k
+    plant = FirstOrder(g, time_constant, dead_time, initial=1000.0, offset=1000.0 - g * out)
+    _, s = rig.add(plant, mode, out=out, sp=1000.0, direct=direct, **fields)
+    rig.step(20)
+    rig.tune()
+    return rig, s
+
+
+PLANTS = [
+    (1.0, 20.0, 4.0, 0.5),
+    (0.5, 20.0, 4.0, 0.5),
+    (0.15, 20.0, 4.0, 0.5),
+    (2.0, 60.0, 5.0, 1.0),
+    (2.0, 60.0, 5.0, 0.05),
+    (5.0, 100.0, 2.0, 0.1),
+    (1.0, 10.0, 10.0, 0.5),
+    (1.0, 240.0, 16.0, 2.0),
+]
+
+
+@pytest.mark.parametrize("direct", [0, 1])
+@pytest.mark.parametrize(("gain", "time_constant", "dead_time", "ts"), PLANTS)
+def test_the_gains_are_those_of_ziegler_and_nichols(gain, time_constant, dead_time, ts, direct):
+    rig, s = loop(gain, time_constant, dead_time, ts, direct=direct)
+    until_tuned(rig, s)
+    kp = 1.2 * time_constant / (gain * dead_time)
+
+    assert (s.tune_status, rig.log) == (3, [])
+    assert 0.95 * kp <= s.gain <= 1.12 * kp
+    assert s.reset == pytest.approx(2.0 * dead_time, abs=0.5 * ts + 0.05 * dead_time + 0.05)
+    assert s.rate == pytest.approx(0.5 * dead_time, abs=0.25 * ts + 0.05 * dead_time + 0.05)
+    assert (s.tune_gain, s.tune_reset, s.tune_rate) == (s.gain, s.reset, s.rate)
+
+
+def test_pi_has_no_derivative():
+    rig, s = loop(1.0, 20.0, 4.0, 0.5, tune_pi=1, rate=3.0)
+    until_tuned(rig, s)
+
+    assert s.rate == 0.0
+    assert s.gain == pytest.approx(0.9 * 20.0 / 4.0, rel=0.1)
+    assert s.reset == pytest.approx(3.33 * 4.0, rel=0.05)
+
+
+def test_results_have_the_digits_of_their_registers_and_act():
+    rig, s = loop(1.0, 20.0, 4.0, 0.5)
+    until_tuned(rig, s)
+
+    for value, digits in ((s.gain, 100), (s.reset, 10), (s.rate, 10)):
+        assert value == round(value * digits) / digits > 0.0
+    assert (s.kp, s.ki, s.kd) == (s.gain, s.gain * 0.5 / s.reset, s.gain * s.rate / 0.5)
+    assert s.period == 500_000, "the sample rate stays"
+
+
+def test_the_step_is_a_tenth_of_the_range_and_comes_after_a_look_at_the_noise():
+    rig, s = loop(1.0, 20.0, 4.0, 0.5)
+    rows = []
+    while s.busy & bits.TUNE:
+        rows += rig.trace(1, "out", "tune_status")
+    outs = [out for out, _ in rows]
+
+    assert outs[:15] == [1500.0] * 15
+    assert outs[15:-1] == [1910.0] * (len(outs) - 16)
+    assert outs[-1] == 1500.0
+    assert [status for _, status in rows] == [1] * (len(rows) - 2) + [2, 3]
+    assert rig.sig[STATUS] == 3.0
+
+
+def test_noise_is_borne():
+    gains = []
+    for seed in range(8):
+        rig, s = loop(1.0, 20.0, 4.0, 0.5, noise=3.0)
+        rig.random.seed(seed)
+        until_tuned(rig, s)
+        gains.append(s.gain / 6.0)
+
+    assert all(0.7 <= gain <= 1.3 for gain in gains)
+    assert sum(gains) / len(gains) == pytest.approx(1.03, abs=0.10)
+
+
+def test_a_root_loop_is_tuned_on_the_root_of_its_pv():
+    """At 1024 counts a root moves by 1/64 of the PV; in counts of full scale that is as much again."""
+    rig = Rig(base=0.5)
+    plant = FirstOrder(1.0, 20.0, 4.0, initial=1024.0, offset=1024.0 - 1500.0)
+    _, s = rig.add(plant, out=1500.0, sp=32.0, root=1, scale=64.0)
+    rig.step(20)
+    rig.tune()
+    until_tuned(rig, s)
+
+    assert s.gain == pytest.approx(1.2 * 20.0 / 4.0, rel=0.15)
+
+
+# --- in any mode -----------------------------------------------------------------------------------------------------
+
+
+def test_a_loop_in_auto_is_tuned_and_goes_on_from_its_old_cv():
+    rig, s = loop(1.0, 20.0, 4.0, 0.5, mode="auto", gain=0.5, reset=40.0, offset=100.0)
+    until_tuned(rig, s)
+
+    assert s.status & bits.MODES == bits.AUTO
+    assert s.tune_status == 3
+    e = 1000.0 - s.pv
+    assert s.integral == pytest.approx(1500.0 - 100.0 + s.ki * e)
+    assert s.out == pytest.approx(max(1500.0 + s.gain * e + s.ki * e, 0.0), abs=0.5)
+    rig.run(300)
+    assert s.pv == pytest.approx(1000.0, abs=2.0)
+
+
+def test_the_mode_may_change_while_it_runs():
+    rig, s = loop(1.0, 20.0, 4.0, 0.5, mode="auto", gain=0.5, reset=40.0)
+    rig.step(25)
+    rig.request("manual")
+    rig.step()
+    assert (s.status & bits.MODES, s.out) == (bits.MANUAL, 1910.0)
+    until_tuned(rig, s)
+
+    assert (s.tune_status, s.out, s.status & bits.MODES) == (3, 1500.0, bits.MANUAL)
+
+
+# --- how it ends -----------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("at", [3, 30])
+@pytest.mark.parametrize("mode", ["manual", "auto"])
+def test_cancelling_gives_the_cv_back(at, mode):
+    rig, s = loop(1.0, 20.0, 10.0, 0.5, mode=mode, gain=0.5, reset=40.0)
+    rig.step(at)
+    rig.tune(on=False)
+    rig.step()
+
+    assert (s.tune_status, s.tune_left, s.status & (bits.TUNING | bits.TUNE_ERROR)) == (4, 600_000_000, 0)
+    assert s.out == pytest.approx(1500.0, abs=30.0 if mode == "auto" else 0.0)
+    assert (s.gain, s.reset) == (0.5, 40.0)
+    assert rig.log == ["autotune: cancelled (status 4)"]
+
+
+def test_after_its_end_the_bit_first_makes_it_idle_and_then_starts_it_again():
+    rig, s = loop(1.0, 20.0, 4.0, 0.5)
+    until_tuned(rig, s)
+    seen = []
+    for on in (False, True, False, True):
+        rig.tune(on=on)
+        rig.step(2)
+        seen.append(s.tune_status)
+
+    assert seen == [3, 0, 0, 1]
+
+
+def test_a_cancel_without_an_autotune_does_nothing():
+    rig, s = loop(1.0, 20.0, 4.0, 0.5)
+    rig.tune(on=False)
+    rig.step(5)
+
+    assert (s.tune_status, s.busy, s.out, rig.log) == (0, 0, 1500.0, [])
+
+
+@pytest.mark.parametrize(("out", "high", "status"), [
+    (3685.0, 4095.0, 1), (3686.0, 4095.0, 5), (590.0, 1000.0, 1), (591.0, 1000.0, 5),
+])  # fmt: skip
+def test_a_step_beyond_the_high_limit_is_not_made(out, high, status):
+    rig, s = loop(1.0, 20.0, 4.0, 0.5, out=out, m_high=high)
+    rig.step()
+
+    assert (s.tune_status, s.out) == (status, out)
+    assert bool(s.status & bits.TUNE_ERROR) is (status == 5)
+
+
+def test_in_auto_a_refused_step_does_not_disturb_the_loop():
+    rig, s = loop(1.0, 20.0, 4.0, 0.5, out=3900.0, mode="auto", gain=0.5, reset=40.0, offset=100.0)
+    before = s.integral
+    rig.plants[0].value = s.pv = 990.0
+    rig.step()
+
+    assert s.tune_status == 5
+    assert s.integral == pytest.approx(before, abs=1.0)
+    assert s.busy & bits.FRESH == 0
+
+
+def test_a_pv_that_does_not_move_has_no_dead_time():
+    rig = Rig(base=0.5)
+    rig.add(Fixed(1000.0), out=1500.0, timeout=20_000_000)
+    rig.tune()
+    rows = rig.trace(42, "tune_status", "tune_left", "out")
+
+    assert [left for _, left, _ in rows[:3]] == [19_500_000, 19_000_000, 18_500_000]
+    assert [status for status, *_ in rows] == [1] * 40 + [8] * 2
+    assert rows[-1] == (8, 20_000_000, 1500.0)
+    assert rig.log == ["autotune: no dead time was found (status 8)"]
+
+
+def test_an_answer_that_is_not_complete_in_time_fits_no_curve():
+    rig, s = loop(1.0, 400.0, 4.0, 0.5, timeout=30_000_000)
+    until_tuned(rig, s)
+
+    assert (s.tune_status, s.out) == (6, 1500.0)
+    assert s.status & bits.TUNE_ERROR
+
+
+@pytest.mark.parametrize("direct", [0, 1])
+def test_a_pv_that_goes_the_wrong_way_fits_no_curve(direct):
+    """Autotune with the wrong action must not write gains."""
+    rig, s = loop(1.0, 20.0, 4.0, 0.5, direct=direct)
+    plant = rig.plants[0]
+    plant.gain, plant.offset = -plant.gain, 2000.0 - plant.offset
+    plant.line = None
+    until_tuned(rig, s)
+
+    assert (s.tune_status, s.gain, s.out) == (6, 0.0, 1500.0)
+
+
+@pytest.mark.parametrize(("plant", "given"), [
+    ((0.5, 300.0, 1.0, 0.5), {}),  # gain 1.2 T/(K L) = 720
+    ((1.0, 20.0, 0.05, 0.05), {"tune_pi": 0}),  # derivative 0.5 L rounds to 0
+])  # fmt: skip
+def test_results_beyond_their_registers_are_not_written(plant, given):
+    rig, s = loop(*plant, gain=1.5, reset=30.0, rate=2.0, **given)
+    until_tuned(rig, s)
+
+    assert (s.tune_status, s.gain, s.reset, s.rate) == (9, 1.5, 30.0, 2.0)
+    assert rig.log == ["autotune: a gain or time is out of range (status 9)"]
+
+
+def test_a_new_start_clears_the_error():
+    rig, s = loop(1.0, 20.0, 4.0, 0.5, out=3900.0)
+    rig.step()
+    assert s.status & bits.TUNE_ERROR
+    rig.tune()
+    rig.step()
+
+    assert (s.tune_status, s.status & bits.TUNE_ERROR) == (0, 0)
+
+
+# --- from outside ----------------------------------------------------------------------------------------------------
+
+
+def test_commands_and_report():
+    machine = plc({**SCALED, "tuning": {"proportional_gain": 2}})
+    play(machine, 1, [50.0])
+    assert machine.tuned(0) is None
+    machine.autotune(0, "start")
+    play(machine, 2, [50.0], start=1)
+    assert machine.tuned(0) == {"done": False, "error": False, "status": "1: collecting data", "results": {}}
+    machine.autotune(0, "start")
+    assert play(machine, 1, [50.0], start=3) == [(3, "L1", None, "autotune is running already")]
+    assert change(machine, "output", 10) == "the autotune holds the CV"
+    machine.autotune(0, "cancel")
+    play(machine, 1, [50.0], start=4)
+    assert machine.tuned(0) == {"done": False, "error": False, "status": "4: cancelled", "results": {}}
+    assert change(machine, "output", 45) is None
+    for k in (5, 6):
+        machine.autotune(0, "start")
+        play(machine, 1, [50.0], start=k)
+
+    assert machine.tuned(0) == {
+        "done": False, "error": True, "status": "5: the CV could not be incremented", "results": {}
+    }  # fmt: skip
+
+
+def test_results_have_the_names_of_the_configuration_and_stand_in_the_registers():
+    machine = plc({"sample_rate": 0.5, "tuning": {"proportional_gain": 1}})
+    machine.st[0].out = 1500.0
+    plant = FirstOrder(1.0, 20.0, 4.0, initial=1000.0, offset=-500.0)
+    machine.autotune(0, "start")
+    for k in range(200):
+        if k:
+            plant.step(machine.st[0].out, 0.5)
+        play(machine, 1, [plant.value], base=500_000, start=k)
+    tuned = machine.tuned(0)
+
+    assert (tuned["done"], tuned["error"], tuned["status"]) == (True, False, "3: done")
+    assert list(tuned["results"]) == ["proportional_gain", "integral_time", "derivative_time"]
+    found = tuple(tuned["results"].values())
+    assert found == (machine.st[0].gain, machine.st[0].reset, machine.st[0].rate)
+    change(machine, "deadband", 3)
+    assert found == (machine.st[0].gain, machine.st[0].reset, machine.st[0].rate), "the registers hold the results"
+    change(machine, "tuning.proportional_gain", 1)
+    assert machine.tuned(0)["results"]["proportional_gain"] == found[0]
+
+
+def test_the_timeout_register_is_the_countdown():
+    machine = plc({"autotune": {"timeout": 600}})
+    machine.autotune(0, "start")
+    play(machine, 5, [0.0])
+    assert machine.st[0].tune_left == 600_000_000 - 500_000
+    change(machine, "autotune.timeout", 0)
+    said = play(machine, 1, [0.0], start=5)
+
+    assert said == [(5, "L1", None, "autotune: no dead time was found (status 8)")]
+
+
+@pytest.mark.parametrize("given", [{"sample_rate": 0.1}, {"process_when_stopped": False}])
+def test_what_is_not_calculated_waits_with_its_autotune(given):
+    stopped = "process_when_stopped" in given
+    machine = plc({"sample_rate": 0.1}, **(given if stopped else {}))
+    play(machine, 1, [0.0])
+    if stopped:
+        machine.program(machine.sig)
+    else:
+        change(machine, "sample_rate", 0)
+    play(machine, 1, [0.0], start=1)
+    machine.autotune(0, "start")
+    said = play(machine, 3, [0.0], start=2)
+    assert [text.split(":")[0] for *_, text in said] == ["waits"]
+    assert machine.st[0].tune_status == 0
+    if stopped:
+        machine.run(500_000)
+    else:
+        change(machine, "sample_rate", 0.1)
+    play(machine, 1, [0.0], start=5)
+
+    assert machine.st[0].tune_status == 1
+
+
+def test_every_state_of_the_manual_has_words():
+    assert sorted(TUNE_STATUS) == list(range(11))

@@ -1,0 +1,280 @@
+"""Manual and Auto of the virtual EZLogix, cascades by a shared register, and the PLC's switch."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from decimal import Decimal
+
+import pytest
+
+from ezlogix_rig import CV, PV, SCALED, SP, Fixed, O, Rig, change, image, play, plc
+from pidcfg.schemas.base import Quantity
+from pidcfg.sim.controllers.ezlogix.scan import load
+
+PI = {"proportional_gain": 2, "integral_time": 10}
+PULSE = {"tag": "O1", "cycle_time": 1.0}
+
+
+def mode(machine, i=0):
+    return machine.mode(machine.st[i].status)
+
+
+# --- transfers -------------------------------------------------------------------------------------------------------
+
+
+def test_manual_to_auto_begins_with_the_cv():
+    """The integral term is the CV without the offset: at the set point nothing moves."""
+    rig = Rig()
+    _, s = rig.add(Fixed(2000.0), sp=2000.0, out=1234.0, gain=3.0, reset=5.0, rate=2.0, offset=1000.0)
+    rig.step(3)
+    rig.request("auto")
+    rig.step()
+
+    assert (s.out, s.integral) == (1234.0, 234.0)
+
+
+def test_the_proportional_term_comes_on_top():
+    rig = Rig()
+    _, s = rig.add(Fixed(1990.0), "auto", sp=2000.0, out=1000.0, gain=3.0, reset=3.0)
+    rig.step()
+
+    assert s.out == 1000.0 + 30.0 + 1.0
+
+
+@pytest.mark.parametrize("velocity", [0, 1])
+def test_a_transfer_has_no_past(velocity):
+    """The PV of the time in Manual makes no derivative kick."""
+    rig = Rig()
+    _, s = rig.add(Fixed(1000.0), "auto", sp=2000.0, out=1000.0, reset=1000.0, rate=5.0, velocity=velocity)
+    rig.step(2)
+    rig.request("manual")
+    rig.step()
+    held = s.out
+    rig.follow([1990.0], "out")
+    rig.request("auto")
+    rig.follow([2000.0], "out")
+
+    assert s.out == held
+
+
+def test_in_manual_the_cv_stays_and_is_the_operators():
+    rig = Rig()
+    _, s = rig.add(Fixed(1000.0), "auto", sp=2000.0, gain=1.0)
+    rig.step(2)
+    rig.request("manual")
+    assert rig.follow([1100.0, 1200.0], "out") == [(1000.0,)] * 2
+    s.out = 17.0
+    rig.step()
+
+    assert (s.out, rig.sig[CV]) == (17.0, 17.0)
+
+
+def test_auto_in_auto_changes_nothing():
+    rig = Rig()
+    _, s = rig.add(Fixed(1990.0), "auto", sp=2000.0, out=1000.0, gain=3.0, reset=3.0)
+    rig.step(5)
+    before = s.integral
+    rig.request("auto")
+    rig.step()
+
+    assert s.integral == before + 1.0
+
+
+def test_a_loop_starts_in_the_mode_of_its_discrete():
+    machine = plc({"mode": "auto", "tuning": PI, "setpoint": {"value": 2000}}, {"mode": "manual"})
+    machine.set_output(0, Quantity(Decimal(1000), counts=True), machine.sig)
+    assert machine.sig[CV] == 1000.0
+    said = play(machine, 1, [2000.0, 0.0])
+
+    assert (machine.goals, [mode(machine, i) for i in (0, 1)], said) == (["auto", "manual"], ["auto", "manual"], [])
+    assert machine.st[0].out == 1000.0
+
+
+def test_a_request_is_granted_at_the_next_calculation():
+    machine = plc({"sample_rate": 0.2})
+    play(machine, 1, [0.0])
+    machine.request(0, "auto")
+    play(machine, 1, [0.0], start=1)
+    assert mode(machine) == "manual"
+    play(machine, 1, [0.0], start=2)
+    assert mode(machine) == "auto"
+    machine.request(0, "manual")
+    play(machine, 2, [0.0], start=3)
+    assert mode(machine) == "manual"
+
+
+# --- no sample rate --------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("raw", [0, 1, 4])
+def test_without_a_sample_rate_a_loop_is_not_calculated(raw):
+    machine = _with_word(100, raw)
+    said = play(machine, 5, [50.0])
+
+    assert machine.periods == [0]
+    assert (machine.st[0].due > 10**15, mode(machine)) == (True, "manual")
+    assert said == [(0, "L1", "auto", "waits: the loop is not calculated, its sample rate is below 0.05 s")]
+
+
+def _with_word(number, raw):
+    made = image({**SCALED, "mode": "auto", "setpoint": {"value": 50}})
+    cells = tuple(replace(cell, raw=raw) if cell.number == number else cell for cell in made.cells)
+    return load(replace(made, cells=cells))
+
+
+def test_the_least_sample_rate_is_calculated():
+    assert _with_word(100, 5).periods == [50_000]
+
+
+def test_a_loop_that_gets_a_sample_rate_begins():
+    machine = _with_word(100, 0)
+    play(machine, 3, [40.0])
+    assert change(machine, "sample_rate", 0.1) is None
+    play(machine, 1, [40.0], start=3)
+    assert (mode(machine), machine.st[0].pv) == ("auto", 1638.0)
+    assert change(machine, "sample_rate", 0) == "the loop is not calculated: its sample rate is below 0.05 s"
+    play(machine, 2, [60.0], start=4)
+
+    assert machine.st[0].pv == 1638.0
+
+
+# --- cascade ---------------------------------------------------------------------------------------------------------
+
+
+def test_a_cv_tag_that_is_a_set_point_register_makes_a_cascade():
+    outer = {"output": {"tag": "R201"}, "tuning": {"proportional_gain": 1}, "setpoint": {"value": 2000}, "mode": "auto"}
+    machine = plc(outer, {"setpoint": {"value": 700}, "mode": "auto"}, {"output": {"tag": "R102"}})
+    assert [c.feeds for c in machine.cfg] == [1, -1, -1]
+    assert machine.st[0].out == 700.0, "the register already holds the inner loop's set point"
+    play(machine, 1, [1700.0, 0.0, 0.0])
+
+    assert (machine.st[0].out, machine.st[1].sp, machine.sig[8 + SP]) == (300.0, 300.0, 300.0)
+    assert machine.st[1].out == 300.0
+
+
+# --- the PLC's switch ------------------------------------------------------------------------------------------------
+
+AUTO = {**SCALED, "mode": "auto", "setpoint": {"value": 50}, "tuning": PI}
+
+
+def test_a_loop_that_is_not_processed_when_stopped_stands_still():
+    machine = plc({**AUTO, "output": {**SCALED["output"], "pulse": PULSE}}, process_when_stopped=False)
+    play(machine, 2, [40.0])
+    before = list(machine.sig)
+    assert before[O] == 1.0
+    machine.program(machine.sig)
+    said = play(machine, 20, [60.0], start=2)
+
+    assert said == [(2, "L1", None, "the PLC is stopped: the loop is not calculated, its outputs stay as they are")]
+    assert machine.sig[1:] == before[1:]
+
+
+def test_running_again_is_a_start():
+    """The integral term follows the CV, and the PV that has moved meanwhile makes no kick."""
+    machine = plc({**AUTO, "tuning": {**PI, "derivative_time": 5}}, process_when_stopped=False)
+    play(machine, 5, [49.0])
+    held = machine.st[0].out
+    machine.program(machine.sig)
+    play(machine, 5, [10.0], start=5)
+    machine.run(1_000_000)
+    play(machine, 1, [50.0], start=10)
+
+    assert mode(machine) == "auto"
+    assert (machine.st[0].integral, machine.st[0].out) == (held, held)
+
+
+def test_a_request_waits_while_the_plc_is_stopped():
+    machine = plc(AUTO, process_when_stopped=False)
+    play(machine, 1, [40.0])
+    machine.program(machine.sig)
+    play(machine, 1, [40.0], start=1)
+    machine.request(0, "manual")
+    said = play(machine, 1, [40.0], start=2)
+    assert said == [(2, "L1", "manual", "waits: the PLC is stopped and the loop is not calculated")]
+    assert mode(machine) == "auto"
+    machine.run(300_000)
+    play(machine, 1, [40.0], start=3)
+
+    assert mode(machine) == "manual"
+
+
+def test_a_sample_rate_that_is_set_while_stopped_waits_too():
+    machine = plc(AUTO, process_when_stopped=False)
+    play(machine, 1, [40.0])
+    machine.program(machine.sig)
+    change(machine, "sample_rate", 0)
+    change(machine, "sample_rate", 0.1)
+    play(machine, 3, [60.0], start=1)
+
+    assert machine.st[0].pv == 1638.0
+
+
+@pytest.mark.parametrize("pulse", [None, PULSE])
+def test_with_physical_tags_a_loop_goes_on(pulse):
+    machine = plc({**AUTO, "output": {**SCALED["output"], "pulse": pulse}})
+    play(machine, 2, [49.0])
+    machine.program(machine.sig)
+    said = play(machine, 3, [45.0], start=2)
+    before = machine.sig[CV]
+    play(machine, 1, [45.0], start=5)
+
+    assert said == []
+    assert machine.sig[PV] == pytest.approx(45.0, abs=0.02)
+    assert machine.sig[CV] > before
+    integral = machine.st[0].integral
+    machine.run(600_000)
+    play(machine, 1, [50.0], start=6)
+    assert machine.st[0].integral == pytest.approx(integral, abs=0.1), "it went on: there is no new start"
+
+
+def test_a_pv_in_an_r_register_stands_still_while_the_loop_goes_on():
+    machine = plc({**AUTO, "pv": {**SCALED["pv"], "tag": "R1"}})
+    play(machine, 2, [49.0])
+    machine.program(machine.sig)
+    before = machine.st[0].integral
+    said = play(machine, 3, [60.0], start=2)
+
+    assert said == [(2, "L1", None, "the PLC is stopped: the loop goes on, but nothing renews its PV in an R register")]
+    assert machine.sig[PV] == pytest.approx(49.0, abs=0.02)
+    assert machine.st[0].integral > before
+    machine.run(500_000)
+    play(machine, 1, [60.0], start=5)
+    assert machine.sig[PV] == pytest.approx(60.0, abs=0.02)
+
+
+def test_a_cv_in_an_r_register_does_not_reach_its_output():
+    machine = plc({**AUTO, "output": {**SCALED["output"], "tag": "R2"}})
+    play(machine, 2, [49.0])
+    machine.program(machine.sig)
+    before = machine.sig[CV]
+    said = play(machine, 3, [40.0], start=2)
+
+    what = "the PLC is stopped: the loop goes on, but nothing carries its CV from an R register to an output"
+    assert said == [(2, "L1", None, what)]
+    assert machine.sig[CV] == before
+    assert machine.st[0].out > before / 50 * 4095 + 100
+    machine.run(500_000)
+    play(machine, 1, [40.0], start=5)
+    assert machine.sig[CV] == pytest.approx(machine.st[0].out * 50 / 4095)
+
+
+def test_a_control_output_drives_the_process_by_itself():
+    machine = plc({**AUTO, "output": {**SCALED["output"], "tag": "R2", "pulse": PULSE}})
+    play(machine, 2, [49.0])
+    machine.program(machine.sig)
+
+    assert play(machine, 3, [40.0], start=2) == []
+    assert machine.sig[CV] == pytest.approx(machine.st[0].out * 50 / 4095)
+
+
+def test_stop_when_stopped_and_run_when_running_change_nothing():
+    machine = plc(AUTO, process_when_stopped=False)
+    play(machine, 3, [49.0])
+    due, busy = machine.st[0].due, machine.st[0].busy
+    machine.run(300_000)
+    assert (machine.st[0].due, machine.st[0].busy) == (due, busy)
+    machine.program(machine.sig)
+    play(machine, 1, start=3)
+    machine.program(machine.sig)
+
+    assert play(machine, 1, start=4) == []
