@@ -1,5 +1,33 @@
 """Rules for CLICK configurations; the codes PID3xx, one module a topic."""
 
 from pidcfg.validate.rules import collect, generic
+from pidcfg.validate.rules.click import (
+    alarm_signals,
+    alarms,
+    autotune,
+    blocks,
+    derivative,
+    error,
+    names,
+    operation,
+    output,
+    pv,
+    setpoint,
+    tuning,
+)
 
-RULES = collect(generic)
+RULES = collect(
+    generic,
+    blocks,
+    names,
+    operation,
+    setpoint,
+    pv,
+    tuning,
+    derivative,
+    error,
+    output,
+    alarms,
+    alarm_signals,
+    autotune,
+)

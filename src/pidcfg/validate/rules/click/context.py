@@ -1,24 +1,209 @@
-"""What the CLICK rules look at: the file, and each loop with what its registers hold."""
+"""What the CLICK rules look at: the file, and each loop with what its registers hold.
+
+Values are worked out from the model's own blocks, not read back from the image: where blocks overlap, the image holds
+only one of them. Each is worked out once, when the first rule asks for it.
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from decimal import Decimal
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from pidcfg.encoders.click.encode import deviation_alarms_on, pv_alarms_on, values_of
+from pidcfg.encoders.maps.click import BLOCKS, ERRORS
+from pidcfg.encoders.plain import switched_on
+from pidcfg.encoders.regmap import decode_one
+from pidcfg.schemas.base import decimal_text
+from pidcfg.validate.rule import Finding
 
 if TYPE_CHECKING:
     from pidcfg.diagnostics import Path
-    from pidcfg.encoders.image import Encoding
-    from pidcfg.schemas.click import ClickFile
+    from pidcfg.encoders.image import Block, Encoding
+    from pidcfg.encoders.maps.click import PidError
+    from pidcfg.schemas.click import ClickFile, Loop
+
+PLACES = {word.name: (i, word) for i, (_, table) in enumerate(BLOCKS.values()) for word in table.words}
+"""Each register's block, counted in the order of the banks, and its row."""
+PREFIXES = tuple(BLOCKS.items())
+NO_LIMIT = 100
+"""Filter constant and derivative gain limit that filter nothing."""
+NO_INTEGRAL = Decimal(1000)
+"""The reset time in s from which the help takes the integral for removed."""
+
+
+class Extent(NamedTuple):
+    """The registers of one block: its key in the file, its bank, first and last number."""
+
+    key: str
+    prefix: str
+    first: int
+    last: int
+
+    def __str__(self) -> str:
+        return f"{self.prefix}{self.first} to {self.prefix}{self.last}"
+
+
+@dataclass(frozen=True)
+class LoopView:
+    """A loop, its place in the file, and what its registers hold."""
+
+    index: int
+    loop: Loop
+    blocks: tuple[Block, ...]
+
+    @cached_property
+    def values(self) -> dict[str, Any]:
+        """Every register's value by its path, with what follows from what is not given."""
+        return values_of(self.loop)
+
+    def given(self, name: str) -> Any:
+        """What is written, or follows, for a register; None when nothing is."""
+        return self.values.get(str(PLACES[name][1].path))
+
+    @cached_property
+    def misfits(self) -> frozenset[str]:
+        """The registers that their values do not fit."""
+        return frozenset(misfit.word.name for block in self.blocks for misfit in block.encoded.misfits)
+
+    @cached_property
+    def _held(self) -> dict[str, Decimal]:
+        return {}
+
+    def held(self, name: str) -> Decimal | None:
+        """The number that a register holds, 0 where nothing is given; None when the value does not fit."""
+        if name in self.misfits:
+            return None
+        if name not in self._held:
+            block, word = PLACES[name]
+            self._held[name] = Decimal(decode_one(word.codec, self.blocks[block].encoded.words[word.offset], {}))
+        return self._held[name]
+
+    def holds(self, *names: str) -> list[Decimal]:
+        """The numbers of several registers; empty as soon as one does not fit (which another rule reports)."""
+        found = [value for name in names if (value := self.held(name)) is not None]
+        return found if len(found) == len(names) else []
+
+    def register(self, name: str) -> str:
+        """The address of one of the loop's registers: ``DF107``."""
+        block, word = PLACES[name]
+        key, (prefix, _) = PREFIXES[block]
+        return f"{prefix}{getattr(self.loop, key) + word.offset}"
+
+    def shown(self, name: str) -> str:
+        """A register's value as a message quotes it, and that nothing is given."""
+        value = self.held(name)
+        text = "out of its range" if value is None else self.eu(value)
+        return f"{text} (not given)" if self.given(name) is None else text
+
+    def eu(self, value: Decimal) -> str:
+        """A number in the PV's unit."""
+        return f"{number_text(value)} {self.loop.pv.unit}" if self.loop.pv.unit else number_text(value)
+
+    def co(self, value: Decimal) -> str:
+        """A number in the output's unit."""
+        return f"{number_text(value)} {self.loop.output.unit or '%'}"
+
+    def find(self, *path: str | int, plc_effect: str | None = None, **values: Any) -> Finding:
+        """A finding below this loop."""
+        return Finding(("loops", self.index, *path), values, plc_effect=plc_effect)
+
+    def find_key(self, *path: str | int, plc_effect: str | None = None, **values: Any) -> Finding:
+        """A finding that points at a key: what it opens is a block of lines."""
+        return Finding(("loops", self.index, *path), values, key=True, plc_effect=plc_effect)
+
+    @property
+    def extents(self) -> tuple[Extent, ...]:
+        """The registers of its three blocks."""
+        starts = ((key, prefix, getattr(self.loop, key), table.size) for key, (prefix, table) in BLOCKS.items())
+        return tuple(Extent(key, prefix, start, start + size - 1) for key, prefix, start, size in starts)
+
+    @cached_property
+    def errors(self) -> tuple[PidError, ...]:
+        """The PID errors that the loop's values cause, in the order of their numbers."""
+        return tuple(error for error in ERRORS if self._breaks(error))
+
+    def _breaks(self, error: PidError) -> bool:
+        value = self.given(error.register) or Decimal(0)
+        if error.above is not None:
+            ends = self.holds(error.register, error.above)
+            return bool(ends) and ends[0] > ends[1]
+        return (error.low is not None and value < error.low) or (error.high is not None and value > error.high)
+
+    @cached_property
+    def pv_alarms(self) -> bool:
+        """Whether the bit of the four PV alarms is set."""
+        return pv_alarms_on(self.loop)
+
+    @cached_property
+    def deviation_alarms(self) -> bool:
+        """Whether the bit of the two deviation alarms is set."""
+        return deviation_alarms_on(self.loop)
+
+    @property
+    def rate_alarm(self) -> bool:
+        """Whether the bit of the rate-of-change alarm is set."""
+        alarms = self.loop.alarms
+        return switched_on(alarms.rate_of_change_enabled, alarms.rate_of_change)
+
+    @property
+    def filtered(self) -> bool:
+        """Whether the PV filter's bit is set."""
+        return switched_on(self.loop.pv.filter_enabled, self.loop.pv.filter)
+
+    @property
+    def derivative_limited(self) -> bool:
+        """Whether the derivative gain limit's bit is set."""
+        return switched_on(self.loop.derivative_gain_limit_enabled, self.loop.derivative_gain_limit)
+
+    def setpoint_limited(self, end: str) -> bool:
+        """Whether the set point's ``lower`` or ``upper`` limit is enabled."""
+        setpoint = self.loop.setpoint
+        return switched_on(getattr(setpoint, f"{end}_limit_enabled"), getattr(setpoint, f"{end}_limit"))
+
+    @property
+    def deadband_on(self) -> bool:
+        """Whether the deadband's bit is set."""
+        return switched_on(self.loop.error.deadband_enabled, self.loop.error.deadband)
+
+    @property
+    def squared(self) -> bool:
+        """Whether the error is squared."""
+        return self.loop.error.curve == "squared"
+
+    @property
+    def integrates(self) -> bool:
+        """Whether the reset time is short enough to mean an integral."""
+        return 0 < self.loop.tuning.reset_time < NO_INTEGRAL
+
+    @property
+    def span(self) -> Decimal:
+        """The width of the PV's range."""
+        low, high = self.loop.pv.range
+        return high - low
+
+
+def number_text(value: Decimal) -> str:
+    """A number as people write it; more than 12 digits are shortened."""
+    text = decimal_text(value)
+    return text if len(text) <= 12 else f"{float(value):.6g}"
 
 
 @dataclass(frozen=True)
 class ClickContext:
-    """A configuration with its encoding."""
+    """A configuration with its encoding, and its loops one by one."""
 
     config: ClickFile
     encoding: Encoding
 
-    @property
+    @cached_property
+    def loops(self) -> tuple[LoopView, ...]:
+        """The loops in the order of the file."""
+        count, blocks = len(BLOCKS), self.encoding.blocks
+        return tuple(LoopView(i, loop, blocks[i * count : (i + 1) * count]) for i, loop in enumerate(self.config.loops))
+
+    @cached_property
     def explained(self) -> frozenset[Path]:
         """Places whose limits a rule of CLICK's own explains better than the rules for every vendor."""
         return frozenset()

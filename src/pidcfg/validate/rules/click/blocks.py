@@ -1,0 +1,118 @@
+"""The blocks of registers: where they end, what they share, and how many loops there may be."""
+
+from __future__ import annotations
+
+from itertools import combinations
+from typing import TYPE_CHECKING
+
+from pidcfg.diagnostics import Severity
+from pidcfg.encoders.maps.click import LOOPS, SPACE
+from pidcfg.refs import CLICK, Decision
+from pidcfg.validate.rule import rule
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from pidcfg.validate.rule import Finding
+    from pidcfg.validate.rules.click.context import ClickContext
+
+AREAS = CLICK.at("C, DS and DF memory areas")
+PWM = CLICK.at("PWM Control")
+
+D130 = Decision(
+    130, "the banks end at C2000, DS4500 and DF500, and eight loops are the most",
+    "A block that reaches past the last register of its bank is an error, and so is a ninth loop.",
+    "The topic prints how long the blocks are; how large the banks are, and how many loops there may be, are the PLC's "
+    "own figures.",
+)  # fmt: skip
+LAST = {bank.prefix: bank.last for bank in SPACE.banks}
+
+
+@rule(
+    code="PID301",
+    name="block-beyond-bank",
+    severity=Severity.ERROR,
+    basis=D130,
+    message="{block} would occupy {extent}, but the bank ends at {prefix}{last}: it may begin at {prefix}{latest} at "
+    "the latest",
+)
+def block_beyond_bank(context: ClickContext) -> Iterator[Finding]:
+    """A block of registers reaches past the end of its bank.
+
+    Why: a loop needs 40 consecutive C bits, 15 consecutive DS registers and 25 consecutive DF registers. What lies past
+    the last register does not exist: the programming software refuses the loop, and a writer of the image fails.
+
+    Fix: let the block begin no later than C1961, DS4486 or DF476.
+    """
+    for view in context.loops:
+        for extent in view.extents:
+            last = LAST[extent.prefix]
+            if extent.last > last:
+                latest = last - (extent.last - extent.first)
+                yield view.find(extent.key, block=extent.key, extent=extent, prefix=extent.prefix, last=last,
+                                latest=latest)  # fmt: skip
+
+
+@rule(
+    code="PID302",
+    name="blocks-overlap",
+    severity=Severity.ERROR,
+    basis=AREAS,
+    message="{block} {extent} of {loop} overlaps {other_extent} of {other}",
+)
+def blocks_overlap(context: ClickContext) -> Iterator[Finding]:
+    """Two loops share registers.
+
+    Why: each loop writes its own output, error number and alarm bits into its block, and reads its tuning from there.
+    Two loops in one block change each other's gains and set points.
+
+    Fix: leave 40 C bits, 15 DS registers and 25 DF registers to every loop. Steps of 100 in all three banks are easy to
+    remember.
+    """
+    for first, second in combinations(context.loops, 2):
+        for mine, theirs in zip(second.extents, first.extents, strict=True):
+            if mine.first <= theirs.last and theirs.first <= mine.last:
+                yield second.find(mine.key, block=mine.key, extent=mine, loop=second.loop.name, other_extent=theirs,
+                                  other=first.loop.name)  # fmt: skip
+
+
+@rule(
+    code="PID303",
+    name="too-many-loops",
+    severity=Severity.ERROR,
+    basis=D130,
+    message="loop {number} of {count}: a CLICK PLC calculates at most {limit} loops",
+)
+def too_many_loops(context: ClickContext) -> Iterator[Finding]:
+    """The file has more loops than the PLC.
+
+    Why: the programming software offers eight loops; nothing calculates a ninth one.
+
+    Fix: move the loop to another PLC, and to a file of its own.
+    """
+    if len(context.loops) > LOOPS:
+        yield context.loops[LOOPS].find_key(number=LOOPS + 1, count=len(context.loops), limit=LOOPS)
+
+
+@rule(
+    code="PID304",
+    name="pwm-output-shared",
+    severity=Severity.ERROR,
+    basis=PWM,
+    message="{bit} is already the PWM output of {other}: two loops would switch it",
+)
+def pwm_output_shared(context: ClickContext) -> Iterator[Finding]:
+    """Two loops pulse the same discrete output.
+
+    Why: both write the bit, and what the actuator sees is neither loop's output.
+
+    Fix: give each loop a discrete output of its own.
+    """
+    first: dict[str, str] = {}
+    for view in context.loops:
+        pwm = view.loop.output.pwm
+        if pwm is None:
+            continue
+        if pwm.bit in first:
+            yield view.find("output", "pwm", "bit", bit=pwm.bit, other=first[pwm.bit])
+        first.setdefault(pwm.bit, view.loop.name)

@@ -1,0 +1,128 @@
+"""The process variable: its range and its filter."""
+
+from __future__ import annotations
+
+from decimal import Decimal
+from math import log
+from typing import TYPE_CHECKING
+
+from pidcfg.diagnostics import Severity
+from pidcfg.refs import CLICK, Decision
+from pidcfg.schemas.base import decimal_text
+from pidcfg.validate.rule import rule
+from pidcfg.validate.rules.click.context import NO_LIMIT
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from pidcfg.validate.rule import Finding
+    from pidcfg.validate.rules.click.context import ClickContext, LoopView
+
+RANGE = CLICK.at("PV Upper and Lower Limits")
+FILTER = CLICK.at("PV Filter")
+
+D133 = Decision(
+    133, "a filter slower than a quarter of the reset time is a warning",
+    "The time constant of the filter is -Ts/ln(1 - k/100) for a constant of k % and a sample rate Ts.",
+    "The help warns of the lag without a number. A lag of a quarter of the reset time costs a loop that is tuned with "
+    "that reset time about 14 degrees of phase, a third of what it usually has.",
+)  # fmt: skip
+SHARE = 4
+
+
+def time_constant(view: LoopView) -> float | None:
+    """The filter's time constant in s; None when it filters nothing."""
+    constant, sample = view.held("filter"), view.loop.sample_rate
+    if not view.filtered or constant is None or not 0 < constant < NO_LIMIT or sample <= 0:
+        return None
+    return float(-sample) / log(1 - float(constant) / 100)
+
+
+@rule(
+    code="PID321",
+    name="pv-range-without-width",
+    severity=Severity.ERROR,
+    basis=RANGE,
+    message="the PV's range {low} to {high} is twice the same number in {registers}, which have single precision",
+)
+def pv_range_without_width(context: ClickContext) -> Iterator[Finding]:
+    """The two ends of the PV's range are the same number for the PLC.
+
+    Why: the registers are single-precision floats with about 7 digits. The range gives the process gain, from which the
+    autotune computes the proportional gain: without a width there is none.
+
+    Fix: move the ends apart, or use a unit in which they differ by more than a ten-millionth of their size.
+    """
+    for view in context.loops:
+        ends = view.holds("pv_lower", "pv_upper")
+        if ends and ends[0] == ends[1]:
+            registers = f"{view.register('pv_lower')} and {view.register('pv_upper')}"
+            low, high = map(decimal_text, view.loop.pv.range)
+            yield view.find("pv", "range", low=low, high=high, registers=registers)
+
+
+@rule(
+    code="PID322",
+    name="filter-without-effect",
+    severity=Severity.WARNING,
+    basis=FILTER,
+    message="the PV filter is on with {value}: all of the raw PV is passed",
+)
+def filter_without_effect(context: ClickContext) -> Iterator[Finding]:
+    """The PV filter is on with a constant of 100, or without one.
+
+    Why: the constant is the percentage of the raw PV that is passed each sample, so a large one filters little and 100
+    nothing; without a value the register holds 100. The PV stays as noisy as it is.
+
+    Fix: choose a smaller constant, or leave the filter off.
+    """
+    for view in context.loops:
+        pv = view.loop.pv
+        if view.filtered and view.held("filter") == NO_LIMIT:
+            yield view.find("pv", "filter_enabled" if pv.filter is None else "filter",
+                            value="no constant, which is 100 %" if pv.filter is None else "100 %")  # fmt: skip
+
+
+@rule(
+    code="PID323",
+    name="filter-lags",
+    severity=Severity.WARNING,
+    basis=D133,
+    message="filter {constant} % at a sample rate of {sample} s is a lag with a time constant of {tau} s, more than a "
+    "quarter of the reset time of {reset} s",
+)
+def filter_lags(context: ClickContext) -> Iterator[Finding]:
+    """The PV filter is slow compared with the reset time.
+
+    Why: the loop controls the filtered PV, which runs behind the process. A lag that is not small against the reset
+    time makes a loop swing that was tuned without it, and hides peaks from the alarms.
+
+    Fix: pass a larger percentage, sample faster, or tune the loop with the filter on.
+    """
+    for view in context.loops:
+        tau, reset = time_constant(view), view.loop.tuning.reset_time
+        if tau is not None and reset > 0 and tau * SHARE > reset:
+            yield view.find("pv", "filter", constant=view.loop.pv.filter, sample=decimal_text(view.loop.sample_rate),
+                            tau=f"{tau:.3g}", reset=decimal_text(reset))  # fmt: skip
+
+
+@rule(
+    code="PID324",
+    name="filter-switched-off",
+    severity=Severity.INFO,
+    basis=FILTER,
+    message="filter {constant} % is stored, but {register} is off: the PV is the raw PV",
+)
+def filter_switched_off(context: ClickContext) -> Iterator[Finding]:
+    """A filter constant is given, but the filter is off.
+
+    Why: the register shows up in every listing; without the enable bit nothing is filtered.
+
+    Fix: remove `filter_enabled: false`, or the constant.
+    """
+    for view in context.loops:
+        pv = view.loop.pv
+        if pv.filter is not None and pv.filter != NO_LIMIT and not view.filtered:
+            yield view.find(
+                "pv", "filter_enabled", constant=Decimal(pv.filter), register=view.register("filter_enable")
+            )

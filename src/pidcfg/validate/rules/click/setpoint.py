@@ -1,0 +1,276 @@
+"""The set point: its limits, the process range, and what the PLC makes of it."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from pidcfg.diagnostics import Severity
+from pidcfg.refs import CLICK, CLICK_HELP, Decision
+from pidcfg.validate.rule import Finding, rule
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+    from decimal import Decimal
+
+    from pidcfg.validate.rules.click.context import ClickContext, LoopView
+
+LIMITS = CLICK.at("Setpoint Upper and Lower Limits")
+RANGE = CLICK.at("PV Upper and Lower Limits")
+TRANSFER = CLICK.at("Bumpless Transfer (Cn+08)")
+
+D132 = Decision(
+    132, "crossed set point limits are compared as stored",
+    "A lower limit above the upper one is reported whatever the enable bits say, with a limit that is not given as 0: "
+    "an error when one of the two is enabled, else a warning.",
+    "Error 23 names the two registers; that their bits matter for it is printed nowhere.",
+)  # fmt: skip
+CROSSED = CLICK_HELP.at("PID errors, 23")
+ENDS = ("lower", "upper")
+CROSSED_EFFECT = "CLICK error 23"
+
+
+def limits_on(view: LoopView) -> dict[str, Decimal]:
+    """The limits that are enabled and hold a value."""
+    found = {end: view.held(f"setpoint_{end}") for end in ENDS if view.setpoint_limited(end)}
+    return {end: value for end, value in found.items() if value is not None}
+
+
+def crossed(view: LoopView) -> bool:
+    """Whether the lower limit's register holds more than the upper one's."""
+    ends = view.holds("setpoint_lower", "setpoint_upper")
+    return bool(ends) and ends[0] > ends[1]
+
+
+def missing(view: LoopView) -> list[str]:
+    """The limits that are enabled without a value."""
+    return [end for end in ENDS if view.setpoint_limited(end) and view.given(f"setpoint_{end}") is None]
+
+
+def effective(view: LoopView, setpoint: Decimal) -> Decimal:
+    """A set point as the PLC leaves it in the register."""
+    ends = limits_on(view)
+    if not crossed(view):
+        setpoint = max(setpoint, ends.get("lower", setpoint))
+        setpoint = min(setpoint, ends.get("upper", setpoint))
+    return setpoint
+
+
+def written(view: LoopView) -> Decimal | None:
+    """The set point that the file gives."""
+    return None if view.loop.setpoint.value is None else view.held("setpoint")
+
+
+@rule(
+    code="PID311",
+    name="setpoint-limits-crossed",
+    severity=Severity.ERROR,
+    basis=D132,
+    message="the lower set point limit {low} in {low_register} is above the upper limit {high} in {high_register}",
+)
+def setpoint_limits_crossed(context: ClickContext) -> Iterator[Finding]:
+    """The lower set point limit is above the upper one, as their registers hold them.
+
+    Why: the PLC reports error 23 and keeps the loop in Manual. It compares registers: a limit that is not given is 0,
+    so that an upper limit of -10 alone is crossed as well.
+
+    Fix: write the smaller number as `lower_limit`; give both limits where 0 is not between them, the one that is not
+    wanted with `lower_limit_enabled: false`.
+    """
+    for view in context.loops:
+        if crossed(view) and not missing(view):
+            on = any(view.setpoint_limited(end) for end in ENDS)
+            ends = {"low": "setpoint_lower", "high": "setpoint_upper"}
+            values = {key: view.shown(name) for key, name in ends.items()}
+            values |= {f"{key}_register": view.register(name) for key, name in ends.items()}
+            key = "lower_limit" if view.loop.setpoint.lower_limit is not None else "upper_limit"
+            yield Finding(("loops", view.index, "setpoint", key), values, plc_effect=CROSSED_EFFECT,
+                          severity=None if on else Severity.WARNING)  # fmt: skip
+
+
+@rule(
+    code="PID312",
+    name="setpoint-limit-without-value",
+    severity=Severity.ERROR,
+    basis=LIMITS,
+    message="the {end} set point limit is enabled without a value: {register} holds 0, and {consequence}",
+)
+def setpoint_limit_without_value(context: ClickContext) -> Iterator[Finding]:
+    """A set point limit is enabled, but not given.
+
+    Why: its register holds 0, and the PLC writes the limit over every set point beyond it. The help demands a value
+    for a limit that is enabled.
+
+    Fix: give the limit, or leave it switched off.
+    """
+    for view in context.loops:
+        for end in missing(view):
+            broken = crossed(view)
+            consequence = f"set points {'below' if end == 'lower' else 'above'} 0 are replaced by 0"
+            if broken:
+                consequence = "the limits are crossed"
+            yield view.find("setpoint", f"{end}_limit_enabled", plc_effect=CROSSED_EFFECT if broken else None, end=end,
+                            register=view.register(f"setpoint_{end}"), consequence=consequence)  # fmt: skip
+
+
+@rule(
+    code="PID313",
+    name="setpoint-limits-equal",
+    severity=Severity.WARNING,
+    basis=LIMITS,
+    message="both set point limits are {value}: there is no other set point",
+)
+def setpoint_limits_equal(context: ClickContext) -> Iterator[Finding]:
+    """Both set point limits are enabled, and equal.
+
+    Why: the PLC writes the nearer limit over every set point, so an operator's entry jumps back as if the display were
+    broken. Limits that differ by less than a single-precision number can hold are equal for the PLC.
+
+    Fix: set the limits apart.
+    """
+    for view in context.loops:
+        ends = limits_on(view)
+        if len(ends) == len(ENDS) and ends["lower"] == ends["upper"] and not missing(view):
+            yield view.find("setpoint", "upper_limit", value=view.shown("setpoint_upper"))
+
+
+@rule(
+    code="PID314",
+    name="setpoint-outside-limits",
+    severity=Severity.WARNING,
+    basis=LIMITS,
+    message="the set point {value} is {side} its {end} limit: the PLC writes {limit} over it in {register}",
+)
+def setpoint_outside_limits(context: ClickContext) -> Iterator[Finding]:
+    """The set point lies outside its own limits.
+
+    Why: an enabled limit does not only act inside the calculation. The PLC changes the set point in its register, and
+    the loop controls to another one than the file says.
+
+    Fix: correct the set point, or widen the limits.
+    """
+    for view in context.loops:
+        value = written(view)
+        if value is None or crossed(view):
+            continue
+        kept = effective(view, value)
+        if kept != value:
+            end, side = ("lower", "below") if kept > value else ("upper", "above")
+            yield view.find("setpoint", "value", value=view.shown("setpoint"), end=end, limit=view.eu(kept), side=side,
+                            register=view.register("setpoint"))  # fmt: skip
+
+
+@rule(
+    code="PID315",
+    name="setpoint-outside-range",
+    severity=Severity.WARNING,
+    basis=RANGE,
+    message="the set point {value} is outside the process range {low} to {high}",
+)
+def setpoint_outside_range(context: ClickContext) -> Iterator[Finding]:
+    """The set point is a value that the process does not reach.
+
+    Why: the PV's range is what the process reaches at 0 % and at 100 % of the output. For a set point beyond it the
+    output runs to a limit and stays there.
+
+    Fix: correct the set point. If the process does get there, correct `pv.range`, from which the autotune works out the
+    gain.
+    """
+    for view in context.loops:
+        value = written(view)
+        low, high = view.loop.pv.range
+        if value is not None and not low <= effective(view, value) <= high:
+            yield view.find("setpoint", "value", value=view.eu(effective(view, value)), low=view.eu(low),
+                            high=view.eu(high))  # fmt: skip
+
+
+@rule(
+    code="PID316",
+    name="setpoint-limit-outside-range",
+    severity=Severity.WARNING,
+    basis=LIMITS,
+    message="the {end} set point limit {value} is outside the process range {low} to {high}: it lets set points pass "
+    "that the process does not reach",
+)
+def setpoint_limit_outside_range(context: ClickContext) -> Iterator[Finding]:
+    """A set point limit lies outside the process range.
+
+    Why: limits are there to prevent an entry outside the limits of the process. One that lies beyond the range prevents
+    nothing that matters; often the range of the measuring device was written as limits.
+
+    Fix: bring the limit inside `pv.range`, or correct the range.
+    """
+    for view in context.loops:
+        low, high = view.loop.pv.range
+        for end, value in limits_on(view).items():
+            if view.given(f"setpoint_{end}") is not None and not low <= value <= high:
+                yield view.find("setpoint", f"{end}_limit", end=end, value=view.eu(value), low=view.eu(low),
+                                high=view.eu(high))  # fmt: skip
+
+
+@rule(
+    code="PID317",
+    name="setpoint-limit-switched-off",
+    severity=Severity.INFO,
+    basis=LIMITS,
+    message="the {end} set point limit {value} is stored, but {register} is off: it limits nothing",
+)
+def setpoint_limit_switched_off(context: ClickContext) -> Iterator[Finding]:
+    """A set point limit is given, but not enabled.
+
+    Why: its register shows up in every listing; without the enable bit it guards nothing.
+
+    Fix: remove the `…_enabled: false`, or the limit.
+    """
+    for view in context.loops:
+        for end in ENDS:
+            if view.given(f"setpoint_{end}") is not None and not view.setpoint_limited(end):
+                yield view.find("setpoint", f"{end}_limit_enabled", end=end, value=view.shown(f"setpoint_{end}"),
+                                register=view.register(f"setpoint_{end}_enable"))  # fmt: skip
+
+
+@rule(
+    code="PID318",
+    name="setpoint-replaced-by-pv",
+    severity=Severity.INFO,
+    basis=TRANSFER,
+    message="the set point {value} is replaced by the PV when the loop goes from Manual to Auto (bumpless 1){others}",
+)
+def setpoint_replaced_by_pv(context: ClickContext) -> Iterator[Finding]:
+    """The set point of the file does not survive the change to Auto.
+
+    Why: bumpless mode 1 makes set point and PV equal at that moment, so that the output need not move. It is reported
+    once a file.
+
+    Fix: let the operator or the ladder program write the set point after the change to Auto, or take `bumpless: 2`.
+    """
+    found = [
+        view
+        for view in context.loops
+        if view.loop.mode == "auto" and view.loop.bumpless == 1 and view.loop.setpoint.value is not None
+    ]
+    if found:
+        more = len(found) - 1
+        others = f", as in {more} more loop{'s' if more > 1 else ''}" if more else ""
+        yield found[0].find("setpoint", "value", value=found[0].shown("setpoint"), others=others)
+
+
+@rule(
+    code="PID319",
+    name="setpoint-left-at-zero",
+    severity=Severity.WARNING,
+    basis=TRANSFER,
+    message="no set point is given: with bumpless 2 the loop goes to Auto with {register} at {zero}",
+)
+def setpoint_left_at_zero(context: ClickContext) -> Iterator[Finding]:
+    """A loop with bumpless mode 2 is meant for Auto, and nothing gives its set point.
+
+    Why: the register is downloaded as 0, and mode 2 does not make it equal to the PV. The loop drives the process
+    towards 0, or towards the nearest limit of the set point.
+
+    Fix: give `setpoint.value`, or take `bumpless: 1`.
+    """
+    for view in context.loops:
+        loop = view.loop
+        setpoint = view.held("setpoint")
+        if loop.mode == "auto" and loop.bumpless == 2 and loop.setpoint.value is None and setpoint is not None:
+            yield view.find("setpoint", register=view.register("setpoint"), zero=view.eu(effective(view, setpoint)))
