@@ -159,8 +159,8 @@ def _use_listing(loaded: Loaded, entry: Input, limits: Limits) -> None:
             continue
         _use_words(loaded, vendor, listing)
         return
-    _, line, error = max(wrong, key=lambda row: row[:2])
-    loaded.refuse(f"{loaded.config}: line {line}: {error}")
+    _, line, worst = max(wrong, key=lambda row: row[:2])
+    loaded.refuse(f"{loaded.config}: line {line}: {worst}")
 
 
 def _use_words(loaded: Loaded, vendor: Vendor, listing: Listing) -> None:

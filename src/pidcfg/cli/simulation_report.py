@@ -68,7 +68,8 @@ def _section(outcome: Outcome) -> str:
 
 def _head(outcome: Outcome, report: Report) -> str:
     steady = "" if report.settled is None else f", after {report.settled:g} s to the steady state"
-    words = ", ".join(f"{name} = 0x{word:04X}" for name, word in report.plc_flags.items())
+    words = ", ".join(f"{name} = {word}" for name, word in report.plc_flags.items())
+    words += "" if report.running else ": the loop task is off, no loop is calculated"
     timing = report.scan_time
     scan = (
         ""
@@ -78,12 +79,12 @@ def _head(outcome: Outcome, report: Report) -> str:
             f"({timing.minimum * 1e3:.3f} to {timing.maximum * 1e3:.3f} ms)\n"
         )
     )
-    stopped = any(report.plc_flags.values())
     return (
         f"{report.scenario}\n"
         f"  {outcome.file} runs {outcome.config}\n"
         f"  {report.duration:g} s in steps of {report.step:g} s{steady}; engine: {report.engine}\n"
-        f"  {words}{': the loop task is off, no loop is calculated' if stopped else ''}\n{scan}"
+        + (f"  {words}\n" if words else "")
+        + scan
     )
 
 
@@ -186,7 +187,7 @@ def _run(outcome: Outcome) -> dict[str, Any]:
         "scenario": report.scenario if report else None,
         "file": outcome.file,
         "engine": report.engine if report else None,
-        "plc_flags": {name: f"0x{word:04X}" for name, word in report.plc_flags.items()} if report else {},
+        "plc_flags": dict(report.plc_flags) if report else {},
         "loops": {name: _loop(loop) for name, loop in report.loops.items()} if report else {},
         "signals": {
             name: {"min": seen.low, "max": seen.high, "final": seen.final} for name, seen in report.signals.items()

@@ -144,10 +144,10 @@ def _flag(wanted: Expectation, out: Outcome) -> Verdict:
     name = str(wanted.flag)
     expected = True if wanted.value is None else wanted.value
     if wanted.loop is None:
-        word = out.plc.flags[name]
+        word, form = out.plc.flags[name], out.plc.word_of_flags
         passed = word == expected if type(expected) is int else bool(word) == expected
-        shown = f"0x{expected:04X}" if type(expected) is int else "set" if expected else "clear"
-        return Verdict(f"{name} is {shown}", passed, f"0x{word:04X}")
+        shown = form.format(expected) if type(expected) is int else "set" if expected else "clear"
+        return Verdict(f"{name} is {shown}", passed, form.format(word))
     seen = out.journal.loops[out.plc.loops.index(wanted.loop)].flags[name]
     return Verdict(f"{wanted.loop} flag {name} {'on' if expected else 'off'}", seen == bool(expected), seen)
 

@@ -59,7 +59,9 @@ class Plc(Protocol):
     running: bool
     """Whether the loop task runs; a set-up error stops it."""
     flags: Mapping[str, int]
-    """Set-up error words by name, ``V7642``."""
+    """Error registers by name, ``V7642``."""
+    word_of_flags: str
+    """How the vendor writes their content, as a format: ``0x{:04X}``."""
     alarm_bits: Mapping[str, int]
     """Alarms by name, as masks of ``status``, in order of severity."""
     flag_bits: Mapping[str, int]

@@ -57,7 +57,7 @@ def prepare(scenario: Scenario, plc: Plc) -> Network:
         if period and misses(period, step, scenario):
             found.append(uneven(name, period, step))
     if scenario.plc.number_of_loops is not None and any(plc.flags.values()):
-        words = ", ".join(f"{name} = 0x{word:04X}" for name, word in plc.flags.items())
+        words = ", ".join(f"{name} = {plc.word_of_flags.format(word)}" for name, word in plc.flags.items())
         message = f"with {scenario.plc.number_of_loops} loops the set-up check gives {words}: the loop task is off"
         found.append(Problem(("plc", "number_of_loops"), message, "set_up", "warning"))
     return build(scenario, plc, step, found)

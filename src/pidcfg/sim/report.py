@@ -89,7 +89,10 @@ class Report:
     steps: int
     duration: float
     engine: str
-    plc_flags: Mapping[str, int]
+    plc_flags: Mapping[str, str]
+    """Error registers by name, as the vendor writes them."""
+    running: bool = True
+    """Whether the set-up lets the loop task run."""
     loops: dict[str, LoopReport] = field(default_factory=dict)
     signals: dict[str, Range] = field(default_factory=dict)
     expectations: list[Verdict] = field(default_factory=list)

@@ -44,6 +44,7 @@ class Click(Memory):
     """A CLICK as loaded from its registers; implements `pidcfg.sim.plc.Plc`."""
 
     out_name = "CO"
+    word_of_flags = "{}"
     running = True
     modes = tuple(MODES)
     options = tuple(f.name for f in fields(Options))

@@ -42,6 +42,7 @@ class Dl06(Memory):
     """A DL06 as loaded from its words; implements `pidcfg.sim.plc.Plc`."""
 
     out_name = "OUT"
+    word_of_flags = "0x{:04X}"
     modes = tuple(MODES)
     options = tuple(f.name for f in fields(Options))
     commands: Mapping[str, Sequence[str]] = {

@@ -31,6 +31,7 @@ class Ezlogix(Memory):
     """An EZLogix as loaded from its registers; implements `pidcfg.sim.plc.Plc`."""
 
     out_name = "CV"
+    word_of_flags = "{}"
     modes = tuple(MODES)
     options = tuple(f.name for f in fields(Options))
     commands: Mapping[str, Sequence[str]] = {
