@@ -1,0 +1,148 @@
+"""The kernels of the virtual EZLogix compiled: the same bits as in CPython, over random loops with every feature."""
+
+from __future__ import annotations
+
+import random
+import struct
+from dataclasses import astuple
+
+import pytest
+
+from ezlogix_rig import COLUMNS
+from pidcfg.sim.compile import compiled, records, vector, write_back
+from pidcfg.sim.controllers.ezlogix import state as bits
+from pidcfg.sim.controllers.ezlogix.equation import coefficients
+from pidcfg.sim.controllers.ezlogix.scan import INLINED, KERNELS, Config, State, scan
+from pidcfg.sim.reaction_curve import POINTS
+from pidcfg.sim.terms import nearest
+
+CONFIGURATIONS = 320
+SEGMENTS, STEPS = 4, 120
+BASE = 50_000
+
+
+def drive(first, last, cfg, st, aux, sig, noise):  # noqa: PLR0917 - numba takes flat arrays
+    """Base steps of first-order plants with noise, and the controllers (kernel)."""
+    n = len(cfg)
+    for k in range(first, last):
+        for i in range(n):
+            at = COLUMNS * n + i
+            sig[at] = sig[at] + 0.03 * (noise[0] * sig[COLUMNS * i + 3] + noise[1] - sig[at])
+            sig[COLUMNS * i] = sig[at] + noise[2 + (k * n + i) % (len(noise) - 2)]
+        scan(k * BASE, cfg, st, aux, sig)
+    return last
+
+
+def random_config(rng, i, n):
+    low, high = rng.choice([(0.0, 4095.0), (819.0, 4095.0), (0.0, 65535.0)])
+    c = Config(period=rng.choice([50_000, 50_000, 100_000, 130_000, 500_000]))
+    c.sig_in, c.sig_pv, c.sig_sp, c.sig_out, c.sig_bias, c.sig_error, c.sig_status, c.sig_pulse = (
+        COLUMNS * i + k for k in range(COLUMNS)
+    )
+    c.pv_min, c.pv_max, c.pv_span, c.pv_low, c.pv_width = low, high, high - low, -20.0, 140.0
+    c.out_low, c.out_width = rng.choice([(0.0, 4095.0), (-10.0, 73.0)])
+    c.goes_on, c.sees_pv, c.drives = (int(rng.random() < 0.5) for _ in range(3))
+    c.feeds = rng.randrange(n) if n > 1 and rng.random() < 0.3 else -1
+    c.feeds = -1 if c.feeds == i else c.feeds
+    c.direct, c.velocity, c.anti_windup, c.tune_pi = (int(rng.random() < 0.5) for _ in range(4))
+    c.root = int(rng.random() < 0.25)
+    c.scale = c.pv_span**0.5 if c.root else 1.0
+    c.deadband = rng.choice([0.0, 0.0, 1.0, 30.0])
+    if rng.random() < 0.5:
+        c.sp_low, c.sp_high = low + 100.0, low + 2000.0
+    else:
+        c.sp_low, c.sp_high = 0.0, 65535.0
+    c.m_low, c.m_high = rng.choice([(0.0, 4095.0), (0.0, 4095.0), (400.0, 3600.0), (3000.0, 1000.0)])
+    c.offset = rng.choice([0.0, 0.0, 1234.0])
+    if rng.random() < 0.6:
+        c.cycle, c.min_on, c.min_off = rng.choice([120_000, 1_000_000, 3_000_000]), 100_000 * rng.randrange(3), 70_000
+    c.timeout = rng.choice([3_000_000, 600_000_000])
+    c.tune_buffer = i * POINTS
+    return c
+
+
+def random_state(rng, c):
+    s = State(period=c.period, gain=rng.choice([0.0, 0.37, 3.1]), reset=rng.choice([0.0, 0.7, 21.3]))
+    s.rate = rng.choice([0.0, 0.0, 0.9])
+    s.sp = nearest(c.pv_min + (c.pv_span**0.5 if c.root else c.pv_span) * rng.random())
+    s.out = nearest(4095.0 * rng.random())
+    s.tune_left = c.timeout
+    coefficients(s)
+    return s
+
+
+def random_event(rng, c, s):
+    """What an operator may do between two segments."""
+    kind = rng.randrange(6)
+    if kind in {0, 1}:
+        s.wanted, s.busy = rng.choice([bits.MANUAL, bits.AUTO, bits.AUTO]), s.busy | bits.REQUEST
+    elif kind in {2, 3}:
+        s.tune_command, s.busy = rng.choice([1, 1, 1, 2]), s.busy | bits.TUNE
+        s.out = min(s.out, 3000.0)
+    elif kind == 4:
+        s.busy ^= rng.choice([bits.BLIND, bits.MUTE, bits.STOPPED])
+    else:
+        s.sp = nearest(c.pv_min + c.pv_span * rng.random())
+
+
+def random_plc(rng):
+    n = rng.randint(1, 4)
+    cfg = [random_config(rng, i, n) for i in range(n)]
+    st = [random_state(rng, c) for c in cfg]
+    sig = [rng.uniform(-10.0, 110.0) for _ in range((COLUMNS + 1) * n)]
+    level = rng.choice([0.0, 0.0, 0.3])
+    noise = [rng.choice([0.02, -0.02, 0.3, 0.0]), rng.uniform(0, 60), *(rng.gauss(0.0, level) for _ in range(97))]
+    return cfg, st, [0.0] * (n * POINTS), sig, noise
+
+
+def words(cfg, st, aux, sig):
+    """Every bit of the outcome."""
+    flat = [value for item in (*cfg, *st) for value in astuple(item)]
+    return [struct.pack("<d", x) if isinstance(x, float) else x for x in (*flat, *aux, *sig)]
+
+
+@pytest.fixture(scope="module")
+def fast():
+    return compiled([drive], inlined=INLINED)[drive]
+
+
+def test_random_loops_run_to_the_same_bits_compiled_and_not(fast):
+    rng = random.Random(21)
+    seen, ends, pulses = 0, set(), set()
+    for _ in range(CONFIGURATIONS):
+        cfg, st, aux, sig, noise = random_plc(rng)
+        for segment in range(SEGMENTS):
+            for c, s in zip(cfg, st, strict=True):
+                random_event(rng, c, s)
+            arrays = records(cfg, Config), records(st, State), vector(aux), vector(sig)
+            first, last = segment * STEPS, (segment + 1) * STEPS
+            fast(first, last, *arrays, vector(noise))
+            drive(first, last, cfg, st, aux, sig, noise)
+            other = [Config() for _ in cfg], [State() for _ in st], arrays[2].tolist(), arrays[3].tolist()
+            write_back(arrays[0], other[0])
+            write_back(arrays[1], other[1])
+            assert words(*other) == words(cfg, st, aux, sig)
+            for c, s in zip(cfg, st, strict=True):
+                seen |= s.status
+                ends.add(s.tune_last)
+                pulses.add((c.cycle > 0, sig[c.sig_pulse]))
+    assert seen == bits.MODES | bits.SATURATED | bits.TUNING | bits.TUNE_ERROR, "some mode or flag never came up"
+    assert {3, 4, 5, 6, 8, 9} <= ends, "some end of an autotune never came up"
+    assert {(True, 0.0), (True, 1.0)} <= pulses
+
+
+def test_fields_have_the_type_that_they_are_declared_with():
+    """A float in a field of whole numbers would be cut off when it is compiled."""
+    rng = random.Random(3)
+    for _ in range(20):
+        cfg, st, aux, sig, noise = random_plc(rng)
+        for c, s in zip(cfg, st, strict=True):
+            random_event(rng, c, s)
+        drive(0, 60, cfg, st, aux, sig, noise)
+        for item in (*cfg, *st):
+            for name, kind in type(item).__annotations__.items():
+                assert type(getattr(item, name)).__name__ == kind, name
+
+
+def test_the_compiler_begins_at_the_scan():
+    assert list(KERNELS) == [scan]
