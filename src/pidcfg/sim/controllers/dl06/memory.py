@@ -9,9 +9,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from pidcfg.encoders.dl06.encode import unnamed
 from pidcfg.encoders.dl06.setup import Setup, check_setup
 from pidcfg.encoders.maps.dl06 import CPU, LOOP_COUNT, LOOP_TABLE, RAMP_SOAK_SIZE, TABLE_POINTER
+from pidcfg.encoders.plain import unnamed
 from pidcfg.sim.controllers.dl06 import modes as dl06_modes
 from pidcfg.sim.controllers.dl06 import state as bits
 from pidcfg.sim.controllers.dl06.equation import coefficients
