@@ -1,0 +1,148 @@
+"""Loops of a virtual CLICK with plants, made of their registers, for the tests of the controller."""
+
+from __future__ import annotations
+
+import math
+import random
+from collections import deque
+
+from pidcfg.encoders.click.encode import encode
+from pidcfg.encoders.image import Cell, Image
+from pidcfg.encoders.maps.click import BLOCKS, SPACE
+from pidcfg.schemas.click import ClickFile
+from pidcfg.sim.controllers.click.scan import Options, load, scan
+from pidcfg.sim.controllers.click.words import bits_of
+from pidcfg.sim.plc import TICKS
+
+PLAIN = {
+    "sample_rate": "100 ms", "action": "direct", "bumpless": 2, "pv": {"range": [0, 100]},
+    "tuning": {"proportional_gain": 1, "reset_time": 6000},
+}  # fmt: skip
+"""A loop that hardly integrates."""
+
+
+def merged(base, given):
+    """A configuration with some keys replaced, at any depth."""
+    found = dict(base)
+    for key, value in given.items():
+        both = isinstance(value, dict) and isinstance(found.get(key), dict)
+        found[key] = merged(found[key], value) if both else value
+    return found
+
+
+def image_of(*loops):
+    """The registers of loops that differ from a plain one by the keys given; L1, L2 …"""
+    entries = []
+    for i, given in enumerate(loops):
+        own = {"bits": f"C{1 + 40 * i}", "integers": f"DS{1 + 15 * i}", "floats": f"DF{1 + 25 * i}"}
+        entries.append(merged({**PLAIN, "name": f"L{i + 1}", **own}, given))
+    return encode(ClickFile.model_validate({"pidcfg": 1, "vendor": "click", "loops": entries})).image
+
+
+def row_of(register):
+    """Bank, block and offset of a register by its name."""
+    for key, (prefix, table) in BLOCKS.items():
+        for row in table.words:
+            if row.name == register:
+                return key, prefix, row.offset
+    raise KeyError(register)
+
+
+def poked(image, loop=0, **registers):
+    """An image with some registers overwritten: raw bits, or a number for a float."""
+    words = image.words
+    for name, value in registers.items():
+        key, prefix, offset = row_of(name)
+        start = SPACE.parse(str(image.settings[loop][key]))
+        raw = bits_of(value) if isinstance(value, float) else value & 0xFFFF
+        words[start + offset] = raw
+        assert prefix in SPACE.name(start)
+    cells = tuple(Cell(SPACE.name(n), n, raw, "") for n, raw in sorted(words.items()))
+    return Image("click", cells, image.settings, image.plc)
+
+
+class Fixed:
+    """A measurement that the test writes itself."""
+
+    def __init__(self, value=0.0):
+        self.value = value
+
+    def step(self, _output, _dt):
+        return self.value
+
+
+class FirstOrder:
+    """T dPV/dt = gain u + offset - PV behind a dead time, exact at the base step."""
+
+    def __init__(self, gain=1.0, time_constant=10.0, dead_time=0.0, initial=0.0, offset=0.0):
+        self.gain, self.time_constant, self.dead_time, self.offset = gain, time_constant, dead_time, offset
+        self.value = initial
+        self.line = None
+
+    def step(self, output, dt):
+        if self.line is None:
+            self.line = deque([(self.value - self.offset) / self.gain] * round(self.dead_time / dt))
+        self.line.append(output)
+        target = self.gain * self.line.popleft() + self.offset
+        self.value += (target - self.value) * -math.expm1(-dt / self.time_constant)
+        return self.value
+
+
+class Rig:
+    """A PLC, the plants of its loops, and the clock; ``base`` is the base step in seconds."""
+
+    def __init__(self, *loops, image=None, plants=(), base=0.1, noise=0.0, goals=False):
+        self.plc = load(image if image is not None else image_of(*loops), Options())
+        self.cfg, self.st, self.sig = self.plc.cfg, self.plc.st, list(self.plc.sig)
+        self.plants = [*plants, *(Fixed() for _ in self.cfg[len(plants) :])]
+        self.base, self.noise, self.random, self.tick = base, noise, random.Random(1), 0
+        self.log = []
+        if not goals:
+            for s in self.st:
+                s.goal = s.busy = s.busy & 1
+        self._read_log()
+
+    def auto(self, i=0):
+        """Auto at once, as the next sample finds it."""
+        self.plc.request(i, "auto")
+        return self
+
+    def set(self, key, value, i=0):
+        """A set event."""
+        path = tuple(key.split("."))
+        return self.plc.set(i, path, self.plc.check_set(i, path, value), self.sig)
+
+    def mode(self, i=0):
+        return self.plc.mode(self.st[i].status)
+
+    def out(self, i=0):
+        return self.sig[self.cfg[i].sig_out]
+
+    def step(self, count=1, drive="sig_out"):
+        """Base steps: plants with the outputs of the step before, then the controllers."""
+        for _ in range(count):
+            for c, plant in zip(self.cfg, self.plants, strict=True):
+                if self.tick:
+                    plant.step(self.sig[getattr(c, drive)], self.base)
+                self.sig[c.sig_in] = plant.value + (self.random.gauss(0.0, self.noise) if self.noise else 0.0)
+            scan(self.tick, self.cfg, self.st, self.plc.aux, self.sig)
+            self.tick += round(self.base * TICKS)
+            self._read_log()
+        return self
+
+    def run(self, seconds, drive="sig_out"):
+        return self.step(round(seconds / self.base), drive)
+
+    def trace(self, count, *names, i=0):
+        """Registers after each of some steps."""
+        rows = []
+        for _ in range(count):
+            self.step()
+            rows.append(tuple(getattr(self.st[i], name) for name in names))
+        return rows
+
+    def _read_log(self):
+        for i, s in enumerate(self.st):
+            if s.notice:
+                self.log.append((self.plc.loops[i], "; ".join(filter(None, self.plc.describe(s.notice)))))
+                s.notice = 0
