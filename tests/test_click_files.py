@@ -608,6 +608,65 @@ def test_mutilated_dumps_are_read_or_refused_but_never_crash(dump):
             DUMP.read(dump[:at] + rubbish + dump[at + length :])
 
 
+# --- pyclickplc is not taken at its word ------------------------------------------------------------------------------
+
+
+def test_a_package_that_reads_otherwise_is_noticed(image, dump, monkeypatch):
+    view, names = DATAVIEW.write(image, ())["TANK1"], NICKNAMES.write(image, ())
+    load, numbers, table = DataViewFile.load, read_plc_data, read_csv
+
+    def other_value(path):
+        found = load(path)
+        found.rows[34].new_value = 1.0
+        return found
+
+    monkeypatch.setattr(DataViewFile, "load", other_value)
+    with pytest.raises(ListingError, match=r"DF106: pyclickplc reads 1\.0 from"):
+        DATAVIEW.read(view)
+    monkeypatch.setattr("pyclickplc.plcdata.read_plc_data", lambda path: {**numbers(path), "DF1": 1.25})
+    with pytest.raises(ListingError, match="pyclickplc does not read DF1 as it is written"):
+        DUMP.read(dump)
+    monkeypatch.setattr("pyclickplc.plcdata.read_plc_data", lambda path: {**numbers(path), "DF501": 1.25})
+    with pytest.raises(ListingError, match="pyclickplc reads DF501, which no row has"):
+        DUMP.read(dump)
+    monkeypatch.setattr("pyclickplc.nicknames.read_csv", lambda path: dict(list(table(path).items())[1:]))
+    with pytest.raises(ListingError, match="pyclickplc does not read the row of C101"):
+        NICKNAMES.read(names)
+
+
+def test_a_package_that_writes_otherwise_is_noticed(image, dump, monkeypatch):
+    from pyclickplc.nicknames import write_csv
+
+    monkeypatch.setattr("pyclickplc.nicknames.write_csv", lambda path, records: write_csv(path, records[1:]))
+    with pytest.raises(UnwritableError, match="did not write what it was given"):
+        NICKNAMES.write(image, ())
+    save = DataViewFile.save
+
+    def dropped(view, path):
+        view.rows[3].new_value = None
+        save(view, path)
+
+    monkeypatch.setattr(DataViewFile, "save", dropped)
+    with pytest.raises(UnwritableError, match="a DataView of TANK1 does not hold what it was given"):
+        DATAVIEW.write(image, ())
+    monkeypatch.setattr(
+        "pyclickplc.plcdata.write_plc_data",
+        lambda path, data, banks: write_plc_data(path, {a: v for a, v in data.items() if a != "DF106"}, banks=banks),
+    )
+    with pytest.raises(UnwritableError, match=r"DF106 = 2.4 does not fit"):
+        DUMP.merge(image, dump)
+
+
+def test_no_temporary_file_is_no_crash(image, monkeypatch):
+    def full(*args, **kwargs):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr("tempfile.TemporaryDirectory", full)
+    for kind in (NICKNAMES, DATAVIEW):
+        with pytest.raises(ListingError, match="no temporary file can be used: No space left"):
+            kind.write(image, ())
+
+
 # --- all of them ------------------------------------------------------------------------------------------------------
 
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 from pidcfg.encoders.click.nicknames import nicknames
 from pidcfg.encoders.click.package import read_with, written_by
+from pidcfg.encoders.files import UnwritableError
 from pidcfg.encoders.listing import DECIMAL, WHOLE, ListingError
 from pidcfg.encoders.maps.click import SPACE
 
@@ -85,7 +86,7 @@ def write_nicknames(image: Image, checklist: tuple[str, ...] = ()) -> str:
     text = written_by(lambda path: write_csv(path, records)).decode().replace("\r\n", "\n")
     back = [(row.address, row.nickname, row.value, row.comment) for row in parse(text).rows]
     if back != [(row.address, row.nickname, row.value or "0", row.comment) for row in rows]:
-        raise ListingError("pyclickplc did not write what it was given")
+        raise UnwritableError("pyclickplc did not write what it was given")
     return text
 
 
