@@ -31,6 +31,7 @@ class Ezlogix(Memory):
     """An EZLogix as loaded from its registers; implements `pidcfg.sim.plc.Plc`."""
 
     out_name = "CV"
+    pulses = ("O",)
     word_of_flags = "{}"
     modes = tuple(MODES)
     options = tuple(f.name for f in fields(Options))
@@ -56,6 +57,11 @@ class Ezlogix(Memory):
         super().__init__(image)
         self._in_run = True
         self.scales = [(c.pv_low, c.pv_low + c.pv_width, int(c.pv_span)) for c in self.cfg]
+
+    @property
+    def rises(self) -> list[bool]:
+        """Reverse controller action: the PV rises with the CV."""
+        return [not c.direct for c in self.cfg]
 
     @property
     def base(self) -> int:
