@@ -123,6 +123,8 @@ def test_what_the_runner_asks():
     assert (machine.running, machine.flags, machine.alarm_bits, machine.aux_bits) == (True, {}, {}, {})
     assert (machine.out_name, machine.modes, machine.options) == ("CV", ("manual", "auto"), ())
     assert machine.commands == {"ramp_soak": (), "autotune": ("start", "cancel"), "plc": ("stop", "run")}
+    assert (machine.pulses, machine.rises) == (("O",), [True, True])
+    assert plc({"action": "direct"}).rises == [False]
     assert machine.tuned_names == ("proportional_gain", "integral_time", "derivative_time")
     assert (machine.scan_time(0.01), machine.problems) == (None, ())
 
