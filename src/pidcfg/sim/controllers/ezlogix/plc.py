@@ -32,7 +32,6 @@ class Ezlogix(Memory):
 
     out_name = "CV"
     pulses = ("O",)
-    pulses = ("O",)
     word_of_flags = "{}"
     modes = tuple(MODES)
     options = tuple(f.name for f in fields(Options))
@@ -62,11 +61,6 @@ class Ezlogix(Memory):
     @property
     def rises(self) -> list[bool]:
         """Reverse controller action: the PV rises with the CV."""
-        return [not c.direct for c in self.cfg]
-
-    @property
-    def rises(self) -> list[bool]:
-        """Reverse action is meant for a PV that rises with the CV."""
         return [not c.direct for c in self.cfg]
 
     @property
