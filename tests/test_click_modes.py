@@ -97,6 +97,7 @@ def test_a_request_takes_the_place_of_the_goal():
     rig.plc.request(0, "manual")
 
     assert rig.step(5).mode() == "manual"
+    assert (rig.log, rig.plc.tuned(0)) == ([], None)
 
 
 def test_a_set_point_set_before_the_goal_is_reached_is_the_one_that_is_written():
@@ -122,7 +123,7 @@ def test_output_is_read_only_in_auto():
 
 
 @pytest.mark.parametrize("mode", ["manual", "auto"])
-@pytest.mark.parametrize(("written", "becomes"), [(10, 30.0), (30, 30.0), (55.5, 55.5), (70, 70.0), (99, 70.0)])
+@pytest.mark.parametrize(("written", "becomes"), [(10, 30.0), (30, 30.0), (55.5, 55.5), (70, 70.0), (70.5, 70.0), (99, 70.0)])
 def test_an_enabled_limit_overwrites_the_set_point(mode, written, becomes):
     rig = at(setpoint={"value": 60, "lower_limit": 30, "upper_limit": 70})
     if mode == "auto":
@@ -142,6 +143,9 @@ def test_limits_are_enabled_one_by_one():
     assert rig.step().st[0].sp == 5000.0
     rig.set("setpoint", -5000)
     assert rig.step().st[0].sp == 30.0
+    rig = at(setpoint={"value": 60, "upper_limit": 70})
+    rig.set("setpoint", -5000)
+    assert rig.step().st[0].sp == -5000.0
 
 
 def test_a_bumpless_transfer_is_limited_too():
@@ -326,6 +330,18 @@ def test_stop_ends_the_goal_and_run_and_stop_twice_are_once():
     rig.step(3)
 
     assert rig.mode() == "manual"
+    assert [text.partition(":")[0] for _, text in rig.log] == ["PID error 27", "refused", "no PID error any more"]
+    assert rig.plc.tuned(0) is None
+
+
+def test_stop_forgets_requests():
+    rig = at()
+    rig.plc.autotune(0, "start")
+    rig.plc.program(rig.sig)
+    rig.plc.run(rig.tick)
+    rig.auto().step(2)
+
+    assert (rig.mode(), rig.log) == ("auto", [])
 
 
 # --- alarms ----------------------------------------------------------------------------------------------------------
