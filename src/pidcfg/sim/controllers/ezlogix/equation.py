@@ -29,7 +29,7 @@ def coefficients(s: State) -> None:
     factor = s.gain if s.gain > 0.0 else 1.0
     s.kp = s.gain
     s.ki = factor * seconds / s.reset if s.reset > 0.0 else 0.0
-    s.kd = factor * s.rate / seconds if seconds > 0.0 else 0.0
+    s.kd = factor * s.rate / seconds
 
 
 def begin(c: Config, s: State, x: float) -> None:

@@ -179,7 +179,15 @@ class Ezlogix(Memory):
         if str(rows[0].path) == "autotune.timeout":
             s.tune_left = self.cfg[loop].timeout
         self._show(loop, sig)
-        return "the loop is not calculated: its sample rate is below 0.05 s" if self.cfg[loop].halt else None
+        if self.cfg[loop].halt:
+            return "the loop is not calculated: its sample rate is below 0.05 s"
+        return self._overwritten(loop) if rows[0].path == "setpoint.value" else None
+
+    def _overwritten(self, loop: int) -> str | None:
+        """Which loop writes this one's set point register (D177)."""
+        writers = (name for name, c in zip(self.loops, self.cfg, strict=True) if c.feeds == loop and not c.halt)
+        writer = next(writers, None)
+        return writer and f"the CV of {writer} stands in the same register and overwrites it"
 
     def _operate(self, loop: int, raw: int, sig: MutableSequence[float]) -> str | None:
         """The operator writes the CV, which is his in Manual only (D172)."""
