@@ -12,7 +12,7 @@ from pidcfg.refs import Decision, Manual
 from pidcfg.source import read_document
 from pidcfg.validate.codes import READING, SCHEMA
 from pidcfg.validate.engine import check_document
-from pidcfg.validate.rules.dl06 import RULES
+from pidcfg.vendors import VENDORS
 
 CASES = sorted((Path(__file__).parent / "cases").glob("**/*.yaml"))
 MARK = re.compile(r"\b(expect|ok): (PID\d{3}(?:, PID\d{3})*)")
@@ -26,7 +26,8 @@ NOT_TEXT = {
 FROM_THE_COMMAND = {"PID040"}
 """A path that cannot be opened never reaches the reader; tests/test_cli.py has it."""
 
-DL06_RULES = [rule for code, rule in RULES.items() if code.startswith("PID2")]
+RULES = {code: rule for vendor in VENDORS.values() for code, rule in vendor.load("rules").items()}
+"""The rules of all vendors; those for every vendor are in each vendor's table, and once here."""
 EXPLAINED = [*READING, *SCHEMA, *RULES.values()]
 
 
@@ -86,12 +87,22 @@ def test_every_code_of_reading_and_schema_has_a_case(rule):
         assert any(code == rule.code for text in cases_of(rule.code) for _, code in marks(text, "expect"))
 
 
-def test_names_and_codes_are_unique():
-    assert len({rule.name for rule in EXPLAINED}) == len({rule.code for rule in EXPLAINED}) == len(EXPLAINED)
+def test_codes_are_unique():
+    rules = {*READING, *SCHEMA, *(rule for vendor in VENDORS.values() for rule in vendor.load("rules").values())}
+
+    assert len({rule.code for rule in rules}) == len(rules)
 
 
-def test_the_dl06_has_rules_for_everything_its_manual_warns_of():
-    assert len(DL06_RULES) >= 45
+@pytest.mark.parametrize("vendor", VENDORS.values(), ids=lambda vendor: vendor.key)
+def test_a_vendor_names_every_rule_differently(vendor):
+    rules = [*READING, *SCHEMA, *vendor.load("rules").values()]
+
+    assert len({rule.name for rule in rules}) == len(rules)
+
+
+@pytest.mark.parametrize(("group", "least"), [("PID2", 45), ("PID3", 60)], ids=["dl06", "click"])
+def test_a_vendor_has_rules_for_everything_its_manual_warns_of(group, least):
+    assert sum(code.startswith(group) for code in RULES) >= least
 
 
 @pytest.mark.parametrize("rule", EXPLAINED, ids=lambda rule: rule.code)
@@ -168,9 +179,10 @@ def test_the_start_of_auto_tuning_is_on_the_other_side_for_reverse_action():
     assert ["above the set point" in side for side in sides] == [False, True]
 
 
+@pytest.mark.parametrize("example", ["dl06/reactor", "click/tank", "ezlogix/oven"])
 @pytest.mark.parametrize("extreme", ["0", "-1", "0.0001", "65536", "1e300", "-1e300", "1e-300", '"-3 counts"'])
-def test_no_number_makes_a_rule_fail(extreme):
-    text = (Path(__file__).parents[1] / "examples/dl06/reactor.yaml").read_text("utf-8")
+def test_no_number_makes_a_rule_fail(extreme, example):
+    text = (Path(__file__).parents[1] / f"examples/{example}.yaml").read_text("utf-8")
     for number in re.finditer(r"(?<=[ \[])\d+(\.\d+)?(?=[,}\] \n])", text):
         check(text[: number.start()] + extreme + text[number.end() :])
 

@@ -26,6 +26,10 @@ D146 = Decision(
     "That the autotune sets the gains is printed; what it does with the derivative for PI is not.",
 )  # fmt: skip
 FULL = (Decimal(0), Decimal(100))
+OUTSIDE = {
+    "bias": "the change to Auto replaces it by the output",
+    "output": "the first sample in Auto brings it back",
+}
 
 
 @rule(
@@ -76,8 +80,7 @@ def autotune_between_narrow_limits(context: ClickContext) -> Iterator[Finding]:
     name="stored-output-outside-limits",
     severity=Severity.INFO,
     basis=OUTPUT,
-    message="{register} holds {value}, outside the output limits {low} to {high}: the first sample in Auto brings it "
-    "back",
+    message="{register} holds {value}, outside the output limits {low} to {high}: {effect}",
 )
 def stored_output_outside_limits(context: ClickContext) -> Iterator[Finding]:
     """The output or bias that is stored lies outside the output limits.
@@ -93,7 +96,8 @@ def stored_output_outside_limits(context: ClickContext) -> Iterator[Finding]:
             value = view.held(name)
             inside = not limits or limits[0] >= limits[1] or value is None or limits[0] <= value <= limits[1]
             if getattr(view.loop.state, name) is not None and value is not None and not inside:
-                yield view.find("state", name, register=view.register(name), value=view.co(value),
+                effect = OUTSIDE[name]
+                yield view.find("state", name, effect=effect, register=view.register(name), value=view.co(value),
                                 low=view.co(limits[0]), high=view.co(limits[1]))  # fmt: skip
 
 

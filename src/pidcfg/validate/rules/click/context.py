@@ -124,6 +124,10 @@ class LoopView:
         """The PID errors that the loop's values cause, in the order of their numbers."""
         return tuple(error for error in ERRORS if self._breaks(error))
 
+    def sound(self, *names: str) -> bool:
+        """Whether none of these registers causes a PID error, which is reported by itself."""
+        return not {error.register for error in self.errors} & set(names)
+
     def _breaks(self, error: PidError) -> bool:
         value = self.given(error.register) or Decimal(0)
         if error.above is not None:

@@ -37,6 +37,8 @@ D137 = Decision(
     "The topic prints a derivative of the error, so that steps of the set point count as well; it gives no number.",
 )  # fmt: skip
 TYPICAL = (8, 20)
+TIMES = ("reset_time", "derivative_gain")
+GAINS = ("proportional_gain", "derivative_gain")
 STEP = Decimal("0.1")
 FULL = Decimal(100)
 
@@ -114,7 +116,7 @@ def derivative_without_limit_or_filter(context: ClickContext) -> Iterator[Findin
     """
     for view in context.loops:
         tuning, sample = view.loop.tuning, view.loop.sample_rate
-        if sample > 0 and not has_filter(view) and limit_in_use(view) is None:
+        if not has_filter(view) and limit_in_use(view) is None and view.sound("sample_rate", "derivative_gain"):
             times = tuning.derivative_gain / sample
             if times > TYPICAL[1]:
                 moves = f"{float(times * tuning.proportional_gain):.3g} {view.loop.output.unit or '%'}"
@@ -165,7 +167,7 @@ def derivative_exceeds_reset(context: ClickContext) -> Iterator[Finding]:
     """
     for view in context.loops:
         tuning = view.loop.tuning
-        if view.integrates and 0 < tuning.reset_time < 2 * tuning.derivative_gain:
+        if view.integrates and tuning.reset_time < 2 * tuning.derivative_gain and view.sound(*TIMES):
             yield view.find("tuning", "derivative_gain", gain=decimal_text(tuning.derivative_gain),
                             reset=decimal_text(tuning.reset_time))  # fmt: skip
 
@@ -188,7 +190,7 @@ def setpoint_step_kicks_output(context: ClickContext) -> Iterator[Finding]:
     """
     for view in context.loops:
         tuning, sample = view.loop.tuning, view.loop.sample_rate
-        if sample <= 0 or limit_in_use(view) is not None or view.squared:
+        if limit_in_use(view) is not None or view.squared or not view.sound("sample_rate", *GAINS):
             continue
         step = STEP * view.span
         kick = tuning.proportional_gain * tuning.derivative_gain / sample * step

@@ -93,3 +93,25 @@ def auto_with_pid_error(context: ClickContext) -> Iterator[Finding]:
             error = view.errors[0]
             yield view.find("mode", plc_effect=effect(error.number), number=error.number, title=error.title,
                             register=view.register("error_code"))  # fmt: skip
+
+
+@rule(
+    code="PID320",
+    name="auto-is-not-downloaded",
+    severity=Severity.INFO,
+    basis=MANUAL,
+    message="mode is auto, but every start of the PLC leaves the loop in Manual until {register} is set{others}",
+)
+def auto_is_not_downloaded(context: ClickContext) -> Iterator[Finding]:
+    """A loop is meant for Auto, which no download can bring about.
+
+    Why: the change from STOP to RUN puts all loops into Manual, and the request for Auto is a momentary bit, so it is
+    written as 0. After a power failure the loops stay in Manual until somebody notices. It is reported once a file.
+
+    Fix: let the ladder program set the request once the plant is ready, or tell the operators.
+    """
+    found = [view for view in context.loops if view.loop.mode == "auto" and not view.errors]
+    if found:
+        more = len(found) - 1
+        others = f" (the same for {more} more loop{'s' if more > 1 else ''})" if more else ""
+        yield found[0].find("mode", register=found[0].register("auto_request"), others=others)

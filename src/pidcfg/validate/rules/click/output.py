@@ -168,7 +168,7 @@ def pwm_period_beyond_reset(context: ClickContext) -> Iterator[Finding]:
     """
     for view in context.loops:
         pwm, reset = view.loop.output.pwm, view.loop.tuning.reset_time
-        if pwm is not None and 0 < reset < pwm.period:
+        if pwm is not None and reset < pwm.period and view.sound("reset_time", "pwm_period"):
             yield view.find("output", "pwm", "period", period=decimal_text(pwm.period), reset=decimal_text(reset))
 
 
@@ -190,6 +190,6 @@ def pwm_period_below_sample_rate(context: ClickContext) -> Iterator[Finding]:
     """
     for view in context.loops:
         pwm, sample = view.loop.output.pwm, view.loop.sample_rate
-        if pwm is not None and 0 < pwm.period < sample:
+        if pwm is not None and pwm.period < sample and view.sound("sample_rate", "pwm_period"):
             yield view.find("output", "pwm", "period", period=decimal_text(pwm.period), sample=decimal_text(sample),
                             times=number_text((sample / pwm.period).quantize(Decimal("0.1"))))  # fmt: skip

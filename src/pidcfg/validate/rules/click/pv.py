@@ -101,7 +101,7 @@ def filter_lags(context: ClickContext) -> Iterator[Finding]:
     """
     for view in context.loops:
         tau, reset = time_constant(view), view.loop.tuning.reset_time
-        if tau is not None and reset > 0 and tau * SHARE > reset:
+        if tau is not None and tau * SHARE > reset and view.sound("reset_time", "sample_rate"):
             yield view.find("pv", "filter", constant=view.loop.pv.filter, sample=decimal_text(view.loop.sample_rate),
                             tau=f"{tau:.3g}", reset=decimal_text(reset))  # fmt: skip
 

@@ -21,8 +21,8 @@ TRANSFER = CLICK.at("Bumpless Transfer (Cn+08)")
 D132 = Decision(
     132, "crossed set point limits are compared as stored",
     "A lower limit above the upper one is reported whatever the enable bits say, with a limit that is not given as 0: "
-    "an error when one of the two is enabled, else a warning.",
-    "Error 23 names the two registers; that their bits matter for it is printed nowhere.",
+    "an error when both are enabled, else a warning.",
+    "Error 23 names the two registers; whether it waits for their enable bits is printed nowhere.",
 )  # fmt: skip
 CROSSED = CLICK_HELP.at("PID errors, 23")
 ENDS = ("lower", "upper")
@@ -70,21 +70,21 @@ def written(view: LoopView) -> Decimal | None:
 def setpoint_limits_crossed(context: ClickContext) -> Iterator[Finding]:
     """The lower set point limit is above the upper one, as their registers hold them.
 
-    Why: the PLC reports error 23 and keeps the loop in Manual. It compares registers: a limit that is not given is 0,
-    so that an upper limit of -10 alone is crossed as well.
+    Why: the PLC reports error 23 and keeps the loop in Manual. It may compare the registers whatever their enable bits
+    say, and a limit that is not given is 0: a lower limit of 20 alone, or an upper limit of -10, is a warning.
 
     Fix: write the smaller number as `lower_limit`; give both limits where 0 is not between them, the one that is not
     wanted with `lower_limit_enabled: false`.
     """
     for view in context.loops:
         if crossed(view) and not missing(view):
-            on = any(view.setpoint_limited(end) for end in ENDS)
+            both = all(view.setpoint_limited(end) for end in ENDS)
             ends = {"low": "setpoint_lower", "high": "setpoint_upper"}
             values = {key: view.shown(name) for key, name in ends.items()}
             values |= {f"{key}_register": view.register(name) for key, name in ends.items()}
             key = "lower_limit" if view.loop.setpoint.lower_limit is not None else "upper_limit"
             yield Finding(("loops", view.index, "setpoint", key), values, plc_effect=CROSSED_EFFECT,
-                          severity=None if on else Severity.WARNING)  # fmt: skip
+                          severity=None if both else Severity.WARNING)  # fmt: skip
 
 
 @rule(

@@ -63,7 +63,7 @@ def integral_faster_than_proportional(context: ClickContext) -> Iterator[Finding
     """
     for view in context.loops:
         reset, sample = view.loop.tuning.reset_time, view.loop.sample_rate
-        if 0 < reset < sample:
+        if reset < sample and view.sound("reset_time", "sample_rate"):
             yield view.find("tuning", "reset_time", reset=decimal_text(reset), sample=decimal_text(sample),
                             times=f"{sample / reset:.1f}")  # fmt: skip
 
@@ -78,13 +78,13 @@ def integral_faster_than_proportional(context: ClickContext) -> Iterator[Finding
 def integral_as_good_as_off(context: ClickContext) -> Iterator[Finding]:
     """The reset time is 1000 s or more.
 
-    Why: the integral cannot be switched off; a very long reset time is how the help removes its effect. A loop that is
-    meant to have a slow integral then keeps an offset for hours.
+    Why: the integral cannot be switched off; a very long reset time is how the help removes its effect. The output then
+    stays around what Manual left, and a loop that was meant to have a slow integral keeps an offset for hours.
 
     Fix: nothing, if a loop without an integral (or a very slow process) is meant; otherwise shorten the reset time.
     """
     for view in context.loops:
-        if view.loop.tuning.reset_time >= NO_INTEGRAL:
+        if view.loop.tuning.reset_time >= NO_INTEGRAL and view.sound("reset_time"):
             yield view.find("tuning", "reset_time", reset=decimal_text(view.loop.tuning.reset_time))
 
 
@@ -106,7 +106,7 @@ def gain_acts_like_a_switch(context: ClickContext) -> Iterator[Finding]:
     """
     for view in context.loops:
         error = saturating_error(view)
-        if error is not None and error * BAND < view.span:
+        if error is not None and error * BAND < view.span and view.sound("proportional_gain"):
             yield view.find("tuning", "proportional_gain", gain=number_text(view.loop.tuning.proportional_gain),
                             error=approximate(view, error))  # fmt: skip
 
@@ -129,15 +129,15 @@ def gain_moves_nothing(context: ClickContext) -> Iterator[Finding]:
     for view in context.loops:
         gain, width = view.loop.tuning.proportional_gain, view.span
         moves = gain * (width * width if view.squared else width)
-        if 0 < moves < 1:
+        if moves < 1 and view.sound("proportional_gain"):
             yield view.find("tuning", "proportional_gain", gain=number_text(gain), span=view.eu(width),
                             moves=f"{float(moves):.2g} %")  # fmt: skip
 
 
 def approximate(view: LoopView, value: Decimal) -> str:
-    """A derived number in the PV's unit, with three digits."""
+    """A derived number in the PV's unit, with four digits."""
     unit = f" {view.loop.pv.unit}" if view.loop.pv.unit else ""
-    return f"{float(value):.3g}{unit}"
+    return f"{float(value):.4g}{unit}"
 
 
 @rule(
@@ -157,7 +157,7 @@ def windup_not_prevented(context: ClickContext) -> Iterator[Finding]:
     Fix: write `freeze_bias: true`.
     """
     for view in context.loops:
-        if view.integrates and not view.loop.freeze_bias and travel(view) is not None:
+        if view.integrates and view.sound("reset_time") and not view.loop.freeze_bias and travel(view) is not None:
             low, high = view.loop.output.limits
             yield view.find("freeze_bias", low=view.co(low), high=view.co(high),
                             reset=decimal_text(view.loop.tuning.reset_time))  # fmt: skip
