@@ -70,6 +70,8 @@ class Plc:
     running: bool = True
     base: int = 1_000_000
     out_name: str = "OUT"
+    pulses: tuple[str, ...] = ()
+    rises: tuple[bool, ...] = (True,) * 8
     word_of_flags: str = "0x{:04X}"
     modes: tuple[str, ...] = tuple(MODES)
     alarm_bits: dict[str, int] = field(default_factory=lambda: {"high": ALARM})

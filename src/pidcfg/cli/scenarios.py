@@ -15,6 +15,8 @@ from pidcfg.encoders.listing import ListingError
 from pidcfg.encoders.words import DecodeError
 from pidcfg.schemas.scenario import Scenario
 from pidcfg.schemas.scenario_fields import whole
+from pidcfg.sim.feedback import wrong_actions
+from pidcfg.sim.network import initial_values, rest
 from pidcfg.sim.prepare import options, prepare
 from pidcfg.source import read_document
 from pidcfg.validate.codes import SCENARIO_KINDS
@@ -96,7 +98,12 @@ def check_scenario(doc: Document, limits: Limits) -> list[Diagnostic]:
     """All findings of a scenario file; those of its configuration are reported with the configuration."""
     loaded = load(doc, limits)
     if loaded.scenario is not None and loaded.image is not None:
-        loaded.add(prepare(loaded.scenario, loaded.plc()).problems)
+        plc = loaded.plc()
+        net = prepare(loaded.scenario, plc)
+        loaded.add(net.problems)
+        if not any(problem.severity == "error" for problem in net.problems):
+            rest(net, initial_values(net))
+            loaded.add(wrong_actions(net, plc))
     return loaded.findings
 
 

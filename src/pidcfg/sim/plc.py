@@ -46,6 +46,10 @@ class Plc(Protocol):
     """In the order of ``cfg`` and ``st``."""
     scales: Sequence[tuple[float, float, int]]
     """For each loop its PV at 0 % and 100 % in engineering units, and the counts between."""
+    rises: Sequence[bool]
+    """For each loop whether its action takes for granted that the PV rises with the output."""
+    pulses: Sequence[str]
+    """Names of the signals that follow the output as pulses."""
     out_name: str
     """What the vendor calls a loop's output: OUT, CV, CO, MV."""
     modes: Sequence[str]

@@ -27,8 +27,9 @@ KINDS = (
     "rounded",
     "set_up",
     "no_steady_state",
+    "wrong_action",
 )
-"""Kinds of problems; the last five do not keep a scenario from running."""
+"""Kinds of problems; the last six do not keep a scenario from running."""
 
 
 @dataclass(frozen=True, slots=True)

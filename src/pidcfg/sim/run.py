@@ -16,6 +16,7 @@ from pidcfg.sim.engine import CHUNK, EngineName, Machine, choose, numba_kernels,
 from pidcfg.sim.events import Agenda
 from pidcfg.sim.expect import Outcome, verdict, watches_of
 from pidcfg.sim.expressions import FAULTS
+from pidcfg.sim.feedback import wrong_actions
 from pidcfg.sim.journal import Journal
 from pidcfg.sim.metrics import DEFAULT_BAND, Band, Gauge, Meter, begin, loop_metrics
 from pidcfg.sim.network import initial_values, rest
@@ -104,6 +105,7 @@ class _Run:
             for loop, value in scenario.initial.items():
                 plc.set_output(plc.loops.index(loop), value, net.sig)
         rest(net, initial_values(net))
+        problems += wrong_actions(net, plc)
         meters = [Meter(c.sig_pv, c.sig_sp, c.sig_out) for c in plc.cfg]
         bands = [Band(i, DEFAULT_BAND) for i in range(len(meters))]
         watched = {slot for m in meters for slot in (m.pv, m.sp, m.out)}

@@ -74,6 +74,7 @@ SCENARIO = (
     _row("PID056", "rounded-to-steps", "A time is no whole number of base steps.", "The simulation advances in steps; the nearest one is taken.", "Choose a time or a step that fits, if the difference matters.", Severity.WARNING),
     _row("PID057", "no-steady-state", "The loops do not come to rest before time 0.", "With `initial: steady` the run starts where everything is settled; nothing settles.", "Check mode, action and tuning, and the signs of gain and load of the plant."),
     _row("PID059", "set-up-fails", "The scenario gives the PLC a set-up that its own check refuses.", "The PLC then calculates no loop; the run shows that.", "Correct `plc.number_of_loops`, unless the failure is what is to be shown.", Severity.WARNING),
+    _row("PID060", "wrong-action", "The action of a loop does not fit its plant.", "The output would drive the PV away from the set point: a heater runs to full power and stays there.", "Compare the action with the plant: DL06 and CLICK name the process (direct: the PV rises with the output), EZLogix the controller (reverse: the output rises when the PV falls). Then the sign of the plant's gain."),
     _row("PID058", "unusable-configuration", "The configuration or listing of a scenario cannot be used.", "There is nothing to simulate.", "Correct the path, or validate the configuration."),
 )
 # fmt: on
@@ -89,6 +90,7 @@ SCENARIO_KINDS = {
     "no_steady_state": "PID057",
     "limit": "PID013",
     "set_up": "PID059",
+    "wrong_action": "PID060",
 }
 """Codes of `pidcfg.sim.problems.Problem` by kind."""
 

@@ -44,6 +44,7 @@ class Click(Memory):
     """A CLICK as loaded from its registers; implements `pidcfg.sim.plc.Plc`."""
 
     out_name = "CO"
+    pulses = ("PWM",)
     word_of_flags = "{}"
     running = True
     modes = tuple(MODES)
@@ -96,6 +97,11 @@ class Click(Memory):
             self._show(i, sig)
 
     # --- the operator ------------------------------------------------------------------------------------------------
+
+    @property
+    def rises(self) -> list[bool]:
+        """Direct (forward) action: the PV rises with the output."""
+        return [not c.reverse for c in self.cfg]
 
     def request(self, loop: int, mode: str) -> None:
         """A mode request goes on; it is looked at with the next sample and is off again."""

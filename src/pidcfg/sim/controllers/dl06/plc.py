@@ -42,6 +42,7 @@ class Dl06(Memory):
     """A DL06 as loaded from its words; implements `pidcfg.sim.plc.Plc`."""
 
     out_name = "OUT"
+    pulses = ()
     word_of_flags = "0x{:04X}"
     modes = tuple(MODES)
     options = tuple(f.name for f in fields(Options))
@@ -65,6 +66,11 @@ class Dl06(Memory):
         self.scales = [(c.pv_low, c.pv_low + c.pv_width, int(c.pv_span)) for c in self.cfg]
 
     # --- the CPU -----------------------------------------------------------------------------------------------------
+
+    @property
+    def rises(self) -> list[bool]:
+        """Direct action: the PV rises with the output."""
+        return [not c.reverse for c in self.cfg]
 
     @property
     def running(self) -> bool:

@@ -1,0 +1,68 @@
+"""Whether a loop's action fits its plant: the way from its output to its PV, looked at before anything runs.
+
+Design. Every signal that follows the output is raised a little, and the change is carried through the plants in their
+order, by the sign of their gain, and through the expressions as they stand at time 0. A PV that falls where the action
+takes for granted that it rises, or the other way round, is positive feedback: the loop runs away. Ways through another
+loop, and expressions that do not answer at time 0, tell nothing.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from pidcfg.sim.expressions import evaluate
+from pidcfg.sim.problems import Problem
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
+    from pidcfg.sim.kernel import Channel
+    from pidcfg.sim.network import Network
+    from pidcfg.sim.plants import Plant
+    from pidcfg.sim.plc import Plc
+
+RAISED = 1.0
+"""By how much an output is raised, in its own unit."""
+
+
+def wrong_actions(net: Network, plc: Plc) -> Iterator[Problem]:
+    """A problem for each loop whose action does not fit its plant; the network is at rest at its initial values."""
+    for i, loop in enumerate(plc.loops):
+        change = answer(net, plc, i)
+        if change and (change > 0) != plc.rises[i]:
+            is_so, should = ("rises", "fall") if change > 0 else ("falls", "rise")
+            message = (
+                f"the PV of {loop} {is_so} with its output, but its action expects it to {should}: positive feedback, "
+                "the loop runs away"
+            )
+            cure = "turn the action of the loop round, or the sign of the plant's gain"
+            place = net.texts[loop][0] if loop in net.texts else ("connect", f"{loop}.PV")
+            yield Problem(place, message, "wrong_action", help=cure, key=True, loop=loop)
+
+
+def answer(net: Network, plc: Plc, loop: int) -> float:
+    """The change of a loop's PV after its output is raised: only its sign means anything, 0: none, or not known."""
+    raised = list(net.sig)
+    outputs = {plc.cfg[loop].sig_out, *(net.names.get(f"{plc.loops[loop]}.{name}", -1) for name in plc.pulses)} - {-1}
+    for slot in outputs:
+        raised[slot] += RAISED
+    for plant in net.plants:
+        moved = _read(net, plant, raised) - _read(net, plant, net.sig)
+        raised[plant.slot] += plant.gain * moved
+        if plant.measured != plant.slot:
+            raised[plant.measured] += plant.gain * moved
+    target = plc.cfg[loop].sig_in
+    change: float = raised[target] - net.sig[target]
+    for channel in net.channels:
+        if channel.target == target:
+            change = _read(net, channel, raised) - _read(net, channel, net.sig)
+    return change
+
+
+def _read(net: Network, reader: Plant | Channel, sig: Sequence[float]) -> float:
+    """What a plant or a channel reads from these signals; 0 where its expression has no value."""
+    if reader.source >= 0:
+        return sig[reader.source]
+    stack = net.pool.stack()
+    value = evaluate(net.pool.code, net.pool.constants, reader.first, reader.last, sig, stack)
+    return 0.0 if stack[0] else value
