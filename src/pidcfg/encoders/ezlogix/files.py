@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from pidcfg.encoders.files import DecodeOption, listings
+from pidcfg.encoders.ezlogix.tags import merge_tags, read_tags, write_tags
+from pidcfg.encoders.files import DecodeOption, FileKind, columns, listings
 from pidcfg.encoders.maps.ezlogix import SPACE
 from pidcfg.encoders.plain import address_of, listed, one_of
 from pidcfg.schemas.ezlogix import DISCRETES, REGISTERS, parse_tag
@@ -12,7 +13,12 @@ from pidcfg.schemas.ezlogix import DISCRETES, REGISTERS, parse_tag
 if TYPE_CHECKING:
     from pidcfg.schemas.ezlogix import EzlogixFile
 
-FORMATS = listings(SPACE, "register listing")
+FORMATS = listings(SPACE, "register listing") | {
+    "tags": FileKind(
+        "tags", "tag list (CSV)", write_tags, read_tags, lambda text: {"tag", "address"} <= set(columns(text)),
+        merge=merge_tags, whole=False,
+    ),
+}  # fmt: skip
 
 
 def _output(text: str) -> dict[str, str] | None:

@@ -1,0 +1,253 @@
+"""The tag list of an EZLogix image: one tag a loop variable, written, added to a list of the user's, and read back.
+
+The columns are ours, since the vendor's are not public. What no register holds stands in comment lines as in the other
+listings.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+import re
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from pidcfg.encoders.files import UnwritableError, first_line
+from pidcfg.encoders.listing import LOOP, PLC, Listing, ListingError, comments, csv_rows
+from pidcfg.encoders.maps.ezlogix import PULSE_REGISTERS, R_BLOCK, S_BLOCK, SPACE, VARIABLES
+from pidcfg.encoders.scales import Distance, Position
+from pidcfg.encoders.words import Choice, Implied
+from pidcfg.refs import Decision
+from pidcfg.schemas.ezlogix import PlcSettings
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator, Mapping
+
+    from pidcfg.encoders.image import Cell, Image
+    from pidcfg.encoders.regmap import Word
+
+D155 = Decision(
+    155, "the tag list holds the variables of the blocks",
+    "One tag for each register and discrete that the manual names, those of the control output only where it is "
+    "enabled; settings with their raw value, the others without. PV, CV and control output get none.",
+    "Those three are entered in the dialog as tags, so they are there before the loop is.",
+)  # fmt: skip
+D156 = Decision(
+    156, "a tag that exists is left as it is",
+    "A tag whose name or address stands in the user's list is not created but reported, also with another value.",
+    "The vendor's own tool creates no tag that exists, and says which.",
+)  # fmt: skip
+
+COLUMNS = ("tag", "address", "type", "value", "loop", "field", "comment")
+TAG = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
+NUMBER = re.compile(r"[0-9]{1,5}")
+MARK = "\ufeff"
+TABLES = {"R": R_BLOCK, "S": S_BLOCK}
+KEYS = {"R": "registers", "S": "discretes"}
+FEW = 12
+"""Names that a report lists before it only counts."""
+
+
+class Tag(NamedTuple):
+    """One row of a tag list."""
+
+    tag: str
+    address: str
+    type: str
+    value: str
+    loop: str
+    field: str
+    comment: str
+
+
+def tags(image: Image) -> list[Tag]:
+    """The tags of all loops in address order; raises `UnwritableError` for a name that cannot be one."""
+    template = str(image.plc.get("tag_names", PlcSettings.model_fields["tag_names"].default))
+    numbers = {entry["loop"]: i for i, entry in enumerate(image.settings, start=1)}
+    pulsed = {entry["loop"] for entry in image.settings if (entry.get("output") or {}).get("pulse")}
+    rows: dict[str, Tag] = {}
+    for cell in image.cells:
+        known = cell.field in VARIABLES and cell.loop is not None
+        if not known or (cell.field in PULSE_REGISTERS and cell.loop not in pulsed):
+            continue
+        row = _tag(cell, template, numbers.get(cell.loop, 0))
+        other = rows.setdefault(row.tag.casefold(), row)
+        if other is not row:
+            raise UnwritableError(
+                f"{other.address} and {row.address} would both have the tag {row.tag}; `plc.tag_names` needs {{loop}}, "
+                "or other names of loops"
+            )
+    return list(rows.values())
+
+
+def _tag(cell: Cell, template: str, number: int) -> Tag:
+    loop = str(cell.loop)
+    name = template.format(loop=number, name=loop, variable=VARIABLES[cell.field])
+    if not TAG.fullmatch(name):
+        raise UnwritableError(
+            f"loop {loop}: {name!r} is not usable as a tag; rename the loop with letters, digits and _, or use "
+            "{loop} in `plc.tag_names`"
+        )
+    bank, _ = SPACE.place(cell.number)
+    word = TABLES[bank.prefix].words[TABLES[bank.prefix].offset(cell.field)]
+    value = cell.text if cell.access == "setting" else ""
+    return Tag(name, cell.address, cell.kind.name, value, loop, cell.field, _comment(word))
+
+
+def _comment(word: Word) -> str:
+    """The register's title, and what one of its counts is worth."""
+    codec = word.codec
+    if isinstance(codec, Choice):
+        return f"{word.title}: {codec.notation}"
+    if isinstance(codec, Position | Distance) or word.unit == "pv":
+        return f"{word.title}, counts"
+    worth = [f"{codec.step:f}"] if isinstance(codec, Implied) and codec.decimals else []
+    return ", ".join([word.title, *filter(None, [" ".join([*worth, word.unit]).strip()])])
+
+
+def write_tags(image: Image, checklist: tuple[str, ...] = ()) -> str:
+    """The whole list, with the checklist and what no register holds above it."""
+    rows = tags(image)
+    return "".join(f"{line}\n" for line in comments(image, checklist)) + _csv([COLUMNS, *rows], "\n")
+
+
+def _csv(rows: Iterable[Iterable[str]], end: str) -> str:
+    out = io.StringIO()
+    csv.writer(out, lineterminator=end).writerows(rows)
+    return out.getvalue()
+
+
+def read_tags(text: str) -> Listing:
+    """Values of R and S tags; the loops from the comment lines, else from the columns ``loop`` and ``field``."""
+    found = Listing(mixed=True)
+    rows = _rows(text, found)
+    for line, row in rows:
+        number, value = SPACE.parse(row["address"]), row.get("value", "")
+        if number is None or not value:
+            continue
+        kind = SPACE.kind(number)
+        raw = kind.read(int(value)) if NUMBER.fullmatch(value) else None
+        if raw is None:
+            raise ListingError(f"{row['tag']} ({row['address']}): the value {value[:40]!r} is not {kind.holds}", line)
+        found.add(number, raw, row["address"], line)
+    if not found.settings:
+        found.settings = tuple(_loops(rows))
+    _without_pulses(found)
+    return found
+
+
+def _rows(text: str, found: Listing) -> list[tuple[int, dict[str, str]]]:
+    """The rows with their lines; a tag's name twice is refused."""
+    rows = list(csv_rows(text.removeprefix(MARK), found, required=("tag", "address")))
+    lines: dict[str, int] = {}
+    for line, row in rows:
+        first = lines.setdefault(row["tag"].casefold(), line)
+        if first != line:
+            raise ListingError(f"the tag {row['tag'][:60]} stands here again, after line {first}", line)
+    return rows
+
+
+def _loops(rows: Iterable[tuple[int, Mapping[str, str]]]) -> Iterator[dict[str, Any]]:
+    """Where the blocks of each loop begin, as its tags say; they must agree."""
+    loops: dict[str, dict[str, Any]] = {}
+    for line, row in rows:
+        number, name = SPACE.parse(row["address"]), row.get("loop")
+        prefix = "" if number is None else SPACE.place(number)[0].prefix
+        word = next((w for w in TABLES[prefix].words if w.name == row.get("field")), None) if prefix else None
+        if number is None or word is None or not name:
+            continue
+        entry = loops.setdefault(name, {"loop": name, "output": {"pulse": None}})
+        start = f"{prefix}{SPACE.place(number)[1] - word.offset}"
+        if entry.setdefault(KEYS[prefix], start) != start or SPACE.parse(start) is None:
+            raise ListingError(f"{row['tag']} at {row['address']} is not in the block of {name} with its others", line)
+        if word.name in PULSE_REGISTERS:
+            entry.pop("output", None)
+    yield from loops.values()
+
+
+def _without_pulses(found: Listing) -> None:
+    """A loop without a control output has no tags for its times, which then are 0."""
+    for entry in found.settings:
+        output, base = entry.get("output"), entry.get("registers")
+        start = SPACE.parse(base) if isinstance(base, str) else None
+        if start is None or not isinstance(output, dict) or output.get("pulse", "") is not None:
+            continue
+        for field in PULSE_REGISTERS:
+            number = start + R_BLOCK.offset(field)
+            if number not in found.words:
+                found.add(number, 0, SPACE.name(number))
+
+
+def merge_tags(image: Image, text: str) -> tuple[str, tuple[str, ...]]:
+    """A list of the user's with the tags that are not in it (D156), in the columns that it has."""
+    found = Listing()
+    theirs = _rows(text, found)
+    head = [cell.strip() for cell in next(csv.reader([first_line(text.removeprefix(MARK))]))]
+    if not head:
+        raise ListingError(f"the list has no header; it begins with a line like {','.join(COLUMNS)}")
+    by_tag = {row["tag"].casefold(): row for _, row in theirs}
+    by_address = {row["address"].upper(): row for _, row in theirs}
+    created: list[Tag] = []
+    there: list[str] = []
+    notes: list[str] = []
+    for tag in tags(image):
+        at, called = by_address.get(tag.address), by_tag.get(tag.tag.casefold())
+        if at is None and called is None:
+            created.append(tag)
+            continue
+        if at is called:
+            there.append(tag.tag)
+        notes += _differs(tag, at, called)
+    notes += _differs_beside(image, found)
+    end = "\r\n" if "\r\n" in text else "\n"
+    added = "".join(line + end for line in _beside(image, found))
+    added += _csv([[getattr(tag, name, "") if name in COLUMNS else "" for name in head] for tag in created], end)
+    merged = text + ("" if text.endswith("\n") or not added else end) + added
+    if len(_rows(merged, Listing())) != len(theirs) + len(created):
+        raise ListingError("the tags could not be added to this file")
+    if "value" not in head:
+        notes.append("the list has no column value, so the values are not in it")
+    return merged, (f"created {len(created)}, already there: {_few(there)}", *notes)
+
+
+def _beside(image: Image, found: Listing) -> Iterator[str]:
+    """The comment lines of loops that the list does not know yet."""
+    known = [entry.get("loop") for entry in found.settings]
+    lines = [line for line in comments(image, ()) if line.startswith((PLC, LOOP))]
+    if not found.plc:
+        yield lines[0]
+    for entry, line in zip(image.settings, lines[1:], strict=True):
+        if entry["loop"] not in known:
+            yield line
+
+
+def _differs_beside(image: Image, found: Listing) -> Iterator[str]:
+    """What the user's list says otherwise of what no register holds, such as the action."""
+    pairs = [(PLC, found.plc, image.plc)] if found.plc else []
+    for entry in image.settings:
+        same = [theirs for theirs in found.settings if theirs.get("loop") == entry["loop"]]
+        pairs += [(f"{LOOP}{entry['loop']}", theirs, entry) for theirs in same]
+    for name, theirs, ours in pairs:
+        keys = [key for key in {**theirs, **ours} if theirs.get(key) != ours.get(key)]
+        if keys:
+            yield f"left as it is: the line {name.strip()!r}; the configuration says otherwise in {', '.join(keys)}"
+
+
+def _differs(tag: Tag, at: Mapping[str, str] | None, called: Mapping[str, str] | None) -> Iterator[str]:
+    """What the user's list says otherwise."""
+    if at is not None and at is called:
+        value = at.get("value", "") or "(none)"
+        if tag.value and value != tag.value:
+            yield f"left with its value {value}: {tag.tag} ({tag.address}); the configuration says {tag.value}"
+        return
+    reasons = []
+    if at is not None:
+        reasons.append(f"{tag.address} has the tag {at['tag']}")
+    if called is not None:
+        reasons.append(f"the name is that of {called['address']}")
+    yield f"conflict, left as it is: {tag.tag} ({tag.address}) was not created, since {' and '.join(reasons)}"
+
+
+def _few(names: list[str]) -> str:
+    if not names:
+        return "none"
+    return ", ".join(names[:FEW]) + (f" and {len(names) - FEW} more" if len(names) > FEW else "")
