@@ -47,22 +47,25 @@ def answer(net: Network, plc: Plc, loop: int) -> float:
     for slot in outputs:
         raised[slot] += RAISED
     for plant in net.plants:
-        moved = _read(net, plant, raised) - _read(net, plant, net.sig)
-        raised[plant.slot] += plant.gain * moved
+        moved = plant.gain * _moved(net, plant, raised)
+        raised[plant.slot] += moved
         if plant.measured != plant.slot:
-            raised[plant.measured] += plant.gain * moved
+            raised[plant.measured] += moved
     target = plc.cfg[loop].sig_in
     change: float = raised[target] - net.sig[target]
     for channel in net.channels:
         if channel.target == target:
-            change = _read(net, channel, raised) - _read(net, channel, net.sig)
+            change = _moved(net, channel, raised)
     return change
 
 
-def _read(net: Network, reader: Plant | Channel, sig: Sequence[float]) -> float:
-    """What a plant or a channel reads from these signals; 0 where its expression has no value."""
+def _moved(net: Network, reader: Plant | Channel, raised: Sequence[float]) -> float:
+    """How much what a plant or a channel reads has changed; 0 where its expression has no value."""
     if reader.source >= 0:
-        return sig[reader.source]
-    stack = net.pool.stack()
-    value = evaluate(net.pool.code, net.pool.constants, reader.first, reader.last, sig, stack)
-    return 0.0 if stack[0] else value
+        return raised[reader.source] - net.sig[reader.source]
+    stack, values = net.pool.stack(), []
+    for sig in (net.sig, raised):
+        values.append(evaluate(net.pool.code, net.pool.constants, reader.first, reader.last, sig, stack))
+        if stack[0]:
+            return 0.0
+    return values[1] - values[0]
