@@ -132,7 +132,9 @@ class LoopView:
         value = self.given(error.register) or Decimal(0)
         if error.above is not None:
             ends = self.holds(error.register, error.above)
-            return bool(ends) and ends[0] > ends[1]
+            return (
+                bool(ends) and ends[0] > ends[1] and self.setpoint_limited("lower") and self.setpoint_limited("upper")
+            )
         return (error.low is not None and value < error.low) or (error.high is not None and value > error.high)
 
     @cached_property

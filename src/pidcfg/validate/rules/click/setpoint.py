@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from pidcfg.diagnostics import Severity
-from pidcfg.refs import CLICK, CLICK_HELP, Decision
+from pidcfg.refs import CLICK, Decision
 from pidcfg.validate.rule import Finding, rule
 
 if TYPE_CHECKING:
@@ -19,14 +19,14 @@ RANGE = CLICK.at("PV Upper and Lower Limits")
 TRANSFER = CLICK.at("Bumpless Transfer (Cn+08)")
 
 D132 = Decision(
-    132, "crossed set point limits are compared as stored",
-    "A lower limit above the upper one is reported whatever the enable bits say, with a limit that is not given as 0: "
-    "an error when both are enabled, else a warning.",
-    "Error 23 names the two registers; whether it waits for their enable bits is printed nowhere.",
+    132, "crossed set point limits are an error when both are enabled",
+    "With one of them switched off they are an info, and a limit alone is compared with nothing.",
+    "The limits are enabled individually, and only one that is enabled has to be given a value; so a single limit is a "
+    "regular use, whatever the other register holds.",
 )  # fmt: skip
-CROSSED = CLICK_HELP.at("PID errors, 23")
 ENDS = ("lower", "upper")
-CROSSED_EFFECT = "CLICK error 23"
+CROSSED = 23
+CROSSED_EFFECT = f"CLICK error {CROSSED}"
 
 
 def limits_on(view: LoopView) -> dict[str, Decimal]:
@@ -36,9 +36,8 @@ def limits_on(view: LoopView) -> dict[str, Decimal]:
 
 
 def crossed(view: LoopView) -> bool:
-    """Whether the lower limit's register holds more than the upper one's."""
-    ends = view.holds("setpoint_lower", "setpoint_upper")
-    return bool(ends) and ends[0] > ends[1]
+    """Whether both limits are enabled, and the lower one is above the upper one."""
+    return CROSSED in {error.number for error in view.errors}
 
 
 def missing(view: LoopView) -> list[str]:
@@ -65,26 +64,29 @@ def written(view: LoopView) -> Decimal | None:
     name="setpoint-limits-crossed",
     severity=Severity.ERROR,
     basis=D132,
-    message="the lower set point limit {low} in {low_register} is above the upper limit {high} in {high_register}",
+    message="the lower set point limit {low} in {low_register} is above the upper limit {high} in {high_register}"
+    "{when}",
 )
 def setpoint_limits_crossed(context: ClickContext) -> Iterator[Finding]:
-    """The lower set point limit is above the upper one, as their registers hold them.
+    """The lower set point limit is above the upper one.
 
-    Why: the PLC reports error 23 and keeps the loop in Manual. It may compare the registers whatever their enable bits
-    say, and a limit that is not given is 0: a lower limit of 20 alone, or an upper limit of -10, is a warning.
+    Why: with both enabled the PLC reports error 23 and keeps the loop in Manual. With one of them switched off that
+    waits for the day on which somebody switches it on (an info).
 
-    Fix: write the smaller number as `lower_limit`; give both limits where 0 is not between them, the one that is not
-    wanted with `lower_limit_enabled: false`.
+    Fix: write the smaller number as `lower_limit`.
     """
     for view in context.loops:
-        if crossed(view) and not missing(view):
-            both = all(view.setpoint_limited(end) for end in ENDS)
-            ends = {"low": "setpoint_lower", "high": "setpoint_upper"}
-            values = {key: view.shown(name) for key, name in ends.items()}
-            values |= {f"{key}_register": view.register(name) for key, name in ends.items()}
-            key = "lower_limit" if view.loop.setpoint.lower_limit is not None else "upper_limit"
-            yield Finding(("loops", view.index, "setpoint", key), values, plc_effect=CROSSED_EFFECT,
-                          severity=None if both else Severity.WARNING)  # fmt: skip
+        ends = view.holds("setpoint_lower", "setpoint_upper")
+        both_given = all(view.given(f"setpoint_{end}") is not None for end in ENDS)
+        if both_given and ends and ends[0] > ends[1]:
+            active = crossed(view)
+            registers = {"low_register": view.register("setpoint_lower"),
+                         "high_register": view.register("setpoint_upper")}  # fmt: skip
+            values = {"low": view.eu(ends[0]), "high": view.eu(ends[1]), **registers,
+                      "when": "" if active else ": error 23 as soon as both are enabled"}  # fmt: skip
+            yield Finding(("loops", view.index, "setpoint", "lower_limit"), values,
+                          plc_effect=CROSSED_EFFECT if active else None,
+                          severity=None if active else Severity.INFO)  # fmt: skip
 
 
 @rule(
