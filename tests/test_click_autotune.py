@@ -1,0 +1,336 @@
+"""Autotune of the virtual CLICK: conditions, step response and relay against closed forms, results in registers."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from click_rig import FirstOrder, Fixed, Rig, image_of, poked
+from pidcfg.sim.controllers.click import state as bits
+from pidcfg.sim.controllers.click.words import number_of
+
+
+def settled(action="direct", gain=1.0, time_constant=20.0, dead_time=2.0, sample_rate="500 ms", *, out=40.0, pv=50.0,
+            pv_range=(0, 100), noise=0.0, **loop):  # fmt: skip
+    """A loop in Auto at rest at its set point, and its plant."""
+    sign = 1.0 if action == "direct" else -1.0
+    plant = FirstOrder(sign * gain, time_constant, dead_time, pv, pv - sign * gain * out)
+    base = int(sample_rate.split()[0]) / 1000
+    rig = Rig({"action": action, "sample_rate": sample_rate, "setpoint": {"value": pv}, "pv": {"range": pv_range},
+               "tuning": {"proportional_gain": 0.5, "reset_time": 60}, **loop}, plants=[plant], base=base)  # fmt: skip
+    rig.set("output", out)
+    rig.auto().step(4)
+    rig.noise = noise
+    assert rig.mode() == "auto"
+    return rig
+
+
+def tuned(rig, most=200_000):
+    """Starts the autotune and runs to its end."""
+    rig.plc.autotune(0, "start")
+    rig.step()
+    while rig.mode() == "autotune":
+        rig.step()
+        most -= 1
+        assert most
+    return rig.plc.tuned(0)
+
+
+PLANTS = [
+    # gain, time constant, dead time, sample rate
+    (1.0, 20.0, 4.0, "500 ms"),
+    (0.3, 60.0, 5.0, "100 ms"),
+    (2.5, 10.0, 10.0, "500 ms"),
+    (0.15, 20.0, 4.0, "500 ms"),  # answers 1.5 % of the PV's range: the output moves by another 10 %
+]
+
+
+@pytest.mark.parametrize("action", ["direct", "reverse"])
+@pytest.mark.parametrize(("gain", "time_constant", "dead_time", "rate"), PLANTS)
+def test_open_loop_gains_are_those_of_ziegler_and_nichols(gain, time_constant, dead_time, rate, action):
+    rig = settled(action, gain, time_constant, dead_time, rate, autotune={"method": "open"})
+    found = tuned(rig)
+    ts = int(rate.split()[0]) / 1000
+    results = found["results"]
+
+    assert (found["done"], found["error"], found["status"], rig.log) == (True, False, "done", [])
+    kp = 1.2 * time_constant / (gain * dead_time)
+    assert 0.92 * kp <= results["proportional_gain"] <= 1.12 * kp
+    assert results["reset_time"] == pytest.approx(2.0 * dead_time, abs=ts + 0.1 * dead_time)
+    assert results["derivative_gain"] == pytest.approx(results["reset_time"] / 4, rel=1e-6)
+    least = max(0.028 * results["reset_time"], 0.1)
+    assert results["sample_rate"] == pytest.approx(least, abs=0.0006)
+    assert rig.mode() == "auto"
+
+
+def test_open_loop_pi_has_no_derivative():
+    results = tuned(settled(autotune={"method": "open", "type": "PI"}))["results"]
+
+    assert results["derivative_gain"] == 0.0
+    assert results["proportional_gain"] == pytest.approx(0.9 * 20.0 / 2.0, rel=0.15)
+    assert results["reset_time"] == pytest.approx(3.33 * 2.0, rel=0.2)
+
+
+@pytest.mark.parametrize(("out", "moved"), [(40.0, 50.0), (80.0, 90.0), (80.5, 70.5), (100.0, 90.0), (0.0, 10.0)])
+def test_the_output_steps_where_there_is_room_and_returns(out, moved):
+    rig = settled(out=out, autotune={"method": "open"})
+    seen = set()
+    rig.plc.autotune(0, "start")
+    rig.step()
+    while rig.mode() == "autotune":
+        seen.add(round(rig.out(), 4))
+        rig.step()
+
+    assert seen == {out, moved}
+    assert rig.st[0].bias == pytest.approx(out, abs=5.0)
+    assert rig.plc.tuned(0)["done"]
+
+
+def test_the_step_is_a_tenth_of_the_outputs_limits():
+    rig = settled(out=40.0, autotune={"method": "open"}, output={"limits": [20, 60]})
+    rig.plc.autotune(0, "start")
+    rig.step(20)
+
+    assert rig.out() == pytest.approx(44.0)
+
+
+def test_a_small_answer_makes_the_step_a_fifth():
+    rig = settled(gain=0.15, autotune={"method": "open"})
+    seen = []
+    rig.plc.autotune(0, "start")
+    rig.step()
+    while rig.mode() == "autotune":
+        seen += [rig.out()] if rig.out() not in seen else []
+        rig.step()
+
+    assert seen == [40.0, 50.0, 60.0]
+
+
+@pytest.mark.parametrize("method", ["open", "closed"])
+def test_a_process_that_does_not_answer_is_given_up(method):
+    rig = Rig({"sample_rate": "5 s", "setpoint": {"value": 51}, "autotune": {"method": method},
+               "tuning": {"proportional_gain": 1.5}}, plants=[Fixed(50.0)], base=5.0)  # fmt: skip
+    rig.set("output", 30)
+    rig.auto().step(2)
+    bias = rig.st[0].bias
+    found = tuned(rig)
+
+    assert (found["done"], found["error"], found["status"], found["results"]) == (False, True, "error", {})
+    assert rig.log == [("L1", "autotune stopped: the PV does not answer")]
+    assert (rig.mode(), rig.st[0].gain, rig.st[0].sample_ms) == ("auto", 1.5, 5000)
+    assert rig.st[0].bias == pytest.approx(bias, abs=0.01)
+
+
+@pytest.mark.parametrize("action", ["direct", "reverse"])
+@pytest.mark.parametrize("hysteresis", [1, 4])
+@pytest.mark.parametrize(("gain", "time_constant", "dead_time"), [(1.0, 20.0, 4.0), (0.5, 60.0, 5.0)])
+def test_closed_loop_gains_follow_from_the_relays_cycle(gain, time_constant, dead_time, hysteresis, action):
+    """Output 50 +- 50 on a first order plant with dead time L and a switching band h, at a sample's delay:
+
+    A = K d - (K d - h) e^(-L/T), half a period is L + T ln((K d + A) / (K d - h)) (the plant being centred).
+    """
+    rig = settled(action, gain, time_constant, dead_time, "100 ms", out=50.0,
+                  autotune={"method": "closed", "hysteresis": hysteresis})  # fmt: skip
+    found = tuned(rig)
+    results = found["results"]
+
+    def cycle(dead, band):
+        swing = gain * 50.0
+        amplitude = swing - (swing - band) * math.exp(-dead / time_constant)
+        half = dead + time_constant * math.log((swing + amplitude) / (swing - band))
+        return 4 * 50.0 / (math.pi * math.sqrt(amplitude**2 - band**2)), 2 * half
+
+    (ku, tu), (ku_late, tu_late) = cycle(dead_time, hysteresis), cycle(dead_time + 0.1, hysteresis)
+    assert (found["done"], rig.log) == (True, [])
+    assert 0.45 * ku_late * 0.97 <= results["proportional_gain"] <= 0.45 * ku * 1.03
+    assert 0.60 * (tu - 0.2) <= results["reset_time"] <= 0.60 * (tu_late + 0.2)
+    assert results["derivative_gain"] == pytest.approx(results["reset_time"] / 6, rel=1e-5)
+    assert results["sample_rate"] == pytest.approx(max(0.014 * results["reset_time"] / 0.6, 0.1), abs=0.0006)
+
+
+def test_the_hysteresis_is_in_percent_of_the_pv_limits():
+    """On limits of 40 the band of 5 % is 2 units: the PV turns beyond it."""
+    rig = settled(pv_range=(30, 70), out=50.0, autotune={"method": "closed", "hysteresis": 5})
+    rig.plc.autotune(0, "start")
+    rig.step(17)
+    first = rig.out()
+    while rig.out() == first:
+        crossed = rig.st[0].pv
+        rig.step()
+
+    assert first == 100.0
+    assert crossed - 50.0 < 2.0 + 1e-6
+    assert rig.st[0].pv - 50.0 > 2.0
+
+
+@pytest.mark.parametrize("method", ["open", "closed"])
+def test_a_tuned_loop_settles(method):
+    rig = settled(time_constant=30.0, dead_time=3.0, sample_rate="100 ms", autotune={"method": method})
+    tuned(rig)
+    rig.set("setpoint", 60)
+    rig.run(600)
+
+    assert rig.plants[0].value == pytest.approx(60.0, abs=0.05)
+
+
+@pytest.mark.parametrize("method", ["open", "closed"])
+def test_autotune_bears_noise(method):
+    clean = tuned(settled(time_constant=30.0, dead_time=3.0, autotune={"method": method}))["results"]
+    noisy = tuned(settled(time_constant=30.0, dead_time=3.0, noise=0.15, autotune={"method": method}))["results"]
+
+    for name in ("proportional_gain", "reset_time"):
+        assert noisy[name] == pytest.approx(clean[name], rel=0.3)
+
+
+def test_the_output_stands_still_while_the_pv_is_listened_to():
+    rig = settled(noise=0.5, autotune={"method": "closed"})
+    before = rig.out()
+    rig.plc.autotune(0, "start")
+    outs = [out for (out,) in rig.trace(18, "out")]
+
+    assert outs[:16] == [before] * 16
+    assert outs[16] in {0.0, 100.0}
+
+
+# --- conditions and ends ---------------------------------------------------------------------------------------------
+
+
+def test_it_starts_in_auto_only():
+    rig = settled()
+    rig.plc.request(0, "manual")
+    rig.step()
+    rig.plc.autotune(0, "start")
+    rig.step()
+
+    assert rig.mode() == "manual"
+    assert rig.log == [("L1", "autotune refused: it starts in Auto only")]
+    assert rig.plc.tuned(0)["error"]
+    rig.plc.request(0, "auto")
+    rig.plc.autotune(0, "start")
+    rig.step()
+    assert rig.mode() == "autotune", "both requests at one sample, Auto's first"
+    assert not rig.plc.tuned(0)["error"]
+
+
+@pytest.mark.parametrize("registers", [
+    {"pv_upper": 0.0}, {"pv_upper": math.nan}, {"pv_upper": math.inf}, {"output_upper": 0.0},
+    {"output_upper": math.inf},
+])  # fmt: skip
+@pytest.mark.parametrize("method", ["open", "closed"])
+def test_it_needs_ranges_of_pv_and_output(registers, method):
+    rig = Rig(image=poked(image_of({"autotune": {"method": method}}), **registers))
+    rig.auto().step(2)
+    rig.plc.autotune(0, "start")
+    rig.step(3)
+
+    assert rig.mode() == "auto"
+    assert "autotune refused: the PV limits" in rig.log[0][1]
+
+
+@pytest.mark.parametrize("method", ["open", "closed"])
+def test_ranges_that_are_lost_on_the_way_end_it(method):
+    rig = settled(autotune={"method": method})
+    rig.plc.autotune(0, "start")
+    rig.step(20)
+    rig.set("pv.range", [50, 50])
+    rig.step()
+
+    assert rig.mode() == "auto"
+    assert "autotune stopped: the PV limits" in rig.log[0][1]
+
+
+def test_clearing_the_request_returns_to_auto_with_the_old_registers():
+    rig = settled(autotune={"method": "closed"})
+    out, bias = rig.st[0].out, rig.st[0].bias
+    rig.plc.autotune(0, "start")
+    rig.step(20)
+    assert rig.out() in {0.0, 100.0}
+    rig.plc.autotune(0, "cancel")
+    assert (rig.mode(), rig.st[0].out, rig.st[0].bias) == ("auto", out, bias)
+    rig.step()
+
+    assert rig.plc.tuned(0) == {"done": False, "error": False, "status": "cancelled", "results": {}}
+    assert rig.log == [("L1", "autotune cancelled: its request was cleared")]
+    assert rig.st[0].gain == 0.5
+    rig.plc.autotune(0, "cancel")
+    rig.step()
+    assert rig.log[1:] == [("L1", "no autotune to be cancelled")]
+
+
+def test_a_cancelled_request_never_starts():
+    rig = settled()
+    rig.plc.autotune(0, "start")
+    rig.plc.autotune(0, "cancel")
+
+    assert rig.step(2).mode() == "auto"
+    assert rig.plc.tuned(0) is None
+
+
+def test_auto_is_refused_in_autotune_and_manual_ends_it():
+    rig = settled(autotune={"method": "closed"})
+    rig.plc.request(0, "autotune")
+    rig.step(20)
+    rig.auto().step()
+    assert rig.mode() == "autotune"
+    rig.plc.request(0, "manual")
+    rig.step()
+
+    assert (rig.mode(), rig.out()) == ("manual", 40.0)
+    assert [text.split(":")[0] for _, text in rig.log] == ["refused", "autotune stopped"]
+    assert rig.plc.tuned(0)["status"] == "error"
+
+
+@pytest.mark.parametrize("how", ["error", "stop"])
+def test_a_pid_error_and_stop_end_it(how):
+    rig = settled(autotune={"method": "closed"})
+    rig.plc.autotune(0, "start")
+    rig.step(20)
+    if how == "error":
+        rig.set("autotune.hysteresis", 11)
+    else:
+        rig.plc.program(rig.sig)
+    rig.step()
+
+    assert rig.mode() == "manual"
+    assert rig.st[0].out == 40.0
+    assert "autotune stopped: the loop went to Manual" in rig.log[0][1]
+    assert {"error": "PID error 200", "stop": "STOP mode"}[how] in rig.log[0][1]
+
+
+def test_results_stand_in_the_registers_in_single_precision():
+    rig = settled(autotune={"method": "open"})
+    results = tuned(rig)["results"]
+    own = rig.plc._loops[0]
+    own.absorb(rig.st[0])
+
+    for name in ("proportional_gain", "reset_time", "derivative_gain"):
+        assert (
+            number_of("DF", own.words[name])
+            == results[name]
+            == getattr(rig.st[0], {"proportional_gain": "gain", "reset_time": "reset", "derivative_gain": "rate"}[name])
+        )
+    assert number_of("DS", own.words["sample_rate"]) == results["sample_rate"] * 1000
+    rig.set("setpoint", 51)
+    assert rig.st[0].gain == results["proportional_gain"], "a later write leaves the results alone"
+    assert rig.plc.periods == [round(results["sample_rate"] * 1e6)]
+
+
+def test_results_stay_within_what_the_registers_hold():
+    """A plant without dead time at 100 ms: the sample rate would be far below 100 ms."""
+    rig = settled(dead_time=0.0, time_constant=2000.0, gain=0.01, pv_range=(49, 51), sample_rate="100 ms",
+                  autotune={"method": "open"})  # fmt: skip
+    results = tuned(rig)["results"]
+
+    assert results["sample_rate"] == 0.1
+    assert results["proportional_gain"] == 10000.0
+    assert rig.plc.flags == {"DS1": 0}
+
+
+def test_the_mode_shows_while_it_runs():
+    rig = settled()
+    rig.plc.autotune(0, "start")
+    rig.step()
+
+    assert rig.st[0].status & bits.MODES == bits.TUNING
+    assert rig.plc.tuned(0) == {"done": False, "error": False, "status": "running", "results": {}}
