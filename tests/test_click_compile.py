@@ -1,0 +1,123 @@
+"""The compiled CLICK: the same source through numba gives the same bits, over random PLCs with every feature."""
+
+from __future__ import annotations
+
+import math
+import random
+import struct
+from dataclasses import astuple
+
+import pytest
+
+from click_rig import image_of, poked
+from pidcfg.sim.compile import compiled, records, vector, write_back
+from pidcfg.sim.controllers.click import state as bits
+from pidcfg.sim.controllers.click.report import SIGNALS
+from pidcfg.sim.controllers.click.scan import INLINED, Config, State, load, scan
+
+PLCS = 200
+SEGMENTS, STEPS = 4, 150
+BASE = 50_000
+WIDTH = len(SIGNALS)
+ODD = (0.0, -1.0, 1e30, math.inf, -math.inf, math.nan, 3.4e38)
+
+
+def drive(first, last, cfg, st, aux, sig, noise):  # noqa: PLR0917 - numba takes flat arrays
+    """Base steps of first-order plants with noise, and the controllers (kernel)."""
+    n = len(cfg)
+    for k in range(first, last):
+        for i in range(n):
+            at = WIDTH * n + i
+            sig[at] = sig[at] + 0.03 * (0.9 * sig[cfg[i].sig_out] - sig[at])
+            sig[cfg[i].sig_in] = sig[at] + noise[(k * n + i) % len(noise)]
+        scan(k * BASE, cfg, st, aux, sig)
+    return last
+
+
+def random_loop(rng):
+    limits = sorted(round(rng.uniform(0, 90), 3) for _ in range(4))
+    return {
+        "sample_rate": f"{rng.choice([100, 150, 333, 500])} ms", "action": rng.choice(["direct", "direct", "reverse"]),
+        "bumpless": rng.choice([1, 2]), "freeze_bias": rng.random() < 0.5,
+        "tuning": {"proportional_gain": rng.choice([0.3, 2.4, 50]), "reset_time": rng.choice([0.5, 10, 600]),
+                   "derivative_gain": rng.choice([0, 0.7, 4])},
+        "derivative_gain_limit": rng.choice([0, 8, 20, 100]), "derivative_gain_limit_enabled": rng.random() < 0.5,
+        "pv": {"range": [0, 90], "filter": rng.choice([3, 50, 100]), "filter_enabled": rng.random() < 0.5},
+        "setpoint": {"value": round(rng.uniform(0, 90), 4), "lower_limit": 10, "upper_limit": 80,
+                     "lower_limit_enabled": rng.random() < 0.5, "upper_limit_enabled": rng.random() < 0.5},
+        "output": {"limits": rng.choice([[0, 100], [5.5, 80.1]]),
+                   "pwm": rng.choice([None, {"bit": "Y001", "period": 1}])},
+        "error": {"curve": rng.choice(["linear", "squared"]), "deadband": 0.3, "deadband_enabled": rng.random() < 0.3},
+        "alarms": {"pv": dict(zip(("low_low", "low", "high", "high_high"), limits, strict=True)),
+                   "deviation": {"high": 3, "high_high": 6}, "rate_of_change": 0.2, "hysteresis": rng.choice([0, 1.5])},
+        "autotune": {"method": rng.choice(["open", "closed"]), "type": rng.choice(["PID", "PI"])},
+    }  # fmt: skip
+
+
+def random_plc(rng):
+    """Loops of a PLC, one in five with a register that holds anything."""
+    image = image_of(*(random_loop(rng) for _ in range(rng.randint(1, 3))))
+    if rng.random() < 0.2:
+        name = rng.choice(["setpoint", "bias", "output", "pv_high", "hysteresis", "output_upper", "rate_of_change"])
+        image = poked(image, **{name: rng.choice(ODD)})
+    return load(image)
+
+
+def random_event(rng, plc, i):
+    """What an operator may do between two segments."""
+    kind = rng.randrange(8)
+    if kind < 3:
+        plc.request(i, rng.choice(["manual", "auto", "auto", "auto"]))
+    elif kind < 5:
+        plc.request(i, "auto")
+        plc.autotune(i, "start")
+    elif kind == 5:
+        plc.set(i, ("setpoint",), plc.check_set(i, ("setpoint",), round(rng.uniform(0, 90), 3)), plc.sig)
+    elif kind == 6:
+        plc.set(i, ("bias",), plc.check_set(i, ("bias",), round(rng.uniform(0, 100), 3)), plc.sig)
+    else:
+        plc.autotune(i, "cancel")
+
+
+def words(cfg, st, aux, sig):
+    """Every bit of the outcome."""
+    flat = [value for item in (*cfg, *st) for value in astuple(item)]
+    return [struct.pack("<d", x) if isinstance(x, float) else x for x in (*flat, *aux, *sig)]
+
+
+@pytest.fixture(scope="module")
+def fast():
+    return compiled([drive], inlined=INLINED)[drive]
+
+
+def test_random_plcs_run_to_the_same_bits_compiled_and_not(fast):
+    rng = random.Random(31)
+    seen, errors, tuned, pulses = 0, set(), set(), set()
+    for _ in range(PLCS):
+        plc = random_plc(rng)
+        cfg, st, aux = plc.cfg, plc.st, plc.aux
+        sig = [*plc.sig, *(rng.uniform(0.0, 90.0) for _ in cfg)]
+        level = rng.choice([0.0, 0.3])
+        noise = [rng.gauss(0.0, level) for _ in range(97)]
+        for segment in range(SEGMENTS):
+            for i in range(len(cfg)):
+                random_event(rng, plc, i)
+            arrays = records(cfg, Config), records(st, State), vector(aux), vector(sig)
+            first, last = segment * STEPS, (segment + 1) * STEPS
+            fast(first, last, *arrays, vector(noise))
+            drive(first, last, cfg, st, aux, sig, noise)
+            other = [Config() for _ in cfg], [State() for _ in st], arrays[2].tolist(), arrays[3].tolist()
+            write_back(arrays[0], other[0])
+            write_back(arrays[1], other[1])
+            assert words(*other) == words(cfg, st, aux, sig)
+            for c, s in zip(cfg, st, strict=True):
+                seen |= s.status
+                errors.add(s.error)
+                tuned |= {c.tune_closed} if s.tune_done == 1 else set()
+                pulses |= {sig[c.sig_pwm]} if c.pwm else set()
+                s.notice = 0
+    every = bits.MODES | bits.ALARMS | bits.PID_ERROR | bits.TUNE_ERROR
+    assert seen & every == every, "some mode, alarm or error never came up"
+    assert len(errors) >= 3
+    assert tuned == {0, 1}, "no autotune came to its end"
+    assert pulses == {0.0, 100.0}
