@@ -264,16 +264,16 @@ def test_without_integral_time_there_is_no_integral_term():
 
 
 @pytest.mark.parametrize(("value", "pv"), [
-    (-50.0, 819.0), (0.0, 819.0), (50.0, 2457.0), (100.0, 4095.0), (120.0, 4095.0), (10.01, 1147.0), (0.01, 819.0),
+    (-90.0, 819.0), (-50.0, 819.0), (0.0, 2457.0), (50.0, 4095.0), (70.0, 4095.0), (-39.99, 1147.0), (-49.99, 819.0),
 ])  # fmt: skip
 def test_the_converter_gives_whole_counts_and_saturates(value, pv):
     rig = Rig()
-    _, s = rig.add(Fixed(value), pv_low=0.0, pv_width=100.0, pv_min=819.0, pv_max=4095.0, pv_span=3276.0, sp=1000.0)
+    _, s = rig.add(Fixed(value), pv_low=-50.0, pv_width=100.0, pv_min=819.0, pv_max=4095.0, pv_span=3276.0, sp=1000.0)
     rig.step()
 
     assert s.pv == pv
-    assert rig.sig[PV] == pytest.approx((pv - 819.0) / 32.76)
-    assert rig.sig[SP] == pytest.approx((1000.0 - 819.0) / 32.76)
+    assert rig.sig[PV] == pytest.approx((pv - 819.0) / 32.76 - 50.0)
+    assert rig.sig[SP] == pytest.approx((1000.0 - 819.0) / 32.76 - 50.0)
 
 
 def test_signals_are_in_engineering_units_of_the_registers():

@@ -97,10 +97,10 @@ def test_a_request_is_granted_at_the_next_calculation():
     play(machine, 1, [0.0], start=1)
     assert mode(machine) == "manual"
     play(machine, 1, [0.0], start=2)
-    assert mode(machine) == "auto"
+    assert (mode(machine), machine.st[0].busy) == ("auto", 0)
     machine.request(0, "manual")
     play(machine, 2, [0.0], start=3)
-    assert mode(machine) == "manual"
+    assert (mode(machine), machine.st[0].busy) == ("manual", 0)
 
 
 # --- no sample rate --------------------------------------------------------------------------------------------------

@@ -50,6 +50,22 @@ def test_a_gap_below_the_minimum_off_time_is_left_out(out, steps):
     assert width(out, min_off=0.5) == steps
 
 
+@pytest.mark.parametrize(("given", "out", "steps"), [
+    ({"min_on": 1.0}, 1000.0, 1000), ({"min_on": 1.0}, 999.0, 0),
+    ({"min_off": 1.0}, 3096.0, 3096), ({"min_off": 1.0}, 3097.0, 4096),
+])  # fmt: skip
+def test_a_time_that_equals_its_minimum_is_kept(given, out, steps):
+    assert width(out, base=0.001, cycle=4.096, **given) == steps
+
+
+def test_a_pulse_that_ends_in_the_middle_of_a_step_lasts_to_its_end():
+    assert [width(out, base=0.001, cycle=2.048) for out in (1.0, 2.0, 3.0)] == [1, 1, 2]
+
+
+def test_the_first_step_of_all_is_what_it_is_at_its_beginning():
+    assert [pulses([out], 1.0, 2.0)[0] for out in (0.0, 1.0)] == [0, 1]
+
+
 def test_with_both_times_too_long_there_is_no_pulse():
     assert width(2048.0, min_on=6.0, min_off=6.0) == 0
     assert width(2900.0, min_on=6.0, min_off=6.0) == 100
@@ -81,9 +97,10 @@ def test_a_cycle_that_the_base_step_misses_keeps_its_mean_length():
     assert starts[-1] - starts[0] == pytest.approx(2.5 * (len(starts) - 1), abs=0.6)
 
 
-def test_a_cycle_shorter_than_the_base_step_starts_over_at_each_one():
+@pytest.mark.parametrize("cycle", [100_000, 500_000])
+def test_a_cycle_shorter_than_the_base_step_starts_over_at_each_one(cycle):
     rig = Rig(base=1.0)
-    rig.add(Fixed(), cycle=100_000, out=4095.0)
+    rig.add(Fixed(), cycle=cycle, out=4095.0)
     rig.step(100)
 
     assert rig.st[0].cycle_start == 99_000_000
