@@ -93,7 +93,9 @@ def test_several_errors_name_the_one_that_is_shown_and_those_behind_it(faults):
     else:
         (only,) = found
         assert only.plc_effect == f"CLICK error {numbers[0]}"
-        assert [int(n) for n in re.findall(r"(\d+) \(", only.message)] == numbers
+        assert [int(n) for n in re.findall(r"(?:error|shows|then) (\d+)", only.message)] == numbers
+        assert only.message.startswith(f"DS1 shows error {numbers[0]} (")
+        assert len(only.message) < 240
         assert (only.path, only.loop) == (("loops", 0), "A")
 
 

@@ -69,7 +69,7 @@ def several_pid_errors(context: ClickContext) -> Iterator[Finding]:
     for view in context.loops:
         if len(view.errors) > 1:
             first, *more = view.errors
-            others = ", then ".join(f"{error.number} ({error.title})" for error in more)
+            others = ", then ".join(str(error.number) for error in more)
             yield view.find_key(plc_effect=effect(first.number), register=view.register("error_code"),
                                 shown=f"error {first.number} ({first.title})", others=others)  # fmt: skip
 

@@ -6,8 +6,9 @@ from decimal import Decimal
 from typing import TYPE_CHECKING
 
 from pidcfg.diagnostics import Severity
-from pidcfg.refs import CLICK, CLICK_HELP, Decision
+from pidcfg.refs import CLICK, Decision
 from pidcfg.schemas.base import decimal_text
+from pidcfg.schemas.click import ERRORS
 from pidcfg.validate.rule import Finding, rule
 from pidcfg.validate.rules.click.context import number_text
 
@@ -17,7 +18,6 @@ if TYPE_CHECKING:
     from pidcfg.validate.rules.click.context import ClickContext, LoopView
 
 OUTPUT = CLICK.at("Control Output (DFn+08)")
-LOWER = CLICK_HELP.at("PID errors, 30")
 PWM = CLICK.at("PWM Control")
 
 D140 = Decision(
@@ -85,7 +85,7 @@ def output_limits_not_ascending(context: ClickContext) -> Iterator[Finding]:
     code="PID363",
     name="output-lower-limit-negative",
     severity=Severity.ERROR,
-    basis=LOWER,
+    basis=ERRORS,
     message="the lower output limit is {low}; the PLC wants at least 0",
 )
 def output_lower_limit_negative(context: ClickContext) -> Iterator[Finding]:
