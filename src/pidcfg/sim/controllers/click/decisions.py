@@ -87,11 +87,11 @@ CONTROLLER = (
     ),
     Decision(
         121, "pulses",
-        "The signal PWM is 0 or 100, so that its mean is the output in %. The on-time is taken at the "
-        "start of each period and ends at the nearest base step; the base step is at most a hundredth of "
-        "the period, unless the scenario gives another.",
-        "The pulse is the output's percentage of the period; a plant that takes CO can take the pulses as "
-        "they are.",
+        "The signal PWM is 1 while the discrete output is on, else 0. The on-time is taken at the start "
+        "of each period, in every mode, and ends at the nearest base step; the base step is at most a "
+        "hundredth of the period, unless the scenario gives another.",
+        "The pulse is the output's percentage of the period; a scenario is run in steps, and an on-time "
+        "that always ended late would heat too much.",
     ),
     Decision(
         122, "the CLICK's alarms",

@@ -23,7 +23,8 @@ def row_of(number: int) -> int:
     return next(row for row, error in enumerate(ERRORS, start=1) if error.number == number)
 
 
-BIAS_ERROR = row_of(25)
+BIAS_NUMBER = 25.0
+BIAS_ERROR = row_of(int(BIAS_NUMBER))
 
 
 @dataclass(frozen=True, slots=True)

@@ -63,10 +63,7 @@ class Memory:
     @property
     def flags(self) -> Mapping[str, int]:
         """The error register of each loop, DSn+00."""
-        return {
-            f"DS{loop.starts['integers']}": ERRORS[s.error - 1].number if s.error else 0
-            for loop, s in zip(self._loops, self.st, strict=True)
-        }
+        return {f"DS{loop.starts['integers']}": int(s.number) for loop, s in zip(self._loops, self.st, strict=True)}
 
     @property
     def base(self) -> int:
@@ -87,7 +84,8 @@ class Memory:
         """What a loop starts with: the controller's registers, its goal, and its places in the shared vectors."""
         own, c, s = self._loops[i], self.cfg[i], self.st[i]
         first = i * len(SIGNALS)
-        c.sig_in, c.sig_pv, c.sig_sp, c.sig_out, c.sig_bias, c.sig_pwm = (first + k for k in range(len(SIGNALS)))
+        c.sig_in, c.sig_pv, c.sig_sp, c.sig_out, c.sig_bias = range(first, first + 5)
+        c.sig_error, c.sig_pwm = first + 5, first + 6
         c.tune_buffer = i * POINTS
         c.pwm = int(own.pwm)
         self._apply(i)
@@ -112,7 +110,7 @@ class Memory:
         """The lowest error that is active; a loop in Auto or Autotune goes to Manual at once (D118)."""
         if error == s.error:
             return
-        s.error = error
+        s.error, s.number = error, float(ERRORS[error - 1].number) if error else 0.0
         s.status &= ~bits.PID_ERROR
         s.requested = 0
         if not error:
@@ -130,6 +128,7 @@ class Memory:
         stopped = bool(s.busy & bits.STOPPED)
         sig[c.sig_pv], sig[c.sig_sp], sig[c.sig_bias] = shown(s.pv), shown(s.sp), shown(s.bias)
         sig[c.sig_out] = 0.0 if stopped else shown(s.out)
+        sig[c.sig_error] = s.number
         if stopped:
             sig[c.sig_pwm] = 0.0
 

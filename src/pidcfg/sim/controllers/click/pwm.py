@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from pidcfg.sim.controllers.click.state import STOPPED, Config, State
 
-ON, OFF = 100.0, 0.0
-"""The signal in %, so that its mean is the control output."""
+ON, OFF = 1.0, 0.0
 
 
 def pulse(c: Config, s: State, tick: int) -> float:

@@ -10,7 +10,7 @@ from pidcfg.sim.controllers.click.errors import in_words
 from pidcfg.sim.notices import notices
 
 MODES = {"manual": bits.MANUAL, "auto": bits.AUTO, "autotune": bits.TUNING}
-SIGNALS = ("", "PV", "SP", "CO", "BIAS", "PWM")
+SIGNALS = ("", "PV", "SP", "CO", "BIAS", "ERROR", "PWM")
 """Signals of a loop in the order of `Config.sig_in` and its followers; the measurement itself belongs to the plant."""
 ALARM_BITS = {
     "pv_low_low": bits.LOW_LOW,

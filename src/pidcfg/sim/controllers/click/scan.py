@@ -6,7 +6,7 @@ alarms, autotune, equation, output limits. Every result of the calculation is ro
 Nothing here knows files, names or units: see `plc.load` for how registers become `Config` and `State`.
 
 Signals of a loop (slots in `Config`): ``sig_in`` is read, in the PV's unit; ``sig_pv``, ``sig_sp``, ``sig_out``,
-``sig_bias`` are written as the registers say, and ``sig_pwm`` is 0 or 100.
+``sig_bias`` and ``sig_error`` are written as the registers say, and ``sig_pwm`` is 1 while the pulse is on.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from __future__ import annotations
 from pidcfg.sim.controllers.click.alarms import alarms
 from pidcfg.sim.controllers.click.autotune import tune
 from pidcfg.sim.controllers.click.equation import calculate, within
-from pidcfg.sim.controllers.click.errors import BIAS_ERROR
+from pidcfg.sim.controllers.click.errors import BIAS_ERROR, BIAS_NUMBER
 from pidcfg.sim.controllers.click.memory import Options
 from pidcfg.sim.controllers.click.modes import OVERRIDE_ERROR, modes, to_manual
 from pidcfg.sim.controllers.click.plc import Click, load
@@ -59,6 +59,7 @@ def control(c: Config, s: State) -> None:
         if not s.bias <= LARGEST:
             s.bias = NAN
             s.error = BIAS_ERROR
+            s.number = BIAS_NUMBER
             s.status |= PID_ERROR
             to_manual(s, OVERRIDE_ERROR + BIAS_ERROR)
 
@@ -78,6 +79,7 @@ def sample(c: Config, s: State, aux: list[float], sig: list[float]) -> None:
     sig[c.sig_sp] = shown(s.sp)
     sig[c.sig_out] = shown(s.out)
     sig[c.sig_bias] = shown(s.bias)
+    sig[c.sig_error] = s.number
 
 
 def scan(tick: int, cfg: list[Config], st: list[State], aux: list[float], sig: list[float]) -> None:

@@ -50,7 +50,8 @@ class Config:
     sig_sp: int = 2
     sig_out: int = 3
     sig_bias: int = 4
-    sig_pwm: int = 5
+    sig_error: int = 5
+    sig_pwm: int = 6
     # PV, set point and error
     filtered: int = 0
     """Cn+11."""
@@ -121,6 +122,8 @@ class State:
     """What happened since the runner last looked: see `pidcfg.sim.notices`."""
     error: int = 0
     """Row of the table of PID errors that is active, the lowest, from 1; 0: none."""
+    number: float = 0.0
+    """Its number, DSn+00."""
     # registers
     sp: float = 0.0
     bias: float = 0.0
