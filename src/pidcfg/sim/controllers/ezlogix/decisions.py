@@ -39,7 +39,7 @@ ENGINE = (
     Decision(
         165, "Manual to Auto",
         "The integral term becomes CV − offset, and the derivative has no past; the proportional term of the present "
-        "error comes on top. Starting in Auto, running again after a stop and the end of an autotune are such changes. "
+        "error comes on top. Starting in Auto and running again after a stop are such changes. "
         "Without integral time there is no integral term, and the CV jumps to what the other terms make.",
         "Set to the CV itself, as the manual has it, the integral term would bump by the offset; a time of 0 removes "
         "the term.",
@@ -128,7 +128,8 @@ ENGINE = (
     ),
     Decision(
         179, "how an autotune ends",
-        "The CV goes back to what it was, the mode stays, the register of the timeout is full again. A countdown that "
+        "The CV goes back to what it was, the mode stays (in Auto with the integral term of before), the register of "
+        "the timeout is full again. A countdown that "
         "ends is status 8 when the PV has not moved, else 6; 6 also when it settles on the wrong side, 5 when the step "
         "goes beyond the CV's high limit, 9 when a result is outside its register's range; 10 does not occur. A bit "
         "that is on when the PLC starts is no transition; `start` makes one even when the bit is still on.",

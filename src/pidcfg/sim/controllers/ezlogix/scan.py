@@ -91,13 +91,16 @@ def sample(i: int, cfg: list[Config], st: list[State], aux: list[float], sig: li
         switch(s)
     if busy & TUNE:
         tune(c, s, aux, x)
+    # the derivative acts on the PV, with the sign that the error has (D161), or on the error
+    if c.velocity == 0:
+        x = e
+    elif c.direct == 0:
+        x = -x
     if s.status & AUTO and s.busy & HELD == 0:
-        if c.velocity:
-            calculate(c, s, e, x if c.direct else -x)
-        else:
-            calculate(c, s, e, e)
+        calculate(c, s, e, x)
     else:
         s.whole = s.out
+        s.x1 = x
     if 0.0 < s.whole < FULL:
         s.status &= ~SATURATED
     else:
