@@ -416,6 +416,10 @@ def prepare(folder: Path) -> None:
         (folder / "scenarios" / name).write_text(text, "utf-8")
     for kind, name in (("json", "reactor.json"), ("ihex", "reactor.hex"), ("csv", "table.csv")):
         run("encode", "reactor.yaml", "--format", kind, "-o", name, cwd=folder)
+    (folder / "tank.yaml").write_text((ROOT / "examples/click/tank.yaml").read_text("utf-8"), "utf-8")
+    run("encode", "tank.yaml", "--format", "nickname-csv", "-o", "nicknames.csv", cwd=folder)
+    header = (folder / "nicknames.csv").read_text("utf-8").splitlines()[0]
+    (folder / "project.csv").write_text(f'{header}\nX001,BIT,"Start",0,No,""\n', "utf-8")
     (folder / "reactor.hex").rename(folder / "image.hex")
     (folder / "reactor.hex").write_bytes((folder / "image.hex").read_bytes())
 

@@ -688,6 +688,13 @@ def test_formats_are_told_from_their_first_line(image, dump):
     assert {name: kind_of(text, FORMATS).name for name, text in texts.items()} == {name: name for name in texts}
 
 
+def test_a_header_in_quotes_is_told_too(image):
+    quoted = ",".join(f'"{name}"' for name in HEADER)
+    text = NICKNAMES.write(image, ()).replace(HEAD, quoted, 1)
+    assert kind_of(text, FORMATS) is NICKNAMES
+    assert NICKNAMES.read(text).words == NICKNAMES.read(NICKNAMES.write(image, ())).words
+
+
 def words_of(folder: Path, file: str) -> bytes:
     """The register listing of a configuration, without what stands beside it."""
     result = run("encode", file, "--format", "csv", "-q", cwd=folder)
@@ -722,5 +729,7 @@ def test_a_name_that_does_not_fit_writes_nothing(folder):
     (folder / "plant.yaml").write_text(json.dumps({"pidcfg": 1, "vendor": "click", "loops": loops}), "utf-8")
     result = run("encode", "plant.yaml", "--format", "nickname-csv", "-o", "n.csv", cwd=folder)
     assert result.returncode == 2
-    assert "loop REACTOR: the nickname 'REACTOR_SEL_AutotunePIDPI' has 25 characters" in result.stderr.decode()
+    assert (
+        "plant.yaml: loop REACTOR: the nickname 'REACTOR_SEL_AutotunePIDPI' has 25 characters" in result.stderr.decode()
+    )
     assert not (folder / "n.csv").exists()

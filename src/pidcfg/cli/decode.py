@@ -22,6 +22,7 @@ EPILOG = options.examples(
     "pidcfg decode reactor.json --vendor dl06",
     "pidcfg decode reactor.hex --vendor dl06 -o decoded.yaml",
     "pidcfg decode table.csv --vendor dl06 --loop-table V2000 --number-of-loops 3",
+    "pidcfg decode nicknames.csv --vendor click --pwm-bit none",
 )
 
 

@@ -22,6 +22,7 @@ EPILOG = options.examples(
     "pidcfg encode reactor.yaml",
     "pidcfg encode reactor.yaml --format ihex -o reactor.hex",
     "pidcfg encode reactor.yaml --format json | jq '.words[0]'",
+    "pidcfg encode tank.yaml --format nickname-csv --into project.csv -o merged.csv",
 )
 
 
@@ -43,6 +44,8 @@ def command(
     """Write the PLC's memory for the configuration FILE (- for standard input): every word with its address."""
     from pidcfg.cli.checks import one_configuration, show_errors
     from pidcfg.cli.validate import exit_code
+    from pidcfg.encoders.files import UnwritableError
+    from pidcfg.encoders.listing import ListingError
 
     checked = one_configuration(file, limits)
     status = exit_code(list(checked.findings))
@@ -58,7 +61,10 @@ def command(
     except KeyError as error:
         raise click.UsageError(error.args[0]) from None
     checklist = checked.vendor.load("checklist")(checked.config)
-    parts, report = _written(kind, checked.encoding.image, checklist, into, limits)
+    try:
+        parts, report = _written(kind, checked.encoding.image, checklist, into, limits)
+    except (UnwritableError, ListingError) as error:
+        raise click.ClickException(f"{file}: {error}") from None
     names = _put(kind, parts, out, force=force)
     if quiet:
         return
@@ -100,16 +106,12 @@ def _written(
     """The texts of the format, and a report where they went into a file of the user's."""
     from pidcfg.cli.inputs import read_input
     from pidcfg.cli.listings import exact_text
-    from pidcfg.encoders.files import UnwritableError
     from pidcfg.encoders.listing import ListingError
 
     if into is None:
         if kind.needs_into:
             raise click.UsageError(f"{kind.name} is written into a file of yours; name it with --into")
-        try:
-            text = kind.write(image, checklist)
-        except (UnwritableError, ListingError) as error:
-            raise click.ClickException(str(error)) from None
+        text = kind.write(image, checklist)
         return ({"": text} if isinstance(text, str) else text), ()
     if kind.merge is None:
         raise click.UsageError(f"{kind.name} is not written into another file")
@@ -120,8 +122,6 @@ def _written(
         raise click.ClickException(f"{entry.name} is larger than {limits.file_bytes} bytes; raise it with --limit")
     try:
         merged, report = kind.merge(image, exact_text(entry.data, kind.encoding))
-    except UnwritableError as error:
-        raise click.ClickException(str(error)) from None
     except ListingError as error:
         raise click.ClickException(f"{entry.name}:{error.line}:{error.column}: {error}") from None
     return {"": merged}, report
