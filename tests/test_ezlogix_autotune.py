@@ -12,7 +12,7 @@ import pytest
 
 from ezlogix_rig import SCALED, STATUS, FirstOrder, Fixed, Rig, change, play, plc
 from pidcfg.sim.controllers.ezlogix import state as bits
-from pidcfg.sim.controllers.ezlogix.autotune import compute
+from pidcfg.sim.controllers.ezlogix.autotune import compute, fits
 from pidcfg.sim.controllers.ezlogix.report import TUNE_STATUS
 from pidcfg.sim.controllers.ezlogix.state import Config, State
 
@@ -279,6 +279,15 @@ def test_results_beyond_their_registers_are_not_written(plant, given):
 
     assert (s.tune_status, s.gain, s.reset, s.rate) == (9, 1.5, 30.0, 2.0)
     assert rig.log == ["autotune: a gain or time is out of range (status 9)"]
+
+
+@pytest.mark.parametrize(("results", "only_pi", "expected"), [
+    ((1.0, 1.0, 1.0), 0, True), ((9999.0, 60000.0, 6000.0), 0, True), ((1.0, 1.0, 0.0), 1, True),
+    ((0.0, 1.0, 1.0), 0, False), ((10000.0, 1.0, 1.0), 0, False), ((1.0, 0.0, 1.0), 0, False),
+    ((1.0, 60001.0, 1.0), 0, False), ((1.0, 1.0, 0.0), 0, False), ((1.0, 1.0, 6001.0), 0, False),
+])  # fmt: skip
+def test_the_ranges_of_results_are_those_of_the_manual(results, only_pi, expected):
+    assert fits(*results, only_pi) is expected
 
 
 def test_a_curve_without_a_slope_gives_no_gains():

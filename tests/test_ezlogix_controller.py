@@ -188,6 +188,16 @@ def test_saturation_is_judged_before_the_cv_limits(pv, saturated, out):
     assert (bool(s.status & bits.SATURATED), s.out) == (bool(saturated), out)
 
 
+def test_the_bit_of_saturation_goes_off_again():
+    rig = Rig()
+    _, s = rig.add(Fixed(1000.0), "auto", sp=2000.0, gain=20.0)
+    rig.step()
+    assert s.status & bits.SATURATED
+    rig.follow([1990.0], "out")
+
+    assert s.status == bits.AUTO
+
+
 @pytest.mark.parametrize(("out", "saturated"), [(0.0, True), (1.0, False), (4094.0, False), (4095.0, True)])
 def test_in_manual_the_cv_itself_decides_saturation(out, saturated):
     rig = Rig()

@@ -90,6 +90,13 @@ def obey(c: Config, s: State) -> None:
     begin_listening(s)
 
 
+def fits(gain: float, reset: float, rate: float, only_pi: int) -> bool:
+    """Whether results, in last digits of their registers, lie within the manual's ranges and are not 0."""
+    if gain < 1.0 or gain > GAIN_MOST or reset < 1.0 or reset > RESET_MOST or rate > RATE_MOST:
+        return False
+    return only_pi == 1 or rate >= 1.0
+
+
 def compute(c: Config, s: State, aux: list[float]) -> None:
     """Slope and dead time of the recorded answer, the gains that they give, and their registers."""
     steepest, dead = steepest_line(s, c.tune_buffer, aux, s.tune_change)
@@ -103,8 +110,7 @@ def compute(c: Config, s: State, aux: list[float]) -> None:
     gain = nearest(gain * 100.0)
     reset = nearest(reset * 10.0)
     rate = nearest(rate * 10.0)
-    fits = 1.0 <= gain <= GAIN_MOST and 1.0 <= reset <= RESET_MOST
-    if not fits or rate > RATE_MOST or (rate < 1.0 and c.tune_pi == 0):
+    if not fits(gain, reset, rate, c.tune_pi):
         end_tune(c, s, OUT_OF_RANGE)
         return
     s.gain = gain / 100.0
