@@ -158,6 +158,16 @@ def test_a_cv_tag_that_is_a_set_point_register_makes_a_cascade():
     assert change(machine, "setpoint", 800, loop=1) is None
 
 
+def test_an_inner_loop_that_comes_first_takes_the_cv_of_the_sample_before():
+    outer = {"output": {"tag": "R101"}, "tuning": {"proportional_gain": 1}, "setpoint": {"value": 2000}, "mode": "auto"}
+    machine = plc({"setpoint": {"value": 700}}, outer)
+    play(machine, 1, [0.0, 1700.0])
+    assert (machine.sig[SP], machine.st[0].sp) == (700.0, 300.0)
+    play(machine, 1, [0.0, 1700.0], start=1)
+
+    assert machine.sig[SP] == 300.0
+
+
 # --- the PLC's switch ------------------------------------------------------------------------------------------------
 
 AUTO = {**SCALED, "mode": "auto", "setpoint": {"value": 50}, "tuning": PI}
