@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 from hypothesis import HealthCheck, given, settings
+from pydantic import ValidationError
 
 from ezlogix_strategies import configurations
 from pidcfg.encoders.ezlogix.decode import decode
@@ -110,6 +111,16 @@ def test_a_template_names_the_tags(image):
     rows = table(TAGS.write(image_of(LOOP, tag_names="{name}_{variable}"), ()))
     assert "OVEN1_Setpoint" in rows
     assert "PID1_Setpoint" not in rows
+
+
+@pytest.mark.parametrize(
+    "template",
+    ["{variable}", "P{loop}", "{loop}{variable}", "P{loop:05}{variable}", "P{loop}{variable}{x}", "P{loop}{variable}}}",
+     "P{loop}{variable}{loop:>9999999999}", "P{loop}{variable}{name.__class__}", "P-{loop}{variable}"],
+)  # fmt: skip
+def test_a_template_of_anything_else_is_refused(template):
+    with pytest.raises(ValidationError, match="is not a template of tag names"):
+        image_of(LOOP, tag_names=template)
 
 
 def test_a_name_that_is_no_tag_is_refused():

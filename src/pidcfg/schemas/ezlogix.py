@@ -94,15 +94,17 @@ def parse_counts(value: object) -> tuple[int, int]:
     return low, high
 
 
+def tag_name(template: str, loop: int, name: str, variable: str) -> str:
+    """A tag's name by a template; braces that hold anything else stay as they are."""
+    values = {"{loop}": str(loop), "{name}": name, "{variable}": variable}
+    return re.sub(r"\{(?:loop|name|variable)\}", lambda found: values[found.group()], template)
+
+
 def parse_template(value: object) -> str:
     """A template of tag names; the loop and the variable must both be in it."""
     text = parse_text(value)
-    try:
-        plain = text.format(loop=1, name="L", variable="V")
-    except (KeyError, IndexError, ValueError, AttributeError):
-        plain = ""
     told = "{variable}" in text and ("{loop}" in text or "{name}" in text)
-    if not told or not re.fullmatch(r"[A-Za-z]\w*", plain, re.ASCII):
+    if not told or not re.fullmatch(r"[A-Za-z]\w*", tag_name(text, 1, "L", "V"), re.ASCII):
         refuse("name_form", f"{text!r} is not a template of tag names", help='write "PID{loop}_{variable}"')
     return text
 

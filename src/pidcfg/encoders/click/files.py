@@ -52,7 +52,8 @@ class Numbering:
 FORMATS = listings(SPACE, "register listing", Numbering()) | {
     "nickname-csv": FileKind(
         "nickname-csv", "nicknames with initial values (CSV)", write_nicknames, read_nicknames,
-        lambda text: tuple(cell.strip('"') for cell in columns(text)) == HEADER, merge=merge_nicknames, carries_comments=False, whole=False,
+        lambda text: tuple(cell.strip('"') for cell in columns(text)) == HEADER,
+        merge=merge_nicknames, carries_comments=False, whole=False,
     ),
     "cdv": FileKind(
         "cdv", "DataViews with new values", write_dataviews, read_dataview,

@@ -17,7 +17,7 @@ from pidcfg.encoders.maps.ezlogix import PULSE_REGISTERS, R_BLOCK, S_BLOCK, SPAC
 from pidcfg.encoders.scales import Distance, Position
 from pidcfg.encoders.words import Choice, Implied
 from pidcfg.refs import Decision
-from pidcfg.schemas.ezlogix import PlcSettings
+from pidcfg.schemas.ezlogix import PlcSettings, tag_name
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping
@@ -81,7 +81,7 @@ def tags(image: Image) -> list[Tag]:
 
 def _tag(cell: Cell, template: str, number: int) -> Tag:
     loop = str(cell.loop)
-    name = template.format(loop=number, name=loop, variable=VARIABLES[cell.field])
+    name = tag_name(template, number, loop, VARIABLES[cell.field])
     if not TAG.fullmatch(name):
         raise UnwritableError(
             f"loop {loop}: {name!r} is not usable as a tag; rename the loop with letters, digits and _, or use "
