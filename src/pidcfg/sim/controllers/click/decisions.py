@@ -87,9 +87,9 @@ CONTROLLER = (
     ),
     Decision(
         121, "pulses",
-        "The signal PWM is 1 while the discrete output is on, else 0. The on-time is taken at the start "
-        "of each period, in every mode, and ends at the nearest base step; the base step is at most a "
-        "hundredth of the period, unless the scenario gives another.",
+        "The signal PWM is 1 or 0 for a whole base step, as the discrete output is in the middle of it "
+        "(of the first one: at its beginning). The on-time is taken at the start of each period, in every "
+        "mode; the base step is at most a hundredth of the period, unless the scenario gives another.",
         "The pulse is the output's percentage of the period; a scenario is run in steps, and an on-time "
         "that always ended late would heat too much.",
     ),

@@ -8,16 +8,16 @@ ON, OFF = 1.0, 0.0
 
 
 def pulse(c: Config, s: State, tick: int) -> float:
-    """The discrete output at ``tick``; its on-time is taken at the start of each period and ends at the nearest tick.
+    """The discrete output of the base step that begins at ``tick``: as it is in the middle of the step.
 
-    A period that began before the tick goes on from where it should have begun.
+    The first step's length is not known yet; its beginning counts. The on-time is taken where a period begins.
     """
-    step = tick - s.last_tick
+    middle = tick + (tick - s.last_tick) // 2
     s.last_tick = tick
     if s.busy & STOPPED:
         return OFF
-    if tick - s.pulse_at >= c.pwm_period or s.pulse < 0.0:
-        if s.pulse < 0.0 or tick - s.pulse_at >= 2 * c.pwm_period:
+    if s.pulse < 0.0 or middle - s.pulse_at >= c.pwm_period:
+        if s.pulse < 0.0 or middle - s.pulse_at >= 2 * c.pwm_period:
             s.pulse_at = tick
         else:
             s.pulse_at += c.pwm_period
@@ -27,7 +27,4 @@ def pulse(c: Config, s: State, tick: int) -> float:
         elif share > 1.0:
             share = 1.0
         s.pulse = share * c.pwm_period
-    if s.pulse >= c.pwm_period:
-        return ON
-    left = s.pulse - (tick - s.pulse_at)
-    return ON if left > 0.0 and left >= step / 2.0 else OFF
+    return ON if middle - s.pulse_at < s.pulse else OFF
