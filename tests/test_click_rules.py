@@ -350,6 +350,7 @@ def test_alarm_points_are_in_order_or_reported(points):
         ({"low_low": -38, "low": -35}, [-40, 1], Severity.ERROR),
         ({"high": -10, "high_high": -5}, [-40, 0], Severity.ERROR),
         ({"enabled": True}, [0, 100], Severity.ERROR),
+        ({"low": 50, "high": 40, "high_high": 95}, [0, 100], Severity.INFO),
     ],
 )
 def test_alarms_that_are_not_given_are_as_bad_as_what_0_does(given_points, span, severity):
@@ -371,3 +372,26 @@ def test_the_resolution_of_a_pv_is_the_distance_to_the_next_float(largest):
                                              ("6001 /min", True), (100, False), (100.1, True)])  # fmt: skip
 def test_a_rate_is_compared_per_sample(rate, found):
     assert ("PID384" in codes(changed(alarms={"rate_of_change": rate}))) == found
+
+
+def test_alarms_that_leave_no_pv_without_one_are_not_also_reported_for_the_set_point():
+    loop = changed(alarms={"pv": {"low_low": 10, "low": 50, "high": 50, "high_high": 90}, "hysteresis": 1})
+    loop["setpoint"] = {"value": 60}
+
+    assert codes(loop) == {"PID371"}
+
+
+# --- output ----------------------------------------------------------------------------------------------------------
+
+
+def test_limits_that_leave_no_output_are_one_finding():
+    loop = changed(output={"limits": [50, 50]}, autotune={"method": "closed"}, state={"output": 60, "bias": 40})
+
+    assert codes(loop) == {"PID362"}
+
+
+@pytest.mark.parametrize(("key", "value"), [("output", 90.1), ("output", 9.9), ("bias", 90.1), ("bias", 9.9)])
+def test_a_stored_value_outside_the_limits_is_reported_where_it_stands(key, value):
+    found = findings(changed(output={"limits": [10, 90]}, state={key: value}))
+
+    assert [(d.code, d.path[-1]) for d in found] == [("PID393", key)]
