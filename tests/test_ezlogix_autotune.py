@@ -267,6 +267,18 @@ def test_a_pv_that_goes_the_wrong_way_fits_no_curve(direct):
     until_tuned(rig, s)
 
     assert (s.tune_status, s.gain, s.out) == (6, 0.0, 1500.0)
+    assert rig.tick < 300e6, "before the timeout"
+
+
+@pytest.mark.parametrize("direct", [0, 1])
+def test_a_small_answer_counts_once_it_has_settled(direct):
+    """Eight counts: too few to compare slopes, enough to be told from nothing."""
+    rig, s = loop(0.02, 20.0, 20.0, 0.5, direct=direct)
+    until_tuned(rig, s)
+
+    assert s.tune_status == 3
+    assert rig.tick < 200e6
+    assert 0.5 < s.gain / (1.2 * 20.0 / (0.02 * 20.0)) < 1.6
 
 
 @pytest.mark.parametrize(("plant", "given"), [

@@ -138,6 +138,18 @@ def test_a_loop_that_gets_a_sample_rate_begins():
     assert machine.st[0].pv == 1638.0
 
 
+def test_from_then_on_it_keeps_its_rate():
+    machine = _with_word(100, 0)
+    play(machine, 3, [40.0])
+    change(machine, "sample_rate", 0.3)
+    seen = []
+    for k in range(3, 12):
+        play(machine, 1, [float(k)], start=k)
+        seen.append(round(machine.sig[PV]))
+
+    assert seen == [3, 3, 3, 6, 6, 6, 9, 9, 9]
+
+
 # --- cascade ---------------------------------------------------------------------------------------------------------
 
 
@@ -179,7 +191,7 @@ def test_a_loop_that_is_not_processed_when_stopped_stands_still():
     before = list(machine.sig)
     assert before[O] == 1.0
     machine.program(machine.sig)
-    said = play(machine, 20, [60.0], start=2)
+    said = play(machine, 23, [60.0], start=2)
 
     assert said == [(2, "L1", None, "the PLC is stopped: the loop is not calculated, its outputs stay as they are")]
     assert machine.sig[1:] == before[1:]
