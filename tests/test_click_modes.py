@@ -123,7 +123,9 @@ def test_output_is_read_only_in_auto():
 
 
 @pytest.mark.parametrize("mode", ["manual", "auto"])
-@pytest.mark.parametrize(("written", "becomes"), [(10, 30.0), (30, 30.0), (55.5, 55.5), (70, 70.0), (70.5, 70.0), (99, 70.0)])
+@pytest.mark.parametrize(
+    ("written", "becomes"), [(10, 30.0), (30, 30.0), (55.5, 55.5), (70, 70.0), (70.5, 70.0), (99, 70.0)]
+)
 def test_an_enabled_limit_overwrites_the_set_point(mode, written, becomes):
     rig = at(setpoint={"value": 60, "lower_limit": 30, "upper_limit": 70})
     if mode == "auto":
@@ -459,6 +461,32 @@ def test_alarms_follow_the_rule_by_the_letter(pvs, limits, hysteresis):
         rig.step()
 
     assert rig.st[0].status & ALARMS == expected(pvs, limits, hysteresis)
+
+
+NUMBERS = st.floats(-200, 200, width=32) | st.integers(-20, 20).map(float)
+KEYS = ("pv_low_low", "pv_low", "pv_high", "pv_high_high", "deviation_high", "deviation_high_high", "rate_of_change")
+
+
+@given(
+    st.lists(NUMBERS, min_size=3, max_size=25), st.lists(NUMBERS | st.just(math.nan), min_size=7, max_size=7),
+    st.floats(0, 20, width=32), st.lists(NUMBERS, min_size=1, max_size=3),
+)  # fmt: skip
+@settings(max_examples=150, deadline=None)
+def test_the_quiet_band_never_hides_an_alarm(pvs, limits, hysteresis, setpoints):
+    """The step looks at limits only when the PV leaves a band; the outcome is that of always looking."""
+    on = {"enabled": True}
+    image = image_of({"alarms": {"pv": on, "deviation": on, "rate_of_change_enabled": True}})
+    image = poked(image, **dict(zip(KEYS, limits, strict=True)), hysteresis=hysteresis)
+    short, full = Rig(image=image), Rig(image=image)
+    for n, pv in enumerate(pvs):
+        for rig in (short, full):
+            rig.plants[0].value = pv
+            rig.st[0].sp = setpoints[n % len(setpoints)]
+        full.st[0].quiet_low = math.inf
+        short.step()
+        full.step()
+        assert short.st[0].status == full.st[0].status
+        assert short.sig == full.sig
 
 
 def test_limits_that_are_no_numbers_make_no_alarm():

@@ -90,9 +90,9 @@ def test_every_register_reaches_the_controller():
     assert (c.reverse, c.bumpless, c.freeze, c.squared, c.deadband_on, c.deadband) == (1, 1, 1, 1, 1, 0.5)
     assert (c.limited, c.limit, c.filtered, c.filter) == (1, 10.0, 1, float_of(bits_of(0.8)))
     assert (c.out_low, c.out_high, c.pwm, c.pwm_period) == (0.0, 100.0, 1, 10_000_000)
-    assert (c.pv_alarms, c.low_low, c.low, c.high, c.high_high) == (1, 45.0, 50.0, 125.0, 135.0)
-    assert (c.deviation_alarms, c.deviation_high, c.deviation_high_high) == (1, 5.0, 10.0)
-    assert (c.rate_alarm, c.rate_of_change, c.hysteresis) == (1, 1.0, 0.5)
+    assert (c.low_low, c.low, c.high, c.high_high) == (45.0, 50.0, 125.0, 135.0)
+    assert (c.deviation_high, c.deviation_high_high) == (5.0, 10.0)
+    assert (c.rate_of_change, c.hysteresis) == (1.0, 0.5)
     assert (c.tune_closed, c.tune_pi, c.tune_hysteresis, c.pv_low, c.pv_high) == (1, 0, 1.0, 40.0, 140.0)
     assert (s.sp, s.gain, s.reset, s.rate) == (105.0, float_of(bits_of(2.4)), 30.0, 4.0)
     assert s.gain != 2.4, "the number in the register, not its shortest decimal"
@@ -188,7 +188,8 @@ def test_a_key_is_written_to_its_register(key, value, field, becomes):
     ("autotune.hysteresis", 2, "tune_hysteresis", 2.0),
 ])  # fmt: skip
 def test_a_key_reaches_the_configuration(key, value, field, becomes):
-    rig = Rig({})
+    on = {"enabled": True}
+    rig = Rig({"alarms": {"pv": on, "deviation": on, "rate_of_change_enabled": True}})
     rig.set(key, value)
 
     assert getattr(rig.cfg[0], field) == becomes

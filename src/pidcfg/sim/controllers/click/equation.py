@@ -28,14 +28,6 @@ def coefficients(c: Config, s: State) -> None:
             s.lag = single(seconds / single(seconds + single(s.rate / c.limit)))
 
 
-def curved(c: Config, sp: float, pv: float) -> float:
-    """SP - PV, squared with its sign kept where that is chosen."""
-    e = single(sp - pv)
-    if c.squared:
-        e = single(e * abs(e))
-    return e
-
-
 def within(low: float, high: float, x: float) -> float:
     """The value inside the output's limits; where they contradict each other the lower one wins."""
     if x > high:
@@ -45,36 +37,34 @@ def within(low: float, high: float, x: float) -> float:
     return x
 
 
-def integrate(c: Config, s: State, e: float) -> None:
-    """The bias goes on, unless it is frozen, and stays within the output's limits (D111, D112)."""
-    frozen = c.freeze and (s.out >= c.out_high or s.out <= c.out_low)
-    if not frozen:
-        s.bias = single(s.bias + single(s.ki * e))
-    s.bias = within(c.out_low, c.out_high, s.bias)
-
-
-def differentiate(s: State, e: float) -> float:
-    """Td/Ts times the filtered difference of the errors (D114)."""
-    change = single(e - s.e1)
-    if s.lag < 1.0:
-        change = single(s.y1 + single(s.lag * single(change - s.y1)))
-    s.y1 = change
-    return single(s.kd * change)
-
-
 def calculate(c: Config, s: State) -> float:
-    """The output before its limits; no term acts while the error is inside the deadband (D113)."""
-    e = curved(c, s.sp, s.pv)
+    """The output before its limits; no term acts while the error is inside the deadband (D113).
+
+    The bias goes on, unless it is frozen (D112), and stays within the output's limits (D111); the derivative is that of
+    the filtered error (D114).
+    """
+    e = single(s.sp - s.pv)
+    if c.squared:
+        e = single(e * abs(e))
     if s.busy & FRESH:
         s.busy &= ~FRESH
         s.e1 = e
         s.y1 = 0.0
-    if c.deadband_on and -c.deadband <= e <= c.deadband:
-        s.e1 = e
-        s.y1 = 0.0
-        s.bias = within(c.out_low, c.out_high, s.bias)
-        return s.bias
-    integrate(c, s, e)
-    d = differentiate(s, e)
+    change = single(e - s.e1)
     s.e1 = e
-    return single(s.bias + single(s.kp * single(e + d)))
+    low = c.out_low
+    high = c.out_high
+    bias = s.bias
+    idle = c.deadband_on and -c.deadband <= e <= c.deadband
+    if not (idle or (c.freeze and (s.out >= high or s.out <= low))):
+        bias = single(bias + single(s.ki * e))
+    s.bias = within(low, high, bias)
+    if idle:
+        s.y1 = 0.0
+        return s.bias
+    if s.lag < 1.0:
+        change = single(s.y1 + single(s.lag * single(change - s.y1)))
+    s.y1 = change
+    if s.kd != 0.0:
+        e = single(e + single(s.kd * change))
+    return single(s.bias + single(s.kp * e))

@@ -30,26 +30,7 @@ LARGEST = float("inf")
 """Every number is at most this; what is none is not."""
 
 
-def measured(c: Config, s: State, x: float) -> float:
-    """The raw PV through its filter; the first sample has no past (D115). Returns the PV of the sample before."""
-    s.raw = single(x)
-    old = s.pv
-    if s.busy & FIRST:
-        s.busy &= ~FIRST
-        old = s.raw
-    s.pv = single(old + single(c.filter * single(s.raw - old))) if c.filtered else s.raw
-    return old
-
-
-def limit_setpoint(c: Config, s: State) -> None:
-    """An enabled limit takes the place of a set point beyond it (D126)."""
-    if c.sp_high_on and s.sp > c.sp_high:
-        s.sp = c.sp_high
-    if c.sp_low_on and s.sp < c.sp_low:
-        s.sp = c.sp_low
-
-
-def control(c: Config, s: State) -> None:
+def control(c: Config, s: State, sig: list[float]) -> None:
     """The output in Auto, within its limits; what is no number is not written (D116)."""
     m = calculate(c, s)
     if abs(m) <= LARGEST:
@@ -62,24 +43,41 @@ def control(c: Config, s: State) -> None:
             s.number = BIAS_NUMBER
             s.status |= PID_ERROR
             to_manual(s, OVERRIDE_ERROR + BIAS_ERROR)
+            sig[c.sig_error] = s.number
 
 
 def sample(c: Config, s: State, aux: list[float], sig: list[float]) -> None:
     """One calculation of a loop."""
-    old = measured(c, s, sig[c.sig_in])
+    # the first sample has no past (D115)
+    raw = single(sig[c.sig_in])
+    old = s.pv
+    if s.busy & FIRST:
+        s.busy &= ~FIRST
+        old = raw
+    pv = raw
+    if c.filtered:
+        pv = single(old + single(c.filter * single(raw - old)))
+    s.raw = raw
+    s.pv = pv
     if s.busy & (REQUEST | GOAL):
         modes(c, s)
-    limit_setpoint(c, s)
-    alarms(c, s, old)
+    # an enabled limit takes the place of a set point beyond it (D126)
+    if c.sp_high_on and s.sp > c.sp_high:
+        s.sp = c.sp_high
+    if c.sp_low_on and s.sp < c.sp_low:
+        s.sp = c.sp_low
+    change = pv - old
+    fast = c.rate_of_change
+    if pv < s.quiet_low or pv > s.quiet_high or s.sp != s.quiet_sp or change > fast or -change > fast:
+        alarms(c, s, old)
+        sig[c.sig_sp] = shown(s.sp)
     if s.status & TUNING:
         tune(c, s, aux)
     if s.status & AUTO:
-        control(c, s)
-    sig[c.sig_pv] = s.pv
-    sig[c.sig_sp] = shown(s.sp)
+        control(c, s, sig)
+    sig[c.sig_pv] = pv
     sig[c.sig_out] = shown(s.out)
     sig[c.sig_bias] = shown(s.bias)
-    sig[c.sig_error] = s.number
 
 
 def scan(tick: int, cfg: list[Config], st: list[State], aux: list[float], sig: list[float]) -> None:

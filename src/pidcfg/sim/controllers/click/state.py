@@ -10,6 +10,8 @@ from dataclasses import dataclass
 
 NEVER = 1 << 60
 """A time that does not come."""
+UNBOUNDED = 1e39
+"""A limit that nothing reaches: beyond single precision."""
 NAN = float("nan")
 """What a register holds whose calculation had no finite result."""
 
@@ -73,17 +75,14 @@ class Config:
     limit: float = 100.0
     out_low: float = 0.0
     out_high: float = 100.0
-    # alarms
-    pv_alarms: int = 0
-    deviation_alarms: int = 0
-    rate_alarm: int = 0
-    low_low: float = 0.0
-    low: float = 0.0
-    high: float = 0.0
-    high_high: float = 0.0
-    deviation_high: float = 0.0
-    deviation_high_high: float = 0.0
-    rate_of_change: float = 0.0
+    # alarms; a group that is off has limits that nothing reaches
+    low_low: float = -UNBOUNDED
+    low: float = -UNBOUNDED
+    high: float = UNBOUNDED
+    high_high: float = UNBOUNDED
+    deviation_high: float = UNBOUNDED
+    deviation_high_high: float = UNBOUNDED
+    rate_of_change: float = UNBOUNDED
     hysteresis: float = 0.0
     # pulse width modulation
     pwm: int = 0
@@ -147,6 +146,10 @@ class State:
     """The error of the calculation before, without the deadband."""
     y1: float = 0.0
     """The filtered difference of errors."""
+    quiet_low: float = UNBOUNDED
+    """Between these no alarm can change, as long as the set point stays."""
+    quiet_high: float = -UNBOUNDED
+    quiet_sp: float = 0.0
     # modes
     request: int = 0
     """One-shot requested mode bit."""

@@ -11,6 +11,7 @@ from pidcfg.encoders.plain import unnamed
 from pidcfg.encoders.spaces import SINGLE
 from pidcfg.schemas.click import BITS, FLOATS, INTEGERS
 from pidcfg.sim.controllers.click.errors import nearest_allowed
+from pidcfg.sim.controllers.click.state import DEVIATION_ALARMS, PV_ALARMS, RATE_OF_CHANGE, UNBOUNDED
 from pidcfg.sim.plc import TICKS
 from pidcfg.sim.terms import single
 
@@ -115,11 +116,20 @@ def configure(c: Config, n: Mapping[str, float]) -> None:
 
 
 def _alarms(c: Config, n: Mapping[str, float]) -> None:
-    c.pv_alarms, c.deviation_alarms = int(n["pv_alarm_enable"]), int(n["deviation_alarm_enable"])
-    c.rate_alarm = int(n["rate_alarm_enable"])
-    c.low_low, c.low, c.high, c.high_high = n["pv_low_low"], n["pv_low"], n["pv_high"], n["pv_high_high"]
-    c.deviation_high, c.deviation_high_high = n["deviation_high"], n["deviation_high_high"]
-    c.rate_of_change, c.hysteresis = n["rate_of_change"], n["hysteresis"]
+    pv, deviation, rate = n["pv_alarm_enable"], n["deviation_alarm_enable"], n["rate_alarm_enable"]
+    c.low_low, c.low = (n[name] if pv else -UNBOUNDED for name in ("pv_low_low", "pv_low"))
+    c.high, c.high_high = (n[name] if pv else UNBOUNDED for name in ("pv_high", "pv_high_high"))
+    c.deviation_high = n["deviation_high"] if deviation else UNBOUNDED
+    c.deviation_high_high = n["deviation_high_high"] if deviation else UNBOUNDED
+    c.rate_of_change = n["rate_of_change"] if rate else UNBOUNDED
+    c.hysteresis = n["hysteresis"]
+
+
+def alarms_off(n: Mapping[str, float]) -> int:
+    """The alarms of the groups that are off."""
+    pv = 0 if n["pv_alarm_enable"] else PV_ALARMS
+    deviation = 0 if n["deviation_alarm_enable"] else DEVIATION_ALARMS
+    return pv | deviation | (0 if n["rate_alarm_enable"] else RATE_OF_CHANGE)
 
 
 def write_state(s: State, n: Mapping[str, float]) -> None:
@@ -127,6 +137,8 @@ def write_state(s: State, n: Mapping[str, float]) -> None:
     for name, field in STATE.items():
         setattr(s, field, n[name])
     s.period = sample_ticks(n["sample_rate"])
+    s.status &= ~alarms_off(n)
+    s.quiet_low, s.quiet_high = UNBOUNDED, -UNBOUNDED
 
 
 def sample_ticks(milliseconds: float) -> int:
