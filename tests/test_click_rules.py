@@ -316,6 +316,20 @@ def test_a_limit_of_0_is_no_derivative(limit, on, nothing):
     assert ("PID341" in codes(changed(**{"tuning.derivative_gain": 2}, **values))) == nothing
 
 
+@pytest.mark.parametrize(("constant", "filtered"), [(100, False), (99, True)])
+def test_a_filter_that_passes_everything_does_not_quieten_a_derivative(constant, filtered):
+    found = codes(changed(**{"tuning.derivative_gain": 30, "pv.filter": constant}))
+
+    assert ("PID343" in found) != filtered
+    assert ("PID322" in found) != filtered
+
+
+def test_a_deadband_that_is_off_reaches_nothing():
+    error = {"curve": "squared", "deadband": 20000, "deadband_enabled": False}
+
+    assert codes(changed(error=error)) == {"PID351", "PID356"}
+
+
 @pytest.mark.parametrize("reset", ["999.99", "1000", "0", "6000.1"])
 def test_windup_is_reported_for_a_loop_that_integrates(reset):
     found = codes(changed(freeze_bias=False, **{"tuning.reset_time": Decimal(reset)}))

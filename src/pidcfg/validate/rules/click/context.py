@@ -181,7 +181,7 @@ class LoopView:
     @property
     def integrates(self) -> bool:
         """Whether the reset time is short enough to mean an integral."""
-        return 0 < self.loop.tuning.reset_time < NO_INTEGRAL
+        return self.loop.tuning.reset_time < NO_INTEGRAL
 
     @property
     def span(self) -> Decimal:
