@@ -147,6 +147,8 @@ def test_signals_before_the_first_sample():
     assert machine.st[0].sp == 1024.0
     assert machine.sig[BIAS] == pytest.approx(10.0, abs=0.01)
     assert (machine.sig[PV], machine.sig[CV], machine.sig[STATUS]) == (0.0, 0.0, 0.0)
+    elsewhere = plc({"pv": {"tag": "IR1", "range": [10, 110], "counts": [819, 4095]}})
+    assert (elsewhere.sig[PV], elsewhere.st[0].tune_left) == (10.0, 600_000_000)
 
 
 def test_any_memory_can_be_run():

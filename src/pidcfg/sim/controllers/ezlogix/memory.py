@@ -61,7 +61,6 @@ class Memory:
         s.sp = float(loop.word("setpoint"))
         self._apply(i)
         s.pv, s.tune_left = c.pv_min, c.timeout
-        s.due = NEVER if c.halt else 0
         if self.goals[i] == "auto":
             self._ask(i, bits.AUTO)
         self._show(i, self.sig)
