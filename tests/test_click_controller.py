@@ -251,6 +251,18 @@ def test_the_deadband_kicks_the_derivative_neither_on_the_way_in_nor_out():
     assert len(outs) == 41
 
 
+def test_a_deadband_of_nothing_is_none():
+    """An error that is exactly 0 keeps its derivative."""
+    pv = Fixed(49.0)
+    loop = {"tuning": {"derivative_gain": 1}, "error": {"deadband": 0}, "setpoint": {"value": 50}}
+    rig = Rig(loop, plants=[pv])
+    rig.set("output", 30)
+    rig.auto().step(2)
+    pv.value = 50.0
+
+    assert rig.step().out() == pytest.approx(20.0, abs=0.01)
+
+
 def test_the_filter_passes_its_share_each_sample_and_starts_full():
     pv = Fixed(20.0)
     rig = Rig({"pv": {"filter": 25}}, plants=[pv])

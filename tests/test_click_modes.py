@@ -8,10 +8,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from click_rig import FirstOrder, Fixed, Rig, image_of, poked
+from click_rig import Fixed, Rig, image_of, poked
 from pidcfg.encoders.image import Image
 from pidcfg.encoders.maps.click import ERRORS
-from pidcfg.sim.controllers.click.report import ALARM_BITS, describe, requested
+from pidcfg.sim.controllers.click.report import ALARM_BITS, FLAG_BITS, describe, requested
 from pidcfg.sim.controllers.click.state import ALARMS
 from pidcfg.sim.notices import noticed
 
@@ -206,9 +206,11 @@ def test_the_ends_of_what_a_register_may_hold_are_no_error(register, value):
     assert rig.mode() == "auto"
 
 
-@pytest.mark.parametrize(("low_on", "high_on", "number"), [(1, 1, 23), (1, 0, 0), (0, 1, 0), (0, 0, 0)])
-def test_crossed_set_point_limits_are_an_error_when_both_count(low_on, high_on, number):
-    image = poked(image_of({}), setpoint_lower=50.0, setpoint_upper=40.0, setpoint_lower_enable=low_on,
+@pytest.mark.parametrize(("upper", "low_on", "high_on", "number"), [
+    (40.0, 1, 1, 23), (40.0, 1, 0, 0), (40.0, 0, 1, 0), (40.0, 0, 0, 0), (50.0, 1, 1, 0),
+])  # fmt: skip
+def test_crossed_set_point_limits_are_an_error_when_both_count(upper, low_on, high_on, number):
+    image = poked(image_of({}), setpoint_lower=50.0, setpoint_upper=upper, setpoint_lower_enable=low_on,
                   setpoint_upper_enable=high_on)  # fmt: skip
 
     assert Rig(image=image).plc.flags == {"DS1": number}
@@ -243,6 +245,7 @@ def test_errors_come_and_go_and_the_lowest_shows():
         "to Manual", "PID error 10", "PID error 27", "PID error 28", "no PID error any more",
     ]  # fmt: skip
     assert "reset time (DFn+06) is not within 0.01 to 6000 s" in rig.log[0][1]
+    assert rig.st[0].status & FLAG_BITS["pid_error"] == 0
     assert rig.auto().step().mode() == "auto"
 
 
@@ -421,6 +424,24 @@ def test_a_group_that_is_off_has_no_alarms_and_loses_those_it_had(group):
     assert len(after) >= 2
 
 
+def test_a_new_limit_alarms_a_pv_that_stands_still():
+    rig = at(alarms={"pv": PV_LIMITS})
+    rig.step(3)
+    rig.set("alarms.pv.high", 45)
+
+    assert names(rig.step().st[0].status) == ["pv_high"]
+
+
+def test_a_group_that_is_switched_off_loses_alarms_whatever_the_hysteresis_holds():
+    image = poked(image_of({"alarms": {"pv": PV_LIMITS}}), hysteresis=math.nan)
+    rig = Rig(image=image, plants=[Fixed(95.0)])
+    rig.step()
+    assert names(rig.st[0].status) == ["pv_high", "pv_high_high"]
+    rig.set("alarms.pv.enabled", value=False)
+
+    assert names(rig.step().st[0].status) == []
+
+
 @pytest.mark.parametrize("mode", ["manual", "auto"])
 def test_alarms_work_in_every_mode_and_refuse_none(mode):
     rig = at(measured=95.0, alarms={"pv": PV_LIMITS})
@@ -492,7 +513,9 @@ def test_the_quiet_band_never_hides_an_alarm(pvs, limits, hysteresis, setpoints)
 def test_limits_that_are_no_numbers_make_no_alarm():
     image = poked(image_of({"alarms": {"pv": PV_LIMITS, "rate_of_change": 5}}), pv_high=math.nan,
                   rate_of_change=math.nan, hysteresis=math.nan)  # fmt: skip
-    rig = Rig(image=image, plants=[FirstOrder(initial=95.0)])
-    rig.step(5)
+    rig = Rig(image=image, plants=[Fixed(50.0)])
+    rig.step(2)
+    rig.plants[0].value = 95.0
+    rig.step(2)
 
     assert names(rig.st[0].status) == ["pv_high_high"]

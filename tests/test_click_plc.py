@@ -113,7 +113,7 @@ def test_names_signals_and_scales():
 
 @pytest.mark.parametrize(("rate", "period", "base"), [
     ("500 ms", 10, 100_000), ("500 ms", 1, 10_000), ("333 ms", 7, 66_600), ("100 ms", 600, 100_000),
-    ("100 ms", 10, 100_000),
+    ("100 ms", 10, 100_000), ("500 ms", 3, 25_000),
 ])  # fmt: skip
 def test_the_base_step_divides_the_sample_rate_and_is_a_hundredth_of_the_pulses(rate, period, base):
     plc = load(image_of({"sample_rate": rate, "output": {"pwm": {"bit": "Y001", "period": period}}}))

@@ -129,8 +129,6 @@ class Memory:
         sig[c.sig_pv], sig[c.sig_sp], sig[c.sig_bias] = shown(s.pv), shown(s.sp), shown(s.bias)
         sig[c.sig_out] = 0.0 if stopped else shown(s.out)
         sig[c.sig_error] = s.number
-        if stopped:
-            sig[c.sig_pwm] = 0.0
 
 
 def scale_of(c: Config) -> tuple[float, float, int]:
