@@ -8,7 +8,7 @@ from itertools import permutations
 from pathlib import Path
 
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 from pyclickplc.validation import FORBIDDEN_CHARS, NICKNAME_MAX_LENGTH, validate_nickname
 
@@ -294,6 +294,10 @@ def test_the_proportional_band_is_compared_with_a_hundredth_of_the_range(gain, s
     assert ("PID333" in codes(loop)) == (moved > 100)
 
 
+@example(Decimal(100), squared=False)
+@example(Decimal(5), squared=False)
+@example(Decimal(25), squared=True)
+@example(Decimal(10000), squared=True)
 @given(st.decimals("0.01", 200, places=2), st.booleans())
 def test_a_squared_error_is_compared_with_the_deadband_as_it_is(deadband, squared):
     curve = "squared" if squared else "linear"
@@ -322,6 +326,14 @@ def test_a_filter_that_passes_everything_does_not_quieten_a_derivative(constant,
 
     assert ("PID343" in found) != filtered
     assert ("PID322" in found) != filtered
+
+
+@pytest.mark.parametrize("low", [9, 10])
+def test_a_set_point_at_its_alarm_leaves_no_room_for_any_deadband(low):
+    alarms = {"pv": {"low_low": 5, "low": low, "high": 90, "high_high": 95}, "hysteresis": 1}
+
+    found = codes(changed(alarms=alarms, setpoint={"value": 10}, error={"deadband": 1}))
+    assert found == (set() if low == 10 else {"PID355"})
 
 
 def test_a_deadband_that_is_off_reaches_nothing():
@@ -397,8 +409,9 @@ def test_alarms_that_leave_no_pv_without_one_are_not_also_reported_for_the_set_p
 # --- output ----------------------------------------------------------------------------------------------------------
 
 
-def test_limits_that_leave_no_output_are_one_finding():
-    loop = changed(output={"limits": [50, 50]}, autotune={"method": "closed"}, state={"output": 60, "bias": 40})
+@pytest.mark.parametrize("limit", [1, 50])
+def test_limits_that_leave_no_output_are_one_finding(limit):
+    loop = changed(output={"limits": [limit, limit]}, autotune={"method": "closed"}, state={"output": 60, "bias": 40})
 
     assert codes(loop) == {"PID362"}
 
