@@ -294,11 +294,11 @@ def test_the_proportional_band_is_compared_with_a_hundredth_of_the_range(gain, s
     assert ("PID333" in codes(loop)) == (moved > 100)
 
 
-@example(Decimal(100), squared=False)
-@example(Decimal(5), squared=False)
-@example(Decimal(25), squared=True)
-@example(Decimal(10000), squared=True)
-@given(st.decimals("0.01", 200, places=2), st.booleans())
+@example(deadband=Decimal(100), squared=False)
+@example(deadband=Decimal(5), squared=False)
+@example(deadband=Decimal(25), squared=True)
+@example(deadband=Decimal(10000), squared=True)
+@given(deadband=st.decimals("0.01", 200, places=2), squared=st.booleans())
 def test_a_squared_error_is_compared_with_the_deadband_as_it_is(deadband, squared):
     curve = "squared" if squared else "linear"
     error = {"curve": curve, "deadband": deadband}
