@@ -211,6 +211,22 @@ def test_running_again_is_a_start():
     assert (machine.st[0].integral, machine.st[0].out) == (held, held)
 
 
+def test_running_again_begins_a_cycle_of_the_control_output():
+    machine = plc({"output": {"tag": "OR1", "pulse": PULSE}}, process_when_stopped=False)
+    change(machine, "output", 2048)
+    play(machine, 7, [0.0])
+    machine.program(machine.sig)
+    play(machine, 1, [0.0], start=7)
+    assert machine.sig[O] == 0.0
+    machine.run(800_000)
+    seen = []
+    for k in range(8, 19):
+        play(machine, 1, [0.0], start=k)
+        seen.append(machine.sig[O])
+
+    assert seen == [1.0] * 5 + [0.0] * 5 + [1.0]
+
+
 def test_a_request_waits_while_the_plc_is_stopped():
     machine = plc(AUTO, process_when_stopped=False)
     play(machine, 1, [40.0])

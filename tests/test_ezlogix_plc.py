@@ -97,6 +97,7 @@ def test_a_block_at_the_end_of_its_bank_does_not_run_into_the_next():
     discretes = SPACE.number("S", 1)
     machine = load(replace(made, cells=(*made.cells, Cell("S1", discretes, 1, ""))))
 
+    assert machine.periods == [100_000], "the first register is the last of the bank"
     assert machine.cfg[0].sp_high == 0.0
     assert (machine.st[0].sp, machine.st[0].gain) == (0.0, 0.0)
 
@@ -137,6 +138,13 @@ def test_a_cv_in_an_r_register_begins_with_its_content():
     assert (machine.st[0].out, machine.sig[CV]) == (819.0, 10.0)
     high = load(replace(made, cells=(*made.cells, Cell("R150", 150, 60000, ""))))
     assert high.st[0].out == 4095.0
+
+
+def test_a_physical_cv_tag_is_no_register():
+    made = image({"output": {"tag": "OR201"}}, {"setpoint": {"value": 700}})
+    machine = load(made)
+
+    assert (machine.cfg[0].feeds, machine.st[0].out) == (-1, 0.0)
 
 
 def test_signals_before_the_first_sample():
