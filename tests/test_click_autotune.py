@@ -95,6 +95,28 @@ def test_the_step_is_a_tenth_of_the_outputs_limits():
     assert rig.out() == pytest.approx(44.0)
 
 
+def test_the_gain_does_not_depend_on_the_outputs_limits():
+    found = [tuned(settled(autotune={"method": "open"}, output={"limits": limits}))["results"]["proportional_gain"]
+             for limits in ([0, 100], [20, 60])]  # fmt: skip
+
+    assert found[0] == pytest.approx(found[1], rel=0.05)
+
+
+def test_the_new_parameters_act_at_once_and_without_a_kick():
+    """The error that the step has left has no past: P and one sample of I on the old bias, no derivative."""
+    rig = settled(gain=0.5, dead_time=10.0, autotune={"method": "open"})
+    bias = rig.st[0].bias
+    tuned(rig)
+    s = rig.st[0]
+    error = 50.0 - s.pv
+
+    assert (s.kp, error) == (s.gain, pytest.approx(-5.0, abs=0.5))
+    assert s.ki == pytest.approx(s.gain * s.period / 1e6 / s.reset, rel=1e-6)
+    assert s.kd == pytest.approx(s.rate / (s.period / 1e6), rel=1e-6)
+    assert s.out == pytest.approx(max(bias + s.ki * error + s.kp * error, 0.0), abs=1e-3)
+    assert s.out > 0.0
+
+
 def test_a_small_answer_makes_the_step_a_fifth():
     rig = settled(gain=0.15, autotune={"method": "open"})
     seen = []

@@ -186,8 +186,6 @@ class State:
     """PV at rest."""
     tune_out: float = 0.0
     """Output before anything was done to it."""
-    tune_bias: float = 0.0
-    """Bias before."""
     tune_step: float = 0.0
     """Step of the output in shares of its range, with its sign."""
     tune_a: float = 0.0

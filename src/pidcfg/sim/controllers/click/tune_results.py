@@ -54,15 +54,13 @@ def start_tune(s: State) -> None:
     s.tune_phase = LISTENING
     s.tune_done = NOTHING
     s.tune_out = s.out
-    s.tune_bias = s.bias
     s.tune_step = 0.0
     begin_listening(s)
 
 
 def give_back(s: State) -> None:
-    """The controller goes on from the output and the bias it had before."""
+    """The controller goes on from the output it had before; nothing has touched its bias."""
     s.out = s.tune_out
-    s.bias = s.tune_bias
     s.busy |= FRESH
     s.tune_phase = IDLE
 
