@@ -238,7 +238,9 @@ def test_a_typing_mistake_is_recognised():
     assert refused.value.context["help"] == "did you mean tuning.proportional_gain?"
 
 
-@pytest.mark.parametrize(("rate", "ticks"), [("250 ms", 250_000), ("50 ms", 100_000), ("31 s", 30_000_000)])
+@pytest.mark.parametrize(
+    ("rate", "ticks"), [("250 ms", 250_000), ("-1 ms", 100_000), ("50 ms", 100_000), ("31 s", 30_000_000)]
+)
 def test_a_new_sample_rate_is_known_beforehand(rate, ticks):
     plc = load(image_of({}))
     key = ("sample_rate",)
@@ -307,6 +309,35 @@ def test_full_power_has_no_gaps_where_steps_do_not_fit():
     rig.set("output", 100)
 
     assert pulses(rig, 50) == [1] * 50
+
+
+def test_an_output_that_is_no_number_gives_no_pulses_and_one_beyond_its_range_no_more_than_all():
+    rig = Rig(image=poked(image_of({"output": {"pwm": {"bit": "Y001", "period": 1}}}), output=math.nan))
+    assert pulses(rig, 20) == [0] * 20
+    rig.set("output", 1000)
+    rig.step(10)
+    assert rig.st[0].pulse == 1e6
+
+
+def test_in_stop_there_are_no_pulses_and_run_begins_a_period():
+    rig = Rig({"output": {"pwm": {"bit": "Y001", "period": 1}}})
+    rig.set("output", 50)
+    rig.step(14)
+    rig.plc.program(rig.sig)
+    stopped = pulses(rig, 9)
+    rig.plc.run(rig.tick)
+
+    assert stopped == [0] * 9
+    assert pulses(rig, 20) == ([1] * 5 + [0] * 5) * 2
+
+
+def test_steps_longer_than_periods_show_no_pulse_twice():
+    """A period of 1 s in steps of 2.5 s: each step tells whether the output is on in its middle."""
+    rig = Rig({"sample_rate": "2500 ms", "output": {"pwm": {"bit": "Y001", "period": 1}}}, base=2.5)
+    rig.set("output", 40)
+    rig.step(20)
+
+    assert abs(rig.st[0].pulse_at - rig.tick) <= 2 * 2_500_000
 
 
 def test_pulses_run_between_samples():
