@@ -1,5 +1,17 @@
 """Rules for EZLogix configurations; the codes PID4xx, one module a topic."""
 
 from pidcfg.validate.rules import collect, generic
+from pidcfg.validate.rules.ezlogix import (
+    action,
+    autotune,
+    blocks,
+    equation,
+    names,
+    output,
+    pulses,
+    pv,
+    setpoint,
+    tags,
+)
 
-RULES = collect(generic)
+RULES = collect(generic, blocks, tags, names, action, equation, setpoint, pv, output, pulses, autotune)

@@ -1,24 +1,208 @@
-"""What the EZLogix rules look at: the file, and each loop with what its registers hold."""
+"""What the EZLogix rules look at: the file, and each loop with what its registers hold.
+
+Values are taken from each loop's own blocks, not read back from the image: where blocks overlap, the image holds only
+one of them. Each is worked out once, when the first rule asks for it.
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from decimal import Decimal
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from pidcfg.encoders.ezlogix.encode import scales_of
+from pidcfg.encoders.maps.ezlogix import BLOCKS, R_BLOCK
+from pidcfg.encoders.regmap import decode_one
+from pidcfg.schemas.base import Quantity, decimal_text
+from pidcfg.schemas.ezlogix import REGISTERS
+from pidcfg.validate.rule import Finding
 
 if TYPE_CHECKING:
     from pidcfg.diagnostics import Path
-    from pidcfg.encoders.image import Encoding
-    from pidcfg.schemas.ezlogix import EzlogixFile
+    from pidcfg.encoders.image import Block, Encoding
+    from pidcfg.encoders.scales import Scale
+    from pidcfg.schemas.ezlogix import EzlogixFile, Loop
+
+PLACES = {word.name: word.offset for word in R_BLOCK.words}
+SETPOINT = PLACES["setpoint"]
+ROOT_PLACES = (("setpoint", "value"), ("setpoint", "limits", 0), ("setpoint", "limits", 1))
+"""Places whose counts mean nothing where the root of counts that do not begin at 0 is taken."""
+
+
+class Extent(NamedTuple):
+    """The registers of one block: its key in the file, its bank, first and last number."""
+
+    key: str
+    prefix: str
+    first: int
+    last: int
+
+    def __str__(self) -> str:
+        return f"{self.prefix}{self.first} to {self.prefix}{self.last}"
+
+
+@dataclass(frozen=True)
+class LoopView:
+    """A loop, its place in the file, and what its registers hold."""
+
+    index: int
+    loop: Loop
+    block: Block
+
+    @cached_property
+    def scales(self) -> dict[str, Scale]:
+        """The scales ``pv``, ``sp`` and ``output``."""
+        return scales_of(self.loop.pv, self.loop.output, root=self.loop.pv.square_root)
+
+    @cached_property
+    def misfits(self) -> frozenset[str]:
+        """The registers that their values do not fit."""
+        return frozenset(misfit.word.name for misfit in self.block.encoded.misfits)
+
+    def counts(self, name: str) -> int | None:
+        """What a register holds; None when the value does not fit (which another rule reports)."""
+        return None if name in self.misfits else self.block.encoded.words[PLACES[name]]
+
+    def all_counts(self, *names: str) -> list[int]:
+        """What several registers hold; empty as soon as one value does not fit."""
+        found = [value for name in names if (value := self.counts(name)) is not None]
+        return found if len(found) == len(names) else []
+
+    def held(self, name: str) -> Decimal | None:
+        """The number that an unscaled register stands for: seconds, or the gain; None when the value does not fit."""
+        raw = self.counts(name)
+        return None if raw is None else Decimal(decode_one(R_BLOCK.words[PLACES[name]].codec, raw, {}))
+
+    def holds(self, *names: str) -> list[Decimal]:
+        """The numbers of several registers; empty as soon as one does not fit."""
+        found = [value for name in names if (value := self.held(name)) is not None]
+        return found if len(found) == len(names) else []
+
+    def register(self, name: str) -> str:
+        """The address of one of the loop's registers: ``R107``."""
+        return f"R{self.loop.registers + PLACES[name]}"
+
+    def pv(self, counts: int) -> str:
+        """Counts on the set point's scale as people write them."""
+        return shown(self.scales["sp"].value(counts), self.loop.pv.unit)
+
+    def pv_distance(self, counts: int) -> str:
+        """A difference on the set point's scale as people write it."""
+        return shown(self.scales["sp"].span_value(counts), self.loop.pv.unit)
+
+    def cv(self, counts: int) -> str:
+        """Counts of the CV as people write them."""
+        return shown(self.scales["output"].value(counts), self.loop.output.unit)
+
+    def find(self, *path: str | int, plc_effect: str | None = None, **values: Any) -> Finding:
+        """A finding below this loop."""
+        return Finding(("loops", self.index, *path), values, plc_effect=plc_effect)
+
+    def find_key(self, *path: str | int, **values: Any) -> Finding:
+        """A finding that points at a key: what it opens is a block of lines."""
+        return Finding(("loops", self.index, *path), values, key=True)
+
+    @cached_property
+    def extents(self) -> tuple[Extent, ...]:
+        """The registers of its two blocks."""
+        starts = ((key, prefix, getattr(self.loop, key), table.size) for key, (prefix, table) in BLOCKS.items())
+        return tuple(Extent(key, prefix, start, start + size - 1) for key, prefix, start, size in starts)
+
+    @cached_property
+    def setpoint_limits(self) -> tuple[int, int] | None:
+        """The set point limits in counts; None where they do not fit or are crossed."""
+        found = self.all_counts("setpoint_low", "setpoint_high")
+        return (found[0], found[1]) if found and found[0] <= found[1] else None
+
+    @cached_property
+    def cv_limits(self) -> tuple[int, int] | None:
+        """The CV limits in counts; None where they do not fit or leave no room."""
+        found = self.all_counts("cv_low", "cv_high")
+        return (found[0], found[1]) if found and found[0] < found[1] else None
+
+    @cached_property
+    def setpoint(self) -> int | None:
+        """The set point in counts as its limits leave it; None where it does not fit or its limits are crossed."""
+        value, limits = self.counts("setpoint"), self.setpoint_limits
+        return None if value is None or limits is None else min(max(value, limits[0]), limits[1])
+
+    @cached_property
+    def integrates(self) -> bool:
+        """Whether there is an integral term."""
+        return bool(self.held("integral_time"))
+
+    @cached_property
+    def pulses(self) -> tuple[Decimal, Decimal, Decimal] | None:
+        """Cycle, minimum on and minimum off time in s; None without control output, or where one does not fit."""
+        if self.loop.output.pulse is None:
+            return None
+        found = self.holds("cycle_time", "min_on", "min_off")
+        return (found[0], found[1], found[2]) if found and found[0] > 0 else None
+
+
+def shown(value: Quantity, unit: str | None) -> str:
+    """A quantity with its unit; raw counts say so themselves."""
+    text = number_text(value.value)
+    if value.counts:
+        return f"{text} counts"
+    return f"{text} {unit}" if unit else text
+
+
+def number_text(value: Decimal) -> str:
+    """A number as people write it; more than 12 digits are shortened."""
+    text = decimal_text(value)
+    return text if len(text) <= 12 else f"{float(value):.6g}"
+
+
+def register_number(tag: str) -> int | None:
+    """The number of an R tag; None for an input or output register, which lies in no block."""
+    return int(tag[1:]) if tag.startswith(REGISTERS.prefix) else None
 
 
 @dataclass(frozen=True)
 class EzlogixContext:
-    """A configuration with its encoding."""
+    """A configuration with its encoding, and its loops one by one."""
 
     config: EzlogixFile
     encoding: Encoding
 
-    @property
+    @cached_property
+    def loops(self) -> tuple[LoopView, ...]:
+        """The loops in the order of the file."""
+        blocks = self.encoding.blocks[:: len(BLOCKS)]
+        return tuple(LoopView(i, loop, blocks[i]) for i, loop in enumerate(self.config.loops))
+
+    def owner(self, tag: str) -> tuple[LoopView, int] | None:
+        """The loop in whose register block a tag lies, and its offset there."""
+        number = register_number(tag)
+        if number is None:
+            return None
+        return next(
+            ((view, number - first) for view in self.loops
+             for _, _, first, last in view.extents[:1] if first <= number <= last), None
+        )  # fmt: skip
+
+    def inner(self, view: LoopView) -> LoopView | None:
+        """The loop whose set point register is this loop's CV tag."""
+        found = self.owner(view.loop.output.tag)
+        return found[0] if found is not None and found[1] == SETPOINT and found[0] is not view else None
+
+    @cached_property
+    def driven(self) -> frozenset[int]:
+        """The places of loops whose set point another loop's CV writes."""
+        inner = (self.inner(view) for view in self.loops)
+        return frozenset(view.index for view in inner if view is not None)
+
+    @cached_property
     def explained(self) -> frozenset[Path]:
         """Places whose limits a rule of EZLogix's own explains better than the rules for every vendor."""
-        return frozenset()
+        found: list[Path] = []
+        for i, loop in enumerate(self.config.loops):
+            if loop.sample_rate == 0:
+                found.append(("loops", i, "sample_rate"))
+            if loop.output.pulse is not None and loop.output.pulse.cycle_time == 0:
+                found.append(("loops", i, "output", "pulse", "cycle_time"))
+            if loop.pv.square_root and loop.pv.counts is not None and loop.pv.counts[0]:
+                found += [("loops", i, *place) for place in ROOT_PLACES]
+        return frozenset(found)

@@ -1,0 +1,75 @@
+"""The controller's action against what the file says of the loop."""
+
+from __future__ import annotations
+
+import re
+from typing import TYPE_CHECKING
+
+from pidcfg.diagnostics import Severity
+from pidcfg.refs import EZLOGIX, Decision
+from pidcfg.validate.rule import rule
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from pidcfg.schemas.ezlogix import Loop
+    from pidcfg.validate.rule import Finding
+    from pidcfg.validate.rules.ezlogix.context import EzlogixContext
+
+ACTION = EZLOGIX.at("Controller Action")
+
+D183 = Decision(
+    183, "words of heating and cooling tell the action that is meant",
+    "A direct-acting loop whose name or description speaks of heating, and a reverse-acting one that speaks of "
+    "cooling, are a warning. Words of both kinds, of an exhaust, or of an actuator that works the other way round are "
+    "none, nor is a PV whose unit is not one of temperature.",
+    "The action stands in no register, and the word is the opposite of the process's action, by which other "
+    "controllers name it: swapping it is the likeliest mistake, and a heater that runs away its result.",
+)  # fmt: skip
+HEATING = re.compile(r"\b(?:(?:re|pre)?heat(?:er|ers|ing)|ovens?|furnaces?|kilns?|boilers?|burners?)(?![a-z])")
+COOLING = re.compile(
+    r"\b(?:cool(?:er|ers|ing)?|cold|chill(?:er|ers|ed|ing)|fridges?|freez(?:er|ers|ing)|refrigerat\w*|"
+    r"air condition\w*)(?![a-z])"
+)
+UNCLEAR = re.compile(
+    r"\b(?:air to close|(?:normally|fails?) open|inver(?:ted|se)|reversed|"
+    r"exhaust|draft|draught|vent\w*|fans?|dampers?|quench\w*)(?![a-z])"
+)
+TEMPERATURE = re.compile(r"(?:deg|°|º)? ?[cfk]|(?:deg(?:rees?)?|°) ?\w*|℃|℉|celsius|fahrenheit|kelvin")
+BREAK = re.compile(r"[\W_]+")
+MEANING = {
+    "direct": ("heating", "CV rises as PV rises", "reverse"),
+    "reverse": ("cooling", "CV falls as PV rises", "direct"),
+}
+
+
+def spoken_of(loop: Loop) -> set[str]:
+    """What name and description speak of: ``heating``, ``cooling``."""
+    text = BREAK.sub(" ", f"{loop.name} {loop.description or ''}".casefold())
+    unit = (loop.pv.unit or "degC").casefold()
+    if UNCLEAR.search(text) or not TEMPERATURE.fullmatch(unit):
+        return set()
+    return {word for word, pattern in (("heating", HEATING), ("cooling", COOLING)) if pattern.search(text)}
+
+
+@rule(
+    code="PID415",
+    name="action-against-description",
+    severity=Severity.WARNING,
+    basis=D183,
+    message="action {action} ({meaning}), but the loop's name or description speaks of {purpose}, which needs {other}",
+)
+def action_against_description(context: EzlogixContext) -> Iterator[Finding]:
+    """The action is the other one than the loop's name or description suggests.
+
+    Why: here `action` is the controller's: a heater needs `reverse`, a cooler `direct`. DL06 and CLICK name the
+    process's action, which is the opposite word. With the wrong one the heater is switched on the further, the hotter
+    it gets.
+
+    Fix: change the action. If it is right because the actuator works the other way round, say so in the description:
+    "air to close", "normally open", "fail open", "inverted".
+    """
+    for view in context.loops:
+        purpose, meaning, other = MEANING[view.loop.action]
+        if spoken_of(view.loop) == {purpose}:
+            yield view.find("action", action=view.loop.action, meaning=meaning, purpose=purpose, other=other)

@@ -1,0 +1,86 @@
+"""The blocks of registers and discretes: where they end, what they share, and how many loops there may be."""
+
+from __future__ import annotations
+
+from itertools import combinations
+from typing import TYPE_CHECKING
+
+from pidcfg.diagnostics import Severity
+from pidcfg.encoders.maps.ezlogix import LOOPS, SPACE
+from pidcfg.refs import EZLOGIX
+from pidcfg.schemas.ezlogix import D152
+from pidcfg.validate.rule import rule
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from pidcfg.validate.rule import Finding
+    from pidcfg.validate.rules.ezlogix.context import EzlogixContext
+
+BLOCK = EZLOGIX.at("PID Setup")
+COUNT = EZLOGIX.at("PID on EZLogix")
+LAST = {bank.prefix: bank.last for bank in SPACE.banks}
+
+
+@rule(
+    code="PID401",
+    name="block-beyond-bank",
+    severity=Severity.ERROR,
+    basis=D152,
+    message="{block} would occupy {extent}, but there is nothing beyond {prefix}{last}: it may begin at "
+    "{prefix}{latest} at the latest",
+)
+def block_beyond_bank(context: EzlogixContext) -> Iterator[Finding]:
+    """A block of registers or discretes reaches past the highest address.
+
+    Why: a loop needs 32 consecutive registers and 8 consecutive discretes. What lies past the last address does not
+    exist: the dialog refuses the base, and a writer of the image fails.
+
+    Fix: let the block begin lower.
+    """
+    for view in context.loops:
+        for extent in view.extents:
+            last = LAST[extent.prefix]
+            if extent.last > last:
+                yield view.find(extent.key, block=extent.key, extent=extent, prefix=extent.prefix, last=last,
+                                latest=last - (extent.last - extent.first))  # fmt: skip
+
+
+@rule(
+    code="PID402",
+    name="blocks-overlap",
+    severity=Severity.ERROR,
+    basis=BLOCK,
+    message="{block} {extent} of {loop} overlaps {other_extent} of {other}",
+)
+def blocks_overlap(context: EzlogixContext) -> Iterator[Finding]:
+    """Two loops share registers or discretes.
+
+    Why: each loop reads its gains, limits and mode from its blocks, and writes its error and saturation there. Two
+    loops in one block change each other's set points and modes. The registers that are reserved count as well.
+
+    Fix: leave 32 registers and 8 discretes to every loop.
+    """
+    for first, second in combinations(context.loops, 2):
+        for mine, theirs in zip(second.extents, first.extents, strict=True):
+            if mine.first <= theirs.last and theirs.first <= mine.last:
+                yield second.find(mine.key, block=mine.key, extent=mine, loop=second.loop.name, other_extent=theirs,
+                                  other=first.loop.name)  # fmt: skip
+
+
+@rule(
+    code="PID403",
+    name="too-many-loops",
+    severity=Severity.ERROR,
+    basis=COUNT,
+    message="loop {number} of {count}: an EZLogix PLC calculates at most {limit} loops",
+)
+def too_many_loops(context: EzlogixContext) -> Iterator[Finding]:
+    """The file has more loops than the PLC.
+
+    Why: the dialog offers eight loops; nothing calculates a ninth one.
+
+    Fix: move the loop to another PLC, and to a file of its own.
+    """
+    if len(context.loops) > LOOPS:
+        yield context.loops[LOOPS].find_key(number=LOOPS + 1, count=len(context.loops), limit=LOOPS)

@@ -1,0 +1,270 @@
+"""The terms of the equation: which are on, and values that do not do what they look like."""
+
+from __future__ import annotations
+
+from decimal import Decimal
+from typing import TYPE_CHECKING
+
+from pidcfg.diagnostics import Severity
+from pidcfg.refs import EZLOGIX, Decision
+from pidcfg.schemas.base import decimal_text
+from pidcfg.validate.rule import rule
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from pidcfg.validate.rule import Finding
+    from pidcfg.validate.rules.ezlogix.context import EzlogixContext, LoopView
+
+VELOCITY = EZLOGIX.at("Velocity Algorithm")
+POSITION = EZLOGIX.at("Position Algorithm")
+GAIN = EZLOGIX.at("Proportional Gain")
+INTEGRAL = EZLOGIX.at("Integral (Reset) Time")
+SAMPLE_RATE = EZLOGIX.at("Sample Rate")
+OFFSET = EZLOGIX.at("CV Offset")
+
+D184 = Decision(
+    184, "times shorter than the sample rate",
+    "An integral time below the sample rate is a warning, a derivative time below it an info; both at 0.3 s, the "
+    "dialog's defaults, are a warning of their own.",
+    "Ts/Ti above 1 adds more than the whole error at each calculation, which the manual does not forbid; Td/Ts below 1 "
+    "is less than the proportional term. No process wants both times alike.",
+)  # fmt: skip
+D185 = Decision(
+    185, "a derivative that turns one count into 10 % of the CV is a warning",
+    "Kp times Td/Ts above 410 counts of the CV for a count of the PV.",
+    "The last count of a converter flickers, and there is no filter and no limit of the derivative gain.",
+)  # fmt: skip
+DEFAULT_TIME = Decimal("0.3")
+"""Integral and derivative time of the dialog, in s."""
+TENTH = 410
+"""Counts: 10 % of the CV."""
+
+
+@rule(
+    code="PID421",
+    name="velocity-is-not-incremental",
+    severity=Severity.INFO,
+    basis=VELOCITY,
+    message="velocity is the position form with the derivative of the PV, not an incremental form; its sign is printed "
+    "for direct action only, and taken as {sign} here{others}",
+)
+def velocity_is_not_incremental(context: EzlogixContext) -> Iterator[Finding]:
+    """The algorithm that the manual calls velocity computes no increments.
+
+    Why: other controllers add increments to the CV in their velocity form, so that it cannot wind up and needs no
+    offset. This one has the whole sum like the position form; the derivative looks at the PV, so that a new set point
+    gives no kick. As printed it would be positive feedback with reverse action: the printed sign is a misprint, and
+    `pidcfg` takes the sign that the error has. It is reported once a file.
+
+    Fix: nothing; but try a new loop with derivative in Manual and Auto on a harmless process, and watch that the CV
+    falls while the PV of a reverse-acting loop rises fast.
+    """
+    found = [view for view in context.loops if view.loop.algorithm == "velocity" and view.held("derivative_time")]
+    if found:
+        more = len(found) - 1
+        others = f", as in {more} more loop{'s' if more > 1 else ''}" if more else ""
+        yield found[0].find("algorithm", sign="+" if found[0].loop.action == "direct" else "-", others=others)
+
+
+@rule(
+    code="PID422",
+    name="velocity-without-derivative",
+    severity=Severity.INFO,
+    basis=VELOCITY,
+    message="velocity without a derivative time is the same as position",
+)
+def velocity_without_derivative(context: EzlogixContext) -> Iterator[Finding]:
+    """The velocity algorithm is chosen, and there is no derivative.
+
+    Why: the two algorithms differ in the derivative term only. Whoever expects increments, or protection from windup,
+    gets neither.
+
+    Fix: write `algorithm: position`, or leave it if the autotune is to set a derivative time.
+    """
+    for view in context.loops:
+        if view.loop.algorithm == "velocity" and view.held("derivative_time") == 0:
+            yield view.find("algorithm")
+
+
+@rule(
+    code="PID423",
+    name="gain-zero-with-integral",
+    severity=Severity.WARNING,
+    basis=GAIN,
+    message="gain 0 with {terms}: by the manual's text only the proportional term is off, by its formula all terms are",
+)
+def gain_zero_with_integral(context: EzlogixContext) -> Iterator[Finding]:
+    """The gain is 0 and there is an integral term.
+
+    Why: the text says that 0 removes the proportional term; the printed formula multiplies all three by the gain.
+    `pidcfg` follows the text, with Ts/Ti and Td/Ts as they stand. By the other reading the CV never moves.
+
+    Fix: give a small gain and adapt the times; or try on the PLC whether the CV moves.
+    """
+    for view in context.loops:
+        terms = view.holds("proportional_gain", "integral_time", "derivative_time")
+        if terms and terms[0] == 0 and terms[1] > 0:
+            names = "integral and derivative time" if terms[2] > 0 else "an integral time"
+            yield view.find("tuning", "proportional_gain", terms=names)
+
+
+@rule(
+    code="PID424",
+    name="no-control-term",
+    severity=Severity.ERROR,
+    basis=POSITION,
+    message="gain 0 and integral_time off: {left}",
+)
+def no_control_term(context: EzlogixContext) -> Iterator[Finding]:
+    """Neither a proportional nor an integral term is left.
+
+    Why: the CV stays at its offset whatever the error is; with a derivative time it moves only while the PV does, and
+    nothing holds the set point.
+
+    Fix: give `proportional_gain`, or an `integral_time`.
+    """
+    for view in context.loops:
+        terms = view.holds("proportional_gain", "integral_time", "derivative_time")
+        if terms and terms[0] == 0 and terms[1] == 0:
+            left = "the derivative alone holds no set point" if terms[2] > 0 else "no term is left, the CV never moves"
+            yield view.find("tuning", "proportional_gain", left=left)
+
+
+@rule(
+    code="PID425",
+    name="proportional-without-offset",
+    severity=Severity.INFO,
+    basis=OFFSET,
+    message="no integral term and CV offset 0: without an error the CV is 0, so an error stays as long as the process "
+    "needs any output",
+)
+def proportional_without_offset(context: EzlogixContext) -> Iterator[Finding]:
+    """A loop without integral term has a CV offset of 0.
+
+    Why: the CV is the offset when the error is zero. A heater that has to give 30 % to hold the temperature does so
+    only with the error that makes 30 %.
+
+    Fix: give the offset that holds the set point as `output.offset`, or an integral time.
+    """
+    for view in context.loops:
+        gain, reset, offset = view.held("proportional_gain"), view.held("integral_time"), view.counts("cv_offset")
+        if gain and reset == 0 and offset == 0:
+            yield view.find_key("tuning")
+
+
+def at_defaults(view: LoopView) -> bool:
+    """Whether integral and derivative time are those of the dialog."""
+    return view.holds("integral_time", "derivative_time") == [DEFAULT_TIME, DEFAULT_TIME]
+
+
+@rule(
+    code="PID426",
+    name="integral-time-below-sample-rate",
+    severity=Severity.WARNING,
+    basis=D184,
+    message="integral_time {integral} s is shorter than the sample rate of {sample} s: each calculation adds {times} "
+    "times the error",
+)
+def integral_time_below_sample_rate(context: EzlogixContext) -> Iterator[Finding]:
+    """The integral time is shorter than the time between two calculations.
+
+    Why: Ts/Ti is more than 1, so that the integral corrects more than the whole error at every sample, before its
+    effect can be seen. Such a loop swings.
+
+    Fix: lengthen the integral time, or shorten the sample rate to a tenth of it or less.
+    """
+    for view in context.loops:
+        times = view.holds("integral_time", "sample_rate")
+        if times and 0 < times[0] < times[1] and not at_defaults(view):
+            yield view.find("tuning", "integral_time", integral=decimal_text(times[0]), sample=decimal_text(times[1]),
+                            times=f"{times[1] / times[0]:.3g}")  # fmt: skip
+
+
+@rule(
+    code="PID427",
+    name="derivative-time-below-sample-rate",
+    severity=Severity.INFO,
+    basis=D184,
+    message="derivative_time {derivative} s is shorter than the sample rate of {sample} s: the term is {times} of the "
+    "proportional one",
+)
+def derivative_time_below_sample_rate(context: EzlogixContext) -> Iterator[Finding]:
+    """The derivative time is shorter than the time between two calculations.
+
+    Why: Td/Ts is less than 1, so a change within one sample acts less through the derivative than through the
+    proportional term; what happens between two samples it does not see.
+
+    Fix: shorten the sample rate, or switch the derivative off.
+    """
+    for view in context.loops:
+        times = view.holds("derivative_time", "sample_rate")
+        if times and 0 < times[0] < times[1] and not at_defaults(view):
+            yield view.find("tuning", "derivative_time", derivative=decimal_text(times[0]),
+                            sample=decimal_text(times[1]), times=f"{times[0] / times[1]:.2g}")  # fmt: skip
+
+
+@rule(
+    code="PID428",
+    name="dialog-default-times",
+    severity=Severity.WARNING,
+    basis=D184,
+    message="integral and derivative time are 0.3 s, as the dialog shows them for a new loop",
+)
+def dialog_default_times(context: EzlogixContext) -> Iterator[Finding]:
+    """Integral and derivative time are the dialog's defaults.
+
+    Why: 0.3 s each fits hardly any process: the integral is far too fast for all but the fastest flows, and a
+    derivative as long as the integral makes it swing. They look like values that nobody has chosen.
+
+    Fix: give times that fit the process, or switch the terms off until it is tuned.
+    """
+    for view in context.loops:
+        if at_defaults(view):
+            yield view.find("tuning", "integral_time")
+
+
+@rule(
+    code="PID429",
+    name="derivative-amplifies-counts",
+    severity=Severity.WARNING,
+    basis=D185,
+    message="one count of the PV moves the CV by {counts} counts through the derivative: gain {gain} times "
+    "{derivative} s / {sample} s",
+)
+def derivative_amplifies_counts(context: EzlogixContext) -> Iterator[Finding]:
+    """The derivative turns the last count of the PV into a jolt of the output.
+
+    Why: the derivative acts on the difference of two samples. With a long derivative time and a short sample rate the
+    flicker of the converter's last count throws the CV by more than 10 %.
+
+    Fix: lengthen the sample rate, or shorten the derivative time.
+    """
+    for view in context.loops:
+        found = view.holds("proportional_gain", "derivative_time", "sample_rate")
+        if not found or not found[2]:
+            continue
+        counts = (found[0] or Decimal(1)) * found[1] / found[2]
+        if counts > TENTH:
+            yield view.find("tuning", "derivative_time", counts=f"{counts:.0f}", gain=decimal_text(found[0]),
+                            derivative=decimal_text(found[1]), sample=decimal_text(found[2]))  # fmt: skip
+
+
+@rule(
+    code="PID430",
+    name="sample-rate-of-zero",
+    severity=Severity.ERROR,
+    basis=SAMPLE_RATE,
+    message="sample_rate is 0, as the dialog shows it for a new loop; it must be 0.05 to 99.99 s",
+)
+def sample_rate_of_zero(context: EzlogixContext) -> Iterator[Finding]:
+    """The sample rate is 0, the dialog's default.
+
+    Why: the equation divides by it, and the manual's range begins at 0.05 s. A loop whose sample rate was never entered
+    is not calculated, or not as anyone has written down.
+
+    Fix: give a tenth of the process's time constant or less; 1 s for temperatures, 0.1 to 0.5 s for flows.
+    """
+    for view in context.loops:
+        if view.loop.sample_rate == 0:
+            yield view.find("sample_rate")

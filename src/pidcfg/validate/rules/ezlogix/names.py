@@ -1,0 +1,76 @@
+"""Names of tags that the template makes."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from pidcfg.diagnostics import Severity
+from pidcfg.encoders.ezlogix.tags import TAG
+from pidcfg.encoders.maps.ezlogix import VARIABLES
+from pidcfg.refs import Decision
+from pidcfg.schemas.ezlogix import tag_name
+from pidcfg.validate.rule import rule
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from pidcfg.validate.rule import Finding
+    from pidcfg.validate.rules.ezlogix.context import EzlogixContext
+
+D182 = Decision(
+    182, "what can be a tag",
+    "A letter, then letters, digits and underscores; capital and small letters are one. Names that break this, or that "
+    "two loops would share, are a warning: the tag list cannot be written, the loop itself works.",
+    "The manual says what a tag's name tells, and not of which characters it may be.",
+)  # fmt: skip
+
+
+@rule(
+    code="PID411",
+    name="name-not-usable-in-tags",
+    severity=Severity.WARNING,
+    basis=D182,
+    message="{tag!r} is not usable as a tag: letters, digits and _ only, a letter first",
+)
+def name_not_usable_in_tags(context: EzlogixContext) -> Iterator[Finding]:
+    """The name of a loop cannot stand in the names of its tags.
+
+    Why: the template in `plc.tag_names` puts the loop's name into every tag. Names such as FIC-101 or `Oven 1` are
+    common on drawings, but the tag list cannot be written with them.
+
+    Fix: write the name with letters, digits and underscores, or use {loop} in place of {name} in the template.
+    """
+    variable = next(iter(VARIABLES.values()))
+    for view in context.loops:
+        tag = tag_name(context.config.plc.tag_names, view.index + 1, view.loop.name, variable)
+        if not TAG.fullmatch(tag):
+            yield view.find("name", tag=tag)
+
+
+@rule(
+    code="PID412",
+    name="tags-collide",
+    severity=Severity.WARNING,
+    basis=D182,
+    message="the tag {tag} of this loop is also one of loop {other}",
+)
+def tags_collide(context: EzlogixContext) -> Iterator[Finding]:
+    """The template makes the same tag for two loops.
+
+    Why: one name cannot stand for two registers, so the tag list cannot be written. Capital and small letters are not
+    told apart: `Oven` and `OVEN` have all tags in common.
+
+    Fix: rename one of the loops, or use {loop} in the template.
+    """
+    owners: dict[str, str] = {}
+    for view in context.loops:
+        name = view.loop.name
+        tags = {
+            tag.casefold(): tag
+            for variable in VARIABLES.values()
+            for tag in (tag_name(context.config.plc.tag_names, view.index + 1, name, variable),)
+        }
+        clash = next((key for key in tags if owners.get(key, name) != name), None)
+        if clash is not None:
+            yield view.find("name", tag=tags[clash], other=owners[clash])
+        owners = {**dict.fromkeys(tags, name), **owners}

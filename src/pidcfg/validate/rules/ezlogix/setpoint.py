@@ -1,0 +1,193 @@
+"""The set point, its limits and the deadband."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from pidcfg.diagnostics import Severity
+from pidcfg.refs import EZLOGIX, Decision
+from pidcfg.validate.rule import Finding, rule
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from pidcfg.validate.rules.ezlogix.context import EzlogixContext, LoopView
+
+LOW = EZLOGIX.at("Setpoint Low Limit")
+LIMITS = EZLOGIX.at("PID Limits")
+SETPOINT = EZLOGIX.at("Setpoint")
+
+D186 = Decision(
+    186, "a deadband of more than a tenth of the PV's span is a warning",
+    "It is an error when no PV is that far from the set point. A deadband of one count or less of an integer error is "
+    "an info: it changes nothing.",
+    "The manual gives no bounds. An error below the deadband counts as zero, and errors are whole counts; those of a "
+    "square-root loop are not.",
+)  # fmt: skip
+WIDE = 10
+"""Parts of the span that a deadband may be one of."""
+
+
+def pinned(view: LoopView) -> bool:
+    """Whether both limits are the dialog's 0, and make any other set point 0."""
+    zero = view.loop.setpoint.value is not None and view.counts("setpoint") == 0
+    return view.setpoint_limits == (0, 0) and not zero
+
+
+@rule(
+    code="PID435",
+    name="set-point-limits-crossed",
+    severity=Severity.ERROR,
+    basis=LIMITS,
+    message="the low set point limit {low} is above the high limit {high}",
+)
+def set_point_limits_crossed(context: EzlogixContext) -> Iterator[Finding]:
+    """The low set point limit is above the high one.
+
+    Why: every set point is outside one of them, and is replaced by a limit; by which one, the manual does not say.
+
+    Fix: write the low limit first.
+    """
+    for view in context.loops:
+        found = view.all_counts("setpoint_low", "setpoint_high")
+        if found and found[0] > found[1]:
+            yield view.find("setpoint", "limits", low=view.pv(found[0]), high=view.pv(found[1]))
+
+
+@rule(
+    code="PID436",
+    name="set-point-limits-zero",
+    severity=Severity.ERROR,
+    basis=LIMITS,
+    message="both set point limits are 0 counts, as in the dialog of a new loop: {register} becomes 0 whatever is "
+    "written to it",
+)
+def set_point_limits_zero(context: EzlogixContext) -> Iterator[Finding]:
+    """Both set point limits are left at 0.
+
+    Why: they do not mean "no limits". A set point above the high limit is set to it, so every set point becomes 0: a
+    heating loop stays off, and a cooling one runs at full output.
+
+    Fix: give the limits of the process, or leave `setpoint.limits` out, which stores the ends of the PV's counts.
+    """
+    for view in context.loops:
+        if pinned(view):
+            yield view.find("setpoint", "limits", register=view.register("setpoint"))
+
+
+@rule(
+    code="PID437",
+    name="set-point-limits-equal",
+    severity=Severity.WARNING,
+    basis=LIMITS,
+    message="both set point limits are {value}: there is no other set point",
+)
+def set_point_limits_equal(context: EzlogixContext) -> Iterator[Finding]:
+    """Both set point limits are equal.
+
+    Why: every entry of an operator jumps back to this one value, as if the display were broken.
+
+    Fix: set the limits apart.
+    """
+    for view in context.loops:
+        limits = view.setpoint_limits
+        if limits is not None and limits[0] == limits[1] and not pinned(view):
+            yield view.find("setpoint", "limits", value=view.pv(limits[0]))
+
+
+@rule(
+    code="PID438",
+    name="set-point-outside-limits",
+    severity=Severity.WARNING,
+    basis=LOW,
+    message="the set point {value} is {side} its {end} limit: {register} becomes {limit}",
+)
+def set_point_outside_limits(context: EzlogixContext) -> Iterator[Finding]:
+    """The set point lies outside its own limits.
+
+    Why: the PLC sets it to the limit, and the loop controls to another set point than the file says.
+
+    Fix: correct the set point, or widen the limits.
+    """
+    for view in context.loops:
+        value, kept = view.counts("setpoint"), view.setpoint
+        if view.loop.setpoint.value is None or value is None or kept in {None, value} or pinned(view):
+            continue
+        side, end = ("below", "low") if value < (kept or 0) else ("above", "high")
+        yield view.find("setpoint", "value", value=view.pv(value), side=side, end=end, limit=view.pv(kept or 0),
+                        register=view.register("setpoint"))  # fmt: skip
+
+
+@rule(
+    code="PID439",
+    name="set-point-left-at-zero",
+    severity=Severity.WARNING,
+    basis=SETPOINT,
+    message="the loop starts in Auto without a set point: {register} is downloaded as 0 counts, and the loop controls "
+    "to {value}",
+)
+def set_point_left_at_zero(context: EzlogixContext) -> Iterator[Finding]:
+    """A loop starts in Auto, and nothing gives its set point.
+
+    Why: the register holds 0, or the low limit that replaces it, until an operator or the ladder program writes it.
+    A cooling loop runs at full output until then.
+
+    Fix: give `setpoint.value`, or start the loop with `mode: manual`.
+    """
+    for view in context.loops:
+        if view.loop.mode != "auto" or view.loop.setpoint.value is not None or view.index in context.driven:
+            continue
+        if view.setpoint is not None and not pinned(view):
+            yield view.find("mode", register=view.register("setpoint"), value=view.pv(view.setpoint))
+
+
+@rule(
+    code="PID440",
+    name="deadband-wide",
+    severity=Severity.WARNING,
+    basis=D186,
+    message="the deadband is {deadband}: {consequence}",
+)
+def deadband_wide(context: EzlogixContext) -> Iterator[Finding]:
+    """The deadband is a large part of the PV's span.
+
+    Why: an error below it counts as zero, so the PV may wander that far to both sides of the set point. A deadband that
+    no error can reach (an error) leaves the output standing for good.
+
+    Fix: make it as wide as the noise of the measurement, no more. It is a difference, in the PV's unit.
+    """
+    for view in context.loops:
+        deadband, limits = view.counts("deadband"), view.setpoint_limits
+        if not deadband or limits is None:
+            continue
+        scale = view.scales["sp"]
+        furthest = max(limits[1] - scale.zero, scale.top - limits[0])
+        if deadband > furthest:
+            values = {"deadband": view.pv_distance(deadband), "consequence": "no error is that large, the loop rests"}
+            yield Finding(("loops", view.index, "deadband"), values, severity=Severity.ERROR)
+        elif deadband * WIDE > scale.top - scale.zero:
+            share = f"{100 * deadband / (scale.top - scale.zero):.0f}"
+            yield view.find("deadband", deadband=view.pv_distance(deadband),
+                            consequence=f"errors of up to {share} % of the PV's span are not corrected")  # fmt: skip
+
+
+@rule(
+    code="PID441",
+    name="deadband-without-effect",
+    severity=Severity.INFO,
+    basis=D186,
+    message="a deadband stored as {counts} has no effect: errors are whole counts",
+)
+def deadband_without_effect(context: EzlogixContext) -> Iterator[Finding]:
+    """A deadband is so small that it does nothing.
+
+    Why: errors below the deadband count as zero. Below one count there is only the error 0, so a deadband of 1 is the
+    same as none.
+
+    Fix: write a deadband of two counts or more, or leave it out.
+    """
+    for view in context.loops:
+        counts = view.counts("deadband")
+        given = view.loop.deadband.value > 0 and not view.loop.pv.square_root
+        if given and counts is not None and counts <= 1:
+            yield view.find("deadband", counts="1 count" if counts else "0 counts")

@@ -1,0 +1,225 @@
+"""The tags of PV, CV and control output: what they share with each other and with the blocks."""
+
+from __future__ import annotations
+
+from itertools import combinations
+from typing import TYPE_CHECKING
+
+from pidcfg.diagnostics import Severity
+from pidcfg.refs import EZLOGIX, Decision
+from pidcfg.validate.rule import Finding, rule
+from pidcfg.validate.rules.ezlogix.context import PLACES
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from pidcfg.validate.rules.ezlogix.context import EzlogixContext, LoopView
+
+PV_TAG = EZLOGIX.at("Process Variable (PV) Tag")
+CV_TAG = EZLOGIX.at("Control Variable (CV) Tag")
+OUTPUT_TAG = EZLOGIX.at("Control Output Tag")
+STOPPED = EZLOGIX.at("Process PID when PLC is Stopped")
+BASE = EZLOGIX.at("Base Register Tag")
+
+D180 = Decision(
+    180, "a CV in another loop's set point register is a cascade",
+    "A CV tag in any other register of a block is an error; in the set point register of another loop it is an info, "
+    "and a warning when the CV's limits go beyond that set point's.",
+    "Blocks hold what a loop runs by, and the manual lets any R register be a CV tag. Beyond the inner limits the set "
+    "point stands still while the outer loop, whose CV is neither 0 nor 4095, goes on integrating.",
+)  # fmt: skip
+D181 = Decision(
+    181, "loops with one PV",
+    "Two loops may read one tag: a heating and a cooling loop do. They are a warning when the heating set point is "
+    "above the cooling one, and an info when both act in the same direction.",
+    "The manual does not say. Between crossed set points both outputs are on and work against each other.",
+)  # fmt: skip
+NAMES = {offset: name for name, offset in PLACES.items()}
+
+
+@rule(
+    code="PID404",
+    name="tag-in-register-block",
+    severity=Severity.ERROR,
+    basis=BASE,
+    message="the {what} tag {tag} is the register {register} of {owner}: {consequence}",
+)
+def tag_in_register_block(context: EzlogixContext) -> Iterator[Finding]:
+    """A PV or CV tag is one of the 32 registers of a loop.
+
+    Why: a CV that is written there replaces a gain, a limit or a set point at every calculation. A PV there is a
+    parameter, not a measurement, and the ladder program that stores a measurement in it overwrites the parameter. The
+    registers that are reserved count as well. The set point of another loop means a cascade, and is reported as such.
+
+    Fix: choose a register outside all blocks.
+    """
+    for view in context.loops:
+        for what, tag, place in (("PV", view.loop.pv.tag, "pv"), ("CV", view.loop.output.tag, "output")):
+            found = context.owner(tag)
+            if found is None or (what == "CV" and context.inner(view) is not None):
+                continue
+            consequence = "the loop overwrites it" if what == "CV" else "it is no measurement"
+            yield view.find(place, "tag", what=what, tag=tag, register=NAMES[found[1]], owner=found[0].loop.name,
+                            consequence=consequence)  # fmt: skip
+
+
+@rule(
+    code="PID405",
+    name="cv-writes-set-point",
+    severity=Severity.INFO,
+    basis=D180,
+    message="the CV tag {tag} is the set point register of {inner}: a cascade; the CV's limits are {low} and {high} "
+    "counts, the set point's {inner_low} and {inner_high}",
+)
+def cv_writes_set_point(context: EzlogixContext) -> Iterator[Finding]:
+    """The CV of a loop is the set point of another one.
+
+    Why: the registers are one, so what the file says of the inner set point is overwritten. The CV arrives in counts.
+    Where it may go beyond the inner set point's limits (a warning), the set point stands still and the outer loop winds
+    up, since a CV saturates at 0 and 4095 only.
+
+    Fix: nothing, if a cascade is meant; make the CV's limits those of the inner set point. Otherwise choose a register
+    outside all blocks.
+    """
+    for view in context.loops:
+        inner = context.inner(view)
+        if inner is None:
+            continue
+        cv, sp = view.cv_limits, inner.setpoint_limits
+        if cv is not None and sp is not None:
+            beyond = cv[0] < sp[0] or cv[1] > sp[1]
+            values = {"tag": view.loop.output.tag, "inner": inner.loop.name, "low": cv[0], "high": cv[1],
+                      "inner_low": sp[0], "inner_high": sp[1]}  # fmt: skip
+            yield Finding(("loops", view.index, "output", "tag"), values, severity=Severity.WARNING if beyond else None)
+
+
+@rule(
+    code="PID406",
+    name="output-tag-shared",
+    severity=Severity.ERROR,
+    basis=CV_TAG,
+    message="{tag} is already the {what} of {other}: two loops would write it",
+)
+def output_tag_shared(context: EzlogixContext) -> Iterator[Finding]:
+    """Two loops have one CV tag, or one control output.
+
+    Why: both write it, each at its own sample rate, and what the actuator sees is neither loop's output.
+
+    Fix: give each loop outputs of its own. Where one actuator serves two loops, let the ladder program choose.
+    """
+    first: dict[str, str] = {}
+    for view in context.loops:
+        output = view.loop.output
+        if output.tag in first:
+            yield view.find("output", "tag", tag=output.tag, what="CV tag", other=first[output.tag])
+        first.setdefault(output.tag, view.loop.name)
+        if output.pulse is None:
+            continue
+        if output.pulse.tag in first:
+            yield Finding(
+                ("loops", view.index, "output", "pulse", "tag"),
+                {"tag": output.pulse.tag, "what": "control output", "other": first[output.pulse.tag]},
+                basis=OUTPUT_TAG,
+            )
+        first.setdefault(output.pulse.tag, view.loop.name)
+
+
+@rule(
+    code="PID407",
+    name="pv-is-own-cv",
+    severity=Severity.ERROR,
+    basis=PV_TAG,
+    message="{tag} is PV tag and CV tag of the loop: it would measure its own output",
+)
+def pv_is_own_cv(context: EzlogixContext) -> Iterator[Finding]:
+    """A loop's PV tag is its CV tag.
+
+    Why: what the loop writes is what it reads next. It controls its own register, and the process not at all.
+
+    Fix: give the PV the register that holds the measurement.
+    """
+    for view in context.loops:
+        if view.loop.pv.tag == view.loop.output.tag:
+            yield view.find("output", "tag", tag=view.loop.output.tag)
+
+
+def same_pv(context: EzlogixContext) -> Iterator[tuple[LoopView, LoopView]]:
+    """Pairs of loops that read one tag."""
+    return (pair for pair in combinations(context.loops, 2) if pair[0].loop.pv.tag == pair[1].loop.pv.tag)
+
+
+@rule(
+    code="PID408",
+    name="pv-tag-shared",
+    severity=Severity.INFO,
+    basis=D181,
+    message="{tag} is already the PV of {other}, which acts in the same direction: {action}",
+)
+def pv_tag_shared(context: EzlogixContext) -> Iterator[Finding]:
+    """Two loops read the same measurement and act in the same direction.
+
+    Why: two integral terms on one PV share the work in any proportion, and drift against each other. Often the tag was
+    copied with the rest of the loop.
+
+    Fix: give each loop its own PV. Where two actuators are to serve one process, make one of the loops proportional
+    only. A heating and a cooling loop on one PV are not reported.
+    """
+    for first, second in same_pv(context):
+        if first.loop.action == second.loop.action:
+            yield second.find("pv", "tag", tag=second.loop.pv.tag, other=first.loop.name, action=second.loop.action)
+
+
+@rule(
+    code="PID409",
+    name="set-points-crossed",
+    severity=Severity.WARNING,
+    basis=D181,
+    message="{heating} raises {tag} to {high} counts, {cooling} lowers it to {low}: between them both are on",
+)
+def set_points_crossed(context: EzlogixContext) -> Iterator[Finding]:
+    """A heating and a cooling loop on one PV have crossed set points.
+
+    Why: the reverse-acting loop raises the PV to its set point, the direct-acting one lowers it to its own. With the
+    first above the second, both run to their limits and work against each other.
+
+    Fix: put the set point of the direct-acting loop above that of the reverse-acting one, with a gap between them.
+    """
+    for first, second in same_pv(context):
+        pair = {view.loop.action: view for view in (first, second) if view.loop.setpoint.value is not None}
+        if len(pair) < 2:
+            continue
+        heating, cooling = pair["reverse"], pair["direct"]
+        same_scale = heating.loop.pv.square_root == cooling.loop.pv.square_root
+        if same_scale and heating.setpoint is not None and cooling.setpoint is not None:
+            high, low = heating.setpoint, cooling.setpoint
+            if high > low:
+                yield second.find("setpoint", "value", tag=second.loop.pv.tag, heating=heating.loop.name,
+                                  cooling=cooling.loop.name, high=high, low=low)  # fmt: skip
+
+
+@rule(
+    code="PID410",
+    name="logical-tag-while-stopped",
+    severity=Severity.WARNING,
+    basis=STOPPED,
+    message="the loop goes on while the PLC is stopped, but {tags}",
+)
+def logical_tag_while_stopped(context: EzlogixContext) -> Iterator[Finding]:
+    """A loop is processed while the PLC is stopped, with tags that only the ladder program moves.
+
+    Why: a stopped PLC executes no ladder. A PV in an R register stands still, and with any error left the integral runs
+    the output to its end; a CV in an R register does not reach its actuator.
+
+    Fix: use an IR tag for the PV, and an OR tag or the control output for the CV; or write
+    `process_when_stopped: false` under `plc`.
+    """
+    if not context.config.plc.process_when_stopped:
+        return
+    outputs = {view.loop.output.tag for view in context.loops}
+    for view in context.loops:
+        pv, output = view.loop.pv.tag, view.loop.output
+        frozen = pv.startswith("R") and pv not in outputs
+        unheard = output.tag.startswith("R") and output.pulse is None and context.inner(view) is None
+        parts = [f"its PV {pv} stands still"] * frozen + [f"its CV {output.tag} reaches no output"] * unheard
+        if parts:
+            yield view.find("pv" if frozen else "output", "tag", tags=" and ".join(parts))
