@@ -421,3 +421,7 @@ def test_a_stored_value_outside_the_limits_is_reported_where_it_stands(key, valu
     found = findings(changed(output={"limits": [10, 90]}, state={key: value}))
 
     assert [(d.code, d.path[-1]) for d in found] == [("PID393", key)]
+
+
+def test_an_upper_limit_of_0_is_no_fraction():
+    assert codes(changed(output={"limits": [-1, 0]})) == {"PID361", "PID363"}
