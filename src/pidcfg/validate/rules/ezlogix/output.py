@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from decimal import Decimal
 from typing import TYPE_CHECKING
 
 from pidcfg.diagnostics import Severity
+from pidcfg.encoders.maps.ezlogix import DUTY_FULL
 from pidcfg.refs import EZLOGIX, Decision
+from pidcfg.schemas.base import decimal_text
 from pidcfg.schemas.ezlogix import CV_FULL
 from pidcfg.validate.rule import rule
 
@@ -38,6 +41,11 @@ def looks_like_percent(view: LoopView) -> bool:
     """Whether the CV limits were meant as percentages."""
     limits, output = view.cv_limits, view.loop.output
     return limits is not None and limits[1] <= PERCENT and output.range is None and not output.limits[1].counts
+
+
+def left_out(view: LoopView, cv: int) -> bool:
+    """Whether the pulse for a CV is shorter than the minimum on time, and there is none."""
+    return view.pulses is not None and view.pulses[0] * cv < view.pulses[1] * DUTY_FULL
 
 
 @rule(
@@ -102,9 +110,9 @@ def output_never_off(context: EzlogixContext) -> Iterator[Finding]:
     Fix: nothing, if the process needs a minimum; otherwise a low limit of 0.
     """
     for view in context.loops:
-        if view.cv_limits is not None and view.cv_limits[0] > 0:
-            low = view.cv_limits[0]
-            yield view.find("output", "limits", low=view.cv(low), percent=f"{100 * low / (CV_FULL + 1):.3g}")
+        low = view.cv_limits[0] if view.cv_limits is not None else 0
+        if low and not left_out(view, low):
+            yield view.find("output", "limits", low=view.cv(low), percent=f"{100 * low / DUTY_FULL:.3g}")
 
 
 @rule(
@@ -169,7 +177,7 @@ def integral_without_anti_windup(context: EzlogixContext) -> Iterator[Finding]:
     """
     for view in context.loops:
         if not view.loop.anti_windup and view.integrates:
-            yield view.find("anti_windup", integral=f"{view.held('integral_time'):f}")
+            yield view.find("anti_windup", integral=decimal_text(view.held("integral_time") or Decimal(0)))
 
 
 @rule(

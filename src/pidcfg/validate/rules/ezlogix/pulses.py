@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from decimal import Decimal
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -12,6 +13,7 @@ from pidcfg.schemas.base import decimal_text
 from pidcfg.schemas.ezlogix import CV_FULL
 from pidcfg.validate.rule import rule
 from pidcfg.validate.rules.ezlogix.context import number_text
+from pidcfg.validate.rules.ezlogix.equation import at_defaults
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -75,8 +77,9 @@ class Pulses(NamedTuple):
 
     @property
     def broken(self) -> bool:
-        """Whether there is nothing between off and on."""
-        return self.never_on or self.never_off or self.min_on + self.min_off > self.cycle
+        """Whether there is nothing between off and on: the shortest pulse has no gap behind it."""
+        shortest = max(self.low, 1, math.ceil(self.min_on * DUTY_FULL / self.cycle))
+        return self.never_on or self.never_off or self.full(shortest)
 
 
 def pulses(context: EzlogixContext) -> Iterator[tuple[LoopView, Pulses]]:
@@ -111,19 +114,19 @@ def cycle_time_of_zero(context: EzlogixContext) -> Iterator[Finding]:
     name="minimum-times-exceed-cycle",
     severity=Severity.ERROR,
     basis=D191,
-    message="min_on {min_on} s and min_off {min_off} s do not fit into a cycle of {cycle} s together: the output is "
-    "either off or on",
+    message="a cycle of {cycle} s has no room for a pulse of min_on {min_on} s and a gap of min_off {min_off} s: the "
+    "output is either off or on",
 )
 def minimum_times_exceed_cycle(context: EzlogixContext) -> Iterator[Finding]:
-    """Minimum on time and minimum off time are together longer than the cycle.
+    """Minimum on time and minimum off time do not fit into the cycle together.
 
     Why: whenever the pulse is long enough, the gap is too short. The output switches between off and on for whole
-    cycles, and the loop swings.
+    cycles, and the loop swings. Where both just fit, there has to be a CV that makes exactly this pulse.
 
     Fix: lengthen `cycle_time` to several times their sum, or shorten the minimum times.
     """
     for view, p in pulses(context):
-        if p.min_on + p.min_off > p.cycle and not p.never_on and not p.never_off:
+        if p.broken and not p.never_on and not p.never_off:
             yield view.find("output", "pulse", "cycle_time", min_on=decimal_text(p.min_on),
                             min_off=decimal_text(p.min_off), cycle=decimal_text(p.cycle))  # fmt: skip
 
@@ -248,8 +251,9 @@ def cycle_beyond_integral_time(context: EzlogixContext) -> Iterator[Finding]:
     Fix: shorten the cycle to a small part of the integral time. A relay that is to be spared wants a slower loop.
     """
     for view, p in pulses(context):
-        integral = view.held("integral_time")
-        if integral and p.cycle > integral:
+        integral, sample = view.held("integral_time"), view.held("sample_rate")
+        slow = integral and sample is not None and sample <= integral and not at_defaults(view)
+        if slow and integral and p.cycle > integral:
             yield view.find("output", "pulse", "cycle_time", cycle=decimal_text(p.cycle),
                             integral=decimal_text(integral))  # fmt: skip
 

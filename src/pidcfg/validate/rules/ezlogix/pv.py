@@ -18,13 +18,15 @@ if TYPE_CHECKING:
     from pidcfg.validate.rules.ezlogix.context import EzlogixContext
 
 ROOT = EZLOGIX.at("Use PV Square Root")
+MUCH = 2
+"""From how many times as many counts of the PV as of the CV on they are worth a word."""
 
 D187 = Decision(
     187, "the root is that of the register",
     "With the square root, `pv.counts` that do not begin at 0 are an error, and a range that does not begin at 0 is a "
     "warning.",
     "The manual takes the root of the PV as it stands; no flow gives 819 counts of a 4 to 20 mA signal, whose root is "
-    "28 of 64. A root is in proportion to the flow only where no signal is no flow.",
+    "29 of 64. A root is in proportion to the flow only where no signal is no flow.",
 )  # fmt: skip
 
 
@@ -105,7 +107,7 @@ def square_root_of_offset_range(context: EzlogixContext) -> Iterator[Finding]:
     message="the PV spans {span} counts, the CV 4095: a gain of 1 acts as {times} would on percentages",
 )
 def counts_beyond_cv(context: EzlogixContext) -> Iterator[Finding]:
-    """The PV has more counts than the CV.
+    """The PV has more than twice as many counts as the CV.
 
     Why: the gain is in counts of the CV per count of the PV. With a PV of 16 bits the same gain is 16 times as strong
     as with one of 12 bits, and gains below 0.10 have few digits.
@@ -114,5 +116,5 @@ def counts_beyond_cv(context: EzlogixContext) -> Iterator[Finding]:
     """
     for view in context.loops:
         span = view.scales["pv"].format.span
-        if span > CV_FULL:
+        if span > MUCH * CV_FULL:
             yield view.find("pv", "counts", span=span, times=f"{span / CV_FULL:.3g}")

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from pidcfg.diagnostics import Severity
 from pidcfg.refs import EZLOGIX, Decision
 from pidcfg.validate.rule import Finding, rule
-from pidcfg.validate.rules.ezlogix.context import PLACES
+from pidcfg.validate.rules.ezlogix.context import PLACES, register_number
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -197,6 +197,11 @@ def set_points_crossed(context: EzlogixContext) -> Iterator[Finding]:
                                   cooling=cooling.loop.name, high=high, low=low)  # fmt: skip
 
 
+def logical(context: EzlogixContext, tag: str) -> bool:
+    """Whether a tag is a register outside all blocks, which the ladder program fills or reads."""
+    return register_number(tag) is not None and context.owner(tag) is None
+
+
 @rule(
     code="PID410",
     name="logical-tag-while-stopped",
@@ -218,8 +223,8 @@ def logical_tag_while_stopped(context: EzlogixContext) -> Iterator[Finding]:
     outputs = {view.loop.output.tag for view in context.loops}
     for view in context.loops:
         pv, output = view.loop.pv.tag, view.loop.output
-        frozen = pv.startswith("R") and pv not in outputs
-        unheard = output.tag.startswith("R") and output.pulse is None and context.inner(view) is None
+        frozen = logical(context, pv) and pv not in outputs
+        unheard = logical(context, output.tag) and output.pulse is None and output.tag != pv
         parts = [f"its PV {pv} stands still"] * frozen + [f"its CV {output.tag} reaches no output"] * unheard
         if parts:
             yield view.find("pv" if frozen else "output", "tag", tags=" and ".join(parts))
