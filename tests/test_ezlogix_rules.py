@@ -1,0 +1,468 @@
+"""Rules for EZLogix configurations at their limits: at the limit nothing, one step beyond the finding."""
+
+import json
+from copy import deepcopy
+from decimal import Decimal
+from pathlib import Path
+
+import pytest
+from hypothesis import assume, given
+from hypothesis import strategies as st
+
+from pidcfg.diagnostics import Severity
+from pidcfg.encoders.ezlogix.tags import tags
+from pidcfg.encoders.files import UnwritableError
+from pidcfg.encoders.maps.ezlogix import R_BLOCK, VARIABLES
+from pidcfg.refs import Decision
+from pidcfg.schemas.base import NAME
+from pidcfg.sim.controllers.ezlogix.autotune import STEP
+from pidcfg.sim.controllers.ezlogix.pulse import begin_cycle
+from pidcfg.sim.controllers.ezlogix.state import Config, State
+from pidcfg.source import read_document
+from pidcfg.validate.engine import check_document
+from pidcfg.validate.rules.ezlogix import RULES, autotune
+
+ROOT = Path(__file__).parents[1]
+LOOP = {
+    "name": "A", "registers": "R1", "discretes": "S1", "algorithm": "position", "action": "reverse", "sample_rate": 1,
+    "tuning": {"proportional_gain": 1, "integral_time": 60}, "pv": {"tag": "IR1"}, "output": {"tag": "OR1"},
+}  # fmt: skip
+P_ONLY = {"proportional_gain": 1}
+OWN = "PID4"
+
+
+def changed(n=1, **values):
+    """Loop ``n`` with other values: ``changed(**{"pv.unit": "bar"})``."""
+    loop = deepcopy(LOOP) | {"name": "ABCDEFGHIJ"[n - 1], "registers": f"R{32 * n - 31}", "discretes": f"S{8 * n - 7}"}
+    loop["pv"]["tag"], loop["output"]["tag"] = f"IR{n}", f"OR{n}"
+    for path, value in values.items():
+        *parents, key = path.split(".")
+        place = loop
+        for parent in parents:
+            place = place.setdefault(parent, {})
+        place[key] = value
+    return loop
+
+
+def checked(*loops, **plc):
+    text = json.dumps({"pidcfg": 1, "vendor": "ezlogix", "plc": plc, "loops": loops}, default=float)
+    result = check_document(read_document(text.encode(), "case.yaml"))
+    assert result.config is not None, result.findings
+    return result
+
+
+def findings(*loops, **plc):
+    return checked(*loops, **plc).findings
+
+
+def codes(*loops, **plc):
+    return {d.code for d in findings(*loops, **plc)}
+
+
+def serious(*loops, **plc):
+    """Codes of errors and warnings, each as often as it is found."""
+    return sorted(d.code for d in findings(*loops, **plc) if d.severity > Severity.INFO)
+
+
+def test_the_loop_that_the_tests_change_is_in_order():
+    assert not codes(changed())
+    assert not codes(*(changed(n) for n in range(1, 9)))
+
+
+def times(cycle, **others):
+    return {"tag": "O1", "cycle_time": cycle, **others}
+
+
+# fmt: off
+STEPS = [
+    # code      what is changed                                          at the limit  one step beyond
+    ("PID401", ("registers",), "R65504", "R65505"),
+    ("PID401", ("discretes",), "S65528", "S65529"),
+    ("PID415", ("action", {"description": "heater"}), "reverse", "direct"),
+    ("PID415", ("action", {"description": "chiller"}), "direct", "reverse"),
+    ("PID423", ("tuning.proportional_gain",), 0.01, 0),
+    ("PID424", ("tuning.proportional_gain", {"tuning.integral_time": 0}), 0.01, 0),
+    ("PID424", ("tuning.integral_time", {"tuning.proportional_gain": 0}), 0.1, 0),
+    ("PID425", ("output.offset", {"tuning": P_ONLY}), 1, 0),
+    ("PID426", ("tuning.integral_time",), 1, 0.9),
+    ("PID426", ("sample_rate", {"tuning.integral_time": 20}), 20, 20.01),
+    ("PID427", ("tuning.derivative_time",), 1, 0.9),
+    ("PID428", ("tuning", ), {"proportional_gain": 1, "integral_time": 0.3, "derivative_time": 0.2},
+                             {"proportional_gain": 1, "integral_time": 0.3, "derivative_time": 0.3}),
+    ("PID429", ("tuning.derivative_time",), 410, 410.1),
+    ("PID429", ("tuning.derivative_time", {"tuning.proportional_gain": 0}), 410, 410.1),
+    ("PID429", ("tuning.proportional_gain", {"tuning.derivative_time": 100}), 4.10, 4.11),
+    ("PID430", ("sample_rate",), 0.05, 0),
+    ("PID101", ("sample_rate", {"autotune.timeout": 5000}), 99.99, 100),
+    ("PID101", ("sample_rate",), 0.05, 0.04),
+    ("PID101", ("tuning.proportional_gain",), 99.99, 100),
+    ("PID101", ("tuning.integral_time",), 6000, 6000.1),
+    ("PID101", ("tuning.derivative_time",), 600, 600.1),
+    ("PID103", ("tuning.proportional_gain",), 0.01, 0.004),
+    ("PID103", ("tuning.integral_time",), 0.1, 0.04),
+    ("PID103", ("tuning.derivative_time",), 0.1, 0.04),
+    ("PID102", ("setpoint.value",), 4095, 4096),
+    ("PID102", ("setpoint.limits",), [0, 4095], [0, 4096]),
+    ("PID102", ("setpoint.value", {"pv.counts": [819, 4095]}), 819, 818),
+    ("PID102", ("output.limits",), [0, 4095], [0, 4096]),
+    ("PID102", ("output.offset",), 0, -1),
+    ("PID435", ("setpoint.limits",), [2000, 2001], [2001, 2000]),
+    ("PID436", ("setpoint.limits", {"setpoint.value": 1}), [0, 1], [0, 0]),
+    ("PID436", ("setpoint.value", {"setpoint.limits": [0, 0]}), 0, 1),
+    ("PID437", ("setpoint.limits",), [2000, 2001], [2000, 2000]),
+    ("PID438", ("setpoint.value", {"setpoint.limits": [1000, 2000]}), 1000, 999),
+    ("PID438", ("setpoint.value", {"setpoint.limits": [1000, 2000]}), 2000, 2001),
+    ("PID440", ("deadband",), 409, 410),
+    ("PID441", ("deadband",), 2, 1),
+    ("PID441", ("deadband", {"pv.range": [0, 4095]}), 1.51, 1.49),
+    ("PID446", ("pv.counts", {"pv.square_root": True}), [0, 4095], [1, 4095]),
+    ("PID447", ("pv.range", {"pv.square_root": True}), [0, 50], [0.1, 50]),
+    ("PID448", ("pv.counts",), [10, 8200], [10, 8201]),
+    ("PID455", ("output.limits",), [2000, 2001], [2000, 2000]),
+    ("PID456", ("output.limits",), [0, 4095], [1, 4095]),
+    ("PID456", ("output.limits",), [0, 4095], [0, 4094]),
+    ("PID457", ("output.limits",), [0, 4095], [1, 4095]),
+    ("PID458", ("output.offset", {"output.limits": [1000, 2000]}), 1000, 999),
+    ("PID458", ("output.offset", {"output.limits": [1000, 2000]}), 2000, 2001),
+    ("PID459", ("output.offset",), 0, 1),
+    ("PID461", ("output.limits",), [0, 101], [0, 100]),
+    ("PID465", ("output.pulse",), times(0.1), times(0)),
+    ("PID466", ("output.pulse",), times(20, min_on=10, min_off=10), times(20, min_on=10, min_off=10.1)),
+    ("PID467", ("output.pulse",), times(20, min_on=19.9), times(20, min_on=20)),
+    ("PID468", ("output.pulse",), times(20, min_off=20), times(20, min_off=20.1)),
+    ("PID469", ("output.pulse", {"output.limits": [1024, 4095]}), times(20, min_on=5), times(20, min_on=5.1)),
+    ("PID470", ("output.pulse", {"output.limits": [0, 3072]}), times(20, min_off=5), times(20, min_off=5.1)),
+    ("PID471", ("output.pulse", {"sample_rate": 15}), times(15), times(14.9)),
+    ("PID472", ("output.pulse",), times(60), times(60.1)),
+    ("PID473", ("output.pulse",), times(10), times(9.9)),
+    ("PID480", ("autotune.timeout", {"tuning.integral_time": 1}), 40, 0),
+    ("PID481", ("autotune.timeout",), 60, 59),
+    ("PID482", ("autotune.timeout",), 40, 39),
+    ("PID484", ("output.limits",), [1000, 1410], [1000, 1409]),
+]
+# fmt: on
+
+
+@pytest.mark.parametrize(("code", "what", "inside", "outside"), STEPS, ids=[f"{row[0]}-{row[1][0]}" for row in STEPS])
+def test_one_step_beyond_the_limit_is_found_and_the_limit_is_not(code, what, inside, outside):
+    key, *others = what
+    given_too = others[0] if others else {}
+
+    assert code not in codes(changed(**given_too, **{key: inside}))
+    assert code in codes(changed(**given_too, **{key: outside}))
+
+
+ONE = [
+    # what is changed, and all errors and warnings that it makes
+    ({"sample_rate": 0}, ["PID430"]),
+    ({"output.pulse": times(0)}, ["PID465"]),
+    ({"output.pulse": times(20, min_on=21, min_off=21)}, ["PID467"]),
+    ({"output.pulse": times(20, min_off=25)}, ["PID468"]),
+    ({"output.pulse": times(10), "tuning.integral_time": 0.5}, ["PID426"]),
+    ({"output.pulse": times(10), "tuning.integral_time": 0.3, "tuning.derivative_time": 0.3}, ["PID428"]),
+    ({"tuning": {"proportional_gain": 0}}, ["PID424"]),
+    ({"tuning.proportional_gain": 0}, ["PID423"]),
+    ({"setpoint.limits": [0, 0], "setpoint.value": 100}, ["PID436"]),
+    ({"setpoint.limits": [0, 0], "mode": "auto"}, ["PID436"]),
+    ({"setpoint.limits": [2000, 1000], "setpoint.value": 3000}, ["PID435"]),
+    ({"setpoint.value": 5000, "setpoint.limits": [0, 4000]}, ["PID102"]),
+    ({"output.limits": [0, 100]}, ["PID461"]),
+    ({"output.limits": [0, 0]}, ["PID455"]),
+    ({"output.limits": [3000, 2000], "output.offset": 100}, ["PID455"]),
+    ({"pv.square_root": True, "pv.counts": [819, 4095], "pv.range": [0, 50], "setpoint.value": 10}, ["PID446"]),
+    ({"pv.tag": "R1"}, ["PID404"]),
+    ({"output.tag": "R32"}, ["PID404"]),
+    ({"pv.tag": "R500", "output.tag": "R500"}, ["PID407"]),
+    ({"autotune.timeout": 0}, ["PID480"]),
+]
+
+
+@pytest.mark.parametrize(("values", "expected"), ONE, ids=[f"{row[1][0]}-{i}" for i, row in enumerate(ONE)])
+def test_one_fault_is_one_finding(values, expected):
+    assert serious(changed(**values)) == expected
+
+
+# --- blocks and tags -------------------------------------------------------------------------------------------------
+
+
+@given(st.integers(1, 200), st.integers(1, 200), st.integers(1, 40), st.integers(1, 40))
+def test_blocks_overlap_where_they_have_an_address_in_common(r1, r2, s1, s2):
+    first = changed(1, registers=f"R{r1}", discretes=f"S{s1}")
+    second = changed(2, registers=f"R{r2}", discretes=f"S{s2}")
+    shared = bool({*range(r1, r1 + 32)} & {*range(r2, r2 + 32)}) + bool({*range(s1, s1 + 8)} & {*range(s2, s2 + 8)})
+
+    assert serious(first, second).count("PID402") == shared
+
+
+@given(st.integers(1, 200), st.integers(1, 200), st.sampled_from(["pv.tag", "output.tag"]))
+def test_a_tag_in_any_block_is_found_unless_it_is_the_set_point_of_another_loop(base, number, key):
+    assume(base > 32)
+    loops = changed(1, **{key: f"R{number}"}), changed(2, registers=f"R{base}")
+    inside = number <= 32 or base <= number < base + 32
+    cascade = key == "output.tag" and number == base + R_BLOCK.offset("setpoint")
+    found = codes(*loops, process_when_stopped=False)
+
+    assert ("PID404" in found) == (inside and not cascade)
+    assert ("PID405" in found) == cascade
+
+
+def test_input_and_output_registers_are_in_no_block():
+    assert not codes(changed(1, **{"pv.tag": "IR2", "output.tag": "OR2"}))
+
+
+@pytest.mark.parametrize(("limits", "severity"), [
+    ([1000, 3000], Severity.INFO), ([999, 3000], Severity.WARNING), ([1000, 3001], Severity.WARNING),
+])  # fmt: skip
+def test_a_cascade_whose_outer_cv_goes_beyond_the_inner_limits_is_a_warning(limits, severity):
+    outer = changed(1, **{"output.tag": "R34", "output.limits": limits})
+    found = findings(outer, changed(2, **{"setpoint.limits": [1000, 3000]}))
+
+    assert [d.severity for d in found if d.code == "PID405"] == [severity]
+
+
+def test_a_cascade_into_a_square_root_loop_ends_at_the_root_of_the_span():
+    inner = changed(2, **{"pv.square_root": True})
+    severities = [
+        next(d.severity for d in findings(changed(1, **{"output.tag": "R34", "output.limits": [0, high]}), inner)
+             if d.code == "PID405")
+        for high in (64, 65)
+    ]  # fmt: skip
+
+    assert severities == [Severity.INFO, Severity.WARNING]
+
+
+def test_the_inner_loop_of_a_cascade_needs_no_set_point_of_its_own():
+    inner = changed(2, mode="auto")
+
+    assert "PID439" in codes(changed(1), inner)
+    assert "PID439" not in codes(changed(1, **{"output.tag": "R34"}), inner)
+
+
+@pytest.mark.parametrize(("pv", "output", "pulse", "found"), [
+    ("IR1", "OR1", False, False), ("R500", "OR1", False, True), ("IR1", "R501", False, True),
+    ("IR1", "R501", True, False), ("R500", "R501", True, True),
+])  # fmt: skip
+@pytest.mark.parametrize("goes_on", [True, False])
+def test_only_logical_tags_stand_still_in_a_stopped_plc(pv, output, pulse, found, goes_on):
+    extra = {"output.pulse": times(20)} if pulse else {}
+    loop = changed(**{"pv.tag": pv, "output.tag": output, **extra})
+
+    assert serious(loop, process_when_stopped=goes_on) == (["PID410"] if found and goes_on else [])
+
+
+def test_a_pv_that_another_loop_writes_moves_while_the_plc_is_stopped():
+    assert (
+        serious(changed(1, **{"output.tag": "R500", "output.pulse": times(20)}), changed(2, **{"pv.tag": "R500"})) == []
+    )
+
+
+@given(st.integers(0, 4095), st.integers(0, 4095), st.booleans())
+def test_heating_above_cooling_is_found_whichever_loop_comes_first(heat, cool, cooling_first):
+    actions = ["direct", "reverse"] if cooling_first else ["reverse", "direct"]
+    values = {"reverse": heat, "direct": cool}
+    loops = [
+        changed(n, action=action, **{"pv.tag": "IR1", "setpoint.value": values[action]})
+        for n, action in enumerate(actions, 1)
+    ]
+
+    assert ("PID409" in codes(*loops)) == (heat > cool)
+
+
+NAMES = st.one_of(
+    st.sampled_from(["Oven", "OVEN", "oven_1", "1", "_A", "FIC-101", "Oven 2", "Ofen_ä"]),
+    st.text("Aa1_ -", min_size=1, max_size=4).filter(lambda text: NAME.fullmatch(text) and "  " not in text),
+)
+TEMPLATES = st.sampled_from(["PID{loop}_{variable}", "{name}_{variable}", "{name}{variable}", "{variable}_{name}"])
+
+
+@given(st.lists(NAMES, min_size=1, max_size=4, unique=True), TEMPLATES)
+def test_a_tag_list_can_be_written_exactly_when_no_rule_of_names_finds_anything(names, template):
+    result = checked(*(changed(n, name=name) for n, name in enumerate(names, 1)), tag_names=template)
+    found = {d.code for d in result.findings} & {"PID411", "PID412"}
+
+    if found:
+        with pytest.raises(UnwritableError):
+            tags(result.encoding.image)
+    else:
+        assert len(tags(result.encoding.image)) == len(names) * (len(VARIABLES) - 3)
+
+
+# --- action ----------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("words", [
+    "Oven 2", "OVEN2", "oven_2", "Pre-heater", "preheater", "TIC HEATER", "Heating zone", "kiln", "furnace", "burner",
+])  # fmt: skip
+def test_words_of_heating_want_reverse(words):
+    assert serious(changed(description=words, action="direct")) == ["PID415"]
+    assert serious(changed(description=words, action="reverse")) == []
+
+
+@pytest.mark.parametrize("words", ["cooling", "Cooler", "chilled water", "cold store", "freezer", "air-conditioning"])
+def test_words_of_cooling_want_direct(words):
+    assert serious(changed(description=words, action="reverse")) == ["PID415"]
+    assert serious(changed(description=words, action="direct")) == []
+
+
+@pytest.mark.parametrize("words", [
+    "flow", "wheat", "cheater", "coolant", "cooling water heater", "heat exchanger", "oven exhaust fan",
+    "heater, air-to-close valve", "cooling, normally open", "heater (fail open)", "inverse heater", "Provence", "scold",
+])  # fmt: skip
+@pytest.mark.parametrize("action", ["direct", "reverse"])
+def test_other_words_tell_nothing_of_the_action(words, action):
+    assert serious(changed(description=words, action=action)) == []
+
+
+@pytest.mark.parametrize(("unit", "found"), [
+    ("degC", True), ("°C", True), ("C", True), ("degF", True), ("K", True), (None, True),
+    ("bar", False), ("m3/h", False), ("%", False),
+])  # fmt: skip
+def test_only_temperatures_are_heated(unit, found):
+    loop = changed(name="OVEN", action="direct", **({"pv.unit": unit} if unit else {}))
+
+    assert serious(loop) == (["PID415"] if found else [])
+
+
+# --- terms and set point ---------------------------------------------------------------------------------------------
+
+
+@given(
+    gain=st.sampled_from([0, 0.01, 1]), integral=st.sampled_from(["off", 0.1, 60]),
+    derivative=st.sampled_from(["off", 0.1, 5]),
+)  # fmt: skip
+def test_every_set_of_terms_is_judged_once(gain, integral, derivative):
+    terms = {"proportional_gain": gain, "integral_time": integral, "derivative_time": derivative}
+    found = codes(changed(tuning=terms)) & {"PID423", "PID424", "PID425"}
+    on = gain != 0, integral != "off"
+
+    assert found == {(False, False): {"PID424"}, (False, True): {"PID423"}, (True, False): {"PID425"}}.get(on, set())
+
+
+@given(st.integers(0, 4095), st.integers(0, 4095), st.integers(0, 4095))
+def test_a_set_point_is_reported_exactly_when_its_limits_move_it(value, low, high):
+    found = codes(changed(**{"setpoint.value": value, "setpoint.limits": [low, high]}))
+    kept = min(max(value, low), high)
+    zero = low == high == 0 and value != 0
+
+    assert ("PID435" in found) == (low > high)
+    assert ("PID436" in found) == zero
+    assert ("PID437" in found) == (low == high and not zero)
+    assert ("PID438" in found) == (low <= high and kept != value and not zero)
+
+
+@given(st.integers(0, 4095), st.integers(0, 4095), st.integers(1, 4095))
+def test_a_deadband_that_no_error_reaches_is_an_error(low, high, deadband):
+    assume(0 < low <= high)
+    found = [
+        d.severity
+        for d in findings(changed(deadband=deadband, **{"setpoint.limits": [low, high]}))
+        if d.code == "PID440"
+    ]
+    reached = any(abs(sp - pv) >= deadband for sp in (low, high) for pv in (0, 4095))
+
+    assert found == ([Severity.WARNING if reached else Severity.ERROR] if deadband >= 410 or not reached else [])
+
+
+def test_auto_without_a_set_point_names_what_the_loop_controls_to():
+    loop = changed(mode="auto", **{"setpoint.limits": [20, 240], "pv.range": [0, 400], "pv.unit": "degC"})
+
+    assert "controls to 20 degC" in next(d.message for d in findings(loop) if d.code == "PID439")
+    assert "PID439" not in codes({**loop, "mode": "manual"})
+
+
+# --- output ----------------------------------------------------------------------------------------------------------
+
+
+@given(
+    cycle=st.integers(1, 300), min_on=st.integers(0, 310), min_off=st.integers(0, 310),
+    limits=st.tuples(st.integers(0, 4094), st.integers(1, 4095)).filter(lambda pair: pair[0] < pair[1]),
+)  # fmt: skip
+def test_rules_of_pulses_agree_with_the_virtual_control_output(cycle, min_on, min_off, limits):
+    low, high = limits
+    given_times = {"cycle_time": cycle / 10, "min_on": min_on / 10, "min_off": min_off / 10}
+    found = codes(changed(**{"output.limits": [low, high], "output.pulse": {"tag": "O1", **given_times}}))
+    ons = [on_time(cv, cycle, min_on, min_off) for cv in range(low, high + 1)]
+    never_on, never_off = all(on <= 0 for on in ons), all(on >= cycle for on in ons)
+    between = any(0 < on < cycle for on in ons)
+    sound = between and not never_on and not never_off
+
+    assert ("PID467" in found) == never_on
+    assert ("PID468" in found) == never_off
+    assert ("PID466" in found) == (not between and not never_on and not never_off)
+    assert ("PID469" in found) == (sound and low > 0 and ons[0] <= 0)
+    assert ("PID470" in found) == (sound and high < 4095 and ons[-1] >= cycle)
+
+
+def on_time(cv, cycle, min_on, min_off):
+    """The on-time of the virtual controller, in tenths of a second: its clock counts them."""
+    config, state = Config(), State()
+    config.cycle, config.min_on, config.min_off = cycle, min_on, min_off
+    state.out = float(cv)
+    begin_cycle(0, config, state)
+    return state.on
+
+
+def test_a_low_limit_whose_pulses_are_left_out_does_not_keep_the_output_on():
+    limits = {"output.limits": [1024, 4095]}
+
+    assert "PID457" in codes(changed(**limits, **{"output.pulse": times(20, min_on=5)}))
+    assert "PID457" not in codes(changed(**limits, **{"output.pulse": times(20, min_on=5.1)}))
+
+
+@given(st.integers(0, 4095), st.integers(101, 4095), st.booleans(), st.booleans())
+def test_anti_windup_and_limits(low, high, anti_windup, integral):
+    assume(low < high)
+    tuning = {**P_ONLY, "integral_time": 60 if integral else 0}
+    found = codes(changed(anti_windup=anti_windup, tuning=tuning, **{"output.limits": [low, high]}))
+
+    assert ("PID456" in found) == (integral and anti_windup and (low, high) != (0, 4095))
+    assert ("PID460" in found) == (integral and not anti_windup)
+    assert ("PID484" in found) == (low + 410 > high)
+
+
+def test_the_step_of_the_autotune_is_that_of_the_virtual_controller():
+    assert autotune.TENTH == STEP
+
+
+def test_limits_in_counts_or_with_a_range_are_no_percentages():
+    assert "PID461" not in codes(changed(**{"output.limits": [0, "100 counts"]}))
+    assert "PID461" not in codes(changed(**{"output.limits": [0, 100], "output.range": [0, 100]}))
+
+
+# --- all of them -----------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", ["src/pidcfg/starters/ezlogix", "examples/ezlogix/oven", "examples/ezlogix/coldstore",
+                                  "examples/ezlogix/dosing"])  # fmt: skip
+def test_starter_and_examples_have_neither_errors_nor_warnings(name):
+    text = (ROOT / f"{name}.yaml").read_bytes()
+
+    assert [d.code for d in check_document(read_document(text, name)).findings if d.severity > Severity.INFO] == []
+
+
+def test_an_oven_with_its_action_swapped_is_a_warning():
+    text = (ROOT / "src/pidcfg/starters/ezlogix.yaml").read_text("utf-8").replace("action: reverse", "action: direct")
+
+    assert [d.code for d in check_document(read_document(text.encode(), "oven.yaml")).findings] == ["PID415"]
+
+
+def test_decisions_of_rules_have_numbers_of_their_own():
+    decisions = {rule.basis for rule in RULES.values() if isinstance(rule.basis, Decision) and rule.code > OWN}
+    own = sorted(decision.number for decision in decisions if decision.number >= 180)
+
+    assert own == list(range(180, 180 + len(own)))
+
+
+def test_a_vendor_with_one_chapter_has_more_than_fifty_rules():
+    assert sum(code.startswith(OWN) for code in RULES) >= 55
+
+
+@given(st.decimals("-10000", "10000", places=3), st.sampled_from([
+    "sample_rate", "setpoint.value", "tuning.proportional_gain", "tuning.integral_time", "tuning.derivative_time",
+    "deadband", "output.offset", "output.pulse.cycle_time", "output.pulse.min_on", "output.pulse.min_off",
+]))  # fmt: skip
+def test_no_number_makes_a_rule_fail(value, key):
+    assume(value >= 0 or key in {"setpoint.value", "deadband", "output.offset"})
+    whole = changed(**{"output.pulse": times(20, min_on=1, min_off=1), "pv.range": [-50, 400], key: Decimal(value)})
+
+    assert checked(whole).encoding is not None
