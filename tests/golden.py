@@ -12,38 +12,58 @@ import sys
 import tempfile
 from pathlib import Path
 
-FOLDER = Path(__file__).parents[1] / "examples" / "dl06"
-GOLDEN = FOLDER / "golden"
+EXAMPLES = Path(__file__).parents[1] / "examples"
+LISTINGS = {"text": "txt", "csv": "csv", "json": "json", "modbus": "modbus.csv"}
 IMAGES = {
-    "reactor": {"text": "txt", "csv": "csv", "json": "json", "ihex": "hex", "modbus": "modbus.csv"},
-    "oven": {"text": "txt", "ihex": "hex"},
-    "flow": {"text": "txt", "ihex": "hex"},
-    "extruder": {"text": "txt", "ihex": "hex"},
+    "dl06/reactor": {**LISTINGS, "ihex": "hex"},
+    "dl06/oven": {"text": "txt", "ihex": "hex"},
+    "dl06/flow": {"text": "txt", "ihex": "hex"},
+    "dl06/extruder": {"text": "txt", "ihex": "hex"},
+    "click/tank": LISTINGS,
+    "click/brewery": {"text": "txt"},
+    "click/booster": {"text": "txt"},
+    "ezlogix/oven": {"text": "txt", "csv": "csv", "json": "json"},
+    "ezlogix/coldstore": {"text": "txt"},
+    "ezlogix/dosing": {"text": "txt"},
 }
-TREND_EVERY = {"reactor": 50, "oven": 60, "flow": 10, "extruder": 100}
+"""Each example by its path below ``examples``, and the ends of the files for each format."""
+TREND_EVERY = {
+    "dl06/reactor": 50, "dl06/oven": 60, "dl06/flow": 10, "dl06/extruder": 100, "click/tank": 100, "click/brewery": 30,
+    "click/booster": 60, "ezlogix/oven": 150, "ezlogix/coldstore": 120, "ezlogix/dosing": 20,
+}  # fmt: skip
 """Base steps between two rows of a trend: each file has a few hundred."""
 
 
-def pidcfg(*args: str) -> str:
-    """What a command prints, run in the folder of the examples."""
+def golden(example: str, file: str) -> Path:
+    """Where a committed file of an example is."""
+    return EXAMPLES / example.partition("/")[0] / "golden" / file
+
+
+def pidcfg(example: str, *args: str) -> str:
+    """What a command prints, run in the folder of the example."""
     command = [sys.executable, "-m", "pidcfg", *args]
-    result = subprocess.run(command, cwd=FOLDER, capture_output=True, check=False, env={**os.environ, "NO_COLOR": "1"})
+    folder = (EXAMPLES / example).parent
+    result = subprocess.run(command, cwd=folder, capture_output=True, check=False, env={**os.environ, "NO_COLOR": "1"})
     if result.returncode:
-        sys.exit(f"{' '.join(args)}: {result.stderr.decode()}{result.stdout.decode()}")
+        sys.exit(f"{example}: {' '.join(args)}: {result.stderr.decode()}{result.stdout.decode()}")
     return result.stdout.decode("utf-8")
 
 
-def images(name: str) -> dict[str, str]:
+def images(example: str) -> dict[str, str]:
     """The listings of one example by file name."""
-    return {f"{name}.{end}": pidcfg("encode", f"{name}.yaml", "--format", kind) for kind, end in IMAGES[name].items()}
+    name = Path(example).name
+    return {
+        f"{name}.{end}": pidcfg(example, "encode", f"{name}.yaml", "--format", kind)
+        for kind, end in IMAGES[example].items()
+    }
 
 
-def run(name: str) -> dict[str, str]:
+def run(example: str) -> dict[str, str]:
     """The trend and the JSON report of one example's scenario by file name."""
+    name, every = Path(example).name, str(TREND_EVERY[example])
     with tempfile.TemporaryDirectory() as folder:
         trend = Path(folder) / "trend.csv"
-        every = str(TREND_EVERY[name])
-        report = pidcfg("simulate", f"{name}.scenario.yaml", "--csv", str(trend), "--every", every,
+        report = pidcfg(example, "simulate", f"{name}.scenario.yaml", "--csv", str(trend), "--every", every,
                         "--engine", "python", "--format", "json")  # fmt: skip
         json.loads(report)
         return {f"{name}.trend.csv": trend.read_text("utf-8"), f"{name}.report.json": report}
@@ -51,10 +71,10 @@ def run(name: str) -> dict[str, str]:
 
 def main() -> None:
     """Writes every golden file."""
-    GOLDEN.mkdir(exist_ok=True)
-    for name in IMAGES:
-        for file, text in (images(name) | run(name)).items():
-            (GOLDEN / file).write_text(text, "utf-8", newline="\n")
+    for example in IMAGES:
+        for file, text in (images(example) | run(example)).items():
+            golden(example, file).parent.mkdir(exist_ok=True)
+            golden(example, file).write_text(text, "utf-8", newline="\n")
 
 
 if __name__ == "__main__":

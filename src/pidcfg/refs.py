@@ -53,3 +53,4 @@ DL06 = Manual("DL06 Micro PLC User Manual, 1st Ed., Rev. B, 6/03, chapter 8: PID
 CLICK = Manual("CLICK PLC help, topic CL246: PID Control in CLICK", "CLICK help CL246")
 CLICK_HELP = Manual("CLICK PLC help, topics CL248 and CL254: PID errors and PID addresses", "CLICK help CL248/CL254")
 EZLOGIX = Manual("EZLogix PLC user manual, chapter 6: PID Loop", "EZLogix manual ch. 6")
+NEXTOPID = Manual("NextoPID Function Blocks User Manual (Altus)", "NextoPID manual")

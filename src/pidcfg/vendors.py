@@ -32,6 +32,7 @@ class Vendor:
     checklist: str
     controller: str
     registers: str
+    tuned: str
     starter: str
 
     def load(self, what: str) -> Any:
@@ -69,6 +70,7 @@ VENDORS = {
             checklist="pidcfg.encoders.dl06.files:checklist",
             controller="pidcfg.sim.controllers.dl06.scan:load",
             registers="pidcfg.encoders.maps.dl06:TABLES",
+            tuned="pidcfg.encoders.maps.dl06:TUNED",
             starter="starters/dl06.yaml",
         ),
         Vendor(
@@ -84,6 +86,7 @@ VENDORS = {
             checklist="pidcfg.encoders.click.files:checklist",
             controller="pidcfg.sim.controllers.click.scan:load",
             registers="pidcfg.encoders.maps.click:TABLES",
+            tuned="pidcfg.encoders.maps.click:TUNED",
             starter="starters/click.yaml",
         ),
         Vendor(
@@ -99,6 +102,7 @@ VENDORS = {
             checklist="pidcfg.encoders.ezlogix.files:checklist",
             controller="pidcfg.sim.controllers.ezlogix.scan:load",
             registers="pidcfg.encoders.maps.ezlogix:TABLES",
+            tuned="pidcfg.encoders.maps.ezlogix:TUNED",
             starter="starters/ezlogix.yaml",
         ),
     )

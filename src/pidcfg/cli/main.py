@@ -28,6 +28,7 @@ COMMANDS = {
     "encode": ("pidcfg.cli.encode", "Write the PLC's memory for a configuration."),
     "decode": ("pidcfg.cli.decode", "Read a memory listing back into a configuration."),
     "simulate": ("pidcfg.cli.simulate", "Run the encoded loops against a plant."),
+    "tune": ("pidcfg.cli.tune", "Work out gains by the manuals' rules."),
     "rule": ("pidcfg.cli.rule", "Explain a rule, or list all of them."),
     "schema": ("pidcfg.cli.schema", "Print the JSON Schema of a file for editors."),
     "init": ("pidcfg.cli.init", "Write a commented starter file."),

@@ -6,12 +6,14 @@ from copy import deepcopy
 from dataclasses import dataclass
 from decimal import Decimal
 from functools import cache
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, get_args
 
 from pidcfg.schemas.base import plain_number
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Iterator
+
+    from pydantic import BaseModel
 
     from pidcfg.refs import Basis
 
@@ -51,3 +53,26 @@ class Limits:
 def number_of(text: str) -> Decimal:
     """The number of a limit."""
     return Decimal(text)
+
+
+def limits_at(model: type[BaseModel], path: str) -> Limits | None:
+    """The limits of a key, by its path through sections and lists; None where it has none."""
+    key, _, rest = path.partition(".")
+    field = model.model_fields[key]
+    if not rest:
+        return next((m for m in (*field.metadata, *_inside(field.annotation)) if isinstance(m, Limits)), None)
+    return next(
+        limits_at(inner, rest) for inner in _inside(field.annotation) if rest.partition(".")[0] in _fields(inner)
+    )
+
+
+def _inside(annotation: Any) -> Iterator[Any]:
+    """An annotation, its metadata, and all that it is made of."""
+    yield annotation
+    yield from getattr(annotation, "__metadata__", ())
+    for inner in get_args(annotation):
+        yield from _inside(inner)
+
+
+def _fields(annotation: Any) -> Any:
+    return getattr(annotation, "model_fields", ())

@@ -7,12 +7,19 @@ from __future__ import annotations
 
 from typing import Protocol
 
+from pidcfg.tuning.rules import GENTLE_CLOSED, ZIEGLER_NICHOLS_OPEN
+
 OBSERVED = 16
 """Samples that tell the noise of a PV before anything is done to the output."""
 SECOND_DIFFERENCE = 1.9544
 """Mean of |y(n) - 2 y(n-1) + y(n-2)| of white noise in standard deviations: sqrt(6) sqrt(2 / pi)."""
 FIRST_TURN, LAST_TURN = 4, 8
 """Switches of a relay between which its swing is measured; the first one only takes the output over."""
+
+CURVE_PI, CURVE_PI_RESET, _ = ZIEGLER_NICHOLS_OPEN["PI"]
+CURVE_PID, CURVE_PID_RESET, CURVE_PID_RATE = ZIEGLER_NICHOLS_OPEN["PID"]
+CYCLE_PI, CYCLE_PI_RESET, _ = GENTLE_CLOSED["PI"]
+CYCLE_PID, CYCLE_PID_RESET, CYCLE_PID_RATE = GENTLE_CLOSED["PID"]
 
 Gains = tuple[float, float, float, float]
 """Gain, reset and rate in s, and the sample rate in s."""
@@ -113,12 +120,12 @@ def switched(s: Tuned, p: float, e: float, band: float) -> int:
 def curve_gains(only_pi: int, gain: float, dead: float) -> Gains:
     """Ziegler and Nichols for a reaction curve: ``gain`` is 1 / (dead time x rate) of a unit step (kernel)."""
     if only_pi:
-        return 0.9 * gain, 3.33 * dead, 0.0, 0.12 * dead
-    return 1.2 * gain, 2.0 * dead, 0.5 * dead, 0.056 * dead
+        return CURVE_PI * gain, CURVE_PI_RESET * dead, 0.0, 0.12 * dead
+    return CURVE_PID * gain, CURVE_PID_RESET * dead, CURVE_PID_RATE * dead, 0.056 * dead
 
 
 def cycle_gains(only_pi: int, gain: float, period: float) -> Gains:
     """The gains for a relay's cycle, of the ultimate gain and its period (kernel)."""
     if only_pi:
-        return 0.30 * gain, 1.00 * period, 0.0, 0.03 * period
-    return 0.45 * gain, 0.60 * period, 0.10 * period, 0.014 * period
+        return CYCLE_PI * gain, CYCLE_PI_RESET * period, 0.0, 0.03 * period
+    return CYCLE_PID * gain, CYCLE_PID_RESET * period, CYCLE_PID_RATE * period, 0.014 * period

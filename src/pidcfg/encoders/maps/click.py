@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 
 from pidcfg.encoders.regmap import RegisterMap, Word
 from pidcfg.encoders.spaces import BIT, INT16, SINGLE, Bank, Space
+from pidcfg.encoders.tuned import TunedWords
 from pidcfg.encoders.words import FLAG, Choice, Implied, Single
 from pidcfg.refs import CLICK, CLICK_HELP, Decision
 from pidcfg.schemas import click as limits
@@ -159,6 +160,9 @@ SUFFIXES = {
 }
 # fmt: on
 
+TUNED = TunedWords(DF_BLOCK, "proportional_gain", "reset_time", "derivative_gain", "percent", Decimal(6000), "direct",
+                   "reverse")  # fmt: skip
+"""A reset time cannot be switched off; the longest one is as good."""
 TABLES = (C_BLOCK, DS_BLOCK, DF_BLOCK)
 """The three blocks of a loop, in the order of their banks."""
 BLOCKS = {"bits": ("C", C_BLOCK), "integers": ("DS", DS_BLOCK), "floats": ("DF", DF_BLOCK)}

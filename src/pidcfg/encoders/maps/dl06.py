@@ -8,11 +8,13 @@ controller. ``read`` is the manual's column "Read on the Fly": ``*`` alarm words
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from decimal import Decimal
 
 from pidcfg.encoders.dl06.codecs import Source, SpanBcd
 from pidcfg.encoders.regmap import Bits, RegisterMap, Word
 from pidcfg.encoders.scales import Distance, Format, Position
 from pidcfg.encoders.spaces import WORD, Bank, Space
+from pidcfg.encoders.tuned import TunedWords
 from pidcfg.encoders.words import Bcd, Binary, SignMagnitude
 from pidcfg.refs import DL06, Decision
 from pidcfg.schemas.octal import HIGHEST
@@ -215,6 +217,9 @@ LOOP_TABLES = {
     for decimals, codec in RESET.items()
 }
 """The loop table by the number of decimals that the reset word is read with (decision D01)."""
+
+
+TUNED = TunedWords(LOOP_TABLE, "gain", "reset", "rate", "span", Decimal(0), "direct", "reverse")
 
 
 @dataclass(frozen=True, slots=True)

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from decimal import Decimal
 from functools import cache
 
 from pidcfg.encoders.regmap import RegisterMap, Word
 from pidcfg.encoders.scales import Distance, Format, Position, Scale
 from pidcfg.encoders.spaces import BIT, WORD, Bank, Space
+from pidcfg.encoders.tuned import TunedWords
 from pidcfg.encoders.words import FLAG, WORD_MAX, Choice, EncodeError, Implied
 from pidcfg.refs import EZLOGIX, Decision
 from pidcfg.schemas.ezlogix import AUTOTUNE, CONTROL_OUTPUT, CV_FULL, DISCRETES, LIMITS, PARAMETERS, REGISTERS
@@ -88,6 +90,8 @@ PULSE_REGISTERS = frozenset({"cycle_time", "min_on", "min_off"})
 """Variables that get a tag only where the control output is enabled."""
 # fmt: on
 
+TUNED = TunedWords(R_BLOCK, "proportional_gain", "integral_time", "derivative_time", "span", Decimal(0), "reverse",
+                   "direct")  # fmt: skip
 TABLES = (R_BLOCK, S_BLOCK)
 """The two blocks of a loop, in the order of their banks."""
 BLOCKS = {"registers": ("R", R_BLOCK), "discretes": ("S", S_BLOCK)}

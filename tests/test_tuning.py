@@ -1,0 +1,250 @@
+"""Tuning rules against the manual's worked examples and the textbooks, identification against exact responses."""
+
+from __future__ import annotations
+
+import json
+import math
+import random
+import subprocess
+import sys
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from pidcfg.tuning.fit import fit
+from pidcfg.tuning.identify import Record, RecordError, identify
+from pidcfg.tuning.rules import METHODS, Cycle, Gains, Process
+from pidcfg.vendors import VENDORS
+
+EXAMPLE = Process(gain=2, time_constant=10, dead_time=1, sample_time=0.1, closed_loop=4)
+"""The process of NextoPID's chapter on tuning."""
+
+
+def tune(name, form, process=EXAMPLE, cycle=None):
+    """Gain, integral and derivative time."""
+    gains = METHODS[name].gains(form, process, cycle or Cycle(10, 4))
+    return gains.gain, gains.integral_time, gains.derivative_time
+
+
+def test_the_manual_s_synthesis():
+    """Gs 2, Tc 10, Tde 1, Tcl 4, sample time 0.1: Kp 0.99, Ti 10, Td 0.525."""
+    assert tune("synthesis", "PID") == pytest.approx((0.990099, 10, 0.525), abs=1e-6)
+    assert tune("synthesis", "PI")[2] == 0
+
+
+def test_the_manual_s_least_error_for_set_point_changes():
+    """Kp 3.85, Ti 13.77, Td 0.44; the coefficient that is printed, 1.435, would give 5.09."""
+    assert tuple(round(x, 2) for x in tune("iae-setpoint", "PID")) == (3.85, 13.77, 0.44)
+
+
+PU = 1.05 / 10
+
+
+@pytest.mark.parametrize(
+    ("name", "form", "wanted"),
+    [
+        ("iae-disturbance", "P", (0.902 / 2 * PU**-0.985, math.inf, 0)),
+        ("iae-disturbance", "PI", (0.984 / 2 * PU**-0.985, 10 / 0.608 * PU**0.707, 0)),
+        ("iae-disturbance", "PID", (1.435 / 2 * PU**-0.921, 10 / 0.878 * PU**0.749, 4.82 * PU**1.137)),
+        ("iae-setpoint", "PI", (0.758 / 2 * PU**-0.861, 10 / (1.02 - 0.323 * PU), 0)),
+        ("zn-open", "P", (5, math.inf, 0)),
+        ("zn-open", "PI", (4.5, 3.33, 0)),
+        ("zn-open", "PID", (6, 2, 0.5)),
+        ("zn-closed", "P", (5, math.inf, 0)),
+        ("zn-closed", "PI", (4.5, 4 / 1.2, 0)),
+        ("zn-closed", "PID", (6, 2, 0.5)),
+        ("tyreus-luyben", "PI", (10 / 3.2, 8.8, 0)),
+        ("tyreus-luyben", "PID", (10 / 2.2, 8.8, 4 / 6.3)),
+        ("nextopid-autotune", "PID", (10 / 3.2, 8.8, 4 / 6.3)),
+        ("dl06-autotune", "PI", (3, 4, 0)),
+        ("dl06-autotune", "PID", (4.5, 2.4, 0.4)),
+    ],
+)
+def test_tables_and_textbooks(name, form, wanted):
+    assert tune(name, form) == pytest.approx(wanted)
+
+
+def test_a_rule_that_ends_says_where():
+    slow = Process(gain=1, time_constant=1, dead_time=5)
+    with pytest.raises(ValueError, match=r"above 3\.16"):
+        METHODS["iae-setpoint"].gains("PI", slow, Cycle(0, 0))
+
+
+def test_independent_gains():
+    gains = Gains(4, 8, 0.5)
+    assert (gains.ki, gains.kd) == (0.5, 2)
+    assert Gains(4, math.inf, 0).ki == 0
+
+
+@pytest.mark.parametrize(("vendor", "stored"), [("dl06", [1.92, 13.8, 0.44]), ("ezlogix", [1.92, 13.8, 0.4])])
+def test_numbers_as_registers_hold_them(vendor, stored):
+    """A PV of 0 to 50: gains in shares of the span are half of those in engineering units, 3.85."""
+    gains = METHODS["iae-setpoint"].gains("PID", EXAMPLE, Cycle(0, 0))
+    found = fit(gains, VENDORS[vendor], 50, 100)
+    assert [float(f.stored) for f in found] == stored
+    for value in found:
+        assert value.error_percent == pytest.approx(float((value.stored / value.wanted - 1) * 100))
+
+
+def test_floats_hold_all_but_the_last_digits():
+    gains = METHODS["iae-setpoint"].gains("PID", EXAMPLE, Cycle(0, 0))
+    stored = [float(f.stored) for f in fit(gains, VENDORS["click"], 50, 100)]
+    assert stored == pytest.approx([gains.gain, gains.integral_time, gains.derivative_time], rel=6e-8)
+
+
+def test_numbers_that_registers_cannot_hold_say_so():
+    found = fit(Gains(0.004, 7000, 0.03), VENDORS["dl06"], 100, 100)
+    assert [f.stored is None for f in found] == [True, True, False]
+    assert "switches it off" in found[0].problem
+    assert [f.problem for f in fit(Gains(0.001, 7000, 0), VENDORS["click"], 1, 100)] == [
+        "0.001 is outside 0.01 to 10000", "7000 is outside 0.01 to 6000", None,
+    ]  # fmt: skip
+
+
+def test_no_integral_term_in_each_vendor_s_way():
+    words = {v: [float(f.stored) for f in fit(Gains(1, math.inf, 0), VENDORS[v], 100, 100)] for v in VENDORS}
+    assert {v: found[1] for v, found in words.items()} == {"dl06": 0, "click": 6000, "ezlogix": 0}
+
+
+# --- identification --------------------------------------------------------------------------------------------------
+
+
+def record(process: Process, *, noise=0.0, samples=600, seed=1, before=0.1):
+    """A step of 10 from 20, on a PV at 50."""
+    rng = random.Random(seed)
+    dt = (process.dead_time + 6 * process.time_constant) / (samples * (1 - before))
+    time = [i * dt for i in range(samples)]
+    at = time[int(samples * before)]
+    output = [20.0 if t < at else 30.0 for t in time]
+    pv = [50 + 10 * process.gain * answer(t - at, process) + rng.gauss(0, noise) for t in time]
+    return Record(time, output, pv)
+
+
+def answer(past: float, process: Process) -> float:
+    """The share of the final rise."""
+    past -= process.dead_time
+    return 1 - math.exp(-past / process.time_constant) if past > 0 else 0.0
+
+
+@settings(max_examples=25, deadline=None)
+@given(
+    gain=st.floats(0.1, 20).flatmap(lambda g: st.sampled_from([g, -g])),
+    constant=st.floats(0.1, 1000),
+    share=st.floats(0.02, 2),
+)
+def test_a_process_comes_back_from_its_exact_response(gain, constant, share):
+    process = Process(gain, constant, constant * share)
+    found = identify(record(process)).process
+    assert found.gain == pytest.approx(gain, rel=0.02)
+    assert found.time_constant == pytest.approx(constant, rel=0.04)
+    assert found.dead_time == pytest.approx(process.dead_time, abs=0.04 * constant)
+
+
+def test_noise_is_measured_and_does_not_move_the_result_much():
+    found = identify(record(Process(2, 10, 1), noise=0.2, samples=3000))
+    assert found.noise == pytest.approx(0.2, rel=0.2)
+    assert (found.process.gain, found.process.time_constant) == pytest.approx((2, 10), rel=0.03)
+    assert found.process.dead_time == pytest.approx(1, abs=0.2)
+
+
+GOOD = Process(2, 10, 1)
+SHORT = record(GOOD)
+BAD = {
+    "the output never changes": Record(SHORT.time, [5.0] * 600, SHORT.pv),
+    "the output is no single step": Record(SHORT.time, [20.0 + 10 * (i > 60) - 8 * (i > 200) for i in range(600)],
+                                           SHORT.pv),
+    "samples before and": Record(SHORT.time[59:], SHORT.output[59:], SHORT.pv[59:]),
+    "has not settled": Record(SHORT.time[:130], SHORT.output[:130], SHORT.pv[:130]),
+    "the PV answers by": record(Process(0.01, 10, 1), noise=1.0),
+    "was not at rest before": Record(SHORT.time, SHORT.output, [y + 3 * (i < 30) for i, y in enumerate(SHORT.pv)]),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("message", BAD)
+def test_records_that_tell_no_process_are_refused(message):
+    with pytest.raises(RecordError, match=message) as error:
+        identify(BAD[message])
+    assert error.value.cure
+
+
+# --- the command -----------------------------------------------------------------------------------------------------
+
+
+PROCESS = ["--gain", "2", "--time-constant", "10", "--dead-time", "1"]
+
+
+def run(*args, cwd=None):
+    """The command in a process of its own."""
+    return subprocess.run([sys.executable, "-m", "pidcfg", "tune", *args], cwd=cwd, capture_output=True, check=False)
+
+
+def test_the_command_s_json_has_the_interface_s_keys():
+    result = run("--method", "iae-setpoint", *PROCESS, "--sample-time", "0.1", "--for", "click", "--format", "json")
+    found = json.loads(result.stdout)
+    assert found["version"] == 1
+    assert (found["method"], found["form"]) == ("iae-setpoint", "PID")
+    assert found["gain"] == pytest.approx(3.849342)
+    assert found["for"]["action"] == "direct"
+    assert found["for"]["values"][0]["key"] == "tuning.proportional_gain"
+
+
+def test_a_cooling_process_gets_the_vendor_s_word_for_it():
+    for vendor, word in (("dl06", "reverse"), ("click", "reverse"), ("ezlogix", "direct")):
+        cooling = ["--gain", "-2", *PROCESS[2:], "--pv-range", "0", "100"]
+        result = run("--method", "zn-open", *cooling, "--for", vendor, "--format", "json")
+        assert json.loads(result.stdout)["for"]["action"] == word
+        assert json.loads(result.stdout)["gain"] == pytest.approx(6)
+
+
+CSV = "time,output,pv\n" + "\n".join(
+    f"{t:.3f},{u},{y:.5f}" for t, u, y in zip(SHORT.time, SHORT.output, SHORT.pv, strict=True)
+)
+
+
+def test_a_recorded_step_is_identified_and_drawn(tmp_path):
+    (tmp_path / "step.csv").write_text(CSV, "utf-8")
+    result = run("--method", "zn-open", "--from-csv", "step.csv", cwd=tmp_path)
+    text = result.stdout.decode()
+    assert result.returncode == 0
+    assert text.startswith("identified: gain 2")
+    assert text.count("\n           |") >= 12
+    assert "@ both" in text
+
+
+@pytest.mark.parametrize(
+    ("args", "message"),
+    [
+        (["--method", "zn-open", "--gain", "2"], "zn-open needs --time-constant"),
+        (["--method", "zn-closed", "--ultimate-gain", "2"], "zn-closed needs --ultimate-period"),
+        (["--method", "synthesis", "--form", "P"], "synthesis has no rule for P; it has PI and PID"),
+        (["--method", "zn-open", "--gain", "0"], "other than 0"),
+        (["--method", "zn-open", "--dead-time", "-1"], "above 0"),
+        (["--method", "zn-open", "--gain", "nan"], "nan"),
+        (
+            ["--method", "zn-closed", "--ultimate-gain", "2", "--ultimate-period", "3", "--for", "dl06"],
+            "add --pv-range",
+        ),
+        (
+            ["--method", "zn-closed", "--ultimate-gain", "2", "--ultimate-period", "3", "--pv-range", "5", "5"],
+            "--pv-range does not ascend",
+        ),
+        (["--method", "zn-open", "--from-csv", "none.csv"], "none.csv"),
+        (["--method", "zn-open", "--from-csv", "bad.csv"], "bad.csv:2: '1,x,3' is not time, output and PV"),
+        (["--method", "zn-open", "--from-csv", "back.csv"], "back.csv:3: the time does not go on (1 after 2 s)"),
+        (["--method", "zn-open", "--from-csv", "flat.csv"], "flat.csv: the output never changes"),
+        (["--method", "zn-open", "--from-csv", "empty.csv"], "holds no samples"),
+        (["--method", "zn-open", "--from-csv", "bytes.csv"], "is not UTF-8"),
+        (["--method", "zn-open", "--from-csv", "good.csv", "--gain", "2"], "do not go together"),
+    ],
+)
+def test_what_makes_no_sense_is_refused_in_one_line(tmp_path, args, message):
+    files = {"bad.csv": "0,1,2\n1,x,3\n", "back.csv": "t,u,y\n2,1,1\n1,1,1\n", "flat.csv": "0,1,2\n1,1,2\n2,1,2\n",
+             "empty.csv": "time,out,pv\n", "good.csv": CSV}  # fmt: skip
+    for name, text in files.items():
+        (tmp_path / name).write_text(text, "utf-8")
+    (tmp_path / "bytes.csv").write_bytes(b"\x00\xff\xfe1,2,3")
+    result = run(*args, cwd=tmp_path)
+    assert result.returncode == 2
+    assert message in result.stderr.decode()
+    assert b"Traceback" not in result.stderr
