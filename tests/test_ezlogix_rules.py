@@ -137,6 +137,7 @@ STEPS = [
     ("PID473", ("output.pulse",), times(10), times(9.9)),
     ("PID480", ("autotune.timeout", {"tuning.integral_time": 1}), 40, 0),
     ("PID481", ("autotune.timeout",), 60, 59),
+    ("PID481", ("autotune.timeout",), 39, 40),
     ("PID482", ("autotune.timeout",), 40, 39),
     ("PID484", ("output.limits",), [1000, 1410], [1000, 1409]),
 ]
