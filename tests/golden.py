@@ -19,11 +19,11 @@ IMAGES = {
     "dl06/oven": {"text": "txt", "ihex": "hex"},
     "dl06/flow": {"text": "txt", "ihex": "hex"},
     "dl06/extruder": {"text": "txt", "ihex": "hex"},
-    "click/tank": LISTINGS,
-    "click/brewery": {"text": "txt"},
+    "click/tank": {**LISTINGS, "nickname-csv": "nicknames.csv", "cdv": "cdv"},
+    "click/brewery": {"text": "txt", "cdv": "cdv"},
     "click/booster": {"text": "txt"},
-    "ezlogix/oven": {"text": "txt", "csv": "csv", "json": "json"},
-    "ezlogix/coldstore": {"text": "txt"},
+    "ezlogix/oven": {"text": "txt", "csv": "csv", "json": "json", "tags": "tags.csv"},
+    "ezlogix/coldstore": {"text": "txt", "tags": "tags.csv"},
     "ezlogix/dosing": {"text": "txt"},
 }
 """Each example by its path below ``examples``, and the ends of the files for each format."""
@@ -49,16 +49,16 @@ def pidcfg(example: str, *args: str) -> str:
     return result.stdout.decode("utf-8")
 
 
-def images(example: str) -> dict[str, str]:
-    """The listings of one example by file name."""
-    name = Path(example).name
-    return {
-        f"{name}.{end}": pidcfg(example, "encode", f"{name}.yaml", "--format", kind)
-        for kind, end in IMAGES[example].items()
-    }
+def images(example: str) -> dict[str, bytes]:
+    """The listings of one example by file name; a format may write several files."""
+    name, _found = Path(example).name, {}
+    with tempfile.TemporaryDirectory() as folder:
+        for kind, end in IMAGES[example].items():
+            pidcfg(example, "encode", f"{name}.yaml", "--format", kind, "-o", str(Path(folder) / f"{name}.{end}"))
+        return {path.name: path.read_bytes() for path in sorted(Path(folder).iterdir())}
 
 
-def run(example: str) -> dict[str, str]:
+def run(example: str) -> dict[str, bytes]:
     """The trend and the JSON report of one example's scenario by file name."""
     name, every = Path(example).name, str(TREND_EVERY[example])
     with tempfile.TemporaryDirectory() as folder:
@@ -66,15 +66,15 @@ def run(example: str) -> dict[str, str]:
         report = pidcfg(example, "simulate", f"{name}.scenario.yaml", "--csv", str(trend), "--every", every,
                         "--engine", "python", "--format", "json")  # fmt: skip
         json.loads(report)
-        return {f"{name}.trend.csv": trend.read_text("utf-8"), f"{name}.report.json": report}
+        return {f"{name}.trend.csv": trend.read_bytes(), f"{name}.report.json": report.encode()}
 
 
 def main() -> None:
     """Writes every golden file."""
     for example in IMAGES:
-        for file, text in (images(example) | run(example)).items():
+        for file, data in (images(example) | run(example)).items():
             golden(example, file).parent.mkdir(exist_ok=True)
-            golden(example, file).write_text(text, "utf-8", newline="\n")
+            golden(example, file).write_bytes(data)
 
 
 if __name__ == "__main__":

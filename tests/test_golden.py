@@ -9,24 +9,34 @@ import pytest
 import golden
 
 
+def stem(example: str) -> str:
+    """How the names of an example's files begin."""
+    return Path(example).name
+
+
+def belongs(file: str, example: str) -> bool:
+    """Whether a golden file is a listing of an example."""
+    return file.startswith(stem(example)) and not file.endswith((".trend.csv", ".report.json"))
+
+
 @pytest.mark.parametrize("example", golden.IMAGES)
 def test_images(example):
-    for file, text in golden.images(example).items():
-        assert text == golden.golden(example, file).read_text("utf-8"), file
+    found = golden.images(example)
+    assert {path.name for path in golden.golden(example, "").iterdir() if belongs(path.name, example)} == set(found)
+    for file, data in found.items():
+        assert data == golden.golden(example, file).read_bytes(), file
 
 
 @pytest.mark.parametrize("example", golden.IMAGES)
 def test_trends_and_reports(example):
-    for file, text in golden.run(example).items():
-        assert text == golden.golden(example, file).read_text("utf-8"), file
+    for file, data in golden.run(example).items():
+        assert data == golden.golden(example, file).read_bytes(), file
 
 
 def test_no_golden_file_is_left_over():
-    expected = set()
-    for example, kinds in golden.IMAGES.items():
-        ends = ("trend.csv", "report.json", *kinds.values())
-        expected |= {golden.golden(example, f"{Path(example).name}.{end}") for end in ends}
-    assert set(golden.EXAMPLES.glob("*/golden/*")) == expected
+    for path in golden.EXAMPLES.glob("*/golden/*"):
+        owners = [e for e in golden.IMAGES if golden.golden(e, "") == path.parent and path.name.startswith(stem(e))]
+        assert len(owners) == 1, path
 
 
 def test_every_example_has_a_scenario_and_goldens():
