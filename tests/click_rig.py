@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import math
 import random
-from collections import deque
 
 from pidcfg.encoders.click.encode import encode
 from pidcfg.encoders.image import Cell, Image
@@ -13,6 +11,7 @@ from pidcfg.schemas.click import ClickFile
 from pidcfg.sim.controllers.click.scan import Options, load, scan
 from pidcfg.sim.controllers.click.words import bits_of
 from pidcfg.sim.plc import TICKS
+from rig_plants import Fixed
 
 PLAIN = {
     "sample_rate": "100 ms", "action": "direct", "bumpless": 2, "pv": {"range": [0, 100]},
@@ -59,33 +58,6 @@ def poked(image, loop=0, **registers):
         assert prefix in SPACE.name(start)
     cells = tuple(Cell(SPACE.name(n), n, raw, "") for n, raw in sorted(words.items()))
     return Image("click", cells, image.settings, image.plc)
-
-
-class Fixed:
-    """A measurement that the test writes itself."""
-
-    def __init__(self, value=0.0):
-        self.value = value
-
-    def step(self, _output, _dt):
-        return self.value
-
-
-class FirstOrder:
-    """T dPV/dt = gain u + offset - PV behind a dead time, exact at the base step."""
-
-    def __init__(self, gain=1.0, time_constant=10.0, dead_time=0.0, initial=0.0, offset=0.0):
-        self.gain, self.time_constant, self.dead_time, self.offset = gain, time_constant, dead_time, offset
-        self.value = initial
-        self.line = None
-
-    def step(self, output, dt):
-        if self.line is None:
-            self.line = deque([(self.value - self.offset) / self.gain] * round(self.dead_time / dt))
-        self.line.append(output)
-        target = self.gain * self.line.popleft() + self.offset
-        self.value += (target - self.value) * -math.expm1(-dt / self.time_constant)
-        return self.value
 
 
 class Rig:

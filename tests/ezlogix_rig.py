@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import math
 import random
-from collections import deque
 from dataclasses import fields
 
 from pidcfg.encoders.ezlogix.encode import encode
@@ -16,6 +14,7 @@ from pidcfg.sim.controllers.ezlogix.report import MODES, SIGNALS, describe
 from pidcfg.sim.controllers.ezlogix.scan import Config, State, load, scan
 from pidcfg.sim.plc import TICKS
 from pidcfg.sim.reaction_curve import POINTS
+from rig_plants import Fixed
 
 COLUMNS = len(SIGNALS)
 LOOP = {
@@ -24,33 +23,6 @@ LOOP = {
 }  # fmt: skip
 SCALED = {"pv": {"tag": "IR1", "range": [0, 100]}, "output": {"tag": "OR1", "range": [0, 50]}}
 IN, PV, SP, CV, BIAS, ERROR, STATUS, O = range(COLUMNS)  # noqa: E741 - the signal's name
-
-
-class Fixed:
-    """A measurement that the test writes itself."""
-
-    def __init__(self, value=0.0):
-        self.value = value
-
-    def step(self, _output, _dt):
-        return self.value
-
-
-class FirstOrder:
-    """T dPV/dt = gain u + offset - PV behind a dead time, exact at the base step; in counts."""
-
-    def __init__(self, gain=1.0, time_constant=10.0, dead_time=0.0, initial=0.0, offset=0.0):
-        self.gain, self.time_constant, self.dead_time, self.offset = gain, time_constant, dead_time, offset
-        self.value = initial
-        self.line = None
-
-    def step(self, output, dt):
-        if self.line is None:
-            rest = (self.value - self.offset) / self.gain
-            self.line = deque([rest] * round(self.dead_time / dt))
-        self.line.append(output)
-        target = self.gain * self.line.popleft() + self.offset
-        self.value += (target - self.value) * -math.expm1(-dt / self.time_constant)
 
 
 class Rig:

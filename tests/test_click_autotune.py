@@ -6,9 +6,10 @@ import math
 
 import pytest
 
-from click_rig import FirstOrder, Fixed, Rig, image_of, poked
+from click_rig import Rig, image_of, poked
 from pidcfg.sim.controllers.click import state as bits
 from pidcfg.sim.controllers.click.words import number_of
+from rig_plants import FirstOrder, Fixed
 
 
 def settled(action="direct", gain=1.0, time_constant=20.0, dead_time=2.0, sample_rate="500 ms", *, out=40.0, pv=50.0,

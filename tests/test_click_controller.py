@@ -10,8 +10,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from click_rig import FirstOrder, Fixed, Rig
+from click_rig import Rig
 from pidcfg.sim.terms import single
+from rig_plants import FirstOrder, Fixed
 
 F = np.float32
 

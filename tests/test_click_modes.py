@@ -8,12 +8,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from click_rig import Fixed, Rig, image_of, poked
+from click_rig import Rig, image_of, poked
 from pidcfg.encoders.image import Image
 from pidcfg.encoders.maps.click import ERRORS
 from pidcfg.sim.controllers.click.report import ALARM_BITS, FLAG_BITS, describe, requested
 from pidcfg.sim.controllers.click.state import ALARMS
 from pidcfg.sim.notices import noticed
+from rig_plants import Fixed
 
 
 def at(measured=50.0, **loop):

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 from pydantic_core import PydanticCustomError
 
-from click_rig import FirstOrder, Fixed, Rig, image_of, poked
+from click_rig import Rig, image_of, poked
 from pidcfg.encoders.click.encode import encode
 from pidcfg.encoders.image import Cell, Image
 from pidcfg.encoders.maps.click import BLOCKS, SPACE
@@ -25,6 +25,7 @@ from pidcfg.sim.controllers.click.words import bits_of, float_of
 from pidcfg.sim.prepare import prepare
 from pidcfg.sim.run import Settings, simulate
 from pidcfg.source import read_document
+from rig_plants import FirstOrder, Fixed
 
 CONTRACT = """
 pidcfg: 1

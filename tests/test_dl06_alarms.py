@@ -6,9 +6,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from dl06_rig import Fixed, Rig
+from dl06_rig import Rig
 from pidcfg.sim.controllers.dl06.report import ALARM_BITS
 from pidcfg.sim.controllers.dl06.state import ALARMS, PV_ALARMS
+from rig_plants import Fixed
 
 
 def names(status):

@@ -16,9 +16,10 @@ from itertools import pairwise
 
 import pytest
 
-from dl06_rig import FirstOrder, Fixed, Rig
+from dl06_rig import Rig
 from pidcfg.sim.controllers.dl06 import state as bits
 from pidcfg.sim.controllers.dl06.state import MODES, TUNE, TUNE_ERROR, TUNING
+from rig_plants import FirstOrder, Fixed
 
 
 def until_tuned(rig, s, most=20000):

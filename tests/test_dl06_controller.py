@@ -8,18 +8,19 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from dl06_rig import FirstOrder, Fixed, Rig
+from dl06_rig import Rig
 from pidcfg.sim.controllers.dl06 import state as bits
 from pidcfg.sim.controllers.dl06.equation import calculate, coefficients, position, shaped, velocity
 from pidcfg.sim.controllers.dl06.scan import Config, State, scan
+from rig_plants import FirstOrder, Fixed
 
 TS = 0.05
 
 
 def one(**fields):
     """The equation alone: a configuration, a state and its factors."""
-    c = Config(**{k: v for k, v in fields.items() if k in Config.__slots__})
-    s = State(**{k: v for k, v in fields.items() if k in State.__slots__})
+    c = Config(**{k: v for k, v in fields.items() if k in Config.__dataclass_fields__})
+    s = State(**{k: v for k, v in fields.items() if k in State.__dataclass_fields__})
     coefficients(c, s)
     return c, s
 

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import pytest
 
-from dl06_rig import FirstOrder, Fixed, Rig
+from dl06_rig import Rig
 from pidcfg.sim.controllers.dl06 import state as bits
 from pidcfg.sim.controllers.dl06.modes import REASONS
 from pidcfg.sim.controllers.dl06.report import describe, mode_name, requested
 from pidcfg.sim.notices import NOTICES, REASON_BITS, notices
+from rig_plants import FirstOrder, Fixed
 
 
 def mode(rig, i=0):

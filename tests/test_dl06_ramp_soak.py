@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from dl06_rig import Fixed, Rig
+from dl06_rig import Rig
 from pidcfg.sim.controllers.dl06 import state as bits
 from pidcfg.sim.controllers.dl06.state import (
     RS_COMPLETE,
@@ -15,6 +15,7 @@ from pidcfg.sim.controllers.dl06.state import (
     RS_RESUME,
     RS_START,
 )
+from rig_plants import Fixed
 
 
 def oven(*pairs, sp=100.0, pv=100.0, base=1.0, **fields):

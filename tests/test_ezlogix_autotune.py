@@ -10,11 +10,12 @@ from __future__ import annotations
 
 import pytest
 
-from ezlogix_rig import SCALED, STATUS, FirstOrder, Fixed, Rig, change, play, plc
+from ezlogix_rig import SCALED, STATUS, Rig, change, play, plc
 from pidcfg.sim.controllers.ezlogix import state as bits
 from pidcfg.sim.controllers.ezlogix.autotune import compute, fits
 from pidcfg.sim.controllers.ezlogix.report import TUNE_STATUS
 from pidcfg.sim.controllers.ezlogix.state import Config, State
+from rig_plants import FirstOrder, Fixed
 
 
 def until_tuned(rig, s, most=20000):

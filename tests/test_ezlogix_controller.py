@@ -12,8 +12,9 @@ from itertools import accumulate, pairwise
 
 import pytest
 
-from ezlogix_rig import BIAS, CV, ERROR, PV, SP, FirstOrder, Fixed, Rig
+from ezlogix_rig import BIAS, CV, ERROR, PV, SP, Rig
 from pidcfg.sim.controllers.ezlogix import state as bits
+from rig_plants import FirstOrder, Fixed
 
 
 def formula(pvs, sp, out, offset=0, *, direct, velocity=False, gain, ts, ti=0, td=0):

@@ -7,9 +7,10 @@ from decimal import Decimal
 
 import pytest
 
-from ezlogix_rig import CV, PV, SCALED, SP, Fixed, O, Rig, change, image, play, plc
+from ezlogix_rig import CV, PV, SCALED, SP, O, Rig, change, image, play, plc
 from pidcfg.schemas.base import Quantity
 from pidcfg.sim.controllers.ezlogix.scan import load
+from rig_plants import Fixed
 
 PI = {"proportional_gain": 2, "integral_time": 10}
 PULSE = {"tag": "O1", "cycle_time": 1.0}

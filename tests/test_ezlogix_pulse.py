@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import pytest
 
-from ezlogix_rig import Fixed, O, Rig, plc
+from ezlogix_rig import O, Rig, plc
 from pidcfg.sim.plc import TICKS
+from rig_plants import Fixed
 
 
 def pulses(outs, base, cycle, **given):

@@ -179,6 +179,25 @@ class LoopBlock:
                 yield f"{self.loop}: {self.space.name(address)} = {value} ({row.title}) is not carried over"
 
 
+def read_loops(
+    model: type[S],
+    settings: Sequence[Mapping[str, Any]],
+    words: Mapping[int, int],
+    space: Space,
+    blocks: Mapping[str, tuple[str, RegisterMap]],
+) -> Iterator[tuple[Any, list[LoopBlock]]]:
+    """The settings of each loop as ``model`` says, and its blocks, whose addresses stand among them."""
+    for i, entry in enumerate(settings):
+        own: Any = read_settings(model, entry, f"settings[{i}]")
+        yield (
+            own,
+            [
+                loop_block(words, space, space.number(prefix, getattr(own, key)), table, own.loop)
+                for key, (prefix, table) in blocks.items()
+            ],
+        )
+
+
 def loop_block(words: Mapping[int, int], space: Space, start: int, table: RegisterMap, loop: str) -> LoopBlock:
     """A loop's block at ``start``; settings must be there, what the controller writes may be missing."""
     missing = next((w for w in table.words if w.access == "setting" and start + w.offset not in words), None)

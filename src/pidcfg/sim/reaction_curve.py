@@ -10,7 +10,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from pidcfg.sim.tuning_rules import Heard
+    from pidcfg.sim.records import Heard
 
 POINTS = 512
 """Floats of a curve in `aux`."""

@@ -42,3 +42,12 @@ def single(x: float) -> float:
     """
     SINGLE[0] = x
     return SINGLE[0]
+
+
+def latched(status: int, bit: int, excess: float, hysteresis: float) -> int:
+    """The status with one alarm bit renewed; ``excess`` is how far the PV is beyond the limit (D46, D122)."""
+    if excess > 0.0:
+        return status | bit
+    if excess <= -hysteresis:
+        return status & ~bit
+    return status

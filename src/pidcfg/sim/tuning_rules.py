@@ -5,7 +5,7 @@ Kernels on the ``tune_`` fields of a loop's state; what is done to the output is
 
 from __future__ import annotations
 
-from typing import Protocol
+from typing import TYPE_CHECKING
 
 from pidcfg.tuning.rules import GENTLE_CLOSED, ZIEGLER_NICHOLS_OPEN
 
@@ -16,6 +16,9 @@ SECOND_DIFFERENCE = 1.9544
 FIRST_TURN, LAST_TURN = 4, 8
 """Switches of a relay between which its swing is measured; the first one only takes the output over."""
 
+if TYPE_CHECKING:
+    from pidcfg.sim.records import Heard, Tuned
+
 CURVE_PI, CURVE_PI_RESET, _ = ZIEGLER_NICHOLS_OPEN["PI"]
 CURVE_PID, CURVE_PID_RESET, CURVE_PID_RATE = ZIEGLER_NICHOLS_OPEN["PID"]
 CYCLE_PI, CYCLE_PI_RESET, _ = GENTLE_CLOSED["PI"]
@@ -23,39 +26,6 @@ CYCLE_PID, CYCLE_PID_RESET, CYCLE_PID_RATE = GENTLE_CLOSED["PID"]
 
 Gains = tuple[float, float, float, float]
 """Gain, reset and rate in s, and the sample rate in s."""
-
-
-class Heard(Protocol):
-    """The fields of a loop's state that a look at the noise and a reaction curve work with."""
-
-    tune_count: int
-    """Samples in this phase."""
-    tune_points: int
-    """Points of the reaction curve; under a relay the sample of the last switch."""
-    tune_stride: int
-    """Samples a point."""
-    tune_sum: float
-    tune_noise: float
-    """Estimated standard deviation of the PV."""
-    tune_base: float
-    """PV at rest."""
-    tune_a: float
-    tune_b: float
-
-
-class Tuned(Heard, Protocol):
-    """These, and what a relay works with."""
-
-    tune_low: float
-    tune_high: float
-    tune_side: int
-    """Sign of the error."""
-    tune_turns: int
-    """Times the relay has switched."""
-    tune_start: int
-    """Sample of the first switch that counts."""
-    tune_swing: float
-    """Sum of the PV's peak-to-peak amplitudes."""
 
 
 def begin_listening(s: Heard) -> None:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from pidcfg.encoders.image import Decoded
 from pidcfg.encoders.maps.click import BLOCKS, SPACE, UNUSED
-from pidcfg.encoders.plain import Data, Said, completed, loop_block, present, quantity, read_settings
+from pidcfg.encoders.plain import Data, Said, completed, present, quantity, read_loops, read_settings
 from pidcfg.encoders.words import DecodeError
 from pidcfg.schemas.base import decimal_text, plain_number
 from pidcfg.schemas.click import Autotune, Loop, LoopSettings, PlcSettings, State
@@ -45,12 +45,7 @@ def decode(
     beside = completed(settings, options or {}, SAID)
     plc_settings = read_settings(PlcSettings, plc or {}, "plc")
     loops, notes = [], []
-    for i, entry in enumerate(beside):
-        own = read_settings(LoopSettings, entry, f"settings[{i}]")
-        blocks = [
-            loop_block(words, SPACE, SPACE.number(prefix, getattr(own, key)), table, own.loop)
-            for key, (prefix, table) in BLOCKS.items()
-        ]
+    for own, blocks in read_loops(LoopSettings, beside, words, SPACE, BLOCKS):
         loops.append(_loop(own, blocks))
         notes += [note for block in blocks for note in block.left_out()]
     data: Data = {"pidcfg": 1, "vendor": "click"}

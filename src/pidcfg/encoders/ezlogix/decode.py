@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from pidcfg.encoders.ezlogix.encode import ends, scales_of
 from pidcfg.encoders.image import Decoded
 from pidcfg.encoders.maps.ezlogix import BLOCKS, SPACE
-from pidcfg.encoders.plain import Data, Said, completed, loop_block, present, quantity, read_settings
+from pidcfg.encoders.plain import Data, Said, completed, present, quantity, read_loops, read_settings
 from pidcfg.encoders.words import DecodeError
 from pidcfg.schemas.base import plain_number
 from pidcfg.schemas.ezlogix import Autotune, LoopSettings, PlcSettings
@@ -49,13 +49,8 @@ def decode(
     beside = completed(settings, options or {}, SAID)
     plc_settings = read_settings(PlcSettings, plc or {}, "plc")
     loops, notes = [], []
-    for i, entry in enumerate(beside):
-        own = read_settings(LoopSettings, entry, f"settings[{i}]")
-        blocks = [
-            loop_block(words, SPACE, SPACE.number(prefix, getattr(own, key)), table, own.loop)
-            for key, (prefix, table) in BLOCKS.items()
-        ]
-        _know_pulses(entry, own, blocks[0])
+    for own, blocks in read_loops(LoopSettings, beside, words, SPACE, BLOCKS):
+        _know_pulses(own, blocks[0])
         loops.append(_loop(own, blocks))
         notes += [note for block in blocks for note in block.left_out()]
     data: Data = {"pidcfg": 1, "vendor": "ezlogix"}
@@ -67,9 +62,9 @@ def decode(
     return Decoded({**data, **({"plc": own_plc} if own_plc else {}), "loops": loops}, tuple(notes))
 
 
-def _know_pulses(entry: Mapping[str, Any], own: LoopSettings, registers: LoopBlock) -> None:
+def _know_pulses(own: LoopSettings, registers: LoopBlock) -> None:
     """A cycle time without a word on the control output could be either."""
-    if registers.word("cycle_time") and "pulse" not in (entry.get("output") or {}):
+    if registers.word("cycle_time") and "pulse" not in own.output.model_fields_set:
         raise DecodeError(
             f"{own.loop}: {registers.address('cycle_time')} holds a cycle time, but the listing does not say whether "
             "the control output is enabled; give --output-tag (none: it is not)",

@@ -21,16 +21,7 @@ from pidcfg.sim.controllers.click.state import (
     Config,
     State,
 )
-from pidcfg.sim.terms import single
-
-
-def latched(status: int, bit: int, excess: float, hysteresis: float) -> int:
-    """The status with one alarm bit renewed; ``excess`` is how far the PV is beyond the limit."""
-    if excess > 0.0:
-        return status | bit
-    if excess <= -hysteresis:
-        return status & ~bit
-    return status
+from pidcfg.sim.terms import latched, single
 
 
 def absolute(c: Config, status: int, pv: float) -> int:

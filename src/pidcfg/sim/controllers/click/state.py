@@ -8,6 +8,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from pidcfg.sim.records import Asked
+
 NEVER = 1 << 60
 """A time that does not come."""
 UNBOUNDED = 1e39
@@ -102,43 +104,22 @@ class Config:
 
 
 @dataclass(slots=True)
-class State:
+class State(Asked):
     """One loop's registers and memory that the controller writes."""
 
-    due: int = 0
-    """Tick of the next calculation."""
-    period: int = 100_000
-    """Sample rate in ticks, within what the PLC allows."""
     sample_ms: int = 100
     """DSn+05."""
     busy: int = FIRST
     """What has to be attended to, as a set of bits; 0 in quiet operation."""
-    status: int = MANUAL
-    """Mode, alarms and errors."""
-    aux_status: int = 0
-    """Nothing; every vendor's loops have it."""
-    notice: int = 0
-    """What happened since the runner last looked: see `pidcfg.sim.notices`."""
     error: int = 0
     """Row of the table of PID errors that is active, the lowest, from 1; 0: none."""
     number: float = 0.0
     """Its number, DSn+00."""
     # registers
-    sp: float = 0.0
     bias: float = 0.0
-    out: float = 0.0
     raw: float = 0.0
-    pv: float = 0.0
-    gain: float = 1.0
     reset: float = 1.0
-    rate: float = 0.0
     # factors made of them
-    kp: float = 0.0
-    """Kp, negative in reverse action."""
-    ki: float = 0.0
-    """Kp Ts/Ti, likewise."""
-    kd: float = 0.0
-    """Td/Ts."""
     lag: float = 1.0
     """Of the derivative's filter, Ts / (Ts + Td / limit)."""
     # past
@@ -150,19 +131,6 @@ class State:
     """Between these no alarm can change, as long as the set point stays."""
     quiet_high: float = -UNBOUNDED
     quiet_sp: float = 0.0
-    # modes
-    request: int = 0
-    """One-shot requested mode bit."""
-    goal: int = 0
-    """The mode to be requested every sample until it is granted."""
-    goal_sp: float = 0.0
-    """Set point that is written when the goal is reached for the first time."""
-    goal_writes: int = 0
-    """Whether there is a set point to write: configured, or set by an event."""
-    requested: int = 0
-    """The mode that was requested last, for the log."""
-    refused: int = 0
-    """PID errors (as bits) that have refused the goal so far."""
     # pulse width modulation
     pulse_at: int = 0
     """Start of the present period."""
@@ -170,33 +138,3 @@ class State:
     """On-time of the present period in ticks; below 0: none has begun."""
     last_tick: int = 0
     """Tick of the base step before."""
-    # autotune
-    tune_phase: int = 0
-    tune_done: int = 0
-    tune_count: int = 0
-    """Samples in this phase."""
-    tune_points: int = 0
-    """Points in the buffer."""
-    tune_stride: int = 1
-    """Samples a point."""
-    tune_sum: float = 0.0
-    tune_noise: float = 0.0
-    """Estimated standard deviation of the PV."""
-    tune_base: float = 0.0
-    """PV at rest."""
-    tune_out: float = 0.0
-    """Output before anything was done to it."""
-    tune_step: float = 0.0
-    """Step of the output in shares of its range, with its sign."""
-    tune_a: float = 0.0
-    tune_b: float = 0.0
-    tune_low: float = 0.0
-    tune_high: float = 0.0
-    tune_side: int = 0
-    """Sign of the error."""
-    tune_turns: int = 0
-    """Times the relay has switched."""
-    tune_start: int = 0
-    """Sample of the first switch that counts."""
-    tune_swing: float = 0.0
-    """Sum of the PV's peak-to-peak amplitudes."""

@@ -1,8 +1,8 @@
 """Process alarms of a DL06 loop: four absolute, two deviation, one rate of change.
 
 An alarm comes on as soon as the PV is beyond its threshold and goes off when the PV is back through it by the
-hysteresis; the rate of change has none. Groups that are switched off have thresholds that nothing reaches, which clears
-their bits.
+hysteresis (D46); the rate of change has none. Groups that are switched off have thresholds that nothing reaches, which
+clears their bits.
 While no alarm is on, `alarms` leaves behind the band of PVs in which none can come on, so that the step looks at two
 numbers instead of six thresholds.
 """
@@ -23,15 +23,7 @@ from pidcfg.sim.controllers.dl06.state import (
     Config,
     State,
 )
-
-
-def latched(status: int, bit: int, excess: float, hysteresis: float) -> int:
-    """The status with one alarm bit renewed; ``excess`` is how far the PV is beyond the threshold (D46)."""
-    if excess > 0.0:
-        return status | bit
-    if excess <= -hysteresis:
-        return status & ~bit
-    return status
+from pidcfg.sim.terms import latched
 
 
 def absolute(c: Config, s: State, pv: float) -> None:

@@ -10,6 +10,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from pidcfg.sim.records import Asked
+
 NEVER = 1 << 60
 """A time that does not come."""
 UNBOUNDED = 1e18
@@ -159,38 +161,20 @@ class Config:
 
 
 @dataclass(slots=True)
-class State:
+class State(Asked):
     """One loop's words and memory that the controller writes."""
 
-    due: int = 0
-    """Tick of the next calculation."""
     period: int = 50_000
     busy: int = FIRST
     """What has to be attended to, as a set of bits; 0 in quiet operation."""
-    status: int = MANUAL
-    """The word +06: mode, alarms, errors, auto-tune."""
-    notice: int = 0
-    """What happened since the runner last looked: see `modes.tell`."""
-    aux_status: int = 0
-    """The word +33 without its command bits."""
     turn: int = -1
     """In loop 1: the slow loop that was served last."""
     # words +02 to +05, in counts
-    sp: float = 0.0
-    pv: float = 0.0
     bias: float = 0.0
     """With its fraction, which the word does not show."""
-    out: float = 0.0
     # gains: the words, and the factors made of them
     gain: float = 0.0
     """Kc."""
-    reset: float = 0.0
-    """Ti in seconds, 0: off."""
-    rate: float = 0.0
-    """Td in seconds."""
-    kp: float = 0.0
-    ki: float = 0.0
-    kd: float = 0.0
     lag: float = 1.0
     """Ts / (Ts + Td / limit)."""
     # past
@@ -207,18 +191,6 @@ class State:
     quiet_high: float = -UNBOUNDED
     quiet_sp: float = 0.0
     # modes
-    request: int = 0
-    """One-shot requested mode, a mode bit of +06."""
-    goal: int = 0
-    """The mode to be requested every sample until it is granted."""
-    goal_sp: float = 0.0
-    """Set point that is written when the goal is reached for the first time."""
-    goal_writes: int = 0
-    """Whether there is a set point to write: configured, or set by an event."""
-    requested: int = 0
-    """The mode that was requested last, for the log."""
-    refused: int = 0
-    """Reasons (as bits) that the goal has met so far."""
     prior: int = MANUAL
     """Mode when the CPU left Run."""
     # ramp/soak
@@ -230,33 +202,3 @@ class State:
     """Set point with its fraction."""
     rs_error: int = 0
     """The word +35."""
-    # auto-tune
-    tune_phase: int = 0
-    tune_done: int = 0
-    tune_count: int = 0
-    """Samples in this phase."""
-    tune_points: int = 0
-    """Points in the buffer."""
-    tune_stride: int = 1
-    """Samples a point."""
-    tune_sum: float = 0.0
-    tune_noise: float = 0.0
-    """Estimated standard deviation of the PV, in counts."""
-    tune_base: float = 0.0
-    """PV before the step."""
-    tune_out: float = 0.0
-    """Output before the step."""
-    tune_step: float = 0.0
-    """Step of the output in counts."""
-    tune_a: float = 0.0
-    tune_b: float = 0.0
-    tune_low: float = 0.0
-    tune_high: float = 0.0
-    tune_side: int = 0
-    """Sign of the error."""
-    tune_turns: int = 0
-    """Times the relay has switched."""
-    tune_start: int = 0
-    """Sample of the first switch that counts."""
-    tune_swing: float = 0.0
-    """Sum of the PV's peak-to-peak amplitudes."""

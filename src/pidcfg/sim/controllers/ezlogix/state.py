@@ -8,6 +8,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from pidcfg.sim.records import Heard
+
 NEVER = 1 << 60
 """A time that does not come."""
 UNBOUNDED = 1e18
@@ -106,36 +108,16 @@ class Config:
 
 
 @dataclass(slots=True)
-class State:
+class State(Heard):
     """One loop's registers and memory that the PLC writes."""
 
-    due: int = 0
-    """Tick of the next calculation."""
-    period: int = 100_000
-    busy: int = 0
-    """What has to be attended to, as a set of bits; 0 in quiet operation."""
-    status: int = MANUAL
-    notice: int = 0
-    """What happened since the runner last looked: see `pidcfg.sim.notices`."""
-    aux_status: int = 0
     wanted: int = MANUAL
     """Discrete +0."""
-    sp: float = 0.0
-    pv: float = 0.0
-    out: float = 0.0
-    """The CV."""
     error: float = 0.0
     """Base+11, with its sign."""
     # gains: the registers, and the factors made of them
     gain: float = 0.0
     """Kp."""
-    reset: float = 0.0
-    """Ti in seconds, 0: off."""
-    rate: float = 0.0
-    """Td in seconds, 0: off."""
-    kp: float = 0.0
-    ki: float = 0.0
-    kd: float = 0.0
     # past
     integral: float = 0.0
     """The integral term in counts of the CV."""
@@ -159,25 +141,9 @@ class State:
     """How the last autotune ended, as Base+12 tells it."""
     tune_left: int = 0
     """Base+13: the countdown, in ticks."""
-    tune_phase: int = 0
-    tune_out: float = 0.0
-    """CV before the step."""
     tune_change: float = 0.0
     """How far the PV has come."""
     tune_gain: float = 0.0
     """What the last successful autotune found, as it stands in the registers; likewise the next two."""
     tune_reset: float = 0.0
     tune_rate: float = 0.0
-    tune_count: int = 0
-    """Samples in this phase."""
-    tune_points: int = 0
-    """Points in the buffer."""
-    tune_stride: int = 1
-    """Samples a point."""
-    tune_sum: float = 0.0
-    tune_noise: float = 0.0
-    """Estimated standard deviation of the PV, in counts."""
-    tune_base: float = 0.0
-    """PV before the step."""
-    tune_a: float = 0.0
-    tune_b: float = 0.0

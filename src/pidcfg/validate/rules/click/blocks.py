@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from itertools import combinations
 from typing import TYPE_CHECKING
 
 from pidcfg.diagnostics import Severity
 from pidcfg.encoders.maps.click import LOOPS, SPACE
 from pidcfg.refs import CLICK, Decision
+from pidcfg.validate.extents import overlaps
 from pidcfg.validate.rule import rule
 
 if TYPE_CHECKING:
@@ -69,11 +69,9 @@ def blocks_overlap(context: ClickContext) -> Iterator[Finding]:
     Fix: leave 40 C bits, 15 DS registers and 25 DF registers to every loop. Steps of 100 in all three banks are easy to
     remember.
     """
-    for first, second in combinations(context.loops, 2):
-        for mine, theirs in zip(second.extents, first.extents, strict=True):
-            if mine.first <= theirs.last and theirs.first <= mine.last:
-                yield second.find(mine.key, block=mine.key, extent=mine, loop=second.loop.name, other_extent=theirs,
-                                  other=first.loop.name)  # fmt: skip
+    for second, mine, first, theirs in overlaps(context.loops):
+        yield second.find(mine.key, block=mine.key, extent=mine, loop=second.loop.name, other_extent=theirs,
+                          other=first.loop.name)  # fmt: skip
 
 
 @rule(

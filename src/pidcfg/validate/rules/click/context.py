@@ -9,13 +9,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 from decimal import Decimal
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 from pidcfg.encoders.click.encode import deviation_alarms_on, pv_alarms_on, values_of
 from pidcfg.encoders.maps.click import BLOCKS, ERRORS
 from pidcfg.encoders.plain import switched_on
 from pidcfg.encoders.regmap import decode_one
 from pidcfg.schemas.base import decimal_text
+from pidcfg.validate.extents import Extent, extents_of
 from pidcfg.validate.rule import Finding
 
 if TYPE_CHECKING:
@@ -31,18 +32,6 @@ NO_LIMIT = 100
 """Filter constant and derivative gain limit that filter nothing."""
 NO_INTEGRAL = Decimal(1000)
 """The reset time in s from which the help takes the integral for removed."""
-
-
-class Extent(NamedTuple):
-    """The registers of one block: its key in the file, its bank, first and last number."""
-
-    key: str
-    prefix: str
-    first: int
-    last: int
-
-    def __str__(self) -> str:
-        return f"{self.prefix}{self.first} to {self.prefix}{self.last}"
 
 
 @dataclass(frozen=True)
@@ -116,8 +105,7 @@ class LoopView:
     @property
     def extents(self) -> tuple[Extent, ...]:
         """The registers of its three blocks."""
-        starts = ((key, prefix, getattr(self.loop, key), table.size) for key, (prefix, table) in BLOCKS.items())
-        return tuple(Extent(key, prefix, start, start + size - 1) for key, prefix, start, size in starts)
+        return extents_of(self.loop, BLOCKS)
 
     @cached_property
     def errors(self) -> tuple[PidError, ...]:

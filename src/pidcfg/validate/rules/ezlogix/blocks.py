@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from itertools import combinations
 from typing import TYPE_CHECKING
 
 from pidcfg.diagnostics import Severity
 from pidcfg.encoders.maps.ezlogix import LOOPS, SPACE
 from pidcfg.refs import EZLOGIX
 from pidcfg.schemas.ezlogix import D152
+from pidcfg.validate.extents import overlaps
 from pidcfg.validate.rule import rule
 
 if TYPE_CHECKING:
@@ -61,11 +61,9 @@ def blocks_overlap(context: EzlogixContext) -> Iterator[Finding]:
 
     Fix: leave 32 registers and 8 discretes to every loop.
     """
-    for first, second in combinations(context.loops, 2):
-        for mine, theirs in zip(second.extents, first.extents, strict=True):
-            if mine.first <= theirs.last and theirs.first <= mine.last:
-                yield second.find(mine.key, block=mine.key, extent=mine, loop=second.loop.name, other_extent=theirs,
-                                  other=first.loop.name)  # fmt: skip
+    for second, mine, first, theirs in overlaps(context.loops):
+        yield second.find(mine.key, block=mine.key, extent=mine, loop=second.loop.name, other_extent=theirs,
+                          other=first.loop.name)  # fmt: skip
 
 
 @rule(

@@ -9,13 +9,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 from decimal import Decimal
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 from pidcfg.encoders.ezlogix.encode import scales_of
 from pidcfg.encoders.maps.ezlogix import BLOCKS, R_BLOCK
 from pidcfg.encoders.regmap import decode_one
 from pidcfg.schemas.base import Quantity, decimal_text
 from pidcfg.schemas.ezlogix import REGISTERS
+from pidcfg.validate.extents import Extent, extents_of
 from pidcfg.validate.rule import Finding
 
 if TYPE_CHECKING:
@@ -28,18 +29,6 @@ PLACES = {word.name: word.offset for word in R_BLOCK.words}
 SETPOINT = PLACES["setpoint"]
 ROOT_PLACES = (("setpoint", "value"), ("setpoint", "limits", 0), ("setpoint", "limits", 1))
 """Places whose counts mean nothing where the root of counts that do not begin at 0 is taken."""
-
-
-class Extent(NamedTuple):
-    """The registers of one block: its key in the file, its bank, first and last number."""
-
-    key: str
-    prefix: str
-    first: int
-    last: int
-
-    def __str__(self) -> str:
-        return f"{self.prefix}{self.first} to {self.prefix}{self.last}"
 
 
 @dataclass(frozen=True)
@@ -106,8 +95,7 @@ class LoopView:
     @cached_property
     def extents(self) -> tuple[Extent, ...]:
         """The registers of its two blocks."""
-        starts = ((key, prefix, getattr(self.loop, key), table.size) for key, (prefix, table) in BLOCKS.items())
-        return tuple(Extent(key, prefix, start, start + size - 1) for key, prefix, start, size in starts)
+        return extents_of(self.loop, BLOCKS)
 
     @cached_property
     def setpoint_limits(self) -> tuple[int, int] | None:
