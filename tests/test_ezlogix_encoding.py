@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 from hypothesis import HealthCheck, given, settings
+from pydantic import ValidationError
 
 from ezlogix_strategies import configurations, registers
 from pidcfg.encoders.ezlogix.decode import decode
@@ -239,3 +240,10 @@ def test_the_starter_comes_back():
     config = EzlogixFile.model_validate(read_document(path.read_bytes(), path.name).data)
     image = encode(config).image
     assert encode(EzlogixFile.model_validate(decode(image.words, image.settings, image.plc).data)).image == image
+
+
+@pytest.mark.parametrize("part", ["pv", "output"])
+def test_a_tag_beyond_the_last_register_does_not_exist(part):
+    assert configuration(**{part: {"tag": "R65535"}})
+    with pytest.raises(ValidationError, match="R65536 does not exist"):
+        configuration(**{part: {"tag": "R65536"}})

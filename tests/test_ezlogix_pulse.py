@@ -51,6 +51,10 @@ def test_a_gap_below_the_minimum_off_time_is_left_out(out, steps):
     assert width(out, min_off=0.5) == steps
 
 
+def test_a_cv_of_nothing_never_switches_on():
+    assert [width(out, min_off=11.0) for out in (0.0, 1.0)] == [0, 100]
+
+
 @pytest.mark.parametrize(("given", "out", "steps"), [
     ({"min_on": 1.0}, 1000.0, 1000), ({"min_on": 1.0}, 999.0, 0),
     ({"min_off": 1.0}, 3096.0, 3096), ({"min_off": 1.0}, 3097.0, 4096),

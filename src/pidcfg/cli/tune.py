@@ -132,7 +132,7 @@ def tuned(name: str, form: Form, numbers: dict[str, float | None]) -> dict[str, 
         "integral_time": gains.integral_time if integral else None,
         "derivative_time": gains.derivative_time,
         "independent": {"kp": gains.gain, "ki": gains.ki if integral else 0.0, "kd": gains.kd},
-        "heating": (numbers["gain"] or 1.0) > 0,
+        "heating": None if numbers["gain"] is None else numbers["gain"] > 0,
         "warnings": list(warnings(process)) if method.of_process else [],
     }
 
@@ -163,7 +163,7 @@ def for_vendor(
             note(f"{value.key}: {value.problem}")
     return {
         "vendor": key,
-        "action": words.heating if result["heating"] else words.cooling,
+        "action": None if result["heating"] is None else words.heating if result["heating"] else words.cooling,
         "values": [
             {
                 "key": v.key,

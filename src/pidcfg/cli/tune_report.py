@@ -33,7 +33,8 @@ def as_text(result: dict[str, Any], found: Found | None, record: Record | None) 
 
 
 def _for_vendor(found: dict[str, Any]) -> list[str]:
-    lines = [f"for {found['vendor']}: action {found['action']}"]
+    action = found["action"] or "that of the process, which is not known without --gain"
+    lines = [f"for {found['vendor']}: action {action}"]
     for value in found["values"]:
         if value["stored"] is None:
             lines.append(f"  {value['key']}: {value['problem']}")

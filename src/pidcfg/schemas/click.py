@@ -48,15 +48,17 @@ D101 = Decision(
 
 ERRORS = CLICK_HELP.at("PID errors")
 
-SAMPLE_RATE = Limits("0.1", "30", "s", CLICK.at("Sample Rate(TS)"), "CLICK error 10")
-GAIN_LIMIT = Limits("0", "100", "", CLICK.at("Derivative Gain Limit"), "CLICK error 11")
-PWM_PERIOD = Limits("1", "600", "s", CLICK.at("PWM Control"), "CLICK error 12")
-FILTER = Limits("1", "100", "%", CLICK.at("PV Filter"), "CLICK error 13")
-DEADBAND = Limits("0", None, "", ERRORS, "CLICK error 24")
-GAIN = Limits("0.01", "10000", "", CLICK.at("Proportional Gain (DFn+05)"), "CLICK error 26")
-RESET = Limits("0.01", "6000", "s", CLICK.at("Integral or Reset Time (DFn+06)"), "CLICK error 27")
-DERIVATIVE = Limits("0", "6000", "s", ERRORS, "CLICK error 28")
-HYSTERESIS = Limits("1", "10", "%", D101, "CLICK error 200")
+EFFECT = "CLICK error "
+"""What the PLC reports, before its number."""
+SAMPLE_RATE = Limits("0.1", "30", "s", CLICK.at("Sample Rate(TS)"), f"{EFFECT}10")
+GAIN_LIMIT = Limits("0", "100", "", CLICK.at("Derivative Gain Limit"), f"{EFFECT}11")
+PWM_PERIOD = Limits("1", "600", "s", CLICK.at("PWM Control"), f"{EFFECT}12")
+FILTER = Limits("1", "100", "%", CLICK.at("PV Filter"), f"{EFFECT}13")
+DEADBAND = Limits("0", None, "", ERRORS, f"{EFFECT}24")
+GAIN = Limits("0.01", "10000", "", CLICK.at("Proportional Gain (DFn+05)"), f"{EFFECT}26")
+RESET = Limits("0.01", "6000", "s", CLICK.at("Integral or Reset Time (DFn+06)"), f"{EFFECT}27")
+DERIVATIVE = Limits("0", "6000", "s", ERRORS, f"{EFFECT}28")
+HYSTERESIS = Limits("1", "10", "%", D101, f"{EFFECT}200")
 
 BITS = BankRange("C", 1, 2000, "the address of a C bit")
 INTEGERS = BankRange("DS", 1, 4500, "the address of a DS register")

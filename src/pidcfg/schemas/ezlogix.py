@@ -59,6 +59,11 @@ LIMITS = EZLOGIX.at("PID Limits")
 CONTROL_OUTPUT = EZLOGIX.at("Control Output")
 AUTOTUNE = EZLOGIX.at("Autotune Setup")
 
+SAMPLE_RATE = Limits("0.05", "99.99", "s", PARAMETERS)
+GAIN = Limits("0", "99.99", "", PARAMETERS)
+INTEGRAL = Limits("0", "6000", "s", PARAMETERS)
+DERIVATIVE = Limits("0", "600", "s", PARAMETERS)
+
 CV_FULL = 4095
 """Counts of the control value at 100 %: saturation is 0 or this."""
 REGISTERS = BankRange("R", 1, 0xFFFF, "the address of an R register")
@@ -76,6 +81,8 @@ def parse_tag(*prefixes: str) -> Callable[[object], str]:
             refuse(
                 "address_form", f"{value!r} is not the address of an {kinds} tag", help=f"write it like {prefixes[0]}1"
             )
+        if found.group(1) == REGISTERS.prefix:
+            REGISTERS.parse(value)
         return str(value)
 
     return tag
@@ -110,7 +117,7 @@ def parse_template(value: object) -> str:
 
 
 def _tag_schema(*prefixes: str) -> dict[str, str]:
-    return {"type": "string", "pattern": f"^({'|'.join(prefixes)})[1-9][0-9]*$"}
+    return {"type": "string", "pattern": f"^({'|'.join(prefixes)})[1-9][0-9]{{0,4}}$"}
 
 
 RAddress = Annotated[int, PlainValidator(REGISTERS.parse), WithJsonSchema(REGISTERS.schema)]
@@ -143,11 +150,11 @@ class Plc(Model):
 class Tuning(Model):
     """The P, I and D terms."""
 
-    proportional_gain: Annotated[Number, Limits("0", "99.99", "", PARAMETERS)]
+    proportional_gain: Annotated[Number, GAIN]
     """Proportional gain Kp; 0 removes the proportional term."""
-    integral_time: Annotated[OffSeconds, Limits("0", "6000", "s", PARAMETERS)] = Decimal(0)
+    integral_time: Annotated[OffSeconds, INTEGRAL] = Decimal(0)
     """Integral (reset) time Ti in s; 0 or `off` removes the integral term."""
-    derivative_time: Annotated[OffSeconds, Limits("0", "600", "s", PARAMETERS)] = Decimal(0)
+    derivative_time: Annotated[OffSeconds, DERIVATIVE] = Decimal(0)
     """Derivative (rate) time Td in s; 0 or `off` removes the derivative term."""
 
 
@@ -231,7 +238,7 @@ class Loop(Model):
     """Position, or the form that the manual calls velocity: the position form with the derivative of the PV."""
     action: Literal["direct", "reverse"]
     """The controller's action, the opposite of the process's: `reverse` is heating, `direct` cooling."""
-    sample_rate: Annotated[Seconds, Limits("0.05", "99.99", "s", PARAMETERS)]
+    sample_rate: Annotated[Seconds, SAMPLE_RATE]
     """Time between two calculations, in s or with a unit."""
     tuning: Tuning
     """Proportional gain, integral and derivative time."""

@@ -15,7 +15,7 @@ LARGEST_VALUE = 1e15
 
 
 def clamp(x: float, low: float, high: float) -> float:
-    """The value within its limits; where they contradict each other, the lower one wins."""
+    """The value within its limits; where they contradict each other, the low limit wins."""
     if x > high:
         x = high
     if x < low:

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from pidcfg.tuning.rules import GENTLE_CLOSED, ZIEGLER_NICHOLS_OPEN
+from pidcfg.tuning.rules import CLOSED_SAMPLE, GENTLE_CLOSED, OPEN_SAMPLE, ZIEGLER_NICHOLS_OPEN
 
 OBSERVED = 16
 """Samples that tell the noise of a PV before anything is done to the output."""
@@ -23,6 +23,8 @@ CURVE_PI, CURVE_PI_RESET, _ = ZIEGLER_NICHOLS_OPEN["PI"]
 CURVE_PID, CURVE_PID_RESET, CURVE_PID_RATE = ZIEGLER_NICHOLS_OPEN["PID"]
 CYCLE_PI, CYCLE_PI_RESET, _ = GENTLE_CLOSED["PI"]
 CYCLE_PID, CYCLE_PID_RESET, CYCLE_PID_RATE = GENTLE_CLOSED["PID"]
+CURVE_PI_SAMPLE, CURVE_PID_SAMPLE = OPEN_SAMPLE["PI"], OPEN_SAMPLE["PID"]
+CYCLE_PI_SAMPLE, CYCLE_PID_SAMPLE = CLOSED_SAMPLE["PI"], CLOSED_SAMPLE["PID"]
 
 Gains = tuple[float, float, float, float]
 """Gain, reset and rate in s, and the sample rate in s."""
@@ -90,12 +92,12 @@ def switched(s: Tuned, p: float, e: float, band: float) -> int:
 def curve_gains(only_pi: int, gain: float, dead: float) -> Gains:
     """Ziegler and Nichols for a reaction curve: ``gain`` is 1 / (dead time x rate) of a unit step (kernel)."""
     if only_pi:
-        return CURVE_PI * gain, CURVE_PI_RESET * dead, 0.0, 0.12 * dead
-    return CURVE_PID * gain, CURVE_PID_RESET * dead, CURVE_PID_RATE * dead, 0.056 * dead
+        return CURVE_PI * gain, CURVE_PI_RESET * dead, 0.0, CURVE_PI_SAMPLE * dead
+    return CURVE_PID * gain, CURVE_PID_RESET * dead, CURVE_PID_RATE * dead, CURVE_PID_SAMPLE * dead
 
 
 def cycle_gains(only_pi: int, gain: float, period: float) -> Gains:
     """The gains for a relay's cycle, of the ultimate gain and its period (kernel)."""
     if only_pi:
-        return CYCLE_PI * gain, CYCLE_PI_RESET * period, 0.0, 0.03 * period
-    return CYCLE_PID * gain, CYCLE_PID_RESET * period, CYCLE_PID_RATE * period, 0.014 * period
+        return CYCLE_PI * gain, CYCLE_PI_RESET * period, 0.0, CYCLE_PI_SAMPLE * period
+    return CYCLE_PID * gain, CYCLE_PID_RESET * period, CYCLE_PID_RATE * period, CYCLE_PID_SAMPLE * period

@@ -32,7 +32,7 @@ D91 = Decision(
     "zn-closed: P 0.5 Ku; PI 0.45 Ku, Pu/1.2; PID 0.6 Ku, Pu/2, Pu/8. dl06-autotune: PI 0.30 Ku, Pu; PID 0.45 Ku, "
     "0.60 Pu, 0.10 Pu; P 0.30 Ku.",
     "A rule by a known name must give the known numbers; the DL06's own table is lost, and the gentler one is what "
-    "the family is known to use.",
+    "the family is known to use; the virtual CLICK's relay takes it too.",
 )  # fmt: skip
 D92 = Decision(
     92, "table 17-2's PID gain is 1.086", "The coefficient of the PID gain for set-point changes is 1.086, not 1.435.",
@@ -101,6 +101,9 @@ ZIEGLER_NICHOLS_CLOSED: dict[Form, Row] = {
     "PID": (0.6, 0.5, 0.125),
 }
 """Of the ultimate gain and its period, as all that follow."""
+OPEN_SAMPLE = {"PI": 0.12, "PID": 0.056}
+CLOSED_SAMPLE = {"PI": 0.03, "PID": 0.014}
+"""The sample rates that the auto-tunes set: shares of the dead time, and of the ultimate period."""
 GENTLE_CLOSED: dict[Form, Row] = {"P": (0.30, inf, 0.0), "PI": (0.30, 1.00, 0.0), "PID": (0.45, 0.60, 0.10)}
 TYREUS_LUYBEN: dict[Form, Row] = {"P": (0.5, inf, 0.0), "PI": (1 / 3.2, 2.2, 0.0), "PID": (1 / 2.2, 2.2, 1 / 6.3)}
 NEXTOPID_CLOSED: dict[Form, Row] = {"P": (0.5, inf, 0.0), "PI": (1 / 3.2, 2.2, 0.0), "PID": (1 / 3.2, 2.2, 1 / 6.3)}

@@ -191,26 +191,29 @@ class PidError:
     above: str | None = None
 
 
-def _limited(number: int, register: str, title: str, bound: Limits) -> PidError:
+def _limited(register: str, title: str, bound: Limits) -> PidError:
     low, high = (None if end is None else Decimal(end) for end in (bound.low, bound.high))
+    number = int(str(bound.effect).removeprefix(limits.EFFECT))
     return PidError(number, register, title, low, high)
 
 
 ERRORS = (
-    _limited(10, "sample_rate", "sample rate", limits.SAMPLE_RATE),
-    _limited(11, "derivative_gain_limit", "derivative gain limit", limits.GAIN_LIMIT),
-    _limited(12, "pwm_period", "PWM period", limits.PWM_PERIOD),
-    _limited(13, "filter", "PV filter constant", limits.FILTER),
+    _limited("sample_rate", "sample rate", limits.SAMPLE_RATE),
+    _limited("derivative_gain_limit", "derivative gain limit", limits.GAIN_LIMIT),
+    _limited("pwm_period", "PWM period", limits.PWM_PERIOD),
+    _limited("filter", "PV filter constant", limits.FILTER),
     PidError(20, "setpoint", "set point is not a number"),
     PidError(21, "setpoint_lower", "SP lower limit is not a number"),
     PidError(22, "setpoint_upper", "SP upper limit is not a number"),
     PidError(23, "setpoint_lower", "SP lower limit above the upper limit", above="setpoint_upper"),
-    _limited(24, "deadband", "error deadband", limits.DEADBAND),
+    _limited("deadband", "error deadband", limits.DEADBAND),
     PidError(25, "bias", "bias is not a number"),
-    _limited(26, "proportional_gain", "proportional gain", limits.GAIN),
-    _limited(27, "reset_time", "reset time", limits.RESET),
-    _limited(28, "derivative_gain", "derivative gain", limits.DERIVATIVE),
+    _limited("proportional_gain", "proportional gain", limits.GAIN),
+    _limited("reset_time", "reset time", limits.RESET),
+    _limited("derivative_gain", "derivative gain", limits.DERIVATIVE),
     PidError(30, "output_lower", "CO lower limit", low=Decimal(0)),
-    _limited(200, "autotune_hysteresis", "autotune output hysteresis", limits.HYSTERESIS),
+    _limited("autotune_hysteresis", "autotune output hysteresis", limits.HYSTERESIS),
 )
 """The errors in the order of their numbers; DSn+00 holds the lowest one that is active."""
+SETPOINT_CROSSED = next(error.number for error in ERRORS if error.above is not None)
+OUTPUT_BELOW_ZERO = next(error.number for error in ERRORS if error.register == "output_lower")

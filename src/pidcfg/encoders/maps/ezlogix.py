@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from decimal import Decimal
 from functools import cache
+from typing import TYPE_CHECKING
 
 from pidcfg.encoders.regmap import RegisterMap, Word
 from pidcfg.encoders.scales import Distance, Format, Position, Scale
@@ -12,7 +13,19 @@ from pidcfg.encoders.spaces import BIT, WORD, Bank, Space
 from pidcfg.encoders.tuned import TunedWords
 from pidcfg.encoders.words import FLAG, WORD_MAX, Choice, EncodeError, Implied
 from pidcfg.refs import EZLOGIX, Decision
-from pidcfg.schemas.ezlogix import AUTOTUNE, CONTROL_OUTPUT, CV_FULL, DISCRETES, LIMITS, PARAMETERS, REGISTERS
+from pidcfg.schemas.ezlogix import (
+    AUTOTUNE,
+    CONTROL_OUTPUT,
+    CV_FULL,
+    DISCRETES,
+    LIMITS,
+    PARAMETERS,
+    REGISTERS,
+    SAMPLE_RATE,
+)
+
+if TYPE_CHECKING:
+    from pidcfg.schemas.limits import Limits
 
 MODE = EZLOGIX.at("PID Loop Mode")
 OPTIONS = EZLOGIX.at("Options")
@@ -32,6 +45,8 @@ D154 = Decision(
 
 SPACE = Space((Bank(*REGISTERS[:3], kind=WORD), Bank(*DISCRETES[:3], kind=BIT)))
 HUNDREDTHS, TENTHS, WHOLE = Implied(2), Implied(1), Implied()
+LEAST_SAMPLE_RATE = HUNDREDTHS.encode(Decimal(str(SAMPLE_RATE.low)))
+"""The sample rate below which a register is out of range."""
 PID_PI = Choice({0: "PID", 1: "PI"})
 MANUAL_AUTO = Choice({0: "manual", 1: "auto"})
 
@@ -99,6 +114,11 @@ BLOCKS = {"registers": ("R", R_BLOCK), "discretes": ("S", S_BLOCK)}
 LOOPS = 8
 DUTY_FULL = 4096
 """Counts that are a duty cycle of 100 %."""
+
+
+def highest(limits: Limits, codec: Implied) -> float:
+    """The largest number that a register may hold by the manual."""
+    return float(codec.encode(Decimal(str(limits.high))))
 
 
 @dataclass(frozen=True, slots=True)

@@ -32,7 +32,7 @@ CONTROLLER = (
         113, "inside the error deadband no term acts",
         "An error whose size is at most the deadband, after squaring, leaves CO = bias, without "
         "integration and without a derivative. The derivative's past goes on with the real error, so "
-        "leaving the deadband makes no kick.",
+        "leaving the deadband makes no kick. A deadband of 0 is none.",
         "The help wants no control action inside and the entire error outside: a kick by the deadband's "
         "width would be an action that no change of the PV explains.",
     ),
@@ -51,9 +51,9 @@ CONTROLLER = (
     Decision(
         116, "what is no number",
         "A register that holds none is shown as 0 by the signals. A calculation without a result leaves "
-        "the output as it is; a bias that is none is error 25. An output, an alarm limit or a PV limit "
-        "that is none has no error.",
-        "The help's errors are those of six registers; a comparison with what is no number is false.",
+        "the output as it is; a bias that is none is error 25. An output, its upper limit, an alarm limit, "
+        "the hysteresis or a PV limit that is none has no error.",
+        "The help lists errors of the other registers only; a comparison with what is no number is false.",
     ),
     Decision(
         117, "PID errors are looked for in every register",
@@ -107,7 +107,7 @@ CONTROLLER = (
         "Open loop: the output steps by 10 % of its limits' range, up or, without room, down, and by as "
         "much again when the PV settles after less than 2 % of the PV limits' range or does not answer; "
         "Ziegler and Nichols' gains of the steepest slope and the dead time. After 600 s and 256 samples "
-        "without an answer it is given up.",
+        "without an answer that stands out of the noise it is given up.",
         "The help names both methods and no rule. The PV limits are what answers are judged by; the gain "
         "itself comes from the answer, in % per unit.",
     ),
@@ -124,14 +124,14 @@ CONTROLLER = (
         125, "an autotune's results",
         "P, I, D and sample rate are written within what their registers hold without an error. Output "
         "and bias go back to where they were, and the loop to Auto; without results too, with the old "
-        "registers.",
+        "registers. The first sample after it still comes at the old sample rate.",
         "Auto is entered when autotune is completed, and when its request is turned off.",
     ),
     Decision(
         126, "set-point limits write the register",
         "At each sample, in every mode, a set point beyond an enabled limit becomes the limit, also one "
-        "that a bumpless transfer has just made the PV; where both limits contradict each other the lower "
-        "one wins.",
+        "that a bumpless transfer has just made the PV; where both limits contradict each other the low "
+        "limit wins.",
         "The help has the PLC change the set point itself, and names no moment.",
     ),
     Decision(

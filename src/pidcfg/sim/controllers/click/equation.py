@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from pidcfg.sim.controllers.click.state import FRESH, Config, State
 from pidcfg.sim.plc import TICKS
-from pidcfg.sim.terms import single
+from pidcfg.sim.terms import clamp, single
 
 
 def coefficients(c: Config, s: State) -> None:
@@ -26,15 +26,6 @@ def coefficients(c: Config, s: State) -> None:
             s.kd = 0.0
         elif c.limit < 100.0:
             s.lag = single(seconds / single(seconds + single(s.rate / c.limit)))
-
-
-def within(low: float, high: float, x: float) -> float:
-    """The value inside the output's limits; where they contradict each other the lower one wins."""
-    if x > high:
-        x = high
-    if x < low:
-        x = low
-    return x
 
 
 def calculate(c: Config, s: State) -> float:
@@ -58,7 +49,7 @@ def calculate(c: Config, s: State) -> float:
     idle = c.deadband_on and -c.deadband <= e <= c.deadband
     if not (idle or (c.freeze and (s.out >= high or s.out <= low))):
         bias = single(bias + single(s.ki * e))
-    s.bias = within(low, high, bias)
+    s.bias = clamp(bias, low, high)
     if idle:
         s.y1 = 0.0
         return s.bias

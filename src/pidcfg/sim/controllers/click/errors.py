@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from math import isfinite
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from pidcfg.encoders.maps.click import ERRORS, TABLES, PidError
 from pidcfg.encoders.words import Implied
@@ -27,8 +26,7 @@ BIAS_NUMBER = 25.0
 BIAS_ERROR = row_of(int(BIAS_NUMBER))
 
 
-@dataclass(frozen=True, slots=True)
-class Range:
+class Range(NamedTuple):
     """What a register may hold, in its own digits."""
 
     low: float

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from pidcfg.sim.controllers.click.alarms import alarms
 from pidcfg.sim.controllers.click.autotune import tune
-from pidcfg.sim.controllers.click.equation import calculate, within
+from pidcfg.sim.controllers.click.equation import calculate
 from pidcfg.sim.controllers.click.errors import BIAS_ERROR, BIAS_NUMBER
 from pidcfg.sim.controllers.click.memory import Options
 from pidcfg.sim.controllers.click.modes import OVERRIDE_ERROR, modes, to_manual
@@ -21,7 +21,7 @@ from pidcfg.sim.controllers.click.plc import Click, load
 from pidcfg.sim.controllers.click.pwm import pulse
 from pidcfg.sim.controllers.click.state import AUTO, FIRST, GOAL, NAN, PID_ERROR, REQUEST, TUNING, Config, State
 from pidcfg.sim.controllers.click.words import shown
-from pidcfg.sim.terms import single
+from pidcfg.sim.terms import clamp, single
 
 __all__ = ["INLINED", "KERNELS", "Click", "Config", "Options", "State", "load", "sample", "scan"]
 
@@ -34,7 +34,7 @@ def control(c: Config, s: State, sig: list[float]) -> None:
     """The output in Auto, within its limits; what is no number is not written (D116)."""
     m = calculate(c, s)
     if abs(m) <= LARGEST:
-        s.out = within(c.out_low, c.out_high, m)
+        s.out = clamp(m, c.out_low, c.out_high)
     else:
         s.y1 = 0.0
         if not s.bias <= LARGEST:

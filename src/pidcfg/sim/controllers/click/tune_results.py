@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pidcfg.sim.controllers.click.equation import coefficients
+from pidcfg.sim.controllers.click.errors import RANGES
 from pidcfg.sim.controllers.click.state import AUTO, FRESH, MODES, TUNE_ERROR, TUNING, Config, State
 from pidcfg.sim.notices import noticed
 from pidcfg.sim.terms import LARGEST_VALUE, clamp, nearest, single
@@ -32,15 +33,11 @@ REASONS = {
     TUNE_IDLE: "no autotune to be cancelled",
 }
 
-GAIN = (single(0.01), 10000.0)
-RESET = (single(0.01), 6000.0)
-RATE = (0.0, 6000.0)
-MILLISECONDS = (100.0, 30000.0)
+LEAST_GAIN, MOST_GAIN = RANGES["proportional_gain"]
+LEAST_RESET, MOST_RESET = RANGES["reset_time"]
+LEAST_RATE, MOST_RATE = RANGES["derivative_gain"]
+LEAST_MS, MOST_MS = RANGES["sample_rate"]
 """What registers without a PID error hold."""
-LEAST_GAIN, MOST_GAIN = GAIN
-LEAST_RESET, MOST_RESET = RESET
-LEAST_RATE, MOST_RATE = RATE
-LEAST_MS, MOST_MS = MILLISECONDS
 
 
 def tunable(c: Config) -> bool:

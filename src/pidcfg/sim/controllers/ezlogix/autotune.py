@@ -8,6 +8,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from pidcfg.encoders.maps.ezlogix import HUNDREDTHS, TENTHS, highest
+from pidcfg.schemas.ezlogix import DERIVATIVE, GAIN, INTEGRAL
 from pidcfg.sim.controllers.ezlogix.equation import coefficients
 from pidcfg.sim.controllers.ezlogix.state import HELD, TUNE, TUNE_ERROR, TUNING
 from pidcfg.sim.notices import noticed
@@ -42,7 +44,7 @@ REMAINDER = 1.5
 """What a first-order answer comes to, once it rises half as fast as it did."""
 SETTLING = 24
 """Points without which nothing counts as settled."""
-GAIN_MOST, RESET_MOST, RATE_MOST = 9999.0, 60000.0, 6000.0
+GAIN_MOST, RESET_MOST, RATE_MOST = highest(GAIN, HUNDREDTHS), highest(INTEGRAL, TENTHS), highest(DERIVATIVE, TENTHS)
 """What the registers may hold by the manual."""
 REASON = 32
 """Base+12 as the reason of a notice: it is added to this."""

@@ -33,7 +33,7 @@ ENGINE = (
     Decision(
         164, "set point limits write the register",
         "A set point outside its limits is overwritten with the limit at the next calculation, in every mode; limits "
-        "of 0 and 0 make it 0. Of crossed limits the lower one wins.",
+        "of 0 and 0 make it 0. Of crossed limits the low limit wins.",
         "The manual says of a set point beyond a limit that it is set to the limit, as it does of the CV.",
     ),
     Decision(
@@ -60,7 +60,7 @@ ENGINE = (
     Decision(
         168, "the CV is a whole number",
         "The result is limited to 0 to 4095, rounded half to even, then put within the CV limits; of crossed limits "
-        "the lower one wins. In Manual the operator's value stands as it is.",
+        "the low limit wins. In Manual the operator's value stands as it is.",
         "It is a register; the manual speaks of the limits of a computed control value.",
     ),
     Decision(
@@ -109,8 +109,8 @@ ENGINE = (
     ),
     Decision(
         176, "short pulses and gaps are left out",
-        "An on-time below the minimum on time makes a cycle without a pulse; an off-time below the minimum off time "
-        "one without a gap. Nothing is made up for in the next cycle.",
+        "An on-time of 0 or below the minimum on time makes a cycle without a pulse; an off-time below the minimum "
+        "off time one without a gap. Nothing is made up for in the next cycle.",
         "The manual names the two times and does not explain them.",
     ),
     Decision(
@@ -131,7 +131,8 @@ ENGINE = (
         "The CV goes back to what it was, the mode stays (in Auto with the integral term of before), the register of "
         "the timeout is full again. A countdown that "
         "ends is status 8 when the PV has not moved, else 6; 6 also when it settles on the wrong side, 5 when the step "
-        "goes beyond the CV's high limit, 9 when a result is outside its register's range; 10 does not occur. A bit "
+        "goes beyond the CV's high limit, 9 when a result is outside its register's range; 10 does not occur. "
+        "State 2 lasts one sample, without a countdown of its own. A bit "
         "that is on when the PLC starts is no transition; `start` makes one even when the bit is still on.",
         "The table of states has no entry for the timeout; results outside their ranges are not written.",
     ),

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from pidcfg.schemas.ezlogix import CV_FULL
 from pidcfg.sim.controllers.ezlogix.state import FRESH
 from pidcfg.sim.plc import TICKS
 from pidcfg.sim.terms import NEAREST
@@ -14,7 +15,7 @@ from pidcfg.sim.terms import NEAREST
 if TYPE_CHECKING:
     from pidcfg.sim.controllers.ezlogix.state import Config, State
 
-FULL = 4095.0
+FULL = float(CV_FULL)
 """Counts of the CV at 100 %."""
 LARGEST = 2147483647.0
 """The integral term stays within a signed 32-bit number (D166)."""

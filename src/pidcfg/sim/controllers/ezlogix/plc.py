@@ -6,7 +6,7 @@ from dataclasses import fields
 from math import gcd
 from typing import TYPE_CHECKING, Any
 
-from pidcfg.encoders.maps.ezlogix import R_BLOCK
+from pidcfg.encoders.maps.ezlogix import LEAST_SAMPLE_RATE, R_BLOCK
 from pidcfg.encoders.regmap import decode_one
 from pidcfg.sim.controllers.ezlogix import autotune as ezlogix_autotune
 from pidcfg.sim.controllers.ezlogix import report
@@ -15,7 +15,7 @@ from pidcfg.sim.controllers.ezlogix.memory import Memory, Options
 from pidcfg.sim.controllers.ezlogix.report import FLAG_BITS, MODES, TUNE_STATUS, describe, mode_name, requested, tell
 from pidcfg.sim.controllers.ezlogix.setting import CV, KEYS, encode_setting, fits
 from pidcfg.sim.controllers.ezlogix.state import NEVER
-from pidcfg.sim.controllers.ezlogix.words import LEAST_RATE, absorb, ticks
+from pidcfg.sim.controllers.ezlogix.words import absorb, ticks
 from pidcfg.sim.plc import TICKS
 
 if TYPE_CHECKING:
@@ -162,7 +162,7 @@ class Ezlogix(Memory):
             return 0
         row: Word = R_BLOCK.word("sample_rate")
         raw = encode_setting(row, value, self._loops[loop].scales())
-        return ticks(decode_one(row.codec, raw, {})) if raw >= LEAST_RATE else 0
+        return ticks(decode_one(row.codec, raw, {})) if raw >= LEAST_SAMPLE_RATE else 0
 
     def set(self, loop: int, path: tuple[str, ...], value: Any, sig: MutableSequence[float]) -> str | None:
         """Write a value to its registers; returns why it has no effect, if so."""

@@ -8,12 +8,13 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from pidcfg.encoders.maps.ezlogix import DUTY_FULL
 from pidcfg.sim.controllers.ezlogix.state import UNBOUNDED
 
 if TYPE_CHECKING:
     from pidcfg.sim.controllers.ezlogix.state import Config, State
 
-DUTY_FULL = 4096.0
+FULL = float(DUTY_FULL)
 """Counts that are a duty cycle of 100 %."""
 
 
@@ -24,8 +25,8 @@ def begin_cycle(tick: int, c: Config, s: State) -> None:
         start = tick
     s.cycle_start = start
     s.cycle_end = start + c.cycle
-    on = s.out * c.cycle / DUTY_FULL
-    if on < c.min_on:
+    on = s.out * c.cycle / FULL
+    if on <= 0.0 or on < c.min_on:
         on = 0.0
     elif c.cycle - on < c.min_off:
         on = UNBOUNDED

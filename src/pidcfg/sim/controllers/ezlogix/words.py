@@ -7,7 +7,7 @@ from math import sqrt
 from typing import TYPE_CHECKING, Any, cast
 
 from pidcfg.encoders.ezlogix.encode import scales_of
-from pidcfg.encoders.maps.ezlogix import BLOCKS, R_BLOCK, S_BLOCK, SPACE
+from pidcfg.encoders.maps.ezlogix import BLOCKS, LEAST_SAMPLE_RATE, R_BLOCK, S_BLOCK, SPACE
 from pidcfg.schemas.ezlogix import CV_FULL, TAG, LoopSettings
 from pidcfg.sim.plc import TICKS
 from pidcfg.sim.terms import clamp
@@ -20,8 +20,6 @@ if TYPE_CHECKING:
     from pidcfg.encoders.scales import Scale
     from pidcfg.sim.controllers.ezlogix.state import Config, State
 
-LEAST_RATE = 5
-"""Hundredths of a second: the lower end of the manual's range (D162)."""
 UNKNOWN_PERIOD = 50_000
 """Ticks that stand for the sample rate of a loop that is not calculated."""
 
@@ -86,7 +84,7 @@ def configure(c: Config, loop: Loop, *, goes_on: bool) -> None:
     c.pv_min, c.pv_max, c.pv_span = float(low), float(high), float(high - low)
     c.pv_low, c.pv_width = ends(own.pv.range, c.pv_min, c.pv_span)
     c.out_low, c.out_width = ends(own.output.range, 0.0, float(CV_FULL))
-    c.halt = int(loop.word("sample_rate") < LEAST_RATE)
+    c.halt = int(loop.word("sample_rate") < LEAST_SAMPLE_RATE)
     c.period = UNKNOWN_PERIOD if c.halt else ticks(loop.time("sample_rate"))
     c.goes_on = int(goes_on)
     c.sees_pv = int(own.pv.tag.startswith("IR"))

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from pidcfg.diagnostics import Severity
 from pidcfg.refs import CLICK
-from pidcfg.schemas.click import D100
+from pidcfg.schemas.click import D100, EFFECT
 from pidcfg.validate.rule import rule
 
 if TYPE_CHECKING:
@@ -23,7 +23,7 @@ RISES = {"direct": "rises", "reverse": "falls"}
 
 def effect(number: int) -> str:
     """What the PLC reports."""
-    return f"CLICK error {number}"
+    return f"{EFFECT}{number}"
 
 
 @rule(

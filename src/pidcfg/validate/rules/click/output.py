@@ -6,9 +6,10 @@ from decimal import Decimal
 from typing import TYPE_CHECKING
 
 from pidcfg.diagnostics import Severity
+from pidcfg.encoders.maps.click import OUTPUT_BELOW_ZERO
 from pidcfg.refs import CLICK, Decision
 from pidcfg.schemas.base import decimal_text
-from pidcfg.schemas.click import ERRORS
+from pidcfg.schemas.click import EFFECT, ERRORS
 from pidcfg.validate.rule import Finding, rule
 from pidcfg.validate.rules.click.context import number_text
 
@@ -99,7 +100,7 @@ def output_lower_limit_negative(context: ClickContext) -> Iterator[Finding]:
     for view in context.loops:
         low = view.held("output_lower")
         if low is not None and low < 0:
-            yield view.find("output", "limits", 0, plc_effect="CLICK error 30", low=view.co(low))
+            yield view.find("output", "limits", 0, plc_effect=f"{EFFECT}{OUTPUT_BELOW_ZERO}", low=view.co(low))
 
 
 @rule(

@@ -5,7 +5,9 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from pidcfg.diagnostics import Severity
+from pidcfg.encoders.maps.click import SETPOINT_CROSSED
 from pidcfg.refs import CLICK, Decision
+from pidcfg.schemas.click import EFFECT
 from pidcfg.validate.rule import Finding, rule
 
 if TYPE_CHECKING:
@@ -25,8 +27,7 @@ D132 = Decision(
     "regular use, whatever the other register holds.",
 )  # fmt: skip
 ENDS = ("lower", "upper")
-CROSSED = 23
-CROSSED_EFFECT = f"CLICK error {CROSSED}"
+CROSSED_EFFECT = f"{EFFECT}{SETPOINT_CROSSED}"
 
 
 def limits_on(view: LoopView) -> dict[str, Decimal]:
@@ -37,7 +38,7 @@ def limits_on(view: LoopView) -> dict[str, Decimal]:
 
 def crossed(view: LoopView) -> bool:
     """Whether both limits are enabled, and the lower one is above the upper one."""
-    return CROSSED in {error.number for error in view.errors}
+    return SETPOINT_CROSSED in {error.number for error in view.errors}
 
 
 def missing(view: LoopView) -> list[str]:

@@ -59,7 +59,7 @@ class Pulses(NamedTuple):
 
     def pulsed(self, cv: int) -> bool:
         """Whether there is a pulse at all."""
-        return self.on(cv) >= self.min_on
+        return cv > 0 and self.on(cv) >= self.min_on
 
     def full(self, cv: int) -> bool:
         """Whether the gap is left out."""
