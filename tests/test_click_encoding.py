@@ -227,7 +227,7 @@ def test_what_a_listing_does_not_say_is_asked_for(changes, message):
 def test_options_complete_a_bare_listing_for_every_loop_in_turn():
     image = encode(configuration()).image
     given_options = {"bits": ["C101"], "integers": ["DS201"], "floats": ["DF301"], "pwm_bit": [None]}
-    assert decode(image.words, options=given_options).data["loops"][0]["name"] == "LOOP-1"
+    assert decode(image.words, options=given_options).data["loops"][0]["name"] == "LOOP1"
     with pytest.raises(DecodeError, match="--bits names 2 for 1 loops"):
         decode(image.words, image.settings, options={"bits": ["C101", "C201"]})
 

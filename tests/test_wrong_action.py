@@ -107,3 +107,15 @@ def test_the_way_from_output_to_pv_is_followed(text, sign):
     assert len(list(wrong_actions(net, plc))) == (sign > 0)
     plc.rises = (True,) * 8
     assert len(list(wrong_actions(net, plc))) == (sign < 0)
+
+
+@pytest.mark.parametrize("where", ["scenario", "configuration"])
+def test_a_key_that_stands_twice_is_not_run_as_a_guess(tmp_path, where):
+    again = "vendor: click\n" if where == "configuration" else ""
+    (tmp_path / "c.yaml").write_text(CONFIGURATIONS["click"].replace("ACTION", "direct") + again, "utf-8")
+    twice = "duration: 9\n" if where == "scenario" else ""
+    head = f"pidcfg: 1\nscenario: s\nconfig: {tmp_path.as_posix()}/c.yaml\nduration: 60\n{twice}"
+    text = f"{head}plants: {{L: {PLANTS['heating']}}}\n"
+    outcome = simulate_document(read_document(text.encode(), "s.yaml"), Settings(engine="python"), DEFAULT)
+    assert outcome.report is None
+    assert [d.code for d in outcome.findings] == ["PID004" if where == "scenario" else "PID058"]

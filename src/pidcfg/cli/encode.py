@@ -9,6 +9,7 @@ import click
 from pidcfg.cli import options
 from pidcfg.cli.console import echo, echo_json, note
 from pidcfg.cli.main import Exit
+from pidcfg.encoders.files import CONFLICT
 from pidcfg.vendors import format_names, format_of
 
 if TYPE_CHECKING:
@@ -66,15 +67,22 @@ def command(
     except (UnwritableError, ListingError) as error:
         raise click.ClickException(f"{file}: {error}") from None
     names = _put(kind, parts, out, force=force)
-    if quiet:
-        return
-    for line in report:
+    conflicts = [line for line in report if line.startswith(CONFLICT)]
+    for line in conflicts if quiet else report:
         note(line)
+    if not quiet:
+        tell(kind, names, checklist, len(checked.encoding.image.cells), out)
+    if conflicts:
+        click.get_current_context().exit(Exit.FOUND)
+
+
+def tell(kind: FileKind, names: list[str], checklist: tuple[str, ...], values: int, out: str | None) -> None:
+    """What is to be checked by eye, and what was written."""
     if out is not None or not kind.carries_comments:
         for item in checklist:
             note(f"check after the download: {item}")
     if names:
-        count = f"{len(checked.encoding.image.cells)} values" if kind.whole else kind.title
+        count = f"{values} values" if kind.whole else kind.title
         note(f"{', '.join(names)}: {count}")
 
 

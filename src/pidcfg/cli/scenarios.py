@@ -19,7 +19,7 @@ from pidcfg.sim.feedback import wrong_actions
 from pidcfg.sim.network import initial_values, rest
 from pidcfg.sim.prepare import options, prepare
 from pidcfg.source import read_document
-from pidcfg.validate.codes import SCENARIO_KINDS
+from pidcfg.validate.codes import SCENARIO_KINDS, UNUSABLE
 from pidcfg.validate.engine import check_document, is_scenario
 from pidcfg.validate.schema import read_model
 from pidcfg.vendors import VENDORS
@@ -84,7 +84,7 @@ class Loaded:
 def load(doc: Document, limits: Limits) -> Loaded:
     """Reads a scenario and what it names; ``findings`` say why it cannot run, if so."""
     loaded = Loaded(doc, list(doc.problems), documents={doc.file: doc})
-    if doc.data is None:
+    if doc.data is None or unreadable(doc.problems):
         return loaded
     scenario, errors = read_model(Scenario, replace(doc, data=cast("dict[str, Any]", whole(doc.data))))
     loaded.findings = ordered([*doc.problems, *errors])
@@ -92,6 +92,11 @@ def load(doc: Document, limits: Limits) -> Loaded:
     if scenario is not None:
         _read_config(loaded, scenario, limits)
     return loaded
+
+
+def unreadable(found: Iterable[Diagnostic]) -> bool:
+    """Whether a text can be read in more than one way, such as a key that stands twice: what runs would be a guess."""
+    return any(d.code in UNUSABLE for d in found)
 
 
 def check_scenario(doc: Document, limits: Limits) -> list[Diagnostic]:
@@ -143,6 +148,11 @@ def _use_configuration(loaded: Loaded, entry: Input, limits: Limits) -> None:
         loaded.refuse(f"{loaded.config} is a scenario", "name the configuration that it runs")
         return
     checked = check_document(doc, limits)
+    if unreadable(checked.findings):
+        first = next(d for d in checked.findings if d.code in UNUSABLE)
+        cure = f"run 'pidcfg validate {loaded.config}'"
+        loaded.refuse(f"{loaded.config}: line {first.span.line}: {first.message}", cure)
+        return
     if checked.encoding is None or checked.encoding.misfits:
         worst = next((d for d in checked.findings if d.severity is Severity.ERROR), None)
         reason = f": line {worst.span.line}: {worst.message}" if worst else ""

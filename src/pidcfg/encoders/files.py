@@ -14,6 +14,8 @@ from pidcfg.encoders.modbus import Numbering, read_modbus, write_modbus
 if TYPE_CHECKING:
     from pidcfg.encoders.spaces import Space
 
+CONFLICT = "conflict"
+"""How a line of a merge's report begins that says what was left out because something else stands in its place."""
 Write = Callable[[Image, tuple[str, ...]], str | Mapping[str, str]]
 """Image and checklist to a text, or to several, each by what is added to the file's name."""
 Read = Callable[[str], Listing]

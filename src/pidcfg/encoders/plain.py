@@ -65,7 +65,10 @@ class Said(NamedTuple):
 
 
 def completed(
-    settings: Sequence[Mapping[str, Any]], options: Mapping[str, Any], said: Iterable[Said]
+    settings: Sequence[Mapping[str, Any]],
+    options: Mapping[str, Any],
+    said: Iterable[Said],
+    named: Callable[[int], str] = unnamed,
 ) -> list[dict[str, Any]]:
     """The settings of each loop with what options say; what neither says and is needed is asked for.
 
@@ -74,7 +77,7 @@ def completed(
     """
     rows = list(said)
     count = len(settings) or max((len(options.get(row.option) or ()) for row in rows), default=0)
-    loops = [_copy(settings[i]) if settings else {"loop": unnamed(i)} for i in range(count)]
+    loops = [_copy(settings[i]) if settings else {"loop": named(i)} for i in range(count)]
     for row in rows:
         texts = options.get(row.option)
         if texts is not None and len(texts) not in {1, count}:

@@ -31,6 +31,11 @@ SAID = (
 CHOICES = ("bumpless", "freeze_bias")
 
 
+def unnamed(index: int) -> str:
+    """What a loop is called whose listing does not say its name: a name that nicknames can be made of."""
+    return f"LOOP{index + 1}"
+
+
 def decode(
     words: Mapping[int, int],
     settings: Sequence[Mapping[str, Any]] = (),
@@ -42,7 +47,7 @@ def decode(
     ``settings`` and ``plc`` are what an encoder put beside the registers. ``options``: ``bits``, ``integers``,
     ``floats`` and ``pwm_bit``, each a list of one entry a loop.
     """
-    beside = completed(settings, options or {}, SAID)
+    beside = completed(settings, options or {}, SAID, unnamed)
     plc_settings = read_settings(PlcSettings, plc or {}, "plc")
     loops, notes = [], []
     for own, blocks in read_loops(LoopSettings, beside, words, SPACE, BLOCKS):

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from pidcfg.encoders.click.nicknames import nicknames
 from pidcfg.encoders.click.package import read_with, written_by
-from pidcfg.encoders.files import UnwritableError
+from pidcfg.encoders.files import CONFLICT, UnwritableError
 from pidcfg.encoders.listing import DECIMAL, WHOLE, ListingError
 from pidcfg.encoders.maps.click import SPACE
 
@@ -231,7 +231,7 @@ def _conflict(row: Row, at: Row | None, called: Row | None) -> str:
         reasons.append(f"{at.address} is {at.nickname!r}" if at.nickname else f"{at.address} has no nickname there")
     if called is not None:
         reasons.append(f"the nickname is that of {called.address}")
-    return f"conflict, left as it is: {row.nickname} ({row.address}) was not created, since {' and '.join(reasons)}"
+    return f"{CONFLICT}, left as it is: {row.nickname} ({row.address}) was not created, since {' and '.join(reasons)}"
 
 
 def _renewed(row: Row, value: str | None) -> str:

@@ -11,7 +11,7 @@ import io
 import re
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from pidcfg.encoders.files import UnwritableError, first_line
+from pidcfg.encoders.files import CONFLICT, UnwritableError, first_line
 from pidcfg.encoders.listing import LOOP, PLC, Listing, ListingError, comments, csv_rows
 from pidcfg.encoders.maps.ezlogix import PULSE_REGISTERS, R_BLOCK, S_BLOCK, SPACE, VARIABLES
 from pidcfg.encoders.scales import Distance, Position
@@ -244,7 +244,7 @@ def _differs(tag: Tag, at: Mapping[str, str] | None, called: Mapping[str, str] |
         reasons.append(f"{tag.address} has the tag {at['tag']}")
     if called is not None:
         reasons.append(f"the name is that of {called['address']}")
-    yield f"conflict, left as it is: {tag.tag} ({tag.address}) was not created, since {' and '.join(reasons)}"
+    yield f"{CONFLICT}, left as it is: {tag.tag} ({tag.address}) was not created, since {' and '.join(reasons)}"
 
 
 def _few(names: list[str]) -> str:

@@ -32,7 +32,7 @@ CONTROLLER = (
         113, "inside the error deadband no term acts",
         "An error whose size is at most the deadband, after squaring, leaves CO = bias, without "
         "integration and without a derivative. The derivative's past goes on with the real error, so "
-        "leaving the deadband makes no kick. A deadband of 0 is none.",
+        "leaving the deadband makes no kick; the derivative's filter is emptied. A deadband of 0 is none.",
         "The help wants no control action inside and the entire error outside: a kick by the deadband's "
         "width would be an action that no change of the PV explains.",
     ),

@@ -19,7 +19,8 @@ if TYPE_CHECKING:
 D131 = Decision(
     131, "what the PLC accepts as a nickname",
     "At most 24 characters, no underscore at the beginning, none of % \" < > ! # $ & ' ( ) * + - . / : ; = ? @ [ \\ ] "
-    "^ ` { | } ~ anywhere; capital and small letters are one. A name that breaks this is a warning.",
+    "^ ` { | } ~ and nothing but ASCII anywhere; capital and small letters are one. A name that breaks "
+    "this is a warning.",
     "The topic is silent; these are the limits of the programming software as pyclickplc, which writes its files, "
     "knows them. Registers need no nickname, so the loop itself works.",
 )  # fmt: skip
@@ -79,7 +80,7 @@ def name_not_usable_in_nicknames(context: ClickContext) -> Iterator[Finding]:
     """
     for view in context.loops:
         name = view.loop.name
-        wrong = sorted(set(name) & FORBIDDEN)
+        wrong = sorted(c for c in set(name) if c in FORBIDDEN or not c.isascii())
         if wrong:
             yield view.find("name", name=name, reason=f"{' '.join(wrong)} {'is' if len(wrong) == 1 else 'are'} refused")
         elif name.startswith("_"):
