@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 from pydantic_core import PydanticCustomError
 
 from pidcfg.schemas.base import parse_number
+from pidcfg.schemas.expressions import FUNCTIONS, NUMBER
 from pidcfg.sim.check_expectations import check_expectation
-from pidcfg.sim.expressions import FUNCTIONS, NUMBER
 from pidcfg.sim.plc import TICKS, Plc
 from pidcfg.sim.problems import Problem, Route, unknown
 

@@ -10,7 +10,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
-from pidcfg.sim.expressions import Expression, ExpressionError, Pool, evaluate, parse
+from pidcfg.schemas.expressions import Expression, ExpressionError, parse
+from pidcfg.sim.expressions import Pool, evaluate
 from pidcfg.sim.kernel import Channel
 from pidcfg.sim.parameters import numbers_of, set_parameters
 from pidcfg.sim.plants import MODELS, Plant, settle_at

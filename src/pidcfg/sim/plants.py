@@ -11,8 +11,8 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from pidcfg.schemas.expressions import LARGEST_VALUE
 from pidcfg.sim.expressions import evaluate
-from pidcfg.sim.terms import LARGEST_VALUE
 
 if TYPE_CHECKING:
     from collections.abc import MutableSequence, Sequence

@@ -5,10 +5,10 @@ A kind is a row of `KINDS`; the command line gives it its code.
 
 from __future__ import annotations
 
-import difflib
 from dataclasses import dataclass
-from itertools import takewhile
 from typing import TYPE_CHECKING
+
+from pidcfg.schemas.names import nearest
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -44,19 +44,6 @@ class Problem:
     key: bool = False
     offset: int = 0
     loop: str | None = None
-
-
-def nearest(word: str, known: Iterable[str]) -> str | None:
-    """The name that was probably meant: the most alike, of equals the one that begins alike."""
-    near = difflib.get_close_matches(word, known, 4, 0.5)
-    likeness = difflib.SequenceMatcher(b=word)
-
-    def rank(name: str) -> tuple[float, int]:
-        likeness.set_seq1(name)
-        alike = takewhile(lambda pair: pair[0] == pair[1], zip(name, word, strict=False))
-        return likeness.ratio(), sum(1 for _ in alike)
-
-    return max(near, key=rank, default=None)
 
 
 def unknown(path: Route, what: str, name: object, known: Iterable[str], *, key: bool = False) -> Problem:

@@ -10,9 +10,6 @@ NEAREST = 6755399441055744.0
 SINGLE = array("f", [0.0])
 """What is put into it comes back in single precision."""
 
-LARGEST_VALUE = 1e15
-"""Beyond this nothing is a signal any more; it keeps every sum in a run finite."""
-
 
 def clamp(x: float, low: float, high: float) -> float:
     """The value within its limits; where they contradict each other, the low limit wins."""

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from pidcfg.schemas.expressions import LARGEST_VALUE
 from pidcfg.sim.controllers.click.equation import coefficients
 from pidcfg.sim.controllers.click.errors import RANGES
 from pidcfg.sim.controllers.click.state import AUTO, FRESH, MODES, TUNE_ERROR, TUNING, Config, State
 from pidcfg.sim.notices import noticed
-from pidcfg.sim.terms import LARGEST_VALUE, clamp, nearest, single
+from pidcfg.sim.terms import clamp, nearest, single
 from pidcfg.sim.tuning_rules import begin_listening
 
 IDLE, LISTENING, RESPONSE, SWITCHING = 0, 1, 2, 3

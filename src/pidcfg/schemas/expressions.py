@@ -1,0 +1,217 @@
+"""The grammar of expressions, ``1 / max(Fi, 1)``: read by a whitelist into pairs of numbers, never evaluated as Python.
+
+The grammar is numbers, declared names, ``+ - * /``, parentheses, and min, max, abs, sqrt. The longest declared name
+wins, so ``TIC-101.PV`` is a signal and not a subtraction. An expression becomes pairs of integers: what to do, with
+which constant or signal; `pidcfg.sim.expressions.evaluate` walks them.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+from pidcfg.schemas.names import nearest
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+CONSTANT, SIGNAL, ADD, SUBTRACT, MULTIPLY, DIVIDE, NEGATE, MINIMUM, MAXIMUM, ABSOLUTE, ROOT = range(11)
+"""What one pair of an expression's code does; only the first two use the second number of the pair."""
+
+LARGEST_VALUE = 1e15
+"""Beyond this nothing is a signal any more; it keeps every sum in a run finite."""
+
+FUNCTIONS = {"min": (MINIMUM, 2, 16), "max": (MAXIMUM, 2, 16), "abs": (ABSOLUTE, 1, 1), "sqrt": (ROOT, 1, 1)}
+"""Name to op code and the smallest and largest number of arguments."""
+
+MAX_LENGTH = 1_000
+MAX_DEPTH = 40
+ALLOWED = "allowed are numbers, names of signals, + - * / ( ) and min, max, abs, sqrt"
+
+NUMBER = re.compile(r"(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?")
+WORD = re.compile(r"[^\W\d][\w.\-]*")
+SPACE = re.compile(r"\s*")
+
+
+class ExpressionError(ValueError):
+    """An expression that cannot be read: what is wrong, at which character (0-based), and the cure."""
+
+    def __init__(self, message: str, offset: int, cure: str = ALLOWED) -> None:
+        super().__init__(message)
+        self.message, self.offset, self.cure = message, offset, cure
+
+
+@dataclass(frozen=True, slots=True)
+class Expression:
+    """An expression as read: pairs of op code and operand, the constants, and the signals it uses."""
+
+    text: str
+    code: tuple[int, ...]
+    constants: tuple[float, ...]
+    signals: frozenset[int]
+    depth: int
+
+    @property
+    def signal(self) -> int | None:
+        """The signal's number when the expression is nothing but one signal."""
+        return self.code[1] if len(self.code) == 2 and self.code[0] == SIGNAL else None
+
+
+def parse(text: str, names: Mapping[str, int]) -> Expression:
+    """The expression of ``text`` with ``names`` of signals and their numbers; raises `ExpressionError`."""
+    if len(text) > MAX_LENGTH:
+        raise ExpressionError(f"the expression is longer than {MAX_LENGTH} characters", MAX_LENGTH, "split it")
+    parser = _Parser(text, names, sorted({len(name) for name in names}, reverse=True))
+    parser.skip()
+    parser.sum(0)
+    if parser.at < len(text):
+        raise ExpressionError(f"unexpected {parser.here()}", parser.at)
+    signals = frozenset(parser.code[i + 1] for i in range(0, len(parser.code), 2) if parser.code[i] == SIGNAL)
+    return Expression(text, tuple(parser.code), tuple(parser.constants), signals, parser.deepest)
+
+
+@dataclass(slots=True)
+class _Parser:
+    """Recursive descent, at most `MAX_DEPTH` deep; writes the code in the order in which it is run."""
+
+    text: str
+    names: Mapping[str, int]
+    lengths: list[int]
+    at: int = 0
+    code: list[int] = field(default_factory=list)
+    constants: list[float] = field(default_factory=list)
+    height: int = 0
+    deepest: int = 0
+
+    def sum(self, depth: int) -> None:
+        """Products, added and subtracted from left to right."""
+        if depth > MAX_DEPTH:
+            raise ExpressionError(f"more than {MAX_DEPTH} levels of nesting", self.at, "split the expression")
+        self.product(depth)
+        while self.at < len(self.text) and self.text[self.at] in "+-":
+            op = ADD if self.text[self.at] == "+" else SUBTRACT
+            self.step(1)
+            self.product(depth)
+            self.emit(op)
+
+    def product(self, depth: int) -> None:
+        """Factors, multiplied and divided from left to right."""
+        self.factor(depth)
+        while self.at < len(self.text) and self.text[self.at] in "*/":
+            op = MULTIPLY if self.text[self.at] == "*" else DIVIDE
+            self.step(1)
+            self.factor(depth)
+            self.emit(op)
+
+    def factor(self, depth: int) -> None:
+        """A number, a signal, a function, parentheses, or one of them with a sign."""
+        negative = False
+        while (name := self.name()) is None and self.at < len(self.text) and self.text[self.at] in "+-":
+            negative ^= self.text[self.at] == "-"
+            self.step(1)
+        if name is not None:
+            self.emit(SIGNAL, self.names[name])
+            self.step(len(name))
+        elif number := NUMBER.match(self.text, self.at):
+            self.number(number.group())
+        elif self.at < len(self.text) and self.text[self.at] == "(":
+            self.step(1)
+            self.sum(depth + 1)
+            self.close()
+        else:
+            self.call(depth)
+        if negative:
+            self.emit(NEGATE)
+
+    def name(self) -> str | None:
+        """The longest declared name that stands here, and is not the beginning of a longer word."""
+        for length in self.lengths:
+            end = self.at + length
+            name = self.text[self.at : end]
+            if name in self.names and not self.goes_on(name, end):
+                return name
+        return None
+
+    def goes_on(self, name: str, end: int) -> bool:
+        """Whether the text at ``end`` makes the name the beginning of something else."""
+        after = self.text[end : end + 1]
+        in_word = name[-1:].isalnum() and (after.isalnum() or after == "_")
+        is_part = after == "." and self.text[end + 1 : end + 2].isalpha()
+        is_call = name in FUNCTIONS and self.text[end:].lstrip().startswith("(")
+        return in_word or is_part or is_call
+
+    def number(self, written: str) -> None:
+        """A constant; one that is not finite is refused."""
+        if float(written) > LARGEST_VALUE:
+            raise ExpressionError(f"{written} is too large", self.at, f"the largest number is {LARGEST_VALUE:g}")
+        end = self.at + len(written)
+        if end < len(self.text) and (self.text[end].isalpha() or self.text[end] == "_"):
+            word = self.text[self.at :].split()[0]
+            raise ExpressionError(f"{word!r} is no number and no declared name", self.at, self.similar(word))
+        self.emit(CONSTANT, len(self.constants))
+        self.constants.append(float(written))
+        self.step(len(written))
+
+    def call(self, depth: int) -> None:
+        """A function with its arguments; anything else that stands here has no meaning."""
+        start = self.at
+        word = WORD.match(self.text, self.at)
+        if word is None:
+            raise ExpressionError(f"a number or a name is missing before {self.here()}", self.at)
+        self.step(len(word.group()))
+        is_call = self.at < len(self.text) and self.text[self.at] == "("
+        if word.group() not in FUNCTIONS:
+            what = "function" if is_call else "declared name"
+            raise ExpressionError(f"{word.group()!r} is no {what}", start, self.similar(word.group()))
+        if not is_call:
+            raise ExpressionError(f"{word.group()} needs its arguments in parentheses", start)
+        op, fewest, most = FUNCTIONS[word.group()]
+        given = 1
+        self.step(1)
+        self.sum(depth + 1)
+        while self.at < len(self.text) and self.text[self.at] == ",":
+            self.step(1)
+            self.sum(depth + 1)
+            self.emit(op)
+            given += 1
+        self.close()
+        if not fewest <= given <= most:
+            wanted = str(fewest) if fewest == most else f"{fewest} to {most}"
+            raise ExpressionError(f"{word.group()} takes {wanted} argument{'s' * (most > 1)}, not {given}", start)
+        if most == 1:
+            self.emit(op)
+
+    def similar(self, word: str) -> str:
+        """A cure: the declared name or function that looks most like the word."""
+        near = nearest(word, [*self.names, *FUNCTIONS])
+        return f"did you mean {near!r}?" if near else ALLOWED
+
+    def close(self) -> None:
+        """The end of parentheses."""
+        if self.at >= len(self.text) or self.text[self.at] != ")":
+            raise ExpressionError(f"a closing parenthesis is missing before {self.here()}", self.at)
+        self.step(1)
+
+    def emit(self, op: int, operand: int = 0) -> None:
+        """One pair of code, and how high the stack is after it."""
+        self.code += (op, operand)
+        if op in (CONSTANT, SIGNAL):
+            self.height += 1
+            self.deepest = max(self.deepest, self.height)
+        elif op not in (NEGATE, ABSOLUTE, ROOT):
+            self.height -= 1
+
+    def step(self, characters: int) -> None:
+        """Moves past something and the space behind it."""
+        self.at += characters
+        self.skip()
+
+    def skip(self) -> None:
+        """Moves past space."""
+        found = SPACE.match(self.text, self.at)
+        self.at = found.end() if found else self.at
+
+    def here(self) -> str:
+        """What stands here, for a message."""
+        return repr(self.text[self.at]) if self.at < len(self.text) else "the end"
