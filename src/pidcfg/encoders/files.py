@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
-from pidcfg.encoders.image import Image
 from pidcfg.encoders.listing import Listing, read_csv, read_json, read_text, write_csv, write_json, write_text
 from pidcfg.encoders.modbus import Numbering, read_modbus, write_modbus
 
@@ -16,10 +15,10 @@ if TYPE_CHECKING:
 
 CONFLICT = "conflict"
 """How a line of a merge's report begins that says what was left out because something else stands in its place."""
-Write = Callable[[Image, tuple[str, ...]], str | Mapping[str, str]]
-"""Image and checklist to a text, or to several, each by what is added to the file's name."""
+Write = Callable[[Any, tuple[str, ...]], str | Mapping[str, str]]
+"""Image (or `Program`) and checklist to a text, or to several, each by what is added to the file's name."""
 Read = Callable[[str], Listing]
-Merge = Callable[[Image, str], tuple[str, tuple[str, ...]]]
+Merge = Callable[[Any, str], tuple[str, tuple[str, ...]]]
 """Image and the text of a file that is the user's to the text of the file with both, and a report of what was done."""
 
 

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
     from pidcfg.encoders.image import Cell, Image
+    from pidcfg.encoders.named import Program
     from pidcfg.encoders.spaces import Kind, Space
 
 COLUMNS = ("address", "hex", "value", "loop", "field")
@@ -39,19 +40,19 @@ class ListingError(ValueError):
 
 @dataclass(slots=True)
 class Listing:
-    """What a memory listing holds: raw content by address, and what was written beside it."""
+    """What a memory listing holds: raw content by address, or by name where a vendor's parameters have names."""
 
-    words: dict[int, int] = field(default_factory=dict)
+    words: dict[Any, Any] = field(default_factory=dict)
     settings: tuple[Mapping[str, Any], ...] = ()
     plc: Mapping[str, Any] = field(default_factory=dict)
     vendor: str | None = None
     mixed: bool = False
     """The file is about more than loops, so that words outside them are nothing to tell."""
-    lines: dict[int, int] = field(default_factory=dict)
+    lines: dict[Any, int] = field(default_factory=dict)
     """Where each word stands, and how its address is written."""
-    shown: dict[int, str] = field(default_factory=dict)
+    shown: dict[Any, str] = field(default_factory=dict)
 
-    def add(self, address: int, value: int, shown: str, line: int = 1, column: int = 1) -> None:
+    def add(self, address: int | str, value: Any, shown: str, line: int = 1, column: int = 1) -> None:
         """Takes a word; the same address twice is refused."""
         if address in self.words:
             raise ListingError(f"{shown} stands here again", line, column)
@@ -60,7 +61,7 @@ class Listing:
         self.shown[address] = shown
 
 
-def comments(image: Image, checklist: tuple[str, ...]) -> list[str]:
+def comments(image: Image | Program, checklist: tuple[str, ...]) -> list[str]:
     """The comment lines above the words: the checklist for people, the settings for the way back."""
     lines = [f"# check after the download: {item}" for item in checklist]
     lines.append(PLC + json.dumps(dict(image.plc), ensure_ascii=False))
@@ -87,7 +88,7 @@ def read_text(text: str, space: Space) -> Listing:
     """The first two columns of each line and the settings comment; anything after them is for people."""
     found = Listing()
     for number, line in enumerate(text.splitlines(), start=1):
-        if _comment(line, number, found):
+        if settings_line(line, number, found):
             continue
         parts = line.split()
         if len(parts) == 1:
@@ -139,7 +140,7 @@ def csv_rows(text: str, found: Listing, required: tuple[str, ...]) -> Iterator[t
     """
     header: list[str] | None = None
     for number, line in enumerate(text.splitlines(), start=1):
-        if _comment(line, number, found):
+        if settings_line(line, number, found):
             continue
         try:
             cells = next(csv.reader([line], strict=True))
@@ -175,7 +176,7 @@ def _json_cell(cell: Cell) -> dict[str, Any]:
 
 def read_json(text: str, space: Space) -> Listing:
     """``words`` with address and value, and what stands beside them."""
-    document = _load_json(text)
+    document = load_json(text)
     words = document.get("words") if isinstance(document, dict) else None
     if not isinstance(words, list):
         raise ListingError("the JSON document has no list 'words'")
@@ -187,7 +188,7 @@ def read_json(text: str, space: Space) -> Listing:
         found.add(
             address, _json_content(entry, space.kind(address), f"words[{i}] ({entry['address']})"), entry["address"]
         )
-    _take_settings(document, found)
+    take_settings(document, found)
     found.vendor = document.get("vendor")
     return found
 
@@ -203,7 +204,8 @@ def _json_content(entry: Mapping[str, Any], kind: Kind, place: str) -> int:
     return raw
 
 
-def _load_json(text: str) -> Any:
+def load_json(text: str) -> Any:
+    """A JSON document without NaN and infinities."""
     try:
         return json.loads(text, parse_constant=_no_constant)
     except json.JSONDecodeError as error:
@@ -216,12 +218,12 @@ def _no_constant(name: str) -> None:
     raise ListingError(f"{name} is not a number of JSON")
 
 
-def _comment(line: str, number: int, found: Listing) -> bool:
+def settings_line(line: str, number: int, found: Listing) -> bool:
     """Whether a line is blank or a comment; the settings are taken from theirs."""
     for start in (PLC, LOOP):
         if line.startswith(start):
             try:
-                entry = _load_json(line.removeprefix(start))
+                entry = load_json(line.removeprefix(start))
             except ListingError as error:
                 raise ListingError(str(error), number, len(start) + error.column) from None
             if not isinstance(entry, dict):
@@ -234,7 +236,7 @@ def _comment(line: str, number: int, found: Listing) -> bool:
     return not line.strip() or line.lstrip().startswith("#")
 
 
-def _take_settings(document: Any, found: Listing) -> None:
+def take_settings(document: Any, found: Listing) -> None:
     """Settings by loop; what is not of their shape is refused rather than dropped."""
     settings, plc = document.get("settings", []), document.get("plc", {})
     if not isinstance(settings, list) or not all(isinstance(s, dict) for s in settings) or not isinstance(plc, dict):

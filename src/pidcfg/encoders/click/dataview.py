@@ -153,7 +153,11 @@ def _compare(found: Listing, rows: list[tuple[int, str, str, str]], lines: list[
         if row is None or row.address != address or (row.new_value is None) != (not value):
             raise ListingError(f"pyclickplc does not read the row of {address} as it is written", line)
         number = SPACE.parse(address)
-        if number in found.words and SPACE.kind(number).read(row.new_value) != found.words[number]:
+        if (
+            number is not None
+            and number in found.words
+            and SPACE.kind(number).read(row.new_value) != found.words[number]
+        ):
             raise ListingError(f"{address}: pyclickplc reads {row.new_value} from {value}", line)
     if read:
         raise ListingError(f"pyclickplc reads a row that is not there: {next(iter(read.values())).address}")

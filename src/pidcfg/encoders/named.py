@@ -1,0 +1,107 @@
+"""The image of a vendor whose parameters have names and types, as variables of a program have, and no addresses.
+
+`Program` is to such a vendor what `pidcfg.encoders.image.Image` is to one with registers. Its content is what the PLC
+holds: a REAL is the shortest decimal that means its single-precision number.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from decimal import Decimal
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from pidcfg.encoders.words import EncodeError, Single, single_value
+from pidcfg.schemas.iec import BOOL, DINT, INT, REAL, UINT, USINT, IecType, Wire
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from pidcfg.encoders.image import Route
+    from pidcfg.encoders.regmap import Misfit, Rounded
+
+Content = bool | int | float
+SINGLE = Single()
+TYPES = {kind.name: kind for kind in (BOOL, REAL, INT, UINT, USINT, DINT)}
+
+
+class Parameter(NamedTuple):
+    """A row of a function block's or an instruction's table, as messages name it."""
+
+    name: str
+    type: IecType
+    unit: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Entry:
+    """One parameter: its full name, its type, and its content, or the expression that it is wired to."""
+
+    address: str
+    type: IecType
+    raw: Content | Wire
+    field: str
+    loop: str | None = None
+    device: str | None = None
+    """Where it stands in the PLC's memory, for vendors that place parameters there."""
+
+    @property
+    def number(self) -> str:
+        """What tells it from the other entries of an image: its name."""
+        return self.address
+
+
+@dataclass(frozen=True, slots=True)
+class Program:
+    """A vendor's named parameters in the order of the configuration, and what no parameter holds."""
+
+    vendor: str
+    cells: tuple[Entry, ...]
+    settings: tuple[Mapping[str, Any], ...] = ()
+    plc: Mapping[str, Any] = field(default_factory=dict)
+
+    @property
+    def words(self) -> dict[str, Content | Wire]:
+        """Content by name."""
+        return {cell.address: cell.raw for cell in self.cells}
+
+
+@dataclass(frozen=True, slots=True)
+class NamedEncoding:
+    """A configuration's program, and the values that did not go in as written, each with its place."""
+
+    image: Program
+    misfits: tuple[tuple[Route, Misfit], ...] = ()
+    rounded: tuple[tuple[Route, Rounded], ...] = ()
+
+
+def store(kind: IecType, value: Decimal | Content) -> Content:
+    """What a variable of this type holds of a value; raises `EncodeError` for one that it cannot hold."""
+    if kind.kind == "bool":
+        return bool(value)
+    number = Decimal(value)
+    if kind.kind == "real":
+        return single_value(SINGLE.encode(number))
+    if number != number.to_integral_value():
+        raise EncodeError("form", f"{kind.name} holds whole numbers")
+    if not kind.low <= number <= kind.high:
+        raise EncodeError("range", f"outside the range of {kind.name}", Decimal(kind.low), Decimal(kind.high))
+    return int(number)
+
+
+def read(kind: IecType, value: object) -> Content | None:
+    """A content as JSON has it, if it is one of this type; None: it is not."""
+    if kind.kind == "bool":
+        return value if isinstance(value, bool) else None
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        return None
+    try:
+        return store(kind, Decimal(repr(value)))
+    except (EncodeError, ArithmeticError):
+        return None
+
+
+def shown(kind: IecType, content: Content) -> str:
+    """A content as the programming language writes it: TRUE, 5, 2.0, 1.0E-6."""
+    if kind.kind == "bool":
+        return "TRUE" if content else "FALSE"
+    return repr(content).upper() if kind.kind == "real" else str(int(content))

@@ -1,0 +1,180 @@
+"""Listings of named parameters as text, CSV and JSON, and the way back.
+
+They carry what no parameter holds as the listings of memory do (`pidcfg.encoders.listing`), and take as little on
+trust: a name twice, a type that is none, or content that its type cannot hold is refused with its line.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import re
+from typing import TYPE_CHECKING, Any
+
+from pidcfg.encoders.files import FileKind, columns, first_line
+from pidcfg.encoders.listing import Listing, ListingError, comments, csv_rows, load_json, settings_line, take_settings
+from pidcfg.encoders.named import TYPES, Content, read, shown
+from pidcfg.schemas.base import NUMBER
+from pidcfg.schemas.iec import IecType, Wire
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from pidcfg.encoders.named import Entry, Program
+
+NAME = re.compile(r"[A-Za-z_][\w.\-/# ]*")
+COLUMNS = ("name", "type", "value", "expression", "device", "loop", "parameter")
+WIRED = ":="
+"""What stands before an expression in a text listing."""
+RISKY = ("=", "+", "-", "@")
+"""How a cell begins that a spreadsheet would calculate; an expression in parentheses means the same."""
+
+
+def write_text(image: Program, checklist: tuple[str, ...] = ()) -> str:
+    """One parameter a line: name, type, content."""
+    lines = [f"# {image.vendor} parameters: name, type, value", *comments(image, checklist)]
+    wide = max((len(bare(c.address)) for c in image.cells), default=1)
+    for cell in image.cells:
+        content = f"{WIRED} {cell.raw.text}" if isinstance(cell.raw, Wire) else shown(cell.type, cell.raw)
+        lines.append(f"{bare(cell.address):<{wide}}  {cell.type.name:<5} {content}")
+    return "\n".join(lines) + "\n"
+
+
+def bare(name: str) -> str:
+    """A name without blanks, so that columns stay columns."""
+    return name.replace(" ", "~")
+
+
+def read_text(text: str) -> Listing:
+    """Three columns; the rest of a line is the content."""
+    found = Listing()
+    for number, line in enumerate(text.splitlines(), start=1):
+        if settings_line(line, number, found):
+            continue
+        parts = line.split(None, 2)
+        if len(parts) < 3:
+            raise ListingError("a line has a name, a type and a value", number)
+        name, kind = parts[0].replace("~", " "), type_of(parts[1], number)
+        if parts[2].startswith(WIRED):
+            found.add(name, Wire(parts[2].removeprefix(WIRED).strip()), name, number)
+        else:
+            found.add(name, content_of(parts[2].strip(), kind, name, number), name, number)
+    return found
+
+
+def type_of(text: str, line: int) -> IecType:
+    """The elementary type of a name; others are refused."""
+    if text not in TYPES:
+        raise ListingError(f"{text!r} is not one of the types {', '.join(TYPES)}", line)
+    return TYPES[text]
+
+
+def content_of(text: str, kind: IecType, name: str, line: int) -> Content:
+    """The content that a text spells."""
+    value: object = {"TRUE": True, "FALSE": False}.get(text.upper())
+    if value is None and NUMBER.fullmatch(text):
+        value = float(text)
+        value = int(text) if kind.kind == "whole" and text.lstrip("+-").isdigit() else value
+    content = read(kind, value)
+    if content is None:
+        raise ListingError(f"{name}: {text!r} is not a value of {kind.name}", line)
+    return content
+
+
+def write_csv(image: Program, checklist: tuple[str, ...] = ()) -> str:
+    """A row a parameter."""
+    out = io.StringIO()
+    out.writelines(f"{line}\n" for line in comments(image, checklist))
+    writer = csv.writer(out, lineterminator="\n")
+    writer.writerow(COLUMNS)
+    for cell in image.cells:
+        content = ("", _harmless(cell.raw.text)) if isinstance(cell.raw, Wire) else (shown(cell.type, cell.raw), "")
+        writer.writerow((cell.address, cell.type.name, *content, cell.device or "", cell.loop or "", cell.field))
+    return out.getvalue()
+
+
+def _harmless(expression: str) -> str:
+    return f"({expression})" if expression.startswith(RISKY) else expression
+
+
+def read_csv(text: str) -> Listing:
+    """Rows by their header."""
+    found = Listing()
+    for number, row in csv_rows(text, found, required=("name", "type", "value|expression")):
+        kind, name = type_of(row["type"], number), row["name"]
+        if row.get("expression"):
+            if row.get("value"):
+                raise ListingError(f"{name} has a value and an expression", number)
+            found.add(name, Wire(row["expression"]), name, number)
+        else:
+            found.add(name, content_of(row.get("value", ""), kind, name, number), name, number)
+    return found
+
+
+def write_json(image: Program, checklist: tuple[str, ...] = ()) -> str:
+    """The layout of the public interface; a wired parameter has its expression in place of a value."""
+    document = {
+        "version": 1,
+        "vendor": image.vendor,
+        "words": [_json_entry(cell) for cell in image.cells],
+        "settings": [dict(s) for s in image.settings],
+        "plc": dict(image.plc),
+        "checklist": list(checklist),
+    }
+    return json.dumps(document, indent=2, ensure_ascii=False) + "\n"
+
+
+def _json_entry(cell: Entry) -> dict[str, Any]:
+    content = {"expression": cell.raw.text} if isinstance(cell.raw, Wire) else {"value": cell.raw}
+    device = {} if cell.device is None else {"device": cell.device}
+    return {"address": cell.address, "type": cell.type.name, **content, **device, "loop": cell.loop,
+            "field": cell.field}  # fmt: skip
+
+
+def read_json(text: str) -> Listing:
+    """``words`` with address, type and value or expression, and what stands beside them."""
+    document = load_json(text)
+    words = document.get("words") if isinstance(document, dict) else None
+    if not isinstance(words, list):
+        raise ListingError("the JSON document has no list 'words'")
+    found = Listing()
+    for i, entry in enumerate(words):
+        if not isinstance(entry, dict) or not isinstance(entry.get("address"), str):
+            raise ListingError(f"words[{i}] has no text 'address'")
+        name = entry["address"]
+        found.add(name, _json_content(entry, f"words[{i}] ({name})"), name)
+    take_settings(document, found)
+    found.vendor = document.get("vendor")
+    return found
+
+
+def _json_content(entry: Mapping[str, Any], place: str) -> Content | Wire:
+    kind = TYPES.get(entry.get("type"))  # type: ignore[arg-type]  # anything may stand there
+    if kind is None:
+        raise ListingError(f"{place}: {json.dumps(entry.get('type'))} is not one of the types {', '.join(TYPES)}")
+    if "expression" in entry:
+        if not isinstance(entry["expression"], str) or "value" in entry:
+            raise ListingError(f"{place}: an expression is a text, and stands in place of a value")
+        return Wire(entry["expression"])
+    content = read(kind, entry.get("value"))
+    if content is None:
+        raise ListingError(f"{place}: the value {json.dumps(entry.get('value'))} is not one of {kind.name}")
+    return content
+
+
+def named_listings(title: str) -> dict[str, FileKind]:
+    """The formats that every vendor with named parameters has: text, csv and json."""
+    kinds = (
+        FileKind("text", title, write_text, read_text, lambda text: _typed(first_line(text))),
+        FileKind(
+            "csv", f"{title} for spreadsheets", write_csv, read_csv, lambda text: {"name", "type"} <= {*columns(text)}
+        ),
+        FileKind("json", f"{title} for programs", write_json, read_json, lambda text: text.lstrip().startswith("{")),
+    )
+    return {kind.name: kind for kind in kinds}
+
+
+def _typed(line: str) -> bool:
+    parts = line.split(None, 2)
+    return len(parts) == 3 and parts[1] in TYPES and bool(NAME.fullmatch(parts[0].replace("~", " ")))

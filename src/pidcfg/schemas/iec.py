@@ -1,0 +1,165 @@
+"""Parameters of function blocks and instructions: elementary types of IEC 61131-3, and values that are wired.
+
+A parameter is a literal of its type or, where the field allows it, a `Wire`: an expression of signals and of other
+blocks' parameters. What an expression means is known only once all names are (`pidcfg.encoders.nextopid.wiring`).
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from decimal import Decimal
+from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple
+
+from pydantic import PlainValidator, WithJsonSchema
+
+from pidcfg.schemas.base import (
+    DURATION,
+    DURATION_PATTERN,
+    LEADING_ZERO,
+    LOOKS_BOOLEAN,
+    NOT_FINITE,
+    NUMBER,
+    OTHER_NOTATION,
+    TRUTHS,
+    parse_duration,
+    parse_flag,
+    parse_integer,
+    parse_number,
+    refuse,
+)
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+Kind = Literal["bool", "whole", "real"]
+
+
+@dataclass(frozen=True, slots=True)
+class IecType:
+    """An elementary type: its name, and for whole numbers its ends."""
+
+    name: str
+    kind: Kind
+    low: int = 0
+    high: int = 0
+
+    @property
+    def default(self) -> bool | int | float:
+        """What a variable holds that is given no initial value."""
+        return False if self.kind == "bool" else 0 if self.kind == "whole" else 0.0
+
+
+BOOL = IecType("BOOL", "bool")
+REAL = IecType("REAL", "real")
+INT = IecType("INT", "whole", -0x8000, 0x7FFF)
+UINT = IecType("UINT", "whole", 0, 0xFFFF)
+USINT = IecType("USINT", "whole", 0, 0xFF)
+DINT = IecType("DINT", "whole", -0x80000000, 0x7FFFFFFF)
+
+RESERVED = """
+ABS ACTION AND ARRAY AT BOOL BY BYTE CASE CONFIGURATION CONSTANT DATE DINT DO DWORD ELSE ELSIF END_CASE END_FOR
+END_FUNCTION END_FUNCTION_BLOCK END_IF END_PROGRAM END_REPEAT END_STRUCT END_TYPE END_VAR END_WHILE EXIT EXP FALSE
+FOR FROM FUNCTION FUNCTION_BLOCK IF INT LINT LIMIT LN LOG LREAL LWORD MAX MIN MOD MUX NOT OF ON OR PROGRAM REAL
+REPEAT RESOURCE RETAIN RETURN SEL SINT SQRT STEP STRING STRUCT TASK THEN TIME TO TRANSITION TRUE TYPE UDINT UINT
+ULINT UNTIL USINT VAR VAR_EXTERNAL VAR_GLOBAL VAR_INPUT VAR_IN_OUT VAR_OUTPUT VAR_TEMP WHILE WITH WORD WSTRING XOR
+"""
+KEYWORDS = frozenset(RESERVED.split())
+IDENTIFIER = re.compile(r"[A-Za-z](?:_?[A-Za-z0-9])*")
+IDENTIFIER_LENGTH = 40
+
+
+class Wire(NamedTuple):
+    """An expression in place of a value, as it is written."""
+
+    text: str
+
+
+class Timed(Decimal):
+    """Seconds that were written with a unit, so that they can be nothing but a time."""
+
+
+def is_numeric(text: str) -> bool:
+    """Whether a text is a number, or so much like one that nothing else can be meant."""
+    return any(form.fullmatch(text) for form in (NUMBER, LEADING_ZERO, OTHER_NOTATION, NOT_FINITE))
+
+
+def _wire(value: str) -> Wire:
+    text = " ".join(str(value).split())
+    if text.lower() in LOOKS_BOOLEAN or text.lower() in {"true", "false", "null", "~", ""}:
+        refuse("number_type", f"{text!r} is neither a number nor an expression")
+    if LEADING_ZERO.match(text):
+        refuse("leading_zero", f"{text!r} begins with a leading zero, which some read as octal")
+    return Wire(text)
+
+
+def parse_identifier(value: object) -> str:
+    """A name as IEC 61131-3 has it: a letter, then letters, digits and single underscores."""
+    if not isinstance(value, str) or not IDENTIFIER.fullmatch(value):
+        shown = value if isinstance(value, str) else str(value).lower()
+        refuse("name_form", f"{shown!r} is not usable as the name of an instance",
+               help="begin with a letter; letters, digits and single underscores may follow")  # fmt: skip
+    if len(value) > IDENTIFIER_LENGTH:
+        refuse("name_form", f"a name of {len(value)} characters; at most {IDENTIFIER_LENGTH} are allowed")
+    if value.upper() in KEYWORDS:
+        refuse("name_form", f"{value} is a word of the programming language", help=f"write {value}_1")
+    return str(value)
+
+
+def parse_real_in(value: object) -> Decimal | Wire:
+    """A number, or an expression of numbers."""
+    if isinstance(value, Wire):
+        return value
+    if isinstance(value, str) and not is_numeric(value):
+        return _wire(value)
+    return parse_number(value)
+
+
+def parse_time_in(value: object) -> Decimal | Wire:
+    """A time in s, a text with a unit (``500 ms``), or an expression of numbers."""
+    if isinstance(value, str) and DURATION.fullmatch(value):
+        return Timed(parse_duration(value).seconds())
+    return parse_real_in(value)
+
+
+def parse_bool_in(value: object) -> bool | Wire:
+    """``true``, ``false``, or the name of a BOOL."""
+    if isinstance(value, Wire):
+        return value
+    if isinstance(value, str) and value not in TRUTHS and value.lower() not in {*LOOKS_BOOLEAN, "true", "false"}:
+        return _wire(value)
+    return parse_flag(value)
+
+
+def parse_signal(value: object) -> Decimal | bool:
+    """The value of a signal: a number, or true or false."""
+    if isinstance(value, bool) or (isinstance(value, str) and value in TRUTHS):
+        return parse_flag(value)
+    return parse_number(value)
+
+
+WIRED = {"type": "string"}
+
+
+def _field(parse: Callable[[object], Any], *schemas: dict[str, Any]) -> tuple[PlainValidator, WithJsonSchema]:
+    return PlainValidator(parse), WithJsonSchema({"anyOf": [*schemas]} if len(schemas) > 1 else schemas[0])
+
+
+NUMERIC = {"type": "number"}
+DURATION_TEXT = {"type": "string", "pattern": DURATION_PATTERN}
+RealIn = Annotated[Decimal | Wire, *_field(parse_real_in, NUMERIC, WIRED), REAL]
+TimeIn = Annotated[Decimal | Wire, *_field(parse_time_in, NUMERIC, WIRED), REAL]
+IntIn = Annotated[Decimal | Wire, *_field(parse_real_in, {"type": "integer"}, WIRED), INT]
+BoolIn = Annotated[bool | Wire, *_field(parse_bool_in, {"type": "boolean"}, WIRED), BOOL]
+Real = Annotated[Decimal, *_field(parse_number, NUMERIC), REAL]
+"""Without wires, like the next ones."""
+Bool = Annotated[bool, *_field(parse_flag, {"type": "boolean"}), BOOL]
+UInt = Annotated[int, *_field(parse_integer, {"type": "integer"}), UINT]
+USInt = Annotated[int, *_field(parse_integer, {"type": "integer"}), USINT]
+DInt = Annotated[int, *_field(parse_integer, {"type": "integer"}), DINT]
+Identifier = Annotated[
+    str,
+    PlainValidator(parse_identifier),
+    WithJsonSchema({"type": "string", "pattern": f"^{IDENTIFIER.pattern}$", "maxLength": IDENTIFIER_LENGTH}),
+]
+Signal = Annotated[Decimal | bool, *_field(parse_signal, NUMERIC, {"type": "boolean"})]
