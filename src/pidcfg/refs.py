@@ -54,3 +54,4 @@ CLICK = Manual("CLICK PLC help, topic CL246: PID Control in CLICK", "CLICK help 
 CLICK_HELP = Manual("CLICK PLC help, topics CL248 and CL254: PID errors and PID addresses", "CLICK help CL248/CL254")
 EZLOGIX = Manual("EZLogix PLC user manual, chapter 6: PID Loop", "EZLogix manual ch. 6")
 NEXTOPID = Manual("NextoPID Function Blocks User Manual (Altus)", "NextoPID manual")
+DPIDE = Manual("Delta AS Series Programming Manual, chapter 6: API 0708 DPIDE", "DPIDE manual ch. 6")

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from decimal import Decimal
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 from pidcfg.encoders.words import EncodeError, Single, single_value
 from pidcfg.schemas.iec import BOOL, DINT, INT, REAL, UINT, USINT, IecType, Wire
@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 
     from pidcfg.encoders.image import Route
     from pidcfg.encoders.regmap import Misfit, Rounded
+    from pidcfg.refs import Basis
 
 Content = bool | int | float
 SINGLE = Single()
@@ -25,11 +26,25 @@ TYPES = {kind.name: kind for kind in (BOOL, REAL, INT, UINT, USINT, DINT)}
 
 
 class Parameter(NamedTuple):
-    """A row of a function block's or an instruction's table, as messages name it."""
+    """A row of a function block's or an instruction's table; ``name`` is the manual's, and where it stands in the file."""
 
     name: str
     type: IecType
     unit: str = ""
+    title: str = ""
+    basis: Basis | None = None
+    access: Literal["input", "output"] = "input"
+
+
+class ParameterTable(NamedTuple):
+    """All parameters of a function block, a function or an instruction, in the manual's order."""
+
+    title: str
+    rows: tuple[Parameter, ...]
+
+    def row(self, name: str) -> Parameter:
+        """A parameter by its name."""
+        return next(row for row in self.rows if row.name == name)
 
 
 @dataclass(frozen=True, slots=True)

@@ -103,12 +103,24 @@ class Bits:
         return self.choices[code]
 
 
+class Named(Protocol):
+    """What a message says of a register or parameter."""
+
+    @property
+    def name(self) -> str:
+        """Its name."""
+
+    @property
+    def unit(self) -> str:
+        """The unit of its value."""
+
+
 @dataclass(frozen=True, slots=True)
 class Misfit:
-    """A value that its register cannot hold."""
+    """A value that its register or parameter cannot hold."""
 
     path: str
-    word: Word
+    word: Named
     value: Any
     error: EncodeError
 
