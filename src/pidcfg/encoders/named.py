@@ -11,7 +11,7 @@ from decimal import Decimal
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 from pidcfg.encoders.words import EncodeError, Single, single_value
-from pidcfg.schemas.iec import BOOL, DINT, INT, REAL, UINT, USINT, IecType, Wire
+from pidcfg.schemas.iec import AUTOTUNE_MODE, BOOL, DINT, INT, REAL, UINT, USINT, IecType, Wire
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -20,13 +20,13 @@ if TYPE_CHECKING:
     from pidcfg.encoders.regmap import Misfit, Rounded
     from pidcfg.refs import Basis
 
-Content = bool | int | float
+Content = bool | int | float | str
 SINGLE = Single()
-TYPES = {kind.name: kind for kind in (BOOL, REAL, INT, UINT, USINT, DINT)}
+TYPES = {kind.name: kind for kind in (BOOL, REAL, INT, UINT, USINT, DINT, AUTOTUNE_MODE)}
 
 
 class Parameter(NamedTuple):
-    """A row of a function block's or an instruction's table; ``name`` is the manual's, and where it stands in the file."""
+    """A row of a function block's or an instruction's table; ``name`` is the manual's, and its path in the file."""
 
     name: str
     type: IecType
@@ -93,6 +93,8 @@ def store(kind: IecType, value: Decimal | Content) -> Content:
     """What a variable of this type holds of a value; raises `EncodeError` for one that it cannot hold."""
     if kind.kind == "bool":
         return bool(value)
+    if kind.kind == "word":
+        return str(value)
     number = Decimal(value)
     if kind.kind == "real":
         return single_value(SINGLE.encode(number))
@@ -107,6 +109,8 @@ def read(kind: IecType, value: object) -> Content | None:
     """A content as JSON has it, if it is one of this type; None: it is not."""
     if kind.kind == "bool":
         return value if isinstance(value, bool) else None
+    if kind.kind == "word":
+        return value if isinstance(value, str) and value in kind.words else None
     if isinstance(value, bool) or not isinstance(value, int | float):
         return None
     try:
@@ -119,4 +123,6 @@ def shown(kind: IecType, content: Content) -> str:
     """A content as the programming language writes it: TRUE, 5, 2.0, 1.0E-6."""
     if kind.kind == "bool":
         return "TRUE" if content else "FALSE"
+    if kind.kind == "word":
+        return str(content)
     return repr(content).upper() if kind.kind == "real" else str(int(content))

@@ -32,21 +32,24 @@ from pidcfg.schemas.base import (
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-Kind = Literal["bool", "whole", "real"]
+Kind = Literal["bool", "whole", "real", "word"]
 
 
 @dataclass(frozen=True, slots=True)
 class IecType:
-    """An elementary type: its name, and for whole numbers its ends."""
+    """An elementary type: its name, for whole numbers its ends, for an enumeration its words."""
 
     name: str
     kind: Kind
     low: int = 0
     high: int = 0
+    words: tuple[str, ...] = ()
 
     @property
-    def default(self) -> bool | int | float:
+    def default(self) -> bool | int | float | str:
         """What a variable holds that is given no initial value."""
+        if self.kind == "word":
+            return self.words[0]
         return False if self.kind == "bool" else 0 if self.kind == "whole" else 0.0
 
 
@@ -56,6 +59,7 @@ INT = IecType("INT", "whole", -0x8000, 0x7FFF)
 UINT = IecType("UINT", "whole", 0, 0xFFFF)
 USINT = IecType("USINT", "whole", 0, 0xFF)
 DINT = IecType("DINT", "whole", -0x80000000, 0x7FFFFFFF)
+AUTOTUNE_MODE = IecType("AUTOTUNE_MODE", "word", words=("AUTOTUNE_P", "AUTOTUNE_PI", "AUTOTUNE_PID"))
 
 RESERVED = """
 ABS ACTION AND ARRAY AT BOOL BY BYTE CASE CONFIGURATION CONSTANT DATE DINT DO DWORD ELSE ELSIF END_CASE END_FOR
@@ -157,6 +161,7 @@ Bool = Annotated[bool, *_field(parse_flag, {"type": "boolean"}), BOOL]
 UInt = Annotated[int, *_field(parse_integer, {"type": "integer"}), UINT]
 USInt = Annotated[int, *_field(parse_integer, {"type": "integer"}), USINT]
 DInt = Annotated[int, *_field(parse_integer, {"type": "integer"}), DINT]
+TuneMode = Annotated[Literal["P", "PI", "PID"], AUTOTUNE_MODE]
 Identifier = Annotated[
     str,
     PlainValidator(parse_identifier),

@@ -1,0 +1,70 @@
+"""What a block knows: `Config` (fixed during a run) and `State` (what it keeps from one call to the next).
+
+Loops come first, in the order of the file, then the other blocks; all have the same record. Parameters are not here:
+they stand among the signals, from ``base`` on (`slots`), where wires, events and other blocks find them. Everything is
+an int or a float: the same fields become a NumPy record for numba.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from pidcfg.sim.records import Tuned
+
+# `State.status`: the mode reached
+MANUAL_MODE, AUTO_MODE, CASCADE_MODE, TRACKING_MODE, TUNING_MODE, OVERRIDDEN = 1, 2, 4, 8, 16, 32
+MODES = 63
+ERROR_BASE = 64
+"""`State.status`: from this bit on the nine ErrBits in the order of the table; `State.aux_status` has the WarnBits."""
+
+
+@dataclass(slots=True)
+class Config:
+    """One block of the program."""
+
+    kind: int = 0
+    """Number of its type: `slots.KINDS`."""
+    base: int = 0
+    """Slot of its first parameter."""
+    turn: int = 0
+    """Of the record at this place of the list: which block is executed in this turn."""
+    period: int = 100_000
+    """Interval of its calls in ticks."""
+    ts: float = 0.1
+    """The same in s, single precision: what the block measures as SampleTime."""
+    whole: int = 0
+    """Parameters are INT: MV is rounded."""
+    wires: int = 0
+    """First of its wires in the wire table, and one behind the last."""
+    wires_end: int = 0
+    buffer: int = 0
+    """Where its delay line begins in the shared vector."""
+    sig_in: int = 0
+    """Slot that the plant writes, likewise slots that the runner reads: PV, set point in force, MV, BIAS."""
+    sig_pv: int = 0
+    sig_sp: int = 0
+    sig_out: int = 0
+    sig_bias: int = 0
+
+
+@dataclass(slots=True)
+class State(Tuned):
+    """What a block keeps. `LoopState`: ``pv`` and ``out`` are PV and MV of the last call."""
+
+    started: int = 0
+    """Whether it has been called."""
+    integral: float = 0.0
+    error: float = 0.0
+    derivative: float = 0.0
+    """Filtered."""
+    share_of: float = -1.0
+    """The quotient Ts/T that ``share`` was worked out for."""
+    share: float = 1.0
+    y: float = 0.0
+    """State of a lag or filter."""
+    samples: int = 0
+    """Length of a delay line."""
+    head: int = 0
+    """Next place of a delay line, or cycle of a period of pulses."""
+    held: int = 0
+    """Samples for which the output of a delay stays, or cycles for which pulses are on."""
