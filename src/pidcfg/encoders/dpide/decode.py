@@ -1,0 +1,110 @@
+"""Operands of DPIDE instructions back to a configuration.
+
+A listing alone tells all but the device of I_MV. Defaults are left out, so that encoding the result again gives the
+same operands; PID_EQ and PID_DIR are written whenever the listing has them, since they decide what the gains mean and
+on which side the loop acts.
+"""
+
+from __future__ import annotations
+
+from decimal import Decimal
+from typing import TYPE_CHECKING, Any
+
+from pidcfg.encoders.dpide.encode import scaling
+from pidcfg.encoders.image import Decoded
+from pidcfg.encoders.maps.dpide import DPIDE_TABLE, NEEDED, ROWS
+from pidcfg.encoders.named import read, shown
+from pidcfg.encoders.plain import Data, Said, completed, present, read_settings
+from pidcfg.encoders.words import DecodeError
+from pidcfg.schemas.base import plain_number
+from pidcfg.schemas.dpide import Loop, LoopSettings, PlcSettings
+from pidcfg.schemas.iec import Wire
+from pidcfg.schemas.names import nearest
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from pidcfg.encoders.named import Content, Parameter
+
+SAID = (Said(("device",), "device", "where the 30 registers of I_MV begin"),)
+"""What options say when nothing stands beside the operands."""
+ALWAYS = frozenset({"PID_EQ", "PID_DIR"})
+"""Choices that are written even where they are defaults."""
+SHOWN = 60
+
+
+def decode(
+    words: Mapping[str, Content | Wire],
+    settings: Sequence[Mapping[str, Any]] = (),
+    plc: Mapping[str, Any] | None = None,
+    options: Mapping[str, Any] | None = None,
+) -> Decoded:
+    """The configuration that these operands hold; raises `DecodeError` for what is missing or is no value.
+
+    ``words`` have names such as ``OVEN.SV``; ``settings`` and ``plc`` are what an encoder put beside them. ``options``:
+    one list for each row of `SAID`, of one entry a loop.
+    """
+    plc_settings = read_settings(PlcSettings, plc or {}, "plc")
+    entries = list(settings) or [{"loop": name} for name in loop_names(words)]
+    if not entries:
+        raise DecodeError("the listing holds no operand of a DPIDE instruction, such as OVEN.SV")
+    own = [read_settings(LoopSettings, entry, f"settings[{i}]")
+           for i, entry in enumerate(completed(entries, options or {}, SAID))]  # fmt: skip
+    _know_all(words, {loop.loop for loop in own})
+    notes: list[str] = []
+    loops = [_loop(loop, words, notes) for loop in own]
+    data: Data = {"pidcfg": 1, "vendor": "dpide"}
+    data |= present({"name": plc_settings.name, "description": plc_settings.description})
+    if plc_settings.interrupt_task is not None:
+        data["plc"] = {"interrupt_task": plc_settings.interrupt_task}
+    return Decoded({**data, "loops": loops}, tuple(notes))
+
+
+def split(name: str) -> tuple[str, str]:
+    """The loop and the operand of a name: ``("OVEN", "SV")``."""
+    loop, _, operand = name.rpartition(".")
+    return loop, operand
+
+
+def loop_names(words: Mapping[str, Any]) -> list[str]:
+    """The loops that names with a known operand speak of, in their order."""
+    pairs = (split(name) for name in words)
+    return list(dict.fromkeys(loop for loop, operand in pairs if loop and operand in ROWS))
+
+
+def _know_all(words: Mapping[str, Any], loops: set[str]) -> None:
+    """A misspelt operand would leave its default in place, which may be the other direction."""
+    for name in words:
+        loop, operand = split(name)
+        if loop in loops and operand not in ROWS:
+            near = nearest(operand, ROWS)
+            cure = f"; did you mean {near}?" if near else ""
+            raise DecodeError(f"{name[:SHOWN]}: {operand[:SHOWN]!r} is not an operand of DPIDE{cure}")
+
+
+def _loop(own: LoopSettings, words: Mapping[str, Content | Wire], notes: list[str]) -> Data:
+    data: Data = {"name": own.loop, **present({"description": own.description}), "device": own.device}
+    data |= {"devices": own.devices.given()} if own.devices.given() else {}
+    for row in DPIDE_TABLE.rows:
+        name = f"{own.loop}.{row.name}"
+        if name not in words:
+            if row.name in NEEDED:
+                raise DecodeError(f"the listing does not hold {name} ({row.title})")
+            continue
+        content = _content(name, row, words[name])
+        if row.name not in Loop.model_fields:
+            notes += [f"{name} = {shown(row.type, content)} ({row.title}) is not carried over"] if content else []
+        elif row.name in ALWAYS or content != Loop.model_fields[row.name].default:
+            data[row.name] = content if isinstance(content, bool) else plain_number(Decimal(repr(content)))
+    notes += [f"{own.loop}: the listing does not hold {key}, which then is FALSE"
+              for key in sorted(ALWAYS) if f"{own.loop}.{key}" not in words]  # fmt: skip
+    return data | present({"pv": scaling(own.pv) or None, "output": scaling(own.output) or None})
+
+
+def _content(name: str, row: Parameter, raw: Content | Wire) -> Content:
+    if isinstance(raw, Wire):
+        raise DecodeError(f"{name} is an expression; an operand of DPIDE is a value")
+    content = read(row.type, raw)
+    if content is None:
+        raise DecodeError(f"{name}: {raw!r} is not a value of {row.type.name}")
+    return content

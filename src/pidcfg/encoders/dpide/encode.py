@@ -1,0 +1,79 @@
+"""A Delta AS configuration to the operands of its DPIDE instructions."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from pidcfg.encoders.maps.dpide import DPIDE_TABLE
+from pidcfg.encoders.named import Entry, NamedEncoding, Program, store
+from pidcfg.encoders.plain import present
+from pidcfg.encoders.regmap import Misfit
+from pidcfg.encoders.words import EncodeError
+from pidcfg.schemas.base import plain_number
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from pidcfg.encoders.image import Route
+    from pidcfg.encoders.named import Content, Parameter
+    from pidcfg.schemas.dpide import DpideFile, Loop, Scale
+
+
+def encode(config: DpideFile) -> NamedEncoding:
+    """All operands of every loop; PV only where it is given, MV never: they are the process's and the PLC's."""
+    entries, misfits = [], []
+    for i, loop in enumerate(config.loops):
+        devices = loop.devices.given() | {"I_MV": loop.device}
+        for row, value in values_of(loop):
+            content, misfit = _stored(row, value)
+            entries.append(
+                Entry(f"{loop.name}.{row.name}", row.type, content, row.name, loop.name, devices.get(row.name))
+            )
+            if misfit is not None:
+                misfits.append((_route(i, row.name), misfit))
+    program = Program("dpide", tuple(entries), tuple(_settings(loop) for loop in config.loops), _plc(config))
+    return NamedEncoding(program, tuple(misfits))
+
+
+def values_of(loop: Loop) -> Iterator[tuple[Parameter, Any]]:
+    """Operands with their values; I_MV begins at 0."""
+    for row in DPIDE_TABLE.rows:
+        value = 0 if row.name == "I_MV" else getattr(loop, row.name, None)
+        if value is not None:
+            yield row, value
+
+
+def _stored(row: Parameter, value: Any) -> tuple[Content, Misfit | None]:
+    try:
+        return store(row.type, value), None
+    except EncodeError as error:
+        return row.type.default, Misfit(row.name, row, value, error)
+
+
+def _route(index: int, operand: str) -> Route:
+    return ("loops", index, operand)
+
+
+def _settings(loop: Loop) -> dict[str, Any]:
+    """What no operand holds."""
+    return present(
+        {
+            "loop": loop.name,
+            "description": loop.description,
+            "device": loop.device,
+            "devices": loop.devices.given() or None,
+            "pv": scaling(loop.pv) or None,
+            "output": scaling(loop.output) or None,
+        }
+    )
+
+
+def scaling(scale: Scale) -> dict[str, Any]:
+    """Range and unit as plain data, as far as they are given."""
+    return present({"range": scale.range and [plain_number(end) for end in scale.range], "unit": scale.unit})
+
+
+def _plc(config: DpideFile) -> dict[str, Any]:
+    return present(
+        {"name": config.name, "description": config.description, "interrupt_task": config.plc.interrupt_task}
+    )

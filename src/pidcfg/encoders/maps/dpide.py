@@ -1,0 +1,73 @@
+"""DPIDE operands: a table only, in the order of the instruction."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from pidcfg.encoders.named import Parameter, ParameterTable
+from pidcfg.refs import DPIDE, Decision
+from pidcfg.schemas.dpide import D251
+from pidcfg.schemas.iec import BOOL, DINT, REAL
+
+if TYPE_CHECKING:
+    from pidcfg.schemas.iec import IecType
+
+TABLE = DPIDE.at("parameter settings")
+REMARKS = DPIDE.at("Additional remarks")
+
+D253 = Decision(
+    253, "the remark on no derivative in the row of Td_Kd is about Td_Kd",
+    "A Td_Kd of 0 or below is no derivative; Ti_Ki has nothing to do with it.",
+    "The row prints Ti_Ki where it switches the derivative off. The block diagrams test each coefficient by itself.",
+)  # fmt: skip
+D254 = Decision(
+    254, "I_MV takes 30 D registers",
+    "I_MV takes 15 double words, which are 30 D registers; with D500 these are D500 to D529, and I_MV+1 is D502.",
+    "The operand table counts 15 double words, the remarks 30 registers, which is the same.",
+)  # fmt: skip
+D255 = Decision(
+    255, "an operand that is not given is FALSE or 0",
+    "So are PID_MAN, MOUT_AUTO, PID_EQ, PID_DE, PID_DIR, PID_MODE, Tf, ERR_DBW, MOUT and BIAS; PID_RUN is TRUE. The "
+    "others must be given. A file that does not give PID_DIR or PID_EQ is warned of.",
+    "The manual prints no defaults. FALSE and 0 are what an operand holds that nothing was written to; a loop that is "
+    "configured is meant to run.",
+)  # fmt: skip
+
+
+def _row(name: str, kind: IecType, unit: str, title: str, basis: Decision | None = None) -> Parameter:
+    return Parameter(name, kind, unit, title, basis or TABLE, "output" if name == "MV" else "input")
+
+
+# fmt: off
+DPIDE_TABLE = ParameterTable("DPIDE (API 0708)", (
+    _row("PID_RUN",   BOOL, "",       "Algorithm runs; FALSE: MV is 0", D255),
+    _row("SV",        REAL, "pv",     "Target value"),
+    _row("PV",        REAL, "pv",     "Process value"),
+    _row("PID_MODE",  DINT, "",       "0 automatic, 1 autotune, 2 automatic with I_MV"),
+    _row("PID_MAN",   BOOL, "",       "TRUE: manual"),
+    _row("MOUT_AUTO", BOOL, "",       "TRUE: MOUT follows MV"),
+    _row("CYCLE",     DINT, "ms",     "Sampling time", D251),
+    _row("Kc_Kp",     REAL, "",       "Proportional gain"),
+    _row("Ti_Ki",     REAL, "s, 1/s", "Integral time Ti or gain Ki"),
+    _row("Td_Kd",     REAL, "s",      "Derivative time Td or gain Kd", D253),
+    _row("Tf",        REAL, "s",      "Smoothing of the derivative"),
+    _row("PID_EQ",    BOOL, "",       "TRUE dependent form, FALSE independent form", D255),
+    _row("PID_DE",    BOOL, "",       "TRUE derivative of PV, FALSE of the error"),
+    _row("PID_DIR",   BOOL, "",       "TRUE forward (E = SV - PV), FALSE reverse (E = PV - SV)", D255),
+    _row("ERR_DBW",   REAL, "pv",     "Dead band of the error"),
+    _row("MV_MAX",    REAL, "output", "Highest MV"),
+    _row("MV_MIN",    REAL, "output", "Lowest MV"),
+    _row("MOUT",      REAL, "output", "MV in manual"),
+    _row("BIAS",      REAL, "output", "Feed forward"),
+    _row("I_MV",      REAL, "output", "Accumulated integral, and 28 more registers of the PLC's own", D254),
+    _row("MV",        REAL, "output", "Output"),
+))
+# fmt: on
+TABLES = (DPIDE_TABLE,)
+ROWS = {row.name: row for row in DPIDE_TABLE.rows}
+OUTSIDE = ("PV", "I_MV", "MV")
+"""Operands that the process or the instruction writes."""
+WRITTEN = ("PID_MODE", "Kc_Kp", "Ti_Ki", "Td_Kd", "Tf")
+"""Operands that the autotune writes, so that they cannot be numbers in the program."""
+NEEDED = ("SV", "CYCLE", "Kc_Kp", "Ti_Ki", "Td_Kd", "MV_MAX", "MV_MIN")
+"""Operands without a default."""
