@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 WORD_MAX = 0xFFFF
 SIGN = 0x8000
-Fault = Literal["range", "off", "form"]
+Fault = Literal["range", "off", "form", "wire"]
 
 
 class EncodeError(ValueError):

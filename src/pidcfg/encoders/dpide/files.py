@@ -1,0 +1,78 @@
+"""The files that operands of DPIDE are written to and read from."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from pidcfg.encoders.dpide.operands import read_csv_devices, read_json_devices, read_operands, write_operands
+from pidcfg.encoders.dpide.symbols import COLUMNS, ENCODING, read_symbols, write_symbols
+from pidcfg.encoders.files import DecodeOption, FileKind, columns
+from pidcfg.encoders.maps.dpide import OUTSIDE, WRITTEN
+from pidcfg.encoders.named_files import named_listings
+from pidcfg.encoders.plain import listed
+from pidcfg.schemas.dpide_devices import parse_register, place_of
+
+if TYPE_CHECKING:
+    from pidcfg.schemas.dpide import DpideFile, Loop
+
+PLAIN = named_listings("operand listing")
+FORMATS = {
+    "text": PLAIN["text"],
+    "csv": replace(PLAIN["csv"], read=read_csv_devices),
+    "json": replace(PLAIN["json"], read=read_json_devices),
+    "operands": FileKind(
+        "operands", "operand table (CSV)", write_operands, read_operands,
+        lambda text: {"operand", "value"} <= set(columns(text)),
+    ),
+    "symbols": FileKind(
+        "symbols", "symbol table of ISPSoft (CSV)", write_symbols, read_symbols,
+        lambda text: {*COLUMNS[:3]} <= set(columns(text)), encoding=ENCODING, carries_comments=False, whole=False,
+    ),
+}  # fmt: skip
+
+DECODE_OPTIONS = (
+    DecodeOption(
+        "device",
+        "D,D…",
+        "Where the 30 registers of each loop's I_MV begin.",
+        "D500,D530",
+        listed(parse_register),
+    ),
+)
+
+
+def checklist(config: DpideFile) -> tuple[str, ...]:
+    """What no file does by itself: devices, the direction, and where the instruction stands."""
+    if not config.loops:
+        return ()
+    blocks = ", ".join(f"{loop.name} {place_of('I_MV', loop.device)}" for loop in config.loops)
+    items = [
+        f"nothing else in the program may use the registers of I_MV: {blocks}",
+        f"direction of control: {'; '.join(_direction(loop) for loop in config.loops)}",
+    ]
+    numbers = [f"{loop.name} {', '.join(rows)}" for loop in config.loops if (rows := _without_device(loop))]
+    if numbers:
+        items.append(f"give these operands devices in the program, since the PLC writes them: {'; '.join(numbers)}")
+    interval = config.plc.interrupt_task
+    if interval is not None:
+        items.append(f"call the instructions in a timed interrupt task of {interval} ms; CYCLE has no effect there")
+    else:
+        cycles = ", ".join(f"{loop.name} {loop.CYCLE} ms" for loop in config.loops)
+        items.append(f"call the instructions in every scan of a cyclic task; they wait for CYCLE themselves: {cycles}")
+    items.append(
+        "of a symbol table, compare the rows of REAL after the import; that ISPSoft takes them is not confirmed"
+    )
+    return tuple(items)
+
+
+def _direction(loop: Loop) -> str:
+    if loop.PID_DIR:
+        return f"{loop.name} PID_DIR TRUE, MV rises while PV is below SV (heating)"
+    return f"{loop.name} PID_DIR FALSE, MV rises while PV is above SV (cooling)"
+
+
+def _without_device(loop: Loop) -> list[str]:
+    """Operands that the PLC may write and that have no device in the file."""
+    written = [*OUTSIDE, *(WRITTEN if loop.PID_MODE == 1 else ()), *(["MOUT"] if loop.MOUT_AUTO else [])]
+    return [name for name in written if name != "I_MV" and name not in loop.devices.given()]

@@ -1,0 +1,143 @@
+"""The operand table: a row an operand with device, value and unit, for people who enter a DPIDE instruction.
+
+It is read back, also when a person wrote it: a row's value may be empty, the loop may stand in a column of its own, and
+devices are taken from their column.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+from typing import TYPE_CHECKING, Any
+
+from pidcfg.encoders.dpide.decode import split
+from pidcfg.encoders.listing import Listing, ListingError, comments, csv_rows, load_json
+from pidcfg.encoders.maps.dpide import DPIDE_TABLE, OUTSIDE, ROWS
+from pidcfg.encoders.named import shown
+from pidcfg.encoders.named_files import RISKY, content_of, read_csv, read_json
+from pidcfg.schemas.base import parse_name
+from pidcfg.schemas.dpide_devices import FLAGS, parse_flag_device, parse_register
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping
+
+    from pidcfg.encoders.named import Entry, Parameter, Program
+
+COLUMNS = ("operand", "type", "device", "value", "unit", "description", "loop")
+
+
+def write_operands(image: Program, checklist: tuple[str, ...] = ()) -> str:
+    """All operands of every loop, also those without a value, with the checklist above them."""
+    out = io.StringIO()
+    out.writelines(f"{line}\n" for line in comments(image, checklist))
+    writer = csv.writer(out, lineterminator="\n")
+    writer.writerow(COLUMNS)
+    for settings in image.settings:
+        entries = {cell.field: cell for cell in image.cells if cell.loop == settings["loop"]}
+        writer.writerows(_row(row, entries, settings) for row in DPIDE_TABLE.rows)
+    return out.getvalue()
+
+
+def _row(row: Parameter, entries: Mapping[str, Entry], settings: Mapping[str, Any]) -> tuple[str, ...]:
+    entry = entries.get(row.name)
+    value = "" if entry is None or row.name == "I_MV" else shown(row.type, entry.raw)  # type: ignore[arg-type]
+    device = device_of(settings, row.name) or ""
+    unit = unit_of(row, settings, dependent=bool(entries["PID_EQ"].raw))
+    return row.name, row.type.name, device, value, unit, row.title, settings["loop"]
+
+
+def device_of(settings: Mapping[str, Any], operand: str) -> str | None:
+    """The device of an operand, as the settings have it."""
+    found = settings.get("device") if operand == "I_MV" else (settings.get("devices") or {}).get(operand)
+    return None if found is None else str(found)
+
+
+def unit_of(row: Parameter, settings: Mapping[str, Any], *, dependent: bool) -> str:
+    """The unit of an operand: the PV's, the output's, or that of a time or an integral gain."""
+    if row.name == "Ti_Ki":
+        return "s" if dependent else "1/s"
+    unit = settings.get(row.unit, {}).get("unit") or "" if row.unit in {"pv", "output"} else row.unit
+    text = " ".join(str(unit).split())
+    return f"({text})" if text.startswith(RISKY) else text
+
+
+def read_operands(text: str) -> Listing:
+    """Rows by their header; the loop may be missing where the operand's name has it (``OVEN.SV``)."""
+    found = Listing()
+    devices: dict[str, dict[str, str]] = {}
+    for number, row in csv_rows(text, found, required=("operand", "value")):
+        loop, operand = (row["loop"], row["operand"]) if row.get("loop") else split(row["operand"])
+        kind = ROWS.get(operand)
+        if kind is None or not _is_name(loop):
+            raise ListingError(f"{row['operand'][:60]!r} is not an operand of a loop; the table has columns operand "
+                               "and loop", number)  # fmt: skip
+        if row.get("type", kind.type.name) not in {kind.type.name, "DWORD" if kind.type.name == "DINT" else ""}:
+            raise ListingError(f"{loop}.{operand} is {kind.type.name}, not {row['type'][:20]!r}", number)
+        if row["value"]:
+            name = f"{loop}.{operand}"
+            found.add(name, content_of(row["value"], kind.type, name, number), name, number)
+        elif operand not in OUTSIDE:
+            raise ListingError(f"{loop}.{operand} has no value", number)
+        _take_device(devices.setdefault(loop, {}), operand, row.get("device", ""), number)
+    _beside(found, devices)
+    return found
+
+
+def _is_name(loop: str) -> bool:
+    try:
+        return parse_name(loop) == loop
+    except ValueError:
+        return False
+
+
+def _take_device(devices: dict[str, str], operand: str, device: str, line: int) -> None:
+    if not device:
+        return
+    try:
+        (parse_flag_device if operand in FLAGS else parse_register)(device)
+    except ValueError as error:
+        raise ListingError(f"{operand}: {error}", line) from None
+    devices[operand] = device
+
+
+def _beside(found: Listing, devices: Mapping[str, Mapping[str, str]]) -> None:
+    """Devices of the rows into the settings; where both say one, they must agree."""
+    known = {entry.get("loop") for entry in found.settings}
+    settings: list[dict[str, Any]] = [dict(entry) for entry in found.settings]
+    settings += [{"loop": loop} for loop in devices if loop not in known] if not known else []
+    for entry in settings:
+        for operand, device in devices.get(str(entry.get("loop")), {}).items():
+            said = device_of(entry, operand) if isinstance(entry.get("devices", {}), dict) else None
+            if said not in {None, device}:
+                raise ListingError(f"{entry['loop']}.{operand} stands at {device}, but the settings say {said}")
+            if operand == "I_MV":
+                entry["device"] = device
+            else:
+                entry["devices"] = {**entry.get("devices", {}), operand: device}
+    found.settings = tuple(settings)
+
+
+def read_csv_devices(text: str) -> Listing:
+    """The plain CSV listing, with the devices of its column."""
+    found = read_csv(text)
+    _take_column(found, ((row["name"], row.get("device", ""), n) for n, row in csv_rows(text, Listing(), ("name",))))
+    return found
+
+
+def read_json_devices(text: str) -> Listing:
+    """The JSON listing, with the devices of its entries."""
+    found = read_json(text)
+    entries = load_json(text)["words"]
+    _take_column(found, ((entry["address"], entry.get("device") or "", 1) for entry in entries))
+    return found
+
+
+def _take_column(found: Listing, rows: Iterator[tuple[str, object, int]]) -> None:
+    devices: dict[str, dict[str, str]] = {}
+    for name, device, line in rows:
+        loop, operand = split(name)
+        if operand in ROWS and loop:
+            if not isinstance(device, str):
+                raise ListingError(f"{name}: the device is not a text", line)
+            _take_device(devices.setdefault(loop, {}), operand, device, line)
+    _beside(found, devices)

@@ -1,0 +1,100 @@
+"""The symbol table of ISPSoft: a CSV file in GBK with a symbol for each operand."""
+
+from __future__ import annotations
+
+import re
+from typing import TYPE_CHECKING, NoReturn
+
+from pidcfg.encoders.dpide.operands import device_of, unit_of
+from pidcfg.encoders.files import UnwritableError
+from pidcfg.encoders.listing import ListingError
+from pidcfg.encoders.maps.dpide import DPIDE_TABLE, OUTSIDE
+from pidcfg.encoders.named import shown
+from pidcfg.refs import Decision
+from pidcfg.schemas.dpide_devices import place_of
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping
+    from typing import Any
+
+    from pidcfg.encoders.named import Parameter, Program
+
+D256 = Decision(
+    256, "symbols are the loop's name and a short suffix",
+    "Identifiers have at most 16 characters; suffixes have up to 5, so that loops may have names of 10. Blanks and "
+    "signs in a name become underscores. A name that is too long, begins with a digit, or gives an identifier that "
+    "another loop has, is refused rather than cut.",
+    "A cut name could be that of another loop. The length is that of ISPSoft's symbols.",
+)  # fmt: skip
+D257 = Decision(
+    257, "rows of REAL in a symbol table are not confirmed",
+    "The symbol table has class VAR, GBK without a mark, CRLF, and the types BOOL, DINT and REAL; the checklist says "
+    "that REAL rows must be looked at after the import.",
+    "Known files of ISPSoft have no row of type REAL with an initial value.",
+)  # fmt: skip
+
+COLUMNS = ("Class", "Identifiers", "Address", "Type", "Initial Value", "Comment")
+ENCODING = "gbk"
+LONGEST = 16
+IDENTIFIER = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
+BREAK = re.compile(r"[ .\-/#]+")
+SUFFIXES = {
+    "PID_RUN": "RUN", "PID_MODE": "MODE", "PID_MAN": "MAN", "MOUT_AUTO": "AUTO", "Kc_Kp": "KP", "Ti_Ki": "KI",
+    "Td_Kd": "KD", "Tf": "TF", "PID_EQ": "EQ", "PID_DE": "DE", "PID_DIR": "DIR", "ERR_DBW": "DBW", "MV_MAX": "MAX",
+    "MV_MIN": "MIN", "I_MV": "IMV",
+}  # fmt: skip
+"""Ends of identifiers; the others are the operand's name."""
+
+
+def write_symbols(image: Program, checklist: tuple[str, ...] = ()) -> str:
+    """A symbol for each operand; raises `UnwritableError` for a loop whose name gives none."""
+    del checklist
+    lines = [",".join(COLUMNS)]
+    taken: dict[str, str] = {}
+    for settings in image.settings:
+        contents = {cell.field: cell for cell in image.cells if cell.loop == settings["loop"]}
+        dependent = bool(contents["PID_EQ"].raw)
+        for row in DPIDE_TABLE.rows:
+            name = identifier(str(settings["loop"]), row.name)
+            other = taken.setdefault(name.casefold(), str(settings["loop"]))
+            if other != settings["loop"]:
+                raise UnwritableError(f"loops {other} and {settings['loop']} would share the symbol {name}")
+            content = "" if row.name in OUTSIDE else shown(row.type, contents[row.name].raw)  # type: ignore[arg-type]
+            comment = _plain(", ".join(_comment(row, settings, dependent=dependent)))
+            cells = ("VAR", name, device_of(settings, row.name) or "", row.type.name, content, comment)
+            lines.append(",".join(cells))
+    return "".join(f"{line}\r\n" for line in lines)
+
+
+def identifier(loop: str, operand: str) -> str:
+    """The symbol of an operand."""
+    name = f"{BREAK.sub('_', loop)}_{SUFFIXES.get(operand, operand)}"
+    longest = LONGEST - 1 - max(len(SUFFIXES.get(row.name, row.name)) for row in DPIDE_TABLE.rows)
+    if not IDENTIFIER.fullmatch(name):
+        raise UnwritableError(f"loop {loop}: {name!r} is not usable as a symbol; begin with a letter, then letters, "
+                              "digits and _")  # fmt: skip
+    if len(loop) > longest:
+        raise UnwritableError(f"loop {loop}: its symbols would have more than {LONGEST} characters; rename it with at "
+                              f"most {longest}")  # fmt: skip
+    return name
+
+
+def _comment(row: Parameter, settings: Mapping[str, Any], *, dependent: bool) -> Iterator[str]:
+    yield f"{row.name}: {row.title}"
+    if row.name == "I_MV":
+        yield f"30 registers {place_of(row.name, settings['device'])}"
+    if unit := unit_of(row, settings, dependent=dependent):
+        yield unit
+
+
+def _plain(text: str) -> str:
+    """A comment without commas and quotes, of characters that GBK has."""
+    bare = text.replace(",", ";").replace('"', "'")
+    return bare.encode(ENCODING, "replace").decode(ENCODING)
+
+
+def read_symbols(text: str) -> NoReturn:
+    """A symbol table does not hold what a configuration needs."""
+    del text
+    raise ListingError("a symbol table of ISPSoft holds neither units nor what its rows belong to; read the operand "
+                       "table or a text, csv or json listing")  # fmt: skip

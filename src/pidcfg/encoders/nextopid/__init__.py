@@ -1,0 +1,1 @@
+"""NextoPID: function blocks and their wires as named parameters, Structured Text and PLCopen XML."""

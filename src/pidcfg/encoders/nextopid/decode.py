@@ -1,0 +1,150 @@
+"""A NextoPID program back to a configuration.
+
+Which block a name is of stands beside the parameters, in the settings or in the declarations of a program. Everything
+that is a default is left out, so that encoding the result again gives the same program.
+"""
+
+from __future__ import annotations
+
+from decimal import Decimal
+from typing import TYPE_CHECKING, Any
+
+from pydantic import ConfigDict
+
+from pidcfg.encoders.image import Decoded
+from pidcfg.encoders.maps.nextopid import BLOCK_TYPES, LOOP_TYPES
+from pidcfg.encoders.named import read
+from pidcfg.encoders.plain import Data, present, read_settings
+from pidcfg.encoders.words import DecodeError
+from pidcfg.schemas.base import Model, Seconds, Text, plain_number
+from pidcfg.schemas.iec import Identifier, Wire
+from pidcfg.schemas.nextopid import OutputText, Plc, PvText
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from pidcfg.encoders.maps.nextopid import BlockType
+    from pidcfg.encoders.named import Content, Parameter
+
+
+REQUIRED = "required"
+
+
+class ItemSettings(Model):
+    """What stands beside the parameters of one block."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    loop: Identifier | None = None
+    """Name of a controller."""
+    block: Identifier | None = None
+    """Name of another block or function."""
+    type: str
+    """Its type."""
+    description: Text | None = None
+    """What it does."""
+    sample_time: Seconds | None = None
+    """Interval of a loop's calls in s."""
+    pv: PvText = PvText()
+    """Unit of the PV."""
+    output: OutputText = OutputText()
+    """Scale and unit of the output."""
+
+    @property
+    def name(self) -> str:
+        """Its name."""
+        return self.loop or self.block or ""
+
+
+class PlcSettings(Model):
+    """What stands beside the parameters for the whole file."""
+
+    name: Text | None = None
+    """Name of the machine or plant section."""
+    description: Text | None = None
+    """Anything worth knowing."""
+    sample_time: Seconds | None = None
+    """Interval of the task in s."""
+    program: Identifier = "PidLoops"
+    """Name of the program."""
+
+
+def decode(
+    words: Mapping[str, Content | Wire],
+    settings: Sequence[Mapping[str, Any]] = (),
+    plc: Mapping[str, Any] | None = None,
+    options: Mapping[str, Any] | None = None,
+) -> Decoded:
+    """The configuration of these parameters; raises `DecodeError` with the name of what is no value.
+
+    ``options``: ``sample_time``, the interval of the task in s, where the listing does not say it.
+    """
+    own_plc = read_settings(PlcSettings, plc or {}, "plc")
+    time = (options or {}).get("sample_time") or own_plc.sample_time
+    if time is None:
+        raise DecodeError("the listing does not say the interval of the task; give --sample-time")
+    data: Data = {"pidcfg": 1, "vendor": "nextopid", **present({"name": own_plc.name})}
+    data |= present({"description": own_plc.description})
+    data["plc"] = {"sample_time": plain_number(Decimal(time))}
+    if own_plc.program != Plc.model_fields["program"].default:
+        data["plc"]["program"] = own_plc.program
+    signals = {name: _plain(content) for name, content in words.items() if "." not in name}
+    data |= {"signals": signals} if signals else {}
+    items = [read_item(entry, i) for i, entry in enumerate(settings)]
+    for key in ("blocks", "loops"):
+        found = [_item(own, words) for own in items if (own.loop is None) == (key == "blocks")]
+        data |= {key: found} if found or key == "loops" else {}
+    return Decoded(data)
+
+
+def read_item(entry: Mapping[str, Any], number: int) -> ItemSettings:
+    """The settings of a block, whose type the library must have."""
+    own = read_settings(ItemSettings, entry, f"settings[{number}]")
+    if (own.loop is None) == (own.block is None):
+        raise DecodeError(f"settings[{number}]: either 'loop' or 'block' names it")
+    kind = BLOCK_TYPES.get(own.type)
+    if kind is None or (own.loop is not None and kind.name not in LOOP_TYPES):
+        raise DecodeError(f"{own.name}: {own.type!r} is no {'controller' if own.loop else 'block'} of the library")
+    return own
+
+
+def _item(own: ItemSettings, words: Mapping[str, Content | Wire]) -> Data:
+    kind = BLOCK_TYPES[own.type]
+    data: Data = {"name": own.name, "type": own.type, **present({"description": own.description})}
+    if own.sample_time is not None:
+        data["sample_time"] = plain_number(own.sample_time)
+    for row in kind.inputs:
+        content = words.get(f"{own.name}.{row.name}")
+        if content is None and _kept(kind, row.name) == REQUIRED:
+            raise DecodeError(f"the listing does not hold {own.name}.{row.name}")
+        if content is not None and not isinstance(content, Wire) and read(row.type, content) is None:
+            raise DecodeError(f"{own.name}.{row.name}: {content!r} is not a value of {row.type.name}")
+        if content is not None and (_kept(kind, row.name) or content != row.type.default):
+            _put(data, row, content)
+    data |= present({"pv": present({"unit": own.pv.unit}) or None})
+    limits = own.output.range
+    output = present({"range": limits and [plain_number(end) for end in limits], "unit": own.output.unit})
+    return data | ({"output": output} if output else {})
+
+
+def _kept(kind: BlockType, name: str) -> str:
+    """Why a parameter is written although it is 0: it is required, or without it something else is meant."""
+    field = kind.model.model_fields.get(name)
+    if field is None or field.default is None:
+        return "given"
+    return REQUIRED if field.is_required() else ""
+
+
+def _put(data: Data, row: Parameter, content: Content | Wire) -> None:
+    """A content at its key."""
+    *sections, key = row.name.split(".")
+    for section in sections:
+        data = data.setdefault(section, {})
+    data[key] = str(content).removeprefix("AUTOTUNE_") if row.type.kind == "word" else _plain(content)
+
+
+def _plain(content: Content | Wire) -> bool | int | float | str:
+    """A content as the file writes it."""
+    if isinstance(content, Wire):
+        return content.text
+    return content if isinstance(content, bool) else plain_number(Decimal(repr(content)))

@@ -1,0 +1,177 @@
+"""A NextoPID configuration to its program: every parameter with its type, and its content or its wire."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, cast
+
+from pidcfg.encoders.maps.nextopid import BLOCK_TYPES
+from pidcfg.encoders.named import Entry, Parameter, Program, store
+from pidcfg.encoders.nextopid.wiring import PASSES, Layout, Wires
+from pidcfg.encoders.plain import present
+from pidcfg.encoders.regmap import Misfit
+from pidcfg.encoders.words import EncodeError
+from pidcfg.schemas.base import plain_number
+from pidcfg.schemas.expressions import ExpressionError
+from pidcfg.schemas.iec import BOOL, REAL, Wire
+from pidcfg.schemas.nextopid import Controller, Plc
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from pidcfg.encoders.image import Route
+    from pidcfg.encoders.maps.nextopid import BlockType
+    from pidcfg.encoders.named import Content
+    from pidcfg.encoders.regmap import Rounded
+    from pidcfg.schemas.nextopid import Item, NextopidFile
+
+
+class WireError(EncodeError):
+    """A wire that means nothing: what is wrong at which character, and the cure."""
+
+    def __init__(self, error: ExpressionError) -> None:
+        super().__init__("form", error.message)
+        self.fault = "wire"
+        self.offset, self.cure = error.offset, error.cure
+
+
+@dataclass(frozen=True, slots=True)
+class Placed:
+    """A block of the configuration, with its place in the file."""
+
+    place: Route
+    item: Item
+    kind: BlockType
+
+    @property
+    def is_loop(self) -> bool:
+        """Whether it stands among the loops."""
+        return self.place[0] == "loops"
+
+    @property
+    def is_no_delay(self) -> bool:
+        """Whether it is a delay of 0 s."""
+        return self.kind.name == "ControlDelay" and getattr(self.item, "DelayTime", None) == 0
+
+    def given(self) -> Iterator[tuple[Parameter, Any]]:
+        """Its inputs with what the file says or the default is; those that are left to the program around have none."""
+        for row in self.kind.inputs:
+            value: Any = self.item
+            for key in row.name.split("."):
+                value = None if value is None else getattr(value, key)
+            if value is not None:
+                yield row, f"AUTOTUNE_{value}" if row.type.kind == "word" else value
+
+
+def placed(config: NextopidFile) -> list[Placed]:
+    """All blocks in the order of the file, blocks before loops."""
+    found = [(("blocks", i), item) for i, item in enumerate(config.blocks)]
+    both = [*found, *((("loops", i), item) for i, item in enumerate(config.loops))]
+    return [Placed(place, cast("Item", item), BLOCK_TYPES[item.type]) for place, item in both]
+
+
+@dataclass(frozen=True)
+class NextopidEncoding:
+    """The program of a configuration, how it is wired, and what did not go in as written."""
+
+    image: Program
+    items: tuple[Placed, ...]
+    layout: Layout
+    wires: Wires
+    misfits: tuple[tuple[Route, Misfit], ...]
+    rounded: tuple[tuple[Route, Rounded], ...] = ()
+
+    @property
+    def rings(self) -> list[list[int]]:
+        """Numbers of items that form a ring without a delay."""
+        passing = {i for i, own in enumerate(self.items) if own.kind.name in PASSES or own.is_no_delay}
+        return list(self.layout.rings(self.wires, passing))
+
+    @cached_property
+    def order(self) -> list[int]:
+        """Numbers of the items in the order of execution."""
+        return self.layout.order(self.wires)
+
+
+def encode(config: NextopidFile) -> NextopidEncoding:
+    """Every signal and parameter; what cannot be stored or wired is a misfit at its place."""
+    items = placed(config)
+    types = {name: BOOL if isinstance(value, bool) else REAL for name, value in config.signals.items()}
+    layout = Layout.of(types, [(own.item.name, own.kind) for own in items])
+    misfits: list[tuple[Route, Misfit]] = []
+    wires: Wires = {}
+    entries = []
+    for name, value in config.signals.items():
+        content = _stored(Parameter(name, types[name]), value, ("signals", name), misfits)
+        entries.append(Entry(name, types[name], content, name))
+    for i, own in enumerate(items):
+        for row, value in own.given():
+            place = (*own.place, *row.name.split("."))
+            if isinstance(value, Wire):
+                _wire(layout, wires, (i, row), value, place, misfits)
+            raw = value if isinstance(value, Wire) else _stored(row, value, place, misfits)
+            entries.append(Entry(f"{own.item.name}.{row.name}", row.type, raw, row.name,
+                                 own.item.name if own.is_loop else None))  # fmt: skip
+    misfits += _own_wires(layout, wires, items)
+    settings = tuple(_settings(own) for own in items)
+    image = Program("nextopid", tuple(entries), settings, _plc_settings(config))
+    return NextopidEncoding(image, tuple(items), layout, wires, tuple(misfits))
+
+
+def _stored(row: Parameter, value: Any, place: Route, misfits: list[tuple[Route, Misfit]]) -> Content:
+    try:
+        return store(row.type, value)
+    except EncodeError as error:
+        misfits.append((place, Misfit(row.name, row, value, error)))
+        return row.type.default
+
+
+def _wire(
+    layout: Layout, wires: Wires, key: tuple[int, Parameter], wire: Wire, place: Route,
+    misfits: list[tuple[Route, Misfit]],
+) -> None:  # fmt: skip
+    i, row = key
+    try:
+        wires[i, row.name] = layout.read(row.type, wire.text)
+    except ExpressionError as error:
+        misfits.append((place, Misfit(row.name, row, wire.text, WireError(error))))
+
+
+def _own_wires(layout: Layout, wires: Wires, items: list[Placed]) -> Iterator[tuple[Route, Misfit]]:
+    """Wires that read an input of their own block which is wired itself (D205)."""
+    for (i, name), expression in wires.items():
+        own = layout.instances[i]
+        for number in sorted(expression.signals):
+            row = own.kind.table.rows[number - own.base] if layout.owner(number) == i else None
+            if row is not None and (i, row.name) in wires:
+                text, full = expression.text, f"{own.name}.{row.name}"
+                cure = f"write what {full} is wired to in its place"
+                error = ExpressionError(f"{full} is wired itself and of the same call", max(text.find(full), 0), cure)
+                yield (*items[i].place, name), Misfit(name, own.kind.table.row(name), text, WireError(error))
+
+
+def _settings(own: Placed) -> dict[str, Any]:
+    """What no parameter says of a block: its type, and what is for people and reports."""
+    entry: dict[str, Any] = {"loop" if own.is_loop else "block": own.item.name, "type": own.kind.name}
+    entry |= present({"description": own.item.description})
+    if not isinstance(own.item, Controller):
+        return entry
+    item = own.item
+    time = None if item.sample_time is None else plain_number(item.sample_time)
+    output = present({"range": item.output.range and [plain_number(end) for end in item.output.range],
+                      "unit": item.output.unit})  # fmt: skip
+    return entry | present({"sample_time": time, "pv": present({"unit": item.pv.unit}) or None,
+                            "output": output or None})  # fmt: skip
+
+
+def _plc_settings(config: NextopidFile) -> dict[str, Any]:
+    program = config.plc.program
+    return present(
+        {
+            "name": config.name,
+            "description": config.description,
+            "sample_time": plain_number(config.plc.sample_time),
+            "program": None if program == Plc.model_fields["program"].default else program,
+        }
+    )

@@ -1,0 +1,187 @@
+"""How the blocks of a program hang together: names and types, what a wire means, and the order of execution.
+
+Design. A `Layout` numbers every signal and every parameter of every block, signals first; the virtual PLC keeps its
+values in the same places. A wire is read against it: a BOOL takes the name of a BOOL, a number an expression of
+numbers. Blocks are executed in data-flow order; in a ring one link is read from the previous cycle (D204).
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, NamedTuple
+
+from pidcfg.encoders.maps.nextopid import LOOP_TYPES
+from pidcfg.refs import Decision
+from pidcfg.schemas.expressions import SIGNAL, Expression, ExpressionError, parse
+from pidcfg.schemas.names import nearest
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator, Mapping, Sequence
+
+    from pidcfg.encoders.maps.nextopid import BlockType
+    from pidcfg.schemas.iec import IecType
+
+D204 = Decision(
+    204, "a ring of blocks begins with a loop",
+    "Blocks are executed after those that they read, else in the order of the file, blocks before loops. In a ring the "
+    "first loop of the file comes first and reads the previous cycle's values; without a loop the first block does.",
+    "The manual's special connections are rings: a cascade's TRK_OUT, an override's OVERR. Begun with the controllers, "
+    "the selected MV is that of the same cycle.",
+)  # fmt: skip
+D205 = Decision(
+    205, "a block's own parameters may be read in its wires",
+    "Outputs have the values of the previous cycle, inputs that are not wired theirs; an input that is wired itself "
+    "may not be read there.",
+    "Which of two arguments of one call is assigned first is nothing to rely on.",
+)  # fmt: skip
+
+NAMED = re.compile(r"[A-Za-z_][\w.]*")
+PASSES = frozenset(("ControlSelectMax", "ControlSelectMin", "ControlSplitRange", "ControlLeadLag"))
+"""Blocks whose output answers to their input within the same call."""
+
+
+class Instance(NamedTuple):
+    """A block of the program: its name, its type, and the number of its first parameter."""
+
+    name: str
+    kind: BlockType
+    base: int
+
+
+Wires = dict[tuple[int, str], Expression]
+"""What is wired: by the number of the instance and the parameter."""
+
+
+@dataclass(frozen=True)
+class Layout:
+    """Everything that has a value: the signals, then the parameters of each block in the order of its table."""
+
+    signals: Mapping[str, IecType]
+    instances: tuple[Instance, ...]
+
+    @classmethod
+    def of(cls, signals: Mapping[str, IecType], blocks: Iterable[tuple[str, BlockType]]) -> Layout:
+        """With the blocks one after the other."""
+        base, found = len(signals), []
+        for name, kind in blocks:
+            found.append(Instance(name, kind, base))
+            base += len(kind.table.rows)
+        return cls(signals, tuple(found))
+
+    @cached_property
+    def types(self) -> dict[str, IecType]:
+        """The type of every name."""
+        return {**self.signals, **{f"{own.name}.{row.name}": row.type for own in self.instances
+                                   for row in own.kind.table.rows}}  # fmt: skip
+
+    @cached_property
+    def numbers(self) -> dict[str, int]:
+        """The number of every name. Of two blocks with one name the first counts; a rule reports it."""
+        found = {name: i for i, name in enumerate(self.signals)}
+        for own in self.instances:
+            for i, row in enumerate(own.kind.table.rows):
+                found.setdefault(f"{own.name}.{row.name}", own.base + i)
+        return found
+
+    @property
+    def size(self) -> int:
+        """How many values there are."""
+        return len(self.signals) + sum(len(own.kind.table.rows) for own in self.instances)
+
+    def owner(self, number: int) -> int | None:
+        """The block that a number belongs to; None: it is a signal."""
+        if number < len(self.signals):
+            return None
+        return max(i for i, own in enumerate(self.instances) if own.base <= number)
+
+    def is_input(self, number: int) -> bool:
+        """Whether a number is that of an input of a block."""
+        owner = self.owner(number)
+        if owner is None:
+            return False
+        own = self.instances[owner]
+        return own.kind.table.rows[number - own.base].access == "input"
+
+    def read(self, kind: IecType, text: str) -> Expression:
+        """What a wire to a parameter of this type means; raises `ExpressionError` at its character."""
+        if kind.kind == "bool":
+            return self._read_bool(text)
+        expression = parse(text, self.numbers)
+        wrong = {name for name in self._names(expression) if self.types[name].kind not in {"real", "whole"}}
+        for found in NAMED.finditer(text):
+            if found.group() in wrong:
+                message = f"{found.group()} is {self.types[found.group()].name}; numbers are wanted"
+                raise ExpressionError(message, found.start(), "wire a REAL or an INT")
+        return expression
+
+    def _names(self, expression: Expression) -> Iterator[str]:
+        return (name for name, number in self.numbers.items() if number in expression.signals)
+
+    def _read_bool(self, text: str) -> Expression:
+        kind = self.types.get(text)
+        if kind is None:
+            near = nearest(text, [name for name, of in self.types.items() if of.kind == "bool"])
+            cure = f"did you mean {near!r}?" if near else "a BOOL is wired by the name of another BOOL, nothing else"
+            raise ExpressionError(f"{text!r} is no declared BOOL", 0, cure)
+        if kind.kind != "bool":
+            raise ExpressionError(f"{text} is {kind.name}; a BOOL is wanted", 0, "wire the name of a BOOL")
+        return Expression(text, (SIGNAL, self.numbers[text]), (), frozenset((self.numbers[text],)), 1)
+
+    # --- order -------------------------------------------------------------------------------------------------------
+
+    def waits(self, wires: Wires) -> list[set[int]]:
+        """For each block those whose values it reads: outputs, and inputs that are wired."""
+        wired = {self.instances[i].base + self._offset(i, row) for i, row in wires}
+        found: list[set[int]] = [set() for _ in self.instances]
+        for (i, _), expression in wires.items():
+            for number in expression.signals:
+                owner = self.owner(number)
+                if owner is not None and (number in wired or not self.is_input(number)):
+                    found[i].add(owner)
+        return found
+
+    def _offset(self, instance: int, row: str) -> int:
+        rows = self.instances[instance].kind.table.rows
+        return next(i for i, other in enumerate(rows) if other.name == row)
+
+    def order(self, wires: Wires) -> list[int]:
+        """The numbers of the blocks in the order in which they are executed."""
+        waits = [found - {i} for i, found in enumerate(self.waits(wires))]
+        done: list[int] = []
+        left = list(range(len(self.instances)))
+        while left:
+            ready = next((i for i in left if waits[i] <= set(done)), None)
+            chosen = self._begin_ring(left, waits) if ready is None else ready
+            done.append(chosen)
+            left.remove(chosen)
+        return done
+
+    def _begin_ring(self, left: Sequence[int], waits: Sequence[set[int]]) -> int:
+        """Of rings that wait for nothing but themselves, the first loop, or else the first block."""
+        behind = {i: reach(i, waits, set(left)) for i in left}
+        first = [i for i in left if all(i in behind[j] for j in behind[i])]
+        return next((i for i in first if self.instances[i].kind.name in LOOP_TYPES), first[0])
+
+    def rings(self, wires: Wires, passing: set[int]) -> Iterator[list[int]]:
+        """Rings of blocks that are all ``passing``: their inputs go on within the same call."""
+        waits = self.waits(wires)
+        seen: set[int] = set()
+        for i in sorted(passing):
+            ring = sorted(j for j in reach(i, waits, passing) if i in reach(j, waits, passing))
+            if ring and i in ring and not seen & set(ring):
+                seen |= set(ring)
+                yield ring
+
+
+def reach(start: int, waits: Sequence[set[int]], among: set[int]) -> set[int]:
+    """Everything that a block waits for, however indirectly, among some blocks."""
+    found: set[int] = set()
+    waiting = list(waits[start] & among)
+    while waiting:
+        i = waiting.pop()
+        if i not in found:
+            found.add(i)
+            waiting += waits[i] & among
+    return found
