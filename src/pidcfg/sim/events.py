@@ -22,8 +22,8 @@ if TYPE_CHECKING:
     from pidcfg.sim.journal import Journal
     from pidcfg.sim.network import Network
 
-SETPOINT = (("setpoint",), ("setpoint", "value"))
-"""The keys of a loop's set point."""
+SETPOINT = (("setpoint",), ("setpoint", "value"), ("SP",), ("SV",))
+"""The keys of a loop's set point, as vendors write them."""
 
 Action = Callable[[int], "Note | None"]
 """What is done at a base step (counted from time 0), and what the report shall say about it."""
