@@ -51,6 +51,8 @@ class Config:
 class State(Tuned):
     """What a block keeps. `LoopState`: ``pv`` and ``out`` are PV and MV of the last call."""
 
+    fault: int = 0
+    """Why a wire had no value, the first time (`pidcfg.sim.expressions.FAULTS`)."""
     started: int = 0
     """Whether it has been called."""
     integral: float = 0.0
@@ -68,3 +70,15 @@ class State(Tuned):
     """Next place of a delay line, or cycle of a period of pulses."""
     held: int = 0
     """Samples for which the output of a delay stays, or cycles for which pulses are on."""
+    tune_band: float = 0.0
+    """Hysteresis of the auto-tuning's relay in PV units."""
+    tune_safe: float = 0.0
+    """How far the PV may go from its rest before the auto-tuning is aborted."""
+    tune_cycles: int = 0
+    """Cycles to be measured."""
+    tune_mode: int = 0
+    """Controller to be tuned: AUTOTUNE_MODE."""
+    tune_peak: int = 0
+    """Sample of the PV's extreme since the last switch."""
+    tune_dead: int = 0
+    """Sum of the samples from the switches to the extremes."""
