@@ -1,0 +1,1 @@
+"""The virtual DPIDE instruction of the Delta AS."""

@@ -1,0 +1,110 @@
+"""The memory of a virtual Delta AS: the operands of its instructions, and the records that the kernels work with."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import gcd
+from typing import TYPE_CHECKING
+
+from pidcfg.encoders.maps.dpide import ROWS
+from pidcfg.encoders.plain import read_settings
+from pidcfg.schemas.dpide import PlcSettings, Scale
+from pidcfg.sim.controllers.dpide import state as bits
+from pidcfg.sim.controllers.dpide.modes import enter
+from pidcfg.sim.controllers.dpide.report import SIGNALS
+from pidcfg.sim.controllers.dpide.signals import show
+from pidcfg.sim.controllers.dpide.state import Config, State
+from pidcfg.sim.controllers.dpide.words import MILLISECOND, absorb, configure, operands_of, scale_of
+from pidcfg.sim.plc import TICKS
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, MutableSequence
+
+    from pidcfg.encoders.named import Content, Program
+
+
+@dataclass(frozen=True, slots=True)
+class Options:
+    """What a scenario chooses about the PLC; no operand holds it."""
+
+    scan_time: int = 0
+    """Length of a scan in ticks: the base step; calculations come with the next scan."""
+
+
+class Memory:
+    """The operands of a program, and what the kernels make of them."""
+
+    def __init__(self, program: Program) -> None:
+        words = program.words
+        self.problems: list[str] = []
+        """Operands that are no value of their type."""
+        self._interval = (read_settings(PlcSettings, program.plc, "plc").interrupt_task or 0) * MILLISECOND
+        self.loops = [str(entry["loop"]) for entry in program.settings] or loops_of(words)
+        self._operands = [operands_of(words, loop, self.problems) for loop in self.loops]
+        count = len(self.loops)
+        self.cfg = [Config() for _ in range(count)]
+        self.st = [State() for _ in range(count)]
+        self.aux: list[float] = []
+        self.sig = [0.0] * (count * len(SIGNALS))
+        self.signals = [f"{loop}.{name}" if name else "" for loop in self.loops for name in SIGNALS]
+        for i in range(count):
+            self._begin(i)
+        given = [entry.get("pv", {}) for entry in program.settings] or [{}] * count
+        scales = [read_settings(Scale, entry, f"settings[{i}].pv") for i, entry in enumerate(given)]
+        self.scales = [scale_of(scale, s.sp) for scale, s in zip(scales, self.st, strict=True)]
+
+    @property
+    def base(self) -> int:
+        """The greatest common step of the sampling times, in ticks."""
+        return gcd(*(c.period for c in self.cfg)) or TICKS
+
+    @property
+    def periods(self) -> list[int]:
+        """The present sampling time of each loop, in ticks."""
+        return [s.period for s in self.st]
+
+    def _begin(self, i: int) -> None:
+        """What a loop starts with: its operands, the mode that they make, and its places in the shared vectors."""
+        c, s = self.cfg[i], self.st[i]
+        first = i * len(SIGNALS)
+        c.sig_in, c.sig_pv, c.sig_sp, c.sig_out, c.sig_mout, c.sig_bias, c.sig_error = range(first, first + 7)
+        configure(c, s, self._operands[i], self._interval)
+        c.period = s.period
+        s.status = bits.OFF
+        enter(c, s, self._mode(i))
+        s.wanted = s.status & bits.MODES
+        if s.status & bits.OFF:
+            s.out = 0.0
+        self._show(i, self.sig)
+
+    def _mode(self, i: int) -> int:
+        """The mode that PID_RUN, PID_MODE and PID_MAN make."""
+        if not self._operands[i]["PID_RUN"]:
+            return bits.OFF
+        if self.st[i].mode == 1:
+            return bits.TUNING
+        return bits.MANUAL if self.cfg[i].manual else bits.AUTO
+
+    def _write(self, i: int, **values: Content) -> None:
+        """Write operands; a mode that they make takes effect with the next calculation, FALSE for PID_RUN at once."""
+        c, s = self.cfg[i], self.st[i]
+        before = s.mode
+        absorb(self._operands[i], s)
+        self._operands[i] |= values
+        configure(c, s, self._operands[i], self._interval)
+        if s.mode == 1 != before:
+            s.mode_before = before
+        s.wanted = self._mode(i)
+        s.busy &= ~(bits.REQUEST | bits.HALTING)
+        if s.wanted != s.status & bits.MODES:
+            s.busy |= bits.REQUEST | (bits.HALTING if s.wanted == bits.OFF else 0)
+
+    def _show(self, i: int, sig: MutableSequence[float]) -> None:
+        """What an operator's hand changes at once."""
+        show(self.cfg[i], self.st[i], sig)
+
+
+def loops_of(words: Iterable[str]) -> list[str]:
+    """The loops of a listing that names none, in its order."""
+    pairs = (name.rpartition(".") for name in words)
+    return list(dict.fromkeys(loop for loop, _, operand in pairs if loop and operand in ROWS))

@@ -1,0 +1,169 @@
+"""The Delta AS as an object: made of the operands of its DPIDE instructions, and handled as an operator would."""
+
+from __future__ import annotations
+
+from dataclasses import fields
+from typing import TYPE_CHECKING, Any
+
+from pidcfg.sim.controllers.dpide import autotune as dpide_autotune
+from pidcfg.sim.controllers.dpide import report
+from pidcfg.sim.controllers.dpide import state as bits
+from pidcfg.sim.controllers.dpide.memory import Memory, Options
+from pidcfg.sim.controllers.dpide.modes import enter
+from pidcfg.sim.controllers.dpide.report import FLAG_BITS, MODES, TUNE_STATUS, describe, mode_name, requested, tell
+from pidcfg.sim.controllers.dpide.setting import KEYS
+from pidcfg.sim.controllers.dpide.words import effect, sampling_time
+from pidcfg.sim.terms import clamp, single
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, MutableSequence, Sequence
+
+    from pidcfg.encoders.named import Content, Program
+    from pidcfg.schemas.base import Quantity
+    from pidcfg.sim.report import ScanTime
+
+
+class Dpide(Memory):
+    """A Delta AS as loaded from its operands; implements `pidcfg.sim.plc.Plc`."""
+
+    out_name = "MV"
+    pulses: Sequence[str] = ()
+    word_of_flags = "{}"
+    modes = tuple(MODES)
+    options = tuple(f.name for f in fields(Options))
+    commands: Mapping[str, Sequence[str]] = {
+        "ramp_soak": (),
+        "autotune": ("start", "cancel"),
+        "plc": ("stop", "run"),
+    }
+    tuned_names = ("Kc_Kp", "Ti_Ki", "Td_Kd", "Tf")
+    alarm_bits: Mapping[str, int] = {}
+    flag_bits: Mapping[str, int] = FLAG_BITS
+    aux_bits: Mapping[str, int] = {}
+    running = True
+    flags: Mapping[str, int] = {}
+    """There is no set-up error word."""
+    mode = staticmethod(mode_name)
+    describe = staticmethod(describe)
+    requested = staticmethod(requested)
+
+    def __init__(self, program: Program) -> None:
+        super().__init__(program)
+        self.goals = [mode_name(s.status) for s in self.st]
+        self._in_run = True
+
+    @property
+    def rises(self) -> list[bool]:
+        """Forward action: PV rises with MV."""
+        return [bool(c.forward) for c in self.cfg]
+
+    @staticmethod
+    def scan_time(_without_loops: float) -> ScanTime | None:
+        """The manual does not say how long a scan becomes."""
+        return None
+
+    # --- the PLC's switch --------------------------------------------------------------------------------------------
+
+    def run(self, tick: int) -> None:
+        """The PLC runs: instructions begin without a past, an autotune from its beginning (D278)."""
+        if self._in_run:
+            return
+        self._in_run = True
+        for c, s in zip(self.cfg, self.st, strict=True):
+            s.due = tick
+            s.busy &= ~bits.STOPPED
+            mode, s.status = s.status & bits.MODES, (s.status & ~bits.MODES) | bits.OFF
+            enter(c, s, mode)
+
+    def program(self, _sig: MutableSequence[float]) -> None:
+        """The PLC stops: no instruction is executed, and MV stays as it is (D278)."""
+        if not self._in_run:
+            return
+        self._in_run = False
+        for s in self.st:
+            s.busy |= bits.STOPPED
+            s.due = bits.NEVER
+            tell(s, report.IS_STOPPED)
+
+    # --- the operator ------------------------------------------------------------------------------------------------
+
+    def request(self, loop: int, mode: str) -> None:
+        """Write what makes a mode: PID_RUN, PID_MODE and PID_MAN (D275)."""
+        s = self.st[loop]
+        if mode == "off":
+            self._write(loop, PID_RUN=False)
+        elif mode == "autotune":
+            self._write(loop, PID_RUN=True, PID_MODE=1)
+        elif mode == "manual":
+            self._write(loop, PID_RUN=True, PID_MAN=True)
+        else:
+            self._write(loop, PID_RUN=True, PID_MAN=False, PID_MODE=self._automatic(loop))
+        if mode == "manual" and s.wanted == bits.TUNING:
+            tell(s, report.WAITS_FOR_TUNE, mode)
+        elif not self._in_run and s.wanted != s.status & bits.MODES:
+            tell(s, report.WAITS_FOR_PLC, mode)
+
+    def ramp_soak(self, loop: int, command: str) -> None:
+        """There is no ramp/soak generator, and no command of it."""
+
+    def autotune(self, loop: int, command: str) -> None:
+        """``start`` writes 1 to PID_MODE, ``cancel`` what it was before."""
+        s = self.st[loop]
+        if command == "cancel":
+            if s.mode != 1:
+                tell(s, report.TUNE_IDLE)
+            self._write(loop, PID_MODE=self._automatic(loop))
+        elif s.mode == 1:
+            tell(s, report.TUNE_RUNS)
+        else:
+            self._write(loop, PID_MODE=1)
+            if s.wanted == bits.OFF:
+                tell(s, report.TUNE_WAITS)
+
+    def _automatic(self, loop: int) -> int:
+        """PID_MODE without an autotune."""
+        s = self.st[loop]
+        return s.mode_before if s.mode == 1 else s.mode
+
+    def tuned(self, loop: int) -> Mapping[str, Any] | None:
+        """How the last autotune of a loop went; None when there was none."""
+        s = self.st[loop]
+        running = bool(s.status & bits.TUNING)
+        if not (running or s.tune_done):
+            return None
+        done, error = s.tune_done == dpide_autotune.DONE, s.tune_done == dpide_autotune.FAILED
+        status = "running" if running else TUNE_STATUS[s.tune_done]
+        if error:
+            status = f"{status}: {report.REASONS[s.tune_reason].partition(': ')[2]}"
+        found = dict(zip(self.tuned_names, (s.tune_gain, s.tune_reset, s.tune_rate, s.tune_tf), strict=True))
+        return {"done": done, "error": error, "status": status, "results": found if done else {}}
+
+    def set_output(self, loop: int, value: Quantity, sig: MutableSequence[float]) -> None:
+        """The MV that a loop starts with, and MOUT, which holds it in manual."""
+        c, s = self.cfg[loop], self.st[loop]
+        self._write(loop, MOUT=float(value.value))
+        if not s.status & bits.OFF:
+            s.out = clamp(single(float(value.value)), c.low, c.high)
+        self._show(loop, sig)
+
+    @staticmethod
+    def check_set(loop: int, path: tuple[str, ...], value: object) -> object:  # noqa: ARG004 - all loops are alike
+        """The content that a ``set`` event makes of its operand; a ``PydanticCustomError`` says what is wrong."""
+        return KEYS.check(path, value)
+
+    def period_set(self, loop: int, path: tuple[str, ...], value: Any) -> int:  # noqa: ARG002 - all loops are alike
+        """The sampling time that a value for this key makes, in ticks; 0: another key, or an interrupt task has it."""
+        return sampling_time(value) if KEYS.find(path).name == "CYCLE" and not self._interval else 0
+
+    def set(self, loop: int, path: tuple[str, ...], value: Content, sig: MutableSequence[float]) -> str | None:
+        """Write an operand; returns why it does not act as it stands, if so."""
+        name = KEYS.find(path).name
+        c, s = self.cfg[loop], self.st[loop]
+        self._write(loop, **{name: value})
+        self._show(loop, sig)
+        return effect(name, c, s, self._operands[loop], self._interval)
+
+
+def load(program: Program, options: Options | None = None) -> Dpide:  # noqa: ARG001 - the base step is the runner's
+    """The virtual PLC of a program's operands, as it stands when it begins to run."""
+    return Dpide(program)

@@ -1,0 +1,88 @@
+"""The virtual Delta AS: what one scan of the program does for its DPIDE instructions.
+
+Design. `scan` is called at every base step; it calculates the instructions whose sampling time has passed, and looks at
+PID_RUN in between. `sample` is one calculation of one loop: PV, mode, error and dead band, then autotune, algorithm or
+manual, and MOUT. Every result of the calculation is rounded to single precision (D265). Nothing here knows files, names
+or units: see `plc.load` for how operands become `Config` and `State`.
+
+Signals of a loop (slots in `Config`): ``sig_in`` is read, in PV's unit; PV, SV, MV, MOUT, I_MV and E, the error as it
+counts, are written as the operands say.
+"""
+
+from __future__ import annotations
+
+from pidcfg.sim.controllers.dpide.autotune import tune
+from pidcfg.sim.controllers.dpide.equation import calculate, derivative, effective
+from pidcfg.sim.controllers.dpide.memory import Options
+from pidcfg.sim.controllers.dpide.modes import halt, switch
+from pidcfg.sim.controllers.dpide.plc import Dpide, load
+from pidcfg.sim.controllers.dpide.signals import show, shown
+from pidcfg.sim.controllers.dpide.state import (
+    AUTO,
+    HALTING,
+    LIMITED,
+    MANUAL,
+    OFF,
+    REQUEST,
+    STOPPED,
+    TUNING,
+    Config,
+    State,
+)
+from pidcfg.sim.terms import single
+
+__all__ = ["INLINED", "KERNELS", "Config", "Dpide", "Options", "State", "load", "sample", "scan"]
+
+
+def by_hand(c: Config, s: State) -> None:
+    """MV is MOUT within its limits (D274)."""
+    s.status |= LIMITED
+    if s.mout > c.high:
+        s.out = c.high
+    elif s.mout < c.low:
+        s.out = c.low
+    else:
+        s.out = s.mout
+        s.status &= ~LIMITED
+
+
+def sample(c: Config, s: State, sig: list[float]) -> None:
+    """One calculation of an instruction."""
+    s.pv = single(sig[c.sig_in])
+    if s.busy & REQUEST:
+        switch(c, s)
+    if s.status & OFF:
+        sig[c.sig_pv] = shown(s.pv)
+        return
+    raw = single(s.sp - s.pv) if c.forward else single(s.pv - s.sp)
+    e = effective(c, s, raw)
+    s.error = e
+    if s.status & TUNING:
+        tune(c, s, raw)
+    if s.status & AUTO:
+        calculate(c, s, e)
+    elif s.status & MANUAL:
+        by_hand(c, s)
+    if c.follow:
+        s.mout = s.out
+    show(c, s, sig)
+
+
+def scan(tick: int, cfg: list[Config], st: list[State], aux: list[float], sig: list[float]) -> None:  # noqa: ARG001
+    """The program at ``tick``: every instruction that is due, and those whose PID_RUN has become FALSE (D266)."""
+    for i in range(len(cfg)):
+        s = st[i]
+        if s.busy & (HALTING | STOPPED) == HALTING:
+            halt(s)
+            sig[cfg[i].sig_out] = s.out
+        due = s.due
+        if tick >= due:
+            due += s.period
+            s.due = due if due > tick else tick + s.period
+            sample(cfg[i], s, sig)
+
+
+KERNELS = (scan,)
+"""Where the compiler begins; what these call follows by itself."""
+INLINED = (scan, sample, calculate, derivative, effective, show)
+"""The hot path of compiled code."""

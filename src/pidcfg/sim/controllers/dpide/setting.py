@@ -1,0 +1,46 @@
+"""What a scenario's ``set`` may write in a running DPIDE instruction: its operands, by their names.
+
+Short forms: ``setpoint`` is SV, ``output`` is MOUT.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from pidcfg.encoders.maps.dpide import TABLES
+from pidcfg.schemas.base import parse_integer, refuse
+from pidcfg.schemas.dpide import parse_milliseconds, parse_time
+from pidcfg.sim.named_settings import NamedKeys, parameters_of, parse_plain
+
+if TYPE_CHECKING:
+    from decimal import Decimal
+
+PID_MODES = (0, 1, 2)
+FIXED = {
+    "PV": "it comes from the plant",
+    "MV": "the PLC writes it; MOUT does so in manual",
+}
+"""Operands that nobody sets, and why."""
+
+
+def parse_mode(value: object) -> int:
+    """0, 1 or 2."""
+    mode = parse_integer(value)
+    if mode not in PID_MODES:
+        refuse("choice", f"{mode} is none of {', '.join(map(str, PID_MODES))}")
+    return mode
+
+
+def parse_seconds_in(value: object) -> Decimal:
+    """A time in s or a gain, as the configuration has it; `Timed` is a number."""
+    return parse_time(value) if isinstance(value, str) else parse_plain(value)
+
+
+KEYS = NamedKeys(
+    parameters_of(TABLES, FIXED),
+    {"setpoint": "SV", "setpoint.value": "SV", "output": "MOUT"},
+    {"mode": "mode", "autotune": "autotune"},
+    FIXED,
+    {"PID_MODE": parse_mode, "CYCLE": parse_milliseconds, "Ti_Ki": parse_seconds_in, "Td_Kd": parse_seconds_in,
+     "Tf": parse_seconds_in},
+)  # fmt: skip

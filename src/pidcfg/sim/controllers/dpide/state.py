@@ -1,0 +1,115 @@
+"""What a DPIDE instruction knows: `Config` (operands that it reads) and `State` (operands and memory that it writes).
+
+REAL operands are what single precision holds; the clock is in ticks of a microsecond. Everything is an int or a float:
+the same fields become a NumPy record for numba.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from pidcfg.sim.records import Tuned
+
+NEVER = 1 << 60
+"""A time that does not come."""
+
+# `State.status`
+MANUAL, AUTO, TUNING, OFF = 1, 2, 4, 8
+MODES = MANUAL | AUTO | TUNING | OFF
+LIMITED = 16
+"""What the algorithm, or MOUT, makes of MV is beyond MV_MIN or MV_MAX."""
+SILENT = 32
+"""PV has crossed SV inside the dead band: the error counts as 0."""
+TUNE_ERROR = 64
+"""The last autotune ended without results."""
+
+# What an instruction has to attend to besides its equation (`State.busy`)
+FRESH = 1
+"""The next calculation of the algorithm has no past."""
+REQUEST = 2
+"""`State.wanted` is another mode."""
+HALTING = 4
+"""PID_RUN has become FALSE, which acts at once."""
+FROM_MANUAL = 8
+"""The next calculation of the algorithm is the first one after manual."""
+STOPPED = 16
+"""The PLC is stopped."""
+
+
+@dataclass(slots=True)
+class Config:
+    """The operands that an instruction only reads. Changed only between two segments of a run."""
+
+    period: int = 1_000_000
+    """Sampling time in ticks, as at the start."""
+    # slots of the signal vector
+    sig_in: int = 0
+    sig_pv: int = 1
+    sig_sp: int = 2
+    sig_out: int = 3
+    sig_mout: int = 4
+    sig_bias: int = 5
+    """I_MV."""
+    sig_error: int = 6
+    manual: int = 0
+    """PID_MAN."""
+    follow: int = 0
+    """MOUT_AUTO."""
+    dependent: int = 0
+    """PID_EQ."""
+    of_pv: int = 0
+    """PID_DE: the derivative is that of PV."""
+    forward: int = 0
+    """PID_DIR: E = SV - PV."""
+    band: float = 0.0
+    """The absolute value of ERR_DBW."""
+    bias: float = 0.0
+    low: float = 0.0
+    """The lower one of MV_MIN and MV_MAX."""
+    high: float = 0.0
+
+
+@dataclass(slots=True)
+class State(Tuned):
+    """What an instruction writes; ``gain``, ``reset`` and ``rate`` are Kc_Kp, Ti_Ki and Td_Kd."""
+
+    mode: int = 0
+    """PID_MODE."""
+    mode_before: int = 0
+    """PID_MODE before it became 1."""
+    wanted: int = AUTO
+    """The mode that PID_RUN, PID_MODE and PID_MAN make."""
+    mout: float = 0.0
+    integral: float = 0.0
+    """I_MV."""
+    tf: float = 0.0
+    # factors
+    seconds: float = 1.0
+    """Sampling time."""
+    lag: float = 1.0
+    """Of the derivative's smoothing, Ts / (Tf + Ts)."""
+    # past
+    error: float = 0.0
+    """The error as it counts."""
+    e1: float = 0.0
+    """I_MV+1: the error of the calculation before, as it counted."""
+    pv1: float = 0.0
+    """I_MV+6."""
+    y: float = 0.0
+    """The smoothed derivative."""
+    side: float = 0.0
+    """Sign of the last error that was not 0; 0: there was none."""
+    crossed: int = 0
+    """PV has crossed SV since it came into the dead band."""
+    # autotune
+    tune_reason: int = 0
+    """Why it ended without results."""
+    tune_band: float = 0.0
+    """The relay's hysteresis."""
+    tune_moved: float = 0.0
+    """How far PV has come since the relay switched."""
+    tune_gain: float = 0.0
+    """What the last successful autotune found, as it stands in the operands; likewise the next three."""
+    tune_reset: float = 0.0
+    tune_rate: float = 0.0
+    tune_tf: float = 0.0

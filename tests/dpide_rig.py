@@ -1,0 +1,91 @@
+"""Loops of a virtual Delta AS with plants, made of their operands, for the tests of the controller."""
+
+from __future__ import annotations
+
+import random
+
+from pidcfg.encoders.maps.dpide import ROWS
+from pidcfg.encoders.named import Entry, Program, store
+from pidcfg.sim.controllers.dpide.scan import Options, load, scan
+from pidcfg.sim.plc import TICKS
+from rig_plants import Fixed
+
+PLAIN = {
+    "PID_RUN": True, "SV": 0, "PID_MODE": 0, "PID_MAN": False, "MOUT_AUTO": False, "CYCLE": 100, "Kc_Kp": 1, "Ti_Ki": 0,
+    "Td_Kd": 0, "Tf": 0, "PID_EQ": False, "PID_DE": False, "PID_DIR": True, "ERR_DBW": 0, "MV_MAX": 100, "MV_MIN": 0,
+    "MOUT": 0, "BIAS": 0,
+}  # fmt: skip
+"""A proportional loop with a gain of 1."""
+
+
+def program_of(*loops, plc=None, settings=None):
+    """The operands of loops that differ from a plain one by those given, None for none; L1, L2 …"""
+    cells, entries = [], []
+    for i, given in enumerate(loops):
+        loop = f"L{i + 1}"
+        entries.append({"loop": loop, "device": f"D{500 + 30 * i}", **(settings or {})})
+        for name, value in {**PLAIN, **given}.items():
+            if value is not None:
+                kind = ROWS[name].type
+                cells.append(Entry(f"{loop}.{name}", kind, store(kind, value), name, loop))
+    return Program("dpide", tuple(cells), tuple(entries), plc or {})
+
+
+class Rig:
+    """A PLC, the plants of its loops, and the clock; ``base`` is the base step in seconds."""
+
+    def __init__(self, *loops, program=None, plants=(), base=0.1, noise=0.0, plc=None):
+        self.plc = load(program if program is not None else program_of(*loops, plc=plc), Options())
+        self.cfg, self.st, self.sig = self.plc.cfg, self.plc.st, list(self.plc.sig)
+        self.plants = [*plants, *(Fixed() for _ in self.cfg[len(plants) :])]
+        self.base, self.noise, self.random, self.tick = base, noise, random.Random(1), 0
+        self.log = []
+
+    def set(self, key, value, i=0):
+        """A set event."""
+        path = tuple(key.split("."))
+        return self.plc.set(i, path, self.plc.check_set(i, path, value), self.sig)
+
+    def mode(self, i=0):
+        return self.plc.mode(self.st[i].status)
+
+    def signal(self, name, i=0):
+        return self.sig[self.plc.signals.index(f"{self.plc.loops[i]}.{name}")]
+
+    def step(self, count=1):
+        """Base steps: plants with the outputs of the step before, then the controllers."""
+        for _ in range(count):
+            for c, plant in zip(self.cfg, self.plants, strict=True):
+                if self.tick:
+                    plant.step(self.sig[c.sig_out], self.base)
+                self.sig[c.sig_in] = plant.value + (self.random.gauss(0.0, self.noise) if self.noise else 0.0)
+            scan(self.tick, self.cfg, self.st, self.plc.aux, self.sig)
+            self.tick += round(self.base * TICKS)
+            self._read_log()
+        return self
+
+    def run(self, seconds):
+        return self.step(round(seconds / self.base))
+
+    def play(self, pvs, *names, i=0):
+        """Signals (one: a list of numbers) after each of some measurements."""
+        rows = []
+        for pv in pvs:
+            self.plants[i].value = pv
+            self.step()
+            rows.append(tuple(self.signal(name, i) for name in names))
+        return [row[0] for row in rows] if len(names) == 1 else rows
+
+    def trace(self, count, *names, i=0):
+        """Signals after each of some steps."""
+        rows = []
+        for _ in range(count):
+            self.step()
+            rows.append(tuple(self.signal(name, i) for name in names))
+        return [row[0] for row in rows] if len(names) == 1 else rows
+
+    def _read_log(self):
+        for i, s in enumerate(self.st):
+            if s.notice:
+                self.log.append((self.plc.loops[i], "; ".join(filter(None, self.plc.describe(s.notice)))))
+                s.notice = 0
