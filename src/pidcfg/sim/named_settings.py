@@ -35,6 +35,10 @@ def parse_plain(value: object) -> Decimal:
     return value.value
 
 
+BY_KIND: Mapping[str, Parser] = {"bool": parse_flag, "whole": parse_integer, "real": parse_plain, "word": str}
+"""How a value of each kind of type is written."""
+
+
 @dataclass(frozen=True, slots=True)
 class NamedKeys:
     """The parameters that can be set in a running loop."""
@@ -64,8 +68,9 @@ class NamedKeys:
 
     def parse(self, row: Parameter, value: object) -> Content:
         """A value as its parameter holds it, read as strictly as in the configuration file."""
-        by_type: Mapping[str, Parser] = {"bool": parse_flag, "whole": parse_integer, "real": parse_plain}
-        parsed = self.parsers.get(row.name, by_type[row.type.kind])(value)
+        if row.type.kind == "word" and value not in row.type.words:
+            refuse("choice", f"{value!r} is none of {', '.join(row.type.words)}")
+        parsed = (self.parsers.get(row.name) or BY_KIND[row.type.kind])(value)
         try:
             return store(row.type, cast("Decimal | Content", parsed))
         except EncodeError as error:

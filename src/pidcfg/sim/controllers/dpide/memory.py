@@ -20,7 +20,7 @@ from pidcfg.sim.plc import TICKS
 if TYPE_CHECKING:
     from collections.abc import Iterable, MutableSequence
 
-    from pidcfg.encoders.named import Content, Program
+    from pidcfg.encoders.named import Program
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,7 +85,7 @@ class Memory:
             return bits.TUNING
         return bits.MANUAL if self.cfg[i].manual else bits.AUTO
 
-    def _write(self, i: int, **values: Content) -> None:
+    def _write(self, i: int, **values: float) -> None:
         """Write operands; a mode that they make takes effect with the next calculation, FALSE for PID_RUN at once."""
         c, s = self.cfg[i], self.st[i]
         before = s.mode

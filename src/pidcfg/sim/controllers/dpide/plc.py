@@ -18,7 +18,7 @@ from pidcfg.sim.terms import clamp, single
 if TYPE_CHECKING:
     from collections.abc import Mapping, MutableSequence, Sequence
 
-    from pidcfg.encoders.named import Content, Program
+    from pidcfg.encoders.named import Program
     from pidcfg.schemas.base import Quantity
     from pidcfg.sim.report import ScanTime
 
@@ -155,7 +155,7 @@ class Dpide(Memory):
         """The sampling time that a value for this key makes, in ticks; 0: another key, or an interrupt task has it."""
         return sampling_time(value) if KEYS.find(path).name == "CYCLE" and not self._interval else 0
 
-    def set(self, loop: int, path: tuple[str, ...], value: Content, sig: MutableSequence[float]) -> str | None:
+    def set(self, loop: int, path: tuple[str, ...], value: float, sig: MutableSequence[float]) -> str | None:
         """Write an operand; returns why it does not act as it stands, if so."""
         name = KEYS.find(path).name
         c, s = self.cfg[loop], self.st[loop]

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from pidcfg.encoders.maps.dpide import ROWS
+from pidcfg.encoders.named import shown
 from pidcfg.schemas.dpide import LONGEST_CYCLE, SHORTEST_CYCLE
 from pidcfg.sim.controllers.dpide.equation import coefficients
 from pidcfg.sim.controllers.dpide.setting import PID_MODES
@@ -15,7 +16,6 @@ from pidcfg.sim.terms import single
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from pidcfg.encoders.named import Content
     from pidcfg.schemas.dpide import Scale
     from pidcfg.sim.controllers.dpide.state import Config, State
 
@@ -35,18 +35,19 @@ SINGLES = {
 """REAL operands that `State` has."""
 NOT_NEGATIVE = ("Kc_Kp", "Ti_Ki", "Td_Kd", "Tf")
 """What is below 0 here counts as 0."""
-Operands = dict[str, "Content"]
+Operands = dict[str, float]
+"""BOOL as 0 or 1, DINT and REAL."""
 
 
 def operands_of(words: Mapping[str, Any], loop: str, problems: list[str]) -> Operands:
-    """The operands of a loop; what a listing lacks is FALSE or 0, but for PID_RUN. ``problems`` gets what is no value."""
+    """The operands of a loop; what a listing lacks is FALSE or 0, but for PID_RUN; what is no value is a problem."""
     found: Operands = {}
     for name, row in ROWS.items():
-        default = True if name == "PID_RUN" else row.type.default
+        default = float(name == "PID_RUN")
         content = words.get(f"{loop}.{name}", default)
         wrong = not isinstance(content, bool | int | float)
         if wrong or (name == "PID_MODE" and content not in PID_MODES):
-            problems.append(f"{loop}.{name} = {content} is no {row.type.name} that means something: {default} is taken")
+            problems.append(f"{loop}.{name}: {content} means nothing there, {shown(row.type, default)} is taken")
             content = default
         found[name] = content
     return found
