@@ -68,9 +68,9 @@ class NamedKeys:
 
     def parse(self, row: Parameter, value: object) -> Content:
         """A value as its parameter holds it, read as strictly as in the configuration file."""
-        if row.type.kind == "word" and value not in row.type.words:
-            refuse("choice", f"{value!r} is none of {', '.join(row.type.words)}")
         parsed = (self.parsers.get(row.name) or BY_KIND[row.type.kind])(value)
+        if row.type.kind == "word" and parsed not in row.type.words:
+            refuse("choice", f"{value!r} is none of {', '.join(row.type.words)}")
         try:
             return store(row.type, cast("Decimal | Content", parsed))
         except EncodeError as error:
