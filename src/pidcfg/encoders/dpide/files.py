@@ -53,7 +53,9 @@ def checklist(config: DpideFile) -> tuple[str, ...]:
     ]
     numbers = [f"{loop.name} {', '.join(rows)}" for loop in config.loops if (rows := _without_device(loop))]
     if numbers:
-        items.append(f"give these operands devices in the program, since the PLC writes them: {'; '.join(numbers)}")
+        items.append(
+            f"give these operands devices in the program, since they change while it runs: {'; '.join(numbers)}"
+        )
     interval = config.plc.interrupt_task
     if interval is not None:
         items.append(f"call the instructions in a timed interrupt task of {interval} ms; CYCLE has no effect there")

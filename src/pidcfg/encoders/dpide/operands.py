@@ -24,6 +24,8 @@ if TYPE_CHECKING:
     from pidcfg.encoders.named import Entry, Parameter, Program
 
 COLUMNS = ("operand", "type", "device", "value", "unit", "description", "loop")
+SAME_TYPE = {"DINT": "DWORD"}
+"""Types that the manual names as well."""
 
 
 def write_operands(image: Program, checklist: tuple[str, ...] = ()) -> str:
@@ -66,12 +68,12 @@ def read_operands(text: str) -> Listing:
     found = Listing()
     devices: dict[str, dict[str, str]] = {}
     for number, row in csv_rows(text, found, required=("operand", "value")):
-        loop, operand = (row["loop"], row["operand"]) if row.get("loop") else split(row["operand"])
+        loop, operand = _named(row)
         kind = ROWS.get(operand)
         if kind is None or not _is_name(loop):
             raise ListingError(f"{row['operand'][:60]!r} is not an operand of a loop; the table has columns operand "
                                "and loop", number)  # fmt: skip
-        if row.get("type", kind.type.name) not in {kind.type.name, "DWORD" if kind.type.name == "DINT" else ""}:
+        if row.get("type") and row["type"] not in {kind.type.name, SAME_TYPE.get(kind.type.name)}:
             raise ListingError(f"{loop}.{operand} is {kind.type.name}, not {row['type'][:20]!r}", number)
         if row["value"]:
             name = f"{loop}.{operand}"
@@ -81,6 +83,12 @@ def read_operands(text: str) -> Listing:
         _take_device(devices.setdefault(loop, {}), operand, row.get("device", ""), number)
     _beside(found, devices)
     return found
+
+
+def _named(row: Mapping[str, str]) -> tuple[str, str]:
+    """Loop and operand; a loop in its own column may stand before the operand as well."""
+    loop = row.get("loop", "")
+    return (loop, row["operand"].removeprefix(f"{loop}.")) if loop else split(row["operand"])
 
 
 def _is_name(loop: str) -> bool:
@@ -102,12 +110,12 @@ def _take_device(devices: dict[str, str], operand: str, device: str, line: int) 
 
 def _beside(found: Listing, devices: Mapping[str, Mapping[str, str]]) -> None:
     """Devices of the rows into the settings; where both say one, they must agree."""
-    known = {entry.get("loop") for entry in found.settings}
-    settings: list[dict[str, Any]] = [dict(entry) for entry in found.settings]
-    settings += [{"loop": loop} for loop in devices if loop not in known] if not known else []
+    settings: list[dict[str, Any]] = [dict(entry) for entry in found.settings or ({"loop": loop} for loop in devices)]
     for entry in settings:
+        if not isinstance(entry.get("devices", {}), dict):
+            continue
         for operand, device in devices.get(str(entry.get("loop")), {}).items():
-            said = device_of(entry, operand) if isinstance(entry.get("devices", {}), dict) else None
+            said = device_of(entry, operand)
             if said not in {None, device}:
                 raise ListingError(f"{entry['loop']}.{operand} stands at {device}, but the settings say {said}")
             if operand == "I_MV":

@@ -44,6 +44,7 @@ SUFFIXES = {
     "MV_MIN": "MIN", "I_MV": "IMV",
 }  # fmt: skip
 """Ends of identifiers; the others are the operand's name."""
+LONGEST_LOOP = LONGEST - 1 - max(len(SUFFIXES.get(row.name, row.name)) for row in DPIDE_TABLE.rows)
 
 
 def write_symbols(image: Program, checklist: tuple[str, ...] = ()) -> str:
@@ -68,15 +69,19 @@ def write_symbols(image: Program, checklist: tuple[str, ...] = ()) -> str:
 
 def identifier(loop: str, operand: str) -> str:
     """The symbol of an operand."""
-    name = f"{BREAK.sub('_', loop)}_{SUFFIXES.get(operand, operand)}"
-    longest = LONGEST - 1 - max(len(SUFFIXES.get(row.name, row.name)) for row in DPIDE_TABLE.rows)
-    if not IDENTIFIER.fullmatch(name):
-        raise UnwritableError(f"loop {loop}: {name!r} is not usable as a symbol; begin with a letter, then letters, "
-                              "digits and _")  # fmt: skip
-    if len(loop) > longest:
-        raise UnwritableError(f"loop {loop}: its symbols would have more than {LONGEST} characters; rename it with at "
-                              f"most {longest}")  # fmt: skip
-    return name
+    reason = unusable(loop)
+    if reason is not None:
+        raise UnwritableError(f"loop {loop}: no symbols can be made of the name: {reason}")
+    return f"{BREAK.sub('_', loop)}_{SUFFIXES.get(operand, operand)}"
+
+
+def unusable(loop: str) -> str | None:
+    """Why a loop's name gives no symbols; None: it does."""
+    if not IDENTIFIER.fullmatch(BREAK.sub("_", loop)):
+        return "it must begin with a letter; letters, digits and signs may follow"
+    if len(loop) > LONGEST_LOOP:
+        return f"it has {len(loop)} characters; at most {LONGEST_LOOP} leave room for the suffix"
+    return None
 
 
 def _comment(row: Parameter, settings: Mapping[str, Any], *, dependent: bool) -> Iterator[str]:

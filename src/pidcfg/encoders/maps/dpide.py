@@ -59,7 +59,7 @@ DPIDE_TABLE = ParameterTable("DPIDE (API 0708)", (
     _row("MV_MIN",    REAL, "output", "Lowest MV"),
     _row("MOUT",      REAL, "output", "MV in manual"),
     _row("BIAS",      REAL, "output", "Feed forward"),
-    _row("I_MV",      REAL, "output", "Accumulated integral, and 28 more registers of the PLC's own", D254),
+    _row("I_MV",      REAL, "output", "Accumulated integral, then values of the PLC's own", D254),
     _row("MV",        REAL, "output", "Output"),
 ))
 # fmt: on

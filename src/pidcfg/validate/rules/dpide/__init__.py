@@ -1,0 +1,17 @@
+"""Rules for Delta AS configurations; the codes PID7xx, one module a topic."""
+
+from pidcfg.validate.rules import collect, generic
+from pidcfg.validate.rules.dpide import (
+    action,
+    cycle,
+    deadband,
+    derivative,
+    devices,
+    names,
+    operation,
+    output,
+    setpoint,
+    tuning,
+)
+
+RULES = collect(generic, devices, operation, action, tuning, derivative, cycle, output, setpoint, deadband, names)

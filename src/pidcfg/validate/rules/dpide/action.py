@@ -1,0 +1,96 @@
+"""Direction and form: choices that decide everything, and that nothing else tells."""
+
+from __future__ import annotations
+
+import re
+from typing import TYPE_CHECKING
+
+from pidcfg.diagnostics import Severity
+from pidcfg.encoders.maps.dpide import D255
+from pidcfg.refs import Decision
+from pidcfg.validate.rule import rule
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from pidcfg.schemas.dpide import Loop
+    from pidcfg.validate.rule import Finding
+    from pidcfg.validate.rules.dpide.context import DpideContext
+
+D261 = Decision(
+    261, "words of heating and cooling tell the direction that is meant",
+    "PID_DIR FALSE in a loop whose name or description speaks of heating, and TRUE in one that speaks of cooling, are "
+    "a warning. Words of both kinds, of an exhaust, or of an actuator that works the other way round are none, nor is "
+    "a PV whose unit is not one of temperature.",
+    "The manual's forward is heating; other manuals call forward what cools. Swapping it is the likeliest mistake, and "
+    "a heater that runs away its result.",
+)  # fmt: skip
+HEATING = re.compile(r"\b(?:(?:re|pre)?heat(?:er|ers|ing)|ovens?|furnaces?|kilns?|boilers?|burners?)(?![a-z])")
+COOLING = re.compile(
+    r"\b(?:cool(?:er|ers|ing)?|cold|chill(?:er|ers|ed|ing)|fridges?|freez(?:er|ers|ing)|refrigerat\w*|"
+    r"air condition\w*)(?![a-z])"
+)
+UNCLEAR = re.compile(
+    r"\b(?:air to close|(?:normally|fails?) open|inver(?:ted|se)|reversed|"
+    r"exhaust|draft|draught|vent\w*|fans?|dampers?|quench\w*)(?![a-z])"
+)
+TEMPERATURE = re.compile(r"(?:deg|°|º)? ?[cfk]|(?:deg(?:rees?)?|°) ?\w*|℃|℉|celsius|fahrenheit|kelvin")
+BREAK = re.compile(r"[\W_]+")
+CHOICES = {
+    "PID_DIR": ("FALSE: E = PV - SV, MV rises while PV is above SV, as for cooling", "heating needs TRUE"),
+    "PID_EQ": ("FALSE: Ti_Ki is a gain in 1/s", "an integral time needs TRUE"),
+}
+
+
+def spoken_of(loop: Loop) -> set[str]:
+    """What name and description speak of: ``heating``, ``cooling``."""
+    text = BREAK.sub(" ", f"{loop.name} {loop.description or ''}".casefold())
+    unit = (loop.pv.unit or "degC").casefold()
+    if UNCLEAR.search(text) or not TEMPERATURE.fullmatch(unit):
+        return set()
+    return {word for word, pattern in (("heating", HEATING), ("cooling", COOLING)) if pattern.search(text)}
+
+
+@rule(
+    code="PID781",
+    name="choice-not-given",
+    severity=Severity.WARNING,
+    basis=D255,
+    message="{operand} is not given, so it is {meaning}; {other}",
+)
+def choice_not_given(context: DpideContext) -> Iterator[Finding]:
+    """The direction, or the form of the equation, is left to its default.
+
+    Why: the wrong direction is a heater that runs away; with the wrong form an integral time counts as a gain. Neither
+    can be seen in any other operand.
+
+    Fix: write PID_DIR and PID_EQ, also where they are false.
+    """
+    for view in context.loops:
+        for operand, (meaning, other) in CHOICES.items():
+            if not view.gives(operand):
+                yield view.find_key(operand=operand, meaning=meaning, other=other)
+
+
+@rule(
+    code="PID782",
+    name="direction-against-description",
+    severity=Severity.WARNING,
+    basis=D261,
+    message="PID_DIR is {direction}, but the loop's name or description speaks of {purpose}, which needs {other}",
+)
+def direction_against_description(context: DpideContext) -> Iterator[Finding]:
+    """The direction is the other one than the loop's name or description suggests.
+
+    Why: TRUE (forward) is E = SV - PV: MV rises while the PV is below SV, as for heating. Other manuals call this
+    reverse. With the wrong one the heater is switched on the further, the hotter it gets.
+
+    Fix: change PID_DIR. If it is right because the actuator works the other way round, say so in the description:
+    "air to close", "normally open", "fail open", "inverted".
+    """
+    for view in context.loops:
+        forward = view.loop.PID_DIR
+        purpose = "cooling" if forward else "heating"
+        if view.gives("PID_DIR") and spoken_of(view.loop) == {purpose}:
+            direction, other = ("TRUE (forward)", "FALSE") if forward else ("FALSE (reverse)", "TRUE")
+            yield view.find("PID_DIR", direction=direction, purpose=purpose, other=other)

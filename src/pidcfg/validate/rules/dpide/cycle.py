@@ -1,0 +1,58 @@
+"""The sampling time: its limits, and the interrupt task that replaces it."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from pidcfg.diagnostics import Severity
+from pidcfg.encoders.maps.dpide import REMARKS, TABLE
+from pidcfg.schemas.dpide import LONGEST_CYCLE, SHORTEST_CYCLE
+from pidcfg.validate.rule import rule
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from pidcfg.validate.rule import Finding
+    from pidcfg.validate.rules.dpide.context import DpideContext
+
+
+@rule(
+    code="PID731",
+    name="cycle-out-of-range",
+    severity=Severity.WARNING,
+    basis=TABLE,
+    message="CYCLE is {cycle} ms; the PLC counts it as {used} ms",
+)
+def cycle_out_of_range(context: DpideContext) -> Iterator[Finding]:
+    """The sampling time is outside 1 to 40000 ms.
+
+    Why: the PLC takes the nearest end of the range. Integral and derivative are right for that time, not for the one in
+    the file.
+
+    Fix: write a time from 1 ms to 40000 ms. A bare number is ms.
+    """
+    for view in context.loops:
+        cycle = view.loop.CYCLE
+        used = min(max(cycle, SHORTEST_CYCLE), LONGEST_CYCLE)
+        if used != cycle and view.held("CYCLE") and view.interrupt_task is None:
+            yield view.find("CYCLE", cycle=cycle, used=used)
+
+
+@rule(
+    code="PID732",
+    name="cycle-overridden",
+    severity=Severity.WARNING,
+    basis=REMARKS,
+    message="CYCLE is {cycle} ms, but the interrupt task calls the instruction every {interval} ms, which counts",
+)
+def cycle_overridden(context: DpideContext) -> Iterator[Finding]:
+    """The interval of the interrupt task is another one than CYCLE.
+
+    Why: in a timed interrupt task the PLC takes its interval as the sampling time and does not look at CYCLE.
+
+    Fix: write the interval as CYCLE too, so that both tell the same; or leave out `plc.interrupt_task` where the
+    instruction stands in a cyclic task.
+    """
+    for view in context.loops:
+        if view.interrupt_task is not None and view.interrupt_task != view.loop.CYCLE:
+            yield view.find("CYCLE", cycle=view.loop.CYCLE, interval=view.interrupt_task)

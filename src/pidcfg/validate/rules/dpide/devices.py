@@ -1,0 +1,147 @@
+"""Devices of operands: the blocks of I_MV, and what shares a register."""
+
+from __future__ import annotations
+
+from itertools import combinations
+from typing import TYPE_CHECKING, NamedTuple
+
+from pidcfg.diagnostics import Severity
+from pidcfg.encoders.maps.dpide import REMARKS, ROWS
+from pidcfg.refs import Decision
+from pidcfg.schemas.dpide_devices import D250, LAST_REGISTER, Place, place_of
+from pidcfg.validate.rule import rule
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from pidcfg.validate.rule import Finding
+    from pidcfg.validate.rules.dpide.context import DpideContext, LoopView
+
+D258 = Decision(
+    258, "operands may share a device when they can hold the same",
+    "Inputs of one type and value may stand in one device, and the MV of one loop in the SV, BIAS or MOUT of another. "
+    "Devices that overlap in part, hold different types or values, or are written by two loops, are an error.",
+    "One start bit for several loops, and a cascade by one register, are what devices are for.",
+)  # fmt: skip
+
+
+class Held(NamedTuple):
+    """An operand of a loop and the devices that it takes."""
+
+    view: LoopView
+    operand: str
+    place: Place
+
+    @property
+    def name(self) -> str:
+        """What a message calls it."""
+        return f"{self.view.loop.name}.{self.operand}"
+
+    @property
+    def path(self) -> tuple[str, ...]:
+        """Where its device stands below the loop."""
+        return ("device",) if self.operand == "I_MV" else ("devices", self.operand)
+
+
+def held(context: DpideContext) -> list[Held]:
+    """Every operand with a device, in the order of the file."""
+    return [
+        Held(view, operand, place_of(operand, device))
+        for view in context.loops
+        for operand, device in {"I_MV": view.loop.device, **view.loop.devices.given()}.items()
+    ]
+
+
+def overlapping(context: DpideContext) -> Iterator[tuple[Held, Held]]:
+    """Pairs of operands that share a device."""
+    return ((first, second) for first, second in combinations(held(context), 2) if first.place.overlaps(second.place))
+
+
+@rule(
+    code="PID701",
+    name="device-beyond-bank",
+    severity=Severity.ERROR,
+    basis=D250,
+    message="{operand} would take {place}, but D{last} is the last one: it may begin at D{latest} at the latest",
+)
+def device_beyond_bank(context: DpideContext) -> Iterator[Finding]:
+    """An operand reaches past the last D register.
+
+    Why: I_MV takes 30 registers, a number two. What lies past the last register does not exist, and the software
+    refuses the program.
+
+    Fix: let it begin lower.
+    """
+    for item in held(context):
+        place = item.place
+        if place.bank == "D" and place.last > LAST_REGISTER:
+            yield item.view.find(*item.path, operand=item.operand, place=place, last=LAST_REGISTER,
+                                 latest=LAST_REGISTER - (place.last - place.first))  # fmt: skip
+
+
+@rule(
+    code="PID702",
+    name="integral-block-overlaps",
+    severity=Severity.ERROR,
+    basis=REMARKS,
+    message="{mine} at {place} overlaps {other} at {other_place}",
+)
+def integral_block_overlaps(context: DpideContext) -> Iterator[Finding]:
+    """Another operand, or another loop, uses registers of an I_MV block.
+
+    Why: the instruction keeps its integral, the previous error and the previous PV in the 30 registers from I_MV on,
+    and writes them each cycle. Two loops in one block run away with each other's integral; a set point in the block is
+    overwritten.
+
+    Fix: leave 30 registers to every I_MV.
+    """
+    for first, second in overlapping(context):
+        if "I_MV" in {first.operand, second.operand}:
+            yield second.view.find(*second.path, mine=second.name, place=second.place, other=first.name,
+                                   other_place=first.place)  # fmt: skip
+
+
+@rule(
+    code="PID703",
+    name="devices-collide",
+    severity=Severity.ERROR,
+    basis=D258,
+    message="{mine} at {place} and {other} at {other_place} {reason}",
+)
+def devices_collide(context: DpideContext) -> Iterator[Finding]:
+    """Two operands share devices and cannot hold the same.
+
+    Why: a number takes two registers, so D100 and D101 are not free of each other; and one register holds one value,
+    whichever operand it is meant for.
+
+    Fix: give each operand devices of its own. Operands may share a device on purpose where type and value are the same,
+    or where the MV of one loop is the SV, BIAS or MOUT of another.
+    """
+    for first, second in overlapping(context):
+        reason = None if "I_MV" in {first.operand, second.operand} else conflict(first, second)
+        if reason is not None:
+            yield second.view.find(*second.path, mine=second.name, place=second.place, other=first.name,
+                                   other_place=first.place, reason=reason)  # fmt: skip
+
+
+def conflict(first: Held, second: Held) -> str | None:
+    """Why two operands cannot share their devices; None: they can."""
+    if first.place != second.place:
+        return "overlap in part"
+    if ROWS[first.operand].type is not ROWS[second.operand].type:
+        return "are of different types"
+    outputs = [item for item in (first, second) if item.operand == "MV"]
+    if len(outputs) == 2:
+        return "are both written"
+    if outputs:
+        return _conflict_with_output(*(item for item in (first, second) if item.operand != "MV"), outputs[0])
+    contents = [item.view.contents.get(item.operand) for item in (first, second)]
+    return "hold different values" if None not in contents and contents[0] != contents[1] else None
+
+
+def _conflict_with_output(reader: Held, output: Held) -> str | None:
+    """An output may drive another loop, or be shown in its own MOUT."""
+    if reader.operand == "MOUT" and reader.view is output.view:
+        return None
+    drives = reader.operand in {"SV", "PV", "BIAS", "MOUT"} and reader.view is not output.view
+    return None if drives else "would be an operand that MV overwrites"

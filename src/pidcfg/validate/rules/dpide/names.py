@@ -1,0 +1,61 @@
+"""Names: what the symbols of ISPSoft make of them."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from pidcfg.diagnostics import Severity
+from pidcfg.encoders.dpide.symbols import D256, identifier, unusable
+from pidcfg.validate.rule import rule
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from pidcfg.validate.rule import Finding
+    from pidcfg.validate.rules.dpide.context import DpideContext
+
+
+@rule(
+    code="PID771",
+    name="name-without-symbols",
+    severity=Severity.INFO,
+    basis=D256,
+    message="no symbols for ISPSoft can be made of the name: {reason}",
+)
+def name_without_symbols(context: DpideContext) -> Iterator[Finding]:
+    """The name of a loop gives no symbols.
+
+    Why: a symbol has at most 16 letters, digits and underscores and does not begin with a digit.
+    `pidcfg encode --format symbols` refuses the file; every other format works.
+
+    Fix: rename the loop with at most 10 characters, beginning with a letter, if the symbol table is wanted.
+    """
+    for view in context.loops:
+        reason = unusable(view.loop.name)
+        if reason is not None:
+            yield view.find("name", reason=reason)
+
+
+@rule(
+    code="PID772",
+    name="symbols-collide",
+    severity=Severity.INFO,
+    basis=D256,
+    message="its symbols would be those of loop {other}, such as {symbol}",
+)
+def symbols_collide(context: DpideContext) -> Iterator[Finding]:
+    """Two loops have the same symbols.
+
+    Why: blanks and signs become underscores, and ISPSoft does not tell capital from small letters; `A-1` and `a_1` are
+    one. `pidcfg encode --format symbols` refuses the file.
+
+    Fix: rename one of them, if the symbol table is wanted.
+    """
+    owners: dict[str, str] = {}
+    for view in context.loops:
+        name = view.loop.name
+        if unusable(name) is None:
+            symbol = identifier(name, "SV")
+            other = owners.setdefault(symbol.casefold(), name)
+            if other != name:
+                yield view.find("name", other=other, symbol=symbol)

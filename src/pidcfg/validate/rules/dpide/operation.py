@@ -1,0 +1,165 @@
+"""Running, manual and autotune: what PID_RUN, PID_MODE and PID_MAN do together."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from pidcfg.diagnostics import Severity
+from pidcfg.encoders.maps.dpide import TABLE, WRITTEN
+from pidcfg.refs import DPIDE, Decision
+from pidcfg.schemas.base import decimal_text
+from pidcfg.validate.rule import rule
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from pidcfg.validate.rule import Finding
+    from pidcfg.validate.rules.dpide.context import DpideContext
+
+MODES = range(3)
+AUTOTUNE = 1
+D259 = Decision(
+    259, "an operand without a device is a number in the program",
+    "PID_MODE 1 without `devices.PID_MODE` is an error, tuned coefficients without devices a warning; PID_RUN "
+    "FALSE and PID_MAN TRUE without devices are warnings.",
+    "A number in the program cannot change: neither the autotune's end nor an operator can write it.",
+)  # fmt: skip
+
+
+@rule(
+    code="PID704",
+    name="unknown-mode",
+    severity=Severity.ERROR,
+    basis=TABLE,
+    message="PID_MODE is {mode}; there are 0 (automatic), 1 (autotune) and 2 (automatic, with I_MV)",
+)
+def unknown_mode(context: DpideContext) -> Iterator[Finding]:
+    """PID_MODE is none of the three modes.
+
+    Why: the manual does not say what the instruction does with another number.
+
+    Fix: write 0, 1 or 2.
+    """
+    for view in context.loops:
+        if view.held("PID_MODE") and view.loop.PID_MODE not in MODES:
+            yield view.find("PID_MODE", mode=view.loop.PID_MODE)
+
+
+@rule(
+    code="PID705",
+    name="autotune-as-a-number",
+    severity=Severity.ERROR,
+    basis=TABLE,
+    message="PID_MODE 1 needs a device, where the PLC writes 0 after tuning",
+)
+def autotune_as_a_number(context: DpideContext) -> Iterator[Finding]:
+    """The autotune is chosen by a number in the program.
+
+    Why: when it is done, the PLC sets PID_MODE to 0. It cannot write a number of the program: the software refuses it,
+    or the loop tunes for ever.
+
+    Fix: give PID_MODE a device: `devices: {PID_MODE: D104}`.
+    """
+    for view in context.loops:
+        if view.loop.PID_MODE == AUTOTUNE and not view.has_device("PID_MODE"):
+            yield view.find("PID_MODE")
+
+
+@rule(
+    code="PID706",
+    name="tuned-coefficients-without-devices",
+    severity=Severity.WARNING,
+    basis=D259,
+    message="the autotune writes {names}, which {have} no device",
+)
+def tuned_coefficients_without_devices(context: DpideContext) -> Iterator[Finding]:
+    """The autotune is chosen, but what it finds has no place to go.
+
+    Why: it writes Kc_Kp, Ti_Ki, Td_Kd and Tf. As numbers in the program they stay what they are; in registers that are
+    not latched they are gone after a loss of power.
+
+    Fix: give the four operands devices, in a latched range.
+    """
+    for view in context.loops:
+        bare = [name for name in WRITTEN[1:] if not view.has_device(name)]
+        if view.loop.PID_MODE == AUTOTUNE and bare:
+            yield view.find("PID_MODE", names=", ".join(bare), have="has" if len(bare) == 1 else "have")
+
+
+@rule(
+    code="PID707",
+    name="tunes-at-once",
+    severity=Severity.INFO,
+    basis=TABLE,
+    message="PID_MODE 1: the loop tunes as soon as it runs, and swings MV between {low} and {high}",
+)
+def tunes_at_once(context: DpideContext) -> Iterator[Finding]:
+    """The file starts an autotune.
+
+    Why: the instruction switches the output to find out how the process answers, without a ramp. That is right for an
+    oven, and wrong for a motor.
+
+    Fix: nothing, if that is meant. Otherwise write 0.
+    """
+    for view in context.loops:
+        if view.loop.PID_MODE == AUTOTUNE and view.loop.PID_RUN and view.limits is not None:
+            low, high = view.limits
+            yield view.find("PID_MODE", low=view.mv(low), high=view.mv(high))
+
+
+@rule(
+    code="PID708",
+    name="never-runs",
+    severity=Severity.WARNING,
+    basis=D259,
+    message="PID_RUN is FALSE and has no device: MV stays 0",
+)
+def never_runs(context: DpideContext) -> Iterator[Finding]:
+    """The algorithm is switched off, and nothing can switch it on.
+
+    Why: with PID_RUN FALSE the instruction writes 0 into MV in every scan.
+
+    Fix: leave PID_RUN out, which is TRUE, or give it a device: `devices: {PID_RUN: M10}`.
+    """
+    for view in context.loops:
+        if not view.loop.PID_RUN and not view.has_device("PID_RUN"):
+            yield view.find("PID_RUN")
+
+
+@rule(
+    code="PID709",
+    name="always-in-manual",
+    severity=Severity.WARNING,
+    basis=D259,
+    message="PID_MAN is TRUE and has no device: the loop stays in manual, MV is {mout}",
+)
+def always_in_manual(context: DpideContext) -> Iterator[Finding]:
+    """The loop is in manual, and nothing can take it out.
+
+    Why: MV is MOUT within the limits; the PV has no effect at all.
+
+    Fix: write `PID_MAN: false`, or give it a device: `devices: {PID_MAN: M11}`.
+    """
+    for view in context.loops:
+        if view.loop.PID_MAN and view.loop.PID_MODE != AUTOTUNE and not view.has_device("PID_MAN"):
+            low, high = view.limits or (view.loop.MOUT, view.loop.MOUT)
+            yield view.find("PID_MAN", mout=decimal_text(min(max(view.loop.MOUT, low), high)))
+
+
+@rule(
+    code="PID710",
+    name="manual-during-autotune",
+    severity=Severity.WARNING,
+    basis=DPIDE.at("PID_MAN"),
+    message="PID_MAN TRUE has no effect while PID_MODE is 1: the autotune drives MV",
+)
+def manual_during_autotune(context: DpideContext) -> Iterator[Finding]:
+    """Manual and the autotune are chosen together.
+
+    Why: somebody may rely on manual to hold the output. The autotune does not look at PID_MAN.
+
+    Fix: write `PID_MODE: 0` to hold the output, or `PID_MAN: false` to tune.
+    """
+    for view in context.loops:
+        if view.loop.PID_MAN and view.loop.PID_MODE == AUTOTUNE:
+            yield view.find("PID_MAN")

@@ -1,0 +1,184 @@
+"""Coefficients: terms that are off, and numbers that belong to the other form."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from pidcfg.diagnostics import Severity
+from pidcfg.encoders.maps.dpide import TABLE
+from pidcfg.refs import DPIDE
+from pidcfg.schemas.iec import Timed
+from pidcfg.validate.rule import rule
+from pidcfg.validate.rules.dpide.context import number_text
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from pidcfg.validate.rule import Finding
+    from pidcfg.validate.rules.dpide.context import DpideContext, LoopView
+
+FORMULAS = DPIDE.at("The PID algorithm")
+DIAGRAM = DPIDE.at("PID Block Diagram")
+COEFFICIENTS = ("Kc_Kp", "Ti_Ki", "Td_Kd", "Tf")
+EFFECTS = {"Kc_Kp": "no proportional term", "Ti_Ki": "no integral term", "Td_Kd": "no derivative term",
+           "Tf": "no smoothing"}  # fmt: skip
+
+
+def is_dead(view: LoopView) -> bool:
+    """Whether the dependent form multiplies everything by 0."""
+    return view.loop.PID_EQ and bool(view.held("Kc_Kp")) and not view.coefficient("Kc_Kp")
+
+
+def has_no_term(view: LoopView) -> bool:
+    """Whether all gains of the independent form are 0."""
+    fits = bool(view.held("Kc_Kp", "Ti_Ki", "Td_Kd"))
+    return not view.loop.PID_EQ and fits and not any(view.coefficient(name) for name in COEFFICIENTS[:3])
+
+
+def tunes_itself(view: LoopView) -> bool:
+    """Whether the autotune replaces the coefficients before they are used."""
+    return view.loop.PID_MODE == 1
+
+
+@rule(
+    code="PID711",
+    name="dead-controller",
+    severity=Severity.ERROR,
+    basis=DIAGRAM,
+    message="Kc_Kp is {gain}, which counts as 0 and switches off all three terms of the dependent form",
+)
+def dead_controller(context: DpideContext) -> Iterator[Finding]:
+    """The gain of the dependent form is 0 or below.
+
+    Why: Kc multiplies the integral and the derivative too (PID_EQ TRUE). MV is BIAS and nothing else, whatever the PV
+    does.
+
+    Fix: write a gain above 0. For an integral alone take the independent form (PID_EQ FALSE), where the gains are free
+    of each other. For cooling write `PID_DIR: false`, not a negative gain.
+    """
+    for view in context.loops:
+        if is_dead(view) and not tunes_itself(view):
+            yield view.find("Kc_Kp", gain=number_text(view.loop.Kc_Kp))
+
+
+@rule(
+    code="PID712",
+    name="no-term",
+    severity=Severity.ERROR,
+    basis=DIAGRAM,
+    message="Kc_Kp, Ti_Ki and Td_Kd all count as 0: MV is BIAS alone",
+)
+def no_term(context: DpideContext) -> Iterator[Finding]:
+    """All three gains of the independent form are 0 or below.
+
+    Why: there is no control; the PV has no effect on MV.
+
+    Fix: write gains above 0. For cooling write `PID_DIR: false`, not negative gains.
+    """
+    for view in context.loops:
+        if has_no_term(view) and not tunes_itself(view):
+            yield view.find("Kc_Kp")
+
+
+@rule(
+    code="PID713",
+    name="negative-coefficient",
+    severity=Severity.WARNING,
+    basis=TABLE,
+    message="{operand} is {value}, which counts as 0: {effect}",
+)
+def negative_coefficient(context: DpideContext) -> Iterator[Finding]:
+    """A coefficient is below 0.
+
+    Why: the PLC takes it as 0. It does not turn the direction round.
+
+    Fix: write 0 or a number above it. For cooling write `PID_DIR: false`.
+    """
+    for view in context.loops:
+        for name in COEFFICIENTS:
+            value = getattr(view.loop, name)
+            if value < 0 and not (name == "Kc_Kp" and (is_dead(view) or has_no_term(view))):
+                yield view.find(name, operand=name, value=number_text(value), effect=EFFECTS[name])
+
+
+@rule(
+    code="PID714",
+    name="no-integral",
+    severity=Severity.INFO,
+    basis=TABLE,
+    message="Ti_Ki is 0: without an integral the PV stays beside SV, unless BIAS is just right",
+)
+def no_integral(context: DpideContext) -> Iterator[Finding]:
+    """There is no integral term.
+
+    Why: MV is BIAS where PV is SV; any other load needs an error that stays.
+
+    Fix: nothing, if a steady error is acceptable. Otherwise write Ti or Ki.
+    """
+    for view in context.loops:
+        if view.held("Ti_Ki") == [0] and not (is_dead(view) or has_no_term(view) or tunes_itself(view)):
+            yield view.find("Ti_Ki")
+
+
+@rule(
+    code="PID715",
+    name="time-as-a-gain",
+    severity=Severity.ERROR,
+    basis=TABLE,
+    message="Ti_Ki has a unit of time, but with PID_EQ FALSE it is the gain Ki in 1/s",
+)
+def time_as_a_gain(context: DpideContext) -> Iterator[Finding]:
+    """An integral time stands where the independent form wants an integral gain.
+
+    Why: 180 s would become a gain of 180 per second: the integral runs from one end to the other within a cycle.
+
+    Fix: write `PID_EQ: true`, or the gain as a bare number: Kp divided by the time in s.
+    """
+    for view in context.loops:
+        if isinstance(view.loop.Ti_Ki, Timed) and not view.loop.PID_EQ:
+            yield view.find("Ti_Ki")
+
+
+@rule(
+    code="PID716",
+    name="integral-faster-than-cycle",
+    severity=Severity.WARNING,
+    basis=FORMULAS,
+    message="the integral time is {time} s, shorter than the sampling time of {cycle} s: was {other} meant?",
+)
+def integral_faster_than_cycle(context: DpideContext) -> Iterator[Finding]:
+    """The integral acts faster than the instruction is calculated.
+
+    Why: in each cycle the integral adds more than the whole proportional term, and the loop swings between its limits.
+    Mostly Ti and Ki were mixed up: Ti_Ki is a time in s with PID_EQ TRUE, and a gain in 1/s with PID_EQ FALSE, where
+    the time is Kp divided by Ki.
+
+    Fix: check PID_EQ, then write Ti or Ki.
+    """
+    for view in context.loops:
+        if view.times is None or (isinstance(view.loop.Ti_Ki, Timed) and not view.loop.PID_EQ):
+            continue
+        time = view.times[0]
+        if 0 < time < view.cycle:
+            other = "a gain Ki (PID_EQ FALSE)" if view.loop.PID_EQ else "a time Ti (PID_EQ TRUE)"
+            yield view.find("Ti_Ki", time=number_text(time), cycle=number_text(view.cycle), other=other)
+
+
+@rule(
+    code="PID717",
+    name="no-proportional",
+    severity=Severity.INFO,
+    basis=TABLE,
+    message="Kc_Kp is {gain}: the independent form works without a proportional term",
+)
+def no_proportional(context: DpideContext) -> Iterator[Finding]:
+    """There is no proportional term, but another one.
+
+    Why: an integral alone is slow, and swings with most processes.
+
+    Fix: nothing, if that is meant. Otherwise write Kp.
+    """
+    for view in context.loops:
+        alone = not view.loop.PID_EQ and view.held("Kc_Kp") == [0] and not has_no_term(view)
+        if alone and not tunes_itself(view):
+            yield view.find("Kc_Kp", gain=number_text(view.loop.Kc_Kp))
