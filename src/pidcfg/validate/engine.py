@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Protocol
 
-from pidcfg.diagnostics import Diagnostic, Path, Severity, ordered
+from pidcfg.diagnostics import Diagnostic, Path, Severity, Span, ordered
 from pidcfg.limits import DEFAULT, Limits
 from pidcfg.validate.schema import loop_name, not_a_choice, read_model
 from pidcfg.vendors import VENDORS, Vendor
@@ -99,13 +99,29 @@ def place(rule: Rule, found: Finding, doc: Document) -> Diagnostic:
         severity=found.severity or rule.severity,
         message=rule.message.format(**found.values),
         file=doc.file,
-        span=doc.locate(found.path, key=found.key),
+        span=span_in(doc, found),
         path=found.path,
         loop=loop_name(doc, found.path),
         plc_effect=found.plc_effect,
         reference=str(found.basis or rule.basis),
         help=found.fix or rule.part("Fix"),
     )
+
+
+def span_in(doc: Document, found: Finding) -> Span:
+    """Where a finding is written; within a value, the character that it means (runs of space count as one)."""
+    span = doc.locate(found.path, key=found.key)
+    if found.offset is None or span.line != span.end_line:
+        return span
+    row = doc.lines[span.line - 1]
+    at = span.column - 1 + (row[span.column - 1 : span.column] in {'"', "'"})
+    while row[at : at + 1] == " ":
+        at += 1
+    for _ in range(found.offset):
+        at += 1
+        while row[at - 1 : at + 1] == "  ":
+            at += 1
+    return Span(span.line, at + 1, span.line, at + 2)
 
 
 def is_scenario(doc: Document) -> bool:

@@ -30,6 +30,8 @@ class Finding:
     severity: Severity | None = None
     fix: str | None = None
     basis: Basis | None = None
+    offset: int | None = None
+    """The character (0-based) that is meant within a value; None: all of it."""
 
 
 Check = Callable[[Any], Iterator[Finding]]
