@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 from pidcfg.diagnostics import Severity
 from pidcfg.encoders.maps.dpide import REMARKS, TABLE
+from pidcfg.refs import Decision
 from pidcfg.schemas.dpide import LONGEST_CYCLE, SHORTEST_CYCLE
 from pidcfg.validate.rule import rule
 
@@ -14,6 +15,14 @@ if TYPE_CHECKING:
 
     from pidcfg.validate.rule import Finding
     from pidcfg.validate.rules.dpide.context import DpideContext
+
+D262 = Decision(
+    262, "a CYCLE below 10 ms is a warning in a cyclic task",
+    "The warning says that a bare number is ms. An interrupt task may be as fast as it likes.",
+    "The instruction is only calculated when it is scanned, and a scan takes some ms; `CYCLE: 1` is likelier a second "
+    "than a millisecond.",
+)  # fmt: skip
+SHORT_CYCLE = 10
 
 
 @rule(
@@ -56,3 +65,24 @@ def cycle_overridden(context: DpideContext) -> Iterator[Finding]:
     for view in context.loops:
         if view.interrupt_task is not None and view.interrupt_task != view.loop.CYCLE:
             yield view.find("CYCLE", cycle=view.loop.CYCLE, interval=view.interrupt_task)
+
+
+@rule(
+    code="PID733",
+    name="cycle-shorter-than-scan",
+    severity=Severity.WARNING,
+    basis=D262,
+    message="CYCLE is {cycle} ms, about as short as a scan: was {cycle} s meant?",
+)
+def cycle_shorter_than_scan(context: DpideContext) -> Iterator[Finding]:
+    """The sampling time is shorter than the PLC can keep.
+
+    Why: the instruction is calculated when it is scanned, so not more often than once a scan. Integral and derivative
+    are worked out for the shorter time.
+
+    Fix: write a time well above that of a scan, such as `1 s`; or call the instruction in a timed interrupt task and
+    say so in `plc.interrupt_task`.
+    """
+    for view in context.loops:
+        if SHORTEST_CYCLE <= view.loop.CYCLE < SHORT_CYCLE and view.interrupt_task is None:
+            yield view.find("CYCLE", cycle=view.loop.CYCLE)

@@ -10,7 +10,7 @@ from pidcfg.encoders.maps.dpide import TABLE
 from pidcfg.refs import Decision
 from pidcfg.validate.rule import rule
 from pidcfg.validate.rules.dpide.context import number_text
-from pidcfg.validate.rules.dpide.tuning import FORMULAS, tunes_itself
+from pidcfg.validate.rules.dpide.tuning import FORMULAS, is_dead, tunes_itself
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -29,7 +29,7 @@ MOST = Decimal(20)
 
 def derivative_of(view: LoopView) -> Decimal:
     """The coefficient of the derivative as it acts: 0 also where the whole controller is dead."""
-    return Decimal(0) if view.times == (0, 0) or tunes_itself(view) else view.coefficient("Td_Kd")
+    return Decimal(0) if is_dead(view) or tunes_itself(view) else view.coefficient("Td_Kd")
 
 
 @rule(

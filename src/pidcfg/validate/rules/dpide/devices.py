@@ -130,11 +130,10 @@ def conflict(first: Held, second: Held) -> str | None:
         return "overlap in part"
     if ROWS[first.operand].type is not ROWS[second.operand].type:
         return "are of different types"
-    outputs = [item for item in (first, second) if item.operand == "MV"]
-    if len(outputs) == 2:
+    if first.operand == second.operand == "MV":
         return "are both written"
-    if outputs:
-        return _conflict_with_output(*(item for item in (first, second) if item.operand != "MV"), outputs[0])
+    if "MV" in {first.operand, second.operand}:
+        return _conflict_with_output(*((second, first) if first.operand == "MV" else (first, second)))
     contents = [item.view.contents.get(item.operand) for item in (first, second)]
     return "hold different values" if None not in contents and contents[0] != contents[1] else None
 
