@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 
 from pidcfg.schemas.base import Quantity, parse_number
 from pidcfg.schemas.scenario import Scenario
+from pidcfg.sim.plc import LoopsOnly
 from pidcfg.sim.prepare import prepare
 from pidcfg.sim.report import ScanTime
 from pidcfg.sim.run import Settings, simulate
@@ -55,7 +56,7 @@ def scan(tick, cfg, st, _aux, sig):
 
 
 @dataclass(slots=True)
-class Plc:
+class Plc(LoopsOnly):
     """Implements `pidcfg.sim.plc.Plc` for loops A and B."""
 
     loops: list[str]

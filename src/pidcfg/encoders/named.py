@@ -119,6 +119,11 @@ def read(kind: IecType, value: object) -> Content | None:
         return None
 
 
+def shortest(value: float) -> float:
+    """The shortest decimal that means this single-precision number."""
+    return single_value(SINGLE.encode(Decimal(value)))
+
+
 def shown(kind: IecType, content: Content) -> str:
     """A content as the programming language writes it: TRUE, 5, 2.0, 1.0E-6."""
     if kind.kind == "bool":

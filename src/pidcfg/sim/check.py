@@ -145,6 +145,9 @@ def _check_event(path: Route, event: Event, scenario: Scenario, plc: Plc) -> Ite
         yield Problem((*path, "for"), "'for' is the time above 0 that a sensor stays broken (pv)", key=True)
     if event.loop is not None and event.loop not in plc.loops:
         yield unknown((*path, "loop"), "loop", event.loop, plc.loops)
+    elif event.loop in plc.wired and action == "pv":
+        message = f"the PV of {event.loop} comes from the PLC's program; set the signal that it is made of"
+        yield Problem((*path, "pv"), message, key=True)
     elif event.loop is None and action in OF_A_LOOP:
         yield Problem((*path, action), f"{action} needs a loop", help="add 'loop: …'", key=True)
     elif event.plant is not None and action != "disturb":
@@ -190,10 +193,21 @@ def _check_set(path: Route, event: Event, scenario: Scenario, plc: Plc) -> Itera
         name = ".".join(keys)
         if event.loop is not None:
             yield from _refused(place, event.loop, plc, keys, value)
+        elif name in plc.inputs:
+            yield from _check_input(place, name, value, plc)
         elif name not in scenario.signals:
-            yield unknown(place, "signal of the scenario", name, scenario.signals, key=True)
+            known = [*scenario.signals, *plc.inputs]
+            yield unknown(place, "signal of the scenario or the program", name, known, key=True)
         else:
             yield from _check_signal(place, name, value)
+
+
+def _check_input(path: Route, name: str, value: object, plc: Plc) -> Iterator[Problem]:
+    """The value of a signal of the PLC's program."""
+    try:
+        plc.check_input(name, value)
+    except PydanticCustomError as error:
+        yield Problem(path, f"{name}: {error.message()}", "value", help=(error.context or {}).get("help"))
 
 
 def _check_signal(path: Route, name: str, value: object) -> Iterator[Problem]:

@@ -85,7 +85,10 @@ class Agenda:
             self.disturb(event)
         elif event.loop is None:
             for keys, value, _ in leaves(event.set):
-                self.net.sig[self.net.outside[".".join(keys)]] = float(parse_number(value))
+                name = ".".join(keys)
+                self.net.sig[self.net.outside[name]] = (
+                    self.plc.check_input(name, value) if name in self.plc.inputs else float(parse_number(value))
+                )
         elif event.set is not None:
             late = self.write(k, self.plc.loops.index(event.loop), event)
             return Note(time, event.loop, late) if late else None

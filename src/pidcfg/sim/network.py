@@ -78,6 +78,7 @@ def build(scenario: Scenario, plc: Plc, step: int, found: Sequence[Problem] = ()
     It is ready to run only when none of them is an error.
     """
     net = Network(list(plc.sig), {name: slot for slot, name in enumerate(plc.signals) if name}, problems=list(found))
+    net.outside |= plc.inputs
     for name, value in scenario.signals.items():
         if name in net.names:
             net.problems.append(Problem(("signals", name), f"{name} is a signal of the PLC", "value", key=True))
@@ -127,6 +128,9 @@ def _add_plant(net: Network, plc: Plc, key: str | int, text: PlantText, later: _
         net.problems.append(Problem(path, f"{name} is taken", "value", help="give the plant another name"))
         return
     noisy = text.noise > 0 or name in later.noisy
+    if name in plc.wired:
+        net.problems.append(_within(path, name))
+        return
     measured = _to_loop(net, plc, name, later) if name in plc.loops else net.slot()
     plant = Plant(MODELS[text.model], net.slot() if noisy else measured, measured)
     if name not in plc.loops:
@@ -139,6 +143,13 @@ def _add_plant(net: Network, plc: Plc, key: str | int, text: PlantText, later: _
     net.plants.append(plant)
     for parameter in PARAMETERS:
         net.parameters[f"{name}.{parameter}"] = net.slot(float(getattr(text, parameter)))
+
+
+def _within(path: Route, loop: str) -> Problem:
+    """A plant for a loop that has its PV from the program."""
+    message = f"the PV of {loop} comes from the PLC's program, no plant reaches it"
+    cure = "wire the plant to the signal that the program makes the PV of"
+    return Problem(path, message, help=cure, key=True, loop=loop)
 
 
 def _to_loop(net: Network, plc: Plc, name: str, later: _Later) -> int:
@@ -192,8 +203,15 @@ def _connect(net: Network, plc: Plc, connect: Mapping[str, str], later: _Later) 
     for target, text in connect.items():
         path = ("connect", target)
         loop = targets.get(target)
-        if loop is None:
-            net.problems.append(unknown(path, "loop's PV", target, targets, key=True))
+        if loop is None and target in plc.inputs:
+            expression = _read(net, path, text, names)
+            if expression is not None:
+                _add_channel(net, plc.inputs[target], expression)
+                net.sources[len(net.channels) - 1] = path
+        elif loop is None:
+            net.problems.append(unknown(path, "loop's PV", target, [*targets, *plc.inputs], key=True))
+        elif loop in plc.wired:
+            net.problems.append(_within(path, loop))
         elif loop in net.plant_of:
             message = f"{loop} has a plant of its own, which is wired to its PV"
             net.problems.append(Problem(path, message, help=f"name the plant differently, or drop {target}", key=True))
@@ -204,7 +222,7 @@ def _connect(net: Network, plc: Plc, connect: Mapping[str, str], later: _Later) 
                 net.faults[loop] = len(net.channels) - 1
                 net.sources[len(net.channels) - 1] = path
     for i, loop in enumerate(plc.loops):
-        if loop not in net.plant_of and f"{loop}.PV" not in connect:
+        if loop not in net.plant_of and f"{loop}.PV" not in connect and loop not in plc.wired:
             low = plc.scales[i][0]
             net.sig[plc.cfg[i].sig_in] = low
             if loop in later.broken:

@@ -7,7 +7,7 @@ the program-to-run transition.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, MutableSequence, Sequence
+from collections.abc import Callable, Collection, Mapping, MutableSequence, Sequence
 from math import ceil
 from typing import TYPE_CHECKING, Any, Protocol
 
@@ -50,6 +50,10 @@ class Plc(Protocol):
     """For each loop whether its action takes for granted that the PV rises with the output."""
     pulses: Sequence[str]
     """Names of the signals that follow the output as pulses."""
+    inputs: Mapping[str, int]
+    """Signals from outside that are no loop's PV, by name: events may set them, plants may be wired to them."""
+    wired: Collection[str]
+    """Loops whose PV comes from within the PLC's program: no plant is wired to it."""
     out_name: str
     """What the vendor calls a loop's output: OUT, CV, CO, MV."""
     modes: Sequence[str]
@@ -81,6 +85,9 @@ class Plc(Protocol):
     """Words that are no value of their format, and what they are taken for."""
     tuned_names: Sequence[str]
     """What auto-tune finds, by the vendor's names of the parameters."""
+
+    def check_input(self, name: str, value: object) -> float:
+        """The value of one of `inputs` as an event gives it; raises ``PydanticCustomError`` for an unusable one."""
 
     def mode(self, status: int) -> str:
         """The mode that a status word tells."""
@@ -126,6 +133,18 @@ class Plc(Protocol):
 
     def run(self, tick: int) -> None:
         """The program-to-run transition, with the set-up check."""
+
+
+class LoopsOnly:
+    """What every PLC has whose program is not known: nothing comes from outside but the PVs of its loops."""
+
+    inputs: Mapping[str, int] = {}
+    wired: Collection[str] = ()
+
+    @staticmethod
+    def check_input(name: str, _value: object) -> float:
+        """There is none."""
+        raise KeyError(name)
 
 
 class Controller(Protocol):

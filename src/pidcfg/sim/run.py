@@ -106,7 +106,7 @@ class _Run:
                 plc.set_output(plc.loops.index(loop), value, net.sig)
         rest(net, initial_values(net))
         problems += wrong_actions(net, plc)
-        meters = [Meter(c.sig_pv, c.sig_sp, c.sig_out) for c in plc.cfg]
+        meters = [Meter(c.sig_pv, c.sig_sp, c.sig_out) for c in plc.cfg[: len(plc.loops)]]
         bands = [Band(i, DEFAULT_BAND) for i in range(len(meters))]
         watched = {slot for m in meters for slot in (m.pv, m.sp, m.out)}
         gauges = [Gauge(slot) for slot in net.names.values() if slot not in watched]

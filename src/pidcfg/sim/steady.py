@@ -38,7 +38,7 @@ class UnsteadyError(Exception):
 def settle(machine: Machine, max_loop_steps: int | None) -> int:
     """Runs the pre-roll and returns its base steps; raises `UnsteadyError`."""
     plc = machine.plc
-    spans = [Span(config.sig_in) for config in plc.cfg]
+    spans = [Span(config.sig_in) for config in plc.cfg[: len(plc.loops)]]
     steps = window_of(machine)
     k, moving = 0, 0
     for _ in range(WINDOWS):

@@ -24,6 +24,7 @@ from pidcfg.sim.controllers.click.report import (
 )
 from pidcfg.sim.controllers.click.setting import KEYS, check_setting, settings_of
 from pidcfg.sim.controllers.click.words import float_of, sample_ticks
+from pidcfg.sim.plc import LoopsOnly
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, MutableSequence, Sequence
@@ -40,7 +41,7 @@ STATUS = {
 """How an autotune went, by `State.tune_done`."""
 
 
-class Click(Memory):
+class Click(Memory, LoopsOnly):
     """A CLICK as loaded from its registers; implements `pidcfg.sim.plc.Plc`."""
 
     out_name = "CO"

@@ -28,7 +28,7 @@ from pidcfg.sim.controllers.dl06.report import (
 from pidcfg.sim.controllers.dl06.setting import CASCADE_FROM, find_rows, fits, parse_setting, stored_rate
 from pidcfg.sim.controllers.dl06.state import NEVER
 from pidcfg.sim.controllers.dl06.words import ticks, write_state
-from pidcfg.sim.plc import TICKS
+from pidcfg.sim.plc import TICKS, LoopsOnly
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, MutableSequence, Sequence
@@ -38,7 +38,7 @@ if TYPE_CHECKING:
     from pidcfg.sim.report import ScanTime
 
 
-class Dl06(Memory):
+class Dl06(Memory, LoopsOnly):
     """A DL06 as loaded from its words; implements `pidcfg.sim.plc.Plc`."""
 
     out_name = "OUT"

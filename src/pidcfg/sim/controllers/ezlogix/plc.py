@@ -16,7 +16,7 @@ from pidcfg.sim.controllers.ezlogix.report import FLAG_BITS, MODES, TUNE_STATUS,
 from pidcfg.sim.controllers.ezlogix.setting import CV, KEYS, encode_setting, fits
 from pidcfg.sim.controllers.ezlogix.state import NEVER
 from pidcfg.sim.controllers.ezlogix.words import absorb, ticks
-from pidcfg.sim.plc import TICKS
+from pidcfg.sim.plc import TICKS, LoopsOnly
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, MutableSequence, Sequence
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from pidcfg.sim.report import ScanTime
 
 
-class Ezlogix(Memory):
+class Ezlogix(Memory, LoopsOnly):
     """An EZLogix as loaded from its registers; implements `pidcfg.sim.plc.Plc`."""
 
     out_name = "CV"

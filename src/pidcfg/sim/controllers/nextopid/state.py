@@ -51,6 +51,14 @@ class Config:
 class State(Tuned):
     """What a block keeps. `LoopState`: ``pv`` and ``out`` are PV and MV of the last call."""
 
+    ask: int = 0
+    """What the operator wants at the next call (`operate`)."""
+    kept: int = 0
+    """How the last auto-tuning stands, and what it found (`operate`)."""
+    found_kp: float = 0.0
+    found_ti: float = 0.0
+    found_td: float = 0.0
+    found_flags: int = 0
     fault: int = 0
     """Why a wire had no value, the first time (`pidcfg.sim.expressions.FAULTS`)."""
     started: int = 0

@@ -1,0 +1,174 @@
+"""The memory of a virtual NextoPID: a program's parameters as signals, its wires as code, its blocks as records.
+
+Signals are, in this order: those of the program's layout (signals from outside, then every parameter of every block);
+one for each input that nothing in the program is wired to, which plants write; the set point in force of each loop.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, NamedTuple
+
+from pidcfg.encoders.maps.nextopid import BLOCK_TYPES, MOST_SAMPLES
+from pidcfg.encoders.nextopid.decode import ItemSettings, PlcSettings, read_item
+from pidcfg.encoders.nextopid.wiring import Layout, Wires
+from pidcfg.encoders.plain import read_settings
+from pidcfg.encoders.words import DecodeError
+from pidcfg.schemas.expressions import CONSTANT, SIGNAL, Expression, ExpressionError
+from pidcfg.schemas.iec import BOOL, REAL, IecType, Wire
+from pidcfg.sim.controllers.nextopid import slots
+from pidcfg.sim.controllers.nextopid.state import Config, State
+from pidcfg.sim.controllers.nextopid.wires import AS_INT, AS_IT_IS
+from pidcfg.sim.plc import TICKS
+from pidcfg.sim.terms import single
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping, Sequence
+    from decimal import Decimal
+
+    from pidcfg.encoders.named import Content, Parameter, Program
+
+BUFFERED = ("ControlDelay", "ControlDelayLag")
+SHOWN = ("PV", "MV", "IntegralAction")
+"""Parameters of a loop that are signals of the report, beside the set point in force and what is wired."""
+PERCENT_COUNTS = 1 << 20
+"""What a PV's range is divided into: a REAL has no counts, this is finer than any transmitter."""
+
+
+@dataclass(frozen=True, slots=True)
+class Options:
+    """What a scenario chooses about the PLC: nothing that its program does not say."""
+
+
+class WireRow(NamedTuple):
+    """A wire: its target, whether that is an INT, and its code in pairs."""
+
+    target: int
+    whole: int
+    code: tuple[float, ...]
+    depth: int
+
+
+def number_of(kind: IecType, content: Content) -> float:
+    """A content as the kernels have it: a BOOL is 0 or 1, a word its number."""
+    if kind.kind == "word":
+        return float(kind.words.index(str(content)))
+    return single(float(content)) if kind.kind == "real" else float(content)
+
+
+def is_open(kind_name: str, row: Parameter) -> bool:
+    """Whether an input is left to the program around when it is not given."""
+    field = BLOCK_TYPES[kind_name].model.model_fields.get(row.name)
+    return field is not None and field.default is None and row.type.kind != "bool"
+
+
+class Memory:
+    """The records and vectors that the kernels work with."""
+
+    def __init__(self, image: Program) -> None:
+        self.words: Mapping[str, Content | Wire] = image.words
+        self.items = [read_item(entry, i) for i, entry in enumerate(image.settings)]
+        plc = read_settings(PlcSettings, image.plc, "plc")
+        if plc.sample_time is None:
+            raise DecodeError("the listing does not say the interval of the task")
+        self.task = ticks(plc.sample_time)
+        types = {name: BOOL if isinstance(content, bool) else REAL
+                 for name, content in self.words.items() if "." not in name}  # fmt: skip
+        self.layout = Layout.of(types, [(own.name, BLOCK_TYPES[own.type]) for own in self.items])
+        self.wires = self._read_wires()
+        self.sig = [0.0] * self.layout.size
+        self.outside: dict[str, int] = {}
+        """Slots of inputs that nothing is wired to, by name."""
+        for name, content in self.words.items():
+            if not isinstance(content, Wire) and name in self.layout.numbers:
+                self.sig[self.layout.numbers[name]] = number_of(self.layout.types[name], content)
+        self.listed = sorted(range(len(self.items)), key=lambda i: self.items[i].loop is None)
+        """Numbers of the items as the records are listed: loops first."""
+        self.loops = [own.name for own in self.items if own.loop is not None]
+        self.cfg = [Config() for _ in self.items]
+        self.st = [State() for _ in self.items]
+        self._fill()
+
+    def _read_wires(self) -> Wires:
+        found: Wires = {}
+        for i, own in enumerate(self.layout.instances):
+            for row in own.kind.inputs:
+                content = self.words.get(f"{own.name}.{row.name}")
+                if isinstance(content, Wire):
+                    try:
+                        found[i, row.name] = self.layout.read(row.type, content.text)
+                    except ExpressionError as error:
+                        raise DecodeError(f"{own.name}.{row.name}: {error.message}") from None
+        return found
+
+    def _fill(self) -> None:
+        """Records in the order of `listed`, and the shared vector."""
+        rows: list[WireRow] = []
+        for place, i in enumerate(self.listed):
+            c, s, own = self.cfg[place], self.st[place], self.layout.instances[i]
+            c.kind, c.base = slots.KINDS[own.kind.name], own.base
+            self._time(c, s, self.items[i])
+            c.whole = int(own.kind.name.endswith("INT"))
+            c.wires = len(rows)
+            rows += self._wires_of(i)
+            c.wires_end = len(rows)
+            if self.items[i].loop is not None:
+                self._loop_slots(c, own.name)
+        place_of = {i: place for place, i in enumerate(self.listed)}
+        for turn, i in enumerate(self.layout.order(self.wires)):
+            self.cfg[turn].turn = place_of[i]
+        self.aux = self._vector(rows)
+
+    def _time(self, c: Config, s: State, own: ItemSettings) -> None:
+        c.period = self.task if own.sample_time is None else ticks(own.sample_time)
+        c.ts, s.period = single(c.period / TICKS), c.period
+
+    def _loop_slots(self, c: Config, name: str) -> None:
+        numbers = self.layout.numbers
+        c.sig_pv, c.sig_out = numbers[f"{name}.PV"], numbers[f"{name}.MV"]
+        c.sig_in = self.outside.get(f"{name}.PV", c.sig_pv)
+        c.sig_bias = numbers.get(f"{name}.BIAS", c.sig_out)
+        self.sig.append(self.sig[numbers[f"{name}.SP"]])
+        c.sig_sp = len(self.sig) - 1
+
+    def _wires_of(self, i: int) -> Iterator[WireRow]:
+        """The wires of a block; an input that is left to the program around is wired to a signal of its own."""
+        own = self.layout.instances[i]
+        for offset, row in enumerate(own.kind.table.rows):
+            name, target = f"{own.name}.{row.name}", own.base + offset
+            expression = self.wires.get((i, row.name))
+            if expression is None and row.access == "input" and name not in self.words and is_open(own.kind.name, row):
+                self.outside[name] = len(self.sig)
+                self.sig.append(0.0)
+                expression = Expression(name, (SIGNAL, self.outside[name]), (), frozenset(), 1)
+            if expression is not None:
+                whole = AS_INT if row.type.kind == "whole" else AS_IT_IS
+                yield WireRow(target, whole, tuple(_code(expression)), expression.depth)
+
+    def _vector(self, rows: Sequence[WireRow]) -> list[float]:
+        """The place of the stack, the rows, the code, the delay lines, and the stack."""
+        aux = [0.0]
+        at = 1 + 4 * len(rows)
+        for row in rows:
+            aux += [float(row.target), float(row.whole), float(at), float(at + len(row.code))]
+            at += len(row.code)
+        for row in rows:
+            aux += row.code
+        for place, i in enumerate(self.listed):
+            if self.layout.instances[i].kind.name in BUFFERED:
+                self.cfg[place].buffer = len(aux)
+                aux += [0.0] * MOST_SAMPLES
+        aux[0] = float(len(aux))
+        return aux + [0.0] * (2 + max((row.depth for row in rows), default=0))
+
+
+def _code(expression: Expression) -> Iterator[float]:
+    """Pairs of operator and operand; a constant stands in the pair itself."""
+    for op, operand in zip(expression.code[::2], expression.code[1::2], strict=True):
+        yield float(op)
+        yield single(expression.constants[operand]) if op == CONSTANT else float(operand)
+
+
+def ticks(seconds: Decimal) -> int:
+    """Seconds as ticks."""
+    return max(1, int(seconds * TICKS))

@@ -1,0 +1,238 @@
+"""The NextoPID program as an object: made of its parameters, and handled from outside as its operator would."""
+
+from __future__ import annotations
+
+from math import gcd
+from typing import TYPE_CHECKING, Any
+
+from pidcfg.encoders.maps.nextopid import BLOCK_TYPES
+from pidcfg.encoders.named import Parameter, shortest
+from pidcfg.schemas.iec import Wire
+from pidcfg.sim.controllers.nextopid import operate, report
+from pidcfg.sim.controllers.nextopid.memory import PERCENT_COUNTS, SHOWN, Memory, Options, number_of
+from pidcfg.sim.controllers.nextopid.report import (
+    AUX_BITS,
+    FLAG_BITS,
+    MODES,
+    RESULT_FLAGS,
+    TUNE_STATUS,
+    describe,
+    mode_name,
+    requested,
+    tell,
+)
+from pidcfg.sim.controllers.nextopid.setting import keys_of
+from pidcfg.sim.named_settings import NamedKeys
+from pidcfg.sim.plc import TICKS
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, MutableSequence, Sequence
+
+    from pidcfg.encoders.named import Content, Program
+    from pidcfg.schemas.base import Quantity
+    from pidcfg.sim.report import ScanTime
+
+
+class Nextopid(Memory):
+    """A NextoPID program as loaded; implements `pidcfg.sim.plc.Plc`."""
+
+    out_name = "MV"
+    pulses: Sequence[str] = ()
+    word_of_flags = "{}"
+    modes = tuple(MODES)
+    options: Sequence[str] = ()
+    commands: Mapping[str, Sequence[str]] = {"ramp_soak": (), "autotune": ("start", "cancel", "accept"), "plc": ()}
+    tuned_names = ("Kp", "Ti_Ki", "Td_Kd")
+    alarm_bits: Mapping[str, int] = {}
+    flag_bits: Mapping[str, int] = FLAG_BITS
+    aux_bits: Mapping[str, int] = AUX_BITS
+    running = True
+    flags: Mapping[str, int] = {}
+    """There is no set-up error word."""
+    problems: Sequence[str] = ()
+    mode = staticmethod(mode_name)
+    describe = staticmethod(describe)
+    requested = staticmethod(requested)
+
+    def __init__(self, image: Program) -> None:
+        super().__init__(image)
+        self.keys = {own.name: keys_of(own.type, own.name, self._wired(own.name)) for own in self.items}
+        self.goals = [self._goal(loop) for loop in self.loops]
+        self.scales = [self._scale(loop) for loop in self.loops]
+        self.rises = [not self._value(loop, "Direct") for loop in self.loops]
+        self.signals = self._names()
+        self.wired = frozenset(loop for loop in self.loops if f"{loop}.PV" not in self.outside)
+        """Loops whose PV comes from the program itself."""
+        self.inputs = self._inputs()
+
+    def _wired(self, name: str) -> dict[str, str]:
+        own = f"{name}."
+        return {key.removeprefix(own): content.text for key, content in self.words.items()
+                if key.startswith(own) and isinstance(content, Wire)}  # fmt: skip
+
+    def _slot(self, loop: str, row: str) -> int:
+        return self.layout.numbers[f"{loop}.{row}"]
+
+    def _value(self, loop: str, row: str) -> float:
+        number = self.layout.numbers.get(f"{loop}.{row}")
+        return 0.0 if number is None else self.sig[number]
+
+    def _goal(self, loop: str) -> str:
+        if self._value(loop, "Manual"):
+            return "manual"
+        return "cascade" if self._value(loop, "CASC") else "auto"
+
+    def _scale(self, loop: str) -> tuple[float, float, int]:
+        low, high = self._value(loop, "MinPV"), self._value(loop, "MaxPV")
+        return low, high if high > low else low + 1.0, PERCENT_COUNTS
+
+    def _names(self) -> list[str]:
+        """Signals of the report: those from outside, what loops and blocks give, and what wires read."""
+        read = {number for expression in self.wires.values() for number in expression.signals}
+        shown = set(range(len(self.layout.signals)))
+        for own in self.layout.instances:
+            for i, row in enumerate(own.kind.table.rows):
+                if own.name in self.loops:
+                    wanted = row.name in SHOWN or (row.access == "output" and own.base + i in read)
+                else:
+                    wanted = row.access == "output" and row.name not in {"Error", "SampleTime", "Warning"}
+                if wanted and "Bits." not in row.name:
+                    shown.add(own.base + i)
+        name_of = {number: name for name, number in self.layout.numbers.items() if number in shown}
+        name_of |= {self.cfg[i].sig_sp: f"{loop}.SP" for i, loop in enumerate(self.loops)}
+        return [name_of.get(number, "") for number in range(len(self.sig))]
+
+    def _inputs(self) -> dict[str, int]:
+        """Signals from outside, and parameters of blocks that nothing is wired to."""
+        found = {name: self.layout.numbers[name] for name in self.layout.signals}
+        for own in self.items:
+            if own.loop is None:
+                for row in BLOCK_TYPES[own.type].inputs:
+                    name = f"{own.name}.{row.name}"
+                    if not isinstance(self.words.get(name), Wire):
+                        found[name] = self.outside.get(name, self.layout.numbers[name])
+        return found
+
+    # --- what the runner asks ----------------------------------------------------------------------------------------
+
+    @property
+    def base(self) -> int:
+        """The greatest common step of the sample times, in ticks."""
+        return gcd(*(c.period for c in self.cfg)) or TICKS
+
+    @property
+    def periods(self) -> list[int]:
+        """The sample time of each loop, in ticks."""
+        return [c.period for c in self.cfg[: len(self.loops)]]
+
+    @staticmethod
+    def scan_time(_without_loops: float) -> ScanTime | None:
+        """The manual does not say how long a cycle becomes."""
+        return None
+
+    def run(self, tick: int) -> None:
+        """The program begins to run with its first cycle."""
+
+    def program(self, sig: MutableSequence[float]) -> None:
+        """There is no event that stops it."""
+
+    # --- signals and parameters --------------------------------------------------------------------------------------
+
+    def check_input(self, name: str, value: object) -> float:
+        """The value of a signal, or of a block's parameter, as `inputs` takes it."""
+        owner, _, row = name.partition(".")
+        if row:
+            found = self.keys[owner].find((row,))
+            return number_of(found.type, self.keys[owner].parse(found, value))
+        signal = Parameter(name, self.layout.signals[name])
+        return number_of(signal.type, NamedKeys({name: signal}, {}).parse(signal, value))
+
+    def set_output(self, loop: int, value: Quantity, sig: MutableSequence[float]) -> None:
+        """The MV that a loop in manual mode starts with."""
+        self.set(loop, ("output",), self.check_set(loop, ("output",), value), sig)
+
+    def check_set(self, loop: int, path: tuple[str, ...], value: object) -> object:
+        """The content of a parameter; a ``PydanticCustomError`` says what is wrong."""
+        return self.keys[self.loops[loop]].check(path, value)
+
+    def period_set(self, loop: int, path: tuple[str, ...], value: object) -> int:
+        """No parameter is a sample time."""
+        del loop, path, value
+        return 0
+
+    def set(self, loop: int, path: tuple[str, ...], value: Any, sig: MutableSequence[float]) -> str | None:
+        """Writes a parameter; returns why it has no effect yet, if so."""
+        name, c = self.loops[loop], self.cfg[loop]
+        row = self.keys[name].find(path)
+        content: Content = value
+        sig[self._slot(name, row.name)] = number_of(row.type, content)
+        if row.name == "SP" and not self._of(loop, "CASC", sig):
+            low, high, _ = self.scales[loop]
+            sig[c.sig_sp] = min(max(sig[self._slot(name, "SP")], low), high)
+        if row.name == "SP" and self._of(loop, "CASC", sig):
+            return "the loop is in cascade mode and follows SP_CASC"
+        if row.name == "ManualMV" and not self._of(loop, "Manual", sig):
+            return "the loop is not in manual mode"
+        return None
+
+    def _of(self, loop: int, row: str, sig: Sequence[float]) -> float:
+        number = self.layout.numbers.get(f"{self.loops[loop]}.{row}")
+        return 0.0 if number is None else sig[number]
+
+    # --- the operator ------------------------------------------------------------------------------------------------
+
+    def request(self, loop: int, mode: str) -> None:
+        """Manual and CASC are written, unless the program wires them."""
+        name, s, bit = self.loops[loop], self.st[loop], MODES[mode]
+        wired = self._wired(name)
+        if mode == "cascade" and f"{name}.CASC" not in self.layout.numbers:
+            tell(s, report.NO_CASCADE, bit)
+        elif "Manual" in wired:
+            tell(s, report.IS_WIRED, bit)
+        elif mode in {"auto", "cascade"} and "CASC" in wired:
+            tell(s, report.CASC_IS_WIRED, bit)
+        elif mode in {"tracking", "autotune"}:
+            tell(s, report.COMES_ABOUT, bit)
+        else:
+            s.ask |= operate.MANUAL_ON if mode == "manual" else operate.MANUAL_OFF
+            if mode != "manual" and f"{name}.CASC" in self.layout.numbers:
+                s.ask |= operate.CASC_ON if mode == "cascade" else operate.CASC_OFF
+
+    def ramp_soak(self, loop: int, command: str) -> None:
+        """There is no ramp/soak generator, and no command of it."""
+
+    def autotune(self, loop: int, command: str) -> None:
+        """``start`` and ``cancel`` write AutoTune; ``accept`` copies the results over the gains and resets it."""
+        name, s = self.loops[loop], self.st[loop]
+        if f"{name}.AutoTune" not in self.layout.numbers:
+            tell(s, report.NO_TUNE)
+        elif "AutoTune" in self._wired(name):
+            tell(s, report.TUNE_IS_WIRED)
+        elif command == "start":
+            s.ask |= operate.TUNE_ON
+        elif command == "cancel":
+            s.ask |= operate.TUNE_OFF
+        elif s.kept == operate.DONE:
+            s.ask |= operate.ACCEPT | operate.TUNE_OFF
+        else:
+            tell(s, report.NOTHING_TO_ACCEPT)
+
+    def tuned(self, loop: int) -> Mapping[str, Any] | None:
+        """How the last auto-tuning of a loop went; None where there was none."""
+        s = self.st[loop]
+        if s.kept == operate.NO_RUN:
+            return None
+        ended = s.kept in {operate.DONE, operate.FAILED}
+        flags = [name for i, name in enumerate(RESULT_FLAGS) if s.found_flags >> i & 1 and ended]
+        found = dict(zip(self.tuned_names, map(shortest, (s.found_kp, s.found_ti, s.found_td)), strict=True))
+        return {
+            "done": ended,
+            "error": s.kept == operate.FAILED,
+            "status": ", ".join(flags) or TUNE_STATUS[s.kept],
+            "results": found if ended and any(found.values()) else {},
+        }
+
+
+def load(image: Program, options: Options | None = None) -> Nextopid:  # noqa: ARG001 - there is nothing to choose
+    """The virtual PLC of a program, before its first cycle."""
+    return Nextopid(image)

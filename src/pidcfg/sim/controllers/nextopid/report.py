@@ -1,0 +1,77 @@
+"""What a NextoPID loop tells the outside: names of modes, bits and signals, and notices in words."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from pidcfg.encoders.maps.nextopid import BLOCK_TYPES
+from pidcfg.sim.controllers.nextopid import state as bits
+from pidcfg.sim.expressions import FAULTS
+from pidcfg.sim.notices import noticed, notices
+
+if TYPE_CHECKING:
+    from pidcfg.sim.controllers.nextopid.state import State
+
+MODES = {
+    "manual": bits.MANUAL_MODE,
+    "auto": bits.AUTO_MODE,
+    "cascade": bits.CASCADE_MODE,
+    "tracking": bits.TRACKING_MODE,
+    "autotune": bits.TUNING_MODE,
+}
+"""What can be asked for are the first three; the others come about."""
+ROWS = [row.name for row in BLOCK_TYPES["PIDA_TUNE_REAL"].table.rows]
+ERRORS = [name for name in ROWS if name.startswith("ErrBits.")]
+WARNINGS = [name for name in ROWS if name.startswith("WarnBits.")]
+FLAG_BITS = {name: bits.ERROR_BASE << i for i, name in enumerate(ERRORS)} | {"overridden": bits.OVERRIDDEN}
+AUX_BITS = {name: 1 << i for i, name in enumerate(WARNINGS)}
+RESULT_FLAGS = [name.removeprefix("AutoTuneResult.") for name in ROWS[ROWS.index("AutoTuneResult.Bad_PercAmpMV") :]]
+
+IS_WIRED = 1
+"""Reasons of notices; one for each of the three requests that wires stand against."""
+CASC_IS_WIRED = 2
+TUNE_IS_WIRED = 3
+NO_TUNE = 4
+NO_CASCADE = 5
+NOTHING_TO_ACCEPT = 6
+COMES_ABOUT = 7
+WIRE_FAULT = 16
+"""With the number of the fault added."""
+
+REASONS = {
+    IS_WIRED: "Manual is wired in the program; set what it is wired to",
+    CASC_IS_WIRED: "CASC is wired in the program; set what it is wired to",
+    TUNE_IS_WIRED: "AutoTune is wired in the program; set what it is wired to",
+    NO_TUNE: "this block has no auto-tuning; use PIDA_TUNE_REAL or PIDA_TUNE_INT",
+    NO_CASCADE: "ControlON_OFF has no cascade mode",
+    COMES_ABOUT: "this mode comes about by itself; ask for manual, auto or cascade, or for autotune: start",
+    NOTHING_TO_ACCEPT: "there are no results without error to accept",
+} | {
+    WIRE_FAULT + i: f"a wire has no value ({text}); it keeps the one that it had" for i, text in enumerate(FAULTS) if i
+}
+
+TUNE_STATUS = ("idle", "running", "done", "failed", "cancelled")
+
+
+def tell(s: State, reason: int, requested: int = 0) -> None:
+    """Leave a notice for the log."""
+    s.notice = noticed(s.notice, requested, reason)
+
+
+def mode_name(status: int) -> str:
+    """The mode that a status word tells."""
+    return next((name for name, bit in MODES.items() if status & bit), "auto")
+
+
+def describe(notice: int) -> tuple[str, str]:
+    """What happened in words: to the mode, and apart from it."""
+    found: tuple[list[str], list[str]] = [], []
+    for asked, reason in notices(notice):
+        found[0 if asked else 1].append(REASONS[reason])
+    return "; ".join(found[0]), "; ".join(found[1])
+
+
+def requested(notice: int) -> str | None:
+    """The mode that was asked for when the last notice was left; None: nobody asked for one."""
+    asked = [mode for mode, _ in notices(notice) if mode]
+    return mode_name(asked[-1]) if asked else None

@@ -1,0 +1,87 @@
+"""The virtual NextoPID: one cycle of the task.
+
+Design. `scan` is called at every base step; it calls the blocks that are due, in the order of execution, each after
+its wires have been renewed. What a block is stands in one module a family: `pid` (with `auto_tune`), `on_off`, `pwm`,
+`filters`, `delay`, `selectors`. Nothing here knows files or names: see `memory` for how a program becomes `Config` and
+`State`.
+"""
+
+from __future__ import annotations
+
+from pidcfg.sim.controllers.nextopid import slots
+from pidcfg.sim.controllers.nextopid.delay import delay, delay_lag
+from pidcfg.sim.controllers.nextopid.filters import lag, lead_lag, low_filter
+from pidcfg.sim.controllers.nextopid.memory import Options
+from pidcfg.sim.controllers.nextopid.on_off import on_off
+from pidcfg.sim.controllers.nextopid.operate import keep_results, operate
+from pidcfg.sim.controllers.nextopid.pid import pid
+from pidcfg.sim.controllers.nextopid.plc import Nextopid, load
+from pidcfg.sim.controllers.nextopid.pwm import pwm
+from pidcfg.sim.controllers.nextopid.report import WIRE_FAULT
+from pidcfg.sim.controllers.nextopid.selectors import select_max, select_min, split_range
+from pidcfg.sim.controllers.nextopid.state import Config, State
+from pidcfg.sim.controllers.nextopid.wires import value_of, wire_in
+from pidcfg.sim.notices import noticed
+
+__all__ = ["INLINED", "KERNELS", "Config", "Nextopid", "Options", "State", "call", "load", "scan"]
+
+
+def call(c: Config, s: State, aux: list[float], sig: list[float]) -> None:
+    """One call of a block (kernel)."""
+    kind = c.kind
+    if kind <= slots.PIDA_TUNE_INT:
+        pid(c, s, sig)
+        sig[c.sig_sp] = s.sp
+        if kind >= slots.PIDA_TUNE_REAL:
+            keep_results(c, s, sig)
+    elif kind == slots.LEAD_LAG:
+        lead_lag(c, s, sig)
+    elif kind == slots.DELAY:
+        delay(c, s, aux, sig)
+    elif kind == slots.DELAY_LAG:
+        delay_lag(c, s, aux, sig)
+    elif kind == slots.LAG:
+        lag(c, s, sig)
+    elif kind == slots.LOW_FILTER:
+        low_filter(c, s, sig)
+    else:
+        call_switch(c, s, sig)
+
+
+def call_switch(c: Config, s: State, sig: list[float]) -> None:
+    """One call of a block that switches or selects (kernel)."""
+    kind = c.kind
+    if kind == slots.ON_OFF:
+        on_off(c, s, sig)
+        sig[c.sig_sp] = s.sp
+    elif kind == slots.PWM:
+        pwm(c, s, sig)
+    elif kind == slots.SELECT_MIN:
+        select_min(c, sig)
+    elif kind == slots.SELECT_MAX:
+        select_max(c, sig)
+    else:
+        split_range(c, sig)
+
+
+def scan(tick: int, cfg: list[Config], st: list[State], aux: list[float], sig: list[float]) -> None:
+    """The task at ``tick``: every block that is due, in the order of execution."""
+    for turn in range(len(cfg)):
+        i = cfg[turn].turn
+        c = cfg[i]
+        s = st[i]
+        if tick >= s.due:
+            s.due = tick + s.period
+            if s.ask != 0:
+                operate(c, s, sig)
+            before = s.fault
+            wire_in(c, s, aux, sig)
+            if s.fault != before:
+                s.notice = noticed(s.notice, 0, WIRE_FAULT + s.fault)
+            call(c, s, aux, sig)
+
+
+KERNELS = (scan,)
+"""Where the compiler begins; what these call follows by itself."""
+INLINED = (scan, wire_in, value_of)
+"""The hot path of compiled code."""
