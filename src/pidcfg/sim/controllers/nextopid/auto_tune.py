@@ -1,0 +1,183 @@
+"""Auto-tuning of PIDA_TUNE_REAL and PIDA_TUNE_INT, call by call: three seconds at rest, then a relay (D230 to D234).
+
+Everything of the PV is counted from its rest, RefPV. `State.tune_side` is 1 while the relay drives the PV up, -1 while
+it drives it down, else 0; `State.tune_step` is M, negative for direct control. D numbers: see `pid_decisions`.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from pidcfg.sim.controllers.nextopid.slots import AUTO_TUNE, DIRECT, MAX_MV, MAX_PV, MIN_MV, MIN_PV, TUNE_PARAM
+from pidcfg.sim.controllers.nextopid.tune_results import (
+    AVERAGING,
+    BAD_AMP,
+    BAD_CYCLES,
+    BAD_HYST,
+    BAD_MODE,
+    BAD_PEAK,
+    IDLE,
+    MODES,
+    MV_TOO_HIGH,
+    MV_TOO_LOW,
+    PEAK_TOO_HIGH,
+    PV_NOT_STEADY,
+    PV_TOO_HIGH,
+    PV_TOO_LOW,
+    RELAY,
+    clear_results,
+    end_tune,
+    results,
+)
+from pidcfg.sim.plc import TICKS
+from pidcfg.sim.terms import single
+
+if TYPE_CHECKING:
+    from collections.abc import MutableSequence, Sequence
+
+    from pidcfg.sim.controllers.nextopid.state import Config, State
+
+FREE, HOLDS, ABORTED, ENDED = 0, 1, 2, 3
+"""What the auto-tuning is to MV: nothing, it holds it, or AutoTune has just been reset before or after the end."""
+
+AMP, HYST, PEAK, CYCLES, MODE = 0, 1, 2, 3, 4
+"""Members of AutoTuneParam."""
+LEAST_AMP, MOST_AMP = single(0.1), 50.0
+LEAST_HYST, MOST_HYST = single(0.01), 1.0
+LEAST_PEAK, MOST_PEAK = single(0.1), 50.0
+LEAST_CYCLES, MOST_CYCLES = 1.0, 10.0
+"""The manual's ranges."""
+REST = 3 * TICKS
+"""How long RefPV is averaged."""
+FIRST_RETURN = 2
+"""The switch with which the first measured cycle begins."""
+
+
+def bad_parameters(sig: Sequence[float], at: int) -> int:
+    """Flags of parameters that are out of range (kernel)."""
+    flags = 0
+    if not LEAST_AMP <= sig[at + AMP] <= MOST_AMP:
+        flags |= BAD_AMP
+    if not LEAST_HYST <= sig[at + HYST] <= MOST_HYST:
+        flags |= BAD_HYST
+    if not LEAST_PEAK <= sig[at + PEAK] <= MOST_PEAK:
+        flags |= BAD_PEAK
+    if not LEAST_CYCLES <= sig[at + CYCLES] <= MOST_CYCLES:
+        flags |= BAD_CYCLES
+    if sig[at + MODE] not in MODES:
+        flags |= BAD_MODE
+    return flags
+
+
+def percent(percentage: float, low: float, high: float) -> float:
+    """So many percent of a range (kernel)."""
+    return single(single(percentage * single(high - low)) / 100.0)
+
+
+def begin(c: Config, s: State, sig: MutableSequence[float]) -> None:
+    """The rising edge: RefMV is the present MV, and the parameters are taken as they are (kernel, D230)."""
+    b = c.base
+    at = b + TUNE_PARAM
+    flags = bad_parameters(sig, at)
+    step = percent(sig[at + AMP], sig[b + MIN_MV], sig[b + MAX_MV])
+    s.tune_out = s.out
+    s.tune_side = 0
+    s.tune_step = -step if sig[b + DIRECT] != 0.0 else step
+    if flags & BAD_AMP == 0:
+        if single(s.out + step) > sig[b + MAX_MV]:
+            flags |= MV_TOO_HIGH
+        if single(s.out - step) < sig[b + MIN_MV]:
+            flags |= MV_TOO_LOW
+    if flags:
+        end_tune(c, s, sig, flags)
+        return
+    s.tune_phase = AVERAGING
+    s.tune_band = percent(sig[at + HYST], sig[b + MIN_PV], sig[b + MAX_PV])
+    s.tune_safe = percent(sig[at + PEAK], sig[b + MIN_PV], sig[b + MAX_PV])
+    s.tune_cycles = int(sig[at + CYCLES])
+    s.tune_mode = int(sig[at + MODE])
+    s.tune_count = 0
+    s.tune_sum = 0.0
+    s.tune_base = s.pv
+    s.tune_low = 0.0
+    s.tune_high = 0.0
+
+
+def average(c: Config, s: State, sig: MutableSequence[float]) -> None:
+    """One sample at rest; after three seconds the relay takes its first step (kernel, D230)."""
+    s.tune_count += 1
+    away = single(s.pv - s.tune_base)
+    if s.tune_count * c.period < REST:
+        s.tune_sum = single(s.tune_sum + away)
+        s.tune_low = min(s.tune_low, away)
+        s.tune_high = max(s.tune_high, away)
+        return
+    mean = single(s.tune_sum / s.tune_count)
+    flags = 0
+    if single(s.tune_high - mean) > s.tune_band or single(mean - s.tune_low) > s.tune_band:
+        flags |= PV_NOT_STEADY
+    s.tune_base = single(s.tune_base + mean)
+    if single(s.tune_base + s.tune_band) > sig[c.base + MAX_PV]:
+        flags |= PV_TOO_HIGH
+    if single(s.tune_base - s.tune_band) < sig[c.base + MIN_PV]:
+        flags |= PV_TOO_LOW
+    if abs(single(s.pv - s.tune_base)) > s.tune_safe:
+        flags |= PEAK_TOO_HIGH
+    if flags:
+        end_tune(c, s, sig, flags)
+        return
+    s.tune_phase = RELAY
+    s.tune_side = 1
+    s.tune_count = 0
+    s.tune_turns = 0
+    s.tune_points = 0
+    s.tune_peak = 0
+    s.tune_dead = 0
+    s.tune_a = 0.0
+    s.tune_swing = 0.0
+
+
+def switch(c: Config, s: State, sig: MutableSequence[float], away: float) -> None:
+    """The relay switches: a half cycle ends, and another one begins (kernel, D232)."""
+    if s.tune_turns >= FIRST_RETURN:
+        s.tune_swing = single(s.tune_swing + abs(s.tune_a))
+        s.tune_dead += s.tune_peak - s.tune_points
+    s.tune_turns += 1
+    s.tune_side = -s.tune_side
+    s.tune_points = s.tune_count
+    s.tune_peak = s.tune_count
+    s.tune_a = away
+    if s.tune_turns == FIRST_RETURN:
+        s.tune_start = s.tune_count
+    elif s.tune_turns == FIRST_RETURN + 2 * s.tune_cycles:
+        results(c, s, sig)
+
+
+def relay(c: Config, s: State, sig: MutableSequence[float]) -> None:
+    """One sample under the relay (kernel, D232)."""
+    s.tune_count += 1
+    away = single(s.pv - s.tune_base)
+    if abs(away) > s.tune_safe:
+        end_tune(c, s, sig, PEAK_TOO_HIGH)
+    elif s.tune_side * away >= s.tune_band:
+        switch(c, s, sig, away)
+    elif s.tune_side * away < s.tune_side * s.tune_a:
+        s.tune_a = away
+        s.tune_peak = s.tune_count
+
+
+def auto_tune(c: Config, s: State, sig: MutableSequence[float]) -> int:
+    """One call of the auto-tuning: what it is to MV (kernel)."""
+    phase = s.tune_phase
+    if sig[c.base + AUTO_TUNE] == 0.0:
+        if phase == IDLE:
+            return FREE
+        clear_results(c, s, sig)
+        return ABORTED if AVERAGING <= phase <= RELAY else ENDED
+    if phase == IDLE:
+        begin(c, s, sig)
+    elif phase == AVERAGING:
+        average(c, s, sig)
+    elif phase == RELAY:
+        relay(c, s, sig)
+    return HOLDS
