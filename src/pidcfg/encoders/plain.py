@@ -91,7 +91,7 @@ def completed(
     for loop in loops:
         for row in rows:
             if row.needed and not _has(loop, row.path):
-                raise _missing(row, f" of {loop['loop']}")
+                raise _missing(row, f" of {loop.get('loop', 'a loop')}")
     return loops
 
 

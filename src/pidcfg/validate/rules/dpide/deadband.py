@@ -41,8 +41,8 @@ def negative_dead_band(context: DpideContext) -> Iterator[Finding]:
     name="dead-band-covers-range",
     severity=Severity.WARNING,
     basis=REMARKS,
-    message="ERR_DBW {value} around SV covers the PV's whole range {low} to {high}: after the first crossing of SV the error "
-    "counts as 0 for ever",
+    message="ERR_DBW {value} around SV covers the PV's whole range {low} to {high}: after the first crossing of SV the "
+    "error counts as 0 for ever",
 )
 def dead_band_covers_range(context: DpideContext) -> Iterator[Finding]:
     """The PV cannot leave the dead band.
