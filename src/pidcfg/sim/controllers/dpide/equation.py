@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 from pidcfg.sim.controllers.dpide.state import FRESH, FROM_MANUAL, LIMITED, SILENT
 from pidcfg.sim.notices import noticed
 from pidcfg.sim.plc import TICKS
-from pidcfg.sim.terms import single
+from pidcfg.sim.terms import clamp, single
 
 if TYPE_CHECKING:
     from pidcfg.sim.controllers.dpide.state import Config, State
@@ -109,6 +109,7 @@ def calculate(c: Config, s: State, e: float) -> None:
         s.integral = 0.0
     m = single(single(single(p + total) + d) + c.bias)
     if not abs(m) <= LARGEST:
+        s.out = clamp(was, c.low, c.high)
         s.busy |= FRESH
         return
     if c.low <= m <= c.high:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import fields
 from typing import TYPE_CHECKING, Any
 
+from pidcfg.schemas.base import refuse
 from pidcfg.sim.controllers.dpide import autotune as dpide_autotune
 from pidcfg.sim.controllers.dpide import report
 from pidcfg.sim.controllers.dpide import state as bits
@@ -13,6 +14,7 @@ from pidcfg.sim.controllers.dpide.modes import enter
 from pidcfg.sim.controllers.dpide.report import FLAG_BITS, MODES, TUNE_STATUS, describe, mode_name, requested, tell
 from pidcfg.sim.controllers.dpide.setting import KEYS
 from pidcfg.sim.controllers.dpide.words import effect, sampling_time
+from pidcfg.sim.plc import LoopsOnly
 from pidcfg.sim.terms import clamp, single
 
 if TYPE_CHECKING:
@@ -23,11 +25,14 @@ if TYPE_CHECKING:
     from pidcfg.sim.report import ScanTime
 
 
-class Dpide(Memory):
+class Dpide(Memory, LoopsOnly):
     """A Delta AS as loaded from its operands; implements `pidcfg.sim.plc.Plc`."""
 
     out_name = "MV"
     pulses: Sequence[str] = ()
+    inputs: Mapping[str, int] = {}
+    wired: Sequence[str] = ()
+    """Every PV comes from a plant, and nothing else from outside."""
     word_of_flags = "{}"
     modes = tuple(MODES)
     options = tuple(f.name for f in fields(Options))
@@ -145,6 +150,11 @@ class Dpide(Memory):
         if not s.status & bits.OFF:
             s.out = clamp(single(float(value.value)), c.low, c.high)
         self._show(loop, sig)
+
+    @staticmethod
+    def check_input(name: str, value: object) -> float:  # noqa: ARG004 - there is nothing to check
+        """There is no such signal."""
+        return refuse("set_key", f"{name} is no signal from outside")
 
     @staticmethod
     def check_set(loop: int, path: tuple[str, ...], value: object) -> object:  # noqa: ARG004 - all loops are alike
