@@ -73,11 +73,13 @@ class State(Tuned):
     y: float = 0.0
     """State of a lag or filter."""
     samples: int = 0
-    """Length of a delay line."""
+    """Length of a delay line, or of a period of pulses."""
     head: int = 0
     """Next place of a delay line, or cycle of a period of pulses."""
+    delayed: float = 0.0
+    """What a delay line has given last."""
     held: int = 0
-    """Samples for which the output of a delay stays, or cycles for which pulses are on."""
+    """Cycles for which pulses are on."""
     tune_band: float = 0.0
     """Hysteresis of the auto-tuning's relay in PV units."""
     tune_safe: float = 0.0

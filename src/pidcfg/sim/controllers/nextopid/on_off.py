@@ -1,0 +1,81 @@
+"""ControlON_OFF: the output switches where the error leaves the dead band (D244).
+
+With an error bit the block is not executed, and its other outputs stay (D235). D numbers: see `block_decisions`.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from pidcfg.sim.controllers.nextopid.slots import PLACES
+from pidcfg.sim.controllers.nextopid.state import AUTO_MODE, ERROR_BASE, MANUAL_MODE, MODES
+from pidcfg.sim.terms import single
+
+if TYPE_CHECKING:
+    from collections.abc import MutableSequence
+
+    from pidcfg.sim.controllers.nextopid.state import Config, State
+
+_ON_OFF = PLACES["ControlON_OFF"]
+_SP, _PV, _BAND, _HIGH, _LOW = (_ON_OFF[name] for name in ("SP", "PV", "DeadBand", "MaxPV", "MinPV"))
+_DIRECT, _MANUAL, _MANUAL_MV, _MV = (_ON_OFF[name] for name in ("Direct", "Manual", "ManualMV", "MV"))
+_ERR_BITS, _WARN_BITS = _ON_OFF["ErrBits.MaxMinPV"], _ON_OFF["WarnBits.PV_MaxPV"]
+"""The first of two, and of four, in the order of the table."""
+ERRORS, WARNINGS = 2, 4
+BAD_PV_LIMITS, BAD_DEAD_BAND = 1, 2
+PV_HIGH, PV_LOW, SP_HIGH, SP_LOW = 1, 2, 4, 8
+
+
+def write_bits(at: int, count: int, bits: int, sig: MutableSequence[float]) -> None:
+    """A set of bits as BOOLs, one after the other (kernel)."""
+    for i in range(count):
+        sig[at + i] = float((bits >> i) & 1)
+
+
+def limit_inputs(c: Config, s: State, sig: MutableSequence[float]) -> None:
+    """PV and SP within MinPV and MaxPV, and the warnings that tell so (kernel)."""
+    b = c.base
+    high = sig[b + _HIGH]
+    low = sig[b + _LOW]
+    s.pv = single(sig[b + _PV])
+    s.sp = single(sig[b + _SP])
+    warnings = 0
+    if s.pv > high:
+        s.pv = high
+        warnings = PV_HIGH
+    elif s.pv < low:
+        s.pv = low
+        warnings = PV_LOW
+    if s.sp > high:
+        s.sp = high
+        warnings |= SP_HIGH
+    elif s.sp < low:
+        s.sp = low
+        warnings |= SP_LOW
+    s.aux_status = warnings
+    write_bits(b + _WARN_BITS, WARNINGS, warnings, sig)
+
+
+def on_off(c: Config, s: State, sig: MutableSequence[float]) -> None:
+    """One call of ControlON_OFF (kernel)."""
+    b = c.base
+    band = sig[b + _BAND]
+    errors = 0
+    if not sig[b + _HIGH] > sig[b + _LOW]:
+        errors |= BAD_PV_LIMITS
+    if not band >= 0.0:
+        errors |= BAD_DEAD_BAND
+    write_bits(b + _ERR_BITS, ERRORS, errors, sig)
+    s.status = (s.status & MODES) | errors * ERROR_BASE
+    if errors != 0:
+        return
+    limit_inputs(c, s, sig)
+    s.status = MANUAL_MODE if sig[b + _MANUAL] != 0.0 else AUTO_MODE
+    s.started = 1
+    s.error = single(s.sp - s.pv)
+    if s.status == MANUAL_MODE:
+        sig[b + _MV] = 1.0 if sig[b + _MANUAL_MV] != 0.0 else 0.0
+    elif s.error > band or s.error < -band:
+        above = s.error > 0.0
+        sig[b + _MV] = 1.0 if above == (sig[b + _DIRECT] == 0.0) else 0.0
+    s.out = sig[b + _MV]
