@@ -16,10 +16,11 @@ from pidcfg.sim.controllers.nextopid.tune_results import (
     BAD_HYST,
     BAD_MODE,
     BAD_PEAK,
+    FULL_PID,
     IDLE,
-    MODES,
     MV_TOO_HIGH,
     MV_TOO_LOW,
+    P_ONLY,
     PEAK_TOO_HIGH,
     PV_NOT_STEADY,
     PV_TOO_HIGH,
@@ -64,7 +65,7 @@ def bad_parameters(sig: Sequence[float], at: int) -> int:
         flags |= BAD_PEAK
     if not LEAST_CYCLES <= sig[at + CYCLES] <= MOST_CYCLES:
         flags |= BAD_CYCLES
-    if sig[at + MODE] not in MODES:
+    if not P_ONLY <= sig[at + MODE] <= FULL_PID:
         flags |= BAD_MODE
     return flags
 
