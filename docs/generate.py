@@ -8,19 +8,23 @@ import pkgutil
 import sys
 from itertools import groupby
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, get_args
 
 import click
 
 import pidcfg
 from pidcfg.cli.main import COMMANDS, cli
 from pidcfg.cli.schema import document_schema
+from pidcfg.encoders.named import ParameterTable
 from pidcfg.refs import Decision
+from pidcfg.schemas.document import field_texts, models_of
 from pidcfg.validate.pages import all_rules, page
 from pidcfg.vendors import VENDORS, Vendor
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
+
+    from pydantic import BaseModel
 
     from pidcfg.encoders.regmap import Bits, RegisterMap, Word
 
@@ -96,8 +100,43 @@ def help_text(command: click.Command, name: str) -> str:
 
 def registers(vendor: Vendor) -> str:
     """The register tables of a vendor."""
+    tables = vendor.load("registers")
+    if isinstance(tables[0], ParameterTable):
+        head = f"# Parameters of the {vendor.title}\n\nNames and types are the manual's.\n"
+        return NOTE + head + "".join(parameters(table, vendor.model) for table in tables)
     head = f"# Registers of the {vendor.title}\n\nOffsets are written as the manual prints them.\n"
-    return NOTE + head + "".join(block(table) for table in vendor.load("registers"))
+    return NOTE + head + "".join(block(table) for table in tables)
+
+
+def parameters(table: ParameterTable, model: type[BaseModel]) -> str:
+    """One table of named parameters: a row each; what the schema documents is not written twice."""
+    own = texts_of(table, model)
+    lines = [f"\n## {table.title}\n", "| parameter | | type | unit | meaning | basis |", "|---|---|---|---|---|---|"]
+    for row in table.rows:
+        meaning = row.title or own.get(row.name.rpartition(".")[2], NEVER)
+        cells = [
+            f"`{row.name}`",
+            row.access,
+            row.type.name,
+            row.unit,
+            meaning.replace("|", "\\|"),
+            str(row.basis or NEVER),
+        ]
+        lines.append(f"| {' | '.join(cells)} |")
+    return "\n".join(lines) + "\n"
+
+
+def texts_of(table: ParameterTable, model: type[BaseModel]) -> dict[str, str]:
+    """The texts of the models that have the table's parameters: those of the model of that name first."""
+    models = sorted(
+        models_of(model),
+        key=lambda m: table.title not in get_args(getattr(m.model_fields.get("type"), "annotation", None)),
+    )
+    texts: dict[str, str] = {}
+    for found in models:
+        for key, text in field_texts(found).items():
+            texts.setdefault(key, text)
+    return texts
 
 
 def block(table: RegisterMap) -> str:
@@ -179,7 +218,10 @@ def walk(node: Any, schema: Any, label: str, seen: list[str]) -> Iterator[tuple[
                 if ref not in seen:
                     seen.append(ref)
                     suffix = "[]" if "array" in json.dumps(prop) else ""
-                    yield from walk(schema["$defs"][ref], schema, f"{label}.{key}{suffix}".lstrip("."), seen)
+                    below = schema["$defs"][ref]
+                    kind = below["properties"].get("type", {}).get("const") if len(references(prop)) > 1 else None
+                    name = f"{label}.{key}{suffix}".lstrip(".") + (f" {kind}" if kind else "")
+                    yield from walk(below, schema, name, seen)
 
 
 def references(prop: Any) -> list[str]:

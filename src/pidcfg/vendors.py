@@ -105,6 +105,22 @@ VENDORS = {
             tuned="pidcfg.encoders.maps.ezlogix:TUNED",
             starter="starters/ezlogix.yaml",
         ),
+        Vendor(
+            key="nextopid",
+            title="Altus NextoPID",
+            schema="pidcfg.schemas.nextopid:NextopidFile",
+            encode="pidcfg.encoders.nextopid.encode:encode",
+            decode="pidcfg.encoders.nextopid.decode:decode",
+            context="pidcfg.validate.rules.nextopid.context:NextopidContext",
+            rules="pidcfg.validate.rules.nextopid:RULES",
+            formats="pidcfg.encoders.nextopid.files:FORMATS",
+            decode_options="pidcfg.encoders.nextopid.files:DECODE_OPTIONS",
+            checklist="pidcfg.encoders.nextopid.files:checklist",
+            controller="pidcfg.sim.controllers.nextopid.scan:load",
+            registers="pidcfg.encoders.maps.nextopid:TABLES",
+            tuned="pidcfg.encoders.maps.nextopid:TUNED",
+            starter="starters/nextopid.yaml",
+        ),
     )
 }
 # fmt: on

@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any, cast
 from pidcfg.cli.inputs import STDIN, SUFFIXES, read_input
 from pidcfg.cli.listings import read_listing
 from pidcfg.diagnostics import Diagnostic, Severity, Span, ordered
-from pidcfg.encoders.image import Cell, Image
 from pidcfg.encoders.listing import ListingError
 from pidcfg.encoders.words import DecodeError
 from pidcfg.schemas.scenario import Scenario
@@ -54,7 +53,7 @@ class Loaded:
     config_errors: list[Diagnostic] = field(default_factory=list)
     """What is wrong with the configuration, though the PLC takes it."""
     vendor: Vendor | None = None
-    image: Image | None = None
+    image: Any = None
 
     @property
     def controller(self) -> Controller:
@@ -192,5 +191,4 @@ def _use_words(loaded: Loaded, vendor: Vendor, listing: Listing) -> None:
                 cure += " with that option, and name the configuration that it writes"
             loaded.refuse(f"{loaded.config}: {error}", cure)
             return
-    cells = tuple(Cell("", number, raw, "") for number, raw in sorted(listing.words.items()))
-    loaded.vendor, loaded.image = vendor, Image(vendor.key, cells, listing.settings, listing.plc)
+    loaded.vendor, loaded.image = vendor, listing.image(vendor.key)

@@ -14,10 +14,11 @@ import re
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
+from pidcfg.encoders.image import Cell, Image
+
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
-    from pidcfg.encoders.image import Cell, Image
     from pidcfg.encoders.named import Program
     from pidcfg.encoders.spaces import Kind, Space
 
@@ -51,6 +52,11 @@ class Listing:
     lines: dict[Any, int] = field(default_factory=dict)
     """Where each word stands, and how its address is written."""
     shown: dict[Any, str] = field(default_factory=dict)
+
+    def image(self, vendor: str) -> Any:
+        """The memory that the listing is of."""
+        cells = tuple(Cell("", number, raw, "") for number, raw in sorted(self.words.items()))
+        return Image(vendor, cells, self.settings, self.plc)
 
     def add(self, address: int | str, value: Any, shown: str, line: int = 1, column: int = 1) -> None:
         """Takes a word; the same address twice is refused."""

@@ -14,14 +14,13 @@ from typing import TYPE_CHECKING, Any
 
 from pidcfg.encoders.files import FileKind, columns, first_line
 from pidcfg.encoders.listing import Listing, ListingError, comments, csv_rows, load_json, settings_line, take_settings
-from pidcfg.encoders.named import TYPES, Content, read, shown
+from pidcfg.encoders.named import TYPES, Content, Entry, Program, read, shown
 from pidcfg.schemas.base import NUMBER
-from pidcfg.schemas.iec import IecType, Wire
+from pidcfg.schemas.iec import BOOL, DINT, REAL, IecType, Wire
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from pidcfg.encoders.named import Entry, Program
 
 NAME = re.compile(r"[A-Za-z_][\w.\-/# ]*")
 COLUMNS = ("name", "type", "value", "expression", "device", "loop", "parameter")
@@ -29,6 +28,21 @@ WIRED = ":="
 """What stands before an expression in a text listing."""
 RISKY = ("=", "+", "-", "@")
 """How a cell begins that a spreadsheet would calculate; an expression in parentheses means the same."""
+
+
+class NamedListing(Listing):
+    """A listing of named parameters."""
+
+    __slots__ = ()
+
+    def image(self, vendor: str) -> Program:
+        """The program that the listing is of."""
+        cells = tuple(Entry(name, _type_of(raw), raw, name) for name, raw in self.words.items())
+        return Program(vendor, cells, self.settings, self.plc)
+
+
+def _type_of(raw: Content | Wire) -> IecType:
+    return BOOL if isinstance(raw, bool) else DINT if isinstance(raw, int) else REAL
 
 
 def write_text(image: Program, checklist: tuple[str, ...] = ()) -> str:
@@ -48,7 +62,7 @@ def bare(name: str) -> str:
 
 def read_text(text: str) -> Listing:
     """Three columns; the rest of a line is the content."""
-    found = Listing()
+    found = NamedListing()
     for number, line in enumerate(text.splitlines(), start=1):
         if settings_line(line, number, found):
             continue
@@ -100,7 +114,7 @@ def _harmless(expression: str) -> str:
 
 def read_csv(text: str) -> Listing:
     """Rows by their header."""
-    found = Listing()
+    found = NamedListing()
     for number, row in csv_rows(text, found, required=("name", "type", "value|expression")):
         kind, name = type_of(row["type"], number), row["name"]
         if row.get("expression"):
@@ -138,7 +152,7 @@ def read_json(text: str) -> Listing:
     words = document.get("words") if isinstance(document, dict) else None
     if not isinstance(words, list):
         raise ListingError("the JSON document has no list 'words'")
-    found = Listing()
+    found = NamedListing()
     for i, entry in enumerate(words):
         if not isinstance(entry, dict) or not isinstance(entry.get("address"), str):
             raise ListingError(f"words[{i}] has no text 'address'")

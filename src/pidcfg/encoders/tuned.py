@@ -3,20 +3,64 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal
+from decimal import Decimal
+from typing import TYPE_CHECKING, Literal, Protocol, cast, get_args
+
+from pidcfg.encoders.named import store
+from pidcfg.schemas.document import models_of
+from pidcfg.schemas.limits import limits_at
 
 if TYPE_CHECKING:
-    from decimal import Decimal
+    from pydantic import BaseModel
 
-    from pidcfg.encoders.regmap import RegisterMap
+    from pidcfg.encoders.named import ParameterTable
+    from pidcfg.encoders.regmap import Codec, RegisterMap
+    from pidcfg.schemas.limits import Limits
 
-GainUnit = Literal["span", "percent"]
-"""``span``: share of the output's span per share of the PV's span; ``percent``: % of the output per PV unit."""
+GainUnit = Literal["span", "percent", "engineering"]
+"""``span``: share of the output's span per share of the PV's span; ``percent``: % of the output per PV unit;
+``engineering``: output units per PV unit."""
+
+
+class Tuned(Protocol):
+    """The three numbers of a vendor by name (times in s), and its words for the action."""
+
+    @property
+    def names(self) -> tuple[str, str, str]:
+        """Gain, integral and derivative time."""
+
+    @property
+    def gain_unit(self) -> GainUnit:
+        """What the gain is counted in."""
+
+    @property
+    def no_integral(self) -> Decimal:
+        """What the integral time is written as where there is no integral term."""
+
+    @property
+    def heating(self) -> str:
+        """The action of a loop whose PV rises with its output."""
+
+    @property
+    def cooling(self) -> str:
+        """The action of the others."""
+
+    def key(self, name: str) -> str:
+        """Where a number stands in the configuration."""
+
+    def unit(self, name: str) -> str:
+        """The unit of a number."""
+
+    def stored(self, name: str, value: Decimal) -> Decimal:
+        """What the vendor holds of a number; raises `EncodeError`."""
+
+    def limits(self, model: type[BaseModel], name: str) -> Limits | None:
+        """What the manual allows."""
 
 
 @dataclass(frozen=True, slots=True)
 class TunedWords:
-    """Registers of gain, integral and derivative time by name (times in s), and the vendor's words for the action."""
+    """Registers of gain, integral and derivative time."""
 
     table: RegisterMap
     gain: str
@@ -24,7 +68,56 @@ class TunedWords:
     derivative: str
     gain_unit: GainUnit
     no_integral: Decimal
-    """What the integral time is written as where there is no integral term."""
     heating: str
-    """The action of a loop whose PV rises with its output."""
     cooling: str
+
+    @property
+    def names(self) -> tuple[str, str, str]:
+        """The registers."""
+        return self.gain, self.integral, self.derivative
+
+    def key(self, name: str) -> str:
+        """Where a register's value stands in the configuration."""
+        return str(self.table.word(name).path)
+
+    def unit(self, name: str) -> str:
+        """The unit of a register."""
+        return self.table.word(name).unit
+
+    def stored(self, name: str, value: Decimal) -> Decimal:
+        """What the register holds; raises `EncodeError`."""
+        codec = cast("Codec", self.table.word(name).codec)
+        held: Decimal = codec.decode(codec.encode(value))
+        return held
+
+    def limits(self, model: type[BaseModel], name: str) -> Limits | None:
+        """What the manual allows for a register."""
+        return limits_at(get_args(model.model_fields["loops"].annotation)[0], self.key(name))
+
+
+@dataclass(frozen=True, slots=True)
+class TunedParameters:
+    """Parameters of gain, integral and derivative time, in the dependent form and in engineering units."""
+
+    table: ParameterTable
+    names: tuple[str, str, str]
+    heating: str
+    cooling: str
+    gain_unit: GainUnit = "engineering"
+    no_integral: Decimal = Decimal(0)
+
+    def key(self, name: str) -> str:
+        """Where a parameter stands in the configuration: under its own name."""
+        return self.table.row(name).name
+
+    def unit(self, name: str) -> str:
+        """The unit of a parameter; the gain's is that of the plant."""
+        return "" if name == self.names[0] else "s"
+
+    def stored(self, name: str, value: Decimal) -> Decimal:
+        """What the parameter holds; raises `EncodeError`."""
+        return Decimal(repr(store(self.table.row(name).type, value)))
+
+    def limits(self, model: type[BaseModel], name: str) -> Limits | None:
+        """What the manual allows for a parameter."""
+        return next(limits_at(part, name) for part in models_of(model) if name in part.model_fields)

@@ -32,20 +32,21 @@ class _Schema(GenerateJsonSchema):
 def json_schema(model: type[BaseModel], title: str) -> dict[str, Any]:
     """The schema of one kind of file; keys of every object carry a description, numbers their limits and unit."""
     schema = model.model_json_schema(schema_generator=_Schema)
-    models = {m.__name__: m for m in _models(model, {})}
+    models = {m.__name__: m for m in models_of(model)}
     for name, definition in schema.get("$defs", {}).items():
         _describe(definition, models.get(name))
     _describe(schema, model)
     return {"$schema": DIALECT, **schema, "title": title}
 
 
-def _models(model: type[BaseModel], seen: dict[type[BaseModel], None]) -> dict[type[BaseModel], None]:
+def models_of(model: type[BaseModel], seen: dict[type[BaseModel], None] | None = None) -> dict[type[BaseModel], None]:
     """The model and all that its fields hold."""
+    seen = {} if seen is None else seen
     if model not in seen:
         seen[model] = None
         for field in model.model_fields.values():
             for inner in _inside(field.annotation):
-                _models(inner, seen)
+                models_of(inner, seen)
     return seen
 
 

@@ -5,19 +5,15 @@ from __future__ import annotations
 from dataclasses import dataclass
 from decimal import Decimal
 from math import isinf
-from typing import TYPE_CHECKING, cast, get_args
+from typing import TYPE_CHECKING
 
 from pidcfg.encoders.words import EncodeError
 from pidcfg.schemas.base import decimal_text
-from pidcfg.schemas.limits import limits_at
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
     from pydantic import BaseModel
 
-    from pidcfg.encoders.regmap import Codec
-    from pidcfg.encoders.tuned import TunedWords
+    from pidcfg.encoders.tuned import Tuned
     from pidcfg.tuning.rules import Gains
     from pidcfg.vendors import Vendor
 
@@ -45,27 +41,21 @@ class Fitted:
 
 def fit(gains: Gains, vendor: Vendor, pv_span: float, output_span: float) -> list[Fitted]:
     """Gain, integral and derivative time for a vendor; spans are engineering units from 0 % to 100 %."""
-    words: TunedWords = vendor.load("tuned")
-    factor = pv_span / output_span if words.gain_unit == "span" else 100 / output_span
+    words: Tuned = vendor.load("tuned")
+    factors = {"span": pv_span / output_span, "percent": 100 / output_span, "engineering": 1.0}
     integral = words.no_integral if isinf(gains.integral_time) else _decimal(gains.integral_time)
-    wanted = (
-        (words.gain, words.table.word(words.gain).unit, _decimal(gains.gain * factor)),
-        (words.integral, "s", integral),
-        (words.derivative, "s", _decimal(gains.derivative_time)),
-    )
-    return [_fitted(vendor.model, words, *row) for row in wanted]
+    wanted = (_decimal(gains.gain * factors[words.gain_unit]), integral, _decimal(gains.derivative_time))
+    return [_fitted(vendor.model, words, *row) for row in zip(words.names, wanted, strict=True)]
 
 
 def _decimal(value: float) -> Decimal:
     return Decimal(f"{value:.{DIGITS}g}")
 
 
-def _fitted(model: type[BaseModel], words: TunedWords, name: str, unit: str, value: Decimal) -> Fitted:
-    word = words.table.word(name)
-    key, codec = str(word.path), cast("Codec", word.codec)
-    limits = limits_at(next(_loops(model)), key)
+def _fitted(model: type[BaseModel], words: Tuned, name: str, value: Decimal) -> Fitted:
+    key, unit, limits = words.key(name), words.unit(name), words.limits(model, name)
     try:
-        stored = codec.decode(codec.encode(value))
+        stored = words.stored(name, value)
     except EncodeError as error:
         return Fitted(key, unit, value, None, f"{_text(value)} {error}")
     if limits is not None and not limits.holds(value):
@@ -76,8 +66,3 @@ def _fitted(model: type[BaseModel], words: TunedWords, name: str, unit: str, val
 
 def _text(value: Decimal) -> str:
     return decimal_text(value.quantize(Decimal("0.000001")) if abs(value) < 1 else value)
-
-
-def _loops(model: type[BaseModel]) -> Iterator[type[BaseModel]]:
-    """The model of a loop: the items of the list ``loops``."""
-    yield from get_args(model.model_fields["loops"].annotation)

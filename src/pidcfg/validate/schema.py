@@ -17,10 +17,15 @@ if TYPE_CHECKING:
 
 KINDS = {
     "model_type": "a mapping of keys",
+    "model_attributes_type": "a mapping of keys",
     "tuple_type": "a list",
     "list_type": "a list",
     "dict_type": "a mapping of keys",
 }
+UNION_KEY = "type"
+"""The key that says which of several models an item of a list is."""
+UNION_KINDS = {"union_tag_invalid": "literal_error", "union_tag_not_found": "missing"}
+"""Errors of that key, by what they are to the reader."""
 SHOWN = 60
 DID_YOU_MEAN = "did you mean "
 
@@ -66,12 +71,31 @@ def _no_value(doc: Document, path: Path) -> Diagnostic:
 
 
 def _diagnostic(error: Any, model: type[BaseModel], doc: Document) -> Diagnostic:
-    path: Path = tuple(error["loc"])
+    place: Path = tuple(error["loc"])
     kind = error["type"]
+    if kind in UNION_KINDS:
+        place, kind = (*place, UNION_KEY), UNION_KINDS[kind]
+    path = written(place, doc.data)
     code = "PID030" if path == ("pidcfg",) else BY_KIND.get(kind, OTHER_KIND)
-    message, cure = _wording(error, path, model)
+    message, cure = _wording({**error, "type": kind, "loc": place}, path, model)
     span = doc.locate(path, key=kind in {"missing", "extra_forbidden"})
     return Diagnostic(code, Severity.ERROR, message, doc.file, span, path, loop=loop_name(doc, path), help=cure)
+
+
+def written(place: Path, data: Any) -> Path:
+    """A place of pydantic's as the file has it: without the word that chose one of several models."""
+    found: list[str | int] = []
+    for step in place:
+        if isinstance(data, dict) and step not in data and data.get(UNION_KEY) == step:
+            continue
+        found.append(step)
+        if isinstance(data, dict):
+            data = data.get(step)
+        elif isinstance(data, list) and isinstance(step, int):
+            data = data[step]
+        else:
+            data = None
+    return tuple(found)
 
 
 def _wording(error: Any, path: Path, model: type[BaseModel]) -> tuple[str, str | None]:
@@ -82,7 +106,9 @@ def _wording(error: Any, path: Path, model: type[BaseModel]) -> tuple[str, str |
         problem = "is missing" if kind == "missing" else f"{shown(value)} is not one that this pidcfg reads"
         return f"the format version {problem}", "write 'pidcfg: 1'"
     if kind == "extra_forbidden":
-        return unknown_key(key, keys_at(model, path[:-1]))
+        return unknown_key(key, keys_at(model, error["loc"][:-1]))
+    if "expected_tags" in context:
+        return not_a_choice(key, context["tag"], _choices(context["expected_tags"]))
     if kind == "literal_error":
         return not_a_choice(key, value, _choices(context["expected"]))
     if kind == "missing":
@@ -135,25 +161,35 @@ def shown(value: object) -> str:
     return repr(str(text[:SHOWN] + ("…" if len(text) > SHOWN else "")))
 
 
-def keys_at(model: type[BaseModel], path: Path) -> list[str]:
-    """The keys that the schema knows at a place."""
-    current: type[BaseModel] | None = model
+def keys_at(model: type[BaseModel], place: Path) -> list[str]:
+    """The keys that the schema knows at a place, which names the model where there are several."""
+    current: list[type[BaseModel]] = [model]
     free = False
-    for step in path:
-        if current is None or isinstance(step, int) or free:
+    for step in place:
+        if not current or isinstance(step, int) or free:
             free = False
             continue
-        field = current.model_fields.get(step)
-        current = model_in(field.annotation) if field else None
+        chosen = [m for m in current if _chosen_by(m) == step] if len(current) > 1 else []
+        if chosen:
+            current = chosen
+            continue
+        field = current[0].model_fields.get(step)
+        current = models_in(field.annotation) if field else []
         free = field is not None and get_origin(field.annotation) is dict
-    return [field.alias or name for name, field in current.model_fields.items()] if current else []
+    return [field.alias or name for name, field in current[0].model_fields.items()] if current else []
 
 
-def model_in(annotation: Any) -> type[BaseModel] | None:
-    """The model inside an annotation such as ``tuple[Loop, ...] | None``."""
+def _chosen_by(model: type[BaseModel]) -> str | None:
+    """The word that chooses a model among several."""
+    field = model.model_fields.get(UNION_KEY)
+    return next(iter(get_args(field.annotation)), None) if field else None
+
+
+def models_in(annotation: Any) -> list[type[BaseModel]]:
+    """The models inside an annotation such as ``tuple[Loop, ...] | None``."""
     if isinstance(annotation, type) and issubclass(annotation, BaseModel):
-        return annotation
-    return next((m for a in get_args(annotation) if (m := model_in(a)) is not None), None)
+        return [annotation]
+    return [m for a in get_args(annotation) for m in models_in(a)]
 
 
 def loop_name(doc: Document, path: Path) -> str | None:

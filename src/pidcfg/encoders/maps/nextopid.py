@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, get_args
 
 from pidcfg.encoders.named import Parameter, ParameterTable
+from pidcfg.encoders.tuned import TunedParameters
 from pidcfg.refs import Decision
 from pidcfg.schemas import nextopid as schema
 from pidcfg.schemas.iec import BOOL, INT, REAL, IecType
@@ -183,3 +184,5 @@ LOOP_TYPES = frozenset(("PIDA_REAL", "PIDA_INT", "PIDA_TUNE_REAL", "PIDA_TUNE_IN
 """Controllers."""
 MOST_SAMPLES = 100
 """Samples that a delay holds."""
+TUNED = TunedParameters(BLOCK_TYPES["PIDA_REAL"].table, ("Kp", "Ti_Ki", "Td_Kd"), "Direct FALSE", "Direct TRUE")
+"""In the dependent form: Indep FALSE."""
