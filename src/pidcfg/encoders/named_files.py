@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
 
-NAME = re.compile(r"[A-Za-z_][\w.\-/# ]*")
+NAME = re.compile(r"\w[\w.\-/# ]*")
 COLUMNS = ("name", "type", "value", "expression", "device", "loop", "parameter")
 WIRED = ":="
 """What stands before an expression in a text listing."""
@@ -164,7 +164,7 @@ def read_json(text: str) -> Listing:
 
 
 def _json_content(entry: Mapping[str, Any], place: str) -> Content | Wire:
-    kind = TYPES.get(entry.get("type"))  # type: ignore[arg-type]  # anything may stand there
+    kind = TYPES.get(str(entry.get("type")))
     if kind is None:
         raise ListingError(f"{place}: {json.dumps(entry.get('type'))} is not one of the types {', '.join(TYPES)}")
     if "expression" in entry:
