@@ -1,0 +1,237 @@
+"""A NextoPID program as what a programming system holds: variables, and calls in the order of execution.
+
+Design. `Unit` rebuilds from the listing what was wired and in which order it runs, and finds the names of what has no
+name there: functions have no instance, so that their outputs, and those of their inputs that something reads, become
+variables. Each such variable says in a comment what it stands for, ``SEL.MV``; `pidcfg.encoders.nextopid.st_read` and
+the reader of PLCopen XML go by it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from decimal import Decimal
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from pidcfg.encoders.files import UnwritableError
+from pidcfg.encoders.maps.nextopid import BLOCK_TYPES
+from pidcfg.encoders.nextopid.wiring import Layout, Wires
+from pidcfg.schemas.expressions import ExpressionError
+from pidcfg.schemas.iec import AUTOTUNE_MODE, Wire
+from pidcfg.schemas.nextopid import Plc
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping
+
+    from pidcfg.encoders.maps.nextopid import BlockType
+    from pidcfg.encoders.named import Content, Entry, Parameter, Program
+    from pidcfg.encoders.nextopid.wiring import Instance
+    from pidcfg.schemas.iec import IecType
+
+CONVERSIONS = ("INT_TO_REAL", "UINT_TO_REAL", "USINT_TO_REAL", "DINT_TO_REAL", "REAL_TO_INT")
+TAKEN = frozenset(name.upper() for name in (*BLOCK_TYPES, *CONVERSIONS, AUTOTUNE_MODE.name, *AUTOTUNE_MODE.words))
+"""Names that a program may not give, in capitals: languages of IEC 61131-3 do not tell them from small letters."""
+UINT_CYCLES = 0xFFFF
+
+
+class Variable(NamedTuple):
+    """A variable of the program: initial values of an instance by parameter, members of a structure with a dot."""
+
+    name: str
+    type: str
+    initial: Mapping[str, tuple[IecType, Content]] | tuple[IecType, Content] | None = None
+    note: str = ""
+
+
+def is_kept(kind: BlockType, row: Parameter) -> bool:
+    """Whether a parameter is declared even with the value that it has by itself."""
+    field = kind.model.model_fields.get(row.name)
+    return field is None or field.is_required() or field.default is None
+
+
+@dataclass(frozen=True)
+class Unit:
+    """The variables and calls of a program; raises `UnwritableError` for what Structured Text cannot hold."""
+
+    image: Program
+
+    @cached_property
+    def signals(self) -> dict[str, Entry]:
+        """Values from outside."""
+        return {cell.address: cell for cell in self.image.cells if "." not in cell.address}
+
+    @cached_property
+    def layout(self) -> Layout:
+        """Names, numbers and types."""
+        types = {name: cell.type for name, cell in self.signals.items()}
+        blocks = [(entry.get("loop") or entry["block"], BLOCK_TYPES[entry["type"]]) for entry in self.image.settings]
+        seen: dict[str, str] = {}
+        for name in (*types, *(name for name, _ in blocks)):
+            other = seen.setdefault(name.upper(), name)
+            if other != name or name.upper() in TAKEN or (name in types) + [own for own, _ in blocks].count(name) > 1:
+                also = "of a type or function of the library" if name.upper() in TAKEN else f"of another ({other})"
+                raise UnwritableError(f"{name}: Structured Text takes the name for that {also}; rename it")
+        return Layout.of(types, blocks)
+
+    @cached_property
+    def wires(self) -> Wires:
+        """What every wire means."""
+        numbers = {own.name: i for i, own in enumerate(self.layout.instances)}
+        found: Wires = {}
+        for cell in self.image.cells:
+            owner, _, row = cell.address.partition(".")
+            if isinstance(cell.raw, Wire):
+                try:
+                    found[numbers[owner], row] = self.layout.read(cell.type, cell.raw.text)
+                except ExpressionError as error:
+                    raise UnwritableError(f"{cell.address}: {error.message}") from None
+        return found
+
+    @cached_property
+    def order(self) -> list[int]:
+        """Instances in the order of execution."""
+        return self.layout.order(self.wires)
+
+    @property
+    def program(self) -> str:
+        """Name of the program."""
+        return str(self.image.plc.get("program") or Plc.model_fields["program"].default)
+
+    # --- names -------------------------------------------------------------------------------------------------------
+
+    @property
+    def names(self) -> dict[int, str]:
+        """How every value is called in the program, by its number."""
+        return self._chosen[0]
+
+    @property
+    def counters(self) -> dict[int, tuple[str, int]]:
+        """Of loops that are not called in every cycle: the variable that counts, and every how many cycles."""
+        return self._chosen[1]
+
+    @cached_property
+    def _chosen(self) -> tuple[dict[int, str], dict[int, tuple[str, int]]]:
+        used = {name.upper() for name in (*self.signals, *(own.name for own in self.layout.instances), self.program)}
+        used |= TAKEN
+        names = {number: name for name, number in self.layout.numbers.items()}
+        for own in self.layout.instances:
+            for offset, row in enumerate(own.kind.table.rows if own.kind.function else ()):
+                if row.access == "output" or own.base + offset in self.read:
+                    names[own.base + offset] = _free(f"{own.name}_{row.name}", used)
+        counters = {}
+        for i, entry in enumerate(self.image.settings):
+            cycles = cycles_of(entry, self.image.plc)
+            if cycles != 1:
+                counters[i] = (_free(f"{self.layout.instances[i].name}_Cycle", used), cycles)
+        return names, counters
+
+    @cached_property
+    def read(self) -> frozenset[int]:
+        """Numbers of all that some wire reads."""
+        return frozenset(number for wire in self.wires.values() for number in wire.signals)
+
+    def type_of(self, number: int) -> IecType:
+        """The type of a value."""
+        owner = self.layout.owner(number)
+        if owner is None:
+            return list(self.layout.signals.values())[number]
+        own = self.layout.instances[owner]
+        return own.kind.table.rows[number - own.base].type
+
+    def full_name(self, number: int) -> str:
+        """A value as a configuration calls it: ``SEL.MV``."""
+        owner = self.layout.owner(number)
+        if owner is None:
+            return list(self.layout.signals)[number]
+        own = self.layout.instances[owner]
+        return f"{own.name}.{own.kind.table.rows[number - own.base].name}"
+
+    # --- cycles ------------------------------------------------------------------------------------------------------
+
+    def previous(self, i: int) -> list[str]:
+        """What the call of a block reads of the previous cycle."""
+        place = {number: at for at, number in enumerate(self.order)}
+        rows = [row.name for row in self.layout.instances[i].kind.inputs]
+        numbers = {n for (owner, row), wire in self.wires.items() if owner == i and row in rows for n in wire.signals}
+        late = []
+        for number in sorted(numbers):
+            owner = self.layout.owner(number)
+            changes = owner is not None and (not self.layout.is_input(number) or self.wire_of(number))
+            if owner is not None and changes and place[owner] >= place[i]:
+                late.append(self.full_name(number))
+        return late
+
+    def wire_of(self, number: int) -> bool:
+        """Whether a parameter is wired."""
+        owner = self.layout.owner(number)
+        if owner is None:
+            return False
+        own = self.layout.instances[owner]
+        return (owner, own.kind.table.rows[number - own.base].name) in self.wires
+
+    # --- variables ---------------------------------------------------------------------------------------------------
+
+    def variables(self) -> Iterator[Variable]:
+        """All declarations: signals, instances and variables of functions in the order of the file, counters."""
+        for name, cell in self.signals.items():
+            yield Variable(name, cell.type.name, (cell.type, content(cell)))
+        for own in self.layout.instances:
+            if own.kind.function:
+                yield from self._function_variables(own)
+            else:
+                yield Variable(own.name, own.kind.name, self.initial(own) or None)
+        for name, cycles in self.counters.values():
+            yield Variable(name, "UINT" if cycles <= UINT_CYCLES else "UDINT")
+
+    def _function_variables(self, own: Instance) -> Iterator[Variable]:
+        for offset, row in enumerate(own.kind.table.rows):
+            full = f"{own.name}.{row.name}"
+            if row.access == "output":
+                yield Variable(self.names[own.base + offset], row.type.name, None, full)
+            elif own.base + offset in self.read:
+                cell = self.cells.get(full)
+                given = cell is not None and not isinstance(cell.raw, Wire)
+                initial = (row.type, content(cell)) if cell is not None and given else None
+                yield Variable(self.names[own.base + offset], row.type.name, initial, full)
+
+    @cached_property
+    def cells(self) -> dict[str, Entry]:
+        """All parameters by their full names."""
+        return {cell.address: cell for cell in self.image.cells}
+
+    def initial(self, own: Instance) -> dict[str, tuple[IecType, Content]]:
+        """What an instance begins with: what is required or not the value that a parameter has by itself."""
+        found = {}
+        for row in own.kind.inputs:
+            cell = self.cells.get(f"{own.name}.{row.name}")
+            if cell is None or isinstance(cell.raw, Wire):
+                continue
+            if is_kept(own.kind, row) or cell.raw != row.type.default:
+                found[row.name] = (row.type, content(cell))
+        return found
+
+
+def _free(wanted: str, used: set[str]) -> str:
+    """A name that nothing else has, and that is then used."""
+    name, number = wanted, 1
+    while name.upper() in used:
+        name, number = f"{wanted}_{number}", number + 1
+    used.add(name.upper())
+    return name
+
+
+def content(cell: Entry) -> Content:
+    """What a parameter that is not wired holds."""
+    return cell.raw.text if isinstance(cell.raw, Wire) else cell.raw
+
+
+def cycles_of(entry: Mapping[str, Any], plc: Mapping[str, Any]) -> int:
+    """Every how many cycles of the task a loop is called."""
+    own, task = entry.get("sample_time"), plc.get("sample_time")
+    if own is None:
+        return 1
+    times = [Decimal(str(time)) for time in (own, task or 0)]
+    if times[1] <= 0 or times[0] <= 0 or times[0] % times[1]:
+        name = entry.get("loop") or entry.get("block")
+        raise UnwritableError(f"{name}: {own} s is no whole number of cycles of the task, {task} s")
+    return int(times[0] / times[1])

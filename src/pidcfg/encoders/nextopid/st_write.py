@@ -1,0 +1,164 @@
+"""A NextoPID program as Structured Text: declarations with initial values, and the calls in order of execution."""
+
+from __future__ import annotations
+
+import json
+import re
+from typing import TYPE_CHECKING
+
+from pidcfg.encoders.files import UnwritableError
+from pidcfg.encoders.nextopid.st_expression import ST, depth, printed, st_real
+from pidcfg.encoders.nextopid.st_program import Unit
+from pidcfg.schemas.iec import Wire
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping
+
+    from pidcfg.encoders.named import Content, Parameter, Program
+    from pidcfg.encoders.nextopid.st_program import Variable
+    from pidcfg.encoders.nextopid.wiring import Instance
+    from pidcfg.schemas.expressions import Expression
+    from pidcfg.schemas.iec import IecType
+
+WIDTH = 110
+"""Beyond this a declaration or a call gets a line for each parameter."""
+DEEPEST = 100
+"""Levels of parentheses that the reader takes."""
+BLANKS = re.compile(r"[\x00-\x20\x7f-\x9f\u2028\u2029]+")
+PARTS = re.compile(r"\((?=\*)|\*(?=\))")
+"""What would begin or end a comment."""
+
+
+def write_st(image: Program, checklist: tuple[str, ...] = ()) -> str:
+    """The program as text."""
+    unit = Unit(image)
+    lines = [f"(* {text} *)" for text in header(image, checklist)]
+    lines += [f"PROGRAM {unit.program}", "VAR"]
+    for variable in unit.variables():
+        lines += (f"    {line}" for line in declaration(variable))
+    lines += ["END_VAR", "", *statements(unit), "END_PROGRAM"]
+    return "\n".join(lines) + "\n"
+
+
+def header(image: Program, checklist: tuple[str, ...]) -> Iterator[str]:
+    """The comments above: the checklist for people, and what no parameter holds for the way back."""
+    yield "NextoPID: declarations, and calls in the order of execution"
+    for item in checklist:
+        yield f"check after the download: {PARTS.sub(lambda found: f'{found.group()} ', BLANKS.sub(' ', item))}"
+    yield f"plc: {_json(image.plc)}"
+    for entry in image.settings:
+        yield f"loop: {_json(entry)}"
+
+
+def _json(entry: Mapping[str, object]) -> str:
+    """JSON in which no comment ends or begins; such signs can stand in texts only, where there is another way."""
+    text = json.dumps(dict(entry), ensure_ascii=False)
+    safe = PARTS.sub(lambda found: f"\\u{ord(found.group()):04x}", text)
+    return re.sub(
+        r"[\x7f-\x9f\u2028\u2029\ud800-\udfff\ufffe\uffff]", lambda found: f"\\u{ord(found.group()):04x}", safe
+    )
+
+
+def literal(kind: IecType, content: Content) -> str:
+    """A content as the language writes it."""
+    if kind.kind == "bool":
+        return "TRUE" if content else "FALSE"
+    if kind.kind == "word":
+        return f"{kind.name}.{content}"
+    return st_real(float(content)) if kind.kind == "real" else str(int(content))
+
+
+# --- declarations ----------------------------------------------------------------------------------------------------
+
+
+def declaration(variable: Variable) -> list[str]:
+    """A variable with its initial value."""
+    head, note = f"{variable.name} : {variable.type}", f" (* {variable.note} *)" if variable.note else ""
+    if variable.initial is None:
+        return [f"{head};{note}"]
+    if isinstance(variable.initial, tuple):
+        return [f"{head} := {literal(*variable.initial)};{note}"]
+    return wrapped(f"{head} := (", members(variable.initial), ");")
+
+
+def members(initial: Mapping[str, tuple[IecType, Content]]) -> list[str]:
+    """Initial values of an instance; those of a structure together."""
+    found: dict[str, list[str]] = {}
+    for name, (kind, content) in initial.items():
+        first, _, rest = name.partition(".")
+        found.setdefault(first, []).append(f"{rest} := {literal(kind, content)}" if rest else literal(kind, content))
+    inside = {row.partition(".")[0] for row in initial if "." in row}
+    return [f"{name} := ({', '.join(of)})" if name in inside else f"{name} := {of[0]}" for name, of in found.items()]
+
+
+def wrapped(start: str, parts: list[str], end: str) -> list[str]:
+    """On one line, or a line for each part."""
+    line = f"{start}{', '.join(parts)}{end}"
+    if len(line) <= WIDTH:
+        return [line]
+    return [start, *(f"    {part}," for part in parts[:-1]), f"    {parts[-1]}", end]
+
+
+# --- calls -----------------------------------------------------------------------------------------------------------
+
+
+def statements(unit: Unit) -> Iterator[str]:
+    """The calls."""
+    for i in unit.order:
+        late = unit.previous(i)
+        if late:
+            yield f"(* of the previous cycle: {', '.join(late)} *)"
+        if i not in unit.counters:
+            yield from call(unit, i)
+            continue
+        counter, cycles = unit.counters[i]
+        yield f"IF {counter} = 0 THEN"
+        yield from (f"    {line}" for line in call(unit, i))
+        yield "END_IF;"
+        yield f"{counter} := ({counter} + 1) MOD {cycles};"
+
+
+def call(unit: Unit, i: int) -> Iterator[str]:
+    """The call of a block: every wired parameter, of a function all that is given, and its outputs."""
+    own = unit.layout.instances[i]
+    arguments = []
+    for offset, row in enumerate(own.kind.table.rows):
+        name = unit.names[own.base + offset]
+        if row.access == "output":
+            arguments += [f"{row.name} => {name}"] if own.kind.function else []
+            continue
+        text = argument(unit, i, own, row)
+        if text is not None and own.kind.function and own.base + offset in unit.read:
+            if (i, row.name) in unit.wires:
+                yield f"{name} := {text};"
+            text = name
+        arguments += [] if text is None else [f"{row.name} := {text}"]
+    arguments.sort(key=lambda text: " => " in text.partition("(")[0])
+    name = own.kind.name if own.kind.function else own.name
+    yield from wrapped(f"{name}(", arguments, ");")
+
+
+def argument(unit: Unit, i: int, own: Instance, row: Parameter) -> str | None:
+    """What stands behind ``:=`` in a call, if anything."""
+    wire = unit.wires.get((i, row.name))
+    if wire is not None:
+        return wired(unit, row.type, wire, f"{own.name}.{row.name}")
+    cell = unit.cells.get(f"{own.name}.{row.name}")
+    if not own.kind.function or cell is None or isinstance(cell.raw, Wire):
+        return None
+    return literal(row.type, cell.raw)
+
+
+def wired(unit: Unit, kind: IecType, wire: Expression, place: str) -> str:
+    """A wire as a text of its type."""
+    if kind.kind == "bool" or (wire.signal is not None and unit.type_of(wire.signal) == kind):
+        return unit.names[wire.signal or 0]
+    text = printed(wire.code, wire.constants, lambda number: _real(unit, number), ST)
+    if depth(text) > DEEPEST:
+        raise UnwritableError(f"{place}: the expression is nested too deeply for Structured Text; split it")
+    return text if kind.kind == "real" else f"REAL_TO_INT({text})"
+
+
+def _real(unit: Unit, number: int) -> str:
+    kind = unit.type_of(number)
+    return unit.names[number] if kind.kind == "real" else f"{kind.name}_TO_REAL({unit.names[number]})"
