@@ -1,6 +1,8 @@
 """Autotune of DPIDE, PID_MODE 1: a look at the noise, then a relay around SV (D276); how it ends: D277.
 
-From a cold start the relay begins with heating. The gain is in units of MV per unit of PV.
+From a cold start the relay begins with heating. It swings between the limits, and where that makes uneven halves of a
+cycle evenly around its mean: an oven that heats much faster than it cools would show a far too long period otherwise.
+The gain is in units of MV per unit of PV.
 """
 
 from __future__ import annotations
@@ -24,14 +26,15 @@ LISTENING, SWITCHING = 1, 2
 NOTHING, DONE, FAILED, CANCELLED = 0, 1, 2, 3
 """`State.tune_done`."""
 
-NO_RANGE, NO_RESPONSE, NO_SWITCH, TOO_FAST, OUT_OF_RANGE = 16, 17, 18, 19, 20
+NO_RANGE, NO_RESPONSE, NO_SWITCH, TOO_FAST, UNEVEN, OUT_OF_RANGE = 16, 17, 18, 19, 20, 21
 """Why there is no result."""
-ABANDONED = 21
+ABANDONED = 22
 REASONS = {
     NO_RANGE: "autotune stopped: MV_MIN and MV_MAX are the same",
     NO_RESPONSE: "autotune stopped: PV does not answer",
     NO_SWITCH: "autotune stopped: PV does not come to SV",
     TOO_FAST: "autotune stopped: PV swings faster than CYCLE can follow",
+    UNEVEN: "autotune stopped: MV does not swing evenly, a limit is too near the MV that holds SV",
     OUT_OF_RANGE: "autotune stopped: a result is no number that its operand can hold",
     ABANDONED: "autotune ended without results",
 }
@@ -49,6 +52,14 @@ PATIENCE, PATIENT = 600.0, 256
 """Seconds and samples without an answer, both, until a PV that does not move is given up."""
 LONGEST, MOST = 14400.0, 1000
 """Seconds and samples, both, until an error that keeps its sign is given up."""
+BALANCE_TURN = 6
+"""Switch at which a whole cycle, from `FIRST_TURN` on, tells the mean MV."""
+EVEN, BEARABLE = 0.1, 0.3
+"""How far the share of a cycle in which the error is above 0 may be from a half: without another round, and at all."""
+ROUNDS = 4
+"""Times that the relay is put around its mean at most."""
+LEAST_SWING = 0.005
+"""Share of the way between the limits that MV moves from its mean at least."""
 LEAST_PERIOD = 6.0
 """Samples of a cycle without which it is not measured."""
 
@@ -116,26 +127,53 @@ def store(c: Config, s: State, ultimate: float, period: float, mean: float) -> N
     leave(c, s, 0)
 
 
+def mean(s: State) -> float:
+    """MV over the cycles that count so far."""
+    return s.tune_sum / (s.tune_count - s.tune_start)
+
+
+def uneven(s: State) -> float:
+    """How far the share of MV's higher value is from a half of the cycle."""
+    return abs((mean(s) - s.tune_bottom) / (s.tune_top - s.tune_bottom) - 0.5)
+
+
 def measure(c: Config, s: State) -> None:
     """The ultimate cycle from the relay's, which has come to its end."""
-    samples = s.tune_count - s.tune_start
+    samples = (s.tune_count - s.tune_start) / 2.0
     half = s.tune_swing / 4.0
     if half <= 0.0:
         fail(c, s, NO_RESPONSE)
-        return
-    if samples / 2.0 < LEAST_PERIOD:
+    elif samples < LEAST_PERIOD:
         fail(c, s, TOO_FAST)
-        return
-    swing = sqrt(max(half * half - s.tune_band * s.tune_band, half * half / 4.0))
-    ultimate = 2.0 * (c.high - c.low) / (PI * swing)
-    store(c, s, ultimate, samples / 2.0 * (s.period / TICKS), s.tune_sum / samples)
+    elif uneven(s) > BEARABLE:
+        fail(c, s, UNEVEN)
+    else:
+        swing = sqrt(max(half * half - s.tune_band * s.tune_band, half * half / 4.0))
+        ultimate = 2.0 * (s.tune_top - s.tune_bottom) / (PI * swing)
+        store(c, s, ultimate, samples * (s.period / TICKS), mean(s))
+
+
+def begin_relay(s: State, low: float, high: float) -> None:
+    """It switches between these from the next sample on."""
+    s.tune_bottom = single(low)
+    s.tune_top = single(high)
+    begin_cycle(s)
+
+
+def balance(c: Config, s: State, middle: float) -> None:
+    """From now on MV swings as far up from its mean as down: both halves of the cycle then last equally long."""
+    way = max(min(middle - c.low, c.high - middle), LEAST_SWING * (c.high - c.low))
+    s.tune_rounds += 1
+    begin_relay(s, max(c.low, middle - way), min(c.high, middle + way))
 
 
 def relay(c: Config, s: State, e: float) -> None:
-    """One sample of the relay: MV_MAX while the error is above 0, else MV_MIN."""
+    """One sample of the relay: the higher MV while the error is above 0, else the lower one."""
     side = switched(s, s.pv, e, s.tune_band)
     if side:
-        s.out = c.high if side > 0 else c.low
+        if s.tune_turns == BALANCE_TURN and s.tune_rounds < ROUNDS and uneven(s) > EVEN:
+            balance(c, s, mean(s))
+        s.out = clamp(s.tune_top if side > 0 else s.tune_bottom, c.low, c.high)
         s.tune_base = s.pv
         s.tune_moved = 0.0
     if s.tune_turns >= LAST_TURN:
@@ -161,6 +199,7 @@ def tune(c: Config, s: State, e: float) -> None:
         if listen(s, s.pv):
             s.tune_band = LOUD * s.tune_noise
             s.tune_phase = SWITCHING
-            begin_cycle(s)
+            s.tune_rounds = 0
+            begin_relay(s, c.low, c.high)
     else:
         relay(c, s, e)

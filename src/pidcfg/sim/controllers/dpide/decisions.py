@@ -83,11 +83,15 @@ ENGINE = (
     Decision(
         276, "DPIDE's autotune is a relay around SV",
         "MV is held for 16 samples that tell the noise of PV, then switches between MV_MAX, while the error is above "
-        "0, and MV_MIN: a cold process is heated first. The hysteresis is 4 standard deviations, the dead band has no "
-        "effect. Of the swings the second and the third full cycle are measured. "
+        "0, and MV_MIN: a cold process is heated first. Where MV_MAX lasts less than 0.4 or more than 0.6 of the "
+        "second full cycle, MV goes on evenly around its mean, as far as the nearer limit or 0.5 % of the way between "
+        "both; up to four times. Two cycles are measured. "
+        "The hysteresis is 4 standard deviations, the dead band has no effect. "
         "No answer within 600 s and 256 samples, an error that keeps its sign for 4 h and 1000 samples, "
-        "a cycle below 6 samples, or equal limits end it without results.",
-        "The manual shows a picture alone: PV rises, swings around SV, then goes on under control.",
+        "a cycle below 6 samples, one whose halves stay unlike (beyond 0.2 to 0.8), "
+        "or equal limits end it without results.",
+        "The manual shows a picture alone: PV rises, swings around SV, then goes on under control. The uneven swing of "
+        "a strong heater has a period many times the ultimate one, and gains made of it are unstable.",
     ),
     Decision(
         277, "what DPIDE's autotune writes",

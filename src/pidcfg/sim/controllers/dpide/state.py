@@ -106,6 +106,11 @@ class State(Tuned):
     """Why it ended without results."""
     tune_band: float = 0.0
     """The relay's hysteresis."""
+    tune_bottom: float = 0.0
+    """MV while the error is below 0; the next one while it is above."""
+    tune_top: float = 0.0
+    tune_rounds: int = 0
+    """Times that the two have been found uneven."""
     tune_moved: float = 0.0
     """How far PV has come since the relay switched."""
     tune_gain: float = 0.0
