@@ -1,0 +1,628 @@
+"""NextoPID's blocks beside the PID blocks, one at a time: the manual's figures, closed forms, edges of every error."""
+
+from __future__ import annotations
+
+import math
+import random
+import struct
+from dataclasses import astuple
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from nextopid_blocks_rig import IN_FLOAT32, UNTOUCHED, Block, call
+from pidcfg.sim.compile import compiled, records, vector, write_back
+from pidcfg.sim.controllers.nextopid import block_decisions, slots
+from pidcfg.sim.controllers.nextopid.state import AUTO_MODE, ERROR_BASE, MANUAL_MODE, Config, State
+from pidcfg.sim.terms import single
+
+MOST = 3.4e38
+OUTPUTS = {
+    "ControlON_OFF": "MV", "ControlPWM": "PWM", "ControlLowFilter": "OutVar", "ControlDelay": "OutVar",
+    "ControlLag": "OutVar", "ControlDelayLag": "OutVar", "ControlLeadLag": "OutVar", "ControlSelectMax": "MV",
+    "ControlSelectMin": "MV", "ControlSplitRange": "MV1",
+}  # fmt: skip
+FUNCTIONS = ("ControlSelectMax", "ControlSelectMin", "ControlSplitRange")
+LAG = {"Gs": 2, "Offset": 20, "Tc": 10, "Init_OutVar": 20, "Min_OutVar": -1000, "Max_OutVar": 1000}
+LEAD_LAG = {"G": 2, "Tlead": 4, "Tlag": 2, "Min_OutVar": -1000, "Max_OutVar": 1000}
+ON_OFF = {"SP": 20, "PV": 20, "DeadBand": 3, "MaxPV": 100, "MinPV": 0}
+PWM = {"MV": 36, "MaxMV": 100, "MinMV": 0, "Period": 10}
+SPLIT = {"MV": 30, "SPLIT": 40, "Mode": 1}
+GOOD = {
+    "ControlON_OFF": ON_OFF, "ControlPWM": PWM, "ControlLowFilter": {"InVar": 3, "Tc": 0.5},
+    "ControlDelay": {"InVar": 3, "DelayTime": 2}, "ControlLag": {"InVar": 3} | LAG,
+    "ControlDelayLag": {"InVar": 3, "DelayTime": 2} | LAG, "ControlLeadLag": {"InVar": 3} | LEAD_LAG,
+    "ControlSplitRange": SPLIT,
+}  # fmt: skip
+
+
+def below(x):
+    """The next smaller single-precision number."""
+    return float(np.nextafter(np.float32(x), np.float32(-np.inf)))
+
+
+def above(x):
+    """The next larger one."""
+    return float(np.nextafter(np.float32(x), np.float32(np.inf)))
+
+
+# --- ControlON_OFF ---------------------------------------------------------------------------------------------------
+
+
+def test_on_off_switches_where_figure_6_2_has_it():
+    block = Block("ControlON_OFF", **ON_OFF)
+    down, up = [20 - k / 10 for k in range(60)], [14 + k / 10 for k in range(100)]
+
+    assert [pv for pv in down if block(PV=pv)["MV"]] == [pv for pv in down if pv < 17]
+    assert [pv for pv in up if block(PV=pv)["MV"]] == [pv for pv in up if pv <= 23]
+    assert [pv for pv in up[::-1] if block(PV=pv)["MV"]] == [pv for pv in up[::-1] if pv < 17]
+
+
+@pytest.mark.parametrize(("pv", "before", "reverse", "direct"), [
+    (17, 0, 0, 0), (17, 1, 1, 1), (23, 0, 0, 0), (23, 1, 1, 1), (20, 0, 0, 0), (20, 1, 1, 1),
+    (below(17), 0, 1, 0), (below(17), 1, 1, 0), (above(23), 0, 0, 1), (above(23), 1, 0, 1),
+])  # fmt: skip
+def test_on_off_acts_only_outside_its_dead_band(pv, before, reverse, direct):
+    for key, expected in ((0, reverse), (1, direct)):
+        block = Block("ControlON_OFF", **ON_OFF, Manual=1, ManualMV=before)
+        assert block()["MV"] == before
+        assert block(PV=pv, Manual=0, Direct=key)["MV"] == expected
+        assert block.s.out == expected
+
+
+def test_on_off_holds_at_an_error_of_0_with_a_dead_band_of_0():
+    block = Block("ControlON_OFF", **ON_OFF | {"DeadBand": 0})
+
+    assert [block(PV=pv)["MV"] for pv in (20, below(20), 20, above(20), 20)] == [0, 1, 1, 0, 0]
+    assert block["ErrBits.DeadBand"] == 0
+    assert block.s.status == AUTO_MODE
+
+
+def test_on_off_in_manual_copies_its_manual_output_and_goes_on_from_it():
+    block = Block("ControlON_OFF", **ON_OFF | {"PV": 50}, Manual=1, ManualMV=1)
+
+    assert block()["MV"] == 1
+    assert block.s.status == MANUAL_MODE
+    assert block(ManualMV=0)["MV"] == 0
+    assert block(ManualMV=1, Manual=0, PV=20)["MV"] == 0
+    assert block.s.status == AUTO_MODE
+
+
+@pytest.mark.parametrize(("pv", "sp", "seen", "bits"), [
+    (0, 100, (0, 100), []), (100, 0, (100, 0), []),
+    (above(100), 50, (100, 50), ["PV_MaxPV"]), (below(0), 50, (0, 50), ["PV_MinPV"]),
+    (50, above(100), (50, 100), ["SP_MaxPV"]), (50, below(0), (50, 0), ["SP_MinPV"]),
+    (130, -7, (100, 0), ["PV_MaxPV", "SP_MinPV"]), (-7, 130, (0, 100), ["PV_MinPV", "SP_MaxPV"]),
+])  # fmt: skip
+def test_on_off_limits_pv_and_set_point_and_says_so(pv, sp, seen, bits):
+    names = ["PV_MaxPV", "PV_MinPV", "SP_MaxPV", "SP_MinPV"]
+    for manual in (0, 1):
+        block = Block("ControlON_OFF", **ON_OFF, Manual=manual)(PV=pv, SP=sp)
+        assert (block.s.pv, block.s.sp) == seen
+        assert [name for name in names if block[f"WarnBits.{name}"]] == bits
+        assert block.s.aux_status == sum(1 << names.index(name) for name in bits)
+        assert not any(block(PV=50, SP=50)[f"WarnBits.{name}"] for name in names)
+
+
+def test_on_off_compares_limited_values():
+    assert Block("ControlON_OFF", **ON_OFF)(SP=104, PV=98)["MV"] == 0
+    assert Block("ControlON_OFF", **ON_OFF)(SP=104, PV=96)["MV"] == 1
+
+
+def test_on_off_keeps_a_process_in_its_band():
+    block, y, seen = Block("ControlON_OFF", **ON_OFF), 0.0, []
+    for _ in range(3000):
+        mv = block(PV=y)["MV"]
+        y += (40.0 * mv - y) * -math.expm1(-0.1 / 10.0)
+        seen.append(y)
+
+    assert 16.8 < min(seen[1000:]) < 17.0
+    assert 23.0 < max(seen) < 23.3
+
+
+# --- ControlPWM ------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("mv", "on"), [(36, 4), (34, 3), (0, 0), (100, 10), (5, 0), (15, 2), (35, 4), (5.001, 1)])
+def test_pulses_are_those_of_figure_7_2(mv, on):
+    block = Block("ControlPWM", **PWM)
+
+    assert [block(MV=mv)["PWM"] for _ in range(30)] == ([1] * on + [0] * (10 - on)) * 3
+    assert (block["Error"], block["Warning"]) == (0, 0)
+
+
+@pytest.mark.parametrize("period", [1, 2, 3, 7, 10, 100, 199])
+@pytest.mark.parametrize(("low", "high"), [(0, 100), (-40, 60), (20, 27648)])
+def test_every_duty_of_a_period_is_reached(period, low, high):
+    block = Block("ControlPWM", MinMV=low, MaxMV=high, Period=period)
+    for on in range(period + 1):
+        mv = low + (high - low) * on / period
+        assert [block(MV=mv)["PWM"] for _ in range(period)] == [1] * on + [0] * (period - on)
+
+
+def test_mv_and_period_count_where_a_period_begins():
+    block = Block("ControlPWM", **PWM)
+    seen = [block(MV=30)["PWM"], *(block(MV=90, Period=4)["PWM"] for _ in range(9))]
+
+    assert seen == [1, 1, 1, 0, 0, 0, 0, 0, 0, 0]
+    assert [block()["PWM"] for _ in range(8)] == [1, 1, 1, 1] * 2
+
+
+@pytest.mark.parametrize(("mv", "warning", "on"), [
+    (100, 0, 10), (above(100), 1, 10), (1e9, 1, 10), (0, 0, 0), (below(0), 1, 0), (-1e9, 1, 0),
+])  # fmt: skip
+def test_a_limited_mv_is_warned_of_in_every_cycle(mv, warning, on):
+    block = Block("ControlPWM", **PWM)
+    assert block()["Warning"] == 0
+    assert block(MV=mv)["Warning"] == warning
+    for _ in range(8):
+        block()
+    assert sum(block()["PWM"] for _ in range(10)) == on
+    assert block(MV=50)["Warning"] == 0
+
+
+@pytest.mark.parametrize(("low", "high"), [(-MOST, MOST), (0, 1e-45), (1, above(1))])
+def test_the_widest_and_the_narrowest_range_make_pulses(low, high):
+    block = Block("ControlPWM", MinMV=low, MaxMV=high, Period=10)
+    assert block(MV=low)["PWM"] == 0
+    assert block["Error"] == 0
+
+
+@given(st.floats(-1e6, 1e6, width=32), st.floats(-1e6, 1e6, width=32), st.floats(-1e6, 1e6, width=32),
+       st.integers(1, 300))  # fmt: skip
+def test_the_share_of_pulses_is_the_share_of_the_range_to_half_a_cycle(a, b, mv, period):
+    low, high = min(a, b), max(a, b)
+    if low == high:
+        return
+    block = Block("ControlPWM", MinMV=low, MaxMV=high, Period=period)
+    on = sum(block(MV=mv)["PWM"] for _ in range(period))
+
+    share = (min(max(mv, low), high) - low) / (high - low)
+    assert abs(on - share * period) <= 0.5 + 1e-4
+    assert block["Warning"] == (not low <= mv <= high)
+
+
+# --- ControlLowFilter, ControlLag, ControlLeadLag --------------------------------------------------------------------
+
+
+def times(n, ts=0.1):
+    return [k * ts for k in range(n)]
+
+
+@pytest.mark.parametrize("tc", [0.5, 10, 300])
+def test_the_filter_starts_at_its_input_and_follows_a_step_exactly(tc):
+    block = Block("ControlLowFilter", Tc=tc)
+
+    assert block.run("OutVar", "InVar", [7, 7, 7]) == [7, 7, 7]
+    response = block.run("OutVar", "InVar", [17] * 600)
+    assert response == pytest.approx([7 - 10 * math.expm1(-t / tc) for t in times(601)[1:]], abs=2e-4)
+
+
+def test_the_filter_takes_most_of_a_fast_triangle_as_in_figure_8_2():
+    block = Block("ControlLowFilter", Tc=0.5)
+    seen = block.run("OutVar", "InVar", [50 + 5 * (-1) ** k for k in range(200)])
+
+    assert max(seen[100:]) - min(seen[100:]) == pytest.approx(10 * math.tanh(0.1), rel=1e-4)
+    assert sum(seen[100:]) / 100 == pytest.approx(50, abs=0.01)
+
+
+def test_the_lag_has_the_step_response_of_figure_10_2():
+    block = Block("ControlLag", **LAG)
+    seen = block.run("OutVar", "InVar", [10] * 801)
+
+    assert seen == pytest.approx([20 - 20 * math.expm1(-t / 10) for t in times(801)], abs=2e-4)
+    assert seen[0] == 20
+    assert seen[100] == pytest.approx(20 + 20 * 0.632121, abs=1e-4)
+    assert block["SampleTime"] == single(0.1)
+
+
+def test_the_lag_of_a_second_step_begins_with_the_call_that_sees_it():
+    block = Block("ControlLag", **LAG | {"Offset": 0, "Init_OutVar": 0})
+    assert block.run("OutVar", "InVar", [0] * 5) == [0] * 5
+    assert block(InVar=10)["OutVar"] == pytest.approx(-20 * math.expm1(-0.01))
+
+
+def test_a_negative_gain_falls():
+    seen = Block("ControlLag", **LAG | {"Gs": -2}).run("OutVar", "InVar", [10] * 2000)
+    assert seen == sorted(seen, reverse=True)
+    assert seen[-1] == pytest.approx(0, abs=1e-3)
+
+
+def test_the_lag_leaves_a_limit_at_once():
+    block = Block("ControlLag", **LAG | {"Max_OutVar": 30, "Min_OutVar": 10})
+    assert max(block.run("OutVar", "InVar", [100] * 200)) == 30
+    assert block(InVar=0)["OutVar"] == pytest.approx(30 + 10 * math.expm1(-0.01))
+    assert min(block.run("OutVar", "InVar", [-100] * 200)) == 10
+    assert block(InVar=0)["OutVar"] == pytest.approx(10 - 10 * math.expm1(-0.01))
+
+
+@pytest.mark.parametrize(("kind", "key", "first"), [
+    ("ControlLowFilter", "Tc", 0), ("ControlLag", "Tc", 0), ("ControlDelayLag", "Tc", 0), ("ControlLeadLag", "Tlag", 1),
+])  # fmt: skip
+def test_a_time_constant_counts_from_the_call_that_changes_it(kind, key, first):
+    plain = {"InVar": 0, "DelayTime": 0, "Tlead": 0, "G": 1, "Gs": 1, "Offset": 0, "Init_OutVar": 0}
+    block = Block(kind, **GOOD[kind] | {name: value for name, value in plain.items() if name in slots.PLACES[kind]})
+    block()
+    for tc in (10, 2, 2, 10, 0.5):
+        y = block.s.y
+        seen = block(InVar=8, **{key: tc})["OutVar"]
+        moved = y - (8 - y) * math.expm1(-0.1 / tc)
+        assert block.s.y == pytest.approx(moved, abs=1e-6)
+        assert seen == pytest.approx(y if first else moved, abs=1e-6)
+
+
+@pytest.mark.parametrize(("lead", "lag"), [(4, 2), (2, 4), (0, 3), (3, 3)], ids=["12-2", "12-3", "lag", "none"])
+def test_the_lead_lag_has_the_step_responses_of_its_figures(lead, lag):
+    block = Block("ControlLeadLag", **LEAD_LAG | {"Tlead": lead, "Tlag": lag})
+
+    assert block.run("OutVar", "InVar", [5, 5, 5]) == [10, 10, 10]
+    seen = block.run("OutVar", "InVar", [15] * 400)
+    assert seen == pytest.approx([30 + 20 * (lead / lag - 1) * math.exp(-t / lag) for t in times(400)], abs=3e-4)
+    assert seen[0] == pytest.approx(10 + 20 * lead / lag, rel=1e-6)
+
+
+def test_the_lead_lag_limits_its_output_and_not_its_memory():
+    free, held = (Block("ControlLeadLag", **LEAD_LAG | limits) for limits in ({}, {"Min_OutVar": 0, "Max_OutVar": 12}))
+    inputs = [5, 5, *[15] * 50, *[2] * 50, *[-9] * 50]
+
+    seen = held.run("OutVar", "InVar", inputs)
+    assert seen == [min(max(y, 0), 12) for y in free.run("OutVar", "InVar", inputs)]
+    assert {0, 12} < {*seen}
+    assert held(Min_OutVar=14)["OutVar"] == 14
+
+
+def test_a_disabled_lead_lag_gives_0_whatever_its_limits_and_goes_on_inside():
+    on, off = (Block("ControlLeadLag", **LEAD_LAG | {"Min_OutVar": 5}) for _ in range(2))
+    inputs = [5, 5, *[15] * 50]
+
+    on.run("OutVar", "InVar", inputs)
+    off.set(Disable=1)
+    assert {*off.run("OutVar", "InVar", inputs)} == {0}
+    assert off["Error"] == 0
+    assert off(Disable=0)["OutVar"] == on()["OutVar"] > 30
+
+
+# --- ControlDelay, ControlDelayLag -----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("time", "samples"), [
+    (0, 0), (0.04, 0), (0.06, 1), (0.1, 1), (0.3, 3), (2, 20), (2.04, 20), (2.06, 21), (9.9, 99), (10, 100),
+])  # fmt: skip
+def test_the_output_is_the_input_of_so_many_samples_ago(time, samples):
+    block = Block("ControlDelay", DelayTime=time, InitDelayedVar=-5)
+    ramp = [float(k) for k in range(1, 301)]
+
+    assert block.run("OutVar", "InVar", ramp) == ([-5.0] * samples + ramp)[:300]
+    assert (block["Error"], block["SampleTime"]) == (0, single(0.1))
+
+
+def test_100_samples_of_any_task_are_allowed_and_half_a_sample_more_is_not():
+    for ms in range(1, 3001):
+        block = Block("ControlDelay", ts=ms / 1000, DelayTime=ms / 10)
+        assert block()["Error"] == 0, ms
+        assert block.s.samples == 100, ms
+        assert block(DelayTime=ms / 10 * 1.000001)["Error"] == 1, ms
+        assert Block("ControlDelayLag", ts=ms / 1000, DelayTime=ms / 10, **LAG)()["Error"] == 0, ms
+
+
+@pytest.mark.parametrize(("before", "after"), [(2, 1), (1, 2), (0.3, 10), (10, 0.3), (2, 0), (0, 2)])
+def test_a_changed_delay_holds_the_output_and_then_delays_again(before, after):
+    block = Block("ControlDelay", DelayTime=before, InitDelayedVar=-5)
+    ramp = [float(k) for k in range(1, 401)]
+    old, new = round(before * 10), round(after * 10)
+
+    held = block.run("OutVar", "InVar", ramp[:200])[-1]
+    assert held == 200 - old
+    block.set(DelayTime=after)
+    assert block.run("OutVar", "InVar", ramp[200:]) == [held] * new + ramp[200 : 400 - new]
+
+
+def test_a_change_of_less_than_a_sample_does_not_hold_the_output():
+    block = Block("ControlDelay", DelayTime=1)
+    block.run("OutVar", "InVar", range(50))
+    block.set(DelayTime=1.04)
+    assert block.run("OutVar", "InVar", range(50, 60)) == list(range(40, 50))
+
+
+def test_a_delay_that_changes_while_it_holds_goes_on_holding():
+    block = Block("ControlDelay", DelayTime=1)
+    block.run("OutVar", "InVar", range(50))
+    assert block(DelayTime=0.5, InVar=50)["OutVar"] == 39
+    block.set(DelayTime=0.3)
+    assert block.run("OutVar", "InVar", range(51, 57)) == [39, 39, 39, 51, 52, 53]
+
+
+def test_delay_and_lag_have_the_step_response_of_figure_11_2():
+    block = Block("ControlDelayLag", DelayTime=2, **LAG)
+    seen = [*block.run("OutVar", "InVar", [0]), *block.run("OutVar", "InVar", [10] * 800)]
+
+    assert seen[:21] == [20] * 21
+    # the input rises at 0.1 s and comes out at 2.1 s
+    assert seen[21:] == pytest.approx([20 - 20 * math.expm1(-t / 10) for t in times(781)[1:]], abs=2e-4)
+
+
+def test_delay_and_lag_are_a_delay_before_a_lag():
+    both = Block("ControlDelayLag", DelayTime=1.5, InitDelayedVar=4, **LAG)
+    first = Block("ControlDelay", DelayTime=1.5, InitDelayedVar=4)
+    second = Block("ControlLag", **LAG)
+    rng = random.Random(5)
+    for k in range(400):
+        x = rng.uniform(-50, 50)
+        if k == 200:
+            both.set(DelayTime=0.7)
+            first.set(DelayTime=0.7)
+        assert both(InVar=x)["OutVar"] == second(InVar=first(InVar=x)["OutVar"])["OutVar"]
+
+
+def test_every_time_of_a_delay_and_lag_is_that_of_delay_and_lag():
+    both, one, other = (slots.PLACES[kind] for kind in ("ControlDelayLag", "ControlDelay", "ControlLag"))
+    shift = both["Gs"] - other["Gs"]
+
+    assert {name: both[name] for name in one if name in ("InVar", "DelayTime", "InitDelayedVar")} == {
+        name: at for name, at in one.items() if at < 3
+    }
+    assert {name: both[name] - shift for name in other if name != "InVar"} == {
+        name: at for name, at in other.items() if name != "InVar"
+    }
+
+
+# --- selectors -------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("first", "second", "least", "most"), [
+    (30, 40, (30, 0, 1), (40, 1, 0)), (40, 30, (30, 1, 0), (40, 0, 1)), (40, 40, (40, 1, 0), (40, 1, 0)),
+    (-1, 1, (-1, 0, 1), (1, 1, 0)), (above(40), 40, (40, 1, 0), (above(40), 0, 1)),
+])  # fmt: skip
+def test_selectors_tell_the_other_controller_that_it_is_overridden(first, second, least, most):
+    for kind, expected in (("ControlSelectMin", least), ("ControlSelectMax", most)):
+        block = Block(kind, MV1=first, MV2=second)()
+        assert (block["MV"], block["OVERR1"], block["OVERR2"]) == expected
+    assert slots.PLACES["ControlSelectMin"] == slots.PLACES["ControlSelectMax"]
+
+
+@given(st.floats(width=32, allow_nan=False), st.floats(width=32, allow_nan=False))
+def test_one_of_two_is_selected_and_just_the_other_one_overridden(first, second):
+    for kind, choice in (("ControlSelectMin", min), ("ControlSelectMax", max)):
+        block = Block(kind, MV1=first, MV2=second)()
+        assert block["MV"] == choice(first, second) == (second if block["OVERR1"] else first)
+        assert block["OVERR1"] + block["OVERR2"] == 1
+
+
+# --- ControlSplitRange -----------------------------------------------------------------------------------------------
+
+CORNERS = {  # MV1 and MV2 at 0 %, at the split point and at 100 %
+    1: ((0, 100), (100, 0), (100, 0)),
+    2: ((0, 0), (100, 0), (100, 100)),
+    3: ((0, 100), (100, 100), (100, 0)),
+    4: ((100, 0), (0, 0), (0, 100)),
+}
+
+
+@pytest.mark.parametrize("point", [40, 50, 0.1, 99.9, 33.3])
+@pytest.mark.parametrize("mode", CORNERS, ids=["15-2", "15-3", "15-4", "15-5"])
+def test_a_ramp_is_split_as_in_the_figures(mode, point):
+    block = Block("ControlSplitRange", SPLIT=point, Mode=mode)
+    ends = [0.0, single(point), 100.0]
+    for mv in [*(k / 4 for k in range(401)), single(point), below(point), above(point)]:
+        block(MV=mv)
+        expected = [np.interp(mv, ends, [corner[i] for corner in CORNERS[mode]]) for i in (0, 1)]
+        assert [block["MV1"], block["MV2"]] == pytest.approx(expected, abs=2e-4 if 1 < point < 99 else 2e-2)
+        assert block["Error"] == 0
+    for mv, corner in zip(ends, CORNERS[mode], strict=True):
+        assert (block(MV=mv)["MV1"], block["MV2"]) == corner
+
+
+@given(st.floats(0, 100, width=32), st.floats(0, 100, width=32, exclude_min=True, exclude_max=True),
+       st.integers(1, 4))  # fmt: skip
+def test_split_outputs_stay_within_0_to_100(mv, point, mode):
+    block = Block("ControlSplitRange", MV=mv, SPLIT=point, Mode=mode)()
+    assert 0 <= block["MV1"] <= 100
+    assert 0 <= block["MV2"] <= 100
+
+
+# --- errors ----------------------------------------------------------------------------------------------------------
+
+SMALLEST = 1e-45
+EDGES = [
+    # block, what is just allowed, what is just not
+    ("ControlPWM", {"MaxMV": above(0)}, {"MaxMV": 0}),
+    ("ControlPWM", {"MinMV": below(100)}, {"MinMV": 100}),
+    ("ControlPWM", {}, {"MinMV": 101}),
+    ("ControlPWM", {"Period": 1}, {"Period": 0}),
+    ("ControlPWM", {"Period": 65535}, {"MaxMV": math.nan}),
+    ("ControlLowFilter", {"Tc": SMALLEST}, {"Tc": 0}),
+    ("ControlLowFilter", {"Tc": MOST}, {"Tc": -1}),
+    ("ControlDelay", {"DelayTime": 0}, {"DelayTime": -SMALLEST}),
+    ("ControlDelay", {"DelayTime": 10}, {"DelayTime": 10.00001}),
+    ("ControlDelay", {}, {"DelayTime": math.nan}),
+    ("ControlLag", {"Tc": SMALLEST}, {"Tc": 0}),
+    ("ControlLag", {"Min_OutVar": 20, "Max_OutVar": 20}, {"Min_OutVar": 20, "Max_OutVar": below(20)}),
+    ("ControlLag", {"Min_OutVar": 20}, {"Min_OutVar": above(20)}),
+    ("ControlLag", {"Max_OutVar": 20}, {"Max_OutVar": below(20)}),
+    ("ControlLag", {"Init_OutVar": 1000}, {"Init_OutVar": above(1000)}),
+    ("ControlLag", {"Init_OutVar": -1000}, {"Init_OutVar": below(-1000)}),
+    ("ControlDelayLag", {"DelayTime": 0}, {"DelayTime": -SMALLEST}),
+    ("ControlDelayLag", {"DelayTime": 10}, {"DelayTime": 10.00001}),
+    ("ControlDelayLag", {"Tc": SMALLEST}, {"Tc": 0}),
+    ("ControlDelayLag", {"Min_OutVar": 20, "Max_OutVar": 20}, {"Min_OutVar": 20, "Max_OutVar": below(20)}),
+    ("ControlDelayLag", {"Min_OutVar": 20}, {"Min_OutVar": above(20)}),
+    ("ControlDelayLag", {"Max_OutVar": 20}, {"Max_OutVar": below(20)}),
+    ("ControlLeadLag", {"Tlead": 0}, {"Tlead": -SMALLEST}),
+    ("ControlLeadLag", {"Tlag": SMALLEST}, {"Tlag": 0}),
+    ("ControlLeadLag", {"Min_OutVar": 1, "Max_OutVar": 0}, {"Tlag": -1}),
+    ("ControlSplitRange", {"Mode": 1}, {"Mode": 0}),
+    ("ControlSplitRange", {"Mode": 4}, {"Mode": 5}),
+    ("ControlSplitRange", {"MV": 0}, {"MV": -SMALLEST}),
+    ("ControlSplitRange", {"MV": 100}, {"MV": above(100)}),
+    ("ControlSplitRange", {"SPLIT": SMALLEST}, {"SPLIT": 0}),
+    ("ControlSplitRange", {"SPLIT": below(100)}, {"SPLIT": 100}),
+    ("ControlSplitRange", {"Mode": 2}, {"SPLIT": math.nan}),
+]
+
+
+@pytest.mark.parametrize(("kind", "allowed", "refused"), EDGES)
+def test_every_error_has_its_edge(kind, allowed, refused):
+    block = Block(kind, **GOOD[kind])
+    assert block()["Error"] == 0
+    assert block(**allowed)["Error"] == 0
+    assert block(**GOOD[kind] | refused)["Error"] == 1
+    assert block(**GOOD[kind])["Error"] == 0
+
+
+@pytest.mark.parametrize(("kind", "allowed", "refused"), EDGES)
+def test_an_error_leaves_the_outputs_and_the_memory_as_they_are(kind, allowed, refused):
+    broken, sound = Block(kind, **GOOD[kind]), Block(kind, **GOOD[kind])
+    out = OUTPUTS[kind]
+    for _ in range(25):
+        before = broken()[out]
+        assert sound()[out] == before
+    for _ in range(3):
+        broken(**refused)
+        assert broken["Error"] == 1
+        assert broken[out] == (0 if kind in FUNCTIONS else before)
+        if "SampleTime" in broken.places:
+            assert broken["SampleTime"] == single(0.1)
+    for _ in range(25):
+        assert broken(**GOOD[kind])[out] == sound()[out]
+
+
+@pytest.mark.parametrize(("kind", "allowed", "refused"), EDGES)
+def test_a_block_that_begins_with_errors_gives_0_and_starts_later(kind, allowed, refused):
+    broken, fresh = Block(kind, **GOOD[kind] | refused), Block(kind, **GOOD[kind])
+    outs = [name for name in broken.places if name in ("PWM", "OutVar", "MV1", "MV2", "Warning")]
+    for _ in range(3):
+        assert [broken()[name] for name in outs] == [0] * len(outs)
+    for _ in range(30):
+        assert [broken(**GOOD[kind])[name] for name in outs] == [fresh()[name] for name in outs]
+
+
+@pytest.mark.parametrize(("changed", "bits", "mv"), [
+    ({"MaxPV": 0}, 1, 1), ({"MinPV": 100}, 1, 1), ({"MaxPV": above(0)}, 0, 1), ({"MinPV": below(100)}, 0, 1),
+    ({"DeadBand": 0}, 0, 0), ({"DeadBand": -SMALLEST}, 2, 1), ({"DeadBand": -1, "MinPV": 101}, 3, 1),
+    ({"DeadBand": math.nan}, 2, 1), ({"MaxPV": math.nan}, 1, 1),
+])  # fmt: skip
+def test_error_bits_of_on_off(changed, bits, mv):
+    block = Block("ControlON_OFF", **ON_OFF | {"PV": -50})
+    assert block()["MV"] == 1
+    assert block(PV=130, **changed)["MV"] == mv
+    assert (block["ErrBits.MaxMinPV"], block["ErrBits.DeadBand"]) == (bits & 1, bits >> 1)
+    assert block.s.status == AUTO_MODE | bits * ERROR_BASE
+    assert (block["WarnBits.PV_MinPV"], block["WarnBits.PV_MaxPV"]) == ((1, 0) if bits else (0, 1))
+    assert block(Manual=1, ManualMV=1)["MV"] == 1
+    assert block(Manual=1, ManualMV=0)["MV"] == (1 if bits else 0)
+    block(**ON_OFF, Manual=0)
+    assert block.s.status == AUTO_MODE
+    assert (block["ErrBits.MaxMinPV"], block["ErrBits.DeadBand"]) == (0, 0)
+
+
+@pytest.mark.parametrize(("kind", "given"), [
+    ("ControlLowFilter", {}), ("ControlLag", {"Gs": MOST}), ("ControlLag", {"Gs": 0}),
+    ("ControlDelayLag", {"Gs": MOST}), ("ControlLeadLag", {"G": MOST}),
+    ("ControlLeadLag", {"Tlead": MOST, "Tlag": SMALLEST}),
+])  # fmt: skip
+def test_overflows_never_get_out(kind, given):
+    block = Block(kind, **GOOD[kind] | given)
+    for x in (0, MOST, -MOST, MOST, MOST, 0, -MOST, 5, 5):
+        assert math.isfinite(block(InVar=x)["OutVar"])
+        assert math.isfinite(block.s.y)
+
+
+# --- invariants, float32, compiled -----------------------------------------------------------------------------------
+
+NUMBERS = st.floats(-1e6, 1e6, width=32)
+
+
+@given(st.lists(NUMBERS, min_size=1, max_size=40), NUMBERS, NUMBERS, st.floats(0.125, 100, width=32), NUMBERS,
+       st.floats(0, 10, width=32))  # fmt: skip
+def test_outputs_stay_within_their_limits(inputs, a, b, tc, gain, time):
+    low, high = min(a, b), max(a, b)
+    limits = {"Min_OutVar": low, "Max_OutVar": high}
+    more = {"Gs": gain, "Tc": tc, "Init_OutVar": a}
+    for block in (
+        Block("ControlLag", **limits, **more),
+        Block("ControlDelayLag", **limits, **more, DelayTime=time),
+        Block("ControlLeadLag", **limits, G=gain, Tlag=tc, Tlead=time),
+    ):
+        assert all(low <= y <= high for y in block.run("OutVar", "InVar", inputs))
+        assert block["Error"] == 0
+
+
+def random_parameters(rng, kind, ts):
+    low, high = -rng.uniform(0, 200), rng.uniform(0, 200)
+    wanted = {
+        "Tc": 10 ** rng.uniform(-2, 3), "Tlag": 10 ** rng.uniform(-2, 3), "Tlead": rng.choice([0, 1, 7.3, 50]),
+        "Gs": rng.uniform(-4, 4), "G": rng.uniform(-4, 4), "Offset": rng.uniform(-50, 50), "Min_OutVar": low,
+        "Max_OutVar": high, "Init_OutVar": rng.uniform(low, high), "InitDelayedVar": rng.uniform(-50, 50),
+        "DelayTime": rng.randint(0, 100) * ts,
+    }  # fmt: skip
+    return {name: value for name, value in wanted.items() if name in slots.PLACES[kind]}
+
+
+@pytest.mark.parametrize("kind", IN_FLOAT32)
+def test_random_runs_are_those_of_native_single_precision(kind):
+    rng = random.Random(kind)
+    limited = 0
+    for _ in range(60):
+        ts = rng.choice([0.01, 0.05, 0.1, 0.25, 1, 2.5])
+        given = random_parameters(rng, kind, ts)
+        inputs = [rng.uniform(-100, 100) for _ in range(150)]
+        seen = Block(kind, ts=ts, **given).run("OutVar", "InVar", inputs)
+        assert seen == [float(y) for y in IN_FLOAT32[kind](ts, given, inputs)]
+        limited += {single(given.get("Max_OutVar", 0)), single(given.get("Min_OutVar", 0))} & {*seen} != set()
+    assert limited > 5 or "Max_OutVar" not in given
+
+
+def drive(cfg, states, aux, sig, noise, second, outs, moved):  # noqa: PLR0917 - numba takes flat arrays
+    """Every block in turn, with a random first input and a second one around a value (kernel)."""
+    for k in range(200):
+        for i in range(len(cfg)):
+            c = cfg[i]
+            out = c.base + int(outs[i])
+            before = sig[out]
+            sig[c.base] = noise[(k * len(cfg) + i) % len(noise)]
+            if k % 16 == 0:
+                sig[c.base + 1] = second[i] * (1.0 + 0.004 * noise[(k + i) % len(noise)])
+            call(c, states[i], aux, sig)
+            if sig[out] != before:
+                moved[i] += 1.0
+
+
+def test_all_blocks_are_the_same_compiled_to_the_last_bit():
+    rng = random.Random(9)
+    fast = compiled([drive])[drive]
+    kinds = list(slots.PLACES)[slots.ON_OFF :]
+    outs = [slots.PLACES[kind][OUTPUTS[kind]] for kind in kinds]
+    moved = [0.0] * len(kinds)
+    for _ in range(40):
+        cfg, sig = [], []
+        for i, kind in enumerate(kinds):
+            ts = rng.choice([0.1, 0.25, 1])
+            block = Block(kind, ts=ts, **(GOOD.get(kind, {"MV2": 50}) | random_parameters(rng, kind, ts)))
+            cfg.append(Config(kind=block.c.kind, base=len(sig), ts=block.c.ts, buffer=100 * i))
+            sig += block.sig[7:-7]
+        states, aux = [State() for _ in cfg], [UNTOUCHED] * (100 * len(cfg))
+        more = [rng.uniform(-20, 120) for _ in range(997)], [sig[c.base + 1] for c in cfg], outs
+        arrays = records(cfg, Config), records(states, State), vector(aux), vector(sig)
+        fast(*arrays, *map(vector, more), vector(moved))
+        drive(cfg, states, aux, sig, *more, moved)
+        other = [State() for _ in cfg]
+        write_back(arrays[1], other)
+        assert [astuple(s) for s in other] == [astuple(s) for s in states]
+        for mine, theirs in ((aux, arrays[2]), (sig, arrays[3])):
+            assert struct.pack(f"<{len(mine)}d", *mine) == struct.pack(f"<{len(mine)}d", *theirs.tolist())
+    assert min(moved) > 400
+
+
+# --- decisions -------------------------------------------------------------------------------------------------------
+
+
+def test_every_decision_is_named_where_it_is_carried_out():
+    folder = Path(block_decisions.__file__).parent
+    names = ("filters", "delay", "selectors", "pwm", "on_off")
+    text = "".join((folder / f"{name}.py").read_text("utf-8") for name in names)
+
+    assert [d.number for d in block_decisions.BLOCKS] == list(range(235, 248))
+    assert [d.number for d in block_decisions.BLOCKS if f"D{d.number}" not in text] == []
