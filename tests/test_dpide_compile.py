@@ -1,0 +1,133 @@
+"""The compiled DPIDE: the same source through numba gives the same bits, over random PLCs with every feature."""
+
+from __future__ import annotations
+
+import random
+import struct
+from dataclasses import astuple, fields
+
+import pytest
+
+from dpide_rig import program_of
+from pidcfg.sim.compile import compiled, records, vector, write_back
+from pidcfg.sim.controllers.dpide import state as bits
+from pidcfg.sim.controllers.dpide.report import SIGNALS
+from pidcfg.sim.controllers.dpide.scan import INLINED, KERNELS, Config, State, load, scan
+
+PLCS = 220
+SEGMENTS, STEPS = 5, 250
+BASE = 50_000
+WIDTH = len(SIGNALS)
+ODD = (0.0, -1.0, 1e30, -1e30, 3.4e38, -3.4e38, 1e-40)
+
+
+def drive(first, last, cfg, st, aux, sig, noise):  # noqa: PLR0917 - numba takes flat arrays
+    """Base steps of second-order plants with noise, and the controllers (kernel)."""
+    n = len(cfg)
+    for k in range(first, last):
+        for i in range(n):
+            at = WIDTH * n + 2 * i
+            sig[at] = sig[at] + 0.05 * (noise[0] * sig[cfg[i].sig_out] + 5.0 - sig[at])
+            sig[at + 1] = sig[at + 1] + 0.15 * (sig[at] - sig[at + 1])
+            sig[cfg[i].sig_in] = sig[at + 1] + noise[1 + (k * n + i) % (len(noise) - 1)]
+        scan(k * BASE, cfg, st, aux, sig)
+    return last
+
+
+def random_loop(rng):
+    low, high = rng.choice([(0, 100), (0, 4000), (-50, 50), (80, -20), (10, 10), (5.5, 80.1)])
+    given = {
+        "PID_RUN": rng.random() < 0.9, "SV": round(rng.uniform(10, 60), 4), "PID_MODE": rng.choice([0, 0, 1, 2, 2]),
+        "PID_MAN": rng.random() < 0.2, "MOUT_AUTO": rng.random() < 0.5, "CYCLE": rng.choice([50, 100, 130, 500]),
+        "Kc_Kp": rng.choice([0, 0.37, 3.1, 50]), "Ti_Ki": rng.choice([0, 0.2, 0.7, 21.3]),
+        "Td_Kd": rng.choice([0, 0, 0.9]), "Tf": rng.choice([0, 0.3]), "PID_EQ": rng.random() < 0.5,
+        "PID_DE": rng.random() < 0.5, "PID_DIR": rng.random() < 0.7, "ERR_DBW": rng.choice([0, 0, 2.5, -1]),
+        "MV_MAX": high, "MV_MIN": low, "MOUT": rng.choice([0, 42.5, 900]), "BIAS": rng.choice([0, 0, 12.3]),
+    }  # fmt: skip
+    if rng.random() < 0.1:
+        given[rng.choice(["SV", "Kc_Kp", "Ti_Ki", "Td_Kd", "Tf", "MV_MAX", "MOUT", "BIAS"])] = rng.choice(ODD)
+    return given
+
+
+def random_plc(rng):
+    plc = load(program_of(*(random_loop(rng) for _ in range(rng.randint(1, 3)))))
+    sig = [*plc.sig, *(rng.uniform(0.0, 90.0) for _ in range(2 * len(plc.cfg)))]
+    level = rng.choice([0.0, 0.0, 0.3])
+    return plc, sig, [rng.choice([1.0, 0.03, -1.0, 0.0]), *(rng.gauss(0.0, level) for _ in range(97))]
+
+
+def random_event(rng, plc, i, sig):
+    """What an operator may do between two segments."""
+    kind = rng.randrange(9)
+    if kind < 3:
+        plc.request(i, rng.choice(["manual", "auto", "auto", "off"]))
+    elif kind < 5:
+        plc.set(i, ("PID_RUN",), True, sig)
+        plc.autotune(i, "start")
+    elif kind == 5:
+        plc.autotune(i, "cancel")
+    elif kind == 6:
+        plc.program(sig)
+        plc.run(plc.st[i].due // BASE * BASE if plc.st[i].due < bits.NEVER else 0)
+    else:
+        key, value = rng.choice([("SV", rng.uniform(0, 90)), ("output", 33), ("MOUT_AUTO", True), ("I_MV", 7),
+                                 ("CYCLE", 150), ("ERR_DBW", 4), ("PID_MODE", 2), ("Tf", 0.2)])  # fmt: skip
+        plc.set(i, (key,), plc.check_set(i, (key,), value), sig)
+
+
+def words(cfg, st, aux, sig):
+    """Every bit of the outcome."""
+    flat = [value for item in (*cfg, *st) for value in astuple(item)]
+    return [struct.pack("<d", x) if isinstance(x, float) else x for x in (*flat, *aux, *sig)]
+
+
+@pytest.fixture(scope="module")
+def fast():
+    return compiled([drive], inlined=INLINED)[drive]
+
+
+def test_random_plcs_run_to_the_same_bits_compiled_and_not(fast):
+    rng = random.Random(41)
+    seen, ends, reasons = 0, set(), set()
+    for _ in range(PLCS):
+        plc, sig, noise = random_plc(rng)
+        cfg, st, aux = plc.cfg, plc.st, plc.aux
+        for segment in range(SEGMENTS):
+            for i in range(len(cfg)):
+                if segment:
+                    random_event(rng, plc, i, sig)
+            arrays = records(cfg, Config), records(st, State), vector(aux), vector(sig)
+            first, last = segment * STEPS, (segment + 1) * STEPS
+            fast(first, last, *arrays, vector(noise))
+            drive(first, last, cfg, st, aux, sig, noise)
+            other = [Config() for _ in cfg], [State() for _ in st], arrays[2].tolist(), arrays[3].tolist()
+            write_back(arrays[0], other[0])
+            write_back(arrays[1], other[1])
+            assert words(*other) == words(cfg, st, aux, sig)
+            for s in st:
+                seen |= s.status
+                ends.add(s.tune_done)
+                reasons.add(plc.describe(s.notice)[1].partition(":")[0])
+                s.notice = 0
+    every = bits.MODES | bits.LIMITED | bits.SILENT | bits.TUNE_ERROR
+    assert seen & every == every, "some mode or flag never came up"
+    assert ends == {0, 1, 2, 3}, "some end of an autotune never came up"
+    assert {"autotune stopped", "autotune ended without results", "MV jumps at the end of manual"} <= reasons
+
+
+def test_fields_have_the_type_that_they_are_declared_with():
+    """A float in a field of whole numbers would be cut off when it is compiled."""
+    rng = random.Random(3)
+    for _ in range(40):
+        plc, sig, noise = random_plc(rng)
+        for segment in range(3):
+            for i in range(len(plc.cfg)):
+                random_event(rng, plc, i, sig)
+            drive(segment * 200, segment * 200 + 200, plc.cfg, plc.st, plc.aux, sig, noise)
+        for item in (*plc.cfg, *plc.st):
+            for field in fields(item):
+                assert type(getattr(item, field.name)).__name__ == field.type, field.name
+
+
+def test_the_compiler_begins_at_the_scan():
+    assert list(KERNELS) == [scan]
