@@ -1,5 +1,22 @@
 """Rules for NextoPID configurations; the codes PID6xx, one module a topic."""
 
 from pidcfg.validate.rules import collect, generic
+from pidcfg.validate.rules.nextopid import (
+    autotune,
+    blocks,
+    cascade,
+    cascade_wires,
+    forms,
+    limits,
+    override,
+    plants,
+    switching,
+    times,
+    wired,
+    wires,
+)
 
-RULES = collect(generic)
+RULES = collect(
+    generic, wires, limits, wired, plants, times, forms, blocks, switching, autotune, cascade,
+    cascade_wires, override,
+)  # fmt: skip

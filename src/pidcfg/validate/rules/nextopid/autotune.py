@@ -1,0 +1,173 @@
+"""What the auto-tuning would do."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from pidcfg.diagnostics import Severity
+from pidcfg.refs import NEXTOPID, Decision
+from pidcfg.validate.rule import Finding, rule
+from pidcfg.validate.rules.nextopid.context import number_text
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+    from decimal import Decimal
+
+    from pidcfg.validate.rules.nextopid.context import BlockView, NextopidContext
+
+START = NEXTOPID.at("chapter 4: AutoTune")
+PARAMETERS = NEXTOPID.at("chapter 4: AutoTuneParam")
+RESULT = NEXTOPID.at("chapter 4: MV_TOO_HIGH, MV_TOO_LOW")
+MODE = NEXTOPID.at("chapter 4: Mode")
+
+D217 = Decision(
+    217, "the peaks of an auto-tuning need room",
+    "PercMaxPeakPV up to twice PercHystPV is a warning, and so is, of an INT controller, a step of MV below 1.",
+    "PEAK_TOO_LOW is set below twice the hysteresis, PEAK_TOO_HIGH beyond PercMaxPeakPV; an INT has no half steps.",
+)  # fmt: skip
+
+
+def tuning(context: NextopidContext) -> list[BlockView]:
+    """The loops with auto-tuning."""
+    return context.of("PIDA_TUNE_REAL", "PIDA_TUNE_INT")
+
+
+def step_of(view: BlockView) -> Decimal | None:
+    """The step of MV to either side."""
+    param, mv = view.item.AutoTuneParam, view.mv_limits
+    return None if param is None or mv is None else param.PercAmpMV * (mv[1] - mv[0]) / 100
+
+
+@rule(
+    code="PID656",
+    name="auto-tuning-without-parameters",
+    severity=Severity.ERROR,
+    basis=PARAMETERS,
+    message="AutoTune is {how}, but AutoTuneParam is not given: all of it is 0",
+)
+def auto_tuning_without_parameters(context: NextopidContext) -> Iterator[Finding]:
+    """The auto-tuning can be started, and has no parameters.
+
+    Why: amplitude, hysteresis, safety limit and cycles are 0 then, which are all out of range: it ends at once with an
+    error.
+
+    Fix: give AutoTuneParam, for a start PercAmpMV 5, PercHystPV 0.1, PercMaxPeakPV 10, NumCycles 3.
+    """
+    for view in tuning(context):
+        if view.item.AutoTuneParam is None and (view.is_wired("AutoTune") or view.is_on("AutoTune")):
+            how = "wired" if view.is_wired("AutoTune") else "TRUE"
+            yield view.find("AutoTune", "AutoTuneResult.Bad_PercAmpMV", how=how)
+
+
+@rule(
+    code="PID657",
+    name="auto-tuning-at-start",
+    severity=Severity.WARNING,
+    basis=START,
+    message="AutoTune is {value}: the auto-tuning begins with the first cycle",
+)
+def auto_tuning_at_start(context: NextopidContext) -> Iterator[Finding]:
+    """The auto-tuning starts with the program.
+
+    Why: a process that has just been started is not steady, and MV is switched up and down before anybody looks.
+    While AutoTune is TRUE the controller does not control.
+
+    Fix: write `false`, or wire a command of the operator.
+    """
+    for view in tuning(context):
+        if view.is_on("AutoTune"):
+            yield view.find("AutoTune", value=view.shown("AutoTune"))
+
+
+@rule(
+    code="PID658",
+    name="auto-tuning-step-beyond-limits",
+    severity=Severity.WARNING,
+    basis=RESULT,
+    message="from ManualMV {start} the auto-tuning would step to {target}{unit}, beyond {limit} {end}",
+)
+def auto_tuning_step_beyond_limits(context: NextopidContext) -> Iterator[Finding]:
+    """The step of the auto-tuning does not fit between MV and its limit.
+
+    Why: MV is switched between both sides of where it stood. Where one of them is beyond a limit, the auto-tuning ends
+    with an error.
+
+    Fix: lower PercAmpMV, or bring ManualMV nearer to the middle.
+    """
+    for view in tuning(context):
+        step, start, mv = step_of(view), view.number_of("ManualMV"), view.mv_limits
+        if step is None or start is None or mv is None or view.is_on("Manual") is not True:
+            continue
+        start = min(max(start, mv[0]), mv[1])
+        for target, limit, bit in ((start - step, "MinMV", "LOW"), (start + step, "MaxMV", "HIGH")):
+            if target < mv[0] or target > mv[1]:
+                values = {"start": view.shown("ManualMV"), "target": number_text(target), "unit": view.unit("MV"),
+                          "limit": limit, "end": view.shown(limit)}  # fmt: skip
+                place = (*view.own.place, "AutoTuneParam", "PercAmpMV")
+                yield Finding(place, values, plc_effect=f"AutoTuneResult.MV_TOO_{bit}")
+
+
+@rule(
+    code="PID659",
+    name="auto-tuning-peaks-without-room",
+    severity=Severity.WARNING,
+    basis=D217,
+    message="PercMaxPeakPV {peak} % is not above twice PercHystPV {hysteresis} %: the peaks are too low or too high",
+)
+def auto_tuning_peaks_without_room(context: NextopidContext) -> Iterator[Finding]:
+    """The peaks of PV can only be too low or too high.
+
+    Why: below twice the hysteresis the peaks cannot be trusted, and beyond PercMaxPeakPV the auto-tuning is aborted.
+
+    Fix: raise PercMaxPeakPV as far as the process allows, or lower PercHystPV to the noise of PV.
+    """
+    for view in tuning(context):
+        param = view.item.AutoTuneParam
+        if param is not None and 0 < param.PercMaxPeakPV <= 2 * param.PercHystPV:
+            values = {"peak": number_text(param.PercMaxPeakPV), "hysteresis": number_text(param.PercHystPV)}
+            yield view.find("AutoTuneParam.PercMaxPeakPV", "AutoTuneResult.PEAK_TOO_LOW", **values)
+
+
+@rule(
+    code="PID660",
+    name="auto-tuning-step-below-one",
+    severity=Severity.WARNING,
+    basis=D217,
+    message="PercAmpMV {percent} % is a step of {step}, and MV is an INT",
+)
+def auto_tuning_step_below_one(context: NextopidContext) -> Iterator[Finding]:
+    """The step of the auto-tuning is less than an INT can hold.
+
+    Why: MV is rounded to whole numbers. A step below 1 is none, or one of another size.
+
+    Fix: raise PercAmpMV, or give MV a larger scale such as 0 to 30000.
+    """
+    for view in context.of("PIDA_TUNE_INT"):
+        step = step_of(view)
+        if step is not None and 0 < step < 1:
+            yield view.find("AutoTuneParam.PercAmpMV", percent=number_text(view.item.AutoTuneParam.PercAmpMV),
+                            step=number_text(step))  # fmt: skip
+
+
+@rule(
+    code="PID661",
+    name="auto-tuning-of-other-terms",
+    severity=Severity.INFO,
+    basis=MODE,
+    message="the auto-tuning tunes a {mode} controller, and the loop has {terms}",
+)
+def auto_tuning_of_other_terms(context: NextopidContext) -> Iterator[Finding]:
+    """The auto-tuning tunes another kind of controller than the loop is.
+
+    Why: a gain that was made for P alone is too high beside an integral; a result for PI says nothing of the
+    derivative that stays. Mode is P when it is not given.
+
+    Fix: give the Mode of the loop, or clear the terms that are not tuned.
+    """
+    for view in tuning(context):
+        param = view.item.AutoTuneParam
+        if param is not None and view.integral and "I" not in param.Mode:
+            terms = "an integral and a derivative" if view.derivative else "an integral"
+            yield view.find("AutoTuneParam.Mode", mode=param.Mode, terms=terms)
+        elif param is not None and view.derivative and "D" not in param.Mode:
+            yield view.find("AutoTuneParam.Mode", mode=param.Mode, terms="a derivative")

@@ -1,0 +1,199 @@
+"""Cascades: who is whose master, and what master and slave have in common."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from pidcfg.diagnostics import Severity
+from pidcfg.refs import NEXTOPID
+from pidcfg.validate.rule import Finding, rule
+from pidcfg.validate.rules.nextopid.context import number_text
+from pidcfg.validate.rules.nextopid.links import D218, links, role_of, slaves_of
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from pidcfg.validate.rules.nextopid.context import NextopidContext
+
+CASCADE = NEXTOPID.at("chapter 16: Cascade Configurations, Special Connections")
+CASC = NEXTOPID.at("chapter 2: CASC")
+LIMITS = NEXTOPID.at("chapter 2: MaxPV, WarnBits")
+HINTS = NEXTOPID.at("chapter 17: Hints for Tuning PID in Cascade Configuration")
+
+
+@rule(
+    code="PID662",
+    name="cascade-in-a-circle",
+    severity=Severity.ERROR,
+    basis=D218,
+    message="{name} is its own master: {way}",
+)
+def cascade_in_a_circle(context: NextopidContext) -> Iterator[Finding]:
+    """Loops take their set points from each other in a circle.
+
+    Why: nobody says what any of them is to hold; their MVs drift to a limit.
+
+    Fix: wire SP_CASC of the outermost loop to something else, or leave it out.
+    """
+    masters = {link.slave.number: link.master for link in links(context)}
+    seen: set[int] = set()
+    for start in context.pids:
+        way, view = [start.name], masters.get(start.number)
+        while view is not None and view is not start and view.name not in way:
+            way.append(view.name)
+            view = masters.get(view.number)
+        if view is start and start.number not in seen:
+            members = {own.number for own in context.pids if own.name in way}
+            seen |= members
+            yield start.find("SP_CASC", name=start.name, way=" follows ".join([*way, start.name]))
+
+
+@rule(
+    code="PID663",
+    name="two-masters",
+    severity=Severity.ERROR,
+    basis=CASCADE,
+    message="{slave} is the slave of {masters} at once: TRK_OUT and the windup outputs can tell only one of them",
+)
+def two_masters(context: NextopidContext) -> Iterator[Finding]:
+    """A slave takes its set point from several loops.
+
+    Why: each of the masters believes that it has the slave. Their integrals work against each other, and move away.
+
+    Fix: choose one, or put a selector between them and wire it as an override.
+    """
+    table = links(context)
+    for view in context.pids:
+        masters = [link.master.name for link in table if link.slave is view]
+        if len(masters) > 1:
+            yield view.find("SP_CASC", slave=view.name, masters=" and ".join(masters))
+
+
+@rule(
+    code="PID664",
+    name="several-slaves",
+    severity=Severity.WARNING,
+    basis=CASCADE,
+    message="{master} is the master of {slaves}: TRK_IN, TRK_VAL and the windup inputs can follow only one of them",
+)
+def several_slaves(context: NextopidContext) -> Iterator[Finding]:
+    """A master serves several slaves.
+
+    Why: the master learns from one slave whether it is followed. When another one is in manual or at its limit, the
+    master's integral winds up.
+
+    Fix: let the special connections come from the slave that matters, and switch the slaves together.
+    """
+    for master, own in slaves_of(context):
+        if len(own) > 1:
+            yield master.find("name", master=master.name, slaves=" and ".join(link.slave.name for link in own))
+
+
+@rule(
+    code="PID665",
+    name="never-in-cascade-mode",
+    severity=Severity.INFO,
+    basis=CASCADE,
+    message="CASC is FALSE: {loop}{role} never follows SP_CASC, {source}",
+)
+def never_in_cascade_mode(context: NextopidContext) -> Iterator[Finding]:
+    """SP_CASC is wired, and cascade mode is off.
+
+    Why: the loop controls SP as long as nobody writes CASC; its master, if it has one, tracks. CASC normally comes from
+    an operator.
+
+    Fix: wire CASC to the operator's switch, or write `true`.
+    """
+    for view in context.pids:
+        expression = view.wire("SP_CASC")
+        if expression is not None and not view.is_wired("CASC") and view.is_on("CASC") is False:
+            role = role_of(context, view)
+            yield view.find("CASC", loop=view.name, role=f" ({role})" if "slave" in role else "",
+                            source=expression.text)  # fmt: skip
+
+
+@rule(
+    code="PID666",
+    name="cascade-mode-without-set-point",
+    severity=Severity.ERROR,
+    basis=CASC,
+    message="CASC is {value}, but SP_CASC is not given: the set point is 0{unit}",
+)
+def cascade_mode_without_set_point(context: NextopidContext) -> Iterator[Finding]:
+    """Cascade mode can be switched on, and nothing gives the set point.
+
+    Why: with CASC TRUE the set point is SP_CASC, which is 0 when it is not given.
+
+    Fix: wire SP_CASC, or remove CASC.
+    """
+    for view in context.pids:
+        if not view.given("SP_CASC") and (view.is_wired("CASC") or view.is_on("CASC")):
+            value = "wired" if view.is_wired("CASC") else "TRUE"
+            yield view.find("CASC", value=value, unit=view.unit("SP"))
+
+
+@rule(
+    code="PID667",
+    name="master-in-cascade-mode",
+    severity=Severity.WARNING,
+    basis=CASCADE,
+    message="{loop} is only master, of {slave}: its CASC must be FALSE, and is {value}",
+)
+def master_in_cascade_mode(context: NextopidContext) -> Iterator[Finding]:
+    """The outermost loop of a cascade can be in cascade mode.
+
+    Why: its set point comes from the operator, as SP. In cascade mode it follows SP_CASC, which no loop gives.
+
+    Fix: remove CASC. If SP_CASC is a ratio on purpose, leave it.
+    """
+    for master, own in slaves_of(context):
+        on = master.is_wired("CASC") or master.is_on("CASC")
+        if on and master.given("SP_CASC") and role_of(context, master) == "only master":
+            value = "wired" if master.is_wired("CASC") else "TRUE"
+            yield master.find("CASC", loop=master.name, slave=own[0].slave.name, value=value)
+
+
+@rule(
+    code="PID673",
+    name="master-range-beyond-slave",
+    severity=Severity.WARNING,
+    basis=LIMITS,
+    message="{key} {mine} of the master {master} is beyond {limit} {theirs} of its slave {slave}",
+)
+def master_range_beyond_slave(context: NextopidContext) -> Iterator[Finding]:
+    """A master can ask its slave for more than the slave takes.
+
+    Why: MV of the master is the set point of the slave, which is limited to MinPV..MaxPV of the slave. Beyond that the
+    master moves and nothing happens: its integral winds up, and no windup output tells it.
+
+    Fix: give the master the slave's MinPV and MaxPV, or less, as MinMV and MaxMV.
+    """
+    for link in links(context):
+        for key, limit, way in (("MinMV", "MinPV", -1), ("MaxMV", "MaxPV", 1)):
+            mine, theirs = link.master.number_of(key), link.slave.number_of(limit)
+            if link.exact and mine is not None and theirs is not None and (mine - theirs) * way > 0:
+                yield link.master.find(key, f"{link.slave.name}.WarnBits.SP_CASC_{limit}", key=key,
+                                       mine=link.master.shown(key), master=link.master.name, limit=limit,
+                                       theirs=link.slave.shown(limit), slave=link.slave.name)  # fmt: skip
+
+
+@rule(
+    code="PID674",
+    name="slave-slower-than-master",
+    severity=Severity.WARNING,
+    basis=HINTS,
+    message="the slave {slave} is calculated every {time} s, its master {master} every {other} s",
+)
+def slave_slower_than_master(context: NextopidContext) -> Iterator[Finding]:
+    """A slave is calculated less often than its master.
+
+    Why: for the master the slave is part of the process, and the faster part. A slave that does not even see every new
+    set point is dead time.
+
+    Fix: give the slave the shorter sample time.
+    """
+    for link in links(context):
+        if link.slave.sample_time > link.master.sample_time:
+            yield Finding(link.slave.time_place, {"slave": link.slave.name, "master": link.master.name,
+                                                  "time": number_text(link.slave.sample_time),
+                                                  "other": number_text(link.master.sample_time)})  # fmt: skip

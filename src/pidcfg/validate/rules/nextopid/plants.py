@@ -1,0 +1,76 @@
+"""Loops whose process is part of the file: the direction of control, and the sample time."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from pidcfg.diagnostics import Severity
+from pidcfg.refs import NEXTOPID, Decision
+from pidcfg.validate.rule import Finding, rule
+from pidcfg.validate.rules.nextopid.context import number_text
+from pidcfg.validate.rules.nextopid.paths import Ring
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from pidcfg.validate.rules.nextopid.context import NextopidContext
+
+GAIN = NEXTOPID.at("chapter 10: Gs, and chapter 2: Direct")
+SAMPLE_TIME = NEXTOPID.at("chapter 17: Maximum Sample Time of Controller")
+
+D212 = Decision(
+    212, "the direction of control is judged where the process is in the file",
+    "A ring from a loop's MV through ControlLag or ControlDelayLag back to its PV has a sign: of all gains, of the "
+    "expressions and of split ranges on the way. PV rising with MV needs Direct FALSE, PV falling needs Direct TRUE.",
+    "The manual's notes on Gs. Without a process in the file nobody can know.",
+)  # fmt: skip
+
+
+@rule(
+    code="PID622",
+    name="wrong-direction-of-control",
+    severity=Severity.ERROR,
+    basis=GAIN,
+    message="Direct is {direct}, but PV {moves} when MV rises, through {process} with Gs {gain}: it must be {wanted}",
+)
+def wrong_direction_of_control(context: NextopidContext) -> Iterator[Finding]:
+    """The direction of control does not fit the process that is wired to the loop.
+
+    Why: the loop drives its PV away from the set point, and MV to one of its limits: a heater runs to full power and
+    stays there. Direct TRUE means that MV rises with PV (cooling), FALSE that it falls when PV rises (heating).
+
+    Fix: change Direct; or correct the sign of Gs, if the process is the one that is written wrong.
+    """
+    for view in context.pids:
+        ring = Ring(context, view)
+        sign, direct = ring.sign(), view.is_on("Direct")
+        if not ring.processes or sign in {0, None} or direct is None or direct == (sign == -1):
+            continue
+        process = next((own for own in ring.processes if (own.number_of("Gs") or 0) < 0), ring.processes[0])
+        yield view.find("Direct", direct=view.shown("Direct"), moves="rises" if sign == 1 else "falls",
+                        process=process.name, gain=process.shown("Gs"), wanted=number_text(not direct))  # fmt: skip
+
+
+@rule(
+    code="PID623",
+    name="sample-time-long-for-the-process",
+    severity=Severity.WARNING,
+    basis=SAMPLE_TIME,
+    message="a sample time of {sample} s is not below a tenth of the time constant {constant} s of {process}",
+)
+def sample_time_long_for_the_process(context: NextopidContext) -> Iterator[Finding]:
+    """The loop is calculated too seldom for the process that is wired to it.
+
+    Why: the manual asks for less than a tenth of the time constant. With a longer sample time the loop sees its own
+    effect late, as if the process had more dead time, and swings.
+
+    Fix: shorten `sample_time`.
+    """
+    for view in context.pids:
+        ring = Ring(context, view)
+        ring.sign()
+        slowest = max(ring.processes, key=lambda own: own.number_of("Tc") or 0, default=None)
+        constant = None if slowest is None else slowest.number_of("Tc")
+        if slowest is not None and constant is not None and 0 < constant <= 10 * view.sample_time:
+            yield Finding(view.time_place, {"sample": number_text(view.sample_time), "constant": number_text(constant),
+                                            "process": slowest.name})  # fmt: skip

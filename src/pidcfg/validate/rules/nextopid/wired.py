@@ -1,0 +1,69 @@
+"""Values that come through a wire: the limits that a number in the file is held against, for them too."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from pidcfg.diagnostics import Severity
+from pidcfg.refs import NEXTOPID
+from pidcfg.schemas.iec import INT
+from pidcfg.schemas.limits import limits_at
+from pidcfg.validate.rule import rule
+from pidcfg.validate.rules.nextopid.context import D208
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from pidcfg.validate.rule import Finding
+    from pidcfg.validate.rules.nextopid.context import NextopidContext
+
+INTEGERS = NEXTOPID.at("chapter 3: PIDA_INT")
+
+
+@rule(
+    code="PID613",
+    name="wired-value-out-of-range",
+    severity=Severity.ERROR,
+    basis=D208,
+    message="{key} is {value}; it must be {allowed}",
+)
+def wired_value_out_of_range(context: NextopidContext) -> Iterator[Finding]:
+    """A parameter is wired to a value that the manual does not allow for it.
+
+    Why: the block stops with an error bit as soon as the program starts. A number that stands in the file itself is
+    found by the rule for every vendor (PID101).
+
+    Fix: give the signal another first value, or limit it on its way.
+    """
+    for view in context.views:
+        for row, _ in view.own.given():
+            limits = limits_at(view.own.kind.model, row.name)
+            value = view.number_of(row.name) if limits and "." not in row.name and view.is_wired(row.name) else None
+            if limits is not None and value is not None and not limits.holds(value):
+                allowed = f"{limits.low} or more" if limits.high is None else f"{limits.low} to {limits.high}"
+                yield view.find(row.name, limits.effect, key=row.name, value=view.shown(row.name), allowed=allowed)
+
+
+@rule(
+    code="PID614",
+    name="wired-value-does-not-fit-int",
+    severity=Severity.ERROR,
+    basis=INTEGERS,
+    message="{key} is an INT and wired to {value}: {problem}",
+)
+def wired_value_does_not_fit_int(context: NextopidContext) -> Iterator[Finding]:
+    """A REAL signal is wired to an INT parameter that cannot hold its value.
+
+    Why: INT holds whole numbers from -32768 to 32767. Decimals are lost, and what is too large comes out as another
+    number, of either sign.
+
+    Fix: give the signal in the units of the INT controller, or use the REAL one.
+    """
+    for view in context.views:
+        for row, _ in view.own.given():
+            value = view.number_of(row.name) if row.type is INT and view.is_wired(row.name) else None
+            if value is not None and not INT.low <= value <= INT.high:
+                yield view.find(row.name, key=row.name, value=view.shown(row.name), problem="it does not fit")
+            elif value is not None and value != value.to_integral_value():
+                yield view.find(row.name, severity=Severity.WARNING, key=row.name, value=view.shown(row.name),
+                                problem="its decimals are lost")  # fmt: skip

@@ -1,0 +1,225 @@
+"""Wires and names: what means nothing, what nobody reads, and names that stand for two things."""
+
+from __future__ import annotations
+
+import re
+from itertools import chain
+from typing import TYPE_CHECKING
+
+from pidcfg.diagnostics import Severity
+from pidcfg.encoders.maps.nextopid import BLOCK_TYPES
+from pidcfg.encoders.nextopid.encode import WireError
+from pidcfg.encoders.nextopid.wiring import D204, D205
+from pidcfg.refs import NEXTOPID, Decision
+from pidcfg.schemas.names import nearest
+from pidcfg.validate.rule import Finding, rule
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from pidcfg.diagnostics import Path
+    from pidcfg.validate.rules.nextopid.context import NextopidContext
+
+BLOCKS = NEXTOPID.at("chapter 1: Introduction")
+
+D209 = Decision(
+    209, "a name stands for one thing",
+    "Capital and small letters are one. The program, its signals and its blocks have names of their own, and none has "
+    "that of a type of the library (error) or of a standard function or function block (warning).",
+    "It is what IEC 61131-3 says of identifiers; the manual says nothing of names.",
+)  # fmt: skip
+D210 = Decision(
+    210, "a filter, delay or lag that nothing reads is a mistake",
+    "An output of ControlLowFilter, ControlDelay, ControlLag, ControlDelayLag and ControlLeadLag that no wire reads is "
+    "a warning, a signal that no wire reads an info. MV of loops, selectors and PWM may go to the program around.",
+    "They are made to be wired to another block; the valve is connected outside.",
+)  # fmt: skip
+
+STRUCTURES = (
+    "PIDA_ERROR_BITS PIDA_WARNING_BITS ON_OFF_ERROR_BITS ON_OFF_WARNING_BITS AUTOTUNE_PARAM AUTOTUNE_RESULT "
+    "AUTOTUNE_MODE AUTOTUNE_P AUTOTUNE_PI AUTOTUNE_PID"
+)
+LIBRARY = {name.casefold(): name for name in (*BLOCK_TYPES, *STRUCTURES.split())}
+FUNCTIONS = """
+    SIN COS TAN ASIN ACOS ATAN EXPT ADD SUB MUL DIV MOVE SHL SHR ROL ROR GT GE EQ LE LT NE LEN LEFT RIGHT MID CONCAT
+    INSERT DELETE REPLACE FIND TRUNC ADR SIZEOF SR RS SEMA R_TRIG F_TRIG CTU CTD CTUD TP TON TOF RTC
+"""
+STANDARD = frozenset(FUNCTIONS.split())
+CONVERSION = re.compile(r"(BOOL|BYTE|WORD|DWORD|LWORD|U?[SDL]?INT|L?REAL|TIME|DATE|STRING|ANY)_TO_\w+")
+PASSIVE = ("ControlLowFilter", "ControlDelay", "ControlLag", "ControlDelayLag", "ControlLeadLag")
+"""Blocks whose output is of use only to other blocks."""
+
+
+@rule(
+    code="PID601",
+    name="wire-without-meaning",
+    severity=Severity.ERROR,
+    basis=D205,
+    message="{key}: {problem}",
+)
+def wire_without_meaning(context: NextopidContext) -> Iterator[Finding]:
+    """A parameter is wired to something that does not exist, has another type, or cannot be read.
+
+    Why: the program that is written from it would not compile, or the parameter would keep 0. A BOOL takes the name of
+    a BOOL, a number an expression of numbers: declared signals, `NAME.Parameter`, + - * / and min, max, abs, sqrt.
+
+    Fix: correct the character that the message points at.
+    """
+    for path, misfit in context.encoding.misfits:
+        error = misfit.error
+        if isinstance(error, WireError):
+            cure = _meant(context, str(misfit.value), error)
+            yield Finding(path, {"key": misfit.word.name, "problem": str(error)}, fix=cure, offset=error.offset)
+
+
+def _meant(context: NextopidContext, text: str, error: WireError) -> str:
+    """The cure; for ``NAME.Parameter`` the nearest parameter of the block, if there is such a block."""
+    word = re.match(r"(\w+)\.(\w[\w.]*)", text[error.offset :])
+    kinds = {own.item.name: own.kind for own in context.encoding.items}
+    if word is None or word.group(1) not in kinds or word.group() in context.encoding.layout.types:
+        return error.cure
+    near = nearest(word.group(2), [row.name for row in kinds[word.group(1)].table.rows])
+    return f"did you mean '{word.group(1)}.{near}'?" if near else error.cure
+
+
+@rule(
+    code="PID602",
+    name="ring-without-delay",
+    severity=Severity.ERROR,
+    basis=D204,
+    message="{names} feed each other within the same cycle",
+)
+def ring_without_delay(context: NextopidContext) -> Iterator[Finding]:
+    """Blocks that answer at once are wired in a ring.
+
+    Why: selectors, split ranges, lead-lags and delays of 0 s pass their input on within the same call. In a ring of
+    nothing else the value depends on which of them is called first, and runs away.
+
+    Fix: put a filter, a lag or a delay into the ring, or take one of the wires away.
+    """
+    for ring in context.encoding.rings:
+        names = [context.views[i].name for i in ring]
+        text = f"{names[0]} feeds itself" if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"
+        yield context.views[ring[0]].find("name", names=text)
+
+
+@rule(
+    code="PID603",
+    name="name-of-a-library-block",
+    severity=Severity.ERROR,
+    basis=BLOCKS,
+    message="{name} is the library's own {taken}",
+)
+def name_of_a_library_block(context: NextopidContext) -> Iterator[Finding]:
+    """A signal or an instance has the name of one of the library's blocks, functions or structures.
+
+    Why: a declaration such as `ControlPWM : ControlPWM` does not compile, or hides the block from the program.
+
+    Fix: name it after what it does, such as TIC101 or VALVE_PWM.
+    """
+    for _, name, path in named(context):
+        if name.casefold() in LIBRARY:
+            yield Finding(path, {"name": name, "taken": LIBRARY[name.casefold()]}, key=path[0] == "signals")
+
+
+@rule(
+    code="PID604",
+    name="name-used-twice",
+    severity=Severity.ERROR,
+    basis=D209,
+    message="the name {name} is already used by {first}{letters}",
+)
+def name_used_twice(context: NextopidContext) -> Iterator[Finding]:
+    """The program, its signals and its blocks do not all have names of their own.
+
+    Why: the names are variables of one program, where capital and small letters are the same: the second declaration
+    does not compile, and a wire could mean either.
+
+    Fix: rename one of them.
+    """
+    first: dict[str, tuple[str, str, Path]] = {}
+    for what, name, path in named(context):
+        other = first.setdefault(name.casefold(), (what, name, path))
+        both_loops = path[0] == other[2][0] == "loops" and name == other[1]  # PID106
+        if other[2] != path and not both_loops:
+            letters = "" if name == other[1] else ": capital and small letters are the same"
+            values = {"name": name, "first": f"{other[0]} {other[1]}", "letters": letters}
+            yield Finding(path, values, key=path[0] == "signals")
+
+
+@rule(
+    code="PID605",
+    name="unused-signal",
+    severity=Severity.INFO,
+    basis=D210,
+    message="no wire reads the signal {name}",
+)
+def unused_signal(context: NextopidContext) -> Iterator[Finding]:
+    """A signal is declared and nothing reads it.
+
+    Why: it has no effect. Often it was meant for a parameter that still holds a number.
+
+    Fix: wire it, or remove it.
+    """
+    read = _read(context)
+    for name in context.config.signals:
+        if name not in read:
+            yield Finding(("signals", name), {"name": name}, key=True)
+
+
+@rule(
+    code="PID606",
+    name="name-of-a-standard-function",
+    severity=Severity.WARNING,
+    basis=D209,
+    message="{name} is also a standard function or function block",
+)
+def name_of_a_standard_function(context: NextopidContext) -> Iterator[Finding]:
+    """A signal or an instance shadows a standard function or function block.
+
+    Why: within the program the name means the variable, and the standard function cannot be called any more. Some
+    compilers refuse it.
+
+    Fix: choose another name.
+    """
+    for _, name, path in named(context):
+        if name.upper() in STANDARD or CONVERSION.fullmatch(name.upper()):
+            yield Finding(path, {"name": name}, key=path[0] == "signals")
+
+
+@rule(
+    code="PID607",
+    name="unused-output",
+    severity=Severity.WARNING,
+    basis=D210,
+    message="nothing reads {name}.OutVar",
+)
+def unused_output(context: NextopidContext) -> Iterator[Finding]:
+    """A filter, delay or lag works for nobody.
+
+    Why: its output reaches no loop. A PV filter beside the loop filters nothing, and a feed-forward that is not wired
+    to BIAS does not act; both look complete.
+
+    Fix: wire the output to the parameter that it was made for, or remove the block.
+    """
+    read = _read(context)
+    for view in context.of(*PASSIVE):
+        if f"{view.name}.OutVar" not in read:
+            yield view.find("name", name=view.name)
+
+
+def named(context: NextopidContext) -> Iterator[tuple[str, str, Path]]:
+    """Everything of the program that has a name: what it is, its name, and where that stands."""
+    yield "the program", context.config.plc.program, ("plc", "program")
+    for name in context.config.signals:
+        yield "the signal", name, ("signals", name)
+    for own in context.encoding.items:
+        yield "the loop" if own.is_loop else "the block", own.item.name, (*own.place, "name")
+
+
+def _read(context: NextopidContext) -> set[str]:
+    """The names that wires read, also those that mean nothing."""
+    wires = context.encoding.wires.values()
+    read = {context.names[number] for number in chain.from_iterable(wire.signals for wire in wires)}
+    texts = (str(m.value) for _, m in context.encoding.misfits if isinstance(m.error, WireError))
+    return read | set(chain.from_iterable(re.findall(r"\w[\w.]*", text) for text in texts))
