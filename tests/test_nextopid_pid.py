@@ -488,11 +488,21 @@ class Reference:
         self.pv = self.e = None
 
     def call(self, x):
-        """MV, actions, bits, windup outputs; ``x`` are the inputs by name."""
-        low, high = x["MinMV"], x["MaxMV"]
+        """Both actions that do not add up, and whether MV is limited upward and downward; ``x``: inputs by name."""
         pv = min(max(x["PV"], x["MinPV"]), x["MaxPV"])
         sp = min(max(x["SP_CASC"] if x["CASC"] else x["SP"], x["MinPV"]), x["MaxPV"])
-        e, sign = sp - pv, F(-1) if x["Direct"] else F(1)
+        e = sp - pv
+        p, d, ki = self.actions(x, pv, e)
+        copied = self.copied(x, e)
+        if copied is None:
+            return p, d, *self.calculated(x, e, p, d, ki)
+        self.mv = np.clip(copied, x["MinMV"], x["MaxMV"])
+        self.round()
+        self.i = ((self.mv - p) - d) - x["BIAS"] if ki else F(0)
+        return p, d, copied > x["MaxMV"], copied < x["MinMV"]
+
+    def actions(self, x, pv, e):
+        sign = F(-1) if x["Direct"] else F(1)
         pv1, e1 = (pv, e) if self.pv is None else (self.pv, self.e)
         self.pv, self.e = pv, e
         kp, ki, kd = x["Kp"], x["Ti_Ki"], x["Td_Kd"]
@@ -500,45 +510,46 @@ class Reference:
             ki, kd = (F(0) if ki < F(0.001) else kp / ki), kp * kd
         p = F(0) if x["DisableP"] and not x["Indep"] else sign * (kp * e)
         raw = sign * (kd * ((e - e1) if x["DerivEr"] else (pv1 - pv))) / self.ts
-        share = F(-math.expm1(-float(self.ts / x["Tfd"]))) if x["Tfd"] > 0 else F(1)
-        d = self.y = self.y + (raw - self.y) * share if x["Tfd"] > 0 else raw
-        bias, up, down = x["BIAS"], False, False
-        copied = None
+        self.y = self.y + (raw - self.y) * F(-math.expm1(-float(self.ts / x["Tfd"]))) if x["Tfd"] > 0 else raw
+        return p, self.y, sign * ki
+
+    def copied(self, x, e):
         if x["Manual"]:
-            copied = x["ManualMV"]
-        elif x["TRK_IN"]:
-            copied = x["TRK_VAL"]
-        elif not x["OVERR"] and abs(e) < x["DeadBand"]:
-            copied = self.mv
-        if copied is not None:
-            up, down = copied > high, copied < low
-            self.mv = F(np.rint(np.clip(copied, low, high))) if self.whole else np.clip(copied, low, high)
-            self.i = ((self.mv - p) - d) - bias if ki else F(0)
-            return p, d, up, down
-        step = F(0)
-        if x["OVERR"]:
-            i = (x["TRK_VAL"] - d) - bias if ki else F(0)
-        else:
-            step = sign * ((ki * e) * self.ts) if ki else F(0)
-            if (step > 0 and x["Windup_H_IN"]) or (step < 0 and x["Windup_L_IN"]):
-                step = F(0)
-            i = self.i + step if ki else F(0)
-        mv = ((p + i) + d) + bias
+            return x["ManualMV"]
+        if x["TRK_IN"]:
+            return x["TRK_VAL"]
+        return self.mv if not x["OVERR"] and abs(e) < x["DeadBand"] else None
+
+    def round(self):
+        if self.whole:
+            self.mv = F(np.rint(self.mv))
+
+    def limit(self, x, mv):
+        up = down = False
         if x["MaxVarMV"] > 0:
             top, bottom = self.mv + x["MaxVarMV"], self.mv - x["MaxVarMV"]
             up, down = mv > top, mv < bottom
             mv = np.clip(mv, bottom, top)
-        up, down = up or mv > high, down or mv < low
-        self.mv = np.clip(mv, low, high)
-        if self.whole:
-            self.mv = F(np.rint(self.mv))
+        self.mv = np.clip(mv, x["MinMV"], x["MaxMV"])
+        self.round()
+        return up or mv > x["MaxMV"], down or mv < x["MinMV"]
+
+    def calculated(self, x, e, p, d, ki):
+        bias, step = x["BIAS"], (ki * e) * self.ts
+        if not ki:
+            self.i = F(0)
+        elif x["OVERR"]:
+            self.i = (x["TRK_VAL"] - d) - bias
+        if x["OVERR"] or (step > 0 and x["Windup_H_IN"]) or (step < 0 and x["Windup_L_IN"]):
+            step = F(0)
+        up, down = self.limit(x, ((p + (self.i + step)) + d) + bias)
         room = self.mv - (((p + self.i) + d) + bias)
-        if step > 0 and up:
-            i = self.i + np.clip(room, F(0), step)
-        if step < 0 and down:
-            i = self.i + np.clip(room, step, F(0))
-        self.i = i
-        return p, d, up, down
+        if up and step > 0:
+            step = np.clip(room, F(0), step)
+        if down and step < 0:
+            step = np.clip(room, step, F(0))
+        self.i += step
+        return up, down
 
 
 def chance(rng, share, yes, no=0.0):
@@ -546,7 +557,7 @@ def chance(rng, share, yes, no=0.0):
 
 
 def random_inputs(rng, whole):
-    """All inputs of a call; ranges that make every branch come up."""
+    """All inputs of a call, in ranges that make every branch come up."""
     x = {
         "SP": rng.uniform(-5, 105), "SP_CASC": rng.uniform(-5, 105), "PV": rng.uniform(-5, 105),
         "Kp": 10 ** rng.uniform(-2, 1), "Ti_Ki": rng.choice([0, 5e-4, 0.01, 0.3, 4, 60]),
@@ -594,16 +605,16 @@ def compared(rng):
 
 
 def test_every_operation_is_native_single_precision():
-    found = [compared(random.Random(seed)) for seed in range(120)]
+    found = [compared(random.Random(seed)) for seed in range(60)]
 
     assert {bit for bits, _ in found for bit in range(10) if bits >> bit & 1} == set(range(10))
-    assert sum(free for _, free in found) > 120 * 40
+    assert sum(free for _, free in found) > 60 * 40
 
 
 # --- whatever comes --------------------------------------------------------------------------------------------------
 
 NUMBER = st.floats(-(2.0**126), 2.0**126, width=32)
-ANYTHING = {name: NUMBER for name in ("SP", "SP_CASC", "PV", "BIAS", "ManualMV", "TRK_VAL", "MinPV", "MaxPV")}
+ANYTHING = dict.fromkeys(("SP", "SP_CASC", "PV", "BIAS", "ManualMV", "TRK_VAL", "MinPV", "MaxPV"), NUMBER)
 POSITIVE = {name: st.floats(0, 2.0**126, width=32) for name in ("Kp", "Ti_Ki", "Td_Kd", "Tfd", "MaxVarMV", "DeadBand")}
 FLAGS = ("Indep", "DisableP", "DerivEr", "CASC", "TRK_IN", "Windup_H_IN", "Windup_L_IN", "OVERR", "Manual", "Direct")
 CALLS = st.lists(
@@ -612,8 +623,10 @@ CALLS = st.lists(
 )  # fmt: skip
 
 
-@settings(max_examples=300, deadline=None)
-@given(calls=CALLS, kind=st.sampled_from(["PIDA_REAL", "PIDA_TUNE_INT"]), limits=st.tuples(*[st.integers(-999, 999)] * 2))
+@settings(max_examples=150, deadline=None)
+@given(
+    calls=CALLS, kind=st.sampled_from(["PIDA_REAL", "PIDA_TUNE_INT"]), limits=st.tuples(*[st.integers(-999, 999)] * 2)
+)
 def test_mv_is_within_its_limits_and_everything_is_a_number(calls, kind, limits):
     low, high = min(limits), max(limits) + 1
     block = Block(kind, MinMV=low, MaxMV=high)

@@ -162,7 +162,7 @@ def relay(c: Config, s: State, sig: MutableSequence[float]) -> None:
         end_tune(c, s, sig, PEAK_TOO_HIGH)
     elif s.tune_side * away >= s.tune_band:
         switch(c, s, sig, away)
-    elif s.tune_side * away < s.tune_side * s.tune_a:
+    elif s.tune_side * away <= s.tune_side * s.tune_a:
         s.tune_a = away
         s.tune_peak = s.tune_count
 

@@ -101,8 +101,8 @@ PID = (
     Decision(
         233, "results that cannot be trusted",
         "PEAK_TOO_LOW: amplitude below 2 H. CYCLE_TOO_FAST: period below 10 samples. HIGH_DEAD_TIME: half a period "
-        "below 1.5 dead times, a dead time being the time from a switch to the extreme that follows. The results "
-        "stay to be seen, and AutoTuneError is TRUE.",
+        "below 1.5 dead times, a dead time being the time from a switch to the last sample of the extreme that "
+        "follows. The results stay to be seen, and AutoTuneError is TRUE.",
         "The manual names the comparisons without their thresholds.",
     ),
     Decision(
