@@ -121,6 +121,22 @@ VENDORS = {
             tuned="pidcfg.encoders.maps.nextopid:TUNED",
             starter="starters/nextopid.yaml",
         ),
+        Vendor(
+            key="dpide",
+            title="Delta AS",
+            schema="pidcfg.schemas.dpide:DpideFile",
+            encode="pidcfg.encoders.dpide.encode:encode",
+            decode="pidcfg.encoders.dpide.decode:decode",
+            context="pidcfg.validate.rules.dpide.context:DpideContext",
+            rules="pidcfg.validate.rules.dpide:RULES",
+            formats="pidcfg.encoders.dpide.files:FORMATS",
+            decode_options="pidcfg.encoders.dpide.files:DECODE_OPTIONS",
+            checklist="pidcfg.encoders.dpide.files:checklist",
+            controller="pidcfg.sim.controllers.dpide.scan:load",
+            registers="pidcfg.encoders.maps.dpide:TABLES",
+            tuned="pidcfg.encoders.maps.dpide:TUNED",
+            starter="starters/dpide.yaml",
+        ),
     )
 }
 # fmt: on

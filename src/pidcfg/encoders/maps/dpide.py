@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from pidcfg.encoders.named import Parameter, ParameterTable
+from pidcfg.encoders.tuned import TunedParameters
 from pidcfg.refs import DPIDE, Decision
 from pidcfg.schemas.dpide import D251
 from pidcfg.schemas.iec import BOOL, DINT, REAL
@@ -65,6 +66,8 @@ DPIDE_TABLE = ParameterTable("DPIDE (API 0708)", (
 # fmt: on
 TABLES = (DPIDE_TABLE,)
 ROWS = {row.name: row for row in DPIDE_TABLE.rows}
+TUNED = TunedParameters(DPIDE_TABLE, ("Kc_Kp", "Ti_Ki", "Td_Kd"), "PID_DIR TRUE", "PID_DIR FALSE")
+"""In the dependent form: PID_EQ TRUE."""
 OUTSIDE = ("PV", "I_MV", "MV")
 """Operands that the process or the instruction writes."""
 WRITTEN = ("PID_MODE", "Kc_Kp", "Ti_Ki", "Td_Kd", "Tf")

@@ -1,0 +1,339 @@
+"""The files of Delta AS operands: listings, the operand table, and the symbol table of ISPSoft."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+from contextlib import suppress
+
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from dpide_strategies import configurations
+from pidcfg.cli.listings import decode_listing
+from pidcfg.encoders.dpide.decode import decode
+from pidcfg.encoders.dpide.encode import encode
+from pidcfg.encoders.dpide.files import DECODE_OPTIONS, FORMATS, checklist
+from pidcfg.encoders.dpide.operands import COLUMNS
+from pidcfg.encoders.dpide.symbols import LONGEST_LOOP
+from pidcfg.encoders.files import UnwritableError, kind_of
+from pidcfg.encoders.listing import ListingError
+from pidcfg.encoders.words import DecodeError
+from pidcfg.schemas.dpide import DpideFile
+from pidcfg.schemas.dpide_devices import OPERANDS
+from pidcfg.vendors import VENDORS
+from test_dpide_encoding import configuration
+
+SLOW = settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+READABLE = ("text", "csv", "json", "operands")
+SYMBOL_NAMES = st.from_regex(r"[A-Za-z][A-Za-z0-9_]{0,9}", fullmatch=True)
+
+
+def written(kind: str, config: DpideFile | None = None, checks: tuple[str, ...] = ()) -> str:
+    """A configuration in one of the formats."""
+    return FORMATS[kind].write(encode(config or configuration(PID_DIR=True)).image, checks)
+
+
+def read_back(kind: str, text: str, **options) -> DpideFile:
+    """The configuration that a text of a format holds."""
+    listing = FORMATS[kind].read(text)
+    return DpideFile.model_validate(decode(listing.words, listing.settings, listing.plc, options).data)
+
+
+def rows(text: str) -> list[dict[str, str]]:
+    """The rows of a CSV text, without comments."""
+    body = "".join(line for line in text.splitlines(keepends=True) if not line.startswith("#"))
+    return list(csv.DictReader(io.StringIO(body, newline="")))
+
+
+@pytest.mark.parametrize("kind", READABLE)
+@SLOW
+@given(config=configurations())
+def test_every_format_comes_back_with_the_same_text(kind, config):
+    text = written(kind, config, ("one, two",))
+
+    assert kind_of(text, FORMATS) is FORMATS[kind]
+    again = read_back(kind, text)
+    assert encode(again).image == encode(config).image
+    assert written(kind, again, ("one, two",)) == text
+
+
+def test_the_table_has_a_row_for_every_operand_with_device_value_and_unit():
+    config = configuration(
+        devices={"SV": "D100", "PV": "D102", "MV": "D104", "PID_RUN": "M10"}, PID_EQ=True,
+        pv={"range": [0, 400], "unit": "degC"}, output={"unit": "%"},
+    )  # fmt: skip
+    table = {row["operand"]: row for row in rows(written("operands", config))}
+
+    assert tuple(table) == OPERANDS
+    assert tuple(table["SV"]) == COLUMNS
+    shown = {name: (row["type"], row["device"], row["value"], row["unit"]) for name, row in table.items()}
+    assert shown["PID_RUN"] == ("BOOL", "M10", "TRUE", "")
+    assert shown["SV"] == ("REAL", "D100", "80.0", "degC")
+    assert shown["PV"] == ("REAL", "D102", "", "degC")
+    assert shown["CYCLE"] == ("DINT", "", "1000", "ms")
+    assert shown["Ti_Ki"] == ("REAL", "", "180.0", "s")
+    assert shown["MV_MAX"] == ("REAL", "", "4000.0", "%")
+    assert shown["I_MV"] == ("REAL", "D500", "", "%")
+    assert shown["MV"] == ("REAL", "D104", "", "%")
+
+
+def test_the_integral_is_a_time_or_a_gain():
+    units = [
+        next(r["unit"] for r in rows(written("operands", configuration(PID_EQ=form))) if r["operand"] == "Ti_Ki")
+        for form in (True, False)
+    ]
+
+    assert units == ["s", "1/s"]
+
+
+def test_a_unit_that_a_spreadsheet_would_calculate_is_put_in_parentheses():
+    text = written("operands", configuration(pv={"unit": "=1+1\nx"}))
+
+    assert {row["unit"] for row in rows(text) if row["operand"] == "SV"} == {"(=1+1 x)"}
+    assert read_back("operands", text).loops[0].pv.unit == "=1+1\nx"
+
+
+BY_HAND = """operand,value,device
+OVEN.SV,80,D100
+OVEN.CYCLE,1000,
+OVEN.Kc_Kp,12.0,
+OVEN.Ti_Ki,180,
+OVEN.Td_Kd,20,
+OVEN.MV_MAX,4000,
+OVEN.MV_MIN,0,
+OVEN.PID_DIR,TRUE,M7
+OVEN.PV,,D102
+"""
+BLOCK_ROW = "OVEN.I_MV,,D500\n"
+
+
+def test_a_table_that_somebody_wrote_is_read_with_its_devices():
+    loop = read_back("operands", BY_HAND + BLOCK_ROW).loops[0]
+
+    assert (loop.name, loop.device, loop.SV, loop.PID_DIR) == ("OVEN", "D500", 80, True)
+    assert loop.devices.given() == {"PID_DIR": "M7", "SV": "D100", "PV": "D102"}
+
+
+def test_a_table_without_the_block_needs_its_device_as_an_option():
+    with pytest.raises(DecodeError, match="--device"):
+        read_back("operands", BY_HAND)
+    assert read_back("operands", BY_HAND, device=["D600"]).loops[0].device == "D600"
+
+
+def test_the_loop_may_stand_in_a_column_of_its_own():
+    lines = ["operand,type,value,loop"]
+    lines += [
+        f"{line.split(',')[0].removeprefix('OVEN.')},,{line.split(',')[1]},OVEN" for line in BY_HAND.splitlines()[1:]
+    ]
+    lines[1] = "OVEN.SV,REAL,80,OVEN"
+    lines[2] = "CYCLE,DWORD,1000,OVEN"
+
+    loop = read_back("operands", "\n".join(lines), device=["D0"]).loops[0]
+
+    assert (loop.name, loop.SV, loop.CYCLE) == ("OVEN", 80, 1000)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("OVEN.SV,80,D100", "OVEN.SV,80,M1", "D register"),
+        ("OVEN.SV,80,D100", "OVEN.SV,80,D30000", "does not exist"),
+        ("OVEN.PID_DIR,TRUE,M7", "OVEN.PID_DIR,TRUE,D7", "bit"),
+        ("OVEN.PID_DIR,TRUE,M7", "OVEN.PID_DIR,1,M7", "BOOL"),
+        ("OVEN.CYCLE,1000,", "OVEN.CYCLE,1000.5,", "DINT"),
+        ("OVEN.CYCLE,1000,", "OVEN.CYCLE,2147483648,", "DINT"),
+        ("OVEN.SV,80,D100", "OVEN.SV,nan,D100", "REAL"),
+        ("OVEN.SV,80,D100", "OVEN.SV,1e39,D100", "REAL"),
+        ("OVEN.SV,80,D100", "OVEN.SV,,D100", "no value"),
+        ("OVEN.SV,80,D100", "OVEN.SW,80,D100", "operand"),
+        ("OVEN.SV,80,D100", "SV,80,D100", "operand"),
+        ("OVEN.SV,80,D100", "=1.SV,80,D100", "operand"),
+        ("OVEN.SV,80,D100", "OVEN.SV,80,D100\nOVEN.SV,80,D100", "again"),
+        ("OVEN.SV,80,D100", "OVEN.SV,80", "cells"),
+        ("operand,value,device", "operand,device,device", "column value"),
+    ],
+)
+def test_a_table_that_is_wrong_is_refused_with_its_line(old, new, message):
+    with pytest.raises(ListingError, match=message) as caught:
+        FORMATS["operands"].read((BY_HAND + BLOCK_ROW).replace(old, new))
+
+    lines = (BY_HAND + BLOCK_ROW).replace(old, new).splitlines()
+    assert lines[caught.value.line - 1].startswith(new.splitlines()[-1])
+
+
+def test_a_type_that_is_not_the_operands_is_refused():
+    text = written("operands").replace("SV,REAL", "SV,DINT", 1)
+
+    with pytest.raises(ListingError, match="SV is REAL"):
+        FORMATS["operands"].read(text)
+
+
+@pytest.mark.parametrize("kind", ["csv", "json", "operands"])
+def test_a_device_in_a_row_that_differs_from_the_settings_is_refused(kind):
+    config = configuration(devices={"SV": "D100"})
+    text = written(kind, config)
+    changed = json.dumps(json.loads(text) | {"words": [
+        {**word, "device": "D102"} if word["address"] == "OVEN.SV" else word for word in json.loads(text)["words"]
+    ]}) if kind == "json" else "".join(
+        line if line.startswith("#") else line.replace("D100", "D102") for line in text.splitlines(keepends=True)
+    )  # fmt: skip
+
+    with pytest.raises(ListingError, match="D102, but the settings say D100"):
+        FORMATS[kind].read(changed)
+
+
+@pytest.mark.parametrize("kind", ["csv", "json"])
+def test_devices_are_taken_from_the_rows_where_nothing_stands_beside_them(kind):
+    config = configuration(devices={"SV": "D100", "PID_RUN": "M1"})
+    text = written(kind, config)
+    if kind == "json":
+        bare = json.dumps({"words": json.loads(text)["words"]})
+    else:
+        bare = "".join(line for line in text.splitlines(keepends=True) if not line.startswith("#"))
+
+    assert encode(read_back(kind, bare)).image.words == encode(config).image.words
+    assert read_back(kind, bare).loops[0].device == "D500"
+    assert read_back(kind, bare).loops[0].devices == config.loops[0].devices
+
+
+HOSTILE = (
+    {"words": [{"address": "OVEN.SV", "type": "REAL", "value": 80, "device": 5}]},
+    {"words": [{"address": "OVEN.SV", "type": "REAL", "value": 80, "device": "M5"}]},
+    {"words": [{"address": "OVEN.SV", "type": "REAL", "value": "80"}]},
+    {"words": [{"address": "OVEN.SV", "type": "REAL", "value": True}]},
+    {"words": [{"address": "OVEN.SV", "type": "REAL", "value": 1e39}]},
+    {"words": [{"address": "OVEN.SV", "type": "LREAL", "value": 80}]},
+    {"words": [{"address": "OVEN.SV", "type": ["REAL"], "value": 80}]},
+    {"words": [{"address": "OVEN.SV", "type": "REAL", "value": [80]}]},
+    {"words": [{"address": ["OVEN.SV"], "type": "REAL", "value": 80}]},
+    {"words": [{"address": "OVEN.SV", "type": "REAL", "value": 80}] * 2},
+    {"words": [{"address": "OVEN.SV", "type": "REAL", "expression": "a"}], "settings": [{"loop": "L", "device": "D0"}]},
+    {"words": [{"address": "OVEN.XX", "type": "REAL", "value": 80}], "settings": [{"loop": "OVEN", "device": "D0"}]},
+    {"words": [{"address": "OVEN.SV", "type": "REAL", "value": 80}], "settings": [{"loop": ["OVEN"], "device": "D0"}]},
+    {"words": [{"address": "OVEN.SV", "type": "REAL", "value": 80}], "settings": [{"loop": "OVEN", "devices": [1]}]},
+    {"words": [{"address": "OVEN.SV", "type": "REAL", "value": 80}], "settings": [{"loop": {}}], "plc": {"x": 1}},
+    {"words": [{"address": ".SV", "type": "REAL", "value": 80}]},
+    {"words": [{"address": "OVEN.", "type": "REAL", "value": 80}]},
+    {"words": [1]},
+    {"words": [], "settings": [[]]},
+    {"words": {}},
+    [],
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("document", HOSTILE, ids=range(len(HOSTILE)))
+def test_a_document_that_makes_no_sense_is_refused_and_never_a_traceback(document):
+    with pytest.raises((ListingError, DecodeError)):
+        read_back("json", json.dumps(document))
+
+
+@pytest.mark.parametrize("kind", READABLE)
+@settings(max_examples=120, deadline=None)
+@given(data=st.data())
+def test_damaged_listings_are_read_or_refused(kind, data):
+    text = written(kind, configuration(devices={"SV": "D100"}, pv={"unit": "degC"}))
+    start = data.draw(st.integers(0, len(text)))
+    end = data.draw(st.integers(start, min(len(text), start + 12)))
+    damaged = text[:start] + data.draw(st.text(max_size=3)) + text[end:]
+    with suppress(ListingError):
+        found = decode_listing(FORMATS[kind].read(damaged), VENDORS["dpide"], {"device": ["D500"]})
+        assert found.data["loops"]
+
+
+@SLOW
+@given(configurations(SYMBOL_NAMES))
+def test_a_symbol_table_has_six_cells_a_row_and_unique_identifiers(config):
+    names = [loop.name.casefold() for loop in config.loops]
+    if len(set(names)) < len(names):
+        with pytest.raises(UnwritableError, match="share the symbol"):
+            written("symbols", config)
+        return
+    data = written("symbols", config).encode(FORMATS["symbols"].encoding)
+    lines = data.decode("gbk").split("\r\n")
+
+    assert lines[0] == "Class,Identifiers,Address,Type,Initial Value,Comment"
+    assert lines[-1] == ""
+    cells = [line.split(",") for line in lines[1:-1]]
+    assert {len(row) for row in cells} == {6}
+    assert {row[0] for row in cells} == {"VAR"}
+    identifiers = [row[1] for row in cells]
+    assert len({name.casefold() for name in identifiers}) == len(OPERANDS) * len(config.loops)
+    assert all(len(name) <= 16 and name[0].isalpha() and name.isascii() for name in identifiers)
+    assert "\n" not in "".join(lines)
+    assert not data.startswith(b"\xef\xbb\xbf")
+
+
+def test_a_symbol_has_address_type_and_initial_value_and_what_the_plc_writes_has_none():
+    config = configuration(devices={"SV": "D100"}, PV=5, pv={"unit": "°C, real"})
+    table = {row["Identifiers"]: row for row in rows(written("symbols", config))}
+
+    assert [*table["OVEN_SV"].values()] == ["VAR", "OVEN_SV", "D100", "REAL", "80.0", "SV: Target value; °C; real"]
+    assert [*table["OVEN_IMV"].values()][2:5] == ["D500", "REAL", ""]
+    assert "30 registers D500 to D529" in table["OVEN_IMV"]["Comment"]
+    assert [*table["OVEN_PV"].values()][2:5] == ["", "REAL", ""]
+    assert [*table["OVEN_RUN"].values()][2:5] == ["", "BOOL", "TRUE"]
+    assert [*table["OVEN_CYCLE"].values()][2:5] == ["", "DINT", "1000"]
+
+
+def test_a_character_that_gbk_does_not_have_is_replaced_in_a_comment():
+    data = written("symbols", configuration(pv={"unit": "µm ℃ 度\u2028x"})).encode("gbk")
+
+    assert "SV: Target value; ?m ℃ 度 x".encode("gbk") in data
+
+
+@pytest.mark.parametrize("name", ["101-OVEN", "Öfen", "FIC-101-X20", "炉"])
+def test_names_that_give_no_symbols_are_refused(name):
+    with pytest.raises(UnwritableError, match=name):
+        written("symbols", configuration(name=name))
+
+
+def test_the_longest_name_gives_symbols_of_16_characters():
+    found = [row["Identifiers"] for row in rows(written("symbols", configuration(name="FIC-101-AB")))]
+
+    assert len("FIC-101-AB") == LONGEST_LOOP
+    assert max(map(len, found)) == 16
+    assert "FIC_101_AB_CYCLE" in found
+
+
+def test_a_symbol_table_is_not_read_back_and_says_what_is():
+    text = written("symbols")
+
+    assert kind_of(text, FORMATS) is FORMATS["symbols"]
+    with pytest.raises(ListingError, match="operand table"):
+        FORMATS["symbols"].read(text)
+
+
+@pytest.mark.parametrize(
+    ("changes", "plc", "told"),
+    [
+        ({}, {}, "OVEN D500 to D529"),
+        ({"PID_DIR": True}, {}, "OVEN PID_DIR TRUE, MV rises while PV is below SV (heating)"),
+        ({"PID_DIR": False}, {}, "OVEN PID_DIR FALSE, MV rises while PV is above SV (cooling)"),
+        ({}, {}, "OVEN PV, MV"),
+        ({"MOUT_AUTO": True}, {}, "OVEN PV, MV, MOUT"),
+        ({"PID_MODE": 1}, {}, "OVEN PV, MV, PID_MODE, Kc_Kp, Ti_Ki, Td_Kd, Tf"),
+        ({}, {}, "every scan of a cyclic task"),
+        ({}, {"interrupt_task": 500}, "interrupt task of 500 ms"),
+        ({}, {}, "REAL"),
+    ],
+)
+def test_the_checklist_names_what_no_file_does(changes, plc, told):
+    assert any(told in item for item in checklist(configuration(plc, **changes)))
+
+
+def test_operands_with_devices_are_not_on_the_checklist():
+    items = checklist(configuration(devices={"PV": "D0", "MV": "D2"}))
+
+    assert not any("since they change" in item for item in items)
+
+
+def test_the_option_device_takes_one_register_a_loop():
+    (option,) = DECODE_OPTIONS
+
+    assert option.read("D500, D530") == ["D500", "D530"]
+    assert option.read(option.example) is not None
+    assert option.read("M5") is None
+    assert option.read("D30000") is None

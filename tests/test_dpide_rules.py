@@ -1,0 +1,227 @@
+"""Delta AS rules at their limits, against the virtual instruction, and on files from outside."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from hypothesis import HealthCheck, given, settings
+
+from dpide_strategies import configurations
+from pidcfg.diagnostics import Severity
+from pidcfg.encoders.dpide.encode import encode
+from pidcfg.encoders.dpide.files import FORMATS
+from pidcfg.encoders.files import UnwritableError
+from pidcfg.refs import Decision
+from pidcfg.schemas.dpide import DpideFile
+from pidcfg.sim.controllers.dpide.scan import load
+from pidcfg.source import read_document
+from pidcfg.validate.engine import check_document
+from pidcfg.validate.rules.dpide import RULES
+from pidcfg.validate.rules.dpide.context import DpideContext
+from pidcfg.writer import yaml_text
+
+ROOT = Path(__file__).parents[1]
+LOOP = {
+    "name": "L1", "device": "D500", "SV": 80, "CYCLE": 1000, "Kc_Kp": 12, "Ti_Ki": 180, "Td_Kd": 0, "PID_EQ": True,
+    "PID_DIR": True, "MV_MAX": 4000, "MV_MIN": 0,
+}  # fmt: skip
+
+
+def findings(*loops: dict, **file):
+    """The findings of a file of some loops, each a plain one with some keys changed."""
+    entries = [{**LOOP, "name": f"L{i}", "device": f"D{500 + 30 * i}", **loop} for i, loop in enumerate(loops, start=1)]
+    data = {"pidcfg": 1, "vendor": "dpide", **file, "loops": entries}
+    return check_document(read_document(yaml_text(data).encode(), "loops.yaml")).findings
+
+
+def codes(*loops: dict, least: Severity = Severity.INFO, **file) -> list[str]:
+    """Their codes."""
+    return sorted(d.code for d in findings(*loops, **file) if d.severity >= least)
+
+
+def dpide(**changes):
+    """The virtual PLC of one plain loop with some keys changed, and the loop's number."""
+    data = {"pidcfg": 1, "vendor": "dpide", "loops": [{**LOOP, **changes}]}
+    return load(encode(DpideFile.model_validate(data)).image)
+
+
+def test_a_plain_loop_has_no_finding():
+    assert codes({}) == []
+
+
+@pytest.mark.parametrize("name", ["src/pidcfg/starters/dpide", "examples/dpide/oven", "examples/dpide/chiller",
+                                  "examples/dpide/dryer"])  # fmt: skip
+def test_starter_and_examples_have_neither_errors_nor_warnings(name):
+    checked = check_document(read_document((ROOT / f"{name}.yaml").read_bytes(), name))
+
+    assert [d.code for d in checked.findings if d.severity > Severity.INFO] == []
+    assert FORMATS["symbols"].write(checked.encoding.image, ())
+
+
+@pytest.mark.parametrize(
+    ("start", "found"), [(529, ["PID702"]), (530, []), (471, ["PID702"]), (470, []), (500, ["PID702"])]
+)
+def test_blocks_need_30_registers_between_their_starts(start, found):
+    assert codes({"device": "D500"}, {"device": f"D{start}"}) == found
+
+
+@pytest.mark.parametrize(("device", "found"), [("D499", ["PID702"]), ("D498", []), ("D529", ["PID702"]), ("D530", [])])
+def test_a_number_needs_two_registers_outside_the_block(device, found):
+    assert codes({"device": "D500", "devices": {"BIAS": device}}) == found
+
+
+@pytest.mark.parametrize(
+    ("bit", "found"), [("D499.15", []), ("D500.0", ["PID702"]), ("D529.15", ["PID702"]), ("M500", [])]
+)
+def test_a_bit_of_the_block_is_part_of_it(bit, found):
+    assert codes({"device": "D500", "devices": {"PID_RUN": bit}}) == found
+
+
+@pytest.mark.parametrize(
+    ("first", "second", "found"),
+    [
+        ({"SV": "D0"}, {"SV": "D0"}, []),
+        ({"SV": "D0"}, {"SV": "D1"}, ["PID703"]),
+        ({"SV": "D0"}, {"SV": "D2"}, []),
+        ({"PID_RUN": "M1"}, {"PID_RUN": "M1"}, []),
+        ({"PID_RUN": "M1"}, {"PID_MAN": "M1"}, ["PID703"]),
+        ({"PID_EQ": "D9.1"}, {"SV": "D8"}, ["PID703"]),
+        ({"PID_EQ": "D9.1"}, {"SV": "D10"}, []),
+        ({"MV": "D0"}, {"SV": "D0"}, []),
+        ({"MV": "D0"}, {"BIAS": "D0"}, []),
+        ({"SV": "D0"}, {"MV": "D0"}, []),
+        ({"MV": "D0"}, {"MV": "D0"}, ["PID703"]),
+        ({"MV": "D0"}, {"Ti_Ki": "D0"}, ["PID703"]),
+        ({"MV": "D0", "MOUT": "D0"}, {}, []),
+        ({"MV": "D0", "SV": "D0"}, {}, ["PID703"]),
+        ({"PID_MODE": "D0"}, {"CYCLE": "D0"}, ["PID703"]),
+        ({"MOUT": "D0"}, {"BIAS": "D0"}, []),
+    ],
+)
+def test_devices_may_be_shared_where_they_can_hold_both(first, second, found):
+    assert codes({"devices": first}, {"devices": second}) == found
+
+
+@pytest.mark.parametrize(("limits", "found"), [((100, 0), ["PID741"]), ((50, 50), ["PID742"]), ((0, 100), [])])
+def test_limits_are_swapped_equal_or_right(limits, found):
+    assert codes({"MV_MIN": limits[0], "MV_MAX": limits[1]}) == found
+
+
+def test_swapped_limits_are_those_that_the_virtual_instruction_uses():
+    message = next(d.message for d in findings({"MV_MIN": 100, "MV_MAX": 20, "MOUT": 50}) if d.code == "PID741")
+    config = dpide(MV_MIN=100, MV_MAX=20).cfg[0]
+
+    assert "MV goes from 20 to 100" in message
+    assert (config.low, config.high) == (20.0, 100.0)
+
+
+@pytest.mark.parametrize(("cycle", "used"), [(0, 1), (-5, 1), (40_001, 40_000), (2_000_000_000, 40_000)])
+def test_the_sampling_time_that_a_finding_names_is_the_virtual_instructions(cycle, used):
+    message = next(d.message for d in findings({"CYCLE": cycle}) if d.code == "PID731")
+
+    assert message.endswith(f"as {used} ms")
+    assert dpide(CYCLE=cycle).st[0].seconds == pytest.approx(used / 1000)
+
+
+@pytest.mark.parametrize("operand", ["Kc_Kp", "Ti_Ki", "Td_Kd", "Tf"])
+def test_coefficients_below_0_act_as_0_in_the_virtual_instruction(operand):
+    below, zero = (dpide(**{operand: value, "PID_EQ": False}) for value in (-3, 0))
+
+    assert "PID713" in codes({operand: -3, "PID_EQ": False})
+    assert "PID713" not in codes({operand: 0, "PID_EQ": False})
+    for name in ("kp", "ki", "kd", "lag"):
+        assert getattr(below.st[0], name) == getattr(zero.st[0], name)
+
+
+def test_a_dead_controller_is_told_once():
+    assert codes({"Kc_Kp": 0}) == ["PID711"]
+    assert codes({"Kc_Kp": -1, "Ti_Ki": 0, "PID_EQ": False}) == ["PID712"]
+    assert codes({"Kc_Kp": -1, "Ti_Ki": 0.1, "PID_EQ": False}) == ["PID713"]
+
+
+def test_a_time_in_the_independent_form_is_an_error_and_a_bare_one_that_is_too_fast_a_warning():
+    assert codes({"Ti_Ki": "180 s", "PID_EQ": False}) == ["PID715"]
+    assert codes({"Ti_Ki": 180, "PID_EQ": False}) == ["PID716"]
+    assert codes({"Ti_Ki": "180 s"}) == []
+
+
+def test_what_is_not_given_is_told_for_direction_and_form():
+    loop = {key: value for key, value in LOOP.items() if key not in {"PID_EQ", "PID_DIR"}} | {"Ti_Ki": 0.01}
+    data = {"pidcfg": 1, "vendor": "dpide", "loops": [loop]}
+    found = check_document(read_document(yaml_text(data).encode(), "x.yaml")).findings
+
+    assert [d.code for d in found] == ["PID781", "PID781"]
+    assert {d.span.line for d in found} == {4}
+
+
+@pytest.mark.parametrize(("forward", "name", "found"), [
+    (True, "OVEN", []), (False, "OVEN", ["PID782"]), (True, "CHILLER", ["PID782"]), (False, "CHILLER", []),
+    (False, "LOOP", []), (True, "LOOP", []),
+])  # fmt: skip
+def test_the_direction_goes_with_the_name(forward, name, found):
+    assert codes({"PID_DIR": forward, "name": name}) == found
+
+
+def test_the_direction_that_rules_call_heating_is_that_of_the_virtual_instruction():
+    for forward, word in ((True, "heating"), (False, "cooling")):
+        plc = dpide(PID_DIR=forward)
+        assert plc.rises == [forward]
+        other = next(d.message for d in findings({"name": "OVEN" if word == "heating" else "CHILLER",
+                                                  "PID_DIR": not forward}) if d.code == "PID782")  # fmt: skip
+        assert f"speaks of {word}, which needs {str(forward).upper()}" in other
+
+
+def test_an_interrupt_task_replaces_cycle_for_the_rules_too():
+    assert codes({"CYCLE": 50_000}, plc={"interrupt_task": 100}) == ["PID732"]
+    assert codes({"CYCLE": 100}, plc={"interrupt_task": 100}) == []
+    assert "PID716" in codes({"Ti_Ki": 2, "CYCLE": 5000}, plc={"interrupt_task": 5000})
+    assert "PID716" not in codes({"Ti_Ki": 2, "CYCLE": 5000}, plc={"interrupt_task": 1000})
+    assert codes({"CYCLE": 1000}, plc={"interrupt_task": 0}) == ["PID101", "PID732"]
+
+
+def test_the_derivative_of_the_error_kicks_and_that_of_the_pv_does_not():
+    assert codes({"Td_Kd": 10, "Tf": 1}) == ["PID725"]
+    assert codes({"Td_Kd": 10, "Tf": 1, "PID_DE": True}) == []
+    kick, jump = (
+        next(d.message for d in findings({"Td_Kd": 10, "Tf": 1, "PID_DE": de, "ERR_DBW": 2}) if d.code == "PID763")
+        for de in (False, True)
+    )
+    assert "derivative kicks" in kick
+    assert "derivative" not in jump
+
+
+@pytest.mark.parametrize("key", ["SV", "BIAS", "MV_MAX", "ERR_DBW", "Ti_Ki"])
+def test_a_number_that_no_real_holds_is_an_error_and_nothing_worse(key):
+    assert "PID102" in codes({key: 1e200})
+    assert "PID103" in codes({key: 1e-60})
+
+
+def test_a_double_integer_that_is_too_large_is_an_error():
+    assert "PID102" in codes({"CYCLE": 10**12})
+    assert "PID102" in codes({"PID_MODE": 2**31})
+
+
+@settings(max_examples=100, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@given(configurations())
+def test_rules_judge_any_configuration_and_symbols_are_written_when_they_say_so(config):
+    encoding = encode(config)
+    context = DpideContext(config, encoding)
+    found = {code: list(rule.check(context)) for code, rule in RULES.items()}
+    try:
+        FORMATS["symbols"].write(encoding.image, ())
+    except UnwritableError:
+        assert found["PID771"] or found["PID772"]
+    else:
+        assert not found["PID771"]
+        assert not found["PID772"]
+    for code, entries in found.items():
+        for entry in entries:
+            assert RULES[code].fields <= set(entry.values), code
+
+
+def test_decisions_of_rules_have_numbers_of_their_own():
+    numbers = {r.basis.number for code, r in RULES.items() if code > "PID7" and isinstance(r.basis, Decision)}
+
+    assert numbers
+    assert all(250 <= number <= 279 for number in numbers)
