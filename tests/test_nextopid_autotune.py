@@ -553,12 +553,10 @@ TUNINGS = st.fixed_dictionaries({
 PVS = st.lists(st.floats(-20, 120, width=32), min_size=1, max_size=60)
 
 
-@settings(max_examples=200, deadline=None)
-@given(
-    pvs=PVS, tuning=TUNINGS, direct=st.integers(0, 1), stop=st.integers(0, 70), kind=st.sampled_from(["REAL", "INT"])
-)
-def test_mv_has_three_values_and_errors_have_flags(pvs, tuning, direct, stop, kind):
-    block = manual(f"PIDA_TUNE_{kind}", mv=50, ts=1, Direct=direct, **param(**tuning))
+@settings(max_examples=150, deadline=None)
+@given(pvs=PVS, tuning=TUNINGS, direct=st.integers(0, 1), stop=st.integers(0, 80), whole=st.booleans())
+def test_mv_has_three_values_and_errors_have_flags(pvs, tuning, direct, stop, whole):
+    block = manual(f"PIDA_TUNE_{'INT' if whole else 'REAL'}", mv=50, ts=1, Direct=direct, **param(**tuning))
     m = single(tuning["PercAmpMV"])
     block.set(AutoTune=1)
     for n, pv in enumerate(pvs):
