@@ -25,11 +25,20 @@ IMAGES = {
     "ezlogix/oven": {"text": "txt", "csv": "csv", "json": "json", "tags": "tags.csv"},
     "ezlogix/coldstore": {"text": "txt", "tags": "tags.csv"},
     "ezlogix/dosing": {"text": "txt"},
+    "nextopid/heatexchanger": {"text": "txt", "csv": "csv", "json": "json", "st": "st"},
+    "nextopid/cascade": {"text": "txt", "st": "st"},
+    "nextopid/override": {"text": "txt", "st": "st"},
+    "nextopid/ratio": {"st": "st"},
+    "nextopid/splitrange": {"st": "st"},
+    "nextopid/autotune": {"st": "st"},
+    "nextopid/furnace": {"text": "txt", "st": "st"},
 }
 """Each example by its path below ``examples``, and the ends of the files for each format."""
 TREND_EVERY = {
     "dl06/reactor": 50, "dl06/oven": 60, "dl06/flow": 10, "dl06/extruder": 100, "click/tank": 100, "click/brewery": 30,
     "click/booster": 60, "ezlogix/oven": 150, "ezlogix/coldstore": 120, "ezlogix/dosing": 20,
+    "nextopid/heatexchanger": 20, "nextopid/cascade": 50, "nextopid/override": 50, "nextopid/ratio": 5,
+    "nextopid/splitrange": 50, "nextopid/autotune": 5, "nextopid/furnace": 60,
 }  # fmt: skip
 """Base steps between two rows of a trend: each file has a few hundred."""
 

@@ -96,7 +96,7 @@ class Event(Model):
     """A mode request, made once."""
     ramp_soak: Literal["start", "hold", "resume", "jog"] | None = None
     """One of the control bits of the ramp/soak generator, where the PLC has one."""
-    autotune: Literal["start", "cancel"] | None = None
+    autotune: Literal["start", "cancel", "accept"] | None = None
     """Sets or clears the bit that starts auto-tune; the report carries the results."""
     pv: AnyQuantity | None = None
     """A broken sensor: what it shows from now on."""

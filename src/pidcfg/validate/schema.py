@@ -73,7 +73,9 @@ def _no_value(doc: Document, path: Path) -> Diagnostic:
 def _diagnostic(error: Any, model: type[BaseModel], doc: Document) -> Diagnostic:
     place: Path = tuple(error["loc"])
     kind = error["type"]
-    if kind in UNION_KINDS:
+    if kind in UNION_KINDS and not isinstance(error["input"], dict):
+        kind = "model_type"
+    elif kind in UNION_KINDS:
         place, kind = (*place, UNION_KEY), UNION_KINDS[kind]
     path = written(place, doc.data)
     code = "PID030" if path == ("pidcfg",) else BY_KIND.get(kind, OTHER_KIND)

@@ -74,7 +74,11 @@ class Nextopid(Memory):
         return self.layout.numbers[f"{loop}.{row}"]
 
     def _value(self, loop: str, row: str) -> float:
+        """A parameter before the first cycle, through a wire that is nothing but a signal."""
         number = self.layout.numbers.get(f"{loop}.{row}")
+        content = self.words.get(f"{loop}.{row}")
+        if isinstance(content, Wire):
+            number = self.layout.numbers.get(content.text, number)
         return 0.0 if number is None else self.sig[number]
 
     def _goal(self, loop: str) -> str:

@@ -1,0 +1,84 @@
+"""The kernels of the virtual NextoPID compiled: the same bits as in CPython, over random programs with every block."""
+
+from __future__ import annotations
+
+import random
+import struct
+from dataclasses import astuple
+
+import pytest
+
+from nextopid_rig import plc_of, random_program
+from pidcfg.sim.compile import compiled, records, vector, write_back
+from pidcfg.sim.controllers.nextopid import operate, slots
+from pidcfg.sim.controllers.nextopid.scan import INLINED, Config, State, scan
+
+PROGRAMS, SEGMENTS, STEPS, TICKS = 250, 4, 60, 100_000
+
+
+def drive(first, last, loops, cfg, st, aux, sig, noise):  # noqa: PLR0917 - numba takes flat arrays
+    """Cycles with a first-order plant at each loop, and noise (kernel)."""
+    for k in range(first, last):
+        for i in range(loops):
+            c = cfg[i]
+            if c.sig_in != c.sig_pv:
+                target = noise[0] * sig[c.sig_out] + noise[1]
+                sig[c.sig_in] += 0.05 * (target - sig[c.sig_in]) + noise[2 + (k * loops + i) % (len(noise) - 2)]
+        scan(k * TICKS, cfg, st, aux, sig)
+    return last
+
+
+def words(cfg, st, aux, sig):
+    """Every bit of the outcome."""
+    flat = [value for item in (*cfg, *st) for value in astuple(item)]
+    return [struct.pack("<d", x) if isinstance(x, float) else x for x in (*flat, *aux, *sig)]
+
+
+def disturb(rng, plc, st, sig):
+    """What an operator may do between two segments."""
+    for i, loop in enumerate(plc.loops):
+        s, kind = st[i], rng.randrange(6)
+        tuning = plc.cfg[i].kind in {slots.PIDA_TUNE_REAL, slots.PIDA_TUNE_INT}
+        if kind == 0:
+            s.ask |= rng.choice([operate.MANUAL_ON, operate.MANUAL_OFF])
+        elif kind == 1 and plc.cfg[i].kind != slots.ON_OFF:
+            s.ask |= rng.choice([operate.CASC_ON, operate.CASC_OFF])
+        elif kind in {2, 3} and tuning:
+            s.ask |= rng.choice([operate.TUNE_ON, operate.TUNE_ON, operate.TUNE_OFF, operate.ACCEPT])
+        elif kind == 4:
+            sig[plc.layout.numbers[f"{loop}.SP"]] = float(rng.randrange(10, 90))
+    for name in ("A", "B"):
+        sig[plc.layout.numbers[name]] = rng.uniform(-5, 60)
+    for name in ("Sw1", "Sw2"):
+        sig[plc.layout.numbers[name]] = float(rng.random() < 0.5)
+
+
+@pytest.fixture(scope="module")
+def fast():
+    return compiled([drive], inlined=INLINED)[drive]
+
+
+def test_random_programs_run_to_the_same_bits_compiled_and_not(fast):
+    rng = random.Random(41)
+    seen, tuned, faults = set(), set(), 0
+    for _ in range(PROGRAMS):
+        plc = plc_of(random_program(rng))
+        cfg, st, aux, sig = plc.cfg, plc.st, plc.aux, plc.sig
+        level = rng.choice([0.0, 0.0, 0.2])
+        noise = [rng.choice([0.9, 0.9, -0.6]), rng.uniform(0, 60), *(rng.gauss(0.0, level) for _ in range(97))]
+        for segment in range(SEGMENTS):
+            disturb(rng, plc, st, sig)
+            arrays = records(cfg, Config), records(st, State), vector(aux), vector(sig)
+            first, last = segment * STEPS, (segment + 1) * STEPS
+            fast(first, last, len(plc.loops), *arrays, vector(noise))
+            drive(first, last, len(plc.loops), cfg, st, aux, sig, noise)
+            again = [Config() for _ in cfg], [State() for _ in st]
+            write_back(arrays[0], again[0])
+            write_back(arrays[1], again[1])
+            assert words(*again, arrays[2].tolist(), arrays[3].tolist()) == words(cfg, st, aux, sig)
+        seen |= {c.kind for c in cfg}
+        tuned |= {s.kept for s in st}
+        faults += sum(s.fault != 0 for s in st)
+    assert seen == set(slots.KINDS.values())
+    assert tuned > {operate.RUNNING, operate.FAILED, operate.CANCELLED}
+    assert faults

@@ -1,0 +1,258 @@
+"""Networks of NextoPID blocks as they run: the manual's own peaks, cascade, override, and what scenarios may do."""
+
+from __future__ import annotations
+
+import pytest
+
+from nextopid_rig import GAINS, findings, image_of, plc_of, run
+
+FEED_FORWARD = """
+signals: {Ti: 20.0, Fi: 2.0}
+blocks:
+  - {name: D_Ti,  type: ControlDelay,   InVar: Ti, DelayTime: 1.0, InitDelayedVar: 20.0}
+  - {name: LL_Ti, type: ControlLeadLag, InVar: D_Ti.OutVar, G: 1, Tlead: 10, Tlag: 5, Min_OutVar: -999, Max_OutVar: 999}
+  - {name: D_Fi,  type: ControlDelay,   InVar: Fi, DelayTime: 0.5, InitDelayedVar: 2.0}
+  - {name: LL_Fi, type: ControlLeadLag, InVar: D_Fi.OutVar, G: 1, Tlead: 10, Tlag: 4, Min_OutVar: -999, Max_OutVar: 999}
+loops:
+  - {name: TIC, type: PIDA_REAL, SP: 50, %s, BIAS: %s}
+"""
+EXCHANGER = """
+duration: 240
+initial: steady
+plants:
+  - {name: MV_out, model: first_order, input: TIC.MV, gain: 1, time_constant: 10, dead_time: 1}
+  - {name: Ti_out, model: first_order, input: Ti, gain: 1, time_constant: 5, dead_time: 2}
+  - {name: InvFi, model: first_order, input: "1 / max(Fi, 1)", gain: 1, time_constant: 4, dead_time: 1.5}
+connect: {TIC.PV: MV_out * 2 * InvFi + Ti_out}
+events: [{at: 5, set: {%s: %s}}, {at: 120, set: {%s: %s}}]
+"""
+WITH, WITHOUT = "(TIC.SP - LL_Ti.OutVar) * LL_Fi.OutVar / 2", "0"
+
+
+def exchanger(bias, signal, changed, usual):
+    """Lowest and highest outlet temperature while an inflow changes and comes back."""
+    report = run(FEED_FORWARD % (GAINS, bias), EXCHANGER % (signal, changed, signal, usual))
+    assert not report.problems
+    return report.signals["TIC.PV"]
+
+
+@pytest.mark.parametrize(("bias", "low", "high"), [(WITHOUT, 49.177, 50.855), (WITH, 49.964, 50.037)])
+def test_the_peaks_that_the_manual_prints_for_the_inflow_rate(bias, low, high):
+    found = exchanger(bias, "Fi", 2.1, 2.0)
+    assert (found.low, found.high) == (pytest.approx(low, abs=0.004), pytest.approx(high, abs=0.004))
+
+
+def test_the_peaks_for_the_inflow_temperature_are_as_large_as_the_manual_says():
+    without, with_it = exchanger(WITHOUT, "Ti", 21, 20), exchanger(WITH, "Ti", 21, 20)
+    assert 0.5 < without.high - 50 < 0.6
+    assert 0.5 < 50 - without.low < 0.6
+    assert 0.005 < with_it.high - 50 < 0.02
+    assert 0.005 < 50 - with_it.low < 0.02
+
+
+# --- cascade ---------------------------------------------------------------------------------------------------------
+
+CASCADE = """
+signals: {Casc: true}
+loops:
+  - {name: MA, type: PIDA_REAL, SP: 50, Kp: 2, Ti_Ki: 20, Td_Kd: 0, MinMV: 0, MaxMV: 100, MinPV: 0, MaxPV: 100,
+     TRK_VAL: SL.PV, TRK_IN: SL.TRK_OUT%s}
+  - {name: SL, type: PIDA_REAL, SP: 40, SP_CASC: MA.MV, CASC: Casc, Kp: 1, Ti_Ki: 5, Td_Kd: 0, MinMV: 0, MaxMV: 60,
+     MinPV: 0, MaxPV: 100}
+"""
+WINDUP = ", Windup_H_IN: SL.Windup_H_OUT, Windup_L_IN: SL.Windup_L_OUT"
+TWO_TANKS = """
+duration: 900
+initial: steady
+plants:
+  SL: {model: first_order, gain: 1, time_constant: 5}
+  MA: {model: first_order, input: SL.PV, gain: 1, time_constant: 60, dead_time: 2}
+events: [%s]
+"""
+STARVED = "{at: 10, loop: SL, disturb: {gain: 0.5}}, {at: 500, loop: SL, disturb: {gain: 1}}"
+
+
+def test_a_master_does_not_wind_up_while_its_slave_is_saturated():
+    bound, loose = (run(CASCADE % wires, TWO_TANKS % STARVED) for wires in (WINDUP, ""))
+    assert bound.signals["SL.MV"].high == 60
+    assert bound.signals["MA.IntegralAction"].high < 70 < loose.signals["MA.IntegralAction"].high
+    assert bound.signals["MA.PV"].high < 53
+    assert loose.signals["MA.PV"].high > bound.signals["MA.PV"].high + 3
+    assert bound.signals["MA.PV"].final == pytest.approx(50, abs=0.1)
+
+
+def test_a_master_tracks_its_slave_s_pv_and_comes_back_without_a_bump():
+    events = "{at: 10, set: {Casc: false}}, {at: 11, loop: SL, set: {SP: 30}}, {at: 60, set: {Casc: true}}"
+    report = run(CASCADE % WINDUP, TWO_TANKS % events)
+    modes = [(change.at, change.mode) for change in report.loops["MA"].modes]
+    assert modes == [(0, "auto"), (10.1, "tracking"), (60.1, "auto")]
+    assert [change.mode for change in report.loops["SL"].modes] == ["cascade", "auto", "cascade"]
+    assert report.signals["SL.SP"].low == pytest.approx(30, abs=0.01)
+    assert report.signals["MA.PV"].final == pytest.approx(50, abs=0.1)
+
+
+# --- override --------------------------------------------------------------------------------------------------------
+
+OVERRIDE = """
+blocks: [{name: SEL, type: ControlSelectMin, MV1: A.MV, MV2: B.MV}]
+loops:
+  - {name: A, type: PIDA_REAL, SP: 60, Kp: 1, Ti_Ki: 20, Td_Kd: 0, MinMV: 0, MaxMV: 100, MinPV: 0, MaxPV: 100%s}
+  - {name: B, type: PIDA_REAL, SP: 50, Kp: 2, Ti_Ki: 10, Td_Kd: 0, MinMV: 0, MaxMV: 100, MinPV: 0, MaxPV: 100%s}
+"""
+ONE_VALVE = """
+duration: 600
+initial: steady
+plants:
+  A: {model: first_order, input: SEL.MV, gain: 1, time_constant: 20, dead_time: 0.5}
+  B: {model: first_order, input: SEL.MV, gain: 0.7, time_constant: 8, dead_time: 0.3}
+events: [{at: 50, loop: B, disturb: {gain: 1.2}}, {at: 300, loop: B, disturb: {gain: 0.7}}]
+"""
+
+
+def test_an_override_pair_changes_over_without_a_bump_and_holds_both_limits():
+    wires = [f", OVERR: SEL.OVERR{n}, TRK_VAL: SEL.MV" for n in (1, 2)]
+    report = run(OVERRIDE % tuple(wires), ONE_VALVE)
+    assert report.signals["A.PV"].final == pytest.approx(60, abs=0.1)
+    assert report.signals["B.PV"].high < 58  # without the pair 72
+    assert report.loops["A"].metrics["total_variation"] < 200
+    wound = run(OVERRIDE % ("", ""), ONE_VALVE)
+    assert wound.signals["A.PV"].high > report.signals["A.PV"].high + 3
+
+
+# --- what a scenario may do ------------------------------------------------------------------------------------------
+
+LOOP = "loops: [{name: L, type: PIDA_TUNE_REAL, SP: 50, %s%s}]\n"
+TANK = "duration: 30\nplants: {L: {model: first_order, gain: 1, time_constant: 5}}\n"
+
+
+def test_modes_are_asked_for_and_wired_ones_refused():
+    events = TANK + "events: [{at: 5, loop: L, mode: manual}, {at: 10, loop: L, mode: auto}]"
+    report = run(LOOP % (GAINS, ", ManualMV: 20"), events)
+    assert [change.mode for change in report.loops["L"].modes] == ["auto", "manual", "auto"]
+    wired = run("signals: {Hand: false}\n" + LOOP % (GAINS, ", Manual: Hand"), events)
+    assert [change.mode for change in wired.loops["L"].modes] == ["auto", "auto", "auto"]
+    assert "Manual is wired" in wired.loops["L"].modes[1].reason
+
+
+@pytest.mark.parametrize(
+    ("event", "message"),
+    [
+        ("{at: 1, loop: L, set: {Kq: 2}}", "'Kq' is nothing that can be set"),
+        ("{at: 1, loop: L, set: {PV: 2}}", "the plant writes it"),
+        ("{at: 1, loop: L, set: {SP: x}}", "'x' is not a number"),
+        ("{at: 1, set: {X: 2}}", "'X' is no signal"),
+        ("{at: 1, set: {Hand: 2}}", "not true or false"),
+        ("{at: 1, loop: L, set: {Manual: true}}", "the program wires Hand to L.Manual"),
+        ("{at: 1, loop: L, mode: remote}", "'remote' is no mode"),
+        ("{at: 1, loop: L, ramp_soak: start}", "no ramp/soak"),
+    ],
+)
+def test_what_cannot_be_done_is_said_before_the_run(event, message):
+    from pidcfg.sim.run import UnusableError
+
+    with pytest.raises(UnusableError, match=message):
+        run("signals: {Hand: false}\n" + LOOP % (GAINS, ", Manual: Hand"), f"{TANK}events: [{event}]")
+
+
+def test_a_plant_may_be_wired_to_a_signal_that_the_program_filters():
+    text = "signals: {FT: 0}\nblocks: [{name: F, type: ControlLowFilter, InVar: FT, Tc: 1}]\n"
+    loop = LOOP % (GAINS, ", PV: F.OutVar")
+    plant = "plants: [{name: Tank, model: first_order, input: L.MV, gain: 1, time_constant: 5}]\n"
+    report = run(text + loop, f"duration: 120\n{plant}connect: {{FT: Tank}}\n")
+    assert not report.problems
+    assert report.signals["L.PV"].final == pytest.approx(50, abs=0.1)
+    from pidcfg.sim.run import UnusableError
+
+    with pytest.raises(UnusableError, match="comes from the PLC's program"):
+        run(text + loop, TANK)
+
+
+def test_a_wire_without_a_value_keeps_the_last_one_and_is_told_once():
+    report = run("signals: {D: 2}\n" + LOOP % (GAINS, ", BIAS: 10 / D"), TANK + "events: [{at: 5, set: {D: 0}}]")
+    assert [note.text for note in report.notes] == [
+        "a wire has no value (division by zero); it keeps the one that it had"
+    ]
+    assert report.notes[0].at == 5
+
+
+def test_results_of_the_auto_tuning_are_accepted_only_when_they_are_sound():
+    tuned = ", AutoTuneParam: {PercAmpMV: 5, PercHystPV: 0.1, PercMaxPeakPV: 10, NumCycles: 1, Mode: PI}, Manual: true"
+    plant = "duration: 60\nplants: {L: {model: first_order, gain: 2, time_constant: 10, dead_time: 1, initial: 40}}\n"
+    events = "events: [{at: 1, loop: L, autotune: start}, {at: 50, loop: L, autotune: accept}]"
+    report = run(LOOP % (GAINS, tuned + ", ManualMV: 20"), plant + events)
+    found = report.loops["L"].autotune
+    assert (found["done"], found["error"], found["status"]) == (True, False, "done")
+    assert found["results"]["Td_Kd"] == 0
+    spoilt = run(LOOP % (GAINS, tuned + ", ManualMV: 2"), plant + events)
+    found = spoilt.loops["L"].autotune
+    assert (found["done"], found["error"], found["status"]) == (True, True, "MV_TOO_LOW")
+    assert any("no results" in note.text for note in spoilt.notes)
+
+
+# --- order of execution ----------------------------------------------------------------------------------------------
+
+
+def turns(text):
+    """Names in the order of execution."""
+    plc = plc_of(text)
+    names = [plc.items[i].name for i in plc.listed]
+    return [names[c.turn] for c in plc.cfg]
+
+
+def test_blocks_come_after_those_they_read_and_rings_begin_with_a_loop():
+    assert turns(FEED_FORWARD % (GAINS, WITH)) == ["D_Ti", "LL_Ti", "D_Fi", "LL_Fi", "TIC"]
+    backwards = "blocks:\n" + "".join(
+        f"  - {{name: F{i}, type: ControlLowFilter, InVar: F{i + 1}.OutVar, Tc: 1}}\n" for i in range(3)
+    )
+    backwards += "  - {name: F3, type: ControlLowFilter, InVar: L.MV, Tc: 1}\n"
+    assert turns(backwards + LOOP % (GAINS, "")) == ["L", "F3", "F2", "F1", "F0"]
+    assert turns(OVERRIDE % (", OVERR: SEL.OVERR1", ", OVERR: SEL.OVERR2")) == ["A", "B", "SEL"]
+    assert turns(CASCADE % WINDUP) == ["MA", "SL"]
+
+
+def test_a_ring_behind_another_one_does_not_begin_before_it():
+    text = f"""
+blocks:
+  - {{name: LATE, type: ControlLowFilter, InVar: SEL.MV + LATE2.OutVar, Tc: 1}}
+  - {{name: LATE2, type: ControlLowFilter, InVar: LATE.OutVar, Tc: 1}}
+  - {{name: SEL, type: ControlSelectMin, MV1: A.MV, MV2: 50}}
+loops: [{{name: A, type: PIDA_REAL, SP: 50, {GAINS}, OVERR: SEL.OVERR1, TRK_VAL: SEL.MV}}]
+"""
+    assert turns(text) == ["A", "SEL", "LATE", "LATE2"]
+
+
+# --- the schema's own messages ---------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("text", "code", "message"),
+    [
+        ("loops: [{name: L, type: PIDX}]", "PID027", "type is 'PIDX', not one of PIDA_REAL"),
+        ("loops: [{name: L}]", "PID021", "type is missing"),
+        ("loops: [5]", "PID022", "0 must be a mapping of keys"),
+        (f"loops: [{{name: L, type: PIDA_REAL, SP: 1, {GAINS}, Tii: 2}}]", "PID020", "unknown key 'Tii'"),
+        (f"loops: [{{name: L, type: PIDA_REAL, SP: on, {GAINS}}}]", "PID022", "neither a number nor an expression"),
+        (f"loops: [{{name: L, type: PIDA_REAL, SP: 010, {GAINS}}}]", "PID024", "octal"),
+        (f"loops: [{{name: 1L, type: PIDA_REAL, SP: 1, {GAINS}}}]", "PID033", "not usable as the name"),
+        (f"loops: [{{name: L, type: PIDA_REAL, SP: 1, {GAINS}, Manual: yes}}]", "PID026", "not true or false"),
+    ],
+)
+def test_messages_name_the_key_that_is_meant(text, code, message):
+    found = findings(text)
+    assert any(c == code and message in m for c, m in found), found
+
+
+def test_an_int_is_wired_through_rounding_and_its_ends():
+    gains = GAINS.replace(".0", "").replace("MinMV: 0, MaxMV: 100", "MinMV: -32768, MaxMV: 32767")
+    wires = "ManualMV: X * 20000, Manual: true"
+    text = f"signals: {{X: 2.5}}\nloops: [{{name: L, type: PIDA_INT, SP: 5, {gains}, {wires}}}]\n"
+    report = run(text, "duration: 2\nplants: {L: {model: dead_time}}\nevents: [{at: 1, set: {X: 0.000125}}]")
+    found = report.signals["L.MV"]
+    assert (found.low, found.high) == (2, 32767)
+
+
+def test_names_of_an_image_are_the_manual_s():
+    words = image_of(FEED_FORWARD % (GAINS, WITH)).words
+    assert words["TIC.Td_Kd"] == 0.525
+    assert words["TIC.BIAS"].text == WITH
+    assert "TIC.PV" not in words
