@@ -54,7 +54,7 @@ def auto_tuning_without_parameters(context: NextopidContext) -> Iterator[Finding
     Fix: give AutoTuneParam, for a start PercAmpMV 5, PercHystPV 0.1, PercMaxPeakPV 10, NumCycles 3.
     """
     for view in tuning(context):
-        if view.item.AutoTuneParam is None and (view.is_wired("AutoTune") or view.is_on("AutoTune")):
+        if view.item.AutoTuneParam is None and view.may_be_on("AutoTune"):
             how = "wired" if view.is_wired("AutoTune") else "TRUE"
             yield view.find("AutoTune", "AutoTuneResult.Bad_PercAmpMV", how=how)
 
@@ -124,8 +124,9 @@ def auto_tuning_peaks_without_room(context: NextopidContext) -> Iterator[Finding
     for view in tuning(context):
         param = view.item.AutoTuneParam
         if param is not None and 0 < param.PercMaxPeakPV <= 2 * param.PercHystPV:
-            values = {"peak": number_text(param.PercMaxPeakPV), "hysteresis": number_text(param.PercHystPV)}
-            yield view.find("AutoTuneParam.PercMaxPeakPV", "AutoTuneResult.PEAK_TOO_LOW", **values)
+            peak, hysteresis = number_text(param.PercMaxPeakPV), number_text(param.PercHystPV)
+            yield view.find("AutoTuneParam.PercMaxPeakPV", "AutoTuneResult.PEAK_TOO_LOW", peak=peak,
+                            hysteresis=hysteresis)  # fmt: skip
 
 
 @rule(

@@ -106,7 +106,7 @@ def never_in_cascade_mode(context: NextopidContext) -> Iterator[Finding]:
     """
     for view in context.pids:
         expression = view.wire("SP_CASC")
-        if expression is not None and not view.is_wired("CASC") and view.is_on("CASC") is False:
+        if expression is not None and not view.may_be_on("CASC"):
             role = role_of(context, view)
             yield view.find("CASC", loop=view.name, role=f" ({role})" if "slave" in role else "",
                             source=expression.text)  # fmt: skip
@@ -127,7 +127,7 @@ def cascade_mode_without_set_point(context: NextopidContext) -> Iterator[Finding
     Fix: wire SP_CASC, or remove CASC.
     """
     for view in context.pids:
-        if not view.given("SP_CASC") and (view.is_wired("CASC") or view.is_on("CASC")):
+        if not view.given("SP_CASC") and view.may_be_on("CASC"):
             value = "wired" if view.is_wired("CASC") else "TRUE"
             yield view.find("CASC", value=value, unit=view.unit("SP"))
 
@@ -147,8 +147,7 @@ def master_in_cascade_mode(context: NextopidContext) -> Iterator[Finding]:
     Fix: remove CASC. If SP_CASC is a ratio on purpose, leave it.
     """
     for master, own in slaves_of(context):
-        on = master.is_wired("CASC") or master.is_on("CASC")
-        if on and master.given("SP_CASC") and role_of(context, master) == "only master":
+        if master.may_be_on("CASC") and master.given("SP_CASC") and role_of(context, master) == "only master":
             value = "wired" if master.is_wired("CASC") else "TRUE"
             yield master.find("CASC", loop=master.name, slave=own[0].slave.name, value=value)
 

@@ -125,7 +125,7 @@ def slave_with_connections_of_a_master(context: NextopidContext) -> Iterator[Fin
         if role_of(context, link.slave) != "only slave":
             continue
         for key in MASTER_INPUTS:
-            if link.slave.is_wired(key) or link.slave.is_on(key):
+            if link.slave.may_be_on(key):
                 wire = link.slave.wire(key)
                 found = f"wired to {wire.text}" if wire is not None else "TRUE"
                 yield link.slave.find(key, loop=link.slave.name, master=link.master.name, key=key, found=found)

@@ -151,7 +151,7 @@ def manual_mv_outside_limits(context: NextopidContext) -> Iterator[Finding]:
     """
     for view in context.pids:
         found = outside(view, "ManualMV", "MinMV", "MaxMV")
-        if found is not None and (view.given("ManualMV") or view.is_on("Manual") is not False):
+        if found is not None and (view.given("ManualMV") or view.may_be_on("Manual")):
             yield view.find("ManualMV", f"WarnBits.MV_{found[0]}", value=view.shown("ManualMV"), side=found[1],
                             limit=found[0], end=view.shown(found[0]))  # fmt: skip
 
@@ -197,7 +197,7 @@ def tracking_value_outside_limits(context: NextopidContext) -> Iterator[Finding]
     """
     for view in context.pids:
         found = outside(view, "TRK_VAL", "MinMV", "MaxMV")
-        if found is not None and view.given("TRK_VAL") and view.is_on("TRK_IN") is not False:
+        if found is not None and view.given("TRK_VAL") and view.may_be_on("TRK_IN"):
             yield view.find("TRK_VAL", f"WarnBits.MV_{found[0]}", value=view.shown("TRK_VAL"), side=found[1],
                             limit=found[0], end=view.shown(found[0]))  # fmt: skip
 

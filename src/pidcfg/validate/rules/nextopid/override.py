@@ -25,7 +25,7 @@ BIAS = NEXTOPID.at("chapter 2: BIAS")
 D211 = Decision(
     211, "figure 16-18's second peak is 50.855",
     "Without the feed-forward PV rises to 50.855 when Fi falls from 2.1 to 2.0, not to 50.885.",
-    "The example's process and gains, calculated cycle by cycle, give the other peaks that the manual prints, and this.",
+    "The example, calculated cycle by cycle, gives the other peaks that the manual prints, and this.",
 )  # fmt: skip
 D219 = Decision(
     219, "selectors of loops that act in opposite directions",
@@ -185,7 +185,7 @@ def override_without_selector(context: NextopidContext) -> Iterator[Finding]:
     """
     overridden = {leg.loop.number for leg in legs(context)}
     for view in context.pids:
-        if view.number in overridden or not (view.is_wired("OVERR") or view.is_on("OVERR")):
+        if view.number in overridden or not view.may_be_on("OVERR"):
             continue
         wire = view.wire("OVERR")
         owner = None if wire is None or wire.signal is None else context.owner(wire.signal)

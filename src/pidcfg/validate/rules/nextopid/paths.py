@@ -167,8 +167,8 @@ class Ring:
         """Another controller moves its MV so that its PV follows its set point."""
         if key != "MV" or view.number in self.starts:
             return None
-        point = 0 if view.is_on("CASC") is False else self._wired(view, "SP_CASC")
-        if view.is_on("CASC") is not True:
+        point = self._wired(view, "SP_CASC") if view.may_be_on("CASC") else 0
+        if view.is_wired("CASC") or not view.is_on("CASC"):
             point = plus(point, self._wired(view, "SP"))
         if point == 0:
             return self._wired(view, "BIAS")
