@@ -32,6 +32,9 @@ IMAGES = {
     "nextopid/splitrange": {"st": "st"},
     "nextopid/autotune": {"st": "st"},
     "nextopid/furnace": {"text": "txt", "st": "st"},
+    "dpide/oven": {"text": "txt", "csv": "csv", "json": "json", "operands": "operands.csv", "symbols": "symbols.csv"},
+    "dpide/chiller": {"text": "txt", "symbols": "symbols.csv"},
+    "dpide/dryer": {"text": "txt", "operands": "operands.csv"},
 }
 """Each example by its path below ``examples``, and the ends of the files for each format."""
 TREND_EVERY = {
@@ -39,6 +42,7 @@ TREND_EVERY = {
     "click/booster": 60, "ezlogix/oven": 150, "ezlogix/coldstore": 120, "ezlogix/dosing": 20,
     "nextopid/heatexchanger": 20, "nextopid/cascade": 50, "nextopid/override": 50, "nextopid/ratio": 5,
     "nextopid/splitrange": 50, "nextopid/autotune": 5, "nextopid/furnace": 60,
+    "dpide/oven": 20, "dpide/chiller": 10, "dpide/dryer": 15,
 }  # fmt: skip
 """Base steps between two rows of a trend: each file has a few hundred."""
 
