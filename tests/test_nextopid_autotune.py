@@ -490,6 +490,23 @@ def test_it_starts_again_only_with_another_edge():
     assert found(block) == pytest.approx(first, rel=0.05)
 
 
+@pytest.mark.parametrize("calls", [5, 20, 32, 60, 120, 180])
+def test_nothing_of_an_aborted_one_is_left(calls):
+    """Aborted here with a noisy PV, it finds the same in a second run as in a first one."""
+    block = manual(**param(PercHystPV=1))
+    for n in range(calls):
+        block.call(AutoTune=1, PV=40 + (0.6 if n % 3 else -0.5) + 3 * (n > 35) * (-1) ** (n // 20))
+    assert flags(block) == set()
+    block.call(AutoTune=0, PV=40)
+    block.call(3, **param())
+    tuned(block, Process(2, 10, 1, 0.1, 20, 40))
+    fresh = manual()
+    tuned(fresh, Process(2, 10, 1, 0.1, 20, 40))
+
+    assert found(block) == found(fresh)
+    assert (flags(block), block.s.tune_count, block.s.tune_dead) == (set(), fresh.s.tune_count, fresh.s.tune_dead)
+
+
 def test_error_bits_halt_it():
     block = manual()
     block.call(40, AutoTune=1)

@@ -82,7 +82,6 @@ def begin(c: Config, s: State, sig: MutableSequence[float]) -> None:
     flags = bad_parameters(sig, at)
     step = percent(sig[at + AMP], sig[b + MIN_MV], sig[b + MAX_MV])
     s.tune_out = s.out
-    s.tune_side = 0
     s.tune_step = -step if sig[b + DIRECT] != 0.0 else step
     if flags & BAD_AMP == 0:
         if single(s.out + step) > sig[b + MAX_MV]:
