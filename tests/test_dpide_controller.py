@@ -229,11 +229,11 @@ def test_a_width_of_0_is_none():
 def test_the_report_tells_of_the_dead_band_and_of_the_limits():
     rig = Rig({"SV": 50, "ERR_DBW": 5})
     seen = []
-    for pv in (49.0, 51.0, 56.0, -90.0):
+    for pv in (49.0, 51.0, 56.0, -90.0, 20.0):
         rig.play([pv], "E")
         seen.append([name for name, bit in rig.plc.flag_bits.items() if rig.st[0].status & bit])
 
-    assert seen == [[], ["in_dead_band"], ["mv_limited"], ["mv_limited"]]
+    assert seen == [[], ["in_dead_band"], ["mv_limited"], ["mv_limited"], []]
 
 
 # --- single precision ------------------------------------------------------------------------------------------------
@@ -324,7 +324,7 @@ def test_a_calculation_without_a_result_leaves_mv_as_it_is():
 
 
 def test_what_is_no_measurement_leaves_mv_and_i_mv_as_they_are():
-    rig = Rig({"Ti_Ki": 1, "SV": 5, "PID_MODE": 2})
+    rig = Rig({"Ti_Ki": 1, "Td_Kd": 3, "SV": 5, "PID_MODE": 2})
     before = rig.play([1.0], "MV", "I_MV")
 
     assert rig.play([math.nan] * 2, "MV", "I_MV") == before * 2
