@@ -7,13 +7,14 @@ from typing import TYPE_CHECKING
 from pidcfg.diagnostics import Severity
 from pidcfg.refs import NEXTOPID, Decision
 from pidcfg.validate.rule import Finding, rule
-from pidcfg.validate.rules.nextopid.context import number_text
+from pidcfg.validate.rules.nextopid.view import number_text
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
     from decimal import Decimal
 
-    from pidcfg.validate.rules.nextopid.context import BlockView, NextopidContext
+    from pidcfg.validate.rules.nextopid.context import NextopidContext
+    from pidcfg.validate.rules.nextopid.view import BlockView
 
 START = NEXTOPID.at("chapter 4: AutoTune")
 PARAMETERS = NEXTOPID.at("chapter 4: AutoTuneParam")

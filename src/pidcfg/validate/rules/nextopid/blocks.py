@@ -9,7 +9,7 @@ from pidcfg.diagnostics import Severity
 from pidcfg.encoders.maps.nextopid import MOST_SAMPLES
 from pidcfg.refs import NEXTOPID, Decision
 from pidcfg.validate.rule import rule
-from pidcfg.validate.rules.nextopid.context import number_text
+from pidcfg.validate.rules.nextopid.view import number_text
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

@@ -7,17 +7,19 @@ from typing import TYPE_CHECKING
 from pidcfg.diagnostics import Severity
 from pidcfg.refs import NEXTOPID
 from pidcfg.validate.rule import Finding, rule
-from pidcfg.validate.rules.nextopid.context import number_text
-from pidcfg.validate.rules.nextopid.links import D218, links, role_of, slaves_of
+from pidcfg.validate.rules.nextopid.links import D218
+from pidcfg.validate.rules.nextopid.view import number_text
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from pidcfg.validate.rules.nextopid.context import NextopidContext
+    from pidcfg.validate.rules.nextopid.view import BlockView
 
 CASCADE = NEXTOPID.at("chapter 16: Cascade Configurations, Special Connections")
 CASC = NEXTOPID.at("chapter 2: CASC")
 LIMITS = NEXTOPID.at("chapter 2: MaxPV, WarnBits")
+MOST_NAMES = 5
 HINTS = NEXTOPID.at("chapter 17: Hints for Tuning PID in Cascade Configuration")
 
 
@@ -35,17 +37,21 @@ def cascade_in_a_circle(context: NextopidContext) -> Iterator[Finding]:
 
     Fix: wire SP_CASC of the outermost loop to something else, or leave it out.
     """
-    masters = {link.slave.number: link.master for link in links(context)}
-    seen: set[int] = set()
+    masters = {link.slave.number: link.master for link in context.network.links}
+    done: set[int] = set()
     for start in context.pids:
-        way, view = [start.name], masters.get(start.number)
-        while view is not None and view is not start and view.name not in way:
-            way.append(view.name)
+        way: dict[int, BlockView] = {}
+        view: BlockView | None = start
+        while view is not None and view.number not in way and view.number not in done:
+            way[view.number] = view
             view = masters.get(view.number)
-        if view is start and start.number not in seen:
-            members = {own.number for own in context.pids if own.name in way}
-            seen |= members
-            yield start.find("SP_CASC", name=start.name, way=" follows ".join([*way, start.name]))
+        done |= set(way)
+        if view is not None and view.number in way:
+            members = list(way.values())[list(way).index(view.number) :]
+            first = min(range(len(members)), key=lambda i: members[i].number)
+            names = [own.name for own in (*members[first:], *members[: first + 1])]
+            text = " follows ".join(names if len(names) <= MOST_NAMES else [*names[:MOST_NAMES], "…"])
+            yield members[first].find("SP_CASC", name=names[0], way=text)
 
 
 @rule(
@@ -62,9 +68,8 @@ def two_masters(context: NextopidContext) -> Iterator[Finding]:
 
     Fix: choose one, or put a selector between them and wire it as an override.
     """
-    table = links(context)
-    for view in context.pids:
-        masters = [link.master.name for link in table if link.slave is view]
+    for own in context.network.links_of_slave.values():
+        masters, view = [link.master.name for link in own], own[0].slave
         if len(masters) > 1:
             yield view.find("SP_CASC", slave=view.name, masters=" and ".join(masters))
 
@@ -84,7 +89,7 @@ def several_slaves(context: NextopidContext) -> Iterator[Finding]:
 
     Fix: let the special connections come from the slave that matters, and switch the slaves together.
     """
-    for master, own in slaves_of(context):
+    for master, own in context.network.masters():
         if len(own) > 1:
             yield master.find("name", master=master.name, slaves=" and ".join(link.slave.name for link in own))
 
@@ -107,7 +112,7 @@ def never_in_cascade_mode(context: NextopidContext) -> Iterator[Finding]:
     for view in context.pids:
         expression = view.wire("SP_CASC")
         if expression is not None and not view.may_be_on("CASC"):
-            role = role_of(context, view)
+            role = context.network.role(view)
             yield view.find("CASC", loop=view.name, role=f" ({role})" if "slave" in role else "",
                             source=expression.text)  # fmt: skip
 
@@ -146,8 +151,8 @@ def master_in_cascade_mode(context: NextopidContext) -> Iterator[Finding]:
 
     Fix: remove CASC. If SP_CASC is a ratio on purpose, leave it.
     """
-    for master, own in slaves_of(context):
-        if master.may_be_on("CASC") and master.given("SP_CASC") and role_of(context, master) == "only master":
+    for master, own in context.network.masters():
+        if master.may_be_on("CASC") and master.given("SP_CASC") and context.network.role(master) == "only master":
             value = "wired" if master.is_wired("CASC") else "TRUE"
             yield master.find("CASC", loop=master.name, slave=own[0].slave.name, value=value)
 
@@ -167,7 +172,7 @@ def master_range_beyond_slave(context: NextopidContext) -> Iterator[Finding]:
 
     Fix: give the master the slave's MinPV and MaxPV, or less, as MinMV and MaxMV.
     """
-    for link in links(context):
+    for link in context.network.links:
         for key, limit, way in (("MinMV", "MinPV", -1), ("MaxMV", "MaxPV", 1)):
             mine, theirs = link.master.number_of(key), link.slave.number_of(limit)
             if link.exact and mine is not None and theirs is not None and (mine - theirs) * way > 0:
@@ -191,7 +196,7 @@ def slave_slower_than_master(context: NextopidContext) -> Iterator[Finding]:
 
     Fix: give the slave the shorter sample time.
     """
-    for link in links(context):
+    for link in context.network.links:
         if link.slave.sample_time > link.master.sample_time:
             yield Finding(link.slave.time_place, {"slave": link.slave.name, "master": link.master.name,
                                                   "time": number_text(link.slave.sample_time),

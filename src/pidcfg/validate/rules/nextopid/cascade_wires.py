@@ -7,14 +7,15 @@ from typing import TYPE_CHECKING
 from pidcfg.diagnostics import Severity
 from pidcfg.refs import NEXTOPID
 from pidcfg.validate.rule import rule
-from pidcfg.validate.rules.nextopid.links import fault_of, links, role_of, slaves_of
+from pidcfg.validate.rules.nextopid.links import fault_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from pidcfg.validate.rule import Finding
-    from pidcfg.validate.rules.nextopid.context import BlockView, NextopidContext
+    from pidcfg.validate.rules.nextopid.context import NextopidContext
     from pidcfg.validate.rules.nextopid.links import Link
+    from pidcfg.validate.rules.nextopid.view import BlockView
 
 CASCADE = NEXTOPID.at("chapter 16: Cascade Configurations, Special Connections")
 MASTER_INPUTS = ("TRK_IN", "Windup_H_IN", "Windup_L_IN")
@@ -36,10 +37,10 @@ def tracking_not_connected(context: NextopidContext) -> Iterator[Finding]:
 
     Fix: wire TRK_IN to TRK_OUT of the slave.
     """
-    for master, own in slaves_of(context):
+    for master, own in context.network.masters():
         fault = fault_of(master, "TRK_IN", {f"{link.slave.name}.TRK_OUT" for link in own})
         if fault is not None:
-            yield master.find("TRK_IN", None, fault.severity, loop=master.name, role=role_of(context, master),
+            yield master.find("TRK_IN", None, fault.severity, loop=master.name, role=context.network.role(master),
                               slave=own[0].slave.name, found=fault.text)  # fmt: skip
 
 
@@ -58,12 +59,12 @@ def tracking_value_not_slave_pv(context: NextopidContext) -> Iterator[Finding]:
 
     Fix: wire TRK_VAL to what the slave's PV is wired to, or to the slave's PV itself.
     """
-    for master, own in slaves_of(context):
+    for master, own in context.network.masters():
         if any(_tracks(master, link) for link in own):
             continue
         fault = fault_of(master, "TRK_VAL", set())
         if fault is not None:
-            yield master.find("TRK_VAL", None, fault.severity, loop=master.name, role=role_of(context, master),
+            yield master.find("TRK_VAL", None, fault.severity, loop=master.name, role=context.network.role(master),
                               slave=own[0].slave.name, scaled="" if own[0].exact else ", scaled back",
                               found=fault.text)  # fmt: skip
 
@@ -95,14 +96,14 @@ def windup_not_connected(context: NextopidContext) -> Iterator[Finding]:
 
     Fix: wire H to H and L to L.
     """
-    for master, own in slaves_of(context):
+    for master, own in context.network.masters():
         for side, other in (("H", "L"), ("L", "H")):
             key = f"Windup_{side}_IN"
             fault = fault_of(master, key, {f"{link.slave.name}.Windup_{side}_OUT" for link in own})
             if fault is not None:
                 crossed = master.source(key) in {f"{link.slave.name}.Windup_{other}_OUT" for link in own}
-                yield master.find(key, None, fault.severity, loop=master.name, role=role_of(context, master), side=side,
-                                  slave=own[0].slave.name,
+                yield master.find(key, None, fault.severity, loop=master.name, role=context.network.role(master),
+                                  slave=own[0].slave.name, side=side,
                                   found=f"{fault.text}: crossed" if crossed else fault.text)  # fmt: skip
 
 
@@ -121,8 +122,8 @@ def slave_with_connections_of_a_master(context: NextopidContext) -> Iterator[Fin
 
     Fix: take the wire away.
     """
-    for link in links(context):
-        if role_of(context, link.slave) != "only slave":
+    for link in context.network.links:
+        if context.network.role(link.slave) != "only slave":
             continue
         for key in MASTER_INPUTS:
             if link.slave.may_be_on(key):
@@ -145,12 +146,12 @@ def outputs_of_a_master_connected(context: NextopidContext) -> Iterator[Finding]
 
     Fix: take the wire away.
     """
-    for master, own in slaves_of(context):
-        if role_of(context, master) != "only master":
+    for master, own in context.network.masters():
+        if context.network.role(master) != "only master":
             continue
         for output in SLAVE_OUTPUTS:
             number = context.number(master, output)
             for (i, key), wire in context.encoding.wires.items():
-                if number in wire.signals and not (key in MASTER_INPUTS and role_of(context, context.views[i])):
+                if number in wire.signals and not (key in MASTER_INPUTS and context.network.role(context.views[i])):
                     yield context.views[i].find(key, master=master.name, slave=own[0].slave.name, output=output,
                                                 reader=context.views[i].name, key=key)  # fmt: skip

@@ -9,13 +9,14 @@ from pidcfg.diagnostics import Severity
 from pidcfg.refs import NEXTOPID
 from pidcfg.schemas.nextopid import D201
 from pidcfg.validate.rule import rule
-from pidcfg.validate.rules.nextopid.context import number_text
+from pidcfg.validate.rules.nextopid.view import number_text
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from pidcfg.validate.rule import Finding
-    from pidcfg.validate.rules.nextopid.context import BlockView, NextopidContext
+    from pidcfg.validate.rules.nextopid.context import NextopidContext
+    from pidcfg.validate.rules.nextopid.view import BlockView
 
 ERRORS = NEXTOPID.at("chapter 2: ErrBits")
 WARNINGS = NEXTOPID.at("chapter 2: WarnBits")

@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from collections import defaultdict
+from functools import cached_property
+from typing import TYPE_CHECKING, NamedTuple, TypeVar
 
 from pidcfg.diagnostics import Severity
 from pidcfg.refs import Decision
 from pidcfg.validate.rules.nextopid.paths import SELECTORS
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Callable, Iterator
 
-    from pidcfg.validate.rules.nextopid.context import BlockView, NextopidContext
+    from pidcfg.validate.rules.nextopid.context import NextopidContext
+    from pidcfg.validate.rules.nextopid.view import BlockView
 
 D218 = Decision(
     218, "what a cascade and an override are",
@@ -20,6 +23,9 @@ D218 = Decision(
     "from a signal a warning. SP_CASC wired to anything else is ratio control, of which nothing is demanded.",
     "The manual says which connections must be made; a signal may be logic of the program around, as the OR of two.",
 )  # fmt: skip
+
+
+Row = TypeVar("Row")
 
 
 class Link(NamedTuple):
@@ -46,57 +52,81 @@ class Fault(NamedTuple):
     severity: Severity
 
 
-def links(context: NextopidContext) -> list[Link]:
-    """All cascades, slave by slave."""
-    found = []
-    for slave in context.pids:
-        expression = slave.wire("SP_CASC")
-        for number in sorted(expression.signals) if expression is not None else ():
-            master = context.pid_output(number)
-            if expression is not None and master is not None:
-                found.append(Link(slave, master, expression.signal is not None))
-    return found
+class Network:
+    """All cascades and overrides of a configuration."""
 
+    def __init__(self, context: NextopidContext) -> None:
+        self.context = context
+        self.links = list(self._links())
+        self.legs = list(self._legs())
+        self.links_of_master = _grouped(self.links, lambda link: link.master.number)
+        self.links_of_slave = _grouped(self.links, lambda link: link.slave.number)
+        self.legs_of_loop = _grouped(self.legs, lambda leg: leg.loop.number)
+        self.legs_of_selector = _grouped(self.legs, lambda leg: leg.selector.number)
 
-def slaves_of(context: NextopidContext) -> Iterator[tuple[BlockView, list[Link]]]:
-    """The masters, each with its slaves; what is its own master is none."""
-    table = [link for link in links(context) if link.slave is not link.master]
-    for view in context.pids:
-        own = [link for link in table if link.master is view]
-        if own:
-            yield view, own
-
-
-def role_of(context: NextopidContext, view: BlockView) -> str:
-    """The part that a loop has in cascades: ``only master``, ``slave and master``, ``only slave``; or empty."""
-    table = links(context)
-    is_slave = any(link.slave is view for link in table)
-    if any(link.master is view for link in table):
-        return "slave and master" if is_slave else "only master"
-    return "only slave" if is_slave else ""
-
-
-def legs(context: NextopidContext) -> list[Leg]:
-    """All loops whose MV a selector reads."""
-    found = []
-    for selector in context.of(*SELECTORS):
-        for n in (1, 2):
-            expression = selector.wire(f"MV{n}")
+    def _links(self) -> Iterator[Link]:
+        for slave in self.context.pids:
+            expression = slave.wire("SP_CASC")
             for number in sorted(expression.signals) if expression is not None else ():
-                loop = context.pid_output(number)
-                if expression is not None and loop is not None:
-                    found.append(Leg(selector, n, loop, expression.signal is not None))
-    return found
+                master = self.context.pid_output(number)
+                if expression is not None and master is not None:
+                    yield Link(slave, master, expression.signal is not None)
+
+    def _legs(self) -> Iterator[Leg]:
+        for selector in self.context.of(*SELECTORS):
+            for n in (1, 2):
+                expression = selector.wire(f"MV{n}")
+                for number in sorted(expression.signals) if expression is not None else ():
+                    loop = self.context.pid_output(number)
+                    if expression is not None and loop is not None:
+                        yield Leg(selector, n, loop, expression.signal is not None)
+
+    def masters(self) -> Iterator[tuple[BlockView, list[Link]]]:
+        """The masters, each with its slaves; what is its own master is none."""
+        for number, own in self.links_of_master.items():
+            slaves = [link for link in own if link.slave.number != number]
+            if slaves:
+                yield slaves[0].master, slaves
+
+    def role(self, view: BlockView) -> str:
+        """A loop's part in cascades: ``only master``, ``slave and master``, ``only slave``; or empty."""
+        is_slave = view.number in self.links_of_slave
+        if view.number in self.links_of_master:
+            return "slave and master" if is_slave else "only master"
+        return "only slave" if is_slave else ""
+
+    def pairs(self) -> Iterator[tuple[BlockView, Leg, Leg]]:
+        """The selectors that have one loop at each input."""
+        for own in self.legs_of_selector.values():
+            if [leg.number for leg in own] == [1, 2]:
+                yield own[0].selector, own[0], own[1]
+
+    @cached_property
+    def _next(self) -> dict[str, list[str]]:
+        """The MV of the selectors that read a name."""
+        found: dict[str, list[str]] = defaultdict(list)
+        for selector in self.context.of(*SELECTORS):
+            for source in (selector.source("MV1"), selector.source("MV2")):
+                if source is not None:
+                    found[source].append(f"{selector.name}.MV")
+        return found
+
+    def behind(self, selector: BlockView) -> set[str]:
+        """The names of the MV that a selector, or one behind it, selects."""
+        found: set[str] = set()
+        waiting = [f"{selector.name}.MV"]
+        while waiting:
+            name = waiting.pop()
+            if name not in found:
+                found.add(name)
+                waiting += self._next.get(name, [])
+        return found
 
 
-def behind(context: NextopidContext, selector: BlockView) -> set[str]:
-    """The names of the MV that a selector, or one behind it, selects."""
-    found, waiting = set(), [selector]
-    while waiting:
-        name = f"{waiting.pop().name}.MV"
-        if name not in found:
-            found.add(name)
-            waiting += [own for own in context.of(*SELECTORS) if name in {own.source("MV1"), own.source("MV2")}]
+def _grouped(rows: list[Row], key: Callable[[Row], int]) -> dict[int, list[Row]]:
+    found: dict[int, list[Row]] = {}
+    for row in rows:
+        found.setdefault(key(row), []).append(row)
     return found
 
 

@@ -7,16 +7,16 @@ from typing import TYPE_CHECKING
 from pidcfg.diagnostics import Severity
 from pidcfg.refs import NEXTOPID, Decision
 from pidcfg.validate.rule import rule
-from pidcfg.validate.rules.nextopid.context import number_text
-from pidcfg.validate.rules.nextopid.links import D218, behind, fault_of, legs
+from pidcfg.validate.rules.nextopid.links import D218, fault_of
 from pidcfg.validate.rules.nextopid.paths import SELECTORS
+from pidcfg.validate.rules.nextopid.view import number_text
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from pidcfg.validate.rule import Finding
-    from pidcfg.validate.rules.nextopid.context import BlockView, NextopidContext
-    from pidcfg.validate.rules.nextopid.links import Leg
+    from pidcfg.validate.rules.nextopid.context import NextopidContext
+    from pidcfg.validate.rules.nextopid.view import BlockView
 
 OVERRIDE = NEXTOPID.at("chapter 16: Override Configurations")
 SELECTOR = NEXTOPID.at("chapters 13 and 14: MV1, MV2")
@@ -50,7 +50,7 @@ def selector_of_one_loop(context: NextopidContext) -> Iterator[Finding]:
 
     Fix: wire MV2 to the second loop.
     """
-    for selector, first, second in _pairs(context):
+    for selector, first, second in context.network.pairs():
         if first.loop is second.loop:
             yield selector.find("MV2", selector=selector.name, loop=first.loop.name)
 
@@ -70,11 +70,10 @@ def override_not_connected(context: NextopidContext) -> Iterator[Finding]:
 
     Fix: wire OVERR of the loop at MV1 to OVERR1, and of the one at MV2 to OVERR2.
     """
-    table = legs(context)
-    for leg in table:
-        own = [other for other in table if other.loop is leg.loop]
+    for own in context.network.legs_of_loop.values():
+        leg = own[0]
         fault = fault_of(leg.loop, "OVERR", {f"{other.selector.name}.OVERR{other.number}" for other in own})
-        if fault is not None and own[0] is leg:
+        if fault is not None:
             crossed = leg.loop.source("OVERR") == f"{leg.selector.name}.OVERR{3 - leg.number}"
             yield leg.loop.find("OVERR", None, fault.severity, loop=leg.loop.name, input=f"MV{leg.number}",
                                 selector=leg.selector.name, output=f"OVERR{leg.number}",
@@ -96,14 +95,13 @@ def override_value_not_selected_mv(context: NextopidContext) -> Iterator[Finding
 
     Fix: wire TRK_VAL to MV of the selector; not to MV of the other loop, which may be overridden itself.
     """
-    table = legs(context)
-    for leg in table:
-        own = [other for other in table if other.loop is leg.loop]
-        wanted = set().union(*(behind(context, other.selector) for other in own))
+    for own in context.network.legs_of_loop.values():
+        leg = own[0]
+        wanted = set().union(*(context.network.behind(other.selector) for other in own))
         fault = fault_of(leg.loop, "TRK_VAL", wanted)
         wire = leg.loop.wire("TRK_VAL")
         reads = wire is not None and {context.names[number] for number in wire.signals} & wanted
-        if fault is not None and own[0] is leg and not (reads and not leg.exact):
+        if fault is not None and not (reads and not leg.exact):
             yield leg.loop.find("TRK_VAL", None, fault.severity, loop=leg.loop.name, selector=leg.selector.name,
                                 found=fault.text)  # fmt: skip
 
@@ -124,7 +122,7 @@ def selector_of_opposite_loops(context: NextopidContext) -> Iterator[Finding]:
 
     Fix: check that opening the valve moves the two PVs in opposite directions.
     """
-    for selector, first, second in _pairs(context):
+    for selector, first, second in context.network.pairs():
         modes = first.loop.is_on("Direct"), second.loop.is_on("Direct")
         if None not in modes and modes[0] != modes[1]:
             smaller = selector.type == "ControlSelectMin"
@@ -148,20 +146,11 @@ def override_limits_differ(context: NextopidContext) -> Iterator[Finding]:
 
     Fix: give both loops the same MinMV and MaxMV.
     """
-    for selector, first, second in _pairs(context):
+    for selector, first, second in context.network.pairs():
         mine, theirs = first.loop.mv_limits, second.loop.mv_limits
         if mine and theirs and mine != theirs and first.exact and second.exact:
             yield selector.find("MV2", selector=selector.name, first=first.loop.name, second=second.loop.name,
                                 limits=_range(first.loop), others=_range(second.loop))  # fmt: skip
-
-
-def _pairs(context: NextopidContext) -> Iterator[tuple[BlockView, Leg, Leg]]:
-    """The selectors that have a loop at each input."""
-    table = legs(context)
-    for selector in context.of(*SELECTORS):
-        sides = [[leg for leg in table if leg.selector is selector and leg.number == n] for n in (1, 2)]
-        if all(len(side) == 1 for side in sides):
-            yield selector, sides[0][0], sides[1][0]
 
 
 def _range(loop: BlockView) -> str:
@@ -183,9 +172,8 @@ def override_without_selector(context: NextopidContext) -> Iterator[Finding]:
 
     Fix: wire MV of the loop to the selector, or take OVERR away; with a selector of your own give TRK_VAL its MV.
     """
-    overridden = {leg.loop.number for leg in legs(context)}
     for view in context.pids:
-        if view.number in overridden or not view.may_be_on("OVERR"):
+        if view.number in context.network.legs_of_loop or not view.may_be_on("OVERR"):
             continue
         wire = view.wire("OVERR")
         owner = None if wire is None or wire.signal is None else context.owner(wire.signal)
@@ -212,7 +200,8 @@ def override_without_integral(context: NextopidContext) -> Iterator[Finding]:
 
     Fix: nothing, or give Ti_Ki.
     """
-    for loop in {leg.loop.number: leg.loop for leg in legs(context)}.values():
+    for own in context.network.legs_of_loop.values():
+        loop = own[0].loop
         if loop.integral == 0:
             yield loop.find("Ti_Ki", loop=loop.name)
 
@@ -254,7 +243,12 @@ def feed_forward_beyond_mv(context: NextopidContext) -> Iterator[Finding]:
     for view in context.pids:
         wire, mv = view.wire("BIAS"), view.mv_limits
         owner = None if wire is None or wire.signal is None else context.owner(wire.signal)
-        if owner is None or mv is None or owner[1] != "OutVar" or "Max_OutVar" not in type(owner[0].item).model_fields:
+        if (
+            owner is None
+            or mv is None
+            or owner[1].name != "OutVar"
+            or "Max_OutVar" not in type(owner[0].item).model_fields
+        ):
             continue
         low, high = owner[0].number_of("Min_OutVar"), owner[0].number_of("Max_OutVar")
         span = mv[1] - mv[0]

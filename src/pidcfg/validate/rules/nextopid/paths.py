@@ -1,8 +1,8 @@
 """Which way a change of a loop's MV goes: through the wires and blocks of the file back to its PV.
 
 Only signs are followed: that of a value (1 not negative, -1 not positive, 0 nothing, None nobody knows) and that of its
-answer to a rise of MV. A process is a ControlLag or ControlDelayLag on the way, whose sign is that of Gs. What another
-PID controller does to its process is taken as right: its PV follows its set point.
+answer to a rise of MV. A process is a ControlLag or ControlDelayLag on the way, whose sign is that of Gs. Another PID
+controller on the way turns a rise of its set point into one of its MV, or with Direct into a fall.
 """
 
 from __future__ import annotations
@@ -17,12 +17,15 @@ if TYPE_CHECKING:
     from decimal import Decimal
 
     from pidcfg.schemas.expressions import Expression
-    from pidcfg.validate.rules.nextopid.context import BlockView, NextopidContext
+    from pidcfg.validate.rules.nextopid.context import NextopidContext
+    from pidcfg.validate.rules.nextopid.view import BlockView
 
 Sign = int | None
 Item = tuple[Sign, Sign]
 """The sign of a value, and that of its answer."""
 
+DEEPEST = 40
+"""Blocks behind each other that are followed; beyond, nobody knows."""
 PROCESSES = frozenset(("ControlLag", "ControlDelayLag"))
 PLAIN = frozenset(("ControlLowFilter", "ControlDelay"))
 SELECTORS = frozenset(("ControlSelectMax", "ControlSelectMin"))
@@ -91,10 +94,11 @@ class Ring:
 
     context: NextopidContext
     loop: BlockView
-    starts: frozenset[int] = frozenset()
-    """Loops whose own ways are being followed already."""
     processes: list[BlockView] = field(default_factory=list)
-    waiting: set[int] = field(default_factory=set)
+    passed: set[int] = field(default_factory=set)
+    """The numbers of other controllers on the way."""
+    _answers: dict[int, Sign] = field(default_factory=dict)
+    _waiting: set[int] = field(default_factory=set)
 
     def sign(self) -> Sign:
         """The sign with which PV answers to MV; 0 where they are not wired together, None where nobody knows."""
@@ -110,12 +114,12 @@ class Ring:
     def _value(self, number: int) -> Sign:
         """The sign of what a name holds: of a value, or of the limits of an output. The 0 of a signal tells nothing."""
         found = self.context.owner(number)
-        known = self.context.known(number, frozenset())
+        known = self.context.known(number)
         if known is not None and not isinstance(known.value, bool):
             return sign_of(known.value) or None
         if found is None:
             return None
-        view, key = found
+        view, key = found[0], found[1].name
         low, high = ("Min_OutVar", "Max_OutVar") if key == "OutVar" else ("MinMV", "MaxMV")
         if (
             key in view.own.kind.model.model_fields
@@ -127,17 +131,20 @@ class Ring:
         return 1 if ends[0] is not None and ends[0] >= 0 else -1 if ends[1] is not None and ends[1] <= 0 else None
 
     def _answer(self, number: int) -> Sign:
+        if number in self._answers:
+            return self._answers[number]
         found = self.context.owner(number)
         if found is None:
             return 0
-        view, key = found
-        if view is self.loop and key == "MV":
+        view, row = found
+        if view is self.loop and row.name == "MV":
             return 1
-        if number in self.waiting:
+        if number in self._waiting or len(self._waiting) > DEEPEST:
             return None
-        self.waiting.add(number)
-        result = self._through(view, key)
-        self.waiting.remove(number)
+        self._waiting.add(number)
+        result = self._through(view, row.name)
+        self._waiting.remove(number)
+        self._answers[number] = result
         return result
 
     def _through(self, view: BlockView, key: str) -> Sign:
@@ -165,15 +172,13 @@ class Ring:
 
     def _other_loop(self, view: BlockView, key: str) -> Sign:
         """Another controller moves its MV so that its PV follows its set point."""
-        if key != "MV" or view.number in self.starts:
+        if key != "MV":
             return None
         point = self._wired(view, "SP_CASC") if view.may_be_on("CASC") else 0
         if view.is_wired("CASC") or not view.is_on("CASC"):
             point = plus(point, self._wired(view, "SP"))
-        if point == 0:
-            return self._wired(view, "BIAS")
-        inner = Ring(self.context, view, self.starts | {self.loop.number}).sign()
-        if inner in {0, None}:
-            direct = view.is_on("Direct")
-            inner = None if direct is None else -1 if direct else 1
-        return plus(times(inner, point), self._wired(view, "BIAS"))
+        if point != 0:
+            self.passed.add(view.number)
+        direct = view.is_on("Direct")
+        action = None if direct is None else -1 if direct else 1
+        return plus(times(action, point), self._wired(view, "BIAS"))

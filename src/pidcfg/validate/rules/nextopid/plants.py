@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 from pidcfg.diagnostics import Severity
 from pidcfg.refs import NEXTOPID, Decision
 from pidcfg.validate.rule import Finding, rule
-from pidcfg.validate.rules.nextopid.context import number_text
 from pidcfg.validate.rules.nextopid.paths import Ring
+from pidcfg.validate.rules.nextopid.view import number_text
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -41,14 +41,21 @@ def wrong_direction_of_control(context: NextopidContext) -> Iterator[Finding]:
 
     Fix: change Direct; or correct the sign of Gs, if the process is the one that is written wrong.
     """
-    for view in context.pids:
-        ring = Ring(context, view)
-        sign, direct = ring.sign(), view.is_on("Direct")
-        if not ring.processes or sign in {0, None} or direct is None or direct == (sign == -1):
-            continue
+    rings = {view.number: Ring(context, view) for view in context.pids}
+    wrong = {number: ring for number, ring in rings.items() if _is_wrong(ring)}
+    for number, ring in wrong.items():
+        if any(other in wrong and number not in wrong[other].passed for other in ring.passed):
+            continue  # the loop inside is wrong; what that makes of this one is its echo
+        view, direct = ring.loop, ring.loop.is_on("Direct")
         process = next((own for own in ring.processes if (own.number_of("Gs") or 0) < 0), ring.processes[0])
-        yield view.find("Direct", direct=view.shown("Direct"), moves="rises" if sign == 1 else "falls",
+        yield view.find("Direct", direct=view.shown("Direct"), moves="falls" if direct is False else "rises",
                         process=process.name, gain=process.shown("Gs"), wanted=number_text(not direct))  # fmt: skip
+
+
+def _is_wrong(ring: Ring) -> bool:
+    """Whether the loop drives its PV away: it falls with MV and Direct is FALSE, or rises and Direct is TRUE."""
+    sign, direct = ring.sign(), ring.loop.is_on("Direct")
+    return bool(ring.processes) and sign in {1, -1} and direct is not None and direct == (sign == 1)
 
 
 @rule(

@@ -8,13 +8,14 @@ from typing import TYPE_CHECKING
 from pidcfg.diagnostics import Severity
 from pidcfg.refs import NEXTOPID, Decision
 from pidcfg.validate.rule import rule
-from pidcfg.validate.rules.nextopid.context import ON_OFF, number_text
+from pidcfg.validate.rules.nextopid.view import ON_OFF, number_text
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from pidcfg.validate.rule import Finding
-    from pidcfg.validate.rules.nextopid.context import BlockView, NextopidContext
+    from pidcfg.validate.rules.nextopid.context import NextopidContext
+    from pidcfg.validate.rules.nextopid.view import BlockView
 
 SWITCH = NEXTOPID.at("chapter 6: ControlON_OFF")
 PULSES = NEXTOPID.at("chapter 7: Error")

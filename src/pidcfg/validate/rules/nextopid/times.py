@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from pidcfg.diagnostics import Severity
 from pidcfg.refs import NEXTOPID, Decision
 from pidcfg.validate.rule import Finding, rule
-from pidcfg.validate.rules.nextopid.context import SHORTEST_INTEGRAL, number_text
+from pidcfg.validate.rules.nextopid.view import SHORTEST_INTEGRAL, number_text
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
