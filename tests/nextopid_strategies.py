@@ -2,19 +2,23 @@
 
 from __future__ import annotations
 
+import functools
+import re
+
 from hypothesis import strategies as st
 
 from pidcfg.encoders.maps.nextopid import BLOCK_TYPES, LOOP_TYPES
 from pidcfg.encoders.nextopid.encode import encode
-from pidcfg.schemas.iec import BOOL
+from pidcfg.schemas.iec import BOOL, REAL, IecType
 from pidcfg.schemas.nextopid import NextopidFile
 
-OTHER_BLOCKS = sorted(set(BLOCK_TYPES) - LOOP_TYPES)
+TYPES = (sorted(LOOP_TYPES), sorted(set(BLOCK_TYPES) - LOOP_TYPES))
 TEXTS = st.text(st.characters(codec="utf-8", exclude_categories=("Cc", "Cs")), min_size=1, max_size=12)
 """Names and descriptions, with all that could end a comment."""
 NAMES = st.from_regex(r"[A-Za-z](_?[A-Za-z0-9]){0,5}", fullmatch=True)
 
 
+@functools.cache
 def number(low: str = "-5000", high: str = "5000", places: int = 4) -> st.SearchStrategy:
     """A number as people write it: most have no exact single-precision form."""
     return st.decimals(low, high, places=places).map(lambda value: value + 0)
@@ -34,36 +38,52 @@ def joined(operands: st.SearchStrategy) -> st.SearchStrategy:
     )
 
 
-def expressions(names: list[str]) -> st.SearchStrategy:
-    """Texts that the grammar takes, over these names."""
-    leaves = number("0", "100").map(str) | st.sampled_from(["2", "0.5", "1e-7", "3E6", ".25", "7."])
-    leaves = st.sampled_from(names) | leaves if names else leaves
-    return st.recursive(leaves, joined, max_leaves=6).filter(lambda text: len(text) < 300)
+PLACE = re.compile(r"\[(\d+)\]")
+PLACES = st.integers(0, 999).map(lambda place: f"[{place}]")
+"""Where a name will stand, so that the strategy is made once."""
+LEAVES = PLACES | number("0", "100").map(str) | st.sampled_from(["2", "0.5", "1e-7", "3E6", ".25", "7."])
+EXPRESSIONS = st.recursive(LEAVES, joined, max_leaves=6).map(
+    lambda text: text if any(sign in text for sign in "[(*/ ") else f"({text})"
+)
 
 
-def wires(names: list[str]) -> st.SearchStrategy:
-    """What may stand in place of a number: a name, or an expression that is not a number."""
-    calculated = expressions(names).map(lambda text: text if any(sign in text for sign in "(*/ ") else f"({text})")
-    return st.sampled_from(names) | calculated if names else calculated
+def expression(draw, names: list[str], form: st.SearchStrategy) -> str:
+    """An expression over these names that is no number."""
+    text = draw(form)
+    return PLACE.sub(lambda place: names[int(place.group(1)) % len(names)] if names else "(1)", text)
 
 
-@st.composite
-def items(draw, name: str, kind: str, bools: list[str], numbers: list[str]):
-    """One block; ``bools`` and ``numbers`` are what it may be wired to."""
-    data = {"name": name, "type": kind}
+def choices(draw, name: str, kind: str) -> dict[str, str]:
+    """Which parameters of a block are given, and which of those are wired."""
+    found = {}
     for row in BLOCK_TYPES[kind].inputs:
         field = BLOCK_TYPES[kind].model.model_fields.get(row.name)
-        if field is None or not (field.is_required() or draw(st.booleans())):
+        chance = draw(st.integers(0, 5))
+        if field is not None and (field.is_required() or chance > 1):
+            found[row.name] = "wire" if chance > 3 and "Wire" in str(field.annotation) else "value"
+    return found
+
+
+def items(draw, name: str, kind: str, chosen: dict[str, str], wireable: dict[str, IecType]):
+    """One block. What it is wired to may be its own, but for inputs that are wired themselves."""
+    data = {"name": name, "type": kind}
+    names = {full: of for full, of in wireable.items() if chosen.get(full.removeprefix(f"{name}.")) != "wire"}
+    bools = [full for full, of in names.items() if of is BOOL]
+    numbers = [full for full, of in names.items() if of.kind in {"real", "whole"}]
+    for row in BLOCK_TYPES[kind].inputs:
+        how = chosen.get(row.name)
+        if how is None or (how == "wire" and row.type is BOOL and not bools):
             continue
-        wire = "Wire" in str(field.annotation) and draw(st.integers(0, 2)) == 0
-        if row.type is BOOL:
-            data[row.name] = draw(st.sampled_from(bools)) if wire and bools else draw(st.booleans())
+        if how == "wire":
+            form = PLACES if draw(st.booleans()) else EXPRESSIONS
+            data[row.name] = draw(st.sampled_from(bools)) if row.type is BOOL else expression(draw, numbers, form)
+        elif row.type is BOOL:
+            data[row.name] = draw(st.booleans())
         elif row.type.kind == "whole":
-            top = 4 if row.name == "Mode" else 500
-            data[row.name] = draw(wires(numbers)) if wire else draw(st.integers(1, top))
+            data[row.name] = draw(st.integers(1, 4 if row.name == "Mode" else 500))
         else:
             positive = row.name.startswith(("T", "Max", "Delay", "Dead"))
-            data[row.name] = draw(wires(numbers)) if wire else draw(number("0.001" if positive else "-5000"))
+            data[row.name] = draw(number("0.001" if positive else "-5000"))
     if "TUNE" in kind and draw(st.booleans()):
         data["AutoTuneParam"] = {
             "PercAmpMV": draw(number("0.1", "50")), "PercHystPV": draw(number("0.01", "1")),
@@ -85,38 +105,29 @@ def beside(draw):
     return data
 
 
-def _wireable(names: dict[str, str]) -> tuple[list[str], list[str]]:
-    """Names of BOOLs and of numbers that wires may read: signals, and all parameters of the blocks."""
-    rows = [(f"{name}.{row.name}", row.type) for name, kind in names.items() for row in BLOCK_TYPES[kind].table.rows]
-    bools = [full for full, kind in rows if kind is BOOL]
-    return bools, [full for full, kind in rows if kind.kind in {"real", "whole"}]
-
-
 @st.composite
-def candidates(draw):
-    """A configuration, in which a wire may read an input of its own block that is wired itself."""
+def files(draw):
+    """The data of a configuration."""
     count = draw(st.integers(1, 6))
-    words = draw(st.lists(NAMES, min_size=count + 3, max_size=count + 3, unique_by=str.upper))
+    words = draw(st.lists(NAMES, min_size=count + 3, max_size=count + 3))
     names = [f"{word}_{i}" for i, word in enumerate(words)]
     signals = {name: draw(st.booleans() | number()) for name in names[count:]}
-    kinds = {}
-    for i, name in enumerate(names[:count]):
-        kinds[name] = draw(st.sampled_from(OTHER_BLOCKS if i % 2 else sorted(LOOP_TYPES)))
-    bools, numbers = _wireable(kinds)
-    bools += [name for name, value in signals.items() if isinstance(value, bool)]
-    numbers += [name for name, value in signals.items() if not isinstance(value, bool)]
+    kinds = {name: draw(st.sampled_from(TYPES[i % 2])) for i, name in enumerate(names[:count])}
+    wireable = {name: BOOL if isinstance(value, bool) else REAL for name, value in signals.items()}
+    for name, kind in kinds.items():
+        wireable |= {f"{name}.{row.name}": row.type for row in BLOCK_TYPES[kind].table.rows}
     blocks, loops = [], []
     for name, kind in kinds.items():
-        item = draw(items(name, kind, bools, numbers))
+        item = items(draw, name, kind, choices(draw, name, kind), wireable)
         if kind in LOOP_TYPES:
             loops.append(item | draw(beside()))
         else:
             blocks.append(item)
-    plc = {"sample_time": "100 ms"} | ({"program": draw(st.just("Line_1"))} if draw(st.booleans()) else {})
+    plc = {"sample_time": "100 ms"} | ({"program": "Line_1"} if draw(st.booleans()) else {})
     data = {"pidcfg": 1, "vendor": "nextopid", "plc": plc, "signals": signals, "blocks": blocks, "loops": loops}
     return data | ({"name": draw(TEXTS)} if draw(st.booleans()) else {})
 
 
 def configurations() -> st.SearchStrategy:
     """A configuration whose every value fits and whose every wire means something."""
-    return candidates().map(NextopidFile.model_validate).filter(lambda config: not encode(config).misfits)
+    return files().map(NextopidFile.model_validate).filter(lambda config: not encode(config).misfits)

@@ -62,6 +62,7 @@ def together(listings: list[Listing]) -> Listing:
         for address, raw in other.words.items():
             first.add(address, raw, other.shown[address], other.lines[address])
         first.mixed |= other.mixed
+        first.notes = (*first.notes, *other.notes)
         first.settings, first.plc = (*first.settings, *other.settings), {**first.plc, **other.plc}
     return first
 
@@ -73,7 +74,7 @@ def decode_listing(listing: Listing, vendor: Vendor, options: Mapping[str, Any])
     except DecodeError as error:
         raise ListingError(str(error), listing.lines.get(error.place or -1, 1)) from None
     again = vendor.encoder(vendor.model.model_validate(decoded.data)).image
-    return Decoded(decoded.data, (*decoded.notes, *_differences(listing, again)))
+    return Decoded(decoded.data, (*listing.notes, *decoded.notes, *_differences(listing, again)))
 
 
 def _differences(listing: Listing, again: Image) -> Iterator[str]:

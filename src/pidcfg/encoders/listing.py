@@ -52,6 +52,8 @@ class Listing:
     lines: dict[Any, int] = field(default_factory=dict)
     """Where each word stands, and how its address is written."""
     shown: dict[Any, str] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
+    """What the reader passed over or takes otherwise than it is written."""
 
     def image(self, vendor: str) -> Any:
         """The memory that the listing is of."""

@@ -2,17 +2,41 @@
 
 from __future__ import annotations
 
+import re
+from dataclasses import replace
 from decimal import Decimal
 from typing import TYPE_CHECKING
 
-from pidcfg.encoders.files import DecodeOption
+from pidcfg.encoders.files import DecodeOption, FileKind
 from pidcfg.encoders.named_files import named_listings
+from pidcfg.encoders.nextopid.st_read import read_st
+from pidcfg.encoders.nextopid.st_write import write_st
 from pidcfg.schemas.base import parse_seconds
 
 if TYPE_CHECKING:
     from pidcfg.schemas.nextopid import NextopidFile
 
-FORMATS = named_listings("parameter listing")
+COMMENT = re.compile(
+    r"(?:\s|\(\*.*?\*\)|/\*.*?\*/|//[^\n]*(?:\n|$)|\{[^}]*\}(?=\s*[A-Z(/{]))*+", re.DOTALL | re.IGNORECASE
+)
+BEGIN = re.compile(r"(?:PROGRAM|VAR(?:_[A-Z_]+)?)\s", re.IGNORECASE)
+
+
+def looks_like_st(text: str) -> bool:
+    """Whether a text begins like a program, behind its comments and pragmas."""
+    found = COMMENT.match(text.lstrip("\ufeff"))
+    return bool(BEGIN.match(text.lstrip("\ufeff"), found.end() if found else 0))
+
+
+LISTINGS = named_listings("parameter listing")
+FORMATS = {
+    **LISTINGS,
+    "json": replace(
+        LISTINGS["json"], looks_like=lambda text: text.lstrip().startswith("{") and not looks_like_st(text)
+    ),
+    "st": FileKind("st", "program in Structured Text", write_st, read_st, looks_like_st),
+}
+"""A pragma, with which a program may begin, begins like JSON."""
 
 
 def _seconds(text: str) -> Decimal | None:

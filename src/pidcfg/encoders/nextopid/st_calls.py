@@ -1,0 +1,233 @@
+"""What the statements of a program do with blocks of the library.
+
+Statements that have nothing to do with them are passed over, and counted. What would mean something else once it is
+written as a configuration is refused: a call or an assignment inside IF, a second call, an assignment behind a call.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, NamedTuple
+
+from pidcfg.encoders.nextopid.st_lex import END, NAME, Token
+from pidcfg.encoders.nextopid.st_parse import ENDS, Statement, arguments, chain
+from pidcfg.encoders.nextopid.st_scope import LIBRARY
+from pidcfg.encoders.nextopid.st_values import INTEGERS, number_of
+from pidcfg.schemas.base import parse_seconds, plain_number
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+    from decimal import Decimal
+    from typing import Any
+
+    from pidcfg.encoders.named import Parameter
+    from pidcfg.encoders.nextopid.st_parse import Argument
+    from pidcfg.encoders.nextopid.st_scope import Item, Scope
+
+JUMPS = frozenset(("RETURN", "JMP"))
+
+
+class Given(NamedTuple):
+    """What a parameter is given: the tokens, and how many calls the program has made before."""
+
+    item: Item
+    row: Parameter
+    tokens: tuple[Token, ...]
+    turn: int
+
+
+@dataclass(slots=True)
+class Calls:
+    """All calls and assignments of a program."""
+
+    scope: Scope
+    given: dict[tuple[str, str], Given] = field(default_factory=dict)
+    turns: int = 0
+    foreign: list[int] = field(default_factory=list)
+    """Lines of statements that are passed over."""
+    gates: dict[str, tuple[Item, Token]] = field(default_factory=dict)
+    """Loops that are not called in every cycle, by the variable that counts."""
+    counts: dict[str, int] = field(default_factory=dict)
+
+    def take(self, statement: Statement) -> None:
+        """The next statement."""
+        tokens = statement.tokens
+        if tokens[0].kind == NAME and tokens[0].upper in ENDS:
+            if not self._gate(tokens):
+                self._pass_over(tokens)
+            return
+        parts = chain(tokens)
+        behind = tokens[2 * len(parts) - 1 :] if parts else tokens
+        if parts and behind[0].text == ":=" and len(behind) > 2:
+            self._assign(parts, behind[1:-1], tokens)
+        elif parts and behind[0].text == "(":
+            self._call(parts, behind[:-1], tokens)
+        else:
+            self._pass_over(tokens)
+
+    # --- calls -------------------------------------------------------------------------------------------------------
+
+    def _call(self, parts: tuple[Token, ...], inside: Sequence[Token], tokens: tuple[Token, ...]) -> None:
+        own, kind = self.scope.instance(parts[0].upper), LIBRARY.get(parts[0].upper)
+        if len(parts) > 1 or (own is None and kind is None):
+            self._pass_over(tokens)
+            return
+        given = arguments(inside, parts[0].text)
+        if own is None:
+            if kind is None or not kind.function:
+                raise parts[0].error(f"{parts[0].text} is a function block: declare an instance, and call that")
+            own = self._function(LIBRARY[parts[0].upper], given, parts[0])
+        if own.known:
+            raise parts[0].error(f"{own.name} is called again")
+        for argument in given:
+            if argument.name.upper in {"EN", "ENO"}:
+                raise argument.name.error(f"{own.name} is called on a condition; a configuration has none")
+            if argument.sign == "=>":
+                self._output(own, argument)
+            else:
+                self._give(own, (argument.name,), argument.value)
+        own.place, own.turn = parts[0], self.turns
+        self.turns += 1
+
+    def _function(self, kind: Any, given: list[Argument], at: Token) -> Item:
+        """Which function of the configuration a call is: what the comments at its variables say, or a new one."""
+        stems: dict[str, str] = {}
+        for argument in given:
+            if argument.sign != "=>" or len(argument.value) != 1:
+                continue
+            target = argument.value[0]
+            if target.upper in self.scope.stands:
+                own = self.scope.stands[target.upper][0]
+                if own.kind is not kind:
+                    raise at.error(f"{target.text} stands for a parameter of {own.name}, which is no {kind.name}")
+                return own
+            stem = target.text.removesuffix(f"_{argument.name.text}")
+            stems[stem.upper()] = stem if stem != target.text else ""
+        return self.scope.new_function(kind, next(iter(stems.values())) or None if len(stems) == 1 else None, at)
+
+    def _output(self, own: Item, argument: Argument) -> None:
+        """An output that is copied to a variable, which then stands for it."""
+        row = self.scope.row(own, (argument.name,), "output")
+        target = argument.value[0]
+        if len(argument.value) != 1 or target.upper not in self.scope.variables or target.upper in self.scope.items:
+            self._pass_over(argument.value)
+            return
+        before = self.scope.stands.get(target.upper)
+        if before is not None and (before[0].name, before[1].name) != (own.name, row.name):
+            raise target.error(f"{target.text} stands for {before[0].name}.{before[1].name} already")
+        self.scope.stands[target.upper] = (own, row)
+
+    def _give(self, own: Item, parts: tuple[Token, ...], value: tuple[Token, ...]) -> None:
+        row = self.scope.row(own, parts, "input")
+        if own.known:
+            raise parts[0].error(f"{own.name}.{row.name} is assigned behind the call of {own.name}; assign it before")
+        stands = self.scope.stands.get(value[0].upper)
+        if own.kind.function and len(value) == 1 and stands and stands[0] is own and stands[1] is row:
+            return  # its own variable, which has been assigned before or has an initial value
+        if (own.name, row.name) in self.given:
+            raise parts[0].error(f"{own.name}.{row.name} is assigned again")
+        self.given[own.name, row.name] = Given(own, row, value, self.turns)
+
+    # --- assignments -------------------------------------------------------------------------------------------------
+
+    def _assign(self, parts: tuple[Token, ...], value: tuple[Token, ...], tokens: tuple[Token, ...]) -> None:
+        own = self.scope.instance(parts[0].upper)
+        if own is not None and len(parts) > 1:
+            self._give(own, parts[1:], value)
+            return
+        stands = self.scope.stands.get(parts[0].upper)
+        if stands and len(parts) == 1 and stands[1].access == "input":
+            self._give(stands[0], (parts[0]._replace(text=stands[1].name),), value)
+            return
+        if len(parts) == 1 and self._count(parts[0], value):
+            return
+        self._pass_over(tokens)
+
+    def _gate(self, tokens: tuple[Token, ...]) -> bool:
+        """``IF counter = 0 THEN loop(…); END_IF``: the call of a loop in every n-th cycle."""
+        if [token.upper for token in (tokens[0], *tokens[2:5])] != ["IF", "=", "0", "THEN"]:
+            return False
+        own = self.scope.instance(tokens[5].upper)
+        inner = tokens[5:-2]
+        counter = self.scope.variables.get(tokens[1].upper)
+        if own is None or counter is None or counter.type_name not in INTEGERS or tokens[6].text != "(":
+            return False
+        if inner[-1].text != ";" or any(token.text == ";" for token in inner[:-1]) or tokens[1].upper in self.counts:
+            return False
+        if isinstance(counter.initial, dict) or [token.text for token in counter.initial or ()] not in ([], ["0"]):
+            raise counter.name.error(f"{counter.name.text} counts the cycles of {own.name}, and must begin with 0")
+        self.take(Statement((*inner[:-1], tokens[-1])))
+        self.gates[tokens[1].upper] = (own, tokens[1])
+        return True
+
+    def _count(self, counter: Token, value: tuple[Token, ...]) -> bool:
+        """``counter := (counter + 1) MOD n`` behind such a call."""
+        texts = [token.upper for token in value]
+        if counter.upper not in self.gates or texts[:-1] != ["(", counter.upper, "+", "1", ")", "MOD"]:
+            return False
+        cycles = number_of(value[-1])
+        if isinstance(cycles, bool) or not isinstance(cycles, int) or cycles < 1 or counter.upper in self.counts:
+            return False
+        self.counts[counter.upper] = cycles
+        return True
+
+    def sample_times(self, plc: Mapping[str, Any]) -> None:
+        """The intervals of the loops that are not called in every cycle; they must agree with the comments."""
+        for counter, (own, place) in self.gates.items():
+            if counter not in self.counts or counter in self.scope.assigned:
+                raise place.error(f"{place.text} is not counted as in {place.text} := ({place.text} + 1) MOD 5")
+            own.cycles = self.counts[counter]
+        task = _seconds(plc.get("sample_time"))
+        for own in self.scope.items.values():
+            time = _seconds(own.entry.get("sample_time"))
+            if own.place is None or (own.cycles == 1 and time is None):
+                continue
+            if task is None and time is None:
+                message = 'say the interval of the task in a comment: (* plc: {"sample_time": 0.1} *)'
+                raise own.place.error(f"{own.name} is called in every {own.cycles} cycles; {message}")
+            if time is None and task is not None:
+                own.entry["sample_time"] = plain_number(task * own.cycles)
+            elif task is not None and time is not None and time != task * own.cycles:
+                message = f"{own.name} is called in every {own.cycles} cycles of {task} s, not of {time} s together"
+                raise own.place.error(message)
+
+    # --- the rest ----------------------------------------------------------------------------------------------------
+
+    def _pass_over(self, tokens: Sequence[Token]) -> None:
+        """A statement that has nothing to do with the library; what it writes is remembered."""
+        if tokens[0].line not in self.foreign[-1:]:
+            self.foreign.append(tokens[0].line)
+        depth, padded = 0, (*tokens, *(Token(END, "", token.line, token.column) for token in [tokens[-1]] * 3))
+        for at, token in enumerate(tokens):
+            before = tokens[at - 1].text if at else ""
+            depth += (token.text == "(") - (token.text == ")")
+            if token.kind != NAME or before == ".":
+                continue
+            parts = chain(padded, at)
+            follows = padded[at + 2 * len(parts) - 1].text
+            self._refuse(token, parts, follows, depth)
+            if (follows == ":=" and depth == 0) or before == "=>":
+                self.scope.assigned.setdefault(token.upper, token)
+
+    def _refuse(self, token: Token, parts: tuple[Token, ...], follows: str, depth: int) -> None:
+        """What a statement may not do with a block of the library."""
+        kind, own = LIBRARY.get(token.upper), self.scope.instance(token.upper)
+        if token.upper in JUMPS:
+            raise token.error(f"{token.text}: what stands behind is not always executed")
+        if kind is not None and kind.function and follows == "(":
+            raise token.error(f"{token.text} is called inside another statement")
+        if own is None:
+            return
+        if len(parts) == 1:
+            what = "is called" if follows == "(" else "is used as a whole"
+            raise token.error(f"{own.name} {what} inside another statement")
+        if follows == ":=" and depth == 0:
+            raise token.error(f"a parameter of {own.name} is assigned inside another statement")
+
+
+def _seconds(value: object) -> Decimal | None:
+    """A time of the settings; None where there is none that makes sense."""
+    try:
+        return None if value is None else parse_seconds(value)
+    except ValueError:
+        return None

@@ -1,0 +1,93 @@
+"""Structured Text as words and signs with their places, and its comments."""
+
+from __future__ import annotations
+
+import re
+from typing import NamedTuple
+
+from pidcfg.encoders.listing import ListingError
+
+NAME, NUMBER, TYPED, OTHER, SIGN, END = "name", "number", "typed", "other", "sign", "end"
+"""What a token is: ``typed`` is a literal with a prefix (``16#FF``), ``other`` a text or a location."""
+
+
+class Token(NamedTuple):
+    """A word or sign of the program."""
+
+    kind: str
+    text: str
+    line: int
+    column: int
+    note: str = ""
+    """The comment that stands behind it on the same line."""
+
+    @property
+    def upper(self) -> str:
+        """In capitals, since the language does not tell them from small letters."""
+        return self.text.upper()
+
+    def error(self, message: str) -> ListingError:
+        """A fault at this place."""
+        return ListingError(message, self.line, self.column)
+
+
+class Comment(NamedTuple):
+    """What people read, and where it stands."""
+
+    text: str
+    line: int
+    column: int
+
+
+PARTS = (
+    ("skip", r"[ \t\r\n\f\ufeff]+"),
+    ("line", r"//[^\n]*"),
+    ("block", r"\(\*|/\*"),
+    ("pragma", r"\{[^}]*\}"),
+    (OTHER, r"""'(?:\$.|[^'$\n])*'|"(?:\$.|[^"$\n])*"|%[\w.*]+"""),
+    (TYPED, r"(?:[DLT]*(?:TIME|DATE|T|D|DT|TOD|TIME_OF_DAY|DATE_AND_TIME)#[-+\w.:]+|\w+(?:#\w+)?#[-+]?[\w.]+)"),
+    (NUMBER, r"\d[\d_]*(?:\.\d[\d_]*)?(?:[eE][-+]?\d+)?(?![^\W\d])"),
+    (NAME, r"[^\W\d]\w*"),
+    (SIGN, r":=|=>|<=|>=|<>|\*\*|\.\.|[-+*/=<>()\[\],;:.&^#@]"),
+)
+PATTERN = re.compile("|".join(f"(?P<{kind}>{form})" for kind, form in PARTS), re.DOTALL)
+ENDS = {"(*": re.compile(r"\(\*|\*\)"), "/*": re.compile(r"\*/")}
+"""Comments in parentheses may stand in each other."""
+
+
+def tokens_of(text: str, line: int = 1) -> tuple[list[Token], list[Comment]]:
+    """All tokens, the last of which is the end, and all comments; raises `ListingError`."""
+    tokens: list[Token] = []
+    comments: list[Comment] = []
+    at, begin = 0, 0
+    while at < len(text):
+        found = PATTERN.match(text, at)
+        if found is None:
+            raise ListingError(f"{text[at]!r} is nothing that Structured Text has here", line, at - begin + 1)
+        kind, column, end = found.lastgroup or "", at - begin + 1, found.end()
+        if kind in {"line", "block"}:
+            end = _comment_end(text, found.group(), end, line, column)
+            inner = text[at + 2 : end if kind == "line" else end - 2].strip()
+            comments.append(Comment(inner, line, column))
+            if tokens and tokens[-1].line == line and not tokens[-1].note:
+                tokens[-1] = tokens[-1]._replace(note=inner)
+        elif kind not in {"skip", "pragma"}:
+            tokens.append(Token(kind, found.group(), line, column))
+        breaks = text.count("\n", at, end)
+        if breaks:
+            line, begin = line + breaks, text.rindex("\n", at, end) + 1
+        at = end
+    tokens.append(Token(END, "the end of the file", line, at - begin + 1))
+    return tokens, comments
+
+
+def _comment_end(text: str, sign: str, at: int, line: int, column: int) -> int:
+    """Where a comment ends."""
+    if sign not in ENDS:
+        return at
+    open_comments = 1
+    for found in ENDS[sign].finditer(text, at):
+        open_comments += 1 if found.group() == sign else -1
+        if not open_comments:
+            return found.end()
+    raise ListingError(f"the comment that begins here with {sign} has no end", line, column)

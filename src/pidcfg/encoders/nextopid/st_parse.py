@@ -1,0 +1,293 @@
+"""Structured Text to declarations and statements; what they mean is found by `pidcfg.encoders.nextopid.st_read`."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, NamedTuple
+
+from pidcfg.encoders.nextopid.st_lex import END, NAME, NUMBER, TYPED, Token, tokens_of
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
+    from pidcfg.encoders.nextopid.st_lex import Comment
+
+VARIABLES = frozenset(
+    ("VAR", "VAR_INPUT", "VAR_OUTPUT", "VAR_IN_OUT", "VAR_GLOBAL", "VAR_TEMP", "VAR_EXTERNAL", "VAR_STAT", "VAR_CONFIG")
+)
+QUALIFIERS = frozenset(("CONSTANT", "RETAIN", "NON_RETAIN", "PERSISTENT"))
+ENDS = {"IF": "END_IF", "CASE": "END_CASE", "FOR": "END_FOR", "WHILE": "END_WHILE", "REPEAT": "END_REPEAT"}
+"""Statements that have others inside."""
+FOREIGN = frozenset(
+    (
+        "FUNCTION",
+        "FUNCTION_BLOCK",
+        "TYPE",
+        "CONFIGURATION",
+        "RESOURCE",
+        "CLASS",
+        "INTERFACE",
+        "METHOD",
+        "PROPERTY",
+        "ACTION",
+        "NAMESPACE",
+    )
+)
+DEEPEST = 8
+"""Structures in each other."""
+
+Initial = tuple[Token, ...] | dict[str, "Member"]
+"""The tokens of a literal, or the members of a structure by name."""
+
+
+class Member(NamedTuple):
+    """A member of an initial value."""
+
+    name: Token
+    value: Initial
+
+
+class Declaration(NamedTuple):
+    """A variable: its name, its type, its initial value, and the comment behind it."""
+
+    name: Token
+    type: tuple[Token, ...]
+    initial: Initial | None = None
+    note: str = ""
+
+    @property
+    def type_name(self) -> str:
+        """The type in capitals, if it is one word."""
+        return self.type[0].upper if len(self.type) == 1 else ""
+
+
+class Statement(NamedTuple):
+    """A statement without its semicolon, and the end as its last token."""
+
+    tokens: tuple[Token, ...]
+
+    @property
+    def first(self) -> Token:
+        """Where it begins."""
+        return self.tokens[0]
+
+
+@dataclass(slots=True)
+class Source:
+    """A program as written."""
+
+    program: Token | None = None
+    declarations: list[Declaration] = field(default_factory=list)
+    statements: list[Statement] = field(default_factory=list)
+    comments: list[Comment] = field(default_factory=list)
+
+
+@dataclass(slots=True)
+class Cursor:
+    """Tokens, and where reading has come to."""
+
+    tokens: Sequence[Token]
+    at: int = 0
+
+    @property
+    def here(self) -> Token:
+        """The token that comes next."""
+        return self.tokens[min(self.at, len(self.tokens) - 1)]
+
+    def take(self) -> Token:
+        """The token that comes next, which is then behind."""
+        token = self.here
+        self.at += 1
+        return token
+
+    def expect(self, sign: str, after: str) -> Token:
+        """A sign or word that must come next."""
+        token = self.take()
+        if token.upper != sign or token.kind == END:
+            raise token.error(f"{sign!r} is missing after {after}, before {token.text!r}")
+        return token
+
+    def until(self, stops: frozenset[str]) -> tuple[Token, ...]:
+        """The tokens up to one of these outside of all parentheses."""
+        start, depth = self.at, 0
+        while self.here.kind != END and not (depth == 0 and self.here.upper in stops):
+            depth += (self.here.text in "([") - (self.here.text in ")]") if len(self.here.text) == 1 else 0
+            if depth < 0 or self.here.text == ";":
+                raise self.here.error(f"unexpected {self.here.text!r}")
+            self.at += 1
+        return tuple(self.tokens[start : self.at])
+
+
+SEMICOLON = frozenset(";")
+
+
+def parse_st(text: str) -> Source:
+    """A program; raises `ListingError` at what cannot be read."""
+    tokens, comments = tokens_of(text)
+    source, cursor, ended = Source(comments=comments), Cursor(tokens), False
+    while cursor.here.kind != END:
+        word = cursor.here.upper
+        if word in VARIABLES:
+            source.declarations += declarations(cursor)
+        elif word == "PROGRAM" or word in FOREIGN:
+            token = cursor.take()
+            if word != "PROGRAM" or source.program is not None:
+                raise token.error(f"{word}: a file holds one PROGRAM, with its variables and statements")
+            source.program = _name(cursor, "PROGRAM")
+        elif word == "END_PROGRAM" and not ended:
+            ended = bool(cursor.take())
+        elif ended:
+            raise cursor.here.error(f"{cursor.here.text!r} stands behind END_PROGRAM")
+        else:
+            source.statements += statement(cursor)
+    return source
+
+
+def parse_body(text: str, line: int, source: Source) -> None:
+    """Statements alone, which begin in this line of a file."""
+    tokens, comments = tokens_of(text, line)
+    source.comments += comments
+    cursor = Cursor(tokens)
+    while cursor.here.kind != END:
+        source.statements += statement(cursor)
+
+
+def _name(cursor: Cursor, after: str) -> Token:
+    token = cursor.take()
+    if token.kind != NAME:
+        raise token.error(f"a name is missing after {after}, before {token.text!r}")
+    return token
+
+
+# --- declarations ----------------------------------------------------------------------------------------------------
+
+
+def declarations(cursor: Cursor) -> Iterator[Declaration]:
+    """A block of variables, from VAR to END_VAR."""
+    head = cursor.take()
+    while cursor.here.upper in QUALIFIERS:
+        cursor.take()
+    while cursor.here.upper != "END_VAR":
+        if cursor.here.kind == END:
+            raise head.error(f"{head.text} has no END_VAR")
+        names = [_name(cursor, "the declarations before")]
+        while cursor.here.text == ",":
+            cursor.take()
+            names.append(_name(cursor, "the comma"))
+        if cursor.here.upper == "AT":
+            cursor.until(frozenset((":", ";")))
+        cursor.expect(":", names[-1].text)
+        kind = cursor.until(frozenset((":=", ";")))
+        initial = None
+        if cursor.here.text == ":=":
+            cursor.take()
+            initial = initial_value(cursor.until(SEMICOLON))
+        end = cursor.expect(";", "the declaration")
+        for name in names:
+            yield Declaration(name, kind, initial, end.note)
+    cursor.take()
+
+
+def initial_value(tokens: tuple[Token, ...], depth: int = 0) -> Initial:
+    """An initial value: a structure, ``(SP := 50.0)``, or anything else as it stands."""
+    if len(tokens) < 4 or tokens[0].text != "(" or tokens[2].text != ":=":
+        return tokens
+    if depth > DEEPEST:
+        raise tokens[0].error("structures are nested too deeply")
+    if tokens[-1].text != ")":
+        raise tokens[-1].error(f"{tokens[-1].text!r} stands behind the structure")
+    cursor = Cursor((*tokens[1:-1], tokens[-1]._replace(kind=END)))
+    found: dict[str, Member] = {}
+    while True:
+        name = _name(cursor, "the parenthesis or comma")
+        cursor.expect(":=", name.text)
+        value = cursor.until(frozenset(","))
+        if name.upper in found:
+            raise name.error(f"{name.text} stands here again")
+        found[name.upper] = Member(name, initial_value(value, depth + 1))
+        if cursor.here.kind == END:
+            return found
+        cursor.expect(",", "the member")
+
+
+# --- statements ------------------------------------------------------------------------------------------------------
+
+
+def statement(cursor: Cursor) -> Iterator[Statement]:
+    """The next statement; one that is empty is none."""
+    start = cursor.at
+    if cursor.here.upper in ENDS and cursor.here.kind == NAME:
+        _skip_inner(cursor)
+        end = cursor.at
+        if cursor.here.text == ";":
+            cursor.take()
+    else:
+        cursor.until(SEMICOLON)
+        end = cursor.at
+        cursor.expect(";", "the statement")
+    if end > start:
+        last = cursor.tokens[end - 1]
+        yield Statement((*cursor.tokens[start:end], Token(END, "the end of the statement", last.line, last.column)))
+
+
+def _skip_inner(cursor: Cursor) -> None:
+    """Moves behind a statement with others inside."""
+    waiting: list[Token] = []
+    while True:
+        token = cursor.take()
+        if token.kind == END:
+            raise waiting[-1].error(f"{waiting[-1].text} has no {ENDS[waiting[-1].upper]}")
+        if token.kind == NAME and token.upper in ENDS:
+            waiting.append(token)
+        elif token.kind == NAME and token.upper == ENDS[waiting[-1].upper]:
+            waiting.pop()
+            if not waiting:
+                return
+
+
+class Argument(NamedTuple):
+    """An argument of a call: the parameter, ``:=`` or ``=>``, and what stands behind it."""
+
+    name: Token
+    sign: str
+    value: tuple[Token, ...]
+
+
+def chain(tokens: Sequence[Token], at: int = 0) -> tuple[Token, ...]:
+    """A name with the dots and names behind it, ``TIC_1.ErrBits.Kp``, without the dots."""
+    found: list[Token] = []
+    while tokens[at].kind == NAME:
+        found.append(tokens[at])
+        if tokens[at + 1].text != "." or tokens[at + 2].kind != NAME:
+            break
+        at += 2
+    return tuple(found)
+
+
+def arguments(tokens: Sequence[Token], callee: str) -> list[Argument]:
+    """The arguments of a call from its opening parenthesis to the end of the statement; each has a name."""
+    cursor = Cursor((*tokens, Token(END, "the end of the statement", tokens[-1].line, tokens[-1].column)))
+    cursor.expect("(", callee)
+    found: list[Argument] = []
+    while cursor.here.text != ")":
+        name = cursor.take()
+        sign = cursor.take()
+        if name.kind != NAME or sign.text not in {":=", "=>"}:
+            raise name.error(f"an argument of {callee} has no name; write it as in PV := FT_101")
+        value = cursor.until(frozenset((",", ")")))
+        if not value:
+            raise sign.error(f"nothing stands behind {name.text} {sign.text}")
+        if name.upper in {other.name.upper for other in found}:
+            raise name.error(f"{name.text} stands here again")
+        found.append(Argument(name, sign.text, value))
+        if cursor.here.text != ")":
+            cursor.expect(",", f"the argument {name.text}")
+    cursor.take()
+    if cursor.here.kind != END:
+        raise cursor.here.error(f"{cursor.here.text!r} stands behind the call of {callee}")
+    return found
+
+
+def is_literal(token: Token) -> bool:
+    """Whether a token is a number, or a literal with a prefix."""
+    return token.kind in {NUMBER, TYPED}

@@ -1,0 +1,218 @@
+"""The names of a program that is read: instances of the library, functions, and variables."""
+
+from __future__ import annotations
+
+import json
+import re
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, get_args
+
+from pydantic_core import PydanticCustomError
+
+from pidcfg.encoders.listing import Listing, ListingError, load_json
+from pidcfg.encoders.maps.nextopid import BLOCK_TYPES, LOOP_TYPES
+from pidcfg.encoders.nextopid.st_values import INTEGERS, REALS
+from pidcfg.schemas.iec import BOOL, INT, REAL, Wire, parse_identifier
+from pidcfg.schemas.names import nearest
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator
+
+    from pidcfg.encoders.maps.nextopid import BlockType
+    from pidcfg.encoders.named import Parameter
+    from pidcfg.encoders.nextopid.st_lex import Comment, Token
+    from pidcfg.encoders.nextopid.st_parse import Declaration, Source
+    from pidcfg.schemas.iec import IecType
+
+LIBRARY = {name.upper(): kind for name, kind in BLOCK_TYPES.items()}
+SETTINGS = re.compile(r"(plc|loop):\s*(?=\{)")
+"""How the comments begin that carry what no parameter holds."""
+STANDS_FOR = re.compile(r"(\w+)\.(\w+)")
+
+
+@dataclass(slots=True)
+class Item:
+    """A block or function of the library in the program."""
+
+    name: str
+    kind: BlockType
+    entry: dict[str, Any]
+    place: Token | None = None
+    """Its call, once one is found."""
+    turn: int = -1
+    """The how manieth call of the program that is."""
+    cycles: int = 1
+
+    @property
+    def known(self) -> bool:
+        """Whether its call has been found."""
+        return self.place is not None
+
+
+def settings_of(comments: Iterable[Comment], found: Listing) -> list[Comment]:
+    """Takes what no parameter holds from the comments; the comments of the blocks, each at its entry's place."""
+    places: list[Comment] = []
+    for comment in comments:
+        head = SETTINGS.match(comment.text)
+        if head is None:
+            continue
+        try:
+            entry = load_json(comment.text[head.end() :])
+        except ListingError as error:
+            raise ListingError(f"the settings are {error}", comment.line, comment.column) from None
+        if head.group(1) == "plc":
+            found.plc = entry
+        else:
+            found.settings = (*found.settings, entry)
+            places.append(comment)
+    return places
+
+
+def can_wire(annotation: Any) -> bool:
+    """Whether a field takes an expression."""
+    return annotation is Wire or any(can_wire(inner) for inner in get_args(annotation))
+
+
+def check_name(name: str, line: int, column: int) -> None:
+    """Refuses a name that a configuration cannot have."""
+    try:
+        parse_identifier(name)
+    except PydanticCustomError as error:
+        raise ListingError(error.message(), line, column) from None
+
+
+@dataclass(slots=True)
+class Scope:
+    """What every name is; capitals do not count."""
+
+    variables: dict[str, Declaration] = field(default_factory=dict)
+    items: dict[str, Item] = field(default_factory=dict)
+    stands: dict[str, tuple[Item, Parameter]] = field(default_factory=dict)
+    """Variables that stand for an output, or for an input of a function."""
+    assigned: dict[str, Token] = field(default_factory=dict)
+    """Variables that the program itself writes."""
+    used: set[str] = field(default_factory=set)
+    """Variables that wires read."""
+
+    @classmethod
+    def of(cls, source: Source, found: Listing) -> Scope:
+        """Everything that is declared, and the functions that the settings name."""
+        self, places = cls(), settings_of(source.comments, found)
+        for declaration in source.declarations:
+            if declaration.name.upper in self.variables:
+                raise declaration.name.error(f"{declaration.name.text} is declared again")
+            self.variables[declaration.name.upper] = declaration
+        for entry, place in zip(found.settings, places, strict=True):
+            self._described(dict(entry), place)
+        for declaration in source.declarations:
+            self._declared(declaration)
+        for declaration in source.declarations:
+            match = STANDS_FOR.fullmatch(declaration.note)
+            own = self.items.get(match.group(1).upper()) if match else None
+            if match and own and own.kind.function and declaration.name.upper not in self.items:
+                row = next((row for row in own.kind.table.rows if row.name == match.group(2)), None)
+                if row is not None:
+                    self.stands[declaration.name.upper] = (own, row)
+        return self
+
+    def _described(self, entry: dict[str, Any], place: Comment) -> None:
+        """An item of the settings; instances must be declared, and as what they say."""
+        name, kind = entry.get("loop") or entry.get("block"), LIBRARY.get(str(entry.get("type")).upper())
+        if not isinstance(name, str) or kind is None:
+            message = f"the comment names no block of the library: {json.dumps(entry, ensure_ascii=False)[:80]}"
+            raise ListingError(message, place.line, place.column)
+        own = self.variables.get(name.upper())
+        if own is not None and own.type_name != kind.name.upper():
+            raise own.name.error(f"{name} is declared otherwise than the comment in line {place.line} says")
+        if own is None and not kind.function:
+            raise ListingError(f"{name} is not declared", place.line, place.column)
+        self._add(Item(own.name.text if own else name, kind, entry), place.line, place.column)
+
+    def _declared(self, own: Declaration) -> None:
+        """An instance that no comment speaks of."""
+        inside = next((LIBRARY[token.upper] for token in own.type if token.upper in LIBRARY), None)
+        if inside is None or own.name.upper in self.items:
+            return
+        if len(own.type) > 1:
+            raise own.type[0].error(f"{own.name.text}: instances of {inside.name} are declared one by one")
+        if inside.function:
+            raise own.type[0].error(f"{inside.name} is a function, which has no instance")
+        key = "loop" if inside.name in LOOP_TYPES else "block"
+        entry = {key: own.name.text, "type": inside.name}
+        self._add(Item(own.name.text, inside, entry), own.name.line, own.name.column)
+
+    def _add(self, item: Item, line: int, column: int) -> None:
+        if item.name.upper() in self.items:
+            raise ListingError(f"{item.name} stands here again", line, column)
+        check_name(item.name, line, column)
+        self.items[item.name.upper()] = item
+
+    def new_function(self, kind: BlockType, wanted: str | None, at: Token) -> Item:
+        """A function that no comment speaks of; its name is that of its outputs' variables, or one that is free."""
+        name, number = wanted or f"{kind.name.removeprefix('Control')}_1", 1
+        while name.upper() in self.items or name.upper() in self.variables:
+            number += 1
+            name = f"{kind.name.removeprefix('Control')}_{number}"
+        item = Item(name, kind, {"block": name, "type": kind.name})
+        self._add(item, at.line, at.column)
+        return item
+
+    # --- names -------------------------------------------------------------------------------------------------------
+
+    def instance(self, name: str) -> Item | None:
+        """An instance by its name, in capitals; functions have none."""
+        own = self.items.get(name)
+        return None if own is None or own.kind.function else own
+
+    def row(self, own: Item, parts: tuple[Token, ...], access: str = "") -> Parameter:
+        """A parameter of a block, ``ErrBits.Kp``."""
+        text = ".".join(part.text for part in parts)
+        rows = {row.name.upper(): row for row in own.kind.table.rows if access in {"", row.access}}
+        row = rows.get(text.upper())
+        if row is None:
+            near = nearest(text.upper(), rows)
+            hint = f"; did you mean {rows[near].name}?" if near else ""
+            what = f"{access} " if access else ""
+            raise parts[0].error(f"{own.kind.name} has no {what}parameter {text}{hint}")
+        return row
+
+    def resolve(self, parts: tuple[Token, ...]) -> tuple[str, IecType]:
+        """What a name in an expression stands for, and its type."""
+        first, text = parts[0], ".".join(part.text for part in parts)
+        own = self.instance(first.upper)
+        if own is not None and len(parts) > 1:
+            row = self.row(own, parts[1:])
+            return f"{own.name}.{row.name}", row.type
+        if first.upper in self.stands and len(parts) == 1:
+            own, row = self.stands[first.upper]
+            self._only_there(first)
+            return f"{own.name}.{row.name}", row.type
+        declared = self.variables.get(first.upper)
+        if own is not None or declared is None or len(parts) > 1:
+            near = nearest(first.upper, [*self.variables])
+            hint = f"; did you mean {self.variables[near].name.text}?" if near and near != first.upper else ""
+            raise first.error(f"{text} is no variable that the program declares, and no parameter{hint}")
+        self._only_there(first)
+        return self._signal(declared)
+
+    def _only_there(self, name: Token) -> None:
+        """A variable that the program writes means something only where it is written."""
+        if name.upper in self.assigned:
+            line = self.assigned[name.upper].line
+            message = f"{name.text} is assigned in line {line}: wire what it is assigned there"
+            raise name.error(message)
+
+    def _signal(self, declared: Declaration) -> tuple[str, IecType]:
+        name, kind = declared.name, declared.type_name
+        if kind not in {"BOOL", *REALS, *INTEGERS}:
+            raise name.error(f"{name.text} is read by a block, and is neither a number nor a BOOL")
+        check_name(name.text, name.line, name.column)
+        self.used.add(name.upper)
+        return name.text, BOOL if kind == "BOOL" else REAL if kind in REALS else INT
+
+    def signals(self, *, everything: bool) -> Iterator[Declaration]:
+        """Variables that come from outside: those that wires read, or all of a fitting type."""
+        for upper, own in self.variables.items():
+            fits = own.type_name in {"BOOL", "REAL"} and upper not in self.stands and upper not in self.assigned
+            if upper in self.used or (everything and fits):
+                yield own
