@@ -112,6 +112,20 @@ def test_on_off_compares_limited_values():
     assert Block("ControlON_OFF", **ON_OFF)(SP=104, PV=96)["MV"] == 1
 
 
+def test_on_off_calculates_the_error_in_single_precision():
+    wide = {"SP": 2**24, "PV": -1, "MaxPV": 2**25, "MinPV": -(2**25)}
+
+    assert Block("ControlON_OFF", **ON_OFF | wide)(DeadBand=2**24)["MV"] == 0
+    assert Block("ControlON_OFF", **ON_OFF | wide)(DeadBand=2**24 - 1)["MV"] == 1
+
+
+def test_on_off_has_both_error_bits_at_once():
+    block = Block("ControlON_OFF", **ON_OFF)(MaxPV=-1, DeadBand=-1)
+
+    assert (block["ErrBits.MaxMinPV"], block["ErrBits.DeadBand"]) == (1, 1)
+    assert block.s.status == MANUAL_MODE | 3 * ERROR_BASE
+
+
 def test_on_off_keeps_a_process_in_its_band():
     block, y, seen = Block("ControlON_OFF", **ON_OFF), 0.0, []
     for _ in range(3000):
@@ -169,6 +183,20 @@ def test_the_widest_and_the_narrowest_range_make_pulses(low, high):
     block = Block("ControlPWM", MinMV=low, MaxMV=high, Period=10)
     assert block(MV=low)["PWM"] == 0
     assert block["Error"] == 0
+
+
+def test_half_a_cycle_is_rounded_as_native_single_precision_has_it():
+    rng = random.Random(4)
+    seen = set()
+    for _ in range(3000):
+        low, width, period = np.float32(rng.uniform(-90, 90)), np.float32(rng.uniform(1, 300)), rng.randint(1, 300)
+        high = low + width
+        mv = low + width * np.float32((rng.randrange(period) + 0.5) / period)
+        block = Block("ControlPWM", MV=mv, MinMV=low, MaxMV=high, Period=period)()
+        clipped = min(max(mv, low), high)
+        assert block.s.held == round(float((clipped - low) / (high - low) * np.float32(period)))
+        seen.add(block.s.held % 2)
+    assert seen == {0, 1}
 
 
 @given(st.floats(-1e6, 1e6, width=32), st.floats(-1e6, 1e6, width=32), st.floats(-1e6, 1e6, width=32),
@@ -421,6 +449,19 @@ def test_split_outputs_stay_within_0_to_100(mv, point, mode):
     block = Block("ControlSplitRange", MV=mv, SPLIT=point, Mode=mode)()
     assert 0 <= block["MV1"] <= 100
     assert 0 <= block["MV2"] <= 100
+
+
+def test_a_range_is_split_as_in_native_single_precision():
+    rng = random.Random(6)
+    full = np.float32(100)
+    for _ in range(3000):
+        mv, point = np.float32(rng.uniform(0, 100)), np.float32(rng.uniform(0, 100))
+        low = mv / point * full if mv < point else full
+        high = np.float32(0) if mv < point else (mv - point) / (full - point) * full
+        wanted = {1: (low, full - low), 2: (low, high), 3: (low, full - high), 4: (full - low, high)}
+        for mode, pair in wanted.items():
+            block = Block("ControlSplitRange", MV=mv, SPLIT=point, Mode=mode)()
+            assert (block["MV1"], block["MV2"]) == pair
 
 
 # --- errors ----------------------------------------------------------------------------------------------------------

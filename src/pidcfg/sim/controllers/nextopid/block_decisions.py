@@ -16,7 +16,7 @@ BLOCKS = (
         236, "coefficients of filters and lags",
         "The share of the way of one sample is 1 − e^(−Ts/Tc), rounded to single precision once, and worked out again "
         "when Ts/Tc has changed. Each other result of these blocks is rounded too, so that a slow lag stops short of "
-        "its end: what is below half the last digit is lost. Inputs that come from plants are rounded first.",
+        "its end: what is below half the last digit is lost.",
         "The parameters are REAL. A block that rounds e^(−Ts/Tc) before subtracting it from 1 would differ by up to "
         "6e-8 of the way.",
     ),

@@ -49,7 +49,7 @@ def begin_line(c: Config, s: State, aux: MutableSequence[float], samples: int, v
 def delayed(c: Config, s: State, aux: MutableSequence[float], sig: MutableSequence[float]) -> float:
     """What InVar was a DelayTime ago (kernel)."""
     b = c.base
-    x = single(sig[b + _IN])
+    x = sig[b + _IN]
     samples = int(nearest(single(sig[b + _TIME] / c.ts)))
     if s.started == 0:
         begin_line(c, s, aux, samples, sig[b + _INIT])

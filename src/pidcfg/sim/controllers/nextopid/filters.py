@@ -61,7 +61,7 @@ def low_filter(c: Config, s: State, sig: MutableSequence[float]) -> None:
         sig[b + _F_ERROR] = 1.0
         return
     sig[b + _F_ERROR] = 0.0
-    x = single(sig[b + _F_IN])
+    x = sig[b + _F_IN]
     if s.started == 0:
         s.started = 1
         s.y = x
@@ -97,7 +97,7 @@ def lag(c: Config, s: State, sig: MutableSequence[float]) -> None:
         sig[b + _ERROR] = 1.0
         return
     sig[b + _ERROR] = 0.0
-    step_lag(c, s, single(sig[b + _IN]), b, sig)
+    step_lag(c, s, sig[b + _IN], b, sig)
 
 
 def lead_lag(c: Config, s: State, sig: MutableSequence[float]) -> None:
@@ -110,7 +110,7 @@ def lead_lag(c: Config, s: State, sig: MutableSequence[float]) -> None:
         sig[b + _LL_ERROR] = 1.0
         return
     sig[b + _LL_ERROR] = 0.0
-    x = single(sig[b + _LL_IN])
+    x = sig[b + _LL_IN]
     if s.started == 0:
         s.started = 1
         s.y = x

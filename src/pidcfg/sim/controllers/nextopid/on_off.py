@@ -37,8 +37,8 @@ def limit_inputs(c: Config, s: State, sig: MutableSequence[float]) -> None:
     b = c.base
     high = sig[b + _HIGH]
     low = sig[b + _LOW]
-    s.pv = single(sig[b + _PV])
-    s.sp = single(sig[b + _SP])
+    s.pv = sig[b + _PV]
+    s.sp = sig[b + _SP]
     warnings = 0
     if s.pv > high:
         s.pv = high
@@ -71,7 +71,6 @@ def on_off(c: Config, s: State, sig: MutableSequence[float]) -> None:
         return
     limit_inputs(c, s, sig)
     s.status = MANUAL_MODE if sig[b + _MANUAL] != 0.0 else AUTO_MODE
-    s.started = 1
     s.error = single(s.sp - s.pv)
     if s.status == MANUAL_MODE:
         sig[b + _MV] = 1.0 if sig[b + _MANUAL_MV] != 0.0 else 0.0

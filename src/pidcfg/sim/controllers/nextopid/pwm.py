@@ -26,12 +26,12 @@ def pwm(c: Config, s: State, sig: MutableSequence[float]) -> None:
     b = c.base
     low = sig[b + _LOW]
     high = sig[b + _HIGH]
-    period = nearest(sig[b + _PERIOD])
+    period = sig[b + _PERIOD]
     if not (high > low and period >= 1.0):
         sig[b + _ERROR] = 1.0
         return
     sig[b + _ERROR] = 0.0
-    mv = single(sig[b + _MV])
+    mv = sig[b + _MV]
     limited = clamp(mv, low, high)
     sig[b + _WARNING] = 1.0 if limited != mv else 0.0
     if s.head == 0:

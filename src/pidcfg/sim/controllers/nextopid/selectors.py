@@ -8,7 +8,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from pidcfg.sim.controllers.nextopid.slots import PLACES
-from pidcfg.sim.terms import nearest, single
+from pidcfg.sim.terms import single
 
 if TYPE_CHECKING:
     from collections.abc import MutableSequence
@@ -28,27 +28,27 @@ FULL = 100.0
 def select(c: Config, first: bool, sig: MutableSequence[float]) -> None:  # noqa: FBT001 - a kernel
     """Takes one of the two and tells the other one that it is overridden (kernel)."""
     b = c.base
-    sig[b + _MV] = single(sig[b + (_MV1 if first else _MV2)])
+    sig[b + _MV] = sig[b + (_MV1 if first else _MV2)]
     sig[b + _OVERR1] = 0.0 if first else 1.0
     sig[b + _OVERR2] = 1.0 if first else 0.0
 
 
 def select_max(c: Config, sig: MutableSequence[float]) -> None:
     """One call of ControlSelectMax (kernel)."""
-    select(c, single(sig[c.base + _MV1]) > single(sig[c.base + _MV2]), sig)
+    select(c, sig[c.base + _MV1] > sig[c.base + _MV2], sig)
 
 
 def select_min(c: Config, sig: MutableSequence[float]) -> None:
     """One call of ControlSelectMin (kernel)."""
-    select(c, single(sig[c.base + _MV1]) < single(sig[c.base + _MV2]), sig)
+    select(c, sig[c.base + _MV1] < sig[c.base + _MV2], sig)
 
 
 def split_range(c: Config, sig: MutableSequence[float]) -> None:
     """One call of ControlSplitRange (kernel)."""
     b = c.base
-    mv = single(sig[b + _IN])
-    point = single(sig[b + _POINT])
-    mode = nearest(sig[b + _MODE])
+    mv = sig[b + _IN]
+    point = sig[b + _POINT]
+    mode = sig[b + _MODE]
     if not (1.0 <= mode <= 4.0 and 0.0 <= mv <= FULL and 0.0 < point < FULL):
         sig[b + _ERROR] = 1.0
         sig[b + _OUT1] = 0.0
