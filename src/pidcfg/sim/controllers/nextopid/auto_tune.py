@@ -130,10 +130,7 @@ def average(c: Config, s: State, sig: MutableSequence[float]) -> None:
     s.tune_side = 1
     s.tune_count = 0
     s.tune_turns = 0
-    s.tune_points = 0
-    s.tune_peak = 0
     s.tune_dead = 0
-    s.tune_a = 0.0
     s.tune_swing = 0.0
 
 
