@@ -193,6 +193,17 @@ def test_a_dead_time_lasts_until_the_pv_leaves_its_extreme():
     assert flags(block) == {"CYCLE_TOO_FAST", "HIGH_DEAD_TIME"}
 
 
+def test_a_pv_that_turns_at_once_has_no_dead_time():
+    block = manual(ts=1, PV=50, mv=50, **param(PercHystPV=1, NumCycles=3))
+    block.call(4, AutoTune=1)
+    for away in (1, -1, 1, -1, 1, -1, 1, -1):
+        block.call(PV=50 + away)
+
+    assert block.s.tune_dead == 0
+    assert flags(block) == {"PEAK_TOO_LOW", "CYCLE_TOO_FAST"}
+    assert found(block) == pytest.approx(rule(1, 2), rel=1e-6)
+
+
 def test_the_mean_of_all_cycles_counts_and_what_lies_before_them_does_not():
     block, _ = scripted((7, 2, 3), (8, 2, 5), (9, 3, 4), (10, 1, 6))
 
