@@ -118,6 +118,13 @@ def test_without_ti_ki_i_mv_becomes_0():
     assert rig.play([0.0], "I_MV") == pytest.approx([2.0])
 
 
+@pytest.mark.parametrize("mode", [0, 2])
+def test_without_ti_ki_i_mv_becomes_0_beyond_the_limits_too(mode):
+    rig = Rig({"SV": 10, "MV_MAX": 5, "I_MV": 7, "PID_MODE": mode})
+
+    assert rig.play([0.0], "MV", "I_MV") == [(5.0, 0.0)]
+
+
 def test_i_mv_is_in_units_of_mv_and_a_new_gain_does_not_rescale_it():
     rig = Rig({**WIDE, "Kc_Kp": 3, "Ti_Ki": 6, "SV": 10, "PID_EQ": True})
     assert rig.play([0.0] * 4, "I_MV") == pytest.approx([0.5, 1.0, 1.5, 2.0])
@@ -218,6 +225,8 @@ def test_a_pv_that_only_touches_sv_has_not_crossed():
 
     assert rig.play([48.0, 50.0, 49.0, 50.0, 51.0], "E") == [2.0, 0.0, 1.0, 0.0, 0.0]
     assert rig.play([52.0], "E") == [0.0]
+    above = Rig({**WIDE, "SV": 50, "ERR_DBW": 5})
+    assert above.play([52.0, 50.0, 51.0, 50.0, 49.0], "E") == [-2.0, 0.0, -1.0, 0.0, 0.0]
 
 
 def test_a_width_of_0_is_none():
