@@ -52,8 +52,9 @@ def limit_inputs(c: Config, s: State, sig: MutableSequence[float]) -> None:
     elif s.sp < low:
         s.sp = low
         warnings |= SP_LOW
-    s.aux_status = warnings
-    write_bits(b + _WARN_BITS, WARNINGS, warnings, sig)
+    if warnings != s.aux_status:
+        s.aux_status = warnings
+        write_bits(b + _WARN_BITS, WARNINGS, warnings, sig)
 
 
 def on_off(c: Config, s: State, sig: MutableSequence[float]) -> None:
@@ -65,8 +66,9 @@ def on_off(c: Config, s: State, sig: MutableSequence[float]) -> None:
         errors |= BAD_PV_LIMITS
     if not band >= 0.0:
         errors |= BAD_DEAD_BAND
-    write_bits(b + _ERR_BITS, ERRORS, errors, sig)
-    s.status = (s.status & MODES) | errors * ERROR_BASE
+    if errors != s.status // ERROR_BASE:
+        s.status = (s.status & MODES) | errors * ERROR_BASE
+        write_bits(b + _ERR_BITS, ERRORS, errors, sig)
     if errors != 0:
         return
     limit_inputs(c, s, sig)
