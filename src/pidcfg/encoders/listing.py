@@ -218,6 +218,8 @@ def load_json(text: str) -> Any:
         return json.loads(text, parse_constant=_no_constant)
     except json.JSONDecodeError as error:
         raise ListingError(f"not JSON: {error.msg}", error.lineno, error.colno) from None
+    except ValueError:
+        raise ListingError("a number of the JSON document has too many digits") from None
     except RecursionError:
         raise ListingError("the JSON document is nested too deeply") from None
 

@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING
 
 from pidcfg.encoders.files import DecodeOption, FileKind
 from pidcfg.encoders.named_files import named_listings
+from pidcfg.encoders.nextopid.plcopen import write_plcopen
+from pidcfg.encoders.nextopid.plcopen_read import read_plcopen
 from pidcfg.encoders.nextopid.st_read import read_st
 from pidcfg.encoders.nextopid.st_write import write_st
 from pidcfg.schemas.base import parse_seconds
@@ -28,6 +30,11 @@ def looks_like_st(text: str) -> bool:
     return bool(BEGIN.match(text.lstrip("\ufeff"), found.end() if found else 0))
 
 
+def looks_like_xml(text: str) -> bool:
+    """Whether a text is a document of XML."""
+    return text.lstrip("\ufeff \t\r\n").startswith("<")
+
+
 LISTINGS = named_listings("parameter listing")
 FORMATS = {
     **LISTINGS,
@@ -35,6 +42,7 @@ FORMATS = {
         LISTINGS["json"], looks_like=lambda text: text.lstrip().startswith("{") and not looks_like_st(text)
     ),
     "st": FileKind("st", "program in Structured Text", write_st, read_st, looks_like_st),
+    "plcopen": FileKind("plcopen", "program in PLCopen XML", write_plcopen, read_plcopen, looks_like_xml),
 }
 """A pragma, with which a program may begin, begins like JSON."""
 

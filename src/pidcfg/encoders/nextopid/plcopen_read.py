@@ -1,0 +1,212 @@
+"""PLCopen XML to a listing: the declarations and the calls of the one program that has blocks of the library.
+
+The document is read by the standard library's parser. Document types and entities are refused, depth and size are
+bounded, and every fault has its line.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+from xml.parsers import expat
+
+from pidcfg.encoders.listing import Listing, ListingError
+from pidcfg.encoders.nextopid.st_lex import END, NAME, Comment, Token, tokens_of
+from pidcfg.encoders.nextopid.st_parse import Declaration, Member, Source, parse_body
+from pidcfg.encoders.nextopid.st_read import read_source
+from pidcfg.encoders.nextopid.st_scope import LIBRARY
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from pidcfg.encoders.nextopid.st_parse import Initial
+
+NAMESPACES = ("http://www.plcopen.org/xml/tc6_0201", "http://www.plcopen.org/xml/tc6_0200")
+DEEPEST = 64
+SEPARATOR = " "
+"""Between the namespace and the name of an element."""
+
+
+@dataclass(slots=True)
+class Node:
+    """An element: its name without its namespace, its attributes, what is inside, and where it stands."""
+
+    name: str
+    attributes: dict[str, str]
+    line: int
+    column: int
+    children: list[Node] = field(default_factory=list)
+    text: list[str] = field(default_factory=list)
+    text_line: int = 0
+
+    def error(self, message: str) -> ListingError:
+        """A fault at this place."""
+        return ListingError(message, self.line, self.column)
+
+    def child(self, name: str) -> Node | None:
+        """The first element of this name inside."""
+        return next((node for node in self.children if node.name == name), None)
+
+    def all(self, *path: str) -> Iterator[Node]:
+        """All elements along a path; ``*`` is any."""
+        if not path:
+            yield self
+            return
+        for node in self.children:
+            if path[0] in {"*", node.name}:
+                yield from node.all(*path[1:])
+
+    @property
+    def words(self) -> str:
+        """The text of this element and all inside."""
+        return "".join(self.text) + "".join(child.words for child in self.children)
+
+
+class _Tree:
+    """Builds nodes from what the parser reports."""
+
+    def __init__(self) -> None:
+        self.parser = expat.ParserCreate("utf-8", SEPARATOR)
+        self.stack: list[Node] = []
+        self.root: Node | None = None
+        self.parser.buffer_text = True
+        self.parser.StartElementHandler = self.start
+        self.parser.EndElementHandler = self.end
+        self.parser.CharacterDataHandler = self.data
+        self.parser.StartDoctypeDeclHandler = self.refuse
+        self.parser.EntityDeclHandler = self.refuse
+
+    def refuse(self, *_: object) -> None:
+        """Document types, which is where entities are made."""
+        place = self.parser.CurrentLineNumber, self.parser.CurrentColumnNumber + 1
+        raise ListingError("a document type stands here; a PLCopen file has none", *place)
+
+    def start(self, name: str, attributes: dict[str, str]) -> None:
+        """An element begins."""
+        node = Node(name.rpartition(SEPARATOR)[2], attributes, self.parser.CurrentLineNumber,
+                    self.parser.CurrentColumnNumber + 1)  # fmt: skip
+        if len(self.stack) >= DEEPEST:
+            raise node.error(f"more than {DEEPEST} elements in each other")
+        if not self.stack:
+            self.root = node
+            if node.name != "project" or name.rpartition(SEPARATOR)[0] not in NAMESPACES:
+                raise node.error(f"<{node.name}> is no project of PLCopen XML 2.0")
+        else:
+            self.stack[-1].children.append(node)
+        self.stack.append(node)
+
+    def end(self, _: str) -> None:
+        """An element ends."""
+        self.stack.pop()
+
+    def data(self, text: str) -> None:
+        """Text inside an element."""
+        node = self.stack[-1]
+        node.text_line = node.text_line or self.parser.CurrentLineNumber
+        node.text.append(text)
+
+
+def parse_xml(text: str) -> Node:
+    """The document; raises `ListingError`."""
+    tree = _Tree()
+    try:
+        tree.parser.Parse(text.lstrip("\ufeff").encode("utf-8", "surrogatepass"), True)  # noqa: FBT003
+    except expat.ExpatError as error:
+        raise ListingError(f"not XML: {expat.ErrorString(error.code)}", error.lineno, error.offset + 1) from None
+    if tree.root is None:
+        raise ListingError("the document is empty")
+    return tree.root
+
+
+def read_plcopen(text: str) -> Listing:
+    """The parameters and wires of the program in a document."""
+    root = parse_xml(text)
+    pou = _pou(root)
+    source = Source()
+    source.program = _token(pou, "name")
+    lists = [*root.all("instances", "configurations", "configuration", "globalVars"),
+             *root.all("instances", "configurations", "configuration", "resource", "globalVars"),
+             *pou.all("interface", "*")]  # fmt: skip
+    for variables in lists:
+        source.declarations += (_declaration(node) for node in variables.all("variable"))
+    for node in pou.all("documentation", "*"):
+        source.comments += _lines(node)
+    left = []
+    for body in pou.all("body", "*"):
+        if body.name == "ST":
+            inner = body.children[0] if body.children else body
+            parse_body(inner.words, inner.text_line or inner.line, source)
+        elif body.name not in {"addData", "documentation"}:
+            left.append(body)
+    found = read_source(source)
+    notes = (f"the {node.name} of line {node.line} is left out: only Structured Text is read" for node in left)
+    found.notes = (*found.notes, *notes)
+    return found
+
+
+def _pou(root: Node) -> Node:
+    """The program with blocks of the library."""
+    pous = list(root.all("types", "pous", "pou"))
+    fitting = [pou for pou in pous if any(_types(pou))] or [p for p in pous if p.attributes.get("pouType") == "program"]
+    if not fitting:
+        raise root.error("the project has no program")
+    if len(fitting) > 1:
+        names = ", ".join(pou.attributes.get("name", "?") for pou in fitting)
+        raise fitting[1].error(f"several POUs have blocks of the library ({names}); export one of them")
+    if fitting[0].attributes.get("pouType") != "program":
+        raise fitting[0].error("blocks of the library stand in a POU that is no program")
+    return fitting[0]
+
+
+def _types(pou: Node) -> Iterator[bool]:
+    return (node.attributes.get("name", "").upper() in LIBRARY
+            for node in pou.all("interface", "*", "variable", "type", "derived"))  # fmt: skip
+
+
+def _lines(node: Node) -> Iterator[Comment]:
+    """The lines of a documentation, as comments."""
+    for number, line in enumerate(node.words.split("\n"), start=node.text_line or node.line):
+        yield Comment(line.strip(), number, 1)
+
+
+def _token(node: Node, attribute: str) -> Token:
+    """A name that an attribute gives."""
+    text = node.attributes.get(attribute, "")
+    if not text:
+        raise node.error(f"<{node.name}> has no {attribute}")
+    return Token(NAME, text, node.line, node.column)
+
+
+def _declaration(node: Node) -> Declaration:
+    """A variable."""
+    kind, initial = node.child("type"), node.child("initialValue")
+    if kind is None or not kind.children:
+        raise node.error("the variable has no type")
+    words = [Token(NAME, one.attributes.get("name", one.name), one.line, one.column) for one in _all_types(kind)]
+    documentation = node.child("documentation")
+    note = documentation.words.strip() if documentation else ""
+    return Declaration(_token(node, "name"), tuple(words), _initial(initial) if initial else None, note)
+
+
+def _all_types(kind: Node) -> Iterator[Node]:
+    """A type, and what it is made of: one for an elementary or derived type."""
+    for node in kind.children:
+        yield node
+        yield from _all_types(node)
+
+
+def _initial(node: Node) -> Initial:
+    """An initial value."""
+    inner = node.children[0] if node.children else None
+    if inner is not None and inner.name == "structValue":
+        found: dict[str, Member] = {}
+        for value in inner.all("value"):
+            member = _token(value, "member")
+            if member.upper in found:
+                raise value.error(f"{member.text} stands here again")
+            found[member.upper] = Member(member, _initial(value))
+        return found
+    if inner is not None and inner.name == "simpleValue":
+        tokens, _ = tokens_of(inner.attributes.get("value", ""), inner.line)
+        return tuple(token._replace(column=inner.column) for token in tokens if token.kind != END)
+    return (Token("other", "?", node.line, node.column),)
