@@ -1,0 +1,136 @@
+"""What became of every field: the two halves of a conversion, and the report that they make together.
+
+An adapter's `to_neutral` says of each field of its vendor which neutral fields it went to (`Said`), its `from_neutral`
+of each neutral field where it was put (`Put`). `changes` joins them: a field that went nowhere is dropped, and nobody
+can forget one without a test noticing.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, Literal
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping
+
+    from pidcfg.encoders.image import Route
+
+Kind = Literal["exact", "rounded", "clamped", "dropped", "assumed"]
+WORST: tuple[Kind, ...] = ("exact", "rounded", "assumed", "clamped", "dropped")
+"""From harmless to harmful."""
+LOSSES = frozenset(("clamped", "dropped"))
+"""What needs leave."""
+
+
+@dataclass(frozen=True, slots=True)
+class Said:
+    """A field of the source: its path below the loop, its value as people write it, and the neutral fields it became.
+
+    Without any it is dropped, and ``note`` says what to program by hand instead; ``assumed``: the file does not say it.
+    """
+
+    field: str
+    value: Any
+    to: tuple[str, ...] = ()
+    note: str = ""
+    assumed: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Put:
+    """A field of the target: its path below the loop, and the neutral field that it came from.
+
+    ``of`` None: nothing of the source says it, so it is assumed. An empty ``field``: the target has no such thing, the
+    neutral field is dropped, and ``note`` says what to program by hand instead.
+    """
+
+    field: str
+    of: str | None
+    note: str = ""
+    assumed: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Missing:
+    """What the source must say before it can be converted: the key to add, where, and why."""
+
+    path: Route
+    key: str
+    message: str
+
+
+@dataclass(slots=True)
+class Neutral:
+    """One loop on its way: its neutral data, and what each of its fields became."""
+
+    loop: dict[str, Any]
+    said: list[Said] = field(default_factory=list)
+    missing: list[Missing] = field(default_factory=list)
+
+
+@dataclass(slots=True)
+class Target:
+    """A vendor's file as plain data, and where the neutral fields of each loop were put."""
+
+    data: dict[str, Any]
+    puts: list[list[Put]]
+    items: list[Route] = field(default_factory=list)
+    """Where each loop stands in ``data``; as a rule ``("loops", i)``."""
+
+
+@dataclass(frozen=True, slots=True)
+class Change:
+    """A line of the report."""
+
+    field: str
+    kind: Kind
+    source: Any
+    target: Any
+    error_percent: float = 0.0
+    note: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Stored:
+    """What the target holds of a field: the value in the file, and how it came to differ from what was wanted."""
+
+    value: Any
+    kind: Kind = "exact"
+    error_percent: float = 0.0
+    note: str = ""
+
+
+def changes(said: list[Said], puts: list[Put], stored: Mapping[str, Stored]) -> Iterator[Change]:
+    """Every field of the source, then what the target has beside them."""
+    by_neutral: dict[str, list[Put]] = {}
+    for put in puts:
+        by_neutral.setdefault(put.of or "", []).append(put)
+    for entry in said:
+        yield from _of_field(entry, by_neutral, stored)
+    spoken = {name for entry in said for name in entry.to}
+    for name, found in by_neutral.items():
+        if name not in spoken:
+            for put in found:
+                if put.field:
+                    held = stored.get(put.field, Stored(None))
+                    note = put.note or held.note
+                    yield Change(put.field, _worst("assumed", held.kind), None, held.value, held.error_percent, note)
+
+
+def _of_field(entry: Said, by_neutral: Mapping[str, list[Put]], stored: Mapping[str, Stored]) -> Iterator[Change]:
+    if not entry.to:
+        yield Change(entry.field, "dropped", entry.value, None, note=entry.note)
+        return
+    places = [put for name in entry.to for put in by_neutral.get(name, [])]
+    if not places:
+        yield Change(entry.field, "dropped", entry.value, None, note=entry.note or "the target has no such field")
+    for put in places:
+        held = stored.get(put.field, Stored(None)) if put.field else Stored(None, "dropped")
+        assumed: Kind = "assumed" if entry.assumed or put.assumed else "exact"
+        note = "; ".join(text for text in (entry.note, put.note, held.note) if text)
+        kind = _worst(assumed, held.kind)
+        yield Change(entry.field, kind, entry.value, held.value, held.error_percent, note)
+
+
+def _worst(*kinds: Kind) -> Kind:
+    return max(kinds, key=WORST.index)

@@ -1,0 +1,78 @@
+"""What adapters calculate with: exact decimals between the terms of vendors."""
+
+from __future__ import annotations
+
+from decimal import Decimal
+from typing import TYPE_CHECKING
+
+from pidcfg.schemas.base import EXACT, plain_number
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+ZERO, ONE, HUNDRED = Decimal(0), Decimal(1), Decimal(100)
+DIGITS = 12
+"""Significant digits of what a quotient or a logarithm gives."""
+Span = tuple[Decimal, Decimal]
+
+
+def rounded(value: Decimal) -> Decimal:
+    """A computed number without the noise of its last digits."""
+    return Decimal(f"{value:.{DIGITS}g}") if value else ZERO
+
+
+def number(value: Decimal) -> int | float:
+    """A number as a file has it, its computed digits rounded."""
+    return plain_number(rounded(value))
+
+
+def width(span: Sequence[Decimal]) -> Decimal:
+    """From 0 % to 100 %."""
+    return span[1] - span[0]
+
+
+def quotient(a: Decimal, b: Decimal) -> Decimal:
+    """A / b."""
+    return EXACT.divide(a, b)
+
+
+def product(*factors: Decimal) -> Decimal:
+    """All factors multiplied."""
+    found = ONE
+    for factor in factors:
+        found = EXACT.multiply(found, factor)
+    return found
+
+
+def rescaled(value: Decimal, source: Sequence[Decimal], target: Sequence[Decimal]) -> Decimal:
+    """A value of one scale at the same place of another."""
+    return target[0] + quotient(product(value - source[0], width(target)), width(source))
+
+
+def filter_time(share: Decimal, sample_time: Decimal) -> Decimal:
+    """The time constant of a filter that takes this share of a difference in each sample; 1: no filter."""
+    if share >= ONE:
+        return ZERO
+    return rounded(-quotient(sample_time, EXACT.ln(ONE - share)))
+
+
+def filter_share(time: Decimal, sample_time: Decimal) -> Decimal:
+    """The share of a difference that a filter with this time constant takes in each sample."""
+    if time <= ZERO:
+        return ONE
+    return rounded(ONE - EXACT.exp(-quotient(sample_time, time)))
+
+
+def dependent(kp: Decimal, ki: Decimal, kd: Decimal) -> tuple[Decimal, Decimal, Decimal, bool]:
+    """Independent gains as gain, integral and derivative time, and whether there is a proportional action.
+
+    Without one the gain is 1: the times then are 1/Ki and Kd.
+    """
+    gain = kp or ONE
+    integral = rounded(quotient(gain, ki)) if ki else ZERO
+    return gain, integral, rounded(quotient(kd, gain)), bool(kp) or not (ki or kd)
+
+
+def independent(gain: Decimal, integral: Decimal, derivative: Decimal) -> tuple[Decimal, Decimal]:
+    """Ki and Kd of gain, integral time (0: none) and derivative time."""
+    return rounded(quotient(gain, integral)) if integral else ZERO, rounded(product(gain, derivative))

@@ -1,0 +1,199 @@
+"""The neutral loop: a PID controller in engineering units and in the form of the ISA, where all vendors' terms meet.
+
+It is the meeting place of conversions, and a vendor of its own: `vendor: generic` is a file that serves several PLCs.
+All quantities are engineering units of ``pv.range`` or ``output.range``, all times seconds.
+"""
+
+from __future__ import annotations
+
+from decimal import Decimal
+from typing import Annotated, Literal
+
+from pydantic import PlainValidator, WithJsonSchema
+
+from pidcfg.refs import Decision
+from pidcfg.schemas.base import (
+    DURATION_PATTERN,
+    Flag,
+    FormatVersion,
+    Model,
+    Name,
+    Number,
+    Range,
+    Seconds,
+    Text,
+    parse_seconds,
+)
+from pidcfg.schemas.limits import Limits
+
+D280 = Decision(
+    280, "the neutral form is gain, integral and derivative time",
+    "output = gain (e + 1/Ti integral(e) + Td d/dt) + bias, e = set point - PV, turned round where the PV falls when "
+    "the output rises. Independent gains are Ti = Kp/Ki, Td = Kd/Kp; without a proportional action the gain still "
+    "stands before the other two.",
+    "It is the standard form of the ISA; every vendor's form leads to it and back without loss.",
+)  # fmt: skip
+POSITIVE = Limits("0", None, "", D280)
+TIME = Limits("0", None, "s", D280)
+
+
+def parse_off_seconds(value: object) -> Decimal:
+    """A time in s; ``off`` is 0: no such term."""
+    return Decimal(0) if value == "off" else parse_seconds(value)
+
+
+OffSeconds = Annotated[
+    Decimal,
+    PlainValidator(parse_off_seconds),
+    WithJsonSchema({"anyOf": [{"type": "number"}, {"type": "string", "pattern": DURATION_PATTERN}, {"const": "off"}]}),
+]
+
+
+class Tuning(Model):
+    """The three actions."""
+
+    gain: Annotated[Number, POSITIVE]
+    """Output units per PV unit."""
+    integral_time: Annotated[OffSeconds, TIME] = Decimal(0)
+    """Integral (reset) time in s; 0 or `off`: no integral."""
+    derivative_time: Annotated[OffSeconds, TIME] = Decimal(0)
+    """Derivative (rate) time in s; 0 or `off`: no derivative."""
+    proportional: Flag = True
+    """Whether there is a proportional action; without it the gain stands before the other two only."""
+    derivative_on: Literal["pv", "error"] = "pv"
+    """What the derivative acts on."""
+    derivative_filter: Annotated[Seconds, TIME] = Decimal(0)
+    """Time constant of the derivative's filter in s; 0: none."""
+
+
+class Pv(Model):
+    """The process variable."""
+
+    range: Range
+    """Engineering values at 0 % and 100 %."""
+    unit: Text | None = None
+    """Engineering unit."""
+    filter: Annotated[Seconds, TIME] = Decimal(0)
+    """Time constant of the PV's filter in s; 0: none."""
+    square_root: Flag = False
+    """The PV is the root of a differential pressure."""
+
+
+class Setpoint(Model):
+    """The set point."""
+
+    value: Number | None = None
+    """Set point."""
+    limits: Range | None = None
+    """Lowest and highest set point."""
+    source: Name | None = None
+    """Name of the loop whose output is the set point (cascade)."""
+
+
+class Pulse(Model):
+    """A time-proportioned discrete output."""
+
+    period: Annotated[Seconds, TIME]
+    """Period in s."""
+    min_on: Annotated[Seconds, TIME] = Decimal(0)
+    """Shortest pulse in s."""
+    min_off: Annotated[Seconds, TIME] = Decimal(0)
+    """Shortest gap in s."""
+
+
+class Output(Model):
+    """The output."""
+
+    range: Range
+    """Engineering values at 0 % and 100 %."""
+    unit: Text | None = None
+    """Engineering unit."""
+    limits: Range | None = None
+    """Lowest and highest output; the ends of the range when not given."""
+    bias: Number = Decimal(0)
+    """What is added to the three actions."""
+    manual: Number | None = None
+    """Output in manual mode at the start."""
+    max_rate: Annotated[Number, POSITIVE] | None = None
+    """Fastest change of the output, per s; not given: not limited."""
+    pulse: Pulse | None = None
+    """Time-proportioned discrete output."""
+
+
+class Points(Model):
+    """Alarm points of the PV."""
+
+    low_low: Number | None = None
+    """Lowest point."""
+    low: Number | None = None
+    """Low point."""
+    high: Number | None = None
+    """High point."""
+    high_high: Number | None = None
+    """Highest point."""
+
+
+class Deviation(Model):
+    """Alarm points of the deviation of the PV from the set point."""
+
+    high: Annotated[Number, POSITIVE] | None = None
+    """First point."""
+    high_high: Annotated[Number, POSITIVE] | None = None
+    """Second point."""
+
+
+class Alarms(Model):
+    """Alarms; a point that is not given does not exist."""
+
+    pv: Points = Points()
+    """Points of the PV."""
+    deviation: Deviation = Deviation()
+    """Points of the deviation."""
+    rate_of_change: Annotated[Number, POSITIVE] | None = None
+    """Fastest change of the PV, per s."""
+    hysteresis: Annotated[Number, POSITIVE] = Decimal(0)
+    """How far the PV must come back."""
+
+
+class Loop(Model):
+    """One PID loop."""
+
+    name: Name
+    """Name of the loop, unique in the file."""
+    description: Text | None = None
+    """What the loop does."""
+    mode: Literal["manual", "auto", "cascade"] = "auto"
+    """The mode that the loop is meant to run in."""
+    output_raises_pv: Flag
+    """true: the PV rises when the output rises (heating); false: it falls (cooling)."""
+    sample_time: Annotated[Seconds, TIME]
+    """Time between two calculations in s."""
+    tuning: Tuning
+    """Gain, integral and derivative time."""
+    pv: Pv
+    """Process variable."""
+    setpoint: Setpoint = Setpoint()
+    """Set point."""
+    output: Output
+    """Output."""
+    deadband: Annotated[Number, POSITIVE] = Decimal(0)
+    """An error smaller than this counts as zero."""
+    anti_windup: Flag = True
+    """No integration further into a limit of the output."""
+    alarms: Alarms = Alarms()
+    """Alarms."""
+
+
+class GenericFile(Model):
+    """Loops that are not of any vendor."""
+
+    pidcfg: FormatVersion
+    """Version of the file format."""
+    vendor: Literal["generic"]
+    """The neutral form."""
+    name: Text | None = None
+    """Name of the machine or plant section."""
+    description: Text | None = None
+    """Anything worth knowing."""
+    loops: tuple[Loop, ...]
+    """The loops."""
