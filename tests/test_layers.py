@@ -141,10 +141,14 @@ def test_packages_from_outside_are_known_to_the_modules_that_need_them():
     assert not breaches, report(breaches)
 
 
+MEETING_PLACE = "generic"
+"""The neutral form, which every vendor may know."""
+
+
 def vendor_of(module):
     """The vendor whose business a module is, by its name; None for the modules that serve all."""
     words = {word for part in module.split(".") for word in (part, part.split("_")[0])}
-    return next((vendor for vendor in VENDORS if vendor in words), None)
+    return next((vendor for vendor in VENDORS if vendor in words and vendor != MEETING_PLACE), None)
 
 
 def test_vendors_do_not_know_each_other_and_the_rest_knows_none():

@@ -34,6 +34,9 @@ class Vendor:
     registers: str
     tuned: str
     starter: str
+    to_neutral: str
+    from_neutral: str
+    convert_options: str
 
     def load(self, what: str) -> Any:
         """The object that a column names, imported on first use."""
@@ -72,6 +75,9 @@ VENDORS = {
             registers="pidcfg.encoders.maps.dl06:TABLES",
             tuned="pidcfg.encoders.maps.dl06:TUNED",
             starter="starters/dl06.yaml",
+            to_neutral="pidcfg.convert.dl06:to_neutral",
+            from_neutral="pidcfg.convert.dl06:from_neutral",
+            convert_options="pidcfg.convert.dl06:CONVERT_OPTIONS",
         ),
         Vendor(
             key="click",
@@ -88,6 +94,9 @@ VENDORS = {
             registers="pidcfg.encoders.maps.click:TABLES",
             tuned="pidcfg.encoders.maps.click:TUNED",
             starter="starters/click.yaml",
+            to_neutral="pidcfg.convert.click:to_neutral",
+            from_neutral="pidcfg.convert.click:from_neutral",
+            convert_options="pidcfg.convert.click:CONVERT_OPTIONS",
         ),
         Vendor(
             key="ezlogix",
@@ -104,6 +113,9 @@ VENDORS = {
             registers="pidcfg.encoders.maps.ezlogix:TABLES",
             tuned="pidcfg.encoders.maps.ezlogix:TUNED",
             starter="starters/ezlogix.yaml",
+            to_neutral="pidcfg.convert.ezlogix:to_neutral",
+            from_neutral="pidcfg.convert.ezlogix:from_neutral",
+            convert_options="pidcfg.convert.ezlogix:CONVERT_OPTIONS",
         ),
         Vendor(
             key="nextopid",
@@ -120,6 +132,9 @@ VENDORS = {
             registers="pidcfg.encoders.maps.nextopid:TABLES",
             tuned="pidcfg.encoders.maps.nextopid:TUNED",
             starter="starters/nextopid.yaml",
+            to_neutral="pidcfg.convert.nextopid:to_neutral",
+            from_neutral="pidcfg.convert.nextopid:from_neutral",
+            convert_options="pidcfg.convert.nextopid:CONVERT_OPTIONS",
         ),
         Vendor(
             key="dpide",
@@ -136,6 +151,9 @@ VENDORS = {
             registers="pidcfg.encoders.maps.dpide:TABLES",
             tuned="pidcfg.encoders.maps.dpide:TUNED",
             starter="starters/dpide.yaml",
+            to_neutral="pidcfg.convert.dpide:to_neutral",
+            from_neutral="pidcfg.convert.dpide:from_neutral",
+            convert_options="pidcfg.convert.dpide:CONVERT_OPTIONS",
         ),
     )
 }
