@@ -76,7 +76,7 @@ def auto_tuning_at_start(context: NextopidContext) -> Iterator[Finding]:
     Fix: write `false`, or wire a command of the operator.
     """
     for view in tuning(context):
-        if view.is_on("AutoTune"):
+        if view.is_on("AutoTune") and view.item.AutoTuneParam is not None:
             yield view.find("AutoTune", value=view.shown("AutoTune"))
 
 

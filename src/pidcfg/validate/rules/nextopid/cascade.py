@@ -175,7 +175,9 @@ def master_range_beyond_slave(context: NextopidContext) -> Iterator[Finding]:
     for link in context.network.links:
         for key, limit, way in (("MinMV", "MinPV", -1), ("MaxMV", "MaxPV", 1)):
             mine, theirs = link.master.number_of(key), link.slave.number_of(limit)
-            if link.exact and mine is not None and theirs is not None and (mine - theirs) * way > 0:
+            if mine is None or theirs is None or link.master.mv_limits is None or link.slave.pv_limits is None:
+                continue
+            if link.exact and (mine - theirs) * way > 0:
                 yield link.master.find(key, f"{link.slave.name}.WarnBits.SP_CASC_{limit}", key=key,
                                        mine=link.master.shown(key), master=link.master.name, limit=limit,
                                        theirs=link.slave.shown(limit), slave=link.slave.name)  # fmt: skip

@@ -95,8 +95,18 @@ class NextopidContext:
         found = self.owner(number)
         return found[0] if found is not None and found[0].is_pid and found[1].name == "MV" else None
 
+    @cached_property
+    def _found(self) -> dict[int, Known | None]:
+        """What has been asked for already."""
+        return {}
+
     def known(self, number: int) -> Known | None:
         """The value of a signal or parameter, as far as it is in the file."""
+        if number not in self._found:
+            self._found[number] = self._look_up(number)
+        return self._found[number]
+
+    def _look_up(self, number: int) -> Known | None:
         source = ""
         seen: set[int] = set()
         while number not in seen:

@@ -151,7 +151,7 @@ def pulse_range_differs_from_loop(context: NextopidContext) -> Iterator[Finding]
     Fix: give both the same limits, unless the loop is limited on purpose.
     """
     for view in context.of(PULSE):
-        loop = driver(view, "MV")
+        loop = driver(view, "MV") if view.mv_limits else None
         for key, way in (("MinMV", -1), ("MaxMV", 1)):
             mine = view.number_of(key)
             theirs = None if loop is None else loop.number_of(key)

@@ -199,7 +199,7 @@ def integral_time_below_sample_time(context: NextopidContext) -> Iterator[Findin
     """
     for view in context.pids:
         gain, rate = view.number_of("Kp"), view.integral
-        if not gain or not rate or gain <= 0 or rate <= 0:
+        if not gain or not rate or gain <= 0 or rate <= 0 or context.has_time_as_gain(view, "Ti_Ki"):
             continue
         time = gain / rate
         if time < view.sample_time:
@@ -226,6 +226,8 @@ def derivative_without_filter(context: NextopidContext) -> Iterator[Finding]:
     for view in context.pids:
         gain, pv, mv = view.derivative, view.pv_limits, view.mv_limits
         if gain is None or pv is None or mv is None or view.number_of("Tfd") != 0 or view.sample_time <= 0:
+            continue
+        if context.has_time_as_gain(view, "Td_Kd"):
             continue
         jolt = gain * (pv[1] - pv[0]) * NOISE / view.sample_time / (mv[1] - mv[0])
         if jolt > JOLT:
