@@ -277,8 +277,10 @@ def test_what_the_plc_writes_is_told_and_left_out(name):
     ],
 )
 def test_content_that_is_none_is_refused_by_name(changes, message):
-    with pytest.raises(DecodeError, match=message):
+    with pytest.raises(DecodeError, match=message) as caught:
         decoded({**words(), **changes})
+
+    assert caught.value.place == next(iter(changes)), "the command names its line"
 
 
 @pytest.mark.parametrize(

@@ -96,6 +96,18 @@ def test_a_unit_that_a_spreadsheet_would_calculate_is_put_in_parentheses():
     assert read_back("operands", text).loops[0].pv.unit == "=1+1\nx"
 
 
+def test_a_table_that_a_spreadsheet_has_saved_is_read_with_its_settings():
+    config = configuration({"interrupt_task": 500}, devices={"SV": "D100"}, pv={"range": [0, 400], "unit": "degC"})
+    text = written("operands", config, ("first, second",))
+    cells = [line.split(",") if line.startswith("#") else next(csv.reader([line])) for line in text.splitlines()]
+    out = io.StringIO()
+    csv.writer(out, lineterminator="\r\n").writerows(row + [""] * (max(map(len, cells)) - len(row)) for row in cells)
+    saved = out.getvalue()
+    assert '"# loop: {""loop"": ""OVEN""",' in saved
+
+    assert encode(read_back("operands", saved)).image == encode(config).image
+
+
 BY_HAND = """operand,value,device
 OVEN.SV,80,D100
 OVEN.CYCLE,1000,

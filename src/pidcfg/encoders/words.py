@@ -39,9 +39,9 @@ class EncodeError(ValueError):
 
 
 class DecodeError(ValueError):
-    """A word that is not a value of its format; ``place``: its offset in a block, or its address, where known."""
+    """A word that is not a value of its format; ``place``: its offset in a block, its address, or its name."""
 
-    def __init__(self, message: str, place: int | None = None) -> None:
+    def __init__(self, message: str, place: Any = None) -> None:
         super().__init__(message)
         self.place = place
 

@@ -79,7 +79,7 @@ def _know_all(words: Mapping[str, Any], loops: set[str]) -> None:
         if loop in loops and operand not in ROWS:
             near = nearest(operand, ROWS)
             cure = f"; did you mean {near}?" if near else ""
-            raise DecodeError(f"{name[:SHOWN]}: {operand[:SHOWN]!r} is not an operand of DPIDE{cure}")
+            raise DecodeError(f"{name[:SHOWN]}: {operand[:SHOWN]!r} is not an operand of DPIDE{cure}", name)
 
 
 def _loop(own: LoopSettings, words: Mapping[str, Content | Wire], notes: list[str]) -> Data:
@@ -103,8 +103,8 @@ def _loop(own: LoopSettings, words: Mapping[str, Content | Wire], notes: list[st
 
 def _content(name: str, row: Parameter, raw: Content | Wire) -> Content:
     if isinstance(raw, Wire):
-        raise DecodeError(f"{name} is an expression; an operand of DPIDE is a value")
+        raise DecodeError(f"{name} is an expression; an operand of DPIDE is a value", name)
     content = read(row.type, raw)
     if content is None:
-        raise DecodeError(f"{name}: {raw!r} is not a value of {row.type.name}")
+        raise DecodeError(f"{name}: {raw!r} is not a value of {row.type.name}", name)
     return content

@@ -67,7 +67,7 @@ def read_operands(text: str) -> Listing:
     """Rows by their header; the loop may be missing where the operand's name has it (``OVEN.SV``)."""
     found = Listing()
     devices: dict[str, dict[str, str]] = {}
-    for number, row in csv_rows(text, found, required=("operand", "value")):
+    for number, row in csv_rows(_comments_again(text), found, required=("operand", "value")):
         loop, operand = _named(row)
         kind = ROWS.get(operand)
         if kind is None or not _is_name(loop):
@@ -83,6 +83,16 @@ def read_operands(text: str) -> Listing:
         _take_device(devices.setdefault(loop, {}), operand, row.get("device", ""), number)
     _beside(found, devices)
     return found
+
+
+def _comments_again(text: str) -> str:
+    """Comment lines as they were before a spreadsheet took them for cells."""
+    return "\n".join(_comment_again(line) if line.startswith(("#", '"#')) else line for line in text.splitlines())
+
+
+def _comment_again(line: str) -> str:
+    bare = ",".join(next(csv.reader([line]))) if line.startswith('"') else line
+    return bare.rstrip(",")
 
 
 def _named(row: Mapping[str, str]) -> tuple[str, str]:

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from pidcfg.validate.rule import Finding
-    from pidcfg.validate.rules.dpide.context import DpideContext
+    from pidcfg.validate.rules.dpide.context import DpideContext, LoopView
 
 MODES = range(3)
 AUTOTUNE = 1
@@ -163,3 +163,47 @@ def manual_during_autotune(context: DpideContext) -> Iterator[Finding]:
     for view in context.loops:
         if view.loop.PID_MAN and view.loop.PID_MODE == AUTOTUNE:
             yield view.find("PID_MAN")
+
+
+def may_be_manual(view: LoopView) -> bool:
+    """Whether somebody can put the loop in manual."""
+    return view.loop.PID_MAN or view.has_device("PID_MAN")
+
+
+@rule(
+    code="PID718",
+    name="bump-after-manual",
+    severity=Severity.INFO,
+    basis=DPIDE.at("PID_MODE"),
+    message="PID_MODE 0: when PID_MAN becomes FALSE, MV jumps from MOUT to what the algorithm makes",
+)
+def bump_after_manual(context: DpideContext) -> Iterator[Finding]:
+    """The change from manual to automatic bumps.
+
+    Why: with PID_MODE 0 the integral is what it was before manual. PID_MODE 2 works it out of MOUT, so that MV goes on
+    from there.
+
+    Fix: write `PID_MODE: 2`, if the jump matters.
+    """
+    for view in context.loops:
+        if view.loop.PID_MODE == 0 and may_be_manual(view) and not view.has_device("PID_MODE"):
+            yield view.find("PID_MODE") if view.gives("PID_MODE") else view.find_key()
+
+
+@rule(
+    code="PID719",
+    name="bump-into-manual",
+    severity=Severity.INFO,
+    basis=DPIDE.at("MOUT_AUTO"),
+    message="MOUT_AUTO is FALSE: when PID_MAN becomes TRUE, MV jumps to MOUT",
+)
+def bump_into_manual(context: DpideContext) -> Iterator[Finding]:
+    """The change from automatic to manual bumps.
+
+    Why: MOUT is whatever was written last. With MOUT_AUTO TRUE it follows MV, and manual begins where automatic ended.
+
+    Fix: write `MOUT_AUTO: true`, unless MOUT is meant as a fixed output.
+    """
+    for view in context.loops:
+        if not view.loop.MOUT_AUTO and view.has_device("PID_MAN") and not view.has_device("MOUT_AUTO"):
+            yield view.find("MOUT_AUTO") if view.gives("MOUT_AUTO") else view.find_key()
