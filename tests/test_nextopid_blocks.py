@@ -18,6 +18,7 @@ from pidcfg.sim.compile import compiled, records, vector, write_back
 from pidcfg.sim.controllers.nextopid import block_decisions, slots
 from pidcfg.sim.controllers.nextopid.state import AUTO_MODE, ERROR_BASE, MANUAL_MODE, Config, State
 from pidcfg.sim.terms import single
+from rig_plants import FirstOrder
 
 MOST = 3.4e38
 OUTPUTS = {
@@ -385,7 +386,17 @@ def test_delay_and_lag_are_a_delay_before_a_lag():
         assert both(InVar=x)["OutVar"] == second(InVar=first(InVar=x)["OutVar"])["OutVar"]
 
 
-def test_every_time_of_a_delay_and_lag_is_that_of_delay_and_lag():
+def test_a_process_of_blocks_goes_the_way_of_a_plant():
+    block = Block("ControlDelayLag", DelayTime=1, **LAG)
+    plant = FirstOrder(gain=2, time_constant=10, dead_time=1, initial=20, offset=20)
+    rng = random.Random(8)
+    assert block(InVar=0)["OutVar"] == plant.value
+    for _ in range(500):
+        u = rng.uniform(-50, 50)
+        assert block(InVar=u)["OutVar"] == pytest.approx(plant.step(u, 0.1), abs=2e-4)
+
+
+def test_the_places_of_a_delay_and_lag_are_those_of_delay_and_lag():
     both, one, other = (slots.PLACES[kind] for kind in ("ControlDelayLag", "ControlDelay", "ControlLag"))
     shift = both["Gs"] - other["Gs"]
 
