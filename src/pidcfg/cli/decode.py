@@ -64,7 +64,9 @@ def command(
             if entry.problem is not None:
                 raise click.ClickException(entry.problem)
             listings.append(read_listing(entry, VENDORS[vendor], limits, kind))
-        decoded = decode_listing(together(listings), VENDORS[vendor], read_options(VENDORS[vendor], texts))
+        decoded = decode_listing(
+            together(listings), VENDORS[vendor], read_rows(VENDORS[vendor], "decode_options", texts)
+        )
     except ListingError as error:
         _fail(entry.name, str(error), Span(error.line, error.column, error.line, error.column + 1))
     text = yaml_text(decoded.data)
@@ -77,9 +79,9 @@ def command(
             note(f"note: {line}")
 
 
-def read_options(vendor: Vendor, texts: Mapping[str, str | None]) -> dict[str, Any]:
+def read_rows(vendor: Vendor, column: str, texts: Mapping[str, str | None]) -> dict[str, Any]:
     """The vendor's own options as values; another vendor's option, or a text that makes no sense, is wrong usage."""
-    rows = {row.key: row for row in vendor.load("decode_options")}
+    rows = {row.key: row for row in vendor.load(column)}
     values = {}
     for key, text in texts.items():
         if text is None:

@@ -43,6 +43,7 @@ READING = (
 )
 LISTING = (
     _row("PID041", "bad-listing", "A memory listing cannot be read, or its words are no configuration.", "A missing or impossible word would have to be guessed.", "Export the listing again, or name its format with --from and what it lacks with the options of `pidcfg decode`."),
+    _row("PID042", "not-convertible", "A configuration does not say what its conversion needs.", "A range, a sample time or a form that is guessed is a wrong gain.", "Add the key that the message names."),
 )
 SCHEMA = (
     _row("PID020", "unknown-key", "A key is not known here.", "It would be ignored, and the setting it was meant for would keep its default.", "Correct the spelling; the message suggests the nearest key."),

@@ -1,0 +1,145 @@
+"""``pidcfg convert``: another vendor's configuration, and a report of what became of every field."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from pidcfg.cli import options
+from pidcfg.cli.console import echo, echo_json, note
+from pidcfg.cli.decode import read_rows
+from pidcfg.cli.main import Exit
+from pidcfg.diagnostics import Diagnostic, Severity
+from pidcfg.vendors import VENDORS
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from pidcfg.convert.pipeline import Converted
+    from pidcfg.limits import Limits
+    from pidcfg.validate.engine import Checked
+    from pidcfg.vendors import Vendor
+
+EPILOG = options.examples(
+    "pidcfg convert reactor.yaml --to click -o reactor-click.yaml --allow-loss",
+    "pidcfg convert tank.yaml --to nextopid --report json -o tank-nextopid.yaml",
+    "pidcfg convert oven.yaml --to dl06 --loop-table V3000 -o oven-dl06.yaml",
+)
+
+
+def placement_options(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Where things go that the source does not say, as options of the command."""
+    rows = {row.key: row for vendor in VENDORS.values() for row in vendor.load("convert_options")}
+    for row in reversed(rows.values()):
+        command = click.option(f"--{row.key.replace('_', '-')}", row.key, metavar=row.metavar, help=row.title)(command)
+    return command
+
+
+@click.command("convert", epilog=EPILOG)
+@click.argument("file")
+@click.option("--to", "target", type=click.Choice(list(VENDORS)), required=True, help="The PLC family to convert to.")
+@options.OUT
+@options.FORCE
+@click.option("--allow-loss", is_flag=True, help="Write the file although something was dropped or clamped.")
+@click.option("--report", type=click.Choice(["text", "json"]), default="text", show_default=True,
+              help="How the report is printed: text on stderr, JSON on stdout.")  # fmt: skip
+@placement_options
+@options.QUIET
+@options.LIMITS
+def command(
+    file: str, target: str, out: str | None, force: bool, allow_loss: bool, report: str, quiet: bool, limits: Limits,
+    **texts: str | None,
+) -> None:  # fmt: skip
+    """Convert the configuration FILE to another vendor's, and report what became of every field.
+
+    Exit codes: 0 written, 1 nothing was written because something would be lost or is missing, 2 unusable input.
+    """
+    from pidcfg.cli.checks import one_configuration, show_errors
+    from pidcfg.cli.convert_report import as_json, as_text
+    from pidcfg.cli.validate import exit_code
+
+    if report == "json" and out is None:
+        raise click.UsageError("the report and the file would both go to standard output; name the file with -o")
+    checked = one_configuration(file, limits)
+    status = exit_code(list(checked.findings))
+    if status is not Exit.OK or checked.vendor is None:
+        show_errors(checked, "text")
+        note("nothing was written")
+        click.get_current_context().exit(status)
+    to = VENDORS[target]
+    placed = read_rows(to, "convert_options", texts)
+    converted = converted_or_ended(checked, to, placed)
+    text = whole_text(checked, converted)
+    findings = faults(text, to, limits)
+    lossy = converted.losses and not allow_loss
+    if report == "json":
+        echo_json(as_json(checked.vendor.key, target, converted))
+    elif not quiet or lossy:
+        note(as_text(checked.vendor.key, target, converted).rstrip())
+    if findings:
+        refuse(findings, text, to)
+    if lossy:
+        note("something would be lost: nothing was written; --allow-loss writes it all the same")
+        click.get_current_context().exit(Exit.FOUND)
+    put(text, out, force=force)
+
+
+def put(text: str, out: str | None, *, force: bool) -> None:
+    """Writes the file, or prints it."""
+    from pidcfg.cli.outputs import write_files
+
+    if out is None:
+        echo(text)
+    else:
+        write_files({out: text}, force=force)
+        note(f"{out}: written")
+
+
+def converted_or_ended(checked: Checked, target: Vendor, placed: dict[str, Any]) -> Converted:
+    """The conversion; what the source must say before it ends the command with findings at its keys."""
+    from pidcfg.cli.reporters import text
+    from pidcfg.convert.pipeline import ConvertError, convert
+
+    if checked.vendor is None:
+        raise click.ClickException("the configuration names no vendor")
+    try:
+        return convert(checked.config, checked.vendor, target, placed)
+    except ConvertError as error:
+        doc = checked.document
+        found = [
+            Diagnostic("PID042", Severity.ERROR, entry.message, doc.file, doc.locate(entry.path, key=True), entry.path)
+            for entry in error.missing
+        ]
+        note(text(found, {doc.file: doc}).rstrip())
+        note("nothing was written")
+        click.get_current_context().exit(Exit.FOUND)
+
+
+def whole_text(checked: Checked, converted: Converted) -> str:
+    """The file with the comments of the source."""
+    from pidcfg.cli.carried import comments, with_comments
+    from pidcfg.writer import yaml_text
+
+    head, loops = comments(checked.document, len(converted.loops))
+    return with_comments(yaml_text(converted.data), head, loops)
+
+
+def faults(text: str, target: Vendor, limits: Limits) -> list[Diagnostic]:
+    """Errors of the converted file itself: what no PLC of that vendor would take."""
+    from pidcfg.source import read_document
+    from pidcfg.validate.engine import check_document
+
+    found = check_document(read_document(text.encode(), f"<{target.key}>", limits), limits).findings
+    return [finding for finding in found if finding.severity is Severity.ERROR]
+
+
+def refuse(findings: list[Diagnostic], written: str, target: Vendor) -> None:
+    """Ends the command with what is wrong with the result."""
+    from pidcfg.cli.reporters import text
+    from pidcfg.source import read_document
+
+    name = f"<{target.key}>"
+    note(text(findings, {name: read_document(written.encode(), name)}).rstrip())
+    note(f"{target.title} would not take the result: nothing was written")
+    click.get_current_context().exit(Exit.FOUND)
