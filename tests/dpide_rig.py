@@ -18,12 +18,14 @@ PLAIN = {
 """A proportional loop with a gain of 1."""
 
 
-def program_of(*loops, plc=None, settings=None):
-    """The operands of loops that differ from a plain one by those given, None for none; L1, L2 …"""
+def program_of(*loops, plc=None, settings=None, devices=None):
+    """The operands of loops that differ from a plain one by those given, None for none; L1, L2 … with their devices."""
     cells, entries = [], []
     for i, given in enumerate(loops):
         loop = f"L{i + 1}"
         entries.append({"loop": loop, "device": f"D{500 + 30 * i}", **(settings or {})})
+        if devices:
+            entries[-1]["devices"] = devices[i]
         for name, value in {**PLAIN, **given}.items():
             if value is not None:
                 kind = ROWS[name].type
@@ -34,8 +36,8 @@ def program_of(*loops, plc=None, settings=None):
 class Rig:
     """A PLC, the plants of its loops, and the clock; ``base`` is the base step in seconds."""
 
-    def __init__(self, *loops, program=None, plants=(), base=0.1, noise=0.0, plc=None):
-        self.plc = load(program if program is not None else program_of(*loops, plc=plc), Options())
+    def __init__(self, *loops, program=None, plants=(), base=0.1, noise=0.0, devices=None):
+        self.plc = load(program if program is not None else program_of(*loops, devices=devices), Options())
         self.cfg, self.st, self.sig = self.plc.cfg, self.plc.st, list(self.plc.sig)
         self.plants = [*plants, *(Fixed() for _ in self.cfg[len(plants) :])]
         self.base, self.noise, self.random, self.tick = base, noise, random.Random(1), 0

@@ -240,6 +240,17 @@ def test_it_waits_for_pid_run():
     assert rig.step().mode() == "autotune"
 
 
+def test_it_waits_for_the_plc_to_run():
+    rig = Rig({**OVEN, "PID_MODE": 0}, plants=[plant()], base=1.0)
+    rig.plc.program(rig.sig)
+    rig.step().log.clear()
+    rig.plc.autotune(0, "start")
+    assert (rig.step().mode(), rig.log) == ("auto", [("L1", "autotune waits: the PLC is stopped")])
+    rig.plc.run(rig.tick)
+
+    assert rig.step().mode() == "autotune"
+
+
 def test_a_stopped_plc_begins_it_again():
     rig = Rig(OVEN, plants=[plant()], base=1.0).step(60)
     rig.plc.program(rig.sig)

@@ -50,7 +50,10 @@ def random_loop(rng):
 
 
 def random_plc(rng):
-    plc = load(program_of(*(random_loop(rng) for _ in range(rng.randint(1, 3)))))
+    count = rng.randint(1, 3)
+    inputs = [{"MV": f"D{2 * i}", rng.choice(["SV", "BIAS", "MOUT"]): f"D{2 * rng.randrange(3)}"} for i in range(count)]
+    devices = inputs if rng.random() < 0.3 else None
+    plc = load(program_of(*(random_loop(rng) for _ in range(count)), devices=devices))
     sig = [*plc.sig, *(rng.uniform(0.0, 90.0) for _ in range(2 * len(plc.cfg)))]
     level = rng.choice([0.0, 0.0, 0.3])
     return plc, sig, [rng.choice([1.0, 0.03, -1.0, 0.0]), *(rng.gauss(0.0, level) for _ in range(97))]

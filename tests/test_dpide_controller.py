@@ -171,6 +171,20 @@ def test_mv_is_refreshed_once_in_a_sampling_time():
     assert rig.play([float(k) for k in range(7)], "MV") == [100.0] * 3 + [97.0] * 3 + [94.0]
 
 
+def test_calculations_come_with_the_next_base_step_and_keep_their_times():
+    """Due at 0, 0.2, 0.4, 0.6 and 0.8 s; steps are 0.15 s."""
+    rig = Rig({**WIDE, "CYCLE": 200}, base=0.15)
+
+    assert rig.play([-float(k) for k in range(8)], "MV") == [0.0, 0.0, 2.0, 3.0, 4.0, 4.0, 6.0, 7.0]
+
+
+def test_steps_that_are_too_long_are_not_made_up_for():
+    rig = Rig({**WIDE, "CYCLE": 100}, base=0.2)
+
+    assert rig.play([-1.0, -2.0, -3.0], "MV") == [1.0, 2.0, 3.0]
+    assert rig.st[0].due == 500_000
+
+
 # --- the dead band ---------------------------------------------------------------------------------------------------
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import pytest
 
 from dpide_rig import Rig
@@ -148,6 +150,18 @@ def test_the_derivative_has_no_past_after_manual():
     assert rig.play([40.0], "MV") == [20.0]
 
 
+def test_an_end_of_manual_without_a_measurement_is_forgotten_when_pid_run_is_false():
+    rig = Rig({**PI, "PID_MAN": True, "MOUT": 60, "PID_MODE": 2})
+    rig.play([9.0], "MV")
+    rig.plc.request(0, "auto")
+    assert rig.play([math.nan], "MV") == [60.0]
+    rig.plc.request(0, "off")
+    rig.step()
+    rig.plc.request(0, "auto")
+
+    assert rig.play([9.0], "I_MV") == pytest.approx([0.1])
+
+
 def test_start_in_automatic_is_no_end_of_manual():
     """In PID_MODE 2 nothing is worked out of the MV that the loop starts with."""
     rig = Rig({**PI, "PID_MODE": 2, "MV": 77})
@@ -229,6 +243,21 @@ def test_pid_run_true_goes_on_with_i_mv_and_without_a_past():
     rig.set("PID_RUN", value=True)
 
     assert rig.play([9.0], "MV", "I_MV", "E") == near([(5.1, 3.1, 1.0)])
+
+
+def test_pid_run_true_forgets_the_dead_band_and_the_end_of_manual_does_not():
+    """Back from FALSE an error inside the band is normal until PV crosses SV."""
+    rig = Rig({**PI, "ERR_DBW": 5})
+    assert rig.play([9.0, 11.0], "E") == [1.0, 0.0]
+    rig.set("PID_MAN", value=True)
+    rig.step()
+    rig.set("PID_MAN", value=False)
+    assert rig.play([12.0], "E") == [0.0]
+    rig.set("PID_RUN", value=False)
+    rig.step()
+    rig.set("PID_RUN", value=True)
+
+    assert rig.play([12.0, 9.0], "E") == [-2.0, 0.0]
 
 
 def test_pid_run_true_is_no_end_of_manual():
@@ -356,3 +385,57 @@ def test_stop_and_run_twice_are_once():
         rig.plc.program(rig.sig)
     rig.step()
     assert len(rig.log) == 1
+
+
+# --- devices that are shared -----------------------------------------------------------------------------------------
+
+CASCADE = ({"MV": "D304"}, {"SV": "D304", "MV": "D310"})
+
+
+def test_the_mv_of_one_loop_is_the_sv_of_another():
+    rig = Rig({"SV": 30}, {"Kc_Kp": 3}, devices=CASCADE)
+    rig.plants[0].value, rig.plants[1].value = 10.0, 5.0
+    rig.step()
+
+    assert (rig.signal("MV"), rig.signal("SV", 1), rig.signal("MV", 1)) == (20.0, 20.0, 45.0)
+    effect = rig.set("SV", 77, 1)
+    assert effect == "MV of L1 stands in the same device and overwrites it"
+    assert rig.step().signal("SV", 1) == 20.0
+
+
+@pytest.mark.parametrize(("operand", "given", "mv"), [("BIAS", {}, 25.0), ("MOUT", {"PID_MAN": True}, 20.0)])
+def test_the_mv_of_one_loop_is_the_bias_or_the_mout_of_another(operand, given, mv):
+    rig = Rig({"SV": 20}, {"SV": 5, **given}, devices=({"MV": "D304"}, {operand: "D304"}))
+
+    assert rig.step().signal("MV", 1) == mv
+
+
+def test_a_writer_that_comes_later_is_seen_with_the_next_calculation():
+    rig = Rig({}, {"SV": 30}, devices=CASCADE[::-1])
+
+    assert rig.trace(2, "SV") == [0.0, 30.0]
+
+
+def test_an_mv_of_its_own_is_no_writer():
+    rig = Rig({"SV": 30, "MOUT": 7}, devices=({"MV": "D304", "MOUT": "D304"},))
+
+    assert rig.cfg[0].mout_from == -1
+
+
+def test_one_start_bit_starts_and_stops_all_loops_that_have_it():
+    devices = ({"PID_RUN": "M100"}, {"PID_RUN": "M100"}, {"PID_RUN": "M101"})
+    rig = Rig({"SV": 30}, {"SV": 40}, {"SV": 50}, devices=devices).step()
+    rig.plc.request(0, "off")
+    rig.step()
+    assert [rig.signal("MV", i) for i in range(3)] == [0.0, 0.0, 50.0]
+    rig.set("PID_RUN", value=True, i=1)
+    rig.step()
+
+    assert [rig.signal("MV", i) for i in range(3)] == [30.0, 40.0, 50.0]
+
+
+def test_a_set_point_of_two_loops_shows_in_both():
+    rig = Rig({}, {}, devices=({"SV": "D10"}, {"SV": "D10"}))
+    rig.set("SV", 12)
+
+    assert (rig.signal("SV"), rig.signal("SV", 1)) == (12.0, 12.0)

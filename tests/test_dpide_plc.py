@@ -94,7 +94,7 @@ def test_every_operand_reaches_the_controller():
 
     assert (c.period, s.period, s.seconds) == (1_000_000, 1_000_000, 1.0)
     assert (c.manual, c.follow, c.dependent, c.of_pv, c.forward) == (0, 1, 1, 1, 1)
-    assert (c.band, c.bias, c.low, c.high) == (0.5, 3.0, 10.0, 4000.0)
+    assert (c.band, s.bias, c.low, c.high) == (0.5, 3.0, 10.0, 4000.0)
     assert (s.sp, s.reset, s.rate, s.tf, s.mout, s.mode) == (80.0, 180.0, 20.0, 2.0, 15.0, 0)
     assert s.gain == single(12.1) != 12.1, "the number in the PLC, not its shortest decimal"
     assert s.kp == s.gain
@@ -205,7 +205,7 @@ def test_every_operand_can_be_set():
     c, s = plc.cfg[0], plc.st[0]
 
     assert (c.manual, c.follow, c.dependent, c.of_pv, c.forward, s.wanted) == (1, 1, 1, 1, 1, 1)
-    assert (c.band, c.bias, c.low, c.high, s.mode, s.period) == (1.5, 1.5, 1.5, 1.5, 2, 2000)
+    assert (c.band, s.bias, c.low, c.high, s.mode, s.period) == (1.5, 1.5, 1.5, 1.5, 2, 2000)
     assert (s.sp, s.gain, s.reset, s.rate, s.tf, s.mout, s.integral) == (1.5,) * 7
 
 

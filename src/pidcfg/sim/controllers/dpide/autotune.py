@@ -122,7 +122,7 @@ def store(c: Config, s: State, ultimate: float, period: float, mean: float) -> N
     s.tune_rate = rate
     s.tune_tf = tf
     coefficients(c, s)
-    s.integral = single(single(mean) - c.bias)
+    s.integral = single(single(mean) - s.bias)
     s.tune_done = DONE
     leave(c, s, 0)
 

@@ -14,11 +14,13 @@ ENGINE = (
         "the older DVP PID instructions.",
     ),
     Decision(
-        266, "when operands act",
+        266, "when operands act, and whose they are",
         "Calculations come at whole multiples of the sampling time since the PLC began to run, and operands act with "
         "the next one, modes too. FALSE for PID_RUN acts at the next base step. A new CYCLE counts after the "
-        "calculation that is already due.",
-        "The instruction refreshes MV after each sampling time; of PID_RUN the manual says that FALSE resets MV.",
+        "calculation that is already due. What an event writes goes to all operands with the same device; an SV, BIAS "
+        "or MOUT in the device of another loop's MV is that MV at each calculation: a cascade.",
+        "The instruction refreshes MV after each sampling time; of PID_RUN the manual says that FALSE resets MV. One "
+        "device holds one value.",
     ),
     Decision(
         267, "DPIDE's derivative has no past at first",

@@ -86,9 +86,9 @@ def derivative(c: Config, s: State, e: float) -> float:
     return x
 
 
-def put_back(c: Config, s: State, out: float, p: float, d: float) -> None:
+def put_back(s: State, out: float, p: float, d: float) -> None:
     """I_MV as it is when MV is ``out`` (D270)."""
-    total = single(single(single(out - p) - d) - c.bias)
+    total = single(single(single(out - p) - d) - s.bias)
     if abs(total) < LARGEST:
         s.integral = total
 
@@ -102,12 +102,12 @@ def calculate(c: Config, s: State, e: float) -> None:
     total = 0.0
     if s.ki > 0.0:
         if s.busy & FROM_MANUAL and s.mode == 2:
-            put_back(c, s, was, p, d)
+            put_back(s, was, p, d)
         total = single(s.integral + single(s.ki * e))
     else:
         # no integral (D271)
         s.integral = 0.0
-    m = single(single(single(p + total) + d) + c.bias)
+    m = single(single(single(p + total) + d) + s.bias)
     if not abs(m) <= LARGEST:
         s.out = clamp(was, c.low, c.high)
         s.busy |= FRESH
@@ -121,7 +121,7 @@ def calculate(c: Config, s: State, e: float) -> None:
         s.out = c.high if m > c.high else c.low
         # beyond the limits PID_MODE 0 holds I_MV (D269)
         if s.ki > 0.0 and s.mode == 2:
-            put_back(c, s, s.out, p, d)
+            put_back(s, s.out, p, d)
     if s.busy & FROM_MANUAL and abs(s.out - was) > NOTABLE * (c.high - c.low):
         if s.ki <= 0.0:
             s.notice = noticed(s.notice, 0, JUMPS_WITHOUT)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import gcd
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from pidcfg.encoders.maps.dpide import ROWS
 from pidcfg.encoders.plain import read_settings
@@ -18,7 +18,7 @@ from pidcfg.sim.controllers.dpide.words import MILLISECOND, absorb, configure, o
 from pidcfg.sim.plc import TICKS
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, MutableSequence
+    from collections.abc import Iterable, Mapping, MutableSequence, Sequence
 
     from pidcfg.encoders.named import Program
 
@@ -40,6 +40,8 @@ class Memory:
         """Operands that are no value of their type."""
         self._interval = (read_settings(PlcSettings, program.plc, "plc").interrupt_task or 0) * MILLISECOND
         self.loops = [str(entry["loop"]) for entry in program.settings] or loops_of(words)
+        given: Sequence[Mapping[str, Any]] = program.settings or [{}] * len(self.loops)
+        self._devices = [dict(entry.get("devices", {})) for entry in given]
         self._operands = [operands_of(words, loop, self.problems) for loop in self.loops]
         count = len(self.loops)
         self.cfg = [Config() for _ in range(count)]
@@ -49,8 +51,7 @@ class Memory:
         self.signals = [f"{loop}.{name}" if name else "" for loop in self.loops for name in SIGNALS]
         for i in range(count):
             self._begin(i)
-        given = [entry.get("pv", {}) for entry in program.settings] or [{}] * count
-        scales = [read_settings(Scale, entry, f"settings[{i}].pv") for i, entry in enumerate(given)]
+        scales = [read_settings(Scale, entry.get("pv", {}), f"settings[{i}].pv") for i, entry in enumerate(given)]
         self.scales = [scale_of(scale, s.sp) for scale, s in zip(scales, self.st, strict=True)]
 
     @property
@@ -70,12 +71,13 @@ class Memory:
         c.sig_in, c.sig_pv, c.sig_sp, c.sig_out, c.sig_mout, c.sig_bias, c.sig_error = range(first, first + 7)
         configure(c, s, self._operands[i], self._interval)
         c.period = s.period
+        c.sv_from, c.bias_from, c.mout_from = (self._writer(i, name) for name in ("SV", "BIAS", "MOUT"))
         s.status = bits.OFF
         enter(c, s, self._mode(i))
         s.wanted = s.status & bits.MODES
         if s.status & bits.OFF:
             s.out = 0.0
-        self._show(i, self.sig)
+        show(c, s, self.sig)
 
     def _mode(self, i: int) -> int:
         """The mode that PID_RUN, PID_MODE and PID_MAN make."""
@@ -85,8 +87,23 @@ class Memory:
             return bits.TUNING
         return bits.MANUAL if self.cfg[i].manual else bits.AUTO
 
+    def _writer(self, i: int, operand: str) -> int:
+        """The other loop whose MV stands in the device of an operand; -1: none."""
+        device = self._devices[i].get(operand)
+        writers = (j for j, own in enumerate(self._devices) if j != i and device and own.get("MV") == device)
+        return next(writers, -1)
+
     def _write(self, i: int, **values: float) -> None:
-        """Write operands; a mode that they make takes effect with the next calculation, FALSE for PID_RUN at once."""
+        """Write operands, and all others that stand in the same devices (D266)."""
+        self._put(i, values)
+        places = {device: values[name] for name, device in self._devices[i].items() if name in values}
+        for j, own in enumerate(self._devices):
+            shared = {name: places[device] for name, device in own.items() if device in places and name != "MV"}
+            if shared and j != i:
+                self._put(j, shared)
+
+    def _put(self, i: int, values: Mapping[str, float]) -> None:
+        """A mode that operands make takes effect with the next calculation, FALSE for PID_RUN at once."""
         c, s = self.cfg[i], self.st[i]
         before = s.mode
         absorb(self._operands[i], s)
@@ -99,9 +116,10 @@ class Memory:
         if s.wanted != s.status & bits.MODES:
             s.busy |= bits.REQUEST | (bits.HALTING if s.wanted == bits.OFF else 0)
 
-    def _show(self, i: int, sig: MutableSequence[float]) -> None:
+    def _show(self, sig: MutableSequence[float]) -> None:
         """What an operator's hand changes at once."""
-        show(self.cfg[i], self.st[i], sig)
+        for c, s in zip(self.cfg, self.st, strict=True):
+            show(c, s, sig)
 
 
 def loops_of(words: Iterable[str]) -> list[str]:

@@ -25,7 +25,6 @@ def enter(c: Config, s: State, mode: int) -> None:
     before = s.status & MODES
     s.status = (s.status & ~MODES) | mode
     if before == OFF:
-        s.busy |= FRESH
         s.side = 0.0
         s.crossed = 0
     if mode == TUNING:
@@ -41,17 +40,14 @@ def halt(s: State) -> None:
     if s.status & TUNING:
         abandon(s)
         s.mode = s.mode_before
-    s.busy &= ~(REQUEST | HALTING | FROM_MANUAL)
+    s.busy &= ~(REQUEST | HALTING)
     s.status = (s.status & ~(MODES | LIMITED | SILENT)) | OFF
     s.out = 0.0
 
 
 def switch(c: Config, s: State) -> None:
     """The mode that the operands make takes effect (kernel)."""
-    s.busy &= ~REQUEST
-    if s.status & MODES == s.wanted:
-        return
+    s.busy &= ~(REQUEST | FROM_MANUAL)
     if s.status & TUNING:
         abandon(s)
-    s.busy &= ~FROM_MANUAL
     enter(c, s, s.wanted)

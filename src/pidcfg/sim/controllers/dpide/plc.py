@@ -124,6 +124,8 @@ class Dpide(Memory, LoopsOnly):
             self._write(loop, PID_MODE=1)
             if s.wanted == bits.OFF:
                 tell(s, report.TUNE_WAITS)
+            elif not self._in_run:
+                tell(s, report.TUNE_WAITS_FOR_PLC)
 
     def _automatic(self, loop: int) -> int:
         """PID_MODE without an autotune."""
@@ -149,7 +151,7 @@ class Dpide(Memory, LoopsOnly):
         self._write(loop, MOUT=float(value.value))
         if not s.status & bits.OFF:
             s.out = clamp(single(float(value.value)), c.low, c.high)
-        self._show(loop, sig)
+        self._show(sig)
 
     @staticmethod
     def check_input(name: str, value: object) -> float:  # noqa: ARG004 - there is nothing to check
@@ -170,7 +172,10 @@ class Dpide(Memory, LoopsOnly):
         name = KEYS.find(path).name
         c, s = self.cfg[loop], self.st[loop]
         self._write(loop, **{name: value})
-        self._show(loop, sig)
+        self._show(sig)
+        writer = self._writer(loop, name)
+        if writer >= 0:
+            return f"MV of {self.loops[writer]} stands in the same device and overwrites it"
         return effect(name, c, s, self._operands[loop], self._interval)
 
 

@@ -25,6 +25,7 @@ TUNE_WAITS = 34
 TUNE_RUNS = 35
 TUNE_IDLE = 36
 IS_STOPPED = 37
+TUNE_WAITS_FOR_PLC = 38
 
 ABOUT_MODE = {
     WAITS_FOR_TUNE: "waits: PID_MAN has no effect while PID_MODE is 1",
@@ -37,6 +38,7 @@ REASONS = {
     "PID_MODE 2 works it out of MV",
     dpide_equation.JUMPS_WITHOUT: "MV jumps at the end of manual: without Ti_Ki there is no I_MV that could carry MOUT",
     TUNE_WAITS: "autotune waits: PID_RUN is FALSE",
+    TUNE_WAITS_FOR_PLC: "autotune waits: the PLC is stopped",
     TUNE_RUNS: "autotune is running already",
     TUNE_IDLE: "no autotune to be cancelled",
     IS_STOPPED: "the PLC is stopped: the instruction is not executed, MV stays as it is",

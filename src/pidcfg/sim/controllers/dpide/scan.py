@@ -46,14 +46,27 @@ def by_hand(c: Config, s: State) -> None:
         s.status &= ~LIMITED
 
 
-def sample(c: Config, s: State, sig: list[float]) -> None:
+def fetch(c: Config, s: State, st: list[State]) -> None:
+    """What other loops have written to the devices of this one's operands (D266)."""
+    if c.sv_from >= 0:
+        s.sp = st[c.sv_from].out
+    if c.bias_from >= 0:
+        s.bias = st[c.bias_from].out
+    if c.mout_from >= 0:
+        s.mout = st[c.mout_from].out
+
+
+def sample(i: int, cfg: list[Config], st: list[State], sig: list[float]) -> None:
     """One calculation of an instruction."""
+    c = cfg[i]
+    s = st[i]
     s.pv = single(sig[c.sig_in])
     if s.busy & REQUEST:
         switch(c, s)
     if s.status & OFF:
         sig[c.sig_pv] = shown(s.pv)
         return
+    fetch(c, s, st)
     raw = single(s.sp - s.pv) if c.forward else single(s.pv - s.sp)
     e = effective(c, s, raw)
     s.error = e
@@ -79,10 +92,10 @@ def scan(tick: int, cfg: list[Config], st: list[State], aux: list[float], sig: l
         if tick >= due:
             due += s.period
             s.due = due if due > tick else tick + s.period
-            sample(cfg[i], s, sig)
+            sample(i, cfg, st, sig)
 
 
 KERNELS = (scan,)
 """Where the compiler begins; what these call follows by itself."""
-INLINED = (scan, sample, calculate, derivative, effective, show)
+INLINED = (scan, sample, calculate, derivative, effective, fetch, show)
 """The hot path of compiled code."""

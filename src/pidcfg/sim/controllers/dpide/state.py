@@ -61,9 +61,12 @@ class Config:
     """PID_DE: the derivative is that of PV."""
     forward: int = 0
     """PID_DIR: E = SV - PV."""
+    sv_from: int = -1
+    """The loop whose MV stands in the same device as SV (D266), -1: none; likewise the next two."""
+    bias_from: int = -1
+    mout_from: int = -1
     band: float = 0.0
     """The absolute value of ERR_DBW."""
-    bias: float = 0.0
     low: float = 0.0
     """The lower one of MV_MIN and MV_MAX."""
     high: float = 0.0
@@ -80,6 +83,7 @@ class State(Tuned):
     wanted: int = AUTO
     """The mode that PID_RUN, PID_MODE and PID_MAN make."""
     mout: float = 0.0
+    bias: float = 0.0
     integral: float = 0.0
     """I_MV."""
     tf: float = 0.0

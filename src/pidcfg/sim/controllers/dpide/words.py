@@ -29,6 +29,7 @@ SINGLES = {
     "Td_Kd": "rate",
     "Tf": "tf",
     "MOUT": "mout",
+    "BIAS": "bias",
     "I_MV": "integral",
     "MV": "out",
 }
@@ -58,7 +59,6 @@ def configure(c: Config, s: State, operands: Operands, interval: int) -> None:
     c.manual, c.follow = int(operands["PID_MAN"]), int(operands["MOUT_AUTO"])
     c.dependent, c.of_pv, c.forward = (int(operands[name]) for name in ("PID_EQ", "PID_DE", "PID_DIR"))
     c.band = abs(single(operands["ERR_DBW"]))
-    c.bias = single(operands["BIAS"])
     c.low, c.high = sorted(single(operands[name]) for name in ("MV_MIN", "MV_MAX"))
     for name, field in SINGLES.items():
         setattr(s, field, single(operands[name]))
