@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from decimal import Decimal
+from fractions import Fraction
 from typing import TYPE_CHECKING
 
 from pidcfg.diagnostics import Severity
@@ -96,7 +97,7 @@ def sample_time_not_a_multiple(context: NextopidContext) -> Iterator[Finding]:
     """
     task = context.config.plc.sample_time
     for view in context.controllers:
-        if task > 0 and view.sample_time > 0 and view.sample_time % task:
+        if task > 0 and view.sample_time > 0 and (Fraction(view.sample_time) / Fraction(task)).denominator > 1:
             yield view.find("sample_time", time=number_text(view.sample_time), task=number_text(task))
 
 

@@ -1,0 +1,625 @@
+"""Rules for NextoPID configurations at their limits: at the limit nothing, one step beyond the finding."""
+
+import json
+import re
+from copy import deepcopy
+from decimal import Decimal
+from itertools import product
+from pathlib import Path
+
+import pytest
+from hypothesis import assume, given
+from hypothesis import strategies as st
+
+from pidcfg.diagnostics import Severity
+from pidcfg.encoders.maps.nextopid import BLOCK_TYPES
+from pidcfg.refs import Decision
+from pidcfg.source import read_document
+from pidcfg.validate.engine import check_document
+from pidcfg.validate.rules.nextopid import RULES
+from pidcfg.validate.rules.nextopid import override as override_rules
+from pidcfg.validate.rules.nextopid import plants as plant_rules
+
+ROOT = Path(__file__).parents[1]
+EXAMPLES = sorted(p for p in (ROOT / "examples/nextopid").glob("*.yaml") if ".scenario" not in p.name)
+OWN = "PID6"
+LOOP = {
+    "name": "A", "type": "PIDA_REAL", "SP": 50, "Kp": 1, "Ti_Ki": 60, "Td_Kd": 0,
+    "MinMV": 0, "MaxMV": 100, "MinPV": 0, "MaxPV": 100,
+}  # fmt: skip
+ON_OFF = {"name": "A", "type": "ControlON_OFF", "SP": 50, "DeadBand": 2, "MinPV": 0, "MaxPV": 100}
+PARAM = {"PercAmpMV": 5, "PercHystPV": 0.1, "PercMaxPeakPV": 10, "NumCycles": 3, "Mode": "PI"}
+TUNED = {"type": "PIDA_TUNE_REAL", "AutoTuneParam": PARAM}
+BLOCKS = {
+    "ControlLowFilter": {"InVar": "X", "Tc": 5},
+    "ControlDelay": {"InVar": "X", "DelayTime": 1},
+    "ControlLag": {"InVar": "X", "Gs": 1, "Tc": 5, "Max_OutVar": 100},
+    "ControlDelayLag": {"InVar": "X", "DelayTime": 1, "Gs": 1, "Tc": 5, "Max_OutVar": 100},
+    "ControlLeadLag": {"InVar": "X", "G": 1, "Tlead": 2, "Tlag": 5, "Max_OutVar": 100},
+}
+SIGNALS = {"X": 20.0, "UP": True, "DOWN": False}
+
+
+def changed(name="A", **values):
+    """A loop with other values; None takes a key away."""
+    loop = deepcopy(LOOP) | {"name": name} | values
+    if loop["type"] == "ControlON_OFF":
+        loop = ON_OFF | {"name": name} | values
+    return {key: value for key, value in loop.items() if value is not None}
+
+
+def block(kind, name="F", **values):
+    found = {"name": name, "type": kind, **BLOCKS.get(kind, {}), **values}
+    return {key: value for key, value in found.items() if value is not None}
+
+
+def checked(*loops, blocks=(), signals=None, **plc):
+    config = {"pidcfg": 1, "vendor": "nextopid", "plc": {"sample_time": 0.1, **plc}, "signals": signals or SIGNALS,
+              "blocks": blocks, "loops": loops}  # fmt: skip
+    result = check_document(read_document(json.dumps(config, default=float).encode(), "case.yaml"))
+    assert result.config is not None, result.findings
+    return result
+
+
+def findings(*loops, **others):
+    return checked(*loops, **others).findings
+
+
+def codes(*loops, **others):
+    return {d.code for d in findings(*loops, **others)} - {"PID605"}
+
+
+def serious(*loops, **others):
+    """Codes of errors and warnings, each as often as it is found."""
+    return sorted(d.code for d in findings(*loops, **others) if d.severity > Severity.INFO)
+
+
+def effects(code, *loops, **others):
+    return [d.plc_effect for d in findings(*loops, **others) if d.code == code]
+
+
+def master(name, slave, **values):
+    wires = {"TRK_VAL": "PV", "TRK_IN": "TRK_OUT", "Windup_H_IN": "Windup_H_OUT", "Windup_L_IN": "Windup_L_OUT"}
+    return changed(name, **{key: f"{slave}.{output}" for key, output in wires.items()} | values)
+
+
+def slave(name, of, **values):
+    return changed(name, **{"SP_CASC": f"{of}.MV", "CASC": "UP", **values})
+
+
+def overridden(name, number, **values):
+    return changed(name, **{"OVERR": f"S.OVERR{number}", "TRK_VAL": "S.MV", **values})
+
+
+def selector(kind="ControlSelectMin", **values):
+    return {"name": "S", "type": kind, "MV1": "A.MV", "MV2": "B.MV", **values}
+
+
+def test_what_the_tests_change_is_in_order():
+    assert not codes(changed())
+    assert not codes(changed(**TUNED))
+    assert not codes(changed(type="ControlON_OFF"))
+    assert not codes(master("A", "B"), slave("B", "A"))
+    assert not codes(overridden("A", 1), overridden("B", 2), blocks=[selector()])
+    for kind in BLOCKS:
+        assert not codes(changed(PV="F.OutVar"), blocks=[block(kind)]), kind
+
+
+# fmt: off
+STEPS = [
+    # code     key         what else                                              at the limit  one step beyond
+    ("PID610", "MaxMV",    {},                                                    0.001, 0),
+    ("PID610", "MinMV",    {},                                                    99.999, 100),
+    ("PID611", "MaxPV",    {"SP": 0},                                             0.001, 0),
+    ("PID611", "MinPV",    {"SP": 100},                                           99.999, 100),
+    ("PID611", "MaxPV",    {"type": "ControlON_OFF", "SP": 0},                    0.001, 0),
+    ("PID612", "Kp",       {},                                                    0.001, 0),
+    ("PID612", "Kp",       {"Indep": True, "Ti_Ki": 0.1},                         0, -0.001),
+    ("PID101", "Td_Kd",    {},                                                    0, -0.001),
+    ("PID101", "Ti_Ki",    {},                                                    0, -0.001),
+    ("PID101", "Tfd",      {},                                                    0, -0.001),
+    ("PID101", "MaxVarMV", {},                                                    0, -0.001),
+    ("PID101", "DeadBand", {},                                                    0, -0.001),
+    ("PID615", "SP",       {},                                                    100, 100.001),
+    ("PID615", "SP",       {},                                                    0, -0.001),
+    ("PID616", "SP_CASC",  {},                                                    100, 100.001),
+    ("PID616", "SP_CASC",  {"MinPV": 10},                                         None, 9.999),
+    ("PID617", "ManualMV", {},                                                    0, -0.001),
+    ("PID617", "MinMV",    {"Manual": "DOWN"},                                     0, 0.001),
+    ("PID618", "BIAS",     {},                                                    100, 100.001),
+    ("PID619", "TRK_VAL",  {"TRK_IN": "DOWN"},                                     100, 100.001),
+    ("PID620", "MaxMV",    {"output": {"range": [0, 100]}},                       100, 100.001),
+    ("PID620", "MinMV",    {"output": {"range": [0, 100]}},                       0, -0.001),
+    ("PID621", "MaxMV",    {},                                                    100, 99.999),
+    ("PID624", "sample_time", {"Ti_Ki": 600},                                     60, 60.1),
+    ("PID625", "sample_time", {},                                                 0.1, 0),
+    ("PID626", "sample_time", {},                                                 0.3, 0.31),
+    ("PID628", "Tfd",      {"Td_Kd": 1},                                          0.1, 0.09),
+    ("PID630", "Ti_Ki",    {"sample_time": None},                                 0.001, 0.0009),
+    ("PID631", "Ti_Ki",    {},                                                    0.1, 0.099),
+    ("PID631", "Ti_Ki",    {"Indep": True},                                       10, 10.1),
+    ("PID632", "Td_Kd",    {},                                                    10, 10.01),
+    ("PID632", "Td_Kd",    {"Kp": 2},                                             5, 5.01),
+    ("PID632", "Td_Kd",    {"Kp": 2, "Indep": True, "Ti_Ki": 1},                  10, 10.01),
+    ("PID633", "MaxVarMV", {},                                                    0.0167, 0.0166),
+    ("PID634", "MaxVarMV", {},                                                    99.99, 100),
+    ("PID635", "Ti_Ki",    {"DisableP": True},                                    0.001, 0.0009),
+    ("PID635", "Ti_Ki",    {"Kp": 0, "Indep": True},                              0.0001, 0),
+    ("PID636", "DisableP", {"Indep": True, "Ti_Ki": 1},                           False, True),
+    ("PID637", "Ti_Ki",    {"Indep": True},                                       1, "1 s"),
+    ("PID637", "Indep",    {"Td_Kd": "100 ms", "Ti_Ki": 1},                       False, True),
+    ("PID639", "BIAS",     {"Ti_Ki": 0},                                          1, 0),
+    ("PID640", "Td_Kd",    {"DerivEr": True},                                     0, 0.1),
+    ("PID641", "DeadBand", {},                                                    99.99, 100),
+    ("PID649", "DeadBand", {"type": "ControlON_OFF"},                             0.001, 0),
+    ("PID650", "SP",       {"type": "ControlON_OFF"},                             97.99, 98),
+    ("PID650", "SP",       {"type": "ControlON_OFF"},                             2.01, 2),
+    ("PID658", "ManualMV", {**TUNED, "Manual": True},                             95, 95.01),
+    ("PID658", "ManualMV", {**TUNED, "Manual": True},                             5, 4.99),
+    ("PID658", "Manual",   {**TUNED, "ManualMV": 0},                              False, True),
+    ("PID656", "AutoTuneParam", {"type": "PIDA_TUNE_INT", "AutoTune": "DOWN"},     {**PARAM, "PercAmpMV": 5}, None),
+    ("PID657", "AutoTune", {**TUNED},                                             "DOWN", "UP"),
+    ("PID659", "AutoTuneParam", {"type": "PIDA_TUNE_REAL"},
+                                                   PARAM | {"PercMaxPeakPV": 0.21}, PARAM | {"PercMaxPeakPV": 0.2}),
+    ("PID660", "AutoTuneParam", {"type": "PIDA_TUNE_INT"},    PARAM | {"PercAmpMV": 1}, PARAM | {"PercAmpMV": 0.99}),
+    ("PID666", "CASC",     {},                                                    False, True),
+]
+BLOCK_STEPS = [
+    # code     type                key             what else                      at the limit  one step beyond
+    ("PID629", "ControlLowFilter", "Tc",           {},                            0.1, 0.099),
+    ("PID629", "ControlLeadLag",   "Tlag",         {},                            0.1, 0.099),
+    ("PID642", "ControlDelay",     "DelayTime",    {},                            10, 10.01),
+    ("PID642", "ControlDelayLag",  "DelayTime",    {},                            10, 10.01),
+    ("PID101", "ControlDelay",     "DelayTime",    {},                            0.1, -0.1),
+    ("PID101", "ControlLeadLag",   "Tlead",        {},                            0, -0.1),
+    ("PID643", "ControlDelay",     "DelayTime",    {},                            0.3, 0.31),
+    ("PID644", "ControlLowFilter", "Tc",           {},                            0.001, 0),
+    ("PID644", "ControlLag",       "Tc",           {},                            0.001, 0),
+    ("PID644", "ControlDelayLag",  "Tc",           {},                            0.001, 0),
+    ("PID644", "ControlLeadLag",   "Tlag",         {},                            0.001, 0),
+    ("PID645", "ControlLag",       "Min_OutVar",   {"Init_OutVar": 100},          100, 100.1),
+    ("PID645", "ControlLeadLag",   "Min_OutVar",   {},                            100, 100.1),
+    ("PID646", "ControlLag",       "Max_OutVar",   {},                            0.1, 0),
+    ("PID646", "ControlDelayLag",  "Max_OutVar",   {},                            0.1, None),
+    ("PID646", "ControlLeadLag",   "Max_OutVar",   {},                            0.1, None),
+    ("PID647", "ControlLag",       "Init_OutVar",  {},                            100, 100.1),
+    ("PID647", "ControlDelayLag",  "Init_OutVar",  {},                            0, -0.1),
+    ("PID648", "ControlLag",       "Gs",           {},                            0.1, None),
+    ("PID648", "ControlLeadLag",   "G",            {},                            -0.1, 0),
+]
+# fmt: on
+
+
+@pytest.mark.parametrize(("code", "key", "others", "inside", "outside"), STEPS)
+def test_one_step_beyond_the_limit_is_found_and_the_limit_is_not(code, key, others, inside, outside):
+    assert code not in codes(changed(**others | {key: inside}))
+    assert code in codes(changed(**others | {key: outside}))
+
+
+@pytest.mark.parametrize(("code", "kind", "key", "others", "inside", "outside"), BLOCK_STEPS)
+def test_one_step_beyond_the_limit_of_a_block_is_found(code, kind, key, others, inside, outside):
+    loop = changed(PV="F.OutVar")
+
+    assert code not in codes(loop, blocks=[block(kind, **others | {key: inside})])
+    assert code in codes(loop, blocks=[block(kind, **others | {key: outside})])
+
+
+WIRED = [row for row in STEPS if all(isinstance(row[i], int | float) and not isinstance(row[i], bool) for i in (3, 4))
+         and row[1] != "sample_time"]  # fmt: skip
+
+
+@pytest.mark.parametrize(("code", "key", "others", "inside", "outside"), WIRED)
+def test_the_first_value_of_a_signal_is_judged_like_a_number(code, key, others, inside, outside):
+    code = "PID613" if code == "PID101" else code
+    found = findings(changed(**others | {key: "V"}), signals=SIGNALS | {"V": float(outside)})
+
+    assert code not in codes(changed(**others | {key: "V"}), signals=SIGNALS | {"V": float(inside)})
+    assert code in {d.code for d in found}
+    if code not in {"PID621", "PID631", "PID632", "PID635", "PID639", "PID640", "PID650"}:
+        assert "first value of V" in next(d.message for d in found if d.code == code)
+
+
+@pytest.mark.parametrize(("values", "effect"), [
+    ({"MaxMV": 0}, "ErrBits.MaxMinMV"), ({"MaxPV": 0}, "ErrBits.MaxMinPV"), ({"Kp": 0}, "ErrBits.Kp"),
+    ({"Td_Kd": -1}, "ErrBits.Td_Kd"), ({"Ti_Ki": -1}, "ErrBits.Ti_Ki"), ({"Tfd": -1}, "ErrBits.Tfd"),
+    ({"MaxVarMV": -1}, "ErrBits.MaxVarMV"), ({"DeadBand": -1}, "ErrBits.DeadBand"),
+    ({"sample_time": 61, "Ti_Ki": 600}, "ErrBits.SampleTime"),
+    ({"SP": 101}, "WarnBits.SP_MaxPV"), ({"SP": -1}, "WarnBits.SP_MinPV"),
+    ({"SP_CASC": 101}, "WarnBits.SP_CASC_MaxPV"), ({"SP_CASC": -1}, "WarnBits.SP_CASC_MinPV"),
+    ({"ManualMV": 101}, "WarnBits.MV_MaxMV"), ({"ManualMV": -1}, "WarnBits.MV_MinMV"),
+    ({"type": "ControlON_OFF", "DeadBand": -1}, "ErrBits.DeadBand"), ({"type": "ControlON_OFF", "DeadBand": 0}, None),
+    ({**TUNED, "AutoTuneParam": PARAM | {"PercAmpMV": 51}}, "AutoTuneResult.Bad_PercAmpMV"),
+    ({**TUNED, "AutoTuneParam": PARAM | {"NumCycles": 11}}, "AutoTuneResult.Bad_NumCycles"),
+    ({**TUNED, "Manual": True, "ManualMV": 99}, "AutoTuneResult.MV_TOO_HIGH"),
+    ({**TUNED, "Manual": True, "ManualMV": 1}, "AutoTuneResult.MV_TOO_LOW"),
+])  # fmt: skip
+def test_each_bit_is_reported_under_its_own_name(values, effect):
+    serious_ones = [d for d in findings(changed(**values)) if d.severity > Severity.INFO]
+    outputs = {row.name for kind in BLOCK_TYPES.values() for row in kind.outputs}
+
+    assert [d.plc_effect for d in serious_ones] == [effect]
+    assert effect is None or effect in outputs
+
+
+ONE = [
+    # what is changed, and all errors and warnings that it makes
+    ({"Ti_Ki": "60 s", "Indep": True}, ["PID637"]),
+    ({"Td_Kd": "500 s", "Indep": True, "Ti_Ki": 1}, ["PID637"]),
+    ({"Kp": -1, "Ti_Ki": 0}, ["PID612"]),
+    ({"Kp": 0, "Ti_Ki": 0}, ["PID612"]),
+    ({"MaxMV": 0, "ManualMV": 5, "BIAS": 7, "MaxVarMV": 1}, ["PID610"]),
+    ({"MaxPV": 0, "SP_CASC": 7}, ["PID611"]),
+    ({"SP": "Z"}, ["PID601"]),
+    ({"MaxMV": "Z"}, ["PID601"]),
+    ({"Manual": "Z"}, ["PID601"]),
+    ({"SP_CASC": "B.MV", "CASC": "UP"}, ["PID601"]),
+    ({"SP_CASC": "A.MV", "CASC": "UP"}, ["PID662"]),
+    ({"sample_time": -1}, ["PID625"]),
+    ({"sample_time": 0.05}, ["PID626"]),
+    ({"type": "PIDA_TUNE_REAL", "AutoTune": True}, ["PID656"]),
+    ({"type": "PIDA_INT", "SP": 12.5}, ["PID104"]),
+    ({"type": "PIDA_INT", "MaxPV": 40000}, ["PID102"]),
+    ({"type": "PIDA_INT", "MaxPV": "BIG"}, ["PID614"]),
+    ({"type": "ControlON_OFF", "DeadBand": -1}, ["PID649"]),
+    ({"name": "Pidloops"}, ["PID604"]),
+    ({"name": "x"}, ["PID604"]),
+    ({"name": "controlpwm"}, ["PID603"]),
+]
+
+
+@pytest.mark.parametrize(("values", "expected"), ONE, ids=[f"{row[1][0]}-{i}" for i, row in enumerate(ONE)])
+def test_one_fault_is_one_finding(values, expected):
+    assert serious(changed(**values), signals=SIGNALS | {"BIG": 40000.0}) == expected
+
+
+# --- wires -----------------------------------------------------------------------------------------------------------
+
+LINES = """pidcfg: 1
+vendor: nextopid
+plc: {sample_time: 0.1}
+signals: {FLOW: 20.0, UP: true}
+loops:
+  - {name: A, type: PIDA_REAL, SP: 50, Kp: 1, Ti_Ki: 60, Td_Kd: 0, MinMV: 0, MaxMV: 100, MinPV: 0, MaxPV: 100,
+     PV: WIRE}
+"""
+
+
+@pytest.mark.parametrize(("wire", "character"), [
+    ("2 * FLOWS", "F"), ('"2 * FLOWS"', "F"), ("'2 * FLOWS'", "F"), ("2  *   FLOWS", "F"), ('"  2 * FLOWS"', "F"),
+    ("FLOW * UP", "U"), ("min(FLOW 2)", "2"), ('"min(FLOW, sin(2))"', "s"), ("FLOW % 2", "%"), ("A.MW", "A"),
+])  # fmt: skip
+def test_a_finding_about_a_wire_points_at_the_character(wire, character):
+    text = LINES.replace("WIRE", wire).replace("\n     PV: ", "\n     PV: ")
+    found = next(d for d in check_document(read_document(text.encode(), "case.yaml")).findings if d.code == "PID601")
+
+    row = text.split("\n")[found.span.line - 1]
+    assert row[found.span.column - 1] == character
+    assert row.index(character, row.index("PV: ") + 4) == found.span.column - 1
+    assert found.span.end_column == found.span.column + 1
+
+
+@pytest.mark.parametrize(("key", "wire", "meant"), [
+    ("PV", "FLOWS", "FLOW"), ("PV", "A.MW", "A.MV"), ("Manual", "UPP", "UP"),
+    ("PV", "A.Proportional", "A.ProportionalAction"),
+])  # fmt: skip
+def test_the_name_that_was_probably_meant_is_proposed(key, wire, meant):
+    found = findings(changed(**{key: wire}), signals=SIGNALS | {"FLOW": 1.0})
+
+    assert next(d.help for d in found if d.code == "PID601") == f"did you mean {meant!r}?"
+
+
+@pytest.mark.parametrize(("blocks", "ring"), [
+    ([selector(MV1="S.MV", MV2="X")], True),
+    ([selector(MV1="F.OutVar", MV2="X"), block("ControlLeadLag", InVar="S.MV")], True),
+    ([selector(MV1="F.OutVar", MV2="X"), block("ControlDelay", InVar="S.MV", DelayTime=0)], True),
+    ([selector(MV1="F.OutVar", MV2="X"), block("ControlDelay", InVar="S.MV", DelayTime=0.1)], False),
+    ([selector(MV1="F.OutVar", MV2="X"), block("ControlLowFilter", InVar="S.MV")], False),
+])  # fmt: skip
+def test_only_a_ring_of_blocks_that_answer_at_once_is_found(blocks, ring):
+    assert ("PID602" in codes(changed(PV="S.MV"), blocks=blocks)) == ring
+
+
+# --- direction of control --------------------------------------------------------------------------------------------
+
+SIGNED = st.sampled_from([-2, -0.5, 0.5, 3])
+
+
+@given(SIGNED, SIGNED, SIGNED, st.booleans(), st.sampled_from([
+    ("{0} * F.OutVar", 1), ("100 - F.OutVar * {0}", -1), ("F.OutVar / {0} + X", 1), ("-(-F.OutVar) * {0}", 1),
+    ("max(F.OutVar, 0) * {0}", 1), ("{0} * min(F.OutVar * 2, X, 90)", 1), ("F.OutVar * {0} / max(LOAD, 1)", 1),
+    ("sqrt(F.OutVar) * {0}", 1),
+]))  # fmt: skip
+def test_the_direction_follows_from_the_product_of_all_gains(process, lead, factor, direct, wire):
+    text, sign = wire[0].format(factor), wire[1] * factor * process * lead
+    blocks = [
+        block("ControlLeadLag", "L", InVar="A.MV", G=lead, Min_OutVar=-1000, Max_OutVar=1000),
+        block("ControlDelayLag", InVar="L.OutVar", Gs=process, Min_OutVar=-1000, Max_OutVar=1000),
+    ]
+    found = codes(changed(PV=text, Direct=direct), blocks=blocks, signals=SIGNALS | {"LOAD": 0.0})
+
+    assert ("PID622" in found) == (direct == (sign > 0))
+
+
+@pytest.mark.parametrize("wire", ["F.OutVar * LOAD", "F.OutVar - A.MV", "abs(F.OutVar)", "X", "F.OutVar * 0", "A.MV"])
+@pytest.mark.parametrize("direct", [True, False])
+def test_nothing_is_said_of_the_direction_where_nobody_can_know_it(wire, direct):
+    lag = block("ControlLag", InVar="A.MV", Min_OutVar=-100)
+
+    assert "PID622" not in codes(changed(PV=wire, Direct=direct), blocks=[lag], signals=SIGNALS | {"LOAD": 0.0})
+
+
+@pytest.mark.parametrize(("mode", "output", "rises"), [
+    (1, "MV1", True), (1, "MV2", False), (2, "MV1", True), (2, "MV2", True), (3, "MV1", True), (3, "MV2", False),
+    (4, "MV1", False), (4, "MV2", True),
+])  # fmt: skip
+def test_a_split_range_turns_the_direction_of_some_valves(mode, output, rises):
+    blocks = [{"name": "V", "type": "ControlSplitRange", "MV": "A.MV", "SPLIT": 40, "Mode": mode},
+              block("ControlLag", InVar=f"V.{output}")]  # fmt: skip
+
+    for direct in (True, False):
+        assert ("PID622" in codes(changed(PV="F.OutVar", Direct=direct), blocks=blocks)) == (direct == rises)
+
+
+@pytest.mark.parametrize(("outer", "inner"), list(product([True, False], repeat=2)))
+@pytest.mark.parametrize("cooling", [True, False])
+def test_in_a_cascade_the_loop_that_is_wrong_is_found_and_not_the_echo(outer, inner, cooling):
+    blocks = [block("ControlLag", "P2", InVar="B.MV", Gs=-1 if cooling else 1, Min_OutVar=-100),
+              block("ControlLag", "P1", InVar="P2.OutVar")]  # fmt: skip
+    loops = [master("A", "B", PV="P1.OutVar", Direct=outer), slave("B", "A", PV="P2.OutVar", Direct=inner)]
+    found = [d.loop for d in findings(*loops, blocks=blocks) if d.code == "PID622"]
+
+    wrong_inside = inner != cooling
+    assert found == (["B"] if wrong_inside else ["A"] if outer else [])
+
+
+@pytest.mark.parametrize("kind", ["ControlSelectMin", "ControlSelectMax"])
+def test_a_selector_keeps_the_direction(kind):
+    blocks = [selector(kind), block("ControlLag", InVar="S.MV")]
+    loops = [overridden("A", 1, PV="F.OutVar", Direct=True), overridden("B", 2, PV="F.OutVar * 2")]
+
+    assert [d.loop for d in findings(*loops, blocks=blocks) if d.code == "PID622"] == ["A"]
+
+
+@pytest.mark.parametrize(("constant", "found"), [(1, True), (1.01, False)])
+def test_the_slowest_process_of_a_loop_decides_on_its_sample_time(constant, found):
+    blocks = [
+        block("ControlLag", "P2", InVar="A.MV", Tc=0.5),
+        block("ControlLag", "P1", InVar="P2.OutVar", Tc=constant),
+    ]
+
+    assert ("PID623" in codes(changed(PV="P1.OutVar"), blocks=blocks)) == found
+
+
+# --- cascades --------------------------------------------------------------------------------------------------------
+
+CASCADE = [
+    # a connection of the master, what it is instead, and the finding
+    ("TRK_IN", None, "PID668"), ("TRK_IN", "A.TRK_OUT", "PID668"), ("TRK_IN", "DOWN", "PID668"),
+    ("TRK_IN", True, "PID668"),
+    ("TRK_VAL", None, "PID669"), ("TRK_VAL", "B.SP", "PID669"), ("TRK_VAL", "X * 2", "PID669"),
+    ("TRK_VAL", 20, "PID669"),
+    ("Windup_H_IN", None, "PID670"), ("Windup_H_IN", "B.Windup_L_OUT", "PID670"), ("Windup_L_IN", "DOWN", "PID670"),
+    ("Windup_L_IN", "B.TRK_OUT", "PID670"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("key", "wire", "code"), CASCADE)
+def test_each_connection_of_a_master_is_demanded(key, wire, code):
+    loops = master("A", "B", **{key: wire}), slave("B", "A", PV="X / 2")
+    found = [d for d in findings(*loops) if d.severity > Severity.INFO]
+
+    assert [d.code for d in found] == [code]
+    assert (found[0].severity is Severity.ERROR) == (wire != "DOWN")
+    assert "A is only master" in found[0].message
+    assert "B." in found[0].message
+
+
+@pytest.mark.parametrize(("pv", "value"), [
+    ("X / 2", "X / 2"), ("X / 2", "X/2"), ("X / 2", "B.PV"), (None, "B.PV"), ("F.OutVar", "F.OutVar"),
+])  # fmt: skip
+def test_the_pv_of_a_slave_may_be_named_either_way(pv, value):
+    blocks = [block("ControlLowFilter")] if pv == "F.OutVar" else []
+
+    assert serious(master("A", "B", TRK_VAL=value), slave("B", "A", PV=pv), blocks=blocks) == []
+
+
+def test_three_loops_have_the_three_parts():
+    loops = [master("A", "B", TRK_IN=None), master("B", "C", SP_CASC="A.MV", CASC="UP", Windup_H_IN=None),
+             slave("C", "B", TRK_IN="UP")]  # fmt: skip
+    texts = [d.message for d in findings(*loops) if d.severity > Severity.INFO]
+
+    assert [re.search(r"(\w) is (only master|slave and master|only slave)", text).groups() for text in texts] == [
+        ("A", "only master"), ("B", "slave and master"), ("C", "only slave"),
+    ]  # fmt: skip
+
+
+def test_a_ratio_is_no_cascade():
+    assert codes(changed(SP_CASC="X * 2", CASC="UP")) == set()
+
+
+@pytest.mark.parametrize(
+    ("casc", "found"), [("UP", False), ("DOWN", False), (True, False), (False, True), (None, True)]
+)
+def test_a_slave_that_never_is_in_cascade_mode_is_an_info(casc, found):
+    assert ("PID665" in codes(master("A", "B"), slave("B", "A", CASC=casc))) == found
+
+
+@given(st.integers(1, 4), st.integers(1, 4))
+def test_a_slave_may_be_as_fast_as_its_master(first, second):
+    loops = master("A", "B", sample_time=first / 10), slave("B", "A", sample_time=second / 10)
+
+    assert ("PID674" in codes(*loops)) == (second > first)
+
+
+@given(st.integers(-5, 5), st.integers(95, 105))
+def test_a_master_asks_for_no_more_than_its_slave_takes(low, high):
+    loops = master("A", "B", MinMV=low, MaxMV=high), slave("B", "A")
+
+    assert sorted(effects("PID673", *loops)) == sorted(
+        ["B.WarnBits.SP_CASC_MinPV"] * (low < 0) + ["B.WarnBits.SP_CASC_MaxPV"] * (high > 100)
+    )
+
+
+@pytest.mark.parametrize("size", [2, 3, 7])
+def test_a_circle_of_any_size_is_one_finding(size):
+    loops = [changed(f"L{i}", SP_CASC=f"L{(i + 1) % size}.MV", CASC="UP") for i in range(size)]
+    found = [d for d in findings(*loops, slave("T", "L0")) if d.code == "PID662"]
+
+    assert [d.loop for d in found] == ["L0"]
+    assert found[0].message.startswith("L0 is its own master: L0 follows L1 follows ")
+
+
+# --- overrides -------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("key", "wire", "code"), [
+    ("OVERR", None, "PID676"), ("OVERR", "S.OVERR2", "PID676"), ("OVERR", "DOWN", "PID676"), ("OVERR", True, "PID676"),
+    ("TRK_VAL", None, "PID677"), ("TRK_VAL", "B.MV", "PID677"), ("TRK_VAL", "X", "PID677"),
+    ("TRK_VAL", "S.MV / 2", "PID677"),
+])  # fmt: skip
+def test_each_connection_of_an_overridden_loop_is_demanded(key, wire, code):
+    found = [d for d in findings(overridden("A", 1, **{key: wire}), overridden("B", 2), blocks=[selector()])
+             if d.severity > Severity.INFO]  # fmt: skip
+
+    assert [d.code for d in found] == [code]
+    assert (found[0].severity is Severity.ERROR) == (wire not in {"DOWN", "X"})
+
+
+@pytest.mark.parametrize(("kind", "first", "second", "sides"), [
+    ("ControlSelectMin", False, True, ("below", "above")), ("ControlSelectMin", True, False, ("above", "below")),
+    ("ControlSelectMax", False, True, ("above", "below")), ("ControlSelectMax", True, False, ("below", "above")),
+])  # fmt: skip
+def test_a_selector_says_on_which_side_it_holds_each_pv(kind, first, second, sides):
+    loops = overridden("A", 1, Direct=first), overridden("B", 2, Direct=second)
+    text = next(d.message for d in findings(*loops, blocks=[selector(kind)]) if d.code == "PID678")
+
+    assert text.startswith(f"S holds PV of A {sides[0]} its SP and PV of B {sides[1]}")
+
+
+@pytest.mark.parametrize("direct", [True, False])
+def test_loops_of_one_direction_share_a_selector_without_a_word(direct):
+    assert codes(overridden("A", 1, Direct=direct), overridden("B", 2, Direct=direct), blocks=[selector()]) == set()
+
+
+# --- pulses and split range ------------------------------------------------------------------------------------------
+
+
+@given(st.integers(-2, 2), st.integers(98, 102))
+def test_pulses_and_loop_have_one_range(low, high):
+    pulses = {"name": "W", "type": "ControlPWM", "MV": "A.MV", "MinMV": 0, "MaxMV": 100, "Period": 50}
+    found = effects("PID653", changed(MinMV=low, MaxMV=high), blocks=[pulses])
+
+    assert len(found) == (low != 0) + (high != 100)
+    assert found.count("Warning") == (low < 0) + (high > 100)
+
+
+@given(st.integers(-2, 2), st.integers(98, 102))
+def test_a_split_range_takes_a_percentage(low, high):
+    split = {"name": "V", "type": "ControlSplitRange", "MV": "A.MV", "SPLIT": 40, "Mode": 4}
+    found = [d for d in findings(changed(MinMV=low, MaxMV=high), blocks=[split]) if d.code == "PID655"]
+
+    assert bool(found) == ((low, high) != (0, 100))
+    assert [d.severity is Severity.ERROR for d in found] == [low < 0 or high > 100] * len(found)
+
+
+@given(st.integers(0, 100), st.integers(1, 60), st.booleans())
+def test_an_on_off_controller_can_switch_both_ways_unless_it_is_found(point, band, direct):
+    found = findings(changed(type="ControlON_OFF", SP=point, DeadBand=band, Direct=direct))
+    switched = {re.search(r"switched (\w+)", d.message).group(1) for d in found if d.code == "PID650"}
+    reached = set()
+    for pv in (0, 100):  # the ends of what the block can see
+        error = point - pv
+        if abs(error) > band:
+            reached.add("on" if (error > 0) != direct else "off")
+
+    assert switched == {"on", "off"} - reached
+
+
+# --- all of them -----------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("example", EXAMPLES, ids=lambda path: path.stem)
+def test_the_examples_are_in_order(example):
+    result = check_document(read_document(example.read_bytes(), example.name))
+
+    assert [d.message for d in result.findings if d.severity > Severity.INFO] == []
+
+
+@pytest.mark.parametrize("example", EXAMPLES, ids=lambda path: path.stem)
+@pytest.mark.parametrize("extreme", ["0", "-1", "1e30", "1e-300"])
+def test_no_number_in_an_example_makes_a_rule_fail(example, extreme):
+    text = example.read_text("utf-8")
+    for number in re.finditer(r"(?<=[ \[])\d+(\.\d+)?(?=[,}\] \n])", text):
+        check_document(read_document((text[: number.start()] + extreme + text[number.end() :]).encode(), "case.yaml"))
+
+
+NUMERIC = sorted(LOOP.keys() - {"name", "type"} | {"BIAS", "TRK_VAL", "Tfd", "MaxVarMV", "DeadBand", "sample_time"})
+
+
+@given(
+    st.decimals("-40000", "40000", places=3),
+    st.sampled_from(NUMERIC),
+    st.sampled_from(["PIDA_REAL", "PIDA_INT", "PIDA_TUNE_INT"]),
+)
+def test_no_number_makes_a_rule_fail(value, key, kind):
+    assert checked(changed(type=kind, **{key: Decimal(value)})).encoding is not None
+
+
+NAMES = [
+    "A.MV",
+    "B.MV",
+    "S.MV",
+    "F.OutVar",
+    "X",
+    "B.SP",
+    "A.PV",
+    "B.TRK_OUT",
+    "S.OVERR1",
+    "UP",
+    "-A.MV",
+    "Z",
+    "F.InVar",
+]
+
+
+@given(st.lists(st.sampled_from(NAMES), min_size=10, max_size=10), st.sampled_from(sorted(BLOCKS)))
+def test_no_network_makes_a_rule_fail(wires, kind):
+    keys = ("PV", "SP_CASC", "TRK_VAL", "OVERR", "TRK_IN")
+    a, b = (changed(name, CASC="UP", **dict(zip(keys, part, strict=True))) for name, part in
+            (("A", wires[:5]), ("B", wires[3:8])))  # fmt: skip
+    blocks = [selector(MV1=wires[8], MV2=wires[9]), block(kind, InVar=wires[7])]
+
+    assert checked(a, b, blocks=blocks).encoding is not None
+
+
+def test_long_chains_are_followed_without_end():
+    size = 300
+    blocks = [
+        block("ControlLag", f"F{i}", InVar=f"F{i - 1}.OutVar + F{i - 1}.OutVar" if i else "A.MV") for i in range(size)
+    ]
+    loops = [changed(f"L{i}", SP=f"L{i - 1}.SP" if i else 200) for i in range(size)]
+    found = findings(changed(PV=f"F{size - 1}.OutVar", Direct=True), *loops, blocks=blocks)
+
+    assert sum(d.code == "PID615" for d in found) == size
+    assert "PID622" not in {d.code for d in found}
+
+
+def test_decisions_of_rules_have_numbers_of_their_own():
+    """Two are no rule's basis: an erratum of the manual, and what a rule with a place in the manual adds to it."""
+    decisions = {rule.basis.number for code, rule in RULES.items() if isinstance(rule.basis, Decision) and code > OWN}
+    others = {override_rules.D211.number, plant_rules.D212.number}
+
+    assert sorted({n for n in decisions if n >= 208} | others) == list(range(208, 220))
+    assert not decisions & others
+
+
+def test_a_library_of_fourteen_blocks_has_more_than_eighty_rules():
+    assert sum(code.startswith(OWN) for code in RULES) >= 80
+
+
+@given(st.integers(-32769, 32769))
+def test_an_int_holds_what_a_wire_gives_it_or_it_is_found(value):
+    assume(value != 0)
+    found = codes(changed(type="PIDA_INT", BIAS="V"), signals=SIGNALS | {"V": float(value)})
+
+    assert ("PID614" in found) == (not -32768 <= value <= 32767)
