@@ -302,6 +302,14 @@ def test_names_that_give_no_symbols_are_refused(name):
         written("symbols", configuration(name=name))
 
 
+@pytest.mark.parametrize(("first", "second"), [("A", "a"), ("T-1", "T_1"), ("T.1", "t#1")])
+def test_names_that_give_the_same_symbols_are_refused_together(first, second):
+    loops = [config.loops[0] for config in (configuration(name=first), configuration(name=second, device="D600"))]
+
+    with pytest.raises(UnwritableError, match="share the symbol"):
+        written("symbols", DpideFile(pidcfg=1, vendor="dpide", loops=tuple(loops)))
+
+
 def test_the_longest_name_gives_symbols_of_16_characters():
     found = [row["Identifiers"] for row in rows(written("symbols", configuration(name="FIC-101-AB")))]
 
