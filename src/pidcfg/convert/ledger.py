@@ -11,7 +11,8 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Literal
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
+    from collections.abc import Callable, Iterator, Mapping
+    from decimal import Decimal
 
     from pidcfg.encoders.image import Route
 
@@ -48,6 +49,10 @@ class Put:
     of: str | None
     note: str = ""
     assumed: bool = False
+    exact: Decimal | None = None
+    """What was wanted, where the file holds less: a whole number, or a text with a unit that is rounded already."""
+    clamped: bool = False
+    """Brought within what the target allows by the adapter."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -100,36 +105,56 @@ class Stored:
     note: str = ""
 
 
-def changes(said: list[Said], puts: list[Put], stored: Mapping[str, Stored]) -> Iterator[Change]:
-    """Every field of the source, then what the target has beside them."""
+def changes(
+    said: list[Said], puts: list[Put], stored: Mapping[str, Stored], idle: Callable[[str], bool] = lambda _: False
+) -> Iterator[Change]:
+    """Every field of the source, then what the target has beside them.
+
+    ``idle`` tells of a neutral field whether it is what a loop is like without it: nothing is lost with it.
+    """
     by_neutral: dict[str, list[Put]] = {}
     for put in puts:
         by_neutral.setdefault(put.of or "", []).append(put)
     for entry in said:
-        yield from _of_field(entry, by_neutral, stored)
+        yield from _of_field(entry, by_neutral, stored, idle)
     spoken = {name for entry in said for name in entry.to}
     for name, found in by_neutral.items():
-        if name not in spoken:
+        if not any(_same(name, other) for other in spoken):
             for put in found:
                 if put.field:
                     held = stored.get(put.field, Stored(None))
-                    note = put.note or held.note
-                    yield Change(put.field, _worst("assumed", held.kind), None, held.value, held.error_percent, note)
+                    note = "; ".join(text for text in (put.note, held.note) if text)
+                    kind = _worst("assumed", held.kind, _own(put))
+                    yield Change(put.field, kind, None, held.value, held.error_percent, note)
 
 
-def _of_field(entry: Said, by_neutral: Mapping[str, list[Put]], stored: Mapping[str, Stored]) -> Iterator[Change]:
+def _of_field(
+    entry: Said, by_neutral: Mapping[str, list[Put]], stored: Mapping[str, Stored], idle: Callable[[str], bool]
+) -> Iterator[Change]:
     if not entry.to:
         yield Change(entry.field, "dropped", entry.value, None, note=entry.note)
         return
-    places = [put for name in entry.to for put in by_neutral.get(name, [])]
+    places = [put for name in entry.to for of, found in by_neutral.items() if _same(name, of) for put in found]
     if not places:
-        yield Change(entry.field, "dropped", entry.value, None, note=entry.note or "the target has no such field")
+        kind: Kind = "exact" if all(idle(name) for name in entry.to) else "dropped"
+        note = entry.note or ("" if kind == "exact" else "the target has no such field")
+        yield Change(entry.field, kind, entry.value, None, note=note)
     for put in places:
         held = stored.get(put.field, Stored(None)) if put.field else Stored(None, "dropped")
         assumed: Kind = "assumed" if entry.assumed or put.assumed else "exact"
         note = "; ".join(text for text in (entry.note, put.note, held.note) if text)
-        kind = _worst(assumed, held.kind)
-        yield Change(entry.field, kind, entry.value, held.value, held.error_percent, note)
+        yield Change(
+            entry.field, _worst(assumed, held.kind, _own(put)), entry.value, held.value, held.error_percent, note
+        )
+
+
+def _own(put: Put) -> Kind:
+    return "clamped" if put.clamped else "exact"
+
+
+def _same(name: str, other: str) -> bool:
+    """Whether two neutral fields are one, or one is an end of the other: ``output.limits`` and ``output.limits.0``."""
+    return name == other or f"{name}.".startswith(f"{other}.") or f"{other}.".startswith(f"{name}.")
 
 
 def _worst(*kinds: Kind) -> Kind:

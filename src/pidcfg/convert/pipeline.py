@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from decimal import Decimal
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from pydantic import BaseModel, ValidationError
@@ -67,14 +68,28 @@ def convert(config: Any, source: Vendor, target: Vendor, options: Mapping[str, A
     stored = _settled(made, target)
     report = []
     for i, (loop, neutral) in enumerate(zip(generic.loops, loops, strict=True)):
-        report.append((loop.name, tuple(changes(neutral.said, made.puts[i], stored[i]))))
+        idle = partial(_idle, loop)
+        report.append((loop.name, tuple(changes(neutral.said, made.puts[i], stored[i], idle))))
     return Converted(made.data, tuple(report))
+
+
+def _idle(loop: Any, field: str) -> bool:
+    """Whether a neutral field is at its default: what a loop is like that does not give it."""
+    item = loop
+    for key in path_of(field):
+        if not isinstance(item, BaseModel) or key not in type(item).model_fields:
+            return False
+        default, item = type(item).model_fields[str(key)].default, getattr(item, str(key))
+        if item == default:
+            return True
+    return False
 
 
 def _settled(made: Target, target: Vendor) -> list[dict[str, Stored]]:
     """Puts the values that the target can hold into its data; what became of each field, by loop."""
     places = made.items or [("loops", i) for i in range(len(made.puts))]
-    wanted = [{put.field: at(made.data, (*place, *path_of(put.field))) for put in puts if put.field}
+    wanted = [{put.field: at(made.data, (*place, *path_of(put.field))) if put.exact is None else put.exact
+               for put in puts if put.field}
               for place, puts in zip(places, made.puts, strict=True)]  # fmt: skip
     notes: dict[Route, Stored] = {}
     for _ in range(2):  # a clamped value is encoded again
@@ -154,15 +169,18 @@ def _decoded(target: Vendor, data: dict[str, Any]) -> Any:
 
 
 def _held(data: dict[str, Any], path: Route, wanted: Any, held: Any) -> Stored:
-    """What the memory holds of a field; the file gets it where it differs."""
+    """What the memory holds of a field; the file gets it where it differs, unless it is a text such as ``500 ms``."""
+    written = at(data, path)
     number, back = number_of(wanted), number_of(at(held, path))
-    if number is None or back is None or isinstance(wanted, bool):
-        return Stored(wanted)
+    if number is None or back is None:
+        return Stored(written)
     error = abs(back - number) / abs(number) if number else abs(back)
     if error <= Decimal(EXACT):
-        return Stored(wanted)
-    put_at(data, path, plain_number(back))
-    return Stored(plain_number(back), "rounded", float(error * 100))
+        return Stored(written)
+    if not isinstance(written, str):
+        written = plain_number(back)
+        put_at(data, path, written)
+    return Stored(written, "rounded", float(error * 100))
 
 
 # --- paths and numbers -----------------------------------------------------------------------------------------------
@@ -198,7 +216,7 @@ def number_of(value: Any) -> Decimal | None:
     if isinstance(value, bool) or value is None:
         return None
     if isinstance(value, Quantity):
-        return value.value
+        return None if value.counts else value.value
     if isinstance(value, Duration):
         return value.seconds()
     if isinstance(value, int | float | Decimal):
