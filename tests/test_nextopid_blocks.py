@@ -318,7 +318,8 @@ def test_a_disabled_lead_lag_gives_0_whatever_its_limits_and_goes_on_inside():
 
 
 @pytest.mark.parametrize(("time", "samples"), [
-    (0, 0), (0.04, 0), (0.06, 1), (0.1, 1), (0.25, 2), (0.35, 4), (0.3, 3), (2, 20), (2.04, 20), (2.06, 21), (9.9, 99), (10, 100),
+    (0, 0), (0.04, 0), (0.06, 1), (0.1, 1), (0.25, 2), (0.35, 4), (0.3, 3), (2, 20),
+    (2.04, 20), (2.06, 21), (9.9, 99), (10, 100),
 ])  # fmt: skip
 def test_the_output_is_the_input_of_so_many_samples_ago(time, samples):
     block = Block("ControlDelay", DelayTime=time, InitDelayedVar=-5)
