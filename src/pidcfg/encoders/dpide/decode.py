@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
     from pidcfg.encoders.named import Content, Parameter
 
-SAID = (Said(("device",), "device", "where the 30 registers of I_MV begin"),)
+SAID = (Said(("device",), "device", "the device of I_MV (30 registers)"),)
 """What options say when nothing stands beside the operands."""
 ALWAYS = frozenset({"PID_EQ", "PID_DIR"})
 """Choices that are written even where they are defaults."""
