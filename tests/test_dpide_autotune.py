@@ -8,7 +8,8 @@ from itertools import pairwise
 import pytest
 
 from dpide_rig import Rig
-from pidcfg.sim.controllers.dpide.autotune import LEAST_PERIOD, PATIENT, usable
+from pidcfg.sim.controllers.dpide.autotune import LEAST_PERIOD, PATIENT, measure, usable
+from pidcfg.sim.controllers.dpide.state import Config, State
 from rig_plants import FirstOrder, Fixed
 
 OVEN = {"PID_MODE": 1, "SV": 80, "CYCLE": 1000, "MV_MAX": 4000, "Kc_Kp": 0, "PID_EQ": True}
@@ -52,6 +53,19 @@ def test_the_gains_are_those_of_the_ultimate_cycle(numbers):
     assert found["results"]["Ti_Ki"] == pytest.approx(2.2 * period, rel=0.1)
     assert found["results"]["Td_Kd"] == pytest.approx(found["results"]["Ti_Ki"] / 2.2 / 6.3, rel=1e-5)
     assert found["results"]["Tf"] == pytest.approx(found["results"]["Td_Kd"] / 10, rel=1e-5)
+
+
+@pytest.mark.parametrize(("band", "swing"), [(0.0, 5.0), (3.0, 4.0), (4.9, 2.5)])
+def test_the_ultimate_cycle_of_a_relay_with_hysteresis(band, swing):
+    """Ku = 4 d / (pi sqrt(a^2 - h^2)) with a = 5 and d = 30, never below half of a; 20 samples of 0.5 s are Pu."""
+    c = Config(low=0.0, high=100.0, dependent=1)
+    s = State(period=500_000, tune_top=80.0, tune_bottom=20.0, tune_swing=20.0, tune_band=band, tune_count=47,
+              tune_start=7, tune_sum=40 * 44.0, bias=4.0, mode=1, status=4)  # fmt: skip
+    measure(c, s)
+
+    assert s.gain == pytest.approx(4 * 30 / (math.pi * swing) / 2.2, rel=1e-6)
+    assert (s.reset, s.rate, s.tf) == pytest.approx((22.0, 10 / 6.3, 1 / 6.3), rel=1e-6)
+    assert (s.integral, s.mode, s.wanted, s.tune_done) == (40.0, 0, 2, 1)
 
 
 def test_results_stand_in_the_operands_and_act():
