@@ -11,6 +11,7 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
+from nextopid_pid_rig import Block
 from pidcfg.diagnostics import Severity
 from pidcfg.encoders.maps.nextopid import BLOCK_TYPES
 from pidcfg.refs import Decision
@@ -225,8 +226,11 @@ def test_the_first_value_of_a_signal_is_judged_like_a_number(code, key, others, 
     ({"MaxVarMV": -1}, "ErrBits.MaxVarMV"), ({"DeadBand": -1}, "ErrBits.DeadBand"),
     ({"sample_time": 61, "Ti_Ki": 600}, "ErrBits.SampleTime"),
     ({"SP": 101}, "WarnBits.SP_MaxPV"), ({"SP": -1}, "WarnBits.SP_MinPV"),
-    ({"SP_CASC": 101}, "WarnBits.SP_CASC_MaxPV"), ({"SP_CASC": -1}, "WarnBits.SP_CASC_MinPV"),
-    ({"ManualMV": 101}, "WarnBits.MV_MaxMV"), ({"ManualMV": -1}, "WarnBits.MV_MinMV"),
+    ({"CASC": True, "SP_CASC": 101}, "WarnBits.SP_CASC_MaxPV"),
+    ({"CASC": "DOWN", "SP_CASC": -1}, "WarnBits.SP_CASC_MinPV"),
+    ({"Manual": "DOWN", "ManualMV": 101}, "WarnBits.MV_MaxMV"), ({"ManualMV": -1}, None),
+    ({"SP_CASC": -1}, None), ({"SP": 101, "CASC": True, "SP_CASC": 5}, None),
+    ({"Manual": True, "ManualMV": -1}, "WarnBits.MV_MinMV"),
     ({"type": "ControlON_OFF", "DeadBand": -1}, "ErrBits.DeadBand"), ({"type": "ControlON_OFF", "DeadBand": 0}, None),
     ({**TUNED, "AutoTuneParam": PARAM | {"PercAmpMV": 51}}, "AutoTuneResult.Bad_PercAmpMV"),
     ({**TUNED, "AutoTuneParam": PARAM | {"NumCycles": 11}}, "AutoTuneResult.Bad_NumCycles"),
@@ -239,6 +243,30 @@ def test_each_bit_is_reported_under_its_own_name(values, effect):
 
     assert [d.plc_effect for d in serious_ones] == [effect]
     assert effect is None or effect in outputs
+
+
+EDGES = st.sampled_from([-1, -0.001, 0, 0.0005, 1, 5, 99, 100, 101])
+CONTENT = (
+    "SP", "SP_CASC", "Kp", "Ti_Ki", "Td_Kd", "Tfd", "MaxVarMV", "DeadBand", "MinMV", "MinPV", "ManualMV",
+    "MaxMV", "MaxPV",
+)  # fmt: skip
+SWITCHES = ("Indep", "CASC", "Manual")
+VALUES = st.fixed_dictionaries(dict.fromkeys(CONTENT, EDGES) | dict.fromkeys(SWITCHES, st.booleans()))
+
+
+@given(VALUES, st.sampled_from([0.1, 60, 60.5]))
+def test_the_rules_tell_the_bits_that_the_block_then_sets(values, sample_time):
+    block_ = Block("PIDA_REAL", sample_time, PV=50, **values)
+    block_.call()
+    told = {d.plc_effect for d in findings(changed(**values, PV=50), sample_time=sample_time) if d.plc_effect}
+
+    errors = {f"ErrBits.{bit}" for bit in block_.true("ErrBits.")}
+    assert {effect for effect in told if effect.startswith("ErrBits.")} == errors
+    if not errors:
+        warned = {f"WarnBits.{bit}" for bit in block_.true("WarnBits.") if bit.startswith("SP")}
+        assert {effect for effect in told if effect.startswith("WarnBits.SP")} == warned
+        manual = {f"WarnBits.{bit}" for bit in block_.true("WarnBits.") if bit in {"MV_MaxMV", "MV_MinMV"}}
+        assert not values["Manual"] or {effect for effect in told if effect.startswith("WarnBits.MV")} == manual
 
 
 ONE = [

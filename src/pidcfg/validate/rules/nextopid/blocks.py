@@ -64,7 +64,7 @@ def delay_too_long(context: NextopidContext) -> Iterator[Finding]:
     name="delay-between-samples",
     severity=Severity.INFO,
     basis=D214,
-    message="DelayTime {time} is {count} samples of {sample} s; whole samples are delayed",
+    message="DelayTime {time} is {count} samples of {sample} s: it will be {whole} s",
 )
 def delay_between_samples(context: NextopidContext) -> Iterator[Finding]:
     """A delay is no whole number of samples.
@@ -77,6 +77,7 @@ def delay_between_samples(context: NextopidContext) -> Iterator[Finding]:
         time, sample = view.number_of("DelayTime"), view.sample_time
         if time is not None and time > 0 and sample > 0 and _is_between(time / sample):
             yield view.find("DelayTime", time=view.shown("DelayTime"), sample=number_text(sample),
+                            whole=number_text(round(time / sample) * sample),
                             count=f"{float(time / sample):.6g}")  # fmt: skip
 
 

@@ -94,6 +94,19 @@ def outside(view: BlockView, key: str, low: str, high: str) -> tuple[str, str] |
     return (low, "below") if value < ends[0] else (high, "above")
 
 
+def beyond(
+    view: BlockView,
+    key: str,
+    found: tuple[str, str],
+    plc_effect: str | None,
+    severity: Severity | None = None,
+    **values: str,
+) -> Finding:
+    """A finding about a parameter beyond a limit."""
+    values |= {"value": view.shown(key), "side": found[1], "limit": found[0], "end": view.shown(found[0])}
+    return view.find(key, plc_effect, severity, **values)
+
+
 @rule(
     code="PID615",
     name="set-point-outside-pv-limits",
@@ -111,8 +124,8 @@ def set_point_outside_pv_limits(context: NextopidContext) -> Iterator[Finding]:
     for view in context.controllers:
         found = outside(view, "SP", "MinPV", "MaxPV")
         if found is not None:
-            yield view.find("SP", f"WarnBits.SP_{found[0]}", value=view.shown("SP"), side=found[1], limit=found[0],
-                            end=view.shown(found[0]))  # fmt: skip
+            in_use = not view.is_pid or view.is_wired("CASC") or not view.is_on("CASC")
+            yield beyond(view, "SP", found, f"WarnBits.SP_{found[0]}" if in_use else None)
 
 
 @rule(
@@ -120,7 +133,7 @@ def set_point_outside_pv_limits(context: NextopidContext) -> Iterator[Finding]:
     name="cascade-set-point-outside-pv-limits",
     severity=Severity.WARNING,
     basis=WARNINGS,
-    message="SP_CASC {value} is {side} {limit} {end}: the block controls at {end}",
+    message="SP_CASC {value} is {side} {limit} {end}: cascade mode controls at {end}",
 )
 def cascade_set_point_outside_pv_limits(context: NextopidContext) -> Iterator[Finding]:
     """The set point of the cascade mode is outside MinPV..MaxPV.
@@ -132,8 +145,8 @@ def cascade_set_point_outside_pv_limits(context: NextopidContext) -> Iterator[Fi
     for view in context.pids:
         found = outside(view, "SP_CASC", "MinPV", "MaxPV")
         if found is not None and view.given("SP_CASC"):
-            yield view.find("SP_CASC", f"WarnBits.SP_CASC_{found[0]}", value=view.shown("SP_CASC"), side=found[1],
-                            limit=found[0], end=view.shown(found[0]))  # fmt: skip
+            effect = f"WarnBits.SP_CASC_{found[0]}" if view.may_be_on("CASC") else None
+            yield beyond(view, "SP_CASC", found, effect)
 
 
 @rule(
@@ -153,8 +166,8 @@ def manual_mv_outside_limits(context: NextopidContext) -> Iterator[Finding]:
     for view in context.pids:
         found = outside(view, "ManualMV", "MinMV", "MaxMV")
         if found is not None and (view.given("ManualMV") or view.may_be_on("Manual")):
-            yield view.find("ManualMV", f"WarnBits.MV_{found[0]}", value=view.shown("ManualMV"), side=found[1],
-                            limit=found[0], end=view.shown(found[0]))  # fmt: skip
+            effect = f"WarnBits.MV_{found[0]}" if view.may_be_on("Manual") else None
+            yield beyond(view, "ManualMV", found, effect)
 
 
 @rule(
@@ -178,8 +191,8 @@ def bias_outside_limits(context: NextopidContext) -> Iterator[Finding]:
         if found is None or not view.given("BIAS") or integral is None:
             continue
         effect = "only the integral brings MV back" if integral else "without an error MV stays at its limit"
-        yield view.find("BIAS", f"WarnBits.MV_{found[0]}", Severity.INFO if integral else None, effect=effect,
-                        value=view.shown("BIAS"), side=found[1], limit=found[0], end=view.shown(found[0]))  # fmt: skip
+        severity = Severity.INFO if integral else None
+        yield beyond(view, "BIAS", found, f"WarnBits.MV_{found[0]}", severity, effect=effect)
 
 
 @rule(
@@ -199,8 +212,7 @@ def tracking_value_outside_limits(context: NextopidContext) -> Iterator[Finding]
     for view in context.pids:
         found = outside(view, "TRK_VAL", "MinMV", "MaxMV")
         if found is not None and view.given("TRK_VAL") and view.may_be_on("TRK_IN"):
-            yield view.find("TRK_VAL", f"WarnBits.MV_{found[0]}", value=view.shown("TRK_VAL"), side=found[1],
-                            limit=found[0], end=view.shown(found[0]))  # fmt: skip
+            yield beyond(view, "TRK_VAL", found, f"WarnBits.MV_{found[0]}")
 
 
 @rule(
