@@ -13,7 +13,7 @@ from pidcfg.encoders.nextopid.plcopen import write_plcopen
 from pidcfg.encoders.nextopid.plcopen_read import read_plcopen
 from pidcfg.encoders.nextopid.st_read import read_st
 from pidcfg.encoders.nextopid.st_write import write_st
-from pidcfg.schemas.base import parse_seconds
+from pidcfg.schemas.base import decimal_text, parse_seconds
 
 if TYPE_CHECKING:
     from pidcfg.schemas.nextopid import NextopidFile
@@ -62,7 +62,7 @@ DECODE_OPTIONS = (
 
 def checklist(config: NextopidFile) -> tuple[str, ...]:
     """What the program around has to do."""
-    items = [f"call the program in a cyclic task of {config.plc.sample_time} s"]
+    items = [f"call the program in a cyclic task of {decimal_text(config.plc.sample_time)} s"]
     outside = [
         f"{item.name}.{key}"
         for item in (*config.blocks, *config.loops)

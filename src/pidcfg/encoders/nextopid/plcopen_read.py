@@ -69,7 +69,6 @@ class _Tree:
         self.parser = expat.ParserCreate("utf-8", SEPARATOR)
         self.stack: list[Node] = []
         self.root: Node | None = None
-        self.parser.buffer_text = True
         self.parser.StartElementHandler = self.start
         self.parser.EndElementHandler = self.end
         self.parser.CharacterDataHandler = self.data

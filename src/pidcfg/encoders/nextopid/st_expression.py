@@ -92,7 +92,12 @@ def printed(code: Sequence[int], constants: Sequence[float], name: Callable[[int
             right, left = stack.pop(), stack.pop()
             stack.append(_pair(op, left, right, dialect))
     text = stack.pop().text
-    return f"({text})" if set(code[::2]) <= {CONSTANT, NEGATE} else text
+    return f"({text})" if is_number(code) else text
+
+
+def is_number(code: Sequence[int]) -> bool:
+    """Whether an expression is a number with or without signs, and nothing else."""
+    return set(code[::2]) <= {CONSTANT, NEGATE}
 
 
 def _pair(op: int, left: Piece, right: Piece, dialect: Dialect) -> Piece:

@@ -177,11 +177,11 @@ def declarations(cursor: Cursor) -> Iterator[Declaration]:
         if cursor.here.upper == "AT":
             cursor.until(frozenset((":", ";")))
         cursor.expect(":", names[-1].text)
-        kind = cursor.until(frozenset((":=", ";")))
+        kind = cursor.until(frozenset((":=", ";", "END_VAR")))
         initial = None
         if cursor.here.text == ":=":
             cursor.take()
-            initial = initial_value(cursor.until(SEMICOLON))
+            initial = initial_value(cursor.until(frozenset((";", "END_VAR"))))
         end = cursor.expect(";", "the declaration")
         for name in names:
             yield Declaration(name, kind, initial, end.note)
@@ -224,7 +224,9 @@ def statement(cursor: Cursor) -> Iterator[Statement]:
     else:
         cursor.until(SEMICOLON)
         end = cursor.at
-        cursor.expect(";", "the statement")
+        if cursor.here.kind == END:
+            raise cursor.tokens[start].error("the statement that begins here has no end: ';' or ')' is missing")
+        cursor.take()
     if end > start:
         last = cursor.tokens[end - 1]
         yield Statement((*cursor.tokens[start:end], Token(END, "the end of the statement", last.line, last.column)))

@@ -7,7 +7,7 @@ import re
 from typing import TYPE_CHECKING
 
 from pidcfg.encoders.files import UnwritableError
-from pidcfg.encoders.nextopid.st_expression import ST, depth, printed, st_real
+from pidcfg.encoders.nextopid.st_expression import ST, depth, is_number, printed, st_real
 from pidcfg.encoders.nextopid.st_program import Unit
 from pidcfg.schemas.iec import Wire
 
@@ -156,7 +156,9 @@ def wired(unit: Unit, kind: IecType, wire: Expression, place: str) -> str:
     text = printed(wire.code, wire.constants, lambda number: _real(unit, number), ST)
     if depth(text) > DEEPEST:
         raise UnwritableError(f"{place}: the expression is nested too deeply for Structured Text; split it")
-    return text if kind.kind == "real" else f"REAL_TO_INT({text})"
+    if kind.kind == "real":
+        return text
+    return f"REAL_TO_INT{text}" if is_number(wire.code) else f"REAL_TO_INT({text})"
 
 
 def _real(unit: Unit, number: int) -> str:

@@ -1,0 +1,207 @@
+"""NextoPID programs as PLCopen XML."""
+
+from __future__ import annotations
+
+import re
+import xml.etree.ElementTree as ET
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from nextopid_networks import DATA, NETWORKS, fault, network
+from nextopid_strategies import configurations
+from pidcfg.encoders.listing import ListingError
+from pidcfg.encoders.nextopid.decode import decode
+from pidcfg.encoders.nextopid.encode import encode
+from pidcfg.encoders.nextopid.files import checklist
+from pidcfg.encoders.nextopid.plcopen import write_plcopen
+from pidcfg.encoders.nextopid.plcopen_read import parse_xml, read_plcopen
+from pidcfg.encoders.nextopid.st_read import read_st
+from pidcfg.encoders.nextopid.st_write import write_st
+from pidcfg.schemas.iec import Wire
+from pidcfg.schemas.nextopid import NextopidFile
+
+TC6, XHTML = "{http://www.plcopen.org/xml/tc6_0201}", "{http://www.w3.org/1999/xhtml}"
+ORDER = {
+    "project": ["fileHeader", "contentHeader", "types", "instances"],
+    "types": ["dataTypes", "pous"],
+    "coordinateInfo": ["fbd", "ld", "sfc"],
+    "pou": ["interface", "body", "documentation"],
+    "variable": ["type", "initialValue", "documentation"],
+}
+"""What stands in an element, in the order of the schema; what may be left out, may."""
+NEEDED = {
+    "fileHeader": {"companyName", "productName", "productVersion", "creationDateTime"},
+    "contentHeader": {"name", "modificationDateTime"},
+    "pou": {"name", "pouType"},
+    "variable": {"name"},
+}
+HEAD = '<project xmlns="http://www.plcopen.org/xml/tc6_0201">'
+
+
+def written(config) -> str:
+    return write_plcopen(encode(config).image, checklist(config))
+
+
+def document(body: str, variables: str = "", kind: str = "program") -> str:
+    """A project around some variables and a body."""
+    return (
+        f'{HEAD}\n<types><dataTypes/><pous><pou name="PLC_PRG" pouType="{kind}">\n<interface><localVars>{variables}'
+        f"</localVars></interface>\n<body>{body}</body></pou></pous></types></project>"
+    )
+
+
+def text_body(text: str) -> str:
+    return f'<ST><xhtml xmlns="http://www.w3.org/1999/xhtml">{text}</xhtml></ST>'
+
+
+LOOP = """<variable name="TIC_1"><type><derived name="PIDA_REAL"/></type><initialValue><structValue>
+<value member="Kp"><simpleValue value="REAL#1.5"/></value><value member="MAXMV"><simpleValue value="1_00"/></value>
+</structValue></initialValue></variable>"""
+
+
+@pytest.mark.parametrize("name", NETWORKS)
+def test_golden(name):
+    assert written(network(name)).encode() == (DATA / f"{name}.xml").read_bytes()
+
+
+@settings(max_examples=40, deadline=None)
+@given(configurations())
+def test_encode_decode_encode_is_identical(config):
+    text = write_plcopen(encode(config).image)
+    found = read_plcopen(text)
+    back = NextopidFile.model_validate(decode(found.words, found.settings, found.plc).data)
+    assert write_plcopen(encode(back).image) == text
+    assert not found.notes
+
+
+@settings(max_examples=20, deadline=None)
+@given(configurations())
+def test_it_says_the_same_as_structured_text(config):
+    image = encode(config).image
+    both = read_plcopen(write_plcopen(image)), read_st(write_st(image))
+    assert both[0].words == both[1].words
+    assert (both[0].settings, both[0].plc) == (both[1].settings, both[1].plc)
+
+
+@settings(max_examples=20, deadline=None)
+@given(configurations())
+def test_structure(config):
+    root = ET.fromstring(written(config))  # noqa: S314  # written just now
+    assert root.tag == f"{TC6}project"
+    for element in root.iter():
+        name = element.tag.removeprefix(TC6)
+        inside = [child.tag.removeprefix(TC6) for child in element]
+        if name in ORDER:
+            assert inside == [part for part in ORDER[name] if part in inside]
+        assert NEEDED.get(name, set()) <= set(element.attrib)
+        if name in {"ST", "documentation"}:
+            assert [child.tag for child in element] == [f"{XHTML}xhtml"]
+        if name == "structValue":
+            assert all("member" in value.attrib and len(value) == 1 for value in element)
+
+
+def test_initial_values_stand_in_structures():
+    root = ET.fromstring((DATA / "feed_forward.xml").read_bytes())  # noqa: S314  # our own file
+    path = f".//{TC6}variable[@name='TIC']/{TC6}initialValue/{TC6}structValue/{TC6}value"
+    values = {value.get("member"): value for value in root.findall(path)}
+    assert values["Kp"][0].get("value") == "1.0"
+    inner = values["AutoTuneParam"].findall(f"{TC6}structValue/{TC6}value")
+    assert [v[0].get("value") for v in inner] == ["5.0", "0.1", "10.0", "3", "AUTOTUNE_MODE.AUTOTUNE_PID"]
+
+
+def test_what_another_system_writes():
+    glue = "TIC_1(PV := FT_101 * 2.0); (* &lt;b&gt; *)"
+    signal = '<variable name="FT_101" address="%ID0"><type><REAL/></type></variable>'
+    found = read_plcopen(document(text_body(glue), LOOP + signal))
+    assert found.words == {"FT_101": 0.0, "TIC_1.Kp": 1.5, "TIC_1.MaxMV": 100.0, "TIC_1.PV": Wire("FT_101 * 2")}
+    assert found.plc == {"program": "PLC_PRG"}
+    assert found.settings == ({"loop": "TIC_1", "type": "PIDA_REAL"},)
+
+
+def test_global_variables_and_other_languages():
+    text = document("<FBD/>", LOOP).replace(
+        "</types>",
+        '</types><instances><configurations><configuration name="C"><resource name="R"><globalVars><variable name="L">'
+        '<type><derived name="ControlLag"/></type></variable></globalVars></resource></configuration></configurations>'
+        "</instances>",
+    )  # fmt: skip
+    found = read_plcopen(text)
+    assert [entry["type"] for entry in found.settings] == ["ControlLag", "PIDA_REAL"]
+    assert found.notes == ("the FBD of line 6 is left out: only Structured Text is read",)
+
+
+BOMB = '<!DOCTYPE project [<!ENTITY a "aaaa"><!ENTITY b "&a;&a;&a;&a;">]>\n' + document(text_body("&b;"))
+
+
+@pytest.mark.parametrize(
+    ("text", "line", "says"),
+    [
+        (BOMB, 1, "a document type stands here"),
+        ('<!DOCTYPE project SYSTEM "file:///etc/passwd">' + document(""), 1, "a document type stands here"),
+        (document(text_body("&b;")), 4, "not XML: undefined entity"),
+        (document(text_body("<b>" * 80 + "</b>" * 80)), 4, "more than 64 elements in each other"),
+        (f"{HEAD}<types>", 1, "not XML: no element found"),
+        ("<html/>", 1, "is no project of PLCopen XML"),
+        (f"{HEAD}</project>", 1, "the project has no program"),
+        (document("", LOOP + LOOP), 5, "TIC_1 is declared again"),
+        (document("", LOOP, "functionBlock"), 2, "stand in a POU that is no program"),
+        (document(text_body("\nTIC_1(PV := );"), LOOP), 7, "nothing stands behind PV"),
+        (document("", LOOP.replace("REAL#1.5", "T#1s")), 4, "T#1s is no number; write times as numbers, in s"),
+        (document("", LOOP.replace("Kp", "Kq")), 4, "PIDA_REAL has no input parameter Kq; did you mean Kp?"),
+        (document("", LOOP.replace("MAXMV", "KP")), 4, "KP stands here again"),
+        (document("", '<variable name="TIC_1"/>'), 3, "the variable has no type"),
+        (document("", LOOP.replace("derived name", "derived nome")), 3, ""),
+        ('<?xml version="1.0" encoding="klingon"?>' + document(text_body("TIC_1(;"), LOOP), 6, "unexpected ';'"),
+    ],
+)
+def test_refused(text, line, says):
+    if not says:
+        assert read_plcopen(text).settings == ()
+        return
+    with pytest.raises(ListingError, match=re.escape(says)) as error:
+        read_plcopen(text)
+    assert error.value.line == line
+
+
+def test_several_programs_with_blocks():
+    pou = document("", LOOP).partition("<pous>")[2].partition("</pous>")[0]
+    with pytest.raises(ListingError, match="several POUs have blocks of the library"):
+        read_plcopen(document("", LOOP).replace(pou, pou + pou.replace("PLC_PRG", "Other")))
+
+
+PIECES = [
+    "<",
+    ">",
+    "/>",
+    "&",
+    "&lt;",
+    '"',
+    "]]>",
+    "<!--",
+    "-->",
+    "<?x?>",
+    "<ST>",
+    "value",
+    "\x00",
+    "é",
+    "=",
+    "\n",
+    "9" * 5000,
+]
+
+
+@settings(max_examples=150, deadline=None)
+@given(st.sampled_from(sorted(NETWORKS)), st.randoms(use_true_random=False))
+def test_a_damaged_file_is_read_or_refused(name, random):
+    text = (DATA / f"{name}.xml").read_text("utf-8")
+    for _ in range(random.randint(1, 4)):
+        at = random.randrange(len(text))
+        text = text[:at] + random.choice([*PIECES, ""]) + text[at + random.randrange(12) :]
+    found = fault(read_plcopen, text)
+    assert found is None or (found.line >= 1 and found.column >= 1)
+
+
+def test_a_byte_order_mark_does_no_harm():
+    assert parse_xml("\ufeff" + written(network("override"))).name == "project"

@@ -1,0 +1,389 @@
+"""NextoPID programs in Structured Text: what is written, and what is read of it and of programs by hand."""
+
+from __future__ import annotations
+
+import copy
+import math
+import re
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from nextopid_networks import DATA, NETWORKS, OVERRIDE, fault, network
+from nextopid_strategies import EXPRESSIONS, PLACE, configurations
+from pidcfg.cli.listings import decode_listing
+from pidcfg.encoders.files import UnwritableError
+from pidcfg.encoders.listing import ListingError
+from pidcfg.encoders.nextopid.decode import decode
+from pidcfg.encoders.nextopid.encode import encode
+from pidcfg.encoders.nextopid.files import checklist, looks_like_st
+from pidcfg.encoders.nextopid.st_expression import ST, depth, printed, st_real, wire_text
+from pidcfg.encoders.nextopid.st_lex import tokens_of
+from pidcfg.encoders.nextopid.st_read import read_st
+from pidcfg.encoders.nextopid.st_values import Wiring
+from pidcfg.encoders.nextopid.st_write import write_st
+from pidcfg.schemas.expressions import MAX_LENGTH, parse
+from pidcfg.schemas.iec import REAL, Wire
+from pidcfg.schemas.nextopid import NextopidFile
+from pidcfg.sim.expressions import evaluate
+from pidcfg.vendors import VENDORS
+
+
+def written(config) -> str:
+    return write_st(encode(config).image, checklist(config))
+
+
+def again(text: str) -> NextopidFile:
+    """The configuration of a program."""
+    return NextopidFile.model_validate(decode_listing(read_st(text), VENDORS["nextopid"], {}).data)
+
+
+@pytest.mark.parametrize("name", NETWORKS)
+def test_golden(name):
+    assert written(network(name)).encode() == (DATA / f"{name}.st").read_bytes()
+
+
+@settings(max_examples=60, deadline=None)
+@given(configurations())
+def test_encode_decode_encode_is_identical(config):
+    text = write_st(encode(config).image)
+    found = read_st(text)
+    back = encode(NextopidFile.model_validate(decode(found.words, found.settings, found.plc).data))
+    assert not back.misfits
+    assert write_st(back.image) == text
+    assert not found.notes
+    assert back.order == encode(config).order
+
+
+# --- expressions -----------------------------------------------------------------------------------------------------
+
+NAMES = {"a": 0, "b": 1, "c": 2}
+
+
+def calculated(expression, signals: list[float]) -> float:
+    stack = [0.0] * (expression.depth + 2)
+    return evaluate(expression.code, expression.constants, 0, len(expression.code), signals, stack)
+
+
+def in_st(expression) -> str:
+    return printed(expression.code, expression.constants, list(NAMES).__getitem__, ST)
+
+
+def from_st(text: str):
+    """Structured Text back to an expression."""
+    tokens = tokens_of(text)[0][:-1]
+    wiring = Wiring.read(tokens, REAL, lambda parts: (parts[0].text, REAL))
+    return parse(wire_text(wiring.code, wiring.constants, wiring.names.__getitem__, MAX_LENGTH), NAMES)
+
+
+@settings(max_examples=300, deadline=None)
+@given(EXPRESSIONS, st.lists(st.floats(-1e3, 1e3), min_size=3, max_size=3))
+def test_an_expression_keeps_its_value(text, signals):
+    text = PLACE.sub(lambda place: "abc"[int(place.group(1)) % 3], text)
+    expression = parse(text, NAMES)
+    back = from_st(in_st(expression))
+    assert back.code == expression.code
+    assert back.constants == expression.constants
+    wanted, found = calculated(expression, signals), calculated(back, signals)
+    assert found == wanted or (math.isnan(found) and math.isnan(wanted))
+
+
+@pytest.mark.parametrize(
+    ("text", "wanted"),
+    [
+        ("1/2", "1.0 / 2.0"),
+        ("a - (b - c)", "a - (b - c)"),
+        ("(a - b) - c", "a - b - c"),
+        ("a / (b * c)", "a / (b * c)"),
+        ("(a + b) * c", "(a + b) * c"),
+        ("a - -b", "a - (-b)"),
+        ("a * -2", "a * (-2.0)"),
+        ("-(a + b) * c", "-(a + b) * c"),
+        ("a + (-b * c)", "a + (-b * c)"),
+        ("-a", "-a"),
+        ("--a", "a"),
+        ("- 50", "(-50.0)"),
+        ("(50)", "(50.0)"),
+        ("max(a, b, 1e-7)", "MAX(MAX(a, b), 1.0E-7)"),
+        ("min(a, min(b, c))", "MIN(a, MIN(b, c))"),
+        ("sqrt(abs(a)) * 3E6", "SQRT(ABS(a)) * 3000000.0"),
+    ],
+)
+def test_how_an_expression_is_printed(text, wanted):
+    assert in_st(parse(text, NAMES)) == wanted
+
+
+def test_numbers():
+    assert [st_real(x) for x in (2.0, 0.1, -0.0, 1e-6, 1e16, 123456.5, -3.4e38)] == [
+        "2.0", "0.1", "0.0", "1.0E-6", "1.0E16", "123456.5", "-3.4E38",
+    ]  # fmt: skip
+
+
+def test_long_expressions_are_written_without_blanks():
+    text = "+".join("a" * 500)
+    back = from_st(in_st(parse(text, NAMES)))
+    assert back.text == text
+    assert depth("(a(b)c)(d)") == 2
+
+
+# --- writing ---------------------------------------------------------------------------------------------------------
+
+
+def changed(**loop) -> NextopidFile:
+    """The second network with another first loop."""
+    data = copy.deepcopy(OVERRIDE)
+    data["loops"][0].update(loop)
+    return NextopidFile.model_validate(data)
+
+
+def test_names_that_differ_only_in_capitals_are_refused():
+    data = copy.deepcopy(OVERRIDE)
+    data["signals"]["pic"] = 1
+    with pytest.raises(UnwritableError, match="takes the name for that of another"):
+        written(NextopidFile.model_validate(data))
+    with pytest.raises(UnwritableError, match="takes the name for that of a type or function of the library"):
+        written(changed(name="ControlLag", type="PIDA_REAL"))
+
+
+def test_an_interval_that_is_no_multiple_is_refused():
+    with pytest.raises(UnwritableError, match=r"PIC: 0.25 s is no whole number of cycles of the task, 0.1 s"):
+        written(changed(sample_time=0.25))
+    assert "_Cycle" not in written(changed(sample_time=0.1)).replace("FIC_Cycle", "")
+    assert "PIC_Cycle : UDINT;" in written(changed(sample_time=6553.6))
+
+
+def test_nothing_in_a_text_ends_a_comment():
+    text = written(changed(description="*) (* *) // {x} 'y\u2028", pv={"unit": "(**)"}))
+    comments = tokens_of(text)[1]
+    assert all(comment.text.count("*)") == comment.text.count("(*") == 0 for comment in comments)
+    assert again(text).loops[0] == changed(description="*) (* *) // {x} 'y\u2028", pv={"unit": "(**)"}).loops[0]
+
+
+# --- reading ---------------------------------------------------------------------------------------------------------
+
+PLAIN = """(* plc: {"sample_time": 0.1} *)
+program Plant // by hand
+var_global constant
+    FT_101 AT %ID0 : REAL; Factor, Unused : REAL := 1_0.5E-1; (* two *)
+end_var
+VAR
+    {attribute 'hide'}
+    tic_1 : pida_real := (kp := 16#10, Ti_Ki := REAL#1.5, indep := 1, SP := INT#-5);
+    Timer : TON := (PT := T#5s);
+    Alarm : BOOL := true;
+END_VAR
+TIC_1.SP := 50.0; /* set point */
+TIC_1.TRK_IN := Alarm;
+Timer(IN := Alarm, PT := T#1h2m);
+Tic_1(PV := Factor * FT_101 - MAX(1, 2, ft_101), MAXMV := -1_00);
+IF Timer.Q THEN Lamp := TIC_1.MV > 5; END_IF;
+AO := tic_1.MV;;
+END_PROGRAM
+"""
+
+
+def test_a_program_by_hand():
+    found = read_st(PLAIN)
+    assert found.plc == {"sample_time": 0.1, "program": "Plant"}
+    assert found.settings == ({"loop": "tic_1", "type": "PIDA_REAL"},)
+    assert found.words == {
+        "FT_101": 0.0, "Factor": 1.05, "Unused": 1.05, "Alarm": True, "tic_1.Kp": 16.0, "tic_1.Ti_Ki": 1.5,
+        "tic_1.Indep": True, "tic_1.SP": 50.0, "tic_1.MaxMV": -100.0, "tic_1.TRK_IN": Wire("Alarm"),
+        "tic_1.PV": Wire("Factor * FT_101 - max(1, 2, FT_101)"),
+    }  # fmt: skip
+    assert found.notes == (
+        "statements that are not about blocks of the library are left out: lines 14, 16, 17",
+        "variables that no block reads are left out: Timer",
+    )
+
+
+def body(statements: str, variables: str = "") -> str:
+    """A program with two loops, a filter and some signals; the statements begin in line 4."""
+    return (
+        "PROGRAM Main VAR A : PIDA_REAL; B : PIDA_REAL; F : ControlLowFilter; X : REAL := 3.0; Y : INT; Z : BOOL;\n"
+        f"{variables}\nEND_VAR\n{statements}\nEND_PROGRAM"
+    )
+
+
+def test_only_what_is_wired_is_a_signal_where_no_comment_says_more():
+    found = read_st(body("A(PV := X, TRK_IN := Z); Q := 1;", "Q : REAL; S : STRING;"))
+    assert {name: value for name, value in found.words.items() if "." not in name} == {"X": 3.0, "Z": False}
+    assert found.notes[0] == "these blocks are declared and never called: B, F"
+    assert found.notes[-1] == "variables that no block reads are left out: Y, Q, S"
+
+
+def test_whole_variables_become_real_signals():
+    found = read_st(body("A(PV := Y / 10.0, SP := INT_TO_REAL(Y));"))
+    assert found.words["A.PV"] == Wire("Y / 10")
+    assert found.words["A.SP"] == Wire("(Y)")
+    assert found.words["Y"] == 0.0
+    assert found.notes[-1] == "these variables are not REAL in the program, and are REAL signals here: Y"
+
+
+def test_functions_are_named_after_their_variables():
+    variables = "Low_MV, Low_OVERR1, Low_OVERR2, Other : REAL;"
+    call = "ControlSelectMin(MV1 := A.MV, MV2 := B.MV, MV => Low_MV, OVERR1 => Low_OVERR1, OVERR2 => Low_OVERR2);"
+    more = "controlselectmax(MV1 := Low_MV, MV2 := 5.0, MV => Other);"
+    found = read_st(body(f"A(TRK_VAL := Low_MV); B(); {call} {more}", variables))
+    assert [entry for entry in found.settings if "block" in entry] == [
+        {"block": "F", "type": "ControlLowFilter"}, {"block": "Low", "type": "ControlSelectMin"},
+        {"block": "SelectMax_1", "type": "ControlSelectMax"},
+    ]  # fmt: skip
+    assert found.words["A.TRK_VAL"] == Wire("Low.MV")
+    assert found.words["SelectMax_1.MV1"] == Wire("Low.MV")
+    assert found.words["SelectMax_1.MV2"] == 5.0
+
+
+def test_a_variable_that_takes_an_output_stands_for_it():
+    found = read_st(body("F(InVar := X, OutVar => Q); A(PV := Q);", "Q : REAL;"))
+    assert found.words["A.PV"] == Wire("F.OutVar")
+
+
+def test_another_order_of_execution_is_told():
+    notes = read_st(body("A(PV := F.OutVar); F(InVar := X); B(PV := F.OutVar);")).notes
+    assert len(notes) == 2
+    assert notes[0].startswith("A.PV reads F of the previous cycle in the program, and of the same one in the order")
+    assert not any("cycle" in note for note in read_st(body("F(InVar := X); A(PV := F.OutVar); B();")).notes)
+
+
+def test_every_nth_cycle():
+    gate = "IF Y = 0 THEN A(PV := X); END_IF Y := (Y + 1) MOD 5;"
+    found = read_st('(* plc: {"sample_time": 0.1} *)' + body(gate))
+    assert found.settings[0] == {"loop": "A", "type": "PIDA_REAL", "sample_time": 0.5}
+    with pytest.raises(ListingError, match="say the interval of the task in a comment"):
+        read_st(body(gate))
+    beside = '(* plc: {"sample_time": 0.1} *) (* loop: {"loop": "A", "type": "PIDA_REAL", "sample_time": 1} *)'
+    with pytest.raises(ListingError, match=r"called in every 5 cycles of 0.1 s, not of 1 s together"):
+        read_st(beside + body(gate))
+
+
+def test_names_that_read_like_truths_stay_names():
+    found = read_st(body("A(PV := N, SP := inf);", "N : REAL; inf : REAL;"))
+    assert (found.words["A.PV"], found.words["A.SP"]) == (Wire("(N)"), Wire("(inf)"))
+
+
+@pytest.mark.parametrize(
+    ("statements", "place", "says"),
+    [
+        ("A(PV := X", (4, 1), "the statement that begins here has no end: ';' or ')' is missing"),
+        ("A(PV := X);\nA(PV := X);", (5, 1), "A is called again"),
+        ("A(50.0);", (4, 3), "has no name; write it as in PV := FT_101"),
+        ("A(PV := X, PV := X);", (4, 12), "PV stands here again"),
+        ("A.SP := 1; A(SP := 2);", (4, 14), "A.SP is assigned again"),
+        ("A(); A.SP := 1;", (4, 8), "A.SP is assigned behind the call of A"),
+        ("A(EN := Z);", (4, 3), "A is called on a condition"),
+        ("A(QV := X);", (4, 3), "PIDA_REAL has no input parameter QV; did you mean"),
+        ("A(PV := FT_101);", (4, 9), "FT_101 is no variable that the program declares"),
+        ("A(PV := B.XV);", (4, 11), "PIDA_REAL has no parameter XV"),
+        ("A(PV := Z);", (4, 9), "Z is BOOL; numbers are wanted"),
+        ("A(TRK_IN := NOT Z);", (4, 13), "a BOOL is wired by the name of another BOOL"),
+        ("A(PV := S);", (2, 1), "S is read by a block, and is neither a number nor a BOOL"),
+        ("A(PV := T#5s);", (4, 9), "T#5s is no number; write times as numbers, in s"),
+        ("A(Tfd := TIME#100ms);", (4, 10), "write times as numbers, in s"),
+        ("A(PV := 1 / 2 * X);", (4, 11), "whole numbers are divided without a remainder"),
+        ("A(PV := Y / 2);", (4, 11), "whole numbers are divided without a remainder"),
+        ("A(PV := X MOD 2);", (4, 11), "unexpected 'MOD'"),
+        ("A(PV := X ** 2);", (4, 11), "unexpected '**'"),
+        ("A(PV := LIMIT(0.0, X, 1.0));", (4, 9), "LIMIT is a function that cannot be wired"),
+        ("A(PV := REAL_TO_INT(X));", (4, 9), "can only be around the whole expression of an INT parameter"),
+        ("A(SP := 1E39);", (4, 9), "1E39 is not a value of REAL"),
+        ("A(SP := TRUE);", (4, 9), "A.SP: TRUE is not a value of REAL"),
+        ("A(Manual := 2);", (4, 13), "A.Manual: 2 is not a value of BOOL"),
+        ("IF Z THEN A(PV := X); END_IF", (4, 11), "A is called inside another statement"),
+        ("IF Z THEN\nA.SP := 5; END_IF", (5, 1), "a parameter of A is assigned inside another statement"),
+        ("Check(A);", (4, 7), "A is used as a whole inside another statement"),
+        ("R := ControlSelectMax(1.0, 2.0);", (4, 6), "ControlSelectMax is called inside another statement"),
+        ("X := 5; A(PV := X);", (4, 17), "X is assigned in line 4"),
+        ("FOR Y := 1 TO 3 DO ; END_FOR A(PV := Y);", (4, 38), "Y is assigned in line 4"),
+        ("Foo(Q => X); A(PV := X);", (4, 22), "X is assigned in line 4"),
+        ("RETURN; A();", (4, 1), "what stands behind is not always executed"),
+        ("PIDA_REAL(PV := X);", (4, 1), "PIDA_REAL is a function block: declare an instance"),
+        ("IF Z THEN A.B", (4, 1), "IF has no END_IF"),
+        ("(* open", (4, 1), "has no end"),
+        ("A(PV := ?);", (4, 9), "is nothing that Structured Text has here"),
+        ("A(PV := " + "(" * 200 + "X" + ")" * 200 + ");", (4, 110), "more than 100 levels of nesting"),
+        ("A(PV := " + "+X" * 600 + ");", (4, 9), "the expression is longer than 1000 characters"),
+        ("A(SP := " + "9" * 5000 + ");", (4, 9), "a number of more than 32 digits"),
+        ("END_PROGRAM X := 1;", (4, 13), "stands behind END_PROGRAM"),
+        ("FUNCTION G : REAL", (4, 1), "a file holds one PROGRAM"),
+        ('(* loop: {"loop": "C", "type": "PIDA_REAL"} *)', (4, 1), "C is not declared"),
+        ('(* loop: {"loop": "A", "type": "PIDA_INT"} *)', (1, 18), "declared otherwise than the comment in line 4"),
+        ('(* loop: {"block": "C", "type": "PID"} *)', (4, 1), "the comment names no block of the library"),
+        ('(* plc: {"sample_time": ' + "1" * 5000 + "} *)", (4, 1), "has too many digits"),
+        ("(* plc: {oops} *)", (4, 1), "the settings are not JSON"),
+        ("IF Y = 0 THEN A(); END_IF", (4, 4), "Y is not counted as in Y := (Y + 1) MOD 5"),
+    ],
+)
+def test_refused(statements, place, says):
+    with pytest.raises(ListingError, match=re.escape(says)) as error:
+        read_st(body(statements, "S : STRING;"))
+    assert (error.value.line, error.value.column) == place
+
+
+@pytest.mark.parametrize(
+    ("variables", "says"),
+    [
+        ("L : ARRAY [1..3] OF PIDA_REAL;", "instances of PIDA_REAL are declared one by one"),
+        ("L : ControlSelectMax;", "ControlSelectMax is a function, which has no instance"),
+        ("a : REAL;", "a is declared again"),
+        ("L : PIDA_REAL := 5;", "initial values of an instance stand in parentheses"),
+        ("L : PIDA_REAL := (SP := X);", "L.SP begins with something that is no literal"),
+        ("L : PIDA_REAL := (SP := 1, sp := 2);", "sp stands here again"),
+        ("L : PIDA_REAL := (MV := 1);", "PIDA_REAL has no input parameter MV"),
+        ("L : PIDA_TUNE_REAL := (AutoTuneParam := (Mode := AUTOTUNE_X));", "AUTOTUNE_X is none of AUTOTUNE_P"),
+        ("L__1 : PIDA_REAL;", "is not usable as the name of an instance"),
+        ("L : PIDA_REAL", "';' is missing"),
+        ("L PIDA_REAL;", "':' is missing after L"),
+    ],
+)
+def test_declarations_that_are_refused(variables, says):
+    with pytest.raises(ListingError, match=re.escape(says)) as error:
+        read_st(body("A();", variables))
+    assert error.value.line >= 1
+
+
+def test_words_of_an_enumeration_and_structures():
+    for mode in ("AUTOTUNE_PI", "AUTOTUNE_MODE.AUTOTUNE_PI", "autotune_mode#autotune_pi"):
+        found = read_st(body("", f"L : PIDA_TUNE_REAL := (AutoTuneParam := (NumCycles := 3, Mode := {mode}));"))
+        assert found.words == {"L.AutoTuneParam.NumCycles": 3, "L.AutoTuneParam.Mode": "AUTOTUNE_PI"}
+    found = read_st(body("L.AutoTuneParam.NumCycles := 4;", "L : PIDA_TUNE_REAL;"))
+    assert found.words == {"L.AutoTuneParam.NumCycles": 4}
+    with pytest.raises(ListingError, match=r"L.AutoTuneParam.NumCycles takes a literal"):
+        read_st(body("L.AutoTuneParam.NumCycles := Y;", "L : PIDA_TUNE_REAL;"))
+
+
+@pytest.mark.parametrize(
+    ("text", "wanted"),
+    [
+        ("PROGRAM a", True), ("\n(* x *) // y\nvar\n", True), ("{attribute 'x'}\nVAR_GLOBAL\n", True),
+        ('{"words": []}', False), ("name,type,value\n", False), ("VAR_1 REAL 5", False), ("PROGRAM_1", False),
+        ("(* open", False), ("(*" * 50_000, False),
+    ],
+)  # fmt: skip
+def test_what_a_program_looks_like(text, wanted):
+    assert looks_like_st(text) == wanted
+
+
+PIECES = [
+    "(*", "*)", ";", ":=", "(", ")", "END_IF", "IF ", "TIC", "1", "=>", ",", ".", "-", "REAL_TO_INT", " TRUE ",
+    "{", "}", "'", "#", "16#FF", "T#1s", "\n", "VAR ", "END_VAR", "PROGRAM ", "é", "\x00", "[", '"', "9" * 5000,
+    "1e400", "null",
+]  # fmt: skip
+
+
+@settings(max_examples=300, deadline=None)
+@given(st.sampled_from(sorted(NETWORKS)), st.randoms(use_true_random=False))
+def test_a_damaged_program_is_read_or_refused(name, random):
+    text = (DATA / f"{name}.st").read_text("utf-8")
+    for _ in range(random.randint(1, 3)):
+        at, other = random.randrange(len(text)), random.randrange(len(text))
+        piece = random.choice([*PIECES, "", "", text[other : other + 30]])
+        text = text[:at] + piece + text[at + random.choice([0, 0, 1, 5, 20]) :]
+    found = fault(read_st, text)
+    assert found is None or (found.line >= 1 and found.column >= 1)
+
+
+def test_a_large_program_is_read_in_time():
+    statements = "IF Z THEN\n" + "Q := Q + 1;\n" * 40_000 + "END_IF;\n" + "A(PV := X);"
+    assert read_st(body(statements)).words["A.PV"] == Wire("X")
