@@ -400,6 +400,13 @@ def test_a_process_with_hardly_any_dead_time_cycles_too_fast_with_low_peaks():
     assert flags(block) == {"CYCLE_TOO_FAST"}
 
 
+def test_a_pv_range_that_leaves_no_hysteresis_ends_without_results():
+    block = manual(MaxPV=1e-44, PV=0, SP=0)
+    block.call(50, AutoTune=1)
+
+    assert (flags(block), found(block)) == ({"PEAK_TOO_LOW"}, (0, 0, 0))
+
+
 def test_a_process_of_dead_time_alone_has_a_high_dead_time():
     block = manual()
     tuned(block, Process(1, 0, 2, 0.1, 20, 40))
@@ -474,8 +481,9 @@ def test_a_failed_auto_tuning_hands_back_like_one_that_ended():
     block = manual(**param(Mode=9))
     block.call(5, AutoTune=1, ManualMV=44)
     assert block["MV"] == 20
+    assert (block["AutoTuneDone"], block["AutoTuneError"]) == (1, 1)
     assert block.call(AutoTune=0) == 44
-    assert flags(block) == set()
+    assert (flags(block), block["AutoTuneDone"], block["AutoTuneError"]) == (set(), 0, 0)
 
 
 @pytest.mark.parametrize("calls", [1, 10, 31, 40])
