@@ -16,6 +16,7 @@ from pidcfg.vendors import VENDORS
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from pidcfg.cli.convert_verify import Verified
     from pidcfg.convert.pipeline import Converted
     from pidcfg.limits import Limits
     from pidcfg.validate.engine import Checked
@@ -36,6 +37,19 @@ def placement_options(command: Callable[..., Any]) -> Callable[..., Any]:
     return command
 
 
+def percent(ctx: click.Context, param: click.Parameter, text: str | None) -> float | None:
+    """``1 %`` or ``1`` as a number."""
+    if text is None:
+        return None
+    try:
+        value = float(text.removesuffix("%").strip())
+    except ValueError:
+        value = -1.0
+    if not 0 <= value < float("inf"):
+        raise click.BadParameter(f"{text!r}; write a percentage like 1 %", ctx, param)
+    return value
+
+
 @click.command("convert", epilog=EPILOG)
 @click.argument("file")
 @click.option("--to", "target", type=click.Choice(list(VENDORS)), required=True, help="The PLC family to convert to.")
@@ -44,17 +58,25 @@ def placement_options(command: Callable[..., Any]) -> Callable[..., Any]:
 @click.option("--allow-loss", is_flag=True, help="Write the file although something was dropped or clamped.")
 @click.option("--report", type=click.Choice(["text", "json"]), default="text", show_default=True,
               help="How the report is printed: text on stderr, JSON on stdout.")  # fmt: skip
+@click.option("--verify", is_flag=True, help="Run both sides on the same plants and report how far they lie apart.")
+@click.option(
+    "--max-deviation",
+    metavar="PERCENT",
+    callback=percent,
+    help="With --verify: exit 1, nothing written, when a PV is further apart than this, in % of its range.",
+)
 @placement_options
 @options.QUIET
 @options.LIMITS
 def command(
     file: str, target: str, out: str | None, force: bool, allow_loss: bool, report: str, quiet: bool, limits: Limits,
-    **texts: str | None,
+    verify: bool, max_deviation: float | None, **texts: str | None,
 ) -> None:  # fmt: skip
     """Convert the configuration FILE to another vendor's, and report what became of every field.
 
     Exit codes: 0 written, 1 nothing was written because something would be lost or is missing, 2 unusable input.
     """
+    from pidcfg.cli import convert_verify
     from pidcfg.cli.checks import one_configuration, show_errors
     from pidcfg.cli.convert_report import as_json, as_text
     from pidcfg.cli.validate import exit_code
@@ -71,18 +93,34 @@ def command(
     placed = read_rows(to, "convert_options", texts)
     converted = converted_or_ended(checked, to, placed)
     text = whole_text(checked, converted)
-    findings = faults(text, to, limits)
+    result = recheck(text, to, limits)
+    findings = [finding for finding in result.findings if finding.severity is Severity.ERROR]
+    verified = sides(checked, result) if (verify or max_deviation is not None) and not findings else None
     lossy = converted.losses and not allow_loss
     if report == "json":
-        echo_json(as_json(checked.vendor.key, target, converted))
+        echo_json(as_json(checked.vendor.key, target, converted, verified))
     elif not quiet or lossy:
         note(as_text(checked.vendor.key, target, converted).rstrip())
+    if verified is not None and report == "text":
+        note(convert_verify.as_text(verified).rstrip())
     if findings:
         refuse(findings, text, to)
     if lossy:
         note("something would be lost: nothing was written; --allow-loss writes it all the same")
         click.get_current_context().exit(Exit.FOUND)
+    if verified is not None and max_deviation is not None and max(v.pv_percent for v in verified) > max_deviation:
+        note(f"a PV is further apart than {max_deviation:g} % of its range: nothing was written")
+        click.get_current_context().exit(Exit.FOUND)
     put(text, out, force=force)
+
+
+def sides(checked: Checked, result: Checked) -> list[Verified]:
+    """Both sides on the same plants."""
+    from pidcfg.cli.convert_verify import verify
+
+    both = [(side.vendor, side.config, side.encoding.image) for side in (checked, result)
+            if side.vendor is not None and side.encoding is not None]  # fmt: skip
+    return verify(both[0], both[1])
 
 
 def put(text: str, out: str | None, *, force: bool) -> None:
@@ -125,13 +163,12 @@ def whole_text(checked: Checked, converted: Converted) -> str:
     return with_comments(yaml_text(converted.data), head, loops)
 
 
-def faults(text: str, target: Vendor, limits: Limits) -> list[Diagnostic]:
-    """Errors of the converted file itself: what no PLC of that vendor would take."""
+def recheck(text: str, target: Vendor, limits: Limits) -> Checked:
+    """The converted file as anybody would check it."""
     from pidcfg.source import read_document
     from pidcfg.validate.engine import check_document
 
-    found = check_document(read_document(text.encode(), f"<{target.key}>", limits), limits).findings
-    return [finding for finding in found if finding.severity is Severity.ERROR]
+    return check_document(read_document(text.encode(), f"<{target.key}>", limits), limits)
 
 
 def refuse(findings: list[Diagnostic], written: str, target: Vendor) -> None:

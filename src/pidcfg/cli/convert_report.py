@@ -6,10 +6,12 @@ import json
 from collections import Counter
 from typing import TYPE_CHECKING, Any
 
+from pidcfg.cli.convert_verify import as_data
 from pidcfg.convert.ledger import WORST
 from pidcfg.convert.pipeline import shown, text_of
 
 if TYPE_CHECKING:
+    from pidcfg.cli.convert_verify import Verified
     from pidcfg.convert.ledger import Change
     from pidcfg.convert.pipeline import Converted
 
@@ -17,12 +19,12 @@ WARN_PERCENT = 1.0
 """A value that the target holds further off than this is warned of."""
 
 
-def as_json(source: str, target: str, converted: Converted, verified: dict[str, Any] | None = None) -> str:
+def as_json(source: str, target: str, converted: Converted, verified: list[Verified] | None = None) -> str:
     """The layout of the public interface, version 1."""
     loops = [{"loop": name, "changes": [_row(change) for change in found]} for name, found in converted.loops]
     document = {"version": 1, "from": source, "to": target, "loops": loops}
     if verified is not None:
-        document["verify"] = verified
+        document["verify"] = as_data(verified)
     return json.dumps(document, indent=2, ensure_ascii=False) + "\n"
 
 

@@ -1,0 +1,219 @@
+"""Source and result of a conversion on the same plants: how far their answers lie apart.
+
+Design. Each loop gets a first-order plant with dead time that its own gains fit (D304), scaled in shares of the output,
+so that both sides' outputs mean the same. Each side settles in Auto in the middle of its range, gets a step of the set
+point and then a disturbance; both trends are compared at the same times.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+from dataclasses import dataclass
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+from pidcfg.refs import Decision
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+    from decimal import Decimal
+
+    from pidcfg.schemas.generic import Loop
+    from pidcfg.vendors import Vendor
+
+D304 = Decision(
+    304, "a conversion is verified on the plant that the loop's own gains fit",
+    "Time constant Ti (without an integral 50 samples), dead time a tenth of it, and the gain for which lambda tuning "
+    "gives the loop's gain; a step of 5 % of the range, then a load that moves the PV by as much.",
+    "A loop that is tuned at all is stable on it, and it shows gain, times, action and scales of both sides.",
+)  # fmt: skip
+LAMBDA = 0.5
+DEAD = 0.1
+STEP = 0.05
+SAMPLES_WITHOUT_INTEGRAL = 50
+SETTLED, STEP_AT, LOAD_AT, END = 7.5, 8.0, 16.0, 24.0
+"""In time constants of the slowest loop: from when on both sides are compared, and what happens."""
+POINTS = 2_000
+"""Rows of a trend."""
+WIDTH, HEIGHT = 72, 12
+
+
+@dataclass(frozen=True, slots=True)
+class Verified:
+    """How far one loop's two sides lie apart, in % of the ranges, and how their integrals of the error compare."""
+
+    loop: str
+    pv_percent: float
+    output_percent: float
+    iae_ratio: float | None
+    picture: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Plant:
+    """A loop's plant, in PV units per share of the output."""
+
+    gain: float
+    time: float
+    dead: float
+    load: float
+    start: float
+    step: float
+
+
+def plant_of(loop: Loop, other: Loop) -> Plant:
+    """The plant that the loop's own gains fit; ``other``: the same loop on the other side, which may sample slower."""
+    low, high = (float(end) for end in loop.pv.range)
+    out_low, out_high = (float(end) for end in loop.output.range)
+    sample = float(max(loop.sample_time, other.sample_time))
+    time = max(float(loop.tuning.integral_time) or SAMPLES_WITHOUT_INTEGRAL * sample, 10 * sample)
+    dead = max(round(DEAD * time / sample), 1) * sample
+    gain = abs(float(loop.tuning.gain)) * (out_high - out_low)
+    size = time / (gain * (LAMBDA * time + dead)) if gain else high - low
+    size = min(max(size, 0.2 * (high - low)), 5 * (high - low))
+    sign = 1.0 if loop.output_raises_pv else -1.0
+    limits = loop.output.limits or loop.output.range
+    middle = (float(sum(limits)) / 2 - out_low) / (out_high - out_low)
+    bounds = loop.setpoint.limits or loop.pv.range
+    start = float(sum(bounds)) / 2
+    step = STEP * (float(bounds[1]) - float(bounds[0]))
+    return Plant(sign * size, time, dead, start - sign * size * middle, start, step)
+
+
+def scenario_of(loops: Sequence[Loop], names: Sequence[str], plants: Sequence[Plant], out: str) -> dict[str, Any]:
+    """The scenario of one side: its loops are called ``names``, its output signal ``out``."""
+    longest = max(plant.time for plant in plants)
+    data: dict[str, Any] = {"pidcfg": 1, "scenario": "verify", "config": "x.yaml"}
+    data["duration"] = round(END * longest, 3)
+    data["plants"], data["connect"], data["events"] = [], {}, []
+    for i, (loop, name, plant) in enumerate(zip(loops, names, plants, strict=True)):
+        low, high = loop.output.range
+        share = f"({name}.{out} - {_number(low)}) / {high - low}"
+        data["plants"].append({"name": f"Plant{i}", "model": "first_order", "input": share, "gain": plant.gain,
+                               "time_constant": plant.time, "dead_time": plant.dead, "load": plant.load,
+                               "initial": plant.start})  # fmt: skip
+        data["connect"][f"{name}.PV"] = f"Plant{i}"
+        data["events"] += [
+            {"at": 0, "loop": name, "mode": "auto"},
+            {"at": 0, "loop": name, "set": {"setpoint": plant.start}},
+            {"at": round(STEP_AT * longest, 3), "loop": name, "set": {"setpoint": plant.start + plant.step}},
+            {"at": round(LOAD_AT * longest, 3), "plant": f"Plant{i}", "disturb": {"load": plant.load - plant.step}},
+        ]
+    return data
+
+
+def _number(value: Decimal) -> str:
+    return f"({value})" if value < 0 else str(value)
+
+
+def trend_of(vendor: Vendor, image: Any, data: dict[str, Any]) -> dict[str, list[float]]:
+    """Columns of one side's trend by signal."""
+    from pidcfg.schemas.scenario import Scenario
+    from pidcfg.sim.prepare import options
+    from pidcfg.sim.run import Settings, simulate
+
+    controller: Any = import_module(vendor.controller.partition(":")[0])
+    scenario = Scenario.model_validate(data)
+    plc = controller.load(image, options(scenario, controller))
+    steps = float(data["duration"]) * 1_000_000 / plc.base
+    sink = io.StringIO()
+    every = max(1, round(steps / POINTS))
+    simulate(scenario, lambda: controller.load(image, options(scenario, controller)), controller,
+             Settings(trend=sink, every=every))  # fmt: skip
+    rows = list(csv.reader(io.StringIO(sink.getvalue())))
+    return {name: [float(row[i]) for row in rows[1:]] for i, name in enumerate(rows[0])}
+
+
+def at_times(column: list[float], own: list[float], wanted: list[float]) -> list[float]:
+    """The values of a column at other times: the last one that was."""
+    found, i = [], 0
+    for time in wanted:
+        while i + 1 < len(own) and own[i + 1] <= time + 1e-9:
+            i += 1
+        found.append(column[i])
+    return found
+
+
+def verify(source: tuple[Vendor, Any, Any], target: tuple[Vendor, Any, Any]) -> list[Verified]:
+    """Each side is a vendor, a configuration and its image; the loops stand in the same order on both."""
+    from pidcfg.convert.pipeline import neutral_loops
+
+    sides = [(vendor, neutral_loops(config, vendor)[0].loops, image) for vendor, config, image in (source, target)]
+    plants = [plant_of(mine, theirs) for mine, theirs in zip(sides[0][1], sides[1][1], strict=True)]
+    trends, names, outs = [], [], []
+    for vendor, loops, image in sides:
+        called = [loop.name for loop in loops]
+        out = import_module(vendor.controller.partition(":")[0]).load(image).out_name
+        trends.append(trend_of(vendor, image, scenario_of(loops, called, plants, out)))
+        names.append(called)
+        outs.append(out)
+    longest = max(plant.time for plant in plants)
+    times = [longest * (SETTLED + (END - SETTLED) * i / POINTS) for i in range(POINTS)]
+    found = []
+    for i, (loop, other, plant) in enumerate(zip(sides[0][1], sides[1][1], plants, strict=True)):
+        pvs, outputs = [], []
+        for side, (trend, mine) in enumerate(zip(trends, (loop, other), strict=True)):
+            own, name = trend["time"], names[side][i]
+            pvs.append(at_times(trend[f"{name}.PV"], own, times))
+            low, high = (float(end) for end in mine.output.range)
+            column = at_times(trend[f"{name}.{outs[side]}"], own, times)
+            outputs.append([(value - low) / (high - low) for value in column])
+        found.append(_compared(loop, plant, longest, times, pvs, outputs))
+    return found
+
+
+def _compared(
+    loop: Loop, plant: Plant, longest: float, times: list[float], pvs: list[list[float]], outputs: list[list[float]]
+) -> Verified:
+    """One loop's two sides."""
+    span = float(loop.pv.range[1] - loop.pv.range[0])
+    setpoints = [plant.start + (plant.step if time >= STEP_AT * longest else 0.0) for time in times]
+    iae = [sum(abs(sp - pv) for sp, pv in zip(setpoints, side, strict=True)) for side in pvs]
+    return Verified(
+        loop.name,
+        100 * max(abs(a - b) for a, b in zip(*pvs, strict=True)) / span,
+        100 * max(abs(a - b) for a, b in zip(*outputs, strict=True)),
+        iae[1] / iae[0] if iae[0] else None,
+        tuple(picture(times, *pvs)),
+    )
+
+
+def picture(times: list[float], before: list[float], after: list[float]) -> list[str]:
+    """PV of both sides over time, in characters."""
+    low, high = min(*before, *after), max(*before, *after)
+    rows = [[" "] * WIDTH for _ in range(HEIGHT)]
+    for mark, column in (("o", before), ("x", after)):
+        for i, value in enumerate(column):
+            row = HEIGHT - 1 - min(HEIGHT - 1, int((value - low) / (high - low) * HEIGHT)) if high > low else 0
+            cells, at = rows[row], i * WIDTH // len(column)
+            cells[at] = "@" if mark == "x" and cells[at] in "o@" else mark
+    labels = {0: f"{high:.5g}", HEIGHT - 1: f"{low:.5g}"}
+    lines = [f"{labels.get(i, ''):>10} |{''.join(cells).rstrip()}" for i, cells in enumerate(rows)]
+    end = f"{times[-1]:g} s"
+    scale = f"{times[0]:g} s".ljust(WIDTH - len(end)) + end
+    return [*lines, f"{'':>10} +{'-' * WIDTH}", f"{'':>12}{scale}",
+            f"{'':>12}PV: o of the source   x of the result   @ both"]  # fmt: skip
+
+
+def as_text(found: list[Verified]) -> str:
+    """What was found, loop by loop, with a picture of each."""
+    lines = ["verified by simulation: a step of the set point, then a disturbance"]
+    for entry in found:
+        ratio = "" if entry.iae_ratio is None else f", ratio of IAE {entry.iae_ratio:.4g}"
+        apart = f"PV at most {entry.pv_percent:.3g} % of its range apart, output {entry.output_percent:.3g} %"
+        lines += [f"\n{entry.loop}: {apart}{ratio}", *entry.picture]
+    return "\n".join(lines) + "\n"
+
+
+def as_data(found: list[Verified]) -> list[dict[str, Any]]:
+    """The same for JSON."""
+    return [
+        {
+            "loop": entry.loop,
+            "pv_percent": round(entry.pv_percent, 6),
+            "output_percent": round(entry.output_percent, 6),
+            "iae_ratio": None if entry.iae_ratio is None else round(entry.iae_ratio, 6),
+        }
+        for entry in found
+    ]
