@@ -143,6 +143,7 @@ STEPS = [
     ("PID632", "Td_Kd",    {"Kp": 2},                                             5, 5.01),
     ("PID632", "Td_Kd",    {"Kp": 2, "Indep": True, "Ti_Ki": 1},                  10, 10.01),
     ("PID633", "MaxVarMV", {},                                                    0.0167, 0.0166),
+    ("PID633", "MaxVarMV", {"sample_time": 0.3},                                  0.05, 0.0499),
     ("PID634", "MaxVarMV", {},                                                    99.99, 100),
     ("PID635", "Ti_Ki",    {"DisableP": True},                                    0.001, 0.0009),
     ("PID635", "Ti_Ki",    {"Kp": 0, "Indep": True},                              0.0001, 0),
@@ -280,6 +281,10 @@ ONE = [
     ({"SP": "Z"}, ["PID601"]),
     ({"MaxMV": "Z"}, ["PID601"]),
     ({"Manual": "Z"}, ["PID601"]),
+    ({"Indep": "Z"}, ["PID601"]),
+    ({"OVERR": "Z"}, ["PID601"]),
+    ({"CASC": "Z", "SP_CASC": "X"}, ["PID601"]),
+    ({**TUNED, "AutoTuneParam": None, "AutoTune": "Z"}, ["PID601"]),
     ({"SP_CASC": "B.MV", "CASC": "UP"}, ["PID601"]),
     ({"SP_CASC": "A.MV", "CASC": "UP"}, ["PID662"]),
     ({"sample_time": -1}, ["PID625"]),
@@ -548,6 +553,13 @@ def test_a_split_range_takes_a_percentage(low, high):
 
     assert bool(found) == ((low, high) != (0, 100))
     assert [d.severity is Severity.ERROR for d in found] == [low < 0 or high > 100] * len(found)
+
+
+@pytest.mark.parametrize(("value", "found"), [(-0.001, True), (0, False), (100, False), (100.001, True)])
+def test_a_number_for_a_split_range_is_a_percentage_too(value, found):
+    split = {"name": "V", "type": "ControlSplitRange", "MV": value, "SPLIT": 40, "Mode": 4}
+
+    assert effects("PID655", changed(), blocks=[split]) == ["Error"] * found
 
 
 @given(st.integers(0, 100), st.integers(1, 60), st.booleans())

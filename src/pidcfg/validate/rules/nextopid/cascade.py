@@ -111,7 +111,7 @@ def never_in_cascade_mode(context: NextopidContext) -> Iterator[Finding]:
     """
     for view in context.pids:
         expression = view.wire("SP_CASC")
-        if expression is not None and not view.may_be_on("CASC"):
+        if expression is not None and view.is_on("CASC") is False and not view.is_wired("CASC"):
             role = context.network.role(view)
             yield view.find("CASC", loop=view.name, role=f" ({role})" if "slave" in role else "",
                             source=expression.text)  # fmt: skip

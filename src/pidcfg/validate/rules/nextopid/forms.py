@@ -102,7 +102,7 @@ def form_from_a_wire(context: NextopidContext) -> Iterator[Finding]:
     Fix: write `true` or `false`.
     """
     for view in context.pids:
-        if view.is_wired("Indep"):
+        if view.wire("Indep") is not None:
             yield view.find("Indep")
 
 

@@ -80,8 +80,8 @@ class BlockView:
         return None if found is None else bool(found.value)
 
     def may_be_on(self, key: str) -> bool:
-        """Whether a switch is on, or can be switched on by a wire."""
-        return self.is_wired(key) or bool(self.is_on(key))
+        """Whether a switch is on, or can be switched on by a wire that has a meaning."""
+        return self.wire(key) is not None or bool(self.is_on(key))
 
     def wire(self, key: str) -> Expression | None:
         """What a parameter is wired to."""
