@@ -43,7 +43,7 @@ ONLY_IN = {
     "pyclickplc":    "encoders.click",
     "numpy":         "sim.compile",
     "numba":         "sim.compile",
-    "pydantic":      "schemas encoders vendors validate sim tuning cli.schema",
+    "pydantic":      "schemas encoders vendors validate sim tuning convert cli.schema",
     "pydantic_core": "schemas encoders vendors validate sim",
     "importlib":     "vendors cli sim.compile __init__",   # imports by name: the tables above cannot see them
 }
@@ -63,6 +63,9 @@ LOADS = {
     "validate examples/ezlogix/oven.yaml":            "pydantic ruamel",
     "encode examples/ezlogix/oven.yaml":              "pydantic ruamel",
     "simulate examples/ezlogix/oven.scenario.yaml":   "pydantic ruamel",
+    "encode examples/nextopid/cascade.yaml --format st": "pydantic ruamel",
+    "simulate examples/nextopid/cascade.scenario.yaml": "pydantic ruamel",
+    "simulate examples/dpide/oven.scenario.yaml":     "pydantic ruamel",
     "validate src/pidcfg/starters/click.yaml":        "pydantic ruamel",
     "encode src/pidcfg/starters/click.yaml":          "pydantic ruamel",
     "encode src/pidcfg/starters/click.yaml --format nickname-csv":  "pydantic ruamel pyclickplc pymodbus",
@@ -74,6 +77,7 @@ LONG_MODULES = {
     "schemas.dl06":             "a table: one field for every word and bit",
     "schemas.click":            "a table: one field for every register",
     "schemas.ezlogix":          "a table: one field for every register",
+    "schemas.nextopid":         "a table: one field for every parameter of fourteen blocks",
 }
 
 LONG_FUNCTIONS = {

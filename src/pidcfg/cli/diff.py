@@ -1,0 +1,184 @@
+"""``pidcfg diff``: two configurations, or a configuration and a memory listing, compared by meaning."""
+
+from __future__ import annotations
+
+import json
+from collections import Counter
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from pidcfg.cli import options
+from pidcfg.cli.console import echo, echo_json, note
+from pidcfg.cli.main import Exit
+from pidcfg.vendors import VENDORS
+
+if TYPE_CHECKING:
+    from pidcfg.convert.compare import Compared, Difference, Side
+    from pidcfg.limits import Limits
+    from pidcfg.vendors import Vendor
+
+EPILOG = options.examples(
+    "pidcfg diff main.yaml branch.yaml",
+    "pidcfg diff reactor.yaml upload.hex --vendor dl06",
+    "pidcfg diff reactor.yaml reactor-click.yaml --format markdown",
+)
+
+
+@click.command("diff", epilog=EPILOG)
+@click.argument("before")
+@click.argument("after")
+@click.option("--vendor", type=click.Choice(list(VENDORS)),
+              help="The PLC family of a memory listing, where the other side does not tell.")  # fmt: skip
+@options.output_format("text", "json", "markdown")
+@click.option("--exit-code", "exits", is_flag=True, help="Exit 1 when there are differences.")
+@options.LIMITS
+def command(before: str, after: str, vendor: str | None, fmt: str, exits: bool, limits: Limits) -> None:
+    """Compare BEFORE and AFTER, configurations of any vendors or memory listings, in engineering units.
+
+    Loops are matched by name, then by their order. Differences are ranked by what can go wrong.
+    """
+    from pidcfg.convert.compare import compare
+
+    sides = read_sides((before, after), vendor, limits)
+    found = compare(*sides)
+    if fmt == "json":
+        echo_json(as_json(before, after, found))
+    else:
+        echo(as_text(before, after, found) if fmt == "text" else as_markdown(before, after, found))
+    if exits and any(entry.status != "same" for entry in found):
+        click.get_current_context().exit(Exit.FOUND)
+
+
+def read_sides(names: tuple[str, str], vendor: str | None, limits: Limits) -> tuple[Side, Side]:
+    """Both sides; a listing is of the vendor that is named, or of the other side's."""
+    configurations = [_configuration(name, limits) for name in names]
+    told = [found[1] for found in configurations if found is not None]
+    known = VENDORS[vendor] if vendor else told[0] if told else None
+    beside = next((found[0] for found in configurations if found is not None), None)
+    sides = []
+    for name, found in zip(names, configurations, strict=True):
+        config, own = found if found is not None else _listing(name, known, beside, limits)
+        sides.append(_side(name, config, own))
+    return sides[0], sides[1]
+
+
+def _configuration(name: str, limits: Limits) -> tuple[Any, Vendor] | None:
+    """A YAML file's configuration; None for a file of another kind."""
+    from pidcfg.cli.checks import one_configuration, show_errors
+    from pidcfg.cli.inputs import STDIN
+
+    if name != STDIN and Path(name).suffix.lower() not in {".yaml", ".yml"}:
+        return None
+    checked = one_configuration(name, limits)
+    if checked.vendor is None or checked.encoding is None or checked.encoding.misfits:
+        show_errors(checked, "text")
+        raise click.ClickException(f"{name} cannot be compared")
+    return checked.config, checked.vendor
+
+
+def _listing(name: str, vendor: Vendor | None, other: Any, limits: Limits) -> tuple[Any, Vendor]:
+    """A memory listing's configuration; names and ranges that it does not carry are those of the ``other`` side."""
+    from pidcfg.cli.inputs import read_input
+    from pidcfg.cli.listings import decode_listing, read_listing
+    from pidcfg.encoders.listing import ListingError
+
+    if vendor is None:
+        raise click.UsageError("neither file says the PLC family; name it with --vendor")
+    entry = read_input(name, limits)
+    if entry.problem is not None:
+        raise click.ClickException(entry.problem)
+    try:
+        listing = read_listing(entry, vendor, limits)
+        if not listing.settings and other is not None:
+            image = vendor.encoder(other).image
+            listing.settings, listing.plc = image.settings, listing.plc or image.plc
+        decoded = decode_listing(listing, vendor, {})
+    except ListingError as error:
+        cure = f"decode it first: pidcfg decode {name} --vendor {vendor.key}"
+        raise click.ClickException(f"{name}:{error.line}: {error}; {cure}") from None
+    return vendor.model.model_validate(decoded.data), vendor
+
+
+def _side(name: str, config: Any, vendor: Vendor) -> Side:
+    from pidcfg.convert.compare import side_of
+    from pidcfg.convert.pipeline import ConvertError
+
+    try:
+        return side_of(config, vendor)
+    except ConvertError as error:
+        for entry in error.missing:
+            note(f"{name}: {entry.message}")
+        raise click.ClickException(f"{name} does not say what its values mean") from None
+
+
+# --- output ----------------------------------------------------------------------------------------------------------
+
+
+def summary(found: list[Compared]) -> dict[str, int]:
+    """Differences by risk, and loops by status."""
+    from pidcfg.convert.compare import RISKS
+
+    count = Counter(difference.risk for entry in found for difference in entry.differences)
+    statuses = Counter(entry.status for entry in found)
+    return {risk: count[risk] for risk in RISKS} | {s: statuses[s] for s in ("same", "changed", "added", "removed")}
+
+
+def as_json(before: str, after: str, found: list[Compared]) -> str:
+    """The layout of the public interface, version 1."""
+    loops = [
+        {"loop": entry.loop, "status": entry.status, "differences": [
+            {"field": d.field, "risk": d.risk, "from": d.before, "to": d.after, "note": d.note}
+            for d in entry.differences
+        ]}
+        for entry in found
+    ]  # fmt: skip
+    document = {"version": 1, "from": before, "to": after, "loops": loops, "summary": summary(found)}
+    return json.dumps(document, indent=2, ensure_ascii=False) + "\n"
+
+
+def as_text(before: str, after: str, found: list[Compared]) -> str:
+    """Loops that differ, the gravest difference first."""
+    lines = [f"{before} -> {after}"]
+    for entry in found:
+        if entry.status in {"added", "removed"}:
+            lines += ["", f"{entry.loop}: {entry.status}"]
+        elif entry.differences:
+            lines += ["", entry.loop, *(_row(d) for d in entry.differences)]
+    same = [entry.loop for entry in found if entry.status == "same"]
+    if same:
+        lines += ["", f"the same: {', '.join(same)}"]
+    return "\n".join(lines) + "\n"
+
+
+def _row(d: Difference) -> str:
+    from pidcfg.convert.pipeline import text_of
+
+    note_text = f"  ({d.note})" if d.note else ""
+    return f"  {d.risk:<8}  {d.field}: {text_of(d.before)} -> {text_of(d.after)}{note_text}"
+
+
+def as_markdown(before: str, after: str, found: list[Compared]) -> str:
+    """Tables for a pull request."""
+    from pidcfg.convert.pipeline import text_of
+
+    lines = [f"### PID loops: `{before}` to `{after}`"]
+    for entry in found:
+        if entry.status in {"added", "removed"}:
+            lines += ["", f"**{entry.loop}** {entry.status}"]
+        elif entry.differences:
+            lines += ["", f"**{entry.loop}**", "", "| risk | field | before | after | |", "|---|---|---|---|---|"]
+            lines += [
+                "| "
+                + " | ".join(_cell(t) for t in (d.risk, d.field, text_of(d.before), text_of(d.after), d.note))
+                + " |"
+                for d in entry.differences
+            ]
+    if all(entry.status == "same" for entry in found):
+        lines += ["", "No difference."]
+    return "\n".join(lines) + "\n"
+
+
+def _cell(text: str) -> str:
+    return text.replace("|", "\\|").replace("\n", " ").replace("<", "&lt;")
