@@ -18,6 +18,7 @@ from pidcfg.convert.ledger import Change, Missing, Neutral, Stored, Target, chan
 from pidcfg.schemas.base import Duration, Quantity, decimal_text, plain_number
 from pidcfg.schemas.generic import GenericFile
 from pidcfg.schemas.limits import Limits
+from pidcfg.schemas.rates import Rate
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -215,10 +216,12 @@ def number_of(value: Any) -> Decimal | None:
     """The number of a value in its own unit; None: it is none."""
     if isinstance(value, bool) or value is None:
         return None
-    if isinstance(value, Quantity):
+    if isinstance(value, Quantity | Rate):
         return None if value.counts else value.value
     if isinstance(value, Duration):
         return value.seconds()
+    if hasattr(value, "duration"):  # a time that may be off
+        return number_of(value.duration)
     if isinstance(value, int | float | Decimal):
         return Decimal(str(value))
     return None
