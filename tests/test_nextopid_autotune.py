@@ -324,6 +324,15 @@ def test_the_hysteresis_has_to_fit_between_the_limits_of_the_pv(pv, expected):
     assert block["AutoTuneDone"] == float(bool(expected))
 
 
+def test_the_percentages_are_of_the_ranges():
+    """M is 5 % of 200, H 1 % of 140 and S 10 % of it."""
+    block = manual(MinMV=-100, MinPV=-40, **param(PercHystPV=1))
+    assert block.call(31, AutoTune=1) == 30
+    assert (block.call(PV=41.39), block.call(PV=41.41)) == (30, 10)
+    assert (block.call(PV=26.01), block.call(PV=25.99)) == (30, 20)
+    assert flags(block) == {"PEAK_TOO_HIGH"}
+
+
 def test_what_just_touches_a_window_is_inside():
     """H is 1 and S is 10 exactly, and so is the mean."""
     block = manual(PV=41, **param(PercHystPV=1))
