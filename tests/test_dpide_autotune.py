@@ -8,8 +8,9 @@ from itertools import pairwise
 import pytest
 
 from dpide_rig import Rig
-from pidcfg.sim.controllers.dpide.autotune import LEAST_PERIOD, PATIENT, measure, usable
+from pidcfg.sim.controllers.dpide.autotune import LEAST_PERIOD, PATIENT, REASONS, balance, measure, usable
 from pidcfg.sim.controllers.dpide.state import Config, State
+from pidcfg.sim.terms import single
 from rig_plants import FirstOrder, Fixed
 
 OVEN = {"PID_MODE": 1, "SV": 80, "CYCLE": 1000, "MV_MAX": 4000, "Kc_Kp": 0, "PID_EQ": True}
@@ -88,6 +89,14 @@ def test_the_independent_form_gets_gains():
     assert gains["Tf"] == times["Tf"]
 
 
+@pytest.mark.parametrize("dependent", [False, True])
+def test_everything_that_is_written_is_single_precision(dependent):
+    s = tuned(PID_EQ=dependent, BIAS=0.1).st[0]
+
+    for value in (s.gain, s.reset, s.rate, s.tf, s.integral, s.tune_bottom, s.tune_top):
+        assert value == single(value)
+
+
 def test_later_changes_are_no_results():
     rig = tuned()
     found = rig.plc.tuned(0)["results"]
@@ -127,6 +136,32 @@ def test_a_strong_oven_is_tuned_as_well_as_a_weak_one(share):
     assert rig.run(1500).signal("PV") == pytest.approx(80.0, abs=0.05)
 
 
+def test_a_range_that_does_not_begin_at_0():
+    """1400 of 1000 to 5000 holds SV."""
+    rig = tuned(process=plant(60.0 / 1400.0), MV_MIN=1000, MV_MAX=5000)
+
+    assert rig.plc.tuned(0)["results"]["Ti_Ki"] == pytest.approx(2.2 * ultimate(0.1, 120.0, 12.5)[1], rel=0.1)
+    assert rig.signal("I_MV") == pytest.approx(1400.0, rel=0.05)
+
+
+def test_the_balanced_relay_moves_a_little_even_at_a_limit():
+    c, s = Config(low=1000.0, high=5000.0), State()
+    balance(c, s, 5000.0)
+
+    assert (s.tune_bottom, s.tune_top, s.tune_rounds) == (4980.0, 5000.0, 1)
+
+
+def test_every_autotune_is_balanced_anew():
+    rig = tuned(process=plant(60.0 / 200.0))
+    first = rig.plc.tuned(0)["results"]["Ti_Ki"]
+    for _ in range(3):
+        rig.plc.autotune(0, "start")
+        rig.step()
+        while rig.mode() == "autotune":
+            rig.step()
+        assert rig.plc.tuned(0)["results"]["Ti_Ki"] == pytest.approx(first, rel=0.1)
+
+
 def test_the_loop_goes_on_quietly_and_controls_well():
     rig = tuned(PID_DE=True)
     rig.run(200)
@@ -162,8 +197,11 @@ def test_a_start_above_sv_works_too():
 def test_noise_is_borne():
     """It delays the relay by its hysteresis, so the cycle is a little longer."""
     quiet = tuned().plc.tuned(0)["results"]
-    loud = tuned(noise=0.3).plc.tuned(0)["results"]
+    rig = tuned(noise=0.3)
+    loud = rig.plc.tuned(0)["results"]
 
+    assert rig.st[0].tune_band == 4.0 * rig.st[0].tune_noise
+    assert rig.st[0].tune_noise == pytest.approx(0.3, rel=0.5)
     assert loud["Kc_Kp"] == pytest.approx(quiet["Kc_Kp"], rel=0.3)
     assert loud["Ti_Ki"] == pytest.approx(quiet["Ti_Ki"], rel=0.3)
 
@@ -293,6 +331,31 @@ def test_a_pv_that_does_not_answer():
     assert failed(rig) == ("error: PV does not answer", "autotune stopped: PV does not answer")
     assert 600 < rig.tick / 1e6 < 640
     assert (rig.st[0].gain, rig.st[0].reset) == (0.0, 90.0)
+
+
+class Stuck(FirstOrder):
+    """It stays where it is once it is above 80."""
+
+    def step(self, output, dt):
+        return self.value if self.value > 80.0 else super().step(output, dt)
+
+
+def test_a_pv_that_answers_no_more():
+    rig = Rig(OVEN, plants=[Stuck(0.1, 120.0, 12.0, initial=20.0, offset=20.0)], base=1.0)
+    while rig.plants[0].value <= 80.0:
+        rig.step()
+    rig.run(580)
+    assert rig.mode() == "autotune"
+    rig.run(40)
+
+    assert failed(rig)[0] == "error: PV does not answer"
+
+
+def test_a_swing_of_nothing_is_no_answer():
+    c, s = Config(high=100.0), State(tune_top=100.0, tune_count=40)
+    measure(c, s)
+
+    assert (s.tune_done, REASONS[s.tune_reason]) == (2, "autotune stopped: PV does not answer")
 
 
 def test_few_samples_are_waited_for_by_their_number():

@@ -258,6 +258,12 @@ def test_pid_run_true_forgets_the_dead_band_and_the_end_of_manual_does_not():
     rig.set("PID_RUN", value=True)
 
     assert rig.play([12.0, 9.0], "E") == [-2.0, 0.0]
+    again = Rig({**PI, "ERR_DBW": 5})
+    again.play([9.0], "E")
+    again.set("PID_RUN", value=False)
+    again.step()
+    again.set("PID_RUN", value=True)
+    assert again.play([12.0], "E") == [-2.0]
 
 
 def test_pid_run_true_is_no_end_of_manual():
