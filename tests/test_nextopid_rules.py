@@ -294,6 +294,7 @@ ONE = [
     ({"type": "PIDA_INT", "MaxPV": 40000}, ["PID102"]),
     ({"type": "PIDA_INT", "MaxPV": "BIG"}, ["PID614"]),
     ({"type": "ControlON_OFF", "DeadBand": -1}, ["PID649"]),
+    ({"type": "ControlON_OFF", "DeadBand": 0, "SP": 100}, ["PID649"]),
     ({"name": "Pidloops"}, ["PID604"]),
     ({"name": "x"}, ["PID604"]),
     ({"name": "controlpwm"}, ["PID603"]),
@@ -544,6 +545,13 @@ def test_pulses_and_loop_have_one_range(low, high):
 
     assert len(found) == (low != 0) + (high != 100)
     assert found.count("Warning") == (low < 0) + (high > 100)
+
+
+@pytest.mark.parametrize(("period", "expected"), [(0, ["PID101"]), (1, ["PID652"]), (9, ["PID652"]), (10, [])])
+def test_a_period_has_at_least_ten_cycles(period, expected):
+    pulses = {"name": "W", "type": "ControlPWM", "MV": "A.MV", "MaxMV": 100, "Period": period}
+
+    assert serious(changed(), blocks=[pulses]) == expected
 
 
 @given(st.integers(-2, 2), st.integers(98, 102))

@@ -86,7 +86,7 @@ class NextopidContext:
     def owner(self, number: int) -> tuple[BlockView, Parameter] | None:
         """The block and the parameter that a number stands for; None: a signal."""
         i = bisect_right(self._bases, number) - 1
-        if i < 0 or number < len(self.encoding.layout.signals):
+        if i < 0:
             return None
         return self.views[i], self.views[i].own.kind.table.rows[number - self._bases[i]]
 

@@ -65,27 +65,30 @@ def on_off_dead_band_not_positive(context: NextopidContext) -> Iterator[Finding]
     name="switch-point-out-of-reach",
     severity=Severity.ERROR,
     basis=SWITCH,
-    message="MV is switched {what} when PV is {side} {point}, but PV is limited to {limit} {end}: it never is",
+    message="MV is switched {what} when PV is {side} {point}{source}, but PV is limited to {limit} {end}: it never is",
 )
 def switch_point_out_of_reach(context: NextopidContext) -> Iterator[Finding]:
     """An on-off controller never switches on, or never off.
 
     Why: PV is limited to MinPV..MaxPV before it is compared. A switch point at or beyond a limit is never passed: a
-    heater that has been switched on once stays on.
+    heater that has been switched on once stays on. With a set point that comes from a signal it is a warning: it
+    holds for the first value.
 
     Fix: lower DeadBand, move SP away from the limit, or widen the limits of PV.
     """
     for view in context.of(ON_OFF):
-        point, band, pv, direct = (view.number_of("SP"), view.number_of("DeadBand"), view.pv_limits,
+        found, band, pv, direct = (view.known("SP"), view.number_of("DeadBand"), view.pv_limits,
                                    view.is_on("Direct"))  # fmt: skip
-        if point is None or band is None or pv is None or direct is None or band <= 0:
+        if found is None or band is None or pv is None or direct is None or band <= 0:
             continue
-        point = min(max(point, pv[0]), pv[1])
+        point = min(max(found.value, pv[0]), pv[1])
+        severity = Severity.WARNING if found.source else None
         for value, limit, side in ((point - band, "MinPV", "below"), (point + band, "MaxPV", "above")):
             if value <= pv[0] or value >= pv[1]:
                 what = "on" if (side == "above") == direct else "off"
-                yield view.find("DeadBand", what=what, side=side, point=f"{number_text(value)}{view.unit('SP')}",
-                                limit=limit, end=view.shown(limit))  # fmt: skip
+                text = f"{number_text(value)}{view.unit('SP')}"
+                yield view.find("DeadBand", None, severity, what=what, side=side, point=text, limit=limit,
+                                end=view.shown(limit), source=found.source.replace("(", "(SP: ", 1))  # fmt: skip
 
 
 @rule(
