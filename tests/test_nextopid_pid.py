@@ -403,9 +403,21 @@ def test_all_error_bits_at_once_and_the_longest_sample_time():
     assert block["SampleTime"] == single(60.1)
     assert block.s.status // ERROR_BASE == 511
 
+    slow = Block(ts=60.1, PV=101)
+    slow.call()
+    assert slow.true("ErrBits.") == {"SampleTime"}
     longest = Block(ts=60)
     longest.call()
     assert longest.true("ErrBits.") == set()
+
+
+def test_warning_bits_and_inputs_stay_when_other_bits_are_written():
+    block = Block(PV=101, AutoTune=1)
+    block.call()
+    block.call(Tfd=-1)
+    assert block.true("WarnBits.") == {"PV_MaxPV"}
+    block.call(Tfd=0, PV=50)
+    assert (block.true("WarnBits."), block["AutoTune"]) == (set(), 1)
 
 
 WARNINGS = [
