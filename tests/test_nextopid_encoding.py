@@ -112,3 +112,11 @@ def test_an_image_is_complete_without_what_the_program_around_assigns():
     assert words["HEAT.ManualMV"] is False
     assert words["FIC.BIAS"] == Wire("(- 1)")
     assert checklist(network("override"))[1].endswith("HEAT.PV")
+
+
+def test_a_literal_that_is_wired_is_refused():
+    document = json.loads(FORMATS["json"].write(encode(network("override")).image, ()))
+    (entry,) = [word for word in document["words"] if word["address"] == "PULSES.Period"]
+    entry["expression"] = str(entry.pop("value"))
+    with pytest.raises(ListingError, match=r"the listing gives no configuration: blocks.2.ControlPWM.Period"):
+        again(json.dumps(document), "json")

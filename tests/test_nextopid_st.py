@@ -258,6 +258,12 @@ def test_every_nth_cycle():
         read_st(beside + body(gate))
 
 
+def test_two_loops_may_share_a_counter():
+    gates = "IF Y = 0 THEN A(PV := X); END_IF IF Y = 0 THEN B(PV := X); END_IF Y := (Y + 1) MOD 3;"
+    found = read_st('(* plc: {"sample_time": 0.1} *)' + body(gates))
+    assert [entry.get("sample_time") for entry in found.settings] == [0.3, 0.3, None]
+
+
 def test_names_that_read_like_truths_stay_names():
     found = read_st(body("A(PV := N, SP := inf);", "N : REAL; inf : REAL;"))
     assert (found.words["A.PV"], found.words["A.SP"]) == (Wire("(N)"), Wire("(inf)"))

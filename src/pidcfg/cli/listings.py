@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from pydantic import ValidationError
+
 from pidcfg.encoders.files import kind_of
 from pidcfg.encoders.image import Decoded
 from pidcfg.encoders.listing import Listing, ListingError
@@ -73,7 +75,13 @@ def decode_listing(listing: Listing, vendor: Vendor, options: Mapping[str, Any])
         decoded: Decoded = vendor.load("decode")(listing.words, listing.settings, listing.plc, options)
     except DecodeError as error:
         raise ListingError(str(error), listing.lines.get(error.place or -1, 1)) from None
-    again = vendor.encoder(vendor.model.model_validate(decoded.data)).image
+    try:
+        config = vendor.model.model_validate(decoded.data)
+    except ValidationError as error:
+        first = error.errors(include_url=False)[0]
+        where = ".".join(str(step) for step in first["loc"])
+        raise ListingError(f"the listing gives no configuration: {where}: {first['msg']}") from None
+    again = vendor.encoder(config).image
     return Decoded(decoded.data, (*listing.notes, *decoded.notes, *_differences(listing, again)))
 
 

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 from pidcfg.schemas.names import nearest
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Iterable, Mapping
 
 CONSTANT, SIGNAL, ADD, SUBTRACT, MULTIPLY, DIVIDE, NEGATE, MINIMUM, MAXIMUM, ABSOLUTE, ROOT = range(11)
 """What one pair of an expression's code does; only the first two use the second number of the pair."""
@@ -58,11 +58,16 @@ class Expression:
         return self.code[1] if len(self.code) == 2 and self.code[0] == SIGNAL else None
 
 
-def parse(text: str, names: Mapping[str, int]) -> Expression:
+def lengths_of(names: Iterable[str]) -> list[int]:
+    """How long names are, the longest first; for who reads many expressions with the same names."""
+    return sorted({len(name) for name in names}, reverse=True)
+
+
+def parse(text: str, names: Mapping[str, int], lengths: list[int] | None = None) -> Expression:
     """The expression of ``text`` with ``names`` of signals and their numbers; raises `ExpressionError`."""
     if len(text) > MAX_LENGTH:
         raise ExpressionError(f"the expression is longer than {MAX_LENGTH} characters", MAX_LENGTH, "split it")
-    parser = _Parser(text, names, sorted({len(name) for name in names}, reverse=True))
+    parser = _Parser(text, names, lengths_of(names) if lengths is None else lengths)
     parser.skip()
     parser.sum(0)
     if parser.at < len(text):

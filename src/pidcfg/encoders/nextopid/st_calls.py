@@ -45,8 +45,8 @@ class Calls:
     turns: int = 0
     foreign: list[int] = field(default_factory=list)
     """Lines of statements that are passed over."""
-    gates: dict[str, tuple[Item, Token]] = field(default_factory=dict)
-    """Loops that are not called in every cycle, by the variable that counts."""
+    gates: list[tuple[Item, Token]] = field(default_factory=list)
+    """Loops that are not called in every cycle, each with the variable that counts."""
     counts: dict[str, int] = field(default_factory=dict)
 
     def take(self, statement: Statement) -> None:
@@ -157,13 +157,13 @@ class Calls:
         if isinstance(counter.initial, dict) or [token.text for token in counter.initial or ()] not in ([], ["0"]):
             raise counter.name.error(f"{counter.name.text} counts the cycles of {own.name}, and must begin with 0")
         self.take(Statement((*inner[:-1], tokens[-1])))
-        self.gates[tokens[1].upper] = (own, tokens[1])
+        self.gates.append((own, tokens[1]))
         return True
 
     def _count(self, counter: Token, value: tuple[Token, ...]) -> bool:
         """``counter := (counter + 1) MOD n`` behind such a call."""
         texts = [token.upper for token in value]
-        if counter.upper not in self.gates or texts[:-1] != ["(", counter.upper, "+", "1", ")", "MOD"]:
+        if counter.upper not in self.counters or texts[:-1] != ["(", counter.upper, "+", "1", ")", "MOD"]:
             return False
         cycles = number_of(value[-1])
         if isinstance(cycles, bool) or not isinstance(cycles, int) or cycles < 1 or counter.upper in self.counts:
@@ -171,12 +171,17 @@ class Calls:
         self.counts[counter.upper] = cycles
         return True
 
+    @property
+    def counters(self) -> set[str]:
+        """Variables that count cycles, in capitals."""
+        return {place.upper for _, place in self.gates}
+
     def sample_times(self, plc: Mapping[str, Any]) -> None:
         """The intervals of the loops that are not called in every cycle; they must agree with the comments."""
-        for counter, (own, place) in self.gates.items():
-            if counter not in self.counts or counter in self.scope.assigned:
+        for own, place in self.gates:
+            if place.upper not in self.counts or place.upper in self.scope.assigned:
                 raise place.error(f"{place.text} is not counted as in {place.text} := ({place.text} + 1) MOD 5")
-            own.cycles = self.counts[counter]
+            own.cycles = self.counts[place.upper]
         task = _seconds(plc.get("sample_time"))
         for own in self.scope.items.values():
             time = _seconds(own.entry.get("sample_time"))

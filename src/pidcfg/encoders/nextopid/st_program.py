@@ -150,18 +150,27 @@ class Unit:
 
     def previous(self, i: int) -> list[str]:
         """What the call of a block reads of the previous cycle."""
-        place = {number: at for at, number in enumerate(self.order)}
-        rows = [row.name for row in self.layout.instances[i].kind.inputs]
-        numbers = {n for (owner, row), wire in self.wires.items() if owner == i and row in rows for n in wire.signals}
         late = []
-        for number in sorted(numbers):
+        for number in sorted(self._reads.get(i, ())):
             owner = self.layout.owner(number)
-            changes = owner is not None and (not self.layout.is_input(number) or self.wire_of(number))
-            if owner is not None and changes and place[owner] >= place[i]:
+            changes = owner is not None and (not self.layout.is_input(number) or self.is_wired(number))
+            if owner is not None and changes and self._place[owner] >= self._place[i]:
                 late.append(self.full_name(number))
         return late
 
-    def wire_of(self, number: int) -> bool:
+    @cached_property
+    def _place(self) -> dict[int, int]:
+        return {number: at for at, number in enumerate(self.order)}
+
+    @cached_property
+    def _reads(self) -> dict[int, set[int]]:
+        """Numbers that each block reads."""
+        found: dict[int, set[int]] = {}
+        for (i, _), wire in self.wires.items():
+            found.setdefault(i, set()).update(wire.signals)
+        return found
+
+    def is_wired(self, number: int) -> bool:
         """Whether a parameter is wired."""
         owner = self.layout.owner(number)
         if owner is None:

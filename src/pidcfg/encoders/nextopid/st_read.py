@@ -166,7 +166,7 @@ class _Reader:
             lines = _few([str(line) for line in self.calls.foreign])
             yield f"statements that are not about blocks of the library are left out: lines {lines}"
         own = {declaration.name.upper for declaration in signals} | {*self.scope.items} | {*self.scope.stands}
-        left = [d.name.text for upper, d in self.scope.variables.items() if upper not in own | {*self.calls.gates}]
+        left = [d.name.text for upper, d in self.scope.variables.items() if upper not in own | self.calls.counters]
         if left:
             yield f"variables that no block reads are left out: {_few(left)}"
         whole = [d.name.text for d in signals if d.type_name not in {"BOOL", "REAL"}]

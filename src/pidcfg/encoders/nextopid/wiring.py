@@ -8,13 +8,14 @@ numbers. Blocks are executed in data-flow order; in a ring one link is read from
 from __future__ import annotations
 
 import re
+from bisect import bisect_right
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
 
 from pidcfg.encoders.maps.nextopid import LOOP_TYPES
 from pidcfg.refs import Decision
-from pidcfg.schemas.expressions import SIGNAL, Expression, ExpressionError, parse
+from pidcfg.schemas.expressions import SIGNAL, Expression, ExpressionError, lengths_of, parse
 from pidcfg.schemas.names import nearest
 
 if TYPE_CHECKING:
@@ -94,7 +95,19 @@ class Layout:
         """The block that a number belongs to; None: it is a signal."""
         if number < len(self.signals):
             return None
-        return max(i for i, own in enumerate(self.instances) if own.base <= number)
+        return bisect_right(self._bases, number) - 1
+
+    @cached_property
+    def _bases(self) -> tuple[int, ...]:
+        return tuple(own.base for own in self.instances)
+
+    @cached_property
+    def _names(self) -> dict[int, str]:
+        return {number: name for name, number in self.numbers.items()}
+
+    @cached_property
+    def _lengths(self) -> list[int]:
+        return lengths_of(self.numbers)
 
     def is_input(self, number: int) -> bool:
         """Whether a number is that of an input of a block."""
@@ -108,16 +121,14 @@ class Layout:
         """What a wire to a parameter of this type means; raises `ExpressionError` at its character."""
         if kind.kind == "bool":
             return self._read_bool(text)
-        expression = parse(text, self.numbers)
-        wrong = {name for name in self._names(expression) if self.types[name].kind not in {"real", "whole"}}
+        expression = parse(text, self.numbers, self._lengths)
+        names = [self._names[number] for number in expression.signals]
+        wrong = {name for name in names if self.types[name].kind not in {"real", "whole"}}
         for found in NAMED.finditer(text):
             if found.group() in wrong:
                 message = f"{found.group()} is {self.types[found.group()].name}; numbers are wanted"
                 raise ExpressionError(message, found.start(), "wire a REAL or an INT")
         return expression
-
-    def _names(self, expression: Expression) -> Iterator[str]:
-        return (name for name, number in self.numbers.items() if number in expression.signals)
 
     def _read_bool(self, text: str) -> Expression:
         kind = self.types.get(text)
@@ -149,14 +160,14 @@ class Layout:
     def order(self, wires: Wires) -> list[int]:
         """The numbers of the blocks in the order in which they are executed."""
         waits = [found - {i} for i, found in enumerate(self.waits(wires))]
-        done: list[int] = []
+        done: dict[int, None] = {}
         left = list(range(len(self.instances)))
         while left:
-            ready = next((i for i in left if waits[i] <= set(done)), None)
+            ready = next((i for i in left if waits[i] <= done.keys()), None)
             chosen = self._begin_ring(left, waits) if ready is None else ready
-            done.append(chosen)
+            done[chosen] = None
             left.remove(chosen)
-        return done
+        return list(done)
 
     def _begin_ring(self, left: Sequence[int], waits: Sequence[set[int]]) -> int:
         """Of rings that wait for nothing but themselves, the first loop, or else the first block."""
