@@ -84,12 +84,14 @@ def test_back_calculation_reacts_sooner_than_holding():
 
 def test_manual_puts_mout_out_within_the_limits():
     rig = Rig({**PI, "PID_MAN": True, "MOUT": 42})
-    seen = []
-    for mout in (42, 250, -3):
+    seen, limited = [], []
+    for mout in (42, 250, -3, 100):
         rig.set("output", mout)
         seen += rig.play([0.0], "MV", "MOUT")
+        limited.append(bool(rig.st[0].status & rig.plc.flag_bits["mv_limited"]))
 
-    assert seen == [(42.0, 42.0), (100.0, 250.0), (0.0, -3.0)]
+    assert seen == [(42.0, 42.0), (100.0, 250.0), (0.0, -3.0), (100.0, 100.0)]
+    assert limited == [False, True, True, False]
     assert rig.mode() == "manual"
 
 
