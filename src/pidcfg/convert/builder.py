@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from itertools import count as counter
 from typing import TYPE_CHECKING, Any
 
 from pidcfg.convert.ledger import Missing, Neutral, Put, Said
 from pidcfg.convert.pipeline import ConvertError
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Sequence
 
     from pydantic import BaseModel
 
@@ -84,9 +85,7 @@ class Builder:
 
 def starts(bank: BankRange, size: int, count: int, wanted: Sequence[str]) -> list[int]:
     """Where the blocks of each loop begin: as wanted, the others behind the last one without overlapping any."""
-    if len(wanted) > count:
-        message = f"{len(wanted)} addresses from {wanted[0]} on for {count} loop{'s' if count > 1 else ''}"
-        raise ConvertError([Missing(("loops",), "loops", message)])
+    _not_too_many(wanted, count)
     found = [bank.parse(address) for address in wanted]
     start = found[-1] + size if found else bank.first
     while len(found) < count:
@@ -94,17 +93,24 @@ def starts(bank: BankRange, size: int, count: int, wanted: Sequence[str]) -> lis
         if clash is None:
             found.append(start)
         start = (start if clash is None else clash) + size
-    if found and max(found) + size - 1 > bank.last:
-        last = f"{bank.prefix}{bank.last}"
-        raise ConvertError(
-            [Missing(("loops",), "loops", f"{size} addresses from {bank.prefix}{max(found)} on pass {last}")]
-        )
+    top = max(found, default=bank.first)
+    if top + size - 1 > bank.last:
+        raise _unplaced(f"{size} addresses from {bank.prefix}{top} on do not end by {bank.prefix}{bank.last}")
     return found
 
 
-def of_loops(options: Sequence[Any] | None, count: int, what: str) -> list[Any]:
-    """What an option says of each loop: one thing of all, or one of each; an empty list where it is not given."""
-    values = list(options or ())
-    if len(values) not in {0, 1, count}:
-        raise ConvertError([Missing(("loops",), "loops", f"{len(values)} {what} for {count} loops")])
-    return values * count if len(values) == 1 else values
+def chosen(wanted: Sequence[str | None], count: int, free: Callable[[int], str]) -> list[str]:
+    """One name a loop: as wanted, the others the first that are free, counted from 1."""
+    _not_too_many(wanted, count)
+    unused = (name for n in counter(1) if (name := free(n)) not in wanted)
+    given_names = [*wanted, *[None] * (count - len(wanted))]
+    return [next(unused) if name is None else name for name in given_names]
+
+
+def _not_too_many(wanted: Sequence[str | None], count: int) -> None:
+    if len(wanted) > count:
+        raise _unplaced(f"{', '.join(str(name) for name in wanted)}: that is {len(wanted)} for {count} of the loops")
+
+
+def _unplaced(message: str) -> ConvertError:
+    return ConvertError([Missing(("loops",), "loops", message)])

@@ -5,7 +5,7 @@ from __future__ import annotations
 from decimal import Decimal
 from typing import TYPE_CHECKING, Any
 
-from pidcfg.convert.builder import Builder, given, of_loops, starts
+from pidcfg.convert.builder import Builder, chosen, given, starts
 from pidcfg.convert.click_to import NO_FILTER, NO_INTEGRAL, OUTPUT, RAISES
 from pidcfg.convert.ledger import Target
 from pidcfg.convert.terms import HUNDRED, ONE, ZERO, filter_share, number, product, quotient, rescaled, width
@@ -49,7 +49,7 @@ def from_neutral(file: GenericFile, options: Mapping[str, Any]) -> Target:
     """A CLICK file with these loops."""
     count = len(file.loops)
     blocks = {key: starts(BANKS[key], table.size, count, options.get(key) or ()) for key, (_, table) in BLOCKS.items()}
-    bits = _pulse_bits(file, options.get("pwm_bit"))
+    pulses = chosen([entry and entry["bit"] for entry in options.get("pwm_bit") or ()], count, "Y{:03d}".format)
     builders = []
     for i, loop in enumerate(file.loops):
         b = Builder()
@@ -58,20 +58,12 @@ def from_neutral(file: GenericFile, options: Mapping[str, Any]) -> Target:
             b.put("description", loop.description, "description")
         for key, (prefix, _) in BLOCKS.items():
             b.put(key, f"{prefix}{blocks[key][i]}", None, "" if key in options else "the next free block")
-        _loop(b, loop, bits[i])
+        _loop(b, loop, pulses[i])
         if loop.setpoint.source is not None:
             _cascade(b, loop, {other.name: blocks["floats"][j] for j, other in enumerate(file.loops)})
         builders.append(b)
     data = {"pidcfg": 1, "vendor": "click"} | present({"name": file.name, "description": file.description})
     return Target({**data, "loops": [b.data for b in builders]}, [b.puts for b in builders])
-
-
-def _pulse_bits(file: GenericFile, option: Any) -> list[str]:
-    """The discrete output of each loop with pulses: as the option says, else Y001 and up."""
-    said = of_loops(option, len(file.loops), "discrete outputs")
-    taken = {entry["bit"] for entry in said if entry}
-    free = (bit for n in range(1, 17) if (bit := f"Y{n:03d}") not in taken)
-    return [said[i]["bit"] if said and said[i] else next(free) for i in range(len(file.loops))]
 
 
 def _loop(b: Builder, loop: Loop, bit: str) -> None:
@@ -194,10 +186,12 @@ def _output(b: Builder, loop: Loop, bit: str) -> None:
         b.mark("output.limits", "output.unit", note)
     if output.manual is not None:
         b.put("state.output", number(rescaled(output.manual, span, OUTPUT)), "output.manual")
-    if given(loop, "output", "bias") and output.bias != span[0]:
-        share = decimal_text(Decimal(str(number(rescaled(output.bias, span, OUTPUT)))))
-        b.drop("output.bias", f"without an integral, set the output to {share} % in Manual before going to Auto: it "
-               "becomes the bias")  # fmt: skip
+    if given(loop, "output", "bias"):
+        share = number(rescaled(output.bias, span, OUTPUT))
+        if loop.tuning.integral_time:
+            b.put("state.bias", share, "output.bias", "Auto begins with the output as it stands in Manual")
+        else:
+            b.drop("output.bias", f"set the output to {share} % in Manual before going to Auto: it becomes the bias")
     if output.max_rate is not None:
         b.drop("output.max_rate", "limit the change of the output in the program")
     if output.pulse is not None:

@@ -41,7 +41,7 @@ NO_INTEGRAL = Decimal(6000)
 NO_FILTER = 100
 SWITCHED_OFF = "stored, but switched off"
 NOTHING_LOST = frozenset((
-    "bits", "integers", "floats", "action_verified", "output.pwm.bit", "state.bias", "state.raw_pv", "state.pv",
+    "bits", "integers", "floats", "action_verified", "output.pwm.bit", "state.raw_pv", "state.pv",
     "derivative_gain_limit_enabled", "pv.filter_enabled", "setpoint.lower_limit_enabled",
     "setpoint.upper_limit_enabled", "error.deadband_enabled", "alarms.pv.enabled", "alarms.deviation.enabled",
     "alarms.rate_of_change_enabled",
@@ -183,8 +183,10 @@ def _output(t: Teller, loop: Loop) -> None:
         t.keep("output.limits", [low, high], "output.limits", [low, high])
     if output.pwm is not None:
         t.keep("output.pwm.period", output.pwm.period, "output.pulse.period", output.pwm.period)
-    if loop.state.output is not None:
-        t.keep("state.output", loop.state.output, "output.manual", loop.state.output)
+    for key, of in (("output", "manual"), ("bias", "bias")):
+        value = getattr(loop.state, key)
+        if value is not None:
+            t.keep(f"state.{key}", value, f"output.{of}", value)
 
 
 # --- alarms ----------------------------------------------------------------------------------------------------------
