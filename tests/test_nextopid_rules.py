@@ -12,6 +12,8 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from nextopid_pid_rig import Block
+from nextopid_rig import findings as rig_findings
+from nextopid_rig import run
 from pidcfg.diagnostics import Severity
 from pidcfg.encoders.maps.nextopid import BLOCK_TYPES
 from pidcfg.refs import Decision
@@ -380,6 +382,40 @@ def test_nothing_is_said_of_the_direction_where_nobody_can_know_it(wire, direct)
     lag = block("ControlLag", InVar="A.MV", Min_OutVar=-100)
 
     assert "PID622" not in codes(changed(PV=wire, Direct=direct), blocks=[lag], signals=SIGNALS | {"LOAD": 0.0})
+
+
+@pytest.mark.parametrize("gain", [2, -2])
+@pytest.mark.parametrize("direct", [False, True])
+def test_the_loop_whose_direction_is_found_runs_away_and_the_other_holds_its_set_point(gain, direct):
+    text = f"""blocks:
+  - {{name: P, type: ControlLag, InVar: A.MV, Gs: {gain}, Offset: {50 - 25 * gain}, Tc: 20, Init_OutVar: 30,
+     Min_OutVar: -500, Max_OutVar: 500}}
+loops:
+  - {{name: A, type: PIDA_REAL, SP: 40, PV: P.OutVar, Kp: 1, Ti_Ki: 10, Td_Kd: 0, MinMV: 0, MaxMV: 100, MinPV: 0,
+     MaxPV: 100, Direct: {str(direct).lower()}}}
+"""
+    report = run(text, "duration: 200\nexpect:\n  - {signal: A.PV, final: 40, tolerance: 0.5}\n")
+
+    assert [e.passed for e in report.expectations] == ["PID622" not in {code for code, _ in rig_findings(text)}]
+
+
+@pytest.mark.parametrize(("low", "high", "sign"), [(-10, 0, -1), (0, 10, 1), (-1, 1, None)])
+@pytest.mark.parametrize("direct", [False, True])
+def test_the_limits_of_an_output_tell_its_sign(low, high, sign, direct):
+    blocks = [block("ControlLag", InVar="A.MV"), block("ControlLag", "G", Min_OutVar=low, Max_OutVar=high)]
+    found = codes(changed(PV="F.OutVar * G.OutVar", Direct=direct), blocks=blocks)
+
+    assert ("PID622" in found) == (sign is not None and direct == (sign > 0))
+
+
+@pytest.mark.parametrize(("casc", "sp", "found"), [
+    (True, "0 - A.MV", True), ("UP", "0 - A.MV", False), (False, "A.MV", True), (False, "0 - A.MV", False),
+])  # fmt: skip
+def test_a_slave_that_may_follow_either_set_point_is_judged_by_both(casc, sp, found):
+    blocks = [block("ControlLag", "P2", InVar="B.MV"), block("ControlLag", "P1", InVar="P2.OutVar")]
+    loops = [master("A", "B", PV="P1.OutVar", Direct=True), slave("B", "A", PV="P2.OutVar", CASC=casc, SP=sp)]
+
+    assert ("PID622" in codes(*loops, blocks=blocks)) == found
 
 
 @pytest.mark.parametrize(("mode", "output", "rises"), [
