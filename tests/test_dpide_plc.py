@@ -101,6 +101,7 @@ def test_every_operand_reaches_the_controller():
     assert s.ki == single(single(s.gain * 1.0) / 180.0)
     assert s.kd == single(s.gain * 20.0)
     assert s.lag == single(1.0 / 3.0)
+    assert load(oven(ERR_DBW=-0.1)).cfg[0].band == single(0.1)
 
 
 @pytest.mark.parametrize("name", ["PID_MAN", "MOUT_AUTO", "PID_EQ", "PID_DE", "PID_DIR"])
@@ -231,7 +232,7 @@ def test_what_cannot_be_set_is_refused(key, value, message, cure):
 
 
 @pytest.mark.parametrize(("key", "value", "effect"), [
-    ("SV", 3, None), ("Kc_Kp", -1, "what is below 0 counts as 0"), ("Kc_Kp", 1, None),
+    ("SV", 3, None), ("Kc_Kp", -1, "what is below 0 counts as 0"), ("Kc_Kp", 1, None), ("Kc_Kp", 0, None),
     ("CYCLE", 0, "counts as 1 ms"), ("CYCLE", 50000, "counts as 40000 ms"), ("CYCLE", 250, None),
     ("MV_MAX", 5, "MV_MAX is below MV_MIN: each is taken for the other"), ("MV_MAX", 50, None),
 ])  # fmt: skip
@@ -244,6 +245,7 @@ def test_i_mv_without_an_integral_and_pid_man_in_an_autotune():
     assert rig.set("I_MV", 5) == "the next calculation makes it 0: there is no integral"
     rig.set("PID_MODE", 1)
     assert rig.set("PID_MAN", value=True) == "has no effect while PID_MODE is 1"
+    assert rig.set("SV", 70) is None
 
 
 def test_times_may_carry_a_unit():
