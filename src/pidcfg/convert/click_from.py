@@ -137,7 +137,8 @@ def _derivative_filter(b: Builder, loop: Loop) -> None:
 def _pv(b: Builder, loop: Loop, sample: Decimal) -> None:
     pv = loop.pv
     b.put("pv.range", [number(end) for end in pv.range], "pv.range", assumed=True,
-          note="the range of the instrument: write what the process reaches at 0 and 100 % of the output")  # fmt: skip
+          note="that of the instrument: write what the process reaches at 0 and 100 % of the output")  # fmt: skip
+    b.put("pv.input_range", [number(end) for end in pv.range], "pv.range", "the range of the instrument")
     if pv.unit is not None:
         b.put("pv.unit", pv.unit, "pv.unit")
     if pv.filter:

@@ -135,14 +135,13 @@ def _error(t: Teller, loop: Loop) -> None:
 
 def _pv(t: Teller, loop: Loop) -> None:
     pv = loop.pv
-    t.keep(
-        "pv.range",
-        list(pv.range),
-        "pv.range",
-        list(pv.range),
-        assumed=True,
-        note="the range of the process is taken for that of the instrument; pv.input_range gives the instrument's",
-    )
+    if pv.input_range is None:
+        t.keep("pv.range", list(pv.range), "pv.range", list(pv.range), assumed=True,
+               note="the range of the process is taken for that of the instrument; pv.input_range gives the "
+               "instrument's")  # fmt: skip
+    else:
+        t.keep("pv.input_range", list(pv.input_range), "pv.range", list(pv.input_range))
+        t.lose("pv.range", list(pv.range), "what the process reaches matters to the autotune only")
     if pv.unit is not None:
         t.keep("pv.unit", pv.unit, "pv.unit", pv.unit)
     constant = _active(t, pv, "pv.filter", Decimal(NO_FILTER))

@@ -126,6 +126,8 @@ class Pv(Model):
 
     range: Range
     """PV lower and upper limit (DFn+22, DFn+23): what the process reaches at 0 % and 100 % of the output."""
+    input_range: Range | None = None
+    """What the instrument measures at both ends of its signal, for conversions to controllers that scale by it."""
     unit: Text | None = None
     """Engineering unit, for reports only."""
     filter: Annotated[Integer, FILTER] | None = None
@@ -328,6 +330,8 @@ class PvSettings(Model):
 
     unit: Text | None = None
     """Engineering unit."""
+    input_range: Range | None = None
+    """The range of the instrument."""
 
 
 class LoopSettings(Model):

@@ -106,7 +106,9 @@ def _pv(own: LoopSettings, values: Data, floats: LoopBlock) -> Data:
             f"{own.loop}: the PV's lower limit is not below its upper one ({shown})",
             floats.start + floats.table.offset("pv_lower"),
         )
-    data: Data = {"range": [plain_number(low), plain_number(high)], **present({"unit": own.pv.unit})}
+    data: Data = {"range": [plain_number(low), plain_number(high)]}
+    data |= present({"input_range": own.pv.input_range and [plain_number(end) for end in own.pv.input_range]})
+    data |= present({"unit": own.pv.unit})
     return data | valued(values, "pv.filter")
 
 

@@ -7,11 +7,12 @@ from typing import TYPE_CHECKING, Any
 from pidcfg.encoders.image import Block, Encoding
 from pidcfg.encoders.maps.click import BLOCKS, SPACE, UNUSED
 from pidcfg.encoders.plain import present, switched_on
+from pidcfg.schemas.base import plain_number
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
-    from pidcfg.schemas.click import ClickFile, Loop
+    from pidcfg.schemas.click import ClickFile, Loop, Pv
 
 
 def encode(config: ClickFile) -> Encoding:
@@ -102,8 +103,12 @@ def _settings(loop: Loop) -> Mapping[str, Any]:
         **{key: f"{prefix}{getattr(loop, key)}" for key, (prefix, _) in BLOCKS.items()},
         "mode": loop.mode,
         "action_verified": True if loop.action_verified else None,
-        "pv": {"unit": loop.pv.unit} if loop.pv.unit is not None else None,
+        "pv": _pv_settings(loop.pv) or None,
         "output": present({"unit": loop.output.unit}) | {"pwm": None if pwm is None else {"bit": pwm.bit}},
         "setpoint": False if loop.setpoint.value is None else None,
     }
     return present(entry)
+
+
+def _pv_settings(pv: Pv) -> dict[str, Any]:
+    return present({"unit": pv.unit, "input_range": pv.input_range and [plain_number(end) for end in pv.input_range]})
