@@ -101,7 +101,8 @@ def test_every_operand_reaches_the_controller():
     assert s.ki == single(single(s.gain * 1.0) / 180.0)
     assert s.kd == single(s.gain * 20.0)
     assert s.lag == single(1.0 / 3.0)
-    assert load(oven(ERR_DBW=-0.1)).cfg[0].band == single(0.1)
+    odd = load(oven(ERR_DBW=-0.1, MV_MIN=0.3, MV_MAX=80.1)).cfg[0]
+    assert (odd.band, odd.low, odd.high) == tuple(map(single, (0.1, 0.3, 80.1)))
 
 
 @pytest.mark.parametrize("name", ["PID_MAN", "MOUT_AUTO", "PID_EQ", "PID_DE", "PID_DIR"])
