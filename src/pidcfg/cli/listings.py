@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from pydantic import ValidationError
-
 from pidcfg.encoders.files import kind_of
 from pidcfg.encoders.image import Decoded
 from pidcfg.encoders.listing import Listing, ListingError
+from pidcfg.encoders.plain import read_settings
 from pidcfg.encoders.words import DecodeError
 
 if TYPE_CHECKING:
@@ -73,14 +72,9 @@ def decode_listing(listing: Listing, vendor: Vendor, options: Mapping[str, Any])
     """The configuration that a listing holds; the notes name words that do not come back when it is encoded again."""
     try:
         decoded: Decoded = vendor.load("decode")(listing.words, listing.settings, listing.plc, options)
+        config = read_settings(vendor.model, decoded.data, "the listing gives no configuration")
     except DecodeError as error:
         raise ListingError(str(error), listing.lines.get(error.place or -1, 1)) from None
-    try:
-        config = vendor.model.model_validate(decoded.data)
-    except ValidationError as error:
-        first = error.errors(include_url=False)[0]
-        where = ".".join(str(step) for step in first["loc"])
-        raise ListingError(f"the listing gives no configuration: {where}: {first['msg']}") from None
     again = vendor.encoder(config).image
     return Decoded(decoded.data, (*listing.notes, *decoded.notes, *_differences(listing, again)))
 
