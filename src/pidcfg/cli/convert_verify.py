@@ -17,9 +17,9 @@ from pidcfg.refs import Decision
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
-    from decimal import Decimal
 
     from pidcfg.schemas.generic import Loop
+    from pidcfg.sim.plc import Plc
     from pidcfg.vendors import Vendor
 
 D304 = Decision(
@@ -81,21 +81,23 @@ def plant_of(loop: Loop, other: Loop) -> Plant:
     return Plant(sign * size, time, dead, start - sign * size * middle, start, step)
 
 
-def scenario_of(loops: Sequence[Loop], names: Sequence[str], plants: Sequence[Plant], out: str) -> dict[str, Any]:
-    """The scenario of one side: its loops are called ``names``, its output signal ``out``."""
+def scenario_of(loops: Sequence[Loop], plants: Sequence[Plant], plc: Plc, *, linked: bool) -> dict[str, Any]:
+    """The scenario of one side; ``linked``: slaves of a cascade follow their masters, which then act."""
     longest = max(plant.time for plant in plants)
     data: dict[str, Any] = {"pidcfg": 1, "scenario": "verify", "config": "x.yaml"}
     data["duration"] = round(END * longest, 3)
     data["plants"], data["connect"], data["events"] = [], {}, []
-    for i, (loop, name, plant) in enumerate(zip(loops, names, plants, strict=True)):
-        low, high = loop.output.range
-        share = f"({name}.{out} - {_number(low)}) / {high - low}"
+    for i, (loop, plant) in enumerate(zip(loops, plants, strict=True)):
+        name = loop.name
+        if loop.mode == "manual" or (loop.mode == "cascade" and not linked):
+            data["events"].append({"at": 0, "loop": name, "mode": "auto"})
+        low, high = scale_of(plc, i, loop)
+        share = f"({name}.{plc.out_name} - ({low!r})) / {high - low!r}"
         data["plants"].append({"name": f"Plant{i}", "model": "first_order", "input": share, "gain": plant.gain,
                                "time_constant": plant.time, "dead_time": plant.dead, "load": plant.load,
                                "initial": plant.start})  # fmt: skip
         data["connect"][f"{name}.PV"] = f"Plant{i}"
         data["events"] += [
-            {"at": 0, "loop": name, "mode": "auto"},
             {"at": 0, "loop": name, "set": {"setpoint": plant.start}},
             {"at": round(STEP_AT * longest, 3), "loop": name, "set": {"setpoint": plant.start + plant.step}},
             {"at": round(LOAD_AT * longest, 3), "plant": f"Plant{i}", "disturb": {"load": plant.load - plant.step}},
@@ -103,8 +105,10 @@ def scenario_of(loops: Sequence[Loop], names: Sequence[str], plants: Sequence[Pl
     return data
 
 
-def _number(value: Decimal) -> str:
-    return f"({value})" if value < 0 else str(value)
+def scale_of(plc: Plc, i: int, loop: Loop) -> tuple[float, float]:
+    """What a loop's output signal shows at 0 % and 100 %."""
+    low, high = plc.outputs[i] if plc.outputs else loop.output.range
+    return float(low), float(high)
 
 
 def trend_of(vendor: Vendor, image: Any, data: dict[str, Any]) -> dict[str, list[float]]:
@@ -136,37 +140,51 @@ def at_times(column: list[float], own: list[float], wanted: list[float]) -> list
 
 
 def verify(source: tuple[Vendor, Any, Any], target: tuple[Vendor, Any, Any]) -> list[Verified]:
-    """Each side is a vendor, a configuration and its image; the loops stand in the same order on both."""
+    """Each side is a vendor, a configuration and its image; the loops stand in the same order on both.
+
+    Loops run by themselves; a cascade runs once more with its slaves linked, since masters wait for them, and in some
+    PLCs a link cannot be cut.
+    """
     from pidcfg.convert.pipeline import neutral_loops
 
     sides = [(vendor, neutral_loops(config, vendor)[0].loops, image) for vendor, config, image in (source, target)]
     plants = [plant_of(mine, theirs) for mine, theirs in zip(sides[0][1], sides[1][1], strict=True)]
-    trends, names, outs = [], [], []
-    for vendor, loops, image in sides:
-        called = [loop.name for loop in loops]
-        out = import_module(vendor.controller.partition(":")[0]).load(image).out_name
-        trends.append(trend_of(vendor, image, scenario_of(loops, called, plants, out)))
-        names.append(called)
-        outs.append(out)
-    longest = max(plant.time for plant in plants)
-    times = [longest * (SETTLED + (END - SETTLED) * i / POINTS) for i in range(POINTS)]
+    masters = {loop.setpoint.source for loop in sides[0][1]} - {None}
+    runs = [
+        [_run(*side, plants, linked=linked) for side in sides] for linked in ((False, True) if masters else (False,))
+    ]
     found = []
-    for i, (loop, other, plant) in enumerate(zip(sides[0][1], sides[1][1], plants, strict=True)):
-        pvs, outputs = [], []
-        for side, (trend, mine) in enumerate(zip(trends, (loop, other), strict=True)):
-            own, name = trend["time"], names[side][i]
-            pvs.append(at_times(trend[f"{name}.PV"], own, times))
-            low, high = (float(end) for end in mine.output.range)
-            column = at_times(trend[f"{name}.{outs[side]}"], own, times)
-            outputs.append([(value - low) / (high - low) for value in column])
-        found.append(_compared(loop, plant, longest, times, pvs, outputs))
+    for i, (loop, other) in enumerate(zip(*(loops for _, loops, _ in sides), strict=True)):
+        together = loop.name in masters or (loop.setpoint.source and other.setpoint.source)
+        trends = runs[-1 if together else 0]
+        found.append(_compared(loop, plants[i], max(p.time for p in plants), [trend[i] for trend in trends]))
     return found
 
 
-def _compared(
-    loop: Loop, plant: Plant, longest: float, times: list[float], pvs: list[list[float]], outputs: list[list[float]]
-) -> Verified:
+def _run(
+    vendor: Vendor, loops: Sequence[Loop], image: Any, plants: Sequence[Plant], *, linked: bool
+) -> list[tuple[list[float], list[float]]]:
+    """PV and share of the output of each loop of one side, at the times that are compared."""
+    plc: Plc = import_module(vendor.controller.partition(":")[0]).load(image)
+    trend = trend_of(vendor, image, scenario_of(loops, plants, plc, linked=linked))
+    times = times_of(max(plant.time for plant in plants))
+    found = []
+    for i, loop in enumerate(loops):
+        low, high = scale_of(plc, i, loop)
+        column = at_times(trend[f"{loop.name}.{plc.out_name}"], trend["time"], times)
+        pv = at_times(trend[f"{loop.name}.PV"], trend["time"], times)
+        found.append((pv, [(value - low) / (high - low) for value in column]))
+    return found
+
+
+def times_of(longest: float) -> list[float]:
+    """When both sides are compared."""
+    return [longest * (SETTLED + (END - SETTLED) * i / POINTS) for i in range(POINTS)]
+
+
+def _compared(loop: Loop, plant: Plant, longest: float, sides: list[tuple[list[float], list[float]]]) -> Verified:
     """One loop's two sides."""
+    times, (pvs, outputs) = times_of(longest), zip(*sides, strict=True)
     span = float(loop.pv.range[1] - loop.pv.range[0])
     setpoints = [plant.start + (plant.step if time >= STEP_AT * longest else 0.0) for time in times]
     iae = [sum(abs(sp - pv) for sp, pv in zip(setpoints, side, strict=True)) for side in pvs]

@@ -217,7 +217,8 @@ def _puts(loop: Loop) -> list[Put]:
         Put("PID_EQ", "tuning.proportional", form), Put("Ti_Ki", "tuning.integral_time"),
         Put("Td_Kd", "tuning.derivative_time"), Put("PID_DE", "tuning.derivative_on"),
         Put("Tf", "tuning.derivative_filter"), Put("MV_MIN", "output.limits.0"), Put("MV_MAX", "output.limits.1"),
-        Put("output.range", "output.range"), Put("BIAS", "output.bias"), Put("PID_MODE", "anti_windup", windup),
+        Put("output.range", "output.range"), Put("pv.range", "pv.range"), Put("BIAS", "output.bias"),
+        Put("PID_MODE", "anti_windup", windup),
         Put("PID_MAN", "mode", "link the loops in the program" if loop.mode == "cascade" else ""),
         Put("MOUT", "output.manual"), Put("pv.unit", "pv.unit"), Put("output.unit", "output.unit"),
     ]  # fmt: skip

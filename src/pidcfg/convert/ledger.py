@@ -105,6 +105,10 @@ class Stored:
     note: str = ""
 
 
+CARRIED = ("name", "description")
+"""What goes with every loop, without a word from the adapters."""
+
+
 def changes(
     said: list[Said], puts: list[Put], stored: Mapping[str, Stored], idle: Callable[[str], bool] = lambda _: False
 ) -> Iterator[Change]:
@@ -116,12 +120,13 @@ def changes(
     for put in puts:
         by_neutral.setdefault(put.of or "", []).append(put)
     for entry in said:
-        yield from _of_field(entry, by_neutral, stored, idle)
+        if entry.field not in CARRIED or entry.field in by_neutral:
+            yield from _of_field(entry, by_neutral, stored, idle)
     spoken = {name for entry in said for name in entry.to}
     for name, found in by_neutral.items():
-        if not any(_same(name, other) for other in spoken):
+        if not any(_same(name, other) for other in spoken) and name not in CARRIED:
             for put in found:
-                if put.field:
+                if put.field and not (put.of is not None and idle(put.of)):
                     held = stored.get(put.field, Stored(None))
                     note = "; ".join(text for text in (put.note, held.note) if text)
                     kind = _worst("assumed", held.kind, _own(put))

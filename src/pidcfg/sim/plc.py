@@ -46,6 +46,8 @@ class Plc(Protocol):
     """In the order of ``cfg`` and ``st``."""
     scales: Sequence[tuple[float, float, int]]
     """For each loop its PV at 0 % and 100 % in engineering units, and the counts between."""
+    outputs: Sequence[tuple[float, float]]
+    """For each loop the value of its output signal at 0 % and 100 %; empty where the configuration's range says it."""
     rises: Sequence[bool]
     """For each loop whether its action takes for granted that the PV rises with the output."""
     pulses: Sequence[str]
@@ -140,6 +142,7 @@ class LoopsOnly:
 
     inputs: Mapping[str, int] = {}
     wired: Collection[str] = ()
+    outputs: Sequence[tuple[float, float]] = ()
 
     @staticmethod
     def check_input(name: str, _value: object) -> float:

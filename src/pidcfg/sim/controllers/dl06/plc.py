@@ -68,6 +68,11 @@ class Dl06(Memory, LoopsOnly):
     # --- the CPU -----------------------------------------------------------------------------------------------------
 
     @property
+    def outputs(self) -> list[tuple[float, float]]:  # type: ignore[override]  # read only here
+        """What the output shows at 0 % and 100 %: engineering units, counts without a range."""
+        return [(c.out_low, c.out_low + c.out_width) for c in self.cfg]
+
+    @property
     def rises(self) -> list[bool]:
         """Direct action: the PV rises with the output."""
         return [not c.reverse for c in self.cfg]

@@ -59,6 +59,11 @@ class Ezlogix(Memory, LoopsOnly):
         self.scales = [(c.pv_low, c.pv_low + c.pv_width, int(c.pv_span)) for c in self.cfg]
 
     @property
+    def outputs(self) -> list[tuple[float, float]]:  # type: ignore[override]  # read only here
+        """What the output shows at 0 % and 100 %: engineering units, counts without a range."""
+        return [(c.out_low, c.out_low + c.out_width) for c in self.cfg]
+
+    @property
     def rises(self) -> list[bool]:
         """Reverse controller action: the PV rises with the CV."""
         return [not c.direct for c in self.cfg]

@@ -38,6 +38,7 @@ class Nextopid(Memory):
 
     out_name = "MV"
     pulses: Sequence[str] = ()
+    outputs: Sequence[tuple[float, float]] = ()
     word_of_flags = "{}"
     modes = tuple(MODES)
     options: Sequence[str] = ()
