@@ -153,6 +153,15 @@ def test_an_interval_that_is_no_multiple_is_refused():
     assert "PIC_Cycle : UDINT;" in written(changed(sample_time=6553.6))
 
 
+def test_a_call_says_what_it_reads_of_the_previous_cycle():
+    lines = written(changed(BIAS="PIC.MV / 2 + PIC.SP", SP_CASC="HEAT.SP", MaxVarMV="FIC.SP")).splitlines()
+    at = next(i for i, line in enumerate(lines) if line.startswith("PIC("))
+    assert lines[at - 1] == "(* of the previous cycle: SEL.MV, SEL.OVERR1, PIC.MV *)"
+    found = read_st("\n".join(lines))
+    assert found.words["PIC.BIAS"] == Wire("PIC.MV / 2 + PIC.SP")
+    assert not found.notes
+
+
 def test_nothing_in_a_text_ends_a_comment():
     text = written(changed(description="*) (* *) // {x} 'y\u2028", pv={"unit": "(**)"}))
     comments = tokens_of(text)[1]
