@@ -183,3 +183,21 @@ def test_no_text_brings_anything_but_a_value_or_an_expression_error(text):
         offset = 0
         assert math.isfinite(value_and_fault(text)[0])
     assert 0 <= offset <= len(text)
+
+
+@pytest.mark.parametrize(
+    ("text", "fault"),
+    [
+        ("1 / 0", "division by zero"),
+        ("A / (2 - 2)", "division by zero"),
+        ("sqrt(-1)", "square root of a negative number"),
+        ("sqrt(min(A, -1) * 0 - 1)", None),
+        ("A / (A - A)", None),
+        ("sqrt(abs(-4)) + max(1, 2) / min(3, 4)", None),
+    ],
+)
+def test_an_expression_that_can_never_have_a_value_is_known_before_it_runs(text, fault):
+    from pidcfg.schemas.expressions import never_a_value
+
+    found = never_a_value(parse(text, {"A": 0}))
+    assert found is None if fault is None else fault in found

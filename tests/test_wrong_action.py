@@ -7,8 +7,8 @@ import pytest
 from pidcfg.cli.simulate import simulate_document
 from pidcfg.limits import DEFAULT
 from pidcfg.sim.feedback import answer, wrong_actions
-from pidcfg.sim.network import initial_values, rest
 from pidcfg.sim.prepare import prepare
+from pidcfg.sim.rest import initial_values, rest
 from pidcfg.sim.run import Settings
 from pidcfg.source import read_document
 from scenario_rig import Controller, scenario

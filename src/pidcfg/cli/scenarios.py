@@ -15,8 +15,8 @@ from pidcfg.encoders.words import DecodeError
 from pidcfg.schemas.scenario import Scenario
 from pidcfg.schemas.scenario_fields import whole
 from pidcfg.sim.feedback import wrong_actions
-from pidcfg.sim.network import initial_values, rest
 from pidcfg.sim.prepare import options, prepare
+from pidcfg.sim.rest import initial_values, rest
 from pidcfg.source import read_document
 from pidcfg.validate.codes import SCENARIO_KINDS, UNUSABLE
 from pidcfg.validate.engine import check_document, is_scenario

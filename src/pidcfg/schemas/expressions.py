@@ -7,6 +7,8 @@ which constant or signal; `pidcfg.sim.expressions.evaluate` walks them.
 
 from __future__ import annotations
 
+import math
+import operator
 import re
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
@@ -220,3 +222,28 @@ class _Parser:
     def here(self) -> str:
         """What stands here, for a message."""
         return repr(self.text[self.at]) if self.at < len(self.text) else "the end"
+
+
+def never_a_value(expression: Expression) -> str | None:
+    """Why an expression can have no value whatever its signals are: a division by 0, the root of a negative number."""
+    known: list[float | None] = []
+    for op, operand in zip(expression.code[::2], expression.code[1::2], strict=True):
+        if op in (CONSTANT, SIGNAL):
+            known.append(expression.constants[operand] if op == CONSTANT else None)
+            continue
+        right = known.pop()
+        if op == DIVIDE and right == 0:
+            return "division by zero"
+        if op == ROOT and right is not None and right < 0:
+            return "the square root of a negative number"
+        if op in ONE_OPERAND:
+            known.append(None if right is None else ONE_OPERAND[op](right))
+        else:
+            left = known.pop()
+            known.append(None if left is None or right is None else TWO_OPERANDS[op](left, right))
+    return None
+
+
+ONE_OPERAND = {NEGATE: operator.neg, ABSOLUTE: abs, ROOT: math.sqrt}
+TWO_OPERANDS = {ADD: operator.add, SUBTRACT: operator.sub, MULTIPLY: operator.mul, DIVIDE: operator.truediv,
+                MINIMUM: min, MAXIMUM: max}  # fmt: skip

@@ -11,10 +11,10 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from pidcfg.schemas.expressions import Expression, ExpressionError, parse
-from pidcfg.sim.expressions import Pool, evaluate
+from pidcfg.sim.expressions import Pool
 from pidcfg.sim.kernel import Channel
 from pidcfg.sim.parameters import numbers_of, set_parameters
-from pidcfg.sim.plants import MODELS, Plant, settle_at
+from pidcfg.sim.plants import MODELS, Plant
 from pidcfg.sim.plc import TICKS, Plc
 from pidcfg.sim.problems import Problem, Route, unknown
 
@@ -290,21 +290,3 @@ def _steps(time: Decimal, step: int) -> tuple[int, bool]:
     exact = time * TICKS / step
     whole = round(exact) if exact < MAX_DELAY * 2 else MAX_DELAY * 2
     return whole, whole != exact
-
-
-def rest(net: Network, initial: Sequence[float | None]) -> None:
-    """Every plant at rest at its initial value (by plant; None: where its input holds it), in order of dependence."""
-    stack = net.pool.stack()
-    for plant, value in zip(net.plants, initial, strict=True):
-        if plant.source >= 0:
-            u = net.sig[plant.source]
-        else:
-            u = evaluate(net.pool.code, net.pool.constants, plant.first, plant.last, net.sig, stack)
-        settle_at(plant, value, u, net.delay)
-        net.sig[plant.slot] = net.sig[plant.measured] = plant.y
-
-
-def initial_values(net: Network) -> list[float | None]:
-    """The initial values as the scenario gives them, in the order of the plants."""
-    given = [net.texts[name][1].initial for name in net.plant_of]
-    return [None if value is None else float(value) for value in given]

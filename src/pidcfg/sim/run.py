@@ -19,11 +19,11 @@ from pidcfg.sim.expressions import FAULTS
 from pidcfg.sim.feedback import wrong_actions
 from pidcfg.sim.journal import Journal
 from pidcfg.sim.metrics import DEFAULT_BAND, Band, Gauge, Meter, begin, loop_metrics
-from pidcfg.sim.network import initial_values, rest
 from pidcfg.sim.plc import TICKS, Controller, Plc
 from pidcfg.sim.prepare import base_step, misses, prepare, uneven
 from pidcfg.sim.problems import Problem
 from pidcfg.sim.report import Note, Range, Report, ScanTime, rounded
+from pidcfg.sim.rest import initial_values, rest
 from pidcfg.sim.steady import UnsteadyError, settle
 from pidcfg.sim.trace import Sink, Trend
 

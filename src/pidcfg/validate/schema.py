@@ -22,6 +22,8 @@ KINDS = {
     "list_type": "a list",
     "dict_type": "a mapping of keys",
 }
+OF_A_KEY = "[key]"
+"""pydantic's last step where the key itself is wrong."""
 UNION_KEY = "type"
 """The key that says which of several models an item of a list is."""
 UNION_KINDS = {"union_tag_invalid": "literal_error", "union_tag_not_found": "missing"}
@@ -71,7 +73,7 @@ def _no_value(doc: Document, path: Path) -> Diagnostic:
 
 
 def _diagnostic(error: Any, model: type[BaseModel], doc: Document) -> Diagnostic:
-    place: Path = tuple(error["loc"])
+    place: Path = tuple(step for step in error["loc"] if step != OF_A_KEY)
     kind = error["type"]
     if kind in UNION_KINDS and not isinstance(error["input"], dict):
         kind = "model_type"
@@ -80,7 +82,7 @@ def _diagnostic(error: Any, model: type[BaseModel], doc: Document) -> Diagnostic
     path = written(place, doc.data)
     code = "PID030" if path == ("pidcfg",) else BY_KIND.get(kind, OTHER_KIND)
     message, cure = _wording({**error, "type": kind, "loc": place}, path, model)
-    span = doc.locate(path, key=kind in {"missing", "extra_forbidden"})
+    span = doc.locate(path, key=kind in {"missing", "extra_forbidden"} or OF_A_KEY in error["loc"])
     return Diagnostic(code, Severity.ERROR, message, doc.file, span, path, loop=loop_name(doc, path), help=cure)
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from decimal import Decimal
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, cast
 
@@ -49,10 +50,10 @@ class Placed:
         """Whether it stands among the loops."""
         return self.place[0] == "loops"
 
-    @property
-    def is_no_delay(self) -> bool:
-        """Whether it is a delay of 0 s."""
-        return self.kind.name == "ControlDelay" and getattr(self.item, "DelayTime", None) == 0
+    def is_no_delay(self, sample_time: Decimal) -> bool:
+        """Whether it is a delay of no whole sample."""
+        time = getattr(self.item, "DelayTime", None)
+        return self.kind.name == "ControlDelay" and isinstance(time, Decimal) and 2 * time <= sample_time
 
     def given(self) -> Iterator[tuple[Parameter, Any]]:
         """Its inputs with what the file says or the default is; those that are left to the program around have none."""
@@ -79,13 +80,17 @@ class NextopidEncoding:
     items: tuple[Placed, ...]
     layout: Layout
     wires: Wires
+    sample_time: Decimal
+    """Interval of the task in s."""
     misfits: tuple[tuple[Route, Misfit], ...]
     rounded: tuple[tuple[Route, Rounded], ...] = ()
 
     @property
     def rings(self) -> list[list[int]]:
         """Numbers of items that form a ring without a delay."""
-        passing = {i for i, own in enumerate(self.items) if own.kind.name in PASSES or own.is_no_delay}
+        passing = {
+            i for i, own in enumerate(self.items) if own.kind.name in PASSES or own.is_no_delay(self.sample_time)
+        }
         return list(self.layout.rings(self.wires, passing))
 
     @cached_property
@@ -116,7 +121,7 @@ def encode(config: NextopidFile) -> NextopidEncoding:
     misfits += _own_wires(layout, wires, items)
     settings = tuple(_settings(own) for own in items)
     image = Program("nextopid", tuple(entries), settings, _plc_settings(config))
-    return NextopidEncoding(image, tuple(items), layout, wires, tuple(misfits))
+    return NextopidEncoding(image, tuple(items), layout, wires, config.plc.sample_time, tuple(misfits))
 
 
 def _stored(row: Parameter, value: Any, place: Route, misfits: list[tuple[Route, Misfit]]) -> Content:

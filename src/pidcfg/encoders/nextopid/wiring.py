@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from pidcfg.encoders.maps.nextopid import LOOP_TYPES
 from pidcfg.refs import Decision
-from pidcfg.schemas.expressions import SIGNAL, Expression, ExpressionError, lengths_of, parse
+from pidcfg.schemas.expressions import SIGNAL, Expression, ExpressionError, lengths_of, never_a_value, parse
 from pidcfg.schemas.names import nearest
 
 if TYPE_CHECKING:
@@ -122,6 +122,9 @@ class Layout:
         if kind.kind == "bool":
             return self._read_bool(text)
         expression = parse(text, self.numbers, self._lengths)
+        fault = never_a_value(expression)
+        if fault is not None:
+            raise ExpressionError(f"{fault}: {text!r} has no value", 0, "correct the numbers")
         names = [self._names[number] for number in expression.signals]
         wrong = {name for name in names if self.types[name].kind not in {"real", "whole"}}
         for found in NAMED.finditer(text):
