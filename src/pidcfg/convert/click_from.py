@@ -112,8 +112,7 @@ def _tuning(b: Builder, loop: Loop) -> None:
 def _smallest_gain(gain: Decimal, reset: Decimal, rate: Decimal) -> Decimal:
     """The smallest gain with which integral and derivative keep their strength (D288)."""
     for_reset = quotient(product(gain, LEAST_RESET), reset) if reset else ZERO
-    for_rate = quotient(product(gain, rate), MOST_RATE)
-    return min(gain, max(LEAST_GAIN, for_reset, for_rate))
+    return max(LEAST_GAIN, for_reset, quotient(product(gain, rate), MOST_RATE))
 
 
 def _derivative_filter(b: Builder, loop: Loop) -> None:

@@ -141,7 +141,10 @@ def _pv(t: Teller, loop: Loop) -> None:
                "instrument's")  # fmt: skip
     else:
         t.keep("pv.input_range", list(pv.input_range), "pv.range", list(pv.input_range))
-        t.lose("pv.range", list(pv.range), "what the process reaches matters to the autotune only")
+        if pv.range == pv.input_range:
+            t.say("pv.range", list(pv.range), "pv.range")
+        else:
+            t.lose("pv.range", list(pv.range), "what the process reaches matters to the autotune only")
     if pv.unit is not None:
         t.keep("pv.unit", pv.unit, "pv.unit", pv.unit)
     constant = _active(t, pv, "pv.filter", Decimal(NO_FILTER))

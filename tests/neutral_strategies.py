@@ -1,0 +1,78 @@
+"""Random neutral loops for property tests: what any controller may have."""
+
+from __future__ import annotations
+
+from hypothesis import strategies as st
+
+from pidcfg.schemas.generic import GenericFile
+
+
+def part(**keys: st.SearchStrategy) -> st.SearchStrategy:
+    """A section whose keys may be missing."""
+    return st.fixed_dictionaries({}, optional=keys)
+
+
+@st.composite
+def within(draw, low: float, high: float) -> float:
+    """A value between two ends, with few digits."""
+    return round(low + (high - low) * draw(st.integers(0, 100)) / 100, 6)
+
+
+@st.composite
+def pairs(draw, low: float, high: float) -> tuple[float, float]:
+    """Two ascending values between two ends."""
+    first, second = sorted(draw(st.lists(st.integers(0, 100), min_size=2, max_size=2, unique=True)))
+    return tuple(round(low + (high - low) * share / 100, 6) for share in (first, second))
+
+
+@st.composite
+def alarms(draw, low: float, high: float):
+    """Points in order, each of which may be missing."""
+    shares = sorted(draw(st.lists(st.integers(1, 99), min_size=4, max_size=4, unique=True)))
+    names = draw(st.sets(st.sampled_from(["low_low", "low", "high", "high_high"])))
+    points = dict(zip(("low_low", "low", "high", "high_high"), shares, strict=True))
+    width = high - low
+    deviation = part(high=within(0.01 * width, 0.1 * width), high_high=within(0.2 * width, 0.3 * width))
+    return {
+        "pv": {name: round(low + width * points[name] / 100, 6) for name in names},
+        "deviation": draw(deviation),
+        **draw(part(rate_of_change=within(0.01 * width, width), hysteresis=within(0, 0.02 * width))),
+    }
+
+
+@st.composite
+def neutral_loops(draw, index: int):
+    """One loop whose gains and times any controller can hold."""
+    low, high = draw(st.sampled_from([(0, 100), (-50, 150), (0, 400), (20, 21), (-328, 1562)]))
+    out_low, out_high = draw(st.sampled_from([(0, 100), (4, 20), (-10, 10), (0, 3000)]))
+    share = (out_high - out_low) / (high - low)
+    tuning = {
+        "gain": round(share * draw(st.integers(10, 4000)) / 100, 9),
+        "integral_time": draw(st.just(0) | st.integers(1, 5000)),
+        "derivative_time": draw(st.just(0) | st.integers(1, 50)),
+        "proportional": draw(st.booleans()), "derivative_on": draw(st.sampled_from(["pv", "error"])),
+        "derivative_filter": draw(st.just(0) | st.decimals("0.1", 5, places=1)),
+    }  # fmt: skip
+    return {
+        "name": f"L{index}", "mode": draw(st.sampled_from(["manual", "auto"])), "output_raises_pv": draw(st.booleans()),
+        "sample_time": draw(st.decimals("0.1", 20, places=1)), "tuning": tuning,
+        "pv": {"range": (low, high), **draw(part(unit=st.just("degC"), filter=st.decimals(0, 10, places=1),
+                                                  square_root=st.booleans()))},
+        "setpoint": draw(part(value=within(low, high), limits=pairs(low, high))),
+        "output": {"range": (out_low, out_high), **draw(part(
+            unit=st.just("%"), limits=pairs(out_low, out_high), bias=within(out_low, out_high),
+            manual=within(out_low, out_high), max_rate=st.integers(1, 50),
+            pulse=st.fixed_dictionaries({"period": st.integers(1, 600)}, optional={"min_on": st.integers(0, 1)})))},
+        "deadband": draw(within(0, 0.02 * (high - low))), "anti_windup": draw(st.booleans()),
+        "alarms": draw(alarms(low, high)),
+    }  # fmt: skip
+
+
+@st.composite
+def neutral_files(draw) -> GenericFile:
+    """Up to three loops, of which a later one may take its set point from an earlier one."""
+    loops = [draw(neutral_loops(i)) for i in range(draw(st.integers(1, 3)))]
+    for i, loop in enumerate(loops[1:]):
+        if draw(st.booleans()):
+            loop["setpoint"]["source"] = f"L{i}"
+    return GenericFile.model_validate({"pidcfg": 1, "vendor": "generic", "loops": loops})

@@ -1,0 +1,570 @@
+"""CLICK loops to the neutral loop and back: the action, gains in % per unit, off codes, filters, alarms in groups."""
+
+from __future__ import annotations
+
+from decimal import Decimal
+
+import pytest
+from hypothesis import HealthCheck, assume, given, settings
+from hypothesis import strategies as st
+from pydantic import BaseModel
+
+from click_strategies import configurations
+from neutral_strategies import neutral_files
+from pidcfg.convert.click import NOTHING_LOST, from_neutral, to_neutral
+from pidcfg.convert.pipeline import ConvertError, Stored, _settled, convert
+from pidcfg.diagnostics import Severity
+from pidcfg.encoders.click.encode import encode
+from pidcfg.schemas.click import ClickFile, Loop
+from pidcfg.schemas.generic import GenericFile
+from pidcfg.source import read_document
+from pidcfg.validate.engine import check_document
+from pidcfg.vendors import VENDORS
+from pidcfg.writer import yaml_text
+
+CLICK = VENDORS["click"]
+PLAIN = {
+    "name": "L1", "bits": "C1", "integers": "DS1", "floats": "DF1", "mode": "auto", "action": "direct",
+    "sample_rate": "500 ms", "bumpless": 2, "freeze_bias": True,
+    "tuning": {"proportional_gain": 2.5, "reset_time": 30},
+    "pv": {"range": [0, 200], "input_range": [0, 200]}, "setpoint": {"value": 50},
+}  # fmt: skip
+NEUTRAL = {
+    "name": "L1", "output_raises_pv": True, "sample_time": 0.5, "tuning": {"gain": 0.5, "integral_time": 30},
+    "pv": {"range": [0, 200]}, "setpoint": {"value": 50}, "output": {"range": [0, 50]},
+}  # fmt: skip
+EVERYTHING = PLAIN | {
+    "description": "A tank", "action_verified": True, "bumpless": 1,
+    "tuning": {"proportional_gain": 2.5, "reset_time": 30, "derivative_gain": 4},
+    "derivative_gain_limit": 10, "derivative_gain_limit_enabled": True,
+    "pv": {"range": [0, 200], "input_range": [-100, 500], "unit": "degC", "filter": 80, "filter_enabled": True},
+    "setpoint": {"value": 50, "lower_limit": 10, "lower_limit_enabled": True, "upper_limit": 90,
+                 "upper_limit_enabled": True},
+    "output": {"limits": [5, 95], "unit": "%", "pwm": {"bit": "Y002", "period": 20}},
+    "error": {"curve": "squared", "deadband": 4, "deadband_enabled": True},
+    "alarms": {"pv": {"low_low": 5, "low": 10, "high": 150, "high_high": 190, "enabled": True},
+               "deviation": {"high": 5, "high_high": 10, "enabled": True},
+               "rate_of_change": 2, "rate_of_change_enabled": True, "hysteresis": 1},
+    "autotune": {"method": "closed", "type": "PI", "hysteresis": 3},
+    "state": {"bias": 20, "output": 30, "raw_pv": 40, "pv": 41},
+}  # fmt: skip
+
+
+def click(*loops: dict) -> ClickFile:
+    """A CLICK file of loops that differ from a plain one; a section is merged with that of the plain one."""
+    entries = [merged({**PLAIN, "name": f"L{i}", "bits": f"C{40 * i}", "integers": f"DS{15 * i}",
+                       "floats": f"DF{25 * i}"}, loop) for i, loop in enumerate(loops, start=1)]  # fmt: skip
+    return ClickFile.model_validate({"pidcfg": 1, "vendor": "click", "loops": entries})
+
+
+def merged(below: dict, above: dict) -> dict:
+    """A mapping with another one on top of it."""
+    both = {k: merged(below[k], v) for k, v in above.items() if isinstance(v, dict) and isinstance(below.get(k), dict)}
+    return {**below, **above, **both}
+
+
+def generic(*loops: dict) -> GenericFile:
+    """A neutral file of loops that differ from a plain one."""
+    entries = [merged({**NEUTRAL, "name": f"L{i}"}, loop) for i, loop in enumerate(loops, start=1)]
+    return GenericFile.model_validate({"pidcfg": 1, "vendor": "generic", "loops": entries})
+
+
+def neutral(loop: dict):
+    """The neutral loop of a CLICK loop."""
+    found = to_neutral(click(loop))[0]
+    assert found.missing == []
+    return GenericFile.model_validate({"pidcfg": 1, "vendor": "generic", "loops": [found.loop]}).loops[0]
+
+
+def lost(loop: dict) -> dict[str, str]:
+    """What a CLICK loop loses, by field, with the advice."""
+    return {said.field: said.note for said in to_neutral(click(loop))[0].said if not said.to}
+
+
+def one(loop: dict, **options) -> Loop:
+    """The CLICK loop of a neutral one."""
+    return ClickFile.model_validate(from_neutral(generic(loop), options).data).loops[0]
+
+
+def puts(loop: dict) -> list:
+    """What became of each neutral field."""
+    return from_neutral(generic(loop), {}).puts[0]
+
+
+def dropped(loop: dict) -> dict[str, str]:
+    """The neutral fields that find no place, with the advice."""
+    return {put.of: put.note for put in puts(loop) if not put.field}
+
+
+# --- action and gains ------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("action", "raises"), [("direct", True), ("reverse", False)])
+def test_the_action_is_that_of_the_process(action, raises):
+    assert neutral({"action": action}).output_raises_pv is raises
+    assert one({"output_raises_pv": raises}).action == action
+    assert one({"output_raises_pv": raises}).action_verified is False
+
+
+def test_the_gain_is_in_per_cent_of_the_output_per_unit_of_the_pv():
+    loop = neutral({"tuning": {"proportional_gain": 2.4}})
+    assert loop.tuning.gain == Decimal("2.4")
+    assert loop.output.range == (0, 100)
+
+
+@pytest.mark.parametrize(("span", "gain"), [([0, 100], "0.5"), ([0, 50], "1"), ([4, 20], "3.125"), ([-10, 10], "2.5")])
+def test_a_gain_in_output_units_becomes_one_in_per_cent(span, gain):
+    assert one({"output": {"range": span}}).tuning.proportional_gain == Decimal(gain)
+
+
+@pytest.mark.parametrize(("reset", "integral"), [(6000, 0), (5999, 5999), (1200, 1200), (0.01, "0.01")])
+def test_only_the_longest_reset_time_is_no_integral(reset, integral):
+    assert neutral({"tuning": {"reset_time": reset}}).tuning.integral_time == Decimal(integral)
+    assert one({"tuning": {"integral_time": Decimal(integral)}}).tuning.reset_time == Decimal(str(reset))
+
+
+def stored(loop: dict) -> dict[str, Stored]:
+    """What the registers hold of each field of a converted loop."""
+    return _settled(from_neutral(generic(loop), {}), CLICK)[0]
+
+
+def test_values_beyond_what_the_registers_take_are_clamped():
+    found = stored({"tuning": {"gain": 9000, "integral_time": 9000, "derivative_time": 7000}})
+    held = {key: (found[f"tuning.{key}"].kind, found[f"tuning.{key}"].value) for key in
+            ("proportional_gain", "reset_time", "derivative_gain")}  # fmt: skip
+    assert held == {"proportional_gain": ("clamped", 10000), "reset_time": ("clamped", 6000),
+                    "derivative_gain": ("clamped", 6000)}  # fmt: skip
+
+
+def test_whole_numbers_and_milliseconds_are_rounded_with_their_error():
+    found = stored({"sample_time": Decimal("0.1234"), "pv": {"filter": Decimal("0.3")},
+                    "tuning": {"derivative_time": 4, "derivative_filter": Decimal("0.39")}})  # fmt: skip
+    assert (found["sample_rate"].kind, found["sample_rate"].value) == ("rounded", "123 ms")
+    assert found["sample_rate"].error_percent == pytest.approx(100 * 0.4 / 123.4)
+    assert (found["pv.filter"].kind, found["pv.filter"].value) == ("rounded", 34)  # 1 - exp(-0.41) = 33.6 %
+    assert (found["derivative_gain_limit"].kind, found["derivative_gain_limit"].value) == ("rounded", 10)
+
+
+@pytest.mark.parametrize(("integral", "derivative"), [(100, 0), (0, 20), (50, 8), (0.5, 400)])
+def test_without_a_proportional_action_the_gain_shrinks_and_the_others_act_as_before(integral, derivative):
+    tuning = {"gain": 2, "integral_time": integral, "derivative_time": derivative, "proportional": False}
+    loop = one({"tuning": tuning, "output": {"range": [0, 100]}})
+    gain, reset, rate = loop.tuning.proportional_gain, loop.tuning.reset_time, loop.tuning.derivative_gain
+    assert Decimal("0.01") <= gain < Decimal("0.2")
+    assert Decimal("0.01") <= reset <= 6000
+    assert rate <= 6000
+    assert float(gain * rate) == pytest.approx(2 * derivative)
+    assert reset == 6000 if not integral else float(gain / reset) == pytest.approx(2 / integral)
+    assert "tuning.proportional" in dropped({"tuning": tuning})
+
+
+# --- derivative and filters ------------------------------------------------------------------------------------------
+
+
+def test_the_derivative_acts_on_the_error():
+    assert neutral({"tuning": {"derivative_gain": 4}}).tuning.derivative_on == "error"
+    assert "tuning.derivative_on" in dropped({"tuning": {"derivative_time": 4}})
+    assert "tuning.derivative_on" not in dropped({"tuning": {"derivative_time": 4, "derivative_on": "error"}})
+    assert "tuning.derivative_on" not in dropped({"tuning": {"derivative_on": "pv"}})
+
+
+@pytest.mark.parametrize(("limit", "constant", "derivative"), [(10, "0.4", 4), (100, "0", 4), (0, "0", 0)])
+def test_the_derivative_gain_limit_is_the_time_constant_of_a_filter(limit, constant, derivative):
+    found = neutral({"tuning": {"derivative_gain": 4}, "derivative_gain_limit": limit}).tuning
+    assert (found.derivative_filter, found.derivative_time) == (Decimal(constant), derivative)
+
+
+def test_a_limit_that_limits_nothing_is_told():
+    assert "derivative_gain_limit" in lost({"derivative_gain_limit": 10})
+    off = {"tuning": {"derivative_gain": 4}, "derivative_gain_limit": 10, "derivative_gain_limit_enabled": False}
+    assert "switched off" in lost(off)["derivative_gain_limit"]
+    assert neutral(off).tuning.derivative_filter == 0
+    assert (
+        "switches the derivative off"
+        in lost({"tuning": {"derivative_gain": 4}, "derivative_gain_limit_enabled": True})["tuning.derivative_gain"]
+    )
+
+
+@pytest.mark.parametrize(("constant", "limit"), [("0.4", 10), ("4", 1), ("20", 1), ("0.05", 80), ("0.04", None)])
+def test_a_derivative_filter_becomes_a_limit_of_its_gain(constant, limit):
+    tuning = {"derivative_time": 4, "derivative_filter": Decimal(constant)}
+    assert one({"tuning": tuning}).derivative_gain_limit == limit
+    assert ("tuning.derivative_filter" in dropped({"tuning": tuning})) == (limit is None)
+
+
+def test_a_filter_longer_than_the_derivative_is_clamped_and_one_between_whole_limits_is_rounded():
+    long = {"tuning": {"derivative_time": 4, "derivative_filter": 20}}
+    between = {"tuning": {"derivative_time": 4, "derivative_filter": Decimal("0.39")}}
+    [put] = [put for put in puts(long) if put.of == "tuning.derivative_filter"]
+    assert put.clamped
+    [put] = [put for put in puts(between) if put.of == "tuning.derivative_filter"]
+    assert not put.clamped
+    assert float(put.exact) == pytest.approx(4 / 0.39)
+
+
+@pytest.mark.parametrize(("percent", "constant"), [(50, 0.721348), (80, 0.310667), (1, 49.749), (100, 0)])
+def test_the_pv_filter_is_a_time_constant(percent, constant):
+    found = neutral({"pv": {"filter": percent}}).pv.filter
+    assert float(found) == pytest.approx(constant, rel=1e-4)
+    assert (one({"pv": {"filter": found}}).pv.filter or 100) == percent
+
+
+def test_the_pv_filter_counts_in_the_sample_rate_that_the_plc_can_hold():
+    loop = one({"sample_time": "20 ms", "pv": {"filter": Decimal("0.1")}})
+    assert loop.sample_rate == Decimal("0.1")
+    assert loop.pv.filter == 63  # 1 - exp(-0.1 / 0.1), not of 20 ms
+
+
+def test_a_filter_that_would_pass_everything_is_told():
+    assert "passes everything" in dropped({"pv": {"filter": Decimal("0.05")}})["pv.filter"]
+    assert one({"pv": {"filter": Decimal("0.05")}}).pv.filter is None
+
+
+def test_a_filter_that_is_switched_off_is_none():
+    assert neutral({"pv": {"filter": 50, "filter_enabled": False}}).pv.filter == 0
+    assert "pv.filter" in lost({"pv": {"filter": 50, "filter_enabled": False}})
+
+
+@pytest.mark.parametrize(
+    ("time", "text", "clamped"),
+    [("0.5", "500 ms", False), ("0.02", "100 ms", True), ("60", "30000 ms", True), ("0.1234", "123 ms", False)],
+)
+def test_the_sample_rate_is_whole_milliseconds_within_the_limits(time, text, clamped):
+    made = from_neutral(generic({"sample_time": Decimal(time)}), {})
+    [put] = [put for put in made.puts[0] if put.of == "sample_time"]
+    assert made.data["loops"][0]["sample_rate"] == text
+    assert (put.clamped, put.exact) == (clamped, Decimal(time))
+
+
+# --- error -----------------------------------------------------------------------------------------------------------
+
+
+def test_a_squared_error_is_dropped_with_the_gain_of_a_full_error():
+    loop = {"error": {"curve": "squared", "deadband": 4}, "tuning": {"proportional_gain": 0.5}}
+    found = neutral(loop)
+    assert found.tuning.gain == 100  # 0.5 * 200 * 200 = 100 * 200
+    assert found.deadband == 2
+    assert "error.curve" in lost(loop)
+    said = {said.field: said for said in to_neutral(click(loop))[0].said}
+    assert said["tuning.proportional_gain"].assumed
+
+
+def test_the_deadband_goes_over_and_one_that_is_off_does_not():
+    assert neutral({"error": {"deadband": 0.5}}).deadband == Decimal("0.5")
+    assert neutral({"error": {"deadband": 0.5, "deadband_enabled": False}}).deadband == 0
+    assert one({"deadband": 0.5}).error.deadband == Decimal("0.5")
+    assert one({}).error.deadband is None
+
+
+# --- PV and set point ------------------------------------------------------------------------------------------------
+
+
+def test_the_range_of_the_process_is_taken_for_the_instruments_and_said_so():
+    data = {**PLAIN, "pv": {"range": [40, 140]}}
+    found = to_neutral(ClickFile.model_validate({"pidcfg": 1, "vendor": "click", "loops": [data]}))[0]
+    [said] = [said for said in found.said if said.field == "pv.range"]
+    assert said.assumed
+    assert "pv.input_range" in said.note
+    assert found.loop["pv"]["range"] == [40, 140]
+
+
+def test_the_range_of_the_instrument_is_used_where_it_is_given():
+    loop = {"pv": {"range": [40, 140], "input_range": [-328, 1562]}}
+    assert neutral(loop).pv.range == (-328, 1562)
+    assert "autotune" in lost(loop)["pv.range"]
+    back = one({"pv": {"range": [-328, 1562]}}).pv
+    assert (back.range, back.input_range) == ((-328, 1562), (-328, 1562))
+    [put] = [put for put in puts({}) if put.field == "pv.range"]
+    assert put.assumed
+
+
+@pytest.mark.parametrize(
+    ("setpoint", "limits"),
+    [
+        ({"lower_limit": 10, "upper_limit": 90}, (10, 90)),
+        ({"lower_limit": 10}, (10, 200)),
+        ({"upper_limit": 90}, (0, 90)),
+        ({"upper_limit": 90, "upper_limit_enabled": False}, None),
+        ({"lower_limit": 10, "upper_limit_enabled": True, "upper_limit": 90, "lower_limit_enabled": False}, (0, 90)),
+        ({"lower_limit": 50, "upper_limit": 50}, None),
+        ({"lower_limit": 300}, None),
+    ],
+)
+def test_set_point_limits(setpoint, limits):
+    assert neutral({"setpoint": setpoint}).setpoint.limits == limits
+
+
+def test_a_limit_that_is_not_given_is_the_end_of_the_range_and_said_so():
+    said = {said.field: said for said in to_neutral(click({"setpoint": {"lower_limit": 10}}))[0].said}
+    assert said["setpoint.upper_limit"].assumed
+    assert not said["setpoint.lower_limit"].assumed
+
+
+def test_limits_without_a_range_between_them_are_lost_by_name():
+    assert set(lost({"setpoint": {"lower_limit": 50, "upper_limit": 50}})) == {
+        "setpoint.lower_limit",
+        "setpoint.upper_limit",
+    }
+
+
+def test_set_point_limits_come_back():
+    loop = one({"setpoint": {"limits": [10, 90]}})
+    assert (loop.setpoint.lower_limit, loop.setpoint.upper_limit, loop.setpoint.value) == (10, 90, 50)
+
+
+def test_the_set_point_stays_at_the_transfer_unless_there_is_none():
+    assert one({}).bumpless == 2
+    assert one({"setpoint": {"value": None, "source": "L1"}}).bumpless == 2
+    plain = {key: value for key, value in NEUTRAL.items() if key != "setpoint"}
+    file = GenericFile.model_validate({"pidcfg": 1, "vendor": "generic", "loops": [plain]})
+    assert from_neutral(file, {}).data["loops"][0]["bumpless"] == 1
+    assert "bumpless" in lost({"bumpless": 1})
+    assert "bumpless" not in lost({"bumpless": 2})
+
+
+def test_a_cascade_is_wired_in_the_program():
+    file = generic({}, {"setpoint": {"source": "L1"}, "mode": "cascade", "pv": {"range": [0, 50]}})
+    made = from_neutral(file, {})
+    [put] = [put for put in made.puts[1] if put.of == "setpoint.source"]
+    assert "DF9 of L1" in put.note
+    assert "0 to 50" in put.note
+    assert "DF26" in put.note
+    assert made.data["loops"][1]["mode"] == "auto"
+
+
+# --- output ----------------------------------------------------------------------------------------------------------
+
+
+def test_output_values_are_rescaled_to_per_cent():
+    output = {"range": [4, 20], "limits": [4.8, 12], "manual": 8, "bias": 12, "unit": "mA"}
+    made = from_neutral(generic({"output": output}), {})
+    loop = made.data["loops"][0]
+    assert loop["output"] == {"limits": [5, 50]}
+    assert loop["state"] == {"output": 25, "bias": 50}
+    [put] = [put for put in made.puts[0] if put.of == "output.range"]
+    assert "4 to 20 mA" in put.note
+
+
+def test_limits_of_the_output_stay_within_0_and_100_per_cent():
+    made = from_neutral(generic({"output": {"range": [0, 50], "limits": [-5, 40]}}), {})
+    assert made.data["loops"][0]["output"]["limits"] == [0, 80]
+    assert [put.clamped for put in made.puts[0] if put.field.startswith("output.limits.")] == [True, False]
+
+
+def test_a_bias_without_an_integral_is_set_by_hand():
+    loop = {"output": {"range": [0, 50], "bias": 20}, "tuning": {"integral_time": 0}}
+    assert "40 % in Manual" in dropped(loop)["output.bias"]
+
+
+def test_output_limits_that_do_not_ascend_must_be_mended_first():
+    [missing] = to_neutral(click({"output": {"limits": [60, 60]}}))[0].missing
+    assert missing.path == ("loops", 0, "output", "limits")
+
+
+def test_pulses():
+    assert neutral({"output": {"pwm": {"bit": "Y002", "period": 20}}}).output.pulse.period == 20
+    pulse = {"period": 20, "min_on": 1, "min_off": 2}
+    loop = one({"output": {"pulse": pulse}})
+    assert (loop.output.pwm.bit, loop.output.pwm.period) == ("Y001", 20)
+    assert {"output.pulse.min_on", "output.pulse.min_off"} <= set(dropped({"output": {"pulse": pulse}}))
+    assert one({"output": {"pulse": pulse}}, pwm_bit=[{"bit": "Y021"}]).output.pwm.bit == "Y021"
+    assert one({}).output.pwm is None
+
+
+def test_what_a_click_does_not_have_is_told():
+    loop = {"pv": {"square_root": True}, "output": {"max_rate": 2}}
+    assert set(dropped(loop)) == {"pv.square_root", "output.max_rate"}
+    assert dropped({}) == {}
+
+
+# --- alarms ----------------------------------------------------------------------------------------------------------
+
+
+def test_alarms_go_over():
+    found = neutral(EVERYTHING).alarms
+    assert dict(found.pv) == {"low_low": 5, "low": 10, "high": 150, "high_high": 190}
+    assert dict(found.deviation) == {"high": 5, "high_high": 10}
+    assert (found.rate_of_change, found.hysteresis) == (4, 1)  # 2 per sample of 0.5 s
+
+
+@pytest.mark.parametrize(("rate", "second"), [(2, "4"), ("15 /min", "0.25"), ("0.25 /s", "0.25")])
+def test_the_rate_of_change_is_per_second(rate, second):
+    assert neutral({"alarms": {"rate_of_change": rate}}).alarms.rate_of_change == Decimal(second)
+    back = one({"alarms": {"rate_of_change": Decimal(second)}}).alarms.rate_of_change
+    assert back.value == Decimal(second) / 2
+
+
+def test_groups_that_are_switched_off_are_lost():
+    alarms = {"pv": {"high": 150, "enabled": False}, "deviation": {"high": 5, "enabled": False}, "rate_of_change": 2,
+              "rate_of_change_enabled": False}  # fmt: skip
+    assert set(lost({"alarms": alarms})) == {"alarms.pv.high", "alarms.deviation.high", "alarms.rate_of_change"}
+    assert neutral({"alarms": alarms}).alarms.pv.high is None
+
+
+def test_a_point_that_is_not_given_is_told_where_its_0_matters():
+    assert set(lost({"alarms": {"pv": {"low": 10, "high": 150}}})) == {"alarms.pv.high_high"}
+    assert set(lost({"alarms": {"pv": {"high": 150, "high_high": 190}}})) == set()
+    assert set(lost({"alarms": {"deviation": {"high": 5}}})) == {"alarms.deviation.high_high"}
+    below = {"pv": {"range": [-50, 0], "input_range": [-50, 0]}, "alarms": {"pv": {"low": -40, "low_low": -45}}}
+    assert set(lost(below)) == set()
+
+
+@pytest.mark.parametrize(
+    ("wanted", "points"),
+    [
+        ({"high": 150}, (-200, -200, 150, 400)),
+        ({"high_high": 150}, (-200, -200, 150, 150)),
+        ({"low": 10}, (-200, 10, 400, 400)),
+        ({"low_low": 10, "high": 700}, (10, 10, 700, 700)),
+        ({"low": -900, "high": 150}, (-900, -900, 150, 400)),
+    ],
+)
+def test_alarms_that_are_not_wanted_are_out_of_reach(wanted, points):
+    found = one({"alarms": {"pv": wanted}}).alarms.pv
+    assert (found.low_low, found.low, found.high, found.high_high) == points
+    chosen = {put.field for put in puts({"alarms": {"pv": wanted}}) if put.of is None and "alarms" in put.field}
+    assert chosen == {f"alarms.pv.{key}" for key in ("low_low", "low", "high", "high_high") if key not in wanted}
+
+
+@pytest.mark.parametrize(("wanted", "points"), [({"high": 5}, (5, 200)), ({"high_high": 9}, (9, 9)),
+                                                ({"high": 300}, (300, 300))])  # fmt: skip
+def test_a_deviation_alarm_that_is_not_wanted_is_out_of_reach(wanted, points):
+    found = one({"alarms": {"deviation": wanted}}).alarms.deviation
+    assert (found.high, found.high_high) == points
+
+
+def test_no_alarms_are_no_alarms():
+    assert one({}).alarms.pv is None
+    assert one({}).alarms.deviation is None
+
+
+# --- places ----------------------------------------------------------------------------------------------------------
+
+
+def starts(file, **options):
+    """Where the blocks of every loop begin."""
+    loops = ClickFile.model_validate(from_neutral(file, options).data).loops
+    return [(loop.bits, loop.integers, loop.floats) for loop in loops]
+
+
+def test_blocks_follow_each_other_from_the_first_register():
+    assert starts(generic({}, {}, {})) == [(1, 1, 1), (41, 16, 26), (81, 31, 51)]
+
+
+def test_options_say_where_blocks_begin_and_the_rest_follows_without_overlapping():
+    assert starts(generic({}, {}), bits=["C101"], floats=["DF100", "DF10"]) == [(101, 1, 100), (141, 16, 10)]
+    found = starts(generic({}, {}, {}), bits=["C101", "C50"])
+    assert [row[0] for row in found] == [101, 50, 141]  # C90 would reach into C101
+
+
+def test_options_for_loops_that_there_are_not_and_blocks_without_room_are_refused():
+    with pytest.raises(ConvertError, match="2 for 1"):
+        starts(generic({}), bits=["C1", "C101"])
+    with pytest.raises(ConvertError, match="C1980"):
+        starts(generic({}), bits=["C1980"])
+
+
+def test_pulse_outputs_do_not_meet():
+    file = generic(*[{"output": {"pulse": {"period": 10}}}] * 3)
+    data = from_neutral(file, {"pwm_bit": [{"bit": "Y002"}, {"bit": "Y001"}]}).data
+    assert [loop["output"]["pwm"]["bit"] for loop in data["loops"]] == ["Y002", "Y001", "Y003"]
+
+
+# --- the whole -------------------------------------------------------------------------------------------------------
+
+
+def leaves(model: BaseModel, prefix: str = "") -> set[str]:
+    """Every field of a model that holds a value."""
+    found = set()
+    for key, value in dict(model).items():
+        found |= leaves(value, f"{prefix}{key}.") if isinstance(value, BaseModel) else {f"{prefix}{key}"}
+    return found
+
+
+def test_every_field_is_said_or_known_to_be_none_of_anybodys_business():
+    loop = click(EVERYTHING).loops[0]
+    spoken = {said.field for said in to_neutral(click(EVERYTHING))[0].said}
+    assert leaves(loop) == spoken | NOTHING_LOST
+    assert spoken & NOTHING_LOST == set()
+
+
+def test_the_report_says_what_became_of_every_field():
+    config = click({"tuning": {"derivative_gain": 4}, "pv": {"filter": 80}, "derivative_gain_limit": 7})
+    found = {(change.field, change.kind) for change in convert(config, CLICK, CLICK, {}).loops[0][1]}
+    fields = ("pv.filter", "derivative_gain_limit", "sample_rate", "action", "pv.input_range")
+    assert {(field, "exact") for field in fields} <= found
+    assert {("pv.range", "assumed"), ("bits", "assumed")} <= found
+
+
+def effective(config: ClickFile) -> dict:
+    """The settings in the registers of the loops, with switches off whose value means none."""
+    cells = {(c.loop, c.field): c.raw for c in encode(config).image.cells if c.access == "setting"}
+    for loop in config.loops:
+        name = loop.name
+        if loop.error.deadband == 0:
+            cells[name, "deadband_enable"] = 0
+        if not loop.pv.filter or loop.pv.filter == 100:
+            cells[name, "filter_enable"] = 0
+        if loop.derivative_gain_limit == 100:
+            cells[name, "derivative_limit_enable"] = cells[name, "derivative_gain_limit"] = 0
+        del cells[name, "autotune_hysteresis"]
+    return cells
+
+
+ASIDE = {"pv.range", "pv.input_range"}
+"""What only the autotune and other controllers look at."""
+
+
+@settings(max_examples=150, suppress_health_check=[HealthCheck.filter_too_much, HealthCheck.too_slow])
+@given(configurations())
+def test_there_and_back_are_the_same_registers(config):
+    found = to_neutral(config)
+    assume(not any(loop.missing for loop in found))
+    made = from_neutral(
+        GenericFile.model_validate({"pidcfg": 1, "vendor": "generic", "loops": [n.loop for n in found]}), {}
+    )
+    back = ClickFile.model_validate(made.data)
+    there, again = effective(config), effective(back)
+    for neutral_loop, placed, loop in zip(found, made.puts, config.loops, strict=True):
+        changed = {
+            said.field for said in neutral_loop.said if (not said.to or said.assumed) and said.field not in ASIDE
+        }
+        changed |= {put.of for put in placed if not put.field or put.clamped}
+        changed |= {put.field for put in placed if put.of is None and "alarms" in put.field}
+        if changed:
+            continue
+        different = {
+            field
+            for (name, field), raw in there.items()
+            if name == loop.name and again[name, field] != raw and field not in {"pv_lower", "pv_upper"}
+        }
+        assert different <= (set() if loop.setpoint.value is not None else {"bumpless_mode"})
+
+
+def test_a_loop_of_which_nothing_is_lost_comes_back_whole():
+    """So that the property test above cannot pass by skipping everything."""
+    full = merged(EVERYTHING, {"bumpless": 2, "error": {"curve": "linear"}, "autotune": {"method": "open"}})
+    full |= {"pv": {**full["pv"], "range": [-100, 500]}, "autotune": {}}
+    config = click(full)
+    back = ClickFile.model_validate(convert(config, CLICK, CLICK, {}).data)
+    there, again = effective(config), effective(back)
+    assert {key for key, raw in there.items() if again[key] != raw} == set()
+
+
+@settings(max_examples=60, suppress_health_check=[HealthCheck.too_slow])
+@given(neutral_files())
+def test_what_is_made_has_no_errors_of_its_own(file):
+    made = from_neutral(file, {})
+    _settled(made, CLICK)
+    text = yaml_text(made.data)
+    found = check_document(read_document(text.encode(), "made.yaml")).findings
+    errors = [f for f in found if f.severity is Severity.ERROR]
+    assert errors == []
+
+
+@settings(max_examples=60)
+@given(st.sampled_from([True, False]), st.decimals("0.1", 50, places=2), st.sampled_from([(0, 100), (4, 20), (-5, 5)]))
+def test_gain_and_action_survive_the_way_through_the_plc(raises, gain, span):
+    loop = one({"output_raises_pv": raises, "tuning": {"gain": gain}, "output": {"range": span}})
+    assert float(loop.tuning.proportional_gain) == pytest.approx(float(gain) * 100 / (span[1] - span[0]))
+    assert (loop.action == "direct") is raises
