@@ -155,6 +155,25 @@ VENDORS = {
             from_neutral="pidcfg.convert.dpide:from_neutral",
             convert_options="pidcfg.convert.dpide:CONVERT_OPTIONS",
         ),
+        Vendor(
+            key="generic",
+            title="Neutral form",
+            schema="pidcfg.schemas.generic:GenericFile",
+            encode="pidcfg.encoders.generic.encode:encode",
+            decode="pidcfg.encoders.generic.decode:decode",
+            context="pidcfg.validate.rules.neutral.context:NeutralContext",
+            rules="pidcfg.validate.rules.neutral:RULES",
+            formats="pidcfg.encoders.generic.files:FORMATS",
+            decode_options="pidcfg.encoders.generic.files:DECODE_OPTIONS",
+            checklist="pidcfg.encoders.generic.files:checklist",
+            controller="pidcfg.sim.controllers.generic.scan:load",
+            registers="pidcfg.encoders.maps.generic:TABLES",
+            tuned="pidcfg.encoders.maps.generic:TUNED",
+            starter="starters/generic.yaml",
+            to_neutral="pidcfg.convert.generic:to_neutral",
+            from_neutral="pidcfg.convert.generic:from_neutral",
+            convert_options="pidcfg.convert.generic:CONVERT_OPTIONS",
+        ),
     )
 }
 # fmt: on

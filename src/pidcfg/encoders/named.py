@@ -1,7 +1,7 @@
 """The image of a vendor whose parameters have names and types, as variables of a program have, and no addresses.
 
 `Program` is to such a vendor what `pidcfg.encoders.image.Image` is to one with registers. Its content is what the PLC
-holds: a REAL is the shortest decimal that means its single-precision number.
+holds: a REAL is the shortest decimal that means its single-precision number, an LREAL that of a double-precision one.
 """
 
 from __future__ import annotations
@@ -11,7 +11,20 @@ from decimal import Decimal
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 from pidcfg.encoders.words import EncodeError, Single, single_value
-from pidcfg.schemas.iec import AUTOTUNE_MODE, BOOL, DINT, INT, REAL, UINT, USINT, IecType, Wire
+from pidcfg.schemas.iec import (
+    AUTOTUNE_MODE,
+    BOOL,
+    DERIVATIVE_OF,
+    DINT,
+    INT,
+    LOOP_MODE,
+    LREAL,
+    REAL,
+    UINT,
+    USINT,
+    IecType,
+    Wire,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -22,7 +35,9 @@ if TYPE_CHECKING:
 
 Content = bool | int | float | str
 SINGLE = Single()
-TYPES = {kind.name: kind for kind in (BOOL, REAL, INT, UINT, USINT, DINT, AUTOTUNE_MODE)}
+TYPES = {
+    kind.name: kind for kind in (BOOL, REAL, LREAL, INT, UINT, USINT, DINT, AUTOTUNE_MODE, LOOP_MODE, DERIVATIVE_OF)
+}
 
 
 class Parameter(NamedTuple):
@@ -97,7 +112,7 @@ def store(kind: IecType, value: Decimal | Content) -> Content:
         return str(value)
     number = Decimal(value)
     if kind.kind == "real":
-        return single_value(SINGLE.encode(number))
+        return float(number) if kind.double else single_value(SINGLE.encode(number))
     if number != number.to_integral_value():
         raise EncodeError("form", f"{kind.name} holds whole numbers")
     if not kind.low <= number <= kind.high:

@@ -44,6 +44,8 @@ class IecType:
     low: int = 0
     high: int = 0
     words: tuple[str, ...] = ()
+    double: bool = False
+    """Of a real number: double precision."""
 
     @property
     def default(self) -> bool | int | float | str:
@@ -55,11 +57,14 @@ class IecType:
 
 BOOL = IecType("BOOL", "bool")
 REAL = IecType("REAL", "real")
+LREAL = IecType("LREAL", "real", double=True)
 INT = IecType("INT", "whole", -0x8000, 0x7FFF)
 UINT = IecType("UINT", "whole", 0, 0xFFFF)
 USINT = IecType("USINT", "whole", 0, 0xFF)
 DINT = IecType("DINT", "whole", -0x80000000, 0x7FFFFFFF)
 AUTOTUNE_MODE = IecType("AUTOTUNE_MODE", "word", words=("AUTOTUNE_P", "AUTOTUNE_PI", "AUTOTUNE_PID"))
+LOOP_MODE = IecType("LOOP_MODE", "word", words=("manual", "auto", "cascade"))
+DERIVATIVE_OF = IecType("DERIVATIVE_OF", "word", words=("pv", "error"))
 
 RESERVED = """
 ACTION AND ARRAY AT BOOL BY BYTE CASE CONFIGURATION CONSTANT DATE DINT DO DWORD ELSE ELSIF END_CASE END_FOR

@@ -1,0 +1,1 @@
+"""The neutral form: configurations to named parameters and back, and their files."""

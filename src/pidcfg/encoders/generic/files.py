@@ -1,0 +1,29 @@
+"""The files that neutral parameters are written to and read from."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from pidcfg.encoders.named_files import named_listings
+
+if TYPE_CHECKING:
+    from pidcfg.encoders.files import DecodeOption
+    from pidcfg.schemas.generic import GenericFile
+
+FORMATS = named_listings("parameter listing")
+DECODE_OPTIONS: tuple[DecodeOption, ...] = ()
+"""A listing says everything."""
+
+
+def checklist(config: GenericFile) -> tuple[str, ...]:
+    """What no file does by itself: a neutral form goes to no PLC."""
+    if not config.loops:
+        return ()
+    action = "; ".join(
+        f"{loop.name} the PV {'rises' if loop.output_raises_pv else 'falls'} when the output rises"
+        for loop in config.loops
+    )
+    return (
+        "this is the neutral form: convert it to a vendor's own before a download",
+        f"direction of control: {action}",
+    )

@@ -1,0 +1,1 @@
+"""The virtual controller of neutral loops: the ideal PID."""

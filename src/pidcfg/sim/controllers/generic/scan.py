@@ -1,0 +1,104 @@
+"""The virtual controller of neutral loops: what is done at each base step.
+
+Design. `scan` is called at every base step; it calculates the loops whose sample time has passed, in the order of the
+file, and renews the pulses. `sample` is one calculation of one loop: PV, mode, set point, error, then the master of a
+slave that is not in cascade, manual or the equation, and the alarms. Nothing here knows files, names or units: see
+`plc.load` for how parameters become `Config` and `State`.
+
+Signals of a loop (slots in `Config`): ``sig_in`` is read, in PV's unit; PV, SP, OUT, BIAS (bias and integral) and, for
+a loop with a pulse output, PULSE are written.
+"""
+
+from __future__ import annotations
+
+from pidcfg.sim.controllers.generic.alarms import pulse, watch
+from pidcfg.sim.controllers.generic.equation import by_hand, calculate, compare, derivative, measure, put_back
+from pidcfg.sim.controllers.generic.plc import Generic, Options, load
+from pidcfg.sim.controllers.generic.state import (
+    CARRIED,
+    CASCADE,
+    FRESH,
+    GIVEN,
+    LIMITED,
+    MANUAL,
+    MODES,
+    REQUEST,
+    SLOWED,
+    TRACKING,
+    Config,
+    State,
+)
+from pidcfg.sim.terms import clamp
+
+__all__ = ["INLINED", "KERNELS", "Config", "Generic", "Options", "State", "load", "sample", "scan"]
+
+
+def switch(s: State) -> None:
+    """The mode that was asked for takes effect, without a bump (D301)."""
+    if s.wanted == MANUAL and not s.status & MANUAL:
+        if s.busy & GIVEN == 0:
+            s.manual = s.out
+    elif s.status & MANUAL and s.wanted != MANUAL:
+        s.busy |= CARRIED
+    s.busy &= ~(REQUEST | GIVEN)
+    s.status = (s.status & ~MODES) | s.wanted
+
+
+def follows(i: int, cfg: list[Config], st: list[State]) -> bool:
+    """Whether the loop has slaves, and none of them is in cascade."""
+    if cfg[i].slave < 0:
+        return False
+    for j in range(len(cfg)):  # noqa: SIM110 - a generator cannot be compiled
+        if cfg[j].source == i and st[j].status & CASCADE:
+            return False
+    return True
+
+
+def sample(i: int, cfg: list[Config], st: list[State], sig: list[float]) -> None:
+    """One calculation of a loop."""
+    c = cfg[i]
+    s = st[i]
+    measure(c, s, sig[c.sig_in])
+    if s.busy & REQUEST:
+        switch(s)
+    if s.status & CASCADE and c.source >= 0:
+        s.sp = st[c.source].out
+    s.sp = clamp(s.sp, c.sp_low, c.sp_high)
+    compare(c, s)
+    p = s.kp * s.error if c.proportional else 0.0
+    d = derivative(c, s)
+    s.busy &= ~FRESH
+    s.status &= ~TRACKING
+    if s.status & MANUAL:
+        by_hand(c, s, p, d)
+    elif follows(i, cfg, st):
+        s.status = (s.status & ~(LIMITED | SLOWED)) | TRACKING
+        s.out = clamp(st[c.slave].sp, c.low, c.high)
+        put_back(s, p, d)
+        s.busy |= CARRIED
+    else:
+        calculate(c, s, p, d)
+    watch(c, s)
+    sig[c.sig_pv] = s.pv
+    sig[c.sig_sp] = s.sp
+    sig[c.sig_out] = s.out
+    sig[c.sig_bias] = s.bias + s.integral
+
+
+def scan(tick: int, cfg: list[Config], st: list[State], aux: list[float], sig: list[float]) -> None:  # noqa: ARG001
+    """The loops that are due at ``tick``, and the pulses of all."""
+    for i in range(len(cfg)):
+        s = st[i]
+        due = s.due
+        if tick >= due:
+            due += s.period
+            s.due = due if due > tick else tick + s.period
+            sample(i, cfg, st, sig)
+        if cfg[i].pulses:
+            pulse(tick, cfg[i], s, sig)
+
+
+KERNELS = (scan,)
+"""Where the compiler begins; what these call follows by itself."""
+INLINED = (scan, sample, measure, compare, derivative, calculate, watch)
+"""The hot path of compiled code."""

@@ -1,0 +1,62 @@
+"""What a scenario's ``set`` may write in a running neutral loop: its fields, by their keys in the file.
+
+Short forms: ``setpoint`` is setpoint.value, ``output`` the output in manual.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from pidcfg.encoders.maps.generic import ROWS, TABLES
+from pidcfg.schemas.base import parse_seconds, refuse
+from pidcfg.schemas.generic import Loop, parse_off_seconds
+from pidcfg.schemas.limits import limits_at
+from pidcfg.sim.named_settings import NamedKeys, Parser, parameters_of, parse_plain
+
+if TYPE_CHECKING:
+    from decimal import Decimal
+
+RANGE = "scales do not change in a running loop"
+FIXED = {
+    "pv.range": RANGE,
+    "pv.range.0": RANGE,
+    "pv.range.1": RANGE,
+    "output.range": RANGE,
+    "output.range.0": RANGE,
+    "output.range.1": RANGE,
+    "setpoint.source": "who the master is does not change in a running loop",
+    "output.pulse.period": "it is the plant's wiring",
+}
+"""Fields that nobody sets, and why."""
+OFF = ("tuning.integral_time", "tuning.derivative_time")
+"""Times that may be `off`."""
+
+
+def not_negative(path: str, parse: Parser) -> Parser:
+    """A parser that also refuses what the schema's limits refuse; a sample time and a period are above 0."""
+
+    def parsed(value: object) -> Decimal:
+        number: Decimal = parse(value)  # type: ignore[assignment]
+        if number < 0 or (path == "sample_time" and not number):
+            refuse("set_value", f"{path} is {number}; it is {'above' if path == 'sample_time' else 'at least'} 0")
+        return number
+
+    return parsed
+
+
+def parser_of(path: str) -> Parser | None:
+    """How a field is written; None: as its type tells."""
+    limits = None if path.rpartition(".")[2].isdigit() else limits_at(Loop, path)
+    if limits is None:
+        return None
+    time = parse_off_seconds if path in OFF else parse_seconds
+    return not_negative(path, time if limits.unit == "s" else parse_plain)
+
+
+KEYS = NamedKeys(
+    parameters_of(TABLES, (*FIXED, "mode")),
+    {"setpoint": "setpoint.value", "output": "output.manual"},
+    {"mode": "mode"},
+    FIXED,
+    {path: parser for path in ROWS if (parser := parser_of(path)) is not None},
+)

@@ -1,0 +1,119 @@
+"""What a neutral loop knows: `Config` (what it reads) and `State` (what it writes).
+
+Everything is an int or a float: the same fields become a NumPy record for numba. The clock is in ticks of a
+microsecond.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from pidcfg.sim.records import LoopState
+
+# `State.status`
+MANUAL, AUTO, CASCADE = 1, 2, 4
+MODES = MANUAL | AUTO | CASCADE
+LIMITED = 8
+"""What the equation makes of OUT is beyond a limit."""
+SLOWED = 16
+"""OUT moves as fast as it may."""
+TRACKING = 32
+"""OUT is the set point of a slave that is not in cascade (D302)."""
+SILENT = 64
+"""The error is inside the dead band."""
+LOW_LOW, LOW, HIGH, HIGH_HIGH = 128, 256, 512, 1024
+DEVIATION, DEVIATION_2, RATE = 2048, 4096, 8192
+
+# `State.busy`
+FRESH = 1
+"""There was no sample yet."""
+REQUEST = 2
+"""`State.wanted` is another mode."""
+CARRIED = 4
+"""The next calculation goes on from OUT (D301)."""
+GIVEN = 8
+"""`State.manual` has been set since manual was asked for."""
+
+NOWHERE = float("inf")
+"""A point that nothing reaches."""
+
+
+@dataclass(slots=True)
+class Config:
+    """What a loop only reads. Changed only between two segments of a run."""
+
+    period: int = 1_000_000
+    """Sample time in ticks, as at the start."""
+    # slots of the signal vector
+    sig_in: int = 0
+    sig_pv: int = 1
+    sig_sp: int = 2
+    sig_out: int = 3
+    sig_bias: int = 4
+    sig_pulse: int = 5
+    raises: int = 1
+    proportional: int = 1
+    of_error: int = 0
+    """The derivative acts on the error."""
+    root: int = 0
+    windup: int = 0
+    """There is no anti-windup."""
+    source: int = -1
+    """The master's number; -1: none."""
+    slave: int = -1
+    """Number of the first loop whose master this one is; -1: none."""
+    pulses: int = 0
+    base: float = 0.0
+    """PV at 0 %."""
+    span: float = 1.0
+    sp_low: float = -NOWHERE
+    sp_high: float = NOWHERE
+    low: float = 0.0
+    high: float = 100.0
+    band: float = 0.0
+    out_base: float = 0.0
+    """Output at 0 %."""
+    out_span: float = 100.0
+    rate_limit: float = NOWHERE
+    """Fastest change of OUT in a sample."""
+    low_low_at: float = -NOWHERE
+    low_at: float = -NOWHERE
+    high_at: float = NOWHERE
+    high_high_at: float = NOWHERE
+    deviation_at: float = NOWHERE
+    deviation_2_at: float = NOWHERE
+    rate_at: float = NOWHERE
+    """Fastest change of the PV in a sample."""
+    hysteresis: float = 0.0
+    cycle: float = 0.0
+    """Period of the pulses in ticks; likewise the next two."""
+    min_on: float = 0.0
+    min_off: float = 0.0
+
+
+@dataclass(slots=True)
+class State(LoopState):
+    """What a loop writes; ``kp``, ``ki`` and ``kd`` are the factors of the error, its sum and its difference."""
+
+    wanted: int = AUTO
+    """The mode that was asked for last."""
+    manual: float = 0.0
+    """OUT in manual."""
+    bias: float = 0.0
+    integral: float = 0.0
+    pv_share: float = 1.0
+    """What the PV's filter takes of a difference; likewise that of the derivative."""
+    d_share: float = 1.0
+    error: float = 0.0
+    """The error as it counts."""
+    e1: float = 0.0
+    """That of the sample before, likewise the PV."""
+    pv1: float = 0.0
+    y: float = 0.0
+    """The filtered difference."""
+    cycle_start: int = 0
+    cycle_end: int = 0
+    on: float = 0.0
+    """How long the pulse of this cycle is, in ticks."""
+    seen: int = 0
+    """The base step before."""

@@ -1,0 +1,110 @@
+"""From the parameters of a neutral loop to the numbers that it calculates with."""
+
+from __future__ import annotations
+
+from math import expm1
+from typing import TYPE_CHECKING, Any
+
+from pidcfg.encoders.maps.generic import ROWS
+from pidcfg.encoders.named import read
+from pidcfg.sim.controllers.generic.state import NOWHERE
+from pidcfg.sim.plc import TICKS
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from pidcfg.sim.controllers.generic.state import Config, State
+
+Fields = dict[str, Any]
+"""Content by path; what is not given is missing."""
+DEFAULTS: Fields = {
+    "mode": "auto", "output_raises_pv": False, "sample_time": 1.0, "tuning.gain": 0.0, "tuning.integral_time": 0.0,
+    "tuning.derivative_time": 0.0, "tuning.proportional": True, "tuning.derivative_on": "pv",
+    "tuning.derivative_filter": 0.0, "pv.range.0": 0.0, "pv.range.1": 100.0, "pv.filter": 0.0, "pv.square_root": False,
+    "output.range.0": 0.0, "output.range.1": 100.0, "output.bias": 0.0, "deadband": 0.0, "anti_windup": True,
+    "alarms.hysteresis": 0.0, "output.pulse.min_on": 0.0, "output.pulse.min_off": 0.0,
+}  # fmt: skip
+POINTS = {
+    "alarms.pv.low_low": "low_low_at",
+    "alarms.pv.low": "low_at",
+    "alarms.pv.high": "high_at",
+    "alarms.pv.high_high": "high_high_at",
+    "alarms.deviation.high": "deviation_at",
+    "alarms.deviation.high_high": "deviation_2_at",
+    "setpoint.limits.0": "sp_low",
+    "setpoint.limits.1": "sp_high",
+}
+"""Fields of `Config` that are out of reach where nothing is given."""
+BELOW = ("low_low_at", "low_at", "sp_low")
+"""Those of them that are reached from above."""
+
+
+def fields_of(words: Mapping[str, Any], loop: str, needed: tuple[str, ...], problems: list[str]) -> Fields:
+    """The parameters of a loop; what a listing lacks and every loop has, and what is no value, is a problem."""
+    found = dict(DEFAULTS)
+    for path, row in ROWS.items():
+        raw = words.get(f"{loop}.{path}")
+        content = None if raw is None else read(row.type, raw)
+        if content is not None:
+            found[path] = content
+        elif raw is not None or path in needed:
+            what = "is missing" if raw is None else f"is no {row.type.name}"
+            problems.append(f"{loop}.{path} {what}, {DEFAULTS.get(path, 'nothing')} is taken")
+    return found
+
+
+def ticks(seconds: float) -> int:
+    """A sample time in ticks, one at least."""
+    return max(1, round(seconds * TICKS))
+
+
+def share(time: float, seconds: float) -> float:
+    """What a filter with this time constant takes of a difference in each sample."""
+    return -expm1(-seconds / time) if time > 0.0 else 1.0
+
+
+def first_of(f: Fields, *paths: str) -> float:
+    """The first of some fields that is given."""
+    return next(float(f[path]) for path in paths if path in f)
+
+
+def configure(c: Config, s: State, f: Fields) -> None:
+    """Make the parameters what the loop calculates with."""
+    s.period = ticks(f["sample_time"])
+    seconds = s.period / TICKS
+    c.raises, c.proportional = int(f["output_raises_pv"]), int(f["tuning.proportional"])
+    c.of_error = int(f["tuning.derivative_on"] == "error")
+    c.root, c.windup = int(f["pv.square_root"]), int(not f["anti_windup"])
+    c.base, c.span = f["pv.range.0"], (f["pv.range.1"] - f["pv.range.0"]) or 1.0
+    c.out_base, c.out_span = f["output.range.0"], (f["output.range.1"] - f["output.range.0"]) or 1.0
+    c.low = first_of(f, "output.limits.0", "output.range.0")
+    c.high = first_of(f, "output.limits.1", "output.range.1")
+    c.band, c.hysteresis = f["deadband"], f["alarms.hysteresis"]
+    c.rate_limit = f.get("output.max_rate", NOWHERE) * seconds
+    c.rate_at = f.get("alarms.rate_of_change", NOWHERE) * seconds
+    for path, name in POINTS.items():
+        setattr(c, name, f.get(path, -NOWHERE if name in BELOW else NOWHERE))
+    c.pulses = int(f.get("output.pulse.period", 0.0) > 0.0)
+    c.cycle = float(ticks(f.get("output.pulse.period", 1.0)))
+    c.min_on, c.min_off = f["output.pulse.min_on"] * TICKS, f["output.pulse.min_off"] * TICKS
+    factors(s, f, seconds)
+    s.bias = f["output.bias"]
+
+
+def factors(s: State, f: Fields, seconds: float) -> None:
+    """Of the equation and its filters."""
+    s.gain, s.reset, s.rate = f["tuning.gain"], f["tuning.integral_time"], f["tuning.derivative_time"]
+    s.kp = s.gain
+    s.ki = s.gain * seconds / s.reset if s.reset > 0.0 else 0.0
+    s.kd = s.gain * s.rate / seconds
+    s.pv_share = share(f["pv.filter"], seconds)
+    s.d_share = share(f["tuning.derivative_filter"], seconds)
+
+
+def effect(path: str, f: Fields, *, by_hand: bool) -> str | None:
+    """Why a field that has just been written does not act as it stands, if so."""
+    if path == "output.manual" and not by_hand:
+        return "output.manual acts in manual only, which keeps the output when it begins"
+    if path.startswith("output.pulse.") and "output.pulse.period" not in f:
+        return "there is no pulse output: output.pulse.period is not given"
+    return None
