@@ -39,7 +39,7 @@ class Said:
 
 @dataclass(frozen=True, slots=True)
 class Put:
-    """A field of the target: its path below the loop, and the neutral field that it came from.
+    """A field of the target: its path below the loop (after ``/``: of the file), and the neutral field it came from.
 
     ``of`` None: nothing of the source says it, so it is assumed. An empty ``field``: the target has no such thing, the
     neutral field is dropped, and ``note`` says what to program by hand instead.

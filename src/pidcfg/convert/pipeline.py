@@ -89,7 +89,7 @@ def _idle(loop: Any, field: str) -> bool:
 def _settled(made: Target, target: Vendor) -> list[dict[str, Stored]]:
     """Puts the values that the target can hold into its data; what became of each field, by loop."""
     places = made.items or [("loops", i) for i in range(len(made.puts))]
-    wanted = [{put.field: at(made.data, (*place, *path_of(put.field))) if put.exact is None else put.exact
+    wanted = [{put.field: at(made.data, route_of(place, put.field)) if put.exact is None else put.exact
                for put in puts if put.field}
               for place, puts in zip(places, made.puts, strict=True)]  # fmt: skip
     notes: dict[Route, Stored] = {}
@@ -110,7 +110,7 @@ def _settled(made: Target, target: Vendor) -> list[dict[str, Stored]]:
     for place, fields in zip(places, wanted, strict=True):
         row = {}
         for field, value in fields.items():
-            path = (*place, *path_of(field))
+            path = route_of(place, field)
             row[field] = notes.get(path) or _held(made.data, path, value, held)
         found.append(row)
     return found
@@ -132,8 +132,9 @@ def _within_limits(made: Target, target: Vendor, places: list[Route], notes: dic
     for place, puts in zip(places, made.puts, strict=True):
         item = at(model, place)
         for put in puts:
-            limits = _limits(item, path_of(put.field)) if put.field else None
-            path = (*place, *path_of(put.field))
+            whole = put.field.startswith("/")
+            limits = _limits(model if whole else item, path_of(put.field.lstrip("/"))) if put.field else None
+            path = route_of(place, put.field)
             number = number_of(at(model, path)) if limits else None
             if limits is None or number is None or limits.holds(number):
                 continue
@@ -190,6 +191,11 @@ def _held(data: dict[str, Any], path: Route, wanted: Any, held: Any) -> Stored:
 def path_of(field: str) -> Route:
     """``setpoint.limits.0`` as keys and indices."""
     return tuple(int(step) if step.isdigit() else step for step in field.split(".")) if field else ()
+
+
+def route_of(place: Route, field: str) -> Route:
+    """Where a field of a loop stands in the file; with ``/`` before it, it is one of the file."""
+    return path_of(field[1:]) if field.startswith("/") else (*place, *path_of(field))
 
 
 def at(data: Any, path: Route) -> Any:
