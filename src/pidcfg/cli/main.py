@@ -27,6 +27,8 @@ COMMANDS = {
     "validate": ("pidcfg.cli.validate", "Find every mistake in configurations and scenarios."),
     "encode": ("pidcfg.cli.encode", "Write the PLC's memory for a configuration."),
     "decode": ("pidcfg.cli.decode", "Read a memory listing back into a configuration."),
+    "convert": ("pidcfg.cli.convert", "Write another vendor's configuration."),
+    "diff": ("pidcfg.cli.diff", "Compare two configurations by meaning."),
     "simulate": ("pidcfg.cli.simulate", "Run the encoded loops against a plant."),
     "tune": ("pidcfg.cli.tune", "Work out gains by the manuals' rules."),
     "rule": ("pidcfg.cli.rule", "Explain a rule, or list all of them."),

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 from pidcfg.schemas.names import nearest
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping
+    from collections.abc import Callable, Iterable, Mapping
 
 CONSTANT, SIGNAL, ADD, SUBTRACT, MULTIPLY, DIVIDE, NEGATE, MINIMUM, MAXIMUM, ABSOLUTE, ROOT = range(11)
 """What one pair of an expression's code does; only the first two use the second number of the pair."""
@@ -244,6 +244,8 @@ def never_a_value(expression: Expression) -> str | None:
     return None
 
 
-ONE_OPERAND = {NEGATE: operator.neg, ABSOLUTE: abs, ROOT: math.sqrt}
-TWO_OPERANDS = {ADD: operator.add, SUBTRACT: operator.sub, MULTIPLY: operator.mul, DIVIDE: operator.truediv,
-                MINIMUM: min, MAXIMUM: max}  # fmt: skip
+ONE_OPERAND: dict[int, Callable[[float], float]] = {NEGATE: operator.neg, ABSOLUTE: abs, ROOT: math.sqrt}
+TWO_OPERANDS: dict[int, Callable[[float, float], float]] = {
+    ADD: operator.add, SUBTRACT: operator.sub, MULTIPLY: operator.mul, DIVIDE: operator.truediv, MINIMUM: min,
+    MAXIMUM: max,
+}  # fmt: skip
