@@ -3,8 +3,39 @@
 from __future__ import annotations
 
 from hypothesis import strategies as st
+from pydantic import BaseModel
 
 from pidcfg.schemas.generic import GenericFile
+
+EVERYTHING = {
+    "name": "L1", "description": "A loop", "mode": "manual", "output_raises_pv": True, "sample_time": 1,
+    "tuning": {"gain": 0.5, "integral_time": 30, "derivative_time": 4, "proportional": False, "derivative_on": "error",
+               "derivative_filter": 0.5},
+    "pv": {"range": [0, 200], "unit": "degC", "filter": 2, "square_root": True},
+    "setpoint": {"value": 50, "limits": [10, 90], "source": "L0"},
+    "output": {"range": [0, 50], "unit": "Hz", "limits": [5, 45], "bias": 10, "manual": 20, "max_rate": 3,
+               "pulse": {"period": 10, "min_on": 1, "min_off": 2}},
+    "deadband": 1, "anti_windup": False,
+    "alarms": {"pv": {"low_low": 10, "low": 20, "high": 150, "high_high": 190},
+               "deviation": {"high": 5, "high_high": 9}, "rate_of_change": 2, "hysteresis": 1},
+}  # fmt: skip
+"""Every field of the neutral loop, none of them at its default."""
+
+
+def leaves(model: BaseModel, prefix: str = "") -> set[str]:
+    """Every field of a model that holds a value."""
+    found = set()
+    for key, value in dict(model).items():
+        found |= leaves(value, f"{prefix}{key}.") if isinstance(value, BaseModel) else {f"{prefix}{key}"}
+    return found
+
+
+def unheard(file: GenericFile, puts: list) -> set[str]:
+    """The fields of the last neutral loop of which an adapter says nothing."""
+    spoken = {put.of for put in puts if put.of}
+    return {
+        path for path in leaves(file.loops[-1]) if not any(of == path or of.startswith(f"{path}.") for of in spoken)
+    }
 
 
 def part(**keys: st.SearchStrategy) -> st.SearchStrategy:

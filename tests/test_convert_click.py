@@ -8,10 +8,10 @@ from pathlib import Path
 import pytest
 from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
-from pydantic import BaseModel
 
+import neutral_strategies
 from click_strategies import configurations
-from neutral_strategies import neutral_files
+from neutral_strategies import leaves, neutral_files, unheard
 from pidcfg.convert.click import NOTHING_LOST, from_neutral, to_neutral
 from pidcfg.convert.pipeline import ConvertError, Stored, _settled, convert
 from pidcfg.diagnostics import Severity
@@ -475,14 +475,6 @@ def test_pulse_outputs_do_not_meet():
 # --- the whole -------------------------------------------------------------------------------------------------------
 
 
-def leaves(model: BaseModel, prefix: str = "") -> set[str]:
-    """Every field of a model that holds a value."""
-    found = set()
-    for key, value in dict(model).items():
-        found |= leaves(value, f"{prefix}{key}.") if isinstance(value, BaseModel) else {f"{prefix}{key}"}
-    return found
-
-
 def test_every_field_is_said_or_known_to_be_none_of_anybodys_business():
     loop = click(EVERYTHING).loops[0]
     spoken = {said.field for said in to_neutral(click(EVERYTHING))[0].said}
@@ -496,6 +488,14 @@ def test_the_report_says_what_became_of_every_field():
     fields = ("pv.filter", "derivative_gain_limit", "sample_rate", "action", "pv.input_range")
     assert {(field, "exact") for field in fields} <= found
     assert {("pv.range", "assumed"), ("bits", "assumed")} <= found
+
+
+def test_every_neutral_field_is_put_somewhere_or_dropped_by_name():
+    file = generic({}, neutral_strategies.EVERYTHING)
+    assert unheard(file, from_neutral(file, {}).puts[1]) == set()
+    linear = merged(neutral_strategies.EVERYTHING, {"tuning": {"proportional": True, "derivative_time": 0}})
+    file = generic({}, linear)
+    assert unheard(file, from_neutral(file, {}).puts[1]) <= {"tuning.proportional"}
 
 
 def effective(config: ClickFile) -> dict:

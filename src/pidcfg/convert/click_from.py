@@ -102,7 +102,7 @@ def _tuning(b: Builder, loop: Loop) -> None:
     longest = "6000 s is the longest reset time, and counts as no integral" if not reset or reset >= NO_INTEGRAL else ""
     b.put("tuning.reset_time", number(reset or NO_INTEGRAL), "tuning.integral_time", longest)
     b.put("tuning.derivative_gain", number(rate), "tuning.derivative_time")
-    if rate and tuning.derivative_on == "error":
+    if tuning.derivative_on == "error":
         b.mark("tuning.derivative_gain", "tuning.derivative_on", "it acts on the error")
     elif rate:
         b.drop("tuning.derivative_on", "the derivative acts on the error, so a step of the set point kicks the output: "
