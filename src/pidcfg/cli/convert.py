@@ -117,10 +117,14 @@ def command(
 def sides(checked: Checked, result: Checked) -> list[Verified]:
     """Both sides on the same plants."""
     from pidcfg.cli.convert_verify import verify
+    from pidcfg.sim.run import UnusableError
 
     both = [(side.vendor, side.config, side.encoding.image) for side in (checked, result)
             if side.vendor is not None and side.encoding is not None]  # fmt: skip
-    return verify(both[0], both[1])
+    try:
+        return verify(both[0], both[1])
+    except UnusableError as error:
+        raise click.ClickException(f"the conversion cannot be verified: {error}") from None
 
 
 def put(text: str, out: str | None, *, force: bool) -> None:

@@ -11,7 +11,7 @@ import csv
 import io
 from dataclasses import dataclass
 from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 from pidcfg.refs import Decision
 
@@ -34,6 +34,8 @@ STEP = 0.05
 SAMPLES_WITHOUT_INTEGRAL = 50
 SETTLED, STEP_AT, LOAD_AT, END = 7.5, 8.0, 16.0, 24.0
 """In time constants of the slowest loop: from when on both sides are compared, and what happens."""
+Way = Literal["alone", "linked", "ideal"]
+"""Every loop by itself; slaves of a cascade linked; linked, and their PVs at their set points."""
 POINTS = 2_000
 """Rows of a trend."""
 WIDTH, HEIGHT = 72, 12
@@ -81,22 +83,23 @@ def plant_of(loop: Loop, other: Loop) -> Plant:
     return Plant(sign * size, time, dead, start - sign * size * middle, start, step)
 
 
-def scenario_of(loops: Sequence[Loop], plants: Sequence[Plant], plc: Plc, *, linked: bool) -> dict[str, Any]:
-    """The scenario of one side; ``linked``: slaves of a cascade follow their masters, which then act."""
+def scenario_of(loops: Sequence[Loop], plants: Sequence[Plant], plc: Plc, way: Way) -> dict[str, Any]:
+    """The scenario of one side."""
     longest = max(plant.time for plant in plants)
     data: dict[str, Any] = {"pidcfg": 1, "scenario": "verify", "config": "x.yaml"}
     data["duration"] = round(END * longest, 3)
     data["plants"], data["connect"], data["events"] = [], {}, []
     for i, (loop, plant) in enumerate(zip(loops, plants, strict=True)):
         name = loop.name
-        if loop.mode == "manual" or (loop.mode == "cascade" and not linked):
+        if loop.mode == "manual" or (loop.mode == "cascade" and way == "alone"):
             data["events"].append({"at": 0, "loop": name, "mode": "auto"})
         low, high = scale_of(plc, i, loop)
         share = f"({name}.{plc.out_name} - ({low!r})) / {high - low!r}"
         data["plants"].append({"name": f"Plant{i}", "model": "first_order", "input": share, "gain": plant.gain,
                                "time_constant": plant.time, "dead_time": plant.dead, "load": plant.load,
                                "initial": plant.start})  # fmt: skip
-        data["connect"][f"{name}.PV"] = f"Plant{i}"
+        ideal = way == "ideal" and loop.setpoint.source is not None and f"{name}.SP" in plc.signals
+        data["connect"][plc.inlets.get(name, f"{name}.PV")] = f"{name}.SP" if ideal else f"Plant{i}"
         data["events"] += [
             {"at": 0, "loop": name, "set": {"setpoint": plant.start}},
             {"at": round(STEP_AT * longest, 3), "loop": name, "set": {"setpoint": plant.start + plant.step}},
@@ -142,31 +145,30 @@ def at_times(column: list[float], own: list[float], wanted: list[float]) -> list
 def verify(source: tuple[Vendor, Any, Any], target: tuple[Vendor, Any, Any]) -> list[Verified]:
     """Each side is a vendor, a configuration and its image; the loops stand in the same order on both.
 
-    Loops run by themselves; a cascade runs once more with its slaves linked, since masters wait for them, and in some
-    PLCs a link cannot be cut.
+    Loops run by themselves. Slaves that are linked on both sides are compared so, since in some PLCs a link cannot be
+    cut; masters with slaves that follow at once.
     """
     from pidcfg.convert.pipeline import neutral_loops
 
     sides = [(vendor, neutral_loops(config, vendor)[0].loops, image) for vendor, config, image in (source, target)]
     plants = [plant_of(mine, theirs) for mine, theirs in zip(sides[0][1], sides[1][1], strict=True)]
     masters = {loop.setpoint.source for loop in sides[0][1]} - {None}
-    runs = [
-        [_run(*side, plants, linked=linked) for side in sides] for linked in ((False, True) if masters else (False,))
-    ]
+    ways: tuple[Way, ...] = ("alone", "linked", "ideal") if masters else ("alone",)
+    runs = {way: [_run(*side, plants, way) for side in sides] for way in ways}
     found = []
     for i, (loop, other) in enumerate(zip(*(loops for _, loops, _ in sides), strict=True)):
-        together = loop.name in masters or (loop.setpoint.source and other.setpoint.source)
-        trends = runs[-1 if together else 0]
+        linked = loop.setpoint.source is not None and other.setpoint.source is not None
+        trends = runs["ideal" if loop.name in masters else "linked" if linked else "alone"]
         found.append(_compared(loop, plants[i], max(p.time for p in plants), [trend[i] for trend in trends]))
     return found
 
 
 def _run(
-    vendor: Vendor, loops: Sequence[Loop], image: Any, plants: Sequence[Plant], *, linked: bool
+    vendor: Vendor, loops: Sequence[Loop], image: Any, plants: Sequence[Plant], way: Way
 ) -> list[tuple[list[float], list[float]]]:
     """PV and share of the output of each loop of one side, at the times that are compared."""
     plc: Plc = import_module(vendor.controller.partition(":")[0]).load(image)
-    trend = trend_of(vendor, image, scenario_of(loops, plants, plc, linked=linked))
+    trend = trend_of(vendor, image, scenario_of(loops, plants, plc, way))
     times = times_of(max(plant.time for plant in plants))
     found = []
     for i, loop in enumerate(loops):

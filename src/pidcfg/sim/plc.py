@@ -56,6 +56,8 @@ class Plc(Protocol):
     """Signals from outside that are no loop's PV, by name: events may set them, plants may be wired to them."""
     wired: Collection[str]
     """Loops whose PV comes from within the PLC's program: no plant is wired to it."""
+    inlets: Mapping[str, str]
+    """For loops whose PV the program only filters, the one of `inputs` that it filters."""
     out_name: str
     """What the vendor calls a loop's output: OUT, CV, CO, MV."""
     modes: Sequence[str]
@@ -142,6 +144,7 @@ class LoopsOnly:
 
     inputs: Mapping[str, int] = {}
     wired: Collection[str] = ()
+    inlets: Mapping[str, str] = {}
     outputs: Sequence[tuple[float, float]] = ()
 
     @staticmethod

@@ -65,6 +65,7 @@ class Nextopid(Memory):
         self.wired = frozenset(loop for loop in self.loops if f"{loop}.PV" not in self.outside)
         """Loops whose PV comes from the program itself."""
         self.inputs = self._inputs()
+        self.inlets = {loop: name for loop in self.wired if (name := self._inlet(f"{loop}.PV"))}
 
     def _wired(self, name: str) -> dict[str, str]:
         own = f"{name}."
@@ -117,6 +118,17 @@ class Nextopid(Memory):
                     if not isinstance(self.words.get(name), Wire):
                         found[name] = self.outside.get(name, self.layout.numbers[name])
         return found
+
+    def _inlet(self, name: str) -> str | None:
+        """Where a measurement comes into the program: followed back through wires and filters; None: nowhere alone."""
+        for _ in self.items:
+            content = self.words.get(name)
+            if name in self.inputs and not isinstance(content, Wire):
+                return name
+            if not isinstance(content, Wire) or content.text not in self.layout.numbers:
+                return None
+            name = content.text.replace(".OutVar", ".InVar")
+        return None
 
     # --- what the runner asks ----------------------------------------------------------------------------------------
 
