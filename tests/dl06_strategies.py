@@ -34,9 +34,9 @@ def quantities(draw, name: str, limits: tuple[Decimal, Decimal] | None, *, span:
 
 
 @st.composite
-def ranges(draw):
+def ranges(draw, *, given: bool = False):
     """A range, or none."""
-    if draw(st.booleans()):
+    if not given and draw(st.booleans()):
         return None
     low = draw(st.decimals(-500, 500, places=1))
     return low, low + draw(st.decimals("0.5", 2000, places=1))
@@ -65,11 +65,11 @@ def ramp_soaks(draw, name: str, limits, index: int):
 
 
 @st.composite
-def loops(draw, index: int, names: list[str]):
-    """One loop with every key that the schema knows, given or left out."""
-    name = draw(st.sampled_from(FORMAT_NAMES))
-    out_name = draw(maybe(st.sampled_from(FORMAT_NAMES)))
-    pv_range, out_range = draw(ranges()), draw(ranges())
+def loops(draw, index: int, names: list[str], form: str | None = None):
+    """One loop with every key that the schema knows, given or left out; ``form``: all in this format, with ranges."""
+    name = form or draw(st.sampled_from(FORMAT_NAMES))
+    out_name = None if form else draw(maybe(st.sampled_from(FORMAT_NAMES)))
+    pv_range, out_range = draw(ranges(given=form is not None)), draw(ranges(given=form is not None))
     root = draw(st.booleans()) and "unipolar" in name
     pv = quantities(name, pv_range)
     # On the square-root scale raw counts end at the root of the span, about 63.
@@ -129,7 +129,7 @@ def loops(draw, index: int, names: list[str]):
 
 
 @st.composite
-def configurations(draw) -> Dl06File:
+def configurations(draw, form: str | None = None) -> Dl06File:
     """A configuration whose every value fits its word."""
     count = draw(st.integers(1, 3))
     names = [f"LOOP-{i + 1}" for i in range(count)]
@@ -137,7 +137,7 @@ def configurations(draw) -> Dl06File:
         "pidcfg": 1, "vendor": "dl06",
         "plc": {"loop_table": draw(st.sampled_from([0o2000, 0o1200, 0o10000])),
                 "reset_decimals": draw(st.sampled_from([1, 2]))},
-        "loops": [draw(loops(i, names)) for i in range(count)],
+        "loops": [draw(loops(i, names, form)) for i in range(count)],
     })  # fmt: skip
 
 

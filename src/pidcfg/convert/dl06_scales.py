@@ -49,4 +49,4 @@ def squared(scale: Scale, value: Decimal) -> Decimal:
     low, span = scale.range[0] if scale.range else ZERO, Decimal(scale.format.span)
     share = max(quotient(value - low, scale.width), ZERO)
     counts = product(share, share, span) - scale.format.minimum
-    return rounded(EXACT.add(low, quotient(product(counts, scale.width), span)))
+    return Decimal(f"{EXACT.add(low, quotient(product(counts, scale.width), span)):.10g}")  # roots have 12 digits

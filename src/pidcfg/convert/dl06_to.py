@@ -120,8 +120,12 @@ def _form(r: Reader) -> None:
         r.drop("algorithm", loop.algorithm, note)
     if "bumpless" in loop.model_fields_set:
         r.drop("bumpless", loop.bumpless, BUMPLESS[loop.bumpless])
-    note = "stops the bias only at the ends of the data range here" if loop.bias_freeze and loop.output.limits else ""
-    r.carry("bias_freeze", loop.bias_freeze, loop.bias_freeze, "anti_windup", note=note)
+    freeze, note = loop.bias_freeze, ""
+    if loop.algorithm == "velocity":
+        freeze, note = True, "the velocity form does not wind up"
+    elif freeze and loop.output.limits is not None:
+        note = "stops the bias only at the ends of the data range here"
+    r.carry("bias_freeze", loop.bias_freeze, freeze, "anti_windup", note=note)
     if loop.independent_of_cpu_mode:
         note = "the loop also runs while the CPU is in Program mode: see what the target does"
         r.drop("independent_of_cpu_mode", loop.independent_of_cpu_mode, note)
@@ -160,9 +164,7 @@ def _derivative(r: Reader) -> None:
     rate, limit = r.loop.tuning.rate, r.loop.derivative_gain_limit
     limited = r.active("derivative_gain_limit", limit, r.loop.derivative_gain_limit_enabled)
     if limited and not limit:
-        field = "derivative_gain_limit" if limit is not None else "derivative_gain_limit_enabled"
-        r.carry("tuning.rate", rate, ZERO, "tuning.derivative_time")
-        r.carry(field, limit, ZERO, "tuning.derivative_time", note="a limit of 0 leaves no derivative")
+        _no_derivative(r)
         return
     r.carry("tuning.rate", rate, rate, "tuning.derivative_time")
     if rate:
@@ -173,6 +175,18 @@ def _derivative(r: Reader) -> None:
             r.carry("derivative_gain_limit", limit, rounded(quotient(rate, limit)), "tuning.derivative_filter")
         else:
             r.drop("derivative_gain_limit", limit, "without a rate it does nothing")
+
+
+def _no_derivative(r: Reader) -> None:
+    """A gain limit of 0 leaves no derivative, whatever the rate is."""
+    rate, limit = r.loop.tuning.rate, r.loop.derivative_gain_limit
+    note = "a derivative gain limit of 0 leaves no derivative"
+    if rate:
+        r.drop("tuning.rate", rate, note)
+    else:
+        r.carry("tuning.rate", rate, rate, "tuning.derivative_time")
+    field = "derivative_gain_limit_enabled" if limit is None else "derivative_gain_limit"
+    r.drop(field, r.loop.derivative_gain_limit_enabled if limit is None else limit, note)
 
 
 def _pv(r: Reader) -> None:

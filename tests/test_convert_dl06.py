@@ -1,0 +1,653 @@
+"""DL06 loops to the neutral loop and back: the action, what the gains count in, off codes, alarms in groups."""
+
+from __future__ import annotations
+
+from decimal import Decimal
+from pathlib import Path
+
+import pytest
+from hypothesis import HealthCheck, Phase, assume, given, settings
+from hypothesis import strategies as st
+
+from dl06_strategies import FORMAT_NAMES, configurations
+from pidcfg.convert.dl06 import CONVERT_OPTIONS, NOTHING_LOST, from_neutral, to_neutral
+from pidcfg.convert.pipeline import ConvertError, convert
+from pidcfg.diagnostics import Severity
+from pidcfg.encoders.dl06.encode import encode, reset_value, scales_of
+from pidcfg.encoders.maps.dl06 import LOOP_TABLE
+from pidcfg.schemas.base import Quantity
+from pidcfg.schemas.dl06 import Dl06File, Loop
+from pidcfg.schemas.generic import GenericFile
+from pidcfg.source import read_document
+from pidcfg.validate.engine import check_document
+from pidcfg.vendors import VENDORS
+from pidcfg.writer import yaml_text
+
+EXAMPLES = Path(__file__).parents[1] / "examples" / "dl06"
+DL06 = VENDORS["dl06"]
+LOOP = {
+    "name": "L1", "sample_rate": 0.5, "action": "direct", "tuning": {"gain": 2, "reset": 30},
+    "pv": {"range": [0, 200]}, "output": {"range": [0, 50]},
+}  # fmt: skip
+NEUTRAL = {
+    "name": "L1", "output_raises_pv": True, "sample_time": 0.5, "tuning": {"gain": 0.5, "integral_time": 30},
+    "pv": {"range": [0, 200]}, "output": {"range": [0, 50]},
+}  # fmt: skip
+
+
+def dl06(*loops: dict, **plc) -> Dl06File:
+    """A DL06 file of loops that differ from a plain one."""
+    entries = [{**LOOP, "name": f"L{i}", **loop} for i, loop in enumerate(loops, start=1)]
+    data = {"pidcfg": 1, "vendor": "dl06", "plc": {"loop_table": "V2000", **plc}, "loops": entries}
+    return Dl06File.model_validate(data)
+
+
+def generic(*loops: dict) -> GenericFile:
+    """A neutral file of loops that differ from a plain one."""
+    entries = [{**NEUTRAL, "name": f"L{i}", **loop} for i, loop in enumerate(loops, start=1)]
+    return GenericFile.model_validate({"pidcfg": 1, "vendor": "generic", "loops": entries})
+
+
+def neutral(loop: dict, **plc):
+    """The neutral loop of a DL06 loop, as its model has it."""
+    found = to_neutral(dl06(loop, **plc))[0]
+    assert found.missing == []
+    return GenericFile.model_validate({"pidcfg": 1, "vendor": "generic", "loops": [found.loop]}).loops[0]
+
+
+def lost(loop: dict, **plc) -> dict[str, str]:
+    """What a DL06 loop loses, by field, with the advice."""
+    return {said.field: said.note for said in to_neutral(dl06(loop, **plc))[0].said if not said.to}
+
+
+def target(*loops: dict, **options):
+    """The DL06 file of neutral loops, and what happened to each neutral field of the first."""
+    made = from_neutral(generic(*loops), options)
+    return Dl06File.model_validate(made.data), made.puts[0]
+
+
+def one(loop: dict, **options):
+    """The DL06 loop of a neutral one."""
+    return target(loop, **options)[0].loops[0]
+
+
+def dropped(*loops: dict, **options) -> dict[str, str]:
+    """The neutral fields of the first loop that find no place, with the advice."""
+    return {put.of: put.note for put in target(*loops, **options)[1] if not put.field}
+
+
+def clamped(loop: dict, **options) -> set[str]:
+    """The fields that the DL06 cannot hold as they are."""
+    return {put.field for put in target(loop, **options)[1] if put.clamped}
+
+
+def back_and_forth(config: Dl06File, **options):
+    """A conversion to the same family, with its report."""
+    return convert(config, DL06, DL06, options)
+
+
+def error_codes(data: dict) -> list[str]:
+    """The rules that a file breaks."""
+    found = check_document(read_document(yaml_text(data).encode(), "made.yaml")).findings
+    return [f"{d.code} {d.message}" for d in found if d.severity is Severity.ERROR]
+
+
+# --- action ----------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("action", "raises"), [("direct", True), ("reverse", False)])
+def test_the_action_is_that_of_the_process(action, raises):
+    assert neutral({"action": action}).output_raises_pv is raises
+    config, _ = target({"output_raises_pv": raises})
+    assert config.loops[0].action == action
+    assert bool(encode(config).image.words[0o2000] & 0o20) is not raises
+
+
+# --- gain ------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("pv", "output", "share", "gain"),
+    [([0, 200], [0, 50], "2", "0.5"), ([0, 100], [0, 100], "1.5", "1.5"), ([-50, 150], [4, 20], "5", "0.4"),
+     ([0, 50], [0, 100], "0.8", "1.6")],
+)  # fmt: skip
+def test_gains_are_shares_of_the_spans(pv, output, share, gain):
+    parts = {"pv": {"range": pv}, "output": {"range": output}}
+    assert neutral({**parts, "tuning": {"gain": share}} | {"tuning": {"gain": float(share)}}).tuning.gain == Decimal(
+        gain
+    )
+    assert one({**parts, "tuning": {"gain": float(gain)}}).tuning.gain == Decimal(share)
+
+
+def test_gain_zero_is_no_proportional_action_and_gain_one():
+    """Ki = Ts/Ti and Kr = Td/Ts then: the span of the output for the span of the PV."""
+    tuning = neutral({"tuning": {"gain": 0, "reset": 30}}).tuning
+    assert (tuning.proportional, tuning.gain, tuning.integral_time) == (False, Decimal("0.25"), Decimal(30))
+
+
+def test_without_a_proportional_action_the_gain_goes_into_the_times():
+    tuning = one({"tuning": {"gain": 0.5, "proportional": False, "integral_time": 30, "derivative_time": 4}}).tuning
+    assert tuning.gain == 0
+    assert tuning.reset.duration.value == 15  # half the time, twice as fast: gain 0.5 is 2 % per %
+    assert tuning.rate == 8
+
+
+def test_a_gain_of_zero_takes_the_other_terms_with_it():
+    """A DL06 would let them act as with gain 1."""
+    loop = one({"tuning": {"gain": 0, "integral_time": 30, "derivative_time": 4}})
+    assert (loop.tuning.gain, str(loop.tuning.reset), loop.tuning.rate) == (0, "off", 0)
+
+
+def test_a_gain_that_rounds_onto_the_off_code_is_refused():
+    with pytest.raises(ConvertError, match="switches it off"):
+        back_and_forth(dl06({"tuning": {"gain": 0.004, "reset": 30}}))
+
+
+# --- reset -----------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("reset", "unit", "decimals", "seconds"),
+    [(30, "seconds", 1, "30"), (2, "minutes", 1, "120"), ("2 min", "seconds", 1, "120"), ("off", "seconds", 1, "0"),
+     (0, "seconds", 1, "0"), (999.9, "seconds", 1, "0"), (999.9, "minutes", 1, "0"), (99.99, "minutes", 2, "0"),
+     (99.99, "minutes", 1, "5999.4"), (999.8, "seconds", 1, "999.8")],
+)  # fmt: skip
+def test_reset_times_are_seconds_and_the_codes_are_off(reset, unit, decimals, seconds):
+    loop = {"tuning": {"gain": 1, "reset": reset, "reset_unit": unit}}
+    assert neutral(loop, reset_decimals=decimals).tuning.integral_time == Decimal(seconds)
+
+
+@pytest.mark.parametrize(
+    ("seconds", "options", "reset", "unit"),
+    [(30, {}, "30", "seconds"), (999.8, {}, "999.8", "seconds"), (1200, {}, "20", "minutes"), (0, {}, None, None),
+     (99.98, {"reset_decimals": 2}, "99.98", "seconds"), (99.99, {"reset_decimals": 2}, "1.6665", "minutes"),
+     (59988, {}, "999.8", "minutes")],
+)  # fmt: skip
+def test_a_reset_is_in_the_unit_that_holds_it(seconds, options, reset, unit):
+    tuning = one({"tuning": {"gain": 1, "integral_time": seconds}}, **options).tuning
+    duration = tuning.reset.duration
+    assert (duration and duration.value) == (None if reset is None else Decimal(reset))
+    assert unit is None or tuning.reset_unit == unit
+
+
+def test_a_reset_never_becomes_the_code_that_switches_it_off():
+    loop = {"tuning": {"gain": 1, "integral_time": 59994}}  # 999.9 min
+    assert one(loop).tuning.reset.duration.value == Decimal("999.8")
+    assert clamped(loop) == {"tuning.reset"}
+
+
+def test_a_rounded_reset_is_reported():
+    made = back_and_forth(dl06({"tuning": {"gain": 1, "reset": "1201 s"}}))
+    change = next(c for c in made.loops[0][1] if c.field == "tuning.reset")
+    assert (change.kind, change.target) == ("rounded", 20)
+    assert change.error_percent == pytest.approx(100 / 1201)
+
+
+# --- derivative ------------------------------------------------------------------------------------------------------
+
+
+def test_the_derivative_gain_limit_is_a_filter():
+    loop = {"tuning": {"gain": 1, "rate": 6}, "derivative_gain_limit": 10}
+    tuning = neutral(loop).tuning
+    assert (tuning.derivative_time, tuning.derivative_filter, tuning.derivative_on) == (6, Decimal("0.6"), "error")
+    assert neutral(loop, derivative="pv").tuning.derivative_on == "pv"
+    made = one({"tuning": {"gain": 1, "derivative_time": 6, "derivative_filter": 0.6}})
+    assert (made.tuning.rate, made.derivative_gain_limit) == (6, 10)
+
+
+def test_a_limit_of_zero_is_no_derivative_and_one_without_a_rate_is_nothing():
+    assert neutral({"tuning": {"gain": 1, "rate": 6}, "derivative_gain_limit": 0}).tuning.derivative_time == 0
+    assert (
+        neutral({"tuning": {"gain": 1, "rate": 6}, "derivative_gain_limit_enabled": True}).tuning.derivative_time == 0
+    )
+    assert "derivative_gain_limit" in lost({"derivative_gain_limit": 10})
+    off = {"tuning": {"gain": 1, "rate": 6}, "derivative_gain_limit": 10, "derivative_gain_limit_enabled": False}
+    assert neutral(off).tuning.derivative_filter == 0
+    assert "derivative_gain_limit" in lost(off)
+
+
+@pytest.mark.parametrize(("time", "limit", "brought"), [(0.1, 20, True), (60, 1, True), (0.6, 10, False)])
+def test_a_filter_is_brought_within_the_limits_of_the_limit(time, limit, brought):
+    loop = {"tuning": {"gain": 1, "derivative_time": 6, "derivative_filter": time}}
+    assert one(loop).derivative_gain_limit == limit
+    assert clamped(loop) == ({"derivative_gain_limit"} if brought else set())
+
+
+def test_a_derivative_of_the_pv_is_reported_unless_the_cpu_has_it():
+    loop = {"tuning": {"gain": 1, "derivative_time": 6, "derivative_on": "pv"}}
+    assert "kicks the output" in dropped(loop)["tuning.derivative_on"]
+    assert dropped(loop, derivative="pv") == {}
+    assert target(loop, derivative="pv")[0].plc.derivative == "pv"
+    error = {"tuning": {"gain": 1, "derivative_time": 6, "derivative_on": "error"}}
+    assert dropped(error) == {}
+    assert "tuning.derivative_on" in dropped(error, derivative="pv")
+
+
+# --- PV and its filter -----------------------------------------------------------------------------------------------
+
+
+def test_the_filter_constant_is_a_time_constant():
+    """Tc = -Ts/ln(1 - k), here ln 2 in half a second."""
+    pv = {"range": [0, 200], "filter": 0.5}
+    time = neutral({"pv": pv}).pv.filter
+    assert float(time) == pytest.approx(0.5 / 0.6931471805599453)
+    assert one({"pv": {"range": [0, 200], "filter": float(time)}}).pv.filter == Decimal("0.5")
+
+
+@pytest.mark.parametrize("k", [0, 1.0, 1.1, 999.9])
+def test_a_filter_that_does_nothing_is_none(k):
+    assert neutral({"pv": {"range": [0, 200], "filter": k}}).pv.filter == 0
+
+
+def test_a_filter_that_is_switched_off_is_not_carried_over():
+    pv = {"range": [0, 200], "filter": 0.5, "filter_enabled": False}
+    assert neutral({"pv": pv}).pv.filter == 0
+    assert "pv.filter" in lost({"pv": pv})
+
+
+def test_the_strongest_filter_is_a_tenth():
+    loop = {"pv": {"range": [0, 200], "filter": 60}}
+    assert one(loop).pv.filter == Decimal("0.1")
+    assert clamped(loop) == {"pv.filter"}
+
+
+def test_filter_and_rate_of_change_count_in_the_samples_that_the_word_holds():
+    loop = {"sample_time": 0.01, "pv": {"range": [0, 200], "filter": 0.1}, "alarms": {"rate_of_change": 20}}
+    made = one(loop)
+    assert clamped(loop) == {"sample_rate"}
+    assert made.sample_rate == Decimal("0.05")
+    assert float(made.pv.filter) == pytest.approx(1 - 2.718281828459045**-0.5)
+    assert made.alarms.rate_of_change.value == 1
+
+
+# --- what the file must say ------------------------------------------------------------------------------------------
+
+
+def test_a_missing_range_names_the_key():
+    found = to_neutral(dl06({}, {"pv": {"unit": "degC"}}))[1].missing
+    assert [(m.path, m.key) for m in found] == [(("loops", 1, "pv", "range"), "range")]
+    assert "add pv.range" in found[0].message
+
+
+def test_limits_that_do_not_ascend_are_named():
+    with pytest.raises(ConvertError, match=r"correct output\.limits"):
+        back_and_forth(dl06({"output": {"range": [0, 50], "limits": [40, 5]}}))
+    with pytest.raises(ConvertError, match=r"correct setpoint\.limits"):
+        back_and_forth(dl06({"setpoint": {"limits": [40, 40]}}))
+
+
+def test_an_output_without_a_range_is_percent_and_its_values_are_counts():
+    found = to_neutral(dl06({"output": {"limits": [0, 4095]}, "tuning": {"gain": 2}}))[0]
+    said = next(s for s in found.said if s.field == "output.range")
+    assert said.assumed
+    assert found.loop["output"]["range"] == [0, 100]
+    assert found.loop["output"]["limits"] == [0, 100]
+    assert found.loop["tuning"]["gain"] == 1
+
+
+def test_counts_are_engineering_values():
+    loop = neutral({"setpoint": {"value": "2048 counts"}, "error": {"deadband": "41 counts"}})
+    assert float(loop.setpoint.value) == pytest.approx(2048 / 4095 * 200)
+    assert float(loop.deadband) == pytest.approx(41 / 4095 * 200)
+
+
+# --- alarms ----------------------------------------------------------------------------------------------------------
+
+
+ALARMS = {"pv": {"low_low": 10, "low": 20, "high": 150, "high_high": 160}, "deviation": {"yellow": 5, "red": 10},
+          "rate_of_change": 0.5, "hysteresis": 1}  # fmt: skip
+
+
+def test_alarms_go_to_their_twins_and_back():
+    alarms = neutral({"alarms": ALARMS}).alarms
+    assert (alarms.pv.low_low, alarms.pv.low, alarms.pv.high, alarms.pv.high_high) == (10, 20, 150, 160)
+    assert (alarms.deviation.high, alarms.deviation.high_high, alarms.hysteresis) == (5, 10, 1)
+    assert alarms.rate_of_change == 1  # half a unit in half a second
+    assert neutral({"alarms": {"rate_of_change": "6 /min"}}).alarms.rate_of_change == Decimal("0.1")
+    made = one({"alarms": alarms.model_dump()}).alarms
+    assert dict(made.pv) == {k: Quantity(Decimal(v)) for k, v in ALARMS["pv"].items()} | {"enabled": None}
+    assert (made.deviation.yellow.value, made.deviation.red.value, made.hysteresis.value) == (5, 10, 1)
+    assert made.rate_of_change.per_sample(Decimal("0.5")) == Quantity(Decimal("0.5"))
+
+
+def test_alarms_that_are_switched_off_are_not_carried_over():
+    off = {"pv": {**ALARMS["pv"], "enabled": False}, "deviation": {**ALARMS["deviation"], "enabled": False},
+           "rate_of_change": 0.5, "rate_of_change_enabled": False}  # fmt: skip
+    alarms = neutral({"alarms": off}).alarms
+    assert alarms.pv.low is None
+    assert alarms.deviation.high is None
+    assert alarms.rate_of_change is None
+    assert {"alarms.pv.low_low", "alarms.pv.high", "alarms.deviation.red", "alarms.rate_of_change"} <= set(
+        lost({"alarms": off})
+    )
+
+
+def test_a_point_that_is_not_given_is_zero_counts():
+    """One bit enables them all (D20)."""
+    pv = {"range": [-50, 150], "format": "12-bit bipolar"}
+    alarms = neutral({"pv": pv, "alarms": {"pv": {"low": 60, "high": 100, "high_high": 120}}}).alarms
+    assert alarms.pv.low_low == 50
+
+
+@pytest.mark.parametrize(
+    ("given", "places"),
+    [
+        ({"high": 150}, ["0 counts", "1 counts", "150", "4095 counts"]),
+        ({"low": 20}, ["0 counts", "20", "4094 counts", "4095 counts"]),
+        ({"low_low": 10, "high_high": 160}, ["10", "206 counts", "3275 counts", "160"]),
+        ({"low_low": 0, "low": 20, "high": 150, "high_high": 200}, ["0", "20", "150", "200"]),
+        ({"low": 0, "high": 150}, ["0 counts", "1 counts", "150", "4095 counts"]),
+        ({"low": 20, "high": 200}, ["0 counts", "20", "4094 counts", "4095 counts"]),
+    ],
+)
+def test_points_that_a_group_needs_besides_stand_out_of_the_way(given, places):
+    made = one({"alarms": {"pv": given}})
+    assert [str(getattr(made.alarms.pv, key)) for key in ("low_low", "low", "high", "high_high")] == places
+
+
+def test_a_point_that_no_pv_passes_makes_room_and_is_reported():
+    assert set(dropped({"alarms": {"pv": {"low": 0, "high": 150}}})) == {"alarms.pv.low"}
+    assert set(dropped({"alarms": {"pv": {"low": 20, "high": 200}}})) == {"alarms.pv.high"}
+    assert one({"alarms": {"pv": {"high": 200}}}).alarms.pv is None
+
+
+def test_points_that_round_to_the_same_counts_are_refused():
+    with pytest.raises(ConvertError, match=r"high 150 and high_high 150\.01"):
+        target({"alarms": {"pv": {"high": 150, "high_high": 150.01}}})
+    with pytest.raises(ConvertError, match=r"yellow 5 and red 5\.005"):
+        target({"alarms": {"deviation": {"high": 5, "high_high": 5.005}}})
+
+
+def test_a_deviation_alone_gets_its_partner():
+    made = one({"alarms": {"deviation": {"high": 5}}}).alarms.deviation
+    assert (str(made.yellow), str(made.red)) == ("5", "4095 counts")
+    made = one({"alarms": {"deviation": {"high_high": 10}}}).alarms.deviation
+    assert (str(made.yellow), str(made.red)) == ("204 counts", "10")
+    assert set(dropped({"alarms": {"deviation": {"high": 250}}})) == {"alarms.deviation.high"}
+
+
+@pytest.mark.parametrize(
+    ("wanted", "deviation", "held", "field"),
+    [(0, 5, "1 counts", set()), (0.01, 5, "1 counts", set()), (2, 5, "2", set()), (8, 5, None, {"alarms.hysteresis"}),
+     (100, None, "25", {"alarms.hysteresis"})],
+)  # fmt: skip
+def test_the_hysteresis_is_brought_where_the_plc_takes_it(wanted, deviation, held, field):
+    alarms = {"pv": {"high": 150}, "deviation": {"high": deviation}, "hysteresis": wanted}
+    made = target({"alarms": alarms})[0]
+    assert clamped({"alarms": alarms}) == field
+    assert held is None or str(made.loops[0].alarms.hysteresis) == held
+    assert error_codes(from_neutral(generic({"alarms": alarms}), {}).data) == []
+
+
+def test_a_rate_of_change_of_less_than_half_a_count_is_dropped():
+    assert set(dropped({"alarms": {"rate_of_change": 0.04}})) == {"alarms.rate_of_change"}
+    assert dropped({"alarms": {"rate_of_change": 0.05}}) == {}
+
+
+# --- square root -----------------------------------------------------------------------------------------------------
+
+
+def test_alarms_of_a_square_root_loop_become_alarms_of_the_flow():
+    """A quarter of the differential pressure is half of the flow."""
+    loop = {"pv": {"range": [0, 200], "square_root": True}, "alarms": ALARMS | {"pv": {**ALARMS["pv"], "low": 50}}}
+    found = neutral(loop)
+    assert found.pv.square_root
+    assert found.alarms.pv.low == 100
+    assert found.alarms.deviation.high is None
+    assert {"alarms.deviation.red", "alarms.rate_of_change", "alarms.hysteresis"} <= set(lost(loop))
+    made = one({"pv": {"range": [0, 200], "square_root": True}, "alarms": found.alarms.model_dump()})
+    assert made.alarms.pv.low.value == 50
+    assert made.pv.square_root
+
+
+def test_differences_cannot_be_squared():
+    alarms = {"deviation": {"high": 5}, "rate_of_change": 1, "hysteresis": 1}
+    assert set(dropped({"pv": {"range": [0, 200], "square_root": True}, "alarms": alarms})) == {
+        "alarms.deviation.high", "alarms.rate_of_change", "alarms.hysteresis"}  # fmt: skip
+
+
+def test_the_set_point_of_a_square_root_loop_is_a_flow():
+    loop = {"pv": {"range": [0, 200], "square_root": True}, "setpoint": {"value": 100}, "error": {"deadband": 2}}
+    assert (neutral(loop).setpoint.value, neutral(loop).deadband) == (100, 2)
+
+
+# --- error, bias, forms ----------------------------------------------------------------------------------------------
+
+
+def test_a_squared_error_is_dropped_and_its_deadband_is_a_root():
+    """The deadband is applied to the square: a hundredth of the span is a tenth of it."""
+    loop = {"error": {"curve": "squared", "deadband": 2}}
+    assert "error.curve" in lost(loop)
+    assert neutral(loop).deadband == 20
+    assert one({"deadband": 2}).error.deadband.value == 2
+    assert "error.deadband" in lost({"error": {"deadband": 2, "deadband_enabled": False}})
+
+
+def test_the_bias_is_a_constant_without_an_integral_only():
+    state = {"bias": 10, "output": 12}
+    p_only = neutral({"tuning": {"gain": 2}, "state": state})
+    assert (p_only.output.bias, p_only.output.manual) == (10, 12)
+    assert neutral({"state": state}).output.bias == 0
+    live_zero = {"tuning": {"gain": 2}, "output": {"range": [4, 20]}}
+    assert neutral(live_zero).output.bias == 4
+    assert one({"tuning": {"gain": 1}, "output": {"range": [4, 20], "bias": 4}}).state.bias is None
+    assert one({"tuning": {"gain": 1}, "output": {"range": [0, 50], "bias": 10, "manual": 12}}).state.bias.value == 10
+
+
+def test_the_freeze_is_the_anti_windup_and_the_velocity_form_needs_none():
+    assert [neutral({"bias_freeze": on}).anti_windup for on in (True, False)] == [True, False]
+    assert neutral({"algorithm": "velocity"}).anti_windup
+    assert "algorithm" in lost({"algorithm": "velocity"})
+    assert [one({"anti_windup": on}).bias_freeze for on in (True, False)] == [True, False]
+    note = next(p.note for p in target({"output": {"range": [0, 50], "limits": [5, 45]}})[1] if p.of == "anti_windup")
+    assert "ends of the data range" in note
+
+
+def test_what_a_dl06_loop_cannot_do_is_dropped():
+    output = {"range": [0, 50], "max_rate": 2, "pulse": {"period": 10}}
+    assert set(dropped({"output": output})) == {"output.max_rate", "output.pulse"}
+
+
+def test_the_profile_is_in_the_report():
+    profile = {"table": "V3000", "steps": [{"ramp_to": 60, "slope": 0.1, "soak": 10, "deviation": 2}]}
+    assert "ramp to 60 at 0.1 /s, soak 10 min within 2" in lost({"ramp_soak": profile})["ramp_soak"]
+
+
+# --- cascade ---------------------------------------------------------------------------------------------------------
+
+MINOR = {"mode": "cascade", "pv": {"range": [0, 50]}, "output": {"range": [0, 100]}}
+
+
+def test_a_cascade_is_a_link_by_name_or_by_pointer():
+    for link in ({"cascade_from": "L2"}, {"remote_setpoint": "V2045"}):
+        assert to_neutral(dl06({**MINOR, **link}, {"mode": "auto"}))[0].loop["setpoint"] == {"source": "L2"}
+    assert "V3000" in lost({"remote_setpoint": "V3000"})["remote_setpoint"]
+    made = target({**MINOR, "setpoint": {"source": "L2"}}, {"mode": "auto"})[0]
+    assert (made.loops[0].cascade_from, made.loops[0].mode) == ("L2", "cascade")
+
+
+@pytest.mark.parametrize(
+    ("minor", "major"),
+    [
+        ({}, {"output": {"range": [0, 60]}}),
+        ({"pv": {"range": [0, 50], "unit": "l/h"}}, {"output": {"range": [0, 50], "unit": "m3/h"}}),
+        ({"setpoint": {"source": "L9"}}, {}),
+        ({"setpoint": {"source": "L1"}}, {}),
+        ({"pv": {"range": [0, 50], "square_root": True}}, {}),
+    ],
+)
+def test_a_cascade_that_a_dl06_cannot_make_is_dropped(minor, major):
+    loops = {**MINOR, "setpoint": {"source": "L2"}, **minor}, {"mode": "auto", **major}
+    made = target(*loops)[0].loops[0]
+    assert (made.cascade_from, made.mode) == (None, "auto")
+    assert "setpoint.source" in dropped(*loops)
+    assert error_codes(from_neutral(generic(*loops), {}).data) == []
+
+
+def test_a_major_loop_that_could_not_leave_manual_is_not_linked():
+    loops = {**MINOR, "mode": "auto", "setpoint": {"source": "L2"}}, {"mode": "auto"}
+    assert "cannot leave Manual" in dropped(*loops)["setpoint.source"]
+    assert error_codes(from_neutral(generic(*loops), {}).data) == []
+
+
+# --- placement -------------------------------------------------------------------------------------------------------
+
+
+def test_options_say_where_and_for_which_cpu():
+    read = {option.key: option.read for option in CONVERT_OPTIONS}
+    texts = {"loop_table": "V3000", "reset_decimals": "2", "data_format": "15-bit unipolar", "derivative": "pv"}
+    options = {key: read[key](text) for key, text in texts.items()}
+    config, puts = target({}, **options)
+    assert (config.plc.loop_table, config.plc.reset_decimals, config.plc.derivative) == (0o3000, 2, "pv")
+    assert config.loops[0].pv.format == "15-bit unipolar"
+    assert any(put.of is None and "V3000" in put.note for put in puts)
+    assert read["data_format"]("14-bit") is None
+    assert target({})[0].plc.loop_table == 0o2000
+
+
+def test_eight_loops_and_no_faster_than_they_can():
+    eight = [{"sample_time": 0.05, "name": f"L{i}"} for i in range(8)]
+    assert target(*eight)[0].loops[7].sample_rate == Decimal("0.1")
+    assert error_codes(from_neutral(generic(*eight), {}).data) == []
+    with pytest.raises(ConvertError, match="9 loops"):
+        target(*eight, {"name": "L9"})
+
+
+# --- everything ------------------------------------------------------------------------------------------------------
+
+EVERYTHING = {
+    "description": "all of it", "mode": "cascade", "cascade_from": "L2", "remote_setpoint": "V3000",
+    "algorithm": "velocity", "bumpless": "I", "bias_freeze": True, "independent_of_cpu_mode": True,
+    "tuning": {"gain": 1, "reset": 30, "reset_unit": "seconds", "rate": 5},
+    "derivative_gain_limit": 10, "derivative_gain_limit_enabled": True,
+    "pv": {"range": [0, 50], "unit": "l/h", "format": "12-bit unipolar", "square_root": False, "filter": 0.5,
+           "filter_enabled": True, "transfer": {"slot": 1, "channel": 2}},
+    "setpoint": {"value": 20, "limits": [0, 45], "limits_enabled": True},
+    "output": {"range": [0, 100], "unit": "%", "format": "12-bit unipolar", "limits": [5, 95],
+               "transfer": {"address": "V3000"}},
+    "error": {"curve": "squared", "deadband": 0.5, "deadband_enabled": True},
+    "alarms": {"pv": {"low_low": 1, "low": 2, "high": 40, "high_high": 45, "enabled": True},
+               "deviation": {"yellow": 5, "red": 10, "enabled": True},
+               "rate_of_change": 0.5, "rate_of_change_enabled": True, "hysteresis": 1},
+    "ramp_soak": {"table": "V4000", "enabled": True, "request": "start",
+                  "steps": [{"ramp_to": 20, "slope": 0.1, "soak": 5, "deviation": 1}]},
+    "autotune": {"method": "open", "type": "PI", "start": True},
+    "state": {"pv": 10, "bias": 20, "output": 30},
+}  # fmt: skip
+
+
+def leaves(model, prefix: str = ""):
+    """The paths of a model's given fields."""
+    for key in sorted(model.model_fields_set):
+        value = getattr(model, key)
+        if hasattr(value, "model_fields_set"):
+            yield from leaves(value, f"{prefix}{key}.")
+        else:
+            yield f"{prefix}{key}"
+
+
+def test_nothing_is_forgotten():
+    config = dl06(EVERYTHING, {"mode": "auto", "output": {"range": [0, 50]}})
+    said = {s.field for s in to_neutral(config)[0].said}
+    known = set(leaves(config.loops[0]))
+    assert len(known) > 50
+    spoken = {path for path in known for field in said if path == field or path.startswith(f"{field}.")}
+    assert sorted(known - spoken - set(NOTHING_LOST)) == []
+    assert set(NOTHING_LOST) <= known
+    assert {path for path in known if path.startswith(("tuning", "error.d", "alarms"))} - spoken <= set(NOTHING_LOST)
+
+
+def test_every_field_of_the_schema_is_in_that_test():
+    def paths(model, prefix=""):
+        for key, field in model.model_fields.items():
+            inner = next((m for m in (field.annotation, *getattr(field.annotation, "__args__", ()))
+                          if hasattr(m, "model_fields")), None)  # fmt: skip
+            if inner is None or key in {"transfer", "ramp_soak"}:
+                yield f"{prefix}{key}"
+            else:
+                yield from paths(inner, f"{prefix}{key}.")
+
+    given_here = set(leaves(dl06(EVERYTHING).loops[0]))
+    missing = [p for p in paths(Loop) if not any(g == p or g.startswith(f"{p}.") for g in given_here)]
+    assert missing == []
+
+
+@pytest.mark.parametrize("name", ["reactor", "oven", "extruder", "flow"])
+def test_examples_come_back_without_errors(name):
+    config = Dl06File.model_validate(read_document((EXAMPLES / f"{name}.yaml").read_bytes(), name).data)
+    assert error_codes(back_and_forth(config).data) == []
+
+
+WITHOUT_TWIN = {"remote_setpoint", "ramp_soak.table", "state.pv", "state.bias", "state.output"}
+SWITCHES = ("action", "bias_freeze", "pv.square_root", "derivative_gain_limit_enabled", "setpoint.limits_enabled",
+            "error.deadband_enabled", "alarms.pv.enabled", "alarms.deviation.enabled",
+            "alarms.rate_of_change_enabled")  # fmt: skip
+
+
+@given(data=st.data())
+@settings(max_examples=30, phases=[Phase.generate], suppress_health_check=list(HealthCheck))
+def test_what_is_not_reported_comes_back_the_same(data):
+    """Word for word in the same data format; what the report does not call exact may differ."""
+    form = data.draw(st.sampled_from(FORMAT_NAMES))
+    config = tidy(data.draw(configurations(form)))
+    try:
+        made = back_and_forth(config, data_format=form, reset_decimals=config.plc.reset_decimals)
+    except ConvertError as error:
+        assume("correct" not in str(error) and "least one count" not in str(error))
+        raise
+    second = held(Dl06File.model_validate(made.data))
+    for i, first in enumerate(held(config)):
+        reported = {c.field for c in made.loops[i][1] if c.kind != "exact"}
+        reported |= {"bias_freeze"} if "algorithm" in reported else set()
+        if config.loops[i].alarms.hysteresis is None:
+            reported.add("alarms.hysteresis")  # its word follows from the alarms that are left
+        kept = {path for path in first if not any(same_part(path, field) for field in reported)}
+        assert {"action", "sample_rate"} <= kept
+        assert {path: first[path] for path in kept} == {path: second[i][path] for path in kept}
+
+
+def same_part(path: str, field: str) -> bool:
+    """Whether a word or bit belongs to a field of the report."""
+    part = path.removesuffix("enabled").rstrip("._")
+    return path.startswith(field) or (part != path and field.startswith(part))
+
+
+def held(config: Dl06File) -> list[dict]:
+    """The words and switches of each loop by path; times in s, and what does nothing (filter 1.0, deadband 0) as none."""
+    image, found = encode(config).image.words, []
+    for i, loop in enumerate(config.loops):
+        words = [image[config.plc.loop_table + i * 32 + n] for n in range(32)]
+        values = {str(row.path): words[row.offset] for row in LOOP_TABLE.words if row.path}
+        values |= {path: LOOP_TABLE.decode_bits(words)[path] for path in SWITCHES}
+        values["error.deadband_enabled"] &= words[0o23] > 0
+        values["pv.filter"] = 0 if words[0o24] >= 0x10 else words[0o24]
+        values["tuning.reset"] = reset_value(loop) * (60 if loop.tuning.reset_unit == "minutes" else 1)
+        found.append({path: value for path, value in values.items() if path not in WITHOUT_TWIN})
+    return found
+
+
+def tidy(config: Dl06File) -> Dl06File:
+    """With limits and alarm points in order, as a PLC wants them."""
+    loops = []
+    for loop in config.loops:
+        scales = scales_of(loop)
+
+        def ordered(values, scale):
+            return sorted(values, key=scale.position)
+
+        update: dict = {}
+        if loop.setpoint.limits:
+            limits = tuple(ordered(loop.setpoint.limits, scales["sp"]))
+            update["setpoint"] = loop.setpoint.model_copy(update={"limits": limits})
+        if loop.output.limits:
+            update["output"] = loop.output.model_copy(
+                update={"limits": tuple(ordered(loop.output.limits, scales["output"]))}
+            )
+        pv = loop.alarms.pv
+        points = [getattr(pv, key) for key in ("low_low", "low", "high", "high_high")] if pv else [None]
+        if None not in points:
+            keys = ("low_low", "low", "high", "high_high")
+            pv = pv.model_copy(update=dict(zip(keys, ordered(points, scales["pv"]), strict=True)))
+            update["alarms"] = loop.alarms.model_copy(update={"pv": pv})
+        loops.append(loop.model_copy(update=update))
+    return config.model_copy(update={"loops": tuple(loops)})
