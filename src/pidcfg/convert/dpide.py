@@ -10,6 +10,7 @@ from pidcfg.convert.terms import ZERO, dependent, number
 from pidcfg.convert.twins import ALARMS, dropped
 from pidcfg.encoders.dpide.files import DECODE_OPTIONS
 from pidcfg.encoders.plain import present
+from pidcfg.encoders.words import nearest
 from pidcfg.refs import Decision
 from pidcfg.schemas.base import plain_number
 from pidcfg.schemas.dpide import LONGEST_CYCLE, SHORTEST_CYCLE
@@ -27,15 +28,35 @@ D296 = Decision(
     "has an anti-windup, else 0.",
     "The dependent form is the one that all others have a twin of; mode 2 works the integral out of the limited MV.",
 )  # fmt: skip
+D297 = Decision(
+    297, "a DPIDE that is off goes over in manual, with an output of 0",
+    "PID_RUN FALSE becomes the manual mode; the manual output is then 0, or the limit next to it, whatever MOUT says.",
+    "The instruction sets MV to 0 when it is switched off; MOUT might open the valve.",
+)  # fmt: skip
+D298 = Decision(
+    298, "without a set point a DPIDE gets the one at which its output is least",
+    "SV is the lower end of the PV's range where the PV rises with the output, else the upper one; reported as "
+    "assumed.",
+    "SV must be given. A loop that nobody has given a set point must not open its valve.",
+)  # fmt: skip
 BLOCK = 30
 """Registers of an I_MV block."""
+BACK_CALCULATED = 2
+"""PID_MODE that works the integral out of the limited MV."""
 MS = 1000
 DEAD_BAND = "inside the band DPIDE counts the error as 0 only after PV has crossed SV"
 HELD = "DPIDE always holds its integral at the limits of MV"
+BELOW_ZERO = "what is below 0 counts as 0"
+TUNES = "start the auto-tuning as the target does it"
 CONVERT_OPTIONS = tuple(row for row in DECODE_OPTIONS if row.key == "device")
-NOTHING_LOST = ("name", "description", "pv.range", "output.range", "PV", "device", "devices", "MOUT_AUTO")
-"""Names go with the loop, ranges with every quantity, the PV is the process's, and places mean nothing elsewhere. That
-MOUT follows MV makes the change to manual bumpless, as it is in every PLC that keeps its output then."""
+NOTHING_LOST = {
+    "PV": "the process's",
+    "device": "a place, which means nothing elsewhere",
+    "devices": "places, likewise",
+    "MOUT_AUTO": "the change to manual is bumpless, as in every PLC that keeps its output then",
+    "PID_DE": "of no effect without a derivative",
+}
+"""Fields that may come without a line in the report, and why."""
 COMPARE, PULSES = "compare PV in the program", "use GPWM behind the instruction"
 NO_TWIN = {
     "setpoint.limits.0": "limit SV in the program",
@@ -60,6 +81,10 @@ def _neutral(loop: DpideLoop, i: int, interval: int | None) -> Neutral:
     if loop.pv.range is None:
         message = f"the PV of {loop.name} has no range: add pv.range with its values at 0 % and 100 %"
         out.missing.append(Missing(("loops", i), "pv.range", message))
+    if loop.MV_MAX == loop.MV_MIN:
+        message = f"MV_MAX and MV_MIN of {loop.name} are both {plain_number(loop.MV_MAX)}: write the limits of MV"
+        out.missing.append(Missing(("loops", i, "MV_MAX"), "MV_MAX", message))
+    if out.missing or loop.pv.range is None:
         return out
     cycle = interval if interval is not None else min(max(loop.CYCLE, SHORTEST_CYCLE), LONGEST_CYCLE)
     low, high = sorted((loop.MV_MIN, loop.MV_MAX))
@@ -78,7 +103,7 @@ def _neutral(loop: DpideLoop, i: int, interval: int | None) -> Neutral:
             **present({"unit": loop.output.unit}),
             "limits": [plain_number(low), plain_number(high)],
             "bias": plain_number(loop.BIAS),
-            "manual": plain_number(loop.MOUT),
+            "manual": plain_number(loop.MOUT if loop.PID_RUN else min(max(ZERO, low), high)),
         },
         "deadband": plain_number(abs(loop.ERR_DBW)),
         "anti_windup": True,
@@ -104,18 +129,25 @@ def _tuning(loop: DpideLoop) -> dict[str, Any]:
 
 def _said(loop: DpideLoop) -> list[Said]:
     said = [
+        Said("name", loop.name, ("name",)),
+        *([] if loop.description is None else [Said("description", loop.description, ("description",))]),
         Said("PID_DIR", loop.PID_DIR, ("output_raises_pv",)),
         Said("SV", loop.SV, ("setpoint.value",)),
         Said("PID_MAN", loop.PID_MAN, ("mode",)),
-        Said("PID_RUN", loop.PID_RUN, ("mode",), "" if loop.PID_RUN else "a loop that is off goes over in manual"),
-        Said("PID_MODE", loop.PID_MODE, ("anti_windup",), HELD),
+        Said("PID_RUN", loop.PID_RUN, ("mode",), "" if loop.PID_RUN else "off: it goes over in manual, with output 0"),
     ]
+    if loop.PID_MODE == 1:
+        said.append(Said("PID_MODE", 1, note=TUNES))
+    else:
+        said.append(Said("PID_MODE", loop.PID_MODE, ("anti_windup",), HELD, assumed=loop.PID_MODE != BACK_CALCULATED))
     if loop.ERR_DBW:
         said.append(Said("ERR_DBW", loop.ERR_DBW, ("deadband",), DEAD_BAND))
     for key in ("pv", "output"):
-        unit = getattr(loop, key).unit
-        if unit is not None:
-            said.append(Said(f"{key}.unit", unit, (f"{key}.unit",)))
+        scale = getattr(loop, key)
+        if scale.range is not None:
+            said.append(Said(f"{key}.range", list(scale.range), (f"{key}.range",)))
+        if scale.unit is not None:
+            said.append(Said(f"{key}.unit", scale.unit, (f"{key}.unit",)))
     return said
 
 
@@ -124,25 +156,34 @@ def _said_terms(loop: DpideLoop, interval: int | None) -> list[Said]:
     cycle = "" if interval is None else f"the interrupt task's interval of {interval} ms counts"
     said = [
         Said("CYCLE", loop.CYCLE, ("sample_time",), cycle),
-        Said("Kc_Kp", loop.Kc_Kp, ("tuning.gain", "tuning.proportional")),
-        Said("Ti_Ki", loop.Ti_Ki, ("tuning.integral_time",)),
-        Said("Td_Kd", loop.Td_Kd, ("tuning.derivative_time",)),
+        Said("Kc_Kp", loop.Kc_Kp, ("tuning.gain", "tuning.proportional"), _below_zero(loop.Kc_Kp)),
+        Said("Ti_Ki", loop.Ti_Ki, ("tuning.integral_time",), _below_zero(loop.Ti_Ki)),
+        Said("Td_Kd", loop.Td_Kd, ("tuning.derivative_time",), _below_zero(loop.Td_Kd)),
         Said("PID_EQ", loop.PID_EQ, ("tuning.gain",)),
     ]
     if loop.Td_Kd > 0:
         said.append(Said("PID_DE", loop.PID_DE, ("tuning.derivative_on",)))
-    if loop.Tf > 0:
-        said.append(Said("Tf", loop.Tf, ("tuning.derivative_filter",)))
+    if loop.Tf:
+        said.append(Said("Tf", loop.Tf, ("tuning.derivative_filter",), _below_zero(loop.Tf)))
     return said
+
+
+def _below_zero(value: Decimal) -> str:
+    return BELOW_ZERO if value < 0 else ""
 
 
 def _said_output(loop: DpideLoop) -> list[Said]:
     """Limits, and the scale that they stand for where no range is given."""
-    said = [
-        Said("MV_MIN", loop.MV_MIN, ("output.limits.0",)),
-        Said("MV_MAX", loop.MV_MAX, ("output.limits.1",)),
-        Said("MOUT", loop.MOUT, ("output.manual",)),
-    ]
+    ends, note = ("output.limits.0", "output.limits.1"), ""
+    if loop.MV_MIN > loop.MV_MAX:
+        ends, note = ends[::-1], "MV_MIN is above MV_MAX: the PLC swaps them"
+    said = [Said("MV_MIN", loop.MV_MIN, ends[:1], note), Said("MV_MAX", loop.MV_MAX, ends[1:], note)]
+    if loop.PID_RUN:
+        said.append(Said("MOUT", loop.MOUT, ("output.manual",)))
+    elif loop.MOUT:
+        said.append(
+            Said("MOUT", loop.MOUT, note="the loop is off, and its output is 0: write it when you switch it on")
+        )
     if loop.output.range is None:
         note = "no output.range is given: MV_MIN and MV_MAX are taken for 0 % and 100 %"
         said.append(Said("output.range", None, ("output.range",), note, assumed=True))
@@ -177,7 +218,7 @@ def _instruction(loop: Loop, device: str) -> dict[str, Any]:
         **present({"description": loop.description}),
         "device": device,
         "SV": plain_number(_setpoint(loop)),
-        "PID_MODE": 2 if loop.anti_windup else 0,
+        "PID_MODE": BACK_CALCULATED if loop.anti_windup else 0,
         "PID_MAN": loop.mode == "manual",
         "CYCLE": _cycle(loop),
         "Kc_Kp": number(tuning.gain) if acts else 0,
@@ -198,31 +239,34 @@ def _instruction(loop: Loop, device: str) -> dict[str, Any]:
 
 
 def _setpoint(loop: Loop) -> Decimal:
-    return loop.pv.range[0] if loop.setpoint.value is None else loop.setpoint.value
+    """The set point; the one at which the output is least where there is none (D298)."""
+    return loop.pv.range[not loop.output_raises_pv] if loop.setpoint.value is None else loop.setpoint.value
 
 
 def _cycle(loop: Loop) -> int:
     """CYCLE in whole ms."""
-    return max(1, round(loop.sample_time * MS))
+    return min(max(nearest(loop.sample_time * MS), SHORTEST_CYCLE), LONGEST_CYCLE)
 
 
 def _puts(loop: Loop) -> list[Put]:
     """Where the neutral fields of a loop went."""
-    windup = "" if loop.anti_windup else HELD
+    cascade, windup = loop.mode == "cascade", "" if loop.anti_windup else HELD
     form = "" if loop.tuning.proportional else "in the independent form (PID_EQ FALSE): no proportional action"
-    set_by_hand = "write SV in the program" if loop.setpoint.value is None else ""
-    cycle = "CYCLE is whole milliseconds" if loop.sample_time * MS != _cycle(loop) else ""
+    none = "nothing says the set point: at this one the output is least" if loop.setpoint.value is None else ""
+    cycle = loop.sample_time * MS
+    whole = "CYCLE is whole milliseconds" if cycle != _cycle(loop) else ""
+    held = SHORTEST_CYCLE <= cycle <= LONGEST_CYCLE
     rows = [
-        Put("PID_DIR", "output_raises_pv"), Put("CYCLE", "sample_time", cycle), Put("Kc_Kp", "tuning.gain"),
-        Put("PID_EQ", "tuning.proportional", form), Put("Ti_Ki", "tuning.integral_time"),
+        Put("PID_DIR", "output_raises_pv"), Put("CYCLE", "sample_time", whole, exact=cycle, clamped=not held),
+        Put("Kc_Kp", "tuning.gain"), Put("PID_EQ", "tuning.proportional", form), Put("Ti_Ki", "tuning.integral_time"),
         Put("Td_Kd", "tuning.derivative_time"), Put("PID_DE", "tuning.derivative_on"),
         Put("Tf", "tuning.derivative_filter"), Put("MV_MIN", "output.limits.0"), Put("MV_MAX", "output.limits.1"),
         Put("output.range", "output.range"), Put("pv.range", "pv.range"), Put("BIAS", "output.bias"),
-        Put("PID_MODE", "anti_windup", windup),
-        Put("PID_MAN", "mode", "link the loops in the program" if loop.mode == "cascade" else ""),
+        Put("PID_MODE", "anti_windup", windup, assumed=not loop.anti_windup),
+        Put("PID_MAN", "mode", "link the loops in the program" if cascade else "", assumed=cascade),
         Put("MOUT", "output.manual"), Put("pv.unit", "pv.unit"), Put("output.unit", "output.unit"),
     ]  # fmt: skip
-    rows.append(Put("SV", None if loop.setpoint.value is None else "setpoint.value", set_by_hand))
+    rows.append(Put("SV", None if loop.setpoint.value is None else "setpoint.value", none))
     if loop.deadband:
         rows.append(Put("ERR_DBW", "deadband", DEAD_BAND))
     return [*rows, *dropped(loop, NO_TWIN)]

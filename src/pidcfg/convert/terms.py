@@ -66,11 +66,11 @@ def filter_share(time: Decimal, sample_time: Decimal) -> Decimal:
 def dependent(kp: Decimal, ki: Decimal, kd: Decimal) -> tuple[Decimal, Decimal, Decimal, bool]:
     """Independent gains as gain, integral and derivative time, and whether there is a proportional action.
 
-    Without one the gain is 1: the times then are 1/Ki and Kd.
+    Without one the gain is 1: the times then are 1/Ki and Kd. Without any of the three it is 0.
     """
-    gain = kp or ONE
+    gain = kp or (ONE if ki or kd else ZERO)
     integral = rounded(quotient(gain, ki)) if ki else ZERO
-    return gain, integral, rounded(quotient(kd, gain)), bool(kp) or not (ki or kd)
+    return gain, integral, rounded(quotient(kd, gain)) if kd else ZERO, bool(kp) or not (ki or kd)
 
 
 def independent(gain: Decimal, integral: Decimal, derivative: Decimal) -> tuple[Decimal, Decimal]:
