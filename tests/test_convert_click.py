@@ -254,6 +254,7 @@ def test_a_squared_error_is_dropped_with_the_gain_of_a_full_error():
 def test_the_deadband_goes_over_and_one_that_is_off_does_not():
     assert neutral({"error": {"deadband": 0.5}}).deadband == Decimal("0.5")
     assert neutral({"error": {"deadband": 0.5, "deadband_enabled": False}}).deadband == 0
+    assert neutral({"error": {"deadband_enabled": True}}).deadband == 0
     assert one({"deadband": 0.5}).error.deadband == Decimal("0.5")
     assert one({}).error.deadband is None
 

@@ -214,6 +214,8 @@ def test_quantities_in_counts_become_units():
     found = neutral(loop)
     assert (found.setpoint.value, found.setpoint.limits, found.deadband) == (100, (0, 200), 20)
     assert (found.output.limits, found.output.bias) == ((8, 20), 12)
+    live_zero = {"pv": {"counts": [1000, 5095]}, "setpoint": {"value": "3047.5 counts"}}
+    assert neutral(live_zero).setpoint.value == 100
 
 
 def test_the_set_point_of_a_square_root_loop_is_the_flow():
@@ -275,6 +277,7 @@ def test_what_an_ezlogix_does_not_have_is_told():
         "alarms.hysteresis",
     }  # fmt: skip
     assert "2048 counts into OR1" in found["output.manual"]
+    assert "output.manual" not in dropped({"output": {"range": [4, 20], "manual": 4}})
     assert "IR1" in found["alarms.pv.high"]
     assert "above 2048 counts" in found["alarms.pv.high"]
     assert "below 410 counts" in found["alarms.pv.low"]

@@ -171,7 +171,10 @@ def _output(b: Builder, loop: Loop, tags: Mapping[str, str]) -> None:
         b.put("output.offset", number(output.bias), "output.bias")
     if output.manual is not None:
         counts = nearest(rescaled(output.manual, output.range, full))
-        b.drop("output.manual", f"write {counts} counts into {tags['cv']} while the loop is in Manual")
+        if counts:
+            b.drop("output.manual", f"write {counts} counts into {tags['cv']} while the loop is in Manual")
+        else:
+            b.mark("output.tag", "output.manual", "a loop starts with 0 counts")
     if output.max_rate is not None:
         b.drop("output.max_rate", "limit the change of the output in the program, between the CV and its output")
     if output.pulse is not None:
