@@ -1,6 +1,7 @@
 """The ideal PID in double precision (D299), its anti-windup (D300) and its bumpless changes (D301).
 
-Plain functions of records and numbers, which numba compiles as they are. D numbers: see `decisions`.
+Plain functions of records and numbers, which numba compiles as they are.
+D numbers: see `pidcfg.encoders.generic.decisions`.
 """
 
 from __future__ import annotations
