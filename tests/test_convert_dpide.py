@@ -1,0 +1,349 @@
+"""Conversion of DPIDE instructions: what every operand becomes, what every neutral field becomes, and both ways."""
+
+from __future__ import annotations
+
+from decimal import Decimal
+from typing import Any
+
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from dpide_strategies import configurations
+from pidcfg.convert.dpide import CONVERT_OPTIONS, NOTHING_LOST, from_neutral, to_neutral
+from pidcfg.convert.pipeline import ConvertError, convert, neutral_loops
+from pidcfg.convert.terms import dependent, independent
+from pidcfg.diagnostics import Severity
+from pidcfg.encoders.dpide.encode import encode
+from pidcfg.schemas.dpide import DpideFile, Loop
+from pidcfg.schemas.generic import GenericFile
+from pidcfg.schemas.generic import Loop as NeutralLoop
+from pidcfg.source import read_document
+from pidcfg.validate.engine import check_document
+from pidcfg.vendors import VENDORS
+from pidcfg.writer import yaml_text
+
+DPIDE = VENDORS["dpide"]
+LOOP = {
+    "name": "L1", "device": "D0", "SV": 50, "CYCLE": 200, "Kc_Kp": 2, "Ti_Ki": 30, "Td_Kd": 0, "PID_EQ": True,
+    "PID_DIR": True, "PID_MODE": 2, "MV_MAX": 90, "MV_MIN": 10, "pv": {"range": [0, 200]},
+    "output": {"range": [0, 100]},
+}  # fmt: skip
+NEUTRAL = {
+    "name": "L1", "output_raises_pv": True, "sample_time": 0.2, "tuning": {"gain": 2, "integral_time": 30},
+    "pv": {"range": [0, 200]}, "setpoint": {"value": 50}, "output": {"range": [0, 100]},
+}  # fmt: skip
+FULL = {
+    **LOOP, "description": "Oven", "devices": {"SV": "D900"}, "PID_RUN": True, "PV": 20, "PID_MAN": True,
+    "MOUT_AUTO": True, "Td_Kd": 4, "Tf": 1, "PID_DE": True, "ERR_DBW": 0.5, "MOUT": 20, "BIAS": 5,
+    "pv": {"range": [0, 200], "unit": "degC"}, "output": {"range": [0, 100], "unit": "%"},
+}  # fmt: skip
+
+
+def dpide(*loops: dict[str, Any], **file: Any) -> DpideFile:
+    """A DPIDE file of loops that differ from a plain one."""
+    entries = [{**LOOP, "name": f"L{i}", "device": f"D{30 * i}", **loop} for i, loop in enumerate(loops, start=1)]
+    return DpideFile.model_validate({"pidcfg": 1, "vendor": "dpide", **file, "loops": entries})
+
+
+def generic(*loops: dict[str, Any]) -> GenericFile:
+    """A neutral file of loops that differ from a plain one."""
+    entries = [{**NEUTRAL, "name": f"L{i}", **loop} for i, loop in enumerate(loops, start=1)]
+    return GenericFile.model_validate({"pidcfg": 1, "vendor": "generic", "loops": entries})
+
+
+def neutral(loop: dict[str, Any], **file: Any) -> NeutralLoop:
+    """The neutral loop of a DPIDE instruction."""
+    return neutral_loops(dpide(loop, **file), DPIDE)[0].loops[0]
+
+
+def notes(loop: dict[str, Any], **file: Any) -> dict[str, str]:
+    """What is said of each operand."""
+    return {said.field: said.note for said in to_neutral(dpide(loop, **file))[0].said}
+
+
+def lost(loop: dict[str, Any]) -> set[str]:
+    """The operands that go nowhere."""
+    return {said.field for said in to_neutral(dpide(loop))[0].said if not said.to}
+
+
+def one(loop: dict[str, Any], **options: Any) -> Loop:
+    """The DPIDE instruction of a neutral loop."""
+    return DpideFile.model_validate(from_neutral(generic(loop), options).data).loops[0]
+
+
+def dropped(loop: dict[str, Any]) -> set[str]:
+    """The neutral fields that find no place."""
+    return {put.of or "" for put in from_neutral(generic(loop), {}).puts[0] if not put.field}
+
+
+def changes(config: DpideFile) -> dict[str, Any]:
+    """The report of a conversion to DPIDE itself, by the source's fields, of the first loop."""
+    return {change.field: change for change in convert(config, DPIDE, DPIDE, {}).loops[0][1]}
+
+
+# --- to the neutral loop ---------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("raises", [True, False])
+def test_forward_is_heating(raises):
+    assert neutral({"PID_DIR": raises}).output_raises_pv is raises
+    assert one({"output_raises_pv": raises}).PID_DIR is raises
+
+
+def test_dependent_gains_are_the_neutral_ones():
+    tuning = neutral({"Kc_Kp": 2, "Ti_Ki": 30, "Td_Kd": 4, "Tf": 0.5, "PID_DE": True}).tuning
+    assert (tuning.gain, tuning.integral_time, tuning.derivative_time) == (2, 30, 4)
+    assert (tuning.derivative_on, tuning.derivative_filter, tuning.proportional) == ("pv", Decimal("0.5"), True)
+    assert neutral({"Td_Kd": 4, "PID_DE": False}).tuning.derivative_on == "error"
+
+
+def test_independent_gains_become_times():
+    tuning = neutral({"PID_EQ": False, "Kc_Kp": 4, "Ti_Ki": 0.5, "Td_Kd": 6}).tuning
+    assert (tuning.gain, tuning.integral_time, tuning.derivative_time) == (4, 8, Decimal("1.5"))
+
+
+def test_without_a_proportional_action_the_gain_stands_before_the_others():
+    tuning = neutral({"PID_EQ": False, "Kc_Kp": 0, "Ti_Ki": 0.5, "Td_Kd": 6}).tuning
+    assert tuning.proportional is False
+    assert tuning.gain / tuning.integral_time == Decimal("0.5")
+    assert tuning.gain * tuning.derivative_time == 6
+
+
+def test_a_dead_controller_stays_dead():
+    assert neutral({"PID_EQ": False, "Kc_Kp": 0, "Ti_Ki": 0, "Td_Kd": 0}).tuning.gain == 0
+    assert dependent(Decimal(0), Decimal(0), Decimal(0)) == (0, 0, 0, True)
+
+
+def test_zero_is_off():
+    tuning = neutral({"Ti_Ki": 0, "Td_Kd": 0}).tuning
+    assert (tuning.integral_time, tuning.derivative_time) == (0, 0)
+
+
+def test_what_is_below_zero_counts_as_zero():
+    loop = {"Ti_Ki": -1, "Td_Kd": -2, "Tf": -3}
+    tuning = neutral(loop).tuning
+    assert (tuning.integral_time, tuning.derivative_time, tuning.derivative_filter) == (0, 0, 0)
+    assert all("below 0" in notes(loop)[key] for key in loop)
+    assert "below 0" not in notes(LOOP)["Ti_Ki"]
+
+
+@pytest.mark.parametrize(("cycle", "time"), [(200, "0.2"), (0, "0.001"), (90_000, "40")])
+def test_the_cycle_is_what_the_plc_counts(cycle, time):
+    assert neutral({"CYCLE": cycle}).sample_time == Decimal(time)
+
+
+def test_an_interrupt_task_has_the_say():
+    assert neutral({}, plc={"interrupt_task": 50}).sample_time == Decimal("0.05")
+    assert "50 ms" in notes({}, plc={"interrupt_task": 50})["CYCLE"]
+
+
+def test_limits_are_not_the_scale():
+    output = neutral({}).output
+    assert (output.range, output.limits) == ((0, 100), (10, 90))
+    config = dpide({"output": {}})
+    assert neutral_loops(config, DPIDE)[0].loops[0].output.range == (10, 90)
+    assert {said.field for said in to_neutral(config)[0].said if said.assumed} == {"output.range"}
+
+
+def test_swapped_limits_are_those_of_the_plc():
+    output = neutral({"MV_MAX": 10, "MV_MIN": 90}).output
+    assert output.limits == (10, 90)
+    said = {entry.field: entry.to for entry in to_neutral(dpide({"MV_MAX": 10, "MV_MIN": 90}))[0].said}
+    assert (said["MV_MAX"], said["MV_MIN"]) == (("output.limits.0",), ("output.limits.1",))
+
+
+def test_the_modes():
+    assert neutral({}).mode == "auto"
+    assert neutral({"PID_MAN": True, "MOUT": 30}).mode == "manual"
+    assert neutral({"PID_MAN": True, "MOUT": 30}).output.manual == 30
+
+
+@pytest.mark.parametrize(("low", "manual"), [(-10, 0), (10, 10), (-90, -5)])
+def test_what_is_off_stays_off(low, manual):
+    loop = {"PID_RUN": False, "MOUT": 80, "MV_MIN": low, "MV_MAX": -5 if low == -90 else 90}
+    found = neutral(loop)
+    assert (found.mode, found.output.manual) == ("manual", manual)
+    assert "MOUT" in lost(loop)
+    assert "MOUT" not in lost({**loop, "MOUT": 0})
+
+
+def test_both_kinds_of_windup_protection_are_one():
+    assert neutral({"PID_MODE": 0}).anti_windup
+    assert changes(dpide({"PID_MODE": 0}))["PID_MODE"].kind == "assumed"
+    assert changes(dpide({"PID_MODE": 2}))["PID_MODE"].kind == "exact"
+    assert lost({"PID_MODE": 1}) == {"PID_MODE"}
+
+
+def test_the_dead_band_counts_without_its_sign():
+    assert neutral({"ERR_DBW": -0.5}).deadband == Decimal("0.5")
+
+
+@pytest.mark.parametrize(("loop", "key"), [({"pv": {}}, "pv.range"), ({"MV_MAX": 5, "MV_MIN": 5}, "MV_MAX")])
+def test_what_is_missing_is_asked_for(loop, key):
+    found = to_neutral(dpide({}, loop))
+    assert [entry.key for entry in found[1].missing] == [key]
+    assert found[0].missing == []
+    with pytest.raises(ConvertError, match="L2"):
+        convert(dpide({}, loop), DPIDE, DPIDE, {})
+
+
+def test_every_operand_is_spoken_of():
+    config = dpide(FULL)
+    spoken = {said.field for said in to_neutral(config)[0].said} | set(NOTHING_LOST)
+    leaves = {name for name in Loop.model_fields if name not in {"pv", "output"}}
+    assert leaves | {"pv.range", "pv.unit", "output.range", "output.unit"} <= spoken
+    assert set(FULL) >= set(Loop.model_fields)
+    assert lost(FULL) == set()
+
+
+# --- from the neutral loop -------------------------------------------------------------------------------------------
+
+
+def test_a_plain_loop_is_of_the_dependent_form():
+    loop = one({"tuning": {"gain": 3, "integral_time": 20, "derivative_time": 2, "derivative_filter": 0.4}})
+    assert (loop.PID_EQ, loop.Kc_Kp, loop.Ti_Ki, loop.Td_Kd, loop.Tf) == (True, 3, 20, 2, Decimal("0.4"))
+    assert (loop.PID_DE, loop.PID_MODE, loop.PID_MAN, loop.MV_MIN, loop.MV_MAX) == (True, 2, False, 0, 100)
+    assert (loop.SV, loop.CYCLE, loop.pv.range, loop.output.range) == (50, 200, (0, 200), (0, 100))
+
+
+def test_a_loop_without_a_proportional_action_is_independent():
+    loop = one({"tuning": {"gain": 3, "integral_time": 20, "derivative_time": 2, "proportional": False}})
+    assert (loop.PID_EQ, loop.Kc_Kp, loop.Ti_Ki, loop.Td_Kd) == (False, 0, Decimal("0.15"), 6)
+    off = one({"tuning": {"gain": 3, "integral_time": "off", "derivative_time": 2, "proportional": False}})
+    assert off.Ti_Ki == 0
+
+
+def test_what_else_there_is_goes_over():
+    loop = one({
+        "mode": "manual", "deadband": 0.5, "anti_windup": False, "description": "Oven",
+        "tuning": {"gain": 1, "derivative_on": "error"},
+        "output": {"range": [0, 50], "limits": [5, 45], "bias": 3, "manual": 7, "unit": "%"},
+    })  # fmt: skip
+    assert (True, Decimal("0.5"), 0, False) == (loop.PID_MAN, loop.ERR_DBW, loop.PID_MODE, loop.PID_DE)
+    assert (loop.MV_MIN, loop.MV_MAX, loop.BIAS, loop.MOUT, loop.output.unit) == (5, 45, 3, 7, "%")
+    assert loop.description == "Oven"
+
+
+@pytest.mark.parametrize(("raises", "value"), [(True, 0), (False, 200)])
+def test_without_a_set_point_the_output_is_least(raises, value):
+    assert value == one({"setpoint": {}, "output_raises_pv": raises}).SV
+    made = from_neutral(generic({"setpoint": {}}), {})
+    assert [put.of for put in made.puts[0] if put.field == "SV"] == [None]
+
+
+@pytest.mark.parametrize(
+    ("time", "cycle", "clamped"),
+    [(0.2, 200, False), ("1.6 ms", 2, False), ("0.2 ms", 1, True), (60, 40_000, True)],
+)  # fmt: skip
+def test_the_cycle_is_whole_milliseconds_in_its_limits(time, cycle, clamped):
+    made = from_neutral(generic({"sample_time": time}), {})
+    put = next(put for put in made.puts[0] if put.field == "CYCLE")
+    assert (made.data["loops"][0]["CYCLE"], put.clamped) == (cycle, clamped)
+
+
+def test_a_rounded_cycle_is_reported():
+    source, generic_vendor = generic({"sample_time": "1.6 ms"}), VENDORS["generic"]
+    found = {change.field: change for change in convert(source, generic_vendor, DPIDE, {}).loops[0][1]}
+    assert (found["sample_time"].kind, found["sample_time"].error_percent) == ("rounded", 25)
+
+
+@pytest.mark.parametrize(
+    ("loop", "path"),
+    [
+        ({"setpoint": {"value": 1, "limits": [0, 100]}}, {"setpoint.limits.0", "setpoint.limits.1"}),
+        ({"setpoint": {"source": "L2"}}, {"setpoint.source"}),
+        ({"pv": {"range": [0, 1], "filter": 2}}, {"pv.filter"}),
+        ({"pv": {"range": [0, 1], "square_root": True}}, {"pv.square_root"}),
+        ({"output": {"range": [0, 1], "max_rate": 2}}, {"output.max_rate"}),
+        ({"output": {"range": [0, 1], "pulse": {"period": 2, "min_on": 1}}},
+         {"output.pulse.period", "output.pulse.min_on"}),
+        ({"alarms": {"pv": {"low": 1, "high_high": 3}, "rate_of_change": 2}},
+         {"alarms.pv.low", "alarms.pv.high_high", "alarms.rate_of_change"}),
+        ({}, set()),
+    ],
+)  # fmt: skip
+def test_what_has_no_twin_is_dropped_with_advice(loop, path):
+    assert dropped(loop) == path
+    assert all(put.note for put in from_neutral(generic(loop), {}).puts[0] if not put.field)
+
+
+def test_a_cascade_is_linked_by_hand():
+    made = from_neutral(generic({"mode": "cascade"}), {})
+    put = next(put for put in made.puts[0] if put.of == "mode")
+    assert (put.assumed, made.data["loops"][0]["PID_MAN"]) == (True, False)
+    assert "link" in put.note
+
+
+def test_blocks_stand_one_behind_the_other():
+    made = from_neutral(generic({}, {}, {}), {})
+    assert [loop["device"] for loop in made.data["loops"]] == ["D0", "D30", "D60"]
+    placed = from_neutral(generic({}, {}), {"device": ["D500"]})
+    assert [loop["device"] for loop in placed.data["loops"]] == ["D500", "D30"]
+    assert [row.key for row in CONVERT_OPTIONS] == ["device"]
+
+
+# --- both ways -------------------------------------------------------------------------------------------------------
+
+
+def test_a_full_configuration_comes_back_as_it_was():
+    config = dpide({**FULL, "devices": {}, "MOUT_AUTO": False})
+    made = convert(config, DPIDE, DPIDE, {"device": ["D30"]})
+    assert not made.losses
+    back = DpideFile.model_validate(made.data)
+    assert dict(encode(back).image.words) == {
+        key: value for key, value in encode(config).image.words.items() if key != "L1.PV"
+    }
+    found = check_document(read_document(yaml_text(made.data).encode(), "made.yaml")).findings
+    assert [finding for finding in found if finding.severity is Severity.ERROR] == []
+
+
+def near(a: Any, b: Any) -> bool:
+    """Whether two neutral values differ by no more than single precision makes of them."""
+    if isinstance(a, dict):
+        return a.keys() == b.keys() and all(near(a[key], b[key]) for key in a)
+    if isinstance(a, tuple):
+        return all(near(x, y) for x, y in zip(a, b, strict=True))
+    if isinstance(a, Decimal):
+        return abs(a - b) <= Decimal("4e-7") * max(abs(a), abs(b))
+    return bool(a == b)
+
+
+@settings(max_examples=200, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@given(configurations())
+def test_any_configuration_is_asked_about_or_is_a_neutral_one(config):
+    for i, found in enumerate(to_neutral(config)):
+        loop = config.loops[i]
+        assert bool(found.missing) == (loop.pv.range is None or loop.MV_MAX == loop.MV_MIN)
+        if not found.missing:
+            data = {"pidcfg": 1, "vendor": "generic", "loops": [found.loop]}
+            assert GenericFile.model_validate(data).loops[0].output_raises_pv is loop.PID_DIR
+
+
+VALUES = st.decimals("0.01", "500", places=2)
+LOOPS = st.fixed_dictionaries(
+    {"SV": VALUES, "CYCLE": st.integers(1, 40_000), "Kc_Kp": VALUES | st.just(0), "Ti_Ki": VALUES | st.just(0),
+     "Td_Kd": VALUES | st.just(0), "Tf": VALUES | st.just(0), "PID_EQ": st.booleans(), "PID_DE": st.booleans(),
+     "PID_DIR": st.booleans(), "PID_MAN": st.booleans(), "ERR_DBW": VALUES | st.just(0), "BIAS": VALUES,
+     "MOUT": VALUES, "PID_MODE": st.sampled_from([0, 2])},
+    optional={"output": st.just({})},
+)  # fmt: skip
+
+
+@settings(max_examples=150, deadline=None)
+@given(LOOPS)
+def test_a_conversion_to_itself_keeps_the_loop(loop):
+    config = dpide(loop)
+    before = neutral_loops(config, DPIDE)[0].loops[0]
+    made = convert(config, DPIDE, DPIDE, {})
+    after = neutral_loops(DpideFile.model_validate(made.data), DPIDE)[0].loops[0]
+    assert not made.losses
+    assert near(before.model_dump(), after.model_dump())
+
+
+@given(VALUES, VALUES | st.just(Decimal(0)), VALUES | st.just(Decimal(0)))
+def test_the_two_forms_are_each_other_s_way_back(kp, ki, kd):
+    gain, integral, derivative, acts = dependent(kp, ki, kd)
+    back = independent(gain, integral, derivative)
+    assert acts
+    assert near((kp, ki, kd), (gain, *back))
