@@ -9,9 +9,11 @@ import pytest
 from hypothesis import HealthCheck, Phase, assume, given, settings
 from hypothesis import strategies as st
 
+import neutral_strategies
 from dl06_strategies import FORMAT_NAMES, configurations
+from neutral_strategies import neutral_files, unheard
 from pidcfg.convert.dl06 import CONVERT_OPTIONS, NOTHING_LOST, from_neutral, to_neutral
-from pidcfg.convert.pipeline import ConvertError, convert
+from pidcfg.convert.pipeline import ConvertError, _settled, convert
 from pidcfg.diagnostics import Severity
 from pidcfg.encoders.dl06.encode import encode, reset_value, scales_of
 from pidcfg.encoders.maps.dl06 import LOOP_TABLE
@@ -445,7 +447,12 @@ def test_the_freeze_is_the_anti_windup_and_the_velocity_form_needs_none():
 
 def test_what_a_dl06_loop_cannot_do_is_dropped():
     output = {"range": [0, 50], "max_rate": 2, "pulse": {"period": 10}}
-    assert set(dropped({"output": output})) == {"output.max_rate", "output.pulse"}
+    assert set(dropped({"output": output})) == {
+        "output.max_rate",
+        "output.pulse.period",
+        "output.pulse.min_on",
+        "output.pulse.min_off",
+    }
 
 
 def test_the_profile_is_in_the_report():
@@ -500,7 +507,9 @@ def test_options_say_where_and_for_which_cpu():
     config, puts = target({}, **options)
     assert (config.plc.loop_table, config.plc.reset_decimals, config.plc.derivative) == (0o3000, 2, "pv")
     assert config.loops[0].pv.format == "15-bit unipolar"
-    assert any(put.of is None and "V3000" in put.note for put in puts)
+    assert any(put.of is None and put.field == "/plc.loop_table" for put in puts)
+    change = next(c for c in back_and_forth(dl06({})).loops[0][1] if c.field == "/plc.loop_table")
+    assert (change.kind, change.target) == ("assumed", "V2000")
     assert read["data_format"]("14-bit") is None
     assert target({})[0].plc.loop_table == 0o2000
 
@@ -512,6 +521,47 @@ def test_eight_loops_and_no_faster_than_they_can():
     with pytest.raises(ConvertError, match="9 loops"):
         target(*eight, {"name": "L9"})
 
+
+# --- any neutral loop ------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("part", "change"),
+    [("pv", {}), ("pv", {"square_root": False}), ("tuning", {"gain": 0}), ("tuning", {"derivative_time": 0}),
+     ("tuning", {"proportional": True}), ("output", {"limits": [0, 50]})],
+)  # fmt: skip
+def test_no_neutral_field_goes_unheard(part, change):
+    whole = neutral_strategies.EVERYTHING
+    file = generic({"name": "L0", "mode": "manual"}, {**whole, part: {**whole[part], **change}})
+    silent = unheard(file, from_neutral(file, {}).puts[1])
+    assert silent - {f"{part}.{key}" for key in change} == set()
+
+
+@given(file=neutral_files())
+@settings(max_examples=40, phases=[Phase.generate], suppress_health_check=list(HealthCheck))
+def test_any_neutral_loop_makes_a_valid_file(file):
+    """No error of the converter's own making; what is put without a change is the same on the way back."""
+    data = file.model_dump()
+    try:
+        made = from_neutral(file, {})
+        stored = _settled(made, DL06)
+    except ConvertError as error:
+        assume("at least one count" not in str(error) and "switches it off" not in str(error))
+        raise
+    codes = error_codes(made.data)
+    assert [code for code in codes if not code.startswith(EXCUSED)] == [], data
+    again = [loop.loop for loop in to_neutral(Dl06File.model_validate(made.data))]
+    for loop, back, held in zip(file.loops, again, stored, strict=True):
+        assert back["output_raises_pv"] is loop.output_raises_pv
+        if loop.tuning.proportional and "clamped" not in {held[f"tuning.{key}"].kind for key in ("gain", "reset")}:
+            for key, of in (("gain", "gain"), ("reset", "integral_time")):
+                wanted = float(getattr(loop.tuning, of))
+                error = held[f"tuning.{key}"].error_percent / 100 + 1e-6
+                assert float(back["tuning"][of]) == pytest.approx(wanted, rel=error)
+
+
+EXCUSED = ("PID214",)
+"""What the neutral loop brings with it: no term at all."""
 
 # --- everything ------------------------------------------------------------------------------------------------------
 
@@ -613,7 +663,7 @@ def same_part(path: str, field: str) -> bool:
 
 
 def held(config: Dl06File) -> list[dict]:
-    """The words and switches of each loop by path; times in s, and what does nothing (filter 1.0, deadband 0) as none."""
+    """The words and switches of each loop by path; times in s, what does nothing (filter 1.0, deadband 0) as none."""
     image, found = encode(config).image.words, []
     for i, loop in enumerate(config.loops):
         words = [image[config.plc.loop_table + i * 32 + n] for n in range(32)]

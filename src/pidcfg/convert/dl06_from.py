@@ -36,7 +36,7 @@ LIMITS = (ONE, Decimal(20))
 LARGEST_DIGITS = 9998
 """Of a reset time: 9999 switches it off."""
 
-ACTS = "plc.derivative"
+ACTS = "/plc.derivative"
 FREEZE = "it works at the ends of the data range only: inside the limits of the output the bias goes on"
 NO_TERM = "the gain is 0, so it does nothing; a DL06 would let it act as with gain 1"
 NO_RATE = "there is no derivative to filter"
@@ -57,7 +57,7 @@ def from_neutral(file: GenericFile, options: Mapping[str, Any]) -> Target:
     plc |= {key: options[key] for key in ("reset_decimals", "derivative") if options.get(key) is not None}
     writers = [_loop(file, i, plc, form) for i in range(len(file.loops))]
     if writers:
-        writers[0].puts.append(Put("plc.loop_table", None, f"V7640: the loop table starts at {v_name(start)}"))
+        writers[0].puts.append(Put("/plc.loop_table", None, "V7640: where the loop table starts"))
     head = {"pidcfg": 1, "vendor": "dl06", "name": file.name, "description": file.description, "plc": plc}
     data = {key: value for key, value in head.items() if value is not None}
     return Target(data | {"loops": [w.data for w in writers]}, [w.puts for w in writers])
@@ -216,7 +216,8 @@ def _output(w: Writer) -> None:
     if output.max_rate is not None:
         w.lost("output.max_rate", RATE_LIMIT)
     if output.pulse is not None:
-        w.lost("output.pulse", PULSE)
+        for key in type(output.pulse).model_fields:
+            w.lost(f"output.pulse.{key}", PULSE)
     if output.manual is not None:
         w.number("state.output", output.manual, "output.manual")
     resting = position(w.scales["output"], Quantity(ZERO, counts=True))

@@ -44,8 +44,8 @@ class Writer:
 
     def pair(self, path: str, ends: tuple[Decimal, Decimal], of: str) -> None:
         """A field that is a pair of numbers."""
-        self.put(f"{path}.0", None, of)
-        self.put(f"{path}.1", None, of)
+        self.put(f"{path}.0", None, f"{of}.0")
+        self.put(f"{path}.1", None, f"{of}.1")
         keys, section = path.split("."), self.data
         for key in keys[:-1]:
             section = section[key]
