@@ -1,0 +1,112 @@
+"""Every ordered pair of vendors: the action, the gains and the answer of a loop survive, there and back again."""
+
+from __future__ import annotations
+
+from decimal import Decimal
+from itertools import permutations
+
+import pytest
+from hypothesis import HealthCheck, given, settings
+
+from neutral_strategies import neutral_files
+from pidcfg import check_text
+from pidcfg.cli.convert_verify import verify
+from pidcfg.convert.pipeline import ConvertError, convert, neutral_loops
+from pidcfg.encoders.words import EncodeError
+from pidcfg.schemas.generic import GenericFile
+from pidcfg.vendors import VENDORS
+from pidcfg.writer import yaml_text
+
+PLCS = [key for key in VENDORS if key != "generic"]
+PAIRS = list(permutations(PLCS, 2))
+OVEN = {
+    "name": "TIC1",
+    "output_raises_pv": True,
+    "sample_time": 0.5,
+    "tuning": {"gain": 2.5, "integral_time": 60, "derivative_time": 0},
+    "pv": {"range": [0, 400], "unit": "degC"},
+    "setpoint": {"value": 180},
+    "output": {"range": [0, 100], "unit": "%"},
+}
+
+
+def checked(data):
+    """A configuration as anybody would check it, without an error."""
+    found = check_text(yaml_text(data))
+    assert not found.failed, [(d.code, d.message) for d in found.findings]
+    return found
+
+
+def of_vendor(loops, vendor):
+    """Neutral loops as a vendor's configuration."""
+    from pidcfg.convert.pipeline import _settled
+
+    file = GenericFile.model_validate({"pidcfg": 1, "vendor": "generic", "loops": loops})
+    made = VENDORS[vendor].load("from_neutral")(file, {})
+    _settled(made, VENDORS[vendor])
+    return checked(made.data)
+
+
+def converted(source, target):
+    """A checked configuration for another vendor."""
+    return checked(convert(source.config, source.vendor, VENDORS[target], {}).data)
+
+
+@pytest.mark.parametrize("heats", [True, False], ids=["heating", "cooling"])
+@pytest.mark.parametrize(("one", "two"), PAIRS)
+def test_both_sides_hold_the_same_plant_alike(one, two, heats):
+    source = of_vendor([{**OVEN, "output_raises_pv": heats}], one)
+    target = converted(source, two)
+    sides = [(side.vendor, side.config, side.encoding.image) for side in (source, target)]
+    found = verify(*sides)[0]
+    assert found.pv_percent < 0.5
+    assert found.iae_ratio == pytest.approx(1, abs=0.05)
+    loop = neutral_loops(target.config, target.vendor)[0].loops[0]
+    assert loop.output_raises_pv is heats
+    assert float(loop.tuning.gain) == pytest.approx(2.5, rel=0.005)
+
+
+def test_a_wrong_sign_would_be_seen():
+    source = of_vendor([OVEN], "click")
+    data = convert(source.config, source.vendor, VENDORS["nextopid"], {}).data
+    data["loops"][0]["Direct"] = True
+    target = checked(data)
+    sides = [(side.vendor, side.config, side.encoding.image) for side in (source, target)]
+    assert verify(*sides)[0].pv_percent > 10
+
+
+def close(a, b, error):
+    """Whether two numbers differ by no more than the reported error, in %."""
+    a, b = (Decimal(0) if x is None else Decimal(str(x)) for x in (a, b))
+    return abs(a - b) <= max(abs(a), abs(b)) * Decimal(str(error / 100 + 2e-6))
+
+
+def share_of(loop):
+    """The gain in shares of both ranges, since CLICK knows its output in % only."""
+    low, high = loop.output.range
+    return loop.tuning.gain * (loop.pv.range[1] - loop.pv.range[0]) / (high - low)
+
+
+@pytest.mark.parametrize(("one", "two"), PAIRS)
+@settings(max_examples=8, deadline=None, suppress_health_check=list(HealthCheck))
+@given(file=neutral_files())
+def test_there_and_back_gives_the_same_loop_up_to_the_reported_rounding(one, two, file):
+    try:
+        source = of_vendor([loop.model_dump(mode="python", exclude_none=True) for loop in file.loops], one)
+        there = convert(source.config, source.vendor, VENDORS[two], {})
+        back = convert(checked(there.data).config, VENDORS[two], VENDORS[one], {})
+    except (ConvertError, AssertionError, EncodeError):
+        return  # one of the two cannot hold the loop, and says so
+    before, _ = neutral_loops(source.config, source.vendor)
+    after, _ = neutral_loops(checked(back.data).config, source.vendor)
+    for i, (a, b) in enumerate(zip(before.loops, after.loops, strict=True)):
+        rows = [*there.loops[i][1], *back.loops[i][1]]
+        error = sum(change.error_percent for change in rows)
+        lost = any(change.kind in {"dropped", "clamped"} for change in rows)
+        assert a.output_raises_pv is b.output_raises_pv
+        if not lost:
+            for key in ("integral_time", "derivative_time"):
+                assert close(getattr(a.tuning, key), getattr(b.tuning, key), error), (key, a.tuning, b.tuning, rows)
+            assert close(share_of(a), share_of(b), error), (a.tuning, b.tuning, rows)
+            assert close(a.sample_time, b.sample_time, error)
+            assert close(a.setpoint.value, b.setpoint.value, error)
