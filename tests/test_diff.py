@@ -1,0 +1,125 @@
+"""`pidcfg diff`: by meaning, in engineering units, ranked by risk, across vendors and against memory."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from pidcfg import check_file, check_text
+from pidcfg.convert.compare import RISKS, compare, side_of
+
+EXAMPLES = Path(__file__).parents[1] / "examples"
+TANK = (EXAMPLES / "click/tank.yaml").read_text("utf-8")
+REACTOR = (EXAMPLES / "dl06/reactor.yaml").read_text("utf-8")
+
+
+def differences(before, after):
+    """Fields that differ in the first loop, with their risks and notes."""
+    sides = [side_of(found.config, found.vendor) for found in map(check_text, (before, after))]
+    return {d.field: (d.risk, d.note) for d in compare(*sides)[0].differences}
+
+
+def pidcfg(*args, cwd=EXAMPLES):
+    command = [sys.executable, "-m", "pidcfg", "diff", *map(str, args)]
+    return subprocess.run(command, cwd=cwd, capture_output=True, text=True, check=False,
+                          env={**os.environ, "NO_COLOR": "1"})  # fmt: skip
+
+
+def edited(text, old, new):
+    """A text with one place changed, which must be there."""
+    assert text.count(old) >= 1, old
+    return text.replace(old, new, 1)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "field", "risk"),
+    [
+        ("action: direct", "action: reverse", "output_raises_pv", "critical"),
+        (
+            "setpoint: {value: 20.0, limits: [0, 45]}",
+            "setpoint: {value: 20.0, limits: [0, 48]}",
+            "setpoint.limits.1",
+            "high",
+        ),
+        (
+            "setpoint: {value: 20.0, limits: [0, 45]}",
+            "setpoint: {value: 20.0, limits: [0, 40]}",
+            "setpoint.limits.1",
+            "medium",
+        ),
+        ("gain: 0.80", "gain: 0.40", "tuning.gain", "medium"),
+        ("description: Jacket flow, inner loop", "description: Steam", "description", "cosmetic"),
+        ("high_high: 45", "high_high: 46", "alarms.pv.high_high", "high"),
+        ("high_high: 45", "high_high: 44", "alarms.pv.high_high", "low"),
+    ],
+)
+def test_each_difference_has_the_rank_of_what_it_can_do(old, new, field, risk):
+    found = differences(REACTOR, edited(REACTOR, old, new))
+    assert found[field][0] == risk
+    assert set(found) == {field}
+
+
+def test_a_spelling_is_no_difference_and_neither_is_what_no_register_can_hold():
+    assert differences(REACTOR, edited(REACTOR, "sample_rate: 0.2", "sample_rate: 200 ms")) == {}
+    assert differences(REACTOR, edited(REACTOR, "setpoint: {value: 20.0", "setpoint: {value: 20.001")) == {}
+
+
+def test_a_listing_without_names_is_compared_by_what_the_other_side_says(tmp_path):
+    shown = pidcfg("dl06/reactor.yaml", "dl06/golden/reactor.hex", "--exit-code")
+    assert shown.returncode == 0, shown.stdout + shown.stderr
+    assert "the same: FIC-102, TIC-101, LIC-103" in shown.stdout
+    (tmp_path / "b.yaml").write_text(edited(REACTOR, "gain: 0.80", "gain: 0.40"), "utf-8")
+    shown = pidcfg(tmp_path / "b.yaml", "dl06/golden/reactor.hex", "--exit-code")
+    assert shown.returncode == 1
+    assert "medium    tuning.gain" in shown.stdout
+
+
+def test_across_vendors_and_in_every_format(tmp_path):
+    from pidcfg.convert.pipeline import convert
+    from pidcfg.vendors import VENDORS
+    from pidcfg.writer import yaml_text
+
+    source = check_file(EXAMPLES / "click/tank.yaml")
+    other = tmp_path / "tank.yaml"
+    text = yaml_text(convert(source.config, source.vendor, VENDORS["dl06"], {}).data)
+    other.write_text(text, "utf-8")
+    before = EXAMPLES / "click/tank.yaml"
+    same = json.loads(pidcfg(before, other, "--format", "json").stdout)
+    assert not {d["risk"] for loop in same["loops"] for d in loop["differences"]} & {"critical"}
+    other.write_text(edited(text, "action: direct", "action: reverse"), "utf-8")
+    found = json.loads(pidcfg(before, other, "--format", "json").stdout)
+    assert found["loops"][0]["differences"][0]["field"] == "output_raises_pv"
+    assert found["summary"]["critical"] == 1
+    markdown = pidcfg(before, other, "--format", "markdown").stdout
+    assert "| critical | output_raises_pv | true | false |" in markdown
+    assert "critical  output_raises_pv: true -> false" in pidcfg(before, other).stdout
+
+
+def test_loops_that_come_and_go_are_told():
+    less = REACTOR[: REACTOR.index("  - name: LIC-103")]
+    sides = [side_of(found.config, found.vendor) for found in map(check_text, (REACTOR, less))]
+    assert [(c.loop, c.status) for c in compare(*sides)][-1] == ("LIC-103", "removed")
+    assert [(c.loop, c.status) for c in compare(*reversed(sides))][-1] == ("LIC-103", "added")
+
+
+@pytest.mark.parametrize(
+    ("args", "code", "message"),
+    [
+        (("dl06/reactor.yaml", "nothing.yaml"), 2, "nothing.yaml"),
+        (("dl06/golden/reactor.hex", "dl06/golden/reactor.txt"), 2, "name it with --vendor"),
+        (("dl06/reactor.scenario.yaml", "dl06/reactor.yaml"), 2, "is a scenario"),
+    ],
+)
+def test_what_cannot_be_compared_is_said(args, code, message):
+    shown = pidcfg(*args)
+    assert shown.returncode == code
+    assert message in shown.stderr
+
+
+def test_the_risks_are_in_order():
+    assert RISKS == ("critical", "high", "medium", "low", "cosmetic")
