@@ -124,9 +124,9 @@ def changes(
             yield from _of_field(entry, by_neutral, stored, idle)
     spoken = {name for entry in said for name in entry.to}
     for name, found in by_neutral.items():
-        if not any(_same(name, other) for other in spoken) and name not in CARRIED:
+        if not any(_same(name, other) for other in spoken):
             for put in found:
-                if put.field and not (put.of is not None and idle(put.of)):
+                if put.field and (put.assumed or not (name in CARRIED or (put.of is not None and idle(put.of)))):
                     held = stored.get(put.field, Stored(None))
                     note = "; ".join(text for text in (put.note, held.note) if text)
                     kind = _worst("assumed", held.kind, _own(put))

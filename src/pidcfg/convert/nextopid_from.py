@@ -1,4 +1,4 @@
-"""Neutral loops as a NextoPID program: PIDA_REAL blocks in the dependent form, with filters and pulses beside them."""
+"""Neutral loops as a NextoPID program: PIDA_REAL blocks, with filters and pulses beside them."""
 
 from __future__ import annotations
 
@@ -7,13 +7,12 @@ from decimal import Decimal
 from typing import TYPE_CHECKING, Any
 
 from pidcfg.convert.builder import Builder
-from pidcfg.convert.ledger import Missing, Put, Target
+from pidcfg.convert.ledger import Put, Target
 from pidcfg.convert.nextopid_cascade import link
 from pidcfg.convert.nextopid_names import Names
 from pidcfg.convert.nextopid_task import Task, task_of
 from pidcfg.convert.nextopid_to import HELD, LEAST_TI
-from pidcfg.convert.pipeline import ConvertError
-from pidcfg.convert.terms import ZERO, number, product, quotient
+from pidcfg.convert.terms import ZERO, independent, number, product, quotient
 from pidcfg.convert.twins import ALARMS, dropped
 from pidcfg.encoders.nextopid.files import DECODE_OPTIONS
 from pidcfg.encoders.plain import present
@@ -135,14 +134,21 @@ def _setpoint(b: Builder, loop: Loop) -> None:
 
 
 def _equation(b: Builder, loop: Loop) -> None:
+    """The dependent form; the independent one where an integral time would count as none."""
     tuning = loop.tuning
-    b.put("Kp", number(tuning.gain), "tuning.gain")
-    if ZERO < tuning.integral_time < LEAST_TI:
-        text = f"an integral time of {tuning.integral_time} s counts as no integral, which begins at {LEAST_TI} s"
-        raise ConvertError([Missing(("loops",), "integral_time", f"{loop.name}: {text}; write off, or a longer one")])
-    b.put("Ti_Ki", number(tuning.integral_time), "tuning.integral_time")
-    b.put("Td_Kd", number(tuning.derivative_time), "tuning.derivative_time")
-    b.put("DisableP", not tuning.proportional, "tuning.proportional")
+    gain, integral, derivative, acts = tuning.gain, tuning.integral_time, tuning.derivative_time, tuning.proportional
+    form = ""
+    if ZERO < integral < LEAST_TI:
+        form = f"a gain (Indep TRUE): below {LEAST_TI} s an integral time counts as none"
+        b.data["Indep"] = True
+        integral, derivative = independent(gain, integral, derivative)
+        b.put("Kp", number(gain) if acts else 0, "tuning.gain")
+        b.mark("Kp", "tuning.proportional")
+    else:
+        b.put("Kp", number(gain), "tuning.gain")
+        b.put("DisableP", not acts, "tuning.proportional")
+    b.put("Ti_Ki", number(integral), "tuning.integral_time", form)
+    b.put("Td_Kd", number(derivative), "tuning.derivative_time")
     b.put("DerivEr", tuning.derivative_on == "error", "tuning.derivative_on")
     if tuning.derivative_filter:
         b.put("Tfd", number(tuning.derivative_filter), "tuning.derivative_filter")

@@ -209,6 +209,8 @@ class Controller(Reader):
             self.keep("BIAS", "output.bias", self.of("BIAS").value)
         if self.is_on("TRK_IN") and self.of("TRK_VAL").value is not None:
             self.t.neutral.loop["output"]["manual"] = self.of("TRK_VAL").value
+            if self.given("ManualMV"):
+                self.lose("ManualMV", "TRK_IN is on, so TRK_VAL is the output: write it in the program")
         elif self.of("ManualMV").value is None:
             self.lose("ManualMV", "work out the output in manual in the program")
         elif self.given("ManualMV") or self.is_on("Manual"):

@@ -1,0 +1,653 @@
+"""Conversion of NextoPID programs: parameters, wires and blocks to the neutral loop, and a program of neutral loops."""
+
+from __future__ import annotations
+
+from decimal import Decimal
+from pathlib import Path
+from typing import Any
+
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from nextopid_networks import network
+from nextopid_strategies import configurations
+from pidcfg.convert.nextopid import CONVERT_OPTIONS, NOTHING_LOST, from_neutral, to_neutral
+from pidcfg.convert.nextopid_names import Names
+from pidcfg.convert.nextopid_task import common_step, task_of
+from pidcfg.convert.pipeline import Converted, convert, neutral_loops
+from pidcfg.diagnostics import Severity
+from pidcfg.schemas.generic import GenericFile
+from pidcfg.schemas.generic import Loop as NeutralLoop
+from pidcfg.schemas.nextopid import NextopidFile, PidaReal, PidaTuneReal, TuneParam
+from pidcfg.source import read_document
+from pidcfg.validate.engine import check_document
+from pidcfg.vendors import VENDORS
+from pidcfg.writer import yaml_text
+
+EXAMPLES = Path(__file__).parents[1] / "examples" / "nextopid"
+NEXTOPID, GENERIC = VENDORS["nextopid"], VENDORS["generic"]
+LOOP = {
+    "name": "L1", "type": "PIDA_REAL", "SP": 50, "Kp": 2, "Ti_Ki": 30, "Td_Kd": 0, "MinMV": 10, "MaxMV": 90,
+    "MinPV": 0, "MaxPV": 200,
+}  # fmt: skip
+NEUTRAL = {
+    "name": "L1", "output_raises_pv": True, "sample_time": 0.2, "tuning": {"gain": 2, "integral_time": 30},
+    "pv": {"range": [0, 200]}, "setpoint": {"value": 50}, "output": {"range": [0, 100]},
+}  # fmt: skip
+SIGNALS = {"Raw": 12.5, "Run": True, "Halt": False, "Two": 2}
+BLOCKS = [
+    {"name": "F", "type": "ControlLowFilter", "InVar": "Raw", "Tc": 1.5},
+    {"name": "D", "type": "ControlDelay", "InVar": "Two", "DelayTime": 1},
+    {"name": "P", "type": "ControlPWM", "MV": "L1.MV", "MaxMV": 100, "Period": 50},
+]
+
+
+def nextopid(*loops: dict[str, Any], **file: Any) -> NextopidFile:
+    """A NextoPID file of loops that differ from a plain one."""
+    entries = [{**LOOP, "name": f"L{i}", **loop} for i, loop in enumerate(loops, start=1)]
+    data = {"pidcfg": 1, "vendor": "nextopid", "plc": {"sample_time": 0.1}, "signals": SIGNALS, **file}
+    return NextopidFile.model_validate({**data, "loops": entries})
+
+
+def generic(*loops: dict[str, Any]) -> GenericFile:
+    """A neutral file of loops that differ from a plain one."""
+    entries = [{**NEUTRAL, "name": f"L{i}", **loop} for i, loop in enumerate(loops, start=1)]
+    return GenericFile.model_validate({"pidcfg": 1, "vendor": "generic", "loops": entries})
+
+
+def neutral(*loops: dict[str, Any], **file: Any) -> NeutralLoop:
+    """The neutral loop of the first of some NextoPID loops."""
+    return neutral_loops(nextopid(*loops, **file), NEXTOPID)[0].loops[0]
+
+
+def said(*loops: dict[str, Any], **file: Any) -> dict[str, Any]:
+    """What is said of each parameter of the first loop."""
+    return {entry.field: entry for entry in to_neutral(nextopid(*loops, **file))[0].said}
+
+
+def lost(*loops: dict[str, Any], **file: Any) -> dict[str, str]:
+    """What of the first loop goes nowhere, with the advice."""
+    return {field: entry.note for field, entry in said(*loops, **file).items() if not entry.to}
+
+
+def made(*loops: dict[str, Any], **options: Any) -> Converted:
+    """The NextoPID file of neutral loops."""
+    return convert(generic(*loops), GENERIC, NEXTOPID, options)
+
+
+def one(loop: dict[str, Any]) -> PidaReal:
+    """The NextoPID loop of a neutral one."""
+    found = NextopidFile.model_validate(made(loop).data).loops[0]
+    assert isinstance(found, PidaReal)
+    return found
+
+
+def report(converted: Converted, loop: int = 0) -> dict[str, Any]:
+    """The changes of one loop, by field."""
+    return {change.field: change for change in converted.loops[loop][1]}
+
+
+def dropped(*loops: dict[str, Any]) -> set[str]:
+    """The neutral fields of the first loop that find no place; all have an advice."""
+    puts = [put for put in from_neutral(generic(*loops), {}).puts[0] if not put.field]
+    assert all(put.note for put in puts)
+    return {put.of or "" for put in puts}
+
+
+def errors(data: dict[str, Any]) -> list[str]:
+    """The rules that a file breaks."""
+    found = check_document(read_document(yaml_text(data).encode(), "made.yaml")).findings
+    return [f"{d.code} {d.message}" for d in found if d.severity is Severity.ERROR]
+
+
+# --- the equation ----------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("direct", [True, False])
+def test_direct_is_cooling(direct):
+    assert neutral({"Direct": direct}).output_raises_pv is not direct
+    assert one({"output_raises_pv": not direct}).Direct is direct
+
+
+def test_dependent_gains_are_the_neutral_ones():
+    tuning = neutral({"Kp": 2, "Ti_Ki": 30, "Td_Kd": 4, "Tfd": 0.5, "DerivEr": True}).tuning
+    assert (tuning.gain, tuning.integral_time, tuning.derivative_time) == (2, 30, 4)
+    assert (tuning.derivative_on, tuning.derivative_filter, tuning.proportional) == ("error", Decimal("0.5"), True)
+    assert neutral({"Td_Kd": 4}).tuning.derivative_on == "pv"
+
+
+def test_independent_gains_become_times():
+    tuning = neutral({"Indep": True, "Kp": 4, "Ti_Ki": 0.5, "Td_Kd": 6, "DisableP": True}).tuning
+    assert (tuning.gain, tuning.integral_time, tuning.derivative_time) == (4, 8, Decimal("1.5"))
+    assert tuning.proportional
+
+
+def test_a_gain_of_zero_is_no_proportional_action():
+    tuning = neutral({"Indep": True, "Kp": 0, "Ti_Ki": 0.5, "Td_Kd": 6}).tuning
+    assert not tuning.proportional
+    assert (tuning.gain / tuning.integral_time, tuning.gain * tuning.derivative_time) == (Decimal("0.5"), 6)
+    assert one({"tuning": tuning.model_dump()}).DisableP is True
+
+
+def test_disabled_p_is_no_proportional_action():
+    assert neutral({"DisableP": True}).tuning.proportional is False
+    assert one({"tuning": {"gain": 3, "integral_time": 2, "proportional": False}}).DisableP is True
+
+
+@pytest.mark.parametrize(("time", "integral"), [(0, 0), ("0.9 ms", 0), (0.001, Decimal("0.001"))])
+def test_a_short_integral_time_is_off(time, integral):
+    assert neutral({"Ti_Ki": time}).tuning.integral_time == integral
+    assert ("no integral" in said({"Ti_Ki": time})["Ti_Ki"].note) is (time == "0.9 ms")
+
+
+@pytest.mark.parametrize(("acts", "gain"), [(True, 2), (False, 0)])
+def test_a_time_that_would_be_off_is_a_gain(acts, gain):
+    loop = one({"tuning": {"gain": 2, "integral_time": 0.0005, "derivative_time": 3, "proportional": acts}})
+    assert (loop.Indep, loop.Kp, loop.Ti_Ki, loop.Td_Kd, loop.DisableP) == (True, gain, 4000, 6, False)
+    at_least = one({"tuning": {"gain": 2, "integral_time": 0.001}})
+    assert (at_least.Indep, at_least.Ti_Ki) == (False, Decimal("0.001"))
+    assert one({"tuning": {"gain": 1, "integral_time": "off"}}).Ti_Ki == 0
+
+
+def test_a_rate_is_per_second_there_and_per_cycle_here():
+    assert neutral({"MaxVarMV": 2, "sample_time": 0.5}).output.max_rate == 4
+    assert one({"output": {"range": [0, 100], "max_rate": 4}}).MaxVarMV == Decimal("0.8")
+    assert dropped({"output": {"range": [0, 100], "max_rate": 0}}) == {"output.max_rate"}
+
+
+def test_the_dead_band_goes_over():
+    assert neutral({"DeadBand": 3}).deadband == 3
+    assert one({"deadband": 3}).DeadBand == 3
+
+
+# --- PV, set point and output ----------------------------------------------------------------------------------------
+
+
+def test_limits_of_mv_are_not_the_scale():
+    output = neutral({"output": {"range": [0, 100], "unit": "%"}}).output
+    assert (output.range, output.limits, output.unit) == ((0, 100), (10, 90), "%")
+    assert neutral({}).output.range == (10, 90)
+    assert said({})["output.range"].assumed
+    assert not said({"output": {"range": [0, 100]}})["output.range"].assumed
+    loop = one({"output": {"range": [0, 100], "limits": [10, 90], "unit": "%"}})
+    assert (loop.MinMV, loop.MaxMV, loop.output.range, loop.output.unit) == (10, 90, (0, 100), "%")
+
+
+def test_limits_of_pv_are_its_range():
+    loop = neutral({"type": "PIDA_INT", "MinPV": 0, "MaxPV": 30000, "SP": 15000, "pv": {"unit": "raw"}})
+    assert (loop.pv.range, loop.pv.unit, loop.setpoint.value, loop.tuning.gain) == ((0, 30000), "raw", 15000, 2)
+    back = one({"pv": {"range": [-5, 60], "unit": "degC"}, "setpoint": {"value": 5}})
+    assert (back.type, back.MinPV, back.MaxPV, back.pv.unit) == ("PIDA_REAL", -5, 60, "degC")
+
+
+def test_set_point_limits_are_those_of_the_pv():
+    assert dropped({"setpoint": {"value": 50, "limits": [0, 200]}}) == set()
+    assert dropped({"setpoint": {"value": 50, "limits": [-10, 300]}}) == set()
+    assert dropped({"setpoint": {"value": 50, "limits": [10, 200]}}) == {"setpoint.limits.0"}
+    assert dropped({"setpoint": {"value": 50, "limits": [0, 190]}}) == {"setpoint.limits.1"}
+
+
+@pytest.mark.parametrize(("raises", "value"), [(True, 0), (False, 200)])
+def test_without_a_set_point_the_output_is_least(raises, value):
+    converted = made({"setpoint": {}, "output_raises_pv": raises})
+    assert converted.data["loops"][0]["SP"] == value
+    assert report(converted)["SP"].kind == "assumed"
+
+
+def test_bias_and_manual_output():
+    loop = neutral({"BIAS": 4, "ManualMV": 30, "Manual": True})
+    assert (loop.output.bias, loop.output.manual, loop.mode) == (4, 30, "manual")
+    assert neutral({}).output.manual is None
+    assert neutral({"Manual": True}).output.manual == 0
+    back = one({"mode": "manual", "output": {"range": [0, 100], "bias": 4, "manual": 30}})
+    assert (back.BIAS, back.ManualMV, back.Manual) == (4, 30, True)
+    assert one({}).Manual is False
+
+
+def test_what_has_no_twin_is_dropped():
+    found = dropped({
+        "pv": {"range": [0, 1], "square_root": True}, "alarms": {"pv": {"low": 1}, "hysteresis": 2},
+        "output": {"range": [0, 1], "pulse": {"period": 2, "min_on": 1, "min_off": 1}},
+    })  # fmt: skip
+    pulses = {"output.pulse.min_on", "output.pulse.min_off"}
+    assert found == {"pv.square_root", "alarms.pv.low", "alarms.hysteresis"} | pulses
+    assert dropped({}) == set()
+
+
+def test_the_blocks_do_not_wind_up():
+    change = report(made({"anti_windup": False}))["anti_windup"]
+    assert (change.kind, "never integrate" in change.note) == ("assumed", True)
+    assert report(made({"anti_windup": True}))["anti_windup"].kind == "exact"
+
+
+# --- wires -----------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("key", "wire", "path", "value"),
+    [("Kp", "Two", "tuning.gain", 2), ("SP", "Two * 10 + 1", "setpoint.value", 21), ("Kp", "L2.Kp", "tuning.gain", 7),
+     ("SP", "L2.SP", "setpoint.value", 8), ("SP", "max(abs(-3), sqrt(4), -Two)", "setpoint.value", 3),
+     ("Manual", "Run", "mode", "manual"), ("Manual", "Halt", "mode", "auto"),
+     ("Direct", "Run", "output_raises_pv", False),
+     ("ManualMV", "min(Two, 1 / 4)", "output.manual", Decimal("0.25"))],
+)  # fmt: skip
+def test_a_wired_setting_takes_its_first_value(key, wire, path, value):
+    second = {"Kp": 7, "SP": "Two * 4"}
+    found: Any = neutral({key: wire}, second)
+    for step in path.split("."):
+        found = getattr(found, step)
+    assert found == value
+    entry = said({key: wire}, second)[key]
+    assert (entry.value, entry.assumed, wire in entry.note) == (wire, True, True)
+
+
+@pytest.mark.parametrize("key", ["Kp", "Ti_Ki", "Td_Kd", "MinMV", "MaxMV", "MinPV", "MaxPV"])
+def test_what_nobody_knows_is_asked_for(key):
+    found = to_neutral(nextopid({}, {key: "L1.MV"}))[1]
+    assert [(entry.path, entry.key) for entry in found.missing] == [(("loops", 1, key), key)]
+    assert "L1.MV" in found.missing[0].message
+
+
+@pytest.mark.parametrize("key", ["Direct", "Indep", "DisableP"])
+def test_a_form_that_nobody_knows_is_asked_for(key):
+    assert [entry.key for entry in to_neutral(nextopid({}, {key: "L1.TRK_OUT"}))[1].missing] == [key]
+
+
+@pytest.mark.parametrize("key", ["SP", "ManualMV", "MaxVarMV", "DeadBand", "Tfd", "Manual", "CASC", "BIAS", "SP_CASC"])
+def test_what_nobody_knows_is_dropped_where_the_loop_can_do_without(key):
+    wire = "L2.TRK_OUT" if key in {"Manual", "CASC"} else "L2.MV * L2.MV"
+    found = lost({key: wire}, {})
+    assert key in found
+    assert wire in found[key] or key in {"Manual", "CASC"}
+
+
+@pytest.mark.parametrize("wire", ["(L1.MV - L1.MV)", "1 / (Two - Two)", "sqrt(-Two)"])
+def test_what_cannot_be_calculated_is_not_known(wire):
+    assert "SP" in lost({"SP": wire})
+
+
+def test_a_ring_of_wires_has_no_value():
+    assert "SP" in lost({"SP": "L2.SP"}, {"SP": "L1.SP"})
+
+
+def test_a_wired_bias_is_a_feed_forward():
+    assert "Two * 3" in lost({"BIAS": "Two * 3"})["BIAS"]
+    assert neutral({"BIAS": "Two * 3"}).output.bias == 0
+    assert neutral({"BIAS": "(1 + 1)"}).output.bias == 2
+
+
+def test_limits_without_room_are_asked_for():
+    assert [entry.key for entry in to_neutral(nextopid({"MaxPV": 0}))[0].missing] == ["MaxPV"]
+    assert [entry.key for entry in to_neutral(nextopid({"MaxMV": "Two"}))[0].missing] == ["MaxPV"]
+
+
+# --- modes and cascades ----------------------------------------------------------------------------------------------
+
+MASTER = {"MinMV": 20, "MaxMV": 180}
+SPECIAL = {
+    "TRK_VAL": "L2.PV",
+    "TRK_IN": "L2.TRK_OUT",
+    "Windup_H_IN": "L2.Windup_H_OUT",
+    "Windup_L_IN": "L2.Windup_L_OUT",
+}
+
+
+@pytest.mark.parametrize(("casc", "mode"), [(True, "cascade"), (False, "auto"), ("Run", "cascade"), ("Halt", "auto")])
+def test_a_cascade_is_a_source(casc, mode):
+    config = nextopid({**MASTER, **SPECIAL}, {"SP_CASC": "L1.MV", "CASC": casc})
+    master, slave = neutral_loops(config, NEXTOPID)[0].loops
+    assert (slave.setpoint.source, slave.setpoint.value, slave.mode, master.mode) == ("L1", 50, mode, "auto")
+    assert (master.output.range, master.output.limits) == ((0, 200), (20, 180))
+    assert [entry.field for found in to_neutral(config) for entry in found.said if not entry.to] == []
+
+
+def test_a_scaled_set_point_gives_the_master_its_scale():
+    slave = {"SP_CASC": "(L1.MV - 10) * 5 / 2", "CASC": True}
+    assert neutral({**MASTER, **SPECIAL}, slave).output.range == (10, 90)
+    assert neutral({"output": {"range": [10, 90]}, **SPECIAL}, slave).output.range == (10, 90)
+    assert said({"output": {"range": [0, 90]}, **SPECIAL}, slave)["output.range"].assumed
+
+
+@pytest.mark.parametrize(
+    "wire", ["L1.MV * L1.MV", "-L1.MV + 100", "max(L1.MV, 20)", "L1.MV + Two", "L1.MV * 0", "L1.PV * 2", "1 / L1.MV"]
+)
+def test_what_is_no_straight_line_of_a_master_is_no_link(wire):
+    config = nextopid({}, {"SP_CASC": wire, "CASC": True})
+    found = to_neutral(config)[1]
+    assert found.loop["setpoint"] == {"value": 50}
+    assert found.loop["mode"] == "auto"
+    assert wire in next(entry.note for entry in found.said if entry.field == "SP_CASC" and not entry.to)
+
+
+def test_of_two_scales_of_one_master_the_first_counts():
+    slaves = [{"SP_CASC": "L1.MV", "CASC": True}, {"SP_CASC": "L1.MV", "CASC": True, "MaxPV": 100}]
+    loops = [found.loop for found in to_neutral(nextopid(SPECIAL, *slaves))]
+    assert [loop["setpoint"].get("source") for loop in loops] == [None, "L1", None]
+
+
+def test_a_literal_set_point_of_cascade_mode_is_in_force():
+    assert neutral({"SP_CASC": 70, "CASC": True}).setpoint.value == 70
+    assert neutral({"SP_CASC": "Two", "CASC": True}).setpoint.value == 2
+    assert set(lost({"SP_CASC": 70, "CASC": True})) == {"SP"}
+    assert neutral({"SP_CASC": 70}).setpoint.value == 50
+    assert set(lost({"SP_CASC": 70})) == {"SP_CASC"}
+
+
+def test_tracking_is_manual():
+    loop = neutral({"TRK_IN": True, "TRK_VAL": 33, "ManualMV": 5})
+    assert (loop.mode, loop.output.manual) == ("manual", 33)
+    assert {"TRK_IN", "TRK_VAL"} <= set(lost({"TRK_IN": "Run", "TRK_VAL": 33}))
+    assert lost({"TRK_VAL": 33}) == {}
+
+
+def test_special_connections_elsewhere_are_dropped():
+    assert set(lost({**SPECIAL, "OVERR": "Run"}, {})) == {
+        "TRK_IN",
+        "TRK_VAL",
+        "Windup_H_IN",
+        "Windup_L_IN",
+        "OVERR",
+        "signals.Run",
+    }
+    assert set(lost({"Windup_H_IN": True, "OVERR": True, "TRK_VAL": 4})) == {"Windup_H_IN", "OVERR", "TRK_VAL"}
+
+
+def test_all_connections_of_a_cascade_are_wired():
+    converted = made({"output": {"range": [0, 200]}}, {"mode": "cascade", "setpoint": {"value": 50, "source": "L1"}})
+    master, slave = converted.data["loops"]
+    assert {key: master[key] for key in SPECIAL} == SPECIAL
+    assert (slave["SP_CASC"], slave["CASC"], slave["SP"]) == ("L1.MV", True, 50)
+    assert errors(converted.data) == []
+    assert not converted.losses
+
+
+def test_a_cascade_is_scaled_where_the_ranges_differ():
+    loops = (
+        {"output": {"range": [4, 20]}},
+        {"mode": "cascade", "pv": {"range": [-50, 150]}, "setpoint": {"source": "L1"}},
+        {"mode": "cascade", "pv": {"range": [0, 7]}, "setpoint": {"source": "L2"}},
+    )
+    converted = made(*loops)
+    master, middle, slave = converted.data["loops"]
+    assert middle["SP_CASC"] == "(L1.MV - 4) * 200 / 16 + (-50)"
+    assert master["TRK_VAL"] == "(L2.PV - (-50)) * 16 / 200 + 4"
+    assert (middle["TRK_IN"], slave["SP_CASC"]) == ("L3.TRK_OUT", "L2.MV * 7 / 100")
+    assert errors(converted.data) == []
+    back = neutral_loops(NextopidFile.model_validate(converted.data), NEXTOPID)[0].loops
+    assert [loop.setpoint.source for loop in back] == [None, "L1", "L2"]
+    assert [loop.output.range for loop in back] == [(4, 20), (0, 100), (0, 100)]
+
+
+def test_a_second_slave_is_not_followed():
+    slave = {"mode": "cascade", "pv": {"range": [0, 100]}, "setpoint": {"source": "L1"}}
+    converted = made({}, slave, slave)
+    assert converted.data["loops"][0]["TRK_IN"] == "L2.TRK_OUT"
+    assert "L2 only" in report(converted, 2)["setpoint.source"].note
+    assert errors(converted.data) == []
+
+
+@pytest.mark.parametrize("source", ["L1", "L9"])
+def test_a_master_that_is_none_is_dropped(source):
+    converted = made({"mode": "cascade", "setpoint": {"source": source, "value": 20}})
+    assert report(converted)["setpoint.source"].kind == "dropped"
+    assert report(converted)["mode"].kind == "assumed"
+    assert converted.data["loops"][0].get("CASC") is False
+    assert errors(converted.data) == []
+
+
+# --- blocks and signals ----------------------------------------------------------------------------------------------
+
+
+def test_a_low_filter_before_pv_is_its_filter():
+    assert neutral({"PV": "F.OutVar"}, blocks=BLOCKS[:1]).pv.filter == Decimal("1.5")
+    assert lost({"PV": "F.OutVar"}, blocks=BLOCKS[:1]) == {}
+    wired = [{**BLOCKS[0], "InVar": "Raw * 2"}]
+    assert set(lost({"PV": "F.OutVar"}, blocks=wired)) == {"blocks.F.InVar"}
+
+
+def test_a_filter_becomes_a_block_before_pv():
+    converted = made({}, {"pv": {"range": [0, 100], "filter": 1.5}})
+    (block,), loop = converted.data["blocks"], converted.data["loops"][1]
+    assert (block["type"], block["Tc"], block["InVar"], loop["PV"]) == (
+        "ControlLowFilter", 1.5, "L2_IN", f"{block['name']}.OutVar",
+    )  # fmt: skip
+    assert converted.data["signals"] == {"L2_IN": 50}
+    assert report(converted, 1)["pv.filter"].target == 1.5
+    assert errors(converted.data) == []
+    assert neutral_loops(NextopidFile.model_validate(converted.data), NEXTOPID)[0].loops[1].pv.filter == Decimal("1.5")
+
+
+@pytest.mark.parametrize("wire", ["Raw * 2", "D.OutVar", "sqrt(Raw)"])
+def test_a_pv_that_is_worked_out_is_dropped(wire):
+    assert wire in lost({"PV": wire}, blocks=BLOCKS[1:2])["PV"]
+
+
+@pytest.mark.parametrize("pv", ["Raw", "L2.PV", 12])
+def test_a_pv_from_outside_is_no_loss(pv):
+    assert lost({"PV": pv}, {}) == {}
+
+
+def test_a_pwm_behind_mv_is_its_pulses():
+    output = neutral({"MinMV": 5}, blocks=BLOCKS[2:]).output
+    assert (output.range, output.limits, output.pulse.period) == ((0, 100), (5, 90), 5)
+    assert neutral({"output": {"range": [0, 200]}}, blocks=BLOCKS[2:]).output.range == (0, 100)
+    assert "blocks.Q" in lost({}, blocks=[BLOCKS[2], {**BLOCKS[2], "name": "Q"}])
+    assert "blocks.P" in lost({}, blocks=[{**BLOCKS[2], "MV": "L1.MV + 1"}])
+
+
+def test_a_cascade_comes_before_pulses():
+    found = lost(SPECIAL, {"SP_CASC": "L1.MV", "CASC": True}, blocks=BLOCKS[2:])
+    assert set(found) == {"blocks.P"}
+
+
+def test_pulses_become_a_block_behind_mv():
+    converted = made({"output": {"range": [-5, 15], "pulse": {"period": 30}}})
+    assert converted.data["blocks"] == [
+        {"name": "L1_PWM", "type": "ControlPWM", "MV": "L1.MV", "MinMV": -5, "MaxMV": 15, "Period": 150}
+    ]
+    assert report(converted)["output.pulse.period"].kind == "exact"
+    back = neutral_loops(NextopidFile.model_validate(converted.data), NEXTOPID)[0].loops[0]
+    assert (back.output.pulse.period, back.output.range) == (30, (-5, 15))
+    assert errors(converted.data) == []
+
+
+@pytest.mark.parametrize(
+    ("period", "cycles", "kind"), [(0.5, 2, "rounded"), (30_000, 65_535, "clamped"), ("1 ms", 1, "clamped")]
+)
+def test_the_period_is_whole_cycles(period, cycles, kind):
+    converted = made({"output": {"range": [0, 100], "pulse": {"period": period}}})
+    assert converted.data["blocks"][0]["Period"] == cycles
+    assert report(converted)["output.pulse.period"].kind == kind
+
+
+def test_a_rough_period_says_how_to_get_more_steps():
+    few, many = ({"output": {"range": [0, 100], "pulse": {"period": period}}} for period in (10, 30))
+    assert "50 steps" in report(made(few))["output.pulse.period"].note
+    assert "steps" not in report(made(many))["output.pulse.period"].note
+    assert made(few, sample_time=Decimal("0.01")).data["blocks"][0]["Period"] == 1000
+
+
+def test_other_blocks_and_signals_are_dropped_with_their_expressions():
+    loops = ({}, {"BIAS": "D.OutVar"}, {"SP": "Two"})
+    found = to_neutral(nextopid(*loops, blocks=BLOCKS[1:2]))
+    assert lost(*loops, blocks=BLOCKS[1:2]) == {}
+    of_second = {entry.field: entry.note for entry in found[1].said if not entry.to}
+    assert set(of_second) == {"BIAS", "blocks.D", "signals.Two"}
+    assert "InVar Two" in of_second["blocks.D"]
+
+
+def test_a_block_that_nobody_reads_is_of_whom_it_reads():
+    split = {"name": "S", "type": "ControlSplitRange", "MV": "L2.MV", "SPLIT": 50, "Mode": 1}
+    found = to_neutral(nextopid({}, {}, blocks=[split, BLOCKS[1]]))
+    assert [[entry.field for entry in own.said if not entry.to] for own in found] == [
+        ["blocks.D", "signals.Two"], ["blocks.S"],
+    ]  # fmt: skip
+
+
+def test_an_on_off_controller_is_no_pid():
+    on_off = {"name": "FAN", "type": "ControlON_OFF", "SP": 5, "DeadBand": 1, "MinPV": 0, "MaxPV": 10}
+    data = nextopid({}).model_dump() | {"loops": [LOOP, on_off]}
+    found = to_neutral(NextopidFile.model_validate(data))
+    assert [len(own.missing) for own in found] == [0, 1]
+    assert "move it from loops to blocks" in found[1].missing[0].message
+    assert "blocks.FAN" in lost({}, blocks=[on_off])
+
+
+def test_the_auto_tuning_is_dropped():
+    tune = {key: 1 for key in TuneParam.model_fields if key != "Mode"} | {"Mode": "PI"}
+    found = lost({"type": "PIDA_TUNE_REAL", "AutoTune": "Run", "AutoTuneParam": tune})
+    assert {f"AutoTuneParam.{key}" for key in tune} | {"AutoTune", "signals.Run"} == set(found)
+
+
+def test_every_parameter_is_spoken_of():
+    loop = {
+        **LOOP, "type": "PIDA_TUNE_REAL", "description": "Oven", "sample_time": 0.5, "Td_Kd": 3, "Tfd": 1, "BIAS": 2,
+        "SP_CASC": 60, "PV": 3, "ManualMV": 20, "TRK_VAL": 5, "MaxVarMV": 1, "DeadBand": 1, "Indep": True,
+        "DisableP": True, "DerivEr": True, "CASC": True, "TRK_IN": True, "Windup_H_IN": True, "Windup_L_IN": True,
+        "OVERR": True, "Manual": True, "Direct": True, "AutoTune": True, "pv": {"unit": "C"},
+        "output": {"range": [0, 100], "unit": "%"}, "AutoTuneParam": {"PercAmpMV": 1},
+    }  # fmt: skip
+    assert set(loop) == set(PidaTuneReal.model_fields)
+    spoken = set(said(loop)) | set(NOTHING_LOST)
+    sections = {"pv.unit", "output.range", "output.unit", *(f"AutoTuneParam.{key}" for key in TuneParam.model_fields)}
+    assert set(PidaTuneReal.model_fields) - {"pv", "output", "AutoTuneParam"} | sections <= spoken
+    silent = set(NOTHING_LOST) & set(said(loop))
+    assert set(NOTHING_LOST) - silent == {"type", "PV"}
+
+
+# --- names and times -------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("wanted", "name"),
+    [("TIC-101", "TIC_101"), ("101", "L_101"), ("Öfen #2", "Ofen_2"), ("a__b", "a_b"), ("___", "Loop"), ("IF", "IF_2"),
+     ("pidloops", "pidloops_2"), ("ControlPWM", "ControlPWM_2"), ("x" * 60, "x" * 40), ("y" * 39 + "-z", "y" * 39)],
+)  # fmt: skip
+def test_names_are_identifiers(wanted, name):
+    assert Names().new(wanted) == name
+
+
+def test_names_differ_by_more_than_capitals():
+    converted = made({"name": "TIC-1"}, {"name": "tic_1", "pv": {"range": [0, 9], "filter": 1}}, {"name": "tic_1_2_IN"})
+    assert [loop["name"] for loop in converted.data["loops"]] == ["TIC_1", "tic_1_2", "tic_1_2_IN"]
+    assert list(converted.data["signals"]) == ["tic_1_2_2_IN"]
+    assert [report(converted, i)["name"].kind for i in (0, 1)] == ["assumed", "assumed"]
+    assert "name" not in report(converted, 2)
+    assert errors(converted.data) == []
+
+
+def test_a_renamed_master_is_still_followed():
+    loops = ({"name": "A-1"}, {"name": "B-1", "mode": "cascade", "setpoint": {"source": "A-1"}})
+    assert made(*loops).data["loops"][1]["SP_CASC"].startswith("A_1.MV")
+
+
+@pytest.mark.parametrize(
+    ("times", "step"),
+    [([0.1, 0.25], "0.05"), ([1, 2, 3], "1"), ([0.5], "0.5"), ([], "0.1"), (["0.0105", "0.021"], "0.0105"),
+     ([0.1, "0.0333"], "0.001"), ([0, 0.5], "0.001"), ([90, 120], "60"), (["0.0001"], "0.001")],
+)  # fmt: skip
+def test_the_task_is_the_common_step(times, step):
+    assert task_of([Decimal(str(time)) for time in times], None).interval == Decimal(step)
+
+
+def test_the_common_step_divides_all():
+    assert common_step([Decimal("0.6"), Decimal("0.9"), Decimal("1.5")]) == Decimal("0.3")
+
+
+def test_loops_are_called_every_so_many_cycles():
+    converted = made({"sample_time": 0.2}, {"sample_time": 0.5}, {"sample_time": 0.1})
+    assert converted.data["plc"] == {"sample_time": 0.1}
+    assert [loop.get("sample_time") for loop in converted.data["loops"]] == [0.2, 0.5, None]
+    assert [report(converted, i)["sample_time"].target for i in range(3)] == [0.2, 0.5, 0.1]
+    assert errors(converted.data) == []
+
+
+def test_the_interval_can_be_chosen():
+    converted = made({"sample_time": 0.2}, {"sample_time": 0.11}, sample_time=Decimal("0.05"))
+    assert converted.data["plc"] == {"sample_time": 0.05}
+    assert [loop["sample_time"] for loop in converted.data["loops"]] == [0.2, 0.1]
+    change = report(converted, 1)["sample_time"]
+    assert (change.kind, round(change.error_percent, 2)) == ("rounded", 9.09)
+    assert [row.key for row in CONVERT_OPTIONS] == ["sample_time"]
+
+
+@pytest.mark.parametrize(("time", "held"), [(90, 60), ("0.2 ms", 0.001)])
+def test_times_are_those_that_the_blocks_allow(time, held):
+    converted = made({"sample_time": time})
+    assert converted.data["plc"]["sample_time"] == held
+    assert report(converted)["sample_time"].kind == "clamped"
+    assert errors(converted.data) == []
+
+
+def test_the_task_s_time_is_that_of_a_loop_without_one():
+    assert neutral({}).sample_time == Decimal("0.1")
+    assert neutral({"sample_time": 0.3}).sample_time == Decimal("0.3")
+
+
+# --- whole programs --------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", ["feed_forward", "override"])
+def test_networks_lose_what_has_no_twin(name):
+    config = network(name)
+    loops = tuple(loop for loop in config.loops if isinstance(loop, PidaReal))
+    converted = convert(config.model_copy(update={"loops": loops}), NEXTOPID, NEXTOPID, {})
+    assert converted.losses
+    assert errors(converted.data) == []
+
+
+@pytest.mark.parametrize("name", ["cascade", "override", "ratio", "splitrange", "heatexchanger", "autotune"])
+@pytest.mark.parametrize("target", ["dl06", "click", "ezlogix", "dpide", "generic", "nextopid"])
+def test_examples_convert_to_every_vendor(name, target):
+    data = read_document((EXAMPLES / f"{name}.yaml").read_bytes(), name).data
+    config = NextopidFile.model_validate(data)
+    converted = convert(config, NEXTOPID, VENDORS[target], {})
+    assert errors(converted.data) == []
+    assert (target == "nextopid" and name == "cascade") <= (not converted.losses)
+
+
+def near(a: Any, b: Any) -> bool:
+    """Whether two neutral values differ by no more than single precision makes of them."""
+    if isinstance(a, dict):
+        return a.keys() == b.keys() and all(near(a[key], b[key]) for key in a)
+    if isinstance(a, tuple):
+        return all(near(x, y) for x, y in zip(a, b, strict=True))
+    if isinstance(a, Decimal):
+        return abs(a - b) <= Decimal("1e-6") * max(abs(a), abs(b))
+    return bool(a == b)
+
+
+VALUES = st.decimals("0.01", "500", places=2)
+LOOPS = st.fixed_dictionaries(
+    {"SP": VALUES, "Kp": VALUES, "Ti_Ki": VALUES | st.just(0), "Td_Kd": VALUES | st.just(0),
+     "Tfd": VALUES | st.just(0), "Indep": st.booleans(), "DerivEr": st.booleans(), "Direct": st.booleans(),
+     "Manual": st.booleans(), "ManualMV": VALUES, "DeadBand": VALUES | st.just(0), "MaxVarMV": VALUES | st.just(0),
+     "BIAS": VALUES, "sample_time": st.sampled_from(["0.1 s", "0.2 s", "1.3 s"])},
+    optional={"DisableP": st.just(True), "output": st.just({"range": (0, 300)}), "PV": st.just("F.OutVar"),
+              "type": st.sampled_from(["PIDA_REAL", "PIDA_TUNE_REAL"])},
+)  # fmt: skip
+
+
+@settings(max_examples=150, deadline=None)
+@given(LOOPS, st.booleans())
+def test_a_conversion_to_itself_keeps_the_loops(loop, linked):
+    slave = {**loop, "SP_CASC": "L1.MV", "CASC": True, "Manual": False} if linked else loop
+    config = nextopid({**loop, **(SPECIAL if linked else {})}, slave, blocks=BLOCKS[:1])
+    before = neutral_loops(config, NEXTOPID)[0].loops
+    converted = convert(config, NEXTOPID, NEXTOPID, {})
+    after = neutral_loops(NextopidFile.model_validate(converted.data), NEXTOPID)[0].loops
+    assert all(near(a.model_dump(), b.model_dump()) for a, b in zip(before, after, strict=True))
+    kept = {f for f, c in report(converted).items() if c.kind in {"dropped", "clamped"}}
+    assert kept <= {"blocks.F", "signals.Raw"}
+
+
+@settings(max_examples=60, deadline=None, suppress_health_check=list(HealthCheck))
+@given(configurations())
+def test_any_program_is_asked_about_or_is_a_neutral_one(config):
+    found = to_neutral(config)
+    assert len(found) == len(config.loops)
+    for own, loop in zip(found, config.loops, strict=True):
+        if not own.missing:
+            data = {"pidcfg": 1, "vendor": "generic", "loops": [own.loop]}
+            assert GenericFile.model_validate(data).loops[0].name == loop.name
