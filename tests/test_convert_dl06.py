@@ -83,6 +83,13 @@ def clamped(loop: dict, **options) -> set[str]:
     return {put.field for put in target(loop, **options)[1] if put.clamped}
 
 
+def convert_neutral(loop: dict) -> dict:
+    """The alarms of the file, with what the DL06 can hold."""
+    made = from_neutral(generic(loop), {})
+    _settled(made, DL06)
+    return made.data["loops"][0]["alarms"]
+
+
 def back_and_forth(config: Dl06File, **options):
     """A conversion to the same family, with its report."""
     return convert(config, DL06, DL06, options)
@@ -222,6 +229,7 @@ def test_a_derivative_of_the_pv_is_reported_unless_the_cpu_has_it():
     assert target(loop, derivative="pv")[0].plc.derivative == "pv"
     error = {"tuning": {"gain": 1, "derivative_time": 6, "derivative_on": "error"}}
     assert dropped(error) == {}
+    assert target(error)[0].plc.derivative == "error"
     assert "tuning.derivative_on" in dropped(error, derivative="pv")
 
 
@@ -351,6 +359,10 @@ def test_a_point_that_no_pv_passes_makes_room_and_is_reported():
     assert set(dropped({"alarms": {"pv": {"low": 0, "high": 150}}})) == {"alarms.pv.low"}
     assert set(dropped({"alarms": {"pv": {"low": 20, "high": 200}}})) == {"alarms.pv.high"}
     assert one({"alarms": {"pv": {"high": 200}}}).alarms.pv is None
+    below = {"alarms": {"pv": {"low_low": -20, "low": -10, "high": 150, "high_high": 160}}}
+    assert set(dropped(below)) == {"alarms.pv.low"}
+    made = convert_neutral(below)
+    assert made["pv"] == {"low_low": 0, "low": "1 counts", "high": 150, "high_high": 160}
 
 
 def test_points_that_round_to_the_same_counts_are_refused():

@@ -24,7 +24,6 @@ D282 = Decision(
     "The PLC wants low_low < low < high < high_high and yellow < red in counts, and compares with words of 0 too.",
 )  # fmt: skip
 POINTS = ("low_low", "low", "high", "high_high")
-OPPOSITE = {"low_low": "low", "low": "low_low", "high": "high_high", "high_high": "high"}
 WIDEST = Decimal(0x200) / 4095
 FILLED = "one bit enables the whole group: this point is not wanted and stands where it does least"
 END = "at the end of the scale: no PV passes it"
@@ -49,7 +48,7 @@ def _pv_points(w: Writer) -> bool:
     bottom, top = scale.format.minimum, scale.format.maximum
     counts = {key: min(max(nearest(scale.position(Quantity(v))), bottom), top) for key, v in values.items()}
     for key, end in (("low", bottom), ("high", top)):
-        if counts.get(key) == end and OPPOSITE[key] not in counts:
+        if counts.get(key) == end:
             w.lost(f"alarms.pv.{key}", END)
             del counts[key], values[key]
     if not counts:
@@ -114,7 +113,7 @@ def _rate_of_change(w: Writer) -> None:
     elif nearest(w.scales["pv"].distance(Quantity(change))) == 0:
         w.lost(of, "less than half a count a sample: sample more slowly, or compare over more samples in the program")
     else:
-        w.number(of, change, of, "per sample")
+        w.computed(of, change, of, "per sample")
 
 
 def _hysteresis(w: Writer, yellow: int | None, *, on: bool) -> None:

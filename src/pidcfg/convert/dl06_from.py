@@ -10,7 +10,7 @@ from pidcfg.convert.dl06_scales import position
 from pidcfg.convert.dl06_writer import Writer
 from pidcfg.convert.ledger import Missing, Put, Target
 from pidcfg.convert.pipeline import ConvertError
-from pidcfg.convert.terms import ONE, ZERO, filter_share, number, product, quotient, rounded, width
+from pidcfg.convert.terms import ONE, ZERO, filter_share, number, product, quotient, width
 from pidcfg.encoders.dl06.encode import scales
 from pidcfg.encoders.maps.dl06 import CPU, RESET
 from pidcfg.refs import Decision
@@ -56,6 +56,8 @@ def from_neutral(file: GenericFile, options: Mapping[str, Any]) -> Target:
     plc: dict[str, Any] = {"loop_table": v_name(start)}
     plc |= {key: options[key] for key in ("reset_decimals", "derivative") if options.get(key) is not None}
     writers = [_loop(file, i, plc, form) for i in range(len(file.loops))]
+    if any(put.field == ACTS for w in writers for put in w.puts):
+        plc.setdefault("derivative", "error")
     if writers:
         writers[0].puts.append(Put("/plc.loop_table", None, "V7640: where the loop table starts"))
     head = {"pidcfg": 1, "vendor": "dl06", "name": file.name, "description": file.description, "plc": plc}
@@ -137,7 +139,7 @@ def _tuning(w: Writer, decimals: int) -> None:
     tuning, gain = w.loop.tuning, share(w)
     time = tuning.integral_time
     if tuning.proportional:
-        w.number("tuning.gain", rounded(gain), "tuning.gain")
+        w.computed("tuning.gain", gain, "tuning.gain")
     else:
         w.number("tuning.gain", ZERO, "tuning.proportional")
         time = quotient(time, gain) if gain else ZERO
@@ -155,7 +157,7 @@ def _reset(w: Writer, time: Decimal, decimals: int) -> None:
     unit = "seconds" if time <= longest else "minutes"
     value = time if unit == "seconds" else quotient(time, SECONDS["min"])
     note = "" if value <= longest else f"the longest reset is {longest} min"
-    w.number("tuning.reset", min(value, longest), "tuning.integral_time", note, clamped=bool(note))
+    w.computed("tuning.reset", min(value, longest), "tuning.integral_time", note, clamped=bool(note))
     w.data["tuning"]["reset_unit"] = unit
 
 
@@ -171,7 +173,7 @@ def _derivative(w: Writer, acts: str) -> None:
             w.lost("tuning.derivative_filter", NO_RATE)
         return
     wrong = f"acts on the {acts}, not on the {tuning.derivative_on}" if acts != tuning.derivative_on else ""
-    w.number("tuning.rate", rate, "tuning.derivative_time", wrong)
+    w.computed("tuning.rate", rate, "tuning.derivative_time", wrong)
     if wrong:
         kick = "a step of the set point kicks the output" if acts == "error" else "the set point does not move it"
         w.lost("tuning.derivative_on", f"the rate {wrong}: {kick}")
@@ -181,7 +183,7 @@ def _derivative(w: Writer, acts: str) -> None:
         limit = quotient(min(rate, LONGEST_RATE), tuning.derivative_filter)
         held = min(max(limit, LIMITS[0]), LIMITS[1])
         note = "" if held == limit else f"the filter is Td/N with N from {LIMITS[0]} to {LIMITS[1]}"
-        w.number("derivative_gain_limit", held, "tuning.derivative_filter", note, clamped=bool(note))
+        w.computed("derivative_gain_limit", held, "tuning.derivative_filter", note, clamped=bool(note))
 
 
 def _pv(w: Writer, form: str) -> None:
@@ -195,7 +197,7 @@ def _pv(w: Writer, form: str) -> None:
     if pv.filter:
         k = filter_share(pv.filter, w.sample)
         note = "" if k >= STRONGEST else f"the strongest filter is {STRONGEST} a sample"
-        w.number("pv.filter", max(k, STRONGEST), "pv.filter", note, clamped=bool(note))
+        w.computed("pv.filter", max(k, STRONGEST), "pv.filter", note, clamped=bool(note))
 
 
 def _setpoint(w: Writer) -> None:

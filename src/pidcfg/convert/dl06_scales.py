@@ -22,6 +22,14 @@ D284 = Decision(
 )  # fmt: skip
 
 
+DIGITS = 10
+
+
+def short(value: Decimal) -> Decimal:
+    """What was worked out from a neutral number, which may itself be a quotient of `terms.DIGITS` digits."""
+    return Decimal(f"{value:.{DIGITS}g}") if value else ZERO
+
+
 def position(scale: Scale, value: Quantity) -> Decimal:
     """A value on a scale that has a range."""
     if not is_raw(value, scale) or scale.range is None:
@@ -49,4 +57,4 @@ def squared(scale: Scale, value: Decimal) -> Decimal:
     low, span = scale.range[0] if scale.range else ZERO, Decimal(scale.format.span)
     share = max(quotient(value - low, scale.width), ZERO)
     counts = product(share, share, span) - scale.format.minimum
-    return Decimal(f"{EXACT.add(low, quotient(product(counts, scale.width), span)):.10g}")  # roots have 12 digits
+    return short(EXACT.add(low, quotient(product(counts, scale.width), span)))

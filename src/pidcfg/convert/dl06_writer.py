@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, NoReturn
 
+from pidcfg.convert.dl06_scales import short
 from pidcfg.convert.ledger import Missing, Put
 from pidcfg.convert.pipeline import ConvertError
 from pidcfg.convert.terms import number
@@ -41,6 +42,10 @@ class Writer:
     def number(self, path: str, value: Decimal, of: str | None, note: str = "", *, clamped: bool = False) -> None:
         """A field that is a number."""
         self.put(path, number(value), of, note, clamped=clamped)
+
+    def computed(self, path: str, value: Decimal, of: str, note: str = "", *, clamped: bool = False) -> None:
+        """A field that is worked out from neutral numbers."""
+        self.put(path, number(short(value)), of, note, clamped=clamped)
 
     def pair(self, path: str, ends: tuple[Decimal, Decimal], of: str) -> None:
         """A field that is a pair of numbers."""
