@@ -35,6 +35,7 @@ IMAGES = {
     "dpide/oven": {"text": "txt", "csv": "csv", "json": "json", "operands": "operands.csv", "symbols": "symbols.csv"},
     "dpide/chiller": {"text": "txt", "symbols": "symbols.csv"},
     "dpide/dryer": {"text": "txt", "operands": "operands.csv"},
+    "generic/boiler": {"text": "txt", "csv": "csv", "json": "json"},
 }
 """Each example by its path below ``examples``, and the ends of the files for each format."""
 TREND_EVERY = {
@@ -43,6 +44,7 @@ TREND_EVERY = {
     "nextopid/heatexchanger": 20, "nextopid/cascade": 50, "nextopid/override": 50, "nextopid/ratio": 5,
     "nextopid/splitrange": 50, "nextopid/autotune": 5, "nextopid/furnace": 60,
     "dpide/oven": 20, "dpide/chiller": 10, "dpide/dryer": 15,
+    "generic/boiler": 30,
 }  # fmt: skip
 """Base steps between two rows of a trend: each file has a few hundred."""
 

@@ -111,7 +111,7 @@ def command(
     if verified is not None and max_deviation is not None and max(v.pv_percent for v in verified) > max_deviation:
         note(f"a PV is further apart than {max_deviation:g} % of its range: nothing was written")
         click.get_current_context().exit(Exit.FOUND)
-    put(text, out, force=force)
+    put(text, out, force=force, quiet=quiet)
 
 
 def sides(checked: Checked, result: Checked) -> list[Verified]:
@@ -127,7 +127,7 @@ def sides(checked: Checked, result: Checked) -> list[Verified]:
         raise click.ClickException(f"the conversion cannot be verified: {error}") from None
 
 
-def put(text: str, out: str | None, *, force: bool) -> None:
+def put(text: str, out: str | None, *, force: bool, quiet: bool) -> None:
     """Writes the file, or prints it."""
     from pidcfg.cli.outputs import write_files
 
@@ -135,7 +135,8 @@ def put(text: str, out: str | None, *, force: bool) -> None:
         echo(text)
     else:
         write_files({out: text}, force=force)
-        note(f"{out}: written")
+        if not quiet:
+            note(f"{out}: written")
 
 
 def converted_or_ended(checked: Checked, target: Vendor, placed: dict[str, Any]) -> Converted:
