@@ -104,6 +104,51 @@ def test_devices_may_be_shared_where_they_can_hold_both(first, second, found):
     assert codes({"devices": first}, {"devices": second}) == found
 
 
+TUNED = [("PID_MODE", "are both written"), ("Kc_Kp", "are both written"), ("Ti_Ki", "are both written"),
+         ("Td_Kd", "are both written"), ("Tf", "are both written")]  # fmt: skip
+
+
+def collisions(*loops: dict) -> list[str]:
+    """The ends of the messages of PID703."""
+    return [d.message.rpartition(" to D1 ")[2] for d in findings(*loops) if d.code == "PID703"]
+
+
+@pytest.mark.parametrize(("operand", "reason"), TUNED)
+def test_two_loops_that_tune_do_not_share_what_the_autotune_writes(operand, reason):
+    tuning = {"PID_MODE": 1, "devices": {"PID_MODE": "D2", operand: "D0"}}
+    other = {**tuning, "devices": {"PID_MODE": "D4", operand: "D0"}}
+    later = {"devices": other["devices"]}
+
+    assert collisions(tuning, other) == [reason]
+    assert collisions(later, {"devices": tuning["devices"]}) == [reason]
+    assert collisions({"devices": {operand: "D0"}}, {**tuning, "devices": {operand: "D0"}}) == (
+        [reason] if operand == "PID_MODE" else [f"would be an operand that {operand} overwrites"])  # fmt: skip
+
+
+@pytest.mark.parametrize("operand", ["Kc_Kp", "Ti_Ki", "Td_Kd", "Tf", "MOUT"])
+def test_loops_that_cannot_tune_or_follow_share_what_they_only_read(operand):
+    assert collisions({"devices": {operand: "D0"}}, {"devices": {operand: "D0"}}) == []
+
+
+@pytest.mark.parametrize("switch", [{"MOUT_AUTO": True}, {"devices": {"MOUT_AUTO": "M1"}}])
+def test_a_mout_that_follows_mv_is_alone_in_its_device(switch):
+    follows, reads = ({**given, "devices": {**given.get("devices", {}), "MOUT": "D0"}} for given in (switch, {}))
+
+    assert collisions(follows, follows) == ["are both written"]
+    assert collisions(follows, reads) == collisions(reads, follows) == ["would be an operand that MOUT overwrites"]
+    assert collisions({"devices": {"MV": "D0"}}, follows) == ["are both written"]
+    assert collisions({**follows, "devices": {**follows["devices"], "MV": "D0"}}) == []
+    assert collisions(follows, {"MV_MIN": 0, "devices": {"BIAS": "D0"}}) == [
+        "would be an operand that MOUT overwrites"]  # fmt: skip
+
+
+def test_two_tuned_operands_of_one_loop_need_two_devices():
+    devices = {"PID_MODE": "D2", "Ti_Ki": "D0", "Td_Kd": "D0"}
+
+    assert collisions({"Td_Kd": 180, "devices": devices}) == ["are both written"]
+    assert collisions({"Td_Kd": 180, "devices": {k: v for k, v in devices.items() if k != "PID_MODE"}}) == []
+
+
 @pytest.mark.parametrize(("limits", "found"), [((100, 0), ["PID741"]), ((50, 50), ["PID742"]), ((0, 100), [])])
 def test_limits_are_swapped_equal_or_right(limits, found):
     assert codes({"MV_MIN": limits[0], "MV_MAX": limits[1]}) == found

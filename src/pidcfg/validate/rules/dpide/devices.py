@@ -6,7 +6,7 @@ from itertools import combinations
 from typing import TYPE_CHECKING, NamedTuple
 
 from pidcfg.diagnostics import Severity
-from pidcfg.encoders.maps.dpide import REMARKS, ROWS
+from pidcfg.encoders.maps.dpide import REMARKS, ROWS, WRITTEN
 from pidcfg.refs import Decision
 from pidcfg.schemas.dpide_devices import D250, LAST_REGISTER, Place, place_of
 from pidcfg.validate.rule import rule
@@ -20,8 +20,11 @@ if TYPE_CHECKING:
 D258 = Decision(
     258, "operands may share a device when they can hold the same",
     "Inputs of one type and value may stand in one device, and the MV of one loop in the SV, BIAS or MOUT of another. "
-    "Devices that overlap in part, hold different types or values, or are written by two loops, are an error.",
-    "One start bit for several loops, and a cascade by one register, are what devices are for.",
+    "What an instruction writes is in no other operand's device beyond that: MV, the MOUT that follows it (MOUT_AUTO "
+    "TRUE or with a device), and what an autotune writes (PID_MODE 1 or with a device). Devices that overlap in part, "
+    "hold different types or values, or are written by two loops, are an error.",
+    "One start bit for several loops, and a cascade by one register, are what devices are for. The gains that one "
+    "loop's autotune finds are another loop's only by mistake.",
 )  # fmt: skip
 
 
@@ -112,7 +115,8 @@ def devices_collide(context: DpideContext) -> Iterator[Finding]:
     """Two operands share devices and cannot hold the same.
 
     Why: a number takes two registers, so D100 and D101 are not free of each other; and one register holds one value,
-    whichever operand it is meant for.
+    whichever operand it is meant for. The PLC writes MV, the MOUT that follows MV, and after an autotune PID_MODE and
+    the coefficients: what else stands there is lost.
 
     Fix: give each operand devices of its own. Operands may share a device on purpose where type and value are the same,
     or where the MV of one loop is the SV, BIAS or MOUT of another.
@@ -130,17 +134,28 @@ def conflict(first: Held, second: Held) -> str | None:
         return "overlap in part"
     if ROWS[first.operand].type is not ROWS[second.operand].type:
         return "are of different types"
-    if first.operand == second.operand == "MV":
-        return "are both written"
-    if "MV" in {first.operand, second.operand}:
-        return _conflict_with_output(*((second, first) if first.operand == "MV" else (first, second)))
+    outputs = [item for item in (first, second) if is_written(item)]
+    if outputs:
+        return _conflict_with_output(first, second, outputs)
     contents = [item.view.contents.get(item.operand) for item in (first, second)]
     return "hold different values" if None not in contents and contents[0] != contents[1] else None
 
 
-def _conflict_with_output(reader: Held, output: Held) -> str | None:
-    """An output may drive another loop, or be shown in its own MOUT."""
-    if reader.operand == "MOUT" and reader.view is output.view:
+def is_written(item: Held) -> bool:
+    """Whether the instruction itself writes, or may come to write, an operand."""
+    if item.operand == "MOUT":
+        return item.view.loop.MOUT_AUTO or item.view.has_device("MOUT_AUTO")
+    tunes = item.view.loop.PID_MODE == 1 or item.view.has_device("PID_MODE")
+    return item.operand == "MV" or (tunes and item.operand in WRITTEN)
+
+
+def _conflict_with_output(first: Held, second: Held, outputs: list[Held]) -> str | None:
+    """An MV may drive another loop, or be shown in its own MOUT."""
+    own = first.view is second.view
+    if own and {first.operand, second.operand} == {"MV", "MOUT"}:
         return None
-    drives = reader.operand in {"SV", "PV", "BIAS", "MOUT"} and reader.view is not output.view
-    return None if drives else "would be an operand that MV overwrites"
+    if len(outputs) > 1:
+        return "are both written"
+    output, reader = outputs[0], second if outputs[0] is first else first
+    drives = output.operand == "MV" and reader.operand in {"SV", "PV", "BIAS", "MOUT"} and not own
+    return None if drives else f"would be an operand that {output.operand} overwrites"
