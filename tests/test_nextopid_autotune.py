@@ -603,6 +603,33 @@ def test_an_int_block_tunes_in_field_units():
     assert found(block) == pytest.approx(rule(*relay_solution(2, 10, 1, 5, 0.1)), rel=0.055)
 
 
+@pytest.mark.parametrize(("percentage", "step"), [(0.6, 1), (1.4, 1), (1.6, 2), (2.5, 2), (3.5, 4), (50, 50)])
+def test_an_int_block_calculates_with_the_step_that_it_makes(percentage, step):
+    """On 0 to 100 a step is its percentage, rounded half to even; Ku is that of the MV that the process has seen."""
+    changes = param(PercHystPV=1, NumCycles=1, Mode=P, PercAmpMV=percentage)
+    block = manual("PIDA_TUNE_INT", mv=50, ts=1, PV=50, **changes)
+    block.call(4, AutoTune=1)
+    mvs = [block.call(PV=50 + pv) for pv in (1, *half(-1, 3, 1, 2), *half(1, 6, 1, 4), *half(-1, 8, 2, 6))]
+
+    assert set(mvs[:-1]) == {50 - step, 50 + step}
+    assert flags(block) == set()
+    assert found(block) == pytest.approx((0.5 * 4 * step / (math.pi * 5), 0, 0), rel=1e-6)
+
+
+def test_an_int_block_checks_the_step_that_it_makes():
+    for kind, mv, percentage, expected in (
+        ("PIDA_TUNE_INT", 95, 5.4, set()),
+        ("PIDA_TUNE_REAL", 95, 5.4, {"MV_TOO_HIGH"}),
+        ("PIDA_TUNE_INT", 95, 5.6, {"MV_TOO_HIGH"}),
+        ("PIDA_TUNE_INT", 50, 0.5, {"Bad_PercAmpMV"}),
+        ("PIDA_TUNE_REAL", 50, 0.5, set()),
+    ):
+        block = manual(kind, mv=mv, **param(PercAmpMV=percentage))
+        block.call(AutoTune=1)
+        assert flags(block) == expected
+        assert block["AutoTuneError"] == float(bool(expected))
+
+
 # --- whatever comes --------------------------------------------------------------------------------------------------
 
 

@@ -166,6 +166,9 @@ STEPS = [
     ("PID659", "AutoTuneParam", {"type": "PIDA_TUNE_REAL"},
                                                    PARAM | {"PercMaxPeakPV": 0.21}, PARAM | {"PercMaxPeakPV": 0.2}),
     ("PID660", "AutoTuneParam", {"type": "PIDA_TUNE_INT"},    PARAM | {"PercAmpMV": 1}, PARAM | {"PercAmpMV": 0.99}),
+    ("PID660", "AutoTuneParam", {"type": "PIDA_TUNE_INT"},    PARAM | {"PercAmpMV": 7}, PARAM | {"PercAmpMV": 7.1}),
+    ("PID658", "ManualMV", {**TUNED, "type": "PIDA_TUNE_INT", "Manual": True,
+                            "AutoTuneParam": PARAM | {"PercAmpMV": 5.4}},         95, 96),
     ("PID666", "CASC",     {},                                                    False, True),
 ]
 BLOCK_STEPS = [

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from pidcfg.sim.controllers.nextopid.limits_of_mv import whole
 from pidcfg.sim.controllers.nextopid.slots import AUTO_TUNE, DIRECT, MAX_MV, MAX_PV, MIN_MV, MIN_PV, TUNE_PARAM
 from pidcfg.sim.controllers.nextopid.tune_results import (
     AVERAGING,
@@ -80,7 +81,9 @@ def begin(c: Config, s: State, sig: MutableSequence[float]) -> None:
     b = c.base
     at = b + TUNE_PARAM
     flags = bad_parameters(sig, at)
-    step = percent(sig[at + AMP], sig[b + MIN_MV], sig[b + MAX_MV])
+    step = whole(c, percent(sig[at + AMP], sig[b + MIN_MV], sig[b + MAX_MV]))
+    if c.whole and step == 0.0:
+        flags |= BAD_AMP
     s.tune_out = s.out
     s.tune_step = -step if sig[b + DIRECT] != 0.0 else step
     if flags & BAD_AMP == 0:

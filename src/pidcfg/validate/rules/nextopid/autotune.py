@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from decimal import ROUND_HALF_EVEN
 from typing import TYPE_CHECKING
 
 from pidcfg.diagnostics import Severity
@@ -20,23 +21,30 @@ START = NEXTOPID.at("chapter 4: AutoTune")
 PARAMETERS = NEXTOPID.at("chapter 4: AutoTuneParam")
 RESULT = NEXTOPID.at("chapter 4: MV_TOO_HIGH, MV_TOO_LOW")
 MODE = NEXTOPID.at("chapter 4: Mode")
+WHOLE = "PIDA_TUNE_INT"
 
 D217 = Decision(
     217, "the peaks of an auto-tuning need room",
-    "PercMaxPeakPV up to twice PercHystPV is a warning, and so is, of an INT controller, a step of MV below 1.",
+    "PercMaxPeakPV up to twice PercHystPV is a warning, and so is, of an INT controller, a step of MV that is not whole.",
     "PEAK_TOO_LOW is set below twice the hysteresis, PEAK_TOO_HIGH beyond PercMaxPeakPV; an INT has no half steps.",
 )  # fmt: skip
 
 
 def tuning(context: NextopidContext) -> list[BlockView]:
     """The loops with auto-tuning."""
-    return context.of("PIDA_TUNE_REAL", "PIDA_TUNE_INT")
+    return context.of("PIDA_TUNE_REAL", WHOLE)
+
+
+def wanted_step(view: BlockView) -> Decimal | None:
+    """The step of MV to either side, as PercAmpMV gives it."""
+    param, mv = view.item.AutoTuneParam, view.mv_limits
+    return None if param is None or mv is None else param.PercAmpMV * (mv[1] - mv[0]) / 100
 
 
 def step_of(view: BlockView) -> Decimal | None:
-    """The step of MV to either side."""
-    param, mv = view.item.AutoTuneParam, view.mv_limits
-    return None if param is None or mv is None else param.PercAmpMV * (mv[1] - mv[0]) / 100
+    """The step of MV to either side: an INT controller rounds it, half to even."""
+    step = wanted_step(view)
+    return step if step is None or view.type != WHOLE else step.to_integral_value(ROUND_HALF_EVEN)
 
 
 @rule(
@@ -132,23 +140,26 @@ def auto_tuning_peaks_without_room(context: NextopidContext) -> Iterator[Finding
 
 @rule(
     code="PID660",
-    name="auto-tuning-step-below-one",
+    name="auto-tuning-step-not-whole",
     severity=Severity.WARNING,
     basis=D217,
-    message="PercAmpMV {percent} % is a step of {step}, and MV is an INT",
+    message="PercAmpMV {percent} % is a step of {step}, and MV is an INT: {effect}",
 )
-def auto_tuning_step_below_one(context: NextopidContext) -> Iterator[Finding]:
-    """The step of the auto-tuning is less than an INT can hold.
+def auto_tuning_step_not_whole(context: NextopidContext) -> Iterator[Finding]:
+    """The step of the auto-tuning is none that an INT can make.
 
-    Why: MV is rounded to whole numbers. A step below 1 is none, or one of another size.
+    Why: MV has whole numbers only. The step is rounded to the nearest one, and a step that rounds to 0 ends the
+    auto-tuning with an error.
 
     Fix: raise PercAmpMV, or give MV a larger scale such as 0 to 30000.
     """
-    for view in context.of("PIDA_TUNE_INT"):
-        step = step_of(view)
-        if step is not None and 0 < step < 1:
-            yield view.find("AutoTuneParam.PercAmpMV", percent=number_text(view.item.AutoTuneParam.PercAmpMV),
-                            step=number_text(step))  # fmt: skip
+    for view in context.of(WHOLE):
+        step, made = wanted_step(view), step_of(view)
+        if step is not None and made is not None and step != made:
+            effect = f"the step is {number_text(made)}" if made else "the auto-tuning ends with an error"
+            yield view.find("AutoTuneParam.PercAmpMV", None if made else "AutoTuneResult.Bad_PercAmpMV",
+                            percent=number_text(view.item.AutoTuneParam.PercAmpMV), step=number_text(step),
+                            effect=effect)  # fmt: skip
 
 
 @rule(
