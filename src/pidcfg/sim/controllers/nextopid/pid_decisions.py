@@ -80,8 +80,8 @@ PID = (
         "RefMV is the MV of the last call. Bad parameters and a step past MinMV or MaxMV end it at once, with every "
         "flag that applies. Parameters, MV and PV ranges, Indep apart, are taken at the start. RefPV is the mean of "
         "the samples of 3 s, which all have to lie within H of it; a block that starts with AutoTune TRUE begins at "
-        "its first call. Nothing but AutoTune ends the wait for a PV that does not answer. An INT block rounds M, half to "
-        "even, and calculates with that; an M of 0 ends it with Bad_PercAmpMV.",
+        "its first call. Nothing but AutoTune ends the wait for a PV that does not answer. An INT block rounds M, half "
+        "to even, and calculates with that; an M of 0 ends it with Bad_PercAmpMV.",
         "The manual names the checks and the 3 s, and no other end. MV as an INT cannot make half steps.",
     ),
     Decision(

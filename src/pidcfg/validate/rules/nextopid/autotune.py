@@ -25,7 +25,7 @@ WHOLE = "PIDA_TUNE_INT"
 
 D217 = Decision(
     217, "the peaks of an auto-tuning need room",
-    "PercMaxPeakPV up to twice PercHystPV is a warning, and so is, of an INT controller, a step of MV that is not whole.",
+    "PercMaxPeakPV up to twice PercHystPV is a warning, and so is a step of an INT's MV that is not whole.",
     "PEAK_TOO_LOW is set below twice the hysteresis, PEAK_TOO_HIGH beyond PercMaxPeakPV; an INT has no half steps.",
 )  # fmt: skip
 
