@@ -26,6 +26,7 @@ D282 = Decision(
 POINTS = ("low_low", "low", "high", "high_high")
 WIDEST = Decimal(0x200) / 4095
 FILLED = "one bit enables the whole group: this point is not wanted and stands where it does least"
+INNER = f"{FILLED}: on only with the PV at the end of the scale, which also refuses Auto"
 END = "at the end of the scale: no PV passes it"
 ROOT = "a DL06 compares the differential pressure with it, not the root"
 
@@ -62,7 +63,8 @@ def _pv_points(w: Writer) -> bool:
         if key in values:
             w.number(f"alarms.pv.{key}", values[key], f"alarms.pv.{key}")
         else:
-            w.put(f"alarms.pv.{key}", f"{places[key]} counts", None, FILLED)
+            note = INNER if places[key] in {bottom + 1, top - 1} else FILLED
+            w.put(f"alarms.pv.{key}", f"{places[key]} counts", None, note)
     return True
 
 
