@@ -52,6 +52,9 @@ def random_loop(rng):
 def random_plc(rng):
     count = rng.randint(1, 3)
     inputs = [{"MV": f"D{2 * i}", rng.choice(["SV", "BIAS", "MOUT"]): f"D{2 * rng.randrange(3)}"} for i in range(count)]
+    for given in inputs:
+        if rng.random() < 0.3:
+            given["MOUT"] = given["MV"]
     devices = inputs if rng.random() < 0.3 else None
     plc = load(program_of(*(random_loop(rng) for _ in range(count)), devices=devices))
     sig = [*plc.sig, *(rng.uniform(0.0, 90.0) for _ in range(2 * len(plc.cfg)))]

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import math
+from decimal import Decimal
 
 import pytest
 
 from dpide_rig import Rig
+from pidcfg.schemas.base import Quantity
 
 PI = {"Kc_Kp": 2, "Ti_Ki": 1, "SV": 10}
 """0.1 s: I_MV grows by a tenth of the error."""
@@ -428,6 +430,39 @@ def test_an_mv_of_its_own_is_no_writer():
     rig = Rig({"SV": 30, "MOUT": 7}, devices=({"MV": "D304", "MOUT": "D304"},))
 
     assert rig.cfg[0].mout_from == -1
+
+
+@pytest.mark.parametrize("follow", [False, True])
+def test_a_mout_in_the_device_of_its_own_mv_is_that_mv(follow):
+    devices = ({"MV": "D304", "MOUT": "D304"},)
+    rig = Rig({"SV": 30, "MOUT": 7, "MOUT_AUTO": follow}, devices=devices)
+    assert (rig.signal("MV"), rig.signal("MOUT")) == (7.0, 7.0)
+    assert rig.play([10.0, 12.0], "MV", "MOUT") == [(20.0, 20.0), (18.0, 18.0)]
+    rig.plc.request(0, "manual")
+    assert rig.play([0.0, 5.0], "MV", "MOUT") == [(18.0, 18.0)] * 2
+    assert rig.set("MOUT", 130) is None
+    assert (rig.signal("MV"), rig.signal("MOUT")) == (130.0, 130.0)
+    assert rig.play([5.0], "MV", "MOUT") == [(100.0, 100.0)]
+    rig.set("Kc_Kp", 2)
+    assert (rig.signal("MV"), rig.signal("MOUT")) == (100.0, 100.0)
+    rig.plc.request(0, "off")
+    assert rig.play([5.0], "MV", "MOUT") == [(0.0, 0.0)]
+    assert rig.set("MOUT", 30) == "MV stays 0 while PID_RUN is FALSE"
+    assert (rig.signal("MV"), rig.signal("MOUT")) == (0.0, 0.0)
+    rig.plc.request(0, "manual")
+    assert rig.play([5.0], "MV", "MOUT") == [(0.0, 0.0)]
+
+
+def test_a_mout_that_is_the_mv_begins_there_and_is_told_to_be_overwritten():
+    devices = ({"MV": "D304", "MOUT": "D304"},)
+    rig = Rig({"SV": 30, "MOUT": 7}, devices=devices)
+    rig.plc.set_output(0, Quantity(Decimal(150)), rig.sig)
+
+    assert (rig.signal("MV"), rig.signal("MOUT")) == (100.0, 100.0)
+    assert rig.set("MOUT", 30) == "MOUT acts in manual only; it stands in the device of MV, which overwrites it"
+    off = Rig({"PID_RUN": False, "MOUT": 7}, devices=devices)
+    assert (off.signal("MV"), off.signal("MOUT")) == (0.0, 0.0)
+    assert off.step().signal("MOUT") == 0.0
 
 
 def test_one_start_bit_starts_and_stops_all_loops_that_have_it():

@@ -142,6 +142,21 @@ def test_a_mout_that_follows_mv_is_alone_in_its_device(switch):
         "would be an operand that MOUT overwrites"]  # fmt: skip
 
 
+def test_a_mout_in_its_own_mv_is_that_mv_for_other_loops_and_for_the_change_to_manual():
+    own = {"MV": "D0", "MOUT": "D0"}
+
+    assert collisions({"devices": own}, {"devices": {"SV": "D0"}}) == []
+    assert collisions({"devices": own}, {"devices": own}) == ["are both written"]
+    assert collisions({"devices": own}, {"devices": {"MV_MAX": "D0"}}) == ["would be an operand that MV overwrites"]
+    for devices, found in (
+        (own, []),
+        ({**own, "MOUT": "D2"}, ["PID719"]),
+        ({"MV": "D0"}, ["PID719"]),
+        ({}, ["PID719"]),
+    ):
+        assert codes({"PID_MODE": 2, "devices": {**devices, "PID_MAN": "M0"}}) == found
+
+
 def test_two_tuned_operands_of_one_loop_need_two_devices():
     devices = {"PID_MODE": "D2", "Ti_Ki": "D0", "Td_Kd": "D0"}
 

@@ -72,11 +72,13 @@ class Memory:
         configure(c, s, self._operands[i], self._interval)
         c.period = s.period
         c.sv_from, c.bias_from, c.mout_from = (self._writer(i, name) for name in ("SV", "BIAS", "MOUT"))
+        c.joined = int("MOUT" in self._devices[i] and self._devices[i]["MOUT"] == self._devices[i].get("MV"))
         s.status = bits.OFF
         enter(c, s, self._mode(i))
         s.wanted = s.status & bits.MODES
         if s.status & bits.OFF:
             s.out = 0.0
+        self._join(i)
         show(c, s, self.sig)
 
     def _mode(self, i: int) -> int:
@@ -86,6 +88,14 @@ class Memory:
         if self.st[i].mode == 1:
             return bits.TUNING
         return bits.MANUAL if self.cfg[i].manual else bits.AUTO
+
+    def _join(self, i: int) -> None:
+        """One device of MOUT and MV holds what was written to it; 0 while PID_RUN is FALSE."""
+        c, s = self.cfg[i], self.st[i]
+        if c.joined and s.status & bits.OFF:
+            s.mout = s.out = 0.0
+        elif c.joined:
+            s.out = s.mout
 
     def _writer(self, i: int, operand: str) -> int:
         """The other loop whose MV stands in the device of an operand; -1: none."""
@@ -115,6 +125,7 @@ class Memory:
         s.busy &= ~(bits.REQUEST | bits.HALTING)
         if s.wanted != s.status & bits.MODES:
             s.busy |= bits.REQUEST | (bits.HALTING if s.wanted == bits.OFF else 0)
+        self._join(i)
 
     def _show(self, sig: MutableSequence[float]) -> None:
         """What an operator's hand changes at once."""

@@ -35,7 +35,7 @@ def enter(c: Config, s: State, mode: int) -> None:
             s.busy |= FROM_MANUAL
 
 
-def halt(s: State) -> None:
+def halt(c: Config, s: State) -> None:
     """PID_RUN is FALSE: MV is 0, and nothing else is written (D273; kernel)."""
     if s.status & TUNING:
         abandon(s)
@@ -43,6 +43,8 @@ def halt(s: State) -> None:
     s.busy &= ~(REQUEST | HALTING)
     s.status = (s.status & ~(MODES | LIMITED | SILENT)) | OFF
     s.out = 0.0
+    if c.joined:
+        s.mout = 0.0
 
 
 def switch(c: Config, s: State) -> None:

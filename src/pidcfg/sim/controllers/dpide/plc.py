@@ -151,6 +151,8 @@ class Dpide(Memory, LoopsOnly):
         self._write(loop, MOUT=float(value.value))
         if not s.status & bits.OFF:
             s.out = clamp(single(float(value.value)), c.low, c.high)
+        if c.joined:
+            s.mout = s.out
         self._show(sig)
 
     @staticmethod

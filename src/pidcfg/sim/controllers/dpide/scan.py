@@ -76,7 +76,7 @@ def sample(i: int, cfg: list[Config], st: list[State], sig: list[float]) -> None
         calculate(c, s, e)
     elif s.status & MANUAL:
         by_hand(c, s)
-    if c.follow:
+    if c.follow or c.joined:
         s.mout = s.out
     show(c, s, sig)
 
@@ -86,8 +86,9 @@ def scan(tick: int, cfg: list[Config], st: list[State], aux: list[float], sig: l
     for i in range(len(cfg)):
         s = st[i]
         if s.busy & (HALTING | STOPPED) == HALTING:
-            halt(s)
+            halt(cfg[i], s)
             sig[cfg[i].sig_out] = s.out
+            sig[cfg[i].sig_mout] = s.mout
         due = s.due
         if tick >= due:
             due += s.period

@@ -55,6 +55,8 @@ class Config:
     """PID_MAN."""
     follow: int = 0
     """MOUT_AUTO."""
+    joined: int = 0
+    """MOUT stands in the device of this loop's own MV: both are one value (D266)."""
     dependent: int = 0
     """PID_EQ."""
     of_pv: int = 0

@@ -112,4 +112,6 @@ def _of_mout(c: Config, s: State) -> str | None:
     if c.manual and s.wanted != TUNING:
         return None
     follows = "; MOUT_AUTO is TRUE, so MOUT follows MV again" if c.follow else ""
+    if c.joined:
+        follows = "; it stands in the device of MV, which overwrites it"
     return f"MOUT acts in manual only{follows}"

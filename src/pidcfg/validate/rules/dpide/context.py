@@ -81,6 +81,11 @@ class LoopView:
         """Whether the operand has a device, so that its value is only the first one."""
         return operand in self.loop.devices.given()
 
+    @property
+    def mout_is_mv(self) -> bool:
+        """Whether MOUT stands in the device of the loop's own MV, so that both are one value."""
+        return self.has_device("MV") and self.loop.devices.MOUT == self.loop.devices.MV
+
     def pv(self, value: Decimal) -> str:
         """A number of the PV with its unit."""
         return with_unit(value, self.loop.pv.unit)

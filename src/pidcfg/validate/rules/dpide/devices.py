@@ -21,8 +21,9 @@ D258 = Decision(
     258, "operands may share a device when they can hold the same",
     "Inputs of one type and value may stand in one device, and the MV of one loop in the SV, BIAS or MOUT of another. "
     "What an instruction writes is in no other operand's device beyond that: MV, the MOUT that follows it (MOUT_AUTO "
-    "TRUE or with a device), and what an autotune writes (PID_MODE 1 or with a device). Devices that overlap in part, "
-    "hold different types or values, or are written by two loops, are an error.",
+    "TRUE or with a device), and what an autotune writes (PID_MODE 1 or with a device). A MOUT in the device of its "
+    "own MV is that MV. Devices that overlap in part, hold different types or values, or are written by two loops, are "
+    "an error.",
     "One start bit for several loops, and a cascade by one register, are what devices are for. The gains that one "
     "loop's autotune finds are another loop's only by mistake.",
 )  # fmt: skip
@@ -134,6 +135,9 @@ def conflict(first: Held, second: Held) -> str | None:
         return "overlap in part"
     if ROWS[first.operand].type is not ROWS[second.operand].type:
         return "are of different types"
+    if any(item.operand == "MOUT" and item.view.mout_is_mv for item in (first, second)):
+        # what its own MV cannot share is told of that MV
+        return None
     outputs = [item for item in (first, second) if is_written(item)]
     if outputs:
         return _conflict_with_output(first, second, outputs)
@@ -150,10 +154,8 @@ def is_written(item: Held) -> bool:
 
 
 def _conflict_with_output(first: Held, second: Held, outputs: list[Held]) -> str | None:
-    """An MV may drive another loop, or be shown in its own MOUT."""
+    """An MV may drive another loop."""
     own = first.view is second.view
-    if own and {first.operand, second.operand} == {"MV", "MOUT"}:
-        return None
     if len(outputs) > 1:
         return "are both written"
     output, reader = outputs[0], second if outputs[0] is first else first

@@ -200,10 +200,12 @@ def bump_after_manual(context: DpideContext) -> Iterator[Finding]:
 def bump_into_manual(context: DpideContext) -> Iterator[Finding]:
     """The change from automatic to manual bumps.
 
-    Why: MOUT is whatever was written last. With MOUT_AUTO TRUE it follows MV, and manual begins where automatic ended.
+    Why: MOUT is whatever was written last. With MOUT_AUTO TRUE, or in the device of MV, it follows MV, and manual
+    begins where automatic ended.
 
     Fix: write `MOUT_AUTO: true`, unless MOUT is meant as a fixed output.
     """
     for view in context.loops:
-        if not view.loop.MOUT_AUTO and view.has_device("PID_MAN") and not view.has_device("MOUT_AUTO"):
+        follows = view.loop.MOUT_AUTO or view.has_device("MOUT_AUTO") or view.mout_is_mv
+        if view.has_device("PID_MAN") and not follows:
             yield view.find("MOUT_AUTO") if view.gives("MOUT_AUTO") else view.find_key()
