@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
-from pidcfg.convert.terms import Span, product, quotient, rounded, width
+from pidcfg.convert.terms import Span, rounded
 from pidcfg.encoders.nextopid.encode import encode
 from pidcfg.refs import Decision
 from pidcfg.schemas.base import EXACT
@@ -37,11 +37,12 @@ if TYPE_CHECKING:
 from decimal import Decimal as Number
 
 D292 = Decision(
-    292, "a cascade links the master's output range to the slave's PV range",
-    "The set point of a slave stands where the master's output stands: 0 % of the output is 0 % of the slave's PV. A "
-    "wire that says otherwise gives the master the output range with which it does so; the same holds for MinMV and "
-    "MaxMV of a ControlPWM. What is no straight line of the master's MV alone is dropped.",
-    "MinMV and MaxMV are limits; the range of what reads MV is the only scale that the file shows.",
+    292, "what reads MV says what 0 % and 100 % of it are",
+    "A loop whose MV is another's SP_CASC has that one's MinPV and MaxPV as output range; one with a ControlPWM has "
+    "its MinMV and MaxMV. An output.range that differs is replaced, and the report says so. SP_CASC wired to anything "
+    "but an MV as it is, is no link, and is dropped.",
+    "MinMV and MaxMV of a loop are limits; the range of what reads MV is the only scale that the program shows, and "
+    "the neutral link hands the output on in units of the slave's PV.",
 )  # fmt: skip
 OPERATIONS: dict[int, Callable[[Decimal, Decimal], Decimal]] = {
     ADD: EXACT.add, SUBTRACT: EXACT.subtract, MULTIPLY: EXACT.multiply, DIVIDE: EXACT.divide, MINIMUM: min,
@@ -50,10 +51,6 @@ OPERATIONS: dict[int, Callable[[Decimal, Decimal], Decimal]] = {
 """Operators of two operands."""
 SIGNS: dict[int, Callable[[Decimal], Decimal]] = {NEGATE: EXACT.minus, ABSOLUTE: abs, ROOT: EXACT.sqrt}
 """Operators of one operand."""
-STRAIGHT = frozenset((CONSTANT, SIGNAL, ADD, SUBTRACT, MULTIPLY, DIVIDE, NEGATE))
-"""What an expression of a straight line is made of."""
-CLOSE = Number("1e-9")
-"""Relative error of a scale that was rounded when it was written."""
 
 
 def calculated(expression: Expression, of: Callable[[int], Decimal | None]) -> Decimal | None:
@@ -177,36 +174,27 @@ class Network:
         )  # fmt: skip
 
     def _link(self, found: dict[int, Twins], i: int) -> None:
-        """The master that gives a loop its set point, if a neutral link can say how."""
-        expression = self.wires.get((i, "SP_CASC"))
-        if expression is None or len(expression.signals) != 1:
+        """The master whose MV is a loop's set point as it is."""
+        source, span = self.source(i, "SP_CASC"), self.span(i, "MinPV", "MaxPV")
+        j = next((j for j in found if f"{self.items[j].item.name}.MV" == source), None)
+        if j is None or j == i or span is None:
             return
-        number = next(iter(expression.signals))
-        j = self.layout.owner(number)
-        if j is None or j == i or j not in found or self.names.get(number) != f"{self.items[j].item.name}.MV":
-            return
-        span = self.span(i, "MinPV", "MaxPV")
-        scale = None if span is None else _backwards(expression, span)
-        if scale is not None and self._agrees(found[j], j, scale, f"the set point of {self.items[i].item.name}"):
+        if self._agrees(found[j], span, f"the set point of {self.items[i].item.name}"):
             found[i].master = j
             found[j].slaves.append(i)
 
-    def _agrees(self, own: Twins, j: int, scale: Span, reader: str) -> bool:
+    def _agrees(self, own: Twins, scale: Span, reader: str) -> bool:
         """Whether a loop's output can have this range; the first that reads MV decides."""
-        given = own.scale or self.items[j].item.output.range  # type: ignore[attr-defined]  # a controller
-        if given is not None and same(given, scale):
-            scale = given
-        elif own.scale is not None:
+        if own.scale is not None and own.scale != scale:
             return False
-        own.scale = scale
-        own.reader = own.reader or reader
+        own.scale, own.reader = scale, own.reader or reader
         return True
 
     def _pulses(self, i: int, own: Twins) -> None:
         for j, other in enumerate(self.items):
             if isinstance(other.item, Pwm) and self.source(j, "MV") == f"{self.items[i].item.name}.MV":
                 scale, period = self.span(j, "MinMV", "MaxMV"), self.value(j, "Period").value
-                if period and scale is not None and self._agrees(own, i, scale, f"the pulses of {other.item.name}"):
+                if period and scale is not None and self._agrees(own, scale, f"the pulses of {other.item.name}"):
                     own.pwm = j
                     return
 
@@ -255,23 +243,3 @@ def behind(start: int, waits: list[set[int]], loops: set[int]) -> set[int]:
             found.add(i)
             waiting += () if i in loops else waits[i]
     return found
-
-
-def same(a: Span, b: Span) -> bool:
-    """Whether two scales differ by no more than what rounding makes of them."""
-    return all(abs(x - y) <= CLOSE * max(width(a), abs(x)) for x, y in zip(a, b, strict=True))
-
-
-def _backwards(expression: Expression, span: Span) -> Span | None:
-    """The range of MV that a wire turns into a range of set points; None: it is no rising straight line."""
-    if not STRAIGHT.issuperset(expression.code[::2]):
-        return None
-    points = [calculated(expression, lambda _, x=x: Number(x)) for x in (0, 1, 2, -3)]  # type: ignore[misc]
-    known = [point for point in points if point is not None]
-    if len(known) < len(points):
-        return None
-    start, slope = known[0], known[1] - known[0]
-    straight = [start + product(Number(x), slope) for x in (2, -3)]
-    if slope <= 0 or any(abs(a - b) > CLOSE * max(abs(a), slope) for a, b in zip(known[2:], straight, strict=True)):
-        return None
-    return rounded(quotient(span[0] - start, slope)), rounded(quotient(span[1] - start, slope))
