@@ -111,7 +111,8 @@ def test_the_action_is_that_of_the_process(action, raises):
 def test_the_gain_is_in_per_cent_of_the_output_per_unit_of_the_pv():
     loop = neutral({"tuning": {"proportional_gain": 2.4}})
     assert loop.tuning.gain == Decimal("2.4")
-    assert loop.output.range == (0, 100)
+    assert (loop.output.range, loop.output.unit) == ((0, 100), "%")
+    assert neutral({"output": {"unit": "% open"}}).output.unit == "% open"
 
 
 @pytest.mark.parametrize(("span", "gain"), [([0, 100], "0.5"), ([0, 50], "1"), ([4, 20], "3.125"), ([-10, 10], "2.5")])
@@ -249,6 +250,7 @@ def test_a_squared_error_is_dropped_with_the_gain_of_a_full_error():
     assert "error.curve" in lost(loop)
     said = {said.field: said for said in to_neutral(click(loop))[0].said}
     assert said["tuning.proportional_gain"].assumed
+    assert said["error.deadband"].assumed
 
 
 def test_the_deadband_goes_over_and_one_that_is_off_does_not():
@@ -295,6 +297,16 @@ def test_the_range_of_the_instrument_is_used_where_it_is_given():
 )
 def test_set_point_limits(setpoint, limits):
     assert neutral({"setpoint": setpoint}).setpoint.limits == limits
+
+
+def test_a_limit_that_is_on_without_a_value_is_0():
+    pv = {"range": [-50, 200], "input_range": [-50, 200]}
+    low = {"lower_limit_enabled": True, "upper_limit": 90}
+    assert neutral({"pv": pv, "setpoint": low}).setpoint.limits == (0, 90)
+    assert neutral({"pv": pv, "setpoint": {"lower_limit": -20, "upper_limit_enabled": True}}).setpoint.limits == (
+        -20,
+        0,
+    )
 
 
 def test_a_limit_that_is_not_given_is_the_end_of_the_range_and_said_so():

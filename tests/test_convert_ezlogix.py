@@ -127,6 +127,8 @@ def test_without_a_range_of_the_output_it_is_per_cent_and_that_is_said():
     assert found.loop["output"]["unit"] == "%"
     assert found.loop["tuning"]["gain"] == Decimal("1.25")
     assert {said.field for said in found.said if said.assumed} == {"output.range", "output.unit"}
+    assert neutral({}).output.unit is None
+    assert neutral({"output": {"range": None, "unit": "Hz"}}).output.unit == "Hz"
 
 
 def test_without_a_range_of_the_pv_the_key_is_asked_for():
@@ -230,6 +232,7 @@ def test_limits_of_the_set_point():
     assert "setpoint.limits" in lost({"setpoint": {"limits": [50, 50]}})
     [missing] = to_neutral(ezlogix({"setpoint": {"limits": [90, 10]}}))[0].missing
     assert missing.path == ("loops", 0, "setpoint", "limits")
+    assert "90 and 10 do not ascend" in missing.message
     assert [q.value for q in one({"setpoint": {"limits": [10, 90]}}).setpoint.limits] == [10, 90]
 
 
