@@ -159,5 +159,5 @@ def _conflict_with_output(first: Held, second: Held, outputs: list[Held]) -> str
     if len(outputs) > 1:
         return "are both written"
     output, reader = outputs[0], second if outputs[0] is first else first
-    drives = output.operand == "MV" and reader.operand in {"SV", "PV", "BIAS", "MOUT"} and not own
+    drives = output.operand == "MV" and reader.operand in {"SV", "BIAS", "MOUT"} and not own
     return None if drives else f"would be an operand that {output.operand} overwrites"
