@@ -477,6 +477,26 @@ def test_one_start_bit_starts_and_stops_all_loops_that_have_it():
     assert [rig.signal("MV", i) for i in range(3)] == [30.0, 40.0, 50.0]
 
 
+def test_operands_of_one_loop_in_one_device_are_written_together():
+    devices = ({"SV": "D10", "BIAS": "D10", "PID_RUN": "M1", "MOUT_AUTO": "M1"}, {"BIAS": "D10"})
+    rig = Rig({"SV": 4, "BIAS": 4, "PID_RUN": False}, {}, devices=devices)
+    rig.set("BIAS", 12)
+    assert (rig.st[0].sp, rig.st[0].bias, rig.st[1].bias) == (12.0, 12.0, 12.0)
+    rig.set("SV", 15)
+    assert (rig.st[0].sp, rig.st[0].bias, rig.st[1].bias) == (15.0, 15.0, 15.0)
+    rig.plc.request(0, "auto")
+    rig.step()
+
+    assert (rig.mode(), rig.cfg[0].follow, rig.signal("MV"), rig.signal("MOUT")) == ("auto", 1, 30.0, 30.0)
+
+
+def test_what_an_event_writes_itself_is_not_overwritten_by_a_shared_device():
+    rig = Rig({"PID_MAN": True}, devices=({"PID_RUN": "M1", "PID_MAN": "M1"},))
+    rig.plc.request(0, "auto")
+
+    assert rig.step().mode() == "auto"
+
+
 def test_a_set_point_of_two_loops_shows_in_both():
     rig = Rig({}, {}, devices=({"SV": "D10"}, {"SV": "D10"}))
     rig.set("SV", 12)

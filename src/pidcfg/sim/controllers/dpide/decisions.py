@@ -17,9 +17,9 @@ ENGINE = (
         266, "when operands act, and whose they are",
         "Calculations come at whole multiples of the sampling time since the PLC began to run, and operands act with "
         "the next one, modes too. FALSE for PID_RUN acts at the next base step. A new CYCLE counts after the "
-        "calculation that is already due. What an event writes goes to all operands with the same device; an SV, BIAS "
-        "or MOUT in the device of another loop's MV is that MV at each calculation: a cascade. A MOUT in the device of "
-        "its own MV is that MV at all times, also when PID_RUN becomes FALSE.",
+        "calculation that is already due. What an event writes goes to all operands with the same device, those of the "
+        "same loop too; an SV, BIAS or MOUT in the device of another loop's MV is that MV at each calculation: a "
+        "cascade. A MOUT in the device of its own MV is that MV at all times, also when PID_RUN becomes FALSE.",
         "The instruction refreshes MV after each sampling time; of PID_RUN the manual says that FALSE resets MV. One "
         "device holds one value.",
     ),

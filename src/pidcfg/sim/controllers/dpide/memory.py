@@ -104,12 +104,13 @@ class Memory:
         return next(writers, -1)
 
     def _write(self, i: int, **values: float) -> None:
-        """Write operands, and all others that stand in the same devices (D266)."""
-        self._put(i, values)
+        """Write operands, and all others that stand in the same devices, of this loop too (D266)."""
         places = {device: values[name] for name, device in self._devices[i].items() if name in values}
         for j, own in enumerate(self._devices):
             shared = {name: places[device] for name, device in own.items() if device in places and name != "MV"}
-            if shared and j != i:
+            if j == i:
+                self._put(j, shared | values)
+            elif shared:
                 self._put(j, shared)
 
     def _put(self, i: int, values: Mapping[str, float]) -> None:
