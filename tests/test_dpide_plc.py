@@ -23,7 +23,7 @@ from pidcfg.sim.controllers.dpide import scan as dpide
 from pidcfg.sim.controllers.dpide.decisions import ENGINE
 from pidcfg.sim.controllers.dpide.scan import Options, load
 from pidcfg.sim.prepare import prepare
-from pidcfg.sim.run import Settings, simulate
+from pidcfg.sim.run import Settings, UnusableError, simulate
 from pidcfg.sim.terms import single
 from pidcfg.source import read_document
 
@@ -256,6 +256,48 @@ def test_times_may_carry_a_unit():
         rig.set(key, value)
 
     assert (rig.st[0].reset, rig.st[0].tf, rig.plc.periods) == (120.0, 0.5, [2_000_000])
+
+
+@pytest.mark.parametrize("text", ["180 s", "3 min", "100 ms"])
+def test_an_integral_time_is_refused_where_ti_ki_is_a_gain(text):
+    plc = load(oven(PID_EQ=False))
+    with pytest.raises(PydanticCustomError) as caught:
+        plc.check_set(0, ("Ti_Ki",), text)
+
+    assert caught.value.message() == (
+        f"{text} is a time, but the loop begins with PID_EQ FALSE, where Ti_Ki is the gain Ki in 1/s")  # fmt: skip
+    assert plc.check_set(0, ("Ti_Ki",), 0.05) == 0.05
+    assert plc.check_set(0, ("Tf",), text) > 0
+
+
+def test_a_scenario_that_sets_an_integral_time_where_ti_ki_is_a_gain_does_not_run():
+    text = "events:\n  - {at: 5, loop: OVEN, set: {Ti_Ki: 180 s}}\n"
+    message = "Ti_Ki: 180 s is a time, but the loop begins with PID_EQ FALSE, where Ti_Ki is the gain Ki in 1/s"
+    with pytest.raises(UnusableError, match=message):
+        run(text, image=oven(PID_EQ=False, Ti_Ki=0.05), duration=10)
+
+    assert run(text, duration=10).notes == []
+
+
+def test_an_integral_time_is_not_written_once_an_event_has_made_it_a_gain():
+    text = """
+events:
+  - {at: 5, loop: OVEN, set: {PID_EQ: false, Ti_Ki: 0.05}}
+  - {at: 6, loop: OVEN, set: {Ti_Ki: 180 s}}
+  - {at: 7, loop: OVEN, set: {Td_Kd: 20 s}}
+"""
+    assert [note.text for note in run(text, duration=10).notes] == [
+        "Ti_Ki: is not written: a time, but PID_EQ is FALSE now, and Ti_Ki the gain Ki in 1/s",
+        "Td_Kd: PID_EQ is FALSE: the time counts as a gain Kd of 20",
+    ]
+    rig = Rig(program=oven())
+    rig.set("PID_EQ", value=False)
+    rig.set("Ti_Ki", "90 s")
+    assert rig.st[0].reset == 180.0
+    rig.set("PID_EQ", value=True)
+    assert rig.set("Ti_Ki", "90 s") is None
+    assert rig.set("Td_Kd", "2 min") is None
+    assert (rig.st[0].reset, rig.st[0].rate) == (90.0, 120.0)
 
 
 def test_a_new_cycle_is_known_beforehand():

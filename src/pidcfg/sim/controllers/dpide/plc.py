@@ -12,7 +12,7 @@ from pidcfg.sim.controllers.dpide import state as bits
 from pidcfg.sim.controllers.dpide.memory import Memory, Options
 from pidcfg.sim.controllers.dpide.modes import enter
 from pidcfg.sim.controllers.dpide.report import FLAG_BITS, MODES, TUNE_STATUS, describe, mode_name, requested, tell
-from pidcfg.sim.controllers.dpide.setting import KEYS
+from pidcfg.sim.controllers.dpide.setting import KEYS, Seconds, with_mark
 from pidcfg.sim.controllers.dpide.words import effect, sampling_time
 from pidcfg.sim.plc import LoopsOnly
 from pidcfg.sim.terms import clamp, single
@@ -56,6 +56,7 @@ class Dpide(Memory, LoopsOnly):
         super().__init__(program)
         self.goals = [mode_name(s.status) for s in self.st]
         self._in_run = True
+        self._dependent = [bool(c.dependent) for c in self.cfg]
 
     @property
     def rises(self) -> list[bool]:
@@ -160,10 +161,14 @@ class Dpide(Memory, LoopsOnly):
         """There is no such signal."""
         return refuse("set_key", f"{name} is no signal from outside")
 
-    @staticmethod
-    def check_set(loop: int, path: tuple[str, ...], value: object) -> object:  # noqa: ARG004 - all loops are alike
+    def check_set(self, loop: int, path: tuple[str, ...], value: object) -> object:
         """The content that a ``set`` event makes of its operand; a ``PydanticCustomError`` says what is wrong."""
-        return KEYS.check(path, value)
+        name = KEYS.find(path).name
+        content = with_mark(name, value, KEYS.check(path, value))
+        if name == "Ti_Ki" and isinstance(content, Seconds) and not self._dependent[loop]:
+            refuse("set_value", f"{value} is a time, but the loop begins with PID_EQ FALSE, where Ti_Ki is the gain Ki "
+                   "in 1/s", help="write the gain as a bare number: Kp divided by the time in s")  # fmt: skip
+        return content
 
     def period_set(self, loop: int, path: tuple[str, ...], value: Any) -> int:  # noqa: ARG002 - all loops are alike
         """The sampling time that a value for this key makes, in ticks; 0: another key, or an interrupt task has it."""
@@ -173,8 +178,12 @@ class Dpide(Memory, LoopsOnly):
         """Write an operand; returns why it does not act as it stands, if so."""
         name = KEYS.find(path).name
         c, s = self.cfg[loop], self.st[loop]
-        self._write(loop, **{name: value})
+        if name == "Ti_Ki" and isinstance(value, Seconds) and not c.dependent:
+            return "is not written: a time, but PID_EQ is FALSE now, and Ti_Ki the gain Ki in 1/s"
+        self._write(loop, **{name: float(value) if isinstance(value, Seconds) else value})
         self._show(sig)
+        if isinstance(value, Seconds) and not c.dependent:
+            return f"PID_EQ is FALSE: the time counts as a gain Kd of {float(value):g}"
         writer = self._writer(loop, name)
         if writer >= 0:
             return f"MV of {self.loops[writer]} stands in the same device and overwrites it"

@@ -10,10 +10,13 @@ from typing import TYPE_CHECKING
 from pidcfg.encoders.maps.dpide import TABLES
 from pidcfg.schemas.base import parse_integer, refuse
 from pidcfg.schemas.dpide import parse_milliseconds, parse_time
+from pidcfg.schemas.iec import Timed
 from pidcfg.sim.named_settings import NamedKeys, parameters_of, parse_plain
 
 if TYPE_CHECKING:
     from decimal import Decimal
+
+    from pidcfg.encoders.named import Content
 
 PID_MODES = (0, 1, 2)
 FIXED = {
@@ -34,6 +37,16 @@ def parse_mode(value: object) -> int:
 def parse_seconds_in(value: object) -> Decimal:
     """A time in s or a gain, as the configuration has it; `Timed` is a number."""
     return parse_time(value) if isinstance(value, str) else parse_plain(value)
+
+
+class Seconds(float):
+    """A time that was written with a unit, where the other form of the equation wants a gain."""
+
+
+def with_mark(name: str, value: object, content: Content) -> Content:
+    """The content of an operand, marked where its value can be nothing but a time."""
+    is_time = name in {"Ti_Ki", "Td_Kd"} and isinstance(value, str) and isinstance(parse_time(value), Timed)
+    return Seconds(content) if is_time else content
 
 
 KEYS = NamedKeys(
