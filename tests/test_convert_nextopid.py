@@ -513,7 +513,7 @@ def test_every_parameter_is_spoken_of():
 @pytest.mark.parametrize(
     ("wanted", "name"),
     [("TIC-101", "TIC_101"), ("101", "L_101"), ("Öfen #2", "Ofen_2"), ("a__b", "a_b"), ("___", "Loop"), ("IF", "IF_2"),
-     ("pidloops", "pidloops_2"), ("ControlPWM", "ControlPWM_2"), ("x" * 60, "x" * 40), ("y" * 39 + "-z", "y" * 39)],
+     ("pidloops", "pidloops_2"), ("ControlPWM", "ControlPWM_2"), ("Autotune-PI", "Autotune_PI_2"), ("log", "log_2"), ("x" * 60, "x" * 40), ("y" * 39 + "-z", "y" * 39)],
 )  # fmt: skip
 def test_names_are_identifiers(wanted, name):
     assert Names().new(wanted) == name

@@ -5,16 +5,16 @@ from __future__ import annotations
 import re
 import unicodedata
 
-from pidcfg.encoders.maps.nextopid import BLOCK_TYPES, PIDA_OUTPUTS, TUNE_OUTPUTS
-from pidcfg.schemas.iec import FUNCTIONS, IDENTIFIER_LENGTH, KEYWORDS
+from pidcfg.encoders.maps.nextopid import BLOCK_TYPES
+from pidcfg.schemas.iec import IDENTIFIER_LENGTH, KEYWORDS
 from pidcfg.schemas.nextopid import Plc
 
-STRUCTURES = {key.partition(".")[0] for key, _, _ in (*PIDA_OUTPUTS, *TUNE_OUTPUTS) if "." in key}
-"""Members of a block whose types have names like theirs."""
-TAKEN = {
-    name.casefold() for name in (*BLOCK_TYPES, *STRUCTURES, *KEYWORDS, *FUNCTIONS, Plc.model_fields["program"].default)
-}
+STANDARD = "EXP LIMIT LN LOG MUX SEL SIN COS TAN TRUNC MOVE"
+"""Functions whose names a program can give away, but should not."""
+TAKEN = {name.casefold() for name in (*BLOCK_TYPES, *KEYWORDS, *STANDARD.split(), Plc.model_fields["program"].default)}
 """What no instance may be called."""
+STRUCTURES = re.compile(r"autotune_(p|pi|pid|param|result|mode)|(pida|on_off)_(error|warning)_bits")
+"""Types of the library that are no blocks, in small letters."""
 OTHER = re.compile(r"[^A-Za-z0-9]+")
 
 
@@ -30,7 +30,7 @@ class Names:
         stem = OTHER.sub("_", plain).strip("_") or "Loop"
         stem = stem if stem[0].isalpha() else f"L_{stem}"
         name, count = _joined(stem, ending), 1
-        while name.casefold() in self.taken:
+        while name.casefold() in self.taken or STRUCTURES.fullmatch(name.casefold()):
             count += 1
             name = _joined(stem, f"_{count}{ending}")
         self.taken.add(name.casefold())
