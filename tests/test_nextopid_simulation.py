@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from nextopid_rig import GAINS, findings, image_of, plc_of, run
+from nextopid_rig import GAINS, controller, findings, image_of, plc_of, run
 
 FEED_FORWARD = """
 signals: {Ti: 20.0, Fi: 2.0}
@@ -170,9 +170,10 @@ def test_a_plant_may_be_wired_to_a_signal_that_the_program_filters():
 def test_a_wire_without_a_value_keeps_the_last_one_and_is_told_once():
     report = run("signals: {D: 2}\n" + LOOP % (GAINS, ", BIAS: 10 / D"), TANK + "events: [{at: 5, set: {D: 0}}]")
     assert [note.text for note in report.notes] == [
-        "a wire has no value (division by zero); it keeps the one that it had"
+        "the wire of L.BIAS has no value (division by zero); it kept the one that it had"
     ]
     assert report.notes[0].at == 5
+    assert not report.passed
 
 
 def test_results_of_the_auto_tuning_are_accepted_only_when_they_are_sound():
@@ -251,8 +252,72 @@ def test_an_int_is_wired_through_rounding_and_its_ends():
     assert (found.low, found.high) == (2, 32767)
 
 
+READER = """
+loops:
+  - {name: A, type: PIDA_REAL, SP: 40, %s, Manual: true, ManualMV: B.PV}
+  - {name: B, type: %s, SP: 40, %s, sample_time: 0.3, SP_CASC: A.MV, BIAS: B.PV * 2}
+"""
+OPEN_BLOCK = """
+blocks: [{name: F, type: ControlLowFilter, InVar: A.MV, Tc: 1}, {name: G, type: ControlLowFilter, Tc: 1}]
+loops: [{name: A, type: PIDA_REAL, SP: 40, %s, Manual: true, ManualMV: G.InVar * 2}]
+"""
+
+
+def cycles(plc, slot, values, shown):
+    """A signal in every cycle, with the program around assigning an input before the first call."""
+    sig, found = list(plc.sig), []
+    for n, value in enumerate(values):
+        sig[slot] = value
+        controller.scan(n * plc.base, plc.cfg, plc.st, plc.aux, sig)
+        found.append(sig[plc.layout.numbers[shown]])
+    return found
+
+
+@pytest.mark.parametrize(
+    ("kind", "expected"),
+    [("PIDA_REAL", [12.5, 13.25, 14.75, 80, 90]), ("PIDA_INT", [12, 13, 15, 80, 90])],
+)
+def test_an_input_that_the_program_around_assigns_is_read_as_it_is_in_this_cycle(kind, expected):
+    """A comes first and is called in every cycle; B, whose PV it reads, in every third one."""
+    gains = GAINS.replace(".0,", ",").replace("100.0", "100")
+    plc = plc_of(READER % (GAINS, kind, gains))
+    assert cycles(plc, plc.outside["B.PV"], [12.5, 13.25, 14.75, 80, 90], "A.MV") == expected
+
+    plc = plc_of(READER % (GAINS, kind, gains))
+    bias = cycles(plc, plc.outside["B.PV"], [12.5, 13.25, 14.75, 80, 90], "B.BIAS")
+    assert bias == [2 * expected[0]] * 3 + [160] * 2
+
+
+def test_an_open_input_of_a_block_is_read_as_it_is_in_this_cycle():
+    plc = plc_of(OPEN_BLOCK % GAINS)
+    assert cycles(plc, plc.outside["G.InVar"], [20, 30, 10], "A.MV") == [40, 60, 20]
+
+
+def test_an_open_input_without_a_value_keeps_the_last_one_and_is_told():
+    plc = plc_of(READER % (GAINS, "PIDA_REAL", GAINS))
+    assert cycles(plc, plc.outside["B.PV"], [12.5, float("inf"), 14], "A.MV") == [12.5, 12.5, 14]
+    assert plc.st[1].fault
+
+
 def test_names_of_an_image_are_the_manual_s():
     words = image_of(FEED_FORWARD % (GAINS, WITH)).words
     assert words["TIC.Td_Kd"] == 0.525
     assert words["TIC.BIAS"].text == WITH
     assert "TIC.PV" not in words
+
+
+@pytest.mark.parametrize("pv", ["FT", "F.OutVar"])
+def test_a_wrong_direction_is_seen_through_a_signal_and_a_filter(pv):
+    text = "signals: {FT: 0}\nblocks: [{name: F, type: ControlLowFilter, InVar: FT, Tc: 1}]\n"
+    plant = "duration: 20\nplants: [{name: Tank, model: first_order, input: L.MV, gain: 1, time_constant: 5}]\n"
+    for direct, kinds in (("true", ["wrong_action"]), ("false", [])):
+        loop = LOOP % (GAINS, f", PV: {pv}, Direct: {direct}")
+        report = run(text + loop, f"{plant}connect: {{FT: Tank}}\n")
+        assert [problem.kind for problem in report.problems] == kinds
+
+
+def test_the_pre_roll_waits_for_blocks_of_the_program():
+    process = "{name: P, type: ControlDelayLag, InVar: L.MV, Gs: 1, Tc: 30, DelayTime: 2, Max_OutVar: 100}"
+    report = run(f"blocks: [{process}]\n" + LOOP % (GAINS, ", PV: P.OutVar"), "duration: 10\ninitial: steady\n")
+    assert not report.problems
+    assert report.signals["L.PV"].low == pytest.approx(50, abs=0.01)

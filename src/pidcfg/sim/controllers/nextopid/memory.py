@@ -7,6 +7,7 @@ one for each input that nothing in the program is wired to, which plants write; 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
 
 from pidcfg.encoders.maps.nextopid import BLOCK_TYPES, MOST_SAMPLES
@@ -47,6 +48,8 @@ class WireRow(NamedTuple):
     whole: int
     code: tuple[float, ...]
     depth: int
+    early: bool
+    """Whether it is renewed before the first call of a cycle."""
 
 
 def number_of(kind: IecType, content: Content) -> float:
@@ -89,6 +92,11 @@ class Memory:
         self.st = [State() for _ in self.items]
         self._fill()
 
+    @cached_property
+    def read(self) -> frozenset[int]:
+        """Numbers of everything that a wire reads."""
+        return frozenset(number for expression in self.wires.values() for number in expression.signals)
+
     def _read_wires(self) -> Wires:
         found: Wires = {}
         for i, own in enumerate(self.layout.instances):
@@ -109,8 +117,9 @@ class Memory:
             c.kind, c.base = slots.KINDS[own.kind.name], own.base
             self._time(c, s, self.items[i])
             c.whole = int(own.kind.name.endswith("INT"))
-            c.wires = len(rows)
-            rows += self._wires_of(i)
+            own_rows = sorted(self._wires_of(i), key=lambda row: not row.early)
+            c.wires, c.early = len(rows), sum(row.early for row in own_rows)
+            rows += own_rows
             c.wires_end = len(rows)
             if self.items[i].loop is not None:
                 self._loop_slots(c, own.name)
@@ -132,18 +141,22 @@ class Memory:
         c.sig_sp = len(self.sig) - 1
 
     def _wires_of(self, i: int) -> Iterator[WireRow]:
-        """The wires of a block; an input that is left to the program around is wired to a signal of its own."""
+        """The wires of a block; an input that is left to the program around is wired to a signal of its own.
+
+        The program around assigns that before the first call: what other wires read of it is early.
+        """
         own = self.layout.instances[i]
         for offset, row in enumerate(own.kind.table.rows):
             name, target = f"{own.name}.{row.name}", own.base + offset
-            expression = self.wires.get((i, row.name))
+            expression, early = self.wires.get((i, row.name)), False
             if expression is None and row.access == "input" and name not in self.words and is_open(own.kind.name, row):
                 self.outside[name] = len(self.sig)
                 self.sig.append(0.0)
                 expression = Expression(name, (SIGNAL, self.outside[name]), (), frozenset(), 1)
+                early = target in self.read
             if expression is not None:
                 whole = AS_INT if row.type.kind == "whole" else AS_IT_IS
-                yield WireRow(target, whole, tuple(_code(expression)), expression.depth)
+                yield WireRow(target, whole, tuple(_code(expression)), expression.depth, early)
 
     def _vector(self, rows: Sequence[WireRow]) -> list[float]:
         """The place of the stack, the rows, the code, the delay lines, and the stack."""

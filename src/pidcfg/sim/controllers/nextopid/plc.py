@@ -22,15 +22,20 @@ from pidcfg.sim.controllers.nextopid.report import (
     tell,
 )
 from pidcfg.sim.controllers.nextopid.setting import keys_of
+from pidcfg.sim.expressions import FAULTS
 from pidcfg.sim.named_settings import NamedKeys
 from pidcfg.sim.plc import TICKS
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, MutableSequence, Sequence
+    from collections.abc import Iterator, Mapping, MutableSequence, Sequence
 
     from pidcfg.encoders.named import Content, Program
     from pidcfg.schemas.base import Quantity
     from pidcfg.sim.report import ScanTime
+
+
+LONG = ("Tc", "Tlag", "DelayTime")
+"""Parameters of blocks that are times for something to settle."""
 
 
 class Nextopid(Memory):
@@ -65,6 +70,7 @@ class Nextopid(Memory):
         self.wired = frozenset(loop for loop in self.loops if f"{loop}.PV" not in self.outside)
         """Loops whose PV comes from the program itself."""
         self.inputs = self._inputs()
+        self.longest = self._longest()
         self.inlets = {loop: name for loop in self.wired if (name := self._inlet(f"{loop}.PV"))}
 
     def _wired(self, name: str) -> dict[str, str]:
@@ -94,12 +100,11 @@ class Nextopid(Memory):
 
     def _names(self) -> list[str]:
         """Signals of the report: those from outside, what loops and blocks give, and what wires read."""
-        read = {number for expression in self.wires.values() for number in expression.signals}
         shown = set(range(len(self.layout.signals)))
         for own in self.layout.instances:
             for i, row in enumerate(own.kind.table.rows):
                 if own.name in self.loops:
-                    wanted = row.name in SHOWN or (row.access == "output" and own.base + i in read)
+                    wanted = row.name in SHOWN or (row.access == "output" and own.base + i in self.read)
                 else:
                     wanted = row.access == "output" and row.name not in {"Error", "SampleTime", "Warning"}
                 if wanted and "Bits." not in row.name:
@@ -121,7 +126,7 @@ class Nextopid(Memory):
 
     def _inlet(self, name: str) -> str | None:
         """Where a measurement comes into the program: followed back through wires and filters; None: nowhere alone."""
-        for _ in self.items:
+        for _ in range(2 * len(self.items) + 1):
             content = self.words.get(name)
             if name in self.inputs and not isinstance(content, Wire):
                 return name
@@ -129,6 +134,18 @@ class Nextopid(Memory):
                 return None
             name = content.text.replace(".OutVar", ".InVar")
         return None
+
+    def _longest(self) -> float:
+        """Time constants and delays of all blocks, as they stand before the first cycle."""
+        names = (f"{own.name}.{row}" for own in self.items for row in LONG if own.loop is None)
+        return max([0.0, *(self.sig[self.layout.numbers[name]] for name in names if name in self.layout.numbers)])
+
+    def faults(self) -> Iterator[tuple[int, str, str]]:
+        """Wires that had no value."""
+        name_of = {number: name for name, number in self.layout.numbers.items()}
+        for s in self.st:
+            if s.fault:
+                yield s.fault_at, name_of[s.fault_target], FAULTS[s.fault]
 
     # --- what the runner asks ----------------------------------------------------------------------------------------
 

@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING
 
 from pidcfg.encoders.maps.nextopid import BLOCK_TYPES
 from pidcfg.sim.controllers.nextopid import state as bits
-from pidcfg.sim.expressions import FAULTS
 from pidcfg.sim.notices import noticed, notices
 
 if TYPE_CHECKING:
@@ -35,8 +34,6 @@ NO_TUNE = 4
 NO_CASCADE = 5
 NOTHING_TO_ACCEPT = 6
 COMES_ABOUT = 7
-WIRE_FAULT = 16
-"""With the number of the fault added."""
 
 REASONS = {
     IS_WIRED: "Manual is wired in the program; set what it is wired to",
@@ -46,8 +43,6 @@ REASONS = {
     NO_CASCADE: "ControlON_OFF has no cascade mode",
     COMES_ABOUT: "this mode comes about by itself; ask for manual, auto or cascade, or for autotune: start",
     NOTHING_TO_ACCEPT: "there are no results without error to accept",
-} | {
-    WIRE_FAULT + i: f"a wire has no value ({text}); it keeps the one that it had" for i, text in enumerate(FAULTS) if i
 }
 
 TUNE_STATUS = ("idle", "running", "done", "failed", "cancelled")

@@ -17,11 +17,9 @@ from pidcfg.sim.controllers.nextopid.operate import keep_results, operate
 from pidcfg.sim.controllers.nextopid.pid import pid
 from pidcfg.sim.controllers.nextopid.plc import Nextopid, load
 from pidcfg.sim.controllers.nextopid.pwm import pwm
-from pidcfg.sim.controllers.nextopid.report import WIRE_FAULT
 from pidcfg.sim.controllers.nextopid.selectors import select_max, select_min, split_range
 from pidcfg.sim.controllers.nextopid.state import Config, State
 from pidcfg.sim.controllers.nextopid.wires import value_of, wire_in
-from pidcfg.sim.notices import noticed
 
 __all__ = ["INLINED", "KERNELS", "Config", "Nextopid", "Options", "State", "call", "load", "scan"]
 
@@ -65,7 +63,10 @@ def call_switch(c: Config, s: State, sig: list[float]) -> None:
 
 
 def scan(tick: int, cfg: list[Config], st: list[State], aux: list[float], sig: list[float]) -> None:
-    """The task at ``tick``: every block that is due, in the order of execution."""
+    """The task at ``tick``: what the program around assigns, then every block that is due, in their order."""
+    for i in range(len(cfg)):
+        if cfg[i].early > 0:
+            wire_in(cfg[i], st[i], aux, sig, cfg[i].wires + cfg[i].early)
     for turn in range(len(cfg)):
         i = cfg[turn].turn
         c = cfg[i]
@@ -74,10 +75,9 @@ def scan(tick: int, cfg: list[Config], st: list[State], aux: list[float], sig: l
             s.due = tick + s.period
             if s.ask != 0:
                 operate(c, s, sig)
-            before = s.fault
-            wire_in(c, s, aux, sig)
-            if s.fault != before:
-                s.notice = noticed(s.notice, 0, WIRE_FAULT + s.fault)
+            wire_in(c, s, aux, sig, c.wires_end)
+            if s.fault != 0 and s.fault_at < 0:
+                s.fault_at = tick
             call(c, s, aux, sig)
 
 

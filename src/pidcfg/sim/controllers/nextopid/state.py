@@ -37,6 +37,8 @@ class Config:
     wires: int = 0
     """First of its wires in the wire table, and one behind the last."""
     wires_end: int = 0
+    early: int = 0
+    """How many of its wires, the first ones, are renewed before the first block of a cycle is called."""
     buffer: int = 0
     """Where its delay line begins in the shared vector."""
     sig_in: int = 0
@@ -60,7 +62,9 @@ class State(Tuned):
     found_td: float = 0.0
     found_flags: int = 0
     fault: int = 0
-    """Why a wire had no value, the first time (`pidcfg.sim.expressions.FAULTS`)."""
+    """Why a wire had no value, the first time (`pidcfg.sim.expressions.FAULTS`), for which slot, and when in ticks."""
+    fault_target: int = 0
+    fault_at: int = -1
     started: int = 0
     """Whether it has been called."""
     integral: float = 0.0

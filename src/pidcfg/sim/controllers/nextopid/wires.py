@@ -95,9 +95,9 @@ def combined(op: float, left: float, right: float) -> float:
     return max(left, right)
 
 
-def wire_in(c: Config, s: State, aux: MutableSequence[float], sig: MutableSequence[float]) -> None:
-    """Renews every wired parameter of a block (kernel)."""
-    for wire in range(c.wires, c.wires_end):
+def wire_in(c: Config, s: State, aux: MutableSequence[float], sig: MutableSequence[float], last: int) -> None:
+    """Renews the wired parameters of a block up to the wire before ``last`` (kernel)."""
+    for wire in range(c.wires, last):
         row = ROWS + ROW * wire
         value = value_of(aux, int(aux[row + 2]), int(aux[row + 3]), sig)
         fault = int(aux[int(aux[0])])
@@ -107,3 +107,4 @@ def wire_in(c: Config, s: State, aux: MutableSequence[float], sig: MutableSequen
             sig[int(aux[row])] = value
         elif s.fault == 0:
             s.fault = fault
+            s.fault_target = int(aux[row])
