@@ -211,6 +211,18 @@ def test_a_time_in_the_independent_form_is_an_error_and_a_bare_one_that_is_too_f
     assert codes({"Ti_Ki": "180 s"}) == []
 
 
+def test_a_derivative_time_in_the_independent_form_is_a_warning():
+    independent = {"Ti_Ki": 0.1, "Td_Kd": "200 s", "Tf": "2 s", "PID_DE": True, "PID_EQ": False}
+    (found,) = findings(independent)
+
+    assert (found.code, found.severity) == ("PID715", Severity.WARNING)
+    assert found.message.endswith("with PID_EQ FALSE it is the gain Kd: Kp times the derivative time in s")
+    assert codes({**independent, "Td_Kd": 200}) == []
+    assert codes({**independent, "Ti_Ki": 180, "Td_Kd": "20 s", "PID_EQ": True}) == []
+    both = [d.severity for d in findings({**independent, "Ti_Ki": "180 s"}) if d.code == "PID715"]
+    assert both == [Severity.ERROR, Severity.WARNING]
+
+
 def test_what_is_not_given_is_told_for_direction_and_form():
     loop = {key: value for key, value in LOOP.items() if key not in {"PID_EQ", "PID_DIR"}} | {"Ti_Ki": 0.01}
     data = {"pidcfg": 1, "vendor": "dpide", "loops": [loop]}

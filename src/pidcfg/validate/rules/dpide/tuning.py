@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from pidcfg.diagnostics import Severity
@@ -125,18 +126,26 @@ def no_integral(context: DpideContext) -> Iterator[Finding]:
     name="time-as-a-gain",
     severity=Severity.ERROR,
     basis=TABLE,
-    message="Ti_Ki has a unit of time, but with PID_EQ FALSE it is the gain Ki in 1/s",
+    message="{operand} has a unit of time, but with PID_EQ FALSE it is {gain}",
 )
 def time_as_a_gain(context: DpideContext) -> Iterator[Finding]:
-    """An integral time stands where the independent form wants an integral gain.
+    """A time stands where the independent form wants a gain.
 
-    Why: 180 s would become a gain of 180 per second: the integral runs from one end to the other within a cycle.
+    Why: an integral time of 180 s would become a gain of 180 per second: the integral runs from one end to the other
+    within a cycle. A derivative time of 20 s becomes a gain Kd of 20, whatever Kp is; since the manual gives Td_Kd in s
+    for both forms, that is a warning alone.
 
-    Fix: write `PID_EQ: true`, or the gain as a bare number: Kp divided by the time in s.
+    Fix: write `PID_EQ: true`, or the gain as a bare number: Ki is Kp divided by the integral time in s, Kd is Kp times
+    the derivative time in s.
     """
     for view in context.loops:
-        if isinstance(view.loop.Ti_Ki, Timed) and not view.loop.PID_EQ:
-            yield view.find("Ti_Ki")
+        if view.loop.PID_EQ:
+            continue
+        if isinstance(view.loop.Ti_Ki, Timed):
+            yield view.find("Ti_Ki", operand="Ti_Ki", gain="the gain Ki in 1/s")
+        if isinstance(view.loop.Td_Kd, Timed):
+            found = view.find("Td_Kd", operand="Td_Kd", gain="the gain Kd: Kp times the derivative time in s")
+            yield replace(found, severity=Severity.WARNING)
 
 
 @rule(
