@@ -35,6 +35,7 @@ FEWEST_CYCLES = 10
 FULL = Decimal(100)
 PULSE = "ControlPWM"
 SPLITTER = "ControlSplitRange"
+ZEROES = ": both outputs are 0"
 
 
 @rule(
@@ -170,12 +171,12 @@ def pulse_range_differs_from_loop(context: NextopidContext) -> Iterator[Finding]
     name="split-point-out-of-range",
     severity=Severity.ERROR,
     basis=SPLIT,
-    message="SPLIT is {point} %; it must be above 0 % and below 100 %",
+    message="SPLIT is {point} %; it must be above 0 % and below 100 %: both outputs are 0",
 )
 def split_point_out_of_range(context: NextopidContext) -> Iterator[Finding]:
     """The split point leaves one of the valves no room.
 
-    Why: the function reports its Error, and both valves stay where they are.
+    Why: the function reports its Error, and both its outputs are 0 until the split point is corrected.
 
     Fix: give the percentage of MV at which one valve hands over to the other.
     """
@@ -190,13 +191,13 @@ def split_point_out_of_range(context: NextopidContext) -> Iterator[Finding]:
     name="split-range-not-in-percent",
     severity=Severity.ERROR,
     basis=SPLIT,
-    message="MV is in % of 0 to 100, but {what}",
+    message="MV is in % of 0 to 100, but {what}{effect}",
 )
 def split_range_not_in_percent(context: NextopidContext) -> Iterator[Finding]:
     """What a split range is given is not a percentage.
 
-    Why: below 0 or above 100 the function reports its Error, and both valves stay where they are. A loop that ends
-    earlier never opens, or never closes, one of them fully.
+    Why: below 0 or above 100 the function reports its Error, and both its outputs are 0: a valve that was open closes
+    at once. A loop that ends earlier never opens, or never closes, one of them fully.
 
     Fix: give the loop MinMV 0 and MaxMV 100, or scale its MV in the wire: `TIC.MV / 300`.
     """
@@ -204,8 +205,9 @@ def split_range_not_in_percent(context: NextopidContext) -> Iterator[Finding]:
         loop, value = driver(view, "MV"), view.number_of("MV")
         limits = None if loop is None else loop.mv_limits
         if value is not None and not 0 <= value <= FULL:
-            yield view.find("MV", "Error", what=f"it is {view.shown('MV')}")
+            yield view.find("MV", "Error", what=f"it is {view.shown('MV')}", effect=ZEROES)
         elif loop is not None and limits is not None and limits != (Decimal(0), FULL):
             beyond = limits[0] < 0 or limits[1] > FULL
             what = f"{loop.name} goes from {loop.shown('MinMV')} to {loop.shown('MaxMV')}"
-            yield view.find("MV", "Error" if beyond else None, None if beyond else Severity.WARNING, what=what)
+            yield view.find("MV", "Error" if beyond else None, None if beyond else Severity.WARNING, what=what,
+                            effect="; beyond 0 to 100 both outputs are 0" if beyond else "")  # fmt: skip

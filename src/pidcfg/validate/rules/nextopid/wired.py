@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from decimal import ROUND_HALF_EVEN, Decimal
 from typing import TYPE_CHECKING
 
 from pidcfg.diagnostics import Severity
@@ -10,6 +11,7 @@ from pidcfg.schemas.iec import INT
 from pidcfg.schemas.limits import limits_at
 from pidcfg.validate.rule import rule
 from pidcfg.validate.rules.nextopid.context import D208
+from pidcfg.validate.rules.nextopid.view import number_text
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -17,6 +19,7 @@ if TYPE_CHECKING:
     from pidcfg.validate.rule import Finding
     from pidcfg.validate.rules.nextopid.context import NextopidContext
 
+LOW, HIGH = Decimal(INT.low), Decimal(INT.high)
 INTEGERS = NEXTOPID.at("chapter 3: PIDA_INT")
 
 
@@ -54,16 +57,18 @@ def wired_value_out_of_range(context: NextopidContext) -> Iterator[Finding]:
 def wired_value_does_not_fit_int(context: NextopidContext) -> Iterator[Finding]:
     """A REAL signal is wired to an INT parameter that cannot hold its value.
 
-    Why: INT holds whole numbers from -32768 to 32767. Decimals are lost, and what is too large comes out as another
-    number, of either sign.
+    Why: INT holds whole numbers from -32768 to 32767. The virtual PLC takes the nearest one of them; in a PLC that
+    does not, decimals may be cut off, and what is too large comes out as another number, of either sign.
 
     Fix: give the signal in the units of the INT controller, or use the REAL one.
     """
     for view in context.views:
         for row, _ in view.own.given():
             value = view.number_of(row.name) if row.type is INT and view.is_wired(row.name) else None
-            if value is not None and not INT.low <= value <= INT.high:
-                yield view.find(row.name, key=row.name, value=view.shown(row.name), problem="it does not fit")
-            elif value is not None and value != value.to_integral_value():
-                yield view.find(row.name, severity=Severity.WARNING, key=row.name, value=view.shown(row.name),
-                                problem="its decimals are lost")  # fmt: skip
+            taken = None if value is None else min(max(value, LOW), HIGH).to_integral_value(ROUND_HALF_EVEN)
+            if value is None or taken is None or value == taken:
+                continue
+            fits = LOW <= value <= HIGH
+            problem = f"{'its decimals are lost' if fits else 'it does not fit'}, {number_text(taken)} is taken"
+            yield view.find(row.name, severity=Severity.WARNING if fits else None, key=row.name,
+                            value=view.shown(row.name), problem=problem)  # fmt: skip
