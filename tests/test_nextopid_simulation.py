@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pytest
+from pydantic_core import PydanticCustomError
 
 from nextopid_rig import GAINS, controller, findings, image_of, plc_of, run
 
@@ -152,6 +153,21 @@ def test_what_cannot_be_done_is_said_before_the_run(event, message):
 
     with pytest.raises(UnusableError, match=message):
         run("signals: {Hand: false}\n" + LOOP % (GAINS, ", Manual: Hand"), f"{TANK}events: [{event}]")
+
+
+@pytest.mark.parametrize("key", ["Ti_Ki", "Td_Kd"])
+def test_times_are_set_with_units_as_in_the_configuration(key):
+    plc = plc_of(LOOP % (GAINS, ""))
+    assert [plc.check_set(0, (key,), text) for text in ("2 min", "500 ms", 7)] == [120, 0.5, 7]
+
+
+@pytest.mark.parametrize("indep", ["true", "Form"])
+@pytest.mark.parametrize("key", ["Ti_Ki", "Td_Kd"])
+def test_a_time_is_no_gain(key, indep):
+    plc = plc_of("signals: {Form: true}\n" + LOOP % (GAINS, f", Indep: {indep}"))
+    assert plc.check_set(0, (key,), 0.25) == 0.25
+    with pytest.raises(PydanticCustomError, match="2 min is a time, but with Indep TRUE it is a gain"):
+        plc.check_set(0, (key,), "2 min")
 
 
 def test_a_plant_may_be_wired_to_a_signal_that_the_program_filters():

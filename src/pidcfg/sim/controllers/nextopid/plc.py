@@ -62,7 +62,7 @@ class Nextopid(Memory):
 
     def __init__(self, image: Program) -> None:
         super().__init__(image)
-        self.keys = {own.name: keys_of(own.type, own.name, self._wired(own.name)) for own in self.items}
+        self.keys = {own.name: self._keys(own.name, own.type) for own in self.items}
         self.goals = [self._goal(loop) for loop in self.loops]
         self.scales = [self._scale(loop) for loop in self.loops]
         self.rises = [not self._value(loop, "Direct") for loop in self.loops]
@@ -77,6 +77,9 @@ class Nextopid(Memory):
         own = f"{name}."
         return {key.removeprefix(own): content.text for key, content in self.words.items()
                 if key.startswith(own) and isinstance(content, Wire)}  # fmt: skip
+
+    def _keys(self, name: str, kind: str) -> NamedKeys:
+        return keys_of(kind, name, self._wired(name), independent=bool(self._value(name, "Indep")))
 
     def _slot(self, loop: str, row: str) -> int:
         return self.layout.numbers[f"{loop}.{row}"]
