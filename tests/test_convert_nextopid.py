@@ -203,6 +203,8 @@ def test_bias_and_manual_output():
     back = one({"mode": "manual", "output": {"range": [0, 100], "bias": 4, "manual": 30}})
     assert (back.BIAS, back.ManualMV, back.Manual) == (4, 30, True)
     assert one({}).Manual is False
+    unsaid = made({"mode": "manual", "output": {"range": [0, 100], "limits": [20, 90]}})
+    assert (unsaid.data["loops"][0]["ManualMV"], report(unsaid)["ManualMV"].kind) == (20, "assumed")
 
 
 def test_what_has_no_twin_is_dropped():
@@ -476,6 +478,12 @@ def test_a_block_that_nobody_reads_is_of_whom_it_reads():
     ]  # fmt: skip
 
 
+def test_a_block_is_of_the_loop_that_reads_it_not_of_those_behind():
+    loops = ({}, {"TRK_VAL": "L3.MV", "OVERR": "Run"}, {"BIAS": "D.OutVar"})
+    found = to_neutral(nextopid(*loops, blocks=BLOCKS[1:2]))
+    assert [any(entry.field == "blocks.D" for entry in own.said) for own in found] == [False, False, True]
+
+
 def test_an_on_off_controller_is_no_pid():
     on_off = {"name": "FAN", "type": "ControlON_OFF", "SP": 5, "DeadBand": 1, "MinPV": 0, "MaxPV": 10}
     data = nextopid({}).model_dump() | {"loops": [LOOP, on_off]}
@@ -513,7 +521,8 @@ def test_every_parameter_is_spoken_of():
 @pytest.mark.parametrize(
     ("wanted", "name"),
     [("TIC-101", "TIC_101"), ("101", "L_101"), ("Öfen #2", "Ofen_2"), ("a__b", "a_b"), ("___", "Loop"), ("IF", "IF_2"),
-     ("pidloops", "pidloops_2"), ("ControlPWM", "ControlPWM_2"), ("Autotune-PI", "Autotune_PI_2"), ("log", "log_2"), ("x" * 60, "x" * 40), ("y" * 39 + "-z", "y" * 39)],
+     ("pidloops", "pidloops_2"), ("ControlPWM", "ControlPWM_2"), ("Autotune-PI", "Autotune_PI_2"),
+     ("log", "log_2"), ("x" * 60, "x" * 40), ("y" * 39 + "-z", "y" * 39)],
 )  # fmt: skip
 def test_names_are_identifiers(wanted, name):
     assert Names().new(wanted) == name

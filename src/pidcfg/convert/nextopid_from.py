@@ -182,6 +182,8 @@ def _output(b: Builder, loop: Loop, task: Task) -> None:
         b.put("BIAS", number(output.bias), "output.bias")
     if output.manual is not None:
         b.put("ManualMV", number(output.manual), "output.manual")
+    elif loop.mode == "manual":
+        b.put("ManualMV", number(min(max(ZERO, limits[0]), limits[1])), None, "nothing says the output in manual")
     if output.max_rate is not None:
         time = product(task.interval, Decimal(task.cycles(loop.sample_time)))
         step = product(output.max_rate, time)
