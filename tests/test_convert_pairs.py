@@ -111,3 +111,11 @@ def test_there_and_back_gives_the_same_loop_up_to_the_reported_rounding(one, two
             assert close(a.sample_time, b.sample_time, error)
             if a.setpoint.value is not None:  # else one is chosen, and reported
                 assert close(a.setpoint.value, b.setpoint.value, error)
+
+
+def test_a_kick_of_the_derivative_does_not_go_into_the_integral_of_a_dpide():
+    kicking = {**OVEN, "tuning": {**OVEN["tuning"], "derivative_time": 10, "derivative_on": "error"}}
+    source = of_vendor([kicking], "ezlogix")
+    target = converted(source, "dpide")
+    assert target.config.loops[0].PID_MODE == 0
+    assert verify(*((side.vendor, side.config, side.encoding.image) for side in (source, target)))[0].pv_percent < 1

@@ -5,6 +5,7 @@ from __future__ import annotations
 import copy
 import math
 import re
+from decimal import Decimal
 
 import pytest
 from hypothesis import given, settings
@@ -20,7 +21,7 @@ from pidcfg.encoders.nextopid.encode import encode
 from pidcfg.encoders.nextopid.files import checklist, looks_like_st
 from pidcfg.encoders.nextopid.st_expression import ST, depth, printed, st_real, wire_text
 from pidcfg.encoders.nextopid.st_lex import tokens_of
-from pidcfg.encoders.nextopid.st_read import read_st
+from pidcfg.encoders.nextopid.st_read import read_st, with_zeros
 from pidcfg.encoders.nextopid.st_values import Wiring
 from pidcfg.encoders.nextopid.st_write import write_st
 from pidcfg.schemas.expressions import MAX_LENGTH, parse
@@ -260,8 +261,10 @@ def test_every_nth_cycle():
     gate = "IF Y = 0 THEN A(PV := X); END_IF Y := (Y + 1) MOD 5;"
     found = read_st('(* plc: {"sample_time": 0.1} *)' + body(gate))
     assert found.settings[0] == {"loop": "A", "type": "PIDA_REAL", "sample_time": 0.5}
-    with pytest.raises(ListingError, match="say the interval of the task in a comment"):
-        read_st(body(gate))
+    bare = with_zeros(read_st(body(gate)))
+    assert bare.settings[0] == {"loop": "A", "type": "PIDA_REAL", "cycles": 5}
+    decoded = decode(bare.words, bare.settings, bare.plc, {"sample_time": Decimal("0.2")}).data
+    assert decoded["loops"][0]["sample_time"] == 1
     beside = '(* plc: {"sample_time": 0.1} *) (* loop: {"loop": "A", "type": "PIDA_REAL", "sample_time": 1} *)'
     with pytest.raises(ListingError, match=r"called in every 5 cycles of 0.1 s, not of 1 s together"):
         read_st(beside + body(gate))
@@ -402,3 +405,10 @@ def test_a_damaged_program_is_read_or_refused(name, random):
 def test_a_large_program_is_read_in_time():
     statements = "IF Z THEN\n" + "Q := Q + 1;\n" * 40_000 + "END_IF;\n" + "A(PV := X);"
     assert read_st(body(statements)).words["A.PV"] == Wire("X")
+
+
+def test_what_a_program_does_not_mention_is_zero_and_said():
+    declared = "TIC : PIDA_REAL := (SP := 50.0, Kp := 2.0, MaxMV := 100.0, MaxPV := 80.0);"
+    found = with_zeros(read_st(f"PROGRAM P\nVAR\n  {declared}\nEND_VAR\nTIC();\nEND_PROGRAM\n"))
+    assert (found.words["TIC.Ti_Ki"], found.words["TIC.MinMV"]) == (0.0, 0.0)
+    assert found.notes == ("TIC: Td_Kd, Ti_Ki, MinMV, MinPV are not given in the program, and so are 0",)

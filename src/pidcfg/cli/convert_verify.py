@@ -25,12 +25,14 @@ if TYPE_CHECKING:
 D304 = Decision(
     304, "a conversion is verified on the plant that the loop's own gains fit",
     "Time constant Ti (without an integral 50 samples), dead time a tenth of it, and the gain for which lambda tuning "
-    "gives the loop's gain; a step of 5 % of the range, then a load that moves the PV by as much.",
+    "gives the loop's gain; a step of 5 % of the range, or of a fifth of what the output can do, then a load that "
+    "moves the PV by as much.",
     "A loop that is tuned at all is stable on it, and it shows gain, times, action and scales of both sides.",
 )  # fmt: skip
 LAMBDA = 0.5
 DEAD = 0.1
-STEP = 0.05
+STEP, REACH = 0.05, 0.2
+"""Of the range, and of what the output can do: the step is the smaller one."""
 SAMPLES_WITHOUT_INTEGRAL = 50
 SETTLED, STEP_AT, LOAD_AT, END = 7.5, 8.0, 16.0, 24.0
 """In time constants of the slowest loop: from when on both sides are compared, and what happens."""
@@ -71,15 +73,15 @@ def plant_of(loop: Loop, other: Loop) -> Plant:
     sample = float(max(loop.sample_time, other.sample_time))
     time = max(float(loop.tuning.integral_time) or SAMPLES_WITHOUT_INTEGRAL * sample, 10 * sample)
     dead = max(round(DEAD * time / sample), 1) * sample
-    gain = abs(float(loop.tuning.gain)) * (out_high - out_low)
+    gain = abs(float(loop.tuning.gain)) / (out_high - out_low)
     size = time / (gain * (LAMBDA * time + dead)) if gain else high - low
-    size = min(max(size, 0.2 * (high - low)), 5 * (high - low))
+    size = min(size, 5 * (high - low))
     sign = 1.0 if loop.output_raises_pv else -1.0
     limits = loop.output.limits or loop.output.range
     middle = (float(sum(limits)) / 2 - out_low) / (out_high - out_low)
     bounds = loop.setpoint.limits or loop.pv.range
     start = float(sum(bounds)) / 2
-    step = STEP * (float(bounds[1]) - float(bounds[0]))
+    step = min(STEP * (float(bounds[1]) - float(bounds[0])), REACH * size)
     return Plant(sign * size, time, dead, start - sign * size * middle, start, step)
 
 

@@ -25,8 +25,9 @@ if TYPE_CHECKING:
 D296 = Decision(
     296, "a DPIDE is written in the dependent form, in mode 2 where windup is to be prevented",
     "PID_EQ TRUE with Kc, Ti and Td; without a proportional action PID_EQ FALSE with Kp 0. PID_MODE 2 where the source "
-    "has an anti-windup, else 0.",
-    "The dependent form is the one that all others have a twin of; mode 2 works the integral out of the limited MV.",
+    "has an anti-windup, else 0; 0 too where the derivative of the error kicks at a step of the set point.",
+    "The dependent form is the one that all others have a twin of; mode 2 works the integral out of the limited MV, "
+    "and a kick that the limit cuts off would go into it: the PV dips by several % after each step.",
 )  # fmt: skip
 D297 = Decision(
     297, "a DPIDE that is off goes over in manual, with an output of 0",
@@ -218,7 +219,7 @@ def _instruction(loop: Loop, device: str) -> dict[str, Any]:
         **present({"description": loop.description}),
         "device": device,
         "SV": plain_number(_setpoint(loop)),
-        "PID_MODE": BACK_CALCULATED if loop.anti_windup else 0,
+        "PID_MODE": _mode(loop),
         "PID_MAN": loop.mode == "manual",
         "CYCLE": _cycle(loop),
         "Kc_Kp": number(tuning.gain) if acts else 0,
@@ -241,6 +242,12 @@ def _instruction(loop: Loop, device: str) -> dict[str, Any]:
 def _setpoint(loop: Loop) -> Decimal:
     """The set point; the one at which the output is least where there is none (D298)."""
     return loop.pv.range[not loop.output_raises_pv] if loop.setpoint.value is None else loop.setpoint.value
+
+
+def _mode(loop: Loop) -> int:
+    """Mode 2 where windup is to be prevented, unless the derivative kicks (D296)."""
+    kicks = loop.tuning.derivative_on == "error" and loop.tuning.derivative_time
+    return 2 if loop.anti_windup and not kicks else 0
 
 
 def _cycle(loop: Loop) -> int:

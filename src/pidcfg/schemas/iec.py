@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from decimal import Decimal
 from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple
 
-from pydantic import PlainValidator, WithJsonSchema
+from pydantic import BeforeValidator, PlainValidator, WithJsonSchema
 
 from pidcfg.schemas.base import (
     DURATION,
@@ -67,17 +67,13 @@ LOOP_MODE = IecType("LOOP_MODE", "word", words=("manual", "auto", "cascade"))
 DERIVATIVE_OF = IecType("DERIVATIVE_OF", "word", words=("pv", "error"))
 
 RESERVED = """
-ACTION AND ARRAY AT BOOL BY BYTE CASE CONFIGURATION CONSTANT DATE DINT DO DWORD ELSE ELSIF END_CASE END_FOR
+ABS ACTION AND ARRAY AT BOOL BY BYTE CASE CONFIGURATION CONSTANT DATE DINT DO DWORD ELSE ELSIF END_CASE END_FOR
 END_FUNCTION END_FUNCTION_BLOCK END_IF END_PROGRAM END_REPEAT END_STRUCT END_TYPE END_VAR END_WHILE EXIT FALSE
-FOR FROM FUNCTION FUNCTION_BLOCK IF INT LINT LREAL LWORD MOD NOT OF ON OR PROGRAM REAL REPEAT RESOURCE RETAIN RETURN
-SINT STEP STRING STRUCT TASK THEN TIME TO TRANSITION TRUE TYPE UDINT UINT ULINT UNTIL USINT VAR VAR_EXTERNAL
+FOR FROM FUNCTION FUNCTION_BLOCK IF INT LINT LREAL LWORD MAX MIN MOD NOT OF ON OR PROGRAM REAL REPEAT RESOURCE RETAIN
+RETURN SINT SQRT STEP STRING STRUCT TASK THEN TIME TO TRANSITION TRUE TYPE UDINT UINT ULINT UNTIL USINT VAR VAR_EXTERNAL
 VAR_GLOBAL VAR_INPUT VAR_IN_OUT VAR_OUTPUT VAR_TEMP WHILE WITH WORD WSTRING XOR
 """
 KEYWORDS = frozenset(RESERVED.split())
-FUNCTIONS = frozenset(
-    ("ABS", "EXP", "LIMIT", "LN", "LOG", "MAX", "MIN", "MOVE", "MUX", "SEL", "SIN", "COS", "TAN", "SQRT", "TRUNC")
-)
-"""Standard functions: a name that some compilers refuse."""
 IDENTIFIER = re.compile(r"[A-Za-z](?:_?[A-Za-z0-9])*")
 IDENTIFIER_LENGTH = 40
 
@@ -151,6 +147,11 @@ def parse_signal(value: object) -> Decimal | bool:
     return parse_number(value)
 
 
+def bare_mode(value: object) -> object:
+    """``PID`` for the manual's own ``AUTOTUNE_PID``."""
+    return value.removeprefix("AUTOTUNE_") if isinstance(value, str) else value
+
+
 WIRED = {"type": "string"}
 
 
@@ -170,7 +171,7 @@ Bool = Annotated[bool, *_field(parse_flag, {"type": "boolean"}), BOOL]
 UInt = Annotated[int, *_field(parse_integer, {"type": "integer"}), UINT]
 USInt = Annotated[int, *_field(parse_integer, {"type": "integer"}), USINT]
 DInt = Annotated[int, *_field(parse_integer, {"type": "integer"}), DINT]
-TuneMode = Annotated[Literal["P", "PI", "PID"], AUTOTUNE_MODE]
+TuneMode = Annotated[Literal["P", "PI", "PID"], BeforeValidator(bare_mode), AUTOTUNE_MODE]
 Identifier = Annotated[
     str,
     PlainValidator(parse_identifier),

@@ -36,7 +36,8 @@ def wrong_actions(net: Network, plc: Plc) -> Iterator[Problem]:
                 "the loop runs away"
             )
             cure = "turn the action of the loop round, or the sign of the plant's gain"
-            place = net.texts[loop][0] if loop in net.texts else ("connect", f"{loop}.PV")
+            inlet = plc.inlets.get(loop, f"{loop}.PV")
+            place = net.texts[loop][0] if loop in net.texts else ("connect", inlet)
             yield Problem(place, message, "wrong_action", help=cure, key=True, loop=loop)
 
 
@@ -51,7 +52,8 @@ def answer(net: Network, plc: Plc, loop: int) -> float:
         raised[plant.slot] += moved
         if plant.measured != plant.slot:
             raised[plant.measured] += moved
-    target = plc.cfg[loop].sig_in
+    inlet = plc.inlets.get(plc.loops[loop])
+    target = plc.cfg[loop].sig_in if inlet is None else plc.inputs[inlet]
     change: float = raised[target] - net.sig[target]
     for channel in net.channels:
         if channel.target == target:

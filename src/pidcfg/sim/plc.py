@@ -7,7 +7,7 @@ the program-to-run transition.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping, MutableSequence, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, MutableSequence, Sequence
 from math import ceil
 from typing import TYPE_CHECKING, Any, Protocol
 
@@ -46,6 +46,8 @@ class Plc(Protocol):
     """In the order of ``cfg`` and ``st``."""
     scales: Sequence[tuple[float, float, int]]
     """For each loop its PV at 0 % and 100 % in engineering units, and the counts between."""
+    longest: float
+    """The longest time of a block of the PLC's program, in s; what the pre-roll has to wait for."""
     outputs: Sequence[tuple[float, float]]
     """For each loop the value of its output signal at 0 % and 100 %; empty where the configuration's range says it."""
     rises: Sequence[bool]
@@ -89,6 +91,9 @@ class Plc(Protocol):
     """Words that are no value of their format, and what they are taken for."""
     tuned_names: Sequence[str]
     """What auto-tune finds, by the vendor's names of the parameters."""
+
+    def faults(self) -> Iterable[tuple[int, str, str]]:
+        """Expressions of the PLC's program that had no value: the tick of the first time, where, and why."""
 
     def check_input(self, name: str, value: object) -> float:
         """The value of one of `inputs` as an event gives it; raises ``PydanticCustomError`` for an unusable one."""
@@ -145,7 +150,13 @@ class LoopsOnly:
     inputs: Mapping[str, int] = {}
     wired: Collection[str] = ()
     inlets: Mapping[str, str] = {}
+    longest = 0.0
     outputs: Sequence[tuple[float, float]] = ()
+
+    @staticmethod
+    def faults() -> Iterable[tuple[int, str, str]]:
+        """Without expressions there are none."""
+        return ()
 
     @staticmethod
     def check_input(name: str, _value: object) -> float:

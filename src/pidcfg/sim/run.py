@@ -254,6 +254,10 @@ class _Run:
             if channel.fault:
                 key = str(self.net.sources[i][-1])
                 found.append(self._fault(channel.fault, channel.fault_at, key, self.scenario.connect[key]))
+        for tick, name, why in self.plc.faults():
+            time = rounded(max(0, tick // self.step - self.zero) * self.dt)
+            message = f"the wire of {name} has no value ({why}); it kept the one that it had"
+            found.append(Note(time, None, message, error=True))
         return found
 
     def _fault(self, fault: int, k: int, what: str, text: str) -> Note:

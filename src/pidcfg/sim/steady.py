@@ -55,7 +55,8 @@ def settle(machine: Machine, max_loop_steps: int | None) -> int:
 def window_of(machine: Machine) -> int:
     """Base steps of a window: the longest time constant, in whole samples so that all loops sample at time 0."""
     periods = [config.period for config in machine.plc.cfg]
-    least = max(machine.net.longest() * TICKS, SAMPLES * max(periods, default=0), machine.step)
+    longest = max(machine.net.longest(), machine.plc.longest)
+    least = max(longest * TICKS, SAMPLES * max(periods, default=0), machine.step)
     common = lcm(*periods, machine.step)
     if common > ALIGNED * least:
         common = machine.step

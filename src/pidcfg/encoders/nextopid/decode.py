@@ -16,7 +16,7 @@ from pidcfg.encoders.maps.nextopid import BLOCK_TYPES, LOOP_TYPES
 from pidcfg.encoders.named import read
 from pidcfg.encoders.plain import Data, present, read_settings
 from pidcfg.encoders.words import DecodeError
-from pidcfg.schemas.base import Model, Seconds, Text, plain_number
+from pidcfg.schemas.base import Integer, Model, Seconds, Text, plain_number
 from pidcfg.schemas.iec import Identifier, Wire
 from pidcfg.schemas.nextopid import OutputText, Plc, PvText
 
@@ -45,6 +45,8 @@ class ItemSettings(Model):
     """What it does."""
     sample_time: Seconds | None = None
     """Interval of a loop's calls in s."""
+    cycles: Integer | None = None
+    """The same in cycles of the task, where a program does not say how long they are."""
     pv: PvText = PvText()
     """Unit of the PV."""
     output: OutputText = OutputText()
@@ -92,7 +94,7 @@ def decode(
     data |= {"signals": signals} if signals else {}
     items = [read_item(entry, i) for i, entry in enumerate(settings)]
     for key in ("blocks", "loops"):
-        found = [_item(own, words) for own in items if (own.loop is None) == (key == "blocks")]
+        found = [_item(own, words, Decimal(time)) for own in items if (own.loop is None) == (key == "blocks")]
         data |= {key: found} if found or key == "loops" else {}
     return Decoded(data)
 
@@ -108,11 +110,12 @@ def read_item(entry: Mapping[str, Any], number: int) -> ItemSettings:
     return own
 
 
-def _item(own: ItemSettings, words: Mapping[str, Content | Wire]) -> Data:
+def _item(own: ItemSettings, words: Mapping[str, Content | Wire], task: Decimal) -> Data:
     kind = BLOCK_TYPES[own.type]
     data: Data = {"name": own.name, "type": own.type, **present({"description": own.description})}
-    if own.sample_time is not None:
-        data["sample_time"] = plain_number(own.sample_time)
+    interval = own.sample_time if own.cycles is None else own.cycles * task
+    if interval is not None:
+        data["sample_time"] = plain_number(interval)
     for row in kind.inputs:
         content = words.get(f"{own.name}.{row.name}")
         if content is None and _kept(kind, row.name) == REQUIRED:

@@ -11,7 +11,7 @@ from pidcfg.encoders.files import DecodeOption, FileKind
 from pidcfg.encoders.named_files import named_listings
 from pidcfg.encoders.nextopid.plcopen import write_plcopen
 from pidcfg.encoders.nextopid.plcopen_read import read_plcopen
-from pidcfg.encoders.nextopid.st_read import read_st
+from pidcfg.encoders.nextopid.st_read import read_st, with_zeros
 from pidcfg.encoders.nextopid.st_write import write_st
 from pidcfg.schemas.base import decimal_text, parse_seconds
 
@@ -41,8 +41,10 @@ FORMATS = {
     "json": replace(
         LISTINGS["json"], looks_like=lambda text: text.lstrip().startswith("{") and not looks_like_st(text)
     ),
-    "st": FileKind("st", "program in Structured Text", write_st, read_st, looks_like_st),
-    "plcopen": FileKind("plcopen", "program in PLCopen XML", write_plcopen, read_plcopen, looks_like_xml),
+    "st": FileKind("st", "program in Structured Text", write_st, lambda text: with_zeros(read_st(text)), looks_like_st),
+    "plcopen": FileKind(
+        "plcopen", "program in PLCopen XML", write_plcopen, lambda text: with_zeros(read_plcopen(text)), looks_like_xml
+    ),
 }
 """A pragma, with which a program may begin, begins like JSON."""
 

@@ -188,8 +188,7 @@ class Calls:
             if own.place is None or (own.cycles == 1 and time is None):
                 continue
             if task is None and time is None:
-                message = 'say the interval of the task in a comment: (* plc: {"sample_time": 0.1} *)'
-                raise own.place.error(f"{own.name} is called in every {own.cycles} cycles; {message}")
+                own.entry["cycles"] = own.cycles
             if time is None and task is not None:
                 own.entry["sample_time"] = plain_number(task * own.cycles)
             elif task is not None and time is not None and time != task * own.cycles:

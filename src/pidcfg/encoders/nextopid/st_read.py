@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from pidcfg.encoders.listing import Listing, ListingError
+from pidcfg.encoders.maps.nextopid import BLOCK_TYPES
 from pidcfg.encoders.nextopid.st_calls import Calls
 from pidcfg.encoders.nextopid.st_expression import wire_text
 from pidcfg.encoders.nextopid.st_parse import parse_st
@@ -58,6 +59,21 @@ def read_source(source: Source) -> Listing:
         found.plc = _with_program(found.plc, source.program)
     found.settings = tuple(item.entry for item in scope.items.values())
     found.notes = tuple(reader.notes(signals))
+    return found
+
+
+def with_zeros(found: Listing) -> Listing:
+    """What a program does not mention of its instances is 0, as IEC 61131-3 has it; a note says which."""
+    for entry in found.settings:
+        kind, name = BLOCK_TYPES[entry["type"]], entry.get("loop") or entry.get("block")
+        left = []
+        for row in () if kind.function else kind.inputs:
+            field, full = kind.model.model_fields.get(row.name), f"{name}.{row.name}"
+            if field is not None and field.is_required() and full not in found.words:
+                found.add(full, row.type.default, full)
+                left.append(row.name)
+        if left:
+            found.notes = (*found.notes, f"{name}: {', '.join(left)} are not given in the program, and so are 0")
     return found
 
 

@@ -26,7 +26,7 @@ DEAD_BAND = NEXTOPID.at("chapter 2: DeadBand")
 @rule(
     code="PID635",
     name="no-control-term",
-    severity=Severity.ERROR,
+    severity=Severity.WARNING,
     basis=DISABLE_P,
     message="neither a proportional nor an integral term is on: {left}",
 )

@@ -42,7 +42,8 @@ STRUCTURES = (
 LIBRARY = {name.casefold(): name for name in (*BLOCK_TYPES, *STRUCTURES.split())}
 FUNCTIONS = """
     SIN COS TAN ASIN ACOS ATAN EXPT ADD SUB MUL DIV MOVE SHL SHR ROL ROR GT GE EQ LE LT NE LEN LEFT RIGHT MID CONCAT
-    INSERT DELETE REPLACE FIND TRUNC ADR SIZEOF SR RS SEMA R_TRIG F_TRIG CTU CTD CTUD TP TON TOF RTC
+    EXP LN LOG LIMIT SEL MUX INSERT DELETE REPLACE FIND TRUNC ADR SIZEOF SR RS SEMA R_TRIG F_TRIG CTU CTD CTUD TP TON
+    TOF RTC POINTER REFERENCE METHOD THIS SUPER INTERFACE UNION BIT EN ENO PUBLIC PRIVATE PERSISTENT CONTINUE JMP
 """
 STANDARD = frozenset(FUNCTIONS.split())
 CONVERSION = re.compile(r"(BOOL|BYTE|WORD|DWORD|LWORD|U?[SDL]?INT|L?REAL|TIME|DATE|STRING|ANY)_TO_\w+")
@@ -87,7 +88,7 @@ def _meant(context: NextopidContext, text: str, error: WireError) -> str:
     name="ring-without-delay",
     severity=Severity.ERROR,
     basis=D204,
-    message="{names} feed each other within the same cycle",
+    message="{names} within the same cycle",
 )
 def ring_without_delay(context: NextopidContext) -> Iterator[Finding]:
     """Blocks that answer at once are wired in a ring.
@@ -99,7 +100,8 @@ def ring_without_delay(context: NextopidContext) -> Iterator[Finding]:
     """
     for ring in context.encoding.rings:
         names = [context.views[i].name for i in ring]
-        text = f"{names[0]} feeds itself" if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"
+        several = f"{', '.join(names[:-1])} and {names[-1]} feed each other"
+        text = f"{names[0]} feeds itself" if len(names) == 1 else several
         yield context.views[ring[0]].find("name", names=text)
 
 
