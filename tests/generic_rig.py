@@ -77,7 +77,9 @@ TEXTS = st.text(st.characters(codec="utf-8", exclude_categories=("Cc", "Cs", "Cn
 TRUTHS = st.booleans()
 
 
-NUMBERS = st.decimals(-5000, 5000, places=3) | st.sampled_from(["1e200", "-1.5e-200", "0.1234567890123456"]).map(Decimal)
+NUMBERS = st.decimals(-5000, 5000, places=3) | st.sampled_from(["1e200", "-1.5e-200", "0.1234567890123456"]).map(
+    Decimal
+)
 """What a double holds exactly as its shortest decimal, also far out."""
 POSITIVE = st.decimals(0, 5000, places=4) | st.sampled_from(["1e100", "1.5e-200"]).map(Decimal)
 TIMES = POSITIVE | st.integers(0, 9000).map("{} ms".format)

@@ -7,10 +7,9 @@ from hypothesis import given, settings
 from generic_rig import configurations, file_of
 from pidcfg.convert.generic import CONVERT_OPTIONS, NOTHING_LOST, WHOLE, from_neutral, to_neutral
 from pidcfg.convert.pipeline import convert, neutral_loops
-from pidcfg.schemas.generic import GenericFile
+from pidcfg.schemas.generic import GenericFile, Loop
 from pidcfg.vendors import VENDORS
 from test_generic_encoding import leaves
-from pidcfg.schemas.generic import Loop
 
 GENERIC = VENDORS["generic"]
 FULL = {

@@ -160,7 +160,10 @@ def test_words_and_doubles_are_types_of_listings():
 
 
 def test_the_checklist_says_the_direction():
-    assert "L1 the PV rises when the output rises; L2 the PV falls" in checklist(file_of({}, {"output_raises_pv": False}))[1]
+    assert (
+        "L1 the PV rises when the output rises; L2 the PV falls"
+        in checklist(file_of({}, {"output_raises_pv": False}))[1]
+    )
     assert checklist(GenericFile.model_validate({"pidcfg": 1, "vendor": "generic", "loops": []})) == ()
 
 
