@@ -542,6 +542,29 @@ def test_a_circle_of_any_size_is_one_finding(size):
     assert found[0].message.startswith("L0 is its own master: L0 follows L1 follows ")
 
 
+def test_a_master_is_found_behind_a_selector_and_a_filter():
+    filtered = {"name": "F", "type": "ControlLowFilter", "InVar": "S.MV", "Tc": 1}
+    loops = changed("A"), changed("B"), changed("C", SP_CASC="F.OutVar", CASC="UP")
+    found = [d for d in findings(*loops, blocks=[selector(), filtered]) if d.code == "PID684"]
+
+    assert [(d.loop, "through F" in d.message) for d in found] == [("A", True), ("B", True)]
+    assert "PID684" not in codes(master("A", "B"), slave("B", "A"))
+    assert "PID684" not in codes(changed("A"), changed("C", SP_CASC="F.OutVar"), blocks=[block("ControlLowFilter")])
+
+
+@pytest.mark.parametrize(
+    ("values", "bit"),
+    [
+        ({"MaxMV": 0}, "MaxMinMV"), ({"MaxPV": 0}, "MaxMinPV"), ({"Kp": 0}, "Kp"), ({"Kp": -1, "Indep": True}, "Kp"),
+        ({"Kp": 0, "Indep": True}, None), ({"Tfd": -1}, "Tfd"), ({"Ti_Ki": -1}, "Ti_Ki"), ({"Td_Kd": -1}, "Td_Kd"),
+        ({"MaxVarMV": -1}, "MaxVarMV"), ({"DeadBand": -1}, "DeadBand"), ({"sample_time": 60.1}, "SampleTime"),
+        ({"sample_time": 60}, None), ({}, None),
+    ],
+)  # fmt: skip
+def test_a_master_is_not_told_that_its_slave_is_in_error(values, bit):
+    assert effects("PID685", master("A", "B"), slave("B", "A", **values)) == [f"B.ErrBits.{bit}"] * (bit is not None)
+
+
 # --- overrides -------------------------------------------------------------------------------------------------------
 
 

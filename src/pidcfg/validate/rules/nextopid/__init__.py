@@ -5,6 +5,7 @@ from pidcfg.validate.rules.nextopid import (
     autotune,
     blocks,
     cascade,
+    cascade_ends,
     cascade_wires,
     forms,
     limits,
@@ -18,5 +19,5 @@ from pidcfg.validate.rules.nextopid import (
 
 RULES = collect(
     generic, wires, limits, wired, plants, times, forms, blocks, switching, autotune, cascade,
-    cascade_wires, override,
+    cascade_wires, cascade_ends, override,
 )  # fmt: skip
