@@ -119,3 +119,25 @@ def test_a_kick_of_the_derivative_does_not_go_into_the_integral_of_a_dpide():
     target = converted(source, "dpide")
     assert target.config.loops[0].PID_MODE == 0
     assert verify(*((side.vendor, side.config, side.encoding.image) for side in (source, target)))[0].pv_percent < 1
+
+
+@pytest.mark.parametrize("target", ["generic", "nextopid"])
+def test_the_output_of_an_outer_loop_is_in_the_units_of_the_inner_pv(target):
+    text = """
+pidcfg: 1
+vendor: dl06
+plc: {loop_table: V2000}
+loops:
+  - {name: OUTER, mode: auto, sample_rate: 1, action: direct, tuning: {gain: 2.0, reset: 60}, setpoint: {value: 50},
+     pv: {range: [0, 200]}, output: {range: [0, 100], limits: [10, 90]}}
+  - {name: INNER, mode: cascade, cascade_from: OUTER, sample_rate: 1, action: direct, tuning: {gain: 1.0, reset: 9},
+     setpoint: {value: 10}, pv: {range: [0, 50]}}
+"""
+    source = check_text(text)
+    loop = neutral_loops(source.config, source.vendor)[0].loops[0]
+    assert [float(end) for end in loop.output.range] == [0, 50]
+    assert [float(end) for end in loop.output.limits] == [5, 45]
+    assert float(loop.tuning.gain) == 0.5  # 2.0 of the spans: 2.0 * 50 / 200
+    result = converted(source, target)
+    sides = [(side.vendor, side.config, side.encoding.image) for side in (source, result)]
+    assert max(found.pv_percent for found in verify(*sides)) < 1.5

@@ -12,6 +12,7 @@ from pidcfg.convert.dl06_reader import NOTHING, Reader, shown
 from pidcfg.convert.dl06_scales import position
 from pidcfg.convert.dl06_to_alarms import read_alarms, read_error
 from pidcfg.convert.ledger import Neutral
+from pidcfg.convert.positions import told_in_inner_units
 from pidcfg.convert.terms import HUNDRED, ONE, ZERO, filter_time, product, quotient, rounded, width
 from pidcfg.encoders.dl06.encode import (
     OUTPUT_OFFSET,
@@ -69,7 +70,7 @@ BUMPLESS = {
 
 def to_neutral(config: Dl06File) -> list[Neutral]:
     """The loops of a file, each with what became of its fields."""
-    return [_loop(config, i, loop) for i, loop in enumerate(config.loops)]
+    return told_in_inner_units([_loop(config, i, loop) for i, loop in enumerate(config.loops)])
 
 
 def _loop(config: Dl06File, index: int, loop: Loop) -> Neutral:

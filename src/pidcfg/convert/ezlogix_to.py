@@ -7,6 +7,7 @@ from decimal import Decimal
 from typing import TYPE_CHECKING
 
 from pidcfg.convert.builder import Teller, given
+from pidcfg.convert.positions import told_in_inner_units
 from pidcfg.convert.terms import HUNDRED, ONE, ZERO, Span, product, quotient, rounded, width
 from pidcfg.encoders.ezlogix.encode import scales_of
 from pidcfg.encoders.maps.ezlogix import R_BLOCK
@@ -101,7 +102,7 @@ def to_neutral(config: EzlogixFile) -> list[Neutral]:
         if given(config, "plc", "process_when_stopped") and config.plc.process_when_stopped:
             t.lose("plc.process_when_stopped", value=True, note="a loop of another PLC stands still when it stops")
         found.append(t.neutral)
-    return found
+    return told_in_inner_units(found)
 
 
 def _loop(t: Teller, loop: Loop) -> None:
