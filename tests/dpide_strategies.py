@@ -6,9 +6,10 @@ from decimal import Decimal
 
 from hypothesis import strategies as st
 
+from pidcfg.encoders.maps.dpide import ROWS
 from pidcfg.schemas.dpide import DpideFile
-from pidcfg.schemas.dpide_devices import BLOCK, FLAGS, OPERANDS
-from pidcfg.schemas.iec import Timed
+from pidcfg.schemas.dpide_devices import BLOCK
+from pidcfg.schemas.iec import BOOL, Timed
 
 LARGEST = Decimal("3.4e38")
 TEXTS = st.text(st.characters(codec="utf-8", exclude_categories=("Cc", "Cs", "Cn", "Co")), min_size=1, max_size=20)
@@ -54,9 +55,9 @@ def scales() -> st.SearchStrategy:
 @st.composite
 def loops(draw, name: str) -> dict:
     """One loop with every key that the schema knows, given or left out."""
-    switches = {key: st.booleans() for key in sorted(FLAGS)}
+    switches = {key: st.booleans() for key, row in ROWS.items() if row.type is BOOL}
     reals = {key: numbers() for key in ("PV", "ERR_DBW", "MOUT", "BIAS")}
-    devices = {key: flags() if key in FLAGS else registers() for key in OPERANDS if key != "I_MV"}
+    devices = {key: flags() if row.type is BOOL else registers() for key, row in ROWS.items() if key != "I_MV"}
     data = draw(
         st.fixed_dictionaries(
             {"SV": numbers(), "CYCLE": st.integers(-(2**31), 2**31 - 1) | st.just("1.5 s"), "Kc_Kp": numbers(),

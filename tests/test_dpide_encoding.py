@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from decimal import Decimal
+from typing import get_args
 
 import pytest
 from hypothesis import HealthCheck, given, settings
@@ -14,11 +15,16 @@ from pidcfg.encoders.dpide.encode import encode
 from pidcfg.encoders.maps.dpide import DPIDE_TABLE, NEEDED, ROWS
 from pidcfg.encoders.words import DecodeError, single_bits
 from pidcfg.schemas.dpide import DpideFile, Loop
-from pidcfg.schemas.dpide_devices import BLOCK, OPERANDS, WORD, Devices, Place, place_of
-from pidcfg.schemas.iec import DINT, Timed, Wire
+from pidcfg.schemas.dpide_devices import BLOCK, WORD, Devices, Place, place_of
+from pidcfg.schemas.iec import BOOL, DINT, Timed, Wire
 from pidcfg.source import read_document
 from pidcfg.writer import yaml_text
 
+OPERANDS = (
+    "PID_RUN", "SV", "PV", "PID_MODE", "PID_MAN", "MOUT_AUTO", "CYCLE", "Kc_Kp", "Ti_Ki", "Td_Kd", "Tf", "PID_EQ",
+    "PID_DE", "PID_DIR", "ERR_DBW", "MV_MAX", "MV_MIN", "MOUT", "BIAS", "I_MV", "MV",
+)  # fmt: skip
+"""In the order of the instruction."""
 SLOW = settings(max_examples=150, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 LOOP = {"device": "D500", "SV": 80, "CYCLE": 1000, "Kc_Kp": 12, "Ti_Ki": 180, "Td_Kd": 20, "MV_MAX": 4000, "MV_MIN": 0}
 
@@ -176,7 +182,32 @@ def test_devices_that_do_not_exist_or_are_of_the_wrong_kind_are_refused(operand,
 
 
 def test_every_operand_but_the_block_has_a_device_key():
-    assert set(Devices.model_fields) == set(OPERANDS) - {"I_MV"}
+    assert list(Devices.model_fields) == [name for name in ROWS if name != "I_MV"]
+
+
+def test_a_flag_stands_in_a_bit_and_every_other_operand_in_registers():
+    for name in Devices.model_fields:
+        bit, register = ROWS[name].type is BOOL, "D100"
+        good, bad = ("M10", register) if bit else (register, "M10")
+        assert Devices.model_validate({name: good}).given() == {name: good}
+        with pytest.raises(ValidationError):
+            Devices.model_validate({name: bad})
+
+
+def test_fields_of_a_loop_are_of_the_types_of_the_operands():
+    for name in set(Loop.model_fields) & set(ROWS):
+        assert ROWS[name].type in {*Loop.model_fields[name].metadata, *_metadata(Loop.model_fields[name].annotation)}
+
+
+def _metadata(annotation):
+    """What stands beside the type of an optional field."""
+    return [item for part in get_args(annotation) for item in getattr(part, "__metadata__", ())]
+
+
+def test_devices_are_given_in_the_order_of_the_instruction():
+    given = {name: "M1" if row.type is BOOL else "D1" for name, row in ROWS.items() if name != "I_MV"}
+
+    assert list(Devices.model_validate(dict(reversed(given.items()))).given()) == list(given)
 
 
 def test_a_block_takes_30_registers_a_number_2_and_a_flag_its_bit():

@@ -20,9 +20,9 @@ from pidcfg.encoders.dpide.operands import COLUMNS
 from pidcfg.encoders.dpide.symbols import LONGEST_LOOP
 from pidcfg.encoders.files import UnwritableError, kind_of
 from pidcfg.encoders.listing import ListingError
+from pidcfg.encoders.maps.dpide import ROWS
 from pidcfg.encoders.words import DecodeError
 from pidcfg.schemas.dpide import DpideFile
-from pidcfg.schemas.dpide_devices import OPERANDS
 from pidcfg.vendors import VENDORS
 from test_dpide_encoding import configuration
 
@@ -67,7 +67,7 @@ def test_the_table_has_a_row_for_every_operand_with_device_value_and_unit():
     )  # fmt: skip
     table = {row["operand"]: row for row in rows(written("operands", config))}
 
-    assert tuple(table) == OPERANDS
+    assert tuple(table) == tuple(ROWS)
     assert tuple(table["SV"]) == COLUMNS
     shown = {name: (row["type"], row["device"], row["value"], row["unit"]) for name, row in table.items()}
     assert shown["PID_RUN"] == ("BOOL", "M10", "TRUE", "")
@@ -272,7 +272,7 @@ def test_a_symbol_table_has_six_cells_a_row_and_unique_identifiers(config):
     assert {len(row) for row in cells} == {6}
     assert {row[0] for row in cells} == {"VAR"}
     identifiers = [row[1] for row in cells]
-    assert len({name.casefold() for name in identifiers}) == len(OPERANDS) * len(config.loops)
+    assert len({name.casefold() for name in identifiers}) == len(ROWS) * len(config.loops)
     assert all(len(name) <= 16 and name[0].isalpha() and name.isascii() for name in identifiers)
     assert "\n" not in "".join(lines)
     assert not data.startswith(b"\xef\xbb\xbf")

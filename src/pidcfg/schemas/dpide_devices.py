@@ -22,12 +22,6 @@ BLOCK = 30
 """Registers of I_MV: 15 double words."""
 WORD = 2
 """Registers of a real number or a double word."""
-OPERANDS = (
-    "PID_RUN", "SV", "PV", "PID_MODE", "PID_MAN", "MOUT_AUTO", "CYCLE", "Kc_Kp", "Ti_Ki", "Td_Kd", "Tf", "PID_EQ",
-    "PID_DE", "PID_DIR", "ERR_DBW", "MV_MAX", "MV_MIN", "MOUT", "BIAS", "I_MV", "MV",
-)  # fmt: skip
-"""In the order of the instruction."""
-FLAGS = frozenset({"PID_RUN", "PID_MAN", "MOUT_AUTO", "PID_EQ", "PID_DE", "PID_DIR"})
 FLAG_BANKS = {"M": 8191, "S": 2047, "SM": 4095}
 """Last numbers of the banks of single bits."""
 BIT_BANKS = {"X": 63, "Y": 63, "D": LAST_REGISTER}
@@ -60,7 +54,7 @@ class Place(NamedTuple):
 
 def place_of(operand: str, device: str) -> Place:
     """The devices of an operand that begins at a device which its field has let through."""
-    if operand not in FLAGS:
+    if REGISTER.fullmatch(device):
         first = int(device.removeprefix("D"))
         return Place("D", first, first + (BLOCK if operand == "I_MV" else WORD) - 1)
     if found := FLAG.fullmatch(device):
@@ -156,4 +150,4 @@ class Devices(Model):
 
     def given(self) -> dict[str, str]:
         """Device by operand."""
-        return {name: getattr(self, name) for name in OPERANDS if getattr(self, name, None) is not None}
+        return {name: getattr(self, name) for name in type(self).model_fields if getattr(self, name) is not None}

@@ -16,7 +16,8 @@ from pidcfg.encoders.maps.dpide import DPIDE_TABLE, OUTSIDE, ROWS
 from pidcfg.encoders.named import shown
 from pidcfg.encoders.named_files import RISKY, content_of, read_csv, read_json
 from pidcfg.schemas.base import parse_name
-from pidcfg.schemas.dpide_devices import FLAGS, parse_flag_device, parse_register
+from pidcfg.schemas.dpide_devices import parse_flag_device, parse_register
+from pidcfg.schemas.iec import BOOL
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -112,7 +113,7 @@ def _take_device(devices: dict[str, str], operand: str, device: str, line: int) 
     if not device:
         return
     try:
-        (parse_flag_device if operand in FLAGS else parse_register)(device)
+        (parse_flag_device if ROWS[operand].type is BOOL else parse_register)(device)
     except ValueError as error:
         raise ListingError(f"{operand}: {error}", line) from None
     devices[operand] = device
