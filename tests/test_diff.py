@@ -121,5 +121,73 @@ def test_what_cannot_be_compared_is_said(args, code, message):
     assert message in shown.stderr
 
 
+FURNACE = (EXAMPLES / "nextopid/furnace.yaml").read_text("utf-8")
+NETWORK = (EXAMPLES / "nextopid/cascade.yaml").read_text("utf-8")
+
+MORE = "  - {name: MORE, type: ControlLowFilter, InVar: Sensor, Tc: 9}"
+
+
+def compared(before, after):
+    """Everything that is not the same: status, or fields with their risks and both values."""
+    sides = [side_of(found.config, found.vendor) for found in map(check_text, (before, after))]
+    return {c.loop: [(d.field, d.risk, d.before, d.after) for d in c.differences] or c.status
+            for c in compare(*sides) if c.status != "same"}  # fmt: skip
+
+
+@pytest.mark.parametrize("listing", ["furnace.txt", "furnace.st"])
+def test_a_loop_without_a_neutral_form_is_no_obstacle(listing):
+    shown = pidcfg("nextopid/furnace.yaml", f"nextopid/golden/{listing}", "--exit-code")
+    assert shown.returncode == 0, shown.stdout + shown.stderr
+    assert "the same: TIC_1, FAN" in shown.stdout
+
+
+@pytest.mark.parametrize(
+    ("text", "old", "new", "found"),
+    [
+        (FURNACE, "DeadBand: 2.0", "DeadBand: 3.0", {"FAN": [("DeadBand", "medium", 2, 3)]}),
+        (FURNACE, "Direct: true", "Direct: false", {"FAN": [("Direct", "medium", True, False)]}),
+        (FURNACE, "pv: {unit: degC}", "pv: {unit: K}", {"FAN": [("pv", "medium", {"unit": "degC"}, {"unit": "K"})]}),
+        (FURNACE, "Sensor: 0.0", "Sensor: 1.0", {"signals": [("Sensor", "medium", 0, 1)]}),
+        (FURNACE, "InVar: Sensor", "InVar: Sensor * 2",
+         {"FILTER": [("InVar", "medium", "Sensor", "Sensor * 2")]}),
+        (FURNACE, "Tc: 2.0", "Tc: 4.0", {"TIC_1": [("pv.filter", "medium", 2, 4)]}),
+        (FURNACE, "Kp: 4.0", "Kp: 8.0", {"TIC_1": [("tuning.gain", "medium", 4, 8)]}),
+        (FURNACE, "PV: FILTER.OutVar", "PV: Sensor",
+         {"TIC_1": [("pv.filter", "medium", 2, 0), ("PV", "medium", "FILTER.OutVar", "Sensor")]}),
+        (FURNACE, "  - {name: FILTER,", f"{MORE}\n  - {{name: FILTER,", {"MORE": "added"}),
+        (FURNACE.replace("  - {name: FILTER,", f"{MORE}\n  - {{name: FILTER,"), MORE, "", {"MORE": "removed"}),
+        (NETWORK, "    Windup_H_IN: TIC_2.Windup_H_OUT", "    Windup_H_IN: TIC_2.Windup_L_OUT",
+         {"TIC_1": [("Windup_H_IN", "medium", "TIC_2.Windup_H_OUT", "TIC_2.Windup_L_OUT")]}),
+        (NETWORK, "TRK_VAL: FIC_3.PV", "TRK_VAL: FIC_3.SP",
+         {"TIC_2": [("TRK_VAL", "medium", "FIC_3.PV", "FIC_3.SP")]}),
+        (NETWORK, "CASC: Cascade_3", "CASC: Cascade_2", {"FIC_3": [("CASC", "medium", "Cascade_3", "Cascade_2")]}),
+    ],
+)  # fmt: skip
+def test_what_no_neutral_field_says_is_compared_in_the_vendor_s_own_words(text, old, new, found):
+    assert compared(text, edited(text, old, new)) == found
+
+
+def test_two_selectors_of_one_name_differ_by_their_type():
+    text = (EXAMPLES / "nextopid/override.yaml").read_text("utf-8")
+    kind = "ControlSelectMin" if "ControlSelectMin" in text else "ControlSelectMax"
+    other = {"ControlSelectMin": "ControlSelectMax", "ControlSelectMax": "ControlSelectMin"}[kind]
+    (changed,) = compared(text, edited(text, f"type: {kind}", f"type: {other}")).values()
+    assert changed == [("type", "medium", kind, other)]
+
+
+@pytest.mark.parametrize("example", ["dpide/oven", "dpide/chiller", "generic/boiler", "nextopid/heatexchanger"])
+def test_named_parameters_are_the_same_as_themselves(example):
+    text = (EXAMPLES / f"{example}.yaml").read_text("utf-8")
+    assert compared(text, text) == {}
+
+
+def test_a_loop_without_a_neutral_form_is_no_pid_of_another_vendor():
+    name = check_text(TANK).config.loops[0].name
+    before = edited(FURNACE, "name: FAN", f"name: {name.replace('-', '_')}")
+    found = compared(before, TANK)
+    assert found[name] == [("type", "high", "no PID", "PID")]
+    assert compared(TANK, before)[name.replace("-", "_")] == [("type", "high", "PID", "no PID")]
+
+
 def test_the_risks_are_in_order():
     assert RISKS == ("critical", "high", "medium", "low", "cosmetic")

@@ -12,13 +12,16 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from pydantic import BaseModel
 
-from pidcfg.convert.pipeline import neutral_loops, number_of, shown
+from pidcfg.convert.own_words import SIGNALS, is_own, own_of
+from pidcfg.convert.pipeline import ConvertError, at, generic_file, number_of, shown
+from pidcfg.schemas.iec import Wire
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Iterator, Mapping, Sequence
 
-    from pidcfg.convert.ledger import Said
-    from pidcfg.schemas.generic import GenericFile, Loop
+    from pidcfg.convert.ledger import Neutral, Said
+    from pidcfg.convert.own_words import Own
+    from pidcfg.schemas.generic import Loop
     from pidcfg.vendors import Vendor
 
 Risk = Literal["critical", "high", "medium", "low", "cosmetic"]
@@ -71,20 +74,33 @@ class Compared:
 
 @dataclass(frozen=True, slots=True)
 class Side:
-    """One configuration: its vendor, its neutral loops, and what they do not say, by loop and field."""
+    """One configuration: its vendor, its neutral loops, and what they do not say, by loop and field.
+
+    A loop of named parameters may have no neutral form; ``own`` are the parameters of a vendor that names them.
+    """
 
     vendor: Vendor
-    file: GenericFile
+    names: tuple[str, ...]
+    loops: tuple[Loop | None, ...]
     beside: tuple[dict[str, Any], ...]
+    own: Own | None = None
 
 
 def side_of(config: Any, vendor: Vendor) -> Side:
     """A configuration as its PLC holds it; raises `ConvertError` where it does not say what its values mean."""
     image = vendor.encoder(config).image
     held = vendor.model.model_validate(vendor.load("decode")(image.words, image.settings, image.plc).data)
-    file, loops = neutral_loops(held, vendor)
-    beside = tuple({entry.field: entry.value for entry in loop.said if _is_own(entry)} for loop in loops)
-    return Side(vendor, file, beside)
+    found: list[Neutral] = vendor.load("to_neutral")(held)
+    missing = [entry for loop in found for entry in loop.missing]
+    whole = [loop for loop in found if not loop.missing]
+    names = tuple(at(held, loop.missing[0].path[:2]).name if loop.missing else loop.loop["name"] for loop in found)
+    own = own_of(image, names, found)
+    if missing and own is None:
+        raise ConvertError(missing)
+    made = iter(generic_file(held, whole).loops if whole else ())
+    loops = tuple(None if loop.missing else next(made) for loop in found)
+    beside = tuple({entry.field: entry.value for entry in loop.said if _is_own(entry)} for loop in found)
+    return Side(vendor, names, loops, beside, own)
 
 
 def _is_own(entry: Said) -> bool:
@@ -93,25 +109,82 @@ def _is_own(entry: Said) -> bool:
 
 def compare(before: Side, after: Side) -> list[Compared]:
     """Loop by loop: matched by name, then by their order."""
-    pairs = matched(before.file.loops, after.file.loops)
+    pairs = matched(before.names, after.names)
+    neutral = {(i, j): _neutral(before, i, after, j) for i, j in pairs if i is not None and j is not None}
+    own = _OwnWords(before, after, neutral) if before.own and after.own and before.vendor is after.vendor else None
     found = []
     for i, j in pairs:
         if j is None and i is not None:
-            found.append(Compared(before.file.loops[i].name, "removed"))
+            found.append(Compared(before.names[i], "removed"))
         elif i is None and j is not None:
-            found.append(Compared(after.file.loops[j].name, "added"))
+            found.append(Compared(after.names[j], "added"))
         elif i is not None and j is not None:
-            differences = _differences(before, i, after, j)
-            found.append(Compared(after.file.loops[j].name, "changed" if differences else "same", tuple(differences)))
-    return found
+            more = _beside(before, i, after, j) if own is None else own.of_loop(i, j)
+            found.append(_compared(after.names[j], [*neutral[i, j], *more]))
+    return found + (own.others() if own else [])
 
 
-def matched(before: Sequence[Loop], after: Sequence[Loop]) -> list[tuple[int | None, int | None]]:
-    """Numbers of loops that belong together."""
-    names = {loop.name.casefold().replace("-", "_"): j for j, loop in enumerate(after)}
+def _compared(name: str, differences: Sequence[Difference]) -> Compared:
+    ranked = sorted(differences, key=lambda difference: RISKS.index(difference.risk))
+    return Compared(name, "changed" if ranked else "same", tuple(ranked))
+
+
+class _OwnWords:
+    """What the vendor's own words of both sides say beside the ``neutral`` differences of each pair of loops."""
+
+    def __init__(self, before: Side, after: Side, neutral: Mapping[tuple[int, int], list[Difference]]) -> None:
+        self.before, self.after = before, after
+        fields = {pair: frozenset(d.field for d in differences) for pair, differences in neutral.items()}
+        empty: frozenset[str] = frozenset()
+        self.told = (
+            [next((of for (i, _), of in fields.items() if i == n), empty) for n in range(len(before.names))],
+            [next((of for (_, j), of in fields.items() if j == n), empty) for n in range(len(after.names))],
+        )
+
+    def of_loop(self, i: int, j: int) -> Iterator[Difference]:
+        """Of two loops: their own parameters, and what else no neutral field covers."""
+        one, two = self.before.names[i], self.after.names[j]
+        yield from self._owned(one, two)
+        for d in _beside(self.before, i, self.after, j):
+            if not any(side.own and is_own(d.field, name, side.own)
+                       for side, name in ((self.before, one), (self.after, two))):  # fmt: skip
+                yield d
+
+    def _owned(self, one: str, two: str) -> Iterator[Difference]:
+        mine, theirs = self.before.own, self.after.own
+        if mine is None or theirs is None:
+            return
+        for key, a, b in mine.differs(theirs, one, two):
+            told = {mine.became_differently(one, key, self.told[0]), theirs.became_differently(two, key, self.told[1])}
+            wired = isinstance(a, Wire) or isinstance(b, Wire)
+            if True in told or (False in told and not wired):
+                continue
+            yield Difference(key, "medium", _text(a), _text(b))
+
+    def others(self) -> list[Compared]:
+        """Blocks and signals that differ, come or go."""
+        mine, theirs = (side.own.words if side.own else {} for side in (self.before, self.after))
+        found = []
+        for name in {**mine, **theirs}:
+            if name in self.before.names or name in self.after.names:
+                continue
+            if name != SIGNALS and (name not in mine or name not in theirs):
+                found.append(Compared(name, "added" if name in theirs else "removed"))
+            else:
+                found.append(_compared(name, list(self._owned(name, name))))
+        return [entry for entry in found if entry.status != "same"]
+
+
+def _text(content: Any) -> Any:
+    return content.text if isinstance(content, Wire) else shown(content)
+
+
+def matched(before: Sequence[str], after: Sequence[str]) -> list[tuple[int | None, int | None]]:
+    """Numbers of loops that belong together, by their names."""
+    names = {name.casefold().replace("-", "_"): j for j, name in enumerate(after)}
     taken: dict[int, int] = {}
-    for i, loop in enumerate(before):
-        j = names.get(loop.name.casefold().replace("-", "_"))
+    for i, name in enumerate(before):
+        j = names.get(name.casefold().replace("-", "_"))
         if j is not None and j not in taken.values():
             taken[i] = j
     left = [j for j in range(len(after)) if j not in taken.values()]
@@ -124,16 +197,26 @@ def matched(before: Sequence[Loop], after: Sequence[Loop]) -> list[tuple[int | N
     return pairs + [(None, j) for j in left]
 
 
-def _differences(before: Side, i: int, after: Side, j: int) -> list[Difference]:
-    one, two = flat(before.file.loops[i]), flat(after.file.loops[j])
-    found = [
+def _neutral(before: Side, i: int, after: Side, j: int) -> list[Difference]:
+    first, second = before.loops[i], after.loops[j]
+    if first is None or second is None:
+        if before.vendor is after.vendor and first is second:
+            return []
+        kinds = ["no PID" if loop is None else "PID" for loop in (first, second)]
+        return [Difference("type", "high", kinds[0], kinds[1], "the neutral form does not have both")]
+    one, two = flat(first), flat(second)
+    return [
         _judged(key, one.get(key), two.get(key)) for key in {**one, **two} if not _equal(one.get(key), two.get(key))
     ]
-    if before.vendor is after.vendor:
-        mine, theirs = before.beside[i], after.beside[j]
-        found += [Difference(key, "medium", shown(mine.get(key)), shown(theirs.get(key)))
-                  for key in {**mine, **theirs} if mine.get(key) != theirs.get(key)]  # fmt: skip
-    return sorted(found, key=lambda difference: RISKS.index(difference.risk))
+
+
+def _beside(before: Side, i: int, after: Side, j: int) -> list[Difference]:
+    """What no neutral field says, within one vendor."""
+    if before.vendor is not after.vendor:
+        return []
+    mine, theirs = before.beside[i], after.beside[j]
+    return [Difference(key, "medium", shown(mine.get(key)), shown(theirs.get(key)))
+            for key in {**mine, **theirs} if mine.get(key) != theirs.get(key)]  # fmt: skip
 
 
 def flat(model: Any, prefix: str = "") -> dict[str, Any]:

@@ -21,7 +21,7 @@ from pidcfg.schemas.limits import Limits
 from pidcfg.schemas.rates import Rate
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
+    from collections.abc import Iterator, Mapping, Sequence
 
     from pidcfg.encoders.image import Route
     from pidcfg.vendors import Vendor
@@ -57,9 +57,14 @@ def neutral_loops(config: Any, source: Vendor) -> tuple[GenericFile, list[Neutra
     missing = [entry for loop in loops for entry in loop.missing]
     if missing:
         raise ConvertError(missing)
+    return generic_file(config, loops), loops
+
+
+def generic_file(config: Any, loops: Sequence[Neutral]) -> GenericFile:
+    """The neutral file of a configuration's loops."""
     data = {"pidcfg": 1, "vendor": "generic", "loops": [loop.loop for loop in loops]}
     data |= {key: getattr(config, key) for key in ("name", "description") if getattr(config, key) is not None}
-    return GenericFile.model_validate(data), loops
+    return GenericFile.model_validate(data)
 
 
 def convert(config: Any, source: Vendor, target: Vendor, options: Mapping[str, Any]) -> Converted:
