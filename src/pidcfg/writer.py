@@ -6,6 +6,8 @@ import io
 from typing import Any
 
 WIDTH = 110
+ENDS_A_TEXT = frozenset("?:")
+"""Signs that some readers take for the end of a text in flow style."""
 
 
 def yaml_text(data: dict[str, Any]) -> str:
@@ -20,20 +22,25 @@ def yaml_text(data: dict[str, Any]) -> str:
     return out.getvalue()
 
 
-def _styled(value: Any) -> Any:
-    """Short mappings and lists of scalars in flow style."""
+def _styled(value: Any, *, flow: bool = False) -> Any:
+    """Short mappings and lists of scalars in flow style; texts that not every reader takes there are quoted."""
     from ruamel.yaml.comments import CommentedMap, CommentedSeq
+    from ruamel.yaml.scalarstring import SingleQuotedScalarString
 
     if isinstance(value, dict):
-        mapping = CommentedMap((key, _styled(inner)) for key, inner in value.items())
-        if _flat(value):
+        short = flow or _flat(value)
+        mapping = CommentedMap((key, _styled(inner, flow=short)) for key, inner in value.items())
+        if short:
             mapping.fa.set_flow_style()
         return mapping
     if isinstance(value, list):
-        sequence = CommentedSeq(_styled(inner) for inner in value)
-        if not any(isinstance(inner, dict | list) for inner in value):
+        short = flow or not any(isinstance(inner, dict | list) for inner in value)
+        sequence = CommentedSeq(_styled(inner, flow=short) for inner in value)
+        if short:
             sequence.fa.set_flow_style()
         return sequence
+    if flow and isinstance(value, str) and ENDS_A_TEXT.intersection(value):
+        return SingleQuotedScalarString(value)
     return value
 
 
