@@ -13,6 +13,7 @@ from nextopid_pid_rig import Block, Process, run
 from pidcfg.sim.controllers.nextopid.state import AUTO_MODE, MANUAL_MODE, MODES, TUNING_MODE
 from pidcfg.sim.controllers.nextopid.tune_results import AVERAGING, DONE, FAILED, IDLE, RELAY
 from pidcfg.sim.terms import single
+from pidcfg.tuning.rules import METHODS, Cycle
 
 PARAM = {"PercAmpMV": 5, "PercHystPV": 0.1, "PercMaxPeakPV": 10, "NumCycles": 3, "Mode": 2}
 P, PI, PID = 0, 1, 2
@@ -614,6 +615,15 @@ def test_an_int_block_calculates_with_the_step_that_it_makes(percentage, step):
     assert set(mvs[:-1]) == {50 - step, 50 + step}
     assert flags(block) == set()
     assert found(block) == pytest.approx((0.5 * 4 * step / (math.pi * 5), 0, 0), rel=1e-6)
+
+
+@pytest.mark.parametrize(("mode", "form"), [(P, "P"), (PI, "PI"), (PID, "PID")])
+def test_the_rule_is_that_of_the_tuning_method(mode, form):
+    block, _ = scripted((6, 1, 4), (8, 2, 6), **param(PercHystPV=1, NumCycles=1, Mode=mode))
+    gains = METHODS["nextopid-autotune"].of_ultimate(form, Cycle(20 / (math.pi * 5), 14))
+    ti = 0 if math.isinf(gains.integral_time) else gains.integral_time
+
+    assert found(block) == pytest.approx((gains.gain, ti, gains.derivative_time), rel=1e-6)
 
 
 def test_an_int_block_checks_the_step_that_it_makes():

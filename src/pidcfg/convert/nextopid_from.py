@@ -11,7 +11,7 @@ from pidcfg.convert.ledger import Put, Target
 from pidcfg.convert.nextopid_cascade import link
 from pidcfg.convert.nextopid_names import Names
 from pidcfg.convert.nextopid_task import Task, task_of
-from pidcfg.convert.nextopid_to import HELD, LEAST_TI
+from pidcfg.convert.nextopid_to import HELD
 from pidcfg.convert.terms import ZERO, independent, number, product, quotient
 from pidcfg.convert.twins import ALARMS, dropped
 from pidcfg.encoders.nextopid.files import DECODE_OPTIONS
@@ -19,7 +19,7 @@ from pidcfg.encoders.plain import present
 from pidcfg.encoders.words import nearest
 from pidcfg.refs import Decision
 from pidcfg.schemas.base import decimal_text
-from pidcfg.schemas.nextopid import Controller, PidaReal
+from pidcfg.schemas.nextopid import SHORTEST_INTEGRAL, Controller, PidaReal
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -138,8 +138,8 @@ def _equation(b: Builder, loop: Loop) -> None:
     tuning = loop.tuning
     gain, integral, derivative, acts = tuning.gain, tuning.integral_time, tuning.derivative_time, tuning.proportional
     form = ""
-    if ZERO < integral < LEAST_TI:
-        form = f"a gain (Indep TRUE): below {LEAST_TI} s an integral time counts as none"
+    if ZERO < integral < SHORTEST_INTEGRAL:
+        form = f"a gain (Indep TRUE): below {SHORTEST_INTEGRAL} s an integral time counts as none"
         b.data["Indep"] = True
         integral, derivative = independent(gain, integral, derivative)
         b.put("Kp", number(gain) if acts else 0, "tuning.gain")

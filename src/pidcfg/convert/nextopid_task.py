@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 from pidcfg.convert.terms import quotient
 from pidcfg.encoders.words import nearest
 from pidcfg.refs import Decision
+from pidcfg.schemas.nextopid import LONGEST_SAMPLE
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -22,7 +23,7 @@ D295 = Decision(
     "Filters and pulses run in every cycle of the task.",
     "A loop's sample time must be a multiple of the task's. 60 s is the longest that the blocks allow.",
 )  # fmt: skip
-SHORTEST, LONGEST = Decimal("0.001"), Decimal(60)
+SHORTEST, LONGEST = Decimal("0.001"), LONGEST_SAMPLE
 """Sample times in s."""
 
 

@@ -10,14 +10,12 @@ from pidcfg.convert.nextopid_network import blocks_and_signals
 from pidcfg.convert.nextopid_reader import Reader
 from pidcfg.convert.nextopid_wires import Network
 from pidcfg.convert.terms import ZERO, dependent, product, quotient
-from pidcfg.schemas.nextopid import PidaReal
+from pidcfg.schemas.nextopid import SHORTEST_INTEGRAL, PidaReal
 
 if TYPE_CHECKING:
     from pidcfg.convert.ledger import Neutral
     from pidcfg.schemas.nextopid import NextopidFile
 
-LEAST_TI = Decimal("0.001")
-"""An integral time below this switches the integral off."""
 NOTHING_LOST = {
     "type": "the neutral form has one kind of PID; field units of an INT block are those of its MinPV and MaxPV",
     "PV": "the process's; what calculates it is reported",
@@ -100,7 +98,7 @@ class Controller(Reader):
         note = ""
         if indep:
             gain, integral, derivative, acts = dependent(gain, integral, derivative)
-        elif integral < LEAST_TI:
+        elif integral < SHORTEST_INTEGRAL:
             note = "below 0.001 s: no integral" if integral else ""
             integral = ZERO
         tuning = {

@@ -53,8 +53,19 @@ def not_negative(bit: str, unit: str = "") -> Limits:
     return Limits("0", None, unit, PIDA, effect=f"ErrBits.{bit}")
 
 
-def percent(low: str, high: str, name: str) -> Limits:
+TUNE_LIMITS = {
+    "PercAmpMV": ("0.1", "50"), "PercHystPV": ("0.01", "1"), "PercMaxPeakPV": ("0.1", "50"), "NumCycles": ("1", "10"),
+}  # fmt: skip
+"""The ranges of the auto-tuning's parameters."""
+LONGEST_SAMPLE = Decimal(60)
+"""Seconds between two calls, beyond which a PID block sets an error bit."""
+SHORTEST_INTEGRAL = Decimal("0.001")
+"""Seconds: a shorter integral time of the dependent form means no integral."""
+
+
+def tuned(name: str) -> Limits:
     """A parameter of the auto-tuning, with the result bit that tells when it is out of range."""
+    low, high = TUNE_LIMITS[name]
     return Limits(low, high, "%" if name.startswith("Perc") else "", TUNE, effect=f"AutoTuneResult.Bad_{name}")
 
 
@@ -187,13 +198,13 @@ class PidaInt(PidaReal):
 class TuneParam(Model):
     """What the auto-tuning does."""
 
-    PercAmpMV: Annotated[Real, percent("0.1", "50", "PercAmpMV")] = Decimal(0)
+    PercAmpMV: Annotated[Real, tuned("PercAmpMV")] = Decimal(0)
     """Step of MV to either side, in % of MaxMV - MinMV."""
-    PercHystPV: Annotated[Real, percent("0.01", "1", "PercHystPV")] = Decimal(0)
+    PercHystPV: Annotated[Real, tuned("PercHystPV")] = Decimal(0)
     """Hysteresis of PV to either side, in % of MaxPV - MinPV; more than its noise."""
-    PercMaxPeakPV: Annotated[Real, percent("0.1", "50", "PercMaxPeakPV")] = Decimal(0)
+    PercMaxPeakPV: Annotated[Real, tuned("PercMaxPeakPV")] = Decimal(0)
     """How far PV may go to either side before the auto-tuning is aborted, in % of MaxPV - MinPV."""
-    NumCycles: Annotated[UInt, percent("1", "10", "NumCycles")] = 0
+    NumCycles: Annotated[UInt, tuned("NumCycles")] = 0
     """Cycles that are measured."""
     Mode: TuneMode = "P"
     """The controller that is tuned."""

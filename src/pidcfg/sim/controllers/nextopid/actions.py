@@ -7,6 +7,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from pidcfg.encoders.words import LARGEST_SINGLE
+from pidcfg.schemas.nextopid import SHORTEST_INTEGRAL
 from pidcfg.sim.controllers.nextopid.decay import share
 from pidcfg.sim.controllers.nextopid.slots import (
     DERIV_ER,
@@ -27,9 +29,9 @@ if TYPE_CHECKING:
 
     from pidcfg.sim.controllers.nextopid.state import Config, State
 
-LEAST_TI = single(0.001)
+LEAST_TI = single(float(SHORTEST_INTEGRAL))
 """An integral time below this switches the integral action off."""
-LARGEST = 3.4028234663852886e38
+LARGEST = float(LARGEST_SINGLE)
 """The largest number in single precision."""
 
 

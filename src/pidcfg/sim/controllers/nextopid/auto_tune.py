@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from pidcfg.schemas.nextopid import TUNE_LIMITS
 from pidcfg.sim.controllers.nextopid.limits_of_mv import whole
 from pidcfg.sim.controllers.nextopid.slots import AUTO_TUNE, DIRECT, MAX_MV, MAX_PV, MIN_MV, MIN_PV, TUNE_PARAM
 from pidcfg.sim.controllers.nextopid.tune_results import (
@@ -44,11 +45,10 @@ FREE, HOLDS, ABORTED, ENDED = 0, 1, 2, 3
 
 AMP, HYST, PEAK, CYCLES, MODE = 0, 1, 2, 3, 4
 """Members of AutoTuneParam."""
-LEAST_AMP, MOST_AMP = single(0.1), 50.0
-LEAST_HYST, MOST_HYST = single(0.01), 1.0
-LEAST_PEAK, MOST_PEAK = single(0.1), 50.0
-LEAST_CYCLES, MOST_CYCLES = 1.0, 10.0
-"""The manual's ranges."""
+(LEAST_AMP, MOST_AMP), (LEAST_HYST, MOST_HYST), (LEAST_PEAK, MOST_PEAK), (LEAST_CYCLES, MOST_CYCLES) = (
+    (single(float(low)), single(float(high))) for low, high in TUNE_LIMITS.values()
+)
+"""The manual's ranges, in the order of the members."""
 REST = 3 * TICKS
 """How long RefPV is averaged."""
 FIRST_RETURN = 2

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from pidcfg.schemas.nextopid import LONGEST_SAMPLE
 from pidcfg.sim.controllers.nextopid.slots import (
     CASC,
     DEAD_BAND,
@@ -43,8 +44,7 @@ PV_HIGH, PV_LOW, SP_HIGH, SP_LOW, SP_CASC_HIGH, SP_CASC_LOW = 1, 2, 4, 8, 16, 32
 MV_HIGH, MV_LOW, RISE_LIMITED, FALL_LIMITED = 64, 128, 256, 512
 WARNINGS = 10
 
-LONGEST_SAMPLE = 60.0
-"""Seconds."""
+LONGEST = float(LONGEST_SAMPLE)
 
 
 def bad_limits(c: Config, sig: Sequence[float]) -> int:
@@ -60,7 +60,7 @@ def bad_limits(c: Config, sig: Sequence[float]) -> int:
             errors |= BAD_KP
     elif not sig[b + KP] > 0.0:
         errors |= BAD_KP
-    if not c.ts <= LONGEST_SAMPLE:
+    if not c.ts <= LONGEST:
         errors |= BAD_SAMPLE_TIME
     return errors
 

@@ -5,7 +5,17 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from pidcfg.sim.controllers.nextopid import slots
-from pidcfg.sim.controllers.nextopid.slots import AUTO_TUNE, CASC, KP, TD_KD, TI_KI, TUNE_DONE, TUNE_ERROR, TUNE_FLAGS
+from pidcfg.sim.controllers.nextopid.slots import (
+    AUTO_TUNE,
+    CASC,
+    FLAGS,
+    KP,
+    TD_KD,
+    TI_KI,
+    TUNE_DONE,
+    TUNE_ERROR,
+    TUNE_FLAGS,
+)
 from pidcfg.sim.controllers.nextopid.slots import MANUAL as PIDA_MANUAL
 from pidcfg.sim.controllers.nextopid.slots import TUNE_RESULT as RESULT
 
@@ -19,7 +29,6 @@ MANUAL_ON, MANUAL_OFF, CASC_ON, CASC_OFF, TUNE_ON, TUNE_OFF, ACCEPT = 1, 2, 4, 8
 NO_RUN, RUNNING, DONE, FAILED, CANCELLED = range(5)
 """How its last auto-tuning stands (`State.kept`)."""
 ON_OFF_MANUAL = slots.PLACES["ControlON_OFF"]["Manual"]
-FLAGS = 14
 
 
 def operate(c: Config, s: State, sig: MutableSequence[float]) -> None:

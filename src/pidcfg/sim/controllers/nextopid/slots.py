@@ -37,4 +37,5 @@ AUTO_TUNE, TUNE_PARAM = _PIDA["AutoTune"], _PIDA["AutoTuneParam.PercAmpMV"]
 """The second one is the first of five."""
 TUNE_DONE, TUNE_ERROR = _PIDA["AutoTuneDone"], _PIDA["AutoTuneError"]
 TUNE_RESULT, TUNE_FLAGS = _PIDA["AutoTuneResult.Kp"], _PIDA["AutoTuneResult.Bad_PercAmpMV"]
-"""Three numbers, and fourteen flags."""
+FLAGS = len(_PIDA) - TUNE_FLAGS
+"""Three numbers, and so many flags, which are the last."""

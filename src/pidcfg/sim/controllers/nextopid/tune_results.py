@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from pidcfg.sim.controllers.nextopid.slots import INDEP, TUNE_DONE, TUNE_ERROR, TUNE_FLAGS, TUNE_RESULT
+from pidcfg.sim.controllers.nextopid.slots import FLAGS, INDEP, TUNE_DONE, TUNE_ERROR, TUNE_FLAGS, TUNE_RESULT
 from pidcfg.sim.terms import single
+from pidcfg.tuning.rules import NEXTOPID_P, NEXTOPID_PART, NEXTOPID_TD, NEXTOPID_TI
 
 if TYPE_CHECKING:
     from collections.abc import MutableSequence
@@ -19,7 +20,6 @@ IDLE, AVERAGING, RELAY, DONE, FAILED = 0, 1, 2, 3, 4
 BAD_AMP, BAD_HYST, BAD_PEAK, BAD_CYCLES, BAD_MODE = 1, 2, 4, 8, 16
 MV_TOO_HIGH, MV_TOO_LOW, PV_TOO_HIGH, PV_TOO_LOW = 32, 64, 128, 256
 PEAK_TOO_HIGH, PEAK_TOO_LOW, PV_NOT_STEADY, CYCLE_TOO_FAST, HIGH_DEAD_TIME = 512, 1024, 2048, 4096, 8192
-FLAGS = 14
 
 P_ONLY, PI_ONLY, FULL_PID = 0, 1, 2
 """AUTOTUNE_MODE."""
@@ -29,8 +29,8 @@ FAST = 10
 """Samples that a cycle has at least (D233)."""
 FEW_DEAD_TIMES = 1.5
 """Dead times that a half cycle has at least (D233)."""
-GAIN_P = single(0.5)
-GAIN_PI, TIMES_TI, PART_TD = single(3.2), single(2.2), single(6.3)
+GAIN_P = single(NEXTOPID_P)
+GAIN_PI, TIMES_TI, PART_TD = single(NEXTOPID_PART), single(NEXTOPID_TI), single(NEXTOPID_TD)
 """Kp = Ku / 3.2, Ti = 2.2 Pu, Td = Pu / 6.3 (D234)."""
 
 

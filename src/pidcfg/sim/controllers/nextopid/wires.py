@@ -23,6 +23,8 @@ from pidcfg.schemas.expressions import (
     SIGNAL,
     SUBTRACT,
 )
+from pidcfg.schemas.iec import INT
+from pidcfg.sim.controllers.nextopid.actions import LARGEST
 from pidcfg.sim.terms import clamp, nearest, single
 
 if TYPE_CHECKING:
@@ -43,8 +45,7 @@ ROWS, ROW = 1, 4
 """Where the rows of the wires begin, and how long one is."""
 AS_IT_IS, AS_INT = 0, 1
 """Types of a wire's target: REAL and BOOL, or INT."""
-LEAST_INT, MOST_INT = -32768.0, 32767.0
-LARGEST = 3.4028234663852886e38
+LEAST_INT, MOST_INT = float(INT.low), float(INT.high)
 
 
 def value_of(aux: MutableSequence[float], first: int, last: int, sig: Sequence[float]) -> float:

@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING
 
 from pidcfg.diagnostics import Severity
 from pidcfg.refs import NEXTOPID
+from pidcfg.schemas.nextopid import LONGEST_SAMPLE
 from pidcfg.validate.rule import rule
 from pidcfg.validate.rules.nextopid.cascade_wires import MASTER_INPUTS
-from pidcfg.validate.rules.nextopid.times import LONGEST
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -91,7 +91,7 @@ def error_bit(view: BlockView) -> str | None:
         value = view.number_of(key)
         if value is not None and value < 0:
             return key
-    return "SampleTime" if view.sample_time > LONGEST else None
+    return "SampleTime" if view.sample_time > LONGEST_SAMPLE else None
 
 
 @rule(

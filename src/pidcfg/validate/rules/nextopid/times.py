@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING
 
 from pidcfg.diagnostics import Severity
 from pidcfg.refs import NEXTOPID, Decision
+from pidcfg.schemas.nextopid import LONGEST_SAMPLE, SHORTEST_INTEGRAL
 from pidcfg.validate.rule import Finding, rule
-from pidcfg.validate.rules.nextopid.view import SHORTEST_INTEGRAL, number_text
+from pidcfg.validate.rules.nextopid.view import number_text
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -29,7 +30,6 @@ D213 = Decision(
     "Ki Ts / Kp above 1 adds more than the whole error in a cycle; 0.1 % is the noise of a common transmitter; "
     "MaxVarMV counts per cycle, and values meant per second or minute are off by that factor.",
 )  # fmt: skip
-LONGEST = Decimal(60)
 SHORTEST_TASK = Decimal("0.001")
 NOISE = Decimal("0.001")
 """Of the PV range."""
@@ -54,7 +54,7 @@ def sample_time_above_60_s(context: NextopidContext) -> Iterator[Finding]:
     Fix: call it more often; a slow process is served by small gains, not by long intervals.
     """
     for view in context.pids:
-        if view.sample_time > LONGEST:
+        if view.sample_time > LONGEST_SAMPLE:
             values = {"time": number_text(view.sample_time)}
             yield Finding(view.time_place, values, plc_effect="ErrBits.SampleTime")
 

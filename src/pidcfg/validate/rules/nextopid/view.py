@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeGuard
 from pidcfg.encoders.maps.nextopid import LOOP_TYPES
 from pidcfg.schemas.base import decimal_text
 from pidcfg.schemas.iec import Wire
+from pidcfg.schemas.nextopid import SHORTEST_INTEGRAL
 from pidcfg.validate.rule import Finding
 
 if TYPE_CHECKING:
@@ -22,8 +23,6 @@ PV_KEYS = frozenset(("SP", "SP_CASC", "PV", "MaxPV", "MinPV", "DeadBand"))
 MV_KEYS = frozenset(("MV", "MaxMV", "MinMV", "ManualMV", "BIAS", "TRK_VAL", "MaxVarMV"))
 TIMES = frozenset(("Tfd", "Tc", "Tlead", "Tlag", "DelayTime"))
 ON_OFF = "ControlON_OFF"
-SHORTEST_INTEGRAL = Decimal("0.001")
-"""Seconds: a shorter integral time of the dependent form means no integral."""
 
 
 class Known(NamedTuple):
