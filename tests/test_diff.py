@@ -181,6 +181,11 @@ def test_named_parameters_are_the_same_as_themselves(example):
     assert compared(text, text) == {}
 
 
+def test_a_loop_that_lost_its_neutral_form_differs_in_the_parameter_that_did_it():
+    found = compared(NETWORK, edited(NETWORK, "    MinPV: 0.0", "    MinPV: FIC_3.MV - 5"))
+    assert found == {"TIC_1": [("type", "high", "PID", "no PID"), ("MinPV", "medium", 0, "FIC_3.MV - 5")]}
+
+
 def test_a_loop_without_a_neutral_form_is_no_pid_of_another_vendor():
     name = check_text(TANK).config.loops[0].name
     before = edited(FURNACE, "name: FAN", f"name: {name.replace('-', '_')}")

@@ -144,18 +144,21 @@ class _OwnWords:
     def of_loop(self, i: int, j: int) -> Iterator[Difference]:
         """Of two loops: their own parameters, and what else no neutral field covers."""
         one, two = self.before.names[i], self.after.names[j]
-        yield from self._owned(one, two)
+        yield from self._owned(one, two, lone=(self.before.loops[i] is None) != (self.after.loops[j] is None))
         for d in _beside(self.before, i, self.after, j):
             if not any(side.own and is_own(d.field, name, side.own)
                        for side, name in ((self.before, one), (self.after, two))):  # fmt: skip
                 yield d
 
-    def _owned(self, one: str, two: str) -> Iterator[Difference]:
+    def _owned(self, one: str, two: str, *, lone: bool = False) -> Iterator[Difference]:
+        """Of two owners; ``lone``: one of two loops has a neutral form, what only the other one lists is no news."""
         mine, theirs = self.before.own, self.after.own
         if mine is None or theirs is None:
             return
         for key, a, b in mine.differs(theirs, one, two):
             told = {mine.became_differently(one, key, self.told[0]), theirs.became_differently(two, key, self.told[1])}
+            if lone and (a is None or b is None):
+                continue
             wired = isinstance(a, Wire) or isinstance(b, Wire)
             if True in told or (False in told and not wired):
                 continue
