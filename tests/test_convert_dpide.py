@@ -220,7 +220,7 @@ def test_what_else_there_is_goes_over():
         "tuning": {"gain": 1, "derivative_on": "error"},
         "output": {"range": [0, 50], "limits": [5, 45], "bias": 3, "manual": 7, "unit": "%"},
     })  # fmt: skip
-    assert (True, Decimal("0.5"), 0, False) == (loop.PID_MAN, loop.ERR_DBW, loop.PID_MODE, loop.PID_DE)
+    assert (True, Decimal("0.5"), 2, False) == (loop.PID_MAN, loop.ERR_DBW, loop.PID_MODE, loop.PID_DE)
     assert (loop.MV_MIN, loop.MV_MAX, loop.BIAS, loop.MOUT, loop.output.unit) == (5, 45, 3, 7, "%")
     assert loop.description == "Oven"
 

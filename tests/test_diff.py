@@ -196,3 +196,45 @@ def test_a_loop_without_a_neutral_form_is_no_pid_of_another_vendor():
 
 def test_the_risks_are_in_order():
     assert RISKS == ("critical", "high", "medium", "low", "cosmetic")
+
+
+OVEN = (EXAMPLES / "ezlogix/oven.yaml").read_text("utf-8")
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "field", "risk"),
+    [("tag: IR1", "tag: IR7", "pv.tag", "high"), ("registers: R101", "registers: R201", "registers", "low")],
+)
+def test_what_no_neutral_field_says_is_a_difference_too(old, new, field, risk):
+    found = differences(OVEN, edited(OVEN, old, new))
+    assert {key: value[0] for key, value in found.items()} == {field: risk}
+
+
+def test_a_scale_of_the_output_that_a_vendor_does_not_know_is_no_difference():
+    text = (EXAMPLES / "dpide/oven.yaml").read_text("utf-8").replace("PID_DE: true", "PID_DE: false")
+    source = check_text(text)
+    from pidcfg.convert.pipeline import convert
+    from pidcfg.vendors import VENDORS
+    from pidcfg.writer import yaml_text
+
+    copy = yaml_text(convert(source.config, source.vendor, VENDORS["click"], {}).data)
+    found = differences(text, copy)
+    assert not {field for field, (risk, _) in found.items() if risk in {"critical", "high"}}
+    assert "tuning.gain" not in found
+    doubled = differences(text, edited(copy, "proportional_gain: 1,", "proportional_gain: 3,"))
+    assert doubled["tuning.gain"][0] == "high"
+
+
+def test_two_ways_to_say_an_integral_controller_are_the_same():
+    from pidcfg.convert.alike import normal
+    from pidcfg.convert.compare import flat
+    from pidcfg.schemas.generic import GenericFile
+
+    loops = [
+        {"name": "L", "output_raises_pv": True, "sample_time": 1, "pv": {"range": [0, 1]}, "output": {"range": [0, 1]},
+         "tuning": {"gain": gain, "integral_time": time, "derivative_on": on, "proportional": False}}
+        for gain, time, on in ((1, 20, "pv"), (0.04, 0.8, "error"))
+    ]  # fmt: skip
+    file = GenericFile.model_validate({"pidcfg": 1, "vendor": "generic", "loops": loops})
+    one, two = (normal(flat(loop)) for loop in file.loops)
+    assert one == two

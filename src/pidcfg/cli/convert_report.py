@@ -40,14 +40,15 @@ def _row(change: Change) -> dict[str, Any]:
 
 
 def as_text(source: str, target: str, converted: Converted) -> str:
-    """Every change that is worth reading, loop by loop; what came over exactly is counted."""
+    """Every change that is worth reading, loop by loop; what came over exactly and needs no word is counted."""
     lines = [f"{source} to {target}"]
     for name, found in converted.loops:
         count = Counter(change.kind for change in found)
         kinds = ", ".join(f"{count[kind]} {kind}" for kind in WORST if count[kind])
         lines.append(f"\n{name}: {kinds or 'nothing to convert'}")
-        for kind in reversed(WORST[1:]):
-            lines += [_line(change) for change in found if change.kind == kind]
+        for kind in reversed(WORST):
+            told = [_line(change) for change in found if change.kind == kind and (kind != "exact" or change.note)]
+            lines += dict.fromkeys(told)
     return "\n".join(lines) + "\n"
 
 

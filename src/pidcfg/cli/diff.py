@@ -15,6 +15,8 @@ from pidcfg.cli.main import Exit
 from pidcfg.vendors import VENDORS
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
     from pidcfg.convert.compare import Compared, Difference, Side
     from pidcfg.limits import Limits
     from pidcfg.vendors import Vendor
@@ -91,14 +93,30 @@ def _listing(name: str, vendor: Vendor | None, other: Any, limits: Limits) -> tu
         raise click.ClickException(entry.problem)
     try:
         listing = read_listing(entry, vendor, limits)
-        if not listing.settings and other is not None:
+        if other is not None:
             image = vendor.encoder(other).image
-            listing.settings, listing.plc = image.settings, listing.plc or image.plc
+            listing.settings, listing.plc = _completed(listing.settings, image.settings), {**image.plc, **listing.plc}
         decoded = decode_listing(listing, vendor, {})
     except ListingError as error:
         cure = f"decode it first: pidcfg decode {name} --vendor {vendor.key}"
         raise click.ClickException(f"{name}:{error.line}: {error}; {cure}") from None
     return vendor.model.model_validate(decoded.data), vendor
+
+
+def _completed(settings: Sequence[Mapping[str, Any]], other: Sequence[Mapping[str, Any]]) -> Any:
+    """Settings of a listing with what only the other side says of the loop with the same name."""
+    if not settings:
+        return other
+    by_name = {entry.get("loop"): entry for entry in other}
+    return tuple(_merged(by_name.get(entry.get("loop"), {}), entry) for entry in settings)
+
+
+def _merged(under: Mapping[str, Any], over: Mapping[str, Any]) -> dict[str, Any]:
+    found = {**under, **over}
+    for key in under.keys() & over.keys():
+        if isinstance(under[key], dict) and isinstance(over[key], dict):
+            found[key] = _merged(under[key], over[key])
+    return found
 
 
 def _side(name: str, config: Any, vendor: Vendor) -> Side:

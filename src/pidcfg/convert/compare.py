@@ -12,6 +12,8 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from pydantic import BaseModel
 
+from pidcfg.convert.alike import normal, on_the_same_scale
+from pidcfg.convert.own_fields import own_risk, unsaid
 from pidcfg.convert.own_words import SIGNALS, is_own, own_of
 from pidcfg.convert.pipeline import ConvertError, at, generic_file, number_of, shown
 from pidcfg.schemas.iec import Wire
@@ -26,6 +28,8 @@ if TYPE_CHECKING:
 
 Risk = Literal["critical", "high", "medium", "low", "cosmetic"]
 RISKS: tuple[Risk, ...] = ("critical", "high", "medium", "low", "cosmetic")
+MUCH = Decimal(2)
+"""A gain that grows or falls by more than this factor is another controller."""
 ROUNDING = Decimal("0.001")
 """Relative differences below this are what two vendors' registers make of one value."""
 
@@ -100,6 +104,8 @@ def side_of(config: Any, vendor: Vendor) -> Side:
     made = iter(generic_file(held, whole).loops if whole else ())
     loops = tuple(None if loop.missing else next(made) for loop in found)
     beside = tuple({entry.field: entry.value for entry in loop.said if _is_own(entry)} for loop in found)
+    if own is None:
+        beside = tuple(fields | unsaid(held, i, found[i]) for i, fields in enumerate(beside))
     return Side(vendor, names, loops, beside, own)
 
 
@@ -207,7 +213,9 @@ def _neutral(before: Side, i: int, after: Side, j: int) -> list[Difference]:
             return []
         kinds = ["no PID" if loop is None else "PID" for loop in (first, second)]
         return [Difference("type", "high", kinds[0], kinds[1], "the neutral form does not have both")]
-    one, two = flat(first), flat(second)
+    one, two = normal(flat(first)), normal(flat(second))
+    if before.vendor is not after.vendor:
+        two = on_the_same_scale(one, two)
     return [
         _judged(key, one.get(key), two.get(key)) for key in {**one, **two} if not _equal(one.get(key), two.get(key))
     ]
@@ -218,7 +226,7 @@ def _beside(before: Side, i: int, after: Side, j: int) -> list[Difference]:
     if before.vendor is not after.vendor:
         return []
     mine, theirs = before.beside[i], after.beside[j]
-    return [Difference(key, "medium", shown(mine.get(key)), shown(theirs.get(key)))
+    return [Difference(key, own_risk(key), shown(mine.get(key)), shown(theirs.get(key)))
             for key in {**mine, **theirs} if mine.get(key) != theirs.get(key)]  # fmt: skip
 
 
@@ -269,6 +277,8 @@ def _meaning(field: str, before: Any, after: Any, one: Decimal | None, two: Deci
     if field in {*LOW_ENDS, *HIGH_ENDS} and one is not None and two is not None:
         wider = two > one if field in HIGH_ENDS else two < one
         return ("high", "the limit is wider") if wider else ("medium", "the limit is narrower")
+    if field == "tuning.gain" and one and two is not None and not MUCH >= two / one >= 1 / MUCH:
+        return "high", ""
     return "medium", ""
 
 

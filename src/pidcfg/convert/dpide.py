@@ -23,11 +23,12 @@ if TYPE_CHECKING:
     from pidcfg.schemas.generic import GenericFile, Loop
 
 D296 = Decision(
-    296, "a DPIDE is written in the dependent form, in mode 2 where windup is to be prevented",
-    "PID_EQ TRUE with Kc, Ti and Td; without a proportional action PID_EQ FALSE with Kp 0. PID_MODE 2 where the source "
-    "has an anti-windup, else 0; 0 too where the derivative of the error kicks at a step of the set point.",
+    296, "a DPIDE is written in the dependent form, in mode 2",
+    "PID_EQ TRUE with Kc, Ti and Td; without a proportional action PID_EQ FALSE with Kp 0. PID_MODE 2, "
+    "but 0 where the derivative of the error kicks at a step of the set point and there is a proportional action.",
     "The dependent form is the one that all others have a twin of; mode 2 works the integral out of the limited MV, "
-    "and a kick that the limit cuts off would go into it: the PV dips by several % after each step.",
+    "and a kick that the limit cuts off would go into it: the PV dips by several % after each step. Mode 0 holds the "
+    "integral at a limit whichever way the error points: without a proportional action it would stick there.",
 )  # fmt: skip
 D297 = Decision(
     297, "a DPIDE that is off goes over in manual, with an output of 0",
@@ -63,6 +64,7 @@ NO_TWIN = {
     "setpoint.limits.0": "limit SV in the program",
     "setpoint.limits.1": "limit SV in the program",
     "setpoint.source": "move MV of that loop to SV in the program",
+    "setpoint.follows_pv": "copy PV into SV in the program while PID_MAN is on",
     "pv.filter": "filter PV before the instruction",
     "pv.square_root": "take the root of PV before the instruction",
     "output.max_rate": "limit the change of MV behind the instruction",
@@ -104,7 +106,7 @@ def _neutral(loop: DpideLoop, i: int, interval: int | None) -> Neutral:
             **present({"unit": loop.output.unit}),
             "limits": [plain_number(low), plain_number(high)],
             "bias": plain_number(loop.BIAS),
-            "manual": plain_number(loop.MOUT if loop.PID_RUN else min(max(ZERO, low), high)),
+            "manual": plain_number(min(max(loop.MOUT if loop.PID_RUN else ZERO, low), high)),
         },
         "deadband": plain_number(abs(loop.ERR_DBW)),
         "anti_windup": True,
@@ -245,9 +247,9 @@ def _setpoint(loop: Loop) -> Decimal:
 
 
 def _mode(loop: Loop) -> int:
-    """Mode 2 where windup is to be prevented, unless the derivative kicks (D296)."""
-    kicks = loop.tuning.derivative_on == "error" and loop.tuning.derivative_time
-    return 2 if loop.anti_windup and not kicks else 0
+    """Mode 2, unless the derivative kicks (D296)."""
+    kicks = loop.tuning.derivative_on == "error" and loop.tuning.derivative_time and loop.tuning.proportional
+    return 0 if kicks else BACK_CALCULATED
 
 
 def _cycle(loop: Loop) -> int:
