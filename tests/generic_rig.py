@@ -106,7 +106,8 @@ def loops(names):
         {"output_raises_pv": TRUTHS, "sample_time": TIMES, "tuning": tuning, "output": output,
          "pv": part({"range": PAIRS}, unit=TEXTS, filter=TIMES, square_root=TRUTHS)},
         description=TEXTS, mode=st.sampled_from(["manual", "auto", "cascade"]),
-        setpoint=part({}, value=NUMBERS, limits=PAIRS, source=st.sampled_from(names)), deadband=POSITIVE,
+        setpoint=part({}, value=NUMBERS, limits=PAIRS, source=st.sampled_from(names), follows_pv=TRUTHS),
+        deadband=POSITIVE,
         anti_windup=TRUTHS, alarms=part({}, pv=points, deviation=part({}, high=POSITIVE, high_high=POSITIVE),
                                         rate_of_change=POSITIVE, hysteresis=POSITIVE),
     )  # fmt: skip

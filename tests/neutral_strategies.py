@@ -12,7 +12,7 @@ EVERYTHING = {
     "tuning": {"gain": 0.5, "integral_time": 30, "derivative_time": 4, "proportional": False, "derivative_on": "error",
                "derivative_filter": 0.5},
     "pv": {"range": [0, 200], "unit": "degC", "filter": 2, "square_root": True},
-    "setpoint": {"value": 50, "limits": [10, 90], "source": "L0"},
+    "setpoint": {"value": 50, "limits": [10, 90], "source": "L0", "follows_pv": True},
     "output": {"range": [0, 50], "unit": "Hz", "limits": [5, 45], "bias": 10, "manual": 20, "max_rate": 3,
                "pulse": {"period": 10, "min_on": 1, "min_off": 2}},
     "deadband": 1, "anti_windup": False,
@@ -63,7 +63,7 @@ def alarms(draw, low: float, high: float):
     names = draw(st.sets(st.sampled_from(["low_low", "low", "high", "high_high"])))
     points = dict(zip(("low_low", "low", "high", "high_high"), shares, strict=True))
     width = high - low
-    deviation = part(high=within(0.01 * width, 0.1 * width), high_high=within(0.2 * width, 0.3 * width))
+    deviation = part(high=within(0.03 * width, 0.1 * width), high_high=within(0.2 * width, 0.3 * width))
     return {
         "pv": {name: round(low + width * points[name] / 100, 6) for name in names},
         "deviation": draw(deviation),
@@ -89,7 +89,7 @@ def neutral_loops(draw, index: int):
         "sample_time": draw(st.decimals("0.1", 20, places=1)), "tuning": tuning,
         "pv": {"range": (low, high), **draw(part(unit=st.just("degC"), filter=st.decimals(0, 10, places=1),
                                                   square_root=st.booleans()))},
-        "setpoint": draw(part(value=within(low, high), limits=pairs(low, high))),
+        "setpoint": draw(part(value=within(low, high), limits=pairs(low, high), follows_pv=st.booleans())),
         "output": {"range": (out_low, out_high), **draw(part(
             unit=st.just("%"), limits=pairs(out_low, out_high), bias=within(out_low, out_high),
             manual=within(out_low, out_high), max_rate=st.integers(1, 50),

@@ -333,8 +333,34 @@ def test_the_set_point_stays_at_the_transfer_unless_there_is_none():
     plain = {key: value for key, value in NEUTRAL.items() if key != "setpoint"}
     file = GenericFile.model_validate({"pidcfg": 1, "vendor": "generic", "loops": [plain]})
     assert from_neutral(file, {}).data["loops"][0]["bumpless"] == 1
-    assert "bumpless" in lost({"bumpless": 1})
-    assert "bumpless" not in lost({"bumpless": 2})
+
+
+@pytest.mark.parametrize(("mode", "kind", "follows"), [(1, "I", True), (2, "II", False)])
+def test_the_bumpless_mode_is_the_type_of_a_dl06(mode, kind, follows):
+    config = click({"bumpless": mode})
+    assert neutral({"bumpless": mode}).setpoint.follows_pv is follows
+    assert one({"setpoint": {"follows_pv": follows}}).bumpless == mode
+    dl06 = convert(config, CLICK, VENDORS["dl06"], {})
+    there = next(change for change in dl06.loops[0][1] if change.field == "bumpless")
+    assert (there.kind, there.source, there.target) == ("exact", mode, kind)
+    back = convert(VENDORS["dl06"].model.model_validate(dl06.data), VENDORS["dl06"], CLICK, {})
+    again = next(change for change in back.loops[0][1] if change.field == "bumpless")
+    assert (again.kind, again.source, again.target) == ("exact", kind, mode)
+
+
+def test_the_bumpless_mode_that_is_not_given_counts_as_given():
+    loop = {key: value for key, value in PLAIN.items() if key != "bumpless"} | {"name": "L1"}
+    config = ClickFile.model_validate({"pidcfg": 1, "vendor": "click", "loops": [loop]})
+    assert to_neutral(config)[0].loop["setpoint"]["follows_pv"] is True
+
+
+@pytest.mark.parametrize("target", ["ezlogix", "nextopid", "dpide"])
+def test_a_set_point_that_follows_the_pv_is_lost_where_there_is_no_such_thing(target):
+    for mode, kind in ((1, "dropped"), (2, "exact")):
+        found = convert(click({"bumpless": mode}), CLICK, VENDORS[target], {}).loops[0][1]
+        change = next(change for change in found if change.field == "bumpless")
+        assert change.kind == kind
+        assert ("into" in change.note) is (mode == 1)
 
 
 def test_a_cascade_is_wired_in_the_program():
@@ -516,7 +542,7 @@ def effective(config: ClickFile) -> dict:
     cells = {(c.loop, c.field): c.raw for c in encode(config).image.cells if c.access == "setting"}
     for loop in config.loops:
         name = loop.name
-        if loop.error.deadband == 0:
+        if not loop.error.deadband:
             cells[name, "deadband_enable"] = 0
         if not loop.pv.filter or loop.pv.filter == 100:
             cells[name, "filter_enable"] = 0
@@ -553,7 +579,7 @@ def test_there_and_back_are_the_same_registers(config):
             for (name, field), raw in there.items()
             if name == loop.name and again[name, field] != raw and field not in {"pv_lower", "pv_upper"}
         }
-        assert different <= (set() if loop.setpoint.value is not None else {"bumpless_mode"})
+        assert different == set()
 
 
 @pytest.mark.parametrize("path", sorted(EXAMPLES.glob("*.yaml")), ids=lambda path: path.stem)
@@ -565,7 +591,7 @@ def test_examples_come_back_with_the_same_registers(path):
     there, again = effective(checked.config), effective(back)
     linear = {loop.name for loop in checked.config.loops if loop.error.curve == "linear"}
     different = {field for (name, field), raw in there.items() if again[name, field] != raw and name in linear}
-    assert different <= {"bumpless_mode", "autotune_method", "autotune_type", "pv_lower", "pv_upper"}
+    assert different <= {"autotune_method", "autotune_type", "pv_lower", "pv_upper"}
 
 
 def test_a_loop_of_which_nothing_is_lost_comes_back_whole():

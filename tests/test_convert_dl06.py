@@ -467,6 +467,15 @@ def test_what_a_dl06_loop_cannot_do_is_dropped():
     }
 
 
+def test_the_set_point_becomes_the_pv_with_bumpless_one():
+    assert [neutral(loop).setpoint.follows_pv for loop in ({}, {"bumpless": "I"}, {"bumpless": "II"})] == [
+        True, True, False]  # fmt: skip
+    loops = [{"setpoint": {"follows_pv": follows}} for follows in (True, False)]
+    assert [one(loop).bumpless for loop in (*loops, {})] == ["I", "II", "I"]
+    assert [next(p.of for p in target(loop)[1] if p.field == "bumpless") for loop in (*loops, {})] == [
+        "setpoint.follows_pv", "setpoint.follows_pv", None]  # fmt: skip
+
+
 def test_the_profile_is_in_the_report():
     profile = {"table": "V3000", "steps": [{"ramp_to": 60, "slope": 0.1, "soak": 10, "deviation": 2}]}
     assert "ramp to 60 at 0.1 /s, soak 10 min within 2" in lost({"ramp_soak": profile})["ramp_soak"]
@@ -479,7 +488,7 @@ MINOR = {"mode": "cascade", "pv": {"range": [0, 50]}, "output": {"range": [0, 10
 
 def test_a_cascade_is_a_link_by_name_or_by_pointer():
     for link in ({"cascade_from": "L2"}, {"remote_setpoint": "V2045"}):
-        assert to_neutral(dl06({**MINOR, **link}, {"mode": "auto"}))[0].loop["setpoint"] == {"source": "L2"}
+        assert to_neutral(dl06({**MINOR, **link}, {"mode": "auto"}))[0].loop["setpoint"]["source"] == "L2"
     assert "V3000" in lost({"remote_setpoint": "V3000"})["remote_setpoint"]
     made = target({**MINOR, "setpoint": {"source": "L2"}}, {"mode": "auto"})[0]
     assert (made.loops[0].cascade_from, made.loops[0].mode) == ("L2", "cascade")

@@ -17,7 +17,7 @@ FULL = {
     "tuning": {"gain": 2, "integral_time": 60, "derivative_time": 5, "proportional": False, "derivative_on": "error",
                "derivative_filter": 1},
     "pv": {"range": [0, 40], "unit": "bar", "filter": 1, "square_root": True},
-    "setpoint": {"value": 20, "limits": [1, 30], "source": "L1"},
+    "setpoint": {"value": 20, "limits": [1, 30], "source": "L1", "follows_pv": True},
     "output": {"range": [0, 100], "unit": "%", "limits": [5, 95], "bias": 10, "manual": 20, "max_rate": 3,
                "pulse": {"period": 10, "min_on": 1, "min_off": 1}},
     "deadband": 0.5, "anti_windup": False,

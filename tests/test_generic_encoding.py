@@ -22,8 +22,8 @@ from pidcfg.schemas.generic import GenericFile, Loop
 from pidcfg.schemas.iec import LREAL, Wire
 
 STARTER = Path(__file__).parents[1] / "src/pidcfg/starters/generic.yaml"
-BESIDE = {"name", "description", "pv.unit", "output.unit", "setpoint.source"}
-"""Fields that are texts, which no parameter holds."""
+BESIDE = {"name", "description", "pv.unit", "output.unit", "setpoint.source", "setpoint.follows_pv"}
+"""Fields that no parameter holds."""
 
 
 def leaves(model, above=""):
@@ -102,6 +102,13 @@ def test_units_names_and_sources_stand_beside_the_parameters():
     assert encode(config).image.settings[1] == {
         "loop": "L2", "description": "x", "pv": {"unit": "bar"}, "setpoint": {"source": "L1"},
     }  # fmt: skip
+
+
+def test_whether_the_set_point_follows_stands_there_too():
+    config = file_of({"setpoint": {"follows_pv": False}}, {"setpoint": {"follows_pv": True}})
+
+    assert [entry["setpoint"]["follows_pv"] for entry in encode(config).image.settings] == [False, True]
+    assert back(config, "text") == config
 
 
 def test_a_listing_alone_is_a_configuration():

@@ -6,7 +6,7 @@ from decimal import Decimal
 from typing import TYPE_CHECKING, Any
 
 from pidcfg.convert.builder import Builder, chosen, given, starts
-from pidcfg.convert.click_to import NO_FILTER, NO_INTEGRAL, OUTPUT, RAISES
+from pidcfg.convert.click_to import FOLLOWS, NO_FILTER, NO_INTEGRAL, OUTPUT, RAISES
 from pidcfg.convert.ledger import Target
 from pidcfg.convert.terms import HUNDRED, ONE, ZERO, filter_share, number, product, quotient, rescaled, width
 from pidcfg.encoders.click.files import DECODE_OPTIONS
@@ -38,6 +38,7 @@ CONVERT_OPTIONS = DECODE_OPTIONS
 """Where the blocks of the loops begin, and the discrete outputs of their pulses."""
 BANKS = {"bits": BITS, "integers": INTEGERS, "floats": FLOATS}
 ACTIONS = {raises: action for action, raises in RAISES.items()}
+MODES = {follows: mode for mode, follows in FOLLOWS.items()}
 LEAST_GAIN, LEAST_RESET = Decimal(str(GAIN.low)), Decimal(str(RESET.low))
 MOST_RATE = Decimal(str(DERIVATIVE.high))
 LEAST_SAMPLE, MOST_SAMPLE = Decimal(str(SAMPLE_RATE.low)), Decimal(str(SAMPLE_RATE.high))
@@ -73,8 +74,7 @@ def _loop(b: Builder, loop: Loop, bit: str) -> None:
     milliseconds = nearest(held.scaleb(3))
     b.put("sample_rate", f"{milliseconds} ms", "sample_time", exact=loop.sample_time, clamped=held != loop.sample_time)
     sample = Decimal(milliseconds).scaleb(-3)
-    keeps = loop.setpoint.value is not None or loop.setpoint.source is not None
-    b.put("bumpless", 2 if keeps else 1, None, "the set point stays" if keeps else "Auto begins with the present PV")
+    _bumpless(b, loop)
     b.put("freeze_bias", loop.anti_windup, "anti_windup")
     _tuning(b, loop)
     _derivative_filter(b, loop)
@@ -84,6 +84,16 @@ def _loop(b: Builder, loop: Loop, bit: str) -> None:
     if loop.deadband:
         b.put("error.deadband", number(loop.deadband), "deadband")
     _alarms(b, loop, sample)
+
+
+def _bumpless(b: Builder, loop: Loop) -> None:
+    """Mode 1 sets the set point to the PV; where nothing is said it stays, if there is one."""
+    setpoint = loop.setpoint
+    if setpoint.follows_pv is not None:
+        b.put("bumpless", MODES[setpoint.follows_pv], "setpoint.follows_pv")
+        return
+    keeps = setpoint.value is not None or setpoint.source is not None
+    b.put("bumpless", MODES[not keeps], None, "the set point stays" if keeps else "Auto begins with the present PV")
 
 
 # --- equation --------------------------------------------------------------------------------------------------------

@@ -35,6 +35,8 @@ D286 = Decision(
 )  # fmt: skip
 RAISES = {"direct": True, "reverse": False}
 """Whether the PV rises with the output, by the word for the process's action."""
+FOLLOWS = {1: True, 2: False}
+"""Whether Auto begins with the PV as the set point, by the bumpless mode."""
 OUTPUT = (ZERO, HUNDRED)
 """The range of the output, in %."""
 NO_INTEGRAL = Decimal(6000)
@@ -237,8 +239,7 @@ def _other_alarms(t: Teller, loop: Loop) -> None:
 
 def _operation(t: Teller, loop: Loop) -> None:
     t.keep("freeze_bias", loop.freeze_bias, "anti_windup", loop.freeze_bias)
-    if loop.bumpless == 1:
-        t.lose("bumpless", 1, "write the PV into the set point in the program when the loop goes from Manual to Auto")
+    t.keep("bumpless", loop.bumpless, "setpoint.follows_pv", FOLLOWS[loop.bumpless])
     for key, value in dict(loop.autotune).items():
         if value != type(loop.autotune).model_fields[key].default:
             t.lose(f"autotune.{key}", value, "choose it when the new controller is tuned")

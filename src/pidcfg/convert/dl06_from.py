@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from pidcfg.convert.dl06_alarms import put_alarms
 from pidcfg.convert.dl06_scales import position
+from pidcfg.convert.dl06_to import FOLLOWS
 from pidcfg.convert.dl06_writer import Writer
 from pidcfg.convert.ledger import Missing, Put, Target
 from pidcfg.convert.pipeline import ConvertError
@@ -23,10 +24,12 @@ if TYPE_CHECKING:
     from pidcfg.schemas.generic import GenericFile, Loop
 
 D281 = Decision(
-    281, "Bumpless Transfer I",
-    "A loop that comes from elsewhere gets type I: a change to Auto sets the set point to the PV.",
+    281, "Bumpless Transfer I where nothing is said",
+    "Type I where the set point follows the PV in manual or is set to it on the way to auto, type II where it stays; a "
+    "loop of which neither is said gets type I.",
     "A loop that nobody has given a set point yet stays where it is; type II would drive it towards 0 counts.",
 )  # fmt: skip
+TYPES = {follows: kind for kind, follows in FOLLOWS.items()}
 LOOP_TABLE = 0o2000
 DATA_FORMAT = "12-bit unipolar"
 SLOWEST, HUNDREDTH = Decimal("99.99"), Decimal("0.01")
@@ -124,7 +127,11 @@ def _form(w: Writer) -> None:
     """Action and what depends on the form of the equation."""
     loop, output = w.loop, w.loop.output
     w.put("action", "direct" if loop.output_raises_pv else "reverse", "output_raises_pv")
-    w.put("bumpless", "I", None, "a change to Auto sets the set point to the PV; II leaves it")
+    follows = loop.setpoint.follows_pv
+    if follows is None:
+        w.put("bumpless", TYPES[True], None, "a change to Auto sets the set point to the PV; II leaves it")
+    else:
+        w.put("bumpless", TYPES[follows], "setpoint.follows_pv")
     narrow = output.limits is not None and output.limits != output.range
     w.put("bias_freeze", loop.anti_windup, "anti_windup", FREEZE if loop.anti_windup and narrow else "")
 

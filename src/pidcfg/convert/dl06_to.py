@@ -41,7 +41,6 @@ D283 = Decision(
 
 NOTHING_LOST = {
     "algorithm": "position is the neutral form; velocity is reported",
-    "bumpless": "I is what the target's file gets; a file that gives it is told what the target's loop must do",
     "independent_of_cpu_mode": "reported when it is on",
     "tuning.reset_unit": "times are seconds",
     "derivative_gain_limit_enabled": "a value that is switched off is reported",
@@ -62,10 +61,8 @@ NOTHING_LOST = {
 }
 """Fields that may come without a line in the report, and why."""
 
-BUMPLESS = {
-    "I": "a change to Auto sets the bias to the output and the set point to the PV: see what the target does",
-    "II": "a change to Auto sets the bias to the output and leaves the set point: see what the target does",
-}
+FOLLOWS = {"I": True, "II": False}
+"""Whether a change to Auto sets the set point to the PV, by the type of the transfer."""
 
 
 def to_neutral(config: Dl06File) -> list[Neutral]:
@@ -119,8 +116,7 @@ def _form(r: Reader) -> None:
     if loop.algorithm == "velocity":
         note = "the target calculates positions: an output that something else has moved is not continued from there"
         r.drop("algorithm", loop.algorithm, note)
-    if "bumpless" in loop.model_fields_set:
-        r.drop("bumpless", loop.bumpless, BUMPLESS[loop.bumpless])
+    r.carry("bumpless", loop.bumpless, FOLLOWS[loop.bumpless], "setpoint.follows_pv")
     freeze, note = loop.bias_freeze, ""
     if loop.algorithm == "velocity":
         freeze, note = True, "the velocity form does not wind up"

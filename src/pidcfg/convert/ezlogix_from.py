@@ -92,6 +92,8 @@ def _loop(b: Builder, loop: Loop, counts: tuple[int, int], tags: Mapping[str, st
         b.put("setpoint.value", number(loop.setpoint.value), "setpoint.value")
     if loop.setpoint.limits is not None:
         _pair(b, "setpoint.limits", loop.setpoint.limits)
+    if loop.setpoint.follows_pv:
+        b.drop("setpoint.follows_pv", "copy the PV into the set point in the program while the loop is in Manual")
     _output(b, loop, tags)
     if loop.deadband:
         b.put("deadband", number(loop.deadband), "deadband")

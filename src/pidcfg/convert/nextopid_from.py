@@ -44,6 +44,7 @@ ROUGH = 100
 """Steps of a pulse output below which the report says how to get more."""
 COMPARE = "compare PV in the program"
 NO_TWIN = {
+    "setpoint.follows_pv": "copy PV into SP in the program while Manual is TRUE",
     "pv.square_root": "wire PV to an expression with sqrt",
     "output.pulse.min_on": "drop shorter pulses in the program, behind ControlPWM",
     "output.pulse.min_off": "fill shorter gaps in the program, behind ControlPWM",

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 from pydantic import BaseModel, ValidationError
 
 from pidcfg.convert.ledger import Change, Missing, Neutral, Stored, Target, changes
+from pidcfg.convert.twins import harmless
 from pidcfg.schemas.base import Duration, Quantity, decimal_text, plain_number
 from pidcfg.schemas.generic import GenericFile
 from pidcfg.schemas.limits import Limits
@@ -80,7 +81,7 @@ def convert(config: Any, source: Vendor, target: Vendor, options: Mapping[str, A
 
 
 def _idle(loop: Any, field: str) -> bool:
-    """Whether a neutral field is at its default: what a loop is like that does not give it."""
+    """Whether a neutral field is at its default or harmless: what a loop is like that does not give it."""
     item = loop
     for key in path_of(field):
         if not isinstance(item, BaseModel) or key not in type(item).model_fields:
@@ -88,7 +89,7 @@ def _idle(loop: Any, field: str) -> bool:
         default, item = type(item).model_fields[str(key)].default, getattr(item, str(key))
         if item == default:
             return True
-    return False
+    return harmless(field, item)
 
 
 def _settled(made: Target, target: Vendor) -> list[dict[str, Stored]]:

@@ -18,14 +18,21 @@ ALARMS = (
     "alarms.deviation.high_high", "alarms.rate_of_change", "alarms.hysteresis",
 )  # fmt: skip
 """Every alarm of the neutral loop."""
+HARMLESS = {"setpoint.follows_pv": False}
+"""Values that are no default and still ask nothing of a target that has no such field."""
 
 
 def dropped(loop: Loop, notes: Mapping[str, str]) -> Iterator[Put]:
     """What of these fields the loop says (more than its default), with what to program instead."""
     for path, note in notes.items():
         value, default = found(loop, path)
-        if value is not None and value != default:
+        if value is not None and value != default and not harmless(path, value):
             yield Put("", path, note)
+
+
+def harmless(path: str, value: Any) -> bool:
+    """Whether nothing is lost with this value in a target without such a field."""
+    return path in HARMLESS and HARMLESS[path] == value
 
 
 def found(loop: Loop, path: str) -> tuple[Any, Any]:

@@ -88,6 +88,8 @@ class Setpoint(Model):
     """Lowest and highest set point."""
     source: Name | None = None
     """Name of the loop whose output is the set point (cascade)."""
+    follows_pv: Flag | None = None
+    """true: in manual the set point follows the PV, or is set to it on the way to auto; false: it stays."""
 
 
 class Pulse(Model):

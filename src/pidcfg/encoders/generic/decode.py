@@ -10,7 +10,7 @@ from pidcfg.encoders.maps.generic import LOOP_TABLE, NEEDED, PAIRS, ROWS, split
 from pidcfg.encoders.named import read
 from pidcfg.encoders.plain import Data, present, read_settings
 from pidcfg.encoders.words import DecodeError
-from pidcfg.schemas.base import Model, Name, Text, plain_number
+from pidcfg.schemas.base import Flag, Model, Name, Text, plain_number
 from pidcfg.schemas.generic import Loop
 from pidcfg.schemas.iec import Wire
 from pidcfg.schemas.names import nearest
@@ -31,10 +31,12 @@ class Unit(Model):
 
 
 class Link(Model):
-    """A cascade that stands beside the parameters."""
+    """Where the set point comes from, which stands beside the parameters."""
 
     source: Name | None = None
     """Name of the loop whose output is the set point."""
+    follows_pv: Flag | None = None
+    """Whether the set point follows the PV in manual."""
 
 
 class LoopSettings(Model):
@@ -114,8 +116,9 @@ def _loop(own: LoopSettings, words: Mapping[str, Content | Wire]) -> Data:
             _put(data, row.name, content)
     for key in PAIRS:
         _whole(data, own.loop, key)
-    if own.setpoint.source is not None:
-        data.setdefault("setpoint", {})["source"] = own.setpoint.source
+    link = present(dict(own.setpoint))
+    if link:
+        data.setdefault("setpoint", {}).update(link)
     for key in ("pv", "output"):
         data[key] |= present({"unit": getattr(own, key).unit})
     return data

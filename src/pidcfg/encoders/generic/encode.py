@@ -47,7 +47,8 @@ def values_of(loop: Loop) -> Iterator[tuple[Parameter, Any]]:
 
 def _settings(loop: Loop) -> dict[str, Any]:
     """What no parameter holds."""
-    pv, output, setpoint = ({"unit": loop.pv.unit}, {"unit": loop.output.unit}, {"source": loop.setpoint.source})
+    pv, output = {"unit": loop.pv.unit}, {"unit": loop.output.unit}
+    setpoint = {"source": loop.setpoint.source, "follows_pv": loop.setpoint.follows_pv}
     return present(
         {
             "loop": loop.name,
