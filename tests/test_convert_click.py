@@ -145,7 +145,17 @@ def test_whole_numbers_and_milliseconds_are_rounded_with_their_error():
     assert (found["sample_rate"].kind, found["sample_rate"].value) == ("rounded", "123 ms")
     assert found["sample_rate"].error_percent == pytest.approx(100 * 0.4 / 123.4)
     assert (found["pv.filter"].kind, found["pv.filter"].value) == ("rounded", 34)  # 1 - exp(-0.41) = 33.6 %
-    assert (found["derivative_gain_limit"].kind, found["derivative_gain_limit"].value) == ("rounded", 10)
+    limit = found["derivative_gain_limit"]
+    assert (limit.kind, limit.value) == ("rounded", 0.4)  # s, of 4 s / 10
+    assert limit.error_percent == pytest.approx(100 * 0.01 / 0.39)
+
+
+def test_the_limit_is_the_one_whose_filter_is_nearest_to_the_wanted_time():
+    loop = {"tuning": {"derivative_time": 10, "derivative_filter": Decimal("6.8")}}  # 10 / 6.8 = 1.47, 10 / 2 = 5
+    assert one(loop).derivative_gain_limit == 2
+    limit = stored(loop)["derivative_gain_limit"]
+    assert (limit.value, limit.error_percent) == (5, pytest.approx(100 * 1.8 / 6.8))
+    assert one({"tuning": {"derivative_time": 10, "derivative_filter": 8}}).derivative_gain_limit == 1
 
 
 @pytest.mark.parametrize(("integral", "derivative"), [(100, 0), (0, 20), (50, 8), (0.5, 400)])
@@ -202,7 +212,7 @@ def test_a_filter_longer_than_the_derivative_is_clamped_and_one_between_whole_li
     assert put.clamped
     [put] = [put for put in puts(between) if put.of == "tuning.derivative_filter"]
     assert not put.clamped
-    assert float(put.exact) == pytest.approx(4 / 0.39)
+    assert (put.exact, put.held) == (Decimal("0.39"), Decimal("0.4"))
 
 
 @pytest.mark.parametrize(("percent", "constant"), [(50, 0.721348), (80, 0.310667), (1, 49.749), (100, 0)])
@@ -546,7 +556,7 @@ def effective(config: ClickFile) -> dict:
             cells[name, "deadband_enable"] = 0
         if not loop.pv.filter or loop.pv.filter == 100:
             cells[name, "filter_enable"] = 0
-        if loop.derivative_gain_limit == 100:
+        if loop.derivative_gain_limit == 100 or not loop.tuning.derivative_gain:
             cells[name, "derivative_limit_enable"] = cells[name, "derivative_gain_limit"] = 0
         del cells[name, "autotune_hysteresis"]
     return cells

@@ -204,6 +204,23 @@ def test_the_derivative_gain_limit_is_a_filter():
     assert (made.tuning.rate, made.derivative_gain_limit) == (6, 10)
 
 
+def test_the_limit_is_the_one_whose_filter_is_nearest_to_the_wanted_time():
+    loop = {"tuning": {"gain": 1, "derivative_time": 10, "derivative_filter": 6.8}}
+    assert one(loop).derivative_gain_limit == 2
+    found = convert(generic(loop), VENDORS["generic"], DL06, {}).loops[0][1]
+    limit = next(change for change in found if change.field == "tuning.derivative_filter")
+    assert (limit.kind, limit.source, limit.target) == ("rounded", Decimal("6.8"), 5)
+    assert limit.error_percent == pytest.approx(100 * 1.8 / 6.8)
+
+
+def test_the_rate_of_change_is_reported_as_the_word_holds_it():
+    loop = {"pv": {"range": [0, 400]}, "sample_time": 1, "alarms": {"rate_of_change": 0.25}}
+    found = convert(generic(loop), VENDORS["generic"], DL06, {}).loops[0][1]
+    rate = next(change for change in found if change.field == "alarms.rate_of_change")
+    assert (rate.kind, rate.target) == ("rounded", 0.293)  # 3 counts of 400 / 4095
+    assert rate.error_percent == pytest.approx(100 * (1200 / 4095 / 0.25 - 1))
+
+
 def test_a_limit_of_zero_is_no_derivative_and_one_without_a_rate_is_nothing():
     assert neutral({"tuning": {"gain": 1, "rate": 6}, "derivative_gain_limit": 0}).tuning.derivative_time == 0
     assert (

@@ -8,7 +8,18 @@ from typing import TYPE_CHECKING, Any
 from pidcfg.convert.builder import Builder, chosen, given, starts
 from pidcfg.convert.click_to import FOLLOWS, NO_FILTER, NO_INTEGRAL, OUTPUT, RAISES
 from pidcfg.convert.ledger import Target
-from pidcfg.convert.terms import HUNDRED, ONE, ZERO, filter_share, number, product, quotient, rescaled, width
+from pidcfg.convert.terms import (
+    HUNDRED,
+    ONE,
+    ZERO,
+    filter_share,
+    gain_limit,
+    number,
+    product,
+    quotient,
+    rescaled,
+    width,
+)
 from pidcfg.encoders.click.files import DECODE_OPTIONS
 from pidcfg.encoders.maps.click import BLOCKS
 from pidcfg.encoders.plain import present
@@ -132,12 +143,12 @@ def _derivative_filter(b: Builder, loop: Loop) -> None:
     if not rate:
         b.drop("tuning.derivative_filter", "there is no derivative to be filtered")
         return
-    limit = quotient(rate, constant)
-    if nearest(limit) >= NO_FILTER:
+    limit = gain_limit(rate, constant, NO_FILTER)
+    if limit >= NO_FILTER:
         b.drop("tuning.derivative_filter", "shorter than a hundredth of the derivative time, which is the shortest")
         return
-    b.put("derivative_gain_limit", max(nearest(limit), 1), "tuning.derivative_filter",
-          "derivative time / limit is the filter's time constant", exact=limit, clamped=limit < ONE)  # fmt: skip
+    b.put("derivative_gain_limit", limit, "tuning.derivative_filter", f"a filter of derivative time / {limit}",
+          exact=constant, held=quotient(rate, Decimal(limit)), clamped=constant > rate)  # fmt: skip
 
 
 # --- PV, set point and output ----------------------------------------------------------------------------------------

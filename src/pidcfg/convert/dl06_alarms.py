@@ -6,7 +6,7 @@ from decimal import Decimal
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
-from pidcfg.convert.dl06_scales import squared
+from pidcfg.convert.dl06_scales import distance, short, squared
 from pidcfg.convert.terms import number, product
 from pidcfg.encoders.plain import quantity
 from pidcfg.encoders.words import nearest
@@ -112,10 +112,11 @@ def _rate_of_change(w: Writer) -> None:
     change = product(rate, w.sample)
     if w.loop.pv.square_root:
         w.lost(of, ROOT)
-    elif nearest(w.scales["pv"].distance(Quantity(change))) == 0:
+    elif (counts := nearest(w.scales["pv"].distance(Quantity(change)))) == 0:
         w.lost(of, "less than half a count a sample: sample more slowly, or compare over more samples in the program")
     else:
-        w.computed(of, change, of, "per sample")
+        held = distance(w.scales["pv"], Quantity(Decimal(counts), counts=True))
+        w.means(of, short(change), of, "per sample", exact=change, held=held)
 
 
 def _hysteresis(w: Writer, yellow: int | None, *, on: bool) -> None:

@@ -11,7 +11,7 @@ from pidcfg.convert.dl06_to import FOLLOWS
 from pidcfg.convert.dl06_writer import Writer
 from pidcfg.convert.ledger import Missing, Put, Target
 from pidcfg.convert.pipeline import ConvertError
-from pidcfg.convert.terms import ONE, ZERO, filter_share, number, product, quotient, width
+from pidcfg.convert.terms import ZERO, filter_share, gain_limit, number, product, quotient, width
 from pidcfg.encoders.dl06.encode import scales
 from pidcfg.encoders.maps.dl06 import CPU, RESET
 from pidcfg.refs import Decision
@@ -35,7 +35,7 @@ DATA_FORMAT = "12-bit unipolar"
 SLOWEST, HUNDREDTH = Decimal("99.99"), Decimal("0.01")
 LONGEST_RATE = Decimal("99.99")
 STRONGEST = Decimal("0.1")
-LIMITS = (ONE, Decimal(20))
+LIMITS = (1, 20)
 LARGEST_DIGITS = 9998
 """Of a reset time: 9999 switches it off."""
 
@@ -187,10 +187,17 @@ def _derivative(w: Writer, acts: str) -> None:
     elif acts == "error":
         w.also(ACTS, "tuning.derivative_on")
     if tuning.derivative_filter:
-        limit = quotient(min(rate, LONGEST_RATE), tuning.derivative_filter)
-        held = min(max(limit, LIMITS[0]), LIMITS[1])
-        note = "" if held == limit else f"the filter is Td/N with N from {LIMITS[0]} to {LIMITS[1]}"
-        w.computed("derivative_gain_limit", held, "tuning.derivative_filter", note, clamped=bool(note))
+        _filter(w, min(rate, LONGEST_RATE))
+
+
+def _filter(w: Writer, rate: Decimal) -> None:
+    """The filter's time constant as the whole N that makes Td/N the nearest to it."""
+    constant = w.loop.tuning.derivative_filter
+    limit, ratio = gain_limit(rate, constant, LIMITS[1]), quotient(rate, constant)
+    clamped = not LIMITS[0] <= ratio <= LIMITS[1]
+    note = f"the filter is Td/N with N from {LIMITS[0]} to {LIMITS[1]}: {limit}" if clamped else f"Td/{limit}"
+    w.means("derivative_gain_limit", limit, "tuning.derivative_filter", note,
+            exact=constant, held=quotient(rate, Decimal(limit)), clamped=clamped)  # fmt: skip
 
 
 def _pv(w: Writer, form: str) -> None:

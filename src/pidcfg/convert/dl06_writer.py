@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from decimal import Decimal
 from typing import TYPE_CHECKING, Any, NoReturn
 
 from pidcfg.convert.dl06_scales import short
@@ -11,8 +12,6 @@ from pidcfg.convert.pipeline import ConvertError
 from pidcfg.convert.terms import number
 
 if TYPE_CHECKING:
-    from decimal import Decimal
-
     from pidcfg.encoders.scales import Scale
     from pidcfg.schemas.generic import Loop
 
@@ -38,6 +37,11 @@ class Writer:
             section = section.setdefault(key, {})
         section[keys[-1]] = value
         self.puts.append(Put(path, of, note, assumed=assumed, clamped=clamped))
+
+    def means(self, path: str, value: Decimal | int, of: str, note: str = "", **how: Any) -> None:
+        """A field whose number in the file is not what is meant; ``how``: see `Put`."""
+        self.put(path, number(Decimal(value)), of, note)
+        self.puts[-1] = Put(path, of, note, **how)
 
     def number(self, path: str, value: Decimal, of: str | None, note: str = "", *, clamped: bool = False) -> None:
         """A field that is a number."""

@@ -53,6 +53,8 @@ class Put:
     """What was wanted, where the file holds less: a whole number, or a text with a unit that is rounded already."""
     clamped: bool = False
     """Brought within what the target allows by the adapter."""
+    held: Decimal | None = None
+    """What the file then means, in the unit of ``exact``, where its own number does not say it."""
 
 
 @dataclass(frozen=True, slots=True)

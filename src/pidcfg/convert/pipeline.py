@@ -98,6 +98,7 @@ def _settled(made: Target, target: Vendor) -> list[dict[str, Stored]]:
     wanted = [{put.field: at(made.data, route_of(place, put.field)) if put.exact is None else put.exact
                for put in puts if put.field}
               for place, puts in zip(places, made.puts, strict=True)]  # fmt: skip
+    meant = [{put.field: (put.exact, put.held) for put in puts if put.exact and put.held} for puts in made.puts]
     notes: dict[Route, Stored] = {}
     for _ in range(2):  # a clamped value is encoded again
         encoding = target.encoder(_validated(target, made.data))
@@ -113,11 +114,13 @@ def _settled(made: Target, target: Vendor) -> list[dict[str, Stored]]:
     _within_limits(made, target, places, notes)
     held = _decoded(target, made.data)
     found = []
-    for place, fields in zip(places, wanted, strict=True):
+    for place, fields, means in zip(places, wanted, meant, strict=True):
         row = {}
         for field, value in fields.items():
             path = route_of(place, field)
             row[field] = notes.get(path) or _held(made.data, path, value, held)
+            if field in means and path not in notes:
+                row[field] = _meant(at(made.data, path), *means[field])
         found.append(row)
     return found
 
@@ -189,6 +192,14 @@ def _held(data: dict[str, Any], path: Route, wanted: Any, held: Any) -> Stored:
         written = plain_number(back)
         put_at(data, path, written)
     return Stored(written, "rounded", float(error * 100))
+
+
+def _meant(written: Any, wanted: Decimal, held: Decimal) -> Stored:
+    """What a field means where its number in the file is of another kind, or shorter than what the memory holds."""
+    error = abs(held - wanted) / abs(wanted)
+    if error <= Decimal(EXACT):
+        return Stored(written)
+    return Stored(plain_number(Decimal(f"{held:.4g}")), "rounded", float(error * 100))
 
 
 # --- paths and numbers -----------------------------------------------------------------------------------------------

@@ -63,6 +63,13 @@ def filter_share(time: Decimal, sample_time: Decimal) -> Decimal:
     return rounded(ONE - EXACT.exp(-quotient(sample_time, time)))
 
 
+def gain_limit(derivative: Decimal, constant: Decimal, highest: int) -> int:
+    """The whole N from 1 on with which derivative / N is nearest to the wanted time constant of its filter."""
+    below = min(max(int(quotient(derivative, constant)), 1), highest)
+    above = min(below + 1, highest)
+    return min((below, above), key=lambda n: abs(quotient(derivative, Decimal(n)) - constant))
+
+
 def dependent(kp: Decimal, ki: Decimal, kd: Decimal) -> tuple[Decimal, Decimal, Decimal, bool]:
     """Independent gains as gain, integral and derivative time, and whether there is a proportional action.
 
