@@ -81,10 +81,13 @@ def close(a, b, error):
     return abs(a - b) <= max(abs(a), abs(b)) * Decimal(str(error / 100 + 2e-6))
 
 
-def share_of(loop):
-    """The gain in shares of both ranges, since CLICK knows its output in % only."""
+def actions_of(loop):
+    """P, I and D in shares of both ranges: CLICK knows its output in % only, and without P no gain stands alone."""
     low, high = loop.output.range
-    return loop.tuning.gain * (loop.pv.range[1] - loop.pv.range[0]) / (high - low)
+    tuning = loop.tuning
+    share = tuning.gain * (loop.pv.range[1] - loop.pv.range[0]) / (high - low)
+    integral = share / tuning.integral_time if tuning.integral_time else Decimal(0)
+    return {"P": share if tuning.proportional else Decimal(0), "I": integral, "D": share * tuning.derivative_time}
 
 
 @pytest.mark.parametrize(("one", "two"), PAIRS)
@@ -105,9 +108,8 @@ def test_there_and_back_gives_the_same_loop_up_to_the_reported_rounding(one, two
         lost = any(change.kind in {"dropped", "clamped"} for change in rows)
         assert a.output_raises_pv is b.output_raises_pv
         if not lost:
-            for key in ("integral_time", "derivative_time"):
-                assert close(getattr(a.tuning, key), getattr(b.tuning, key), error), (key, a.tuning, b.tuning, rows)
-            assert close(share_of(a), share_of(b), error), (a.tuning, b.tuning, rows)
+            was, now = actions_of(a), actions_of(b)
+            assert all(close(was[key], now[key], error) for key in was), (was, now, rows)
             assert close(a.sample_time, b.sample_time, error)
             if a.setpoint.value is not None:  # else one is chosen, and reported
                 assert close(a.setpoint.value, b.setpoint.value, error)
