@@ -93,7 +93,7 @@ def neutral_loops(draw, index: int):
         "output": {"range": (out_low, out_high), **draw(part(
             unit=st.just("%"), limits=pairs(out_low, out_high), bias=within(out_low, out_high),
             manual=within(out_low, out_high), max_rate=st.integers(1, 50),
-            pulse=st.fixed_dictionaries({"period": st.integers(1, 600)}, optional={"min_on": st.integers(0, 1)})))},
+            pulse=st.fixed_dictionaries({"period": st.integers(2, 600)}, optional={"min_on": st.integers(0, 1)})))},
         "deadband": draw(within(0, 0.02 * (high - low))), "anti_windup": draw(st.booleans()),
         "alarms": draw(alarms(low, high)),
     }  # fmt: skip

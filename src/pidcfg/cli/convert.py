@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 EPILOG = options.examples(
     "pidcfg convert reactor.yaml --to click -o reactor-click.yaml --allow-loss",
     "pidcfg convert tank.yaml --to nextopid --report json -o tank-nextopid.yaml",
-    "pidcfg convert oven.yaml --to dl06 --loop-table V3000 -o oven-dl06.yaml",
+    "pidcfg convert kiln.yaml --to dl06 --loop-table V3000 -o kiln-dl06.yaml",
 )
 
 
