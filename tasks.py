@@ -31,7 +31,7 @@ REQUIREMENTS = ROOT / "requirements"
 REACTOR = "examples/dl06/reactor.yaml"
 SCENARIO = "examples/dl06/reactor.scenario.yaml"
 
-NEEDED_BY = {"demo": ("build", "run"), "test": ("build", "run", "dev")}
+NEEDED_BY = {"demo": ("build", "run"), "test": ("build", "run", "report", "dev", "docs")}
 """Files of requirements/ by what they are installed for."""
 
 WINDOWS_ONLY = ("colorama",)
@@ -128,8 +128,10 @@ def ranges(name: str) -> list[str]:
     lines: list[str] = {
         "build": groups["build"],
         "run": [*project["dependencies"], *WINDOWS_ONLY],
-        "dev": groups["dev"],
         "fast": project["optional-dependencies"]["fast"],
+        "report": project["optional-dependencies"]["report"],
+        "dev": groups["dev"],
+        "docs": groups["docs"],
     }[name]
     return lines
 
@@ -172,9 +174,9 @@ def demo() -> None:
 
 
 def test(*arguments: str) -> None:
-    """Install everything and run all tests."""
+    """Install everything and run all tests, a process per processor; or what the arguments name."""
     prepare("test")
-    must(PYTHON, "-m", "pytest", *arguments)
+    must(PYTHON, "-m", "pytest", *(arguments or ("--numprocesses", "auto", "--dist", "worksteal")))
 
 
 def check() -> None:
@@ -209,7 +211,7 @@ def lock() -> None:
         python = Path(folder) / "venv" / PYTHON.relative_to(VENV)
         must(python, *PIP, "pip-tools>=7.5")
         locked: list[str] = []
-        for name in ("run", "build", "dev", "fast"):
+        for name in ("run", "build", "fast", "report", "dev", "docs"):
             compile_lock(python, Path(folder), name, locked)
             locked.append(name)
 

@@ -13,7 +13,7 @@ import neutral_strategies
 from click_strategies import configurations
 from neutral_strategies import leaves, neutral_files, unheard
 from pidcfg.convert.click import NOTHING_LOST, from_neutral, to_neutral
-from pidcfg.convert.pipeline import ConvertError, Stored, _settled, convert
+from pidcfg.convert.pipeline import ConvertError, Stored, convert, settled
 from pidcfg.diagnostics import Severity
 from pidcfg.encoders.click.encode import encode
 from pidcfg.schemas.click import ClickFile, Loop
@@ -128,7 +128,7 @@ def test_only_the_longest_reset_time_is_no_integral(reset, integral):
 
 def stored(loop: dict) -> dict[str, Stored]:
     """What the registers hold of each field of a converted loop."""
-    return _settled(from_neutral(generic(loop), {}), CLICK)[0]
+    return settled(from_neutral(generic(loop), {}), CLICK)[0]
 
 
 def test_values_beyond_what_the_registers_take_are_clamped():
@@ -618,7 +618,7 @@ def test_a_loop_of_which_nothing_is_lost_comes_back_whole():
 @given(neutral_files())
 def test_what_is_made_has_no_errors_of_its_own(file):
     made = from_neutral(file, {})
-    _settled(made, CLICK)
+    settled(made, CLICK)
     text = yaml_text(made.data)
     found = check_document(read_document(text.encode(), "made.yaml")).findings
     errors = [f for f in found if f.severity is Severity.ERROR]

@@ -13,7 +13,7 @@ import neutral_strategies
 from dl06_strategies import FORMAT_NAMES, configurations
 from neutral_strategies import neutral_files, unheard
 from pidcfg.convert.dl06 import CONVERT_OPTIONS, NOTHING_LOST, from_neutral, to_neutral
-from pidcfg.convert.pipeline import ConvertError, _settled, convert
+from pidcfg.convert.pipeline import ConvertError, convert, settled
 from pidcfg.diagnostics import Severity
 from pidcfg.encoders.dl06.encode import encode, reset_value, scales_of
 from pidcfg.encoders.maps.dl06 import LOOP_TABLE
@@ -86,7 +86,7 @@ def clamped(loop: dict, **options) -> set[str]:
 def convert_neutral(loop: dict) -> dict:
     """The alarms of the file, with what the DL06 can hold."""
     made = from_neutral(generic(loop), {})
-    _settled(made, DL06)
+    settled(made, DL06)
     return made.data["loops"][0]["alarms"]
 
 
@@ -582,7 +582,7 @@ def test_any_neutral_loop_makes_a_valid_file(file):
     data = file.model_dump()
     try:
         made = from_neutral(file, {})
-        stored = _settled(made, DL06)
+        stored = settled(made, DL06)
     except ConvertError as error:
         assume("at least one count" not in str(error) and "switches it off" not in str(error))
         raise

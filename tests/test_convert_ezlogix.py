@@ -13,7 +13,7 @@ import neutral_strategies
 from ezlogix_strategies import configurations
 from neutral_strategies import leaves, neutral_files, unheard
 from pidcfg.convert.ezlogix import CONVERT_OPTIONS, NOTHING_LOST, from_neutral, to_neutral
-from pidcfg.convert.pipeline import ConvertError, Stored, _settled, convert
+from pidcfg.convert.pipeline import ConvertError, Stored, convert, settled
 from pidcfg.diagnostics import Severity
 from pidcfg.encoders.ezlogix.encode import encode
 from pidcfg.schemas.ezlogix import EzlogixFile, Loop
@@ -88,7 +88,7 @@ def dropped(loop: dict, **options) -> dict[str, str]:
 
 def stored(loop: dict) -> dict[str, Stored]:
     """What the registers hold of each field of a converted loop."""
-    return _settled(from_neutral(generic(loop), {}), EZLOGIX)[0]
+    return settled(from_neutral(generic(loop), {}), EZLOGIX)[0]
 
 
 # --- action and gains ------------------------------------------------------------------------------------------------
@@ -448,7 +448,7 @@ def test_a_loop_with_everything_comes_back_whole():
 def test_what_is_made_has_no_errors_of_its_own(file):
     made = from_neutral(file, {})
     try:
-        _settled(made, EZLOGIX)
+        settled(made, EZLOGIX)
     except ConvertError as error:
         assert "switches it off" in str(error)  # noqa: PT017 - only that may be refused
         return

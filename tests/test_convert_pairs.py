@@ -39,11 +39,11 @@ def checked(data):
 
 def of_vendor(loops, vendor):
     """Neutral loops as a vendor's configuration."""
-    from pidcfg.convert.pipeline import _settled
+    from pidcfg.convert.pipeline import settled
 
     file = GenericFile.model_validate({"pidcfg": 1, "vendor": "generic", "loops": loops})
     made = VENDORS[vendor].load("from_neutral")(file, {})
-    _settled(made, VENDORS[vendor])
+    settled(made, VENDORS[vendor])
     return checked(made.data)
 
 

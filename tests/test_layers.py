@@ -28,6 +28,8 @@ MAY_IMPORT = {
     "tuning":       "refs schemas encoders vendors",
     "validate":     "refs limits diagnostics document source schemas encoders vendors convert tuning",
     "sim":          "refs schemas encoders tuning",
+    "pictures":     "",
+    "report":       "refs limits diagnostics document schemas encoders vendors convert validate sim pictures",
     "cli":          "*",
     "api":          "refs limits diagnostics document source schemas encoders vendors convert tuning validate sim",
     "__init__":     "api",
@@ -43,6 +45,9 @@ ONLY_IN = {
     "pyclickplc":    "encoders.click",
     "numpy":         "sim.compile",
     "numba":         "sim.compile",
+    "matplotlib":    "pictures",
+    "jinja2":        "pictures report",
+    "xlsxwriter":    "report",
     "pydantic":      "schemas encoders vendors validate sim tuning convert cli.schema",
     "pydantic_core": "schemas encoders vendors validate sim",
     "importlib":     "vendors cli sim.compile __init__",   # imports by name: the tables above cannot see them
@@ -87,7 +92,10 @@ LONG_FUNCTIONS = {
 }
 # fmt: on
 
-HEAVY = ("pydantic", "ruamel", "rich", "numpy", "numba", "intelhex", "pyclickplc", "pymodbus")
+HEAVY = (
+    "pydantic", "ruamel", "rich", "numpy", "numba", "intelhex", "pyclickplc", "pymodbus", "matplotlib", "jinja2",
+    "xlsxwriter",
+)  # fmt: skip
 STANDARD = sys.stdlib_module_names - {"importlib"}
 LONGEST_MODULE, LONGEST_FUNCTION = 300, 50
 

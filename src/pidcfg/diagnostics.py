@@ -37,6 +37,14 @@ START = Span(1, 1, 1, 1)
 
 
 @dataclass(frozen=True, slots=True)
+class Edit:
+    """A text to be put in the place of another one."""
+
+    span: Span
+    text: str
+
+
+@dataclass(frozen=True, slots=True)
 class Diagnostic:
     """One finding, complete: what, where, how bad, what the PLC would do, and the cure."""
 
@@ -50,6 +58,8 @@ class Diagnostic:
     plc_effect: str | None = None
     reference: str | None = None
     help: str | None = None
+    edits: tuple[Edit, ...] = ()
+    """What mends the text without changing what a plant does; empty where a person has to decide."""
 
     @property
     def where(self) -> str:

@@ -72,7 +72,7 @@ def convert(config: Any, source: Vendor, target: Vendor, options: Mapping[str, A
     """The same loops for another vendor; raises `ConvertError`."""
     generic, loops = neutral_loops(config, source)
     made: Target = target.load("from_neutral")(generic, options)
-    stored = _settled(made, target)
+    stored = settled(made, target)
     report = []
     for i, (loop, neutral) in enumerate(zip(generic.loops, loops, strict=True)):
         idle = partial(_idle, loop)
@@ -92,7 +92,7 @@ def _idle(loop: Any, field: str) -> bool:
     return harmless(field, item)
 
 
-def _settled(made: Target, target: Vendor) -> list[dict[str, Stored]]:
+def settled(made: Target, target: Vendor) -> list[dict[str, Stored]]:
     """Puts the values that the target can hold into its data; what became of each field, by loop."""
     places = made.items or [("loops", i) for i in range(len(made.puts))]
     wanted = [{put.field: at(made.data, route_of(place, put.field)) if put.exact is None else put.exact

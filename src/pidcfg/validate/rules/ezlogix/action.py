@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-import re
 from typing import TYPE_CHECKING
 
 from pidcfg.diagnostics import Severity
 from pidcfg.refs import EZLOGIX, Decision
+from pidcfg.validate.purpose import spoken_of
 from pidcfg.validate.rule import rule
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from pidcfg.schemas.ezlogix import Loop
     from pidcfg.validate.rule import Finding
     from pidcfg.validate.rules.ezlogix.context import EzlogixContext
 
@@ -26,30 +25,10 @@ D183 = Decision(
     "The action stands in no register, and the word is the opposite of the process's action, by which other "
     "controllers name it: swapping it is the likeliest mistake, and a heater that runs away its result.",
 )  # fmt: skip
-HEATING = re.compile(r"\b(?:(?:re|pre)?heat(?:er|ers|ing)|ovens?|furnaces?|kilns?|boilers?|burners?)(?![a-z])")
-COOLING = re.compile(
-    r"\b(?:cool(?:er|ers|ing)?|cold|chill(?:er|ers|ed|ing)|fridges?|freez(?:er|ers|ing)|refrigerat\w*|"
-    r"air condition\w*)(?![a-z])"
-)
-UNCLEAR = re.compile(
-    r"\b(?:air to close|(?:normally|fails?) open|inver(?:ted|se)|reversed|"
-    r"exhaust|draft|draught|vent\w*|fans?|dampers?|quench\w*)(?![a-z])"
-)
-TEMPERATURE = re.compile(r"(?:deg|°|º)? ?[cfk]|(?:deg(?:rees?)?|°) ?\w*|℃|℉|celsius|fahrenheit|kelvin")
-BREAK = re.compile(r"[\W_]+")
 MEANING = {
     "direct": ("heating", "CV rises as PV rises", "reverse"),
     "reverse": ("cooling", "CV falls as PV rises", "direct"),
 }
-
-
-def spoken_of(loop: Loop) -> set[str]:
-    """What name and description speak of: ``heating``, ``cooling``."""
-    text = BREAK.sub(" ", f"{loop.name} {loop.description or ''}".casefold())
-    unit = (loop.pv.unit or "degC").casefold()
-    if UNCLEAR.search(text) or not TEMPERATURE.fullmatch(unit):
-        return set()
-    return {word for word, pattern in (("heating", HEATING), ("cooling", COOLING)) if pattern.search(text)}
 
 
 @rule(
