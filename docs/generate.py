@@ -14,6 +14,7 @@ import click
 
 import pidcfg
 from pidcfg.cli.main import COMMANDS, cli
+from pidcfg.cli.output_schemas import OUTPUTS
 from pidcfg.cli.schema import document_schema
 from pidcfg.encoders.named import ParameterTable
 from pidcfg.refs import Decision
@@ -43,6 +44,7 @@ def pages() -> dict[str, str]:
         found[f"schemas/{vendor.key}.schema.json"] = schema_text(vendor.key)
     found["scenario-keys.md"] = keys("scenario", "Keys of a scenario")
     found["schemas/scenario.schema.json"] = schema_text("scenario")
+    found |= {f"schemas/{name}.schema.json": schema_text(name) for name in OUTPUTS}
     return found
 
 
