@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from pidcfg.cli.reporters import Documents
-    from pidcfg.diagnostics import Diagnostic
+    from pidcfg.diagnostics import Diagnostic, Span
 
 STDIN = "<stdin>"
 """The name of standard input in reports."""
@@ -89,10 +89,12 @@ def fingerprints(findings: Findings) -> list[str]:
     later; findings that are equal in everything are numbered.
     """
     seen: Counter[str] = Counter()
+    named = {d.file for d in findings.found}
+    rows = {file: doc.lines for file, doc in findings.documents.items() if file in named}
     prints = []
     for d in findings.found:
         steps = [step for step in d.path if isinstance(step, str)]
-        value = _written(d, findings.documents)
+        value = _written(d.span, rows.get(d.file, []))
         key = "\0".join((d.code, shown(d.file), d.loop or "", ".".join(steps), value, PASSING.sub("", d.message)))
         seen[key] += 1
         digest = hashlib.sha256(f"{key}\0{seen[key]}".encode("utf-8", "backslashreplace"))
@@ -100,12 +102,11 @@ def fingerprints(findings: Findings) -> list[str]:
     return prints
 
 
-def _written(d: Diagnostic, documents: Documents) -> str:
-    """The text that a finding points at, within one line."""
-    lines = documents[d.file].lines if d.file in documents else []
-    if d.span.line != d.span.end_line or not 0 < d.span.line <= len(lines):
+def _written(span: Span, rows: Sequence[str]) -> str:
+    """The text at a place, within one line."""
+    if span.line != span.end_line or not 0 < span.line <= len(rows):
         return ""
-    return lines[d.span.line - 1][d.span.column - 1 : d.span.end_column - 1]
+    return rows[span.line - 1][span.column - 1 : span.end_column - 1]
 
 
 def sentence(d: Diagnostic) -> str:

@@ -8,6 +8,7 @@ from pidcfg.encoders.named import TYPES
 from pidcfg.vendors import VENDORS
 
 CONTENT: Schema = {"description": "As the vendor shows it.", "type": ["boolean", "number"]}
+OPEN: Schema = {"description": "In the terms of the vendor.", "type": "object", "additionalProperties": True}
 
 
 def schema() -> Schema:
@@ -17,8 +18,8 @@ def schema() -> Schema:
         version=VERSION,
         vendor=text("The PLC family.", *VENDORS),
         words=listing("In the order of addresses.", {"oneOf": [register(), parameter(), wired()]}),
-        settings=listing("What no register holds, an object a loop, in the terms of the vendor.", {"type": "object"}),
-        plc={"description": "What no register holds, of the whole PLC.", "type": "object"},
+        settings=listing("What no register holds, an object a loop.", OPEN),
+        plc=OPEN,
         checklist=listing("What a person should check after the download.", text("An item.")),
     )
     return {"oneOf": [image, findings.schema()]}
@@ -38,7 +39,7 @@ def register() -> Schema:
 
 def parameter() -> Schema:
     """A parameter with a name."""
-    return record("A parameter.", ("device",), **_named(), value=CONTENT)
+    return record("A parameter.", ("device",), **_named(), value={**CONTENT, "type": ["boolean", "number", "string"]})
 
 
 def wired() -> Schema:
