@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from pidcfg.cli import options
-from pidcfg.cli.console import echo, echo_json, note
+from pidcfg.cli.console import echo, echo_json, note, show
 from pidcfg.cli.main import Exit
 from pidcfg.vendors import VENDORS
 
@@ -47,8 +47,10 @@ def command(before: str, after: str, vendor: str | None, fmt: str, exits: bool, 
     found = compare(*sides)
     if fmt == "json":
         echo_json(as_json(before, after, found))
+    elif fmt == "text":
+        show(as_text(before, after, found))
     else:
-        echo(as_text(before, after, found) if fmt == "text" else as_markdown(before, after, found))
+        echo(as_markdown(before, after, found))
     if exits and any(entry.status != "same" for entry in found):
         click.get_current_context().exit(Exit.FOUND)
 

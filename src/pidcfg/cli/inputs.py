@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from pidcfg.cli.progress import held
 from pidcfg.diagnostics import Diagnostic, Severity
 from pidcfg.source import Document, Node, read_document
 
@@ -97,7 +98,8 @@ def read_input(name: str, limits: Limits) -> Input:
     """The bytes of one file, at most one more than the limit."""
     try:
         if name == STDIN:
-            return Input("<stdin>", sys.stdin.buffer.read(limits.file_bytes + 1))
+            with held():
+                return Input("<stdin>", sys.stdin.buffer.read(limits.file_bytes + 1))
         with Path(name).open("rb") as stream:
             return Input(name, stream.read(limits.file_bytes + 1))
     except OSError as error:

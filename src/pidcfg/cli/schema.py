@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from pidcfg.cli import options
-from pidcfg.cli.console import echo
+from pidcfg.cli.console import echo_json, show
 from pidcfg.vendors import VENDORS
 
 if TYPE_CHECKING:
@@ -28,11 +28,11 @@ def command(vendor: str | None, out: str | None, force: bool) -> None:
 
     if vendor is None:
         rows = [(v.key, v.title) for v in VENDORS.values()] + [(SCENARIO, "simulation scenarios")]
-        echo("".join(f"{key:<10} {title}\n" for key, title in rows))
+        show("".join(f"{key:<10} {title}\n" for key, title in rows))
         return
     text = json.dumps(document_schema(vendor), indent=2, ensure_ascii=False) + "\n"
     if out is None:
-        echo(text)
+        echo_json(text)
     else:
         write_files({out: text}, force=force)
 

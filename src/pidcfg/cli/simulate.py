@@ -2,20 +2,20 @@
 
 from __future__ import annotations
 
-import sys
-import time
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import click
 
 from pidcfg.cli import options
-from pidcfg.cli.console import echo, watched
+from pidcfg.cli.console import echo, show
 from pidcfg.cli.inputs import read_inputs
 from pidcfg.cli.main import Exit
+from pidcfg.cli.progress import LINE
 from pidcfg.diagnostics import Diagnostic, Severity
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Sequence
 
     from pidcfg.cli.simulation_report import Outcome
     from pidcfg.limits import Limits
@@ -51,6 +51,7 @@ def command(
     Exit codes: 0 all hold, 1 a failed expectation (or a configuration with errors of which nothing is expected), 2 a
     scenario that cannot run.
     """
+    del quiet  # the option itself sees to it
     from pidcfg.cli.simulation_report import REPORTERS
     from pidcfg.cli.trend_file import trend_file
     from pidcfg.sim.engine import installed
@@ -67,11 +68,23 @@ def command(
             every=every,
             max_loop_steps=None if no_limit else limits.loop_steps,
             trend=trend,
-            progress=None if quiet or not watched() else progress(),
         )
-        outcomes = [simulate_document(doc, settings, limits) for doc in scenarios]
-    echo(REPORTERS[fmt](outcomes))
+        outcomes = run_all(scenarios, settings, limits)
+    (show if fmt == "text" else echo)(REPORTERS[fmt](outcomes))
     click.get_current_context().exit(exit_code(outcomes, strict=strict))
+
+
+def run_all(scenarios: Sequence[Document], settings: Settings, limits: Limits) -> list[Outcome]:
+    """Runs the scenarios one after another; the line on the terminal shows how many are done, in shares of a run."""
+    outcomes = []
+    for done, doc in enumerate(scenarios):
+
+        def told(share: float, done: int = done, label: str = doc.file) -> None:
+            LINE.update(f"simulating {label}", (done + share) / len(scenarios))
+
+        LINE.update(f"simulating {doc.file}", done / len(scenarios) if done else None)
+        outcomes.append(simulate_document(doc, replace(settings, progress=told), limits))
+    return outcomes
 
 
 def wanted(documents: list[Document], paths: Sequence[str]) -> list[Document]:
@@ -113,18 +126,6 @@ def exit_code(outcomes: Sequence[Outcome], *, strict: bool = False) -> Exit:
         return Exit.UNUSABLE
     failed = not all(outcome.passed for outcome in outcomes)
     return Exit.FOUND if failed or (strict and worst(outcomes) >= Severity.WARNING) else Exit.OK
-
-
-def progress() -> Callable[[float], None]:
-    """A line on stderr that shows the share done, once a run takes longer than a second."""
-    begun = time.monotonic()
-
-    def show(share: float) -> None:
-        if time.monotonic() - begun > 1:
-            sys.stderr.write("\r        \r" if share >= 1 else f"\r{share:6.1%} ")
-            sys.stderr.flush()
-
-    return show
 
 
 def check_scenario(doc: Document, limits: Limits) -> list[Diagnostic]:

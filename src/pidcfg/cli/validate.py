@@ -7,9 +7,10 @@ from typing import TYPE_CHECKING
 import click
 
 from pidcfg.cli import options
-from pidcfg.cli.console import echo, echo_json, note, progress
+from pidcfg.cli.console import echo_json, note, show
 from pidcfg.cli.inputs import gather
 from pidcfg.cli.main import Exit
+from pidcfg.cli.progress import progress
 from pidcfg.cli.reporters import REPORTERS, summary
 from pidcfg.diagnostics import Diagnostic, Severity
 
@@ -45,11 +46,11 @@ def command(
     gathered = list(gather(paths, limits))
     inputs = [entry for entry in gathered if not entry.foreign]
     skipped = len(gathered) - len(inputs)
-    for doc, findings in progress(check_all(inputs, limits), "checking", len(inputs), quiet=quiet):
+    for doc, findings in progress(check_all(inputs, limits), "checking", len(inputs)):
         documents[doc.file] = doc
         found += findings
     kept = options.chosen(found, select, ignore)
-    (echo_json if fmt == "json" else echo)(REPORTERS[fmt](options.severe(kept, severity), documents))
+    (echo_json if fmt == "json" else show)(REPORTERS[fmt](options.severe(kept, severity), documents))
     if fmt == "text" and not quiet:
         note(summary(kept, len(documents), skipped))
     click.get_current_context().exit(exit_code(kept, strict=strict))
