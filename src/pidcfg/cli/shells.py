@@ -65,10 +65,6 @@ class Shell(ShellComplete):
         value = str(item.value)
         return value if value.startswith(self.head) else self.head + value
 
-    def format_completion(self, item: CompletionItem[Any]) -> str:
-        """The kind, the value, and its help on a line each."""
-        return f"{item.type}\n{self.own(item)}\n{one_line(item.help)}"
-
 
 class Bash(Shell):
     """bash has no room for a help, and words of its own after ``=`` and ``:``."""
@@ -82,13 +78,15 @@ class Bash(Shell):
 
 
 class Zsh(Shell):
-    """zsh takes a colon for the beginning of the help."""
+    """zsh wants the whole word, and takes a colon for the beginning of the help."""
 
     name = "zsh"
 
     def format_completion(self, item: CompletionItem[Any]) -> str:
         """Three lines; a colon is escaped where a help follows."""
-        value = self.own(item).replace(":", r"\:") if item.help and item.type == "plain" else self.own(item)
+        value = self.whole(item)
+        if item.help and item.type == "plain":
+            value = value.replace(":", r"\:")
         return f"{item.type}\n{value}\n{one_line(item.help)}"
 
 

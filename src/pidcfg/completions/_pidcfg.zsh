@@ -13,7 +13,6 @@ _pidcfg() {
             plain) if [[ $descr == _ ]]; then plain+=("$value"); else described+=("$value:$descr"); fi ;;
         esac
     done
-    [[ $PREFIX == *=* ]] && compset -P '*='
     (( $#described )) && _describe -V pidcfg described -U
     (( $#plain )) && compadd -U -V plain -a plain
     (( $#paths )) && compadd -U -V paths -a paths
