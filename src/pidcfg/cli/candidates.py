@@ -134,6 +134,16 @@ def limit_names(ctx: click.Context, typed: str) -> Items:
     ]
 
 
+def report_files(ctx: click.Context, typed: str) -> Items:
+    """``FORMAT=PATH``: the formats of the command, then any file."""
+    front, equals, begin = typed.partition("=")
+    if equals:
+        return [CompletionItem(f"{front}={item.value}", type=item.type) for item in any_file(ctx, begin)]
+    formats = next((p.type for p in ctx.command.params if p.name in {"fmt", "report"}), None)
+    names = formats.choices if isinstance(formats, click.Choice) else ()
+    return [CompletionItem(f"{name}=", type="part") for name in names if name.startswith(typed)]
+
+
 def loops(ctx: click.Context, typed: str) -> Items:
     """The names of the loops of the files on the line, and of those that its scenarios run."""
     words = ctx.find_root().obj or []
@@ -176,6 +186,7 @@ SOURCES: dict[tuple[str, str], Source] = {
     ("*", "select"): codes,
     ("*", "ignore"): codes,
     ("*", "limits"): limit_names,
+    ("*", "reports"): report_files,
     ("*", "loop"): loops,
     ("*", "plot_loop"): loops,
 }

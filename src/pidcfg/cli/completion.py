@@ -26,6 +26,7 @@ To have it in every new shell:
 \b
 Examples:
   pidcfg completion bash
+  pidcfg completion fish
   pidcfg completion powershell"""
 
 

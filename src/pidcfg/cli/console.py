@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import codecs
 import json
 import shutil
 import sys
@@ -31,10 +32,23 @@ def show(text: str) -> None:
 
 
 def echo_json(text: str) -> None:
-    """A JSON result; where the terminal's code page lacks a character, JSON's own escapes stand for it."""
-    if not fits(text, sys.stdout.encoding):
+    """A JSON result; JSON is UTF-8, so on another code page JSON's own escapes stand for what is not ASCII."""
+    if not (text.isascii() or _is_utf8(text)):
         text = json.dumps(json.loads(text), indent=2) + "\n"
     echo(text)
+
+
+def echo_xml(text: str) -> None:
+    """An XML result that says it is UTF-8; on another code page numbers stand for characters that are not ASCII."""
+    if not (text.isascii() or _is_utf8(text)):
+        text = text.encode("ascii", "xmlcharrefreplace").decode()
+    echo(text)
+
+
+def _is_utf8(text: str) -> bool:
+    """Whether a text reaches standard output as UTF-8."""
+    encoding = sys.stdout.encoding or "utf-8"
+    return codecs.lookup(encoding).name == "utf-8" and fits(text, encoding)
 
 
 def note(text: str) -> None:

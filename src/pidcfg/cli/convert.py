@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from pidcfg.cli import options
+from pidcfg.cli import options, report_options
 from pidcfg.cli.console import echo, echo_json, note
 from pidcfg.cli.decode import read_rows
 from pidcfg.cli.main import Exit
@@ -16,6 +16,7 @@ from pidcfg.vendors import VENDORS
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from pidcfg.cli.convert_report import Told
     from pidcfg.cli.convert_verify import Verified
     from pidcfg.convert.pipeline import Converted
     from pidcfg.limits import Limits
@@ -25,6 +26,7 @@ if TYPE_CHECKING:
 EPILOG = options.examples(
     "pidcfg convert reactor.yaml --to click -o reactor-click.yaml --allow-loss",
     "pidcfg convert tank.yaml --to nextopid --report json -o tank-nextopid.yaml",
+    "pidcfg convert tank.yaml --to dpide -o tank-dpide.yaml --report-output markdown=changes.md",
     "pidcfg convert kiln.yaml --to dl06 --loop-table V3000 -o kiln-dl06.yaml",
 )
 
@@ -58,6 +60,7 @@ def percent(ctx: click.Context, param: click.Parameter, text: str | None) -> flo
 @click.option("--allow-loss", is_flag=True, help="Write the file although something was dropped or clamped.")
 @click.option("--report", type=click.Choice(["text", "json"]), default="text", show_default=True,
               help="How the report is printed: text on stderr, JSON on stdout.")  # fmt: skip
+@report_options.report_files("text", "json", "markdown", flag="--report-output")
 @click.option("--verify", is_flag=True, help="Run both sides on the same plants and report how far they lie apart.")
 @click.option(
     "--max-deviation",
@@ -70,48 +73,51 @@ def percent(ctx: click.Context, param: click.Parameter, text: str | None) -> flo
 @options.LIMITS
 def command(
     file: str, target: str, out: str | None, force: bool, allow_loss: bool, report: str, quiet: bool, limits: Limits,
-    verify: bool, max_deviation: float | None, **texts: str | None,
+    reports: tuple[report_options.Report, ...], verify: bool, max_deviation: float | None, **texts: str | None,
 ) -> None:  # fmt: skip
     """Convert the configuration FILE to another vendor's, and report what became of every field.
 
     Exit codes: 0 written, 1 nothing was written because something would be lost or is missing, 2 unusable input.
     """
-    from pidcfg.cli import convert_verify
     from pidcfg.cli.checks import one_configuration, show_errors
-    from pidcfg.cli.convert_report import as_json, as_text
+    from pidcfg.cli.convert_report import Told
     from pidcfg.cli.validate import exit_code
 
     if report == "json" and out is None:
         raise click.UsageError("the report and the file would both go to standard output; name the file with -o")
+    report_options.refuse_inputs(reports, (file,))
+    report_options.refuse_inputs(reports, () if out is None else (out,), "is where the result goes")
     checked = one_configuration(file, limits)
     status = exit_code(list(checked.findings))
     if status is not Exit.OK or checked.vendor is None:
-        show_errors(checked, "text")
+        show_errors(checked, report)
         note("nothing was written")
         click.get_current_context().exit(status)
     to = VENDORS[target]
     placed = read_rows(to, "convert_options", texts)
-    converted = converted_or_ended(checked, to, placed)
+    converted = converted_or_ended(checked, to, placed, report)
     text = whole_text(checked, converted)
     result = recheck(text, to, limits)
     findings = [finding for finding in result.findings if finding.severity is Severity.ERROR]
     verified = sides(checked, result) if (verify or max_deviation is not None) and not findings else None
+    told = Told(checked.vendor.key, target, converted, verified)
     lossy = converted.losses and not allow_loss
     if report == "json":
-        echo_json(as_json(checked.vendor.key, target, converted, verified))
-    elif not quiet or lossy:
-        note(as_text(checked.vendor.key, target, converted).rstrip())
-    if verified is not None and report == "text":
-        note(convert_verify.as_text(verified).rstrip())
+        echo_json(told.json())
+    elif shown := told.text(changes=not quiet or lossy).rstrip():
+        note(shown)
+    refused = findings or lossy or (max_deviation is not None and told.pv_percent > max_deviation)
+    if refused:
+        report_options.write_reports(reports, told.render)
     if findings:
         refuse(findings, text, to)
     if lossy:
         note("something would be lost: nothing was written; --allow-loss writes it all the same")
-        click.get_current_context().exit(Exit.FOUND)
-    if verified is not None and max_deviation is not None and max(v.pv_percent for v in verified) > max_deviation:
+    elif refused:
         note(f"a PV is further apart than {max_deviation:g} % of its range: nothing was written")
+    if refused:
         click.get_current_context().exit(Exit.FOUND)
-    put(text, out, force=force, quiet=quiet)
+    put(text, out, reports, told, force=force, quiet=quiet)
 
 
 def sides(checked: Checked, result: Checked) -> list[Verified]:
@@ -127,21 +133,20 @@ def sides(checked: Checked, result: Checked) -> list[Verified]:
         raise click.ClickException(f"the conversion cannot be verified: {error}") from None
 
 
-def put(text: str, out: str | None, *, force: bool, quiet: bool) -> None:
-    """Writes the file, or prints it."""
-    from pidcfg.cli.outputs import write_files
-
+def put(
+    text: str, out: str | None, reports: tuple[report_options.Report, ...], told: Told, *, force: bool, quiet: bool
+) -> None:
+    """Writes the file and the reports, or prints the file."""
     if out is None:
         echo(text)
-    else:
-        write_files({out: text}, force=force)
-        if not quiet:
-            note(f"{out}: written")
+    report_options.write_reports(reports, told.render, {} if out is None else {out: text}, force=force)
+    if out is not None and not quiet:
+        note(f"{out}: written")
 
 
-def converted_or_ended(checked: Checked, target: Vendor, placed: dict[str, Any]) -> Converted:
+def converted_or_ended(checked: Checked, target: Vendor, placed: dict[str, Any], fmt: str) -> Converted:
     """The conversion; what the source must say before it ends the command with findings at its keys."""
-    from pidcfg.cli.reporters import text
+    from pidcfg.cli.reporters import json_v1, text
     from pidcfg.convert.pipeline import ConvertError, convert
 
     if checked.vendor is None:
@@ -154,7 +159,10 @@ def converted_or_ended(checked: Checked, target: Vendor, placed: dict[str, Any])
             Diagnostic("PID042", Severity.ERROR, entry.message, doc.file, doc.locate(entry.path, key=True), entry.path)
             for entry in error.missing
         ]
-        note(text(found, {doc.file: doc}).rstrip())
+        if fmt == "json":
+            echo_json(json_v1(found, {doc.file: doc}))
+        else:
+            note(text(found, {doc.file: doc}).rstrip())
         note("nothing was written")
         click.get_current_context().exit(Exit.FOUND)
 

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from pidcfg.cli import options
-from pidcfg.cli.console import echo, echo_json, note, show
+from pidcfg.cli import options, report_options
+from pidcfg.cli.console import note
 from pidcfg.cli.main import Exit
 from pidcfg.vendors import VENDORS
 
@@ -21,10 +21,12 @@ if TYPE_CHECKING:
     from pidcfg.limits import Limits
     from pidcfg.vendors import Vendor
 
+FORMATS = ("text", "json", "markdown")
 EPILOG = options.examples(
     "pidcfg diff main.yaml branch.yaml",
     "pidcfg diff reactor.yaml upload.hex --vendor dl06",
     "pidcfg diff reactor.yaml reactor-click.yaml --format markdown",
+    "pidcfg diff main.yaml branch.yaml --output markdown=changes.md --output json=changes.json",
 )
 
 
@@ -33,31 +35,32 @@ EPILOG = options.examples(
 @click.argument("after")
 @click.option("--vendor", type=click.Choice(list(VENDORS)),
               help="The PLC family of a memory listing, where the other side does not tell.")  # fmt: skip
-@options.output_format("text", "json", "markdown")
+@report_options.report_format(*FORMATS)
+@report_options.report_files(*FORMATS)
 @click.option("--exit-code", "exits", is_flag=True, help="Exit 1 when there are differences.")
 @options.LIMITS
-def command(before: str, after: str, vendor: str | None, fmt: str, exits: bool, limits: Limits) -> None:
+def command(
+    before: str, after: str, vendor: str | None, fmt: str, reports: tuple[report_options.Report, ...], exits: bool,
+    limits: Limits,
+) -> None:  # fmt: skip
     """Compare BEFORE and AFTER, configurations of any vendors or memory listings, in engineering units.
 
     Loops are matched by name, then by their order. Differences are ranked by what can go wrong.
     """
     from pidcfg.convert.compare import compare
 
-    sides = read_sides((before, after), vendor, limits)
+    report_options.refuse_inputs(reports, (before, after))
+    sides = read_sides((before, after), vendor, limits, fmt)
     found = compare(*sides)
-    if fmt == "json":
-        echo_json(as_json(before, after, found))
-    elif fmt == "text":
-        show(as_text(before, after, found))
-    else:
-        echo(as_markdown(before, after, found))
+    writers = {"text": as_text, "json": as_json, "markdown": as_markdown}
+    report_options.deliver(fmt, reports, lambda name: writers[name](before, after, found))
     if exits and any(entry.status != "same" for entry in found):
         click.get_current_context().exit(Exit.FOUND)
 
 
-def read_sides(names: tuple[str, str], vendor: str | None, limits: Limits) -> tuple[Side, Side]:
+def read_sides(names: tuple[str, str], vendor: str | None, limits: Limits, fmt: str) -> tuple[Side, Side]:
     """Both sides; a listing is of the vendor that is named, or of the other side's."""
-    configurations = [_configuration(name, limits) for name in names]
+    configurations = [_configuration(name, limits, fmt) for name in names]
     told = [found[1] for found in configurations if found is not None]
     known = VENDORS[vendor] if vendor else told[0] if told else None
     beside = next((found[0] for found in configurations if found is not None), None)
@@ -68,7 +71,7 @@ def read_sides(names: tuple[str, str], vendor: str | None, limits: Limits) -> tu
     return sides[0], sides[1]
 
 
-def _configuration(name: str, limits: Limits) -> tuple[Any, Vendor] | None:
+def _configuration(name: str, limits: Limits, fmt: str) -> tuple[Any, Vendor] | None:
     """A YAML file's configuration; None for a file of another kind."""
     from pidcfg.cli.checks import one_configuration, show_errors
     from pidcfg.cli.inputs import STDIN
@@ -77,7 +80,7 @@ def _configuration(name: str, limits: Limits) -> tuple[Any, Vendor] | None:
         return None
     checked = one_configuration(name, limits)
     if checked.vendor is None or checked.encoding is None or checked.encoding.misfits:
-        show_errors(checked, "text")
+        show_errors(checked, fmt)
         raise click.ClickException(f"{name} cannot be compared")
     return checked.config, checked.vendor
 
@@ -181,6 +184,7 @@ def _row(d: Difference) -> str:
 
 def as_markdown(before: str, after: str, found: list[Compared]) -> str:
     """Tables for a pull request."""
+    from pidcfg.cli.convert_report import cell
     from pidcfg.convert.pipeline import text_of
 
     lines = [f"### PID loops: `{before}` to `{after}`"]
@@ -191,14 +195,10 @@ def as_markdown(before: str, after: str, found: list[Compared]) -> str:
             lines += ["", f"**{entry.loop}**", "", "| risk | field | before | after | |", "|---|---|---|---|---|"]
             lines += [
                 "| "
-                + " | ".join(_cell(t) for t in (d.risk, d.field, text_of(d.before), text_of(d.after), d.note))
+                + " | ".join(cell(t) for t in (d.risk, d.field, text_of(d.before), text_of(d.after), d.note))
                 + " |"
                 for d in entry.differences
             ]
     if all(entry.status == "same" for entry in found):
         lines += ["", "No difference."]
     return "\n".join(lines) + "\n"
-
-
-def _cell(text: str) -> str:
-    return text.replace("|", "\\|").replace("\n", " ").replace("<", "&lt;")

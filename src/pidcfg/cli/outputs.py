@@ -10,13 +10,16 @@ from typing import TYPE_CHECKING
 import click
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Collection, Mapping
 
 
-def write_files(files: Mapping[str, str | bytes], *, force: bool = False) -> None:
-    """Writes texts or bytes to paths: first everything to temporary files beside the targets, then each in place."""
+def write_files(files: Mapping[str, str | bytes], *, force: bool = False, renewed: Collection[str] = ()) -> None:
+    """Writes texts or bytes to paths: first everything to temporary files beside the targets, then each in place.
+
+    ``renewed`` are paths that are written anew by every run, such as reports for CI.
+    """
     contents = {name: file.encode() if isinstance(file, str) else file for name, file in files.items()}
-    targets = {name: _target(name, content, force=force) for name, content in contents.items()}
+    targets = {name: _target(name, content, force=force or name in renewed) for name, content in contents.items()}
     staged: list[tuple[str, str]] = []
     name = ""
     try:

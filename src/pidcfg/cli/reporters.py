@@ -1,16 +1,15 @@
-"""Findings to text: pure functions, one a format. The machine format is spelled out, so nothing leaks into it."""
+"""Findings as text and as JSON, as many commands print them. JSON is spelled out, so that nothing leaks into it."""
 
 from __future__ import annotations
 
 import json
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 
 from pidcfg.diagnostics import Diagnostic, Severity
 from pidcfg.source import Document
 
 Documents = Mapping[str, Document]
-Reporter = Callable[[Sequence[Diagnostic], Documents], str]
 MAX_LINE = 160
 UNPRINTABLE = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f]")
 """What must not reach a terminal from a file."""
@@ -79,6 +78,3 @@ def json_v1(found: Sequence[Diagnostic], documents: Documents) -> str:
     totals = {"files": len(documents), "errors": n[Severity.ERROR], "warnings": n[Severity.WARNING],
               "infos": n[Severity.INFO]}  # fmt: skip
     return json.dumps({"version": 1, "findings": rows, "summary": totals}, indent=2, ensure_ascii=False) + "\n"
-
-
-REPORTERS: dict[str, Reporter] = {"text": text, "json": json_v1}

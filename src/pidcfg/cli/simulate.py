@@ -3,19 +3,21 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
-from pidcfg.cli import options
-from pidcfg.cli.console import echo, show
+from pidcfg.cli import options, report_options
+from pidcfg.cli.console import note
 from pidcfg.cli.inputs import read_inputs
 from pidcfg.cli.main import Exit
 from pidcfg.cli.progress import LINE
+from pidcfg.cli.simulation_formats import FORMATS, render_runs
 from pidcfg.diagnostics import Diagnostic, Severity
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterator, Sequence
 
     from pidcfg.cli.simulation_report import Outcome
     from pidcfg.limits import Limits
@@ -26,12 +28,14 @@ EPILOG = options.examples(
     "pidcfg simulate reactor.scenario.yaml",
     "pidcfg simulate reactor.scenario.yaml --csv trend.csv --every 5",
     "pidcfg simulate scenarios/ --format json",
+    "pidcfg simulate scenarios/ --output junit=simulation.xml",
 )
 
 
 @click.command("simulate", epilog=EPILOG)
 @click.argument("paths", nargs=-1, required=True, metavar="SCENARIO...")
-@options.output_format("text", "json")
+@report_options.report_format(*FORMATS)
+@report_options.report_files(*FORMATS)
 @click.option("--csv", "csv", type=click.Path(dir_okay=False), help="Write the trend: time and one column a signal.")
 @click.option("--every", type=click.IntRange(1), default=1, show_default=True,
               help="Rows of the trend: one every N base steps.")  # fmt: skip
@@ -43,16 +47,15 @@ EPILOG = options.examples(
 @options.QUIET
 @options.LIMITS
 def command(
-    paths: tuple[str, ...], fmt: str, csv: str | None, every: int, engine: str, no_limit: bool, force: bool,
-    strict: bool, quiet: bool, limits: Limits,
+    paths: tuple[str, ...], fmt: str, reports: tuple[report_options.Report, ...], csv: str | None, every: int,
+    engine: str, no_limit: bool, force: bool, strict: bool, quiet: bool, limits: Limits,
 ) -> None:  # fmt: skip
     """Run each SCENARIO against its plants and judge its expectations.
 
     Exit codes: 0 all hold, 1 a failed expectation (or a configuration with errors of which nothing is expected), 2 a
     scenario that cannot run.
     """
-    del quiet  # the option itself sees to it
-    from pidcfg.cli.simulation_report import REPORTERS
+    from pidcfg.cli.simulation_report import verdict_line
     from pidcfg.cli.trend_file import trend_file
     from pidcfg.sim.engine import installed
     from pidcfg.sim.run import Settings
@@ -62,6 +65,8 @@ def command(
     scenarios = wanted(list(read_inputs(paths, limits)), paths)
     if csv is not None and len(scenarios) != 1:
         raise click.UsageError(f"--csv takes one scenario, not {len(scenarios)}")
+    report_options.refuse_inputs(reports, files_of(scenarios))
+    report_options.refuse_inputs(reports, () if csv is None else (csv,), "is where the trend goes")
     with trend_file(csv, force=force) as trend:
         settings = Settings(
             engine=engine,  # type: ignore[arg-type]  # one of the choices
@@ -70,7 +75,12 @@ def command(
             trend=trend,
         )
         outcomes = run_all(scenarios, settings, limits)
-    (show if fmt == "text" else echo)(REPORTERS[fmt](outcomes))
+    fails = Severity.WARNING if strict else Severity.ERROR
+    report_options.deliver(fmt, reports, lambda name: render_runs(name, outcomes, fails))
+    if fmt == "github" and not quiet:
+        for outcome in outcomes:
+            line = "cannot run" if outcome.report is None else verdict_line(outcome, outcome.report)
+            note(f"{outcome.file}: {line}")
     click.get_current_context().exit(exit_code(outcomes, strict=strict))
 
 
@@ -92,6 +102,15 @@ def wanted(documents: list[Document], paths: Sequence[str]) -> list[Document]:
     from pidcfg.validate.engine import is_scenario
 
     return [doc for doc in documents if is_scenario(doc) or doc.data is None or doc.file in paths]
+
+
+def files_of(scenarios: Sequence[Document]) -> Iterator[str]:
+    """The files that a run reads: the scenarios, and the configuration or listing that each names."""
+    for doc in scenarios:
+        yield doc.file
+        named = doc.data.get("config") if doc.data else None
+        if isinstance(named, str):
+            yield (Path(doc.file).parent / named).as_posix()
 
 
 def simulate_document(doc: Document, settings: Settings, limits: Limits) -> Outcome:

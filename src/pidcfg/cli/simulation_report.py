@@ -135,7 +135,12 @@ def _flags(report: Report) -> str:
 
 
 def _verdicts(outcome: Outcome, report: Report) -> str:
-    rows = [("passed" if v.passed else "FAILED", f"{v.text}: {_value(v.value)}") for v in report.expectations]
+    rows = [("passed" if v.passed else "FAILED", f"{v.text}: {value_text(v.value)}") for v in report.expectations]
+    return ("Expectations\n" + _table(rows) if rows else "") + verdict_line(outcome, report) + "\n"
+
+
+def verdict_line(outcome: Outcome, report: Report) -> str:
+    """How a run went, in one line."""
     failed = sum(not verdict.passed for verdict in report.expectations)
     total = len(report.expectations)
     errors = any(note.error for note in report.notes) or any(p.severity == "error" for p in report.problems)
@@ -144,12 +149,13 @@ def _verdicts(outcome: Outcome, report: Report) -> str:
         line = f"FAILED: an error in the run ({total} of {total} expectations passed)"
     if outcome.unjudged:
         line = "FAILED: the configuration has errors, and nothing is expected of the run"
-    return ("Expectations\n" + _table(rows) if rows else "") + line + "\n"
+    return line
 
 
-def _value(value: Any) -> str:
+def value_text(value: Any) -> str:
+    """What was measured, for people."""
     if isinstance(value, list):
-        return " to ".join(_value(v) for v in value)
+        return " to ".join(value_text(v) for v in value)
     if isinstance(value, float):
         return f"{value:g}"
     return "none" if value is None else str(value).lower() if isinstance(value, bool) else str(value)

@@ -6,12 +6,14 @@ from typing import TYPE_CHECKING
 
 import click
 
-from pidcfg.cli import options
-from pidcfg.cli.console import echo_json, note, show
+from pidcfg.cli import options, report_options
+from pidcfg.cli.console import note
+from pidcfg.cli.formats import FOR_PEOPLE, FORMATS, render
+from pidcfg.cli.formats.findings import Findings
 from pidcfg.cli.inputs import gather
 from pidcfg.cli.main import Exit
 from pidcfg.cli.progress import progress
-from pidcfg.cli.reporters import REPORTERS, summary
+from pidcfg.cli.reporters import summary
 from pidcfg.diagnostics import Diagnostic, Severity
 
 if TYPE_CHECKING:
@@ -22,12 +24,15 @@ EPILOG = options.examples(
     "pidcfg validate reactor.yaml",
     "pidcfg validate loops/ --severity warning --strict",
     "pidcfg validate *.yaml --format json --ignore PID220",
+    "pidcfg validate loops/ --output sarif=pidcfg.sarif --output junit=pidcfg.xml",
 )
 
 
 @click.command("validate", epilog=EPILOG)
 @click.argument("paths", nargs=-1, required=True)
-@options.output_format(*REPORTERS)
+@report_options.report_format(*FORMATS)
+@report_options.report_files(*FORMATS)
+@click.option("--skip-foreign", is_flag=True, help="Leave out named files without a pidcfg key, as folders do.")
 @options.SELECT
 @options.IGNORE
 @options.SEVERITY
@@ -35,23 +40,26 @@ EPILOG = options.examples(
 @options.QUIET
 @options.LIMITS
 def command(
-    paths: tuple[str, ...], fmt: str, select: list[str], ignore: list[str], severity: str, strict: bool, quiet: bool,
-    limits: Limits,
+    paths: tuple[str, ...], fmt: str, reports: tuple[report_options.Report, ...], select: list[str], ignore: list[str],
+    skip_foreign: bool, severity: str, strict: bool, quiet: bool, limits: Limits,
 ) -> None:  # fmt: skip
     """Find every mistake in PATHS: configurations, scenarios, folders of them, or - for standard input."""
     from pidcfg.cli.checks import check_all
 
     documents: dict[str, Document] = {}
     found: list[Diagnostic] = []
-    gathered = list(gather(paths, limits))
+    gathered = list(gather(paths, limits, only_ours=skip_foreign))
     inputs = [entry for entry in gathered if not entry.foreign]
     skipped = len(gathered) - len(inputs)
+    report_options.refuse_inputs(reports, (entry.name for entry in inputs))
     for doc, findings in progress(check_all(inputs, limits), "checking", len(inputs)):
         documents[doc.file] = doc
         found += findings
     kept = options.chosen(found, select, ignore)
-    (echo_json if fmt == "json" else show)(REPORTERS[fmt](options.severe(kept, severity), documents))
-    if fmt == "text" and not quiet:
+    fails = Severity.WARNING if strict else Severity.ERROR
+    shown = Findings(options.severe(kept, severity), documents, fails)
+    report_options.deliver(fmt, reports, lambda name: render(name, shown))
+    if fmt in FOR_PEOPLE and not quiet:
         note(summary(kept, len(documents), skipped))
     click.get_current_context().exit(exit_code(kept, strict=strict))
 

@@ -77,6 +77,8 @@ SCENARIO = (
     _row("PID059", "set-up-fails", "The scenario gives the PLC a set-up that its own check refuses.", "The PLC then calculates no loop; the run shows that.", "Correct `plc.number_of_loops`, unless the failure is what is to be shown.", Severity.WARNING),
     _row("PID060", "wrong-action", "The action of a loop does not fit its plant.", "The output would drive the PV away from the set point: a heater runs to full power and stays there.", "Compare the action with the plant: DL06 and CLICK name the process (direct: the PV rises with the output), EZLogix the controller (reverse: the output rises when the PV falls). Then the sign of the plant's gain."),
     _row("PID058", "unusable-configuration", "The configuration or listing of a scenario cannot be used.", "There is nothing to simulate.", "Correct the path, or validate the configuration."),
+    _row("PID061", "expectation-failed", "An expectation of a scenario does not hold.", "The loops do not do what they were set up for, or more was expected than they can do.", "Look at the trend (`pidcfg simulate … --csv`), then correct the configuration, the plant or the expectation."),
+    _row("PID062", "run-error", "Something in a run has no value.", "What is calculated from there on, and what is expected of it, means nothing.", "Correct the expression or the event that the message names."),
 )
 # fmt: on
 

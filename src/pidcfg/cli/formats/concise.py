@@ -1,0 +1,20 @@
+"""Format ``concise``: one line a finding, as compilers print it and editors jump to it."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from pidcfg.cli.formats.findings import sentence
+from pidcfg.cli.reporters import UNPRINTABLE
+
+if TYPE_CHECKING:
+    from pidcfg.cli.formats.findings import Findings
+
+
+def concise(findings: Findings) -> str:
+    """``file:line:column: severity CODE message [loop]``."""
+    rows = (
+        f"{d.file}:{d.span.line}:{d.span.column}: {d.severity.label} {d.code} {' '.join(sentence(d).split())}"
+        for d in findings.found
+    )
+    return "".join(UNPRINTABLE.sub("\N{REPLACEMENT CHARACTER}", row).replace("\n", " ") + "\n" for row in rows)

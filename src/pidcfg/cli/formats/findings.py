@@ -1,0 +1,110 @@
+"""What every format is given, and what several of them need: names relative to the checkout, and fingerprints."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import re
+from collections import Counter
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+from urllib.parse import quote
+
+from pidcfg.diagnostics import Severity
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from pidcfg.cli.reporters import Documents
+    from pidcfg.diagnostics import Diagnostic
+
+STDIN = "<stdin>"
+"""The name of standard input in reports."""
+CHECKOUTS = ("GITHUB_WORKSPACE", "CI_PROJECT_DIR")
+"""Variables in which a CI system names the folder of its checkout, which the names in its formats are relative to."""
+PASSING = re.compile(r"\bline \d+|; measured: .*", re.DOTALL)
+"""What differs in a message from run to run of the same fault."""
+CHARACTERS = 32
+"""Of a fingerprint, in hexadecimal: 128 bits."""
+
+
+@dataclass(frozen=True, slots=True)
+class Findings:
+    """What was found in which files; ``documents`` has every file that was looked at, also those without findings."""
+
+    found: Sequence[Diagnostic]
+    documents: Documents
+    fails: Severity = Severity.ERROR
+    """From which severity on a finding fails the run."""
+
+    @property
+    def files(self) -> list[str]:
+        """Every file, in the order in which it was looked at."""
+        return list(dict.fromkeys([*self.documents, *(d.file for d in self.found)]))
+
+
+def checkout() -> Path:
+    """The folder that names are relative to: the CI system's checkout when we run inside it, else where we run."""
+    here = Path.cwd()
+    for name in CHECKOUTS:
+        folder = os.environ.get(name, "")
+        if Path(folder).is_absolute() and here.is_relative_to(Path(folder).resolve()):
+            return Path(folder).resolve()
+    return here
+
+
+def inside(file: str) -> str | None:
+    """A file's name relative to the checkout, with forward slashes; None for one outside of it."""
+    root = checkout()
+    path = Path(os.path.abspath(file))  # noqa: PTH100 - a link keeps its name
+    if not path.is_relative_to(root):
+        try:
+            path = path.resolve()
+        except (OSError, RuntimeError, ValueError):
+            return None
+    return path.relative_to(root).as_posix() if path.is_relative_to(root) else None
+
+
+def shown(file: str) -> str:
+    """A file's name relative to the checkout, or as it was given when it lies outside."""
+    return file if file == STDIN else inside(file) or file
+
+
+def uri(file: str) -> tuple[str, bool]:
+    """A file as a URI reference, and whether it is relative to the checkout."""
+    if file == STDIN:
+        return "stdin", False
+    name = inside(file)
+    if name is None and Path(file).is_absolute():
+        return Path(file).as_uri(), False
+    return quote(os.fsencode(name or os.path.normpath(file)).replace(os.sep.encode(), b"/")), name is not None
+
+
+def fingerprints(found: Sequence[Diagnostic]) -> list[str]:
+    """One a finding, unique, and the same when lines or loops are inserted above it.
+
+    The message is part of it, so that a value that was accepted once does not hide another wrong value later; findings
+    that are equal in everything are numbered.
+    """
+    seen: Counter[str] = Counter()
+    prints = []
+    for d in found:
+        steps = [step for step in d.path if isinstance(step, str)]
+        parts = (d.code, shown(d.file), d.loop or "", ".".join(steps), PASSING.sub("", d.message))
+        key = "\0".join(parts)
+        seen[key] += 1
+        digest = hashlib.sha256(f"{key}\0{seen[key]}".encode("utf-8", "backslashreplace"))
+        prints.append(digest.hexdigest()[:CHARACTERS])
+    return prints
+
+
+def sentence(d: Diagnostic) -> str:
+    """The message with the loop that it concerns, unless it names that itself."""
+    return f"{d.message} [{d.loop}]" if d.loop and d.loop not in d.message else d.message
+
+
+def told(d: Diagnostic) -> list[str]:
+    """Everything that a finding says, line by line."""
+    rows = (("PLC", d.plc_effect), ("see", d.reference), ("cure", d.help))
+    return [sentence(d), *(f"{label}: {text}" for label, text in rows if text)]

@@ -1,0 +1,32 @@
+"""Format ``gitlab``: the Code Quality report that GitLab shows in merge requests."""
+
+from __future__ import annotations
+
+import json
+from typing import TYPE_CHECKING
+
+from pidcfg.cli.formats.findings import STDIN, fingerprints, sentence, shown
+from pidcfg.diagnostics import Severity
+
+if TYPE_CHECKING:
+    from pidcfg.cli.formats.findings import Findings
+
+SEVERITIES = {Severity.ERROR: "major", Severity.WARNING: "minor", Severity.INFO: "info"}
+
+
+def gitlab(findings: Findings) -> str:
+    """A list of issues."""
+    rows = [
+        {
+            "description": sentence(d),
+            "check_name": d.code,
+            "fingerprint": fingerprint,
+            "severity": SEVERITIES[d.severity],
+            "location": {
+                "path": "stdin" if d.file == STDIN else shown(d.file),
+                "lines": {"begin": d.span.line, "end": d.span.end_line},
+            },
+        }
+        for d, fingerprint in zip(findings.found, fingerprints(findings.found), strict=True)
+    ]
+    return json.dumps(rows, indent=2, ensure_ascii=False) + "\n"

@@ -1,0 +1,123 @@
+"""The options of commands that report: what is printed, and further formats that are written to files beside it."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
+
+import click
+
+from pidcfg.cli.console import echo, echo_json, echo_xml, show
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable, Mapping, Sequence
+
+    from pidcfg.cli.options import Decorator
+
+CONFIGURATIONS = {".yaml", ".yml", ".toml"}
+"""How files end that people write: a report never takes the place of one."""
+JSON_FORMATS = frozenset({"json", "sarif", "gitlab"})
+XML_FORMATS = frozenset({"junit"})
+PLAIN_FORMATS = frozenset({"text", "concise"})
+"""What people read: in colour where that is wanted."""
+
+
+class Report(NamedTuple):
+    """A file that is to be written in a format."""
+
+    fmt: str
+    path: str
+
+
+def report_format(*names: str) -> Decorator:
+    """``--format``; where none is named, the first one, or GitHub's in a job of GitHub Actions."""
+    automatic = "github" in names
+
+    def named(ctx: click.Context, param: click.Parameter, value: str | None) -> str:
+        del ctx, param
+        in_github = automatic and os.environ.get("GITHUB_ACTIONS") == "true"
+        return value or ("github" if in_github else names[0])
+
+    default = f"{names[0]}; github in GitHub Actions" if automatic else names[0]
+    return click.option("--format", "fmt", type=click.Choice(names), callback=named, show_default=default,
+                        help="How the result is printed.")  # fmt: skip
+
+
+def report_files(*names: str, flag: str = "--output") -> Decorator:
+    """``--output FORMAT=PATH``, as often as wanted."""
+
+    def parsed(ctx: click.Context, param: click.Parameter, values: Sequence[str]) -> tuple[Report, ...]:
+        try:
+            return distinct([wanted(text, names) for text in values])
+        except ValueError as error:
+            raise click.BadParameter(str(error), ctx, param) from None
+
+    return click.option(flag, "reports", multiple=True, metavar="FORMAT=PATH", callback=parsed,
+                        help=f"Also write {', '.join(names)} to a file, anew on every run; repeatable.")  # fmt: skip
+
+
+def wanted(text: str, names: Sequence[str]) -> Report:
+    """One value of the option; a ValueError says what is wrong with it."""
+    fmt, equals, path = text.partition("=")
+    if not equals or fmt not in names:
+        raise ValueError(f"{text!r}; write FORMAT=PATH with one of {', '.join(names)}")
+    if path in {"", "-"}:
+        raise ValueError(f"{text!r} names no file; --format {fmt} prints")
+    target = Path(path)
+    if target.is_dir():
+        raise ValueError(f"{path} is a folder; name a file")
+    if not target.parent.is_dir():
+        raise ValueError(f"the folder {target.parent} of {path} does not exist; make it first")
+    if target.suffix.lower() in CONFIGURATIONS and target.exists():
+        raise ValueError(f"{path} exists and may be a configuration; give the report another name")
+    return Report(fmt, path)
+
+
+def distinct(reports: Sequence[Report]) -> tuple[Report, ...]:
+    """The reports, if each goes to a file of its own."""
+    seen: dict[str, str] = {}
+    for report in reports:
+        key = os.path.normcase(Path(report.path).resolve())
+        if key in seen:
+            raise ValueError(f"{seen[key]} and {report.path} are one file; name two")
+        seen[key] = report.path
+    return tuple(reports)
+
+
+def refuse_inputs(reports: Sequence[Report], names: Iterable[str], what: str = "is a file that is read") -> None:
+    """Ends the command when a report would take the place of one of these files."""
+    if not reports:
+        return
+    taken = {identity(name) for name in names}
+    for report in reports:
+        if identity(report.path) in taken:
+            raise click.UsageError(f"{report.path} {what}; give the report another name")
+
+
+def identity(name: str) -> str | tuple[int, int]:
+    """What tells a file from others: by whatever name it is called, there or not."""
+    try:
+        found = Path(name).stat()
+    except (OSError, ValueError):
+        return os.path.normcase(os.path.abspath(name))  # noqa: PTH100 - need not exist
+    return (found.st_dev, found.st_ino)
+
+
+def write_reports(
+    reports: Sequence[Report], render: Callable[[str], str], others: Mapping[str, str | bytes] | None = None,
+    *, force: bool = False,
+) -> None:  # fmt: skip
+    """Writes the reports, all or none, and with them ``others``, which are never written over a file that differs."""
+    from pidcfg.cli.outputs import write_files
+
+    texts = {path: render(fmt).encode("utf-8", "replace") for fmt, path in reports}
+    write_files({**(others or {}), **texts}, force=force, renewed=texts)
+
+
+def deliver(fmt: str, reports: Sequence[Report], render: Callable[[str], str]) -> None:
+    """Prints one format and writes the others; what is printed is there even if a file cannot be written."""
+    kinds = ((JSON_FORMATS, echo_json), (XML_FORMATS, echo_xml), (PLAIN_FORMATS, show))
+    put = next((put for names, put in kinds if fmt in names), echo)
+    put(render(fmt))
+    write_reports(reports, render)
