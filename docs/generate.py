@@ -14,6 +14,7 @@ import click
 
 import pidcfg
 from pidcfg.cli.main import COMMANDS, cli
+from pidcfg.cli.output_schemas import OUTPUTS
 from pidcfg.cli.schema import document_schema
 from pidcfg.encoders.named import ParameterTable
 from pidcfg.refs import Decision
@@ -44,6 +45,7 @@ def pages() -> dict[str, str]:
     found["scenario-keys.md"] = keys("scenario", "Keys of a scenario")
     found["schemas/scenario.schema.json"] = schema_text("scenario")
     found["../src/pidcfg/completions/codes.txt"] = codes()
+    found |= {f"schemas/{name}.schema.json": schema_text(name) for name in OUTPUTS}
     return found
 
 

@@ -3,7 +3,10 @@
 import pytest
 from hypothesis import settings
 
-SCRUBBED = ("NO_COLOR", "FORCE_COLOR", "CLICOLOR", "CLICOLOR_FORCE", "COLUMNS", "LINES", "CI", "GITHUB_ACTIONS")
+SCRUBBED = (
+    "NO_COLOR", "FORCE_COLOR", "CLICOLOR", "CLICOLOR_FORCE", "COLUMNS", "LINES", "CI", "GITHUB_ACTIONS",
+    "GITHUB_WORKSPACE", "CI_PROJECT_DIR",
+)  # fmt: skip
 """Variables that change what a command prints."""
 
 # A slow machine is no failure; random tests are about values, not about time.

@@ -38,6 +38,16 @@ IMAGES = {
     "generic/boiler": {"text": "txt", "csv": "csv", "json": "json"},
 }
 """Each example by its path below ``examples``, and the ends of the files for each format."""
+SIMULATED = {
+    "text": "txt",
+    "json": "json",
+    "sarif": "sarif",
+    "github": "github",
+    "gitlab": "gitlab.json",
+    "junit": "xml",
+}
+"""Formats of ``simulate``, and the ends of their golden files."""
+VALIDATED = {**SIMULATED, "concise": "concise"}
 TREND_EVERY = {
     "dl06/reactor": 50, "dl06/oven": 60, "dl06/flow": 10, "dl06/extruder": 100, "click/tank": 100, "click/brewery": 30,
     "click/booster": 60, "ezlogix/oven": 150, "ezlogix/coldstore": 120, "ezlogix/dosing": 20,
@@ -84,8 +94,31 @@ def run(example: str) -> dict[str, bytes]:
         return {f"{name}.trend.csv": trend.read_bytes(), f"{name}.report.json": report.encode()}
 
 
+REPORTS = Path(__file__).parent / "data" / "formats"
+"""What the reports of a file with mistakes and of a run that fails look like in each format."""
+
+
+def reports() -> dict[str, bytes]:
+    """The committed reports by file name; the commands run in the folder of what they are about."""
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        copies = (EXAMPLES / "mistakes" / "oven.yaml", REPORTS / "fails.scenario.yaml", REPORTS / "flow.yaml")
+        for path in copies:
+            (folder / path.name).write_bytes(path.read_bytes())
+        for file, ends in (("oven.yaml", VALIDATED), ("fails.scenario.yaml", SIMULATED)):
+            command = "validate" if file == "oven.yaml" else "simulate"
+            options = [f"--output={fmt}={file.partition('.')[0]}.{end}" for fmt, end in ends.items()]
+            arguments = [sys.executable, "-m", "pidcfg", command, file, *options]
+            result = subprocess.run(arguments, cwd=folder, capture_output=True, check=False)
+            if result.returncode != 1:
+                sys.exit(f"{file}: {result.stderr.decode()}")
+        return {path.name: path.read_bytes() for path in sorted(folder.iterdir()) if path.suffix != ".yaml"}
+
+
 def main() -> None:
     """Writes every golden file."""
+    for file, data in reports().items():
+        (REPORTS / file).write_bytes(data)
     for example in IMAGES:
         for file, data in (images(example) | run(example)).items():
             golden(example, file).parent.mkdir(exist_ok=True)

@@ -33,6 +33,13 @@ def test_trends_and_reports(example):
         assert data == golden.golden(example, file).read_bytes(), file
 
 
+def test_reports():
+    found = golden.reports()
+    assert {path.name for path in golden.REPORTS.iterdir() if path.suffix != ".yaml"} == set(found)
+    for file, data in found.items():
+        assert data == (golden.REPORTS / file).read_bytes(), file
+
+
 def test_no_golden_file_is_left_over():
     for path in golden.EXAMPLES.glob("*/golden/*"):
         owners = [e for e in golden.IMAGES if golden.golden(e, "") == path.parent and path.name.startswith(stem(e))]

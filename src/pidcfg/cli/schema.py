@@ -1,4 +1,4 @@
-"""``pidcfg schema``: JSON Schema for editors."""
+"""``pidcfg schema``: JSON Schema of files, for editors, and of the commands' JSON, for programs."""
 
 from __future__ import annotations
 
@@ -9,39 +9,49 @@ import click
 
 from pidcfg.cli import options
 from pidcfg.cli.console import echo_json, show
+from pidcfg.cli.output_schemas import OUTPUTS, output_schema
 from pidcfg.vendors import VENDORS
 
 if TYPE_CHECKING:
     from pydantic import BaseModel
 
 SCENARIO = "scenario"
-EPILOG = options.examples("pidcfg schema dl06", "pidcfg schema dl06 -o dl06.schema.json", "pidcfg schema scenario")
+EPILOG = options.examples(
+    "pidcfg schema dl06",
+    "pidcfg schema dl06 -o dl06.schema.json",
+    "pidcfg schema scenario",
+    "pidcfg schema output-validate",
+)
 
 
 @click.command("schema", epilog=EPILOG)
-@click.argument("vendor", type=click.Choice([*VENDORS, SCENARIO]), required=False)
+@click.argument("name", metavar="[NAME]", type=click.Choice([*VENDORS, SCENARIO, *OUTPUTS]), required=False)
 @options.OUT
 @options.FORCE
-def command(vendor: str | None, out: str | None, force: bool) -> None:
-    """Print the JSON Schema of VENDOR's files, or of scenarios; without VENDOR, list what there is."""
+def command(name: str | None, out: str | None, force: bool) -> None:
+    """Print the JSON Schema NAME: of a vendor's files, of scenarios, or of what a command prints as JSON.
+
+    Without NAME, list what there is.
+    """
     from pidcfg.cli.outputs import write_files
 
-    if vendor is None:
+    if name is None:
         rows = [(v.key, v.title) for v in VENDORS.values()] + [(SCENARIO, "simulation scenarios")]
-        show("".join(f"{key:<10} {title}\n" for key, title in rows))
+        rows += [(key, f"what pidcfg {words} prints") for key, (_, words) in OUTPUTS.items()]
+        show("".join(f"{key:<16} {title}\n" for key, title in rows))
         return
-    text = json.dumps(document_schema(vendor), indent=2, ensure_ascii=False) + "\n"
+    text = json.dumps(document_schema(name), indent=2, ensure_ascii=False) + "\n"
     if out is None:
         echo_json(text)
     else:
         write_files({out: text}, force=force)
 
 
-def document_schema(vendor: str) -> dict[str, Any]:
-    """The JSON Schema of a vendor's files, or of scenarios."""
+def document_schema(name: str) -> dict[str, Any]:
+    """The JSON Schema of a vendor's files, of scenarios, or of an output."""
     from pidcfg.schemas.document import json_schema
 
-    return json_schema(_model(vendor), _title(vendor))
+    return output_schema(name) if name in OUTPUTS else json_schema(_model(name), _title(name))
 
 
 def _model(vendor: str) -> type[BaseModel]:

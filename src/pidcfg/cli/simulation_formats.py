@@ -46,9 +46,11 @@ def _expectation(outcome: Outcome, i: int, verdict: Verdict) -> Diagnostic:
     """A failed expectation where the scenario states it; verdicts stand in the order of the scenario."""
     doc, path = outcome.documents[outcome.file], ("expect", i)
     stated = doc.data["expect"][i] if doc.data else {}
+    names = (stated.get("loop"), str(stated.get("signal", "")).rpartition(".")[0])
+    loops = () if outcome.report is None else outcome.report.loops
+    loop = next((str(name) for name in names if name in loops), None)
     message = f"expected: {verdict.text}; measured: {simulation_report.value_text(verdict.value)}"
-    loop = stated.get("loop")
-    return Diagnostic("PID061", Severity.ERROR, message, outcome.file, doc.locate(path), path, loop and str(loop))
+    return Diagnostic("PID061", Severity.ERROR, message, outcome.file, doc.locate(path), path, loop)
 
 
 def _notes(outcome: Outcome, report: Report) -> Iterator[Diagnostic]:

@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from pidcfg.vendors import Vendor
 
 Risk = Literal["critical", "high", "medium", "low", "cosmetic"]
+Status = Literal["same", "changed", "added", "removed"]
 RISKS: tuple[Risk, ...] = ("critical", "high", "medium", "low", "cosmetic")
 MUCH = Decimal(2)
 """A gain that grows or falls by more than this factor is another controller."""
@@ -72,7 +73,7 @@ class Compared:
     """A loop on both sides: changed or the same, or on one side only."""
 
     loop: str
-    status: Literal["same", "changed", "added", "removed"]
+    status: Status
     differences: tuple[Difference, ...] = ()
 
 

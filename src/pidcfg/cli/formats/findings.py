@@ -17,14 +17,15 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from pidcfg.cli.reporters import Documents
-    from pidcfg.diagnostics import Diagnostic
+    from pidcfg.diagnostics import Diagnostic, Span
 
 STDIN = "<stdin>"
 """The name of standard input in reports."""
 CHECKOUTS = ("GITHUB_WORKSPACE", "CI_PROJECT_DIR")
 """Variables in which a CI system names the folder of its checkout, which the names in its formats are relative to."""
-PASSING = re.compile(r"\bline \d+|; measured: .*", re.DOTALL)
-"""What differs in a message from run to run of the same fault."""
+PASSING = re.compile(r"\bline \d+|\b[A-Z]{1,3}\d+\b|; measured: .*", re.DOTALL)
+"""What differs in a message between runs of the same fault: line numbers, registers that move when a loop is inserted
+above, what was measured."""
 CHARACTERS = 32
 """Of a fingerprint, in hexadecimal: 128 bits."""
 
@@ -81,22 +82,31 @@ def uri(file: str) -> tuple[str, bool]:
     return quote(os.fsencode(name or os.path.normpath(file)).replace(os.sep.encode(), b"/")), name is not None
 
 
-def fingerprints(found: Sequence[Diagnostic]) -> list[str]:
+def fingerprints(findings: Findings) -> list[str]:
     """One a finding, unique, and the same when lines or loops are inserted above it.
 
-    The message is part of it, so that a value that was accepted once does not hide another wrong value later; findings
-    that are equal in everything are numbered.
+    The value and the message are part of it, so that a value that was accepted once does not hide another wrong value
+    later; findings that are equal in everything are numbered.
     """
     seen: Counter[str] = Counter()
+    named = {d.file for d in findings.found}
+    rows = {file: doc.lines for file, doc in findings.documents.items() if file in named}
     prints = []
-    for d in found:
+    for d in findings.found:
         steps = [step for step in d.path if isinstance(step, str)]
-        parts = (d.code, shown(d.file), d.loop or "", ".".join(steps), PASSING.sub("", d.message))
-        key = "\0".join(parts)
+        value = _written(d.span, rows.get(d.file, []))
+        key = "\0".join((d.code, shown(d.file), d.loop or "", ".".join(steps), value, PASSING.sub("", d.message)))
         seen[key] += 1
         digest = hashlib.sha256(f"{key}\0{seen[key]}".encode("utf-8", "backslashreplace"))
         prints.append(digest.hexdigest()[:CHARACTERS])
     return prints
+
+
+def _written(span: Span, rows: Sequence[str]) -> str:
+    """The text at a place, within one line."""
+    if span.line != span.end_line or not 0 < span.line <= len(rows):
+        return ""
+    return rows[span.line - 1][span.column - 1 : span.end_column - 1]
 
 
 def sentence(d: Diagnostic) -> str:

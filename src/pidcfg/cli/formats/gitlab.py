@@ -27,6 +27,6 @@ def gitlab(findings: Findings) -> str:
                 "lines": {"begin": d.span.line, "end": d.span.end_line},
             },
         }
-        for d, fingerprint in zip(findings.found, fingerprints(findings.found), strict=True)
+        for d, fingerprint in zip(findings.found, fingerprints(findings), strict=True)
     ]
     return json.dumps(rows, indent=2, ensure_ascii=False) + "\n"

@@ -27,7 +27,7 @@ def sarif(findings: Findings) -> str:
     rules = all_rules()
     used = sorted({d.code for d in findings.found})
     numbers = {code: i for i, code in enumerate(used)}
-    prints = fingerprints(findings.found)
+    prints = fingerprints(findings)
     run = {
         "tool": {"driver": {"name": "pidcfg", "version": __version__, "rules": [_rule(rules[code]) for code in used]}},
         "originalUriBaseIds": {BASE: {"description": {"text": "The checkout, or the folder that pidcfg ran in."}}},

@@ -1,0 +1,58 @@
+"""The report of a conversion."""
+
+from __future__ import annotations
+
+from pidcfg.cli.output_schemas import findings
+from pidcfg.cli.output_schemas.parts import (
+    VERSION,
+    Schema,
+    anything,
+    listing,
+    number,
+    or_null,
+    record,
+    text,
+)
+from pidcfg.convert.ledger import WORST
+from pidcfg.vendors import VENDORS
+
+
+def schema() -> Schema:
+    """What became of every field; or findings, when the file cannot be converted."""
+    report = record(
+        "What became of every field.",
+        ("verify",),
+        version=VERSION,
+        from_=text("The PLC family of the file.", *VENDORS),
+        to=text("The PLC family that it was converted to.", *VENDORS),
+        loops=listing(
+            "One a loop.",
+            record("A loop.", loop=text("Its name."), changes=listing("Of all fields.", change())),
+        ),
+        verify=listing("With --verify: both sides on the same plants.", verified()),
+    )
+    return {"oneOf": [report, findings.schema()]}
+
+
+def change() -> Schema:
+    """What became of a field."""
+    return record(
+        "What became of a field.",
+        field=text("Its key, in neutral terms."),
+        kind=text("From harmless to harmful.", *WORST),
+        from_=anything("The value before."),
+        to=anything("The value after."),
+        error_percent=number("How far the target's register is off."),
+        note=text("What it means; may be empty."),
+    )
+
+
+def verified() -> Schema:
+    """How far the sides of a loop lie apart."""
+    return record(
+        "A loop.",
+        loop=text("Its name."),
+        pv_percent=number("The PVs at most, in % of the range."),
+        output_percent=number("The outputs at most."),
+        iae_ratio=or_null(number("Integral of the absolute error, after to before.")),
+    )

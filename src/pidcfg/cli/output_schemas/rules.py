@@ -1,0 +1,26 @@
+"""The documentation of rules."""
+
+from __future__ import annotations
+
+from pidcfg.cli.output_schemas.findings import finding
+from pidcfg.cli.output_schemas.parts import VERSION, Schema, listing, record, text
+
+
+def schema() -> Schema:
+    """One rule, or a list of them."""
+    own = finding()["properties"]
+    one = record(
+        "A rule.",
+        code=own["code"],
+        name=text("A name in words."),
+        severity=own["severity"],
+        title=text("What is wrong."),
+        message=text("The message, with the names of its values in braces."),
+        why=text("Why that matters."),
+        fix=text("The cure."),
+        reference=text("The manual's place or the decision."),
+        since=text("The version that has it first."),
+    )
+    alone = {**one, "properties": {"version": VERSION, **one["properties"]}, "required": ["version", *one["required"]]}
+    several = record("Several rules.", version=VERSION, rules=listing("By code.", one))
+    return {"oneOf": [alone, several]}

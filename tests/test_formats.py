@@ -1,0 +1,691 @@
+"""Findings and runs in every format, read by what reads them: schemas, an XML parser, GitHub's unescaping."""
+
+from __future__ import annotations
+
+import io
+import json
+import os
+import sys
+from pathlib import Path, PureWindowsPath
+from xml.etree import ElementTree as ET
+
+import jsonschema
+import junitparser
+import pytest
+from click.testing import CliRunner
+
+from pidcfg.cli import formats, report_options
+from pidcfg.cli.console import echo_json, echo_xml
+from pidcfg.cli.formats import findings as basics
+from pidcfg.cli.formats.findings import Findings
+from pidcfg.cli.main import cli
+from pidcfg.cli.simulation_formats import render_runs
+from pidcfg.cli.simulation_report import Outcome
+from pidcfg.diagnostics import Diagnostic, Edit, Severity, Span
+from pidcfg.document import Document, Node
+from pidcfg.sim.report import Note, Report
+
+ROOT = Path(__file__).parents[1]
+DATA = Path(__file__).parent / "data"
+MISTAKE = (ROOT / "examples" / "mistakes" / "oven.yaml").read_text("utf-8")
+SARIF = jsonschema.Draft202012Validator(
+    json.loads((DATA / "sarif" / "sarif-2.1.0.json").read_text("utf-8")),
+    format_checker=jsonschema.Draft202012Validator.FORMAT_CHECKER,
+)
+MACHINE = ("json", "sarif", "gitlab", "junit")
+AWKWARD = "my ovens/100 %, #2 ü.yaml"
+NASTY = "50 %, a: b\r\nsecond :: line, with \x1b[31m <tag> & \x00 \ud800"
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    """An empty folder that commands run in."""
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+@pytest.fixture
+def oven(folder):
+    """The file with mistakes."""
+    (folder / "oven.yaml").write_text(MISTAKE, "utf-8")
+    return folder / "oven.yaml"
+
+
+def run(*args, **kwargs):
+    """A command in this process."""
+    return CliRunner().invoke(cli, args, catch_exceptions=False, **kwargs)
+
+
+def diagnostic(**changes):
+    """A finding."""
+    values = {"code": "PID101", "severity": Severity.ERROR, "message": "too much", "file": "a.yaml"}
+    values |= {"span": Span(3, 5, 3, 9), "path": ("loops", 0, "tuning", "gain"), "loop": "TIC-1"}
+    return Diagnostic(**{**values, **changes})
+
+
+def rendered(name, *found, files=(), fails=Severity.ERROR):
+    """Findings in a format, and what a file or an encoded stream would hold of it."""
+    documents = {file: Document(file, "", None, Node(None), ()) for file in files}
+    return formats.render(name, Findings(found, documents, fails)).encode("utf-8", "replace").decode()
+
+
+def sarif(*found):
+    """The only run of a log that is valid."""
+    log = json.loads(rendered("sarif", *found))
+    SARIF.validate(log)
+    (only,) = log["runs"]
+    return only
+
+
+def artifact(file):
+    """Where SARIF says that a finding is."""
+    return sarif(diagnostic(file=file))["results"][0]["locations"][0]["physicalLocation"]["artifactLocation"]
+
+
+def github(line):
+    """Severity, properties and message of a workflow command, read as GitHub's runner does."""
+    head, _, message = line.removeprefix("::").partition("::")
+    command, _, text = head.partition(" ")
+    pairs = (pair.split("=", 1) for pair in text.split(","))
+    back = (("%2C", ","), ("%3A", ":"), ("%0A", "\n"), ("%0D", "\r"), ("%25", "%"))
+    properties = {}
+    for key, value in pairs:
+        for code, character in back:
+            value = value.replace(code, character)  # noqa: PLW2901
+        properties[key] = value
+    for code, character in back[2:]:
+        message = message.replace(code, character)
+    return command, properties, message
+
+
+# --- SARIF -----------------------------------------------------------------------------------------------------------
+
+
+def test_sarif_is_valid_and_says_what_the_findings_say(oven):
+    log = json.loads(run("validate", "oven.yaml", "--format", "sarif").stdout)
+    SARIF.validate(log)
+    (only,) = log["runs"]
+    driver = only["tool"]["driver"]
+    assert (driver["name"], only["columnKind"]) == ("pidcfg", "unicodeCodePoints")
+    told = json.loads(run("validate", "oven.yaml", "--format", "json").stdout)["findings"]
+    assert [r["ruleId"] for r in only["results"]] == [f["code"] for f in told]
+    assert {r["ruleId"]: driver["rules"][r["ruleIndex"]]["id"] for r in only["results"]} == {
+        f["code"]: f["code"] for f in told
+    }
+    levels = {"error": "error", "warning": "warning", "info": "note"}
+    for result, found in zip(only["results"], told, strict=True):
+        place = result["locations"][0]["physicalLocation"]
+        assert result["level"] == levels[found["severity"]]
+        assert (place["region"]["startLine"], place["region"]["startColumn"]) == (found["line"], found["column"])
+        assert place["artifactLocation"] == {"uri": "oven.yaml", "uriBaseId": "%SRCROOT%"}
+        assert result["locations"][0]["logicalLocations"][0]["fullyQualifiedName"] == found["path"]
+        assert found["help"] in result["message"]["text"]
+    for rule in driver["rules"]:
+        assert rule["help"]["markdown"].startswith(f"# {rule['id']} {rule['name']}")
+        assert rule["shortDescription"]["text"] in rule["fullDescription"]["text"]
+
+
+def test_the_sarif_schema_refuses_what_is_no_sarif():
+    log = json.loads(rendered("sarif", diagnostic()))
+    log["runs"][0]["results"][0]["locations"][0]["physicalLocation"]["region"]["startLine"] = 0
+    assert not SARIF.is_valid(log)
+
+
+def test_sarif_names_files_as_relative_uris(folder):
+    assert artifact(AWKWARD) == {"uri": "my%20ovens/100%20%25%2C%20%232%20%C3%BC.yaml", "uriBaseId": "%SRCROOT%"}
+    assert artifact(str(folder / "sub" / "x.yaml")) == {"uri": "sub/x.yaml", "uriBaseId": "%SRCROOT%"}
+    assert artifact("sub/../x.yaml") == {"uri": "x.yaml", "uriBaseId": "%SRCROOT%"}
+    assert artifact("a:b.yaml")["uri"] == "a%3Ab.yaml", "no scheme"
+
+
+def test_sarif_names_files_outside_as_they_were_given(folder):
+    assert artifact("../other/x y.yaml") == {"uri": "../other/x%20y.yaml"}
+    outside = (folder.parent / "other dir" / "x.yaml").as_posix()
+    assert artifact(outside) == {"uri": Path(outside).as_uri()}
+    assert "other%20dir" in artifact(outside)["uri"]
+
+
+def test_standard_input_is_no_file_of_the_checkout(folder):
+    result = run("validate", "-", "--format", "sarif", input=MISTAKE)
+    log = json.loads(result.stdout)
+    SARIF.validate(log)
+    place = log["runs"][0]["results"][0]["locations"][0]["physicalLocation"]["artifactLocation"]
+    assert place == {"uri": "stdin", "description": {"text": "standard input"}}
+    command, properties, message = github(run("validate", "-", "--format", "github", input=MISTAKE).stdout)
+    assert (command, set(properties)) == ("error", {"title"})
+    assert message.startswith("<stdin>:5:19: the loop table")
+    assert (
+        json.loads(run("validate", "-", "--format", "gitlab", input=MISTAKE).stdout)[0]["location"]["path"] == "stdin"
+    )
+
+
+def test_a_file_that_a_link_leads_to_keeps_its_name(folder):
+    (folder / "real").mkdir()
+    (folder / "link").symlink_to(folder / "real")
+    assert artifact("link/x.yaml")["uri"] == "link/x.yaml"
+
+
+def test_a_finding_about_a_whole_file_has_no_columns():
+    place = sarif(Diagnostic("PID040", Severity.ERROR, "gone", "gone.yaml"))["results"][0]["locations"][0]
+    assert place["physicalLocation"]["region"] == {"startLine": 1}
+    assert "logicalLocations" not in place
+
+
+def test_sarif_carries_fixes():
+    edit = Edit(Span(3, 5, 3, 9), "102")
+    start = Edit(Span(1, 1, 1, 1), "pidcfg: 1\n")
+    fixed, plain = sarif(diagnostic(edits=(edit, start), help="write 102"), diagnostic(message="other"))["results"]
+    (fix,) = fixed["fixes"]
+    (change,) = fix["artifactChanges"]
+    assert fix["description"]["text"] == "write 102"
+    assert change["artifactLocation"] == {"uri": "a.yaml", "uriBaseId": "%SRCROOT%"}
+    assert [r["insertedContent"]["text"] for r in change["replacements"]] == ["102", "pidcfg: 1\n"]
+    regions = [tuple(r["deletedRegion"].values()) for r in change["replacements"]]
+    assert regions == [(3, 5, 3, 9), (1, 1, 1, 1)]
+    assert "fixes" not in plain
+
+
+# --- names and fingerprints ------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("variable", basics.CHECKOUTS)
+def test_names_are_relative_to_the_checkout_that_ci_names(folder, monkeypatch, variable):
+    (folder / "loops").mkdir()
+    monkeypatch.chdir(folder / "loops")
+    assert basics.shown("x.yaml") == "x.yaml"
+    monkeypatch.setenv(variable, str(folder))
+    assert basics.shown("x.yaml") == "loops/x.yaml"
+    monkeypatch.setenv(variable, str(folder / "elsewhere"))
+    assert basics.shown("x.yaml") == "x.yaml", "we do not run inside of it"
+
+
+def test_a_file_name_that_no_system_takes_is_shown_as_it_is():
+    assert basics.shown("a\0b") in {"a\0b", "/a\0b"}
+    assert basics.inside(f"/{chr(0)}") is None
+
+
+def test_fingerprints_stay_when_lines_and_loops_are_inserted_above(oven):
+    def prints():
+        log = json.loads(run("validate", "oven.yaml", "--format", "sarif").stdout)
+        return {r["ruleId"]: r["partialFingerprints"]["pidcfgFinding/v1"] for r in log["runs"][0]["results"]}
+
+    before = prints()
+    oven.write_text("# one\n# two\n" + MISTAKE, "utf-8")
+    assert prints() == before
+    loop = MISTAKE[MISTAKE.index("  - name") :].replace("TIC-101", "TIC-100")
+    oven.write_text(MISTAKE.replace("loops:\n", f"loops:\n{loop}"), "utf-8")
+    assert prints()["PID201"] == before["PID201"]
+    log = json.loads(run("validate", "oven.yaml", "--format", "sarif").stdout)
+    own = [r for r in log["runs"][0]["results"] if r["ruleId"] == "PID242"]
+    assert own[1]["partialFingerprints"]["pidcfgFinding/v1"] == before["PID242"], "the loop is told by its name"
+    oven.write_text(MISTAKE.replace("low: 15,", "low: 14,"), "utf-8")
+    assert prints()["PID242"] != before["PID242"], "another wrong value is another finding"
+    oven.write_text(MISTAKE.replace("V7350", "V7351"), "utf-8")
+    assert prints()["PID201"] != before["PID201"], "an address too"
+
+
+def prints_of(*found):
+    """Fingerprints of findings in a file that nothing is known of."""
+    return basics.fingerprints(Findings(found, {}))
+
+
+def test_equal_findings_have_fingerprints_of_their_own():
+    again = "the key 'a' stands here again; it was first given in line {}"
+    found = [diagnostic(message=again.format(n), span=Span(n + 1, 1, n + 1, 2)) for n in (4, 9)]
+    first, second = prints_of(*found)
+    assert first != second
+    assert prints_of(diagnostic(message=again.format(5))) == [first], "line numbers do not count"
+    rows = json.loads(rendered("gitlab", *found))
+    assert [row["fingerprint"] for row in rows] == [first, second]
+
+
+def test_what_a_failed_expectation_measured_is_not_its_fingerprint():
+    failed = [diagnostic(code="PID061", message=f"expected: x; measured: {n}") for n in (1, 2)]
+    assert prints_of(failed[0]) == prints_of(failed[1])
+
+
+@pytest.mark.skipif(os.name != "nt", reason="a backslash is part of a name except on Windows")
+def test_backslashes_of_windows(oven):  # pragma: no cover
+    (oven.parent / "sub").mkdir()
+    oven.rename(oven.parent / "sub" / "oven.yaml")
+    for fmt in (*formats.FORMATS, "text"):
+        assert "sub/oven.yaml" in run("validate", "sub\\oven.yaml", "--format", fmt).stdout
+
+
+def test_names_with_forward_slashes_are_what_windows_paths_become():
+    assert PureWindowsPath("sub\\oven.yaml").as_posix() == "sub/oven.yaml"
+    assert artifact(PureWindowsPath("sub\\oven.yaml").as_posix())["uri"] == "sub/oven.yaml"
+
+
+# --- one line, GitHub, GitLab ----------------------------------------------------------------------------------------
+
+
+def test_concise_is_one_line_a_finding():
+    warning = diagnostic(severity=Severity.WARNING, loop=None)
+    lines = rendered("concise", diagnostic(), warning, diagnostic(message=NASTY)).splitlines()
+    assert lines[:2] == ["a.yaml:3:5: error PID101 too much [TIC-1]", "a.yaml:3:5: warning PID101 too much"]
+    assert len(lines) == 3
+    assert "\x1b" not in lines[2]
+    assert "\x00" not in lines[2]
+
+
+def test_github_commands_are_read_back_as_they_were(folder):
+    found = diagnostic(message="50 %, a: b\nsecond :: line", file=AWKWARD, help="100 %25\r\ncure")
+    text = rendered("github", found)
+    assert text.count("\n") == 1
+    command, properties, message = github(text.rstrip("\n"))
+    assert command == "error"
+    assert properties == {
+        "file": AWKWARD, "line": "3", "endLine": "3", "col": "5", "title": "pidcfg PID101 [TIC-1]",
+    }  # fmt: skip
+    assert message == "50 %, a: b\nsecond :: line [TIC-1]\ncure: 100 %25\r\ncure"
+
+
+def test_github_severities_and_places():
+    commands = [github(rendered("github", diagnostic(severity=s)))[0] for s in Severity]
+    assert commands == ["notice", "warning", "error"]
+    _, properties, _ = github(rendered("github", diagnostic(span=Span(3, 5, 4, 2))))
+    assert (properties["line"], properties["endLine"], "col" in properties) == ("3", "4", False)
+
+
+def test_no_control_character_reaches_a_log():
+    for name in ("github", "concise"):
+        assert not {"\x1b", "\x00"} & set(rendered(name, diagnostic(message=NASTY)))
+
+
+def test_gitlab_issues(folder):
+    found = [diagnostic(severity=s, file=AWKWARD, message=f"{s}") for s in Severity]
+    rows = json.loads(rendered("gitlab", *found))
+    assert [row["severity"] for row in rows] == ["info", "minor", "major"]
+    assert rows[0]["location"] == {"path": AWKWARD, "lines": {"begin": 3, "end": 3}}
+    assert set(rows[0]) == {"description", "check_name", "fingerprint", "severity", "location"}
+    assert len({row["fingerprint"] for row in rows}) == 3
+
+
+# --- JUnit -----------------------------------------------------------------------------------------------------------
+
+
+def suites(text):
+    """The suites as junitparser reads them."""
+    return {suite.name: list(suite) for suite in junitparser.JUnitXml.fromstring(text.encode())}
+
+
+def test_junit_has_a_case_a_rule_and_file_and_one_for_a_file_without_findings():
+    found = [
+        diagnostic(),
+        diagnostic(message="also too much"),
+        diagnostic(code="PID220", severity=Severity.WARNING),
+        diagnostic(code="PID001", file="b.yaml"),
+    ]
+    text = rendered("junit", *found, files=["a.yaml", "b.yaml", "c.yaml"])
+    found = suites(text)
+    assert list(found) == ["a.yaml", "b.yaml", "c.yaml"]
+    error, warning = found["a.yaml"]
+    assert error.name == "PID101 value-out-of-range"
+    assert [type(result) for result in error.result] == [junitparser.Failure] * 2
+    assert error.result[0].message == "3:5: too much"
+    assert error.result[0].type == "error PID101"
+    assert warning.is_passed
+    assert "a.yaml:3:5: warning PID220: too much [TIC-1]" in warning.system_out
+    (unusable,) = found["b.yaml"]
+    assert [type(result) for result in unusable.result] == [junitparser.Error]
+    (clean,) = found["c.yaml"]
+    assert (clean.name, clean.classname, clean.is_passed) == ("no findings", "c.yaml", True)
+    root = ET.fromstring(text)  # noqa: S314
+    assert root.attrib == {"name": "pidcfg validate", "tests": "4", "failures": "1", "errors": "1"}
+
+
+def test_warnings_fail_their_case_when_they_fail_the_run(oven):
+    text = MISTAKE.replace("V7350", "V7001").replace("low: 15, high", "low: 20, high")
+    extra = text[text.index("  - name") :]
+    oven.write_text(text + "".join(extra.replace("TIC-101", f"TIC-{n}") for n in range(102, 109)), "utf-8")
+    assert json.loads(run("validate", "oven.yaml", "--format", "json").stdout)["summary"]["warnings"] == 1, "PID206"
+    for strict, code in (((), 0), (("--strict",), 1)):
+        result = run("validate", "oven.yaml", "--format", "junit", *strict)
+        root = ET.fromstring(result.stdout)  # noqa: S314
+        assert (result.exit_code, bool(int(root.get("failures")))) == (code, bool(code))
+
+
+def test_junit_is_xml_whatever_a_message_holds(folder):
+    (suite,) = suites(rendered("junit", diagnostic(message=NASTY, file=AWKWARD))).values()
+    (case,) = suite
+    assert case.classname == AWKWARD
+    assert case.result[0].message == "3:5: 50 %, a: b\r\nsecond :: line, with [31m <tag> &  "
+    assert "second :: line, with [31m <tag> &" in case.result[0].text
+
+
+# --- the command -----------------------------------------------------------------------------------------------------
+
+READ = {
+    "json": json.loads,
+    "sarif": lambda text: SARIF.validate(json.loads(text)),
+    "gitlab": json.loads,
+    "junit": suites,
+}
+
+
+@pytest.mark.parametrize("fmt", MACHINE)
+def test_standard_output_is_one_document_even_if_nothing_can_be_read(folder, fmt):
+    (folder / "bad.yaml").write_bytes(b"pidcfg: 1\nvendor: [\n")
+    (folder / "binary.yaml").write_bytes(b"pidcfg: 1\n\xff\x00")
+    (folder / "fine.yaml").write_text((ROOT / "examples/dl06/reactor.yaml").read_text("utf-8"), "utf-8")
+    result = run("validate", "none.yaml", "bad.yaml", "binary.yaml", "fine.yaml", "--format", fmt)
+    assert result.exit_code == 2
+    READ[fmt](result.stdout)
+    for name in ("none.yaml", "bad.yaml", "binary.yaml"):
+        assert name in result.stdout
+    assert result.stderr == "", "the totals are for people"
+    quiet = run("validate", "none.yaml", "bad.yaml", "binary.yaml", "fine.yaml", "--format", fmt, "--quiet")
+    assert quiet.stdout == result.stdout
+
+
+@pytest.mark.parametrize("fmt", formats.FORMATS)
+def test_quiet_says_nothing_of_files_that_are_fine(folder, fmt):
+    (folder / "a.yaml").write_text((ROOT / "examples/dl06/flow.yaml").read_text("utf-8"), "utf-8")
+    result = run("validate", "a.yaml", "-q", "--format", fmt, "--severity", "error")
+    assert (result.exit_code, result.stderr) == (0, "")
+    assert bool(result.stdout) == (fmt in MACHINE)
+
+
+def test_totals_follow_formats_for_people(oven):
+    for fmt in formats.FOR_PEOPLE:
+        assert run("validate", "oven.yaml", "--format", fmt).stderr.startswith("1 file checked: 2 errors")
+
+
+@pytest.mark.parametrize("fmt", formats.FORMATS)
+def test_names_that_need_care(folder, fmt):
+    path = folder / AWKWARD
+    path.parent.mkdir()
+    path.write_text(MISTAKE, "utf-8")
+    result = run("validate", "my ovens", "--format", fmt)
+    assert result.exit_code == 1
+    if fmt in READ:
+        READ[fmt](result.stdout)
+    names = {"sarif": "my%20ovens/100%20%25%2C%20%232%20%C3%BC.yaml", "github": "my ovens/100 %25%2C #2 ü.yaml"}
+    assert names.get(fmt, AWKWARD) in result.stdout
+
+
+def test_github_is_the_format_in_github_actions_unless_another_is_named(oven, monkeypatch):
+    assert run("validate", "oven.yaml").stdout.startswith("oven.yaml:5:19: error")
+    monkeypatch.setenv("GITHUB_ACTIONS", "true")
+    assert run("validate", "oven.yaml").stdout.startswith("::error file=oven.yaml,line=5")
+    assert run("validate", "oven.yaml", "--format", "text").stdout.startswith("oven.yaml:5:19: error")
+    monkeypatch.setenv("GITHUB_ACTIONS", "false")
+    assert run("validate", "oven.yaml").stdout.startswith("oven.yaml:5:19: error")
+
+
+def test_further_formats_go_to_files_beside_what_is_printed(oven, folder):
+    options = [f"--output={fmt}={fmt}.out" for fmt in formats.FORMATS]
+    result = run("validate", "oven.yaml", *options)
+    assert result.exit_code == 1
+    assert result.stdout == run("validate", "oven.yaml").stdout
+    for fmt in formats.FORMATS:
+        printed = run("validate", "oven.yaml", "--format", fmt).stdout
+        assert (folder / f"{fmt}.out").read_text("utf-8") == printed, fmt
+
+
+def test_reports_are_written_anew_on_every_run_and_for_unusable_input(oven, folder):
+    (folder / "r.xml").write_text("of the last run", "utf-8")
+    assert run("validate", "none.yaml", "--output", "junit=r.xml").exit_code == 2
+    assert "PID040" in (folder / "r.xml").read_text("utf-8")
+    assert run("validate", "oven.yaml", "--output", "junit=r.xml").exit_code == 1
+    assert "PID040" not in (folder / "r.xml").read_text("utf-8")
+
+
+BAD_REPORTS = {
+    "pdf=x": "'pdf=x'; write FORMAT=PATH with one of text, concise, json, sarif, github, gitlab, junit",
+    "x.json": "write FORMAT=PATH",
+    "json=": "names no file; --format json prints",
+    "json=-": "names no file; --format json prints",
+    "json=none/x.json": "the folder none of none/x.json does not exist; make it first",
+    "json=sub": "sub is a folder; name a file",
+    "json=other.yaml": "other.yaml exists and may be a configuration; give the report another name",
+}
+
+
+@pytest.mark.parametrize("option", BAD_REPORTS)
+def test_reports_that_cannot_be_written_are_refused_before_anything_runs(oven, folder, option):
+    (folder / "sub").mkdir()
+    (folder / "other.yaml").write_text("mine", "utf-8")
+    before = sorted(path.name for path in folder.iterdir())
+    result = run("validate", "oven.yaml", "--output", "text=ok.txt", "--output", option)
+    assert (result.exit_code, result.stdout) == (2, "")
+    assert BAD_REPORTS[option] in " ".join(result.stderr.split())
+    assert sorted(path.name for path in folder.iterdir()) == before
+    assert (folder / "other.yaml").read_text("utf-8") == "mine"
+
+
+def test_two_reports_need_two_files(oven, folder):
+    result = run("validate", "oven.yaml", "--output", "json=a.json", "--output", "sarif=./a.json")
+    assert (result.exit_code, result.stdout) == (2, "")
+    assert "a.json and ./a.json are one file; name two" in result.stderr
+    assert not (folder / "a.json").exists()
+
+
+@pytest.mark.parametrize("name", ["plain", "./plain", "link"])
+def test_a_report_never_takes_the_place_of_an_input(folder, name):
+    (folder / "plain").write_text(MISTAKE, "utf-8")
+    (folder / "link").symlink_to("plain")
+    result = run("validate", "plain", "--output", f"json={name}")
+    assert (result.exit_code, result.stdout) == (2, "")
+    assert "is a file that is read; give the report another name" in result.stderr
+    assert (folder / "plain").read_text("utf-8") == MISTAKE
+
+
+def test_a_file_that_cannot_be_written_leaves_none_and_the_result_is_printed(oven, folder, monkeypatch):
+    real = Path.replace
+
+    def broken(self, target):
+        if Path(target).name == "b.json":
+            raise OSError(28, "No space left on device")
+        return real(self, target)
+
+    monkeypatch.setattr(Path, "replace", broken)
+    result = run("validate", "oven.yaml", "--output", "json=b.json", "--output", "sarif=c.sarif")
+    assert result.exit_code != 0
+    assert "cannot write b.json: No space left on device" in result.stderr
+    assert result.stdout.startswith("oven.yaml:5:19: error")
+    assert sorted(path.name for path in folder.iterdir()) == ["oven.yaml"]
+
+
+def test_a_name_that_is_no_utf8_can_be_reported(folder):
+    found = diagnostic(file="a\udcff.yaml")
+    report_options.write_reports(
+        tuple(report_options.Report(fmt, fmt) for fmt in formats.FORMATS),
+        lambda fmt: formats.render(fmt, Findings([found], {})),
+    )
+    for fmt in formats.FORMATS:
+        text = (folder / fmt).read_text("utf-8")
+        READ.get(fmt, str)(text)
+    assert "a%FF.yaml" in (folder / "sarif").read_text("utf-8")
+
+
+@pytest.mark.parametrize("encoding", ["cp1252", "cp437", "ascii"])
+def test_machine_formats_are_utf8_on_every_code_page(monkeypatch, encoding):
+    """A code page has an ü, but in a byte that no reader of JSON or of this XML would take for one."""
+    for put, text in (
+        (echo_json, '{"a": "ü ✓"}\n'),
+        (echo_xml, '<?xml version="1.0" encoding="UTF-8"?>\n<a>ü ✓</a>\n'),
+    ):
+        stream = io.TextIOWrapper(io.BytesIO(), encoding)
+        monkeypatch.setattr(sys, "stdout", stream)
+        put(text)
+        stream.flush()
+        data = stream.buffer.getvalue().decode("utf-8")
+        read = json.loads(data)["a"] if put is echo_json else ET.fromstring(data).text  # noqa: S314
+        assert read == "ü ✓"
+
+
+# --- simulate --------------------------------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def failing(folder):
+    """A run of which some expectations fail."""
+    for name in ("fails.scenario.yaml", "flow.yaml"):
+        (folder / name).write_bytes((DATA / "formats" / name).read_bytes())
+    return folder / "fails.scenario.yaml"
+
+
+def test_failed_expectations_are_findings_at_their_lines(failing):
+    rows = failing.read_text("utf-8").splitlines()
+    result = run("simulate", failing.name, "--format", "github")
+    assert result.exit_code == 1
+    told = [github(line) for line in result.stdout.splitlines()]
+    assert [message.partition(" [")[0].partition("; measured")[0] for _, _, message in told] == [
+        "expected: FIC-301 iae at most 5",
+        "expected: FIC-301.PV 20 ± 1 at the end",
+        "expected: V7642 is set",
+    ]
+    assert [rows[int(properties["line"]) - 1].strip(" -{").partition(",")[0] for _, properties, _ in told] == [
+        "loop: FIC-301",
+        "signal: FIC-301.PV",
+        "flag: V7642",
+    ]
+    assert result.stderr == "fails.scenario.yaml: FAILED: 3 of 4 expectations\n"
+    assert run("simulate", failing.name, "--format", "github", "-q").stderr == ""
+
+
+def test_runs_in_the_formats_of_ci(failing, folder, monkeypatch):
+    reports = ("sarif", "gitlab", "junit", "json", "text")
+    monkeypatch.setenv("GITHUB_ACTIONS", "true")
+    result = run("simulate", failing.name, *(f"--output={fmt}={fmt}.out" for fmt in reports))
+    assert result.stdout.startswith("::error file=fails.scenario.yaml,line=15")
+    text = {fmt: (folder / f"{fmt}.out").read_text("utf-8") for fmt in reports}
+    log = json.loads(text["sarif"])
+    SARIF.validate(log)
+    assert [r["ruleId"] for r in log["runs"][0]["results"]] == ["PID061"] * 3
+    assert log["runs"][0]["results"][1]["locations"][0]["logicalLocations"] == [
+        {"name": "expect", "fullyQualifiedName": "expect[1]", "kind": "property"},
+        {"name": "FIC-301", "kind": "object"},
+    ]
+    assert len(json.loads(text["gitlab"])) == 3
+    assert json.loads(text["json"])["findings"] == [], "the layout of JSON stays"
+    (cases,) = suites(text["junit"]).values()
+    assert [(case.name, case.is_passed) for case in cases] == [
+        ("the run is sound", True),
+        ("FIC-301 iae at most 5", False),
+        ("FIC-301.PV 20 ± 1 at the end", False),
+        ("FIC-301 mode is auto at the end", True),
+        ("V7642 is set", False),
+    ]
+    assert text["text"].endswith("FAILED: 3 of 4 expectations\n")
+
+
+@pytest.mark.parametrize("fmt", MACHINE)
+def test_a_scenario_that_cannot_run_is_one_document_too(failing, fmt):
+    failing.write_text(failing.read_text("utf-8").replace("config: flow.yaml", "config: none.yaml"), "utf-8")
+    result = run("simulate", failing.name, "nowhere.yaml", "--format", fmt, "--quiet")
+    assert result.exit_code == 2
+    READ[fmt](result.stdout)
+    if fmt == "junit":
+        cases = [case for suite in suites(result.stdout).values() for case in suite]
+        assert [type(case.result[0]) for case in cases] == [junitparser.Error] * 2
+    assert "none.yaml" in result.stdout
+    assert "nowhere.yaml" in result.stdout
+
+
+def outcome(**changes):
+    """A run that nothing is expected of."""
+    report = Report("title", 1.0, 1, 1.0, "python", {})
+    document = Document("s.yaml", "", {}, Node(None), ())
+    return Outcome(
+        **{"file": "s.yaml", "config": "c.yaml", "report": report, "documents": {"s.yaml": document}} | changes
+    )
+
+
+def soundness(run_, fails=Severity.ERROR):
+    """Whether the case that a run is sound passes."""
+    ((case, *_),) = suites(render_runs("junit", [run_], fails)).values()
+    return case.is_passed
+
+
+def test_the_case_of_the_run_fails_as_the_run_does():
+    scenario = diagnostic(file="s.yaml")
+    config = diagnostic(file="c.yaml")
+    warning = diagnostic(file="c.yaml", severity=Severity.WARNING)
+    assert soundness(outcome())
+    assert not soundness(outcome(findings=[scenario]))
+    assert soundness(outcome(findings=[warning]))
+    assert not soundness(outcome(findings=[warning]), Severity.WARNING)
+    assert not soundness(outcome(findings=[config], config_errors=True)), "nothing is expected of it"
+    assert soundness(outcome(findings=[config])), "the expectations judge it"
+    noted = outcome()
+    noted.report.notes.append(Note(3.5, None, "division by 0 in 'a / b'", error=True))
+    assert not soundness(noted)
+    (result,) = json.loads(render_runs("sarif", [noted]))["runs"][0]["results"]
+    assert (result["ruleId"], result["message"]["text"]) == ("PID062", "at 3.5 s: division by 0 in 'a / b'")
+
+
+def test_a_run_reports_to_files_of_its_own(failing, folder):
+    (folder / "listing").write_text("x", "utf-8")
+    failing.write_text(failing.read_text("utf-8").replace("config: flow.yaml", "config: listing"), "utf-8")
+    result = run("simulate", failing.name, "--output", "json=listing")
+    assert (result.exit_code, result.stdout) == (2, "")
+    assert "listing is a file that is read" in result.stderr
+    result = run("simulate", failing.name, "--csv", "t.csv", "--output", "json=t.csv")
+    assert "t.csv is where the trend goes" in result.stderr
+    assert not (folder / "t.csv").exists()
+
+
+# --- diff and convert ------------------------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def pair(folder):
+    """Two DL06 files that differ."""
+    text = (ROOT / "examples/dl06/flow.yaml").read_text("utf-8")
+    (folder / "a.yaml").write_text(text, "utf-8")
+    (folder / "b.yaml").write_text(text.replace("action: direct", "action: reverse"), "utf-8")
+    return folder
+
+
+def test_diff_reports_to_files(pair):
+    options = [f"--output={fmt}={fmt}.out" for fmt in ("text", "json", "markdown")]
+    result = run("diff", "a.yaml", "b.yaml", "--format", "markdown", *options)
+    assert result.stdout.startswith("### PID loops: `a.yaml` to `b.yaml`")
+    for fmt in ("text", "json", "markdown"):
+        printed = run("diff", "a.yaml", "b.yaml", "--format", fmt).stdout
+        assert (pair / f"{fmt}.out").read_text("utf-8") == printed
+    (pair / "a").write_bytes((pair / "a.yaml").read_bytes())
+    assert "is a file that is read" in run("diff", "a", "b.yaml", "--output", "text=a").stderr
+
+
+def test_diff_prints_one_document_of_json_for_a_file_it_cannot_use(pair):
+    (pair / "bad.yaml").write_text("pidcfg: [", "utf-8")
+    result = run("diff", "a.yaml", "bad.yaml", "--format", "json")
+    assert json.loads(result.stdout)["findings"][0]["file"] == "bad.yaml"
+
+
+def test_convert_reports_to_files_also_when_nothing_is_written(pair):
+    options = [f"--report-output={fmt}={fmt}.out" for fmt in ("text", "json", "markdown")]
+    result = run("convert", "a.yaml", "--to", "click", "-o", "click.yaml", *options)
+    assert result.exit_code == 1
+    assert not (pair / "click.yaml").exists()
+    markdown = (pair / "markdown.out").read_text("utf-8")
+    assert markdown.startswith("### PID loops: dl06 to click\n\n**FIC-301**: 24 exact, 4 assumed, 4 dropped\n")
+    assert "| dropped | pv.square_root | true | - | take the root in the program" in markdown
+    assert json.loads((pair / "json.out").read_text("utf-8"))["to"] == "click"
+    assert (pair / "text.out").read_text("utf-8").splitlines()[0] == "dl06 to click"
+    assert result.stderr.startswith((pair / "text.out").read_text("utf-8").rstrip())
+    result = run("convert", "a.yaml", "--to", "click", "-o", "click.yaml", "--allow-loss", "--verify", *options)
+    assert result.exit_code == 0
+    assert "| FIC-301 | 25.4 | 8.95 | 0.0129 |" in (pair / "markdown.out").read_text("utf-8")
+    assert (pair / "click.yaml").exists()
+
+
+def test_convert_writes_the_file_and_its_reports_or_neither(pair):
+    (pair / "click.yaml").write_text("mine", "utf-8")
+    result = run(
+        "convert", "a.yaml", "--to", "click", "-o", "click.yaml", "--allow-loss", "--report-output=json=r.json"
+    )
+    assert "click.yaml exists and differs" in result.stderr
+    assert not (pair / "r.json").exists()
+    result = run("convert", "a.yaml", "--to", "click", "-o", "new", "--report-output", "json=new")
+    assert (result.exit_code, "new is where the result goes" in result.stderr) == (2, True)
+
+
+def test_convert_prints_one_document_of_json_for_a_file_it_cannot_use(pair):
+    (pair / "bad.yaml").write_text("pidcfg: [", "utf-8")
+    result = run("convert", "bad.yaml", "--to", "click", "-o", "x.yaml", "--report", "json")
+    assert (result.exit_code, json.loads(result.stdout)["findings"][0]["code"]) == (2, "PID001")
