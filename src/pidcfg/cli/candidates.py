@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import os
 import re
+from copy import copy
 from dataclasses import fields
 from importlib.resources import files
 from pathlib import Path
@@ -222,9 +223,11 @@ def source_of(command: str, param: click.Parameter) -> Source | None:
 
 
 def completed(command: click.Command) -> click.Command:
-    """A command whose parameters know their candidates."""
-    for param in command.params:
+    """A copy of a command whose parameters know their candidates."""
+    twin = copy(command)
+    twin.params = [copy(param) for param in command.params]
+    for param in twin.params:
         source = source_of(command.name or "", param)
         if source is not None:
             param.type = Completed(source)
-    return command
+    return twin
