@@ -44,6 +44,7 @@ def pages() -> dict[str, str]:
         found[f"schemas/{vendor.key}.schema.json"] = schema_text(vendor.key)
     found["scenario-keys.md"] = keys("scenario", "Keys of a scenario")
     found["schemas/scenario.schema.json"] = schema_text("scenario")
+    found["../src/pidcfg/completions/codes.txt"] = codes()
     found |= {f"schemas/{name}.schema.json": schema_text(name) for name in OUTPUTS}
     return found
 
@@ -55,6 +56,11 @@ def rules() -> str:
             for r in table.values()]  # fmt: skip
     head = "# Rules\n\n`pidcfg rule CODE` prints the same text.\n\n| code | severity | what is wrong |\n|---|---|---|\n"
     return NOTE + head + "\n".join(rows) + "\n\n" + "\n".join("#" + page(r) for r in table.values())
+
+
+def codes() -> str:
+    """Codes and titles of the rules for shells, which wait for no rule to be loaded."""
+    return "".join(f"{rule.code}\t{rule.title}\n" for rule in all_rules().values())
 
 
 def modules() -> Iterator[Any]:

@@ -39,7 +39,7 @@ MAY_IMPORT = {
 ONLY_IN = {
     # package       modules that may import it
     "click":         "cli",
-    "rich":          "cli.console",
+    "rich":          "cli.console cli.progress",
     "ruamel":        "source writer",
     "intelhex":      "encoders.ihex",
     "pyclickplc":    "encoders.click",
@@ -60,6 +60,7 @@ LOADS = {
     "validate --help":                                "",
     "rule PID101":                                    "pydantic",
     "init --vendor dl06":                             "",
+    "completion zsh":                                 "",
     "tune --method zn-closed --ultimate-gain 2 --ultimate-period 3": "",
     "validate examples/dl06/reactor.yaml":            "pydantic ruamel",
     "validate examples/dl06/reactor.yaml --format sarif": "pydantic ruamel",

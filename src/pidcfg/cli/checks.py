@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import click
 
 from pidcfg.cli.inputs import document, read_inputs
+from pidcfg.cli.progress import held
 from pidcfg.cli.reporters import json_v1, text
 from pidcfg.validate.engine import Checked, check_document, is_scenario
 
@@ -42,7 +43,9 @@ def check_all(inputs: Sequence[Input], limits: Limits) -> Iterator[tuple[Documen
     from concurrent.futures import ProcessPoolExecutor
 
     with ProcessPoolExecutor(processors) as pool:
-        yield from pool.map(check_input, inputs, repeat(limits), chunksize=CHUNK)
+        with held():
+            checked = pool.map(check_input, inputs, repeat(limits), chunksize=CHUNK)
+        yield from checked
 
 
 def check_input(entry: Input, limits: Limits) -> tuple[Document, list[Diagnostic]]:

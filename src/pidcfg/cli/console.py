@@ -4,24 +4,31 @@ from __future__ import annotations
 
 import codecs
 import json
-import os
+import shutil
 import sys
-import time
-from typing import TYPE_CHECKING, TypeVar
 
 import click
 
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
-
-    from rich.progress import Progress
-
-T = TypeVar("T")
+from pidcfg.cli import colour
+from pidcfg.cli.glyphs import encodable, fits
+from pidcfg.cli.progress import LINE
 
 
 def echo(text: str) -> None:
-    """A result; characters that the terminal's code page lacks are replaced, never a crash."""
-    click.echo(_encodable(text, sys.stdout.encoding), nl=False)
+    """A result as it is: a file's text, never coloured; where a code page lacks some of it, a note says so."""
+    _put(text, color=False)
+    if not fits(text, sys.stdout.encoding):
+        lacking = "".join(dict.fromkeys(c for c in text if not fits(c, sys.stdout.encoding)))
+        note(
+            f"note: the code page {sys.stdout.encoding} lacks {lacking!a}: that text was replaced; "
+            "a file is written in UTF-8, and so is standard output with PYTHONUTF8=1"
+        )
+
+
+def show(text: str) -> None:
+    """A result for people: in colour where that is wanted."""
+    coloured = colour.wanted(sys.stdout)
+    _put(colour.painted(text) if coloured else text, color=coloured)
 
 
 def echo_json(text: str) -> None:
@@ -41,57 +48,34 @@ def echo_xml(text: str) -> None:
 def _is_utf8(text: str) -> bool:
     """Whether a text reaches standard output as UTF-8."""
     encoding = sys.stdout.encoding or "utf-8"
-    return codecs.lookup(encoding).name == "utf-8" and _encodable(text, encoding) == text
+    return codecs.lookup(encoding).name == "utf-8" and fits(text, encoding)
 
 
 def note(text: str) -> None:
     """A remark for people, on stderr."""
-    click.echo(_encodable(text, sys.stderr.encoding), err=True)
+    LINE.end()
+    coloured = colour.wanted(sys.stderr)
+    text = encodable(text, sys.stderr.encoding)
+    click.echo(colour.painted(text) if coloured else text, err=True, color=coloured)
 
 
-def _encodable(text: str, encoding: str | None) -> str:
-    return text.encode(encoding or "utf-8", "replace").decode(encoding or "utf-8", "replace")
-
-
-def watched() -> bool:
-    """Whether a person watches stderr: progress is shown to nobody else."""
-    return sys.stderr.isatty() and not os.environ.get("NO_COLOR") and os.environ.get("TERM") != "dumb"
-
-
-def progress(items: Iterable[T], label: str, total: int, *, quiet: bool = False) -> Iterator[T]:
-    """The items, with a progress bar once they take longer than a second on a terminal."""
-    if quiet or not watched():
-        yield from items
-        return
-    begun, bar = time.monotonic(), None
-    try:
-        for done, item in enumerate(items, start=1):
-            yield item
-            if bar is None and time.monotonic() - begun > 1:
-                bar = _bar()
-                bar.start()
-                bar.add_task(label, total=total)
-            if bar is not None:
-                bar.update(bar.task_ids[0], completed=done)
-    finally:
-        if bar is not None:
-            bar.stop()
-
-
-def _bar() -> Progress:
-    """A bar on stderr that leaves nothing behind."""
-    from rich.console import Console
-    from rich.progress import Progress
-
-    return Progress(console=Console(stderr=True), transient=True)
+def _put(text: str, *, color: bool) -> None:
+    LINE.end()
+    click.echo(encodable(text, sys.stdout.encoding), nl=False, color=color)
 
 
 def markdown(text: str) -> None:
-    """A page of documentation: formatted on a terminal, as it is in a pipe."""
-    if not sys.stdout.isatty() or os.environ.get("NO_COLOR"):
-        echo(text)
+    """A page of documentation: formatted where colour is wanted, as it is elsewhere."""
+    if not colour.wanted(sys.stdout):
+        _put(text, color=False)
         return
+    from io import StringIO
+
     from rich.console import Console
     from rich.markdown import Markdown
 
-    Console().print(Markdown(text))
+    page, width = StringIO(), shutil.get_terminal_size().columns
+    Console(file=page, force_terminal=True, color_system="standard", legacy_windows=False, width=width).print(
+        Markdown(text)
+    )
+    _put(page.getvalue(), color=True)

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, Literal
 
+from pidcfg.cli.progress import progress
 from pidcfg.refs import Decision
 
 if TYPE_CHECKING:
@@ -156,7 +157,10 @@ def verify(source: tuple[Vendor, Any, Any], target: tuple[Vendor, Any, Any]) -> 
     plants = [plant_of(mine, theirs) for mine, theirs in zip(sides[0][1], sides[1][1], strict=True)]
     masters = {loop.setpoint.source for loop in sides[0][1]} - {None}
     ways: tuple[Way, ...] = ("alone", "linked", "ideal") if masters else ("alone",)
-    runs = {way: [_run(*side, plants, way) for side in sides] for way in ways}
+    rounds = progress([(way, side) for way in ways for side in sides], "simulating both sides", len(ways) * len(sides))
+    runs: dict[Way, list[list[tuple[list[float], list[float]]]]] = {way: [] for way in ways}
+    for way, side in rounds:
+        runs[way].append(_run(*side, plants, way))
     found = []
     for i, (loop, other) in enumerate(zip(*(loops for _, loops, _ in sides), strict=True)):
         linked = loop.setpoint.source is not None and other.setpoint.source is not None

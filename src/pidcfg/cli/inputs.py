@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from pidcfg.cli.progress import held
 from pidcfg.diagnostics import Diagnostic, Severity
 from pidcfg.source import Document, Node, read_document
 
@@ -32,7 +33,7 @@ class Input:
     data: bytes = b""
     problem: str | None = None
     foreign: bool = False
-    """A YAML file in a folder that does not say it is ours."""
+    """A YAML file that does not say it is ours, in a folder or where such files are to be left out."""
 
 
 def read_inputs(paths: Sequence[str], limits: Limits) -> Iterator[Document]:
@@ -48,8 +49,11 @@ def document(entry: Input, limits: Limits) -> Document:
     return Document(entry.name, "", None, Node(None), (found,))
 
 
-def gather(paths: Sequence[str], limits: Limits) -> Iterator[Input]:
-    """The inputs one by one; a folder stands for the files below it that carry a ``pidcfg`` key."""
+def gather(paths: Sequence[str], limits: Limits, *, only_ours: bool = False) -> Iterator[Input]:
+    """The inputs one by one; a folder stands for the files below it that carry a ``pidcfg`` key.
+
+    ``only_ours``: a YAML file without one counts as foreign even when it is named.
+    """
     seen: set[str] = set()
     for name in _expand(paths):
         if name in seen:
@@ -61,7 +65,14 @@ def gather(paths: Sequence[str], limits: Limits) -> Iterator[Input]:
         if name != STDIN and Path(name).is_dir():
             yield from _folder(name, seen, limits)
         else:
-            yield read_input(name, limits)
+            entry = read_input(name, limits)
+            foreign = only_ours and name != STDIN and not ours(entry)
+            yield Input(name, foreign=True) if foreign else entry
+
+
+def ours(entry: Input) -> bool:
+    """Whether a file carries our key, or is ours to complain about since nobody can tell."""
+    return entry.problem is not None or OURS.search(entry.data.replace(b"\0", b"")) is not None
 
 
 def _expand(paths: Sequence[str]) -> Iterator[str]:
@@ -84,11 +95,12 @@ def _folder(name: str, seen: set[str], limits: Limits) -> Iterator[Input]:
             if not path.lower().endswith(tuple(SUFFIXES)) or path in seen or not Path(path).is_file():
                 continue
             entry = read_input(path, limits)
-            ours = entry.problem is not None or OURS.search(entry.data.replace(b"\0", b""))
-            if ours:
+            if ours(entry):
                 seen.add(path)
                 found = True
-            yield entry if ours else Input(path, foreign=True)
+                yield entry
+            else:
+                yield Input(path, foreign=True)
     if not found:
         yield Input(name, problem=f"{name} holds no .yaml or .yml file with a pidcfg key")
 
@@ -97,7 +109,8 @@ def read_input(name: str, limits: Limits) -> Input:
     """The bytes of one file, at most one more than the limit."""
     try:
         if name == STDIN:
-            return Input("<stdin>", sys.stdin.buffer.read(limits.file_bytes + 1))
+            with held():
+                return Input("<stdin>", sys.stdin.buffer.read(limits.file_bytes + 1))
         with Path(name).open("rb") as stream:
             return Input(name, stream.read(limits.file_bytes + 1))
     except OSError as error:

@@ -7,10 +7,16 @@ import os
 import sys
 from enum import IntEnum
 from importlib import import_module
+from typing import TYPE_CHECKING
 
 import click
 
 from pidcfg import __version__
+from pidcfg.cli import colour
+from pidcfg.cli.progress import LINE
+
+if TYPE_CHECKING:
+    from click.shell_completion import CompletionItem
 
 
 class Exit(IntEnum):
@@ -34,9 +40,13 @@ COMMANDS = {
     "rule": ("pidcfg.cli.rule", "Explain a rule, or list all of them."),
     "schema": ("pidcfg.cli.schema", "Print the JSON Schema of a file for editors."),
     "init": ("pidcfg.cli.init", "Write a commented starter file."),
+    "completion": ("pidcfg.cli.completion", "Print the script that completes commands in a shell."),
 }
 """Module (whose function ``command`` is the command) and short help; the module is imported when it is called."""
 
+
+COMPLETE = "_PIDCFG_COMPLETE"
+"""The variable by which a shell asks for completions."""
 
 FEW_COLLECTIONS = (100_000, 20, 20)
 """A command is short and makes few cycles: searching for them after every 700 objects took a fifth of its time."""
@@ -55,8 +65,20 @@ class LazyGroup(click.Group):
         del ctx
         if cmd_name not in COMMANDS:
             return None
-        command: click.Command = import_module(COMMANDS[cmd_name][0]).command
+        LINE.label = cmd_name
+        command = colour.understood(import_module(COMMANDS[cmd_name][0]).command)
+        if COMPLETE in os.environ:
+            from pidcfg.cli.candidates import completed
+
+            return completed(command)
         return command
+
+    def shell_complete(self, ctx: click.Context, incomplete: str) -> list[CompletionItem[str]]:
+        """The commands, and the options that they all have, without importing a command."""
+        from click.shell_completion import CompletionItem
+
+        items = [CompletionItem(name, help=text) for name, (_, text) in COMMANDS.items() if name.startswith(incomplete)]
+        return items + super(click.Group, self).shell_complete(ctx, incomplete)
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """The list of commands without importing them."""
@@ -67,6 +89,7 @@ class LazyGroup(click.Group):
 
 @click.group(cls=LazyGroup, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})
 @click.version_option(__version__, prog_name="pidcfg")
+@colour.option()
 def cli() -> None:
     """Check, encode and simulate the PID loops of PLCs from text files.
 
@@ -79,15 +102,40 @@ def _drop_stdout() -> None:
     os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
+def _run() -> object:
+    """The command, with a line on the terminal when it takes long."""
+    if COMPLETE in os.environ:
+        from pidcfg.cli.shells import register
+
+        register()
+    else:
+        LINE.begin()
+    try:
+        return cli(standalone_mode=False, prog_name="pidcfg", complete_var=COMPLETE)
+    finally:
+        LINE.end()
+
+
+def _say(error: click.ClickException) -> None:
+    """An error as click writes it, through what knows colours and code pages."""
+    from io import StringIO
+
+    from pidcfg.cli.console import note
+
+    text = StringIO()
+    error.show(text)
+    note(text.getvalue().rstrip("\n"))
+
+
 def main() -> None:
     """A traceback makes Python exit 1, which CI would read as findings; a bug must not."""
     gc.set_threshold(*FEW_COLLECTIONS)
     try:
-        code = cli(standalone_mode=False, prog_name="pidcfg")
+        code = _run()
         sys.stdout.flush()
         sys.exit(code if isinstance(code, int) else Exit.OK)
     except click.ClickException as e:
-        e.show()
+        _say(e)
         sys.exit(Exit.UNUSABLE)
     except (click.Abort, KeyboardInterrupt):
         click.echo("interrupted", err=True)

@@ -54,7 +54,19 @@ def output_format(*names: str) -> Decorator:
 
 LIMITS = click.option("--limit", "limits", multiple=True, metavar="NAME=VALUE", callback=parse_limits,
                       help="Raise a limit on untrusted input, e.g. file_bytes=4000000.")  # fmt: skip
-QUIET = click.option("-q", "--quiet", is_flag=True, help="Print findings and results only.")
+
+
+def _silenced(ctx: click.Context, param: click.Parameter, quiet: bool) -> bool:
+    """Nothing but findings and results, so no progress either."""
+    del ctx, param
+    if quiet:
+        from pidcfg.cli.progress import LINE
+
+        LINE.silence()
+    return quiet
+
+
+QUIET = click.option("-q", "--quiet", is_flag=True, callback=_silenced, help="Print findings and results only.")
 STRICT = click.option("--strict", is_flag=True, help="Exit 1 on warnings too.")
 SEVERITY = click.option("--severity", type=click.Choice(["error", "warning", "info"]), default="info",
                         show_default=True, help="Show findings of this severity and above.")  # fmt: skip

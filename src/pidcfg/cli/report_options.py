@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import click
 
-from pidcfg.cli.console import echo, echo_json, echo_xml
+from pidcfg.cli.console import echo, echo_json, echo_xml, show
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -19,6 +19,8 @@ CONFIGURATIONS = {".yaml", ".yml", ".toml"}
 """How files end that people write: a report never takes the place of one."""
 JSON_FORMATS = frozenset({"json", "sarif", "gitlab"})
 XML_FORMATS = frozenset({"junit"})
+PLAIN_FORMATS = frozenset({"text", "concise"})
+"""What people read: in colour where that is wanted."""
 
 
 class Report(NamedTuple):
@@ -115,6 +117,7 @@ def write_reports(
 
 def deliver(fmt: str, reports: Sequence[Report], render: Callable[[str], str]) -> None:
     """Prints one format and writes the others; what is printed is there even if a file cannot be written."""
-    put = echo_json if fmt in JSON_FORMATS else echo_xml if fmt in XML_FORMATS else echo
+    kinds = ((JSON_FORMATS, echo_json), (XML_FORMATS, echo_xml), (PLAIN_FORMATS, show))
+    put = next((put for names, put in kinds if fmt in names), echo)
     put(render(fmt))
     write_reports(reports, render)

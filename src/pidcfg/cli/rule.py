@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import click
 
 from pidcfg.cli import options
-from pidcfg.cli.console import echo, echo_json, markdown
+from pidcfg.cli.console import echo_json, markdown, show
 
 if TYPE_CHECKING:
     from pidcfg.validate.rule import Rule
@@ -55,4 +55,4 @@ def _list(rules: list[Rule], fmt: str) -> None:
         rows = [as_data(rule) for rule in rules]
         echo_json(json.dumps({"version": 1, "rules": rows}, indent=2, ensure_ascii=False) + "\n")
     else:
-        echo("".join(f"{r.code}  {r.severity.label:<7}  {r.name:<34}  {r.title}\n" for r in rules))
+        show("".join(f"{r.code}  {r.severity.label:<7}  {r.name:<34}  {r.title}\n" for r in rules))

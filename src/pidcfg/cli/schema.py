@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from pidcfg.cli import options
-from pidcfg.cli.console import echo
+from pidcfg.cli.console import echo_json, show
 from pidcfg.cli.output_schemas import OUTPUTS, output_schema
 from pidcfg.vendors import VENDORS
 
@@ -38,11 +38,11 @@ def command(name: str | None, out: str | None, force: bool) -> None:
     if name is None:
         rows = [(v.key, v.title) for v in VENDORS.values()] + [(SCENARIO, "simulation scenarios")]
         rows += [(key, f"what pidcfg {words} prints") for key, (_, words) in OUTPUTS.items()]
-        echo("".join(f"{key:<16} {title}\n" for key, title in rows))
+        show("".join(f"{key:<16} {title}\n" for key, title in rows))
         return
     text = json.dumps(document_schema(name), indent=2, ensure_ascii=False) + "\n"
     if out is None:
-        echo(text)
+        echo_json(text)
     else:
         write_files({out: text}, force=force)
 

@@ -2,22 +2,22 @@
 
 from __future__ import annotations
 
-import sys
-import time
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
 from pidcfg.cli import options, report_options
-from pidcfg.cli.console import note, watched
+from pidcfg.cli.console import note
 from pidcfg.cli.inputs import read_inputs
 from pidcfg.cli.main import Exit
+from pidcfg.cli.progress import LINE
 from pidcfg.cli.simulation_formats import FORMATS, render_runs
 from pidcfg.diagnostics import Diagnostic, Severity
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Sequence
+    from collections.abc import Iterator, Sequence
 
     from pidcfg.cli.simulation_report import Outcome
     from pidcfg.limits import Limits
@@ -73,9 +73,8 @@ def command(
             every=every,
             max_loop_steps=None if no_limit else limits.loop_steps,
             trend=trend,
-            progress=None if quiet or not watched() else progress(),
         )
-        outcomes = [simulate_document(doc, settings, limits) for doc in scenarios]
+        outcomes = run_all(scenarios, settings, limits)
     fails = Severity.WARNING if strict else Severity.ERROR
     report_options.deliver(fmt, reports, lambda name: render_runs(name, outcomes, fails))
     if fmt == "github" and not quiet:
@@ -83,6 +82,19 @@ def command(
             line = "cannot run" if outcome.report is None else verdict_line(outcome, outcome.report)
             note(f"{outcome.file}: {line}")
     click.get_current_context().exit(exit_code(outcomes, strict=strict))
+
+
+def run_all(scenarios: Sequence[Document], settings: Settings, limits: Limits) -> list[Outcome]:
+    """Runs the scenarios one after another; the line on the terminal shows how many are done, in shares of a run."""
+    outcomes = []
+    for done, doc in enumerate(scenarios):
+
+        def told(share: float, done: int = done, label: str = doc.file) -> None:
+            LINE.update(f"simulating {label}", (done + share) / len(scenarios))
+
+        LINE.update(f"simulating {doc.file}", done / len(scenarios) if done else None)
+        outcomes.append(simulate_document(doc, replace(settings, progress=told), limits))
+    return outcomes
 
 
 def wanted(documents: list[Document], paths: Sequence[str]) -> list[Document]:
@@ -133,18 +145,6 @@ def exit_code(outcomes: Sequence[Outcome], *, strict: bool = False) -> Exit:
         return Exit.UNUSABLE
     failed = not all(outcome.passed for outcome in outcomes)
     return Exit.FOUND if failed or (strict and worst(outcomes) >= Severity.WARNING) else Exit.OK
-
-
-def progress() -> Callable[[float], None]:
-    """A line on stderr that shows the share done, once a run takes longer than a second."""
-    begun = time.monotonic()
-
-    def show(share: float) -> None:
-        if time.monotonic() - begun > 1:
-            sys.stderr.write("\r        \r" if share >= 1 else f"\r{share:6.1%} ")
-            sys.stderr.flush()
-
-    return show
 
 
 def check_scenario(doc: Document, limits: Limits) -> list[Diagnostic]:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from pidcfg.cli import options
-from pidcfg.cli.console import echo, echo_json, note
+from pidcfg.cli.console import echo_json, note, show
 from pidcfg.tuning.rules import METHODS, Cycle, Process
 from pidcfg.vendors import VENDORS
 
@@ -82,7 +82,7 @@ def command(
     if fmt == "json":
         echo_json(json.dumps(result, indent=2, ensure_ascii=False) + "\n")
         return
-    echo(as_text(result, found, record))
+    show(as_text(result, found, record))
 
 
 def identified(name: str, numbers: dict[str, float | None], limits: Limits) -> tuple[Found, Record]:

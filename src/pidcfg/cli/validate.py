@@ -7,11 +7,12 @@ from typing import TYPE_CHECKING
 import click
 
 from pidcfg.cli import options, report_options
-from pidcfg.cli.console import note, progress
+from pidcfg.cli.console import note
 from pidcfg.cli.formats import FOR_PEOPLE, FORMATS, render
 from pidcfg.cli.formats.findings import Findings
 from pidcfg.cli.inputs import gather
 from pidcfg.cli.main import Exit
+from pidcfg.cli.progress import progress
 from pidcfg.cli.reporters import summary
 from pidcfg.diagnostics import Diagnostic, Severity
 
@@ -31,6 +32,7 @@ EPILOG = options.examples(
 @click.argument("paths", nargs=-1, required=True)
 @report_options.report_format(*FORMATS)
 @report_options.report_files(*FORMATS)
+@click.option("--skip-foreign", is_flag=True, help="Leave out named files without a pidcfg key, as folders do.")
 @options.SELECT
 @options.IGNORE
 @options.SEVERITY
@@ -39,18 +41,18 @@ EPILOG = options.examples(
 @options.LIMITS
 def command(
     paths: tuple[str, ...], fmt: str, reports: tuple[report_options.Report, ...], select: list[str], ignore: list[str],
-    severity: str, strict: bool, quiet: bool, limits: Limits,
+    skip_foreign: bool, severity: str, strict: bool, quiet: bool, limits: Limits,
 ) -> None:  # fmt: skip
     """Find every mistake in PATHS: configurations, scenarios, folders of them, or - for standard input."""
     from pidcfg.cli.checks import check_all
 
     documents: dict[str, Document] = {}
     found: list[Diagnostic] = []
-    gathered = list(gather(paths, limits))
+    gathered = list(gather(paths, limits, only_ours=skip_foreign))
     inputs = [entry for entry in gathered if not entry.foreign]
     skipped = len(gathered) - len(inputs)
     report_options.refuse_inputs(reports, (entry.name for entry in inputs))
-    for doc, findings in progress(check_all(inputs, limits), "checking", len(inputs), quiet=quiet):
+    for doc, findings in progress(check_all(inputs, limits), "checking", len(inputs)):
         documents[doc.file] = doc
         found += findings
     kept = options.chosen(found, select, ignore)

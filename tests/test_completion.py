@@ -1,0 +1,277 @@
+"""What the Tab key offers, in each shell that is here and by the protocol of those that are not."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import click
+import pytest
+from click.testing import CliRunner
+
+from pidcfg.cli import candidates, completion, shells
+from pidcfg.cli.main import COMMANDS, COMPLETE, cli
+from pidcfg.validate.pages import all_rules
+
+ROOT = Path(__file__).parents[1]
+LOOPS = ["FIC-102", "TIC-101", "LIC-103"]
+
+
+def in_shell(name: str):
+    """Marks a test that needs a shell."""
+    missing = os.name == "nt" or not shutil.which(name)
+    return pytest.mark.skipif(missing, reason=f"{name} is not installed")
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    """A folder with files of every kind, one of them broken."""
+    for name in ("reactor.yaml", "reactor.scenario.yaml"):
+        shutil.copyfile(ROOT / "examples/dl06" / name, tmp_path / name)
+    (tmp_path / "loops").mkdir()
+    (tmp_path / "my loops.yaml").write_text("pidcfg: 1\nvendor: dl06\nloops: [{name: A}, {name: B}, 3]\n", "utf-8")
+    (tmp_path / "reads.txt").write_text("scenario: no\n", "utf-8")
+    (tmp_path / "broken.yaml").write_bytes(b"pidcfg: [\n\xff\0")
+    (tmp_path / ".hidden.yaml").write_text("pidcfg: 1\n", "utf-8")
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+@pytest.fixture
+def complete(monkeypatch):
+    """The raw answer to a line, as a shell gets it."""
+
+    def answer(line: str, shell: str = "fish") -> str:
+        monkeypatch.setenv(COMPLETE, f"{shell}_complete")
+        monkeypatch.setenv("COMP_WORDS", line)
+        shells.register()
+        result = CliRunner().invoke(cli, [], prog_name="pidcfg", complete_var=COMPLETE)
+        assert (result.exit_code, result.stderr) == (0, "")
+        return result.stdout
+
+    return answer
+
+
+@pytest.fixture
+def offered(complete):
+    """The values that are offered for a line."""
+    return lambda line: [row.partition(",")[2].partition("\t")[0] for row in complete(line).splitlines() if row]
+
+
+# --- what is offered -------------------------------------------------------------------------------------------------
+
+
+def test_commands_and_their_help(complete, offered):
+    assert offered("pidcfg ") == list(COMMANDS)
+    assert complete("pidcfg va") == f"plain,validate\t{COMMANDS['validate'][1]}\n"
+    assert {"--version", "--color"} <= set(offered("pidcfg --"))
+
+
+def test_options_and_choices(offered):
+    assert {"--select", "--severity", "--skip-foreign"} <= set(offered("pidcfg validate --s"))
+    assert offered("pidcfg validate --severity ") == ["error", "warning", "info"]
+    assert offered("pidcfg validate --severity=w") == ["--severity=warning"]
+    assert offered("pidcfg init --vendor=n") == ["--vendor=nextopid"]
+    assert offered("pidcfg completion po") == ["powershell"]
+
+
+def test_rule_codes_with_their_titles(complete, offered):
+    rules = all_rules()
+    assert offered("pidcfg rule ") == list(rules)
+    assert complete("pidcfg rule pid101") == f"plain,PID101\t{rules['PID101'].title}\n"
+    assert offered("pidcfg validate --ignore PID101,PID10")[0] == "PID101,PID102"
+    assert offered("pidcfg validate --select=PID220") == ["--select=PID220"]
+
+
+def test_files_by_what_they_hold(folder, offered):
+    assert offered("pidcfg simulate ") == ["loops/", "reactor.scenario.yaml"]
+    assert offered("pidcfg encode ") == ["broken.yaml", "loops/", "my loops.yaml", "reactor.yaml"]
+    assert offered("pidcfg validate re") == ["reactor.scenario.yaml", "reactor.yaml"]
+    assert "reads.txt" in offered("pidcfg decode ")
+    assert offered("pidcfg validate .h") == [".hidden.yaml"]
+    assert offered("pidcfg validate ./rea") == ["./reactor.scenario.yaml", "./reactor.yaml"]
+    assert offered("pidcfg validate nowhere/") == []
+
+
+def test_formats_and_their_files(folder, offered):
+    assert offered("pidcfg validate x.yaml --output sa") == ["sarif="]
+    assert offered("pidcfg validate x.yaml --output sarif=rea") == [
+        f"sarif={name}" for name in ("reactor.scenario.yaml", "reactor.yaml", "reads.txt")
+    ]
+    assert offered("pidcfg validate --limit file_") == ["file_bytes="]
+
+
+def test_loops_of_the_files_on_the_line(folder, complete):
+    """Read from configurations, and from those that scenarios run; what cannot be read has none."""
+    root = click.Context(cli, obj=["simulate", "reactor.scenario.yaml", "--plot-loop"])
+    found = candidates.loops(click.Context(cli, parent=root), "")
+    assert [item.value for item in found] == LOOPS
+    assert list(candidates.loop_names("my loops.yaml")) == ["A", "B"]
+    for name in ("broken.yaml", "reads.txt", "none.yaml", "loops"):
+        assert list(candidates.loop_names(name)) == []
+
+
+def test_loop_options_of_any_command_complete_to_loops(folder, monkeypatch, complete):
+    """Whatever a command calls it: the table names the parameters."""
+
+    @click.command("simulate")
+    @click.argument("paths", nargs=-1)
+    @click.option("--plot-loop")
+    def command(**_: object) -> None:
+        """A stand-in."""
+
+    monkeypatch.setattr(cli, "get_command", lambda *_: candidates.completed(command))
+    assert complete("pidcfg simulate reactor.scenario.yaml --plot-loop T") == "plain,TIC-101\n"
+
+
+def test_what_goes_wrong_is_silent(folder, monkeypatch, complete):
+    monkeypatch.setattr(candidates, "titles", lambda: 1 / 0)
+    assert complete("pidcfg rule ").strip() == ""
+    assert complete("pidcfg validate 'open quo").strip() == ""
+
+
+def test_every_parameter_completes_to_something():
+    """An argument, or an option that names a file, offers files at least."""
+    for name in COMMANDS:
+        command = cli.get_command(click.Context(cli), name)
+        for param in command.params:
+            if isinstance(param, click.Argument) and not isinstance(param.type, click.Choice):
+                assert candidates.source_of(name, param) is not None, (name, param.name)
+
+
+def test_completing_commands_options_and_codes_loads_no_slow_package():
+    code = """
+import sys
+from pidcfg.cli.main import main
+try:
+    main()
+except SystemExit as end:
+    assert not end.code
+print([name for name in ("pydantic", "rich", "ruamel") if name in sys.modules])
+"""
+    for line in ("pidcfg ", "pidcfg validate --", "pidcfg validate --select PID2"):
+        environment = {**os.environ, "COMP_WORDS": line, COMPLETE: "zsh_complete"}
+        run = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=True)
+        assert run.stdout.splitlines()[-1] == "[]"
+
+
+# --- each shell ------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("shell", completion.SCRIPTS)
+def test_the_command_prints_what_click_would(shell, monkeypatch):
+    script = CliRunner().invoke(cli, ["completion", shell]).stdout
+    assert "pidcfg" in script
+    assert script.isascii()
+    monkeypatch.setenv(COMPLETE, f"{shell}_source")
+    shells.register()
+    assert CliRunner().invoke(cli, [], prog_name="pidcfg", complete_var=COMPLETE).stdout == script
+
+
+def test_how_each_shell_gets_its_answer(folder, complete):
+    title = all_rules()["PID242"].title
+    assert complete("pidcfg rule PID242", "zsh") == f"plain\nPID242\n{title}\n"
+    assert complete("pidcfg rule PID242", "powershell") == f"plain\nPID242\n{title}\n"
+    assert complete("pidcfg validate my", "zsh") == "path\nmy loops.yaml\n_\n"
+    assert complete("pidcfg validate my", "powershell") == "path\n'my loops.yaml'\n_\n"
+    assert complete(r"pidcfg validate .\my", "powershell").strip() == "" if os.name != "nt" else True
+    assert complete("pidcfg validate --format=js", "powershell") == "plain\n--format=json\n_\n"
+    assert complete("pidcfg validate --format=js", "bash") == "plain,json\n", "bash has a word of its own behind ="
+    assert complete("pidcfg validate --output sarif=rep", "bash").strip() == ""
+    assert complete("pidcfg validate --output sarif=reac", "bash").splitlines()[1] == "path,reactor.yaml"
+
+
+def test_powershell_gets_ascii(complete):
+    assert complete("pidcfg rule ", "powershell").isascii()
+
+
+@pytest.fixture
+def environment(tmp_path_factory):
+    """An environment with `pidcfg` on the path."""
+    tools = tmp_path_factory.mktemp("tools")
+    (tools / "pidcfg").write_text(f'#!/bin/sh\nexec "{sys.executable}" -m pidcfg "$@"\n', "utf-8")
+    (tools / "pidcfg").chmod(0o755)
+    return {**os.environ, "PATH": f"{tools}{os.pathsep}{os.environ['PATH']}", "PYTHONPATH": str(ROOT / "src")}
+
+
+BASH = """
+compopt() { :; }  # works while a person types only
+eval "$(pidcfg completion bash)"
+complete -p pidcfg
+for COMP_LINE in 'pidcfg simulate re' 'pidcfg validate --format=js' 'FOO=1 pidcfg rule PID24'; do
+    COMP_POINT=${#COMP_LINE}
+    _pidcfg pidcfg
+    printf '%s\\n' "${COMPREPLY[*]}"
+done
+"""
+
+
+@in_shell("bash")
+def test_bash(folder, environment):
+    run = subprocess.run(["bash", "--norc", "-c", BASH], env=environment, capture_output=True, text=True, check=True)
+    assert run.stderr == ""
+    assert run.stdout.splitlines() == [
+        "complete -o nosort -F _pidcfg pidcfg",
+        "reactor.scenario.yaml",
+        "json",
+        " ".join(code for code in all_rules() if code.startswith("PID24")),
+    ]
+
+
+@in_shell("bash")
+def test_bash_that_is_too_old_says_so(environment):
+    script = completion.script("bash").replace("BASH_VERSINFO", "OLD")
+    run = subprocess.run(
+        ["bash", "--norc", "-c", f"OLD=(3 2)\n{script}\ncomplete -p pidcfg"],
+        env=environment, capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert "needs bash 4.4" in run.stderr
+    assert "_pidcfg" not in run.stdout
+
+
+@in_shell("fish")
+def test_fish(folder, environment):
+    script = "pidcfg completion fish | source; for line in $argv; complete -C $line; end"
+    lines = ["pidcfg simulate re", "pidcfg validate --format=js", "pidcfg rule PID242"]
+    run = subprocess.run(
+        ["fish", "--no-config", "-c", script, "--", *lines], env=environment, capture_output=True, text=True, check=True
+    )
+    assert run.stdout.splitlines() == [
+        "reactor.scenario.yaml",
+        "--format=json",
+        f"PID242\t{all_rules()['PID242'].title}",
+    ]
+
+
+ZSH = """
+zmodload zsh/zpty
+zpty z zsh -f -i
+zpty -w z "PS1=; unsetopt zle_bracketed_paste 2>/dev/null; autoload -U compinit; compinit -D"
+zpty -w z 'eval "$(pidcfg completion zsh)"'
+zpty -w z 'show() { print -r -- $BUFFER > shown; exit }; zle -N show; bindkey ^X^D show'
+zpty -w z 'print ready''now'
+zpty -r z line '*readynow*'
+zpty -w -n z $1$'\\t\\x18\\x04'
+while zpty -r z line; do :; done
+"""
+
+
+@in_shell("zsh")
+@pytest.mark.parametrize(
+    ("typed", "line"),
+    [
+        ("pidcfg sim", "pidcfg simulate "),
+        ("pidcfg simulate re", "pidcfg simulate reactor.scenario.yaml "),
+        ("pidcfg validate my", r"pidcfg validate my\ loops.yaml "),
+        ("pidcfg simulate lo", "pidcfg simulate loops/"),
+        ("pidcfg validate --format=js", "pidcfg validate --format=json "),
+    ],
+)
+def test_zsh(folder, environment, typed, line):
+    subprocess.run(
+        ["zsh", "-f", "-c", ZSH, "zsh", typed], env=environment, capture_output=True, check=False, timeout=120
+    )
+    assert (folder / "shown").read_text("utf-8").rstrip("\n") == line
