@@ -1,0 +1,94 @@
+"""How pictures look: colours that survive greyscale printing and colour blindness, line styles, sizes, units of time.
+
+Colours are those of Okabe and Ito; whatever a colour tells is also told by a line style, a label or a place.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from pidcfg.pictures.chart import Chart, Line, StripKind
+
+BLACK, INK, GREY, PALE = "#000000", "#222222", "#707070", "#d9d9d9"
+BLUE, GREEN, VERMILION, PURPLE, ORANGE, SKY = "#0072B2", "#007A5A", "#D55E00", "#CC79A7", "#E69F00", "#56B4E9"
+
+
+@dataclass(frozen=True, slots=True)
+class Pen:
+    """A colour, a width in points and a pattern of dashes (empty: solid)."""
+
+    colour: str
+    width: float
+    dashes: tuple[float, ...] = ()
+
+
+PENS = {
+    ("setpoint", None): Pen(INK, 1.2, (5, 2.5)),
+    ("pv", None): Pen(BLUE, 1.9),
+    ("output", None): Pen(GREEN, 1.6),
+    ("other", None): Pen(PURPLE, 1.3, (7, 2, 1.5, 2)),
+    ("setpoint", "before"): Pen(GREY, 0.9, (1.2, 1.6)),
+    ("setpoint", "after"): Pen(INK, 1.0, (1.2, 1.6)),
+    ("pv", "before"): Pen(GREY, 1.2, (4, 2)),
+    ("pv", "after"): Pen(BLUE, 1.9),
+    ("output", "before"): Pen(GREY, 1.2, (4, 2)),
+    ("output", "after"): Pen(GREEN, 1.7),
+    ("other", "before"): Pen(GREY, 1.2, (4, 2)),
+    ("other", "after"): Pen(PURPLE, 1.7),
+}
+"""By the role of a line and the side it belongs to: SP dashed, PV solid and thick, before thin dashed grey."""
+
+
+def pen_of(line: Line) -> Pen:
+    """How a line is drawn."""
+    return PENS[line.role, line.side]
+
+
+HELD = {"setpoint", "output"}
+"""Roles of signals that keep their value until the next one."""
+
+FILLS: dict[StripKind, tuple[tuple[str, str], ...]] = {
+    "mode": (("#cfe3f1", BLUE), ("#ececec", GREY), ("#cfeadf", GREEN), ("#f6e3c0", ORANGE), ("#f1dbe7", PURPLE)),
+    "alarm": (("#f7cdb2", VERMILION),),
+    "step": (("#dff0fb", SKY), ("#f9ecd0", ORANGE)),
+    "condition": (("#f1dbe7", PURPLE),),
+}
+"""Fill and edge of the bars, one after the other by what the bars of a strip are called."""
+
+SIZES = {"title": 11.0, "label": 9.0, "small": 8.0}
+"""Of letters, in points."""
+LETTER = 0.6
+"""Width of an average letter as a share of its size, rather too much."""
+
+UNITS_OF_TIME = ((180.0, "s", 1.0), (3 * 3600.0, "min", 60.0), (float("inf"), "h", 3600.0))
+"""The longest time shown in each unit, its name, and its seconds."""
+
+
+def unit_of_time(chart: Chart) -> tuple[str, float]:
+    """In which unit the time axis of a chart is labelled, and its seconds."""
+    begin, end = chart.ends
+    return next((name, size) for longest, name, size in UNITS_OF_TIME if end - begin <= longest)
+
+
+def moment(chart: Chart, time: float) -> str:
+    """A time as the axis would label it."""
+    name, size = unit_of_time(chart)
+    return f"{time / size:.4g} {name}"
+
+
+def with_unit(title: str, unit: str) -> str:
+    """An axis' label."""
+    return f"{title} ({unit})" if unit else title
+
+
+def plain(text: str) -> str:
+    """A text on one line without control characters, which no picture can show."""
+    return "".join(c if c.isprintable() else "\N{REPLACEMENT CHARACTER}" for c in " ".join(text.split()))
+
+
+def shortened(text: str, letters: int) -> str:
+    """A text that is not longer than its place."""
+    text = plain(text)
+    return text if len(text) <= letters else text[: max(letters - 1, 0)].rstrip() + "…"
