@@ -1,4 +1,4 @@
-"""Charts in characters, for terminals: with letters that every code page has, or with finer signs where it can show them.
+"""Charts in characters, for terminals: with signs that every code page has, or with finer ones where it has them.
 
 A line of one sign a column cannot show all values of a long run: a column shows the lowest and the highest one of its
 time and everything between, so that no spike is lost.
@@ -7,6 +7,7 @@ time and everything between, so that no spike is lost.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 from math import isfinite
 from typing import TYPE_CHECKING
 
@@ -62,7 +63,7 @@ def lines(chart: Chart, width: int, height: int, ascii_only: bool) -> list[str]:
     """The chart, ``width`` characters wide; ``height``: rows of its first panel."""
     signs = ASCII if ascii_only else FINE
     columns = max(width - GUTTER - 2, 10)
-    rows = [_cut(chart.title, width, signs), *_numbers(chart, columns)]
+    rows = [*([_cut(chart.title, width, signs)] if chart.title else []), *_numbers(chart, columns)]
     for i, panel in enumerate(chart.panels):
         rows += _panel(chart, panel, columns, max(height if i == 0 else round(height * OUTPUT_SHARE), 2), signs)
     rows += [_strip(chart, strip, columns, signs) for strip in chart.strips]
@@ -169,7 +170,7 @@ def _join(
     found: list[tuple[float, float] | None], points: Sequence[tuple[float, float]], begin: float, end: float
 ) -> None:
     """Columns between two values of a signal that moves from one to the other."""
-    for (t0, v0), (t1, v1) in zip(points, points[1:], strict=False):
+    for (t0, v0), (t1, v1) in pairwise(points):
         first, last = (_column(t, begin, end, len(found)) for t in (t0, t1))
         for column in range(first + 1, last):
             value = v0 + (v1 - v0) * (column - first) / (last - first)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from math import isfinite
 from typing import TYPE_CHECKING, Any
 
-from pidcfg.pictures.layout import KEY, LEFT, LINE, MARGIN, POINTS, RIGHT, TITLE, letters_in, numbered, sheet
+from pidcfg.pictures.layout import KEY, LABEL, LINE, MARGIN, POINTS, RIGHT, TITLE, letters_in, numbered, sheet
 from pidcfg.pictures.strips import draw_marks, draw_strip
 from pidcfg.pictures.style import (
     GREY,
@@ -131,7 +131,7 @@ def _number(value: float, _place: int | None = None) -> str:
 
 
 def _draw_panel(axes: Axes, panel: Panel, box: Box, chart: Chart) -> None:
-    """All lines of a panel, those of after above those of before, with their names on the right."""
+    """All lines of a panel, after above before and the set point on top, with their names on the right."""
     from matplotlib.ticker import FuncFormatter, MaxNLocator
 
     _, size = unit_of_time(chart)
@@ -142,7 +142,7 @@ def _draw_panel(axes: Axes, panel: Panel, box: Box, chart: Chart) -> None:
     axes.yaxis.set_major_formatter(FuncFormatter(_number))
     label = shortened(with_unit(panel.title, panel.unit), letters_in(box.height, SIZES["label"]))
     axes.set_ylabel(label, size=SIZES["label"], color=INK, gid="axis value")
-    axes.yaxis.set_label_coords(-(LEFT - 0.22) / box.width, 0.5)
+    axes.yaxis.set_label_coords(-LABEL / box.width, 0.5)
     names: dict[str, tuple[float, str]] = {}
     for layer, line in enumerate(sorted(panel.lines, key=_layer), start=3):
         times, values = finite(line)
@@ -165,7 +165,7 @@ def finite(line: Line) -> tuple[list[float], list[float]]:
 
 
 def _layer(line: Line) -> tuple[bool, bool]:
-    return line.side != "before", line.role != "setpoint"
+    return line.side != "before", line.role == "setpoint"
 
 
 def _limits(panel: Panel) -> tuple[float, float]:

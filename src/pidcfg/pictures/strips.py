@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from pidcfg.pictures.layout import ABOVE, LEFT, letters_in, numbered
+from pidcfg.pictures.layout import ABOVE, letters_in, numbered
 from pidcfg.pictures.style import (
     BLACK,
     GREY,
@@ -44,7 +44,7 @@ def draw_strip(axes: Axes, strip: Strip, box: Box, chart: Chart) -> None:
     axes.set_facecolor("#f7f7f7")
     (begin, end), (_, size) = chart.ends, unit_of_time(chart)
     scale = box.width / ((end - begin) or 1.0)
-    title = shortened(strip.title, letters_in(LEFT - 0.1, SIZES["small"]))
+    title = shortened(strip.title, letters_in(box.left - 0.1, SIZES["small"]))
     axes.annotate(title, (0, 0.5), xycoords="axes fraction", xytext=(-5, 0), textcoords="offset points", ha="right",
                   va="center", size=SIZES["small"], color=INK, gid=f"strip {strip.kind}")  # fmt: skip
     fills = fills_of(strip)

@@ -79,7 +79,7 @@ def fills_of(strip: Strip) -> dict[str, tuple[str, str]]:
 
 SIZES = {"title": 11.0, "label": 9.0, "small": 8.0}
 """Of letters, in points."""
-LETTER = 0.6
+LETTER = 0.62
 """Width of an average letter as a share of its size, rather too much."""
 
 UNITS_OF_TIME = ((180.0, "s", 1.0), (3 * 3600.0, "min", 60.0), (float("inf"), "h", 3600.0))
