@@ -17,7 +17,7 @@ def overlay(
     loop: Loop, times: Sequence[float], setpoints: Sequence[float], pvs: Sequence[Sequence[float]],
     outputs: Sequence[Sequence[float]], names: tuple[str, str], happenings: tuple[float, float],
 ) -> Chart:  # fmt: skip
-    """PV and output of both sides; outputs are shares of their ranges, since the ranges may differ."""
+    """PV and output of both sides; outputs are in % of their ranges, since these may differ."""
     shares = [[100 * value for value in side] for side in outputs]
     return Chart(
         title=f"{loop.name}: {loop.description}" if loop.description else loop.name,
@@ -28,7 +28,7 @@ def overlay(
                 loop.pv.unit or "",
                 (Line("SP", "setpoint", times, setpoints), *_sides("PV", "pv", times, pvs)),
             ),
-            Panel("output", "% of its range", _sides("OUT", "output", times, shares)),
+            Panel("OUT", "%", _sides("OUT", "output", times, shares)),
         ),
         marks=(Mark("step of the set point", happenings[0]), Mark("disturbance", happenings[1])),
         sides=names,

@@ -5,6 +5,7 @@ from __future__ import annotations
 import shutil
 import sys
 from dataclasses import replace
+from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, TextIO
 
@@ -37,11 +38,8 @@ def named(ctx: click.Context, param: click.Parameter, names: tuple[str, ...]) ->
     twice = next((name for name in names if names.count(name) > 1), None)
     if twice is not None:
         raise click.BadParameter(f"{twice!r} stands there twice", ctx, param)
-    if any(name != TERMINAL for name in names):
-        from pidcfg.pictures.draw import installed
-
-        if not installed():
-            raise click.ClickException("matplotlib is not installed; 'pip install pidcfg[report]' brings it")
+    if any(name != TERMINAL for name in names) and find_spec("matplotlib") is None:
+        raise click.ClickException("matplotlib is not installed; 'pip install pidcfg[report]' brings it")
     return names
 
 

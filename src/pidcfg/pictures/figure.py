@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from math import isfinite
 from typing import TYPE_CHECKING, Any
 
 from pidcfg.pictures.layout import KEY, LABEL, LINE, MARGIN, POINTS, RIGHT, TITLE, letters_in, numbered, sheet
 from pidcfg.pictures.strips import draw_marks, draw_strip
 from pidcfg.pictures.style import (
+    BEFORE,
     GREY,
     HELD,
     INK,
@@ -15,6 +15,7 @@ from pidcfg.pictures.style import (
     PENS,
     SIZES,
     WARNING,
+    drawable,
     pattern,
     pen_of,
     shortened,
@@ -108,7 +109,7 @@ def _draw_key(figure: Figure, plan: Sheet, place: Place) -> None:
     top, wide = (place.key or 0.0) + KEY / 2, (plan.width - 2 * MARGIN) / 2
     for i, (side, name) in enumerate(zip(("before", "after"), place.chart.sides or (), strict=True)):
         left = MARGIN + i * wide
-        pen = PENS["pv", "before" if side == "before" else "after"]
+        pen = BEFORE if side == "before" else PENS["pv", "after"]
         piece = Line2D([left / plan.width, (left + 0.35) / plan.width], [1 - top / plan.height] * 2, color=pen.colour,
                        linewidth=pen.width, linestyle=pattern(pen), gid=f"key {side}")  # fmt: skip
         figure.add_artist(piece)
@@ -131,7 +132,7 @@ def _number(value: float, _place: int | None = None) -> str:
 
 
 def _draw_panel(axes: Axes, panel: Panel, box: Box, chart: Chart) -> None:
-    """All lines of a panel, after above before and the set point on top, with their names on the right."""
+    """All lines of a panel, with their names on the right."""
     from matplotlib.ticker import FuncFormatter, MaxNLocator
 
     _, size = unit_of_time(chart)
@@ -145,32 +146,27 @@ def _draw_panel(axes: Axes, panel: Panel, box: Box, chart: Chart) -> None:
     axes.yaxis.set_label_coords(-LABEL / box.width, 0.5)
     names: dict[str, tuple[float, str]] = {}
     for layer, line in enumerate(sorted(panel.lines, key=_layer), start=3):
-        times, values = finite(line)
+        times, values = drawable(line)
         if not times:
             continue
-        pen = pen_of(line)
+        pen = pen_of(line, overlaid=chart.sides is not None)
         axes.plot(
             [t / size for t in times], values, color=pen.colour, linewidth=pen.width, linestyle=pattern(pen),
             drawstyle="steps-post" if line.role in HELD else "default", gid=f"line {line.role} {line.side or 'only'}",
             marker="o" if len(times) == 1 else "", markersize=4, zorder=layer,
         )  # fmt: skip
-        names[line.name] = (values[-1], pen.colour)
+        names.setdefault(line.name, (values[-1], pen.colour))
     _name_lines(axes, names, box.height * POINTS)
 
 
-def finite(line: Line) -> tuple[list[float], list[float]]:
-    """The times and values of a line that can be drawn."""
-    pairs = [(t, v) for t, v in zip(line.times, line.values, strict=True) if isfinite(t) and isfinite(v)]
-    return [t for t, _ in pairs], [v for _, v in pairs]
-
-
 def _layer(line: Line) -> tuple[bool, bool]:
-    return line.side != "before", line.role == "setpoint"
+    """Thin lines lie on thick ones."""
+    return line.role == "setpoint", line.side == "before"
 
 
 def _limits(panel: Panel) -> tuple[float, float]:
     """The ends of a value axis: all lines with some room, and around a flat line something to see it in."""
-    values = [v for line in panel.lines for v in finite(line)[1]] + list(panel.least or ())
+    values = [v for line in panel.lines for v in drawable(line)[1]] + list(panel.least or ())
     low, high = min(values, default=0.0), max(values, default=1.0)
     if high - low <= FLAT * max(abs(low), abs(high)):
         low, high = low - 0.05 * (abs(low) or 10.0), high + 0.05 * (abs(high) or 10.0)
