@@ -11,9 +11,9 @@ from pathlib import Path
 from xml.etree import ElementTree as ET
 
 import pytest
-from golden_text import same
 from PIL import Image
 
+from golden_text import same
 from pidcfg.pictures import draw, page
 from pidcfg.pictures.characters import fits, lines
 from pidcfg.pictures.chart import Bar, Chart, Line, Mark, Panel, Strip
@@ -154,7 +154,7 @@ def test_drawing_leaves_the_settings_of_the_library_alone():
 
 
 @pytest.mark.parametrize(
-    "hostile", [HOSTILE, "$\\undefined{$", "名前 温度 🔥", "x" * 500, "a\x00\x1b[2J\nb", "‮abc", "_hidden"]
+    "hostile", [HOSTILE, "$\\undefined{$", "名前 温度 🔥", "x" * 500, "a\x00\x1b[2J\nb", "\u202eabc", "_hidden"]
 )
 def test_no_name_or_unit_breaks_a_picture(hostile):
     one = chart(

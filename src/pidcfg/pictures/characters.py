@@ -106,8 +106,8 @@ def _panel(chart: Chart, panel: Panel, columns: int, height: int, signs: Signs) 
                 overlaid = line.side == "after" and there in {signs.lines["before"], signs.both}
                 grid[row][column] = signs.both if overlaid else sign
     labels = {0: f"{high:.5g}", height - 1: f"{low:.5g}"}
-    return [*_head(chart, panel, columns, signs), *(f"{_gutter(labels.get(i, ''), signs)}{signs.axis}{''.join(cells)}".rstrip()
-                    for i, cells in enumerate(grid))]  # fmt: skip
+    rows = [f"{_gutter(labels.get(i, ''), signs)}{signs.axis}{''.join(cells)}" for i, cells in enumerate(grid)]
+    return [*_head(chart, panel, columns, signs), *(row.rstrip() for row in rows)]
 
 
 def _head(chart: Chart, panel: Panel, columns: int, signs: Signs) -> list[str]:
