@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from pidcfg.cli import options, report_options
+from pidcfg.cli import options, plots, report_options
 from pidcfg.cli.console import echo, echo_json, note
 from pidcfg.cli.decode import read_rows
 from pidcfg.cli.main import Exit
@@ -14,9 +15,8 @@ from pidcfg.diagnostics import Diagnostic, Severity
 from pidcfg.vendors import VENDORS
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Iterable
 
-    from pidcfg.cli.convert_report import Told
     from pidcfg.cli.convert_verify import Verified
     from pidcfg.convert.pipeline import Converted
     from pidcfg.limits import Limits
@@ -27,6 +27,7 @@ EPILOG = options.examples(
     "pidcfg convert reactor.yaml --to click -o reactor-click.yaml --allow-loss",
     "pidcfg convert tank.yaml --to nextopid --report json -o tank-nextopid.yaml",
     "pidcfg convert tank.yaml --to dpide -o tank-dpide.yaml --report-output markdown=changes.md",
+    "pidcfg convert tank.yaml --to dl06 -o tank-dl06.yaml --allow-loss --plot tank-dl06.svg",
     "pidcfg convert kiln.yaml --to dl06 --loop-table V3000 -o kiln-dl06.yaml",
 )
 
@@ -68,12 +69,14 @@ def percent(ctx: click.Context, param: click.Parameter, text: str | None) -> flo
     callback=percent,
     help="With --verify: exit 1, nothing written, when a PV is further apart than this, in % of its range.",
 )
+@plots.VERIFIED
 @placement_options
 @options.QUIET
 @options.LIMITS
 def command(
     file: str, target: str, out: str | None, force: bool, allow_loss: bool, report: str, quiet: bool, limits: Limits,
-    reports: tuple[report_options.Report, ...], verify: bool, max_deviation: float | None, **texts: str | None,
+    reports: tuple[report_options.Report, ...], verify: bool, max_deviation: float | None, plot: tuple[str, ...],
+    **texts: str | None,
 ) -> None:  # fmt: skip
     """Convert the configuration FILE to another vendor's, and report what became of every field.
 
@@ -99,49 +102,50 @@ def command(
     text = whole_text(checked, converted)
     result = recheck(text, to, limits)
     findings = [finding for finding in result.findings if finding.severity is Severity.ERROR]
-    verified = sides(checked, result) if (verify or max_deviation is not None) and not findings else None
+    tested = (verify or plot or max_deviation is not None) and not findings
+    verified = sides(checked, result, out) if tested else None
     told = Told(checked.vendor.key, target, converted, verified)
-    lossy = converted.losses and not allow_loss
+    lossy = bool(converted.losses) and not allow_loss
     if report == "json":
         echo_json(told.json())
     elif shown := told.text(changes=not quiet or lossy).rstrip():
         note(shown)
-    refused = findings or lossy or (max_deviation is not None and told.pv_percent > max_deviation)
-    if refused:
+    apart = max_deviation is not None and told.pv_percent > max_deviation
+    if findings or lossy or apart:
         report_options.write_reports(reports, told.render)
-    if findings:
-        refuse(findings, text, to)
-    if lossy:
-        note("something would be lost: nothing was written; --allow-loss writes it all the same")
-    elif refused:
-        note(f"a PV is further apart than {max_deviation:g} % of its range: nothing was written")
-    if refused:
+        if findings:
+            refuse(findings, text, to)
+        note("something would be lost: nothing was written; --allow-loss writes it all the same" if lossy else
+             f"a PV is further apart than {max_deviation:g} % of its range: nothing was written")  # fmt: skip
         click.get_current_context().exit(Exit.FOUND)
-    put(text, out, reports, told, force=force, quiet=quiet)
+    charts = [entry.chart for entry in verified or ()]
+    pictures = plots.drawn(plot, charts, f"{Path(file).name} for {to.title}")
+    files = {**({} if out is None else {out: text}), **pictures}
+    report_options.write_reports(reports, told.render, files, force=force)
+    put(text, out, () if quiet else files)
 
 
-def sides(checked: Checked, result: Checked) -> list[Verified]:
+def put(text: str, out: str | None, written: Iterable[str]) -> None:
+    """Prints the result that goes to no file, and names the files."""
+    if out is None:
+        echo(text)
+    for name in written:
+        note(f"{name}: written")
+
+
+def sides(checked: Checked, result: Checked, out: str | None) -> list[Verified]:
     """Both sides on the same plants."""
     from pidcfg.cli.convert_verify import verify
     from pidcfg.sim.run import UnusableError
 
     both = [(side.vendor, side.config, side.encoding.image) for side in (checked, result)
             if side.vendor is not None and side.encoding is not None]  # fmt: skip
+    names = [f"{Path(name).name} ({vendor.key})" for name, (vendor, _, _) in
+             zip((checked.document.file, out or "result"), both, strict=True)]  # fmt: skip
     try:
-        return verify(both[0], both[1])
+        return verify(both[0], both[1], (names[0], names[1]))
     except UnusableError as error:
         raise click.ClickException(f"the conversion cannot be verified: {error}") from None
-
-
-def put(
-    text: str, out: str | None, reports: tuple[report_options.Report, ...], told: Told, *, force: bool, quiet: bool
-) -> None:
-    """Writes the file and the reports, or prints the file."""
-    if out is None:
-        echo(text)
-    report_options.write_reports(reports, told.render, {} if out is None else {out: text}, force=force)
-    if out is not None and not quiet:
-        note(f"{out}: written")
 
 
 def converted_or_ended(checked: Checked, target: Vendor, placed: dict[str, Any], fmt: str) -> Converted:

@@ -115,9 +115,12 @@ def write_reports(
     write_files({**(others or {}), **texts}, force=force, renewed=texts)
 
 
-def deliver(fmt: str, reports: Sequence[Report], render: Callable[[str], str]) -> None:
+def deliver(
+    fmt: str, reports: Sequence[Report], render: Callable[[str], str],
+    others: Mapping[str, str | bytes] | None = None, *, force: bool = False,
+) -> None:  # fmt: skip
     """Prints one format and writes the others; what is printed is there even if a file cannot be written."""
     kinds = ((JSON_FORMATS, echo_json), (XML_FORMATS, echo_xml), (PLAIN_FORMATS, show))
     put = next((put for names, put in kinds if fmt in names), echo)
     put(render(fmt))
-    write_reports(reports, render)
+    write_reports(reports, render, others, force=force)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from pidcfg.cli import options, report_options
+from pidcfg.cli import options, plots, report_options
 from pidcfg.cli.console import note
 from pidcfg.cli.inputs import read_inputs
 from pidcfg.cli.main import Exit
@@ -19,14 +19,18 @@ from pidcfg.diagnostics import Diagnostic, Severity
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
+    from pidcfg.cli.charts import Axes
+    from pidcfg.cli.scenarios import Loaded
     from pidcfg.cli.simulation_report import Outcome
     from pidcfg.limits import Limits
+    from pidcfg.sim.recording import Recording
     from pidcfg.sim.run import Settings
     from pidcfg.source import Document
 
 EPILOG = options.examples(
     "pidcfg simulate reactor.scenario.yaml",
     "pidcfg simulate reactor.scenario.yaml --csv trend.csv --every 5",
+    "pidcfg simulate reactor.scenario.yaml --plot trend.svg --plot -",
     "pidcfg simulate scenarios/ --format json",
     "pidcfg simulate scenarios/ --output junit=simulation.xml",
 )
@@ -39,6 +43,8 @@ EPILOG = options.examples(
 @click.option("--csv", "csv", type=click.Path(dir_okay=False), help="Write the trend: time and one column a signal.")
 @click.option("--every", type=click.IntRange(1), default=1, show_default=True,
               help="Rows of the trend: one every N base steps.")  # fmt: skip
+@plots.PLOT
+@plots.LOOPS
 @click.option("--engine", type=click.Choice(["auto", "python", "numba"]), default="auto", show_default=True,
               help="numba (extra pidcfg[fast]) pays for long runs; the results are the same.")  # fmt: skip
 @click.option("--no-limit", is_flag=True, help="Run however many loop-steps it takes.")
@@ -48,6 +54,7 @@ EPILOG = options.examples(
 @options.LIMITS
 def command(
     paths: tuple[str, ...], fmt: str, reports: tuple[report_options.Report, ...], csv: str | None, every: int,
+    plot: tuple[str, ...], plot_loops: tuple[str, ...],
     engine: str, no_limit: bool, force: bool, strict: bool, quiet: bool, limits: Limits,
 ) -> None:  # fmt: skip
     """Run each SCENARIO against its plants and judge its expectations.
@@ -67,16 +74,25 @@ def command(
         raise click.UsageError(f"--csv takes one scenario, not {len(scenarios)}")
     report_options.refuse_inputs(reports, files_of(scenarios))
     report_options.refuse_inputs(reports, () if csv is None else (csv,), "is where the trend goes")
-    with trend_file(csv, force=force) as trend:
+    if fmt not in report_options.PLAIN_FORMATS and plots.TERMINAL in plot:
+        raise click.UsageError(f"--plot - and --format {fmt} would both go to standard output; name a file")
+    if plot_loops and not plot:
+        raise click.UsageError("--plot-loop needs --plot")
+    files: dict[str, str | bytes] = {}
+    with trend_file(csv, force=force, beside=files) as trend:
         settings = Settings(
             engine=engine,  # type: ignore[arg-type]  # one of the choices
             every=every,
             max_loop_steps=None if no_limit else limits.loop_steps,
             trend=trend,
         )
-        outcomes = run_all(scenarios, settings, limits)
+        outcomes = run_all(scenarios, settings, limits, record=bool(plot))
+        charts = plots.of_runs(outcomes, plot_loops) if plot else []
+        files |= plots.drawn(plot, charts, *plots.heading(outcomes))
     fails = Severity.WARNING if strict else Severity.ERROR
     report_options.deliver(fmt, reports, lambda name: render_runs(name, outcomes, fails))
+    if plots.TERMINAL in plot:
+        plots.show(charts)
     if fmt == "github" and not quiet:
         for outcome in outcomes:
             line = "cannot run" if outcome.report is None else verdict_line(outcome, outcome.report)
@@ -84,7 +100,7 @@ def command(
     click.get_current_context().exit(exit_code(outcomes, strict=strict))
 
 
-def run_all(scenarios: Sequence[Document], settings: Settings, limits: Limits) -> list[Outcome]:
+def run_all(scenarios: Sequence[Document], settings: Settings, limits: Limits, *, record: bool) -> list[Outcome]:
     """Runs the scenarios one after another; the line on the terminal shows how many are done, in shares of a run."""
     outcomes = []
     for done, doc in enumerate(scenarios):
@@ -93,7 +109,7 @@ def run_all(scenarios: Sequence[Document], settings: Settings, limits: Limits) -
             LINE.update(f"simulating {label}", (done + share) / len(scenarios))
 
         LINE.update(f"simulating {doc.file}", done / len(scenarios) if done else None)
-        outcomes.append(simulate_document(doc, replace(settings, progress=told), limits))
+        outcomes.append(simulate_document(doc, replace(settings, progress=told), limits, record=record))
     return outcomes
 
 
@@ -113,8 +129,8 @@ def files_of(scenarios: Sequence[Document]) -> Iterator[str]:
             yield (Path(doc.file).parent / named).as_posix()
 
 
-def simulate_document(doc: Document, settings: Settings, limits: Limits) -> Outcome:
-    """Runs one scenario file."""
+def simulate_document(doc: Document, settings: Settings, limits: Limits, *, record: bool = False) -> Outcome:
+    """Runs one scenario file; ``record``: with the trend of its loops, for `charts_of`."""
     from pidcfg.cli.scenarios import load
     from pidcfg.cli.simulation_report import Outcome
     from pidcfg.sim.run import UnusableError, simulate
@@ -128,13 +144,24 @@ def simulate_document(doc: Document, settings: Settings, limits: Limits) -> Outc
     if loaded.scenario is None or loaded.image is None:
         return Outcome(doc.file, loaded.config, None, loaded.findings, loaded.documents)
     try:
+        axes, recording = recorded(loaded) if record else ({}, None)
+        settings = replace(settings, recording=recording)
         report = simulate(loaded.scenario, loaded.plc, loaded.controller, settings)
     except UnusableError as error:
         loaded.add(error.problems)
         return Outcome(doc.file, loaded.config, None, loaded.findings, loaded.documents)
     loaded.add(report.problems)
     findings, wrong = [*loaded.findings, *loaded.config_errors], bool(loaded.config_errors)
-    return Outcome(doc.file, loaded.config, report, findings, loaded.documents, config_errors=wrong)
+    return Outcome(doc.file, loaded.config, report, findings, loaded.documents, wrong, recording, axes)
+
+
+def recorded(loaded: Loaded) -> tuple[dict[str, Axes], Recording]:
+    """What the loops' signals are called, and where they will be recorded."""
+    from pidcfg.cli.charts import axes_of, signals_of
+    from pidcfg.sim.recording import Recording
+
+    axes = axes_of(loaded.plc(), loaded.image.settings)
+    return axes, Recording(signals_of(axes))
 
 
 def exit_code(outcomes: Sequence[Outcome], *, strict: bool = False) -> Exit:

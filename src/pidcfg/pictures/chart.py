@@ -13,7 +13,10 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
 Role = Literal["setpoint", "pv", "output", "other"]
+"""Set point and output hold their value until the next one; a PV moves between its values."""
 Side = Literal["before", "after"]
+StripKind = Literal["mode", "alarm", "step", "condition"]
+MarkKind = Literal["event", "failure"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -21,6 +24,7 @@ class Line:
     """One signal; ``side``: which of two runs it belongs to where a chart lays one over the other."""
 
     name: str
+    """Short, as it stands beside the line: PV, SP, OUT."""
     role: Role
     times: Sequence[float]
     """In s."""
@@ -35,6 +39,8 @@ class Panel:
     title: str
     unit: str
     lines: tuple[Line, ...]
+    least: tuple[float, float] | None = None
+    """What the axis shows at least: an output's range."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,18 +54,20 @@ class Bar:
 
 @dataclass(frozen=True, slots=True)
 class Strip:
-    """A row of bars below the panels."""
+    """A row of bars below the panels; bars of one row do not overlap."""
 
     title: str
     bars: tuple[Bar, ...]
+    kind: StripKind = "condition"
 
 
 @dataclass(frozen=True, slots=True)
 class Mark:
-    """Something that happened at one time: an event of the scenario."""
+    """Something that happened at one time: an event of the scenario, or an expectation that fails there."""
 
     label: str
     at: float
+    kind: MarkKind = "event"
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,3 +79,19 @@ class Chart:
     panels: tuple[Panel, ...]
     strips: tuple[Strip, ...] = ()
     marks: tuple[Mark, ...] = ()
+    begin: float | None = None
+    """The ends of the time axis, in s; None: those of the lines."""
+    end: float | None = None
+    sides: tuple[str, str] | None = None
+    """What ``before`` and ``after`` are called, where a chart shows two runs."""
+    notes: tuple[str, ...] = ()
+    """Lines of text below the picture: failed expectations that have no time, what is left out."""
+
+    @property
+    def ends(self) -> tuple[float, float]:
+        """Where the time axis begins and ends, in s."""
+        times = [t for panel in self.panels for line in panel.lines for t in (line.times[:1], line.times[-1:]) if t]
+        spots = [float(t[0]) for t in times] + [t for s in self.strips for b in s.bars for t in (b.begin, b.end)]
+        begin = min(spots, default=0.0) if self.begin is None else self.begin
+        end = max(spots, default=begin) if self.end is None else self.end
+        return begin, end

@@ -1,0 +1,197 @@
+"""A sheet of charts as a matplotlib figure: panels, strips, marks and names of lines."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from pidcfg.pictures.layout import KEY, LABEL, LINE, MARGIN, POINTS, RIGHT, TITLE, letters_in, numbered, sheet
+from pidcfg.pictures.strips import draw_marks, draw_strip
+from pidcfg.pictures.style import (
+    BEFORE,
+    GREY,
+    HELD,
+    INK,
+    PALE,
+    PENS,
+    SIZES,
+    WARNING,
+    drawable,
+    pattern,
+    pen_of,
+    shortened,
+    unit_of_time,
+    with_unit,
+)
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+    from pidcfg.pictures.chart import Chart, Line, Panel
+    from pidcfg.pictures.layout import Box, Place, Sheet
+
+ROOM = 0.06
+"""What is left free above and below the lines, as a share of what they cover."""
+FLAT = 1e-9
+"""Values that differ by less than this share of their size are one value."""
+APART = 10.0
+"""Points between the names of two lines."""
+
+
+def figure_of(charts: Sequence[Chart], title: str, *, narrow: bool) -> Figure:
+    """The figure of a picture."""
+    from matplotlib.figure import Figure
+
+    plan = sheet(charts, title, narrow=narrow)
+    figure = Figure(figsize=(plan.width, plan.height))
+    if plan.title:
+        size = SIZES["title"] + 2
+        text = shortened(plan.title, letters_in(plan.width - 2 * MARGIN, size))
+        _text(figure, plan, MARGIN, MARGIN + TITLE / 2, text, size=size, weight="bold", gid="title")
+    for place in plan.places:
+        _draw(figure, plan, place)
+    return figure
+
+
+def _text(figure: Figure, plan: Sheet, left: float, top: float, text: str, **style: Any) -> None:
+    """A text beside the axes, its middle at ``top``."""
+    whole: dict[str, Any] = {"color": INK, "va": "center", "size": SIZES["small"], **style}
+    figure.text(left / plan.width, 1 - top / plan.height, text, **whole)
+
+
+def _axes(figure: Figure, plan: Sheet, box: Box, chart: Chart) -> Axes:
+    """Empty axes over the chart's time, in the unit of its axis."""
+    from matplotlib.ticker import FuncFormatter, MaxNLocator
+
+    bottom = 1 - (box.top + box.height) / plan.height
+    axes = figure.add_axes((box.left / plan.width, bottom, box.width / plan.width, box.height / plan.height))
+    (begin, end), (_, size) = chart.ends, unit_of_time(chart)
+    axes.set_xlim(begin / size, (end if end > begin else begin + 1.0) / size)
+    for side in ("top", "right"):
+        axes.spines[side].set_visible(False)
+    for side in ("bottom", "left"):
+        axes.spines[side].set(color=GREY, linewidth=0.8)
+    axes.tick_params(labelsize=SIZES["small"], color=GREY, labelcolor=INK, length=3, width=0.8)
+    axes.tick_params(axis="x", labelbottom=False)
+    axes.xaxis.set_major_locator(MaxNLocator(8 if plan.width > 6 else 5, steps=[1, 2, 3, 5, 6, 10]))
+    axes.xaxis.set_major_formatter(FuncFormatter(_number))
+    return axes
+
+
+def _draw(figure: Figure, plan: Sheet, place: Place) -> None:
+    chart = place.chart
+    size = SIZES["title"]
+    title = shortened(chart.title, letters_in(plan.width - 2 * MARGIN, size))
+    _text(figure, plan, MARGIN, place.top + TITLE / 2, title, size=size, weight="bold", gid="loop")
+    if place.key is not None:
+        _draw_key(figure, plan, place)
+    axes = [_axes(figure, plan, box, chart) for box in (*place.panels, *place.strips)]
+    panels, strips = axes[: len(place.panels)], axes[len(place.panels) :]
+    for target, panel, box in zip(panels, chart.panels, place.panels, strict=True):
+        _draw_panel(target, panel, box, chart)
+    for target, strip, box in zip(strips, chart.strips, place.strips, strict=True):
+        draw_strip(target, strip, box, chart)
+    if axes:
+        _label_time(axes[-1], chart)
+    draw_marks(panels, strips, chart)
+    failed = {number for number, mark in numbered(chart) if mark.kind == "failure"}
+    for i, text in enumerate(place.texts):
+        colour = WARNING if text.split(" ", 1)[0] in failed or text.startswith("failed") else INK
+        _text(figure, plan, MARGIN, place.text_top + LINE * (i + 0.5), text, color=colour, gid="note")
+
+
+def _draw_key(figure: Figure, plan: Sheet, place: Place) -> None:
+    """What before and after are, beside a piece of their lines."""
+    from matplotlib.lines import Line2D
+
+    top, wide = (place.key or 0.0) + KEY / 2, (plan.width - 2 * MARGIN) / 2
+    for i, (side, name) in enumerate(zip(("before", "after"), place.chart.sides or (), strict=True)):
+        left = MARGIN + i * wide
+        pen = BEFORE if side == "before" else PENS["pv", "after"]
+        piece = Line2D([left / plan.width, (left + 0.35) / plan.width], [1 - top / plan.height] * 2, color=pen.colour,
+                       linewidth=pen.width, linestyle=pattern(pen), gid=f"key {side}")  # fmt: skip
+        figure.add_artist(piece)
+        text = shortened(f"{side}: {name}", letters_in(wide - 0.5, SIZES["small"]))
+        _text(figure, plan, left + 0.42, top, text, gid=f"side {side}")
+
+
+def _label_time(axes: Axes, chart: Chart) -> None:
+    name, _ = unit_of_time(chart)
+    axes.spines["bottom"].set_visible(True)
+    axes.tick_params(axis="x", labelbottom=True, bottom=True)
+    axes.set_xlabel(with_unit("time", name), size=SIZES["label"], color=INK, labelpad=2, gid="axis time")
+
+
+def _number(value: float, _place: int | None = None) -> str:
+    return f"{value:.10g}"
+
+
+# --- panels ----------------------------------------------------------------------------------------------------------
+
+
+def _draw_panel(axes: Axes, panel: Panel, box: Box, chart: Chart) -> None:
+    """All lines of a panel, with their names on the right."""
+    from matplotlib.ticker import FuncFormatter, MaxNLocator
+
+    _, size = unit_of_time(chart)
+    axes.grid(visible=True, color=PALE, linewidth=0.6)
+    axes.set_axisbelow(True)
+    axes.set_ylim(*_limits(panel))
+    axes.yaxis.set_major_locator(MaxNLocator(5, steps=[1, 2, 2.5, 5, 10], min_n_ticks=2))
+    axes.yaxis.set_major_formatter(FuncFormatter(_number))
+    label = shortened(with_unit(panel.title, panel.unit), letters_in(box.height, SIZES["label"]))
+    axes.set_ylabel(label, size=SIZES["label"], color=INK, gid="axis value")
+    axes.yaxis.set_label_coords(-LABEL / box.width, 0.5)
+    names: dict[str, tuple[float, str]] = {}
+    for layer, line in enumerate(sorted(panel.lines, key=_layer), start=3):
+        times, values = drawable(line)
+        if not times:
+            continue
+        pen = pen_of(line, overlaid=chart.sides is not None)
+        axes.plot(
+            [t / size for t in times], values, color=pen.colour, linewidth=pen.width, linestyle=pattern(pen),
+            drawstyle="steps-post" if line.role in HELD else "default", gid=f"line {line.role} {line.side or 'only'}",
+            marker="o" if len(times) == 1 else "", markersize=4, zorder=layer,
+        )  # fmt: skip
+        names.setdefault(line.name, (values[-1], pen.colour))
+    _name_lines(axes, names, box.height * POINTS)
+
+
+def _layer(line: Line) -> tuple[bool, bool]:
+    """Thin lines lie on thick ones."""
+    return line.role == "setpoint", line.side == "before"
+
+
+def _limits(panel: Panel) -> tuple[float, float]:
+    """The ends of a value axis: all lines with some room, and around a flat line something to see it in."""
+    values = [v for line in panel.lines for v in drawable(line)[1]] + list(panel.least or ())
+    low, high = min(values, default=0.0), max(values, default=1.0)
+    if high - low <= FLAT * max(abs(low), abs(high)):
+        low, high = low - 0.05 * (abs(low) or 10.0), high + 0.05 * (abs(high) or 10.0)
+    room = ROOM * (high - low)
+    return low - room, high + room
+
+
+def _name_lines(axes: Axes, names: dict[str, tuple[float, str]], points: float) -> None:
+    """The names of the lines at their right ends, pushed apart where they would cover each other."""
+    low, high = axes.get_ylim()
+    wanted = sorted(((value - low) / (high - low) * points, name, colour) for name, (value, colour) in names.items())
+    letters = letters_in(RIGHT - 0.06, SIZES["small"])
+    for at, (_, name, colour) in zip(spread([w[0] for w in wanted], points), wanted, strict=True):
+        axes.annotate(
+            shortened(name, letters), (1.0, at / points), xycoords="axes fraction", xytext=(4, 0), va="center",
+            textcoords="offset points", size=SIZES["small"], color=colour, weight="bold", gid="name",
+        )  # fmt: skip
+
+
+def spread(places: Sequence[float], room: float) -> list[float]:
+    """Ascending places, moved as little as needed to be apart, and within the room as far as it allows."""
+    found: list[float] = []
+    for place in places:
+        found.append(max(place, found[-1] + APART if found else place))
+    for i in range(len(found) - 1, -1, -1):
+        ceiling = room if i == len(found) - 1 else found[i + 1] - APART
+        found[i] = min(found[i], ceiling)
+    return found
