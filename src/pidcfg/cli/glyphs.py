@@ -2,7 +2,13 @@
 
 from __future__ import annotations
 
+import codecs
+import sys
 import unicodedata
+from io import TextIOWrapper
+
+HANDLER = "pidcfg"
+"""The name under which Python knows the fallback."""
 
 PLAIN = {
     "…": "...", "·": "-", "•": "*", "–": "-", "—": "-", "−": "-", "‐": "-", "‑": "-",
@@ -25,9 +31,14 @@ SLANTED = {"╱": "/", "╲": "\\", "╳": "x"}
 def encodable(text: str, encoding: str | None) -> str:
     """The text with what the encoding lacks replaced: as it is for UTF-8."""
     encoding = encoding or "utf-8"
-    if fits(text, encoding):
-        return text
-    return "".join(c if fits(c, encoding) else _replaced(c, encoding) for c in text)
+    return text if fits(text, encoding) else text.encode(encoding, HANDLER).decode(encoding)
+
+
+def install() -> None:
+    """Lets everything that is printed fall back so, also what click and Python print by themselves."""
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, TextIOWrapper):
+            stream.reconfigure(errors=HANDLER)
 
 
 def fits(text: str, encoding: str | None) -> bool:
@@ -58,3 +69,14 @@ def _drawn(char: str) -> str | None:
     if code in BRAILLE:
         return "." if code > BRAILLE.start else " "
     return None
+
+
+def _handle(error: UnicodeError) -> tuple[str, int]:
+    """What Python calls when an encoding lacks characters."""
+    if not isinstance(error, UnicodeEncodeError):
+        raise error
+    lacking = error.object[error.start : error.end]
+    return "".join(_replaced(char, error.encoding) for char in lacking), error.end
+
+
+codecs.register_error(HANDLER, _handle)

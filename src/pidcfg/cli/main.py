@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import click
 
 from pidcfg import __version__
-from pidcfg.cli import colour
+from pidcfg.cli import colour, glyphs
 from pidcfg.cli.progress import LINE
 
 if TYPE_CHECKING:
@@ -130,6 +130,7 @@ def _say(error: click.ClickException) -> None:
 def main() -> None:
     """A traceback makes Python exit 1, which CI would read as findings; a bug must not."""
     gc.set_threshold(*FEW_COLLECTIONS)
+    glyphs.install()
     try:
         code = _run()
         sys.stdout.flush()
