@@ -5,6 +5,8 @@ from __future__ import annotations
 import io
 import json
 import os
+import re
+import shlex
 import sys
 from pathlib import Path, PureWindowsPath
 from xml.etree import ElementTree as ET
@@ -19,6 +21,7 @@ from pidcfg.cli.console import echo_json, echo_xml
 from pidcfg.cli.formats import findings as basics
 from pidcfg.cli.formats.findings import Findings
 from pidcfg.cli.main import cli
+from pidcfg.cli.output_schemas import OUTPUTS
 from pidcfg.cli.simulation_formats import render_runs
 from pidcfg.cli.simulation_report import Outcome
 from pidcfg.diagnostics import Diagnostic, Edit, Severity, Span
@@ -689,3 +692,25 @@ def test_convert_prints_one_document_of_json_for_a_file_it_cannot_use(pair):
     (pair / "bad.yaml").write_text("pidcfg: [", "utf-8")
     result = run("convert", "bad.yaml", "--to", "click", "-o", "x.yaml", "--report", "json")
     assert (result.exit_code, json.loads(result.stdout)["findings"][0]["code"]) == (2, "PID001")
+
+
+# --- the documentation -----------------------------------------------------------------------------------------------
+
+PAGE = (ROOT / "docs" / "output-formats.md").read_text("utf-8")
+RUNS = re.findall(r"```console\n\$ pidcfg ([^\n]*)\n(.*?)```", PAGE, re.DOTALL)
+
+
+@pytest.mark.parametrize(("line", "told"), RUNS, ids=[line for line, _ in RUNS])
+def test_outputs_on_the_page_are_true(line, told, monkeypatch):
+    monkeypatch.chdir(ROOT / "examples" / "dl06")
+    whole, cut, _ = told.partition("...\n")
+    printed = run(*shlex.split(line)).stdout
+    assert printed.startswith(whole) if cut else printed == whole
+
+
+def test_the_page_names_every_format_and_schema():
+    assert {line.split("--format ")[1].split()[0] for line, _ in RUNS} >= set(formats.FORMATS) - {"text", "json"}
+    for name in (*formats.FORMATS, "markdown"):
+        assert f"| `{name}` |" in PAGE
+    for name in OUTPUTS:
+        assert f"[`pidcfg schema {name}`](schemas/{name}.schema.json)" in PAGE

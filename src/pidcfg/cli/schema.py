@@ -49,9 +49,11 @@ def command(name: str | None, out: str | None, force: bool) -> None:
 
 def document_schema(name: str) -> dict[str, Any]:
     """The JSON Schema of a vendor's files, of scenarios, or of an output."""
+    if name in OUTPUTS:
+        return output_schema(name)
     from pidcfg.schemas.document import json_schema
 
-    return output_schema(name) if name in OUTPUTS else json_schema(_model(name), _title(name))
+    return json_schema(_model(name), _title(name))
 
 
 def _model(vendor: str) -> type[BaseModel]:

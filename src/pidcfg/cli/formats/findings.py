@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import hashlib
 import os
 import re
 from collections import Counter
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
-from urllib.parse import quote
 
 from pidcfg.diagnostics import Severity
 
@@ -79,6 +77,8 @@ def uri(file: str) -> tuple[str, bool]:
     name = inside(file)
     if name is None and Path(file).is_absolute():
         return Path(file).as_uri(), False
+    from urllib.parse import quote
+
     return quote(os.fsencode(name or os.path.normpath(file)).replace(os.sep.encode(), b"/")), name is not None
 
 
@@ -88,6 +88,8 @@ def fingerprints(findings: Findings) -> list[str]:
     The value and the message are part of it, so that a value that was accepted once does not hide another wrong value
     later; findings that are equal in everything are numbered.
     """
+    import hashlib
+
     seen: Counter[str] = Counter()
     named = {d.file for d in findings.found}
     rows = {file: doc.lines for file, doc in findings.documents.items() if file in named}
