@@ -264,6 +264,22 @@ def test_the_line_is_held_while_processes_are_forked(monkeypatch):
     assert threading.active_count() == before, "what was not there is not begun"
 
 
+def test_the_line_is_gone_before_click_says_that_it_was_interrupted(monkeypatch):
+    """click ends the line of a Ctrl-C first, and a bar could no longer be erased."""
+    seen = []
+    monkeypatch.setattr(progress.LINE, "end", lambda: seen.append("end"))
+    monkeypatch.setattr(click.core, "echo", lambda *_, **__: seen.append("click"))
+
+    @click.command("schema")
+    def command() -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(cli, "get_command", lambda *_: command)
+    with pytest.raises(click.Abort):
+        cli(["schema"], standalone_mode=False)
+    assert seen == ["end", "click"]
+
+
 def test_quiet_silences_the_line(monkeypatch):
     monkeypatch.setattr(progress, "LINE", line := progress.Line())
     CliRunner().invoke(cli, ["validate", REACTOR])
