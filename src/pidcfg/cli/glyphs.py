@@ -18,12 +18,13 @@ PLAIN = {
     "ζ": "zeta", "τ": "tau", "Δ": "delta", "∆": "delta", "λ": "lambda", "σ": "sigma", "ω": "omega", "α": "alpha",
     "β": "beta", "²": "^2", "³": "^3", "¹": "^1", "½": "1/2", "¼": "1/4", "¾": "3/4", "‰": "0/00", "€": "EUR",
     "→": "->", "←": "<-", "↔": "<->", "⇒": "=>", "↑": "^", "↓": "v", "▲": "^", "▼": "v", "▶": ">", "◀": "<",
-    "✓": "ok", "✔": "ok", "✗": "x", "✘": "x", "●": "o", "○": "o", "■": "#", "□": "#", "◆": "*", "◇": "*",
+    "✓": "ok", "✔": "ok", "✗": "x", "✘": "x", "■": "#", "□": "#", "◆": "*", "◇": "*",
     "ß": "ss", "ø": "o", "Ø": "O", "æ": "ae", "Æ": "AE", "œ": "oe", "Œ": "OE", "ł": "l", "Ł": "L", "đ": "d", "ı": "i",
     "\u00a0": " ", "\u2009": " ", "\u202f": " ", "\ufeff": "", "\ufffd": "?",
 }  # fmt: skip
 """What stands for a character that a code page lacks."""
-BOXES, BLOCKS, BRAILLE = range(0x2500, 0x2580), range(0x2580, 0x25A0), range(0x2800, 0x2900)
+BOXES, BLOCKS, SHAPES = range(0x2500, 0x2580), range(0x2580, 0x25A0), range(0x25A0, 0x2600)
+BRAILLE = range(0x2800, 0x2900)
 HORIZONTAL, VERTICAL = frozenset("─━┄┅┈┉╌╍═╴╶╸╺╼╾"), frozenset("│┃┆┇┊┋╎╏║╵╷╹╻╽╿")
 SLANTED = {"╱": "/", "╲": "\\", "╳": "x"}
 
@@ -66,6 +67,8 @@ def _drawn(char: str) -> str | None:
         return SLANTED.get(char) or ("-" if char in HORIZONTAL else "|" if char in VERTICAL else "+")
     if code in BLOCKS:
         return "#"
+    if code in SHAPES:
+        return "o"
     if code in BRAILLE:
         return "." if code > BRAILLE.start else " "
     return None
