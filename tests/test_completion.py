@@ -115,16 +115,18 @@ def test_loops_of_the_files_on_the_line(folder, complete):
 
 
 def test_loop_options_of_any_command_complete_to_loops(folder, monkeypatch, complete):
-    """Whatever a command calls it: the table names the parameters."""
+    """Whatever a command calls it: the table names the parameters; a flag takes no value."""
 
     @click.command("simulate")
     @click.argument("paths", nargs=-1)
-    @click.option("--plot-loop")
+    @click.option("--plot-loop", "plot_loops", multiple=True)
+    @click.option("--loop", is_flag=True)
     def command(**_: object) -> None:
         """A stand-in."""
 
     monkeypatch.setattr(cli, "get_command", lambda *_: candidates.completed(command))
     assert complete("pidcfg simulate reactor.scenario.yaml --plot-loop T") == "plain,TIC-101\n"
+    assert complete("pidcfg simulate --loop rea") == "path,reactor.scenario.yaml\n"
 
 
 def test_what_goes_wrong_is_silent(folder, monkeypatch, complete):

@@ -189,7 +189,10 @@ SOURCES: dict[tuple[str, str], Source] = {
     ("*", "limits"): limit_names,
     ("*", "reports"): report_files,
     ("*", "loop"): loops,
-    ("*", "plot_loop"): loops,
+    ("*", "plot_loops"): loops,
+    ("*", "things"): codes,
+    ("*", "config"): configuration_file,
+    **{("*", name): any_file for name in ("into", "from_csv", "baseline", "plot", "csv", "xlsx", "out")},
 }
 """Command (or any) and parameter, and what completes it; an argument without a row and a choice takes any file."""
 
@@ -215,6 +218,8 @@ class Completed(click.ParamType[Any, Any]):
 
 def source_of(command: str, param: click.Parameter) -> Source | None:
     """What completes a parameter, when its type does not."""
+    if isinstance(param, click.Option) and param.is_flag:
+        return None
     source = SOURCES.get((command, param.name or "")) or SOURCES.get(("*", param.name or ""))
     if source is not None or isinstance(param.type, click.Choice):
         return source

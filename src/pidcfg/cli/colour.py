@@ -40,7 +40,7 @@ PATTERNS = tuple(re.compile(pattern) for pattern in (
     r"^(?P<gutter> *\d+ \|)",
     r"^(?P<gutter>      \|)\s+(?P<caret>\^+)$",
     r"^      (?P<label>= (?:PLC|see|cure):)",
-    rf"^(?P<code>PID\d+)  {SEVERITY}  (?P<dim>\S+)",
+    rf"^(?P<code>PID\d+)  {SEVERITY} +(?P<dim>\S+)",
     # the line that counts them
     r"^\d+ files? checked: (?:(?P<bad>[1-9]\d* errors?)|0 errors), (?:(?P<doubtful>[1-9]\d* warnings?)|0 warnings)",
     # a simulation

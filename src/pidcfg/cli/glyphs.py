@@ -2,7 +2,13 @@
 
 from __future__ import annotations
 
+import codecs
+import sys
 import unicodedata
+from io import TextIOWrapper
+
+HANDLER = "pidcfg"
+"""The name under which Python knows the fallback."""
 
 PLAIN = {
     "…": "...", "·": "-", "•": "*", "–": "-", "—": "-", "−": "-", "‐": "-", "‑": "-",
@@ -12,12 +18,13 @@ PLAIN = {
     "ζ": "zeta", "τ": "tau", "Δ": "delta", "∆": "delta", "λ": "lambda", "σ": "sigma", "ω": "omega", "α": "alpha",
     "β": "beta", "²": "^2", "³": "^3", "¹": "^1", "½": "1/2", "¼": "1/4", "¾": "3/4", "‰": "0/00", "€": "EUR",
     "→": "->", "←": "<-", "↔": "<->", "⇒": "=>", "↑": "^", "↓": "v", "▲": "^", "▼": "v", "▶": ">", "◀": "<",
-    "✓": "ok", "✔": "ok", "✗": "x", "✘": "x", "●": "o", "○": "o", "■": "#", "□": "#", "◆": "*", "◇": "*",
+    "✓": "ok", "✔": "ok", "✗": "x", "✘": "x", "■": "#", "□": "#", "◆": "*", "◇": "*",
     "ß": "ss", "ø": "o", "Ø": "O", "æ": "ae", "Æ": "AE", "œ": "oe", "Œ": "OE", "ł": "l", "Ł": "L", "đ": "d", "ı": "i",
     "\u00a0": " ", "\u2009": " ", "\u202f": " ", "\ufeff": "", "\ufffd": "?",
 }  # fmt: skip
 """What stands for a character that a code page lacks."""
-BOXES, BLOCKS, BRAILLE = range(0x2500, 0x2580), range(0x2580, 0x25A0), range(0x2800, 0x2900)
+BOXES, BLOCKS, SHAPES = range(0x2500, 0x2580), range(0x2580, 0x25A0), range(0x25A0, 0x2600)
+BRAILLE = range(0x2800, 0x2900)
 HORIZONTAL, VERTICAL = frozenset("─━┄┅┈┉╌╍═╴╶╸╺╼╾"), frozenset("│┃┆┇┊┋╎╏║╵╷╹╻╽╿")
 SLANTED = {"╱": "/", "╲": "\\", "╳": "x"}
 
@@ -25,9 +32,14 @@ SLANTED = {"╱": "/", "╲": "\\", "╳": "x"}
 def encodable(text: str, encoding: str | None) -> str:
     """The text with what the encoding lacks replaced: as it is for UTF-8."""
     encoding = encoding or "utf-8"
-    if fits(text, encoding):
-        return text
-    return "".join(c if fits(c, encoding) else _replaced(c, encoding) for c in text)
+    return text if fits(text, encoding) else text.encode(encoding, HANDLER).decode(encoding)
+
+
+def install() -> None:
+    """Lets everything that is printed fall back so, also what click and Python print by themselves."""
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, TextIOWrapper):
+            stream.reconfigure(errors=HANDLER)
 
 
 def fits(text: str, encoding: str | None) -> bool:
@@ -55,6 +67,19 @@ def _drawn(char: str) -> str | None:
         return SLANTED.get(char) or ("-" if char in HORIZONTAL else "|" if char in VERTICAL else "+")
     if code in BLOCKS:
         return "#"
+    if code in SHAPES:
+        return "o"
     if code in BRAILLE:
         return "." if code > BRAILLE.start else " "
     return None
+
+
+def _handle(error: UnicodeError) -> tuple[str, int]:
+    """What Python calls when an encoding lacks characters."""
+    if not isinstance(error, UnicodeEncodeError):
+        raise error
+    lacking = error.object[error.start : error.end]
+    return "".join(_replaced(char, error.encoding) for char in lacking), error.end
+
+
+codecs.register_error(HANDLER, _handle)

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import click
 
 from pidcfg import __version__
-from pidcfg.cli import colour
+from pidcfg.cli import colour, glyphs
 from pidcfg.cli.progress import LINE
 
 if TYPE_CHECKING:
@@ -60,6 +60,14 @@ class LazyGroup(click.Group):
         del ctx
         return list(COMMANDS)
 
+    def invoke(self, ctx: click.Context) -> object:
+        """The command, with a line on the terminal while it takes long, which is gone before anything else is said."""
+        LINE.begin()
+        try:
+            return super().invoke(ctx)
+        finally:
+            LINE.end()
+
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
         """Imports the command's module."""
         del ctx
@@ -103,17 +111,12 @@ def _drop_stdout() -> None:
 
 
 def _run() -> object:
-    """The command, with a line on the terminal when it takes long."""
+    """The command, or what a shell asks for."""
     if COMPLETE in os.environ:
         from pidcfg.cli.shells import register
 
         register()
-    else:
-        LINE.begin()
-    try:
-        return cli(standalone_mode=False, prog_name="pidcfg", complete_var=COMPLETE)
-    finally:
-        LINE.end()
+    return cli(standalone_mode=False, prog_name="pidcfg", complete_var=COMPLETE)
 
 
 def _say(error: click.ClickException) -> None:
@@ -130,6 +133,7 @@ def _say(error: click.ClickException) -> None:
 def main() -> None:
     """A traceback makes Python exit 1, which CI would read as findings; a bug must not."""
     gc.set_threshold(*FEW_COLLECTIONS)
+    glyphs.install()
     try:
         code = _run()
         sys.stdout.flush()

@@ -105,10 +105,10 @@ def run_all(scenarios: Sequence[Document], settings: Settings, limits: Limits, *
     outcomes = []
     for done, doc in enumerate(scenarios):
 
-        def told(share: float, done: int = done, label: str = doc.file) -> None:
+        def told(share: float, done: int = done, label: str = Path(doc.file).name) -> None:
             LINE.update(f"simulating {label}", (done + share) / len(scenarios))
 
-        LINE.update(f"simulating {doc.file}", done / len(scenarios) if done else None)
+        LINE.update(f"simulating {Path(doc.file).name}", done / len(scenarios) if done else None)
         outcomes.append(simulate_document(doc, replace(settings, progress=told), limits, record=record))
     return outcomes
 
