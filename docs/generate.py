@@ -13,12 +13,19 @@ from typing import TYPE_CHECKING, Any, get_args
 import click
 
 import pidcfg
+from pidcfg.cli.charts import charts_of
 from pidcfg.cli.main import COMMANDS, cli
 from pidcfg.cli.output_schemas import OUTPUTS
+from pidcfg.cli.plots import heading
 from pidcfg.cli.schema import document_schema
+from pidcfg.cli.simulate import simulate_document
 from pidcfg.encoders.named import ParameterTable
+from pidcfg.limits import DEFAULT
+from pidcfg.pictures.draw import svg
 from pidcfg.refs import Decision
 from pidcfg.schemas.document import field_texts, models_of
+from pidcfg.sim.run import Settings
+from pidcfg.source import read_document
 from pidcfg.validate.pages import all_rules, page
 from pidcfg.vendors import VENDORS, Vendor
 
@@ -46,7 +53,15 @@ def pages() -> dict[str, str]:
     found["schemas/scenario.schema.json"] = schema_text("scenario")
     found["../src/pidcfg/completions/codes.txt"] = codes()
     found |= {f"schemas/{name}.schema.json": schema_text(name) for name in OUTPUTS}
+    found["images/reactor.svg"] = reactor()
     return found
+
+
+def reactor() -> str:
+    """The example's temperature loop, as `simulate --plot` draws it."""
+    path = DOCS.parent / "examples/dl06/reactor.scenario.yaml"
+    outcome = simulate_document(read_document(path.read_bytes(), path.as_posix()), Settings(), DEFAULT, record=True)
+    return svg(charts_of(outcome, ["TIC-101"]), title=heading([outcome])[0])
 
 
 def rules() -> str:

@@ -90,7 +90,7 @@ def test_an_svg_has_one_line_a_signal_and_one_bar_a_span():
     svg = draw.svg([chart(), chart("LIC-1")], title="two")
     assert classes(svg, "line") == ["line pv only", "line setpoint only", "line output only"] * 2
     assert classes(svg, "bar") == 2 * (["bar mode"] * 2 + ["bar alarm"] * 2 + ["bar step"] * 2)
-    assert sorted(classes(svg, "mark")) == ["mark event"] * 10 + ["mark failure"] * 10
+    assert sorted(classes(svg, "mark")) == ["mark event"] * 6 + ["mark failure"] * 6
 
 
 def test_an_overlay_has_both_sides_named_before_thin_dashed_after_thick_solid():

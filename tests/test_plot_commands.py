@@ -94,7 +94,7 @@ def test_a_run_is_drawn_with_units_modes_alarms_steps_events_and_failures(folder
 def test_the_strips_tell_the_times(folder):
     (chart,) = charts_of(outcome())
     bars = {strip.title: [(bar.label, bar.begin, bar.end) for bar in strip.bars] for strip in chart.strips}
-    assert bars["mode"] == [("auto", 0, 1151), ("manual", 1151, 1200)] or bars["mode"][0][2] == 1150
+    assert bars["mode"] == [("auto", 0, 1150), ("manual", 1150, 1200)]
     (ramp, begin, turn), (soak, same, end) = bars["ramp/soak"][:2]
     assert (ramp, soak) == ("1 ramp", "2 soak")
     assert 60 <= begin <= 61
@@ -114,8 +114,9 @@ def test_what_is_on_at_the_end_lasts_to_the_end(folder):
 
 
 def test_autotune_is_a_strip(folder):
-    text = OVEN.replace("ramp_soak: start", "autotune: start")
-    Path("oven.scenario.yaml").write_text(text, "utf-8")
+    Path("oven.scenario.yaml").write_text(OVEN.replace("ramp_soak: start", "autotune: start"), "utf-8")
+    config = Path("oven.yaml")
+    config.write_text(config.read_text("utf-8").replace("method: open", "method: closed"), "utf-8")
     (chart,) = charts_of(outcome())
     (bar,) = next(strip for strip in chart.strips if strip.title == "autotune_running").bars
     assert 60 <= bar.begin < bar.end
@@ -130,7 +131,7 @@ def test_the_picture_and_the_csv_are_of_the_same_run(folder, pidcfg):
 
 def test_the_recording_is_the_trend_with_all_its_extremes(folder, pidcfg):
     pidcfg("simulate", "oven.scenario.yaml", "--csv", "trend.csv")
-    rows = list(csv.reader(Path("trend.csv").open(encoding="utf-8")))
+    rows = list(csv.reader(Path("trend.csv").read_text("utf-8").splitlines()))
     trend = {name: [float(row[i]) for row in rows[1:]] for i, name in enumerate(rows[0])}
     recording = outcome().recording
     times, values = recording.signal("TIC-201.PV")
@@ -175,7 +176,7 @@ def test_several_scenarios_share_a_picture_and_each_chart_says_of_which(folder, 
     Path("two.scenario.yaml").write_text(OVEN.replace("A short profile", "Again"), "utf-8")
     pidcfg("simulate", "oven.scenario.yaml", "two.scenario.yaml", "--plot", "a.svg")
     texts = said("a.svg")
-    assert texts[0] == "2 scenarios"
+    assert "2 scenarios" in texts
     assert sum(text.startswith("A short profile: TIC-201") for text in texts) == 1
     assert sum(text.startswith("Again: TIC-201") for text in texts) == 1
 
@@ -309,7 +310,7 @@ def test_convert_draws_both_sides_and_verifies(boiler, pidcfg):
     assert "b.yaml: written\nv.svg: written\n" in err
     texts = said("v.svg")
     assert {"before: a.yaml (generic)", "after: b.yaml (dl06)", "PV, SP (degC)", "OUT (%)"} <= {*texts}
-    assert sum(text in {"TIC-1"} for text in texts) == 1
+    assert texts.count("TIC-1") == 1
 
 
 def test_convert_writes_no_picture_when_it_writes_nothing(boiler, pidcfg):

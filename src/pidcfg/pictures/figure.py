@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from pidcfg.pictures.layout import KEY, LABEL, LINE, MARGIN, POINTS, RIGHT, TITLE, letters_in, numbered, sheet
-from pidcfg.pictures.strips import draw_marks, draw_strip
+from pidcfg.pictures.strips import draw_marks, draw_strips
 from pidcfg.pictures.style import (
     BEFORE,
     GREY,
@@ -87,15 +88,18 @@ def _draw(figure: Figure, plan: Sheet, place: Place) -> None:
     _text(figure, plan, MARGIN, place.top + TITLE / 2, title, size=size, weight="bold", gid="loop")
     if place.key is not None:
         _draw_key(figure, plan, place)
-    axes = [_axes(figure, plan, box, chart) for box in (*place.panels, *place.strips)]
-    panels, strips = axes[: len(place.panels)], axes[len(place.panels) :]
+    panels = [_axes(figure, plan, box, chart) for box in place.panels]
     for target, panel, box in zip(panels, chart.panels, place.panels, strict=True):
         _draw_panel(target, panel, box, chart)
-    for target, strip, box in zip(strips, chart.strips, place.strips, strict=True):
-        draw_strip(target, strip, box, chart)
-    if axes:
-        _label_time(axes[-1], chart)
-    draw_marks(panels, strips, chart)
+    below = []
+    if place.strips:
+        first, last = place.strips[0], place.strips[-1]
+        box = replace(first, height=last.top + last.height - first.top)
+        below.append(_axes(figure, plan, box, chart))
+        draw_strips(below[0], place.strips, chart)
+    for axes in (*panels, *below)[-1:]:
+        _label_time(axes, chart)
+    draw_marks(panels, below, chart)
     failed = {number for number, mark in numbered(chart) if mark.kind == "failure"}
     for i, text in enumerate(place.texts):
         colour = WARNING if text.split(" ", 1)[0] in failed or text.startswith("failed") else INK

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
     from pidcfg.pictures.chart import Chart, Line, Strip, StripKind
 
-BLACK, INK, GREY, PALE = "#000000", "#222222", "#707070", "#d9d9d9"
+BLACK, INK, GREY, PALE, FIELD = "#000000", "#222222", "#707070", "#d9d9d9", "#f7f7f7"
 BLUE, GREEN, VERMILION, PURPLE, ORANGE, SKY = "#0072B2", "#007A5A", "#D55E00", "#CC79A7", "#E69F00", "#56B4E9"
 WARNING = "#A84300"
 """Vermilion as small letters need it: dark enough on white."""
