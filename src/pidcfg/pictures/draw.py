@@ -1,17 +1,44 @@
-"""Charts as SVG and PNG: the only place that draws with matplotlib, on figures of its own without global state."""
+"""Charts as SVG and PNG, drawn with matplotlib on figures of its own, without global state or a display."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+import io
+import logging
+import warnings
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any
+
+from pidcfg.pictures.words import described
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterator, Sequence
 
     from pidcfg.pictures.chart import Chart
+
+OWN: dict[str, Any] = {
+    "font.family": ["DejaVu Sans"],
+    "text.parse_math": False,
+    "svg.fonttype": "none",
+    "svg.hashsalt": "pidcfg",
+    "svg.image_inline": True,
+    "axes.unicode_minus": False,
+    "path.simplify": True,
+    "path.simplify_threshold": 0.1,
+}
+"""What differs from matplotlib's defaults; a user's own matplotlibrc has no say."""
+DPI = 144
+"""Of a PNG: 1382 pixels across."""
 
 
 class MissingError(Exception):
     """The library that draws is not installed."""
+
+
+def installed() -> bool:
+    """Whether the optional extra ``report`` is there."""
+    from importlib.util import find_spec
+
+    return find_spec("matplotlib") is not None
 
 
 def svg(charts: Sequence[Chart], *, title: str, narrow: bool = False) -> str:
@@ -19,9 +46,41 @@ def svg(charts: Sequence[Chart], *, title: str, narrow: bool = False) -> str:
 
     Its identifiers are its own, so that a page can hold several. ``narrow``: for the width of a telephone.
     """
-    raise NotImplementedError
+    from pidcfg.pictures.figure import figure_of
+    from pidcfg.pictures.svg import finished
+
+    with _drawing():
+        from matplotlib.backends.backend_svg import FigureCanvasSVG
+
+        sink = io.StringIO()
+        figure = figure_of(charts, title, narrow=narrow)
+        FigureCanvasSVG(figure).print_svg(sink, metadata={"Date": None, "Creator": None, "Format": None, "Type": None})
+    return finished(sink.getvalue(), title, described(charts))
 
 
 def png(charts: Sequence[Chart], *, title: str) -> bytes:
     """All charts below each other as one PNG."""
-    raise NotImplementedError
+    from pidcfg.pictures.figure import figure_of
+
+    with _drawing():
+        from matplotlib.backends.backend_agg import FigureCanvasAgg
+
+        figure, sink = figure_of(charts, title, narrow=False), io.BytesIO()
+        figure.set_dpi(DPI)
+        FigureCanvasAgg(figure).print_png(sink, metadata={"Software": None, "Title": title})
+    return sink.getvalue()
+
+
+@contextmanager
+def _drawing() -> Iterator[None]:
+    """matplotlib with its defaults and `OWN`, silent about letters that its font lacks."""
+    logging.getLogger("matplotlib").setLevel(logging.ERROR)
+    try:
+        import matplotlib as mpl
+    except ImportError:
+        raise MissingError("matplotlib is not installed; 'pip install pidcfg[report]' brings it") from None
+    with mpl.rc_context(), warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        mpl.rcdefaults()
+        mpl.rcParams.update(OWN)
+        yield

@@ -9,10 +9,12 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from pidcfg.pictures.chart import Chart, Line, StripKind
+    from pidcfg.pictures.chart import Chart, Line, Strip, StripKind
 
 BLACK, INK, GREY, PALE = "#000000", "#222222", "#707070", "#d9d9d9"
 BLUE, GREEN, VERMILION, PURPLE, ORANGE, SKY = "#0072B2", "#007A5A", "#D55E00", "#CC79A7", "#E69F00", "#56B4E9"
+WARNING = "#A84300"
+"""Vermilion as small letters need it: dark enough on white."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,13 +51,24 @@ def pen_of(line: Line) -> Pen:
 HELD = {"setpoint", "output"}
 """Roles of signals that keep their value until the next one."""
 
+MODES = {"manual": ("#ececec", GREY), "auto": ("#cfe3f1", BLUE), "cascade": ("#cfeadf", GREEN)}
+"""Fill and edge of the bars of the modes that most vendors have."""
 FILLS: dict[StripKind, tuple[tuple[str, str], ...]] = {
-    "mode": (("#cfe3f1", BLUE), ("#ececec", GREY), ("#cfeadf", GREEN), ("#f6e3c0", ORANGE), ("#f1dbe7", PURPLE)),
+    "mode": (("#f6e3c0", ORANGE), ("#f1dbe7", PURPLE)),
     "alarm": (("#f7cdb2", VERMILION),),
     "step": (("#dff0fb", SKY), ("#f9ecd0", ORANGE)),
     "condition": (("#f1dbe7", PURPLE),),
 }
-"""Fill and edge of the bars, one after the other by what the bars of a strip are called."""
+"""Fill and edge of the other bars, by turns for those of a strip that are called differently."""
+
+
+def fills_of(strip: Strip) -> dict[str, tuple[str, str]]:
+    """Fill and edge of each bar of a strip by what it is called."""
+    names = list(dict.fromkeys(bar.label for bar in strip.bars))
+    others = [name for name in names if strip.kind != "mode" or name not in MODES]
+    fills = FILLS[strip.kind]
+    return MODES | {name: fills[i % len(fills)] for i, name in enumerate(others)}
+
 
 SIZES = {"title": 11.0, "label": 9.0, "small": 8.0}
 """Of letters, in points."""

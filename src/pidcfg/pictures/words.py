@@ -1,0 +1,50 @@
+"""What a chart shows, in words: for those who hear a page instead of seeing it."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from pidcfg.pictures.style import moment, plain, with_unit
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from pidcfg.pictures.chart import Chart, Line
+
+SAID = 20
+"""Bars and marks that are named, of each kind."""
+
+
+def described(charts: Iterable[Chart]) -> str:
+    """All charts in sentences."""
+    return " ".join(_chart(chart) for chart in charts)
+
+
+def _chart(chart: Chart) -> str:
+    begin, end = chart.ends
+    said = [f"{plain(chart.title)}, from {moment(chart, begin)} to {moment(chart, end)}."]
+    if chart.sides:
+        said.append(f"Before is {plain(chart.sides[0])}, after is {plain(chart.sides[1])}.")
+    for panel in chart.panels:
+        lines = "; ".join(_line(line) for line in panel.lines if len(line.values))
+        said.append(f"{plain(with_unit(panel.title, panel.unit))}: {lines}.")
+    for strip in chart.strips:
+        bars = [f"{plain(bar.label)} from {moment(chart, bar.begin)} to {moment(chart, bar.end)}" for bar in strip.bars]
+        if bars:
+            said.append(f"{plain(strip.title)}: {_some(bars)}.")
+    marks = [f"{plain(mark.label)} at {moment(chart, mark.at)}" for mark in chart.marks if mark.kind == "event"]
+    failures = [f"{plain(mark.label)} at {moment(chart, mark.at)}" for mark in chart.marks if mark.kind == "failure"]
+    said += [f"Events: {_some(marks)}."] if marks else []
+    said += [f"Failed: {_some(failures)}."] if failures else []
+    return " ".join([*said, *(f"{plain(note)}." for note in chart.notes)])
+
+
+def _line(line: Line) -> str:
+    side = f" {line.side}" if line.side else ""
+    low, high = min(line.values), max(line.values)
+    return f"{plain(line.name)}{side} between {low:.5g} and {high:.5g}, at the end {line.values[-1]:.5g}"
+
+
+def _some(texts: list[str]) -> str:
+    more = f" and {len(texts) - SAID} more" if len(texts) > SAID else ""
+    return "; ".join(texts[:SAID]) + more
