@@ -11,8 +11,6 @@ from pidcfg.report.runs import METRIC_TITLES
 from pidcfg.report.texts import text
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-
     from jinja2 import Environment
     from markupsafe import Markup
 
@@ -25,19 +23,19 @@ POLICY = "default-src 'none'; style-src 'unsafe-inline'; img-src data:; base-uri
 """What the page may load: its own styles, and pictures that it holds itself."""
 
 
-class MissingError(Exception):
-    """The library that makes the page is not installed."""
+def page(content: Content) -> str:
+    """The page, with the charts of its runs."""
+    from pidcfg.pictures.page import FIGURE_STYLE, figures
 
-
-def page(content: Content, pictures: Mapping[str, Sequence[str]]) -> str:
-    """The page; ``pictures``: the charts of each run as SVG, by the run's anchor."""
     title = content.title
     return _environment().get_template("page.html").render(
         content=content,
         title=title,
-        pictures=pictures,
+        pictures={run.anchor: figures(run.charts) for run in content.runs},
+        figure_style=FIGURE_STYLE,
         policy=POLICY,
         counts=counts(content),
+        marks={d: f"finding-{i}" for i, d in enumerate(content.findings, start=1)},
         rows=title_rows(title, content),
         running=css_string(" · ".join(part for part in (title.project, title.title) if part)),
         marking=css_string(" · ".join(part for part in (title.document, _revision(title)) if part)),
@@ -53,10 +51,8 @@ def _revision(title: Title) -> str:
 
 def _environment() -> Environment:
     """Everything is escaped, and a name that is misspelled in a template is an error."""
-    try:
-        from jinja2 import Environment, FileSystemLoader, StrictUndefined
-    except ImportError:
-        raise MissingError from None
+    from jinja2 import Environment, FileSystemLoader, StrictUndefined
+
     env = Environment(
         loader=FileSystemLoader(TEMPLATES), autoescape=True, undefined=StrictUndefined, trim_blocks=True,
         lstrip_blocks=True,

@@ -180,7 +180,7 @@ def groups_of(model: BaseModel, vendor: Vendor, data: Any, places: Mapping[str, 
             found.setdefault(key, []).append(setting(leaf, model, vendor, written, places.get(leaf.path, "")))
     texts = texts_of(type(model))
     return tuple(
-        Group(key, texts.get(key.partition("[")[0], key) if key else GENERAL, tuple(settings))
+        Group(key, texts.get(key.partition("[")[0], key).rstrip(".") if key else GENERAL, tuple(settings))
         for key, settings in sorted(found.items(), key=lambda item: bool(item[0]))
     )
 

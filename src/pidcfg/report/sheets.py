@@ -103,7 +103,7 @@ def facts(checked: Checked, i: int, groups: Sequence[Group]) -> Iterator[tuple[s
     for title, path, unit in FIRST:
         value = at(loop, path)
         if isinstance(value, str | int | float | list | tuple | Decimal):
-            shown = " to ".join(map(text, value)) if isinstance(value, list | tuple) else text(value)
+            shown = " to ".join(map(brief, value)) if isinstance(value, list | tuple) else brief(value)
             yield title, f"{shown} {unit_text(unit, units)}".rstrip()
     if isinstance(loop.get("output_raises_pv"), bool):
         yield "Direction", HEATING if loop["output_raises_pv"] else COOLING
@@ -111,6 +111,11 @@ def facts(checked: Checked, i: int, groups: Sequence[Group]) -> Iterator[tuple[s
     settings = {setting.path: setting for group in groups for setting in group.settings}
     keys = [tuned.key(name) for name in tuned.names]
     yield from ((label(path), quantity(settings[path])) for path in keys if path in settings)
+
+
+def brief(value: Any) -> str:
+    """A value with at most six digits."""
+    return f"{float(value):g}" if isinstance(value, float | Decimal) else text(value)
 
 
 def quantity(setting: Setting) -> str:

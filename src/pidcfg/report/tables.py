@@ -26,9 +26,8 @@ class Table:
 
 
 def tables_of(content: Content) -> tuple[Table, ...]:
-    """All tables that have rows, and the one of the files in any case."""
-    found = [Table(key, title, columns, tuple(make(content))) for key, title, columns, make in TABLES]
-    return tuple(table for table in found if table.rows)
+    """All tables, those without rows included: a file of an earlier report must not stay beside a newer one."""
+    return tuple(Table(key, title, columns, tuple(make(content))) for key, title, columns, make in TABLES)
 
 
 def _title(content: Content) -> Iterator[Row]:
