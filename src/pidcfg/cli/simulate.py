@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import sys
 import time
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import click
 
-from pidcfg.cli import options
+from pidcfg.cli import options, plots
 from pidcfg.cli.console import echo, watched
 from pidcfg.cli.inputs import read_inputs
 from pidcfg.cli.main import Exit
@@ -17,14 +18,18 @@ from pidcfg.diagnostics import Diagnostic, Severity
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
+    from pidcfg.cli.charts import Axes
+    from pidcfg.cli.scenarios import Loaded
     from pidcfg.cli.simulation_report import Outcome
     from pidcfg.limits import Limits
+    from pidcfg.sim.recording import Recording
     from pidcfg.sim.run import Settings
     from pidcfg.source import Document
 
 EPILOG = options.examples(
     "pidcfg simulate reactor.scenario.yaml",
     "pidcfg simulate reactor.scenario.yaml --csv trend.csv --every 5",
+    "pidcfg simulate reactor.scenario.yaml --plot trend.svg --plot -",
     "pidcfg simulate scenarios/ --format json",
 )
 
@@ -35,6 +40,8 @@ EPILOG = options.examples(
 @click.option("--csv", "csv", type=click.Path(dir_okay=False), help="Write the trend: time and one column a signal.")
 @click.option("--every", type=click.IntRange(1), default=1, show_default=True,
               help="Rows of the trend: one every N base steps.")  # fmt: skip
+@plots.PLOT
+@plots.LOOPS
 @click.option("--engine", type=click.Choice(["auto", "python", "numba"]), default="auto", show_default=True,
               help="numba (extra pidcfg[fast]) pays for long runs; the results are the same.")  # fmt: skip
 @click.option("--no-limit", is_flag=True, help="Run however many loop-steps it takes.")
@@ -43,8 +50,8 @@ EPILOG = options.examples(
 @options.QUIET
 @options.LIMITS
 def command(
-    paths: tuple[str, ...], fmt: str, csv: str | None, every: int, engine: str, no_limit: bool, force: bool,
-    strict: bool, quiet: bool, limits: Limits,
+    paths: tuple[str, ...], fmt: str, csv: str | None, every: int, plot: tuple[str, ...], plot_loops: tuple[str, ...],
+    engine: str, no_limit: bool, force: bool, strict: bool, quiet: bool, limits: Limits,
 ) -> None:  # fmt: skip
     """Run each SCENARIO against its plants and judge its expectations.
 
@@ -61,7 +68,10 @@ def command(
     scenarios = wanted(list(read_inputs(paths, limits)), paths)
     if csv is not None and len(scenarios) != 1:
         raise click.UsageError(f"--csv takes one scenario, not {len(scenarios)}")
-    with trend_file(csv, force=force) as trend:
+    if fmt != "text" and plots.TERMINAL in plot:
+        raise click.UsageError(f"--plot - and --format {fmt} would both go to standard output; name a file")
+    files: dict[str, str | bytes] = {}
+    with trend_file(csv, force=force, beside=files) as trend:
         settings = Settings(
             engine=engine,  # type: ignore[arg-type]  # one of the choices
             every=every,
@@ -69,8 +79,12 @@ def command(
             trend=trend,
             progress=None if quiet or not watched() else progress(),
         )
-        outcomes = [simulate_document(doc, settings, limits) for doc in scenarios]
+        outcomes = [simulate_document(doc, settings, limits, record=bool(plot)) for doc in scenarios]
+        charts = plots.of_runs(outcomes, plot_loops) if plot else []
+        files |= plots.drawn(plot, charts, *plots.heading(outcomes))
     echo(REPORTERS[fmt](outcomes))
+    if plots.TERMINAL in plot:
+        plots.show(charts)
     click.get_current_context().exit(exit_code(outcomes, strict=strict))
 
 
@@ -81,8 +95,8 @@ def wanted(documents: list[Document], paths: Sequence[str]) -> list[Document]:
     return [doc for doc in documents if is_scenario(doc) or doc.data is None or doc.file in paths]
 
 
-def simulate_document(doc: Document, settings: Settings, limits: Limits) -> Outcome:
-    """Runs one scenario file."""
+def simulate_document(doc: Document, settings: Settings, limits: Limits, *, record: bool = False) -> Outcome:
+    """Runs one scenario file; ``record``: with the trend of its loops, for `charts_of`."""
     from pidcfg.cli.scenarios import load
     from pidcfg.cli.simulation_report import Outcome
     from pidcfg.sim.run import UnusableError, simulate
@@ -96,13 +110,24 @@ def simulate_document(doc: Document, settings: Settings, limits: Limits) -> Outc
     if loaded.scenario is None or loaded.image is None:
         return Outcome(doc.file, loaded.config, None, loaded.findings, loaded.documents)
     try:
+        axes, recording = recorded(loaded) if record else ({}, None)
+        settings = replace(settings, recording=recording)
         report = simulate(loaded.scenario, loaded.plc, loaded.controller, settings)
     except UnusableError as error:
         loaded.add(error.problems)
         return Outcome(doc.file, loaded.config, None, loaded.findings, loaded.documents)
     loaded.add(report.problems)
     findings, wrong = [*loaded.findings, *loaded.config_errors], bool(loaded.config_errors)
-    return Outcome(doc.file, loaded.config, report, findings, loaded.documents, config_errors=wrong)
+    return Outcome(doc.file, loaded.config, report, findings, loaded.documents, wrong, recording, axes)
+
+
+def recorded(loaded: Loaded) -> tuple[dict[str, Axes], Recording]:
+    """What the loops' signals are called, and where they will be recorded."""
+    from pidcfg.cli.charts import axes_of, signals_of
+    from pidcfg.sim.recording import Recording
+
+    axes = axes_of(loaded.plc(), loaded.image.settings)
+    return axes, Recording(signals_of(axes))
 
 
 def exit_code(outcomes: Sequence[Outcome], *, strict: bool = False) -> Exit:

@@ -14,6 +14,8 @@ from pidcfg.sim.report import rounded
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
+    from pidcfg.cli.charts import Axes
+    from pidcfg.sim.recording import Recording
     from pidcfg.sim.report import LoopReport, Report
     from pidcfg.source import Document
 
@@ -33,6 +35,10 @@ class Outcome:
     documents: Mapping[str, Document] = field(default_factory=dict)
     config_errors: bool = False
     """Whether the configuration has errors; they are among the findings."""
+    recording: Recording | None = None
+    """The trend for a picture, where one is wanted."""
+    axes: Mapping[str, Axes] = field(default_factory=dict)
+    """Names and units of each loop's signals."""
 
     @property
     def unjudged(self) -> bool:

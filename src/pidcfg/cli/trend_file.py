@@ -11,15 +11,23 @@ from typing import TYPE_CHECKING, TextIO
 
 import click
 
+from pidcfg.cli.outputs import write_files
+
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Mapping
 
 
 @contextmanager
-def trend_file(name: str | None, *, force: bool) -> Iterator[TextIO | None]:
-    """An open stream for a trend (None without a name); the target appears when a run has come to its end."""
+def trend_file(
+    name: str | None, *, force: bool, beside: Mapping[str, str | bytes] | None = None
+) -> Iterator[TextIO | None]:
+    """An open stream for a trend (None without a name); the target appears when a run has come to its end.
+
+    Files that are ``beside`` it by then are written too: all or none.
+    """
     if name is None:
         yield None
+        write_files(beside or {}, force=force)
         return
     target = Path(name)
     try:
@@ -32,17 +40,23 @@ def trend_file(name: str | None, *, force: bool) -> Iterator[TextIO | None]:
             stream.flush()
             os.fsync(stream.fileno())
         if Path(temporary).stat().st_size:
-            _put(Path(temporary), target, force=force)
+            _check(Path(temporary), target, force=force)
+            write_files(beside or {}, force=force)
+            _put(Path(temporary), target)
     except OSError as error:
         raise click.ClickException(f"cannot write {name}: {error.strerror}") from None
     finally:
         Path(temporary).unlink(missing_ok=True)
 
 
-def _put(temporary: Path, target: Path, *, force: bool) -> None:
-    """Moves the file in place, with the rights a new file would have, unless it would replace a different one."""
+def _check(temporary: Path, target: Path, *, force: bool) -> None:
+    """Refuses to replace a different file."""
     if target.exists() and not force and not filecmp.cmp(temporary, target, shallow=False):
         raise click.ClickException(f"{target} exists and differs; use --force to overwrite it")
+
+
+def _put(temporary: Path, target: Path) -> None:
+    """Moves the file in place, with the rights a new file would have."""
     if os.name == "posix":
         umask = os.umask(0)
         os.umask(umask)

@@ -13,9 +13,11 @@ from pidcfg.pictures.words import described
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
+    from matplotlib.typing import RcKeyType
+
     from pidcfg.pictures.chart import Chart
 
-OWN: dict[str, Any] = {
+OWN: dict[RcKeyType, Any] = {
     "font.family": ["DejaVu Sans"],
     "text.parse_math": False,
     "svg.fonttype": "none",
@@ -50,11 +52,8 @@ def svg(charts: Sequence[Chart], *, title: str, narrow: bool = False) -> str:
     from pidcfg.pictures.svg import finished
 
     with _drawing():
-        from matplotlib.backends.backend_svg import FigureCanvasSVG
-
         sink = io.StringIO()
-        figure = figure_of(charts, title, narrow=narrow)
-        FigureCanvasSVG(figure).print_svg(sink, metadata={"Date": None, "Creator": None, "Format": None, "Type": None})
+        figure_of(charts, title, narrow=narrow).savefig(sink, format="svg", metadata={"Date": None})
     return finished(sink.getvalue(), title, described(charts))
 
 
@@ -63,17 +62,15 @@ def png(charts: Sequence[Chart], *, title: str) -> bytes:
     from pidcfg.pictures.figure import figure_of
 
     with _drawing():
-        from matplotlib.backends.backend_agg import FigureCanvasAgg
-
-        figure, sink = figure_of(charts, title, narrow=False), io.BytesIO()
-        figure.set_dpi(DPI)
-        FigureCanvasAgg(figure).print_png(sink, metadata={"Software": None, "Title": title})
+        sink = io.BytesIO()
+        metadata = {"Software": None, "Description": described(charts)}
+        figure_of(charts, title, narrow=False).savefig(sink, format="png", dpi=DPI, metadata=metadata)
     return sink.getvalue()
 
 
 @contextmanager
 def _drawing() -> Iterator[None]:
-    """matplotlib with its defaults and `OWN`, silent about letters that its font lacks."""
+    """The library with its defaults and `OWN`, silent about letters that its font lacks."""
     logging.getLogger("matplotlib").setLevel(logging.ERROR)
     try:
         import matplotlib as mpl

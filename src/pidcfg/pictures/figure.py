@@ -5,20 +5,18 @@ from __future__ import annotations
 from math import isfinite
 from typing import TYPE_CHECKING, Any
 
-from pidcfg.pictures.layout import ABOVE, KEY, LEFT, LINE, MARGIN, POINTS, RIGHT, TITLE, letters_in, numbered, sheet
+from pidcfg.pictures.layout import KEY, LEFT, LINE, MARGIN, POINTS, RIGHT, TITLE, letters_in, numbered, sheet
+from pidcfg.pictures.strips import draw_marks, draw_strip
 from pidcfg.pictures.style import (
-    BLACK,
     GREY,
     HELD,
     INK,
     PALE,
     PENS,
     SIZES,
-    VERMILION,
     WARNING,
-    fills_of,
+    pattern,
     pen_of,
-    plain,
     shortened,
     unit_of_time,
     with_unit,
@@ -30,7 +28,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from pidcfg.pictures.chart import Chart, Line, Panel, Strip
+    from pidcfg.pictures.chart import Chart, Line, Panel
     from pidcfg.pictures.layout import Box, Place, Sheet
 
 ROOM = 0.06
@@ -39,8 +37,6 @@ FLAT = 1e-9
 """Values that differ by less than this share of their size are one value."""
 APART = 10.0
 """Points between the names of two lines."""
-CLOSE = 0.02
-"""Marks that are closer than this share of the time axis share one number above it."""
 
 
 def figure_of(charts: Sequence[Chart], title: str, *, narrow: bool) -> Figure:
@@ -60,8 +56,8 @@ def figure_of(charts: Sequence[Chart], title: str, *, narrow: bool) -> Figure:
 
 def _text(figure: Figure, plan: Sheet, left: float, top: float, text: str, **style: Any) -> None:
     """A text beside the axes, its middle at ``top``."""
-    style = {"color": INK, "va": "center", "size": SIZES["small"]} | style
-    figure.text(left / plan.width, 1 - top / plan.height, text, **style)
+    whole: dict[str, Any] = {"color": INK, "va": "center", "size": SIZES["small"], **style}
+    figure.text(left / plan.width, 1 - top / plan.height, text, **whole)
 
 
 def _axes(figure: Figure, plan: Sheet, box: Box, chart: Chart) -> Axes:
@@ -92,13 +88,13 @@ def _draw(figure: Figure, plan: Sheet, place: Place) -> None:
         _draw_key(figure, plan, place)
     axes = [_axes(figure, plan, box, chart) for box in (*place.panels, *place.strips)]
     panels, strips = axes[: len(place.panels)], axes[len(place.panels) :]
-    for target, panel in zip(panels, chart.panels, strict=True):
-        _draw_panel(target, panel, chart)
-    for row, (target, strip) in enumerate(zip(strips, chart.strips, strict=True)):
-        _draw_strip(target, strip, chart, first=row == 0)
+    for target, panel, box in zip(panels, chart.panels, place.panels, strict=True):
+        _draw_panel(target, panel, box, chart)
+    for target, strip, box in zip(strips, chart.strips, place.strips, strict=True):
+        draw_strip(target, strip, box, chart)
     if axes:
         _label_time(axes[-1], chart)
-    _draw_marks(panels, strips, chart)
+    draw_marks(panels, strips, chart)
     failed = {number for number, mark in numbered(chart) if mark.kind == "failure"}
     for i, text in enumerate(place.texts):
         colour = WARNING if text.split(" ", 1)[0] in failed or text.startswith("failed") else INK
@@ -113,10 +109,8 @@ def _draw_key(figure: Figure, plan: Sheet, place: Place) -> None:
     for i, (side, name) in enumerate(zip(("before", "after"), place.chart.sides or (), strict=True)):
         left = MARGIN + i * wide
         pen = PENS["pv", "before" if side == "before" else "after"]
-        piece = Line2D(
-            [left / plan.width, (left + 0.35) / plan.width], [1 - top / plan.height] * 2, color=pen.colour,
-            linewidth=pen.width, linestyle=(0, pen.dashes) if pen.dashes else "-", gid=f"key {side}",
-        )  # fmt: skip
+        piece = Line2D([left / plan.width, (left + 0.35) / plan.width], [1 - top / plan.height] * 2, color=pen.colour,
+                       linewidth=pen.width, linestyle=pattern(pen), gid=f"key {side}")  # fmt: skip
         figure.add_artist(piece)
         text = shortened(f"{side}: {name}", letters_in(wide - 0.5, SIZES["small"]))
         _text(figure, plan, left + 0.42, top, text, gid=f"side {side}")
@@ -136,7 +130,7 @@ def _number(value: float, _place: int | None = None) -> str:
 # --- panels ----------------------------------------------------------------------------------------------------------
 
 
-def _draw_panel(axes: Axes, panel: Panel, chart: Chart) -> None:
+def _draw_panel(axes: Axes, panel: Panel, box: Box, chart: Chart) -> None:
     """All lines of a panel, those of after above those of before, with their names on the right."""
     from matplotlib.ticker import FuncFormatter, MaxNLocator
 
@@ -146,24 +140,22 @@ def _draw_panel(axes: Axes, panel: Panel, chart: Chart) -> None:
     axes.set_ylim(*_limits(panel))
     axes.yaxis.set_major_locator(MaxNLocator(5, steps=[1, 2, 2.5, 5, 10], min_n_ticks=2))
     axes.yaxis.set_major_formatter(FuncFormatter(_number))
-    letters = letters_in(axes.get_position().height * axes.figure.get_figheight(), SIZES["label"])
-    label = shortened(with_unit(panel.title, panel.unit), letters)
+    label = shortened(with_unit(panel.title, panel.unit), letters_in(box.height, SIZES["label"]))
     axes.set_ylabel(label, size=SIZES["label"], color=INK, gid="axis value")
-    axes.yaxis.set_label_coords(-(LEFT - 0.22) / (axes.get_position().width * axes.figure.get_figwidth()), 0.5)
+    axes.yaxis.set_label_coords(-(LEFT - 0.22) / box.width, 0.5)
     names: dict[str, tuple[float, str]] = {}
     for layer, line in enumerate(sorted(panel.lines, key=_layer), start=3):
         times, values = finite(line)
         if not times:
             continue
         pen = pen_of(line)
-        dashes = (0, tuple(d / pen.width for d in pen.dashes)) if pen.dashes else "-"
         axes.plot(
-            [t / size for t in times], values, color=pen.colour, linewidth=pen.width, linestyle=dashes, zorder=layer,
+            [t / size for t in times], values, color=pen.colour, linewidth=pen.width, linestyle=pattern(pen),
             drawstyle="steps-post" if line.role in HELD else "default", gid=f"line {line.role} {line.side or 'only'}",
-            marker="o" if len(times) == 1 else "", markersize=4,
+            marker="o" if len(times) == 1 else "", markersize=4, zorder=layer,
         )  # fmt: skip
         names[line.name] = (values[-1], pen.colour)
-    _name_lines(axes, names)
+    _name_lines(axes, names, box.height * POINTS)
 
 
 def finite(line: Line) -> tuple[list[float], list[float]]:
@@ -186,10 +178,9 @@ def _limits(panel: Panel) -> tuple[float, float]:
     return low - room, high + room
 
 
-def _name_lines(axes: Axes, names: dict[str, tuple[float, str]]) -> None:
+def _name_lines(axes: Axes, names: dict[str, tuple[float, str]], points: float) -> None:
     """The names of the lines at their right ends, pushed apart where they would cover each other."""
     low, high = axes.get_ylim()
-    points = axes.get_position().height * axes.figure.get_figheight() * POINTS
     wanted = sorted(((value - low) / (high - low) * points, name, colour) for name, (value, colour) in names.items())
     letters = letters_in(RIGHT - 0.06, SIZES["small"])
     for at, (_, name, colour) in zip(spread([w[0] for w in wanted], points), wanted, strict=True):
@@ -207,70 +198,4 @@ def spread(places: Sequence[float], room: float) -> list[float]:
     for i in range(len(found) - 1, -1, -1):
         ceiling = room if i == len(found) - 1 else found[i + 1] - APART
         found[i] = min(found[i], ceiling)
-    return found
-
-
-# --- strips and marks ------------------------------------------------------------------------------------------------
-
-
-def _draw_strip(axes: Axes, strip: Strip, chart: Chart, *, first: bool) -> None:
-    """One row of bars; a name stands in its bar, or beside it where it is too short and nothing follows."""
-    from matplotlib.patches import Rectangle
-
-    axes.set_ylim(0, 1)
-    axes.set_yticks([])
-    axes.tick_params(axis="x", bottom=False)
-    axes.spines["bottom"].set_visible(False)
-    axes.spines["left"].set_visible(False)
-    axes.set_facecolor("#f7f7f7")
-    wide = axes.get_position().width * axes.figure.get_figwidth()
-    (begin, end), (_, size) = chart.ends, unit_of_time(chart)
-    scale = wide / ((end - begin) or 1.0)
-    title = shortened(strip.title, letters_in(LEFT - 0.1, SIZES["small"]))
-    axes.annotate(title, (0, 0.5), xycoords="axes fraction", xytext=(-5, 0), textcoords="offset points", ha="right",
-                  va="center", size=SIZES["small"], color=INK, gid=f"strip {strip.kind}")  # fmt: skip
-    fills = fills_of(strip)
-    for i, bar in enumerate(strip.bars):
-        fill, edge = fills[bar.label]
-        width = max(bar.end - bar.begin, 0.012 / scale)
-        shape = Rectangle((bar.begin / size, 0.04), width / size, 0.92, facecolor=fill, edgecolor=edge, linewidth=0.9,
-                          gid=f"bar {strip.kind}")  # fmt: skip
-        axes.add_patch(shape)
-        following = strip.bars[i + 1].begin if i + 1 < len(strip.bars) else end
-        inside, beside = ((stop - start) * scale - 0.08 for start, stop in
-                          ((bar.begin, bar.end), (bar.end, following)))  # fmt: skip
-        place = bar.begin if len(bar.label) <= letters_in(inside, SIZES["small"]) else bar.end
-        if place == bar.begin or len(bar.label) <= letters_in(beside, SIZES["small"]):
-            axes.annotate(plain(bar.label), (place / size, 0.5), xytext=(3, -0.5), textcoords="offset points",
-                          va="center", size=SIZES["small"], color=BLACK, gid=f"label {strip.kind}")  # fmt: skip
-
-
-def _draw_marks(panels: Sequence[Axes], strips: Sequence[Axes], chart: Chart) -> None:
-    """A line through everything at each mark, and their numbers above the first panel."""
-    (begin, end), (_, size) = chart.ends, unit_of_time(chart)
-    marks = numbered(chart)
-    for _, mark in marks:
-        failed = mark.kind == "failure"
-        for axes in (*panels, *strips):
-            axes.axvline(mark.at / size, color=VERMILION if failed else GREY, linewidth=1.1 if failed else 0.7,
-                         linestyle=(0, (6, 2, 1, 2)) if failed else (0, (1, 2)), zorder=2,
-                         gid=f"mark {mark.kind}")  # fmt: skip
-    for at, text, failed in grouped([(mark.at, number, mark.kind == "failure") for number, mark in marks],
-                                    CLOSE * (end - begin)):  # fmt: skip
-        if panels:
-            panels[0].annotate(text, (at / size, 1.0), xycoords=("data", "axes fraction"), xytext=(0, ABOVE * 12),
-                               textcoords="offset points", ha="center", va="bottom", size=SIZES["small"],
-                               color=WARNING if failed else INK, gid="number",
-                               weight="bold" if failed else "normal")  # fmt: skip
-
-
-def grouped(marks: Sequence[tuple[float, str, bool]], close: float) -> list[tuple[float, str, bool]]:
-    """Numbers of marks that are close together as one text: 3-5."""
-    found: list[tuple[float, str, bool]] = []
-    for at, number, failed in marks:
-        if found and at - found[-1][0] < close:
-            first, text, any_failed = found[-1]
-            found[-1] = (first, f"{text.partition('-')[0]}-{number}", any_failed or failed)
-        else:
-            found.append((at, number, failed))
     return found

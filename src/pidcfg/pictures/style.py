@@ -9,6 +9,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from matplotlib.typing import LineStyleType as LineStyle
+
     from pidcfg.pictures.chart import Chart, Line, Strip, StripKind
 
 BLACK, INK, GREY, PALE = "#000000", "#222222", "#707070", "#d9d9d9"
@@ -46,6 +48,11 @@ PENS = {
 def pen_of(line: Line) -> Pen:
     """How a line is drawn."""
     return PENS[line.role, line.side]
+
+
+def pattern(pen: Pen) -> LineStyle:
+    """A pen's dashes as the library takes them: relative to its width."""
+    return (0, tuple(dash / pen.width for dash in pen.dashes)) if pen.dashes else "-"
 
 
 HELD = {"setpoint", "output"}

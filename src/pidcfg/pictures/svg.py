@@ -1,4 +1,4 @@
-"""What is done to an SVG after it is drawn: identifiers of its own, classes, words for screen readers, fonts at hand."""
+"""What is done to an SVG once it is drawn: identifiers of its own, classes, words for screen readers, common fonts."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ CLASSES = {"title", "loop", "note", "key", "side", "axis", "line", "name", "stri
 
 
 def finished(text: str, title: str, description: str) -> str:
-    """The drawing as it is handed out: with one root, no metadata, and no identifier that another drawing could have."""
+    """The drawing as it is handed out: without metadata, and with no identifier that another drawing could have."""
     root = ET.fromstring(text)  # noqa: S314 - the drawing was made here
     salt = hashlib.sha256(f"{title}\0{text}".encode()).hexdigest()[:8]
     for parent in list(root.iter()):

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, TypeVar
 
 from pidcfg.sim.kernel import LOG_COLUMNS
-from pidcfg.sim.report import Alarm, LoopReport, ModeChange, Note, rounded
+from pidcfg.sim.report import Alarm, LoopReport, ModeChange, Note, Period, rounded
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -32,6 +32,10 @@ class Journal:
     active: list[dict[str, float]] = field(default_factory=list)
     first: dict[tuple[int, str], float] = field(default_factory=dict)
     """When each alarm came on for the first time, by loop and alarm."""
+    since: list[dict[str, float]] = field(default_factory=list)
+    """When each flag that is on came on, by loop."""
+    stage: list[tuple[str, float]] = field(default_factory=list)
+    """The step of a set-point profile and its beginning, by loop."""
     status: list[int] = field(default_factory=list)
     """Every status bit that was on at any time, by loop; likewise ``aux``."""
     aux: list[int] = field(default_factory=list)
@@ -39,8 +43,10 @@ class Journal:
     def __post_init__(self) -> None:
         for goal in self.plc.goals:
             self.asked.append(goal)
-            self.loops.append(LoopReport())
             self.mode.append("manual" if "manual" in self.plc.modes else goal)
+            self.loops.append(LoopReport(first_mode=self.mode[-1]))
+            self.since.append({})
+            self.stage.append(("", 0.0))
             self.active.append({})
             self.status.append(0)
             self.aux.append(0)
@@ -54,6 +60,8 @@ class Journal:
             self.aux[loop] |= aux
             self._modes(time, loop, status, notice)
             self._alarms(time, loop, status)
+            self._flags(time, loop, status, aux)
+            self._stages(time, loop, self.plc.profile_step(aux))
 
     def _modes(self, time: float, loop: int, status: int, notice: int) -> None:
         mode = self.plc.mode(status)
@@ -75,6 +83,22 @@ class Journal:
             elif not status & mask and name in active:
                 self._list(loop, self.loops[loop].alarms, Alarm(name, active.pop(name), time))
 
+    def _flags(self, time: float, loop: int, status: int, aux: int) -> None:
+        since = self.since[loop]
+        for bits, names in ((status, self.plc.flag_bits), (aux, self.plc.aux_bits)):
+            for name, mask in names.items():
+                if bits & mask:
+                    since.setdefault(name, time)
+                elif name in since:
+                    _keep(self.loops[loop].conditions, Period(name, since.pop(name), time))
+
+    def _stages(self, time: float, loop: int, stage: str) -> None:
+        old, begun = self.stage[loop]
+        if stage != old:
+            if old:
+                _keep(self.loops[loop].steps, Period(old, begun, time))
+            self.stage[loop] = (stage, time)
+
     def _list(self, loop: int, entries: list[Entry], entry: Entry) -> None:
         if len(entries) < LISTED:
             entries.append(entry)
@@ -89,7 +113,16 @@ class Journal:
         """Alarms that are still on, and flags."""
         for loop, found in enumerate(self.loops):
             found.alarms += [Alarm(name, at) for name, at in self.active[loop].items()]
+            found.conditions += [Period(name, at) for name, at in self.since[loop].items()]
+            found.conditions.sort(key=lambda one: one.at)
+            stage, begun = self.stage[loop]
+            found.steps += [Period(stage, begun)] if stage else []
             found.alarms.sort(key=lambda alarm: (alarm.at, list(self.plc.alarm_bits).index(alarm.alarm)))
             found.flags = {name: bool(self.status[loop] & mask) for name, mask in self.plc.flag_bits.items()}
             found.flags |= {name: bool(self.aux[loop] & mask) for name, mask in self.plc.aux_bits.items()}
             found.autotune = self.plc.tuned(loop)
+
+
+def _keep(entries: list[Period], entry: Period) -> None:
+    if len(entries) < LISTED:
+        entries.append(entry)

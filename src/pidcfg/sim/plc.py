@@ -101,6 +101,9 @@ class Plc(Protocol):
     def mode(self, status: int) -> str:
         """The mode that a status word tells."""
 
+    def profile_step(self, aux_status: int) -> str:
+        """The step of a set-point profile that an auxiliary status tells, for people; empty: none."""
+
     def requested(self, notice: int) -> str | None:
         """The mode that was asked for when a notice was left; None: nobody asked."""
 
@@ -152,6 +155,11 @@ class LoopsOnly:
     inlets: Mapping[str, str] = {}
     longest = 0.0
     outputs: Sequence[tuple[float, float]] = ()
+
+    @staticmethod
+    def profile_step(aux_status: int) -> str:  # noqa: ARG004 - as `Plc` has it
+        """There are no profiles."""
+        return ""
 
     @staticmethod
     def faults() -> Iterable[tuple[int, str, str]]:

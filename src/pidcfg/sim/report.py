@@ -29,6 +29,15 @@ class Alarm:
 
 
 @dataclass(frozen=True, slots=True)
+class Period:
+    """How long something lasted, in s: a step of a set-point profile, or a flag; ``until`` None: to the end."""
+
+    name: str
+    at: float
+    until: float | None = None
+
+
+@dataclass(frozen=True, slots=True)
 class ModeChange:
     """A mode reached, or a request refused (``mode`` is then the old one), with the reason."""
 
@@ -54,6 +63,10 @@ class Verdict:
     text: str
     passed: bool
     value: Any
+    loop: str | None = None
+    """The loop that it is about, if any."""
+    at: float | None = None
+    """The time in s that it is about, if any."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,6 +86,12 @@ class LoopReport:
     metrics: Mapping[str, float | None] = field(default_factory=dict)
     alarms: list[Alarm] = field(default_factory=list)
     modes: list[ModeChange] = field(default_factory=list)
+    first_mode: str = ""
+    """The mode before the first change."""
+    steps: list[Period] = field(default_factory=list)
+    """Steps of a ramp/soak profile, in order."""
+    conditions: list[Period] = field(default_factory=list)
+    """When each of the flags was on."""
     notes: list[Note] = field(default_factory=list)
     """What else the controller had to say: of ramp/soak, of auto-tune."""
     flags: dict[str, bool] = field(default_factory=dict)

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import random
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Literal
 
 from pidcfg.sim.engine import CHUNK, EngineName, Machine, choose, numba_kernels, python_kernels
@@ -22,14 +22,15 @@ from pidcfg.sim.metrics import DEFAULT_BAND, Band, Gauge, Meter, begin, loop_met
 from pidcfg.sim.plc import TICKS, Controller, Plc
 from pidcfg.sim.prepare import base_step, misses, prepare, uneven
 from pidcfg.sim.problems import Problem
-from pidcfg.sim.report import Note, Range, Report, ScanTime, rounded
+from pidcfg.sim.report import Note, Range, Report, ScanTime, Verdict, rounded
 from pidcfg.sim.rest import initial_values, rest
 from pidcfg.sim.steady import UnsteadyError, settle
 from pidcfg.sim.trace import Sink, Trend
 
 if TYPE_CHECKING:
-    from pidcfg.schemas.scenario import Scenario
+    from pidcfg.schemas.scenario import Expectation, Scenario
     from pidcfg.sim.network import Network
+    from pidcfg.sim.recording import Recording
 
 Progress = Callable[[float], None]
 
@@ -51,6 +52,8 @@ class Settings:
     """Base steps between two rows of the trend."""
     max_loop_steps: int | None = None
     trend: Sink | None = None
+    recording: Recording | None = None
+    """Takes the trend for a picture: every base step, whatever ``every`` says."""
     progress: Progress | None = None
 
 
@@ -133,6 +136,8 @@ class _Run:
         self.random = [random.Random(f"{self.scenario.seed}/{name}") for name in self.net.noisy]
         if self.settings.trend is not None:
             self.trend = Trend(self.settings.trend, list(self.net.names), self.step, self.settings.every)
+        if self.settings.recording is not None:
+            self.settings.recording.begin(list(self.net.names), self.last + 1, self.dt)
         self.periods = list(self.plc.periods)
         k = self.agenda.zero = self.zero
         for stop, action in self.agenda.stops(self.last):
@@ -143,6 +148,8 @@ class _Run:
                 self.notes.append(note)
             self._look_at_rates(stop)
         self._advance(k, self.zero + self.last + 1)
+        if self.settings.recording is not None:
+            self.settings.recording.end()
         return self._report()
 
     def _advance(self, k: int, end: int) -> int:
@@ -167,7 +174,8 @@ class _Run:
 
     def _chunk(self, k: int, stop: int) -> None:
         machine, first = self.machine, k
-        every = self.settings.every if self.trend is not None else 0
+        recording = self.settings.recording
+        every = 1 if recording is not None else self.settings.every if self.trend is not None else 0
         machine.noise = self._noise(stop - k)
         if every:
             machine.trend = [0.0] * (((stop - k) // every + 1) * len(machine.shown))
@@ -175,7 +183,9 @@ class _Run:
             k = machine.advance(k, stop, self.zero, every, first)
             self.journal.take(machine.log, machine.head[0])
             if self.trend is not None:
-                self.trend.take(machine.trend, machine.head[1])
+                self.trend.take(machine.trend, machine.head[1], every)
+            if recording is not None:
+                recording.take(machine.trend, machine.head[1])
             machine.head[:2] = [0, 0]
         self._report_progress(k - self.zero)
 
@@ -220,7 +230,7 @@ class _Run:
             running=self.plc.running,
             loops=dict(zip(self.plc.loops, self.journal.loops, strict=True)),
             signals=signals,
-            expectations=[verdict(i, expectation, self.watches.get(i), outcome) for i, expectation in wanted],
+            expectations=[_placed(verdict(i, one, self.watches.get(i), outcome), one) for i, one in wanted],
             events=self.agenda.done,
             notes=sorted([*self.notes, *self.journal.notes(), *self._faults()], key=lambda note: note.at),
             problems=self.problems,
@@ -263,6 +273,12 @@ class _Run:
     def _fault(self, fault: int, k: int, what: str, text: str) -> Note:
         time = rounded(max(0, k - self.zero) * self.dt)
         return Note(time, None, f"{what}: {FAULTS[fault]} in {text!r}; the signal kept its last value", error=True)
+
+
+def _placed(found: Verdict, wanted: Expectation) -> Verdict:
+    """A verdict with the loop that it is about, and the time of which something is expected."""
+    loop = wanted.loop or (wanted.signal or "").partition(".")[0] or None
+    return replace(found, loop=loop, at=None if wanted.at is None else float(wanted.at))
 
 
 def _too_long(last: int, loops: int, settings: Settings) -> list[Problem]:

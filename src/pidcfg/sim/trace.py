@@ -33,18 +33,21 @@ class Trend:
     names: Sequence[str]
     step: int
     every: int = 1
-    row: int = field(default=0, init=False)
+    at: int = field(default=0, init=False)
+    """The base step of the next values."""
 
     def __post_init__(self) -> None:
         csv.writer(self.sink, lineterminator="\n").writerow(["time", *self.names])
 
-    def take(self, values: Sequence[float], rows: int) -> None:
-        """Rows of values, one after the other."""
+    def take(self, values: Sequence[float], rows: int, apart: int) -> None:
+        """Rows of values, one after the other, ``apart`` base steps from each other; one every n-th is written."""
         width = len(self.names)
         lines = []
         for row in range(rows):
-            time = clock((self.row + row) * self.every * self.step)
-            lines.append(",".join([time, *(f"{value:.10g}" for value in values[row * width : (row + 1) * width])]))
-        self.row += rows
+            at = self.at + row * apart
+            if at % self.every == 0:
+                shown = (f"{value:.10g}" for value in values[row * width : (row + 1) * width])
+                lines.append(",".join([clock(at * self.step), *shown]))
+        self.at += rows * apart
         if lines:
             self.sink.write("\n".join(lines) + "\n")

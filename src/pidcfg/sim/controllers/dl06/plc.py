@@ -23,6 +23,7 @@ from pidcfg.sim.controllers.dl06.report import (
     MODES,
     describe,
     mode_name,
+    profile_step,
     requested,
 )
 from pidcfg.sim.controllers.dl06.setting import CASCADE_FROM, find_rows, fits, parse_setting, stored_rate
@@ -58,6 +59,7 @@ class Dl06(Memory, LoopsOnly):
     mode = staticmethod(mode_name)
     describe = staticmethod(describe)
     requested = staticmethod(requested)
+    profile_step = staticmethod(profile_step)
 
     def __init__(self, image: Image, options: Options) -> None:
         super().__init__(image, options)

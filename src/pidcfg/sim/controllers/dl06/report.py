@@ -45,6 +45,12 @@ def mode_name(status: int) -> str:
     return next((name for name, bit in MODES.items() if status & bit), "manual")
 
 
+def profile_step(aux_status: int) -> str:
+    """The step byte of the ramp/soak word: odd steps are ramps, even ones soaks."""
+    step = aux_status // bits.RS_STEP
+    return f"{step} {'ramp' if step % 2 else 'soak'}" if step else ""
+
+
 def describe(notice: int) -> tuple[str, str]:
     """What happened in words: to the mode (refusals and overrides), and apart from it."""
     found: tuple[list[str], list[str]] = [], []

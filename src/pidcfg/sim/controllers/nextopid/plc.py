@@ -24,7 +24,7 @@ from pidcfg.sim.controllers.nextopid.report import (
 from pidcfg.sim.controllers.nextopid.setting import keys_of
 from pidcfg.sim.expressions import FAULTS
 from pidcfg.sim.named_settings import NamedKeys
-from pidcfg.sim.plc import TICKS
+from pidcfg.sim.plc import TICKS, LoopsOnly
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, MutableSequence, Sequence
@@ -59,6 +59,7 @@ class Nextopid(Memory):
     mode = staticmethod(mode_name)
     describe = staticmethod(describe)
     requested = staticmethod(requested)
+    profile_step = staticmethod(LoopsOnly.profile_step)
 
     def __init__(self, image: Program) -> None:
         super().__init__(image)

@@ -1,0 +1,112 @@
+"""``--plot``: charts in a file by its suffix, or in the terminal."""
+
+from __future__ import annotations
+
+import shutil
+import sys
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from pidcfg.cli.console import echo
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from pidcfg.cli.simulation_report import Outcome
+    from pidcfg.pictures.chart import Chart
+
+TERMINAL = "-"
+SUFFIXES = (".svg", ".png", ".html")
+MOST = 40
+"""Charts in one file: what a page of pictures can hold and a person look through."""
+NARROWEST, WIDEST, HEIGHT = 40, 160, 12
+"""Characters of a picture in the terminal."""
+PIPED = 80
+"""Its width where nobody watches."""
+
+
+def checked(ctx: click.Context, param: click.Parameter, names: tuple[str, ...]) -> tuple[str, ...]:
+    """File names that tell what to draw; the library is asked for before anything runs."""
+    for name in names:
+        if name != TERMINAL and Path(name).suffix.lower() not in SUFFIXES:
+            raise click.BadParameter(f"{name!r}: write a name that ends in {', '.join(SUFFIXES)}, or - for the "
+                                     "terminal", ctx, param)  # fmt: skip
+    twice = next((name for name in names if names.count(name) > 1), None)
+    if twice is not None:
+        raise click.BadParameter(f"{twice!r} stands there twice", ctx, param)
+    if any(name != TERMINAL for name in names):
+        from pidcfg.pictures.draw import installed
+
+        if not installed():
+            raise click.ClickException("matplotlib is not installed; 'pip install pidcfg[report]' brings it")
+    return names
+
+
+PLOT = click.option("--plot", multiple=True, metavar="FILE", callback=checked,
+                    help="Draw the loops: FILE.svg, .png or .html, or - in the terminal; repeatable.")  # fmt: skip
+
+
+LOOPS = click.option("--plot-loop", "plot_loops", multiple=True, metavar="NAME",
+                     help="With --plot: draw this loop only; repeatable.")  # fmt: skip
+
+
+def of_runs(outcomes: Sequence[Outcome], loops: Sequence[str]) -> list[Chart]:
+    """The charts of all runs; where there are several, each says of which one it is."""
+    from pidcfg.cli.charts import charts_of
+
+    known = list(dict.fromkeys(loop for outcome in outcomes for loop in outcome.axes))
+    wrong = next((loop for loop in loops if loop not in known), None)
+    if wrong is not None and known:
+        raise click.UsageError(f"--plot-loop {wrong}: no such loop; there are {', '.join(known)}")
+    found = []
+    for outcome in outcomes:
+        charts = charts_of(outcome, loops)
+        several = len(outcomes) > 1 and outcome.report is not None
+        found += (
+            [replace(one, title=f"{outcome.report.scenario}: {one.title}") for one in charts] if several else charts
+        )
+    return found
+
+
+def heading(outcomes: Sequence[Outcome]) -> tuple[str, list[str]]:
+    """The title of a picture of runs, and what ran."""
+    reports = [outcome.report for outcome in outcomes if outcome.report is not None]
+    title = reports[0].scenario if len(reports) == 1 else f"{len(reports)} scenarios"
+    return title, [f"{outcome.file} runs {outcome.config}" for outcome in outcomes if outcome.report is not None]
+
+
+def drawn(
+    names: Sequence[str], charts: Sequence[Chart], title: str, intro: Sequence[str] = ()
+) -> dict[str, str | bytes]:
+    """The files of all names but the terminal's, by name."""
+    files: dict[str, str | bytes] = {}
+    if not charts:
+        return files
+    for name in names:
+        suffix = Path(name).suffix.lower()
+        if name == TERMINAL:
+            continue
+        if len(charts) > MOST:
+            raise click.ClickException(f"{name}: {len(charts)} loops are too many for one picture, at most {MOST}")
+        from pidcfg.pictures import draw, page
+
+        if suffix == ".svg":
+            files[name] = draw.svg(charts, title=title)
+        elif suffix == ".png":
+            files[name] = draw.png(charts, title=title)
+        else:
+            files[name] = page.html(charts, title=title, intro=intro)
+    return files
+
+
+def show(charts: Sequence[Chart]) -> None:
+    """The charts in characters, as wide as the terminal, with what its code page has."""
+    from pidcfg.pictures.characters import fits, lines
+
+    width = min(max(shutil.get_terminal_size((PIPED, 24)).columns - 1, NARROWEST), WIDEST)
+    plain = not fits(sys.stdout.encoding)
+    for chart in charts:
+        echo("\n".join(lines(chart, width, HEIGHT, ascii_only=plain)) + "\n\n")

@@ -1,0 +1,226 @@
+"""Charts in characters, for terminals: with letters that every code page has, or with finer signs where it can show them.
+
+A line of one sign a column cannot show all values of a long run: a column shows the lowest and the highest one of its
+time and everything between, so that no spike is lost.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import isfinite
+from typing import TYPE_CHECKING
+
+from pidcfg.pictures.layout import numbered
+from pidcfg.pictures.style import HELD, moment, plain, shortened, unit_of_time, with_unit
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from pidcfg.pictures.chart import Bar, Chart, Line, Panel, Strip
+
+GUTTER = 12
+"""Characters left of a panel: its numbers, and the names of the strips."""
+SIDE = 28
+"""Longest name of a side in a legend."""
+OUTPUT_SHARE = 0.5
+"""Height of the further panels as a share of the first one's."""
+
+
+@dataclass(frozen=True, slots=True)
+class Signs:
+    """What is drawn with."""
+
+    axis: str
+    corner: str
+    floor: str
+    lines: dict[str, str]
+    """By role, or by side in an overlay."""
+    both: str
+    mark: str
+    bar: tuple[str, str, str]
+    """Beginning, middle and end of a bar."""
+    more: str
+
+
+ASCII = Signs("|", "+", "-", {"setpoint": "-", "pv": "o", "output": "*", "other": ".", "before": "o", "after": "x"},
+              "@", ":", ("[", "=", "]"), "~")  # fmt: skip
+FINE = Signs("│", "└", "─", {"setpoint": "╌", "pv": "●", "output": "■", "other": "·", "before": "○", "after": "×"},
+             "◉", "┊", ("▕", "━", "▏"), "…")  # fmt: skip
+
+
+def fits(encoding: str | None) -> bool:
+    """Whether a terminal with this encoding can show the finer signs."""
+    texts = (FINE.axis, FINE.corner, FINE.floor, *FINE.lines.values(), FINE.both, FINE.mark, *FINE.bar, FINE.more)
+    try:
+        "".join(texts).encode(encoding or "ascii")
+    except (UnicodeEncodeError, LookupError):
+        return False
+    return True
+
+
+def lines(chart: Chart, width: int, height: int, ascii_only: bool) -> list[str]:  # noqa: FBT001 - short calls
+    """The chart, ``width`` characters wide; ``height``: rows of its first panel."""
+    signs = ASCII if ascii_only else FINE
+    columns = max(width - GUTTER - 2, 10)
+    rows = [_cut(chart.title, width, signs), *_numbers(chart, columns)]
+    for i, panel in enumerate(chart.panels):
+        rows += _panel(chart, panel, columns, max(height if i == 0 else round(height * OUTPUT_SHARE), 2), signs)
+    rows += [_strip(chart, strip, columns, signs) for strip in chart.strips]
+    rows += [*_time(chart, columns, signs), *(_cut(text, width, signs) for text in _texts(chart))]
+    return [_ascii(row) if ascii_only else row for row in rows]
+
+
+def _ascii(text: str) -> str:
+    return text.encode("ascii", "replace").decode("ascii")
+
+
+def _cut(text: str, width: int, signs: Signs) -> str:
+    return shortened(text, width).replace("…", signs.more) if len(plain(text)) > width else plain(text)
+
+
+def _gutter(text: str, signs: Signs) -> str:
+    return f"{_cut(text, GUTTER - 1, signs):>{GUTTER}} "
+
+
+# --- panels ----------------------------------------------------------------------------------------------------------
+
+
+def _panel(chart: Chart, panel: Panel, columns: int, height: int, signs: Signs) -> list[str]:
+    """What the panel shows, then its rows."""
+    wanted = sorted(panel.lines, key=_layer)
+    spans = [(line, spans_of(line, *chart.ends, columns)) for line in wanted]
+    values = [v for _, cells in spans for cell in cells if cell for v in cell]
+    low, high = min(values, default=0.0), max(values, default=0.0)
+    grid = [[" "] * columns for _ in range(height)]
+    for mark in chart.marks:
+        _vertical(grid, _column(mark.at, *chart.ends, columns), signs.mark)
+    for line, cells in spans:
+        sign = signs.lines[line.side or line.role]
+        for column, cell in enumerate(cells):
+            if cell is None:
+                continue
+            top, bottom = (_row(value, low, high, height) for value in (cell[1], cell[0]))
+            for row in range(top, bottom + 1):
+                there = grid[row][column]
+                overlaid = line.side == "after" and there in {signs.lines["before"], signs.both}
+                grid[row][column] = signs.both if overlaid else sign
+    labels = {0: f"{high:.5g}", height - 1: f"{low:.5g}"}
+    head = f"{_cut(with_unit(panel.title, panel.unit), columns // 2, signs)}:  {_legend(wanted, chart, signs)}"
+    return [f"{'':{GUTTER + 2}}{head}", *(f"{_gutter(labels.get(i, ''), signs)}{signs.axis}{''.join(cells)}".rstrip()
+                    for i, cells in enumerate(grid))]  # fmt: skip
+
+
+def _legend(wanted: Sequence[Line], chart: Chart, signs: Signs) -> str:
+    """The signs of the lines; in an overlay of both sides by name."""
+    names = {
+        signs.lines[line.side or line.role]: plain(line.name if line.side is None else line.side) for line in wanted
+    }
+    if chart.sides and any(line.side for line in wanted):
+        names |= {signs.lines["before"]: _cut(chart.sides[0], SIDE, signs),
+                  signs.lines["after"]: _cut(chart.sides[1], SIDE, signs), signs.both: "both"}  # fmt: skip
+    return "   ".join(f"{sign} {name}" for sign, name in names.items())
+
+
+def _layer(line: Line) -> tuple[bool, bool]:
+    return line.side != "before", line.role != "setpoint"
+
+
+def _row(value: float, low: float, high: float, height: int) -> int:
+    if high <= low:
+        return height // 2
+    return height - 1 - min(height - 1, int((value / 2 - low / 2) / (high / 2 - low / 2) * height))
+
+
+def _column(time: float, begin: float, end: float, columns: int) -> int:
+    return max(0, min(columns - 1, int((time - begin) / (end - begin) * columns))) if end > begin else 0
+
+
+def _vertical(grid: list[list[str]], column: int, sign: str) -> None:
+    for row in grid:
+        row[column] = sign
+
+
+def spans_of(line: Line, begin: float, end: float, columns: int) -> list[tuple[float, float] | None]:
+    """Lowest and highest value in each column's time; where there is none, the line goes on from before."""
+    found: list[tuple[float, float] | None] = [None] * columns
+    points = [(t, v) for t, v in zip(line.times, line.values, strict=True) if isfinite(v) and begin <= t <= end]
+    for time, value in points:
+        column = _column(time, begin, end, columns)
+        low, high = found[column] or (value, value)
+        found[column] = min(low, value), max(high, value)
+    if line.role in HELD:
+        _hold(found, points, begin, end)
+    else:
+        _join(found, points, begin, end)
+    return found
+
+
+def _hold(
+    found: list[tuple[float, float] | None], points: Sequence[tuple[float, float]], begin: float, end: float
+) -> None:
+    """Columns between two values of a signal that keeps its value."""
+    for i, (time, value) in enumerate(points):
+        until = points[i + 1][0] if i + 1 < len(points) else end
+        for column in range(_column(time, begin, end, len(found)) + 1, _column(until, begin, end, len(found))):
+            found[column] = value, value
+
+
+def _join(
+    found: list[tuple[float, float] | None], points: Sequence[tuple[float, float]], begin: float, end: float
+) -> None:
+    """Columns between two values of a signal that moves from one to the other."""
+    for (t0, v0), (t1, v1) in zip(points, points[1:], strict=False):
+        first, last = (_column(t, begin, end, len(found)) for t in (t0, t1))
+        for column in range(first + 1, last):
+            value = v0 + (v1 - v0) * (column - first) / (last - first)
+            found[column] = value, value
+
+
+# --- strips and text -------------------------------------------------------------------------------------------------
+
+
+def _strip(chart: Chart, strip: Strip, columns: int, signs: Signs) -> str:
+    cells = [" "] * columns
+    for bar in strip.bars:
+        _draw_bar(cells, chart, bar, signs)
+    return f"{_gutter(strip.title, signs)}{signs.axis}{''.join(cells)}".rstrip()
+
+
+def _draw_bar(cells: list[str], chart: Chart, bar: Bar, signs: Signs) -> None:
+    """A bar with its name in it, as far as there is room; the shortest one is one sign."""
+    first = _column(bar.begin, *chart.ends, len(cells))
+    last = max(first, _column(bar.end, *chart.ends, len(cells)) - (bar.end < chart.ends[1]))
+    begin, middle, end = signs.bar
+    room = last - first - 1
+    name = plain(bar.label)
+    inner = _cut(name, room, signs) if room >= min(len(name), 3) else ""
+    text = begin + inner + middle * (room - len(inner)) + end if last > first else middle
+    cells[first : last + 1] = text
+
+
+def _time(chart: Chart, columns: int, signs: Signs) -> list[str]:
+    """The time axis with its ends, and its unit in the middle."""
+    begin, end = chart.ends
+    unit, size = unit_of_time(chart)
+    first, last, title = f"{begin / size:.4g}", f"{end / size:.4g}", with_unit("time", unit)
+    room = columns - len(first) - len(last)
+    line = f"{' ':{GUTTER}} {signs.corner}{signs.floor * columns}"
+    return [line, f"{' ':{GUTTER}}  {first}{title:^{room}}{last}"]
+
+
+def _numbers(chart: Chart, columns: int) -> list[str]:
+    """The numbers of the marks above them, as far as they do not cover each other."""
+    row = [" "] * columns
+    for number, mark in numbered(chart):
+        column = min(_column(mark.at, *chart.ends, columns), columns - len(number))
+        if all(cell == " " for cell in row[max(column - 1, 0) : column + len(number)]):
+            row[column : column + len(number)] = number
+    return [f"{'':{GUTTER + 2}}{''.join(row)}".rstrip()] if chart.marks else []
+
+
+def _texts(chart: Chart) -> list[str]:
+    found = []
+    for number, mark in numbered(chart):
+        what = "failed: " if mark.kind == "failure" else ""
+        found.append(f"{number}  {moment(chart, mark.at)}: {what}{mark.label}")
+    return [*found, *chart.notes]

@@ -1,0 +1,94 @@
+"""The rows of bars below the panels, and the marks that go through everything."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from pidcfg.pictures.layout import ABOVE, LEFT, letters_in, numbered
+from pidcfg.pictures.style import (
+    BLACK,
+    GREY,
+    INK,
+    SIZES,
+    VERMILION,
+    WARNING,
+    fills_of,
+    plain,
+    shortened,
+    unit_of_time,
+)
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from matplotlib.axes import Axes
+
+    from pidcfg.pictures.chart import Chart, Strip
+    from pidcfg.pictures.layout import Box
+
+CLOSE = 0.02
+"""Marks that are closer than this share of the time axis share one number above it."""
+THINNEST = 0.012
+"""Width of the shortest bar in inches: an alarm of one sample is seen."""
+
+
+def draw_strip(axes: Axes, strip: Strip, box: Box, chart: Chart) -> None:
+    """One row of bars; a name stands in its bar, or beside it where it is too short and nothing follows."""
+    from matplotlib.patches import Rectangle
+
+    axes.set_ylim(0, 1)
+    axes.set_yticks([])
+    axes.tick_params(axis="x", bottom=False)
+    axes.spines["bottom"].set_visible(False)
+    axes.spines["left"].set_visible(False)
+    axes.set_facecolor("#f7f7f7")
+    (begin, end), (_, size) = chart.ends, unit_of_time(chart)
+    scale = box.width / ((end - begin) or 1.0)
+    title = shortened(strip.title, letters_in(LEFT - 0.1, SIZES["small"]))
+    axes.annotate(title, (0, 0.5), xycoords="axes fraction", xytext=(-5, 0), textcoords="offset points", ha="right",
+                  va="center", size=SIZES["small"], color=INK, gid=f"strip {strip.kind}")  # fmt: skip
+    fills = fills_of(strip)
+    for i, bar in enumerate(strip.bars):
+        fill, edge = fills[bar.label]
+        width = max(bar.end - bar.begin, THINNEST / scale)
+        shape = Rectangle((bar.begin / size, 0.04), width / size, 0.92, facecolor=fill, edgecolor=edge, linewidth=0.9,
+                          gid=f"bar {strip.kind}")  # fmt: skip
+        axes.add_patch(shape)
+        following = strip.bars[i + 1].begin if i + 1 < len(strip.bars) else end
+        inside, beside = ((stop - start) * scale - 0.08 for start, stop in
+                          ((bar.begin, bar.end), (bar.end, following)))  # fmt: skip
+        place = bar.begin if len(bar.label) <= letters_in(inside, SIZES["small"]) else bar.end
+        if place == bar.begin or len(bar.label) <= letters_in(beside, SIZES["small"]):
+            axes.annotate(plain(bar.label), (place / size, 0.5), xytext=(3, -0.5), textcoords="offset points",
+                          va="center", size=SIZES["small"], color=BLACK, gid=f"label {strip.kind}")  # fmt: skip
+
+
+def draw_marks(panels: Sequence[Axes], strips: Sequence[Axes], chart: Chart) -> None:
+    """A line through everything at each mark, and their numbers above the first panel."""
+    (begin, end), (_, size) = chart.ends, unit_of_time(chart)
+    marks = numbered(chart)
+    for _, mark in marks:
+        failed = mark.kind == "failure"
+        for axes in (*panels, *strips):
+            axes.axvline(mark.at / size, color=VERMILION if failed else GREY, linewidth=1.1 if failed else 0.7,
+                         linestyle=(0, (6, 2, 1, 2)) if failed else (0, (1, 2)), zorder=2,
+                         gid=f"mark {mark.kind}")  # fmt: skip
+    for at, text, failed in grouped([(mark.at, number, mark.kind == "failure") for number, mark in marks],
+                                    CLOSE * (end - begin)):  # fmt: skip
+        if panels:
+            panels[0].annotate(text, (at / size, 1.0), xycoords=("data", "axes fraction"), xytext=(0, ABOVE * 12),
+                               textcoords="offset points", ha="center", va="bottom", size=SIZES["small"],
+                               color=WARNING if failed else INK, gid="number",
+                               weight="bold" if failed else "normal")  # fmt: skip
+
+
+def grouped(marks: Sequence[tuple[float, str, bool]], close: float) -> list[tuple[float, str, bool]]:
+    """Numbers of marks that are close together as one text: 3-5."""
+    found: list[tuple[float, str, bool]] = []
+    for at, number, failed in marks:
+        if found and at - found[-1][0] < close:
+            first, text, any_failed = found[-1]
+            found[-1] = (first, f"{text.partition('-')[0]}-{number}", any_failed or failed)
+        else:
+            found.append((at, number, failed))
+    return found
