@@ -65,13 +65,17 @@ class Gathered:
 
     def _run(self, doc: Document) -> None:
         """Runs a scenario and takes what it names along."""
-        from pidcfg.cli.report_charts import run_with_charts
+        from pidcfg.cli.charts import charts_of
         from pidcfg.cli.scenarios import load
+        from pidcfg.cli.simulate import simulate_document
+        from pidcfg.sim.run import Settings
 
         loaded = load(doc, self.limits)
         if loaded.config and loaded.config not in self.files:
             self._named(loaded)
-        outcome, charts = run_with_charts(doc, self.limits, self.progress, pictures=self.pictures)
+        settings = Settings(max_loop_steps=self.limits.loop_steps, progress=self.progress)
+        outcome = simulate_document(doc, settings, self.limits, record=self.pictures)
+        charts = charts_of(outcome) if outcome.recording is not None else ()
         self.outcomes.append(outcome)
         self.findings += [d for d in outcome.findings if d.file == doc.file or d.file not in loaded.documents]
         title = str((doc.data or {}).get("scenario") or "")
