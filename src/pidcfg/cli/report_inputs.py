@@ -71,7 +71,7 @@ class Gathered:
         from pidcfg.sim.run import Settings
 
         loaded = load(doc, self.limits)
-        if loaded.config and loaded.config not in self.files:
+        if loaded.config:
             self._named(loaded)
         settings = Settings(max_loop_steps=self.limits.loop_steps, progress=self.progress)
         outcome = simulate_document(doc, settings, self.limits, record=self.pictures)

@@ -86,8 +86,7 @@ def facts(report: Report) -> Iterator[tuple[str, str]]:
     yield "Step", f"{report.step:g} s"
     if report.settled is not None:
         yield "Before it", f"{report.settled:g} s to the steady state"
-    for name, word in report.plc_flags.items():
-        yield name, word
+    yield from report.plc_flags.items()
     if not report.running:
         yield "Loop task", "off: no loop is calculated"
     if report.scan_time is not None:

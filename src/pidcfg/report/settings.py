@@ -78,10 +78,13 @@ def tabled(vendor: Vendor) -> Mapping[str, str]:
     """The units of the vendor's registers and parameters by the path of their value."""
     found: dict[str, str] = {}
     for table in vendor.load("registers"):
-        for row in table.rows if isinstance(table, ParameterTable) else table.words:
-            path = row.name if isinstance(table, ParameterTable) else row.path
-            if path is not None and row.unit:
-                found.setdefault(path, row.unit)
+        if isinstance(table, ParameterTable):
+            rows = [(row.name, row.unit) for row in table.rows]
+        else:
+            rows = [(word.path, word.unit) for word in table.words if word.path is not None]
+        for path, unit in rows:
+            if unit:
+                found.setdefault(path, unit)
     return found
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from decimal import Decimal
-from typing import TYPE_CHECKING, Any, get_args
+from typing import TYPE_CHECKING, Any, cast, get_args
 
 from pidcfg.convert.own_fields import PLACES
 from pidcfg.encoders.named import ParameterTable, Program
@@ -41,7 +41,7 @@ def plc_sheet(checked: Checked, number: int, findings: Sequence[Diagnostic]) -> 
     anchor = f"plc-{number}"
     if config is None or vendor is None or encoding is None:
         return PlcSheet(doc.file, anchor, "", "", vendor.title if vendor else "", (), (), (), (), (), ())
-    image = encoding.image
+    image: Any = encoding.image
     named = isinstance(image, Program)
     kinds = {entry["block"]: entry.get("type", "") for entry in image.settings if "block" in entry}
     return PlcSheet(
@@ -63,7 +63,7 @@ def _loop_sheet(checked: Checked, i: int, anchor: str, findings: Sequence[Diagno
     vendor, encoding, loop = checked.vendor, checked.encoding, checked.config.loops[i]
     if vendor is None or encoding is None:
         raise ValueError(f"{checked.document.file} has no image")
-    image, data = encoding.image, (checked.document.data or {}).get("loops")
+    image, data = cast("Any", encoding.image), (checked.document.data or {}).get("loops")
     own = next((entry for entry in image.settings if entry.get("loop") == loop.name), {})
     outside = {key: value for key, value in own.items() if key not in OWN}
     named = isinstance(image, Program)
@@ -82,7 +82,7 @@ def _loop_sheet(checked: Checked, i: int, anchor: str, findings: Sequence[Diagno
         groups=groups,
         blocks=() if named else blocks_of(encoding, loop.name, sides(loop), settled),
         parameters=parameters_of(image, loop.name, lambda _: sense) if named else (),
-        outside=tuple((key, value) for key, value in flat(outside) if not key.startswith(DEVICES)),
+        outside=tuple((key, value) for key, value in flat(outside) if not key.startswith((DEVICES, *PLACES))),
         findings=tuple(d for d in findings if d.loop == loop.name and d.file == checked.document.file),
     )
 

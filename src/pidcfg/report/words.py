@@ -33,7 +33,8 @@ def places_of(encoding: Encoding, loop: str) -> dict[str, str]:
         if block.loop != loop:
             continue
         prefix = path_text(block.place[2:])
-        for row in (*block.table.words, *block.table.bits):
+        rows: tuple[Word | Bits, ...] = (*block.table.words, *block.table.bits)
+        for row in rows:
             if row.path is not None:
                 path = f"{prefix}.{row.path}" if prefix else row.path
                 name = encoding.space.name(block.start + row.offset)
