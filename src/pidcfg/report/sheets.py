@@ -39,10 +39,11 @@ def plc_sheet(checked: Checked, number: int, findings: Sequence[Diagnostic]) -> 
     """The sheet of one configuration; without a model, its name and findings are all there is."""
     config, vendor, doc, encoding = checked.config, checked.vendor, checked.document, checked.encoding
     anchor = f"plc-{number}"
-    if config is None or vendor is None or encoding is None:
+    if config is None or vendor is None or encoding is None or not has_image(encoding):
         return PlcSheet(doc.file, anchor, "", "", vendor.title if vendor else "", (), (), (), (), (), ())
     image: Any = encoding.image
     named = isinstance(image, Program)
+    loops = neutral(checked)
     kinds = {entry["block"]: entry.get("type", "") for entry in image.settings if "block" in entry}
     return PlcSheet(
         file=doc.file,
@@ -55,19 +56,31 @@ def plc_sheet(checked: Checked, number: int, findings: Sequence[Diagnostic]) -> 
         parameters=parameters_of(image, None, lambda name: sense_of(vendor, kinds.get(name))) if named else (),
         outside=tuple(flat({key: value for key, value in image.plc.items() if key not in OWN})),
         checklist=vendor.load("checklist")(config),
-        loops=tuple(_loop_sheet(checked, i, f"{anchor}-loop-{i + 1}", findings) for i in range(len(config.loops))),
+        loops=tuple(
+            _loop_sheet(checked, i, f"{anchor}-loop-{i + 1}", findings, loops[i]) for i in range(len(config.loops))
+        ),
     )
 
 
-def _loop_sheet(checked: Checked, i: int, anchor: str, findings: Sequence[Diagnostic]) -> LoopSheet:
+def has_image(encoding: Any) -> bool:
+    """Whether every word has an address; one outside of the PLC's memory has none."""
+    try:
+        return encoding.image is not None
+    except IndexError:
+        return False
+
+
+def _loop_sheet(
+    checked: Checked, i: int, anchor: str, findings: Sequence[Diagnostic], neutral_loop: Mapping[str, Any]
+) -> LoopSheet:
     vendor, encoding, loop = checked.vendor, checked.encoding, checked.config.loops[i]
     if vendor is None or encoding is None:
         raise ValueError(f"{checked.document.file} has no image")
     image, data = cast("Any", encoding.image), (checked.document.data or {}).get("loops")
-    own = next((entry for entry in image.settings if entry.get("loop") == loop.name), {})
+    own: Mapping[str, Any] = next((entry for entry in image.settings if entry.get("loop") == loop.name), {})
     outside = {key: value for key, value in own.items() if key not in OWN}
     named = isinstance(image, Program)
-    places = _places(encoding, loop.name)
+    places = _places(encoding, i, loop.name)
     if not named:
         places = {key: NOWHERE for key, _ in flat(outside) if key not in PLACES} | places
     groups = groups_of(loop, vendor, data[i] if isinstance(data, list) and i < len(data) else None, places)
@@ -78,27 +91,24 @@ def _loop_sheet(checked: Checked, i: int, anchor: str, findings: Sequence[Diagno
         name=loop.name,
         description=loop.description or "",
         anchor=anchor,
-        facts=tuple(facts(checked, i, groups)),
+        facts=tuple(facts(vendor, neutral_loop, groups)),
         groups=groups,
-        blocks=() if named else blocks_of(encoding, loop.name, sides(loop), settled),
+        blocks=() if named else blocks_of(encoding, i, sides(loop), settled),
         parameters=parameters_of(image, loop.name, lambda _: sense) if named else (),
         outside=tuple((key, value) for key, value in flat(outside) if not key.startswith((DEVICES, *PLACES))),
         findings=tuple(d for d in findings if d.loop == loop.name and d.file == checked.document.file),
     )
 
 
-def _places(encoding: Any, loop: str) -> dict[str, str]:
+def _places(encoding: Any, number: int, loop: str) -> dict[str, str]:
     """Where the PLC holds each setting of a loop: its registers, or the device of its parameter."""
     if isinstance(encoding.image, Program):
         return {entry.field: entry.device for entry in encoding.image.cells if entry.loop == loop and entry.device}
-    return places_of(encoding, loop)
+    return places_of(encoding, number)
 
 
-def facts(checked: Checked, i: int, groups: Sequence[Group]) -> Iterator[tuple[str, str]]:
-    """What a reader of a loop sheet looks for first."""
-    if checked.vendor is None:
-        return
-    loop = neutral(checked, i)
+def facts(vendor: Vendor, loop: Mapping[str, Any], groups: Sequence[Group]) -> Iterator[tuple[str, str]]:
+    """What a reader of a loop sheet looks for first; ``loop``: in the neutral form."""
     units = {side: at(loop, f"{side}.unit") or "" for side in SIDES}
     for title, path, unit in FIRST:
         value = at(loop, path)
@@ -107,7 +117,7 @@ def facts(checked: Checked, i: int, groups: Sequence[Group]) -> Iterator[tuple[s
             yield title, f"{shown} {unit_text(unit, units)}".rstrip()
     if isinstance(loop.get("output_raises_pv"), bool):
         yield "Direction", HEATING if loop["output_raises_pv"] else COOLING
-    tuned = checked.vendor.load("tuned")
+    tuned = vendor.load("tuned")
     settings = {setting.path: setting for group in groups for setting in group.settings}
     keys = [tuned.key(name) for name in tuned.names]
     yield from ((label(path), quantity(settings[path])) for path in keys if path in settings)
@@ -130,12 +140,11 @@ def label(path: str) -> str:
     return words[:1].upper() + words[1:] if last.islower() else last
 
 
-def neutral(checked: Checked, i: int) -> dict[str, Any]:
-    """The loop in the neutral form, as far as the configuration says it; empty where it has errors."""
+def neutral(checked: Checked) -> list[Mapping[str, Any]]:
+    """The loops in the neutral form, as far as the configuration says it; empty where it has errors."""
     if checked.failed or checked.vendor is None:
-        return {}
-    found = checked.vendor.load("to_neutral")(checked.config)
-    return found[i].loop if i < len(found) else {}
+        return [{}] * len(checked.config.loops)
+    return [found.loop for found in checked.vendor.load("to_neutral")(checked.config)]
 
 
 def at(data: Any, path: str) -> Any:

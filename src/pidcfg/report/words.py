@@ -26,11 +26,11 @@ if TYPE_CHECKING:
 BY_PLC = "written by the PLC"
 
 
-def places_of(encoding: Encoding, loop: str) -> dict[str, str]:
-    """Where the registers of a loop hold each setting, by its path; a pair of limits has two."""
+def places_of(encoding: Encoding, loop: int) -> dict[str, str]:
+    """Where the registers of a loop, by its number, hold each setting, by its path; a pair of limits has two."""
     found: dict[str, list[str]] = {}
     for block in encoding.blocks:
-        if block.loop != loop:
+        if not _belongs(block, loop):
             continue
         prefix = path_text(block.place[2:])
         rows: tuple[Word | Bits, ...] = (*block.table.words, *block.table.bits)
@@ -43,14 +43,19 @@ def places_of(encoding: Encoding, loop: str) -> dict[str, str]:
     return {path: ", ".join(names) for path, names in found.items()}
 
 
+def _belongs(block: Block, loop: int | None) -> bool:
+    """Whether a block is of a loop by its number (two may have one name), or of none."""
+    return block.loop is None if loop is None else block.place[:2] == ("loops", loop)
+
+
 def blocks_of(
-    encoding: Encoding, loop: str | None, units: Mapping[str, str], settled: Mapping[str, str]
+    encoding: Encoding, loop: int | None, units: Mapping[str, str], settled: Mapping[str, str]
 ) -> tuple[content.Block, ...]:
     """The blocks of one loop (None: of the PLC); ``settled``: units of settings by path, which leave no choice."""
     memory = encoding.image.words
     found: dict[str, list[content.Register]] = {}
     for block in encoding.blocks:
-        if block.loop == loop:
+        if _belongs(block, loop):
             rows = found.setdefault(block.table.title, [])
             rows += _registers(block, encoding, memory, {**units, "": ""}, settled)
     return tuple(content.Block(title, tuple(rows)) for title, rows in found.items() if rows)
