@@ -3,7 +3,7 @@
 import pytest
 from hypothesis import settings
 
-from browser import browser as browser  # the fixture, for every test that opens a page
+from browser import browser  # noqa: F401 - a fixture, for every test that opens a page
 
 SCRUBBED = ("NO_COLOR", "FORCE_COLOR", "CLICOLOR", "CLICOLOR_FORCE", "COLUMNS", "LINES", "CI", "GITHUB_ACTIONS")
 """Variables that change what a command prints."""

@@ -38,7 +38,8 @@ def places_of(encoding: Encoding, loop: int) -> dict[str, str]:
             if row.path is not None:
                 path = f"{prefix}.{row.path}" if prefix else row.path
                 name = encoding.space.name(block.start + row.offset)
-                numbers = f" bit {bit_numbers(row)}" if isinstance(row, Bits) else ""
+                plural = "s" if isinstance(row, Bits) and len(row.bits) > 1 else ""
+                numbers = f" bit{plural} {bit_numbers(row)}" if isinstance(row, Bits) else ""
                 found.setdefault(path.removesuffix(".0").removesuffix(".1"), []).append(name + numbers)
     return {path: ", ".join(names) for path, names in found.items()}
 
@@ -131,8 +132,8 @@ def _bits(row: Bits, raw: int) -> content.Bit:
 
 
 def bit_numbers(row: Bits) -> str:
-    """The bits of a choice."""
-    return ", ".join(map(str, row.bits)) if len(row.bits) < 5 else f"{row.bits[0]} to {row.bits[-1]}"
+    """The bits of a choice, the most significant first, as its state is written."""
+    return ", ".join(map(str, reversed(row.bits))) if len(row.bits) < 5 else f"{row.bits[-1]} to {row.bits[0]}"
 
 
 @dataclass(frozen=True, slots=True)
