@@ -13,11 +13,18 @@ from typing import TYPE_CHECKING, Any, get_args
 import click
 
 import pidcfg
+from pidcfg.cli.charts import charts_of
 from pidcfg.cli.main import COMMANDS, cli
+from pidcfg.cli.plots import heading
 from pidcfg.cli.schema import document_schema
+from pidcfg.cli.simulate import simulate_document
 from pidcfg.encoders.named import ParameterTable
+from pidcfg.limits import DEFAULT
+from pidcfg.pictures.draw import svg
 from pidcfg.refs import Decision
 from pidcfg.schemas.document import field_texts, models_of
+from pidcfg.sim.run import Settings
+from pidcfg.source import read_document
 from pidcfg.validate.pages import all_rules, page
 from pidcfg.vendors import VENDORS, Vendor
 
@@ -43,7 +50,15 @@ def pages() -> dict[str, str]:
         found[f"schemas/{vendor.key}.schema.json"] = schema_text(vendor.key)
     found["scenario-keys.md"] = keys("scenario", "Keys of a scenario")
     found["schemas/scenario.schema.json"] = schema_text("scenario")
+    found["images/reactor.svg"] = reactor()
     return found
+
+
+def reactor() -> str:
+    """The example's temperature loop, as `simulate --plot` draws it."""
+    path = DOCS.parent / "examples/dl06/reactor.scenario.yaml"
+    outcome = simulate_document(read_document(path.read_bytes(), path.as_posix()), Settings(), DEFAULT, record=True)
+    return svg(charts_of(outcome, ["TIC-101"]), title=heading([outcome])[0])
 
 
 def rules() -> str:

@@ -210,8 +210,8 @@ def test_a_recorded_step_is_identified_and_drawn(tmp_path):
     text = result.stdout.decode()
     assert result.returncode == 0
     assert text.startswith("identified: gain 2")
-    assert text.count("\n           |") >= 12
-    assert "@ both" in text
+    assert text.count("│") >= 12
+    assert "○ recorded   × fitted   ◉ both" in text
 
 
 @pytest.mark.parametrize(

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from pidcfg.sim.recording import Recording
     from pidcfg.sim.report import LoopReport, Period, Report, Verdict
 
+PERCENT = (0, 100)
 ROWS = 8
 """Alarms and flags of a loop that get a row each."""
 
@@ -41,11 +42,13 @@ def axes_of(plc: Plc, settings: Sequence[Mapping[str, Any]]) -> dict[str, Axes]:
     for i, loop in enumerate(plc.loops):
         entry, cfg = by_name.get(loop, {}), plc.cfg[i]
         pv, output = (dict(entry.get(key) or {}) for key in ("pv", "output"))
-        shown = plc.outputs[i] if plc.outputs else output.get("range")
+        shown = plc.outputs[i] if plc.outputs else output.get("range", PERCENT if output.get("unit") == "%" else None)
         low, high, counts = plc.scales[i]
         raw = "range" not in pv and high - low == counts
         found[loop] = Axes(
-            *(plc.signals[slot] for slot in (cfg.sig_pv, cfg.sig_sp, cfg.sig_out)),
+            plc.signals[cfg.sig_pv],
+            plc.signals[cfg.sig_sp],
+            plc.signals[cfg.sig_out],
             pv_unit=str(pv.get("unit") or ("counts" if raw else "")),
             output_unit=str(output.get("unit") or ("counts" if plc.outputs and "range" not in output else "")),
             output_range=None if shown is None else (float(shown[0]), float(shown[1])),
@@ -92,7 +95,8 @@ def _chart(loop: str, found: LoopReport, axes: Axes, report: Report, recording: 
 
 def panels(axes: Axes, recording: Recording) -> tuple[Panel, ...]:
     """PV and set point on one axis, the output on its own."""
-    lines = [line(recording, name, role) for name, role in ((axes.setpoint, "setpoint"), (axes.pv, "pv")) if name]
+    wanted: tuple[tuple[str, Role], ...] = ((axes.setpoint, "setpoint"), (axes.pv, "pv"))
+    lines = [line(recording, name, role) for name, role in wanted if name]
     title = ", ".join(reversed([one.name for one in lines]))
     found = [Panel(title, axes.pv_unit, tuple(lines))]
     if axes.output:

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from pidcfg.cli import options
+from pidcfg.cli import options, plots
 from pidcfg.cli.console import echo, echo_json, note
 from pidcfg.cli.decode import read_rows
 from pidcfg.cli.main import Exit
@@ -14,7 +15,7 @@ from pidcfg.diagnostics import Diagnostic, Severity
 from pidcfg.vendors import VENDORS
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Mapping
 
     from pidcfg.cli.convert_verify import Verified
     from pidcfg.convert.pipeline import Converted
@@ -25,6 +26,7 @@ if TYPE_CHECKING:
 EPILOG = options.examples(
     "pidcfg convert reactor.yaml --to click -o reactor-click.yaml --allow-loss",
     "pidcfg convert tank.yaml --to nextopid --report json -o tank-nextopid.yaml",
+    "pidcfg convert tank.yaml --to dl06 -o tank-dl06.yaml --allow-loss --plot tank-dl06.svg",
     "pidcfg convert kiln.yaml --to dl06 --loop-table V3000 -o kiln-dl06.yaml",
 )
 
@@ -65,12 +67,13 @@ def percent(ctx: click.Context, param: click.Parameter, text: str | None) -> flo
     callback=percent,
     help="With --verify: exit 1, nothing written, when a PV is further apart than this, in % of its range.",
 )
+@plots.VERIFIED
 @placement_options
 @options.QUIET
 @options.LIMITS
 def command(
     file: str, target: str, out: str | None, force: bool, allow_loss: bool, report: str, quiet: bool, limits: Limits,
-    verify: bool, max_deviation: float | None, **texts: str | None,
+    verify: bool, max_deviation: float | None, plot: tuple[str, ...], **texts: str | None,
 ) -> None:  # fmt: skip
     """Convert the configuration FILE to another vendor's, and report what became of every field.
 
@@ -95,7 +98,8 @@ def command(
     text = whole_text(checked, converted)
     result = recheck(text, to, limits)
     findings = [finding for finding in result.findings if finding.severity is Severity.ERROR]
-    verified = sides(checked, result) if (verify or max_deviation is not None) and not findings else None
+    tested = (verify or plot or max_deviation is not None) and not findings
+    verified = sides(checked, result, out) if tested else None
     lossy = converted.losses and not allow_loss
     if report == "json":
         echo_json(as_json(checked.vendor.key, target, converted, verified))
@@ -111,32 +115,36 @@ def command(
     if verified is not None and max_deviation is not None and max(v.pv_percent for v in verified) > max_deviation:
         note(f"a PV is further apart than {max_deviation:g} % of its range: nothing was written")
         click.get_current_context().exit(Exit.FOUND)
-    put(text, out, force=force, quiet=quiet)
+    charts = [entry.chart for entry in verified or ()]
+    put(text, out, plots.drawn(plot, charts, f"{Path(file).name} for {to.title}"), force=force, quiet=quiet)
 
 
-def sides(checked: Checked, result: Checked) -> list[Verified]:
+def sides(checked: Checked, result: Checked, out: str | None) -> list[Verified]:
     """Both sides on the same plants."""
     from pidcfg.cli.convert_verify import verify
     from pidcfg.sim.run import UnusableError
 
     both = [(side.vendor, side.config, side.encoding.image) for side in (checked, result)
             if side.vendor is not None and side.encoding is not None]  # fmt: skip
+    names = [f"{Path(name).name} ({vendor.key})" for name, (vendor, _, _) in
+             zip((checked.document.file, out or "result"), both, strict=True)]  # fmt: skip
     try:
-        return verify(both[0], both[1])
+        return verify(both[0], both[1], (names[0], names[1]))
     except UnusableError as error:
         raise click.ClickException(f"the conversion cannot be verified: {error}") from None
 
 
-def put(text: str, out: str | None, *, force: bool, quiet: bool) -> None:
-    """Writes the file, or prints it."""
+def put(text: str, out: str | None, beside: Mapping[str, str | bytes], *, force: bool, quiet: bool) -> None:
+    """Writes the file, or prints it, and what belongs ``beside`` it."""
     from pidcfg.cli.outputs import write_files
 
+    files = {**({} if out is None else {out: text}), **beside}
+    write_files(files, force=force)
     if out is None:
         echo(text)
-    else:
-        write_files({out: text}, force=force)
-        if not quiet:
-            note(f"{out}: written")
+    if not quiet:
+        for name in files:
+            note(f"{name}: written")
 
 
 def converted_or_ended(checked: Checked, target: Vendor, placed: dict[str, Any]) -> Converted:

@@ -9,7 +9,8 @@ from __future__ import annotations
 
 import csv
 import io
-from dataclasses import dataclass
+import sys
+from dataclasses import dataclass, replace
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -18,6 +19,7 @@ from pidcfg.refs import Decision
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from pidcfg.pictures.chart import Chart
     from pidcfg.schemas.generic import Loop
     from pidcfg.sim.plc import Plc
     from pidcfg.vendors import Vendor
@@ -40,7 +42,16 @@ Way = Literal["alone", "linked", "ideal"]
 """Every loop by itself; slaves of a cascade linked; linked, and their PVs at their set points."""
 POINTS = 2_000
 """Rows of a trend."""
-WIDTH, HEIGHT = 72, 12
+
+
+@dataclass(frozen=True, slots=True)
+class Tested:
+    """One side: its vendor, its image, the loops that are compared, and their places in its PLC."""
+
+    vendor: Vendor
+    image: Any
+    loops: Sequence[Loop]
+    places: Sequence[int]
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,7 +62,7 @@ class Verified:
     pv_percent: float
     output_percent: float
     iae_ratio: float | None
-    picture: tuple[str, ...] = ()
+    chart: Chart
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,13 +96,13 @@ def plant_of(loop: Loop, other: Loop) -> Plant:
     return Plant(sign * size, time, dead, start - sign * size * middle, start, step)
 
 
-def scenario_of(loops: Sequence[Loop], plants: Sequence[Plant], plc: Plc, way: Way) -> dict[str, Any]:
+def scenario_of(side: Tested, plants: Sequence[Plant], plc: Plc, way: Way) -> dict[str, Any]:
     """The scenario of one side."""
     longest = max(plant.time for plant in plants)
     data: dict[str, Any] = {"pidcfg": 1, "scenario": "verify", "config": "x.yaml"}
     data["duration"] = round(END * longest, 3)
     data["plants"], data["connect"], data["events"] = [], {}, []
-    for i, (loop, plant) in enumerate(zip(loops, plants, strict=True)):
+    for i, loop, plant in zip(side.places, side.loops, plants, strict=True):
         name = loop.name
         if loop.mode == "manual" or (loop.mode == "cascade" and way == "alone"):
             data["events"].append({"at": 0, "loop": name, "mode": "auto"})
@@ -144,36 +155,47 @@ def at_times(column: list[float], own: list[float], wanted: list[float]) -> list
     return found
 
 
-def verify(source: tuple[Vendor, Any, Any], target: tuple[Vendor, Any, Any]) -> list[Verified]:
-    """Each side is a vendor, a configuration and its image; the loops stand in the same order on both.
+def verify(
+    source: tuple[Vendor, Any, Any], target: tuple[Vendor, Any, Any], names: tuple[str, str] = ("source", "result"),
+    pairs: Sequence[tuple[int, int]] | None = None,
+) -> list[Verified]:  # fmt: skip
+    """Each side is a vendor, a configuration and its image; ``names``: what charts call them.
 
-    Loops run by themselves. Slaves that are linked on both sides are compared so, since in some PLCs a link cannot be
-    cut; masters with slaves that follow at once.
+    ``pairs``: the places of the loops that are compared, on both sides; not given, all loops, in the same order on
+    both. Loops run by themselves. Slaves that are linked on both sides are compared so, since in some PLCs a link
+    cannot be cut; masters with slaves that follow at once.
     """
+    from pidcfg.cli.overlays import overlay
     from pidcfg.convert.pipeline import neutral_loops
 
-    sides = [(vendor, neutral_loops(config, vendor)[0].loops, image) for vendor, config, image in (source, target)]
-    plants = [plant_of(mine, theirs) for mine, theirs in zip(sides[0][1], sides[1][1], strict=True)]
-    masters = {loop.setpoint.source for loop in sides[0][1]} - {None}
+    sides = []
+    for at, (vendor, config, image) in enumerate((source, target)):
+        loops = neutral_loops(config, vendor)[0].loops
+        places = range(len(loops)) if pairs is None else [pair[at] for pair in pairs]
+        sides.append(Tested(vendor, image, [loops[i] for i in places], places))
+    plants = [plant_of(mine, theirs) for mine, theirs in zip(sides[0].loops, sides[1].loops, strict=True)]
+    longest = max(plant.time for plant in plants)
+    masters = {loop.setpoint.source for loop in sides[0].loops} - {None}
     ways: tuple[Way, ...] = ("alone", "linked", "ideal") if masters else ("alone",)
-    runs = {way: [_run(*side, plants, way) for side in sides] for way in ways}
+    runs = {way: [_run(side, plants, way) for side in sides] for way in ways}
     found = []
-    for i, (loop, other) in enumerate(zip(*(loops for _, loops, _ in sides), strict=True)):
+    for i, (loop, other) in enumerate(zip(*(side.loops for side in sides), strict=True)):
         linked = loop.setpoint.source is not None and other.setpoint.source is not None
         trends = runs["ideal" if loop.name in masters else "linked" if linked else "alone"]
-        found.append(_compared(loop, plants[i], max(p.time for p in plants), [trend[i] for trend in trends]))
+        times, setpoints = times_of(longest), setpoints_of(plants[i], longest)
+        pvs, outputs = zip(*(trend[i] for trend in trends), strict=True)
+        chart = overlay(loop, times, setpoints, pvs, outputs, names, (STEP_AT * longest, LOAD_AT * longest))
+        found.append(_compared(loop, setpoints, pvs, outputs, chart))
     return found
 
 
-def _run(
-    vendor: Vendor, loops: Sequence[Loop], image: Any, plants: Sequence[Plant], way: Way
-) -> list[tuple[list[float], list[float]]]:
+def _run(side: Tested, plants: Sequence[Plant], way: Way) -> list[tuple[list[float], list[float]]]:
     """PV and share of the output of each loop of one side, at the times that are compared."""
-    plc: Plc = import_module(vendor.controller.partition(":")[0]).load(image)
-    trend = trend_of(vendor, image, scenario_of(loops, plants, plc, way))
+    plc: Plc = import_module(side.vendor.controller.partition(":")[0]).load(side.image)
+    trend = trend_of(side.vendor, side.image, scenario_of(side, plants, plc, way))
     times = times_of(max(plant.time for plant in plants))
     found = []
-    for i, loop in enumerate(loops):
+    for i, loop in zip(side.places, side.loops, strict=True):
         low, high = scale_of(plc, i, loop)
         column = at_times(trend[f"{loop.name}.{plc.out_name}"], trend["time"], times)
         pv = at_times(trend[f"{loop.name}.PV"], trend["time"], times)
@@ -186,45 +208,35 @@ def times_of(longest: float) -> list[float]:
     return [longest * (SETTLED + (END - SETTLED) * i / POINTS) for i in range(POINTS)]
 
 
-def _compared(loop: Loop, plant: Plant, longest: float, sides: list[tuple[list[float], list[float]]]) -> Verified:
+def setpoints_of(plant: Plant, longest: float) -> list[float]:
+    """The set point at the times that are compared."""
+    return [plant.start + (plant.step if time >= STEP_AT * longest else 0.0) for time in times_of(longest)]
+
+
+def _compared(
+    loop: Loop, setpoints: list[float], pvs: Sequence[list[float]], outputs: Sequence[list[float]], chart: Chart
+) -> Verified:
     """One loop's two sides."""
-    times, (pvs, outputs) = times_of(longest), zip(*sides, strict=True)
     span = float(loop.pv.range[1] - loop.pv.range[0])
-    setpoints = [plant.start + (plant.step if time >= STEP_AT * longest else 0.0) for time in times]
     iae = [sum(abs(sp - pv) for sp, pv in zip(setpoints, side, strict=True)) for side in pvs]
     return Verified(
         loop.name,
         100 * max(abs(a - b) for a, b in zip(*pvs, strict=True)) / span,
         100 * max(abs(a - b) for a, b in zip(*outputs, strict=True)),
         iae[1] / iae[0] if iae[0] else None,
-        tuple(picture(times, *pvs)),
+        chart,
     )
 
 
-def picture(times: list[float], before: list[float], after: list[float]) -> list[str]:
-    """PV of both sides over time, in characters."""
-    low, high = min(*before, *after), max(*before, *after)
-    rows = [[" "] * WIDTH for _ in range(HEIGHT)]
-    for mark, column in (("o", before), ("x", after)):
-        for i, value in enumerate(column):
-            row = HEIGHT - 1 - min(HEIGHT - 1, int((value - low) / (high - low) * HEIGHT)) if high > low else 0
-            cells, at = rows[row], i * WIDTH // len(column)
-            cells[at] = "@" if mark == "x" and cells[at] in "o@" else mark
-    labels = {0: f"{high:.5g}", HEIGHT - 1: f"{low:.5g}"}
-    lines = [f"{labels.get(i, ''):>10} |{''.join(cells).rstrip()}" for i, cells in enumerate(rows)]
-    end = f"{times[-1]:g} s"
-    scale = f"{times[0]:g} s".ljust(WIDTH - len(end)) + end
-    return [*lines, f"{'':>10} +{'-' * WIDTH}", f"{'':>12}{scale}",
-            f"{'':>12}PV: o of the source   x of the result   @ both"]  # fmt: skip
-
-
 def as_text(found: list[Verified]) -> str:
-    """What was found, loop by loop, with a picture of each."""
+    """What was found, loop by loop, with a picture of each for the terminal that stderr is."""
+    from pidcfg.cli.plots import in_characters
+
     lines = ["verified by simulation: a step of the set point, then a disturbance"]
     for entry in found:
         ratio = "" if entry.iae_ratio is None else f", ratio of IAE {entry.iae_ratio:.4g}"
         apart = f"PV at most {entry.pv_percent:.3g} % of its range apart, output {entry.output_percent:.3g} %"
-        lines += [f"\n{entry.loop}: {apart}{ratio}", *entry.picture]
+        lines += [f"\n{entry.loop}: {apart}{ratio}", in_characters(replace(entry.chart, title=""), sys.stderr)]
     return "\n".join(lines) + "\n"
 
 

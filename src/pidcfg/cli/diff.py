@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from pidcfg.cli import options
+from pidcfg.cli import options, plots
 from pidcfg.cli.console import echo, echo_json, note
 from pidcfg.cli.main import Exit
 from pidcfg.vendors import VENDORS
@@ -25,6 +25,7 @@ EPILOG = options.examples(
     "pidcfg diff main.yaml branch.yaml",
     "pidcfg diff reactor.yaml upload.hex --vendor dl06",
     "pidcfg diff reactor.yaml reactor-click.yaml --format markdown",
+    "pidcfg diff main.yaml branch.yaml --plot before-after.svg",
 )
 
 
@@ -34,36 +35,55 @@ EPILOG = options.examples(
 @click.option("--vendor", type=click.Choice(list(VENDORS)),
               help="The PLC family of a memory listing, where the other side does not tell.")  # fmt: skip
 @options.output_format("text", "json", "markdown")
+@plots.OVERLAY
+@options.FORCE
 @click.option("--exit-code", "exits", is_flag=True, help="Exit 1 when there are differences.")
 @options.LIMITS
-def command(before: str, after: str, vendor: str | None, fmt: str, exits: bool, limits: Limits) -> None:
+def command(
+    before: str, after: str, vendor: str | None, fmt: str, plot: tuple[str, ...], force: bool, exits: bool,
+    limits: Limits,
+) -> None:  # fmt: skip
     """Compare BEFORE and AFTER, configurations of any vendors or memory listings, in engineering units.
 
     Loops are matched by name, then by their order. Differences are ranked by what can go wrong.
     """
+    from pidcfg.cli import diff_charts
+    from pidcfg.cli.outputs import write_files
     from pidcfg.convert.compare import compare
 
-    sides = read_sides((before, after), vendor, limits)
+    if fmt != "text" and plots.TERMINAL in plot:
+        raise click.UsageError(f"--plot - and --format {fmt} would both go to standard output; name a file")
+    sides, sources = read_sides((before, after), vendor, limits)
     found = compare(*sides)
+    charts = diff_charts.charts_of(sides, sources, (before, after)) if plot else []
+    write_files(plots.drawn(plot, charts, f"{Path(before).name} and {Path(after).name}"), force=force)
     if fmt == "json":
         echo_json(as_json(before, after, found))
     else:
         echo(as_text(before, after, found) if fmt == "text" else as_markdown(before, after, found))
+    if plots.TERMINAL in plot:
+        plots.show(charts)
     if exits and any(entry.status != "same" for entry in found):
         click.get_current_context().exit(Exit.FOUND)
 
 
-def read_sides(names: tuple[str, str], vendor: str | None, limits: Limits) -> tuple[Side, Side]:
-    """Both sides; a listing is of the vendor that is named, or of the other side's."""
+def read_sides(
+    names: tuple[str, str], vendor: str | None, limits: Limits
+) -> tuple[tuple[Side, Side], list[tuple[Any, Vendor]]]:
+    """Both sides, and the configurations they were made of.
+
+    A listing is of the vendor that is named, or of the other side's.
+    """
     configurations = [_configuration(name, limits) for name in names]
     told = [found[1] for found in configurations if found is not None]
     known = VENDORS[vendor] if vendor else told[0] if told else None
     beside = next((found[0] for found in configurations if found is not None), None)
-    sides = []
-    for name, found in zip(names, configurations, strict=True):
-        config, own = found if found is not None else _listing(name, known, beside, limits)
-        sides.append(_side(name, config, own))
-    return sides[0], sides[1]
+    sources = [
+        found if found is not None else _listing(name, known, beside, limits)
+        for name, found in zip(names, configurations, strict=True)
+    ]
+    one, two = (_side(name, *source) for name, source in zip(names, sources, strict=True))
+    return (one, two), sources
 
 
 def _configuration(name: str, limits: Limits) -> tuple[Any, Vendor] | None:

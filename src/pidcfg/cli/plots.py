@@ -5,8 +5,9 @@ from __future__ import annotations
 import shutil
 import sys
 from dataclasses import replace
+from importlib.util import find_spec
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TextIO
 
 import click
 
@@ -28,27 +29,35 @@ PIPED = 80
 """Its width where nobody watches."""
 
 
-def checked(ctx: click.Context, param: click.Parameter, names: tuple[str, ...]) -> tuple[str, ...]:
+def named(ctx: click.Context, param: click.Parameter, names: tuple[str, ...]) -> tuple[str, ...]:
     """File names that tell what to draw; the library is asked for before anything runs."""
     for name in names:
         if name != TERMINAL and Path(name).suffix.lower() not in SUFFIXES:
-            raise click.BadParameter(f"{name!r}: write a name that ends in {', '.join(SUFFIXES)}, or - for the "
-                                     "terminal", ctx, param)  # fmt: skip
+            ends = f"{', '.join(SUFFIXES[:-1])} or {SUFFIXES[-1]}"
+            raise click.BadParameter(f"{name!r}; write a name that ends in {ends}, or - for the terminal", ctx, param)
     twice = next((name for name in names if names.count(name) > 1), None)
     if twice is not None:
         raise click.BadParameter(f"{twice!r} stands there twice", ctx, param)
-    if any(name != TERMINAL for name in names):
-        from pidcfg.pictures.draw import installed
-
-        if not installed():
-            raise click.ClickException("matplotlib is not installed; 'pip install pidcfg[report]' brings it")
+    if any(name != TERMINAL for name in names) and find_spec("matplotlib") is None:
+        raise click.ClickException("matplotlib is not installed; 'pip install pidcfg[report]' brings it")
     return names
 
 
-PLOT = click.option("--plot", multiple=True, metavar="FILE", callback=checked,
+def only_files(ctx: click.Context, param: click.Parameter, names: tuple[str, ...]) -> tuple[str, ...]:
+    """The same where the terminal shows the pictures anyway."""
+    if TERMINAL in names:
+        raise click.BadParameter("--verify draws in the terminal; name a file", ctx, param)
+    return named(ctx, param, names)
+
+
+PLOT = click.option("--plot", multiple=True, metavar="FILE", callback=named,
                     help="Draw the loops: FILE.svg, .png or .html, or - in the terminal; repeatable.")  # fmt: skip
-
-
+VERIFIED = click.option("--plot", multiple=True, metavar="FILE", callback=only_files,
+                        help="As --verify, and draw both sides over each other: FILE.svg, .png or .html; "
+                             "repeatable.")  # fmt: skip
+OVERLAY = click.option("--plot", multiple=True, metavar="FILE", callback=named,
+                       help="Draw both sides over each other on the same plants: FILE.svg, .png or .html, or - in the "
+                            "terminal; repeatable.")  # fmt: skip
 LOOPS = click.option("--plot-loop", "plot_loops", multiple=True, metavar="NAME",
                      help="With --plot: draw this loop only; repeatable.")  # fmt: skip
 
@@ -64,10 +73,9 @@ def of_runs(outcomes: Sequence[Outcome], loops: Sequence[str]) -> list[Chart]:
     found = []
     for outcome in outcomes:
         charts = charts_of(outcome, loops)
-        several = len(outcomes) > 1 and outcome.report is not None
-        found += (
-            [replace(one, title=f"{outcome.report.scenario}: {one.title}") for one in charts] if several else charts
-        )
+        if outcome.report is not None and len(outcomes) > 1:
+            charts = [replace(one, title=f"{outcome.report.scenario}: {one.title}") for one in charts]
+        found += charts
     return found
 
 
@@ -75,7 +83,11 @@ def heading(outcomes: Sequence[Outcome]) -> tuple[str, list[str]]:
     """The title of a picture of runs, and what ran."""
     reports = [outcome.report for outcome in outcomes if outcome.report is not None]
     title = reports[0].scenario if len(reports) == 1 else f"{len(reports)} scenarios"
-    return title, [f"{outcome.file} runs {outcome.config}" for outcome in outcomes if outcome.report is not None]
+    return title, [
+        f"{Path(outcome.file).name} runs {Path(outcome.config).name}"
+        for outcome in outcomes
+        if outcome.report is not None
+    ]
 
 
 def drawn(
@@ -102,11 +114,15 @@ def drawn(
     return files
 
 
-def show(charts: Sequence[Chart]) -> None:
-    """The charts in characters, as wide as the terminal, with what its code page has."""
+def in_characters(chart: Chart, stream: TextIO) -> str:
+    """A chart as wide as the terminal, in the signs that its code page has."""
     from pidcfg.pictures.characters import fits, lines
 
     width = min(max(shutil.get_terminal_size((PIPED, 24)).columns - 1, NARROWEST), WIDEST)
-    plain = not fits(sys.stdout.encoding)
+    return "\n".join(lines(chart, width, HEIGHT, not fits(stream.encoding)))
+
+
+def show(charts: Sequence[Chart]) -> None:
+    """The charts in the terminal, as a result."""
     for chart in charts:
-        echo("\n".join(lines(chart, width, HEIGHT, ascii_only=plain)) + "\n\n")
+        echo(f"\n{in_characters(chart, sys.stdout)}\n")

@@ -70,6 +70,8 @@ def command(
         raise click.UsageError(f"--csv takes one scenario, not {len(scenarios)}")
     if fmt != "text" and plots.TERMINAL in plot:
         raise click.UsageError(f"--plot - and --format {fmt} would both go to standard output; name a file")
+    if plot_loops and not plot:
+        raise click.UsageError("--plot-loop needs --plot")
     files: dict[str, str | bytes] = {}
     with trend_file(csv, force=force, beside=files) as trend:
         settings = Settings(

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import sys
 from typing import TYPE_CHECKING, Any
 
+from pidcfg.cli.plots import in_characters
+
 if TYPE_CHECKING:
+    from pidcfg.pictures.chart import Chart
     from pidcfg.tuning.identify import Found, Record
 
-WIDTH, HEIGHT = 72, 14
-RECORDED, FITTED, BOTH = ".", "o", "@"
 UNITS = {"gain": "", "ultimate_gain": ""}
 
 
@@ -16,7 +18,7 @@ def as_text(result: dict[str, Any], found: Found | None, record: Record | None) 
     """Everything as lines."""
     lines = []
     if found is not None and record is not None:
-        lines += [_identified(found), "", *picture(found, record), ""]
+        lines += [_identified(found), "", in_characters(chart_of(found, record), sys.stdout), ""]
     process = ", ".join(f"{k.replace('_', ' ')} {v:.6g}{UNITS.get(k, ' s')}" for k, v in result["process"].items())
     lines += [f"{result['method']}, {result['form']}: {result['title']} ({result['basis']})", f"  {process}", ""]
     integral = result["integral_time"]
@@ -54,23 +56,13 @@ def _identified(found: Found) -> str:
     )
 
 
-def picture(found: Found, record: Record) -> list[str]:
-    """Recorded and fitted PV over time, in characters."""
-    begin, end = record.time[0], record.time[-1]
-    fitted = [found.value(begin + (end - begin) * (c + 0.5) / WIDTH) for c in range(WIDTH)]
-    low, high = min(*record.pv, *fitted), max(*record.pv, *fitted)
-    rows = [[" "] * WIDTH for _ in range(HEIGHT)]
+def chart_of(found: Found, record: Record) -> Chart:
+    """Recorded and fitted PV over time."""
+    from pidcfg.pictures.chart import Chart, Line, Panel
 
-    def row(value: float) -> int:
-        return HEIGHT - 1 - min(HEIGHT - 1, int((value - low) / (high - low) * HEIGHT)) if high > low else HEIGHT // 2
-
-    for time, value in zip(record.time, record.pv, strict=True):
-        rows[row(value)][min(WIDTH - 1, int((time - begin) / (end - begin) * WIDTH))] = RECORDED
-    for column, value in enumerate(fitted):
-        cell = rows[row(value)]
-        cell[column] = BOTH if cell[column] == RECORDED else FITTED
-    labels = {0: f"{high:.5g}", HEIGHT - 1: f"{low:.5g}"}
-    lines = [f"{labels.get(i, ''):>10} |{''.join(cells).rstrip()}" for i, cells in enumerate(rows)]
-    scale = f"{begin:g} s".ljust(WIDTH - len(f"{end:g} s")) + f"{end:g} s"
-    return [*lines, f"{'':>10} +{'-' * WIDTH}", f"{'':>12}{scale}",
-            f"{'':>12}{RECORDED} recorded PV   {FITTED} fitted   {BOTH} both"]  # fmt: skip
+    times = tuple(record.time)
+    lines = (
+        Line("PV", "pv", times, tuple(record.pv), "before"),
+        Line("PV", "pv", times, tuple(found.value(time) for time in times), "after"),
+    )
+    return Chart("", "", (Panel("PV", "", lines),), sides=("recorded", "fitted"))

@@ -1,4 +1,4 @@
-"""Charts in characters, for terminals: with letters that every code page has, or with finer signs where it can show them.
+"""Charts in characters, for terminals: with signs that every code page has, or with finer ones where it has them.
 
 A line of one sign a column cannot show all values of a long run: a column shows the lowest and the highest one of its
 time and everything between, so that no spike is lost.
@@ -7,11 +7,11 @@ time and everything between, so that no spike is lost.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import isfinite
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 from pidcfg.pictures.layout import numbered
-from pidcfg.pictures.style import HELD, moment, plain, shortened, unit_of_time, with_unit
+from pidcfg.pictures.style import HELD, drawable, moment, plain, unit_of_time, with_unit
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -62,11 +62,11 @@ def lines(chart: Chart, width: int, height: int, ascii_only: bool) -> list[str]:
     """The chart, ``width`` characters wide; ``height``: rows of its first panel."""
     signs = ASCII if ascii_only else FINE
     columns = max(width - GUTTER - 2, 10)
-    rows = [_cut(chart.title, width, signs), *_numbers(chart, columns)]
+    rows = [*([_cut(plain(chart.title), width, signs)] if chart.title else []), *_numbers(chart, columns)]
     for i, panel in enumerate(chart.panels):
         rows += _panel(chart, panel, columns, max(height if i == 0 else round(height * OUTPUT_SHARE), 2), signs)
     rows += [_strip(chart, strip, columns, signs) for strip in chart.strips]
-    rows += [*_time(chart, columns, signs), *(_cut(text, width, signs) for text in _texts(chart))]
+    rows += [*_time(chart, columns, signs), *(_cut(plain(text), width, signs) for text in _texts(chart))]
     return [_ascii(row) if ascii_only else row for row in rows]
 
 
@@ -75,11 +75,12 @@ def _ascii(text: str) -> str:
 
 
 def _cut(text: str, width: int, signs: Signs) -> str:
-    return shortened(text, width).replace("…", signs.more) if len(plain(text)) > width else plain(text)
+    """A text that is not longer than its place."""
+    return text if len(text) <= width else text[: max(width - 1, 0)].rstrip() + signs.more
 
 
 def _gutter(text: str, signs: Signs) -> str:
-    return f"{_cut(text, GUTTER - 1, signs):>{GUTTER}} "
+    return f"{_cut(plain(text), GUTTER - 1, signs):>{GUTTER}} "
 
 
 # --- panels ----------------------------------------------------------------------------------------------------------
@@ -105,9 +106,17 @@ def _panel(chart: Chart, panel: Panel, columns: int, height: int, signs: Signs) 
                 overlaid = line.side == "after" and there in {signs.lines["before"], signs.both}
                 grid[row][column] = signs.both if overlaid else sign
     labels = {0: f"{high:.5g}", height - 1: f"{low:.5g}"}
-    head = f"{_cut(with_unit(panel.title, panel.unit), columns // 2, signs)}:  {_legend(wanted, chart, signs)}"
-    return [f"{'':{GUTTER + 2}}{head}", *(f"{_gutter(labels.get(i, ''), signs)}{signs.axis}{''.join(cells)}".rstrip()
-                    for i, cells in enumerate(grid))]  # fmt: skip
+    rows = [f"{_gutter(labels.get(i, ''), signs)}{signs.axis}{''.join(cells)}" for i, cells in enumerate(grid)]
+    return [*_head(chart, panel, columns, signs), *(row.rstrip() for row in rows)]
+
+
+def _head(chart: Chart, panel: Panel, columns: int, signs: Signs) -> list[str]:
+    """What the panel shows and the signs of its lines, on one row if they fit."""
+    title = plain(with_unit(panel.title, panel.unit))
+    legend = _legend(sorted(panel.lines, key=_layer), chart, signs)
+    together = f"{title}:  {legend}"
+    rows = [together] if len(together) <= columns else [title, legend]
+    return [f"{'':{GUTTER + 2}}{_cut(row, columns, signs)}".rstrip() for row in rows]
 
 
 def _legend(wanted: Sequence[Line], chart: Chart, signs: Signs) -> str:
@@ -116,13 +125,14 @@ def _legend(wanted: Sequence[Line], chart: Chart, signs: Signs) -> str:
         signs.lines[line.side or line.role]: plain(line.name if line.side is None else line.side) for line in wanted
     }
     if chart.sides and any(line.side for line in wanted):
-        names |= {signs.lines["before"]: _cut(chart.sides[0], SIDE, signs),
-                  signs.lines["after"]: _cut(chart.sides[1], SIDE, signs), signs.both: "both"}  # fmt: skip
+        names |= {signs.lines["before"]: _cut(plain(chart.sides[0]), SIDE, signs),
+                  signs.lines["after"]: _cut(plain(chart.sides[1]), SIDE, signs), signs.both: "both"}  # fmt: skip
     return "   ".join(f"{sign} {name}" for sign, name in names.items())
 
 
 def _layer(line: Line) -> tuple[bool, bool]:
-    return line.side != "before", line.role != "setpoint"
+    """The set point lies below all, before below after."""
+    return line.role != "setpoint", line.side != "before"
 
 
 def _row(value: float, low: float, high: float, height: int) -> int:
@@ -143,7 +153,7 @@ def _vertical(grid: list[list[str]], column: int, sign: str) -> None:
 def spans_of(line: Line, begin: float, end: float, columns: int) -> list[tuple[float, float] | None]:
     """Lowest and highest value in each column's time; where there is none, the line goes on from before."""
     found: list[tuple[float, float] | None] = [None] * columns
-    points = [(t, v) for t, v in zip(line.times, line.values, strict=True) if isfinite(v) and begin <= t <= end]
+    points = [(t, v) for t, v in zip(*drawable(line), strict=True) if begin <= t <= end]
     for time, value in points:
         column = _column(time, begin, end, columns)
         low, high = found[column] or (value, value)
@@ -169,7 +179,7 @@ def _join(
     found: list[tuple[float, float] | None], points: Sequence[tuple[float, float]], begin: float, end: float
 ) -> None:
     """Columns between two values of a signal that moves from one to the other."""
-    for (t0, v0), (t1, v1) in zip(points, points[1:], strict=False):
+    for (t0, v0), (t1, v1) in pairwise(points):
         first, last = (_column(t, begin, end, len(found)) for t in (t0, t1))
         for column in range(first + 1, last):
             value = v0 + (v1 - v0) * (column - first) / (last - first)

@@ -36,13 +36,6 @@ class MissingError(Exception):
     """The library that draws is not installed."""
 
 
-def installed() -> bool:
-    """Whether the optional extra ``report`` is there."""
-    from importlib.util import find_spec
-
-    return find_spec("matplotlib") is not None
-
-
 def svg(charts: Sequence[Chart], *, title: str, narrow: bool = False) -> str:
     """All charts below each other as one SVG, without an XML declaration: a file, or a part of a page.
 

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from math import isfinite
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from pidcfg.pictures.layout import KEY, LEFT, LINE, MARGIN, POINTS, RIGHT, TITLE, letters_in, numbered, sheet
-from pidcfg.pictures.strips import draw_marks, draw_strip
+from pidcfg.pictures.layout import KEY, LABEL, LINE, MARGIN, POINTS, RIGHT, TITLE, letters_in, numbered, sheet
+from pidcfg.pictures.strips import draw_marks, draw_strips
 from pidcfg.pictures.style import (
+    BEFORE,
     GREY,
     HELD,
     INK,
@@ -15,6 +16,7 @@ from pidcfg.pictures.style import (
     PENS,
     SIZES,
     WARNING,
+    drawable,
     pattern,
     pen_of,
     shortened,
@@ -86,15 +88,18 @@ def _draw(figure: Figure, plan: Sheet, place: Place) -> None:
     _text(figure, plan, MARGIN, place.top + TITLE / 2, title, size=size, weight="bold", gid="loop")
     if place.key is not None:
         _draw_key(figure, plan, place)
-    axes = [_axes(figure, plan, box, chart) for box in (*place.panels, *place.strips)]
-    panels, strips = axes[: len(place.panels)], axes[len(place.panels) :]
+    panels = [_axes(figure, plan, box, chart) for box in place.panels]
     for target, panel, box in zip(panels, chart.panels, place.panels, strict=True):
         _draw_panel(target, panel, box, chart)
-    for target, strip, box in zip(strips, chart.strips, place.strips, strict=True):
-        draw_strip(target, strip, box, chart)
-    if axes:
-        _label_time(axes[-1], chart)
-    draw_marks(panels, strips, chart)
+    below = []
+    if place.strips:
+        first, last = place.strips[0], place.strips[-1]
+        box = replace(first, height=last.top + last.height - first.top)
+        below.append(_axes(figure, plan, box, chart))
+        draw_strips(below[0], place.strips, chart)
+    for axes in (*panels, *below)[-1:]:
+        _label_time(axes, chart)
+    draw_marks(panels, below, chart)
     failed = {number for number, mark in numbered(chart) if mark.kind == "failure"}
     for i, text in enumerate(place.texts):
         colour = WARNING if text.split(" ", 1)[0] in failed or text.startswith("failed") else INK
@@ -108,7 +113,7 @@ def _draw_key(figure: Figure, plan: Sheet, place: Place) -> None:
     top, wide = (place.key or 0.0) + KEY / 2, (plan.width - 2 * MARGIN) / 2
     for i, (side, name) in enumerate(zip(("before", "after"), place.chart.sides or (), strict=True)):
         left = MARGIN + i * wide
-        pen = PENS["pv", "before" if side == "before" else "after"]
+        pen = BEFORE if side == "before" else PENS["pv", "after"]
         piece = Line2D([left / plan.width, (left + 0.35) / plan.width], [1 - top / plan.height] * 2, color=pen.colour,
                        linewidth=pen.width, linestyle=pattern(pen), gid=f"key {side}")  # fmt: skip
         figure.add_artist(piece)
@@ -131,7 +136,7 @@ def _number(value: float, _place: int | None = None) -> str:
 
 
 def _draw_panel(axes: Axes, panel: Panel, box: Box, chart: Chart) -> None:
-    """All lines of a panel, those of after above those of before, with their names on the right."""
+    """All lines of a panel, with their names on the right."""
     from matplotlib.ticker import FuncFormatter, MaxNLocator
 
     _, size = unit_of_time(chart)
@@ -142,35 +147,30 @@ def _draw_panel(axes: Axes, panel: Panel, box: Box, chart: Chart) -> None:
     axes.yaxis.set_major_formatter(FuncFormatter(_number))
     label = shortened(with_unit(panel.title, panel.unit), letters_in(box.height, SIZES["label"]))
     axes.set_ylabel(label, size=SIZES["label"], color=INK, gid="axis value")
-    axes.yaxis.set_label_coords(-(LEFT - 0.22) / box.width, 0.5)
+    axes.yaxis.set_label_coords(-LABEL / box.width, 0.5)
     names: dict[str, tuple[float, str]] = {}
     for layer, line in enumerate(sorted(panel.lines, key=_layer), start=3):
-        times, values = finite(line)
+        times, values = drawable(line)
         if not times:
             continue
-        pen = pen_of(line)
+        pen = pen_of(line, overlaid=chart.sides is not None)
         axes.plot(
             [t / size for t in times], values, color=pen.colour, linewidth=pen.width, linestyle=pattern(pen),
             drawstyle="steps-post" if line.role in HELD else "default", gid=f"line {line.role} {line.side or 'only'}",
             marker="o" if len(times) == 1 else "", markersize=4, zorder=layer,
         )  # fmt: skip
-        names[line.name] = (values[-1], pen.colour)
+        names.setdefault(line.name, (values[-1], pen.colour))
     _name_lines(axes, names, box.height * POINTS)
 
 
-def finite(line: Line) -> tuple[list[float], list[float]]:
-    """The times and values of a line that can be drawn."""
-    pairs = [(t, v) for t, v in zip(line.times, line.values, strict=True) if isfinite(t) and isfinite(v)]
-    return [t for t, _ in pairs], [v for _, v in pairs]
-
-
 def _layer(line: Line) -> tuple[bool, bool]:
-    return line.side != "before", line.role != "setpoint"
+    """Thin lines lie on thick ones."""
+    return line.role == "setpoint", line.side == "before"
 
 
 def _limits(panel: Panel) -> tuple[float, float]:
     """The ends of a value axis: all lines with some room, and around a flat line something to see it in."""
-    values = [v for line in panel.lines for v in finite(line)[1]] + list(panel.least or ())
+    values = [v for line in panel.lines for v in drawable(line)[1]] + list(panel.least or ())
     low, high = min(values, default=0.0), max(values, default=1.0)
     if high - low <= FLAT * max(abs(low), abs(high)):
         low, high = low - 0.05 * (abs(low) or 10.0), high + 0.05 * (abs(high) or 10.0)

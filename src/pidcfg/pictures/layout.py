@@ -15,8 +15,12 @@ if TYPE_CHECKING:
 
 POINTS = 72
 """In an inch."""
-LEFT, RIGHT = 1.12, 0.5
-"""Beside the axes: titles and numbers on the left, names of lines on the right."""
+WIDE, NARROW = (9.6, 1.55), (4.1, 1.0)
+"""Width of a picture, and of it what is left of the axes: titles and numbers."""
+RIGHT = 0.5
+"""What is right of them: names of lines."""
+LABEL = 0.78
+"""How far the title of a value axis is from it."""
 TITLE, KEY, ABOVE = 0.30, 0.22, 0.16
 """Heights of a chart's title, of the line that says what before and after are, and of the numbers of the marks."""
 FIRST, FURTHER, GAP = 1.85, 1.05, 0.13
@@ -63,6 +67,7 @@ class Sheet:
     """The whole picture."""
 
     width: float
+    left: float
     height: float
     title: str
     """Above all charts; empty where the only chart says it."""
@@ -70,18 +75,18 @@ class Sheet:
 
 
 def sheet(charts: Sequence[Chart], title: str, *, narrow: bool) -> Sheet:
-    """The places of all charts; the title stands above them where there are several."""
-    width = 4.1 if narrow else 9.6
+    """The places of all charts; the title stands above them unless the only one has it."""
+    width, left = NARROW if narrow else WIDE
     top = MARGIN
-    heading = plain(title) if len(charts) > 1 else ""
+    heading = "" if [title] == [chart.title for chart in charts] else plain(title)
     if heading:
         top += TITLE + 0.08
     places = []
     for chart in charts:
-        place = _place(chart, top, width)
+        place = _place(chart, top, width, left)
         places.append(place)
         top = place.bottom + BELOW
-    return Sheet(width, (places[-1].bottom if places else top) + MARGIN, heading, tuple(places))
+    return Sheet(width, left, (places[-1].bottom if places else top) + MARGIN, heading, tuple(places))
 
 
 def letters_in(width: float, size: float) -> int:
@@ -89,8 +94,8 @@ def letters_in(width: float, size: float) -> int:
     return max(int(width * POINTS / (size * LETTER)), 1)
 
 
-def _place(chart: Chart, begin: float, width: float) -> Place:
-    wide = width - LEFT - RIGHT
+def _place(chart: Chart, begin: float, width: float, left: float) -> Place:
+    wide = width - left - RIGHT
     top = begin + TITLE
     key = top if chart.sides else None
     top += KEY if chart.sides else 0.0
@@ -98,10 +103,10 @@ def _place(chart: Chart, begin: float, width: float) -> Place:
     panels, strips = [], []
     for i in range(len(chart.panels)):
         height = FURTHER if i else FIRST
-        panels.append(Box(LEFT, top, wide, height))
+        panels.append(Box(left, top, wide, height))
         top += height + GAP
     for _ in chart.strips:
-        strips.append(Box(LEFT, top, wide, STRIP))
+        strips.append(Box(left, top, wide, STRIP))
         top += STRIP + STRIP_GAP
     top += TIME - (STRIP_GAP if strips else GAP)
     texts = texts_of(chart, letters_in(width - 2 * MARGIN, SIZES["small"]))

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from pidcfg.pictures.layout import ABOVE, LEFT, letters_in, numbered
+from pidcfg.pictures.layout import ABOVE, letters_in, numbered
 from pidcfg.pictures.style import (
     BLACK,
+    FIELD,
     GREY,
     INK,
     SIZES,
@@ -28,48 +29,53 @@ if TYPE_CHECKING:
 
 CLOSE = 0.02
 """Marks that are closer than this share of the time axis share one number above it."""
+EDGE = 0.01
+"""What a bar leaves free of its row above and below, in inches."""
 THINNEST = 0.012
 """Width of the shortest bar in inches: an alarm of one sample is seen."""
 
 
-def draw_strip(axes: Axes, strip: Strip, box: Box, chart: Chart) -> None:
+def draw_strips(axes: Axes, boxes: Sequence[Box], chart: Chart) -> None:
+    """All rows in one pair of axes, which count inches downwards."""
+    axes.set_ylim(boxes[-1].top + boxes[-1].height - boxes[0].top, 0)
+    axes.set_yticks([])
+    axes.spines["left"].set_visible(False)
+    for strip, box in zip(chart.strips, boxes, strict=True):
+        _draw_strip(axes, strip, box, box.top - boxes[0].top, chart)
+
+
+def _draw_strip(axes: Axes, strip: Strip, box: Box, top: float, chart: Chart) -> None:
     """One row of bars; a name stands in its bar, or beside it where it is too short and nothing follows."""
     from matplotlib.patches import Rectangle
 
-    axes.set_ylim(0, 1)
-    axes.set_yticks([])
-    axes.tick_params(axis="x", bottom=False)
-    axes.spines["bottom"].set_visible(False)
-    axes.spines["left"].set_visible(False)
-    axes.set_facecolor("#f7f7f7")
     (begin, end), (_, size) = chart.ends, unit_of_time(chart)
-    scale = box.width / ((end - begin) or 1.0)
-    title = shortened(strip.title, letters_in(LEFT - 0.1, SIZES["small"]))
-    axes.annotate(title, (0, 0.5), xycoords="axes fraction", xytext=(-5, 0), textcoords="offset points", ha="right",
-                  va="center", size=SIZES["small"], color=INK, gid=f"strip {strip.kind}")  # fmt: skip
+    scale, middle = box.width / ((end - begin) or 1.0), top + box.height / 2
+    axes.axhspan(top, top + box.height, color=FIELD, linewidth=0, zorder=0)
+    title = shortened(strip.title, letters_in(box.left - 0.1, SIZES["small"]))
+    axes.annotate(title, (0, middle), xycoords=("axes fraction", "data"), xytext=(-5, 0), ha="right", va="center",
+                  textcoords="offset points", size=SIZES["small"], color=INK, gid=f"strip {strip.kind}")  # fmt: skip
     fills = fills_of(strip)
     for i, bar in enumerate(strip.bars):
         fill, edge = fills[bar.label]
         width = max(bar.end - bar.begin, THINNEST / scale)
-        shape = Rectangle((bar.begin / size, 0.04), width / size, 0.92, facecolor=fill, edgecolor=edge, linewidth=0.9,
-                          gid=f"bar {strip.kind}")  # fmt: skip
-        axes.add_patch(shape)
+        axes.add_patch(Rectangle((bar.begin / size, top + EDGE), width / size, box.height - 2 * EDGE, facecolor=fill,
+                                 edgecolor=edge, linewidth=0.9, gid=f"bar {strip.kind}"))  # fmt: skip
         following = strip.bars[i + 1].begin if i + 1 < len(strip.bars) else end
         inside, beside = ((stop - start) * scale - 0.08 for start, stop in
                           ((bar.begin, bar.end), (bar.end, following)))  # fmt: skip
         place = bar.begin if len(bar.label) <= letters_in(inside, SIZES["small"]) else bar.end
         if place == bar.begin or len(bar.label) <= letters_in(beside, SIZES["small"]):
-            axes.annotate(plain(bar.label), (place / size, 0.5), xytext=(3, -0.5), textcoords="offset points",
+            axes.annotate(plain(bar.label), (place / size, middle), xytext=(3, -0.5), textcoords="offset points",
                           va="center", size=SIZES["small"], color=BLACK, gid=f"label {strip.kind}")  # fmt: skip
 
 
-def draw_marks(panels: Sequence[Axes], strips: Sequence[Axes], chart: Chart) -> None:
+def draw_marks(panels: Sequence[Axes], below: Sequence[Axes], chart: Chart) -> None:
     """A line through everything at each mark, and their numbers above the first panel."""
     (begin, end), (_, size) = chart.ends, unit_of_time(chart)
     marks = numbered(chart)
     for _, mark in marks:
         failed = mark.kind == "failure"
-        for axes in (*panels, *strips):
+        for axes in (*panels, *below):
             axes.axvline(mark.at / size, color=VERMILION if failed else GREY, linewidth=1.1 if failed else 0.7,
                          linestyle=(0, (6, 2, 1, 2)) if failed else (0, (1, 2)), zorder=2,
                          gid=f"mark {mark.kind}")  # fmt: skip

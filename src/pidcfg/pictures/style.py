@@ -6,6 +6,7 @@ Colours are those of Okabe and Ito; whatever a colour tells is also told by a li
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import isfinite
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -13,7 +14,7 @@ if TYPE_CHECKING:
 
     from pidcfg.pictures.chart import Chart, Line, Strip, StripKind
 
-BLACK, INK, GREY, PALE = "#000000", "#222222", "#707070", "#d9d9d9"
+BLACK, INK, GREY, PALE, FIELD = "#000000", "#222222", "#707070", "#d9d9d9", "#f7f7f7"
 BLUE, GREEN, VERMILION, PURPLE, ORANGE, SKY = "#0072B2", "#007A5A", "#D55E00", "#CC79A7", "#E69F00", "#56B4E9"
 WARNING = "#A84300"
 """Vermilion as small letters need it: dark enough on white."""
@@ -33,21 +34,22 @@ PENS = {
     ("pv", None): Pen(BLUE, 1.9),
     ("output", None): Pen(GREEN, 1.6),
     ("other", None): Pen(PURPLE, 1.3, (7, 2, 1.5, 2)),
-    ("setpoint", "before"): Pen(GREY, 0.9, (1.2, 1.6)),
-    ("setpoint", "after"): Pen(INK, 1.0, (1.2, 1.6)),
-    ("pv", "before"): Pen(GREY, 1.2, (4, 2)),
-    ("pv", "after"): Pen(BLUE, 1.9),
-    ("output", "before"): Pen(GREY, 1.2, (4, 2)),
-    ("output", "after"): Pen(GREEN, 1.7),
-    ("other", "before"): Pen(GREY, 1.2, (4, 2)),
-    ("other", "after"): Pen(PURPLE, 1.7),
+    ("pv", "after"): Pen(BLUE, 2.4),
+    ("output", "after"): Pen(GREEN, 2.2),
+    ("other", "after"): Pen(PURPLE, 2.0),
 }
-"""By the role of a line and the side it belongs to: SP dashed, PV solid and thick, before thin dashed grey."""
+"""By the role of a line and the side it belongs to: SP dashed, PV solid and thick."""
+BEFORE = Pen("#8a8a8a", 1.2, (4, 2))
+"""Thin dashed grey, which can be seen on white and on a line of after."""
+BESIDE = Pen(INK, 1.0, (1.2, 1.6))
+"""A set point where dashes are those of before."""
 
 
-def pen_of(line: Line) -> Pen:
-    """How a line is drawn."""
-    return PENS[line.role, line.side]
+def pen_of(line: Line, *, overlaid: bool) -> Pen:
+    """How a line is drawn; ``overlaid``: in a chart of two runs."""
+    if line.side == "before":
+        return BEFORE
+    return BESIDE if overlaid and line.role == "setpoint" else PENS[line.role, line.side]
 
 
 def pattern(pen: Pen) -> LineStyle:
@@ -77,10 +79,19 @@ def fills_of(strip: Strip) -> dict[str, tuple[str, str]]:
     return MODES | {name: fills[i % len(fills)] for i, name in enumerate(others)}
 
 
+LARGEST = 1e100
+"""From here on a value has no place on an axis."""
 SIZES = {"title": 11.0, "label": 9.0, "small": 8.0}
 """Of letters, in points."""
-LETTER = 0.6
+LETTER = 0.62
 """Width of an average letter as a share of its size, rather too much."""
+
+
+def drawable(line: Line) -> tuple[list[float], list[float]]:
+    """The times and values of a line that have a place on an axis."""
+    pairs = [(t, v) for t, v in zip(line.times, line.values, strict=True) if isfinite(t) and abs(v) < LARGEST]
+    return [t for t, _ in pairs], [v for _, v in pairs]
+
 
 UNITS_OF_TIME = ((180.0, "s", 1.0), (3 * 3600.0, "min", 60.0), (float("inf"), "h", 3600.0))
 """The longest time shown in each unit, its name, and its seconds."""

@@ -6,6 +6,8 @@ import hashlib
 import re
 from xml.etree import ElementTree as ET
 
+from pidcfg.pictures.style import plain
+
 SVG, XLINK = "http://www.w3.org/2000/svg", "http://www.w3.org/1999/xlink"
 FONTS = "'DejaVu Sans', Verdana, 'Segoe UI', Arial, sans-serif"
 """The font that the places are made for, and wide ones that most systems have."""
@@ -27,7 +29,7 @@ def finished(text: str, title: str, description: str) -> str:
         _name(element, f"p{salt}-", used)
     root.attrib |= {"role": "img", "aria-labelledby": f"p{salt}-title p{salt}-desc", "class": "pidcfg-chart",
                     "style": "stroke-linejoin: round"}  # fmt: skip
-    for place, (tag, words) in enumerate((("title", title), ("desc", description))):
+    for place, (tag, words) in enumerate((("title", plain(title)), ("desc", description))):
         element = ET.Element(f"{{{SVG}}}{tag}", {"id": f"p{salt}-{tag}"})
         element.text = words
         root.insert(place, element)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from pidcfg.pictures.style import moment, plain, with_unit
+from pidcfg.pictures.style import drawable, moment, plain, with_unit
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -26,7 +26,7 @@ def _chart(chart: Chart) -> str:
     if chart.sides:
         said.append(f"Before is {plain(chart.sides[0])}, after is {plain(chart.sides[1])}.")
     for panel in chart.panels:
-        lines = "; ".join(_line(line) for line in panel.lines if len(line.values))
+        lines = "; ".join(_line(line) for line in panel.lines)
         said.append(f"{plain(with_unit(panel.title, panel.unit))}: {lines}.")
     for strip in chart.strips:
         bars = [f"{plain(bar.label)} from {moment(chart, bar.begin)} to {moment(chart, bar.end)}" for bar in strip.bars]
@@ -41,8 +41,10 @@ def _chart(chart: Chart) -> str:
 
 def _line(line: Line) -> str:
     side = f" {line.side}" if line.side else ""
-    low, high = min(line.values), max(line.values)
-    return f"{plain(line.name)}{side} between {low:.5g} and {high:.5g}, at the end {line.values[-1]:.5g}"
+    _, values = drawable(line)
+    if not values:
+        return f"{plain(line.name)}{side} without values"
+    return f"{plain(line.name)}{side} between {min(values):.5g} and {max(values):.5g}, at the end {values[-1]:.5g}"
 
 
 def _some(texts: list[str]) -> str:

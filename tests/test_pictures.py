@@ -1,0 +1,315 @@
+"""Charts as data drawn as SVG, PNG, a page and characters: read back by XML and HTML parsers, Pillow and the eye."""
+
+from __future__ import annotations
+
+import io
+import re
+from html.parser import HTMLParser
+from itertools import pairwise
+from math import inf, nan, sin
+from pathlib import Path
+from xml.etree import ElementTree as ET
+
+import pytest
+from PIL import Image
+
+from golden_text import same
+from pidcfg.pictures import draw, page
+from pidcfg.pictures.characters import fits, lines
+from pidcfg.pictures.chart import Bar, Chart, Line, Mark, Panel, Strip
+from pidcfg.pictures.figure import spread
+from pidcfg.pictures.strips import grouped
+from pidcfg.pictures.style import moment, plain, shortened
+
+SVG = "{http://www.w3.org/2000/svg}"
+GOLDEN = Path(__file__).parent / "data" / "pictures"
+HOSTILE = "a<b>&\"c'</svg><script>alert(1)</script> $x^2$ \\frac ${7*7}"
+TIMES = tuple(2.0 * i for i in range(601))
+
+
+def chart(name="TIC-101", **changes):
+    """A loop with everything that a chart can show."""
+    values = {
+        "title": f"{name}: Reactor", "loop": name,
+        "panels": (
+            Panel("PV, SP", "degC", (Line("SP", "setpoint", TIMES, [60.0 if t < 100 else 85.0 for t in TIMES]),
+                                     Line("PV", "pv", TIMES, [70 + 15 * sin(t / 150) for t in TIMES]))),
+            Panel("OUT", "%", (Line("OUT", "output", TIMES, [50 + 20 * sin(t / 90) for t in TIMES]),), (0, 100)),
+        ),
+        "strips": (
+            Strip("mode", (Bar("manual", 0, 300), Bar("auto", 300, 1200)), "mode"),
+            Strip("pv_high", (Bar("pv_high", 200, 330), Bar("pv_high", 900, 900)), "alarm"),
+            Strip("ramp/soak", (Bar("1 ramp", 300, 600), Bar("2 soak", 600, 1000)), "step"),
+        ),
+        "marks": (Mark("set setpoint to 85", 100), Mark("PV is 80 at 700 s", 700, "failure")),
+        "notes": ("failed: overshoot at most 5 % (12.3)",),
+    }  # fmt: skip
+    return Chart(**{**values, **changes})
+
+
+def overlay():
+    """Two runs in one chart."""
+    both = [Line("PV", "pv", TIMES, [70 + 15 * sin(t / d) for t in TIMES], side)
+            for d, side in ((150, "before"), (140, "after"))]  # fmt: skip
+    sp = Line("SP", "setpoint", TIMES, [80.0] * len(TIMES))
+    return Chart("TIC", "TIC", (Panel("PV, SP", "degC", (sp, *both)),), sides=("old.yaml (dl06)", "new.yaml (click)"))
+
+
+def tree(svg):
+    """An SVG as elements."""
+    return ET.fromstring(svg)  # noqa: S314 - our own
+
+
+def texts(svg):
+    """What an SVG says, in order."""
+    return [element.text for element in tree(svg).iter(f"{SVG}text")]
+
+
+def classes(svg, first):
+    """The classes of an SVG's parts of one kind."""
+    found = [element.get("class", "") for element in tree(svg).iter()]
+    return [name for name in found if name.split(" ")[0] == first]
+
+
+# --- SVG -------------------------------------------------------------------------------------------------------------
+
+
+def test_an_svg_says_what_its_axes_lines_and_bars_are():
+    svg = draw.svg([chart()], title="Reactor 2")
+    said = texts(svg)
+    assert {"Reactor 2", "TIC-101: Reactor", "PV, SP (degC)", "OUT (%)", "time (min)", "SP", "PV", "OUT", "mode"} <= {
+        *said
+    }
+    assert {"manual", "auto", "pv_high", "1 ramp", "2 soak", "ramp/soak"} <= {*said}
+    assert "1  1.667 min: set setpoint to 85" in said
+    assert "2  11.67 min: failed: PV is 80 at 700 s" in said
+    assert "failed: overshoot at most 5 % (12.3)" in said
+
+
+def test_an_svg_has_one_line_a_signal_and_one_bar_a_span():
+    svg = draw.svg([chart(), chart("LIC-1")], title="two")
+    assert classes(svg, "line") == ["line pv only", "line setpoint only", "line output only"] * 2
+    assert classes(svg, "bar") == 2 * (["bar mode"] * 2 + ["bar alarm"] * 2 + ["bar step"] * 2)
+    assert sorted(classes(svg, "mark")) == ["mark event"] * 6 + ["mark failure"] * 6
+
+
+def test_an_overlay_has_both_sides_named_before_thin_dashed_after_thick_solid():
+    svg = draw.svg([overlay()], title="both")
+    assert {"before: old.yaml (dl06)", "after: new.yaml (click)"} <= {*texts(svg)}
+    styles = {}
+    for group in tree(svg).iter(f"{SVG}g"):
+        if (group.get("class") or "").startswith("line"):
+            styles[group.get("class")] = group.find(f"{SVG}path").get("style")
+    assert set(styles) == {"line pv before", "line pv after", "line setpoint only"}
+    before, after = (
+        float(re.search(r"stroke-width: ([\d.]+)", styles[f"line pv {side}"]).group(1)) for side in ("before", "after")
+    )
+    assert before < after
+    assert "stroke-dasharray" in styles["line pv before"]
+    assert "stroke-dasharray" not in styles["line pv after"]
+
+
+def test_an_svg_is_an_image_with_a_title_and_a_description():
+    root = tree(draw.svg([chart()], title="Reactor 2"))
+    assert root.get("role") == "img"
+    by_id = {element.get("id"): element for element in root.iter() if element.get("id")}
+    title, description = (by_id[name] for name in root.get("aria-labelledby").split())
+    assert title.text == "Reactor 2"
+    assert "PV, SP (degC): SP between 60 and 85, at the end 85" in description.text
+    assert "pv_high from 3.333 min to 5.5 min" in description.text
+    assert not [element for element in root.iter() if element.tag.endswith("metadata")]
+
+
+def test_drawings_share_no_identifier_and_refer_to_their_own():
+    one, two = draw.svg([chart()], title="one"), draw.svg([chart()], title="two")
+    ids = [set(re.findall(r' id="([^"]*)"', svg)) for svg in (one, two)]
+    assert ids[0]
+    assert not ids[0] & ids[1]
+    assert set(re.findall(r'url\(#([^)]*)\)|href="#([^"]*)"', one)) <= {
+        (i, "") for i in ids[0]} | {("", i) for i in ids[0]}  # fmt: skip
+
+
+@pytest.mark.parametrize("form", ["svg", "png", "html"])
+def test_the_same_charts_give_the_same_bytes_whatever_the_user_has_set(form):
+    import matplotlib as mpl
+
+    def made():
+        charts = [chart(), overlay()]
+        return {"svg": draw.svg, "png": draw.png, "html": page.html}[form](charts, title="Reactor")
+
+    first = made()
+    with mpl.rc_context({"font.size": 30, "axes.grid": True, "lines.linewidth": 9, "svg.fonttype": "path"}):
+        assert made() == first
+    text = first if isinstance(first, str) else first.decode("latin-1")
+    assert mpl.__version__ not in text
+    assert not re.search(r"20\d\d-\d\d-\d\d", text)
+
+
+def test_drawing_leaves_the_settings_of_the_library_alone():
+    import matplotlib as mpl
+
+    before = dict(mpl.rcParams)
+    draw.svg([chart()], title="x")
+    assert dict(mpl.rcParams) == before
+
+
+@pytest.mark.parametrize(
+    "hostile", [HOSTILE, "$\\undefined{$", "名前 温度 🔥", "x" * 500, "a\x00\x1b[2J\nb", "\u202eabc", "_hidden"]
+)
+def test_no_name_or_unit_breaks_a_picture(hostile):
+    one = chart(
+        hostile, title=hostile, panels=(Panel(hostile, hostile, (Line(hostile, "pv", TIMES, TIMES),)),),
+        strips=(Strip(hostile, (Bar(hostile, 0, 1200),), "mode"),), marks=(Mark(hostile, 5),), notes=(hostile,),
+        sides=(hostile, hostile),
+    )  # fmt: skip
+    svg = draw.svg([one], title=hostile)
+    said = texts(svg)
+    assert tree(svg)[0].text == plain(hostile)
+    beginning = plain(hostile)[:3]
+    assert sum(text.removeprefix("1  5 s: ").startswith(beginning) for text in said) >= 5
+    assert not list(tree(svg).iter(f"{SVG}script"))
+    Image.open(io.BytesIO(draw.png([one], title=hostile))).verify()
+    assert "<script" not in page.html([one], title=hostile)
+    for row in lines(one, 80, 8, ascii_only=True):
+        assert row.isascii()
+        assert row.isprintable()
+        assert len(row) <= 80
+
+
+def test_letters_of_formulas_are_not_interpreted():
+    one = chart("$x^2$", title="$x^2$")
+    assert "$x^2$" in texts(draw.svg([one], title="y"))
+
+
+# --- values ----------------------------------------------------------------------------------------------------------
+
+ODD = {
+    "flat": ([0.0, 1.0], [5.0, 5.0]), "flat at zero": ([0.0, 1.0], [0.0, 0.0]), "one sample": ([0.0], [7.0]),
+    "none": ([], []), "nearly flat": ([0.0, 1.0], [1e6, 1e6 + 1e-9]), "large": ([0.0, 1.0], [-1e99, 1e99]),
+    "not numbers": ([0.0, 1.0, 2.0, 3.0], [1.0, nan, inf, 2.0]), "small": ([0.0, 1e-6], [1e-12, 2e-12]),
+    "months": ([0.0, 1e7], [0.0, 1.0]),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(("times", "values"), ODD.values(), ids=list(ODD))
+def test_odd_values_are_drawn(times, values):
+    one = Chart("x", "x", (Panel("PV", "degC", (Line("PV", "pv", times, values),)),))
+    svg = draw.svg([one], title="x")
+    assert "nan" not in svg.replace("Segoe", "")
+    assert " inf" not in svg
+    assert {"PV (degC)", "x"} <= {*texts(svg)}
+    assert classes(svg, "line") == (["line pv only"] if times else [])
+    assert lines(one, 60, 6, ascii_only=True)
+
+
+def test_a_flat_line_stands_in_the_middle_of_an_axis_with_numbers():
+    one = Chart("x", "x", (Panel("PV", "", (Line("PV", "pv", [0, 60], [5, 5]),)),))
+    assert "5" in texts(draw.svg([one], title="x"))
+
+
+@pytest.mark.parametrize(
+    ("end", "label", "shown"),
+    [(60, "time (s)", "60 s"), (180, "time (s)", "180 s"), (3600, "time (min)", "60 min"), (90000, "time (h)", "25 h")],
+)
+def test_time_has_the_unit_that_suits_it(end, label, shown):
+    one = Chart("x", "x", (Panel("PV", "", (Line("PV", "pv", [0, end], [1, 2]),)),))
+    assert label in texts(draw.svg([one], title="x"))
+    assert moment(one, end) == shown
+
+
+def test_names_of_lines_do_not_cover_each_other():
+    assert spread([5.0, 30.0], 100) == [5.0, 30.0]
+    moved = spread([50.0, 50.0, 51.0, 99.0, 99.5], 100)
+    assert all(b - a >= 9.999 for a, b in pairwise(moved))
+    assert moved[-1] <= 100
+
+
+def test_numbers_of_close_marks_are_one_text():
+    marks = [(1.0, "1", False), (1.1, "2", False), (1.2, "3", True), (9.0, "4", False)]
+    assert grouped(marks, 0.5) == [(1.0, "1-3", True), (9.0, "4", False)]
+
+
+def test_long_texts_end_with_dots():
+    assert shortened("temperature", 6) == "tempe…"
+    assert shortened("level", 6) == "level"
+    assert plain("a\tb\n c\x07") == "a b c�"
+
+
+# --- PNG -------------------------------------------------------------------------------------------------------------
+
+
+def test_a_png_shows_all_charts_at_equal_sizes():
+    sizes = []
+    for count in (1, 2, 8):
+        picture = Image.open(io.BytesIO(draw.png([chart(f"TIC-{i}") for i in range(count)], title="x")))
+        assert picture.format == "PNG"
+        colours = {colour for _, colour in picture.convert("RGB").getcolors(maxcolors=1 << 20)}
+        assert {(0, 0x72, 0xB2), (0, 0x7A, 0x5A), (255, 255, 255)} <= colours
+        sizes.append(picture.size)
+    assert {width for width, _ in sizes} == {1382}
+    one, two, eight = (height for _, height in sizes)
+    assert abs(eight - one - 7 * (two - one)) <= 4
+
+
+# --- page ------------------------------------------------------------------------------------------------------------
+
+
+class Reader(HTMLParser):
+    """Elements and their attributes."""
+
+    def __init__(self, text):
+        super().__init__()
+        self.found, self.words = [], []
+        self.feed(text)
+        self.close()
+
+    def handle_starttag(self, tag, attrs):
+        self.found.append((tag, dict(attrs)))
+
+    def handle_data(self, data):
+        self.words.append(data)
+
+
+def test_a_page_needs_nothing_from_outside_and_says_so():
+    text = page.html([chart(), overlay()], title="A <b> & c", intro=["x.yaml <i>"])
+    found = Reader(text)
+    tags = [tag for tag, _ in found.found]
+    assert not {"script", "link", "img", "iframe", "object", "b", "i"} & {*tags}
+    for _, attributes in found.found:
+        for key, value in attributes.items():
+            if key in {"src", "href", "xlink:href", "action"}:
+                assert value.startswith("#")
+            assert not key.startswith("on")
+            assert "url(http" not in (value or "")
+    policy = next(a["content"] for tag, a in found.found if a.get("http-equiv") == "Content-Security-Policy")
+    assert policy.startswith("default-src 'none'; style-src 'unsafe-inline'; img-src data:")
+    assert "A <b> & c" in found.words
+    assert ("html", {"lang": "en"}) in found.found
+    assert tags.count("svg") == 4
+    ids = [attributes["id"] for _, attributes in found.found if "id" in attributes]
+    assert len(ids) == len(set(ids))
+
+
+# --- characters ------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("plain_signs", [True, False], ids=["ascii", "fine"])
+@pytest.mark.parametrize("name", ["loop", "overlay"])
+def test_characters_are_those_that_somebody_looked_at(name, plain_signs):
+    rows = lines(chart() if name == "loop" else overlay(), 79, 10, ascii_only=plain_signs)
+    assert max(map(len, rows)) <= 79
+    same(GOLDEN / f"{name}-{'ascii' if plain_signs else 'fine'}.txt", "\n".join(rows) + "\n")
+
+
+def test_a_spike_of_one_sample_is_seen_in_characters():
+    values = [1.0] * 5000
+    values[2501] = 9.0
+    one = Chart("x", "x", (Panel("PV", "", (Line("PV", "pv", range(5000), values),)),))
+    rows = lines(one, 60, 8, ascii_only=True)
+    assert sum("o" in row for row in rows) == 8 + 1  # all rows of the panel, and its legend
+
+
+@pytest.mark.parametrize(("encoding", "fine"), [("utf-8", True), ("cp437", False), ("cp1252", False), ("ascii", False),
+                                                (None, False), ("no-such-encoding", False)])  # fmt: skip
+def test_code_pages_without_the_finer_signs_get_plain_ones(encoding, fine):
+    assert fits(encoding) is fine
