@@ -3,6 +3,8 @@
 import pytest
 from hypothesis import settings
 
+from browser import browser  # noqa: F401 - a fixture, for every test that opens a page
+
 SCRUBBED = (
     "NO_COLOR", "FORCE_COLOR", "CLICOLOR", "CLICOLOR_FORCE", "COLUMNS", "LINES", "CI", "GITHUB_ACTIONS",
     "GITHUB_WORKSPACE", "CI_PROJECT_DIR",

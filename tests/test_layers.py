@@ -47,8 +47,9 @@ ONLY_IN = {
     "numba":         "sim.compile",
     "matplotlib":    "pictures",
     "jinja2":        "pictures report",
+    "markupsafe":    "report",
     "xlsxwriter":    "report",
-    "pydantic":      "schemas encoders vendors validate sim tuning convert cli.schema",
+    "pydantic":      "schemas encoders vendors validate sim tuning convert report cli.schema",
     "pydantic_core": "schemas encoders vendors validate sim",
     "importlib":     "vendors cli sim.compile __init__",   # imports by name: the tables above cannot see them
 }
@@ -69,6 +70,7 @@ LOADS = {
     "schema output-simulate":                         "",
     "encode examples/dl06/reactor.yaml":              "pydantic ruamel",
     "simulate examples/dl06/reactor.scenario.yaml":   "pydantic ruamel",
+    "report examples/dl06/reactor.yaml -o -":         "pydantic ruamel jinja2",
     "simulate examples/dl06/reactor.scenario.yaml --plot -": "pydantic ruamel",
     "simulate examples/click/tank.scenario.yaml":     "pydantic ruamel",
     "validate examples/ezlogix/oven.yaml":            "pydantic ruamel",

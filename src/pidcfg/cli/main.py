@@ -36,6 +36,7 @@ COMMANDS = {
     "convert": ("pidcfg.cli.convert", "Write another vendor's configuration."),
     "diff": ("pidcfg.cli.diff", "Compare two configurations by meaning."),
     "simulate": ("pidcfg.cli.simulate", "Run the encoded loops against a plant."),
+    "report": ("pidcfg.cli.report", "Write a commissioning report: HTML, CSV, XLSX."),
     "tune": ("pidcfg.cli.tune", "Work out gains by the manuals' rules."),
     "rule": ("pidcfg.cli.rule", "Explain a rule, or list all of them."),
     "schema": ("pidcfg.cli.schema", "Print the JSON Schema of a file for editors."),

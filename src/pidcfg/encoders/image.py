@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from pidcfg.encoders.regmap import Access, Encoded, Misfit, RegisterMap, Rounded
+    from pidcfg.encoders.scales import Scale
     from pidcfg.encoders.spaces import Space
 
 Route = tuple[str | int, ...]
@@ -71,6 +72,8 @@ class Block:
     encoded: Encoded
     loop: str | None = None
     prefix: str = ""
+    scales: Mapping[str, Scale] = field(default_factory=dict)
+    """What the quantities of the block are on."""
 
     def cells(self, space: Space) -> list[Cell]:
         """The registers of the block; flags that only the CPU writes (they belong to no loop) are left out."""

@@ -105,6 +105,8 @@ class TunedParameters:
     cooling: str
     gain_unit: GainUnit = "engineering"
     no_integral: Decimal = Decimal(0)
+    dependent: tuple[str, bool] | None = None
+    """The parameter that makes the other two times rather than gains, and its state then; None: they always are."""
 
     def key(self, name: str) -> str:
         """Where a parameter stands in the configuration: under its own name."""

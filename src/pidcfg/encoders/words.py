@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal
 from pidcfg.schemas.base import EXACT
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Callable, Mapping
 
 WORD_MAX = 0xFFFF
 SIGN = 0x8000
@@ -140,6 +140,16 @@ class Binary:
         if word > self.high:
             raise DecodeError(f"0x{word:04X} is above 0x{self.high:04X}")
         return word
+
+
+@dataclass(frozen=True, slots=True)
+class Pointer(Binary):
+    """A word that holds the address of another one; 0 points nowhere."""
+
+    @staticmethod
+    def spelled(word: int, name: Callable[[int], str]) -> str:
+        """The address as the vendor writes it."""
+        return name(word) if word else "none"
 
 
 @dataclass(frozen=True, slots=True)

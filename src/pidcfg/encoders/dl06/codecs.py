@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Any
 from pidcfg.encoders.words import SIGN, Bcd, EncodeError
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from pidcfg.encoders.scales import Scale
 
 
@@ -58,6 +60,13 @@ class Source:
         if not (0 <= base <= 7 and 0 <= slot <= 15 and 0 <= channel <= 255):
             raise EncodeError("range", "base, slot or channel does not fit its digits")
         return base << 12 | slot << 8 | channel
+
+    def spelled(self, word: int, name: Callable[[int], str]) -> str:
+        """The place in words."""
+        source = self.decode(word)
+        if isinstance(source, int):
+            return name(source)
+        return "none" if source is None else "base {}, slot {}, channel {}".format(*source)
 
     def decode(self, word: int) -> tuple[int, int, int] | int | None:
         """A word to ``(base, slot, channel)``, an address, or None for no transfer."""

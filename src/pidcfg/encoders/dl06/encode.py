@@ -61,7 +61,7 @@ def _loop_blocks(config: Dl06File) -> list[Block]:
     table = LOOP_TABLES[config.plc.reset_decimals]
     return [
         Block(("loops", i), loop_start(config.plc, i), table,
-              table.encode(values_of(config, loop), scales_of(loop)), loop.name)
+              table.encode(values_of(config, loop), scales_of(loop)), loop.name, scales=scales_of(loop))
         for i, loop in enumerate(config.loops)
     ]  # fmt: skip
 
@@ -81,7 +81,7 @@ def _ramp_soak_table(i: int, loop: Loop, profile: RampSoak) -> list[Block]:
         place: Route = ("loops", i, "ramp_soak", "steps", j)
         start = profile.table + j * RAMP_SOAK_PAIR.size
         encoded = RAMP_SOAK_PAIR.encode(values, scales) if values else UNUSED_PAIR
-        pairs.append(Block(place, start, RAMP_SOAK_PAIR, encoded, loop.name, f"ramp_soak[{j}]."))
+        pairs.append(Block(place, start, RAMP_SOAK_PAIR, encoded, loop.name, f"ramp_soak[{j}].", scales))
     return pairs
 
 

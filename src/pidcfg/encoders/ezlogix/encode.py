@@ -31,7 +31,7 @@ def _blocks(i: int, loop: Loop) -> Iterator[Block]:
     values = values_of(loop, scales)
     for key, (prefix, table) in BLOCKS.items():
         start = SPACE.number(prefix, getattr(loop, key))
-        yield Block(("loops", i), start, table, table.encode(values, scales), loop.name)
+        yield Block(("loops", i), start, table, table.encode(values, scales), loop.name, scales=scales)
 
 
 def scales_of(pv: PvSection | PvSettings, output: OutputSection | OutputSettings, *, root: bool) -> dict[str, Scale]:

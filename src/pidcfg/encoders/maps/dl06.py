@@ -15,7 +15,7 @@ from pidcfg.encoders.regmap import Bits, RegisterMap, Word
 from pidcfg.encoders.scales import Distance, Format, Position
 from pidcfg.encoders.spaces import WORD, Bank, Space
 from pidcfg.encoders.tuned import TunedWords
-from pidcfg.encoders.words import Bcd, Binary, SignMagnitude
+from pidcfg.encoders.words import Bcd, Binary, Pointer, SignMagnitude
 from pidcfg.refs import DL06, Decision
 from pidcfg.schemas.octal import HIGHEST
 
@@ -71,7 +71,7 @@ OUTPUT_FORMAT = {
 
 OCTAL = "+{:02o}"
 OFF_ON = {0: False, 1: True}
-ADDRESS = Binary()
+ADDRESS = Pointer()
 BITS = Binary()
 GAIN = Bcd(2, off=(0,))
 RESET = {1: Bcd(1, off=(0, 9999)), 2: Bcd(2, off=(0, 9999))}

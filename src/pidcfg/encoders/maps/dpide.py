@@ -66,8 +66,8 @@ DPIDE_TABLE = ParameterTable("DPIDE (API 0708)", (
 # fmt: on
 TABLES = (DPIDE_TABLE,)
 ROWS = {row.name: row for row in DPIDE_TABLE.rows}
-TUNED = TunedParameters(DPIDE_TABLE, ("Kc_Kp", "Ti_Ki", "Td_Kd"), "PID_DIR TRUE", "PID_DIR FALSE")
-"""In the dependent form: PID_EQ TRUE."""
+TUNED = TunedParameters(DPIDE_TABLE, ("Kc_Kp", "Ti_Ki", "Td_Kd"), "PID_DIR TRUE", "PID_DIR FALSE",
+                        dependent=("PID_EQ", True))  # fmt: skip
 OUTSIDE = ("PV", "I_MV", "MV")
 """Operands that the process or the instruction writes."""
 WRITTEN = ("PID_MODE", "Kc_Kp", "Ti_Ki", "Td_Kd", "Tf")

@@ -97,6 +97,12 @@ SELECT_OUTPUTS = (("MV", REAL, "Selected MV"), ("OVERR1", BOOL, "MV1 is not sele
                   ("OVERR2", BOOL, "MV2 is not selected; for OVERR of the second controller"))
 SPLIT_OUTPUTS = (("MV1", REAL, "Output to valve 1, %"), ("MV2", REAL, "Output to valve 2, %"),
                  ("Error", BOOL, "A parameter is out of its range"))
+UNITS = {
+    **dict.fromkeys(("SP", "SP_CASC", "PV", "MaxPV", "MinPV", "DeadBand"), "pv"),
+    **dict.fromkeys(("BIAS", "ManualMV", "TRK_VAL", "MaxMV", "MinMV"), "output"),
+    "MaxVarMV": "output/cycle", "Kp": "output/pv",
+}
+"""Of a controller's parameters: in what the PV or the output is in."""
 # fmt: on
 Outputs = tuple[tuple[str, IecType, str], ...]
 
@@ -136,7 +142,8 @@ def inputs_of(model: type[BaseModel], basis: Basis, prefix: str = "") -> Iterato
         kind = next((m for m in field.metadata if isinstance(m, IecType)), None) or _type_in(field.annotation)
         if kind is not None:
             limits = next((m for m in field.metadata if isinstance(m, Limits)), None) or limits_at(model, name)
-            yield Parameter(prefix + name, kind, limits.unit if limits else "", "", basis)
+            own = UNITS.get(name, "") if issubclass(model, schema.Controller) and kind is not BOOL else ""
+            yield Parameter(prefix + name, kind, (limits.unit if limits else "") or own, "", basis)
         elif name == "AutoTuneParam":
             yield from inputs_of(schema.TuneParam, basis, f"{name}.")
 
@@ -184,5 +191,5 @@ LOOP_TYPES = frozenset(("PIDA_REAL", "PIDA_INT", "PIDA_TUNE_REAL", "PIDA_TUNE_IN
 """Controllers."""
 MOST_SAMPLES = 100
 """Samples that a delay holds."""
-TUNED = TunedParameters(BLOCK_TYPES["PIDA_REAL"].table, ("Kp", "Ti_Ki", "Td_Kd"), "Direct FALSE", "Direct TRUE")
-"""In the dependent form: Indep FALSE."""
+TUNED = TunedParameters(BLOCK_TYPES["PIDA_REAL"].table, ("Kp", "Ti_Ki", "Td_Kd"), "Direct FALSE", "Direct TRUE",
+                        dependent=("Indep", False))  # fmt: skip

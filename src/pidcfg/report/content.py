@@ -1,0 +1,221 @@
+"""What a commissioning report says, as data: the page, the CSV files and the workbook read the same."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from decimal import Decimal
+from typing import TYPE_CHECKING, Literal
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from pidcfg.diagnostics import Diagnostic
+    from pidcfg.pictures.chart import Chart
+
+Value = str | int | float | Decimal | bool | None
+"""What a cell holds: numbers stay numbers until they are written."""
+Owner = Literal["setting", "request", "status", "reserved"]
+"""Who owns a word or bit: the engineer, a momentary request, the controller, nobody."""
+
+
+@dataclass(frozen=True, slots=True)
+class Title:
+    """The title block; nothing in it comes from the clock or the computer."""
+
+    title: str
+    project: str | None = None
+    customer: str | None = None
+    plant: str | None = None
+    document: str | None = None
+    revision: str | None = None
+    author: str | None = None
+    date: str | None = None
+    version: str = ""
+    """Of pidcfg."""
+
+
+@dataclass(frozen=True, slots=True)
+class SourceFile:
+    """A file that the report was made from."""
+
+    name: str
+    kind: str
+    size: int
+    """In bytes."""
+    sha256: str
+
+
+@dataclass(frozen=True, slots=True)
+class Setting:
+    """A value of a configuration in engineering units."""
+
+    path: str
+    value: Value
+    unit: str
+    meaning: str
+    given: bool
+    """Whether the file says it; otherwise it is the default."""
+    place: str = ""
+    """Where the PLC holds it."""
+
+
+@dataclass(frozen=True, slots=True)
+class Group:
+    """Settings of one section of a configuration."""
+
+    key: str
+    title: str
+    settings: tuple[Setting, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Bit:
+    """One choice inside a bit word."""
+
+    bits: str
+    state: str
+    value: str
+    meaning: str
+    owner: Owner
+
+
+@dataclass(frozen=True, slots=True)
+class Register:
+    """A register with its content; a run of reserved ones stands as one."""
+
+    address: str
+    name: str
+    hex: str
+    decimal: Value
+    value: Value
+    unit: str
+    meaning: str
+    owner: Owner
+    bits: tuple[Bit, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Block:
+    """Registers that stand together."""
+
+    title: str
+    registers: tuple[Register, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Parameter:
+    """A named parameter with its content, or the expression that it is wired to."""
+
+    name: str
+    type: str
+    content: str
+    unit: str
+    meaning: str
+    device: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class LoopSheet:
+    """Everything about one loop of a configuration."""
+
+    name: str
+    description: str
+    anchor: str
+    facts: tuple[tuple[str, str], ...]
+    """What a reader wants to see first: mode, action, set point, the three terms."""
+    groups: tuple[Group, ...]
+    blocks: tuple[Block, ...]
+    parameters: tuple[Parameter, ...]
+    outside: tuple[tuple[str, str], ...]
+    """What no register holds."""
+    findings: tuple[Diagnostic, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class PlcSheet:
+    """One configuration: what holds for the PLC, and its loops."""
+
+    file: str
+    anchor: str
+    name: str
+    description: str
+    vendor: str
+    groups: tuple[Group, ...]
+    blocks: tuple[Block, ...]
+    parameters: tuple[Parameter, ...]
+    outside: tuple[tuple[str, str], ...]
+    checklist: tuple[str, ...]
+    loops: tuple[LoopSheet, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Happening:
+    """Something of a run: an event, an alarm, a mode, a remark."""
+
+    at: float
+    loop: str
+    kind: str
+    text: str
+    until: float | None = None
+    error: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Expectation:
+    """What was expected of a run, and what came."""
+
+    text: str
+    passed: bool
+    found: str
+
+
+@dataclass(frozen=True, slots=True)
+class RunSheet:
+    """One scenario's run; without facts it could not run, and the findings say why."""
+
+    file: str
+    config: str
+    anchor: str
+    title: str
+    ran: bool
+    passed: bool
+    verdict: str
+    facts: tuple[tuple[str, str], ...] = ()
+    happenings: tuple[Happening, ...] = ()
+    unlisted: int = 0
+    """Changes of modes and alarms that the run has counted only."""
+    metrics: Mapping[str, Mapping[str, float | None]] = field(default_factory=dict)
+    signals: tuple[tuple[str, float, float, float], ...] = ()
+    flags: tuple[tuple[str, str], ...] = ()
+    """Loops and the flags that were on at any time."""
+    autotunes: tuple[tuple[str, str, tuple[tuple[str, float], ...]], ...] = ()
+    """Loop, status and the gains found."""
+    expectations: tuple[Expectation, ...] = ()
+    charts: Sequence[Chart] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Content:
+    """The whole report."""
+
+    title: Title
+    files: tuple[SourceFile, ...]
+    plcs: tuple[PlcSheet, ...]
+    runs: tuple[RunSheet, ...]
+    findings: tuple[Diagnostic, ...]
+
+    @property
+    def loops(self) -> tuple[tuple[PlcSheet, LoopSheet], ...]:
+        """Every loop with its configuration."""
+        return tuple((plc, loop) for plc in self.plcs for loop in plc.loops)
+
+    @property
+    def vendors(self) -> tuple[str, ...]:
+        """The PLC families."""
+        return tuple(dict.fromkeys(plc.vendor for plc in self.plcs))
+
+    @property
+    def verdicts(self) -> tuple[int, int]:
+        """Expectations that hold, and all."""
+        every = [expectation for run in self.runs for expectation in run.expectations]
+        return sum(expectation.passed for expectation in every), len(every)

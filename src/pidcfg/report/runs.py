@@ -1,0 +1,127 @@
+"""A scenario's run as a sheet."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from pidcfg.report.content import Expectation, Happening, RunSheet
+from pidcfg.report.texts import text
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
+    from pidcfg.pictures.chart import Chart
+    from pidcfg.sim.report import LoopReport, Report
+
+METRIC_TITLES = {
+    "overshoot": "Overshoot, %",
+    "settling_time": "Settling time, s",
+    "rise_time": "Rise time, s",
+    "iae": "IAE",
+    "ise": "ISE",
+    "itae": "ITAE",
+    "total_variation": "Total variation",
+    "final_error": "Final error",
+}
+"""Integrals and errors are in the PV's unit, the total variation in the output's."""
+
+
+@dataclass(frozen=True, slots=True)
+class Run:
+    """What the command knows of one scenario; ``report`` None: it could not run."""
+
+    file: str
+    config: str
+    report: Report | None = None
+    passed: bool = False
+    unjudged: bool = False
+    """Whether a configuration with errors ran and nothing was expected of it."""
+    title: str = ""
+    charts: Sequence[Chart] = ()
+
+
+def run_sheet(run: Run, number: int) -> RunSheet:
+    """The sheet of one run."""
+    anchor, report = f"run-{number}", run.report
+    if report is None:
+        verdict = "The scenario could not run; the findings say why."
+        return RunSheet(run.file, run.config, anchor, run.title or run.file, ran=False, passed=False, verdict=verdict)
+    return RunSheet(
+        file=run.file,
+        config=run.config,
+        anchor=anchor,
+        title=report.scenario,
+        ran=True,
+        passed=run.passed,
+        verdict=verdict_of(run, report),
+        facts=tuple(facts(report)),
+        happenings=tuple(happenings(report)),
+        unlisted=sum(loop.unlisted for loop in report.loops.values()),
+        metrics={name: loop.metrics for name, loop in report.loops.items()},
+        signals=tuple((name, seen.low, seen.high, seen.final) for name, seen in report.signals.items()),
+        flags=tuple((name, on) for name, loop in report.loops.items() if (on := flags_on(loop))),
+        autotunes=tuple(autotunes(report)),
+        expectations=tuple(Expectation(v.text, v.passed, found(v.value)) for v in report.expectations),
+        charts=run.charts,
+    )
+
+
+def verdict_of(run: Run, report: Report) -> str:
+    """One sentence on how it went."""
+    total = len(report.expectations)
+    failed = sum(not verdict.passed for verdict in report.expectations)
+    if failed:
+        return f"{failed} of {total} expectations failed."
+    if run.unjudged:
+        return "The configuration has errors, and nothing is expected of the run."
+    if not run.passed:
+        return f"There was an error in the run; {total} of {total} expectations passed."
+    return f"All {total} expectations passed." if total else "Nothing is expected of this run."
+
+
+def facts(report: Report) -> Iterator[tuple[str, str]]:
+    """How the run was made."""
+    yield "Duration", f"{report.duration:g} s"
+    yield "Step", f"{report.step:g} s"
+    if report.settled is not None:
+        yield "Before it", f"{report.settled:g} s to the steady state"
+    yield from report.plc_flags.items()
+    if not report.running:
+        yield "Loop task", "off: no loop is calculated"
+    if report.scan_time is not None:
+        low, typical, high = (f"{value * 1e3:.3f}" for value in report.scan_time)
+        yield "Scan time", f"{typical} ms ({low} to {high} ms)"
+
+
+def happenings(report: Report) -> list[Happening]:
+    """Events, alarms, modes and remarks in the order of time."""
+    rows = [Happening(event.at, event.loop or "", "event", event.text) for event in report.events]
+    for name, loop in report.loops.items():
+        for change in loop.modes:
+            asked = "" if change.requested in {None, change.mode} else f" (requested {change.requested})"
+            reason = f": {change.reason}" if change.reason else ""
+            rows.append(Happening(change.at, name, "mode", f"{change.mode}{asked}{reason}"))
+        rows += [Happening(alarm.at, name, "alarm", alarm.alarm, alarm.cleared) for alarm in loop.alarms]
+    rows += [Happening(note.at, note.loop or "", "error" if note.error else "note", note.text, error=note.error)
+             for note in report.notes]  # fmt: skip
+    return sorted(rows, key=lambda row: row.at)
+
+
+def flags_on(loop: LoopReport) -> str:
+    """The flags that were on at any time."""
+    return ", ".join(flag for flag, seen in loop.flags.items() if seen)
+
+
+def autotunes(report: Report) -> Iterator[tuple[str, str, tuple[tuple[str, float], ...]]]:
+    """What the auto-tunes found."""
+    for name, loop in report.loops.items():
+        if loop.autotune is not None:
+            yield name, str(loop.autotune["status"]), tuple(loop.autotune["results"].items())
+
+
+def found(value: Any) -> str:
+    """What was measured, as text."""
+    if isinstance(value, list | tuple):
+        return " to ".join(found(part) for part in value)
+    return "none" if value is None else text(value)

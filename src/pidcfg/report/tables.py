@@ -1,0 +1,164 @@
+"""The tables of a report, flat: one list of rows each, for the CSV files and the workbook."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from pidcfg.report.runs import METRIC_TITLES
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
+    from pidcfg.report.content import Block, Content, Group, Parameter, Value
+
+Row = tuple["Value", ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Table:
+    """A table; ``key`` is the name of its file, ``title`` that of its sheet."""
+
+    key: str
+    title: str
+    columns: tuple[str, ...]
+    rows: tuple[Row, ...]
+
+
+def tables_of(content: Content) -> tuple[Table, ...]:
+    """All tables, those without rows included: a file of an earlier report must not stay beside a newer one."""
+    return tuple(Table(key, title, columns, tuple(make(content))) for key, title, columns, make in TABLES)
+
+
+def _title(content: Content) -> Iterator[Row]:
+    title = content.title
+    rows: Sequence[tuple[str, str | None]] = (
+        ("Title", title.title), ("Project", title.project), ("Customer", title.customer), ("Plant", title.plant),
+        ("Document", title.document), ("Revision", title.revision), ("Author", title.author), ("Date", title.date),
+        ("PLC family", ", ".join(content.vendors)), ("pidcfg", title.version),
+    )  # fmt: skip
+    yield from ((name, value) for name, value in rows if value)
+
+
+def _files(content: Content) -> Iterator[Row]:
+    yield from ((f.name, f.kind, f.size, f.sha256) for f in content.files)
+
+
+def _findings(content: Content) -> Iterator[Row]:
+    for d in content.findings:
+        yield (d.severity.label, d.code, d.file, d.span.line, d.span.column, d.loop, d.where, d.message, d.plc_effect,
+               d.reference, d.help)  # fmt: skip
+
+
+def _settings(content: Content) -> Iterator[Row]:
+    for plc in content.plcs:
+        yield from _group_rows(plc.file, "", plc.groups)
+        for loop in plc.loops:
+            yield from _group_rows(plc.file, loop.name, loop.groups)
+
+
+def _group_rows(file: str, loop: str, groups: Sequence[Group]) -> Iterator[Row]:
+    for group in groups:
+        for s in group.settings:
+            yield file, loop, s.path, s.value, s.unit, "file" if s.given else "default", s.meaning, None
+
+
+def _words(content: Content) -> Iterator[Row]:
+    for plc in content.plcs:
+        yield from _block_rows(plc.file, "", plc.blocks)
+        for loop in plc.loops:
+            yield from _block_rows(plc.file, loop.name, loop.blocks)
+
+
+def _block_rows(file: str, loop: str, blocks: Sequence[Block]) -> Iterator[Row]:
+    for block in blocks:
+        for r in block.registers:
+            yield (
+                file,
+                loop,
+                block.title,
+                r.address,
+                r.name,
+                None,
+                r.hex,
+                r.decimal,
+                r.value,
+                r.unit,
+                r.meaning,
+                r.owner,
+            )
+            for bit in r.bits:
+                yield (file, loop, block.title, r.address, r.name, bit.bits, None, bit.state, bit.value, None,
+                       bit.meaning, bit.owner)  # fmt: skip
+
+
+def _parameters(content: Content) -> Iterator[Row]:
+    for plc in content.plcs:
+        yield from _parameter_rows(plc.file, "", plc.parameters)
+        for loop in plc.loops:
+            yield from _parameter_rows(plc.file, loop.name, loop.parameters)
+
+
+def _parameter_rows(file: str, loop: str, parameters: Sequence[Parameter]) -> Iterator[Row]:
+    yield from ((file, loop, p.name, p.type, p.content, p.unit, p.device, p.meaning) for p in parameters)
+
+
+def _outside(content: Content) -> Iterator[Row]:
+    for plc in content.plcs:
+        yield from ((plc.file, "", key, value) for key, value in plc.outside)
+        yield from ((plc.file, loop.name, key, value) for loop in plc.loops for key, value in loop.outside)
+
+
+def _checks(content: Content) -> Iterator[Row]:
+    yield from ((plc.file, item, None) for plc in content.plcs for item in plc.checklist)
+
+
+def _expectations(content: Content) -> Iterator[Row]:
+    for run in content.runs:
+        yield from ((run.file, run.title, e.text, "passed" if e.passed else "FAILED", e.found)
+                    for e in run.expectations)  # fmt: skip
+
+
+def _metrics(content: Content) -> Iterator[Row]:
+    for run in content.runs:
+        for loop, metrics in run.metrics.items():
+            yield run.file, loop, *(metrics.get(metric) for metric in METRIC_TITLES)
+
+
+def _signals(content: Content) -> Iterator[Row]:
+    yield from ((run.file, *signal) for run in content.runs for signal in run.signals)
+
+
+def _happenings(content: Content) -> Iterator[Row]:
+    for run in content.runs:
+        yield from ((run.file, h.at, h.until, h.loop, h.kind, h.text) for h in run.happenings)
+
+
+def _autotunes(content: Content) -> Iterator[Row]:
+    for run in content.runs:
+        for loop, status, results in run.autotunes:
+            yield from ((run.file, loop, status, name, value) for name, value in results or (("", None),))
+
+
+# fmt: off
+TABLES = (
+    ("title",        "Title",            ("Field", "Value"), _title),
+    ("findings",     "Findings",         ("Severity", "Rule", "File", "Line", "Column", "Loop", "Place", "Message",
+                                          "What the PLC does", "Reference", "Cure"), _findings),
+    ("settings",     "Settings",         ("File", "Loop", "Setting", "Value", "Unit", "From", "Meaning", "As left"),
+                                         _settings),
+    ("words",        "Words",            ("File", "Loop", "Block", "Address", "Register", "Bits", "Hex", "Decimal",
+                                          "Value", "Unit", "Meaning", "Kind"), _words),
+    ("parameters",   "Parameters",       ("File", "Loop", "Parameter", "Type", "Content", "Unit", "Device", "Meaning"),
+                                         _parameters),
+    ("outside",      "In no register",   ("File", "Loop", "Setting", "Value"), _outside),
+    ("checks",       "Checks",           ("File", "After the download", "Done"), _checks),
+    ("expectations", "Expectations",     ("Scenario", "Title", "Expectation", "Verdict", "Found"), _expectations),
+    ("metrics",      "Metrics",          ("Scenario", "Loop", *METRIC_TITLES.values()), _metrics),
+    ("signals",      "Signals",          ("Scenario", "Signal", "Lowest", "Highest", "Final"), _signals),
+    ("happenings",   "What happened",    ("Scenario", "From, s", "Until, s", "Loop", "Kind", "What"), _happenings),
+    ("autotune",     "Auto-tune",        ("Scenario", "Loop", "Status", "Parameter", "Value"), _autotunes),
+    ("files",        "Input files",      ("File", "Kind", "Bytes", "SHA-256"), _files),
+)
+"""Each table: its file's name, its sheet's name, its columns, and what makes its rows."""
+# fmt: on

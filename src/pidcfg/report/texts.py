@@ -1,0 +1,54 @@
+"""Values as people read them, and units in the words of the loop."""
+
+from __future__ import annotations
+
+from decimal import Decimal
+from typing import TYPE_CHECKING, Any
+
+from pidcfg.schemas.base import Duration, Quantity, decimal_text
+from pidcfg.schemas.iec import Wire
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from pidcfg.report.content import Value
+
+SIDES = {"pv": "PV unit", "output": "output unit"}
+"""What stands for the unit of a side that has none."""
+
+
+def unit_text(unit: str, units: Mapping[str, str]) -> str:
+    """A unit of a table with the loop's own for ``pv`` and ``output``: ``pv/s`` is ``degC/s``, or ``m3/h per s``."""
+    parts = [units.get(part, part) for part in unit.split("/")]
+    nested = len(parts) > 1 and any("/" in part for part in parts)
+    return (" per " if nested else "/").join(parts)
+
+
+def cell(value: Any) -> Value:
+    """A value of a model as a cell: numbers, truths and texts stay what they are."""
+    if value is None or isinstance(value, bool | int | float | Decimal):
+        return value
+    if isinstance(value, Quantity):
+        return value.value
+    if isinstance(value, Duration):
+        return value.value
+    if isinstance(value, Wire):
+        return f":= {value.text}"
+    if isinstance(value, tuple) and type(value) is tuple:
+        raw = all(isinstance(part, Quantity) and part.counts for part in value)
+        return " to ".join(text(part.value if raw else part) for part in value)
+    return str(value)
+
+
+def text(value: Any) -> str:
+    """A cell, or a value that becomes one, as text."""
+    if isinstance(value, Quantity) and value.counts:
+        return str(value)
+    value = cell(value)
+    if value is None:
+        return ""
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, Decimal):
+        return decimal_text(value)
+    return f"{value:g}" if isinstance(value, float) else str(value)

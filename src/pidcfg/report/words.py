@@ -1,0 +1,167 @@
+"""The words of a configuration with their addresses: content, engineering value, and the bits of bit words."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import groupby
+from typing import TYPE_CHECKING, Any
+
+from pidcfg.diagnostics import path_text
+from pidcfg.encoders.named import shown
+from pidcfg.encoders.regmap import Bits
+from pidcfg.encoders.words import DecodeError
+from pidcfg.report import content
+from pidcfg.report.settings import CHOICE
+from pidcfg.report.texts import cell, unit_text
+from pidcfg.schemas.base import Quantity
+from pidcfg.schemas.iec import Wire
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator, Mapping
+
+    from pidcfg.encoders.image import Block, Encoding
+    from pidcfg.encoders.named import Entry, Program
+    from pidcfg.encoders.regmap import Word
+
+BY_PLC = "written by the PLC"
+
+
+def places_of(encoding: Encoding, loop: int) -> dict[str, str]:
+    """Where the registers of a loop, by its number, hold each setting, by its path; a pair of limits has two."""
+    found: dict[str, list[str]] = {}
+    for block in encoding.blocks:
+        if not _belongs(block, loop):
+            continue
+        prefix = path_text(block.place[2:])
+        rows: tuple[Word | Bits, ...] = (*block.table.words, *block.table.bits)
+        for row in rows:
+            if row.path is not None:
+                path = f"{prefix}.{row.path}" if prefix else row.path
+                name = encoding.space.name(block.start + row.offset)
+                plural = "s" if isinstance(row, Bits) and len(row.bits) > 1 else ""
+                numbers = f" bit{plural} {bit_numbers(row)}" if isinstance(row, Bits) else ""
+                found.setdefault(path.removesuffix(".0").removesuffix(".1"), []).append(name + numbers)
+    return {path: ", ".join(names) for path, names in found.items()}
+
+
+def _belongs(block: Block, loop: int | None) -> bool:
+    """Whether a block is of a loop by its number (two may have one name), or of none."""
+    return block.loop is None if loop is None else block.place[:2] == ("loops", loop)
+
+
+def blocks_of(
+    encoding: Encoding, loop: int | None, units: Mapping[str, str], settled: Mapping[str, str]
+) -> tuple[content.Block, ...]:
+    """The blocks of one loop (None: of the PLC); ``settled``: units of settings by path, which leave no choice."""
+    memory = encoding.image.words
+    found: dict[str, list[content.Register]] = {}
+    for block in encoding.blocks:
+        if _belongs(block, loop):
+            rows = found.setdefault(block.table.title, [])
+            rows += _registers(block, encoding, memory, {**units, "": ""}, settled)
+    return tuple(content.Block(title, tuple(rows)) for title, rows in found.items() if rows)
+
+
+def _registers(
+    block: Block, encoding: Encoding, memory: Mapping[int, int], units: Mapping[str, str], settled: Mapping[str, str]
+) -> Iterator[content.Register]:
+    owned = {cell.number - block.start for cell in block.cells(encoding.space)}
+    words = [w for w in block.table.words if w.offset in owned]
+    for reserved, run in groupby(words, key=lambda w: w.access == "reserved" and not memory[block.start + w.offset]):
+        rows = list(run)
+        if reserved:
+            yield _reserved(rows, block, encoding)
+        else:
+            yield from (_register(w, block, encoding, memory[block.start + w.offset], units, settled) for w in rows)
+
+
+def _reserved(rows: list[Word], block: Block, encoding: Encoding) -> content.Register:
+    """A run of registers that mean nothing."""
+    first, last = (encoding.space.name(block.start + rows[i].offset) for i in (0, -1))
+    address = first if first == last else f"{first} to {last}"
+    kind = encoding.space.kind(block.start + rows[0].offset)
+    return content.Register(address, "", kind.hex(0), 0, None, "", rows[0].title, "reserved")
+
+
+def _register(
+    word: Word, block: Block, encoding: Encoding, raw: int, units: Mapping[str, str], settled: Mapping[str, str]
+) -> content.Register:
+    number = block.start + word.offset
+    kind = encoding.space.kind(number)
+    every = tuple(_bits(row, raw) for row in block.table.bits if row.offset == word.offset)
+    bits = tuple(bit for bit in every if bit.owner == "setting" or set(bit.state) != {"0"})
+    value, unit = (None, "") if every or word.access == "status" else _value(word, block, encoding, raw)
+    if value is not None and not unit and not isinstance(value, str):
+        open_ = not word.unit or CHOICE.search(word.unit)
+        unit = settled.get(str(word.path), "") if open_ else unit_text(word.unit, dict(units))
+    return content.Register(
+        encoding.space.name(number), block.prefix + word.name, kind.hex(raw), kind.show(raw) + 0, value,
+        unit, word.title, word.access, bits,
+    )  # fmt: skip
+
+
+def _value(word: Word, block: Block, encoding: Encoding, raw: int) -> tuple[content.Value, str]:
+    """What the PLC reads in a register, in engineering units; counts where there is no range."""
+    spelled = getattr(word.codec, "spelled", None)
+    if spelled is not None:
+        return spelled(raw, encoding.space.name), ""
+    try:
+        value: Any = block.table.decode_word(word, raw, block.scales)
+    except DecodeError:
+        return "no value", ""
+    step, off = getattr(word.codec, "step", None), getattr(word.codec, "off", ())
+    if off and step and value / step in off:
+        return "off", ""
+    scale = block.scales.get(getattr(word.codec, "scale", ""))
+    if isinstance(value, Quantity) and (value.counts or scale is None or scale.range is None):
+        return value.value, "counts"
+    if isinstance(value, bool):
+        return "on" if value else "off", ""
+    return (None if word.access == "reserved" else cell(value)), ""
+
+
+def _bits(row: Bits, raw: int) -> content.Bit:
+    """A choice with its state, most significant bit first."""
+    state = "".join(str(raw >> bit & 1) for bit in reversed(row.bits))
+    try:
+        value = row.decode(raw)
+    except DecodeError:
+        value = "no value"
+    spelled = {None: "", False: "off", True: "on"}.get(value) if isinstance(value, bool | None) else str(value)
+    return content.Bit(bit_numbers(row), state, spelled or "", row.title, row.access)
+
+
+def bit_numbers(row: Bits) -> str:
+    """The bits of a choice, the most significant first, as its state is written."""
+    return ", ".join(map(str, reversed(row.bits))) if len(row.bits) < 5 else f"{row.bits[-1]} to {row.bits[0]}"
+
+
+@dataclass(frozen=True, slots=True)
+class Sense:
+    """What the parameters of a block mean and are counted in, by name."""
+
+    meanings: Mapping[str, str]
+    units: Mapping[str, str]
+
+    def meaning(self, name: str) -> str:
+        """A parameter's meaning; a member of a structure goes by its last name."""
+        return self.meanings.get(name) or self.meanings.get(name.rpartition(".")[2], "")
+
+
+def parameters_of(program: Program, loop: str | None, sense: Callable[[str], Sense]) -> tuple[content.Parameter, ...]:
+    """The named parameters of one loop (None: of what is no loop); ``sense``: of a block by its name."""
+    return tuple(_parameter(entry, sense(_owner(entry))) for entry in program.cells if entry.loop == loop)
+
+
+def _owner(entry: Entry) -> str:
+    """The block that a parameter belongs to; empty for a signal."""
+    return entry.address.removesuffix(entry.field).removesuffix(".")
+
+
+def _parameter(entry: Entry, sense: Sense) -> content.Parameter:
+    if isinstance(entry.raw, Wire):
+        text, unit = f":= {entry.raw.text}", ""
+    else:
+        text, unit = shown(entry.type, entry.raw), sense.units.get(entry.field, "")
+    meaning, device = sense.meaning(entry.field), entry.device or ""
+    return content.Parameter(entry.address, entry.type.name, text, unit, meaning, device)

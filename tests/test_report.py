@@ -1,0 +1,354 @@
+"""``pidcfg report``: what stands on the sheets, in the tables and in the workbook, and how the command ends."""
+
+from __future__ import annotations
+
+import csv
+import datetime as dt
+import hashlib
+import io
+import json
+import socket
+from pathlib import Path
+
+import openpyxl
+import pytest
+from click.testing import CliRunner
+
+import golden
+from pidcfg.cli import report as command
+from pidcfg.cli.main import cli
+from pidcfg.report.compose import compose
+from pidcfg.report.content import Title
+from pidcfg.report.csv_files import csv_files, safe
+from pidcfg.report.page import css_string, page
+from pidcfg.report.tables import tables_of
+from pidcfg.source import read_document
+from pidcfg.validate.engine import check_document, is_scenario
+
+HERE = Path(__file__).parent
+EXAMPLES = HERE.parent / "examples"
+GOLDEN = HERE / "data" / "report"
+CASES = sorted((HERE / "cases").glob("**/*.yaml"))
+
+
+def run(*args):
+    """The command's result; a traceback is a failure of the test."""
+    result = CliRunner().invoke(cli, ["report", *map(str, args)])
+    assert result.exception is None or isinstance(result.exception, SystemExit), result.exception
+    return result
+
+
+def sheets(text, name="loops.yaml"):
+    """The content of a report on one configuration."""
+    checked = check_document(read_document(text.encode(), name))
+    return compose(Title("T", version="1"), [], [checked], [], checked.findings)
+
+
+def example(name):
+    """The content of a report on an example's configuration."""
+    return sheets((EXAMPLES / f"{name}.yaml").read_text("utf-8"), f"{name}.yaml")
+
+
+def settings(content, loop=0):
+    """The settings of a loop by their paths."""
+    return {s.path: s for group in content.loops[loop][1].groups for s in group.settings}
+
+
+def registers(content, loop=0):
+    """The registers of a loop by their addresses."""
+    return {r.address: r for block in content.loops[loop][1].blocks for r in block.registers}
+
+
+# --- the sheets ------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", ["dl06/reactor", "click/tank", "ezlogix/oven"])
+def test_the_words_are_those_that_encode_writes(name):
+    words = json.loads((golden.golden(name, f"{Path(name).name}.json")).read_text("utf-8"))["words"]
+    content = example(name)
+    found = {
+        r.address: r for plc in content.plcs for part in (plc, *plc.loops) for b in part.blocks for r in b.registers
+    }
+    for word in words:
+        if word["address"] in found:
+            row = found[word["address"]]
+            assert (row.hex, float(row.decimal)) == (word["hex"], float(word["value"])), word
+            assert row.name == word["field"] or row.owner == "reserved"
+        else:
+            assert not word["value"], word
+    missing = {word["address"] for word in words} - set(found)
+    assert all(any(" to " in address for address in found) for _ in missing)
+
+
+@pytest.mark.parametrize("name", ["nextopid/heatexchanger", "dpide/oven", "generic/boiler"])
+def test_the_parameters_are_those_that_encode_writes(name):
+    lines = (golden.golden(name, f"{Path(name).name}.txt")).read_text("utf-8").splitlines()
+    content = example(name)
+    found = [p for plc in content.plcs for part in (plc, *plc.loops) for p in part.parameters]
+    written = {line.split()[0]: " ".join(line.split()[2:]) for line in lines if not line.startswith("#")}
+    assert {p.name: p.content for p in found} == written
+    assert all(p.meaning for p in found if "." in p.name)
+
+
+def test_a_setting_has_its_value_unit_place_and_meaning():
+    found = settings(example("dl06/reactor"), 1)
+    gain, alarm, mode = found["tuning.gain"], found["alarms.pv.high"], found["mode"]
+    assert (str(gain.value), gain.unit, gain.place, gain.given) == ("2.50", "%/%", "V2050", True)
+    assert gain.meaning.startswith("Gain Kc")
+    assert (str(alarm.value), alarm.unit, alarm.place) == ("130", "degC", "V2055")
+    assert (mode.value, mode.place) == ("auto", "no register")
+    assert found["action"].place == "V2040 bit 4"
+    assert found["pv.format"].place == "V2041 bits 9, 1, 0"
+    assert found["setpoint.limits"].place == "V2066, V2067"
+    assert found["setpoint.limits"].value == "20 to 120"
+    assert found["ramp_soak.table"].value == "V3000"
+    assert found["ramp_soak.steps[1].slope"].unit == "degC/s"
+    assert found["ramp_soak.steps[1].slope"].place == "V3005"
+    assert found["algorithm"].given is False
+
+
+def test_the_unit_of_a_reset_time_leaves_no_choice():
+    content = example("dl06/reactor")
+    assert [settings(content, i)["tuning.reset"].unit for i in range(3)] == ["s", "s", "min"]
+    assert [registers(content, i)[a].unit for i, a in enumerate(("V2011", "V2051", "V2111"))] == ["s", "s", "min"]
+
+
+def test_a_word_is_told_in_its_own_unit_and_not_in_that_of_the_file():
+    content = example("click/tank")
+    told, word = settings(content)["alarms.rate_of_change"], registers(content)["DF120"]
+    assert (float(told.value), told.unit) == (120, "degF/min")
+    assert (float(word.value), word.unit) == (1, "degF/sample")
+
+
+def test_raw_counts_are_called_counts():
+    content = example("dl06/reactor")
+    assert settings(content, 2)["setpoint.value"].unit == "counts"
+    raw = (EXAMPLES / "dl06/reactor.yaml").read_text("utf-8").replace('pv: {range: [0, 100], unit: "%"}', "pv: {}")
+    found = sheets(raw)
+    assert settings(found, 2)["setpoint.value"].unit == "counts"
+    assert registers(found, 2)["V2102"].unit == "counts"
+
+
+@pytest.mark.parametrize(("independent", "unit"), [(False, "s"), (True, "")])
+def test_a_gain_is_not_called_a_time(independent, unit):
+    text = (EXAMPLES / "nextopid/override.yaml").read_text("utf-8")
+    found = settings(sheets(text.replace("Td_Kd: 0.0", f"Td_Kd: 0.0\n    Indep: {str(independent).lower()}")))
+    assert (found["Ti_Ki"].unit, found["Td_Kd"].unit, found["Kp"].unit) == (unit, unit, "%/degC")
+
+
+def test_the_bits_of_a_bit_word_are_spelled_out():
+    word = registers(example("dl06/reactor"), 2)["V2100"]
+    bits = {bit.bits: (bit.state, bit.value) for bit in word.bits}
+    assert bits["4"] == ("1", "reverse")
+    assert bits["3"] == ("1", "II")
+    assert word.value is None
+    assert len(word.bits) == 13
+
+
+def test_what_switches_a_term_off_is_told_as_off():
+    assert registers(example("dl06/reactor"))["V2012"].value == "off"
+    assert registers(example("ezlogix/oven"))["R105"].value == "off"
+
+
+def test_a_pointer_is_told_as_the_address_it_means():
+    assert registers(example("dl06/reactor"))["V2032"].value == "V2045"
+
+
+def test_a_loop_tells_its_direction():
+    facts = [dict(sheet.facts)["Direction"] for _, sheet in example("ezlogix/oven").loops]
+    assert facts == ["PV rises when the output rises (heating)", "PV falls when the output rises (cooling)"]
+
+
+def test_two_loops_of_one_name_keep_their_own_words():
+    text = (EXAMPLES / "dl06/reactor.yaml").read_text("utf-8").replace("name: LIC-103", "name: TIC-101")
+    content = sheets(text)
+    assert "V2042" in registers(content, 1)
+    assert "V2042" not in registers(content, 2)
+    assert "V2102" in registers(content, 2)
+
+
+@pytest.mark.parametrize("path", CASES, ids=lambda path: path.stem)
+def test_every_mistake_can_be_reported(path):
+    for text in path.read_text("utf-8").split("\n---\n"):
+        document = read_document(text.encode(), path.name)
+        if document.data is not None and not is_scenario(document):
+            checked = check_document(document)
+            content = compose(Title("T", version="1"), [], [checked], [], checked.findings)
+            assert all(d.code in csv_files(tables_of(content))["findings.csv"] for d in checked.findings)
+
+
+# --- the tables ------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("table", ["settings", "words"])
+def test_the_tables_of_an_example(table):
+    found = csv_files(tables_of(example("dl06/reactor")))[f"{table}.csv"]
+    assert found == (GOLDEN / f"{table}.csv").read_text("utf-8"), "read the difference, then write the file anew"
+
+
+@pytest.mark.parametrize("text", ["=1+1", "+1", "-1", "@SUM(A1)", "\tx", "\rx", "-x"])
+def test_no_text_is_a_formula_in_csv(text):
+    assert safe(text) == f"'{text}"
+
+
+def test_numbers_stay_numbers_in_csv():
+    assert [safe(value) for value in (-5, -2.5, 1e-9, None, True)] == ["-5", "-2.5", "1e-09", "", "true"]
+
+
+def test_csv_files_are_read_back(tmp_path):
+    assert run(EXAMPLES / "dl06/reactor.scenario.yaml", "--csv", tmp_path / "tables").exit_code == 0
+    files = {path.name for path in (tmp_path / "tables").iterdir()}
+    assert {"settings.csv", "words.csv", "findings.csv", "expectations.csv", "files.csv"} <= files
+    for path in (tmp_path / "tables").iterdir():
+        rows = list(csv.reader(io.StringIO(path.read_text("utf-8"))))
+        assert len({len(row) for row in rows}) == 1, path.name
+    assert not (tmp_path / "report.html").exists()
+
+
+def test_the_workbook_in_a_spreadsheet_library(tmp_path):
+    text = (EXAMPLES / "click/tank.yaml").read_text("utf-8").replace("description: Water", 'description: "=2+3" #')
+    (tmp_path / "tank.yaml").write_text(text.replace("unit: degF", 'unit: "=A1"'), "utf-8")
+    assert run(tmp_path / "tank.yaml", "--xlsx", tmp_path / "t.xlsx", "--project", "P").exit_code == 0
+    book = openpyxl.load_workbook(tmp_path / "t.xlsx")
+    assert book.sheetnames == ["Title", "Findings", "Settings", "Words", "In no register", "Checks", "Input files"]
+    assert all(sheet.freeze_panes == "A2" for sheet in book)
+    cells = [cell for sheet in book for row in sheet.iter_rows() for cell in row if cell.value is not None]
+    assert all(cell.data_type in {"s", "n"} for cell in cells), "text and numbers only: no formula, no error"
+    assert any(cell.value == "=A1" and cell.data_type == "s" for cell in cells)
+    words = {row[3].value: row for row in book["Words"].iter_rows(min_row=2)}
+    assert words["DF101"][7].value == 140
+    assert words["DF101"][7].data_type == "n"
+    assert words["DF101"][6].value == "430C0000"
+    assert book.properties.created == dt.datetime(2000, 1, 1)  # noqa: DTZ001 - as the file has it
+    assert all(sheet.column_dimensions["A"].width > 5 for sheet in book)
+
+
+# --- the command -----------------------------------------------------------------------------------------------------
+
+
+def test_the_same_files_give_the_same_bytes_and_nothing_of_the_computer(tmp_path):
+    scenario, names = EXAMPLES / "dpide/oven.scenario.yaml", ("report.html", "t.xlsx", "tables/settings.csv")
+    for folder in ("a", "b"):
+        out = tmp_path / folder
+        out.mkdir()
+        args = ("-o", out / "report.html", "--xlsx", out / "t.xlsx", "--csv", out / "tables")
+        assert run(scenario, *args).exit_code == 0
+    for name in names:
+        first, second = ((tmp_path / folder / name).read_bytes() for folder in ("a", "b"))
+        assert first == second
+        for told in (str(EXAMPLES), str(tmp_path), socket.gethostname(), str(dt.datetime.now(dt.UTC).year)):
+            assert told.encode() not in first, f"{told} in {name}"
+
+
+def test_every_input_has_its_hash(tmp_path):
+    assert run(EXAMPLES / "dl06/reactor.scenario.yaml", "--csv", tmp_path).exit_code == 0
+    rows = {row["File"]: row for row in csv.DictReader(io.StringIO((tmp_path / "files.csv").read_text("utf-8")))}
+    for name, kind in (("reactor.yaml", "configuration"), ("reactor.scenario.yaml", "scenario")):
+        data = (EXAMPLES / "dl06" / name).read_bytes()
+        assert rows[name]["SHA-256"] == hashlib.sha256(data).hexdigest()
+        assert (rows[name]["Kind"], int(rows[name]["Bytes"])) == (kind, len(data))
+
+
+def test_a_folder_names_each_configuration_once(tmp_path):
+    for name in ("oven.yaml", "oven.scenario.yaml"):
+        (tmp_path / name).write_bytes((EXAMPLES / "dpide" / name).read_bytes())
+    result = run(tmp_path, tmp_path / "oven.yaml", "--csv", tmp_path / "t")
+    assert result.exit_code == 0
+    assert ": 1 loop, 1 run," in result.stderr
+    assert (tmp_path / "t" / "files.csv").read_text("utf-8").count("\n") == 3
+
+
+def test_a_scenario_may_run_a_memory_listing(tmp_path):
+    (tmp_path / "tank.json").write_bytes(golden.golden("click/tank", "tank.json").read_bytes())
+    scenario = (
+        (EXAMPLES / "click/tank.scenario.yaml").read_text("utf-8").replace("config: tank.yaml", "config: tank.json")
+    )
+    (tmp_path / "tank.scenario.yaml").write_text(scenario, "utf-8")
+    assert run(tmp_path / "tank.scenario.yaml", "--csv", tmp_path / "t").exit_code == 0
+    assert "memory listing" in (tmp_path / "t" / "files.csv").read_text("utf-8")
+    assert "TANK1,tuning.reset_time,150,s" in (tmp_path / "t" / "settings.csv").read_text("utf-8")
+
+
+@pytest.mark.parametrize(("options", "code"), [((), 1), (("--exit-zero",), 0)])
+def test_errors_are_reported_and_decide_the_exit_code(tmp_path, options, code):
+    result = run(EXAMPLES / "mistakes/oven.yaml", "-o", tmp_path / "r.html", *options)
+    assert result.exit_code == code
+    assert "2 errors" in result.stderr
+    assert "PID201" in (tmp_path / "r.html").read_text("utf-8")
+
+
+def test_a_failed_expectation_decides_the_exit_code(tmp_path):
+    for name in ("oven.yaml", "oven.scenario.yaml"):
+        text = (EXAMPLES / "dpide" / name).read_text("utf-8").replace("min: 79", "min: 81")
+        (tmp_path / name).write_text(text, "utf-8")
+    assert run(tmp_path / "oven.scenario.yaml", "-o", tmp_path / "r.html").exit_code == 1
+    assert "1 of 3 expectations failed" in (tmp_path / "r.html").read_text("utf-8")
+
+
+def test_a_scenario_that_cannot_run_is_told_on_the_page(tmp_path):
+    (tmp_path / "x.yaml").write_text("pidcfg: 1\nscenario: X\nconfig: gone.yaml\nduration: 1\nplants: {}\n", "utf-8")
+    assert run(tmp_path / "x.yaml", "-o", tmp_path / "r.html").exit_code == 2
+    text = (tmp_path / "r.html").read_text("utf-8")
+    assert "could not run" in text
+    assert "PID058" in text
+
+
+def test_strict_counts_warnings(tmp_path):
+    args = (EXAMPLES / "dl06/reactor.yaml", "--csv", tmp_path)
+    assert run(*args).exit_code == 0
+    assert run(*args, "--strict").exit_code == 1
+
+
+def test_a_file_that_is_not_there_writes_nothing(tmp_path):
+    result = run(EXAMPLES / "dl06/reactor.yaml", tmp_path / "gone.yaml", "-o", tmp_path / "r.html")
+    assert isinstance(result.exception, SystemExit)
+    assert result.exit_code in {1, 2}
+    assert "gone.yaml" in result.stderr
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_nothing_that_differs_is_overwritten(tmp_path):
+    (tmp_path / "settings.csv").write_text("mine", "utf-8")
+    result = run(EXAMPLES / "dl06/reactor.yaml", "--csv", tmp_path, "--xlsx", tmp_path / "t.xlsx")
+    assert "exists and differs" in result.stderr
+    assert [path.name for path in tmp_path.iterdir()] == ["settings.csv"]
+    assert run(EXAMPLES / "dl06/reactor.yaml", "--csv", tmp_path, "--force").exit_code == 0
+
+
+def test_a_new_folder_goes_again_when_nothing_is_written(tmp_path):
+    (tmp_path / "t.xlsx").write_text("mine", "utf-8")
+    result = run(EXAMPLES / "dl06/reactor.yaml", "--csv", tmp_path / "new", "--xlsx", tmp_path / "t.xlsx")
+    assert "exists and differs" in result.stderr
+    assert [path.name for path in tmp_path.iterdir()] == ["t.xlsx"]
+
+
+def test_an_input_is_no_output(tmp_path):
+    (tmp_path / "a.yaml").write_bytes((EXAMPLES / "dl06/reactor.yaml").read_bytes())
+    assert "is a file that is read" in run(tmp_path / "a.yaml", "-o", tmp_path / "a.yaml", "--force").stderr
+    both = run(tmp_path / "a.yaml", "-o", tmp_path / "x", "--xlsx", tmp_path / "x")
+    assert "written twice" in both.stderr
+
+
+def test_the_page_goes_to_standard_output():
+    result = run(EXAMPLES / "dl06/reactor.yaml", "-o", "-", "-q")
+    assert result.stdout.startswith("<!DOCTYPE html>")
+    assert result.stderr == ""
+
+
+@pytest.mark.parametrize(("option", "package"), [("-o", "jinja2"), ("-o", "matplotlib"), ("--xlsx", "xlsxwriter")])
+def test_without_the_extra_there_is_one_clear_error(tmp_path, monkeypatch, option, package):
+    monkeypatch.setattr(command, "find_spec", lambda name: None if name == package else object())
+    result = run(EXAMPLES / "dl06/reactor.yaml", option, tmp_path / "x")
+    assert result.stderr == f"Error: {package} is not installed; 'pip install pidcfg[report]' brings it\n"
+    assert not (tmp_path / "x").exists()
+
+
+def test_the_title_block_holds_what_was_given():
+    title = Title("Handover", "P & Q", "C", "M", "D-1", "B", "A", "1 May", "9.9")
+    text = page(compose(title, [], [], [], []))
+    for told in ("Handover", "P &amp; Q", "D-1", "1 May", "pidcfg 9.9"):
+        assert told in text
+
+
+def test_a_text_in_a_style_sheet_is_nothing_but_a_text():
+    assert css_string('a"b</style>\\é') == '"a\\22 b\\3c \\2f style\\3e \\5c \\e9 "'
