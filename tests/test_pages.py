@@ -1,0 +1,129 @@
+"""What README.md and docs/ say is true: commands and their outputs, files, links."""
+
+from __future__ import annotations
+
+import re
+
+import pytest
+from pages import NOT_RUN, PAGES, ROOT, blocks, follow, skipped, steps, workshop
+
+TEXTS = {page: path.read_text("utf-8") for page, path in PAGES.items()}
+SESSIONS = {page: [step for block in blocks(text) if block.language == "console" for step in steps(block)]
+            for page, text in TEXTS.items()}  # fmt: skip
+IN_WORDS = {("README.md", "pidcfg validate ../mistakes/oven.yaml --severity error"): 1}
+"""Exit codes that the text of a page tells, without a command that shows them."""
+
+
+def unlike(shown, printed):
+    """The first line that a page shows and the command does not print, or None."""
+    whole = [line.rstrip() for line in printed.rstrip("\n").split("\n")]
+    cuts = [list(part) for part in split(shown)]
+    for number, part in enumerate(cuts):
+        at = 0
+        if number == len(cuts) - 1 and number and part:
+            at = max(0, len(whole) - len(part))
+        elif number:
+            at = next((i for i in range(len(whole)) if whole[i : i + len(part)] == part), 0)
+        for line, there in zip(part, whole[at:] + [None] * len(part), strict=False):
+            if line != there:
+                return f"shown {line!r}, printed {there!r}"
+        whole = whole[at + len(part) :]
+    return f"not shown: {whole[0]!r}" if whole and (len(cuts) == 1 or cuts[-1]) else None
+
+
+def split(shown):
+    """The parts between the lines that say that something is left out."""
+    part = []
+    for line in shown:
+        if line.strip() == "...":
+            yield part
+            part = []
+        else:
+            part.append(line.rstrip())
+    yield part
+
+
+@pytest.mark.parametrize("page", [page for page, found in SESSIONS.items() if found])
+def test_commands_print_what_is_shown(page, tmp_path):
+    with workshop(page, tmp_path):
+        done = list(follow(TEXTS[page]))
+    for (step, terminal, out, code), after in zip(done, [*done[1:], None], strict=True):
+        where = f"{page}, line {step.begin}: $ {step.command}"
+        if step.shown:
+            wrong = unlike(step.shown, terminal)
+            assert not wrong or not unlike(step.shown, out), f"{where}\n{wrong}\n\n{terminal}"
+        told = IN_WORDS.get((page, step.command), 0)
+        if after and after[0].command == "echo $?":
+            told = int(after[1])
+        assert code == told, f"{where}\nends with {code}, which the page does not tell\n\n{terminal}"
+
+
+def test_what_is_not_run_has_a_reason_and_is_on_a_page():
+    shown = {skipped(step.command) for found in SESSIONS.values() for step in found}
+    assert shown - {None} == set(NOT_RUN)
+
+
+def test_the_readme_shows_outputs():
+    assert sum(bool(step.shown) for step in SESSIONS["README.md"]) >= 9
+
+
+@pytest.mark.parametrize(("shown", "printed", "same"), [
+    (["a", "b"], "a\nb\n", True),
+    (["a"], "a\nb\n", False),
+    (["a", "b"], "a\n", False),
+    (["a", "..."], "a\nb\nc\n", True),
+    (["b", "..."], "a\nb\nc\n", False),
+    (["a", "...", "c"], "a\nb\nc\n", True),
+    (["a", "...", "b"], "a\nb\nc\n", False),
+    (["...", "b", "...", "d"], "a\nb\nc\nd\n", True),
+    (["...", "x", "...", "d"], "a\nb\nc\nd\n", False),
+])  # fmt: skip
+def test_a_wrong_output_is_noticed(shown, printed, same):
+    assert (unlike(shown, printed) is None) == same
+
+
+# --- links -----------------------------------------------------------------------------------------------------------
+
+LINK = re.compile(r"\]\(<?(?P<file>[^)#:\s>]*)(?:#(?P<anchor>[^)>]+))?>?\)")
+
+
+def prose(text):
+    """A page without its blocks and its code."""
+    lines = text.splitlines()
+    for block in blocks(text):
+        lines[block.begin - 1 : block.begin + len(block.lines) + 1] = [""] * (len(block.lines) + 2)
+    return re.sub(r"`[^`\n]+`", "", "\n".join(lines))
+
+
+def anchors(text):
+    """The anchors of a page, made from its headings as code-hosting sites make them."""
+    lines = text.splitlines()
+    for block in blocks(text):
+        lines[block.begin : block.begin + len(block.lines)] = [""] * len(block.lines)
+    found = set(re.findall(r'<a id="([^"]+)"', text))
+    for line in lines:
+        if heading := re.match(r"#+ (.+)", line):
+            plain = re.sub(r"\[([^\]]*)\]\([^)]*\)", r"\1", heading[1]).replace("`", "").strip().lower()
+            slug = re.sub(r"[^\w\- ]", "", plain).replace(" ", "-")
+            assert slug not in found, f"two headings {line}"
+            found.add(slug)
+    return found
+
+
+ANCHORS = {page: anchors(text) for page, text in TEXTS.items()}
+
+
+@pytest.mark.parametrize("page", TEXTS)
+def test_links_lead_somewhere(page):
+    for link in LINK.finditer(prose(TEXTS[page])):
+        target = (PAGES[page].parent / link["file"]).resolve() if link["file"] else PAGES[page]
+        assert target.exists(), link[0]
+        if link["anchor"]:
+            assert link["anchor"] in ANCHORS[target.relative_to(ROOT).as_posix()], link[0]
+
+
+def test_commands_of_the_table_exist():
+    from pidcfg.cli.main import COMMANDS
+
+    named = set(re.findall(r"^\| `pidcfg (\w+)", TEXTS["README.md"], re.MULTILINE))
+    assert named == set(COMMANDS)
