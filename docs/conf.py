@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import re
 import shutil
 from pathlib import Path
 from typing import TYPE_CHECKING
+
+from pygments.lexers.shell import BashLexer, ShellSessionBaseLexer
 
 from pidcfg import __version__
 from pidcfg.vendors import VENDORS
@@ -20,8 +23,8 @@ VENDOR_PAGES = {name: [f"{name}-keys", f"{name}-registers", f"rules-{name}"] for
 ORDER = {
     "Tutorial": ["tutorial"],
     "How-to guides": [
-        "ci", "living-with-findings", "editors", "completion", "converting", "tuning", "pictures", "commissioning-report",
-        "explain", "adding-a-rule", "adding-a-vendor",
+        "converting", "tuning", "ci", "living-with-findings", "pictures", "commissioning-report", "explain", "editors",
+        "completion", "adding-a-rule", "adding-a-vendor",
     ],
     "The PLCs": [*VENDORS],
     "Reference": [
@@ -59,6 +62,15 @@ def add_contents(app: Sphinx, name: str, source: list[str]) -> None:
     source[0] += contents(name)
 
 
+class Session(ShellSessionBaseLexer):
+    """A session whose commands begin with `$ `; a `#` begins a line that a command prints."""
+
+    name = "pidcfg session"
+    _innerLexerCls = BashLexer
+    _ps1rgx = re.compile(r"^(\$ )(.*\n?)")
+    _ps2 = "> "
+
+
 def copy_schemas(app: Sphinx, error: Exception | None) -> None:
     """Called at the end: puts the JSON Schemas beside the pages, under names that stay."""
     if error is None:
@@ -67,6 +79,7 @@ def copy_schemas(app: Sphinx, error: Exception | None) -> None:
 
 def setup(app: Sphinx) -> None:
     """Called by Sphinx at the start."""
+    app.add_lexer("console", Session)
     app.connect("source-read", add_contents)
     app.connect("build-finished", copy_schemas)
 

@@ -6,7 +6,7 @@ command that nothing follows is only run (so a block without ``$ `` is nothing b
 
 Each page has a folder of its own with ``examples`` in it, and its blocks are followed in order. A block that begins with a
 comment that is a file's name, or stands below a line that ends with such a name and a colon (```oven.yaml`:``), is that
-file; as a ``diff`` its lines take the place of others.
+file; as a ``diff`` its lines take the place of others (``-``), or come behind one (a blank before it).
 
 Read what changed before you commit it: an output is what somebody looked at.
 """
@@ -29,7 +29,9 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
 ROOT = Path(__file__).parents[1]
-PAGES = {path.relative_to(ROOT).as_posix(): path for path in (ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md")))}
+PAGES = {
+    path.relative_to(ROOT).as_posix(): path for path in (ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md")))
+}
 BEGINS_IN = {"README.md": "examples/dl06"}
 """Where a page says that its commands run; the others begin beside ``examples``."""
 
@@ -38,7 +40,7 @@ NOT_RUN = {
     "python -m venv": "installs",
     "python tasks.py": "tests/test_setup.py has the tasks",
     "python docs/generate.py": "the checks run it",
-    "git": "needs a repository",
+    "check-jsonschema": "another program; the tests hold the examples to the schemas",
 }
 """Commands that a page may show and the tests do not run, and why."""
 
@@ -236,9 +238,9 @@ def put(block: Block) -> None:
         path.write_text("\n".join(block.lines) + "\n", "utf-8", newline="\n")
         return
     text = path.read_text("utf-8")
-    for change in re.finditer(r"(?:^-.*\n)+(?:^\+.*\n)*", "\n".join(block.lines) + "\n", re.MULTILINE):
+    for change in re.finditer(r"(?:^[ -].*\n)+(?:^\+.*\n)*", "\n".join(block.lines) + "\n", re.MULTILINE):
         marked = change[0].splitlines(keepends=True)
-        old, new = ("".join(line[1:] for line in marked if line[0] == sign) for sign in "-+")
+        old, new = ("".join(line[1:] for line in marked if line[0] in signs) for signs in (" -", " +"))
         assert text.count(old) == 1, f"{block.file} has not one line {old!r}"
         text = text.replace(old, new)
     path.write_text(text, "utf-8", newline="\n")
