@@ -7,7 +7,7 @@ import shutil
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from pygments.lexers.shell import BashLexer, ShellSessionBaseLexer
+from pygments.lexers.shell import BashLexer, ShellSessionBaseLexer  # type: ignore[import-untyped]
 
 from pidcfg import __version__
 from pidcfg.vendors import VENDORS
@@ -62,11 +62,11 @@ def add_contents(app: Sphinx, name: str, source: list[str]) -> None:
     source[0] += contents(name)
 
 
-class Session(ShellSessionBaseLexer):
+class Session(ShellSessionBaseLexer):  # type: ignore[misc]  # Pygments ships no types
     """A session whose commands begin with `$ `; a `#` begins a line that a command prints."""
 
     name = "pidcfg session"
-    _innerLexerCls = BashLexer
+    _innerLexerCls = BashLexer  # noqa: N815 - the name that the base class reads
     _ps1rgx = re.compile(r"^(\$ )(.*\n?)")
     _ps2 = "> "
 
@@ -98,6 +98,7 @@ myst_heading_anchors = 4  # the anchors that code-hosting sites make, so that on
 
 html_theme = "furo"
 html_title = f"pidcfg {release}"
+html_favicon = "_static/favicon.svg"
 html_static_path = ["_static"]
 html_css_files = ["pidcfg.css"]
 html_copy_source = False

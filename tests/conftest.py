@@ -3,6 +3,10 @@
 import pytest
 from hypothesis import settings
 
+from browser import browser
+
+__all__ = ["browser"]  # fixtures that stand in modules of their own
+
 SCRUBBED = ("NO_COLOR", "FORCE_COLOR", "CLICOLOR", "CLICOLOR_FORCE", "COLUMNS", "LINES", "CI", "GITHUB_ACTIONS")
 """Variables that change what a command prints."""
 

@@ -1,14 +1,16 @@
-"""README.md and the pages of docs/ as a reader follows them; ``python tests/pages.py PAGE…`` renews the outputs they show.
+"""README.md and the pages of docs/ as a reader follows them.
+
+``python tests/pages.py docs/tutorial.md`` renews the outputs that a page shows. Read what changed before you commit it:
+an output is what somebody looked at.
 
 A block of the language ``console`` is a session: ``$ `` begins a command, a ``\\`` at its end continues it, and what
-follows is what the terminal shows (or standard output alone); a line ``...`` stands for lines that are left out, and a
-command that nothing follows is only run (so a block without ``$ `` is nothing but commands). A command that does not end with 0 needs ``$ echo $?`` after it.
+follows is what the terminal shows (or standard output alone). A line ``...`` stands for lines that are left out, and a
+command that nothing follows is only run; so a block without ``$ `` is nothing but commands. A command that does not end
+with 0 needs ``$ echo $?`` after it.
 
-Each page has a folder of its own with ``examples`` in it, and its blocks are followed in order. A block that begins with a
-comment that is a file's name, or stands below a line that ends with such a name and a colon (```oven.yaml`:``), is that
+Each page has a folder of its own with ``examples`` in it, and its blocks are followed in order. A block that begins
+with a comment that is a file's name, or stands below a line that ends with such a name in backticks and a colon, is that
 file; as a ``diff`` its lines take the place of others (``-``), or come behind one (a blank before it).
-
-Read what changed before you commit it: an output is what somebody looked at.
 """
 
 from __future__ import annotations
@@ -39,7 +41,7 @@ NOT_RUN = {
     "pip install": "installs; tests/test_setup.py installs the package",
     "python -m venv": "installs",
     "python tasks.py": "tests/test_setup.py has the tasks",
-    "python docs/generate.py": "the checks run it",
+    "python tests/pages.py": "runs the pages",
     "check-jsonschema": "another program; the tests hold the examples to the schemas",
 }
 """Commands that a page may show and the tests do not run, and why."""
@@ -119,7 +121,8 @@ class Shell:
     def run(self, command: str) -> tuple[str, str]:
         """What the command shows on a terminal, and what of it is standard output."""
         if command == "echo $?":
-            return (f"{self.code}\n",) * 2
+            text, self.code = f"{self.code}\n", 0
+            return text, text
         words, target = shlex.split(command), None
         if ">" in words:
             target = words[words.index(">") + 1]
@@ -252,7 +255,7 @@ def skipped(command: str) -> str | None:
 
 
 def follow(text: str) -> Iterator[tuple[Step, str, str, int]]:
-    """Does what a page says in the current folder; gives each command with its terminal, its output and its exit code."""
+    """Does what a page says in the current folder; each command with its terminal, its output and its exit code."""
     shell = Shell()
     for block in blocks(text):
         if block.language == "console":
@@ -296,7 +299,7 @@ def main() -> None:
             if step.shown:
                 lines[step.begin : step.end] = renewed(step.shown, terminal)
             if code:
-                print(f"{page}: exit code {code}: {step.command}")
+                sys.stderr.write(f"{page}: exit code {code}: {step.command}\n")
         path.write_text("\n".join(lines) + "\n", "utf-8", newline="\n")
 
 
