@@ -32,7 +32,7 @@ REQUIREMENTS = ROOT / "requirements"
 REACTOR = "examples/dl06/reactor.yaml"
 SCENARIO = "examples/dl06/reactor.scenario.yaml"
 
-SITE = ("-m", "sphinx", "-W", "--keep-going", "-q", "-d", "build/doctrees")
+SITE = ("-m", "sphinx", "-E", "-W", "--keep-going", "-q", "-d", "build/doctrees")
 """Sphinx from source folder to site, as offline as everything else."""
 
 NEEDED_BY = {"demo": ("build", "run"), "test": ("build", "run", "report", "dev", "docs")}

@@ -19,22 +19,27 @@ HERE = Path(__file__).parent
 
 # --- the order of the pages ------------------------------------------------------------------------------------------
 
-VENDOR_PAGES = {name: [f"{name}-keys", f"{name}-registers", f"rules-{name}"] for name in VENDORS}
+VENDOR_PAGES = {
+    name: [f"Keys <{name}-keys>", f"Registers <{name}-registers>", f"Rules <rules-{name}>"] for name in VENDORS
+}
 ORDER = {
-    "Tutorial": ["tutorial"],
+    "Tutorial": ["The first hour <tutorial>"],
     "How-to guides": [
         "converting", "tuning", "ci", "living-with-findings", "pictures", "commissioning-report", "explain", "editors",
         "completion", "adding-a-rule", "adding-a-vendor",
     ],
-    "The PLCs": [*VENDORS],
+    "The PLCs": [
+        "DL06 <dl06>", "CLICK <click>", "EZLogix <ezlogix>", "NextoPID <nextopid>", "DPIDE <dpide>",
+        "The neutral form <generic>",
+    ],
     "Reference": [
         "commands", "file-format", "scenarios", "settings", "output-formats", "rules", "exit-codes", "dependencies",
         "changelog",
     ],
     "Explanation": ["why-text", "engine", "decisions", "architecture"],
 }  # fmt: skip
-"""Captions of the list of contents and their pages; a page that is not there is left out."""
-BELOW = {**VENDOR_PAGES, "scenarios": ["scenario-keys"], "rules": ["rules-reading", "rules-common"]}
+"""Captions of the list of contents and their pages. What is not there is left out, what is not named comes last."""
+BELOW = {**VENDOR_PAGES, "scenarios": ["Keys <scenario-keys>"], "rules": ["rules-reading", "rules-common"]}
 """Pages that stand below another one in the list of contents."""
 
 
@@ -42,12 +47,17 @@ def contents(name: str) -> str:
     """The list of contents that a page ends with: Markdown of its own, so that files read well without a site."""
     there = {path.stem for path in HERE.glob("*.md")} - {"index"}
     if name in BELOW:
-        return toctree("", [page for page in BELOW[name] if page in there], "hidden")
+        return toctree("", [page for page in BELOW[name] if stem(page) in there], "hidden")
     if name != "index":
         return ""
-    known = {page for pages in (*ORDER.values(), *BELOW.values()) for page in pages}
-    parts = [toctree(caption, [page for page in pages if page in there]) for caption, pages in ORDER.items()]
+    known = {stem(page) for pages in (*ORDER.values(), *BELOW.values()) for page in pages}
+    parts = [toctree(caption, [page for page in pages if stem(page) in there]) for caption, pages in ORDER.items()]
     return "".join(parts) + toctree("More", sorted(there - known))
+
+
+def stem(page: str) -> str:
+    """The file of a page that may have a shorter title in the list: `Keys <dl06-keys>`."""
+    return page.rpartition("<")[2].removesuffix(">")
 
 
 def toctree(caption: str, pages: list[str], *flags: str) -> str:
