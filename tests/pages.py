@@ -1,7 +1,7 @@
 """README.md and the pages of docs/ as a reader follows them.
 
-``python tests/pages.py docs/tutorial.md`` renews the outputs that a page shows. Read what changed before you commit it:
-an output is what somebody looked at.
+``python tests/pages.py docs/tutorial.md`` renews the outputs that a page shows, and adds exit codes that it lacks. Read
+what changed before you commit it: an output is what somebody looked at.
 
 A block of the language ``console`` is a session: ``$ `` begins a command, a ``\\`` at its end continues it, and what
 follows is what the terminal shows (or standard output alone). A line ``...`` stands for lines that are left out, and a
@@ -9,23 +9,23 @@ command that nothing follows is only run; so a block without ``$ `` is nothing b
 with 0 needs ``$ echo $?`` after it.
 
 Each page has a folder of its own with ``examples`` in it, and its blocks are followed in order. A block that begins
-with a comment that is a file's name, or stands below a line that ends with such a name in backticks and a colon, is that
-file; as a ``diff`` its lines take the place of others (``-``), or come behind one (a blank before it).
+with a comment that is a file's name, or stands below a line that ends with such a name in backticks and a colon, is
+that file; as a ``diff`` its lines take the place of others (``-``), or come behind one (a blank before it).
 """
 
 from __future__ import annotations
 
-import io
 import os
 import re
-import shlex
 import shutil
 import sys
 import tempfile
-from contextlib import contextmanager, redirect_stderr, redirect_stdout
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
+
+from shell import Shell
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -34,8 +34,10 @@ ROOT = Path(__file__).parents[1]
 PAGES = {
     path.relative_to(ROOT).as_posix(): path for path in (ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md")))
 }
-BEGINS_IN = {"README.md": "examples/dl06"}
-"""Where a page says that its commands run; the others begin beside ``examples``."""
+BEGINS_IN = re.compile(r"commands\s+below\s+run\s+in\s+`([\w/]+)`")
+"""How a page says where its commands run; else they begin beside ``examples``."""
+BESIDE = ("examples", "tests/data")
+"""What a page finds around it."""
 
 NOT_RUN = {
     "pip install": "installs; tests/test_setup.py installs the package",
@@ -53,12 +55,13 @@ ABOVE = re.compile(r"`(?P<name>[\w./-]+\.\w+)`:$")
 
 @dataclass
 class Block:
-    """A fenced block of a page: its language, the file that it is, its lines, and the line before the first."""
+    """A fenced block of a page: its language, the file that it is, its lines, the first one's number, its indent."""
 
     language: str
     file: str | None
     lines: list[str]
     begin: int
+    indent: str
 
 
 @dataclass
@@ -69,6 +72,7 @@ class Step:
     begin: int
     end: int
     shown: list[str]
+    indent: str
 
 
 def blocks(text: str) -> Iterator[Block]:
@@ -84,7 +88,7 @@ def blocks(text: str) -> Iterator[Block]:
             at += 1
         body = [line.removeprefix(indent) for line in lines[begin:at]]
         at += 1
-        yield Block(fence["language"], name_of(body, lines[: begin - 1]), body, begin)
+        yield Block(fence["language"], name_of(body, lines[: begin - 1]), body, begin, indent)
 
 
 def name_of(body: list[str], before: list[str]) -> str | None:
@@ -106,127 +110,7 @@ def steps(block: Block) -> Iterator[Step]:
         at = first = at + 1
         while prompt and at < len(block.lines) and not block.lines[at].startswith(prompt):
             at += 1
-        yield Step(command, block.begin + first, block.begin + at, block.lines[first:at])
-
-
-# --- what runs them --------------------------------------------------------------------------------------------------
-
-
-class Shell:
-    """The few words of a shell that the pages use, in this process; ``code`` is the last command's exit code."""
-
-    def __init__(self) -> None:
-        self.code = 0
-
-    def run(self, command: str) -> tuple[str, str]:
-        """What the command shows on a terminal, and what of it is standard output."""
-        if command == "echo $?":
-            text, self.code = f"{self.code}\n", 0
-            return text, text
-        words, target = shlex.split(command), None
-        if ">" in words:
-            target = words[words.index(">") + 1]
-            words = words[: words.index(">")]
-        words = [found for word in words for found in expanded(word)]
-        variables = {}
-        while words and re.fullmatch(r"[A-Z_]+=.*", words[0]):
-            name, _, variables[name] = words.pop(0).partition("=")
-        program = {"pidcfg": pidcfg, "cd": cd, "cat": cat, "cp": cp, "mkdir": mkdir, "cmp": cmp}.get(words[0])
-        if program is None:
-            sys.exit(f"{command!r} is no command of the pages: give it a reason in NOT_RUN, or a function here")
-        with environment(variables):
-            self.code, both, out = captured(program, words[1:])
-        if target is None:
-            return both, out
-        Path(target).write_text(out, "utf-8", newline="\n")
-        return ("", "") if both == out else (both.replace(out, ""), "")
-
-
-def expanded(word: str) -> list[str]:
-    """The files that a pattern means, as a shell puts them in its place."""
-    return sorted(path.as_posix() for path in Path().glob(word)) or [word] if "*" in word else [word]
-
-
-@contextmanager
-def environment(variables: dict[str, str]) -> Iterator[None]:
-    """Variables for one command."""
-    before = dict(os.environ)
-    os.environ.update(variables)
-    try:
-        yield
-    finally:
-        os.environ.clear()
-        os.environ.update(before)
-
-
-class Tee(io.BytesIO):
-    """One of the two outputs; what is written to it reaches the terminal as well."""
-
-    def __init__(self, terminal: io.BytesIO) -> None:
-        super().__init__()
-        self.terminal = terminal
-
-    def write(self, data: object) -> int:
-        """Writes to both."""
-        self.terminal.write(data)  # type: ignore[arg-type]
-        return super().write(data)  # type: ignore[arg-type]
-
-
-def captured(program: object, words: list[str]) -> tuple[int, str, str]:
-    """Exit code, terminal and standard output of a function that stands for a program."""
-    terminal = io.BytesIO()
-    out, err = (io.TextIOWrapper(Tee(terminal), "utf-8", write_through=True, newline="\n") for _ in range(2))
-    with redirect_stdout(out), redirect_stderr(err):
-        code = program(words)  # type: ignore[operator]
-    return code, terminal.getvalue().decode(), out.buffer.getvalue().decode()  # type: ignore[attr-defined]
-
-
-def pidcfg(words: list[str]) -> int:
-    """The command itself, from its entry point."""
-    from pidcfg.cli.main import main
-
-    sys.argv, before = ["pidcfg", *words], sys.argv
-    try:
-        main()
-    except SystemExit as end:
-        return int(end.code or 0)
-    finally:
-        sys.argv = before
-    return 0
-
-
-def cd(words: list[str]) -> int:
-    """Changes the folder."""
-    os.chdir(words[0])
-    return 0
-
-
-def cat(words: list[str]) -> int:
-    """Prints files."""
-    for word in words:
-        sys.stdout.write(Path(word).read_text("utf-8"))
-    return 0
-
-
-def cp(words: list[str]) -> int:
-    """Copies files to a file or into a folder."""
-    for word in words[:-1]:
-        shutil.copy(word, words[-1])
-    return 0
-
-
-def mkdir(words: list[str]) -> int:
-    """Makes folders."""
-    for word in words:
-        Path(word).mkdir()
-    return 0
-
-
-def cmp(words: list[str]) -> int:
-    """Compares two files, and is silent when they are the same."""
-    same = Path(words[0]).read_bytes() == Path(words[1]).read_bytes()
-    sys.stdout.write("" if same else f"{words[0]} {words[1]} differ\n")
-    return 0 if same else 1
+        yield Step(command, block.begin + first, block.begin + at, block.lines[first:at], block.indent)
 
 
 # --- following a page ------------------------------------------------------------------------------------------------
@@ -267,11 +151,12 @@ def follow(text: str) -> Iterator[tuple[Step, str, str, int]]:
 
 
 @contextmanager
-def workshop(page: str, folder: Path) -> Iterator[None]:
+def workshop(text: str, folder: Path) -> Iterator[None]:
     """A folder for one page, with the examples in it, as the current one."""
-    before = Path.cwd()
-    shutil.copytree(ROOT / "examples", folder / "examples")
-    os.chdir(folder / BEGINS_IN.get(page, "."))
+    before, begins = Path.cwd(), BEGINS_IN.search(text)
+    for name in BESIDE:
+        shutil.copytree(ROOT / name, folder / name)
+    os.chdir(folder / begins[1] if begins else folder)
     try:
         yield
     finally:
@@ -288,19 +173,24 @@ def renewed(shown: list[str], printed: str) -> list[str]:
     return lines[:cut] + ["..."] + (lines[-tail:] if tail else [])
 
 
+def renew(text: str) -> str:
+    """A page with the outputs of today, and with the exit codes that are not 0."""
+    with tempfile.TemporaryDirectory() as folder, workshop(text, Path(folder)):
+        found = list(follow(text))
+    lines, following = text.splitlines(), ""
+    for step, terminal, _, code in reversed(found):
+        if code and following != "echo $?":
+            lines[step.end : step.end] = [f"{step.indent}$ echo $?", f"{step.indent}{code}"]
+        if step.shown:
+            lines[step.begin : step.end] = [step.indent + line for line in renewed(step.shown, terminal)]
+        following = step.command
+    return "\n".join(lines) + "\n"
+
+
 def main() -> None:
-    """Renews the outputs of the pages that are named."""
+    """Renews the pages that are named."""
     for page in sys.argv[1:]:
-        path = PAGES[page]
-        lines = path.read_text("utf-8").splitlines()
-        with tempfile.TemporaryDirectory() as folder, workshop(page, Path(folder)):
-            found = list(follow("\n".join(lines)))
-        for step, terminal, _, code in reversed(found):
-            if step.shown:
-                lines[step.begin : step.end] = renewed(step.shown, terminal)
-            if code:
-                sys.stderr.write(f"{page}: exit code {code}: {step.command}\n")
-        path.write_text("\n".join(lines) + "\n", "utf-8", newline="\n")
+        PAGES[page].write_text(renew(PAGES[page].read_text("utf-8")), "utf-8", newline="\n")
 
 
 if __name__ == "__main__":

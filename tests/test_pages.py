@@ -6,7 +6,8 @@ import re
 
 import pytest
 
-from pages import NOT_RUN, PAGES, ROOT, blocks, captured, follow, pidcfg, skipped, steps, workshop
+from pages import NOT_RUN, PAGES, ROOT, blocks, follow, skipped, steps, workshop
+from shell import captured, pidcfg
 
 TEXTS = {page: path.read_text("utf-8") for page, path in PAGES.items()}
 SESSIONS = {page: [step for block in blocks(text) if block.language == "console" for step in steps(block)]
@@ -46,7 +47,7 @@ def split(shown):
 
 @pytest.mark.parametrize("page", [page for page, found in SESSIONS.items() if found])
 def test_commands_print_what_is_shown(page, tmp_path):
-    with workshop(page, tmp_path):
+    with workshop(TEXTS[page], tmp_path):
         done = list(follow(TEXTS[page]))
     for (step, terminal, out, code), after in zip(done, [*done[1:], None], strict=False):
         where = f"{page}, line {step.begin}: $ {step.command}"
