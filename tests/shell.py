@@ -1,4 +1,4 @@
-"""The few words of a shell that the pages of the documentation use, in this process: no shell is needed on any system."""
+"""The few words of a shell that the pages of the documentation use, in this process: the same on every system."""
 
 from __future__ import annotations
 
