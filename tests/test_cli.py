@@ -353,6 +353,13 @@ def test_rule_explains_and_suggests():
     assert len(run("rule").stdout.decode().splitlines()) > 80
 
 
+def test_rules_are_listed_by_the_beginning_of_their_code():
+    every, some = (run("rule", *code).stdout.decode().splitlines() for code in ((), ("pid24",)))
+    assert some == [line for line in every if line.startswith("PID24")]
+    assert len(json.loads(run("rule", "PID24", "--format", "json").stdout)["rules"]) == len(some) > 5
+    assert "no rule begins with PIX" in run("rule", "PIX").stderr.decode()
+
+
 def test_the_starter_file_passes_and_is_never_overwritten(tmp_path):
     assert run("init", "--vendor", "dl06", "-o", "new.yaml", cwd=tmp_path).returncode == 0
     assert run("validate", "new.yaml", cwd=tmp_path).returncode == 0

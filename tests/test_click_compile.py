@@ -4,16 +4,15 @@ from __future__ import annotations
 
 import math
 import random
-import struct
-from dataclasses import astuple
 
 import pytest
 
 from click_rig import image_of, poked
-from pidcfg.sim.compile import compiled, records, vector, write_back
+from compile_rig import advance
+from pidcfg.sim.compile import compiled
 from pidcfg.sim.controllers.click import state as bits
 from pidcfg.sim.controllers.click.report import SIGNALS
-from pidcfg.sim.controllers.click.scan import INLINED, Config, State, load, scan
+from pidcfg.sim.controllers.click.scan import INLINED, load, scan
 
 PLCS = 200
 SEGMENTS, STEPS = 4, 150
@@ -79,12 +78,6 @@ def random_event(rng, plc, i):
         plc.autotune(i, "cancel")
 
 
-def words(cfg, st, aux, sig):
-    """Every bit of the outcome."""
-    flat = [value for item in (*cfg, *st) for value in astuple(item)]
-    return [struct.pack("<d", x) if isinstance(x, float) else x for x in (*flat, *aux, *sig)]
-
-
 @pytest.fixture(scope="module")
 def fast():
     return compiled([drive], inlined=INLINED)[drive]
@@ -102,14 +95,8 @@ def test_random_plcs_run_to_the_same_bits_compiled_and_not(fast):
         for segment in range(SEGMENTS):
             for i in range(len(cfg)):
                 random_event(rng, plc, i)
-            arrays = records(cfg, Config), records(st, State), vector(aux), vector(sig)
-            first, last = segment * STEPS, (segment + 1) * STEPS
-            fast(first, last, *arrays, vector(noise))
-            drive(first, last, cfg, st, aux, sig, noise)
-            other = [Config() for _ in cfg], [State() for _ in st], arrays[2].tolist(), arrays[3].tolist()
-            write_back(arrays[0], other[0])
-            write_back(arrays[1], other[1])
-            assert words(*other) == words(cfg, st, aux, sig)
+            head = segment * STEPS, (segment + 1) * STEPS
+            advance(drive, fast, head, (cfg, st, aux, sig), noise)
             for c, s in zip(cfg, st, strict=True):
                 seen |= s.status
                 errors.add(s.error)

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import random
 import struct
-from dataclasses import astuple, dataclass
+from dataclasses import dataclass
 
 import numpy as np
 import pytest
 
+from compile_rig import advance
 from pidcfg.sim.compile import (
     bind,
     cache_folder,
@@ -136,12 +137,6 @@ def random_plc(rng):
     return cfg, st, aux, sig, [rng.gauss(0.0, level) for _ in range(97)]
 
 
-def words(cfg, st, aux, sig):
-    """Every bit of the outcome."""
-    flat = [value for item in (*cfg, *st) for value in astuple(item)]
-    return [struct.pack("<d", x) if isinstance(x, float) else x for x in (*flat, *aux, *sig)]
-
-
 @pytest.fixture(scope="module")
 def fast():
     return compiled([drive], inlined=INLINED)[drive]
@@ -156,15 +151,8 @@ def test_random_loops_run_to_the_same_bits_compiled_and_not(fast):
         for segment in range(SEGMENTS):
             for c, s in zip(cfg, st, strict=True):
                 random_event(rng, c, s)
-            arrays = records(cfg, Config), records(st, State), vector(aux), vector(sig)
-            first, last = segment * STEPS, (segment + 1) * STEPS
-            fast(first, last, *arrays, vector(noise))
-            drive(first, last, cfg, st, aux, sig, noise)
-            other = [Config() for _ in cfg], [State() for _ in st], [], []
-            write_back(arrays[0], other[0])
-            write_back(arrays[1], other[1])
-            other[2][:], other[3][:] = arrays[2].tolist(), arrays[3].tolist()
-            assert words(*other) == words(cfg, st, aux, sig)
+            head = segment * STEPS, (segment + 1) * STEPS
+            advance(drive, fast, head, (cfg, st, aux, sig), noise)
             for c, s in zip(cfg, st, strict=True):
                 seen |= s.status
                 soaked |= s.aux_status

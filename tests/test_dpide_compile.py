@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 import random
-import struct
-from dataclasses import astuple, fields
+from dataclasses import fields
 
 import pytest
 
+from compile_rig import advance
 from dpide_rig import program_of
-from pidcfg.sim.compile import compiled, records, vector, write_back
+from pidcfg.sim.compile import compiled
 from pidcfg.sim.controllers.dpide import state as bits
 from pidcfg.sim.controllers.dpide.report import SIGNALS
-from pidcfg.sim.controllers.dpide.scan import INLINED, KERNELS, Config, State, load, scan
+from pidcfg.sim.controllers.dpide.scan import INLINED, KERNELS, load, scan
 
 PLCS = 220
 SEGMENTS, STEPS = 5, 250
@@ -81,12 +81,6 @@ def random_event(rng, plc, i, sig):
         plc.set(i, (key,), plc.check_set(i, (key,), value), sig)
 
 
-def words(cfg, st, aux, sig):
-    """Every bit of the outcome."""
-    flat = [value for item in (*cfg, *st) for value in astuple(item)]
-    return [struct.pack("<d", x) if isinstance(x, float) else x for x in (*flat, *aux, *sig)]
-
-
 @pytest.fixture(scope="module")
 def fast():
     return compiled([drive], inlined=INLINED)[drive]
@@ -102,14 +96,8 @@ def test_random_plcs_run_to_the_same_bits_compiled_and_not(fast):
             for i in range(len(cfg)):
                 if segment:
                     random_event(rng, plc, i, sig)
-            arrays = records(cfg, Config), records(st, State), vector(aux), vector(sig)
-            first, last = segment * STEPS, (segment + 1) * STEPS
-            fast(first, last, *arrays, vector(noise))
-            drive(first, last, cfg, st, aux, sig, noise)
-            other = [Config() for _ in cfg], [State() for _ in st], arrays[2].tolist(), arrays[3].tolist()
-            write_back(arrays[0], other[0])
-            write_back(arrays[1], other[1])
-            assert words(*other) == words(cfg, st, aux, sig)
+            head = segment * STEPS, (segment + 1) * STEPS
+            advance(drive, fast, head, (cfg, st, aux, sig), noise)
             for s in st:
                 seen |= s.status
                 ends.add(s.tune_done)

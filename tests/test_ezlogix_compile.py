@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import random
-import struct
-from dataclasses import astuple, fields
+from dataclasses import fields
 
 import pytest
 
+from compile_rig import advance
 from ezlogix_rig import COLUMNS
-from pidcfg.sim.compile import compiled, records, vector, write_back
+from pidcfg.sim.compile import compiled
 from pidcfg.sim.controllers.ezlogix import state as bits
 from pidcfg.sim.controllers.ezlogix.equation import coefficients
 from pidcfg.sim.controllers.ezlogix.scan import INLINED, KERNELS, Config, State, scan
@@ -95,12 +95,6 @@ def random_plc(rng):
     return cfg, st, [0.0] * (n * POINTS), sig, noise
 
 
-def words(cfg, st, aux, sig):
-    """Every bit of the outcome."""
-    flat = [value for item in (*cfg, *st) for value in astuple(item)]
-    return [struct.pack("<d", x) if isinstance(x, float) else x for x in (*flat, *aux, *sig)]
-
-
 @pytest.fixture(scope="module")
 def fast():
     return compiled([drive], inlined=INLINED)[drive]
@@ -114,14 +108,8 @@ def test_random_loops_run_to_the_same_bits_compiled_and_not(fast):
         for segment in range(SEGMENTS):
             for c, s in zip(cfg, st, strict=True):
                 random_event(rng, c, s)
-            arrays = records(cfg, Config), records(st, State), vector(aux), vector(sig)
-            first, last = segment * STEPS, (segment + 1) * STEPS
-            fast(first, last, *arrays, vector(noise))
-            drive(first, last, cfg, st, aux, sig, noise)
-            other = [Config() for _ in cfg], [State() for _ in st], arrays[2].tolist(), arrays[3].tolist()
-            write_back(arrays[0], other[0])
-            write_back(arrays[1], other[1])
-            assert words(*other) == words(cfg, st, aux, sig)
+            head = segment * STEPS, (segment + 1) * STEPS
+            advance(drive, fast, head, (cfg, st, aux, sig), noise)
             for c, s in zip(cfg, st, strict=True):
                 seen |= s.status
                 ends.add(s.tune_last)

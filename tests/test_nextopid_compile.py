@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import random
-import struct
-from dataclasses import astuple
 
 import pytest
 
+from compile_rig import advance
 from nextopid_rig import plc_of, random_program
-from pidcfg.sim.compile import compiled, records, vector, write_back
+from pidcfg.sim.compile import compiled
 from pidcfg.sim.controllers.nextopid import operate, slots
-from pidcfg.sim.controllers.nextopid.scan import INLINED, Config, State, scan
+from pidcfg.sim.controllers.nextopid.scan import INLINED, scan
 
 PROGRAMS, SEGMENTS, STEPS, TICKS = 250, 4, 60, 100_000
 
@@ -26,12 +25,6 @@ def drive(first, last, loops, cfg, st, aux, sig, noise):  # noqa: PLR0917 - numb
                 sig[c.sig_in] += 0.05 * (target - sig[c.sig_in]) + noise[2 + (k * loops + i) % (len(noise) - 2)]
         scan(k * TICKS, cfg, st, aux, sig)
     return last
-
-
-def words(cfg, st, aux, sig):
-    """Every bit of the outcome."""
-    flat = [value for item in (*cfg, *st) for value in astuple(item)]
-    return [struct.pack("<d", x) if isinstance(x, float) else x for x in (*flat, *aux, *sig)]
 
 
 def disturb(rng, plc, st, sig):
@@ -68,14 +61,8 @@ def test_random_programs_run_to_the_same_bits_compiled_and_not(fast):
         noise = [rng.choice([0.9, 0.9, -0.6]), rng.uniform(0, 60), *(rng.gauss(0.0, level) for _ in range(97))]
         for segment in range(SEGMENTS):
             disturb(rng, plc, st, sig)
-            arrays = records(cfg, Config), records(st, State), vector(aux), vector(sig)
-            first, last = segment * STEPS, (segment + 1) * STEPS
-            fast(first, last, len(plc.loops), *arrays, vector(noise))
-            drive(first, last, len(plc.loops), cfg, st, aux, sig, noise)
-            again = [Config() for _ in cfg], [State() for _ in st]
-            write_back(arrays[0], again[0])
-            write_back(arrays[1], again[1])
-            assert words(*again, arrays[2].tolist(), arrays[3].tolist()) == words(cfg, st, aux, sig)
+            head = segment * STEPS, (segment + 1) * STEPS, len(plc.loops)
+            advance(drive, fast, head, (cfg, st, aux, sig), noise)
         seen |= {c.kind for c in cfg}
         tuned |= {s.kept for s in st}
         faults += sum(s.fault != 0 for s in st)

@@ -21,12 +21,8 @@ import pidcfg
 ROOT = Path(__file__).parents[1]
 PYPROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))
 LOCKS = sorted((ROOT / "requirements").glob("*.txt"))
-RANGES = {
-    "run": PYPROJECT["project"]["dependencies"],
-    "fast": PYPROJECT["project"]["optional-dependencies"]["fast"],
-    "dev": PYPROJECT["dependency-groups"]["dev"],
-    "build": PYPROJECT["dependency-groups"]["build"],
-}
+EXTRAS = PYPROJECT["project"]["optional-dependencies"]
+RANGES = {"run": PYPROJECT["project"]["dependencies"], **EXTRAS, **PYPROJECT["dependency-groups"]}
 
 
 # --- the wheel --------------------------------------------------------------------------------------------------------
@@ -69,7 +65,7 @@ def test_the_wheel_asks_for_what_pyproject_says(wheel):
     assert f"\nVersion: {pidcfg.__version__}\n" in text
     assert "\nRequires-Python: >=3.11\n" in text
     assert len(re.findall(r"^Requires-Dist: (?!.*extra)", text, re.MULTILINE)) == len(RANGES["run"])
-    assert "\nProvides-Extra: fast\n" in text
+    assert re.findall(r"^Provides-Extra: (.+)$", text, re.MULTILINE) == list(EXTRAS)
 
 
 def test_the_unpacked_wheel_runs(wheel, tmp_path):

@@ -1,0 +1,30 @@
+"""A kernel compiled and not, on the same records: both must leave the same bits behind."""
+
+from __future__ import annotations
+
+import struct
+from dataclasses import astuple
+
+from pidcfg.sim.compile import records, vector, write_back
+
+
+def words(cfg, st, aux, sig):
+    """Every bit of the outcome."""
+    flat = [value for item in (*cfg, *st) for value in astuple(item)]
+    return [struct.pack("<d", x) if isinstance(x, float) else x for x in (*flat, *aux, *sig)]
+
+
+def advance(drive, fast, head, lists, noise):
+    """Runs ``drive`` on the lists and its compiled twin on a copy, and compares what they leave.
+
+    ``head``: the numbers that both are called with first; ``lists``: configurations, states, registers and signals.
+    """
+    cfg, st, aux, sig = lists
+    kinds = type(cfg[0]), type(st[0])
+    arrays = records(cfg, kinds[0]), records(st, kinds[1]), vector(aux), vector(sig)
+    fast(*head, *arrays, vector(noise))
+    drive(*head, *lists, noise)
+    twins = [kinds[0]() for _ in cfg], [kinds[1]() for _ in st]
+    for array, twin in zip(arrays, twins, strict=False):
+        write_back(array, twin)
+    assert words(*twins, arrays[2].tolist(), arrays[3].tolist()) == words(*lists)
