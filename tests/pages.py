@@ -1,7 +1,7 @@
 """README.md and the pages of docs/ as a reader follows them.
 
-``python tests/pages.py docs/tutorial.md`` renews the outputs that a page shows, and adds exit codes that it lacks. Read
-what changed before you commit it: an output is what somebody looked at.
+``python tests/pages.py docs/tutorial.md`` renews the outputs of a page that are no longer true, and adds the exit codes
+that it lacks. Read what changed before you commit it: an output is what somebody looked at.
 
 A block of the language ``console`` is a session: ``$ `` begins a command, a ``\\`` at its end continues it, and what
 follows is what the terminal shows (or standard output alone). A line ``...`` stands for lines that are left out, and a
@@ -163,6 +163,35 @@ def workshop(text: str, folder: Path) -> Iterator[None]:
         os.chdir(before)
 
 
+def unlike(shown: list[str], printed: str) -> str | None:
+    """The first line that a page shows and the command does not print, or None."""
+    whole = [line.rstrip() for line in printed.rstrip("\n").split("\n")]
+    cuts = [list(part) for part in split(shown)]
+    for number, part in enumerate(cuts):
+        at = 0
+        if number == len(cuts) - 1 and number and part:
+            at = max(0, len(whole) - len(part))
+        elif number:
+            at = next((i for i in range(len(whole)) if whole[i : i + len(part)] == part), 0)
+        for line, there in zip(part, whole[at:] + [None] * len(part), strict=False):
+            if line != there:
+                return f"shown {line!r}, printed {there!r}"
+        whole = whole[at + len(part) :]
+    return f"not shown: {whole[0]!r}" if whole and (len(cuts) == 1 or cuts[-1]) else None
+
+
+def split(shown: list[str]) -> Iterator[list[str]]:
+    """The parts between the lines that say that something is left out."""
+    part: list[str] = []
+    for line in shown:
+        if line.strip() == "...":
+            yield part
+            part = []
+        else:
+            part.append(line.rstrip())
+    yield part
+
+
 def renewed(shown: list[str], printed: str) -> list[str]:
     """The lines that a page should show in place of those it does: cut where they were cut."""
     lines = printed.splitlines()
@@ -178,10 +207,10 @@ def renew(text: str) -> str:
     with tempfile.TemporaryDirectory() as folder, workshop(text, Path(folder)):
         found = list(follow(text))
     lines, following = text.splitlines(), ""
-    for step, terminal, _, code in reversed(found):
+    for step, terminal, out, code in reversed(found):
         if code and following != "echo $?":
             lines[step.end : step.end] = [f"{step.indent}$ echo $?", f"{step.indent}{code}"]
-        if step.shown:
+        if step.shown and unlike(step.shown, terminal) and unlike(step.shown, out):
             lines[step.begin : step.end] = [step.indent + line for line in renewed(step.shown, terminal)]
         following = step.command
     return "\n".join(lines) + "\n"

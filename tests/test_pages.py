@@ -6,7 +6,7 @@ import re
 
 import pytest
 
-from pages import NOT_RUN, PAGES, ROOT, blocks, follow, skipped, steps, workshop
+from pages import NOT_RUN, PAGES, ROOT, blocks, follow, skipped, steps, unlike, workshop
 from shell import captured, pidcfg
 
 TEXTS = {page: path.read_text("utf-8") for page, path in PAGES.items()}
@@ -14,35 +14,6 @@ SESSIONS = {page: [step for block in blocks(text) if block.language == "console"
             for page, text in TEXTS.items()}  # fmt: skip
 IN_WORDS = {("README.md", "pidcfg validate ../mistakes/oven.yaml --severity error"): 1}
 """Exit codes that the text of a page tells, without a command that shows them."""
-
-
-def unlike(shown, printed):
-    """The first line that a page shows and the command does not print, or None."""
-    whole = [line.rstrip() for line in printed.rstrip("\n").split("\n")]
-    cuts = [list(part) for part in split(shown)]
-    for number, part in enumerate(cuts):
-        at = 0
-        if number == len(cuts) - 1 and number and part:
-            at = max(0, len(whole) - len(part))
-        elif number:
-            at = next((i for i in range(len(whole)) if whole[i : i + len(part)] == part), 0)
-        for line, there in zip(part, whole[at:] + [None] * len(part), strict=False):
-            if line != there:
-                return f"shown {line!r}, printed {there!r}"
-        whole = whole[at + len(part) :]
-    return f"not shown: {whole[0]!r}" if whole and (len(cuts) == 1 or cuts[-1]) else None
-
-
-def split(shown):
-    """The parts between the lines that say that something is left out."""
-    part = []
-    for line in shown:
-        if line.strip() == "...":
-            yield part
-            part = []
-        else:
-            part.append(line.rstrip())
-    yield part
 
 
 @pytest.mark.parametrize("page", [page for page, found in SESSIONS.items() if found])
