@@ -14,6 +14,12 @@ import pytest
 
 ROOT = Path(__file__).parents[1]
 NARROW, WIDE = 400, 1280
+BEYOND = (
+    "Math.max(...[document.documentElement, document.querySelector('article')].map(e => e.scrollWidth - e.clientWidth))"
+)
+"""How far the page, or its text inside it, is wider than there is room."""
+AROUND_HEADINGS = 8
+"""The theme lets a heading stand out by this much, to colour it when it is the target of a link."""
 
 
 class Quiet(SimpleHTTPRequestHandler):
@@ -78,7 +84,7 @@ def test_pages_are_quiet_and_never_wider_than_the_screen(browser, site, address)
             page.goto(f"{address}/{path.name}")
             for width in (NARROW, WIDE):
                 page.set_viewport_size({"width": width, "height": 900})
-                if page.evaluate("document.documentElement.scrollWidth") > width:
+                if page.evaluate(BEYOND) > AROUND_HEADINGS:
                     complaints.append(f"{path.name} is wider than {width}")
     assert not complaints
 
