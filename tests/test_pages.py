@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import json
 import re
 
+import jsonschema
 import pytest
 
 from pages import NOT_RUN, PAGES, ROOT, blocks, follow, skipped, steps, unlike, workshop
@@ -46,6 +48,14 @@ def test_files_shown_are_valid(page, block, tmp_path):
     (tmp_path / "shown.yaml").write_text("\n".join(block.lines) + "\n", "utf-8")
     code, terminal, _ = captured(pidcfg, ["validate", str(tmp_path / "shown.yaml"), "--severity", "error"])
     assert code == 0, terminal
+
+
+@pytest.mark.parametrize("path", sorted((ROOT / "docs" / "schemas").glob("*.json")), ids=lambda path: path.stem)
+def test_editors_of_an_older_draft_read_the_schemas(path):
+    schema = json.loads(path.read_text("utf-8"))
+    del schema["$schema"]
+    jsonschema.Draft7Validator.check_schema(schema)
+    assert not jsonschema.Draft7Validator(schema).is_valid({"no such key": 1})
 
 
 def test_the_readme_shows_outputs():
