@@ -2,6 +2,7 @@
 
 demo    install pidcfg into .venv, validate and simulate the example reactor
 test    install everything and run all tests; further arguments go to pytest
+docs    build the documentation site into build/site
 check   ruff, mypy --strict, the import rules, the generated docs
 bench   print the benchmarks: speed of the command and of the simulation
 lock    renew requirements/*.txt from pyproject.toml
@@ -30,6 +31,9 @@ PYTHON = BIN / ("python.exe" if os.name == "nt" else "python")
 REQUIREMENTS = ROOT / "requirements"
 REACTOR = "examples/dl06/reactor.yaml"
 SCENARIO = "examples/dl06/reactor.scenario.yaml"
+
+SITE = ("-m", "sphinx", "-E", "-W", "--keep-going", "-q", "-d", "build/doctrees")
+"""Sphinx from source folder to site, as offline as everything else."""
 
 NEEDED_BY = {"demo": ("build", "run"), "test": ("build", "run", "report", "dev", "docs")}
 """Files of requirements/ by what they are installed for."""
@@ -195,6 +199,13 @@ def check() -> None:
     print("all checks passed")
 
 
+def docs() -> None:
+    """Build the documentation site; what it warns of is an error."""
+    prepare("test")
+    must(PYTHON, *SITE, "docs", "build/site")
+    print(f"open {(ROOT / 'build' / 'site' / 'index.html').as_uri()}")
+
+
 def bench() -> None:
     """Print every benchmark."""
     prepare("test")
@@ -216,7 +227,14 @@ def lock() -> None:
             locked.append(name)
 
 
-TASKS: dict[str, Callable[..., None]] = {"demo": demo, "test": test, "check": check, "bench": bench, "lock": lock}
+TASKS: dict[str, Callable[..., None]] = {
+    "demo": demo,
+    "test": test,
+    "docs": docs,
+    "check": check,
+    "bench": bench,
+    "lock": lock,
+}
 
 
 def main(arguments: list[str]) -> None:

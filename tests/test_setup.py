@@ -177,6 +177,18 @@ def test_a_failing_check_does_not_hide_the_others(tasks, monkeypatch):
     assert end.value.code == "failed: -m ruff format --check .; -m mypy --strict; docs/generate.py --check"
 
 
+def test_the_site_is_built_without_a_saved_state_and_warnings_are_errors(tasks, monkeypatch):
+    monkeypatch.setattr(tasks, "prepare", lambda _purpose: None)
+    ran = []
+    monkeypatch.setattr(tasks, "run", lambda *command: ran.append(command) or 0)
+
+    tasks.main(["docs"])
+
+    assert ran[0][1:3] == ("-m", "sphinx")
+    assert {"-W", "-E"} < set(ran[0])
+    assert ran[0][-2:] == ("docs", "build/site")
+
+
 def test_what_the_demo_shows_is_there(tasks):
     assert (ROOT / tasks.REACTOR).is_file()
     assert (ROOT / tasks.SCENARIO).is_file()
