@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
-from pidcfg.cli import options
+from pidcfg.cli import options, settings
 from pidcfg.cli.console import echo, echo_json, note, progress
 from pidcfg.cli.inputs import gather
 from pidcfg.cli.main import Exit
@@ -25,34 +25,51 @@ EPILOG = options.examples(
 
 
 @click.command("validate", epilog=EPILOG)
-@click.argument("paths", nargs=-1, required=True)
+@click.argument("paths", nargs=-1, required=True, is_eager=True, callback=settings.take)
 @options.output_format(*REPORTERS)
 @options.SELECT
 @options.IGNORE
 @options.SEVERITY
 @options.STRICT
+@settings.baseline_options
+@settings.FIX
+@settings.DIFF
+@settings.CONFIG
+@settings.ISOLATED
+@settings.SHOW
 @options.QUIET
 @options.LIMITS
+@click.pass_context
 def command(
-    paths: tuple[str, ...], fmt: str, select: list[str], ignore: list[str], severity: str, strict: bool, quiet: bool,
-    limits: Limits,
+    ctx: click.Context, paths: tuple[str, ...], fmt: str, select: list[str], ignore: list[str], severity: str,
+    strict: bool, quiet: bool, limits: Limits, fix: bool, diff: bool, show_settings: bool, **living: Any,
 ) -> None:  # fmt: skip
     """Find every mistake in PATHS: configurations, scenarios, folders of them, or - for standard input."""
     from pidcfg.cli.checks import check_all
+    from pidcfg.cli.living import Rules, live
 
+    if show_settings:
+        echo(settings.report(ctx))
+        return
     documents: dict[str, Document] = {}
     found: list[Diagnostic] = []
     gathered = list(gather(paths, limits))
     inputs = [entry for entry in gathered if not entry.foreign]
     skipped = len(gathered) - len(inputs)
+    if fix or diff:
+        from pidcfg.cli.fixing import fixing
+
+        inputs = fixing(inputs, limits, Rules(select, ignore), ctx)
     for doc, findings in progress(check_all(inputs, limits), "checking", len(inputs), quiet=quiet):
         documents[doc.file] = doc
         found += findings
-    kept = options.chosen(found, select, ignore)
-    (echo_json if fmt == "json" else echo)(REPORTERS[fmt](options.severe(kept, severity), documents))
+    left = live(found, documents, settings.of(ctx), Rules(select, ignore, **living))
+    (echo_json if fmt == "json" else echo)(REPORTERS[fmt](options.severe(left.kept, severity), documents))
+    for remark in () if quiet else left.remarks:
+        note(remark)
     if fmt == "text" and not quiet:
-        note(summary(kept, len(documents), skipped))
-    click.get_current_context().exit(exit_code(kept, strict=strict))
+        note(summary(left.kept, len(documents), skipped) + left.counts + settings.of(ctx).mention)
+    ctx.exit(exit_code(left.kept, strict=strict))
 
 
 def exit_code(found: list[Diagnostic], *, strict: bool = False) -> Exit:
