@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 LARGEST = 64 << 20
 """Bytes of a baseline."""
-STDIN = "<stdin>"
+STDIN_NAME = "<stdin>"
 """The name of an input that has none, so that no baseline can know it."""
 
 
@@ -51,13 +51,12 @@ class Living:
     @property
     def counts(self) -> str:
         """The end of the summary."""
-        ignored = f"; {len(self.ignored)} ignored" if self.ignored else ""
-        return ignored + (f"; {len(self.known)} in the baseline" if self.known else "")
+        fixable = sum(bool(d.edits) for d in self.kept)
+        rows = ((fixable, "with --fix"), (len(self.ignored), "ignored"), (len(self.known), "in the baseline"))
+        return "".join(f"; {number} {what}" for number, what in rows if number)
 
 
-def live(
-    found: Sequence[Diagnostic], documents: dict[str, Document], settings: Settings, rules: Rules
-) -> Living:
+def live(found: Sequence[Diagnostic], documents: dict[str, Document], settings: Settings, rules: Rules) -> Living:
     """What is reported of the findings; writes the baseline when it was asked for."""
     living = _commented(found, documents)
     everything = living.kept
@@ -110,7 +109,7 @@ def _with_baseline(
         return relative(file, folder)
 
     if rules.create:
-        living.known = [d for d in living.kept if enters(d) and d.file != STDIN]
+        living.known = [d for d in living.kept if enters(d) and d.file != STDIN_NAME]
         new = {id(d) for d in living.known}
         living.kept = [d for d in living.kept if id(d) not in new]
         _write(name, to_text(entry(d, file_of) for d in living.known), "--create-baseline")

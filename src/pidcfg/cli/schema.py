@@ -14,20 +14,21 @@ from pidcfg.vendors import VENDORS
 if TYPE_CHECKING:
     from pydantic import BaseModel
 
-SCENARIO = "scenario"
-EPILOG = options.examples("pidcfg schema dl06", "pidcfg schema dl06 -o dl06.schema.json", "pidcfg schema scenario")
+SCENARIO, SETTINGS = "scenario", "settings"
+EPILOG = options.examples("pidcfg schema dl06", "pidcfg schema dl06 -o dl06.schema.json", "pidcfg schema settings")
 
 
 @click.command("schema", epilog=EPILOG)
-@click.argument("vendor", type=click.Choice([*VENDORS, SCENARIO]), required=False)
+@click.argument("vendor", type=click.Choice([*VENDORS, SCENARIO, SETTINGS]), required=False)
 @options.OUT
 @options.FORCE
 def command(vendor: str | None, out: str | None, force: bool) -> None:
-    """Print the JSON Schema of VENDOR's files, or of scenarios; without VENDOR, list what there is."""
+    """Print the JSON Schema of VENDOR's files, of scenarios or of settings; without VENDOR, list what there is."""
     from pidcfg.cli.outputs import write_files
 
     if vendor is None:
-        rows = [(v.key, v.title) for v in VENDORS.values()] + [(SCENARIO, "simulation scenarios")]
+        others = [(SCENARIO, "simulation scenarios"), (SETTINGS, "settings in pidcfg.toml")]
+        rows = [(v.key, v.title) for v in VENDORS.values()] + others
         echo("".join(f"{key:<10} {title}\n" for key, title in rows))
         return
     text = json.dumps(document_schema(vendor), indent=2, ensure_ascii=False) + "\n"
@@ -38,7 +39,11 @@ def command(vendor: str | None, out: str | None, force: bool) -> None:
 
 
 def document_schema(vendor: str) -> dict[str, Any]:
-    """The JSON Schema of a vendor's files, or of scenarios."""
+    """The JSON Schema of a vendor's files, of scenarios, or of settings."""
+    if vendor == SETTINGS:
+        from pidcfg.cli.settings_check import settings_schema
+
+        return settings_schema()
     from pidcfg.schemas.document import json_schema
 
     return json_schema(_model(vendor), _title(vendor))

@@ -39,15 +39,15 @@ EPILOG = options.examples(
 @settings.SHOW
 @options.QUIET
 @options.LIMITS
-@click.pass_context
 def command(
-    ctx: click.Context, paths: tuple[str, ...], fmt: str, select: list[str], ignore: list[str], severity: str,
-    strict: bool, quiet: bool, limits: Limits, fix: bool, diff: bool, show_settings: bool, **living: Any,
+    paths: tuple[str, ...], fmt: str, select: list[str], ignore: list[str], severity: str, strict: bool, quiet: bool,
+    limits: Limits, fix: bool, diff: bool, show_settings: bool, **living: Any,
 ) -> None:  # fmt: skip
     """Find every mistake in PATHS: configurations, scenarios, folders of them, or - for standard input."""
     from pidcfg.cli.checks import check_all
     from pidcfg.cli.living import Rules, live
 
+    ctx = click.get_current_context()
     if show_settings:
         echo(settings.report(ctx))
         return
@@ -64,7 +64,9 @@ def command(
         documents[doc.file] = doc
         found += findings
     left = live(found, documents, settings.of(ctx), Rules(select, ignore, **living))
-    (echo_json if fmt == "json" else echo)(REPORTERS[fmt](options.severe(left.kept, severity), documents))
+    shown = REPORTERS[fmt](options.severe(left.kept, severity), documents)
+    piped = fix and "-" in paths  # standard output is the corrected text
+    (note if piped else echo_json if fmt == "json" else echo)(shown)
     for remark in () if quiet else left.remarks:
         note(remark)
     if fmt == "text" and not quiet:

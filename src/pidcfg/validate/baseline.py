@@ -1,7 +1,7 @@
 """Known findings: a list that is made once and only loses entries.
 
-An entry holds no line, so that it stays the same when text moves: code, severity, file, path and message. The path names
-loops rather than counting them.
+An entry holds no line, so that it stays the same when text moves: code, severity, file, path and message. The path
+names loops rather than counting them.
 """
 
 from __future__ import annotations

@@ -132,7 +132,7 @@ def _remarks(ignore: _Ignore, used: set[str], doc: Document, *, checked: bool) -
         elif checked:
             unused.append(code)
     if unused:
-        where = f"line {ignore.target}" if ignore.target else "any line below"
+        where = "the next line" if ignore.comment.alone else "this line"
         message = f"{', '.join(unused)}: no such finding on {where}"
         yield _problem("PID043", message, doc, ignore.span, "delete it", _without(ignore, set(unused), doc))
     if not ignore.reason:
@@ -164,7 +164,5 @@ def _without(ignore: _Ignore, unused: set[str], doc: Document) -> tuple[Edit, ..
     return (Edit(Span(line, len(row[: column - 1].rstrip()) + 1, line, len(row) + 1), ""),)
 
 
-def _problem(
-    code: str, message: str, doc: Document, span: Span, cure: str, edits: tuple[Edit, ...] = ()
-) -> Diagnostic:
+def _problem(code: str, message: str, doc: Document, span: Span, cure: str, edits: tuple[Edit, ...] = ()) -> Diagnostic:
     return Diagnostic(code, Severity.WARNING, message, doc.file, span, reference=str(D315), help=cure, edits=edits)
