@@ -17,6 +17,7 @@ MAY_IMPORT = {
     # part          parts of pidcfg that it may import besides itself
     "refs":         "",
     "limits":       "",
+    "globs":        "",
     "writer":       "",
     "diagnostics":  "refs",
     "document":     "refs limits diagnostics",

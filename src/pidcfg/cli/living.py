@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING
 import click
 
 from pidcfg.cli import options
-from pidcfg.cli.outputs import write_files
 from pidcfg.diagnostics import ordered
 
 if TYPE_CHECKING:
@@ -81,9 +80,9 @@ def _commented(found: Sequence[Diagnostic], documents: Mapping[str, Document]) -
     from pidcfg.validate.suppress import suppress
 
     by_file: dict[str, list[Diagnostic]] = {file: [] for file in documents}
+    living = Living([d for d in found if d.file not in by_file])
     for d in found:
-        by_file[d.file].append(d)
-    living = Living([])
+        by_file.get(d.file, []).append(d)
     for file, mine in by_file.items():
         outcome = suppress(mine, documents[file])
         living.kept += ordered(outcome.kept) if len(outcome.kept) != len(mine) or outcome.ignored else mine
@@ -123,6 +122,8 @@ def _with_baseline(
     if not compared.stale:
         return
     if rules.shrink:
+        from pidcfg.cli.outputs import write_files
+
         write_files({name: to_text(without(entries, compared.stale))}, force=True)
         living.remarks.append(f"{name}: {count(len(compared.stale), 'entry', 'entries')} removed")
         return
@@ -162,6 +163,8 @@ def _read(name: str) -> str:
 
 def _write(name: str, text: str, option: str) -> None:
     """A new baseline; findings never enter one that is there."""
+    from pidcfg.cli.outputs import write_files
+
     if Path(name).exists():
         raise click.ClickException(
             f"{name} exists and only shrinks: {option} makes a new one; delete it first to accept what is there now"

@@ -20,6 +20,8 @@ if TYPE_CHECKING:
 OWN, SHARED = "pidcfg.toml", "pyproject.toml"
 TABLE = "tool.pidcfg"
 REPOSITORY = ".git"
+HAS_TABLE = re.compile(rb"tool[\"' \t]*\.[\"' \t]*pidcfg|^[ \t]*\[[\"' \t]*tool[\"' \t]*\]", re.MULTILINE)
+"""What a shared file must hold before it is read as TOML."""
 LARGEST = 1 << 20
 META, CHOSEN, NONE = "pidcfg.settings", "pidcfg.config", "pidcfg.isolated"
 PARAMETERS = {"format": "fmt"}
@@ -77,6 +79,8 @@ def of(ctx: click.Context) -> Settings:
 def take(ctx: click.Context, param: click.Parameter, paths: tuple[str, ...]) -> tuple[str, ...]:
     """Callback of the paths, which come before the options: settings become the options' defaults."""
     del param
+    if ctx.resilient_parsing:
+        return paths
     config, isolated = ctx.meta.get(CHOSEN), ctx.meta.get(NONE, False)
     if config is not None and isolated:
         raise click.UsageError("--config and --isolated exclude each other", ctx)
@@ -98,7 +102,7 @@ def _settings(paths: Sequence[str], config: str | None) -> Settings:
             continue
         name = _shown(path)
         data = _bytes(path, name)
-        if path.name == OWN or (b"pidcfg" in data and _has_table(path, name, data)):
+        if path.name == OWN or (HAS_TABLE.search(data) and _has_table(name, data)):
             return _loaded(path, name, data)
     return Settings()
 
@@ -147,8 +151,8 @@ def _parsed(name: str, data: bytes) -> dict[str, Any]:
         raise click.ClickException(f"{name}: not usable as TOML: {type(error).__name__}") from None
 
 
-def _has_table(path: Path, name: str, data: bytes) -> bool:
-    del path
+def _has_table(name: str, data: bytes) -> bool:
+    """Whether a shared file speaks of us."""
     tool = _parsed(name, data).get("tool")
     return isinstance(tool, dict) and "pidcfg" in tool
 
