@@ -88,7 +88,12 @@ def test_every_code_of_reading_and_schema_has_a_case(rule):
 
 
 def test_codes_are_unique():
-    rules = {*READING, *SCHEMA, *LIVING, *(rule for vendor in VENDORS.values() for rule in vendor.load("rules").values())}
+    rules = {
+        *READING,
+        *SCHEMA,
+        *LIVING,
+        *(rule for vendor in VENDORS.values() for rule in vendor.load("rules").values()),
+    }
 
     assert len({rule.code for rule in rules}) == len(rules)
 
