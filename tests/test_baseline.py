@@ -9,8 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from living_rig import GOOD, TWICE, run
-from pidcfg.validate.baseline import Entry, compare, entry, enters, from_text, to_text, without
 from pidcfg.diagnostics import Diagnostic, Severity, Span
+from pidcfg.validate.baseline import Entry, compare, enters, entry, from_text, to_text, without
 
 KNOWN = "known.json"
 

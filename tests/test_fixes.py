@@ -1,4 +1,4 @@
-"""Corrections: every byte outside of them stays, what has two readings is left alone, and nothing is written by half."""
+"""Corrections: every byte outside of them stays, what has two readings is left, and nothing is written by half."""
 
 from __future__ import annotations
 
@@ -68,7 +68,8 @@ def test_of_two_edits_that_overlap_one_is_made():
 SLIPS = (
     ("pidcfg: 1", 'pidcfg: "1"'), ("vendor: dl06", "vendor: DL06"), ("loop_table: V2000", "loop_table: v2000"),
     ("bias_freeze: true", "bias_freeze: yes"), ("sample_rate: 0.2 ", "smaple_rate: 0.2 "),
-    ("algorithm: position", "algorithm: 'Position'"), ("gain: 0.80", 'gain: "0.80"'), ("square_root: false", "square_root: 'no'"),
+    ("algorithm: position", "algorithm: 'Position'"), ("gain: 0.80", 'gain: "0.80"'),
+    ("square_root: false", "square_root: 'no'"),
     ("    setpoint: {value: 20.0", "    set-point: {value: 20.0"), ("high: 42.0", 'high: "42.0"'),
     ("hysteresis: 0.5", "hysterisis: 0.5"), ("sample_rate: 2.0", "sample_rat: 2.0"), ("gain: 2.50", "gain: 02.50"),
     ("derivative_gain_limit: 10", "derivative_gain_limit: 0x0A"), ("value: 85.0", '"valeu": 85.0'),
@@ -102,8 +103,10 @@ def test_slips_in_a_real_file_are_mended_and_every_other_byte_stays(slips_made, 
 
 
 @pytest.mark.parametrize(("right", "wrong"), [
-    ("pidcfg: 1", "pidcgf: 1"), ("gain: 1,", "gian: 1,"), ("gain: 1,", "Gain: 1,"), ("gain: 1,", 'gain: "1",'), ("gain: 1,", "gain: 01,"),
-    ("gain: 8,", "gain: 08,"), ("gain: 8.5,", "gain: 08.5,"), ("reset: 1000", "reset: 1_000"), ("reset: 10", "reset: 0b1010"),
+    ("pidcfg: 1", "pidcgf: 1"),
+    ("gain: 1,", "gian: 1,"), ("gain: 1,", "Gain: 1,"), ("gain: 1,", 'gain: "1",'), ("gain: 1,", "gain: 01,"),
+    ("gain: 8,", "gain: 08,"), ("gain: 8.5,", "gain: 08.5,"), ("reset: 1000", "reset: 1_000"),
+    ("reset: 10", "reset: 0b1010"),
     ("reset: 10", "reset: 0o12"), ("action: direct", "action: DIRECT"), ("V2000", "v2000"), ("tuning: {", "tunign: {"),
     ("plc: {loop_table: V2000", "plc: {lop_table: V2000"), ("sample_rate: 1", "sample-rate: 1"),
 ])  # fmt: skip
@@ -213,7 +216,7 @@ def test_unused_ignores_are_deleted_and_used_ones_stay():
 
 @pytest.mark.parametrize("folder", ["examples/*/*.yaml", "tests/cases/*.yaml", "src/pidcfg/starters/*.yaml"])
 def test_no_file_that_can_be_used_is_ever_changed(folder):
-    """Warnings, and errors of rules, are decisions: nothing that a plant does is changed without being asked by name."""
+    """Warnings, and errors of rules, are decisions: nothing that a plant does is changed unasked."""
     files = [path for path in ROOT.glob(folder) if "scenario" not in path.name]
     assert files
     for path in files:

@@ -66,8 +66,7 @@ def yaml_texts(draw):
             put(f"{single(f'k{i}')}: {single(text)}", comment)
         elif kind == "b":
             put(f"k{i}: {draw(st.sampled_from('|>'))}{draw(st.sampled_from(['', '-', '+', '2']))}", comment)
-            for _ in range(draw(st.integers(1, 3))):
-                lines.append(f"  # {text.strip()}")
+            lines.extend([f"  # {text.strip()}"] * draw(st.integers(1, 3)))
         elif kind == "f":
             put(f"k{i}: [{double(text)}, 1,", comment)
             put(f"  a#b, {single(text)}]", draw(COMMENT))
@@ -102,7 +101,8 @@ def test_a_comment_ignores_the_codes_it_names_on_its_line_and_no_others():
 
 
 @pytest.mark.parametrize("form", [
-    "# pidcfg: ignore[PID242, PID254] why", "#pidcfg:ignore[PID242,PID254] why", "# PIDCFG: Ignore [pid242 , PID254]why",
+    "# pidcfg: ignore[PID242, PID254] why", "#pidcfg:ignore[PID242,PID254] why",
+    "# PIDCFG: Ignore [pid242 , PID254]why",
     "# first # pidcfg: ignore[PID242,PID254] why # later",
 ])  # fmt: skip
 def test_spellings(form):
