@@ -69,6 +69,8 @@ def pages() -> dict[str, str]:
         found[f"{vendor.key}-registers.md"] = registers(vendor)
         found[f"{vendor.key}-keys.md"] = keys(vendor.key, f"Keys of the {vendor.title} configuration")
         found[f"schemas/{vendor.key}.schema.json"] = schema_text(vendor.key)
+    found["settings-keys.md"] = keys("settings", "Keys of the settings")
+    found["schemas/settings.schema.json"] = schema_text("settings")
     found["scenario-keys.md"] = keys("scenario", "Keys of a scenario")
     found["schemas/scenario.schema.json"] = schema_text("scenario")
     found["../src/pidcfg/completions/codes.txt"] = codes()

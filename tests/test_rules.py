@@ -10,7 +10,7 @@ from pidcfg.diagnostics import Severity
 from pidcfg.limits import Limits
 from pidcfg.refs import Decision, Manual
 from pidcfg.source import read_document
-from pidcfg.validate.codes import READING, SCHEMA
+from pidcfg.validate.codes import LIVING, READING, SCHEMA
 from pidcfg.validate.engine import check_document
 from pidcfg.vendors import VENDORS
 
@@ -28,7 +28,7 @@ FROM_THE_COMMAND = {"PID040"}
 
 RULES = {code: rule for vendor in VENDORS.values() for code, rule in vendor.load("rules").items()}
 """The rules of all vendors; those for every vendor are in each vendor's table, and once here."""
-EXPLAINED = [*READING, *SCHEMA, *RULES.values()]
+EXPLAINED = [*READING, *SCHEMA, *LIVING, *RULES.values()]
 
 
 def check(text, name="case.yaml"):
@@ -88,7 +88,12 @@ def test_every_code_of_reading_and_schema_has_a_case(rule):
 
 
 def test_codes_are_unique():
-    rules = {*READING, *SCHEMA, *(rule for vendor in VENDORS.values() for rule in vendor.load("rules").values())}
+    rules = {
+        *READING,
+        *SCHEMA,
+        *LIVING,
+        *(rule for vendor in VENDORS.values() for rule in vendor.load("rules").values()),
+    }
 
     assert len({rule.code for rule in rules}) == len(rules)
 

@@ -263,7 +263,7 @@ def _walk(text: str, builder: _Builder) -> None:
     }
     ends = {events.MappingEndEvent, events.SequenceEndEvent}
     try:
-        for event in _parser().parse(text):
+        for event in parser().parse(text):
             kind = event.__class__
             if kind in take:
                 take[kind](event)
@@ -276,7 +276,7 @@ def _walk(text: str, builder: _Builder) -> None:
 
 
 @cache
-def _parser() -> Any:
+def parser() -> Any:
     """One reader for all files: it keeps nothing from one text to the next."""
     from ruamel.yaml import YAML
 

@@ -79,13 +79,15 @@ FORCE = click.option("--force", is_flag=True, help="Overwrite a file that differ
 
 
 def chosen(found: list[Diagnostic], select: list[str], ignore: list[str]) -> list[Diagnostic]:
-    """The findings that the options leave; what makes a file unusable cannot be ignored."""
-    return [
-        d
-        for d in found
-        if (not select or d.code.startswith(tuple(select)) or d.code < "PID1")
-        and not (ignore and d.code.startswith(tuple(ignore)) and d.code >= "PID1")
-    ]
+    """The findings that the options leave; what keeps a file from being used cannot be ignored."""
+    from pidcfg.validate.codes import ignorable
+
+    return [d for d in found if not ignorable(d) or named(d.code, select, ignore)]
+
+
+def named(code: str, select: list[str], ignore: list[str]) -> bool:
+    """Whether the options speak of a code."""
+    return (not select or code.startswith(tuple(select))) and not (ignore and code.startswith(tuple(ignore)))
 
 
 def severe(found: list[Diagnostic], severity: str) -> list[Diagnostic]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import stat
 import tempfile
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -53,7 +54,7 @@ def _target(name: str, content: bytes, *, force: bool) -> Path:
 
 
 def _stage(target: Path, content: bytes) -> str:
-    """A flushed temporary file in the target's folder, with the rights a new file would have."""
+    """A flushed temporary file in the target's folder, with the rights of the file it replaces, or of a new one."""
     handle, name = tempfile.mkstemp(prefix=f".{target.name}.", dir=target.parent)
     with os.fdopen(handle, "wb") as stream:
         stream.write(content)
@@ -62,5 +63,5 @@ def _stage(target: Path, content: bytes) -> str:
     if os.name == "posix":
         umask = os.umask(0)
         os.umask(umask)
-        Path(name).chmod(0o666 & ~umask)
+        Path(name).chmod(stat.S_IMODE(target.stat().st_mode) if target.exists() else 0o666 & ~umask)
     return name

@@ -12,8 +12,9 @@ import click
 
 from pidcfg import __version__
 from pidcfg.cli import options
-from pidcfg.cli.console import echo, note, watched
+from pidcfg.cli.console import echo, note
 from pidcfg.cli.main import Exit
+from pidcfg.cli.progress import LINE
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
@@ -76,7 +77,7 @@ def command(
     if out is None and csv is None and xlsx is None:
         out = PAGE
     _have("page" if out is not None else None, "xlsx" if xlsx is not None else None)
-    found = gathered(paths, limits, _progress(quiet=quiet), pictures=out is not None)
+    found = gathered(paths, limits, _progress, pictures=out is not None)
     _apart([name for name in (out, xlsx) if name is not None], found)
     block = Title(title, project, customer, plant, document, revision, author, date, __version__)
     made = compose(block, list(found.files.values()), list(found.configurations.values()), found.runs, found.findings)
@@ -95,12 +96,9 @@ def _have(*wanted: str | None) -> None:
             raise click.ClickException(f"{missing[0]} is not installed; 'pip install pidcfg[report]' brings it")
 
 
-def _progress(*, quiet: bool) -> Callable[[float], None] | None:
-    if quiet or not watched():
-        return None
-    from pidcfg.cli.simulate import progress
-
-    return progress()
+def _progress(share: float) -> None:
+    """What the line on the terminal shows."""
+    LINE.update("simulating", share)
 
 
 def _apart(outputs: Sequence[str], found: Gathered) -> None:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import click
 
-from pidcfg.cli.console import echo, echo_json, echo_xml, show
+from pidcfg.cli.console import echo, echo_json, echo_xml, note, show
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -117,10 +117,13 @@ def write_reports(
 
 def deliver(
     fmt: str, reports: Sequence[Report], render: Callable[[str], str],
-    others: Mapping[str, str | bytes] | None = None, *, force: bool = False,
+    others: Mapping[str, str | bytes] | None = None, *, force: bool = False, aside: bool = False,
 ) -> None:  # fmt: skip
-    """Prints one format and writes the others; what is printed is there even if a file cannot be written."""
+    """Prints one format and writes the others; what is printed is there even if a file cannot be written.
+
+    ``aside``: on standard error, since standard output has something else.
+    """
     kinds = ((JSON_FORMATS, echo_json), (XML_FORMATS, echo_xml), (PLAIN_FORMATS, show))
     put = next((put for names, put in kinds if fmt in names), echo)
-    put(render(fmt))
+    (note if aside else put)(render(fmt))
     write_reports(reports, render, others, force=force)

@@ -15,28 +15,30 @@ from pidcfg.vendors import VENDORS
 if TYPE_CHECKING:
     from pydantic import BaseModel
 
-SCENARIO = "scenario"
+SCENARIO, SETTINGS = "scenario", "settings"
 EPILOG = options.examples(
     "pidcfg schema dl06",
     "pidcfg schema dl06 -o dl06.schema.json",
     "pidcfg schema scenario",
+    "pidcfg schema settings",
     "pidcfg schema output-validate",
 )
 
 
 @click.command("schema", epilog=EPILOG)
-@click.argument("name", metavar="[NAME]", type=click.Choice([*VENDORS, SCENARIO, *OUTPUTS]), required=False)
+@click.argument("name", metavar="[NAME]", type=click.Choice([*VENDORS, SCENARIO, SETTINGS, *OUTPUTS]), required=False)
 @options.OUT
 @options.FORCE
 def command(name: str | None, out: str | None, force: bool) -> None:
-    """Print the JSON Schema NAME: of a vendor's files, of scenarios, or of what a command prints as JSON.
+    """Print the JSON Schema NAME: of a vendor's files, of scenarios, of settings, or of what a command prints as JSON.
 
     Without NAME, list what there is.
     """
     from pidcfg.cli.outputs import write_files
 
     if name is None:
-        rows = [(v.key, v.title) for v in VENDORS.values()] + [(SCENARIO, "simulation scenarios")]
+        rows = [(v.key, v.title) for v in VENDORS.values()]
+        rows += [(SCENARIO, "simulation scenarios"), (SETTINGS, "settings in pidcfg.toml")]
         rows += [(key, f"what pidcfg {words} prints") for key, (_, words) in OUTPUTS.items()]
         show("".join(f"{key:<16} {title}\n" for key, title in rows))
         return
@@ -48,9 +50,13 @@ def command(name: str | None, out: str | None, force: bool) -> None:
 
 
 def document_schema(name: str) -> dict[str, Any]:
-    """The JSON Schema of a vendor's files, of scenarios, or of an output."""
+    """The JSON Schema of a vendor's files, of scenarios, of settings, or of an output."""
     if name in OUTPUTS:
         return output_schema(name)
+    if name == SETTINGS:
+        from pidcfg.cli.settings_check import settings_schema
+
+        return settings_schema()
     from pidcfg.schemas.document import json_schema
 
     return json_schema(_model(name), _title(name))

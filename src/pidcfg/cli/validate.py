@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
-from pidcfg.cli import options, report_options
-from pidcfg.cli.console import note
+from pidcfg.cli import options, report_options, settings
+from pidcfg.cli.console import echo, note
 from pidcfg.cli.formats import FOR_PEOPLE, FORMATS, render
 from pidcfg.cli.formats.findings import Findings
-from pidcfg.cli.inputs import gather
+from pidcfg.cli.inputs import STDIN, gather
 from pidcfg.cli.main import Exit
 from pidcfg.cli.progress import progress
 from pidcfg.cli.reporters import summary
@@ -29,7 +29,7 @@ EPILOG = options.examples(
 
 
 @click.command("validate", epilog=EPILOG)
-@click.argument("paths", nargs=-1, required=True)
+@click.argument("paths", nargs=-1, required=True, is_eager=True, callback=settings.take)
 @report_options.report_format(*FORMATS)
 @report_options.report_files(*FORMATS)
 @click.option("--skip-foreign", is_flag=True, help="Leave out named files without a pidcfg key, as folders do.")
@@ -37,31 +37,50 @@ EPILOG = options.examples(
 @options.IGNORE
 @options.SEVERITY
 @options.STRICT
+@settings.baseline_options
+@settings.FIX
+@settings.DIFF
+@settings.CONFIG
+@settings.ISOLATED
+@settings.SHOW
 @options.QUIET
 @options.LIMITS
 def command(
     paths: tuple[str, ...], fmt: str, reports: tuple[report_options.Report, ...], select: list[str], ignore: list[str],
-    skip_foreign: bool, severity: str, strict: bool, quiet: bool, limits: Limits,
+    skip_foreign: bool, severity: str, strict: bool, quiet: bool, limits: Limits, fix: bool, diff: bool,
+    show_settings: bool, **living: Any,
 ) -> None:  # fmt: skip
     """Find every mistake in PATHS: configurations, scenarios, folders of them, or - for standard input."""
     from pidcfg.cli.checks import check_all
+    from pidcfg.cli.living import Rules, live
 
+    ctx = click.get_current_context()
+    if show_settings:
+        echo(settings.report(ctx))
+        return
     documents: dict[str, Document] = {}
     found: list[Diagnostic] = []
     gathered = list(gather(paths, limits, only_ours=skip_foreign))
     inputs = [entry for entry in gathered if not entry.foreign]
     skipped = len(gathered) - len(inputs)
     report_options.refuse_inputs(reports, (entry.name for entry in inputs))
+    if fix or diff:
+        from pidcfg.cli.fixing import fixing
+
+        inputs = fixing(inputs, limits, Rules(select, ignore), ctx)
     for doc, findings in progress(check_all(inputs, limits), "checking", len(inputs)):
         documents[doc.file] = doc
         found += findings
-    kept = options.chosen(found, select, ignore)
+    left = live(found, documents, settings.of(ctx), Rules(select, ignore, **living))
     fails = Severity.WARNING if strict else Severity.ERROR
-    shown = Findings(options.severe(kept, severity), documents, fails)
-    report_options.deliver(fmt, reports, lambda name: render(name, shown))
+    shown = Findings(options.severe(left.kept, severity), documents, fails)
+    piped = fix and STDIN in paths  # standard output is the corrected text
+    report_options.deliver(fmt, reports, lambda name: render(name, shown), aside=piped)
+    for remark in () if quiet else left.remarks:
+        note(remark)
     if fmt in FOR_PEOPLE and not quiet:
-        note(summary(kept, len(documents), skipped))
-    click.get_current_context().exit(exit_code(kept, strict=strict))
+        note(summary(left.kept, len(documents), skipped) + left.counts + settings.of(ctx).mention)
+    ctx.exit(exit_code(left.kept, strict=strict))
 
 
 def exit_code(found: list[Diagnostic], *, strict: bool = False) -> Exit:

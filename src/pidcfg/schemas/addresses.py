@@ -7,6 +7,8 @@ from typing import Any, NamedTuple
 
 from pidcfg.schemas.base import refuse
 
+LONGEST = 9
+"""Digits of an address that still reads as one."""
 ADDRESS = re.compile(r"([A-Z]+)([0-9]+)")
 
 
@@ -29,12 +31,19 @@ class BankRange(NamedTuple):
         if found is None or found.group(1) != self.prefix:
             upper = ADDRESS.fullmatch(value.upper().replace(" ", ""))
             likely = upper is not None and upper.group(1) == self.prefix
-            refuse("address_form", f"{value!r} is not {self.what}",
-                   help=f"write {self.prefix}{int(upper.group(2)[:9])}" if likely and upper else example)  # fmt: skip
-        if found.group(2)[0] == "0" or len(found.group(2)) > 9:
-            refuse("address_form", f"{value} is not spelled as an address",
-                   help=f"write {self.prefix}{int(found.group(2)[:9])}")  # fmt: skip
+            only = self._spelled(upper.group(2)) if likely and upper else None
+            refuse(
+                "address_form", f"{value!r} is not {self.what}", help=f"write {only}" if only else example, only=only
+            )
+        if found.group(2)[0] == "0" or len(found.group(2)) > LONGEST:
+            only = self._spelled(found.group(2))
+            refuse("address_form", f"{value} is not spelled as an address", help=f"write {only}" if only else example,
+                   only=only)  # fmt: skip
         return self._inside(int(found.group(2)))
+
+    def _spelled(self, digits: str) -> str | None:
+        """An address as it should be written; None when there are too many digits to mean one."""
+        return f"{self.prefix}{int(digits)}" if len(digits) <= LONGEST else None
 
     def _inside(self, number: int) -> int:
         if not self.first <= number <= self.last:

@@ -19,6 +19,8 @@ from pydantic_core import PydanticCustomError
 NUMBER = re.compile(r"[-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?")
 LEADING_ZERO = re.compile(r"[-+]?0[0-9]")
 OTHER_NOTATION = re.compile(r"[-+]?(?:0[xob][0-9a-fA-F_]+|[0-9][0-9_]*_[0-9_.]*|[0-9]+(?::[0-9]+)+)")
+BASED = re.compile(r"[-+]?(?:0x[0-9a-fA-F]+|0o[0-7]+|0b[01]+)")
+THOUSANDS = re.compile(r"[-+]?[1-9][0-9]{0,2}(?:_[0-9]{3})+")
 NOT_FINITE = re.compile(r"[-+]?\.?(?:inf|infinity|nan)", re.IGNORECASE)
 TRUTHS = {"true": True, "True": True, "TRUE": True, "false": False, "False": False, "FALSE": False}
 LOOKS_BOOLEAN = {"yes": "true", "on": "true", "y": "true", "no": "false", "off": "false", "n": "false"}
@@ -85,7 +87,7 @@ def decimal_text(value: Decimal) -> str:
 
 
 def refuse(kind: str, message: str, **context: Any) -> NoReturn:
-    """Raises the error that the validator turns into a finding."""
+    """Raises the error that the validator turns into a finding; ``only``: the one text that can be meant."""
     raise PydanticCustomError(kind, "{text}", {"text": message, **context})
 
 
@@ -98,33 +100,41 @@ def parse_number(value: object) -> Decimal:
     if not isinstance(value, str):
         refuse("number_type", f"a {_kind(value)} stands where a number is wanted")
     if type(value) is str and NUMBER.fullmatch(value):
-        refuse("number_type", f'"{value}" is text; a number is written without quotes', help=f"write {value}")
-    return number_text(value)
+        refuse("number_type", f'"{value}" is text; a number is written without quotes', help=f"write {value}",
+               only=None if LEADING_ZERO.match(value) else value)  # fmt: skip
+    return number_text(value, alone=True)
 
 
-def number_text(text: str) -> Decimal:
-    """The number that a text spells, by the rules of this file format rather than YAML's."""
+def number_text(text: str, *, alone: bool = False) -> Decimal:
+    """The number that a text spells, by the rules of this file format rather than YAML's; ``alone``: without a unit."""
     if NUMBER.fullmatch(text):
         if LEADING_ZERO.match(text):
-            _refuse_leading_zero(text)
+            _refuse_leading_zero(text, alone=alone)
         if len(text) > MAX_DIGITS and sum(c.isdigit() for c in text) > MAX_DIGITS:
             refuse("too_many_digits", f"a number of more than {MAX_DIGITS} digits")
         return _finite(Decimal(text), text)
     if NOT_FINITE.fullmatch(text):
         refuse("not_finite", f"{text} is not a finite number")
     if OTHER_NOTATION.fullmatch(text):
-        refuse("number_form", f"{text} is not a decimal number", help=_as_decimal(text))
+        refuse("number_form", f"{text} is not a decimal number", help=_as_decimal(text),
+               only=_only_decimal(text) if alone else None)  # fmt: skip
     return refuse("number_type", f"{text!r} is not a number")
 
 
-def _refuse_leading_zero(text: str) -> NoReturn:
+def _refuse_leading_zero(text: str, *, alone: bool) -> NoReturn:
     sign, digits = ("-", text[1:]) if text[0] == "-" else ("", text.lstrip("+"))
     decimal = sign + (digits.lstrip("0") if digits.lstrip("0")[:1].isdigit() else "0" + digits.lstrip("0"))
-    if set(digits) <= set("01234567"):
-        octal = f"{sign}{int(digits, 8)}"
+    octal = f"{sign}{int(digits, 8)}" if set(digits) <= set("01234567") else decimal
+    if octal != decimal:
         refuse("leading_zero", f"{text} can be read as octal ({octal}) or as decimal ({decimal})",
                help=f"write {octal} or {decimal}")  # fmt: skip
-    refuse("leading_zero", f"{text} has a leading zero, which some read as octal", help=f"write {decimal}")
+    refuse("leading_zero", f"{text} has a leading zero, which some read as octal", help=f"write {decimal}",
+           only=decimal if alone else None)  # fmt: skip
+
+
+def _only_decimal(text: str) -> str | None:
+    """The decimal number of a notation that says its base, or of one that groups thousands."""
+    return None if ":" in text or not (BASED.fullmatch(text) or THOUSANDS.fullmatch(text)) else _as_decimal(text)[6:]
 
 
 def _as_decimal(text: str) -> str:
@@ -170,7 +180,7 @@ def parse_flag(value: object) -> bool:
             return TRUTHS[value]
         meant = LOOKS_BOOLEAN.get(value.lower()) or (value.lower() if value.lower() in TRUTHS else None)
         help_text = f"write {meant}" if meant else "write true or false"
-        refuse("boolean_form", f"{value!r} is not true or false", help=help_text)
+        refuse("boolean_form", f"{value!r} is not true or false", help=help_text, only=meant)
     return refuse("boolean_form", f"a {_kind(value)} stands where true or false is wanted")
 
 

@@ -70,8 +70,9 @@ def parse_register(value: object) -> str:
     found = REGISTER.fullmatch(value)
     if found is None:
         like = LIKE_REGISTER.fullmatch(value)
+        only = f"D{int(like.group(1))}" if like else None
         refuse("address_form", f"{value!r} is not the address of a D register",
-               help=f"write D{int(like.group(1))}" if like else "write it like D500")  # fmt: skip
+               help=f"write {only}" if only else "write it like D500", only=only)  # fmt: skip
     if int(found.group(1)) > LAST_REGISTER:
         refuse("address_form", f"{value} does not exist", help=f"addresses go from D0 to D{LAST_REGISTER}")
     return str(value)

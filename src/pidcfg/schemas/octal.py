@@ -39,7 +39,8 @@ def parse_v_address(value: object) -> int:
         refuse(
             "address_form", f"{value} can be read as octal V{digits} or as decimal {digits}", help=f"write V{digits}"
         )
-    return refuse("address_form", f"{value!r} is not spelled as an address", help=f"write V{digits}")
+    only = value.upper() if V_ADDRESS.fullmatch(value.upper()) else None
+    return refuse("address_form", f"{value!r} is not spelled as an address", help=f"write V{digits}", only=only)
 
 
 def _in_memory(address: int, shown: str) -> int:

@@ -6,7 +6,9 @@ Rows only: what a reader or a schema type reports by kind is given its code, its
 
 from __future__ import annotations
 
-from pidcfg.diagnostics import Severity
+from dataclasses import replace
+
+from pidcfg.diagnostics import Diagnostic, Severity
 from pidcfg.refs import Decision
 from pidcfg.validate.rule import Rule
 
@@ -16,11 +18,39 @@ D05 = Decision(
     "YAML 1.1 and 1.2 disagree on 010, yes and 1_000, and PLC engineers read a leading zero as octal.",
 )  # fmt: skip
 
+D315 = Decision(
+    315, "what may be ignored, and where that counts", "A comment, a baseline or --ignore quietens `pidcfg validate` and "
+    "nothing else: `encode`, `convert` and `simulate` go on refusing what has errors. Errors of text, schema and scenario "
+    "(PID0xx) cannot be ignored at all; warnings and every rule from PID101 on can. A comment names whole codes and a "
+    "reason, and is reported when it ignores nothing.",
+    "The words of a wrong configuration stay wrong when somebody stops reading about it, and a file that could not be "
+    "read in one way only has not been checked.",
+)  # fmt: skip
+D317 = Decision(
+    317, "what makes a finding a known one", "A baseline knows findings by code, severity, file, path with the name of "
+    "the loop, and message, never by line. It is made once, by --create-baseline, and after that only loses entries.",
+    "Lines move with every edit above them; a value that changes makes another message, and so a finding that somebody "
+    "has to look at.",
+)  # fmt: skip
+
 UNUSABLE = frozenset(f"PID{n:03d}" for n in range(1, 15)) | {"PID040", "PID041"}
+
+
+FIRST_RULE = "PID1"
+"""Codes from here on come from rules over a configuration that could be read."""
+
+
+def ignorable(found: Diagnostic) -> bool:
+    """Whether a user may do without a finding: not of what keeps a file from being read, or its words from being made."""
+    return found.code >= FIRST_RULE or found.severity is not Severity.ERROR
 
 
 def _row(code: str, name: str, title: str, why: str, fix: str, severity: Severity = Severity.ERROR) -> Rule:
     return Rule(code, name, severity, "{text}", D05, "0.1", f"{title}\n\nWhy: {why}\n\nFix: {fix}")
+
+
+def _kept(code: str, name: str, title: str, why: str, fix: str, basis: Decision = D315) -> Rule:
+    return replace(_row(code, name, title, why, fix, Severity.WARNING), basis=basis)
 
 
 # fmt: off
@@ -65,6 +95,15 @@ SCHEMA = (
     _row("PID036", "too-many-items", "A list has more items than there is room for.", "The table in the PLC has a fixed size.", "Remove items."),
     _row("PID037", "no-value", "A key has no value.", "An empty value is neither a number nor a default.", "Give a value, or remove the key."),
 )
+LIVING = (
+    _kept("PID043", "unused-ignore", "A comment ignores findings that are not there.", "It would hide the next one of its kind that comes to this line.", "Delete the comment, or the code; `--fix` does it."),
+    _kept("PID044", "ignore-of-unknown-code", "A comment ignores a code that no rule has.", "It ignores nothing, and somebody believes it does.", "Correct the code; `pidcfg rule` lists all. Codes are written in full."),
+    _kept("PID045", "malformed-ignore", "A comment begins like an ignore but cannot be read as one.", "It ignores nothing. An ignore without codes would hide everything that comes to its line.", "Write `# pidcfg: ignore[PID211] reason`."),
+    _kept("PID046", "ignore-without-reason", "A comment ignores a finding and does not say why.", "Whoever reads the file next cannot tell a decision from an oversight.", "Write the reason behind the bracket."),
+    _kept("PID047", "not-ignorable", "A comment ignores an error that cannot be ignored.", "Without it there is no configuration: nothing else in the file has been checked.", "Correct the error, and delete the comment."),
+    _kept("PID048", "stale-baseline-entry", "A baseline knows a finding that no longer occurs.", "It would hide the same finding when it comes back.", "Run `pidcfg validate` on the same paths with `--shrink-baseline`.", D317),
+)
+"""What is wrong with what a user has said about findings."""
 SCENARIO = (
     _row("PID050", "unknown-name", "A scenario names a loop, signal, alarm, mode or key that its configuration does not have.", "The event or expectation would concern nothing.", "Correct the spelling; the message suggests the nearest name."),
     _row("PID051", "bad-expression", "An expression of signals cannot be read.", "Only numbers, declared names, + - * /, parentheses and min, max, abs, sqrt have a meaning.", "Correct the character that the message points at."),

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Protocol
 
 from pidcfg.diagnostics import Diagnostic, Path, Severity, Span, ordered
 from pidcfg.limits import DEFAULT, Limits
-from pidcfg.validate.schema import loop_name, not_a_choice, read_model
+from pidcfg.validate.edits import of_value
+from pidcfg.validate.schema import loop_name, not_a_choice, read_model, same_word
 from pidcfg.vendors import VENDORS, Vendor
 
 if TYPE_CHECKING:
@@ -81,7 +82,10 @@ def vendor_of(doc: Document) -> tuple[Vendor | None, list[Diagnostic]]:
         return vendor, []
     message, cure_or_none = not_a_choice("vendor", name, list(VENDORS))
     path = ("vendor",)
-    return None, [Diagnostic("PID031", Severity.ERROR, message, doc.file, doc.locate(path), path, help=cure_or_none)]
+    same = same_word(name, VENDORS)
+    edits = of_value(doc, path, same) if same else ()
+    found = Diagnostic("PID031", Severity.ERROR, message, doc.file, doc.locate(path), path, help=cure_or_none)
+    return None, [replace(found, edits=edits)]
 
 
 def run_rules(rules: Iterable[Rule], context: Context, doc: Document) -> Iterator[Diagnostic]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from pidcfg.validate.codes import LISTING, READING, SCENARIO, SCHEMA
+from pidcfg.validate.codes import LISTING, LIVING, READING, SCENARIO, SCHEMA
 from pidcfg.vendors import VENDORS
 
 if TYPE_CHECKING:
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 def all_rules() -> dict[str, Rule]:
     """Every code there is, in order."""
-    found = {rule.code: rule for rule in (*READING, *LISTING, *SCHEMA, *SCENARIO)}
+    found = {rule.code: rule for rule in (*READING, *LISTING, *SCHEMA, *LIVING, *SCENARIO)}
     for vendor in VENDORS.values():
         found |= vendor.load("rules")
     return dict(sorted(found.items()))

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import difflib
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any, TypeVar, get_args, get_origin
 
 from pydantic import BaseModel, ValidationError
 
-from pidcfg.diagnostics import Diagnostic, Path, Severity
+from pidcfg.diagnostics import Diagnostic, Edit, Path, Severity
 from pidcfg.validate.codes import BY_KIND, OTHER_KIND
+from pidcfg.validate.edits import MOST_KEYS, clear_match, key_edits, of_value
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterable, Iterator
 
     from pidcfg.source import Document
 
@@ -28,6 +30,7 @@ UNION_KEY = "type"
 """The key that says which of several models an item of a list is."""
 UNION_KINDS = {"union_tag_invalid": "literal_error", "union_tag_not_found": "missing"}
 """Errors of that key, by what they are to the reader."""
+CHOICE_KINDS = {"literal_error", "union_tag_invalid"}
 SHOWN = 60
 DID_YOU_MEAN = "did you mean "
 
@@ -41,8 +44,11 @@ def read_model(model: type[M], doc: Document) -> tuple[M | None, list[Diagnostic
         config = model.model_validate(doc.data)
     except ValidationError as error:
         nulls = {d.path for d in found}
-        errors = (_diagnostic(e, model, doc) for e in error.errors(include_url=False))
-        return None, [*found, *_without_echoes([d for d in errors if d.path not in nulls])]
+        faults = error.errors(include_url=False)
+        errors = [(d, e) for d, e in ((_diagnostic(e, model, doc), e) for e in faults) if d.path not in nulls]
+        edits = renames(errors, model, doc)
+        told = [replace(d, edits=edits[d.path]) if d.path in edits else d for d, _ in errors]
+        return None, [*found, *_without_echoes(told)]
     return (None if found else config), found
 
 
@@ -83,7 +89,24 @@ def _diagnostic(error: Any, model: type[BaseModel], doc: Document) -> Diagnostic
     code = "PID030" if path == ("pidcfg",) else BY_KIND.get(kind, OTHER_KIND)
     message, cure = _wording({**error, "type": kind, "loc": place}, path, model)
     span = doc.locate(path, key=kind in {"missing", "extra_forbidden"} or OF_A_KEY in error["loc"])
-    return Diagnostic(code, Severity.ERROR, message, doc.file, span, path, loop=loop_name(doc, path), help=cure)
+    only = error.get("ctx", {}).get("only") or (_same_word(error) if kind in CHOICE_KINDS else None)
+    edits = of_value(doc, path, only) if only and doc.data else ()
+    return Diagnostic(
+        code, Severity.ERROR, message, doc.file, span, path, loop=loop_name(doc, path), help=cure, edits=edits
+    )
+
+
+def _same_word(error: Any) -> str | None:
+    """The only word of a choice that differs from the value in capitals alone."""
+    value = error["input"].get(UNION_KEY) if isinstance(error["input"], dict) else error["input"]
+    context = error.get("ctx", {})
+    return same_word(value, _choices(context.get("expected_tags") or context.get("expected", "")))
+
+
+def same_word(value: object, choices: Iterable[str]) -> str | None:
+    """The only word that differs from a value in capitals alone."""
+    same = [word for word in choices if isinstance(value, str) and word.casefold() == value.casefold()]
+    return same[0] if len(same) == 1 else None
 
 
 def written(place: Path, data: Any) -> Path:
@@ -194,6 +217,15 @@ def models_in(annotation: Any) -> list[type[BaseModel]]:
     if isinstance(annotation, type) and issubclass(annotation, BaseModel):
         return [annotation]
     return [m for a in get_args(annotation) for m in models_in(a)]
+
+
+def renames(found: list[tuple[Diagnostic, Any]], model: type[BaseModel], doc: Document) -> dict[Path, tuple[Edit, ...]]:
+    """The edits that correct unknown keys, by their paths: where one key can be meant and its value is right for it."""
+    unknown = [(d.path, e["loc"][:-1]) for d, e in found if d.code == "PID020"][:MOST_KEYS]
+    if not unknown:
+        return {}
+    meant = {path: key for path, place in unknown if (key := clear_match(str(path[-1]), keys_at(model, place)))}
+    return key_edits(meant, [e for _, e in found], model, doc)
 
 
 def loop_name(doc: Document, path: Path) -> str | None:

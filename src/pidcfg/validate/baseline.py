@@ -1,0 +1,140 @@
+"""Known findings: a list that is made once and only loses entries.
+
+An entry holds no line, so that it stays the same when text moves: code, severity, file, path and message. The path
+names loops rather than counting them.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+from collections import Counter
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from pidcfg.diagnostics import Diagnostic, Severity, Span
+from pidcfg.validate.codes import D317, LIVING, ignorable
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable, Mapping, Sequence
+
+VERSION = 1
+OWN_CODES = frozenset(rule.code for rule in LIVING)
+"""What is wrong with ignores and with the baseline itself is mended, not kept."""
+COUNTED_LOOP = re.compile(r"^loops\[\d+\]")
+
+
+class Entry(NamedTuple):
+    """A finding without its place; the file is seen from the folder of the baseline."""
+
+    code: str
+    severity: str
+    file: str
+    path: str
+    message: str
+
+
+class BaselineError(Exception):
+    """A baseline that cannot be read."""
+
+
+@dataclass(frozen=True, slots=True)
+class Compared:
+    """The findings that are new, those that are known, and the entries that no longer occur, in order."""
+
+    new: list[Diagnostic]
+    known: list[Diagnostic]
+    stale: list[Entry]
+
+
+def entry(found: Diagnostic, file_of: Callable[[str], str]) -> Entry:
+    """A finding as a baseline keeps it."""
+    path = COUNTED_LOOP.sub(lambda _: f"loops[{found.loop}]", found.where) if found.loop else found.where
+    return Entry(found.code, found.severity.label, file_of(found.file), path, found.message)
+
+
+def enters(found: Diagnostic) -> bool:
+    """Whether a finding may be in a baseline."""
+    return ignorable(found) and found.code not in OWN_CODES
+
+
+def compare(
+    found: Sequence[Diagnostic],
+    chosen: Callable[[Diagnostic], bool],
+    entries: Sequence[Entry],
+    checked: set[str],
+    file_of: Callable[[str], str],
+) -> Compared:
+    """Holds findings against a baseline; ``chosen`` says which are reported, ``checked`` which files were gone through.
+
+    An entry is stale when its file was gone through, every rule has seen it, and the finding was not there.
+    """
+    left = Counter(entries)
+    new: list[Diagnostic] = []
+    known: list[Diagnostic] = []
+    for d in found:
+        key = entry(d, file_of)
+        if enters(d) and left[key] > 0:
+            left[key] -= 1
+            if chosen(d):
+                known.append(d)
+        elif chosen(d):
+            new.append(d)
+    unread = {file_of(d.file) for d in found if not ignorable(d)}
+    seen = checked - unread
+    stale = [e for e in entries if e.file in seen and _take(left, e)]
+    return Compared(new, known, stale)
+
+
+def _take(left: Counter[Entry], key: Entry) -> bool:
+    """Counts one down, if there is one."""
+    there = left[key] > 0
+    left[key] -= there
+    return there
+
+
+def without(entries: Sequence[Entry], stale: Sequence[Entry]) -> list[Entry]:
+    """What is left of a baseline: never more than there was."""
+    return sorted((Counter(entries) - Counter(stale)).elements())
+
+
+def to_text(entries: Iterable[Entry]) -> str:
+    """A baseline as a file: one entry a line, in order, so that a review sees what has gone."""
+    rows = ",\n".join(f"    {json.dumps(e._asdict(), ensure_ascii=False)}" for e in sorted(entries))
+    body = f"[\n{rows}\n  ]" if rows else "[]"
+    return f'{{\n  "version": {VERSION},\n  "findings": {body}\n}}\n'
+
+
+def from_text(text: str) -> list[Entry]:
+    """The entries of a file; raises `BaselineError`."""
+    try:
+        data = json.loads(text)
+    except json.JSONDecodeError as error:
+        raise BaselineError(f"{error.lineno}:{error.colno}: not JSON: {error.msg}") from None
+    except (RecursionError, ValueError) as error:
+        raise BaselineError(f"1:1: not JSON: {type(error).__name__}") from None
+    if not isinstance(data, dict) or data.get("version") != VERSION or not isinstance(data.get("findings"), list):
+        raise BaselineError(f"1:1: not a baseline of version {VERSION}")
+    return [_entry(number, row) for number, row in enumerate(data["findings"])]
+
+
+def _entry(number: int, row: Mapping[str, Any]) -> Entry:
+    if not isinstance(row, dict) or set(row) != set(Entry._fields) or not all(isinstance(v, str) for v in row.values()):
+        raise BaselineError(f"1:1: findings[{number}] must have the texts {', '.join(Entry._fields)}")
+    return Entry(**row)
+
+
+def stale_findings(stale: Sequence[Entry], text: str, file: str) -> list[Diagnostic]:
+    """Entries that no longer occur, as findings at their lines of the file."""
+    lines = text.splitlines()
+    where = {line.strip().rstrip(","): number for number, line in reversed(list(enumerate(lines, start=1)))}
+    found = []
+    for e in stale:
+        line = where.get(json.dumps(e._asdict(), ensure_ascii=False), 1)
+        column = len(lines[line - 1]) - len(lines[line - 1].lstrip()) + 1
+        message = f"{e.code} no longer occurs in {e.file}" + (f" at {e.path}" if e.path else "") + f": {e.message}"
+        found.append(Diagnostic(
+            "PID048", Severity.WARNING, message, file, Span(line, column, line, max(column, len(lines[line - 1])) + 1),
+            reference=str(D317), help="--shrink-baseline removes it",
+        ))  # fmt: skip
+    return found

@@ -1,0 +1,132 @@
+"""What mends a finding without changing what anybody means: made where the finding is made, applied by `fixes`."""
+
+from __future__ import annotations
+
+from collections import Counter
+from copy import deepcopy
+from itertools import islice
+from typing import TYPE_CHECKING, Any
+
+from pydantic import ValidationError
+
+from pidcfg.diagnostics import Edit, Path
+from pidcfg.document import span_of
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from pydantic import BaseModel
+
+    from pidcfg.document import Document, Node
+
+ONE, TWO = 4, 8
+"""Letters that a key must have for one slip to be told from another word, and for two."""
+MOST_KEYS, MOST_TRIES = 200, 30
+"""Unknown keys of one file that are looked at, and how often: each time costs a reading of the whole."""
+QUOTES = "'\""
+
+
+def clear_match(key: str, known: Sequence[str]) -> str | None:
+    """The only key that can be meant: a slip or two away, with every other one clearly further."""
+    plain = _plain(key)
+    same = [name for name in known if _plain(name) == plain]
+    if same:
+        return same[0] if len(same) == 1 else None
+    allowed = 2 if len(key) >= TWO else 1 if len(key) >= ONE else 0
+    near = [name for name in known if abs(len(name) - len(key)) <= allowed + 1]
+    ranked = sorted((slips(plain, _plain(name)), name) for name in near)
+    if not allowed or not ranked or ranked[0][0] > allowed:
+        return None
+    return ranked[0][1] if len(ranked) == 1 or ranked[1][0] > ranked[0][0] + 1 else None
+
+
+def _plain(word: str) -> str:
+    return word.casefold().replace("-", "_").replace(" ", "_")
+
+
+def slips(one: str, other: str) -> int:
+    """How many letters were left out, added, changed or swapped with their neighbour."""
+    last: list[int] = []
+    row = list(range(len(other) + 1))
+    for i, a in enumerate(one, start=1):
+        before, last, row = last, row, [i]
+        for j, b in enumerate(other, start=1):
+            best = min(last[j] + 1, row[j - 1] + 1, last[j - 1] + (a != b))
+            if i > 1 and j > 1 and a == other[j - 2] and b == one[i - 2]:
+                best = min(best, before[j - 2] + 1)
+            row.append(best)
+    return row[-1]
+
+
+def of_value(doc: Document, path: Path, text: str) -> tuple[Edit, ...]:
+    """Another text in the place of a value; none where an alias shares it, or where it takes several lines."""
+    found = _at(doc, path)
+    if found is None or not hasattr(found[1].event, "value") or found[1].event.anchor is not None:
+        return ()
+    span = span_of(found[1].event)
+    return (Edit(span, text),) if span.line == span.end_line else ()
+
+
+def of_key(doc: Document, path: Path, key: str) -> tuple[Edit, ...]:
+    """Another key; quotes stay."""
+    found = _at(doc, path)
+    if found is None or found[0] is None or found[0].anchor is not None:
+        return ()
+    span = span_of(found[0])
+    quote = doc.lines[span.line - 1][span.column - 1 : span.column]
+    return (Edit(span, f"{quote}{key}{quote}" if quote in QUOTES else key),) if span.line == span.end_line else ()
+
+
+def _at(doc: Document, path: Path) -> tuple[Any, Node] | None:
+    """The event of the key and the node of a value."""
+    node, key = doc.root, None
+    for step in path:
+        found = node.child(step)
+        if found is None:
+            return None
+        key, node = found
+    return key, node
+
+
+def key_edits(
+    meant: dict[Path, str], faults: list[Any], model: type[BaseModel], doc: Document
+) -> dict[Path, tuple[Edit, ...]]:
+    """The edits of keys that may be renamed: nothing has the new key yet, and its value is right for it."""
+    once = Counter((path[:-1], key) for path, key in meant.items())
+    meant = {path: key for path, key in meant.items() if once[path[:-1], key] == 1}
+    sound: dict[Path, str] = {}
+    waiting, tries = [meant] if meant else [], 0
+    while waiting and tries < MOST_TRIES:
+        some, tries = waiting.pop(), tries + 1
+        if _fits(model, doc.data, some, faults):
+            sound |= some
+        elif len(some) > 1:
+            half = len(some) // 2
+            waiting += [dict(islice(some.items(), half, None)), dict(islice(some.items(), half))]
+    return {path: edits for path, key in sound.items() if (edits := of_key(doc, path, key))}
+
+
+def _fits(model: type[BaseModel], data: Any, meant: dict[Path, str], faults: list[Any]) -> bool:
+    """Whether data with other keys lose faults, and get none that is new."""
+    copy = deepcopy(data)
+    if not all(_rename(copy, path, key) for path, key in meant.items()):
+        return False
+    try:
+        model.model_validate(copy)
+    except ValidationError as error:
+        old = {(e["type"], e["loc"]) for e in faults}
+        left = [(e["type"], e["loc"]) for e in error.errors(include_url=False)]
+        return old.issuperset(left) and len(left) <= len(faults) - len(meant)
+    return True
+
+
+def _rename(data: Any, path: Path, key: str) -> bool:
+    """Renames one key, wherever an alias shares its mapping; False where the new key is taken or has no value."""
+    for step in path[:-1]:
+        data = data[step]
+    if path[-1] not in data:
+        return key in data  # renamed through another path to the same mapping
+    if key in data or data[path[-1]] is None:
+        return False
+    data[key] = data.pop(path[-1])
+    return True

@@ -1,0 +1,189 @@
+"""Corrections with a proof: texts are spliced, every other byte stays, and what was made is read again and compared.
+
+A correction counts when the new text can be read, its data differ from the old in the corrected places alone, its
+finding has gone and none has come; otherwise it is not made.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from copy import deepcopy
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from pidcfg.document import LINE_BREAK, Plain
+from pidcfg.refs import Decision
+from pidcfg.validate.codes import READING, SCHEMA, UNUSABLE, ignorable
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable, Iterator, Sequence
+
+    from pidcfg.diagnostics import Diagnostic, Edit, Span
+    from pidcfg.document import Document
+
+ROUNDS = 10
+"""A correction may uncover others; after so many rounds it is not going to end."""
+MOST_ONE_BY_ONE = 50
+"""Corrections that are tried alone when all together cannot be proven."""
+D316 = Decision(
+    316, "what --fix corrects", "Texts that pidcfg refuses although they can be read in one way only: a misspelt key "
+    "with one key clearly meant, not there yet, whose value is right for it; numbers and switches in quotes; yes, on, "
+    "no and off as switches; 0x1F, 0b11, 1_000 and leading zeros that octal and decimal read alike (007) or that are "
+    "no octal (08); addresses and words that differ in capitals, blanks or leading zeros (v2000, DS 0101). Comments "
+    "that ignore nothing are deleted. What has two readings (010, 02000) is never corrected, and no value of a "
+    "configuration that pidcfg accepts is ever changed.",
+    "A configuration that is refused drives no plant, so giving it its only reading changes none; anything else is a "
+    "decision of the person who knows the plant.",
+)  # fmt: skip
+
+VENDORLESS = {"PID031", "PID032"}
+OF_THE_SCHEMA = {rule.code for rule in (*READING, *SCHEMA)} - VENDORLESS
+LAST_STAGE = 2
+BOM = b"\xef\xbb\xbf"
+
+
+@dataclass(frozen=True, slots=True)
+class Fixed:
+    """The bytes of a file after its corrections, the findings that were corrected, and those that are left."""
+
+    data: bytes
+    fixed: tuple[Diagnostic, ...]
+    left: tuple[Diagnostic, ...]
+
+
+def splice(text: str, edits: Iterable[Edit]) -> str:
+    """The text with every edit made; of two that overlap the first one counts."""
+    starts = [0, *(found.end() for found in LINE_BREAK.finditer(text))]
+    parts, at = [], 0
+    for begin, end, new in sorted({(*_range(starts, edit.span), edit.text) for edit in edits}):
+        if begin >= at:
+            parts += [text[at:begin], new]
+            at = end
+    return "".join([*parts, text[at:]])
+
+
+def _range(starts: Sequence[int], span: Span) -> tuple[int, int]:
+    """A place as offsets into the text."""
+    return starts[span.line - 1] + span.column - 1, starts[span.end_line - 1] + span.end_column - 1
+
+
+@dataclass(frozen=True, slots=True)
+class _State:
+    """A file at some point: its bytes, the document in them, and its findings."""
+
+    data: bytes
+    doc: Document
+    found: list[Diagnostic]
+
+
+@dataclass(frozen=True, slots=True)
+class Fixer:
+    """How files are read and checked, and which findings are to be corrected."""
+
+    read: Callable[[bytes], Document]
+    check: Callable[[Document], list[Diagnostic]]
+    wanted: Callable[[Diagnostic], bool]
+
+    def fix(self, data: bytes) -> Fixed:
+        """Corrects a file, round by round until nothing is left to correct."""
+        done: list[Diagnostic] = []
+        state = self._state(data)
+        for _ in range(ROUNDS):
+            after, fixed = self._round(state)
+            if not fixed:
+                break
+            state = after
+            done += fixed
+        return Fixed(state.data, tuple(done), tuple(state.found))
+
+    def _state(self, data: bytes) -> _State:
+        doc = self.read(data)
+        return _State(data, doc, self.check(doc))
+
+    def _round(self, state: _State) -> tuple[_State, list[Diagnostic]]:
+        """All corrections together, or those that can be proven one by one."""
+        if any(d.code in UNUSABLE for d in state.found):
+            return state, []
+        candidates = list(_apart(d for d in state.found if d.edits and self.wanted(d)))
+        after = self._attempt(state, candidates) if candidates else None
+        if after is not None:
+            return after, candidates
+        best = state
+        accepted: list[Diagnostic] = []
+        for d in candidates[:MOST_ONE_BY_ONE] if len(candidates) > 1 else ():
+            after = self._attempt(state, [*accepted, d])
+            if after is not None:
+                best, accepted = after, [*accepted, d]
+        return best, accepted
+
+    def _attempt(self, state: _State, some: list[Diagnostic]) -> _State | None:
+        """The file with some corrections, if they can be proven."""
+        head = BOM if state.data.startswith(BOM) else b""
+        if head + state.doc.text.encode() != state.data:
+            return None
+        after = self._state(head + splice(state.doc.text, (edit for d in some for edit in d.edits)).encode())
+        return after if proven(state.doc, state.found, some, after.doc, after.found) else None
+
+
+def _apart(found: Iterable[Diagnostic]) -> Iterator[Diagnostic]:
+    """The findings whose edits do not touch those of one before."""
+    taken: list[Span] = []
+    for d in found:
+        spans = [edit.span for edit in d.edits]
+        if not any(_overlap(a, b) for a in spans for b in taken):
+            taken += spans
+            yield d
+
+
+def _overlap(a: Span, b: Span) -> bool:
+    (first, end), (second, other_end) = (((s.line, s.column), (s.end_line, s.end_column)) for s in (a, b))
+    return max(first, second) < min(end, other_end) or a == b
+
+
+def proven(
+    doc: Document, found: Sequence[Diagnostic], fixed: Sequence[Diagnostic], new: Document, after: Sequence[Diagnostic]
+) -> bool:
+    """Whether a new text says what the old one said but for the corrections, and has no finding that is new."""
+    if new.data is None or not same(new.data, expected(doc, fixed)):
+        return False
+    old, left = Counter(_key(d) for d in found), Counter(_key(d) for d in after)
+    gone = Counter(_key(d) for d in fixed)
+    if any(left[key] > old[key] - gone[key] for key in gone):
+        return False
+    reached = min((_stage(d.code) for d in found if not ignorable(d)), default=LAST_STAGE)
+    return all(number <= old[key] or _stage(key[0]) > reached for key, number in left.items())
+
+
+def _key(d: Diagnostic) -> tuple[str, ...]:
+    return (d.code, d.severity.label, d.where, d.message)
+
+
+def _stage(code: str) -> int:
+    """How far a file has come that has an error of this code: findings of later stages were not looked for."""
+    return 0 if code in VENDORLESS else 1 if code in OF_THE_SCHEMA else LAST_STAGE
+
+
+def expected(doc: Document, fixed: Iterable[Diagnostic]) -> Any:
+    """The data of a file after its corrections, worked out without reading the new text."""
+    data = deepcopy(doc.data)
+    for d in fixed:
+        parent: Any = data
+        for step in d.path[:-1]:
+            parent = parent[step]
+        for edit in d.edits if d.path else ():
+            if edit.span == doc.locate(d.path):
+                parent[d.path[-1]] = Plain(edit.text)
+            elif edit.span == doc.locate(d.path, key=True) and d.path[-1] in parent:
+                parent[edit.text.strip("'\"")] = parent.pop(d.path[-1])
+    return data
+
+
+def same(one: Any, other: Any) -> bool:
+    """Whether data are equal, quoted and unquoted texts told apart."""
+    if type(one) is not type(other):
+        return False
+    if isinstance(one, dict):
+        return one.keys() == other.keys() and all(same(value, other[key]) for key, value in one.items())
+    if isinstance(one, list):
+        return len(one) == len(other) and all(map(same, one, other))
+    return bool(one == other)

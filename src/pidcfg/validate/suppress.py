@@ -1,0 +1,168 @@
+"""Findings that a comment in the file ignores: ``# pidcfg: ignore[PID211] reason``.
+
+At the end of a line the comment speaks of findings that begin on this line; on a line of its own, of the next line that
+holds more than a comment. Every code is written in full, with a reason; what ignores nothing is reported.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+from pidcfg.comments import comments_in
+from pidcfg.diagnostics import Diagnostic, Edit, Severity, Span
+from pidcfg.schemas.names import nearest
+from pidcfg.validate.codes import D315, UNUSABLE, ignorable
+from pidcfg.validate.pages import all_rules
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator, Sequence
+
+    from pidcfg.comments import Comment
+    from pidcfg.document import Document
+
+HINT = re.compile(r"#[ \t]*pidcfg:[ \t]*(?:ignore|[\w-]+[ \t]*\[)", re.IGNORECASE)
+"""What a text must hold before its comments are looked for: most files have none."""
+DIRECTIVE = re.compile(
+    r"#[ \t]*pidcfg:[ \t]*(?P<word>[\w-]+)[ \t]*(?:\[(?P<codes>[^\]#]*)\])?(?P<reason>.*?)(?=\s#|$)", re.IGNORECASE
+)
+WORD = "ignore"
+FORM = "write # pidcfg: ignore[PID211] reason"
+CODE = re.compile(r"PID\d{3}")
+
+
+@dataclass(frozen=True, slots=True)
+class Ignored:
+    """A finding that a comment ignores, and why."""
+
+    found: Diagnostic
+    reason: str
+
+
+@dataclass(frozen=True, slots=True)
+class Suppressed:
+    """What is left of a file's findings, with what is wrong with its comments, and what was ignored."""
+
+    kept: list[Diagnostic]
+    ignored: list[Ignored] = field(default_factory=list)
+
+
+@dataclass(frozen=True, slots=True)
+class _Ignore:
+    """One comment: the line that it speaks of (0: none), its codes and its reason."""
+
+    comment: Comment
+    span: Span
+    target: int
+    codes: tuple[str, ...]
+    reason: str
+    whole: bool
+    """Whether the comment says nothing else."""
+
+
+def suppress(found: Sequence[Diagnostic], doc: Document) -> Suppressed:
+    """Takes the findings that the comments of a file ignore out of them."""
+    if not HINT.search(doc.text) or any(d.code in UNUSABLE for d in found):
+        return Suppressed(list(found))
+    ignores, problems = _read(doc)
+    kept: list[Diagnostic] = []
+    ignored: list[Ignored] = []
+    used: set[tuple[int, str]] = set()
+    by_place = {(ignore.target, code): (i, ignore) for i, ignore in enumerate(ignores) for code in ignore.codes}
+    for d in found:
+        match = by_place.get((d.span.line, d.code)) if ignorable(d) else None
+        if match is None:
+            kept.append(d)
+        else:
+            used.add((match[0], d.code))
+            ignored.append(Ignored(d, match[1].reason))
+    whole = all(ignorable(d) for d in found)
+    for i, ignore in enumerate(ignores):
+        mine = {code for index, code in used if index == i}
+        problems += _remarks(ignore, mine, doc, checked=whole)
+    return Suppressed(kept + problems, ignored)
+
+
+def _read(doc: Document) -> tuple[list[_Ignore], list[Diagnostic]]:
+    """The comments that ignore something, and what is wrong with those that only begin so."""
+    ignores: list[_Ignore] = []
+    problems: list[Diagnostic] = []
+    comments = list(comments_in(doc.text))
+    alone = {comment.line for comment in comments if comment.alone}
+    lines = doc.lines
+    for comment in comments:
+        for match in DIRECTIVE.finditer(comment.text):
+            span = _part(comment, match.start(), match.end())
+            codes = [code.strip().upper() for code in (match["codes"] or "").split(",") if code.strip()]
+            if match["word"].lower() != WORD:
+                if match["codes"] is not None:
+                    problems.append(_problem("PID045", f"{match['word']!r} is no word of pidcfg's", doc, span, FORM))
+            elif not codes:
+                problems.append(_problem("PID045", "the comment names no code to ignore", doc, span, FORM))
+            else:
+                target = _next_line(comment.line, alone, lines) if comment.alone else comment.line
+                whole = match.start() == 0 and match.end() == len(comment.text)
+                codes_once = tuple(dict.fromkeys(codes))
+                ignores.append(_Ignore(comment, span, target, codes_once, match["reason"].strip(), whole))
+    return ignores, problems
+
+
+def _next_line(line: int, alone: set[int], lines: list[str]) -> int:
+    """The next line that holds more than a comment; 0 at the end of the file."""
+    below = range(line + 1, len(lines) + 1)
+    return next((n for n in below if n not in alone and lines[n - 1].strip()), 0)
+
+
+def _part(comment: Comment, start: int, end: int) -> Span:
+    """A part of a comment as a place in the file."""
+    return Span(comment.line, comment.column + start, comment.line, comment.column + end)
+
+
+def _remarks(ignore: _Ignore, used: set[str], doc: Document, *, checked: bool) -> Iterator[Diagnostic]:
+    """What is wrong with one comment; ``checked``: every rule has seen the file, so that unused is unused."""
+    rules = all_rules() if set(ignore.codes) - used else {}
+    unused = []
+    for code in (c for c in ignore.codes if c not in used):
+        rule = rules.get(code)
+        if rule is None:
+            yield _unknown(code, rules, doc, ignore)
+        elif code < "PID1" and rule.severity is Severity.ERROR:
+            yield _problem("PID047", f"{code} ({rule.name}) cannot be ignored", doc, ignore.span, "correct the error")
+        elif checked:
+            unused.append(code)
+    if unused:
+        where = "the next line" if ignore.comment.alone else "this line"
+        message = f"{', '.join(unused)}: no such finding on {where}"
+        yield _problem("PID043", message, doc, ignore.span, "delete it", _without(ignore, set(unused), doc))
+    if not ignore.reason:
+        yield _problem("PID046", f"no reason is given for ignoring {', '.join(ignore.codes)}", doc, ignore.span,
+                       "write the reason behind the bracket")  # fmt: skip
+
+
+def _unknown(code: str, rules: Iterable[str], doc: Document, ignore: _Ignore) -> Diagnostic:
+    """A code that no rule has: misspelt, or only the beginning of one."""
+    if any(rule.startswith(code) for rule in rules):
+        return _problem("PID044", f"{code} is only the beginning of a code", doc, ignore.span, "write it in full")
+    near = nearest(code, rules) if CODE.fullmatch(code) else None
+    cure = f"did you mean {near}?" if near else "'pidcfg rule' lists all"
+    return _problem("PID044", f"no rule is called {code!r}", doc, ignore.span, cure)
+
+
+def _without(ignore: _Ignore, unused: set[str], doc: Document) -> tuple[Edit, ...]:
+    """The edit that takes the codes away: out of the bracket, or the comment with them."""
+    line, column = ignore.span.line, ignore.span.column
+    row = doc.lines[line - 1]
+    left = [code for code in ignore.codes if code not in unused]
+    if left:
+        start, end = row.index("[", column - 1) + 1, row.index("]", column - 1)
+        return (Edit(Span(line, start + 1, line, end + 1), ", ".join(left)),)
+    if not ignore.whole:
+        return ()
+    if ignore.comment.alone and line < len(doc.lines):
+        return (Edit(Span(line, 1, line + 1, 1), ""),)
+    return (Edit(Span(line, len(row[: column - 1].rstrip()) + 1, line, len(row) + 1), ""),)
+
+
+def _problem(code: str, message: str, doc: Document, span: Span, cure: str, edits: tuple[Edit, ...] = ()) -> Diagnostic:
+    return Diagnostic(code, Severity.WARNING, message, doc.file, span, reference=str(D315), help=cure, edits=edits)

@@ -1,0 +1,341 @@
+"""Corrections: every byte outside of them stays, what has two readings is left, and nothing is written by half."""
+
+from __future__ import annotations
+
+import io
+import json
+import os
+import re
+import subprocess
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from living_rig import GOOD, TWICE, run
+from pidcfg.diagnostics import Edit, Severity, Span
+from pidcfg.source import read_document
+from pidcfg.validate.edits import clear_match, slips
+from pidcfg.validate.engine import check_document
+from pidcfg.validate.fixes import Fixer, splice
+from pidcfg.validate.suppress import suppress
+
+ROOT = Path(__file__).parents[1]
+REACTOR = (ROOT / "examples/dl06/reactor.yaml").read_text("utf-8")
+BREAKS = re.compile("\r\n|[\n\r\x85\u2028\u2029]")
+
+
+def check(doc):
+    return suppress(list(check_document(doc).findings), doc).kept
+
+
+def fix(data, wanted=lambda _: True):
+    data = data if isinstance(data, bytes) else data.encode()
+    return Fixer(lambda new: read_document(new, "case.yaml"), check, wanted).fix(data)
+
+
+# --- splicing ---------------------------------------------------------------------------------------------------------
+
+PIECE = st.text("ab \t#'é漢😀\u2028\x85", max_size=8)
+BETWEEN = st.sampled_from(["\n", "\r\n", " ", "\t", "x"])
+
+
+@given(st.lists(st.tuples(PIECE, BETWEEN, st.none() | PIECE), max_size=12))
+def test_every_character_outside_of_the_edits_stays(pieces):
+    text, expected, edits = "", "", []
+    for old, between, new in pieces:
+        start, text = len(text), text + old
+        end = len(text)
+        expected += old if new is None else new
+        if new is not None and (old or new):
+            edits.append((start, end, new))
+        text, expected = text + between, expected + between
+
+    def place(offset):
+        rows = BREAKS.split(text[:offset])
+        return len(rows), len(rows[-1]) + 1
+
+    made = [Edit(Span(*place(start), *place(end)), new) for start, end, new in edits]
+    assert splice(text, made) == expected
+    assert splice(text, [*reversed(made), *made]) == expected, "in any order, each once"
+
+
+def test_of_two_edits_that_overlap_one_is_made():
+    assert splice("abcd", [Edit(Span(1, 2, 1, 4), "X"), Edit(Span(1, 3, 1, 5), "Y")]) == "aXd"
+
+
+SLIPS = (
+    ("pidcfg: 1", 'pidcfg: "1"'), ("vendor: dl06", "vendor: DL06"), ("loop_table: V2000", "loop_table: v2000"),
+    ("bias_freeze: true", "bias_freeze: yes"), ("sample_rate: 0.2 ", "smaple_rate: 0.2 "),
+    ("algorithm: position", "algorithm: 'Position'"), ("gain: 0.80", 'gain: "0.80"'),
+    ("square_root: false", "square_root: 'no'"),
+    ("    setpoint: {value: 20.0", "    set-point: {value: 20.0"), ("high: 42.0", 'high: "42.0"'),
+    ("hysteresis: 0.5", "hysterisis: 0.5"), ("sample_rate: 2.0", "sample_rat: 2.0"), ("gain: 2.50", "gain: 02.50"),
+    ("derivative_gain_limit: 10", "derivative_gain_limit: 0x0A"), ("value: 85.0", '"valeu": 85.0'),
+    ("deadband: 0.2", "deadbnad: 0.2"), ("deviation: {yellow", "devaition: {yellow"),
+)  # fmt: skip
+"""Texts of the example, and slips that can be read in one way only."""
+RESPELT = {"algorithm: 'Position'": "algorithm: position", '"valeu": 85.0': '"value": 85.0',
+           "derivative_gain_limit: 0x0A": "derivative_gain_limit: 10"}  # fmt: skip
+
+
+@given(st.sets(st.sampled_from(SLIPS), min_size=1), st.sampled_from(["\n", "\r\n"]), st.booleans(), st.booleans(),
+       st.text("é漢 \t#'\":", max_size=20))  # fmt: skip
+def test_slips_in_a_real_file_are_mended_and_every_other_byte_stays(slips_made, end, bom, last, comment):
+    right, wrong = f"# {comment}\n" + REACTOR.rstrip(), f"# {comment}\n" + REACTOR.rstrip()
+    for good, bad in slips_made:
+        assert good in right
+        wrong = wrong.replace(good, bad, 1)
+        right = right.replace(good, RESPELT.get(bad, good), 1)
+
+    def encoded(text):
+        whole = (text + "\n" * last).replace("\n", end)
+        return whole.encode("utf-8-sig" if bom else "utf-8")
+
+    outcome = fix(encoded(wrong))
+    assert outcome.data == encoded(right)
+    assert len(outcome.fixed) == len(slips_made)
+    assert not [d for d in outcome.left if d.severity is Severity.ERROR]
+
+
+# --- what is corrected and what is not --------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("right", "wrong"), [
+    ("pidcfg: 1", "pidcgf: 1"),
+    ("gain: 1,", "gian: 1,"), ("gain: 1,", "Gain: 1,"), ("gain: 1,", 'gain: "1",'), ("gain: 1,", "gain: 01,"),
+    ("gain: 8,", "gain: 08,"), ("gain: 8.5,", "gain: 08.5,"), ("reset: 1000", "reset: 1_000"),
+    ("reset: 10", "reset: 0b1010"),
+    ("reset: 10", "reset: 0o12"), ("action: direct", "action: DIRECT"), ("V2000", "v2000"), ("tuning: {", "tunign: {"),
+    ("plc: {loop_table: V2000", "plc: {lop_table: V2000"), ("sample_rate: 1", "sample-rate: 1"),
+])  # fmt: skip
+def test_what_can_be_read_in_one_way_is_written_that_way(right, wrong):
+    key = right.partition(":")[0]
+    base = GOOD if right in GOOD else re.sub(rf"{key}: [0-9]+,?", right, GOOD)
+    assert right in base
+    assert fix(base.replace(right, wrong)).data.decode() == base
+
+
+CLICK = (ROOT / "examples/click/tank.yaml").read_text("utf-8")
+
+
+@pytest.mark.parametrize("wrong", ["ds101", "DS 101", "DS0101", "ds00101"])
+def test_decimal_addresses(wrong):
+    assert "integers: DS101" in CLICK
+    assert fix(CLICK.replace("integers: DS101", f"integers: {wrong}")).data.decode() == CLICK
+
+
+@pytest.mark.parametrize(("old", "new"), [
+    ("reset: 10", "reset: 010"),  # octal 8 or decimal 10
+    ("V2000", "02000"), ("V2000", "2000"), ("V2000", "V2008"), ("V2000", "vv2000"), ("V2000", '"2000"'),
+    ("action: direct", "action: dierct"),  # a word that turns the control round is not guessed
+    ("action: direct", "acton: reversed"),  # the value is wrong for the key
+    ("gain: 1, reset", "gain: 1, gian: 2, reset"),  # the key is there
+    ("gain: 1, reset", "gian: 1, gani: 2, reset"),  # two for one key
+    ("gain: 1, reset", "gxxn: 1, reset"),  # too far
+    ("gain: 1, reset", "gian: , reset"),  # no value
+    ("gain: 1,", "gain: 1.2.3,"), ("gain: 1,", "gain: 60:30,"), ("gain: 1,", "gain: 1_0,"), ("gain: 1,", "gain: .inf,"),
+    ("gain: 1,", 'gain: "010",'), ("gain: 1,", 'gain: "1e999",'),
+    ("reset: 10", 'reset: "08 min"'), ("sample_rate: 1", "sample_rate: 08 s"),  # the unit would be lost
+    ("name: A", "nam: "), ("vendor: dl06", "vendor: dl05"), ("pidcfg: 1", "pidcfg: 2"),
+])  # fmt: skip
+def test_what_takes_a_decision_is_left_alone(old, new):
+    assert old in GOOD
+    text = GOOD.replace(old, new)
+    outcome = fix(text)
+    assert outcome.data.decode() == text
+    assert outcome.fixed == ()
+    assert any(d.severity is Severity.ERROR for d in outcome.left)
+
+
+def test_keys_of_opposite_meaning_are_never_chosen_between():
+    assert clear_match("of_delay", ["on_delay", "off_delay"]) is None
+    assert clear_match("MaxMX", ["MaxMV", "MaxPV", "MinMV"]) is None
+    assert clear_match("mni", ["min", "max"]) is None, "too short to tell"
+    assert clear_match("hihg", ["high", "high_high", "low"]) == "high"
+    assert clear_match("MinMv", ["MaxMV", "MinMV"]) == "MinMV"
+    assert clear_match("Min-MV", ["Min_MV", "min_mv"]) is None
+
+
+@pytest.mark.parametrize(("one", "other", "number"), [
+    ("gain", "gain", 0), ("gian", "gain", 1), ("gan", "gain", 1), ("gaain", "gain", 1), ("goin", "gain", 1),
+    ("", "ab", 2), ("ab", "", 2), ("reset", "preset", 1), ("smaple_rat", "sample_rate", 2), ("abc", "xyz", 3),
+])  # fmt: skip
+def test_slips_are_counted(one, other, number):
+    assert slips(one, other) == number
+
+
+def test_a_value_that_an_alias_shares_is_left_alone_and_a_shared_mapping_is_mended_once():
+    both = GOOD.replace("tuning: {gain: 1,", "tuning: &t {gian: 1,") + (
+        "  - {name: B, sample_rate: 1, action: direct, tuning: *t}\n"
+    )
+    assert fix(both).data.decode() == both.replace("gian", "gain")
+    shared = GOOD.replace("gain: 1,", 'gain: &g "1",') + (
+        "  - {name: B, sample_rate: 1, action: direct, tuning: {gain: *g, reset: 10}}\n"
+    )
+    assert fix(shared).data.decode() == shared
+
+
+def test_comments_and_values_that_look_like_the_mistake_stay():
+    text = GOOD.replace("name: A", 'name: A\n    description: "gian: v2000 yes"  # gian: 01').replace("gain", "gian")
+    assert fix(text).data.decode() == text.replace("{gian", "{gain")
+
+
+def test_a_correction_that_uncovers_another_is_followed():
+    text = GOOD.replace("vendor: dl06", "vendor: DL06").replace("gain", "gian")
+    assert fix(text).data.decode() == GOOD
+
+
+def test_a_correction_may_show_findings_that_were_hidden_but_bring_no_error_of_the_same_kind():
+    outcome = fix(TWICE.replace("gain", "gian"))
+    assert outcome.data.decode() == TWICE
+    assert {d.code for d in outcome.left} == {"PID242", "PID254"}
+
+
+def test_many_unknown_keys_cost_no_more_than_a_few_readings(monkeypatch):
+    from pidcfg.validate import edits
+
+    tries = []
+    monkeypatch.setattr(edits, "_fits", lambda *args: bool(tries.append(args)))
+    text = GOOD + "".join(f"  - {{name: L{i}, smaple_rate: 1, action: direct, tunign: 3}}\n" for i in range(300))
+    fix(text)
+    assert 0 < len(tries) <= edits.MOST_TRIES
+
+
+def test_unused_ignores_are_deleted_and_used_ones_stay():
+    lines = GOOD.splitlines()
+    lines[5] += "\t # pidcfg: ignore[PID242] why"
+    lines[6] += "  # heating # pidcfg: ignore[PID242] why"
+    text = "\n".join([*lines[:7], "    # pidcfg: ignore[PID242] why", *lines[7:], "# pidcfg: ignore[PID101] why"])
+    wanted = "\n".join([*GOOD.splitlines()[:6], lines[6], *lines[7:], ""])
+    assert fix(text).data.decode() == wanted, "what stands behind another comment is left to its writer"
+    used = TWICE.rstrip() + "  # pidcfg: ignore[PID242, PID101, PID254] why\n"
+    assert fix(used).data.decode() == used.replace("PID242, PID101, PID254", "PID242, PID254")
+
+
+@pytest.mark.parametrize("folder", ["examples/*/*.yaml", "tests/cases/*.yaml", "src/pidcfg/starters/*.yaml"])
+def test_no_file_that_can_be_used_is_ever_changed(folder):
+    """Warnings, and errors of rules, are decisions: nothing that a plant does is changed unasked."""
+    files = [path for path in ROOT.glob(folder) if "scenario" not in path.name]
+    assert files
+    for path in files:
+        assert not [d for d in check(read_document(path.read_bytes(), path.name)) if d.edits], path
+
+
+# --- the command ------------------------------------------------------------------------------------------------------
+
+WRONG = GOOD.replace("gain", "gian").replace("V2000", "v2000").replace("\n", "\r\n")
+
+
+@pytest.fixture
+def validate(monkeypatch, capsysbinary, tmp_path):
+    """``pidcfg validate`` in a folder with one wrong file."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "a.yaml").write_bytes(WRONG.encode())
+    return lambda *args: run(monkeypatch, capsysbinary, *args)
+
+
+def test_fix_writes_and_the_exit_code_is_that_of_what_remains(validate, tmp_path):
+    assert "2 with --fix" in validate("a.yaml").err
+    (tmp_path / "b.yaml").write_text(TWICE.replace("gain", "gian"), "utf-8")
+    found = validate(".", "--fix")
+    assert (tmp_path / "a.yaml").read_bytes() == GOOD.replace("\n", "\r\n").encode()
+    assert (tmp_path / "b.yaml").read_bytes() == TWICE.encode()
+    assert found.code == 1
+    assert "a.yaml: corrected 1 x PID020, 1 x PID029\n" in found.err
+    assert "3 findings in 2 files corrected" in found.err
+    assert "PID020" not in found.out
+    assert validate("a.yaml", "--fix", "--strict").code == 0
+
+
+def test_diff_writes_nothing_and_what_it_prints_is_a_patch(validate, tmp_path):
+    (tmp_path / "c.yaml").write_text(GOOD, "utf-8")
+    (tmp_path / "d.yaml").write_bytes(WRONG.rstrip().encode())
+    found = validate("a.yaml", "c.yaml", "d.yaml", "--diff")
+    assert found.code == 1
+    assert "4 findings in 2 files would be corrected" in found.err
+    assert (tmp_path / "a.yaml").read_bytes() == WRONG.encode()
+    subprocess.run(["git", "apply", "-p0", "-"], input=found.raw, cwd=tmp_path, check=True)
+    assert (tmp_path / "a.yaml").read_bytes() == GOOD.replace("\n", "\r\n").encode()
+    assert (tmp_path / "d.yaml").read_bytes() == GOOD.replace("\n", "\r\n").rstrip().encode()
+    after = validate("a.yaml", "--diff")
+    assert (after.code, after.out) == (0, "")
+
+
+def test_diff_of_what_cannot_be_read_is_unusable_input(validate, tmp_path):
+    (tmp_path / "b.yaml").write_text("pidcfg: [", "utf-8")
+    assert validate("b.yaml", "--diff").code == 2
+    assert validate("none.yaml", "--diff").code == 2
+    found = validate("a.yaml", "b.yaml", "--fix")
+    assert found.code == 2
+    assert (tmp_path / "b.yaml").read_text("utf-8") == "pidcfg: ["
+    assert (tmp_path / "a.yaml").read_bytes() == GOOD.replace("\n", "\r\n").encode()
+
+
+def test_select_and_ignore_choose_what_is_corrected(validate, tmp_path):
+    validate("a.yaml", "--fix", "--ignore", "PID020")
+    assert (tmp_path / "a.yaml").read_bytes() == WRONG.replace("v2000", "V2000").encode()
+    validate("a.yaml", "--fix", "--select", "PID2")
+    assert b"gian" in (tmp_path / "a.yaml").read_bytes()
+    (tmp_path / "pidcfg.toml").write_text("[per-file-ignores]\n'a.yaml' = ['PID02']\n", "utf-8")
+    validate("a.yaml", "--fix")
+    assert b"gian" in (tmp_path / "a.yaml").read_bytes()
+
+
+def test_standard_input_is_printed_corrected_and_its_findings_go_to_stderr(validate, monkeypatch):
+    def piped(data):
+        return io.TextIOWrapper(io.BytesIO(data))
+
+    monkeypatch.setattr("sys.stdin", piped(WRONG.encode("utf-8-sig")))
+    found = validate("-", "--fix")
+    assert found.raw == GOOD.replace("\n", "\r\n").encode("utf-8-sig")
+    assert found.code == 0
+    monkeypatch.setattr("sys.stdin", piped(b"pidcfg: ["))
+    broken = validate("-", "--fix")
+    assert (broken.code, broken.raw) == (2, b"pidcfg: ["), "an editor that pipes its text loses nothing"
+    assert "PID001" in broken.err
+    assert validate("-", "a.yaml", "--fix").code == 2
+    assert validate("-", "--fix", "--format", "json").code == 2
+
+
+@pytest.mark.skipif(os.name != "posix", reason="rights and links of POSIX")
+def test_rights_stay_and_links_are_written_through(validate, tmp_path):
+    (tmp_path / "a.yaml").chmod(0o640)
+    (tmp_path / "link.yaml").symlink_to("a.yaml")
+    assert validate("link.yaml", "--fix").code == 0
+    assert (tmp_path / "link.yaml").is_symlink()
+    assert (tmp_path / "a.yaml").read_bytes() == GOOD.replace("\n", "\r\n").encode()
+    assert (tmp_path / "a.yaml").stat().st_mode & 0o777 == 0o640
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["a.yaml", "link.yaml"]
+
+
+def test_a_file_that_somebody_saves_meanwhile_is_left_alone(validate, tmp_path, monkeypatch):
+    from pidcfg.cli import fixing
+
+    real = fixing._corrected
+
+    def slow(*args):
+        outcome = real(*args)
+        (tmp_path / "a.yaml").write_text("# saved\n", "utf-8")
+        return outcome
+
+    monkeypatch.setattr(fixing, "_corrected", slow)
+    found = validate("a.yaml", "--fix")
+    assert (found.code, found.out) == (2, "")
+    assert "a.yaml has changed since it was read; nothing was written" in found.err
+    assert (tmp_path / "a.yaml").read_text("utf-8") == "# saved\n"
+
+
+def test_a_scenario_is_corrected_too(validate, tmp_path):
+    text = (ROOT / "examples/dl06/reactor.scenario.yaml").read_text("utf-8")
+    (tmp_path / "reactor.yaml").write_text(REACTOR, "utf-8")
+    assert "duration:" in text
+    (tmp_path / "s.scenario.yaml").write_text(text.replace("duration:", "duraton:"), "utf-8")
+    assert validate("s.scenario.yaml", "--fix").code == 0
+    assert (tmp_path / "s.scenario.yaml").read_text("utf-8") == text
+
+
+def test_json_of_what_remains(validate):
+    found = validate("a.yaml", "--fix", "--format", "json")
+    assert json.loads(found.out)["summary"]["errors"] == 0

@@ -1,0 +1,229 @@
+"""Settings files: where they are looked for, what they may say, and that the command line wins."""
+
+from __future__ import annotations
+
+import json
+import re
+import tomllib
+from pathlib import Path
+
+import jsonschema
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from living_rig import GOOD, TWICE, run
+from pidcfg.cli.schema import document_schema
+from pidcfg.cli.settings import candidates
+from pidcfg.cli.settings_check import KEYS, REFUSED
+from pidcfg.globs import matches
+
+
+@pytest.fixture
+def project(tmp_path):
+    """A repository with a configuration two folders down."""
+    root = tmp_path / "outside" / "project"
+    (root / "loops" / "old").mkdir(parents=True)
+    (root / ".git").mkdir()
+    (root / "loops" / "a.yaml").write_text(TWICE, "utf-8")
+    (root / "loops" / "old" / "b.yaml").write_text(TWICE, "utf-8")
+    return root
+
+
+@pytest.fixture
+def validate(monkeypatch, capsysbinary):
+    """``pidcfg validate`` in this process."""
+    return lambda *args: run(monkeypatch, capsysbinary, *args)
+
+
+def put(folder, text, name="pidcfg.toml"):
+    (folder / name).write_text(text, "utf-8")
+
+
+@pytest.mark.parametrize("where", ["", "loops"])
+@pytest.mark.parametrize(("name", "text"), [
+    ("pidcfg.toml", 'ignore = ["PID242"]\n'),
+    ("pyproject.toml", '[project]\nname = "x"\n[tool.pidcfg]\nignore = ["pid24"]\n'),
+    ("pyproject.toml", '[tool]\npidcfg.ignore = ["PID2"]\n'),
+])  # fmt: skip
+def test_settings_are_found_upward_to_the_root_of_the_repository(project, validate, where, name, text):
+    assert validate(project / "loops/a.yaml").code == 1
+    put(project / where, text, name)
+    found = validate(project / "loops/a.yaml")
+    assert found.code == 0
+    assert "; settings of " in found.err
+    assert found.err.rstrip().endswith(Path(project.name, where, name).as_posix())
+
+
+def test_nothing_above_the_repository_is_read(project, validate):
+    put(project.parent, 'ignore = ["PID242"]\n')
+    assert validate(project / "loops/a.yaml").code == 1
+    (project / ".git").rmdir()
+    (project / ".git").write_text("gitdir: elsewhere\n", "utf-8")
+    assert validate(project / "loops/a.yaml").code == 1, "a worktree has a file of that name"
+    (project / ".git").unlink()
+    assert validate(project / "loops/a.yaml").code == 0, "without a repository, upward to the root"
+
+
+def test_the_search_ends_at_the_root_of_the_file_system(tmp_path):
+    folders = [path.parent for path in candidates(str(tmp_path / "none.yaml"))]
+    assert folders[0] == tmp_path
+    assert folders[-1] == Path(tmp_path.anchor)
+    assert len(folders) == len(set(folders)) * 2, "two names a folder, each folder once"
+
+
+def test_the_nearest_file_counts_alone_and_its_own_name_before_the_shared_one(project, validate):
+    put(project, 'ignore = ["PID242"]\n')
+    put(project / "loops", "strict = true\n")
+    put(project / "loops", "[tool.pidcfg]\nignore = ['PID242']\n", "pyproject.toml")
+    assert validate(project / "loops/a.yaml").code == 1
+
+
+@pytest.mark.parametrize("shared", ['[project]\nname = "pidcfg"\n', '[tool]\nother = "pidcfg"\n', "not toml at all ["])
+def test_a_shared_file_without_our_table_is_passed_over(project, validate, shared):
+    put(project / "loops", shared, "pyproject.toml")
+    put(project, 'ignore = ["PID242"]\n')
+    assert validate(project / "loops/a.yaml").code == 0
+
+
+def test_standard_input_takes_the_settings_of_the_working_directory(project, monkeypatch):
+    monkeypatch.chdir(project / "loops")
+    assert candidates("-")[0] == project / "loops" / "pidcfg.toml"
+
+
+def test_config_names_a_file_and_isolated_takes_none(project, validate, tmp_path):
+    put(tmp_path, 'ignore = ["PID242"]\n', "ci.toml")
+    put(project, "strict = true\n")
+    assert validate(project / "loops/a.yaml", "--config", tmp_path / "ci.toml").code == 0
+    assert validate("--config", tmp_path / "ci.toml", project / "loops/a.yaml").code == 0, "in any order"
+    put(project, 'ignore = ["PID242"]\n')
+    assert validate(project / "loops/a.yaml", "--isolated").code == 1
+    assert validate(project / "loops/a.yaml", "--isolated", "--config", "x").code == 2
+
+
+def test_the_command_line_wins(project, validate):
+    put(project, 'ignore = ["PID242"]\nformat = "json"\nseverity = "error"\nstrict = true\n')
+    path = project / "loops/a.yaml"
+    assert json.loads(validate(path).out)["findings"] == []
+    assert "PID242" in validate(path, "--ignore", "PID254", "--format", "text").out
+    assert len(json.loads(validate(path, "--severity", "info").out)["findings"]) == 1
+
+
+def test_every_example_of_a_key_is_accepted_and_has_an_effect_on_show_settings(project, validate):
+    for key, row in KEYS.items():
+        put(project, f"{key} = {row.example}\n")
+        found = validate(project / "loops/a.yaml", "--show-settings")
+        assert found.code == 0, found.err
+        assert re.match(r"settings file: \S*/project/pidcfg\.toml\n", found.out)
+        (line,) = (line for line in found.out.splitlines() if line.startswith(key))
+        assert "pidcfg.toml" in line or key == "per-file-ignores"
+
+
+@pytest.mark.parametrize(("text", "place", "words"), [
+    ('strict = true\nselct = ["PID2"]\n', "2:1", "unknown key 'selct'; did you mean select?"),
+    ("per_file_ignores = {}\n", "1:1", "did you mean per-file-ignores?"),
+    ("strict = 1\n", "1:1", "strict must be true or false, not 1"),
+    ('ignore = "PID2"\n', "1:1", "ignore must be a list of codes"),
+    ('ignore = [\n  "PID2",\n  "PID977",\n]\n', "3:4", "no rule begins with 'PID977'"),
+    ('ignore = [""]\n', "1:", "no rule begins with ''"),
+    ('severity = "warn"\n', "1:1", "severity is 'warn', not one of error, warning, info; did you mean warning?"),
+    ('format = "xml"\n', "1:1", "not one of text"),
+    ("[per-file-ignores]\n'a/*' = ['PID2']\n'b/*' = ['PIDX']\n", "3:11", "no rule begins with 'PIDX'"),
+    ("[per-file-ignores]\n'a\\b' = ['PID2']\n", "2:2", "forward slashes"),
+    ("per-file-ignores = ['PID2']\n", "1:1", "must be a table"),
+    ("strict = tru\n", "1:10", "not TOML"),
+    ("strict = true\nstrict = true\n", "2:", "not TOML"),
+    ('baseline = "/etc/passwd"\n', "1:1", "leads out of the folder"),
+    ('baseline = "../known.json"\n', "1:1", "leads out of the folder"),
+    ("baseline = 3\n", "1:1", "must be the path of a file"),
+    ("a = " + "[" * 5000 + "\n", "", "not"),
+])  # fmt: skip
+def test_wrong_settings_are_wrong_usage_with_their_place(project, validate, text, place, words):
+    put(project, text)
+    found = validate(project / "loops/a.yaml")
+    assert found.code == 2
+    assert found.out == ""
+    assert f"pidcfg.toml:{place}" in found.err if place else "pidcfg.toml" in found.err
+    assert words in found.err
+
+
+def test_the_place_in_a_shared_file_is_below_its_table(project, validate):
+    put(project, 'strict = 3\n[tool.pidcfg]\n# strict\nstrict = "no"\n', "pyproject.toml")
+    assert "pyproject.toml:4:1: strict must be true or false" in validate(project / "loops/a.yaml").err
+
+
+@pytest.mark.parametrize("key", [*REFUSED, "quiet", "force", "config"])
+def test_no_file_can_raise_limits_or_write(project, validate, key):
+    put(project, f'{key} = ["file_bytes=99"]\n')
+    found = validate(project / "loops/a.yaml")
+    assert found.code == 2
+    assert "unknown key" in found.err
+    assert REFUSED.get(key, "") in found.err
+
+
+def test_a_link_does_not_lead_a_baseline_out_of_its_folder(project, validate, tmp_path):
+    (project / "known.json").symlink_to(tmp_path / "elsewhere.json")
+    put(project, 'baseline = "known.json"\n')
+    assert "leads out of the folder" in validate(project / "loops/a.yaml", "--create-baseline").err
+    assert not (tmp_path / "elsewhere.json").exists()
+
+
+@pytest.mark.parametrize("data", [b"\xff\xfe", b"x" * (1 << 20) + b"xx", b"strict = true\n\0"])
+def test_unreadable_settings(project, validate, data):
+    (project / "pidcfg.toml").write_bytes(data)
+    assert validate(project / "loops/a.yaml").code == 2
+
+
+def test_settings_with_a_byte_order_mark_and_windows_line_ends(project, validate):
+    (project / "pidcfg.toml").write_bytes(b'\xef\xbb\xbfignore = ["PID242"]\r\n')
+    assert validate(project / "loops/a.yaml").code == 0
+
+
+def test_rules_left_out_by_folder(project, validate, monkeypatch):
+    put(project, "[per-file-ignores]\n'loops/old/' = ['PID242']\n")
+    assert validate(project / "loops/old").code == 0
+    assert validate(project / "loops").out.count("error PID242") == 2, "of the other file alone"
+    monkeypatch.chdir(project / "loops" / "old")
+    assert validate("b.yaml").code == 0, "patterns begin at the settings file, wherever the command runs"
+
+
+def test_what_makes_a_file_unusable_is_left_out_nowhere(project, validate):
+    put(project, "[per-file-ignores]\n'**' = ['PID']\n")
+    (project / "loops/a.yaml").write_text(GOOD.replace("gain", "gian"), "utf-8")
+    (project / "loops/c.yaml").write_text("pidcfg: [\n", "utf-8")
+    found = validate(project / "loops", "--strict")
+    assert found.code == 2
+    assert {"PID020", "PID001"} <= {word.rstrip(":") for word in found.out.split()}
+
+
+@pytest.mark.parametrize(("pattern", "path", "fits"), [
+    ("a.yaml", "a.yaml", True), ("a.yaml", "x/y/a.yaml", True), ("a.yaml", "xa.yaml", False),
+    ("x/a.yaml", "x/a.yaml", True), ("x/a.yaml", "y/x/a.yaml", False), ("*.yaml", "x/b.yaml", True),
+    ("x/*", "x/y/z.yaml", True), ("x/*.yaml", "x/y/z.yaml", False), ("x/**", "x/y/z.yaml", True),
+    ("**/z.yaml", "x/y/z.yaml", True), ("x/**/z.yaml", "x/z.yaml", True), ("x/**/z.yaml", "x/a/b/z.yaml", True),
+    ("old", "loops/old/b.yaml", True), ("old/", "loops/old/b.yaml", True), ("./old/", "old/b.yaml", True),
+    ("/a.yaml", "a.yaml", True), ("/a.yaml", "x/a.yaml", False),
+    ("?.yaml", "b.yaml", True), ("?.yaml", "bb.yaml", False),
+    ("[ab].yaml", "a.yaml", False), ("[ab].yaml", "[ab].yaml", True),
+    ("a.yaml", "../a.yaml", True), ("A.yaml", "a.yaml", False),
+])  # fmt: skip
+def test_patterns(pattern, path, fits):
+    assert matches(pattern, path) is fits
+
+
+@given(st.text("*?/ab", min_size=1, max_size=40).filter(lambda text: text.strip("/")), st.text("ab/", max_size=200))
+def test_no_pattern_takes_long(pattern, path):
+    assert matches(pattern, path) in {True, False}
+    matches("*a" * 60 + "b", "a" * 255)
+    matches("**/a/" * 60 + "b", "a/" * 255)
+
+
+def test_the_schema_for_editors_agrees_with_the_command():
+    schema = document_schema("settings")
+    jsonschema.Draft202012Validator.check_schema(schema)
+    assert set(schema["properties"]) == set(KEYS)
+    for key, row in KEYS.items():
+        jsonschema.validate(tomllib.loads(f"{key} = {row.example}\n"), schema)
+    for wrong in ({"selct": []}, {"strict": 1}, {"ignore": "PID2"}, {"severity": "warn"}, {"per-file-ignores": []}):
+        with pytest.raises(jsonschema.ValidationError):
+            jsonschema.validate(wrong, schema)
