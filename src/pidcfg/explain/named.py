@@ -1,0 +1,283 @@
+"""Explanations of vendors whose parameters have names and types: parameters, structures of bits, numbers, states."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from decimal import Decimal
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from pidcfg.encoders.named import read, shown
+from pidcfg.explain.asked import Asked, Thing, ThingError, whole
+from pidcfg.explain.contents import NUMBER
+from pidcfg.explain.page import Page, Point, Value
+from pidcfg.schemas.base import decimal_text
+from pidcfg.schemas.iec import Wire
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator, Mapping, Sequence
+
+    from pidcfg.encoders.meanings import Code, Meaning
+    from pidcfg.encoders.named import Content, Entry, Parameter, ParameterTable
+    from pidcfg.explain.annotate import Line
+    from pidcfg.schemas.iec import IecType
+
+TRUTHS = {"true": True, "false": False, "on": True, "off": False, "1": True, "0": False}
+
+
+class Group(NamedTuple):
+    """A structure of bits: its name, and those of its members that a number counts, in their order."""
+
+    name: str
+    meaning: Meaning
+    members: Callable[[Parameter], bool]
+
+
+class Placed(NamedTuple):
+    """A parameter of a configuration: its name in the program, the row, and what the file says of it."""
+
+    table: ParameterTable
+    row: Parameter
+    entry: Entry | None
+    units: Mapping[str, str]
+
+
+@dataclass(frozen=True)
+class NamedBook:
+    """Everything that can be said about a vendor's parameters; the tables say it."""
+
+    key: str
+    title: str
+    tables: Mapping[str, ParameterTable]
+    """By the name that stands before a parameter's."""
+    text: Callable[[str, str], str]
+    """What a parameter of a table is, from the schema."""
+    forms: tuple[tuple[str, str], ...]
+    split: Callable[[str, Sequence[Mapping[str, Any]]], tuple[str, str | None, str]]
+    """A listing's name to loop, table and parameter."""
+    groups: tuple[Group, ...] = ()
+    bits: Mapping[str, Meaning] | None = None
+    codes: Sequence[Code] = ()
+    states: Mapping[tuple[str, bool], str] | None = None
+    parts: tuple[str, Sequence[tuple[int, int, str, str]], str] | None = None
+    """A parameter that takes several words: its name, and what each of them holds; the manual's place."""
+    settings: Callable[[Any], Mapping[str, str]] = staticmethod(lambda loop: {})  # noqa: ARG005
+
+    def find(self, thing: Thing, asked: Asked) -> list[Page]:
+        """What a thing is with this vendor; empty when it is nothing."""
+        placed = self._placed(thing, asked)
+        if placed:
+            return placed
+        tables, name = self._tables(thing.name)
+        return self._part(name, asked) or self._group(tables, name, thing) or self._rows(tables, name, thing)
+
+    @cached_property
+    def names(self) -> dict[str, list[str]]:
+        """Everything that has a name, in small letters, for did-you-mean."""
+        found = [row.name for table in self.tables.values() for row in table.rows]
+        return {name.lower(): [name] for name in (*found, *(g.name for g in self.groups), *self.tables)}
+
+    def _tables(self, name: str) -> tuple[dict[str, ParameterTable], str]:
+        """The tables that are meant, and the name without its block's."""
+        for key, table in self.tables.items():
+            if name.lower().startswith(f"{key.lower()}."):
+                return {key: table}, name[len(key) + 1 :]
+        return dict(self.tables), name
+
+    def _placed(self, thing: Thing, asked: Asked) -> list[Page]:
+        """A parameter by its full name, its device, or its own name in each loop of the configuration."""
+        if asked.config is None:
+            return []
+        pages = []
+        for entry in asked.config.entries:
+            names = {entry.address.lower(), (entry.device or "").lower(), entry.field.lower()}
+            if thing.name.lower() not in names:
+                continue
+            table = self._table_of(entry, asked)
+            row = next((r for r in table.rows if r.name == entry.field), None) if table else None
+            if table is None or row is None:
+                continue
+            units = asked.config.units(entry.loop)
+            page = self._page(row, (table.title,), thing.value, Placed(table, row, entry, units))
+            pages.append(asked.config.with_origin(page, entry))
+        return pages
+
+    def _table_of(self, entry: Entry, asked: Asked) -> ParameterTable | None:
+        settings = asked.config.settings if asked.config is not None else ()
+        kind = self.split(entry.address, settings)[1]
+        return self.tables.get(kind) if kind is not None else None
+
+    def _part(self, name: str, asked: Asked) -> list[Page]:
+        """``I_MV+6``."""
+        head, plus, digits = name.replace(" ", "").partition("+")
+        if self.parts is None or not plus or head.upper() != self.parts[0] or not digits.isdecimal():
+            return []
+        del asked
+        found = next((p for p in self.parts[1] if p[0] <= int(digits[:6]) <= p[1]), None)
+        if found is None:
+            raise ThingError(f"{name}: {self.parts[0]} takes {self.parts[1][-1][1] + 1} double words, +0 to +{self.parts[1][-1][1]}")
+        return [Page("register", f"{self.parts[0]}+{int(digits)}", found[2], self.key, self.title, holds=found[3],
+                     notation="a double word (two registers)", reference=self.parts[2])]  # fmt: skip
+
+    def _group(self, tables: Mapping[str, ParameterTable], name: str, thing: Thing) -> list[Page]:
+        """``ErrBits`` and ``ErrBits=0x0005``, for each kind of block whose bits differ."""
+        group = next((g for g in self.groups if g.name.lower() == name.lower()), None)
+        if group is None:
+            return []
+        by_members: dict[tuple[Parameter, ...], list[str]] = {}
+        for key, table in tables.items():
+            rows = tuple(r for r in table.rows if r.name.startswith(f"{group.name}.") and group.members(r))
+            if rows:
+                by_members.setdefault(rows, []).append(key)
+        return [self._group_page(group, rows, blocks, thing) for rows, blocks in by_members.items()]
+
+    def _group_page(self, group: Group, rows: tuple[Parameter, ...], blocks: list[str], thing: Thing) -> Page:
+        raw = None if thing.value is None else whole(thing.value, (1 << len(rows)) - 1)
+        if thing.value is not None and raw is None:
+            if len(self.tables) > len(blocks) and whole(thing.value, 0xFFFFFFFF) is not None:
+                problem = f"{thing.value} has bits beyond the {len(rows)} of this structure"
+                return self._group_shell(group, rows, blocks, Value(thing.value, thing.value, "", problem), ())
+            raise ThingError(f"{thing.text}: the value is a whole number of {len(rows)} bits, like 5 or 0x0005")
+        points = tuple(
+            Point(f"bit {i}", f"{row.name.partition('.')[2]}: {row.title}", "" if raw is None else "on" if raw >> i & 1
+                  else "off", bool(raw and raw >> i & 1),
+                  (self.bits or {}).get(row.name) if raw is None or raw >> i & 1 else None)
+            for i, row in enumerate(rows)
+        )  # fmt: skip
+        value = None if raw is None else Value(raw, f"0x{raw:04X}", "no bit is on" if raw == 0 else "")
+        return self._group_shell(group, rows, blocks, value, points)
+
+    def _group_shell(
+        self, group: Group, rows: tuple[Parameter, ...], blocks: list[str], value: Value | None, points: tuple[Point, ...]
+    ) -> Page:
+        return Page("structure", group.name, f"{len(rows)} bits of {', '.join(blocks)}", self.key, self.title, value,
+                    group.meaning, points, notation="a structure of bits, counted in the order of its members",
+                    access="status", by="the block: outputs, only to be read",
+                    reference=str(group.meaning.basis or ""))  # fmt: skip
+
+    def _rows(self, tables: Mapping[str, ParameterTable], name: str, thing: Thing) -> list[Page]:
+        """A parameter, once for each meaning that it has in different blocks."""
+        wanted = name.lower()
+        exact = {key: [r for r in table.rows if r.name.lower() == wanted] for key, table in tables.items()}
+        if not any(exact.values()):
+            exact = {key: [r for r in t.rows if r.name.lower().rpartition(".")[2] == wanted] for key, t in tables.items()}
+        found: dict[tuple[Parameter, str], list[str]] = {}
+        for key, rows in exact.items():
+            for row in rows:
+                found.setdefault((row._replace(basis=None), self._text(key, row)), []).append(key)
+        originals = {(r.name, key): r for key, rows in exact.items() for r in rows}
+        return [self._page(originals[row.name, keys[0]], tuple(keys), thing.value, None) for (row, _), keys in found.items()]
+
+    def _text(self, key: str, row: Parameter) -> str:
+        return row.title or self.text(key, row.name)
+
+    def _page(self, row: Parameter, blocks: tuple[str, ...], value: str | None, placed: Placed | None) -> Page:
+        """One parameter, with its content where there is one."""
+        key = next((k for k in self.tables if k in blocks or self.tables[k].title in blocks), blocks[0])
+        raw = self._content(row, value) if value is not None else None
+        if raw is None and placed is not None and placed.entry is not None:
+            raw = placed.entry.raw
+        meaning = (self.bits or {}).get(row.name)
+        code = next((c for c in self.codes if c.register == row.name and c.number == raw and not isinstance(raw, bool)), None)
+        text = self._text(key, row)
+        named = placed.entry.address if placed is not None and placed.entry is not None else row.name
+        where = "" if placed is not None else f"{', '.join(blocks)}"
+        return Page(
+            kind="parameter",
+            name=named,
+            title=first_sentence(text) + (f" [{where}]" if where and len(self.tables) > 1 else ""),
+            vendor=self.key,
+            vendor_title=self.title,
+            value=None if raw is None else self._value(row, raw, placed.units if placed else {}),
+            meaning=code.meaning if code else meaning,
+            points=() if code else tuple(self._choices(row)),
+            holds=text if first_sentence(text) != text else "",
+            unit=row.unit,
+            notation=row.type.name + (f": {', '.join(row.type.words)}" if row.type.words else ""),
+            access="setting" if row.access == "input" else "status",
+            by="you or the program: it is an input" if row.access == "input" else "the PLC: it is an output, only to be read",
+            key=row.name if row.access == "input" else None,
+            reference=str((code.meaning.basis if code else meaning.basis if meaning else None) or row.basis or ""),
+        )
+
+    def _choices(self, row: Parameter) -> Iterator[Point]:
+        """What the states of a switch, or the numbers of a mode, mean."""
+        for (name, state), text in (self.states or {}).items():
+            if name == row.name:
+                yield Point(shown(row.type, state), text, "is", active=False)
+        for code in self.codes:
+            if code.register == row.name:
+                yield Point(str(code.number), code.title, "is", active=False, meaning=code.meaning)
+
+    def _content(self, row: Parameter, text: str) -> Content:
+        content: object = None
+        if row.type.kind == "bool":
+            content = TRUTHS.get(text.lower())
+        elif row.type.kind == "word":
+            content = next((w for w in row.type.words if text.upper() in {w.upper(), w.upper().rpartition("_")[2]}), None)
+        elif row.type.kind == "whole":
+            content = int(text) if text.lstrip("+-").isdecimal() and len(text) < 12 else whole(text, row.type.high)
+        elif NUMBER.fullmatch(text):
+            content = float(text)
+        found = read(row.type, content)
+        if found is None:
+            raise ThingError(f"{row.name}={text}: the value is not one of {_holds(row.type)}")
+        return found
+
+    def _value(self, row: Parameter, raw: Content | Wire, units: Mapping[str, str]) -> Value:
+        if isinstance(raw, Wire):
+            return Value(raw.text, f":= {raw.text}", "wired: it follows this expression")
+        return Value(raw, shown(row.type, raw), self.saying(row, raw, units))
+
+    def saying(self, row: Parameter, raw: Content, units: Mapping[str, str]) -> str:
+        """What a content says: a state, a mode, or a number with its unit."""
+        if isinstance(raw, bool):
+            return (self.states or {}).get((row.name, raw), "true" if raw else "false")
+        code = next((c for c in self.codes if c.register == row.name and c.number == raw), None)
+        if code is not None:
+            return code.title
+        if isinstance(raw, str):
+            return raw
+        return f"{decimal_text(Decimal(repr(raw)))} {units.get(row.unit, '' if row.unit in {'pv', 'output'} else row.unit)}".rstrip()
+
+
+def _holds(kind: IecType) -> str:
+    if kind.kind == "bool":
+        return "TRUE and FALSE"
+    if kind.kind == "word":
+        return ", ".join(kind.words)
+    return f"{kind.name} ({kind.low} to {kind.high})" if kind.kind == "whole" else f"{kind.name}, a finite number"
+
+
+def first_sentence(text: str) -> str:
+    """A text up to where it goes into details."""
+    ends = [at for mark in ("; ", ". ", ": ") if (at := text.find(mark)) > 0]
+    return text[: min(ends)] if ends else text.removesuffix(".")
+
+
+def named_lines(book: NamedBook, words: Mapping[str, Content | Wire], settings: Sequence[Mapping[str, Any]]) -> Iterator[Line]:
+    """Every parameter of a listing with its meaning."""
+    from pidcfg.explain.annotate import Line
+
+    units = {str(s.get("loop")): {k: str(s[k]["unit"]) for k in ("pv", "output")
+             if isinstance(s.get(k), dict) and s[k].get("unit")} for s in settings}  # fmt: skip
+    for name, raw in words.items():
+        loop, kind, parameter = book.split(name, settings)
+        table = book.tables.get(kind) if kind is not None else None
+        row = next((r for r in table.rows if r.name == parameter), None) if table is not None else None
+        content = f":= {raw.text}" if isinstance(raw, Wire) else ""
+        if row is None or kind is None:
+            text = "a signal of the program" if "." not in name else "belongs to no loop"
+            yield Line(name, "", content or str(raw), "", "", text)
+            continue
+        title = first_sentence(book._text(kind, row))
+        if isinstance(raw, Wire):
+            yield Line(name, "", content, "", row.type.name, f"{title}; wired")
+        elif read(row.type, raw) is None:
+            yield Line(name, "", str(raw), "", row.type.name, f"{title}: no value of {row.type.name}")
+        else:
+            says = book.saying(row, raw, units.get(loop, {}))
+            yield Line(name, "", shown(row.type, raw), "", row.type.name, f"{title}: {says}")
+
+
+NAMED_HEADS = ("name", "", "value", "", "type")

@@ -1,0 +1,121 @@
+"""Explanations as text for people and as JSON for programs."""
+
+from __future__ import annotations
+
+import json
+from textwrap import wrap
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
+    from pidcfg.encoders.meanings import Meaning
+    from pidcfg.explain.page import Page, Point
+
+WIDTH = 100
+LABEL = 13
+FEW = 6
+"""Bits that are off are told together from so many on."""
+
+
+def as_text(pages: Sequence[Page]) -> str:
+    """All explanations, with a line between two."""
+    return "\n".join(page.markdown or "\n".join(_lines(page)) + "\n" for page in pages)
+
+
+def _lines(page: Page) -> Iterator[str]:
+    shown = f" = {page.value.shown}" if page.value else ""
+    yield f"{page.name}{shown}: {page.title}" + (f"  ({page.vendor_title})" if page.vendor_title else "")
+    yield ""
+    if page.value:
+        yield from row("value", page.value.text)
+        yield from row("no value", page.value.problem)
+    if page.meaning:
+        yield from _meaning("it means", page.meaning)
+    for point in page.points:
+        if _told(point, page):
+            yield from _point(point)
+    off = [point.label for point in page.points if not _told(point, page)]
+    yield from row("off", ", ".join(off))
+    yield from row("holds", page.holds)
+    yield from row("unit", page.unit)
+    yield from row("written as", page.notation)
+    yield from row("written by", page.by)
+    yield from row("loop", page.loop or "")
+    yield from row("in a file", f"key {page.key}" if page.key else "")
+    if page.origin:
+        at = page.origin
+        yield from row("set by", f"{at.file}:{at.line}:{at.column}, {at.key}: {at.text}")
+    yield from row("manual", page.reference)
+    for text in page.notes:
+        yield from row("note", text)
+
+
+def _told(point: Point, page: Page) -> bool:
+    """A bit that is off is only counted, where a value was given."""
+    return page.value is None or point.active or point.state not in {"off", ""}
+
+
+def _point(point: Point) -> Iterator[str]:
+    state = f": {point.state}" if point.state not in {"", "on"} else ""
+    yield from row(f"{point.label} on" if point.state == "on" else point.label, f"{point.title}{state}")
+    if point.meaning:
+        yield from _meaning("", point.meaning)
+
+
+def _meaning(label: str, meaning: Meaning) -> Iterator[str]:
+    yield from row(label, meaning.effect)
+    yield from row("to do", meaning.cure)
+    if meaning.rules:
+        yield from row("found by", "pidcfg rule " + ", ".join(meaning.rules))
+
+
+def row(label: str, text: str) -> Iterator[str]:
+    """A label and a text beside it, wrapped; nothing for an empty text."""
+    if not text:
+        return
+    first, *rest = wrap(text, WIDTH - LABEL - 2, break_on_hyphens=False)
+    yield f"  {label:<{LABEL - 1}} {first}" if len(label) < LABEL else f"  {label}  {first}"
+    yield from (f"  {'':<{LABEL - 1}} {line}" for line in rest)
+
+
+def as_json(pages: Sequence[Page]) -> str:
+    """The layout of the public interface, spelled out key by key."""
+    return json.dumps({"version": 1, "explanations": [_data(page) for page in pages]}, indent=2, ensure_ascii=False) + "\n"
+
+
+def _data(page: Page) -> dict[str, Any]:
+    value = page.value
+    at = page.origin
+    return {
+        "kind": page.kind,
+        "vendor": page.vendor,
+        "name": page.name,
+        "title": page.title,
+        "value": None if value is None else {"raw": value.raw, "shown": value.shown, "text": value.text or None,
+                                             "problem": value.problem or None},
+        **_said(page.meaning),
+        "bits": [{"bit": p.label, "title": p.title, "state": p.state or None, "active": p.active, "key": p.key,
+                  **_said(p.meaning)} for p in page.points],
+        "holds": page.holds or None,
+        "unit": page.unit or None,
+        "notation": page.notation or None,
+        "access": page.access or None,
+        "written_by": page.by or None,
+        "key": page.key,
+        "loop": page.loop,
+        "set_by": None if at is None else {"file": at.file, "line": at.line, "column": at.column, "loop": at.loop,
+                                           "key": at.key, "text": at.text},
+        "reference": page.reference or None,
+        "notes": list(page.notes),
+        "page": None if page.extra is None else dict(page.extra),
+    }  # fmt: skip
+
+
+def _said(meaning: Meaning | None) -> dict[str, Any]:
+    return {
+        "meaning": meaning.effect if meaning else None,
+        "cure": (meaning.cure or None) if meaning else None,
+        "rules": list(meaning.rules) if meaning else [],
+        "basis": str(meaning.basis) if meaning and meaning.basis else None,
+    }
