@@ -32,6 +32,7 @@ COMMANDS = {
     "simulate": ("pidcfg.cli.simulate", "Run the encoded loops against a plant."),
     "tune": ("pidcfg.cli.tune", "Work out gains by the manuals' rules."),
     "rule": ("pidcfg.cli.rule", "Explain a rule, or list all of them."),
+    "explain": ("pidcfg.cli.explain", "Say what a register, bit or error number means."),
     "schema": ("pidcfg.cli.schema", "Print the JSON Schema of a file for editors."),
     "init": ("pidcfg.cli.init", "Write a commented starter file."),
 }

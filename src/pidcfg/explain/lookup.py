@@ -35,6 +35,14 @@ def explain(text: str, asked: Asked, vendors: Iterable[str], decisions: Callable
     return pages
 
 
+def check_starts(starts: Iterable[str], vendors: Iterable[str]) -> None:
+    """Refuses the start of a block that is no address of any of the vendors."""
+    spaces = [book.space for key in vendors if hasattr(book := VENDORS[key].load("explainer"), "space")]
+    for text in starts:
+        if all(space.parse(text.upper()) is None for space in spaces):
+            raise ThingError(f"--block {text}: this is no address; write it like V2000, DF101 or R101")
+
+
 def _ours(thing: Thing, decisions: Callable[[], Sequence[Decision]]) -> list[Page]:
     """Rules and decisions, which have no content."""
     if thing.value is not None:

@@ -64,7 +64,7 @@ class Page:
     key: str | None = None
     reference: str = ""
     loop: str | None = None
-    origin: Origin | None = None
+    origins: tuple[Origin, ...] = ()
     notes: tuple[str, ...] = ()
     markdown: str = ""
     """A page that stands as it is (rules, decisions); ``extra`` are its parts for programs."""

@@ -27,7 +27,7 @@ class Found(NamedTuple):
     raw: int | None = None
     """Its content in the configuration."""
     setting: Setting | None = None
-    origin: Origin | None = None
+    origins: tuple[Origin, ...] = ()
 
 
 WRITERS: dict[Access, str] = {
@@ -67,7 +67,7 @@ def page_of(book: RegisterBook, found: Found, name: str, raw: int | None, bit: i
         key=key,
         reference=str(basis or word.basis),
         loop=found.loop,
-        origin=found.origin,
+        origins=tuple(o for o in found.origins if row is None or o.key.endswith(row.path or "-")),
         notes=tuple(_notes(book, found, name, content)),
     )
 

@@ -100,7 +100,8 @@ class RegisterBook:
                     if row.access != "reserved":
                         found.setdefault(name.lower(), []).append((block, word, row))
         for alias, name in (self.aliases or {}).items():
-            found.setdefault(alias.lower(), []).extend(f for f in found[name] if f[2] is None)
+            others = [entry for entry in found[name] if entry[2] is None]
+            found.setdefault(alias.lower(), others)
         return found
 
     def _address(self, thing: Thing, asked: Asked) -> list[Page]:

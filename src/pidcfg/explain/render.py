@@ -14,8 +14,6 @@ if TYPE_CHECKING:
 
 WIDTH = 100
 LABEL = 13
-FEW = 6
-"""Bits that are off are told together from so many on."""
 
 
 def as_text(pages: Sequence[Page]) -> str:
@@ -35,20 +33,32 @@ def _lines(page: Page) -> Iterator[str]:
     for point in page.points:
         if _told(point, page):
             yield from _point(point)
-    off = [point.label for point in page.points if not _told(point, page)]
-    yield from row("off", ", ".join(off))
+    yield from row("off", numbers([p.label.removeprefix("bit ") for p in page.points if not _told(p, page)]))
     yield from row("holds", page.holds)
     yield from row("unit", page.unit)
     yield from row("written as", page.notation)
     yield from row("written by", page.by)
     yield from row("loop", page.loop or "")
     yield from row("in a file", f"key {page.key}" if page.key else "")
-    if page.origin:
-        at = page.origin
+    for at in page.origins:
         yield from row("set by", f"{at.file}:{at.line}:{at.column}, {at.key}: {at.text}")
     yield from row("manual", page.reference)
     for text in page.notes:
         yield from row("note", text)
+
+
+def numbers(labels: Sequence[str]) -> str:
+    """Bits in short: ``bits 0, 2-9``; groups of bits as they are."""
+    runs: list[list[int]] = []
+    others = [label for label in labels if not label.isdecimal()]
+    for n in sorted(int(label) for label in labels if label.isdecimal()):
+        if runs and runs[-1][-1] == n - 1:
+            runs[-1].append(n)
+        else:
+            runs.append([n])
+    texts = [str(run[0]) if len(run) == 1 else f"{run[0]}-{run[-1]}" for run in runs]
+    single = [f"bit{'s' if len(texts) > 1 or '-' in texts[0] else ''} {', '.join(texts)}"] if texts else []
+    return ", ".join([*single, *others])
 
 
 def _told(point: Point, page: Page) -> bool:
@@ -79,14 +89,28 @@ def row(label: str, text: str) -> Iterator[str]:
     yield from (f"  {'':<{LABEL - 1}} {line}" for line in rest)
 
 
-def as_json(pages: Sequence[Page]) -> str:
+def forms_text(rows: Sequence[tuple[str, str, str]]) -> str:
+    """What can be asked for, by vendor."""
+    wide = max(len(example) for example, _, _ in rows)
+    lines, last = [], None
+    for example, what, vendor in rows:
+        if vendor != last:
+            lines += [] if last is None else [""]
+            lines.append(vendor or "pidcfg")
+            last = vendor
+        lines.append(f"  {example:<{wide}}  {what}")
+    return "\n".join(lines) + "\n"
+
+
+def as_json(pages: Sequence[Page], forms: Sequence[tuple[str, str, str]] = ()) -> str:
     """The layout of the public interface, spelled out key by key."""
-    return json.dumps({"version": 1, "explanations": [_data(page) for page in pages]}, indent=2, ensure_ascii=False) + "\n"
+    rows = [{"example": example, "what": what, "vendor": vendor or None} for example, what, vendor in forms]
+    document = {"version": 1, "explanations": [_data(page) for page in pages], **({"forms": rows} if rows else {})}
+    return json.dumps(document, indent=2, ensure_ascii=False) + "\n"
 
 
 def _data(page: Page) -> dict[str, Any]:
     value = page.value
-    at = page.origin
     return {
         "kind": page.kind,
         "vendor": page.vendor,
@@ -104,8 +128,8 @@ def _data(page: Page) -> dict[str, Any]:
         "written_by": page.by or None,
         "key": page.key,
         "loop": page.loop,
-        "set_by": None if at is None else {"file": at.file, "line": at.line, "column": at.column, "loop": at.loop,
-                                           "key": at.key, "text": at.text},
+        "set_by": [{"file": at.file, "line": at.line, "column": at.column, "loop": at.loop, "key": at.key,
+                    "text": at.text} for at in page.origins],
         "reference": page.reference or None,
         "notes": list(page.notes),
         "page": None if page.extra is None else dict(page.extra),

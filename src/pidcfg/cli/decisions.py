@@ -1,0 +1,37 @@
+"""The numbered decisions, wherever in the program they stand."""
+
+from __future__ import annotations
+
+import pkgutil
+from importlib import import_module
+from typing import TYPE_CHECKING
+
+import pidcfg
+from pidcfg.refs import Decision
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+
+class SameNumberError(ValueError):
+    """Two decisions have one number."""
+
+
+def all_decisions() -> list[Decision]:
+    """Every decision, in the order of their numbers."""
+    found: dict[int, Decision] = {}
+    for decision in _everywhere():
+        if found.setdefault(decision.number, decision) is not decision:
+            raise SameNumberError(f"two decisions have the number D{decision.number:02d}")
+    return [found[number] for number in sorted(found)]
+
+
+def _everywhere() -> Iterator[Decision]:
+    """The decisions of every module that can be imported without an extra."""
+    for info in pkgutil.walk_packages(pidcfg.__path__, "pidcfg."):
+        if info.name.endswith("__main__"):
+            continue
+        for value in vars(import_module(info.name)).values():
+            for entry in value if isinstance(value, tuple | list) else (value,):
+                if isinstance(entry, Decision):
+                    yield entry
