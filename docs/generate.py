@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import importlib
 import json
-import pkgutil
 import sys
 from itertools import groupby
 from pathlib import Path
@@ -12,11 +11,10 @@ from typing import TYPE_CHECKING, Any, get_args
 
 import click
 
-import pidcfg
+from pidcfg.cli.decisions import all_decisions
 from pidcfg.cli.main import COMMANDS, cli
 from pidcfg.cli.schema import document_schema
 from pidcfg.encoders.named import ParameterTable
-from pidcfg.refs import Decision
 from pidcfg.schemas.document import field_texts, models_of
 from pidcfg.validate.pages import all_rules, page
 from pidcfg.vendors import VENDORS, Vendor
@@ -53,24 +51,6 @@ def rules() -> str:
             for r in table.values()]  # fmt: skip
     head = "# Rules\n\n`pidcfg rule CODE` prints the same text.\n\n| code | severity | what is wrong |\n|---|---|---|\n"
     return NOTE + head + "\n".join(rows) + "\n\n" + "\n".join("#" + page(r) for r in table.values())
-
-
-def modules() -> Iterator[Any]:
-    """Every module of the package that can be imported without an extra."""
-    for info in pkgutil.walk_packages(pidcfg.__path__, "pidcfg."):
-        if not info.name.endswith("__main__"):
-            yield importlib.import_module(info.name)
-
-
-def all_decisions() -> list[Decision]:
-    """The numbered decisions, wherever they stand."""
-    found: dict[int, Decision] = {}
-    for module in modules():
-        for value in vars(module).values():
-            for decision in value if isinstance(value, tuple | list) else (value,):
-                if isinstance(decision, Decision) and found.setdefault(decision.number, decision) is not decision:
-                    sys.exit(f"two decisions have the number D{decision.number:02d}")
-    return [found[number] for number in sorted(found)]
 
 
 def decisions() -> str:

@@ -18,8 +18,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Vendor:
-    """A PLC family; ``module:attribute`` of its schema, codecs, rules, writers, virtual controller,
-    explanations and starter file."""
+    """A PLC family; ``module:attribute`` of its schema, codecs, rules, writers, controller, texts and starter file."""
 
     key: str
     title: str

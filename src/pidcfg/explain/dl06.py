@@ -36,6 +36,8 @@ if TYPE_CHECKING:
     from pidcfg.schemas.dl06 import Loop
 
 PERCENT = 100
+RESET_UNIT = LOOP_TABLE.word("reset").unit
+RESET_UNITS = {"seconds": "s", "minutes": "min"}
 
 
 def special(word: Word, raw: int) -> str | None:
@@ -56,7 +58,7 @@ def special(word: Word, raw: int) -> str | None:
 def unscaled(word: Word, raw: int) -> str:
     """Counts without a data format: what they are in each format that can hold them."""
     if type(word.codec).__name__ != "Position":
-        return f"{raw} counts, or {raw:X} BCD digits" if "BCD" in word.codec.notation else f"{raw} counts"
+        return "counts of the data format a second, in BCD" if "BCD" in word.codec.notation else f"{raw} counts"
     shares = []
     for form in FORMATS.values():
         try:
@@ -65,16 +67,18 @@ def unscaled(word: Word, raw: int) -> str:
             continue
         if form.minimum <= counts <= form.maximum:
             shares.append(f"{form.name} {PERCENT * (counts - form.minimum) / form.span:.4g} %")
-    return f"{raw} counts; of the data format's range: {', '.join(shares)}"
+    return f"of the data format's range: {', '.join(shares)}"
 
 
 def setting_of(loop: Loop) -> Setting:
     """The scales and units of a loop of a configuration."""
-    return Setting(scales_of(loop), _units(loop.pv.unit, loop.output.unit))
+    return Setting(scales_of(loop), _units(loop.pv.unit, loop.output.unit, loop.tuning.reset_unit))
 
 
-def _units(pv: str | None, output: str | None) -> dict[str, str]:
-    return {key: unit for key, unit in (("pv", pv), ("output", output)) if unit}
+def _units(pv: str | None, output: str | None, reset: str) -> dict[str, str]:
+    """The loop's own units; that of the reset time is a choice of bits."""
+    given = (("pv", pv), ("output", output), (RESET_UNIT, RESET_UNITS[reset]))
+    return {key: unit for key, unit in given if unit}
 
 
 def claims(
@@ -111,10 +115,10 @@ def _count(words: Mapping[int, int], loops: list[LoopSettings], options: Mapping
 
 def _setting(raw: list[int], beside: LoopSettings) -> Setting:
     bits = {path: LOOP_TABLE.bit(path).decode(raw[LOOP_TABLE.bit(path).offset])
-            for path in ("pv.format", "output.format", "pv.square_root")}  # fmt: skip
+            for path in ("pv.format", "output.format", "pv.square_root", "tuning.reset_unit")}  # fmt: skip
     ranges = beside.pv.range, beside.output.range
     found = scales(bits["pv.format"], bits["output.format"], ranges, root=bits["pv.square_root"])
-    return Setting(found, _units(beside.pv.unit, beside.output.unit))
+    return Setting(found, _units(beside.pv.unit, beside.output.unit, bits["tuning.reset_unit"]))
 
 
 def _ramp_soak(table: int, loop: str, known: Setting) -> Iterator[tuple[int, Claim]]:

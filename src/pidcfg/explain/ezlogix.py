@@ -8,6 +8,7 @@ from pidcfg.encoders.ezlogix.encode import scales_of
 from pidcfg.encoders.maps.ezlogix import BLOCKS, R_BLOCK, S_BLOCK, SPACE, VARIABLES
 from pidcfg.encoders.maps.ezlogix_meanings import CODES, WORDS
 from pidcfg.encoders.plain import read_settings
+from pidcfg.encoders.words import SIGN
 from pidcfg.explain.annotate import Claim, block_claims
 from pidcfg.explain.registers import Block, RegisterBook, Series
 from pidcfg.explain.values import Setting
@@ -16,8 +17,10 @@ from pidcfg.schemas.ezlogix import OutputSettings, PvSettings
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
+    from pidcfg.encoders.regmap import Word
     from pidcfg.schemas.ezlogix import Loop, OutputSection, PvSection
 
+ERROR = R_BLOCK.word("error")
 ROOT = S_BLOCK.offset("square_root")
 
 
@@ -45,6 +48,11 @@ def claims(
             yield from ((start + word.offset, Claim(table, word, loop, known)) for word in table.words)
 
 
+def special(word: Word, raw: int) -> str | None:
+    """The error is a signed number of counts (D169)."""
+    return f"{raw - 0x10000 if raw & SIGN else raw} counts of the PV" if word is ERROR else None
+
+
 EXPLAINER = RegisterBook(
     key="ezlogix",
     title="EZAutomation EZLogix",
@@ -65,5 +73,6 @@ EXPLAINER = RegisterBook(
     ),
     settings=setting_of,
     claims=claims,
+    special=special,
     aliases={variable: name for name, variable in VARIABLES.items()},
 )

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import re
+from dataclasses import dataclass, replace
 from decimal import Decimal
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from pidcfg.encoders.named import read, shown
+from pidcfg.explain.annotate import Line, as_text
 from pidcfg.explain.asked import Asked, Thing, ThingError, whole
 from pidcfg.explain.contents import NUMBER
 from pidcfg.explain.page import Page, Point, Value
@@ -19,9 +21,9 @@ if TYPE_CHECKING:
 
     from pidcfg.encoders.meanings import Code, Meaning
     from pidcfg.encoders.named import Content, Entry, Parameter, ParameterTable
-    from pidcfg.explain.annotate import Line
     from pidcfg.schemas.iec import IecType
 
+DEVICE = re.compile(r"([A-Z]+)([0-9]{1,6})")
 TRUTHS = {"true": True, "false": False, "on": True, "off": False, "1": True, "0": False}
 
 
@@ -56,6 +58,8 @@ class NamedBook:
     split: Callable[[str, Sequence[Mapping[str, Any]]], tuple[str, str | None, str]]
     """A listing's name to loop, table and parameter."""
     groups: tuple[Group, ...] = ()
+    counted: str = ""
+    """What the numbers of a structure's bits rest on."""
     bits: Mapping[str, Meaning] | None = None
     codes: Sequence[Code] = ()
     states: Mapping[tuple[str, bool], str] | None = None
@@ -69,7 +73,12 @@ class NamedBook:
         if placed:
             return placed
         tables, name = self._tables(thing.name)
-        return self._part(name, asked) or self._group(tables, name, thing) or self._rows(tables, name, thing)
+        return self._part(name) or self._group(tables, name, thing) or self._rows(tables, name, thing)
+
+    def annotate(self, listing: Any, options: Mapping[str, Any]) -> str:
+        """A listing with a meaning beside every parameter."""
+        del options
+        return as_text([*named_lines(self, listing.words, listing.settings)], NAMED_HEADS)
 
     @cached_property
     def names(self) -> dict[str, list[str]]:
@@ -90,6 +99,7 @@ class NamedBook:
             return []
         pages = []
         for entry in asked.config.entries:
+            pages += self._device(thing, entry)
             names = {entry.address.lower(), (entry.device or "").lower(), entry.field.lower()}
             if thing.name.lower() not in names:
                 continue
@@ -102,17 +112,29 @@ class NamedBook:
             pages.append(asked.config.with_origin(page, entry))
         return pages
 
+    def _device(self, thing: Thing, entry: Entry) -> list[Page]:
+        """A later register of a parameter that takes several words."""
+        if self.parts is None or entry.field != self.parts[0] or entry.device is None:
+            return []
+        first, asked = (DEVICE.fullmatch(text.upper()) for text in (entry.device, thing.name))
+        if first is None or asked is None or first.group(1) != asked.group(1):
+            return []
+        word = (int(asked.group(2)) - int(first.group(2))) // 2
+        if not 0 < word <= self.parts[1][-1][1]:
+            return []
+        return [replace(page, name=thing.name.upper(), loop=entry.loop, place=f"{page.name} of {entry.loop}")
+                for page in self._part(f"{self.parts[0]}+{word}")]  # fmt: skip
+
     def _table_of(self, entry: Entry, asked: Asked) -> ParameterTable | None:
         settings = asked.config.settings if asked.config is not None else ()
         kind = self.split(entry.address, settings)[1]
         return self.tables.get(kind) if kind is not None else None
 
-    def _part(self, name: str, asked: Asked) -> list[Page]:
+    def _part(self, name: str) -> list[Page]:
         """``I_MV+6``."""
         head, plus, digits = name.replace(" ", "").partition("+")
         if self.parts is None or not plus or head.upper() != self.parts[0] or not digits.isdecimal():
             return []
-        del asked
         found = next((p for p in self.parts[1] if p[0] <= int(digits[:6]) <= p[1]), None)
         if found is None:
             raise ThingError(f"{name}: {self.parts[0]} takes {self.parts[1][-1][1] + 1} double words, +0 to +{self.parts[1][-1][1]}")
@@ -124,20 +146,19 @@ class NamedBook:
         group = next((g for g in self.groups if g.name.lower() == name.lower()), None)
         if group is None:
             return []
-        by_members: dict[tuple[Parameter, ...], list[str]] = {}
+        by_members: dict[tuple[str, ...], tuple[tuple[Parameter, ...], list[str]]] = {}
         for key, table in tables.items():
             rows = tuple(r for r in table.rows if r.name.startswith(f"{group.name}.") and group.members(r))
             if rows:
-                by_members.setdefault(rows, []).append(key)
-        return [self._group_page(group, rows, blocks, thing) for rows, blocks in by_members.items()]
-
-    def _group_page(self, group: Group, rows: tuple[Parameter, ...], blocks: list[str], thing: Thing) -> Page:
-        raw = None if thing.value is None else whole(thing.value, (1 << len(rows)) - 1)
+                by_members.setdefault(tuple(r.name for r in rows), (rows, []))[1].append(key)
+        most = max(len(rows) for rows, _ in by_members.values())
+        raw = None if thing.value is None else whole(thing.value, (1 << most) - 1)
         if thing.value is not None and raw is None:
-            if len(self.tables) > len(blocks) and whole(thing.value, 0xFFFFFFFF) is not None:
-                problem = f"{thing.value} has bits beyond the {len(rows)} of this structure"
-                return self._group_shell(group, rows, blocks, Value(thing.value, thing.value, "", problem), ())
-            raise ThingError(f"{thing.text}: the value is a whole number of {len(rows)} bits, like 5 or 0x0005")
+            raise ThingError(f"{thing.text}: the value is a whole number of {most} bits, like 5 or 0x0005")
+        return [self._group_page(group, rows, blocks, raw) for rows, blocks in by_members.values()
+                if raw is None or raw < 1 << len(rows)]  # fmt: skip
+
+    def _group_page(self, group: Group, rows: tuple[Parameter, ...], blocks: list[str], raw: int | None) -> Page:
         points = tuple(
             Point(f"bit {i}", f"{row.name.partition('.')[2]}: {row.title}", "" if raw is None else "on" if raw >> i & 1
                   else "off", bool(raw and raw >> i & 1),
@@ -145,15 +166,10 @@ class NamedBook:
             for i, row in enumerate(rows)
         )  # fmt: skip
         value = None if raw is None else Value(raw, f"0x{raw:04X}", "no bit is on" if raw == 0 else "")
-        return self._group_shell(group, rows, blocks, value, points)
-
-    def _group_shell(
-        self, group: Group, rows: tuple[Parameter, ...], blocks: list[str], value: Value | None, points: tuple[Point, ...]
-    ) -> Page:
         return Page("structure", group.name, f"{len(rows)} bits of {', '.join(blocks)}", self.key, self.title, value,
                     group.meaning, points, notation="a structure of bits, counted in the order of its members",
                     access="status", by="the block: outputs, only to be read",
-                    reference=str(group.meaning.basis or ""))  # fmt: skip
+                    reference=f"{group.meaning.basis}; {self.counted}" if raw is not None else str(group.meaning.basis))  # fmt: skip
 
     def _rows(self, tables: Mapping[str, ParameterTable], name: str, thing: Thing) -> list[Page]:
         """A parameter, once for each meaning that it has in different blocks."""
@@ -204,10 +220,10 @@ class NamedBook:
         """What the states of a switch, or the numbers of a mode, mean."""
         for (name, state), text in (self.states or {}).items():
             if name == row.name:
-                yield Point(shown(row.type, state), text, "is", active=False)
+                yield Point(shown(row.type, state), text, "", active=False)
         for code in self.codes:
             if code.register == row.name:
-                yield Point(str(code.number), code.title, "is", active=False, meaning=code.meaning)
+                yield Point(str(code.number), code.title, "", active=False, meaning=code.meaning)
 
     def _content(self, row: Parameter, text: str) -> Content:
         content: object = None
@@ -238,7 +254,13 @@ class NamedBook:
             return code.title
         if isinstance(raw, str):
             return raw
-        return f"{decimal_text(Decimal(repr(raw)))} {units.get(row.unit, '' if row.unit in {'pv', 'output'} else row.unit)}".rstrip()
+        return f"{decimal_text(Decimal(repr(raw)))} {_unit(row.unit, units)}".rstrip()
+
+
+def _unit(unit: str, units: Mapping[str, str]) -> str:
+    """A unit in the loop's own units; none where it depends on something else."""
+    parts = [units.get(part, part) for part in unit.split("/")]
+    return "" if "," in unit or parts in (["pv"], ["output"]) else "/".join(parts)
 
 
 def _holds(kind: IecType) -> str:
@@ -251,14 +273,14 @@ def _holds(kind: IecType) -> str:
 
 def first_sentence(text: str) -> str:
     """A text up to where it goes into details."""
-    ends = [at for mark in ("; ", ". ", ": ") if (at := text.find(mark)) > 0]
-    return text[: min(ends)] if ends else text.removesuffix(".")
+    for at in range(1, len(text) - 1):
+        if text[at : at + 2] in {"; ", ". ", ": "} and text.count("(", 0, at) == text.count(")", 0, at):
+            return text[:at]
+    return text.removesuffix(".")
 
 
 def named_lines(book: NamedBook, words: Mapping[str, Content | Wire], settings: Sequence[Mapping[str, Any]]) -> Iterator[Line]:
     """Every parameter of a listing with its meaning."""
-    from pidcfg.explain.annotate import Line
-
     units = {str(s.get("loop")): {k: str(s[k]["unit"]) for k in ("pv", "output")
              if isinstance(s.get(k), dict) and s[k].get("unit")} for s in settings}  # fmt: skip
     for name, raw in words.items():
@@ -277,7 +299,8 @@ def named_lines(book: NamedBook, words: Mapping[str, Content | Wire], settings: 
             yield Line(name, "", str(raw), "", row.type.name, f"{title}: no value of {row.type.name}")
         else:
             says = book.saying(row, raw, units.get(loop, {}))
-            yield Line(name, "", shown(row.type, raw), "", row.type.name, f"{title}: {says}")
+            own = isinstance(raw, bool) and book.states or any(c.register == row.name for c in book.codes)
+            yield Line(name, "", shown(row.type, raw), "", row.type.name, says if own else f"{title}: {says}")
 
 
 NAMED_HEADS = ("name", "", "value", "", "type")

@@ -6,7 +6,7 @@ from functools import cache
 from typing import TYPE_CHECKING, Any
 
 from pidcfg.encoders.maps.nextopid import BLOCK_TYPES
-from pidcfg.encoders.maps.nextopid_meanings import BITS, GROUPS
+from pidcfg.encoders.maps.nextopid_meanings import BITS, D325, GROUPS
 from pidcfg.explain.named import Group, NamedBook
 from pidcfg.schemas.document import field_texts, models_of
 
@@ -47,4 +47,5 @@ EXPLAINER = NamedBook(
     split=split,
     groups=tuple(Group(name, meaning, lambda row: row.type.kind == "bool") for name, meaning in GROUPS.items()),
     bits=BITS,
+    counted=str(D325),
 )

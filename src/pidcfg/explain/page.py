@@ -64,6 +64,8 @@ class Page:
     key: str | None = None
     reference: str = ""
     loop: str | None = None
+    place: str = ""
+    """Where in the loop's block it stands."""
     origins: tuple[Origin, ...] = ()
     notes: tuple[str, ...] = ()
     markdown: str = ""

@@ -66,7 +66,8 @@ def page_of(book: RegisterBook, found: Found, name: str, raw: int | None, bit: i
         by=_writer(book, word, access),
         key=key,
         reference=str(basis or word.basis),
-        loop=found.loop,
+        loop=found.loop if found.raw is not None else None,
+        place=f"{table.at(word.offset)} of {found.loop}" if found.loop else "",
         origins=tuple(o for o in found.origins if row is None or o.key.endswith(row.path or "-")),
         notes=tuple(_notes(book, found, name, content)),
     )
@@ -97,7 +98,12 @@ def _value(book: RegisterBook, found: Found, raw: int, code: Code | None, *, bit
         return Value(content, shown, "", f"{error}: this is no value of the register")
     if not text:
         text = book.unscaled(found.word, raw)
-    return Value(content, shown, f"{text} (decimal {raw})" if book.hexadecimal and not text.startswith("V") else text)
+    return Value(content, shown, f"{text} (decimal {raw})" if _binary(book, found.word) else text)
+
+
+def _binary(book: RegisterBook, word: Word) -> bool:
+    """Whether hexadecimal digits of a register are shown in decimal too."""
+    return book.hexadecimal and scale_of(word.codec) is not None and "BCD" not in word.codec.notation
 
 
 def prefix_of(book: RegisterBook, table: RegisterMap) -> str:
@@ -196,6 +202,6 @@ def unknown_page(book: RegisterBook, name: str, number: int, raw: int | None) ->
         vendor_title=book.title,
         value=None if raw is None else Value(bank.kind.show(raw), shown, f"decimal {raw}" if book.hexadecimal else shown),
         notation=bank.kind.holds,
-        notes=(f"what it holds depends on where the loops begin: --loop takes {examples}, --block ADDRESS another "
-               "start, --in FILE a configuration",),
+        notes=() if "system" in region else (f"what it holds depends on where the loops begin: --loop takes {examples}, "
+                                             "--block ADDRESS another start, --in FILE a configuration",),
     )  # fmt: skip

@@ -7,10 +7,11 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from pidcfg.explain.annotate import HEADS, as_text, register_lines
 from pidcfg.explain.asked import ADDRESS, OFFSET, Asked, Thing, ThingError
 from pidcfg.explain.contents import raw_of
 from pidcfg.explain.register_page import Found, code_page, page_of
-from pidcfg.explain.values import UNKNOWN, Setting, nothing_special
+from pidcfg.explain.values import Setting, nothing_special
 
 if TYPE_CHECKING:
     from pidcfg.encoders.meanings import Code, Meaning
@@ -117,11 +118,11 @@ class RegisterBook:
             last = self.space.name(self.space.number(bank.prefix, bank.last))
             kind = "octal digits, " if bank.octal else ""
             raise ThingError(f"{thing.name} is no address of the {self.title}: {kind}{ends} to {last}")
-        found = self._at(number, asked)
+        found, bit = self._at(number, asked), self._bit(written.group(3), number)
         raw = None if thing.value is None else raw_of(thing.value, self.space.kind(number), name, hexadecimal=self.hexadecimal)
         if found is None:
             return [self._elsewhere(name, number, raw, asked)]
-        return [page_of(self, found, self.space.name(number), raw, self._bit(written.group(3), number))]
+        return [page_of(self, found, self.space.name(number), raw, bit)]
 
     def _at(self, number: int, asked: Asked) -> Found | None:
         """The register at an address: as the configuration says, of a block that always is there, or of one named."""
@@ -167,7 +168,7 @@ class RegisterBook:
         if written is None:
             return []
         head = "".join(c for c in written.group(1).lower() if c.isalnum())
-        pages = []
+        pages, problems = [], []
         for block in self.blocks:
             if head not in block.heads:
                 continue
@@ -178,11 +179,14 @@ class RegisterBook:
             offset = int(digits, 8 if bank.octal else 10)
             length = block.length if block.repeat > 1 and not block.mentioned else block.table.size
             if offset >= length:
-                raise ThingError(f"{thing.name}: the block ends at {block.table.at(length - 1)}")
+                problems.append(f"{thing.name}: the block ends at {block.table.at(length - 1)}")
+                continue
             row = next(w for w in block.table.words if w.offset == offset % block.table.size)
             name, number = block.table.at(offset), self.space.number(block.prefix, bank.first)
             raw = None if thing.value is None else raw_of(thing.value, bank.kind, name, hexadecimal=self.hexadecimal)
             pages.append(page_of(self, Found(block.table, row), name, raw, self._bit(written.group(3), number)))
+        if problems and not pages:
+            raise ThingError(problems[0])
         return pages
 
     def _bit(self, text: str | None, number: int) -> int | None:
@@ -221,6 +225,6 @@ class RegisterBook:
                 pages.append(page_of(self, known, name, raw, None if row is None else row.bits[0]))
         return pages
 
-    def setting_of(self, found: Found) -> Setting:
-        """The scales and units of a register's loop, as far as they are known."""
-        return found.setting or UNKNOWN
+    def annotate(self, listing: Any, options: Mapping[str, Any]) -> str:
+        """A listing with a meaning beside every word."""
+        return as_text([*register_lines(self, listing.words, listing.settings, listing.plc, options)], HEADS)

@@ -38,7 +38,7 @@ def _lines(page: Page) -> Iterator[str]:
     yield from row("unit", page.unit)
     yield from row("written as", page.notation)
     yield from row("written by", page.by)
-    yield from row("loop", page.loop or "")
+    yield from row("stands at", page.place or page.loop or "")
     yield from row("in a file", f"key {page.key}" if page.key else "")
     for at in page.origins:
         yield from row("set by", f"{at.file}:{at.line}:{at.column}, {at.key}: {at.text}")
@@ -128,6 +128,7 @@ def _data(page: Page) -> dict[str, Any]:
         "written_by": page.by or None,
         "key": page.key,
         "loop": page.loop,
+        "place": page.place or None,
         "set_by": [{"file": at.file, "line": at.line, "column": at.column, "loop": at.loop, "key": at.key,
                     "text": at.text} for at in page.origins],
         "reference": page.reference or None,

@@ -3,14 +3,10 @@
 from __future__ import annotations
 
 from functools import cache
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from pidcfg.schemas.document import field_texts, models_of
 from pidcfg.vendors import VENDORS
-
-if TYPE_CHECKING:
-    from pydantic import BaseModel
-
 
 @cache
 def key_text(vendor: str, path: str) -> str:
@@ -44,5 +40,5 @@ def _inside(annotation: Any) -> list[Any]:
 
 
 @cache
-def _texts(model: type[BaseModel]) -> dict[str, str]:
+def _texts(model: Any) -> dict[str, str]:
     return field_texts(model)

@@ -36,6 +36,8 @@ def nothing_special(word: Word, raw: int) -> str | None:  # noqa: ARG001 - the s
 
 def unit_of(word: Word, units: Mapping[str, str]) -> str:
     """A register's unit in the loop's own units: ``degC`` for ``pv``; ``PV units`` where they are not known."""
+    if word.unit in units and "/" not in word.unit:
+        return units[word.unit]
     texts = {"pv": units.get("pv") or "PV units", "output": units.get("output") or "output units"}
     return "/".join(texts.get(part, part) for part in word.unit.split("/"))
 
