@@ -33,15 +33,19 @@ EPILOG = options.examples(
 @click.option("--block", "--loop-table", "--registers", "--discretes", "--bits", "--integers", "--floats", "blocks",
               multiple=True, metavar="ADDRESS", help="Where a block of loop registers begins, e.g. V2000, DF101 or "
               "R101; its first letters say of which kind it is.")  # fmt: skip
-@click.option("--in", "config", metavar="FILE", help="A configuration: which loop and line set the register, and to what.")
+@click.option(
+    "--in", "config", metavar="FILE", help="A configuration: which loop and line set the register, and to what."
+)
 @options.output_format("text", "json")
 @options.LIMITS
 def command(
     things: tuple[str, ...], vendor: str | None, loop: bool, blocks: tuple[str, ...], config: str | None, fmt: str,
     limits: Limits,
 ) -> None:  # fmt: skip
-    """Explain each THING in plain words, with the manual's place: a word (V7642), its content (V7642=0008), a bit
-    (addr+06.10), an error number (CK27), a register's name (gain), a rule (PID242) or a decision (D46).
+    """Explain each THING in plain words, with the manual's place.
+
+    A THING is a word (V7642), its content (V7642=0008), a bit (addr+06.10), an error number (CK27), a register's name
+    (gain), a rule (PID242) or a decision (D46).
 
     Without a THING, lists what can be asked for.
     """
@@ -52,7 +56,7 @@ def command(
 
     configured = None if config is None else _configured(config, limits)
     own = configured.checked.vendor if configured is not None else None
-    vendors = [vendor or own.key] if vendor or own else list(VENDORS)
+    vendors = [vendor] if vendor else list(VENDORS) if own is None else [own.key]
     if own is not None and vendor not in {None, own.key}:
         raise click.UsageError(f"{config} is of vendor {own.key}, not {vendor}")
     if not things:

@@ -69,7 +69,7 @@ def register_lines(
     book: RegisterBook, words: Mapping[int, int], settings: Any, plc: Mapping[str, Any], options: Mapping[str, Any]
 ) -> Iterator[Line]:
     """Every word of a listing in the order of its addresses."""
-    claimed = dict(book.claims(words, settings, plc, options))
+    claimed: dict[int, Claim] = dict(book.claims(words, settings, plc, options))
     for number in sorted(words):
         raw, kind, claim = words[number], book.space.kind(number), claimed.get(number)
         shown = (book.space.name(number), kind.hex(raw), kind.text(raw))
@@ -98,7 +98,7 @@ def _meaning(book: RegisterBook, claim: Claim, raw: int) -> str:
 
 def as_text(lines: Sequence[Line], heads: Sequence[str]) -> str:
     """The lines in columns, the meaning wrapped within its own."""
-    rows = [line[:-1] for line in lines]
+    rows = [tuple(line)[:-1] for line in lines]
     widths = [max(len(cell) for cell in column) for column in zip(heads, *rows, strict=True)]
     shown = [i for i in range(len(heads)) if any(row[i] for row in rows)]
     at = sum(widths[i] + 2 for i in shown)

@@ -47,7 +47,9 @@ EXPLAINER = RegisterBook(
     ),
     words=WORDS,
     bits={},
-    series=(Series(("ck", "clickerror", "piderror", "error"), "PID error", CODES, "a number that the help does not list"),),
+    series=(
+        Series(("ck", "clickerror", "piderror", "error"), "PID error", CODES, "a number that the help does not list"),
+    ),
     forms=(
         ("a PID error number", "CK27"),
         ("a register of a loop", "DF106=120 --block DF101"),

@@ -18,7 +18,9 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
     from pidcfg.encoders.regmap import Word
-    from pidcfg.schemas.ezlogix import Loop, OutputSection, PvSection
+    from pidcfg.schemas.ezlogix import Loop
+    from pidcfg.schemas.ezlogix import Output as OutputSection
+    from pidcfg.schemas.ezlogix import Pv as PvSection
 
 ERROR = R_BLOCK.word("error")
 ROOT = S_BLOCK.offset("square_root")
@@ -63,7 +65,11 @@ EXPLAINER = RegisterBook(
     ),
     words=WORDS,
     bits={},
-    series=(Series(("at", "autotune", "autotunestatus"), "autotune status", CODES, "a number that the manual does not list"),),
+    series=(
+        Series(
+            ("at", "autotune", "autotunestatus"), "autotune status", CODES, "a number that the manual does not list"
+        ),
+    ),
     forms=(
         ("an autotune status", "AT5"),
         ("a register or discrete of a loop", "R113=5 --block R101"),

@@ -27,6 +27,11 @@ DEVICE = re.compile(r"([A-Z]+)([0-9]{1,6})")
 TRUTHS = {"true": True, "false": False, "on": True, "off": False, "1": True, "0": False}
 
 
+def no_units(loop: Any) -> Mapping[str, str]:  # noqa: ARG001 - the signature of a vendor's own
+    """For vendors whose settings tell the units."""
+    return {}
+
+
 class Group(NamedTuple):
     """A structure of bits: its name, and those of its members that a number counts, in their order."""
 
@@ -65,7 +70,7 @@ class NamedBook:
     states: Mapping[tuple[str, bool], str] | None = None
     parts: tuple[str, Sequence[tuple[int, int, str, str]], str] | None = None
     """A parameter that takes several words: its name, and what each of them holds; the manual's place."""
-    settings: Callable[[Any], Mapping[str, str]] = staticmethod(lambda loop: {})  # noqa: ARG005
+    settings: Callable[[Any], Mapping[str, str]] = no_units
 
     def find(self, thing: Thing, asked: Asked) -> list[Page]:
         """What a thing is with this vendor; empty when it is nothing."""
@@ -137,7 +142,8 @@ class NamedBook:
             return []
         found = next((p for p in self.parts[1] if p[0] <= int(digits[:6]) <= p[1]), None)
         if found is None:
-            raise ThingError(f"{name}: {self.parts[0]} takes {self.parts[1][-1][1] + 1} double words, +0 to +{self.parts[1][-1][1]}")
+            last = self.parts[1][-1][1]
+            raise ThingError(f"{name}: {self.parts[0]} takes {last + 1} double words, +0 to +{last}")
         return [Page("register", f"{self.parts[0]}+{int(digits)}", found[2], self.key, self.title, holds=found[3],
                      notation="a double word (two registers)", reference=self.parts[2])]  # fmt: skip
 
@@ -176,26 +182,33 @@ class NamedBook:
         wanted = name.lower()
         exact = {key: [r for r in table.rows if r.name.lower() == wanted] for key, table in tables.items()}
         if not any(exact.values()):
-            exact = {key: [r for r in t.rows if r.name.lower().rpartition(".")[2] == wanted] for key, t in tables.items()}
+            exact = {
+                key: [r for r in t.rows if r.name.lower().rpartition(".")[2] == wanted] for key, t in tables.items()
+            }
         found: dict[tuple[Parameter, str], list[str]] = {}
         for key, rows in exact.items():
             for row in rows:
-                found.setdefault((row._replace(basis=None), self._text(key, row)), []).append(key)
+                found.setdefault((row._replace(basis=None), self.meaning(key, row)), []).append(key)
         originals = {(r.name, key): r for key, rows in exact.items() for r in rows}
-        return [self._page(originals[row.name, keys[0]], tuple(keys), thing.value, None) for (row, _), keys in found.items()]
+        return [
+            self._page(originals[row.name, keys[0]], tuple(keys), thing.value, None) for (row, _), keys in found.items()
+        ]
 
-    def _text(self, key: str, row: Parameter) -> str:
+    def meaning(self, key: str, row: Parameter) -> str:
+        """What a parameter is."""
         return row.title or self.text(key, row.name)
 
     def _page(self, row: Parameter, blocks: tuple[str, ...], value: str | None, placed: Placed | None) -> Page:
         """One parameter, with its content where there is one."""
         key = next((k for k in self.tables if k in blocks or self.tables[k].title in blocks), blocks[0])
-        raw = self._content(row, value) if value is not None else None
+        raw: Content | Wire | None = self._content(row, value) if value is not None else None
         if raw is None and placed is not None and placed.entry is not None:
             raw = placed.entry.raw
         meaning = (self.bits or {}).get(row.name)
-        code = next((c for c in self.codes if c.register == row.name and c.number == raw and not isinstance(raw, bool)), None)
-        text = self._text(key, row)
+        code = next(
+            (c for c in self.codes if c.register == row.name and c.number == raw and not isinstance(raw, bool)), None
+        )
+        text = self.meaning(key, row)
         named = placed.entry.address if placed is not None and placed.entry is not None else row.name
         where = "" if placed is not None else f"{', '.join(blocks)}"
         return Page(
@@ -211,7 +224,9 @@ class NamedBook:
             unit=row.unit,
             notation=row.type.name + (f": {', '.join(row.type.words)}" if row.type.words else ""),
             access="setting" if row.access == "input" else "status",
-            by="you or the program: it is an input" if row.access == "input" else "the PLC: it is an output, only to be read",
+            by="you or the program: it is an input"
+            if row.access == "input"
+            else "the PLC: it is an output, only to be read",
             key=row.name if row.access == "input" else None,
             reference=str((code.meaning.basis if code else meaning.basis if meaning else None) or row.basis or ""),
         )
@@ -230,7 +245,9 @@ class NamedBook:
         if row.type.kind == "bool":
             content = TRUTHS.get(text.lower())
         elif row.type.kind == "word":
-            content = next((w for w in row.type.words if text.upper() in {w.upper(), w.upper().rpartition("_")[2]}), None)
+            content = next(
+                (w for w in row.type.words if text.upper() in {w.upper(), w.upper().rpartition("_")[2]}), None
+            )
         elif row.type.kind == "whole":
             content = int(text) if text.lstrip("+-").isdecimal() and len(text) < 12 else whole(text, row.type.high)
         elif NUMBER.fullmatch(text):
@@ -279,7 +296,9 @@ def first_sentence(text: str) -> str:
     return text.removesuffix(".")
 
 
-def named_lines(book: NamedBook, words: Mapping[str, Content | Wire], settings: Sequence[Mapping[str, Any]]) -> Iterator[Line]:
+def named_lines(
+    book: NamedBook, words: Mapping[str, Content | Wire], settings: Sequence[Mapping[str, Any]]
+) -> Iterator[Line]:
     """Every parameter of a listing with its meaning."""
     units = {str(s.get("loop")): {k: str(s[k]["unit"]) for k in ("pv", "output")
              if isinstance(s.get(k), dict) and s[k].get("unit")} for s in settings}  # fmt: skip
@@ -292,14 +311,14 @@ def named_lines(book: NamedBook, words: Mapping[str, Content | Wire], settings: 
             text = "a signal of the program" if "." not in name else "belongs to no loop"
             yield Line(name, "", content or str(raw), "", "", text)
             continue
-        title = first_sentence(book._text(kind, row))
+        title = first_sentence(book.meaning(kind, row))
         if isinstance(raw, Wire):
             yield Line(name, "", content, "", row.type.name, f"{title}; wired")
         elif read(row.type, raw) is None:
             yield Line(name, "", str(raw), "", row.type.name, f"{title}: no value of {row.type.name}")
         else:
             says = book.saying(row, raw, units.get(loop, {}))
-            own = isinstance(raw, bool) and book.states or any(c.register == row.name for c in book.codes)
+            own = (isinstance(raw, bool) and book.states) or any(c.register == row.name for c in book.codes)
             yield Line(name, "", shown(row.type, raw), "", row.type.name, says if own else f"{title}: {says}")
 
 

@@ -147,7 +147,9 @@ def _notation(book: RegisterBook, word: Word, *, bits: bool) -> str:
     if bits:
         return "16 bits" + (", shown in hexadecimal" if book.hexadecimal else "")
     scaled = scale_of(word.codec)
-    return word.codec.notation + (" in binary" if scaled and book.hexadecimal and "BCD" not in word.codec.notation else "")
+    return word.codec.notation + (
+        " in binary" if scaled and book.hexadecimal and "BCD" not in word.codec.notation else ""
+    )
 
 
 def _writer(book: RegisterBook, word: Word, access: Access) -> str:
@@ -194,14 +196,18 @@ def unknown_page(book: RegisterBook, name: str, number: int, raw: int | None) ->
     region = next((text for first, last, text in book.regions if first <= n <= last), "")
     examples = ", ".join(b.start for b in book.blocks if b.prefix == bank.prefix and not b.fixed and b.mentioned)
     shown = "" if raw is None else bank.kind.hex(raw) if book.hexadecimal else bank.kind.text(raw)
+    hint = (
+        f"what it holds depends on where the loops begin: --loop takes {examples}, --block ADDRESS another start, "
+        "--in FILE a configuration"
+    )
+    said = f"decimal {raw}" if book.hexadecimal else shown
     return Page(
         kind="register",
         name=name,
         title=region or f"a register of bank {bank.prefix}",
         vendor=book.key,
         vendor_title=book.title,
-        value=None if raw is None else Value(bank.kind.show(raw), shown, f"decimal {raw}" if book.hexadecimal else shown),
+        value=None if raw is None else Value(bank.kind.show(raw), shown, said),
         notation=bank.kind.holds,
-        notes=() if "system" in region else (f"what it holds depends on where the loops begin: --loop takes {examples}, "
-                                             "--block ADDRESS another start, --in FILE a configuration",),
+        notes=() if "system" in region else (hint,),
     )  # fmt: skip

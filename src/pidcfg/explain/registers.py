@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -14,6 +13,8 @@ from pidcfg.explain.register_page import Found, code_page, page_of
 from pidcfg.explain.values import Setting, nothing_special
 
 if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator, Mapping, Sequence
+
     from pidcfg.encoders.meanings import Code, Meaning
     from pidcfg.encoders.regmap import Bits, RegisterMap, Word
     from pidcfg.encoders.spaces import Space
@@ -25,8 +26,9 @@ HIGHEST_BIT = 15
 
 @dataclass(frozen=True, slots=True)
 class Block:
-    """A block of registers: its bank, its rows, where it begins in the manual's or the starter's example, and how often
-    it is repeated there; ``heads``: what the manual writes before an offset.
+    """A block of registers: its bank, its rows, and where it begins in the manual's or the starter file's example.
+
+    ``heads``: what the manual writes before an offset; ``repeat``: how often the block follows itself.
     """
 
     prefix: str
@@ -43,6 +45,11 @@ class Block:
     def length(self) -> int:
         """Registers from its start to the end of its last repetition."""
         return self.table.size * self.repeat
+
+
+def in_counts(word: Word, raw: int) -> str:  # noqa: ARG001 - the signature of a vendor's own
+    """Counts of which no more is known."""
+    return f"{raw} counts"
 
 
 class Series(NamedTuple):
@@ -70,10 +77,10 @@ class RegisterBook:
     """What can be asked for, and an example of each."""
     settings: Callable[[Any], Setting]
     """Scales and units of a loop of a configuration."""
-    claims: Callable[..., Iterator[Claim]]
+    claims: Callable[..., Iterator[tuple[int, Claim]]]
     """What each address of a listing is."""
     special: Callable[[Word, int], str | None] = nothing_special
-    unscaled: Callable[[Word, int], str] = staticmethod(lambda word, raw: f"{raw} counts")  # noqa: ARG005
+    unscaled: Callable[[Word, int], str] = in_counts
     late: Mapping[str, str] | None = None
     """What the manual's column "Read on the Fly" means."""
     hexadecimal: bool = False
@@ -119,7 +126,11 @@ class RegisterBook:
             kind = "octal digits, " if bank.octal else ""
             raise ThingError(f"{thing.name} is no address of the {self.title}: {kind}{ends} to {last}")
         found, bit = self._at(number, asked), self._bit(written.group(3), number)
-        raw = None if thing.value is None else raw_of(thing.value, self.space.kind(number), name, hexadecimal=self.hexadecimal)
+        raw = (
+            None
+            if thing.value is None
+            else raw_of(thing.value, self.space.kind(number), name, hexadecimal=self.hexadecimal)
+        )
         if found is None:
             return [self._elsewhere(name, number, raw, asked)]
         return [page_of(self, found, self.space.name(number), raw, bit)]
@@ -196,7 +207,9 @@ class RegisterBook:
         highest = min(HIGHEST_BIT, 4 * self.space.kind(number).digits - 1)
         if self.space.kind(number).digits == 1 or int(text) > highest:
             wide = self.space.kind(number).name
-            raise ThingError(f"bit {text}: {'a word has the bits 0 to 15' if highest == HIGHEST_BIT else f'a {wide} has no bits'}")
+            raise ThingError(
+                f"bit {text}: {'a word has the bits 0 to 15' if highest == HIGHEST_BIT else f'a {wide} has no bits'}"
+            )
         return int(text)
 
     def _code(self, thing: Thing) -> list[Page]:
@@ -214,16 +227,23 @@ class RegisterBook:
         loop, _, rest = thing.name.partition(".")
         loops = asked.config.loops if asked.config is not None else ()
         wanted, only = (rest, loop) if rest and loop in loops else (thing.name, None)
-        found = self.names.get(wanted.lower(), [])
+        found = self.names.get(wanted.lower()) or self._suffixed(wanted.lower())
         pages = []
         for block, word, row in found:
-            places = list(asked.config.named(block.table, word, only)) if asked.config is not None else []
-            for known, number in places or [(Found(block.table, word), None)]:
+            places: list[tuple[Found, int | None]] = [(Found(block.table, word), None)]
+            if asked.config is not None:
+                places = [*asked.config.named(block.table, word, only)] or places
+            for known, number in places:
                 name = word.name if number is None else self.space.name(number)
                 kind = next(b.kind for b in self.space.banks if b.prefix == block.prefix)
                 raw = None if thing.value is None else raw_of(thing.value, kind, name, hexadecimal=self.hexadecimal)
                 pages.append(page_of(self, known, name, raw, None if row is None else row.bits[0]))
         return pages
+
+    def _suffixed(self, name: str) -> list[tuple[Block, Word, Bits | None]]:
+        """A nickname: the loop's name and a suffix."""
+        fits = [alias for alias in self.aliases or {} if alias.startswith("_") and name.endswith(alias.lower())]
+        return self.names[max(fits, key=len).lower()] if fits else []
 
     def annotate(self, listing: Any, options: Mapping[str, Any]) -> str:
         """A listing with a meaning beside every word."""

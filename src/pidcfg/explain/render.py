@@ -92,7 +92,8 @@ def row(label: str, text: str) -> Iterator[str]:
 def forms_text(rows: Sequence[tuple[str, str, str]]) -> str:
     """What can be asked for, by vendor."""
     wide = max(len(example) for example, _, _ in rows)
-    lines, last = [], None
+    lines: list[str] = []
+    last = None
     for example, what, vendor in rows:
         if vendor != last:
             lines += [] if last is None else [""]

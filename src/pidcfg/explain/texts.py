@@ -8,6 +8,7 @@ from typing import Any
 from pidcfg.schemas.document import field_texts, models_of
 from pidcfg.vendors import VENDORS
 
+
 @cache
 def key_text(vendor: str, path: str) -> str:
     """The text of a key by its path, wherever in the file it stands; its section's where it has none of its own."""

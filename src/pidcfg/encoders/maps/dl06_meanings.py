@@ -22,7 +22,9 @@ AGAIN = "Then change the CPU from Program to Run: it looks at V7640 and V7641 on
 LOWER, UPPER = (f"{v_name(first)} to {v_name(last)}" for first, last in (CPU.lower, CPU.upper))
 SEGMENT_KEY = "Look at +35 when the profile does not start."
 PV_ALARM = "A loop in Manual does not go to Automatic while it is on."
-PV_CURE = "Look at the plant and the sensor first. It goes off when the PV is back across the limit by the hysteresis (+22)."
+PV_CURE = (
+    "Look at the plant and the sensor first. It goes off when the PV is back across the limit by the hysteresis (+22)."
+)
 WAIT = "Set it for one moment and let go; the CPU clears it when it has read it. +06 shows the mode that was reached."
 
 # fmt: off

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from pidcfg.encoders.maps.ezlogix import LIMITS, OPTIONS
+from pidcfg.encoders.maps.ezlogix import OPTIONS
 from pidcfg.encoders.meanings import Code, Meaning
-from pidcfg.schemas.ezlogix import AUTOTUNE
+from pidcfg.schemas.ezlogix import AUTOTUNE, LIMITS
 
 BACK = "The loop goes on with the gains that it had."
 IDLE_AGAIN = "Switch discrete Base+4 off and on: the status goes back to 0, then off and on again starts the next try."
