@@ -1,8 +1,10 @@
-"""What `explain` and `decode --annotate` say: the issue's questions word for word, and everything that the tables hold."""
+"""What `explain` says: five questions checked against the manuals, and everything that the tables hold."""
 
 from __future__ import annotations
 
 import json
+import re
+import shlex
 from pathlib import Path
 
 import jsonschema
@@ -11,6 +13,7 @@ from click.testing import CliRunner
 
 from pidcfg.cli.decisions import all_decisions
 from pidcfg.cli.explain import command
+from pidcfg.cli.main import cli
 from pidcfg.encoders.maps import click_meanings, dl06_meanings, dpide_meanings, ezlogix_meanings, nextopid_meanings
 from pidcfg.encoders.maps.click import ERRORS
 from pidcfg.encoders.maps.dl06 import LOOP_TABLE, SETUP_WORDS
@@ -61,7 +64,7 @@ def test_v7642_with_bit_3(value):
     assert page.value.shown == "0008"
     assert active(page) == [("bit 3", "The loop table extends past V7577")]
     (point,) = [p for p in page.points if p.active]
-    assert "none of the loops is calculated" in point.meaning.effect
+    assert "no loop is calculated" in point.meaning.effect
     assert "closer to V1200" in point.meaning.cure
 
 
@@ -390,3 +393,24 @@ def test_a_configuration_decides_the_vendor():
     result = run("V2000", "--in", str(EXAMPLES / "dl06/reactor.yaml"), "--vendor", "click")
     assert (result.exit_code, "is of vendor dl06" in result.stderr) == (2, True)
     assert run("V2000", "--in", "none.yaml").exit_code != 0
+
+
+# --- the how-to ------------------------------------------------------------------------------------------------------
+
+PAGE = (Path(__file__).parents[1] / "docs" / "explain.md").read_text("utf-8")
+RUNS = re.findall(r"```console\n\$ pidcfg ([^\n]*)\n(.*?)```", PAGE, re.DOTALL)
+
+
+@pytest.mark.parametrize(("line", "shown"), RUNS, ids=[line for line, _ in RUNS])
+def test_what_the_how_to_shows_is_true(line, shown, monkeypatch):
+    monkeypatch.chdir(EXAMPLES / "dl06")
+    result = CliRunner().invoke(cli, shlex.split(line), prog_name="pidcfg")
+    assert result.exit_code == 0, result.stderr
+    whole, _, cut = shown.partition("...\n")
+    assert result.stdout.startswith(whole) if "...\n" in shown and not cut else result.stdout == shown
+
+
+def test_the_how_to_shows_the_five_questions():
+    asked = " ".join(line for line, _ in RUNS)
+    for question in ("V7642=0008", "V2006=0x0402 --loop", "CK27", "addr+06.10", "--annotate", "--in"):
+        assert question in asked

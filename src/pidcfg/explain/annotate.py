@@ -56,7 +56,7 @@ def block_claims(
         name = str(own.get("loop", unnamed.format(i + 1)))
         found = []
         for key, (_, table) in blocks.items():
-            said = options.get(key) or ()
+            said = list(options.get(key) or [])
             text = said[0] if len(said) == 1 and count > 1 else said[i] if i < len(said) else own.get(key)
             start = space.parse(text) if isinstance(text, str) else None
             if start is None and text is not None:
@@ -98,7 +98,7 @@ def _meaning(book: RegisterBook, claim: Claim, raw: int) -> str:
 
 def as_text(lines: Sequence[Line], heads: Sequence[str]) -> str:
     """The lines in columns, the meaning wrapped within its own."""
-    rows = [tuple(line)[:-1] for line in lines]
+    rows = [(line.address, line.hex, line.value, line.loop, line.register) for line in lines]
     widths = [max(len(cell) for cell in column) for column in zip(heads, *rows, strict=True)]
     shown = [i for i in range(len(heads)) if any(row[i] for row in rows)]
     at = sum(widths[i] + 2 for i in shown)
@@ -113,3 +113,4 @@ def as_text(lines: Sequence[Line], heads: Sequence[str]) -> str:
 
 HEADS = ("address", "hex", "value", "loop", "register")
 RIGHT = frozenset({"hex", "value"})
+NAMED_HEADS = ("name", "", "value", "", "type")

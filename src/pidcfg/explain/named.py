@@ -9,7 +9,6 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from pidcfg.encoders.named import read, shown
-from pidcfg.explain.annotate import Line, as_text
 from pidcfg.explain.asked import Asked, Thing, ThingError, whole
 from pidcfg.explain.contents import NUMBER
 from pidcfg.explain.page import Page, Point, Value
@@ -82,6 +81,9 @@ class NamedBook:
 
     def annotate(self, listing: Any, options: Mapping[str, Any]) -> str:
         """A listing with a meaning beside every parameter."""
+        from pidcfg.explain.annotate import NAMED_HEADS, as_text
+        from pidcfg.explain.named_lines import named_lines
+
         del options
         return as_text([*named_lines(self, listing.words, listing.settings)], NAMED_HEADS)
 
@@ -143,6 +145,7 @@ class NamedBook:
         found = next((p for p in self.parts[1] if p[0] <= int(digits[:6]) <= p[1]), None)
         if found is None:
             last = self.parts[1][-1][1]
+            last = self.parts[1][-1][1]
             raise ThingError(f"{name}: {self.parts[0]} takes {last + 1} double words, +0 to +{last}")
         return [Page("register", f"{self.parts[0]}+{int(digits)}", found[2], self.key, self.title, holds=found[3],
                      notation="a double word (two registers)", reference=self.parts[2])]  # fmt: skip
@@ -172,10 +175,11 @@ class NamedBook:
             for i, row in enumerate(rows)
         )  # fmt: skip
         value = None if raw is None else Value(raw, f"0x{raw:04X}", "no bit is on" if raw == 0 else "")
+        basis = f"{group.meaning.basis}; {self.counted}" if raw is not None else str(group.meaning.basis)
         return Page("structure", group.name, f"{len(rows)} bits of {', '.join(blocks)}", self.key, self.title, value,
                     group.meaning, points, notation="a structure of bits, counted in the order of its members",
                     access="status", by="the block: outputs, only to be read",
-                    reference=f"{group.meaning.basis}; {self.counted}" if raw is not None else str(group.meaning.basis))  # fmt: skip
+                    reference=basis)  # fmt: skip
 
     def _rows(self, tables: Mapping[str, ParameterTable], name: str, thing: Thing) -> list[Page]:
         """A parameter, once for each meaning that it has in different blocks."""
@@ -294,32 +298,3 @@ def first_sentence(text: str) -> str:
         if text[at : at + 2] in {"; ", ". ", ": "} and text.count("(", 0, at) == text.count(")", 0, at):
             return text[:at]
     return text.removesuffix(".")
-
-
-def named_lines(
-    book: NamedBook, words: Mapping[str, Content | Wire], settings: Sequence[Mapping[str, Any]]
-) -> Iterator[Line]:
-    """Every parameter of a listing with its meaning."""
-    units = {str(s.get("loop")): {k: str(s[k]["unit"]) for k in ("pv", "output")
-             if isinstance(s.get(k), dict) and s[k].get("unit")} for s in settings}  # fmt: skip
-    for name, raw in words.items():
-        loop, kind, parameter = book.split(name, settings)
-        table = book.tables.get(kind) if kind is not None else None
-        row = next((r for r in table.rows if r.name == parameter), None) if table is not None else None
-        content = f":= {raw.text}" if isinstance(raw, Wire) else ""
-        if row is None or kind is None:
-            text = "a signal of the program" if "." not in name else "belongs to no loop"
-            yield Line(name, "", content or str(raw), "", "", text)
-            continue
-        title = first_sentence(book.meaning(kind, row))
-        if isinstance(raw, Wire):
-            yield Line(name, "", content, "", row.type.name, f"{title}; wired")
-        elif read(row.type, raw) is None:
-            yield Line(name, "", str(raw), "", row.type.name, f"{title}: no value of {row.type.name}")
-        else:
-            says = book.saying(row, raw, units.get(loop, {}))
-            own = (isinstance(raw, bool) and book.states) or any(c.register == row.name for c in book.codes)
-            yield Line(name, "", shown(row.type, raw), "", row.type.name, says if own else f"{title}: {says}")
-
-
-NAMED_HEADS = ("name", "", "value", "", "type")

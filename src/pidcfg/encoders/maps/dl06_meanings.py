@@ -17,7 +17,7 @@ ALARM_ERROR = DL06.at("Alarm Programming Error")
 TUNING = DL06.at("Auto Tuning error")
 RAMP_ERRORS = DL06.at("Ramp/Soak Table Programming Error Flags (Addr + 35)")
 
-NO_LOOP = "The loop task does not run: none of the loops is calculated, in no mode."
+NO_LOOP = "The loop task does not run: no loop is calculated, in any mode."
 AGAIN = "Then change the CPU from Program to Run: it looks at V7640 and V7641 only at that moment."
 LOWER, UPPER = (f"{v_name(first)} to {v_name(last)}" for first, last in (CPU.lower, CPU.upper))
 SEGMENT_KEY = "Look at +35 when the profile does not start."
