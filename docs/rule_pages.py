@@ -2,20 +2,15 @@
 
 from __future__ import annotations
 
-import importlib
-import pkgutil
 import re
 import sys
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-import pidcfg
-from pidcfg.refs import Decision
+from pidcfg.cli.decisions import placed_decisions
 from pidcfg.validate.pages import all_rules, page
 from pidcfg.vendors import VENDORS
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
     from pidcfg.validate.rule import Rule
 
 GROUPS = {
@@ -94,26 +89,6 @@ def anchor(rule: Rule) -> str:
 # --- decisions --------------------------------------------------------------------------------------------------------
 
 
-def modules() -> Iterator[Any]:
-    """Every module of the package that can be imported without an extra."""
-    for info in pkgutil.walk_packages(pidcfg.__path__, "pidcfg."):
-        if not info.name.endswith("__main__"):
-            yield importlib.import_module(info.name)
-
-
-def all_decisions() -> list[tuple[str, Decision]]:
-    """The numbered decisions, wherever they stand, each with what it is about, by number."""
-    found: dict[int, tuple[str, Decision]] = {}
-    for module in modules():
-        for value in vars(module).values():
-            for decision in value if isinstance(value, tuple | list) else (value,):
-                if isinstance(decision, Decision):
-                    known = found.setdefault(decision.number, (subject(module.__name__), decision))
-                    if known[1] is not decision:
-                        sys.exit(f"two decisions have the number D{decision.number:02d}")
-    return [found[number] for number in sorted(found)]
-
-
 def subject(module: str) -> str:
     """What a decision of this module is about: one vendor, conversion, or all."""
     if module.startswith("pidcfg.convert"):
@@ -124,7 +99,7 @@ def subject(module: str) -> str:
 
 def decisions() -> str:
     """What pidcfg does where a manual is silent or contradicts itself, and on what grounds."""
-    found, text = all_decisions(), DECISIONS
+    found, text = [(subject(module), decision) for module, decision in placed_decisions()], DECISIONS
     for group in (EVERY, *(vendor.title for vendor in VENDORS.values()), CONVERSION):
         own = [decision for about, decision in found if about == group]
         text += f"\n## {group}\n" if own else ""

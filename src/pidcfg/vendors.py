@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Vendor:
-    """A PLC family; ``module:attribute`` of its schema, codecs, rules, writers, virtual controller and starter file."""
+    """A PLC family; ``module:attribute`` of its schema, codecs, rules, writers, controller, texts and starter file."""
 
     key: str
     title: str
@@ -32,6 +32,7 @@ class Vendor:
     checklist: str
     controller: str
     registers: str
+    explainer: str
     tuned: str
     starter: str
     to_neutral: str
@@ -73,6 +74,7 @@ VENDORS = {
             checklist="pidcfg.encoders.dl06.files:checklist",
             controller="pidcfg.sim.controllers.dl06.scan:load",
             registers="pidcfg.encoders.maps.dl06:TABLES",
+            explainer="pidcfg.explain.dl06:EXPLAINER",
             tuned="pidcfg.encoders.maps.dl06:TUNED",
             starter="starters/dl06.yaml",
             to_neutral="pidcfg.convert.dl06:to_neutral",
@@ -92,6 +94,7 @@ VENDORS = {
             checklist="pidcfg.encoders.click.files:checklist",
             controller="pidcfg.sim.controllers.click.scan:load",
             registers="pidcfg.encoders.maps.click:TABLES",
+            explainer="pidcfg.explain.click:EXPLAINER",
             tuned="pidcfg.encoders.maps.click:TUNED",
             starter="starters/click.yaml",
             to_neutral="pidcfg.convert.click:to_neutral",
@@ -111,6 +114,7 @@ VENDORS = {
             checklist="pidcfg.encoders.ezlogix.files:checklist",
             controller="pidcfg.sim.controllers.ezlogix.scan:load",
             registers="pidcfg.encoders.maps.ezlogix:TABLES",
+            explainer="pidcfg.explain.ezlogix:EXPLAINER",
             tuned="pidcfg.encoders.maps.ezlogix:TUNED",
             starter="starters/ezlogix.yaml",
             to_neutral="pidcfg.convert.ezlogix:to_neutral",
@@ -130,6 +134,7 @@ VENDORS = {
             checklist="pidcfg.encoders.nextopid.files:checklist",
             controller="pidcfg.sim.controllers.nextopid.scan:load",
             registers="pidcfg.encoders.maps.nextopid:TABLES",
+            explainer="pidcfg.explain.nextopid:EXPLAINER",
             tuned="pidcfg.encoders.maps.nextopid:TUNED",
             starter="starters/nextopid.yaml",
             to_neutral="pidcfg.convert.nextopid:to_neutral",
@@ -149,6 +154,7 @@ VENDORS = {
             checklist="pidcfg.encoders.dpide.files:checklist",
             controller="pidcfg.sim.controllers.dpide.scan:load",
             registers="pidcfg.encoders.maps.dpide:TABLES",
+            explainer="pidcfg.explain.dpide:EXPLAINER",
             tuned="pidcfg.encoders.maps.dpide:TUNED",
             starter="starters/dpide.yaml",
             to_neutral="pidcfg.convert.dpide:to_neutral",
@@ -168,6 +174,7 @@ VENDORS = {
             checklist="pidcfg.encoders.generic.files:checklist",
             controller="pidcfg.sim.controllers.generic.scan:load",
             registers="pidcfg.encoders.maps.generic:TABLES",
+            explainer="pidcfg.explain.generic:EXPLAINER",
             tuned="pidcfg.encoders.maps.generic:TUNED",
             starter="starters/generic.yaml",
             to_neutral="pidcfg.convert.generic:to_neutral",

@@ -23,6 +23,7 @@ EPILOG = options.examples(
     "pidcfg decode reactor.hex --vendor dl06 -o decoded.yaml",
     "pidcfg decode table.csv --vendor dl06 --loop-table V2000 --number-of-loops 3",
     "pidcfg decode nicknames.csv --vendor click --pwm-bit none",
+    "pidcfg decode reactor.hex --vendor dl06 --annotate",
 )
 
 
@@ -39,23 +40,23 @@ def vendor_options(command: Callable[..., Any]) -> Callable[..., Any]:
 @click.option("--vendor", type=click.Choice(list(VENDORS)), required=True, help="The PLC family that the memory is of.")
 @click.option("--from", "kind", type=click.Choice(format_names()),
               help="The listing's format; found out by itself when not given.")  # fmt: skip
+@click.option("--annotate", is_flag=True, help="Print the listing with a meaning beside every word instead.")
 @vendor_options
 @options.OUT
 @options.FORCE
 @options.QUIET
 @options.LIMITS
 def command(
-    image: tuple[str, ...], vendor: str, kind: str | None, out: str | None, force: bool, quiet: bool, limits: Limits,
-    **texts: str | None,
+    image: tuple[str, ...], vendor: str, kind: str | None, annotate: bool, out: str | None, force: bool, quiet: bool,
+    limits: Limits, **texts: str | None,
 ) -> None:  # fmt: skip
     """Read the memory listing IMAGE (- for standard input) back into a configuration.
 
     Several files are read as one listing: an image may be spread over them.
     """
-    from pidcfg.cli.listings import decode_listing, read_listing, together
+    from pidcfg.cli.listings import annotate_listing, decode_yaml, read_listing, together
     from pidcfg.cli.outputs import write_files
     from pidcfg.encoders.listing import ListingError
-    from pidcfg.writer import yaml_text
 
     entries = [read_input(name, limits) for name in image]
     listings, entry = [], entries[0]
@@ -64,18 +65,16 @@ def command(
             if entry.problem is not None:
                 raise click.ClickException(entry.problem)
             listings.append(read_listing(entry, VENDORS[vendor], limits, kind))
-        decoded = decode_listing(
-            together(listings), VENDORS[vendor], read_rows(VENDORS[vendor], "decode_options", texts)
-        )
+        work = annotate_listing if annotate else decode_yaml
+        text, notes = work(together(listings), VENDORS[vendor], read_rows(VENDORS[vendor], "decode_options", texts))
     except ListingError as error:
         _fail(entry.name, str(error), Span(error.line, error.column, error.line, error.column + 1))
-    text = yaml_text(decoded.data)
     if out is None:
         echo(text)
     else:
         write_files({out: text}, force=force)
     if not quiet:
-        for line in decoded.notes:
+        for line in notes:
             note(f"note: {line}")
 
 

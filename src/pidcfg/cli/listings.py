@@ -79,6 +79,23 @@ def decode_listing(listing: Listing, vendor: Vendor, options: Mapping[str, Any])
     return Decoded(decoded.data, (*listing.notes, *decoded.notes, *_differences(listing, again)))
 
 
+def decode_yaml(listing: Listing, vendor: Vendor, options: Mapping[str, Any]) -> tuple[str, tuple[str, ...]]:
+    """A listing's configuration as YAML, with the notes."""
+    from pidcfg.writer import yaml_text
+
+    decoded = decode_listing(listing, vendor, options)
+    return yaml_text(decoded.data), decoded.notes
+
+
+def annotate_listing(listing: Listing, vendor: Vendor, options: Mapping[str, Any]) -> tuple[str, tuple[str, ...]]:
+    """A listing with a meaning beside every word, also of words that are no values; with the reader's notes."""
+    try:
+        text: str = vendor.load("explainer").annotate(listing, options)
+    except DecodeError as error:
+        raise ListingError(str(error)) from None
+    return text, listing.notes
+
+
 def _differences(listing: Listing, again: Image) -> Iterator[str]:
     """Words that do not come back: encoded otherwise, or not at all."""
     differ = [c.address for c in again.cells if listing.words.get(c.number, c.raw) != c.raw]

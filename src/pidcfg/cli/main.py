@@ -39,6 +39,7 @@ COMMANDS = {
     "report": ("pidcfg.cli.report", "Write a commissioning report: HTML, CSV, XLSX."),
     "tune": ("pidcfg.cli.tune", "Work out gains by the manuals' rules."),
     "rule": ("pidcfg.cli.rule", "Explain a rule, or list all of them."),
+    "explain": ("pidcfg.cli.explain", "Say what a register, bit or error number means."),
     "schema": ("pidcfg.cli.schema", "Print the JSON Schema of a file for editors."),
     "init": ("pidcfg.cli.init", "Write a commented starter file."),
     "completion": ("pidcfg.cli.completion", "Print the script that completes commands in a shell."),

@@ -174,6 +174,12 @@ LOOP_TABLE = RegisterMap(
     ),
 )
 
+READ_LATE = {
+    "no*": "is not read until the alarm's enable bit goes from 0 to 1",
+    "no**": "is not read until the PLC changes between Program and Run",
+}
+"""What the manual's column "Read on the Fly" means for a word that has just been written."""
+
 RAMP_SOAK_PAIRS = 8
 RAMP_SOAK_PAIR = RegisterMap(
     title="Ramp/soak pair (8 of them in a table of 32 words)",

@@ -5,16 +5,14 @@ from __future__ import annotations
 from math import isfinite
 from typing import TYPE_CHECKING, NamedTuple
 
-from pidcfg.encoders.maps.click import ERRORS, TABLES, PidError
+from pidcfg.encoders.click.errors import WORDS
+from pidcfg.encoders.maps.click import ERRORS, PidError
 from pidcfg.encoders.words import Implied
 from pidcfg.sim.terms import single
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
     from decimal import Decimal
-
-WORDS = {word.name: word for table in TABLES for word in table.words}
-LABELS = {word.name: table.at(word.offset) for table in TABLES for word in table.words}
 
 
 def row_of(number: int) -> int:
@@ -69,14 +67,3 @@ def nearest_allowed(register: str, value: float) -> float:
     """A register's value, or the nearest one without an error."""
     limits = RANGES[register]
     return min(max(value, limits.low), limits.high)
-
-
-def in_words(error: PidError) -> str:
-    """An error with its register and what that may hold."""
-    where = f"PID error {error.number}: {error.title} ({LABELS[error.register]})"
-    unit = f" {WORDS[error.register].unit}".rstrip().replace(" pv", "")
-    if error.low is None:
-        return where
-    if error.high is None:
-        return f"{where} is below {error.low}{unit} or not a number"
-    return f"{where} is not within {error.low} to {error.high}{unit}"

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
+from pidcfg.encoders.click.errors import in_words
 from pidcfg.encoders.maps.click import ERRORS
 from pidcfg.sim.controllers.click import modes as click_modes
 from pidcfg.sim.controllers.click import state as bits
 from pidcfg.sim.controllers.click import tune_results as click_tune_results
-from pidcfg.sim.controllers.click.errors import in_words
 from pidcfg.sim.notices import notices
 
 MODES = {"manual": bits.MANUAL, "auto": bits.AUTO, "autotune": bits.TUNING}

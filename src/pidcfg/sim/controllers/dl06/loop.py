@@ -11,10 +11,9 @@ from decimal import Decimal
 from typing import TYPE_CHECKING, Any
 
 from pidcfg.encoders.dl06.status import intended_mode
-from pidcfg.encoders.maps.dl06 import FORMATS, LOOP_TABLE, LOOP_TABLES
+from pidcfg.encoders.maps.dl06 import FORMATS, LOOP_TABLE, LOOP_TABLES, READ_LATE
 from pidcfg.encoders.regmap import Bits, Word, encode_one
 from pidcfg.encoders.scales import Scale
-from pidcfg.sim.controllers.dl06.report import READ_LATE
 from pidcfg.sim.controllers.dl06.setting import encode_setting
 from pidcfg.sim.controllers.dl06.words import Values, decode_loop
 from pidcfg.sim.plc import TICKS

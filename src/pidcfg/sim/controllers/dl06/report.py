@@ -33,11 +33,6 @@ AUX_BITS = {
     "ramp_soak_deviation": bits.RS_DEVIATION,
     "ramp_soak_hold": bits.RS_HELD,
 }
-READ_LATE = {
-    "no*": "is not read until the alarm's enable bit goes from 0 to 1",
-    "no**": "is not read until the PLC changes between Program and Run",
-}
-"""What the manual's column "Read on the Fly" means for a word that has just been written."""
 
 
 def mode_name(status: int) -> str:

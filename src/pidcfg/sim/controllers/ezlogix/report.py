@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pidcfg.encoders.maps.ezlogix_meanings import CODES
 from pidcfg.sim.controllers.ezlogix import autotune as ezlogix_autotune
 from pidcfg.sim.controllers.ezlogix import state as bits
 from pidcfg.sim.notices import noticed, notices
@@ -30,19 +31,7 @@ REASONS = {
     IS_MUTE: "the PLC is stopped: the loop goes on, but nothing carries its CV from an R register to an output",
     TUNE_RUNS: "autotune is running already",
 }
-TUNE_STATUS = {
-    ezlogix_autotune.IDLE: "idle",
-    ezlogix_autotune.COLLECTING: "collecting data",
-    ezlogix_autotune.CALCULATING: "calculating",
-    ezlogix_autotune.DONE: "done",
-    ezlogix_autotune.CANCELLED: "cancelled",
-    ezlogix_autotune.NO_STEP: "the CV could not be incremented",
-    ezlogix_autotune.NO_FIT: "the curve could not be fitted",
-    ezlogix_autotune.NO_DIVISOR: "division by zero",
-    ezlogix_autotune.NO_DEAD_TIME: "no dead time was found",
-    ezlogix_autotune.OUT_OF_RANGE: "a gain or time is out of range",
-    ezlogix_autotune.NO_MEMORY: "low memory",
-}
+TUNE_STATUS = {code.number: code.title for code in CODES}
 """The manual's table of Base+12 in words."""
 
 

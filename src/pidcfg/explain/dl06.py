@@ -1,0 +1,167 @@
+"""What is said about the DL06: its blocks, meanings and notation."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from pidcfg.encoders.dl06.codecs import Source
+from pidcfg.encoders.dl06.encode import scales, scales_of
+from pidcfg.encoders.maps.dl06 import (
+    ADDRESS,
+    CPU,
+    FORMATS,
+    LOOP_COUNT,
+    LOOP_TABLE,
+    LOOP_TABLES,
+    RAMP_SOAK_PAIR,
+    RAMP_SOAK_PAIRS,
+    READ_LATE,
+    SETUP_WORDS,
+    SPACE,
+    TABLE_POINTER,
+)
+from pidcfg.encoders.maps.dl06_meanings import BITS, WORDS
+from pidcfg.encoders.plain import read_settings, unnamed
+from pidcfg.encoders.words import DecodeError, bcd_digits
+from pidcfg.explain.annotate import Claim
+from pidcfg.explain.registers import Block, RegisterBook
+from pidcfg.explain.values import UNKNOWN, Setting
+from pidcfg.schemas.dl06 import LoopSettings, PlcSettings
+from pidcfg.schemas.octal import v_name
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping
+
+    from pidcfg.encoders.regmap import Word
+    from pidcfg.schemas.dl06 import Loop
+
+PERCENT = 100
+RESET_UNIT = LOOP_TABLE.word("reset").unit
+RESET_UNITS = {"seconds": "s", "minutes": "min"}
+
+
+def special(word: Word, raw: int) -> str | None:
+    """Words that hold an address or a channel."""
+    if word.codec is ADDRESS:
+        return v_name(raw) if raw else "0: points nowhere"
+    if isinstance(word.codec, Source):
+        source = word.codec.decode(raw)
+        if source is None:
+            return "0: no transfer"
+        if isinstance(source, int):
+            return f"{v_name(source)}: the CPU reads this word"
+        base, slot, channel = source
+        return f"base {base}, slot {slot}, channel {channel}: the CPU reads or writes it itself"
+    return None
+
+
+def unscaled(word: Word, raw: int) -> str:
+    """Counts without a data format: what they are in each format that can hold them."""
+    if type(word.codec).__name__ != "Position":
+        return "counts of the data format a second, in BCD" if "BCD" in word.codec.notation else f"{raw} counts"
+    shares = []
+    for form in FORMATS.values():
+        try:
+            counts = form.codec.decode(raw)
+        except DecodeError:
+            continue
+        if form.minimum <= counts <= form.maximum:
+            shares.append(f"{form.name} {PERCENT * (counts - form.minimum) / form.span:.4g} %")
+    return f"of the data format's range: {', '.join(shares)}"
+
+
+def setting_of(loop: Loop) -> Setting:
+    """The scales and units of a loop of a configuration."""
+    return Setting(scales_of(loop), _units(loop.pv.unit, loop.output.unit, loop.tuning.reset_unit))
+
+
+def _units(pv: str | None, output: str | None, reset: str) -> dict[str, str]:
+    """The loop's own units; that of the reset time is a choice of bits."""
+    given = (("pv", pv), ("output", output), (RESET_UNIT, RESET_UNITS[reset]))
+    return {key: unit for key, unit in given if unit}
+
+
+def claims(
+    words: Mapping[int, int], settings: Any, plc: Mapping[str, Any], options: Mapping[str, Any]
+) -> Iterator[tuple[int, Claim]]:
+    """What each address of a listing is: set-up words, loop tables, and the ramp/soak tables they point at."""
+    for word in SETUP_WORDS.words:
+        yield TABLE_POINTER + word.offset, Claim(SETUP_WORDS, word, "", UNKNOWN)
+    loops = [read_settings(LoopSettings, entry, f"settings[{i}]") for i, entry in enumerate(settings)]
+    pointer = options.get("loop_table", words.get(TABLE_POINTER))
+    if pointer is None:
+        return
+    decimals = int(options.get("reset_decimals") or read_settings(PlcSettings, plc or {}, "plc").reset_decimals)
+    table = LOOP_TABLES[decimals]
+    for i in range(_count(words, loops, options)):
+        beside = loops[i] if i < len(loops) else LoopSettings(loop=unnamed(i))
+        start = pointer + i * table.size
+        raw = [words.get(start + n, 0) for n in range(table.size)]
+        known = _setting(raw, beside)
+        for word in table.words:
+            yield start + word.offset, Claim(table, word, beside.loop, known)
+        yield from _ramp_soak(raw[table.offset("ramp_soak_table")], beside.loop, known)
+
+
+def _count(words: Mapping[int, int], loops: list[LoopSettings], options: Mapping[str, Any]) -> int:
+    """How many loops a listing holds; a count that is no BCD number is taken for the CPU's most."""
+    try:
+        stored = bcd_digits(words.get(LOOP_COUNT, 0))
+    except DecodeError:
+        stored = CPU.loops
+    given = options.get("number_of_loops")
+    return int(given) if given is not None else len(loops) or stored
+
+
+def _setting(raw: list[int], beside: LoopSettings) -> Setting:
+    bits = {path: LOOP_TABLE.bit(path).decode(raw[LOOP_TABLE.bit(path).offset])
+            for path in ("pv.format", "output.format", "pv.square_root", "tuning.reset_unit")}  # fmt: skip
+    ranges = beside.pv.range, beside.output.range
+    found = scales(bits["pv.format"], bits["output.format"], ranges, root=bits["pv.square_root"])
+    return Setting(found, _units(beside.pv.unit, beside.output.unit, bits["tuning.reset_unit"]))
+
+
+def _ramp_soak(table: int, loop: str, known: Setting) -> Iterator[tuple[int, Claim]]:
+    if not table:
+        return
+    for step in range(RAMP_SOAK_PAIRS):
+        for word in RAMP_SOAK_PAIR.words:
+            number = table + step * RAMP_SOAK_PAIR.size + word.offset
+            yield number, Claim(RAMP_SOAK_PAIR, word, loop, known, f"ramp_soak[{step}].")
+
+
+REGIONS = (
+    *((first, last, "a word of user V-memory in which loop tables may lie") for first, last in (CPU.lower, CPU.upper)),
+    (*CPU.non_volatile, "a word of user V-memory that is kept without power (few writes)"),
+    (*CPU.system, "a word of the system's parameters"),
+    (0, 0o177777, "a word of V-memory"),
+)
+
+EXPLAINER = RegisterBook(
+    key="dl06",
+    title="AutomationDirect DirectLOGIC DL06",
+    space=SPACE,
+    blocks=(
+        Block("V", SETUP_WORDS, v_name(TABLE_POINTER), (), fixed=True),
+        Block("V", LOOP_TABLE, "V2000", ("", "addr", "v"), repeat=CPU.loops),
+        Block("V", RAMP_SOAK_PAIR, "V3000", ("ramp", "rs", "rampsoak"), repeat=RAMP_SOAK_PAIRS, mentioned=False),
+    ),
+    words=WORDS,
+    bits=BITS,
+    series=(),
+    forms=(
+        ("a word, hexadecimal content", "V7642=0008"),
+        ("its bit", "V7642.3"),
+        ("a word of a loop table", "V2006=0x0402 --loop"),
+        ("an octal offset in the loop table, decimal bit", "addr+06.10"),
+        ("a word of a ramp/soak table", "ramp+02"),
+        ("a register by its name or key", "gain"),
+    ),
+    settings=setting_of,
+    claims=claims,
+    special=special,
+    unscaled=unscaled,
+    late=READ_LATE,
+    hexadecimal=True,
+    regions=REGIONS,
+)

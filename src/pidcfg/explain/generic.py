@@ -1,0 +1,31 @@
+"""What is said about the neutral form: its fields."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from pidcfg.encoders.maps.generic import LOOP_TABLE
+from pidcfg.encoders.maps.generic import split as split_name
+from pidcfg.explain.named import NamedBook
+from pidcfg.explain.texts import key_text
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+NAME = "generic"
+
+
+def split(name: str, settings: Sequence[Mapping[str, Any]]) -> tuple[str, str | None, str]:  # noqa: ARG001 - one kind of loop
+    """``TIC-101.tuning.gain`` to its loop and field."""
+    loop, path = split_name(name)
+    return loop, NAME if path else None, path
+
+
+EXPLAINER = NamedBook(
+    key="generic",
+    title="Neutral form",
+    tables={NAME: LOOP_TABLE},
+    text=lambda _, name: key_text("generic", name),
+    forms=(("a field of the neutral form", "generic.tuning.gain"),),
+    split=split,
+)

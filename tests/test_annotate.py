@@ -1,0 +1,122 @@
+"""`decode --annotate`: a meaning beside every word of every listing."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner
+
+import golden
+from pidcfg.cli.decode import command
+
+EXAMPLES = golden.EXAMPLES
+LISTINGS = [
+    (example.partition("/")[0], f"{Path(example).name}.{end}")
+    for example, kinds in golden.IMAGES.items()
+    for kind, end in kinds.items()
+    if kind not in {"cdv", "symbols", "tags", "operands"}
+]
+PARTIAL = [("click", "tank.cdv"), ("dpide", "oven.symbols.csv"), ("ezlogix", "oven.tags.csv")]
+
+
+def annotate(path, vendor, *options):
+    """The command in this process."""
+    return CliRunner().invoke(command, [str(path), "--vendor", vendor, "--annotate", *options])
+
+
+@pytest.mark.parametrize(("vendor", "file"), LISTINGS)
+def test_every_word_of_the_examples_has_a_meaning(vendor, file):
+    result = annotate(EXAMPLES / vendor / "golden" / file, vendor)
+    if file.endswith((".modbus.csv", ".hex", ".nicknames.csv")) and vendor == "click":
+        result = annotate(EXAMPLES / vendor / "golden" / file, vendor, "--bits", "C101", "--integers", "DS101",
+                          "--floats", "DF101")  # fmt: skip
+    assert result.exit_code == 0, result.stderr
+    head, *lines = result.stdout.splitlines()
+    at = head.index("meaning")
+    assert max(map(len, lines)) <= max(120, at + 40)
+    words = [line for line in lines if not line.startswith(" ")]
+    assert words
+    assert all(len(line) > at and line[at] != " " for line in words)
+    assert not [line for line in words if "belongs to no loop" in line]
+    assert not [line for line in words if "no value" in line]
+
+
+@pytest.mark.parametrize(("vendor", "file"), PARTIAL)
+def test_files_that_hold_a_part_of_the_words_are_read_too(vendor, file):
+    result = annotate(EXAMPLES / vendor / "golden" / file, vendor)
+    assert result.exit_code == 0 or "error PID041" in result.stderr
+    assert "Traceback" not in result.output
+
+
+REACTOR = (EXAMPLES / "dl06/golden/reactor.txt").read_text("utf-8")
+
+
+def lines_of(tmp_path, text, vendor="dl06", *options):
+    """The annotated lines by address."""
+    path = tmp_path / "listing.txt"
+    path.write_text(text, "utf-8")
+    result = annotate(path, vendor, *options)
+    assert result.exit_code == 0, result.stderr
+    found, last = {}, ""
+    for line in result.stdout.splitlines()[1:]:
+        last = last if line.startswith(" ") else line.split()[0]
+        found[last] = f"{found.get(last, '')} {line.strip()}".strip()
+    return found
+
+
+def test_values_are_in_engineering_units(tmp_path):
+    found = lines_of(tmp_path, REACTOR)
+    assert found["V2002"] == "V2002    0666   1638  FIC-102  setpoint                Set point (SP): 20 m3/h"
+    assert found["V2007"].endswith("Sample rate: 0.2 s")
+    assert found["V2032"].endswith("Remote SP V-memory address pointer: V2045")
+    assert found["V7640"].endswith("Loop parameter table pointer: V2000")
+    assert "action direct" in found["V2000"]
+    assert "PV alarm monitor (bit 12)" in found["V2000"]
+
+
+def test_words_that_are_no_values_say_why_and_the_others_are_told(tmp_path):
+    text = REACTOR.replace("V2007   0020     32", "V2007   0A20   2592").replace(
+        "V7641   0003      3", "V7641   00FF    255"
+    )
+    found = lines_of(tmp_path, text.replace("V2001   0008      8", "V2001   C008  49160"))
+    assert found["V2007"].endswith("Sample rate: no value, 0x0A20 has a digit above 9")
+    assert found["V7641"].endswith("Number of loops: no value, 0x00FF has a digit above 9")
+    assert "0xC008 has a combination of bits (14, 15) that means nothing" in found["V2001"]
+    assert found["V2010"].endswith("Gain (proportional): 0.8 %/%")
+
+
+def test_words_without_a_loop_say_so(tmp_path):
+    found = lines_of(tmp_path, "V2006 0402\nV5000 1234\n")
+    assert found["V2006"].endswith("belongs to no loop")
+    found = lines_of(tmp_path, "V2006 0402\nV5000 1234\n", "dl06", "--loop-table", "V2000", "--number-of-loops", "1")
+    assert found["V5000"].endswith("belongs to no loop")
+    assert "on: Automatic mode (bit 1), Alarm value programming error (bit 10)" in found["V2006"]
+
+
+def test_status_words_of_other_vendors(tmp_path):
+    click = lines_of(tmp_path, "DS101 001B\nDF107 42F00000\nC110 1\n", "click", "--bits", "C101", "--integers", "DS101",
+                     "--floats", "DF101")  # fmt: skip
+    assert click["DS101"].endswith("reset time (DFn+06) is not within 0.01 to 6000 s")
+    assert click["DF107"].endswith("Integral or reset time (I): 120 s")
+    assert click["C110"].endswith("Forward (direct) or reverse action: reverse")
+    ez = lines_of(
+        tmp_path, "R113 0005\nR104 0578\nR112 FFFF\n", "ezlogix", "--registers", "R101", "--discretes", "S101"
+    )
+    assert ez["R113"].endswith("Autotune Status: the CV could not be incremented")
+    assert ez["R104"].endswith("Integral (Reset) Time: 140 s")
+    assert ez["R112"].endswith("Error: -1 counts of the PV")
+
+
+def test_unreadable_listings_are_refused_as_ever(tmp_path):
+    path = tmp_path / "x.txt"
+    path.write_text("V2008 1400\n", "utf-8")
+    result = annotate(path, "dl06")
+    assert (result.exit_code, result.stdout) == (2, "")
+    assert "'V2008' is not an address" in result.stderr
+
+
+def test_the_result_goes_to_a_file(tmp_path):
+    out = tmp_path / "out.txt"
+    assert annotate(EXAMPLES / "dl06/golden/reactor.txt", "dl06", "-o", str(out)).exit_code == 0
+    assert out.read_text("utf-8").startswith("address")

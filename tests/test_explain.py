@@ -1,0 +1,416 @@
+"""What `explain` says: five questions checked against the manuals, and everything that the tables hold."""
+
+from __future__ import annotations
+
+import json
+import re
+import shlex
+from pathlib import Path
+
+import jsonschema
+import pytest
+from click.testing import CliRunner
+
+from pidcfg.cli.decisions import all_decisions
+from pidcfg.cli.explain import command
+from pidcfg.cli.main import cli
+from pidcfg.encoders.maps import click_meanings, dl06_meanings, dpide_meanings, ezlogix_meanings, nextopid_meanings
+from pidcfg.encoders.maps.click import ERRORS
+from pidcfg.encoders.maps.dl06 import LOOP_TABLE, SETUP_WORDS
+from pidcfg.encoders.maps.nextopid import BLOCK_TYPES
+from pidcfg.encoders.named import ParameterTable
+from pidcfg.encoders.regmap import RegisterMap
+from pidcfg.explain.asked import Asked, ThingError
+from pidcfg.explain.lookup import explain
+from pidcfg.explain.render import as_json, as_text
+from pidcfg.sim.controllers.ezlogix import autotune as ezlogix_autotune
+from pidcfg.validate.pages import all_rules
+from pidcfg.vendors import VENDORS
+
+EXAMPLES = Path(__file__).parents[1] / "examples"
+ALL = list(VENDORS)
+
+
+def pages(text, *, vendor=None, loop=False, starts=()):
+    """The explanations of a thing."""
+    return explain(text, Asked(loop, tuple(starts)), [vendor] if vendor else ALL, all_decisions)
+
+
+def run(*args):
+    """The command in this process."""
+    return CliRunner().invoke(command, list(args))
+
+
+def active(page):
+    """The bits that are on."""
+    return [(point.label, point.title) for point in page.points if point.active]
+
+
+# --- the five questions, checked against the manuals ---------------------------------------------------------------
+
+
+def test_v7642_tells_its_four_bits():
+    (page,) = pages("V7642")
+    assert (page.vendor, page.title, page.access) == ("dl06", "Loop error flags", "status")
+    assert [point.label for point in page.points] == ["bit 0", "bit 1", "bit 2", "bit 3"]
+    assert all(point.meaning and point.meaning.effect and point.meaning.cure for point in page.points)
+    assert [point.meaning.rules for point in page.points] == [("PID201",), ("PID202",), ("PID203",), ("PID204",)]
+    assert page.reference == "DL06 manual ch. 8, PID Error Flags, V7642"
+
+
+@pytest.mark.parametrize("value", ["0008", "8", "0x0008", "0x8", "8h"])
+def test_v7642_with_bit_3(value):
+    (page,) = pages(f"V7642={value}")
+    assert page.value.shown == "0008"
+    assert active(page) == [("bit 3", "The loop table extends past V7577")]
+    (point,) = [p for p in page.points if p.active]
+    assert "no loop is calculated" in point.meaning.effect
+    assert "closer to V1200" in point.meaning.cure
+
+
+def test_a_word_of_the_loop_table():
+    result = run("V2006=0x0402", "--loop")
+    assert result.exit_code == 0
+    assert "V2006 = 0402: Loop mode and alarm status" in result.output
+    (page,) = pages("V2006=0x0402", loop=True)
+    assert active(page) == [("bit 1", "Automatic mode"), ("bit 10", "Alarm value programming error")]
+    assert page.place == "+06 of loop 1 of a table at V2000"
+    assert "PID242" in page.points[10].meaning.rules
+    (other,) = pages("V3046=0402", starts=("V3000",))
+    assert other.place == "+06 of loop 2 of a table at V3000"
+    assert active(other) == active(page)
+
+
+def test_click_error_27_is_the_reset_time():
+    (page,) = pages("CK27")
+    assert (page.vendor, page.name) == ("click", "PID error 27")
+    assert page.title == "reset time (DFn+06) is not within 0.01 to 6000 s"
+    assert "Manual" in page.meaning.effect
+    assert page.reference == "CLICK help CL248/CL254, PID errors"
+
+
+def test_an_offset_is_octal_and_its_bit_decimal():
+    (page,) = pages("addr+06.10")
+    assert (page.title, page.kind) == ("Alarm value programming error", "bit")
+    assert page.reference == "DL06 manual ch. 8, Alarm Programming Error"
+    assert pages("addr+10")[0].title == "Gain (proportional)", "octal: the ninth word"
+    assert pages("Addr + 06=0402")[0].points[10].state == "on"
+
+
+# --- everything that the tables hold ---------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("vendor", ALL)
+def test_every_address_and_parameter_is_explained(vendor):
+    book = VENDORS[vendor].load("explainer")
+    for block in getattr(book, "blocks", ()):
+        start = book.space.parse(block.start)
+        for word in block.table.words:
+            for value in ("", "=0"):
+                name = book.space.name(start + word.offset)
+                thing = f"{name}{value}" if block.mentioned else f"ramp+{word.offset:o}{value}"
+                (page,) = pages(thing, vendor=vendor, loop=True)
+                assert page.title == word.title
+                assert page.reference
+                assert word.access in {"reserved", "status", "request"} or page.holds or page.points, word.name
+                assert word.access == "reserved" or page.holds or page.meaning or page.points, word.name
+                as_text([page])
+    for key, table in getattr(book, "tables", {}).items():
+        for row in table.rows:
+            found = pages(f"{key}.{row.name}", vendor=vendor)
+            assert found, row.name
+            assert all(page.title for page in found), row.name
+
+
+def test_all_tables_of_all_vendors_are_in_their_books():
+    for key, vendor in VENDORS.items():
+        book = vendor.load("explainer")
+        for table in vendor.load("registers"):
+            if isinstance(table, RegisterMap):
+                assert table in [block.table for block in book.blocks], (key, table.title)
+            else:
+                assert isinstance(table, ParameterTable)
+                assert table in book.tables.values(), (key, table.title)
+
+
+def test_every_status_bit_of_the_dl06_has_a_meaning():
+    rows = [
+        (table, row) for table in (SETUP_WORDS, LOOP_TABLE) for row in table.bits if row.access in {"status", "request"}
+    ]
+    names = {(w.name, row.bits[0]) for t, row in rows for w in t.words if w.offset == row.offset}
+    names -= {("mode_setting_2", 7)}
+    assert names | {("mode_setting_2", 7)} == set(dl06_meanings.BITS)
+
+
+def test_every_error_number_and_status_has_a_meaning():
+    assert [code.number for code in click_meanings.CODES] == [0, *(error.number for error in ERRORS)]
+    assert [code.number for code in ezlogix_meanings.CODES] == list(range(11))
+    assert ezlogix_meanings.CODES[ezlogix_autotune.NO_MEMORY].title == "low memory"
+    assert ezlogix_meanings.CODES[ezlogix_autotune.NO_STEP].title == "the CV could not be incremented"
+    for prefix, codes in (("CK", click_meanings.CODES), ("AT", ezlogix_meanings.CODES)):
+        for code in codes:
+            (page,) = pages(f"{prefix}{code.number}")
+            assert page.title == code.title
+            assert page.meaning.effect
+    bits = {r.name for kind in BLOCK_TYPES.values() for r in kind.outputs if "." in r.name and r.type.kind == "bool"}
+    assert bits == set(nextopid_meanings.BITS)
+    assert {name for name, _ in dpide_meanings.STATES} == {
+        row.name for row in VENDORS["dpide"].load("registers")[0].rows if row.type.kind == "bool"
+    }
+
+
+def test_every_rule_that_a_meaning_names_exists():
+    meanings = [
+        *dl06_meanings.BITS.values(), *dl06_meanings.WORDS.values(), *click_meanings.WORDS.values(),
+        *ezlogix_meanings.WORDS.values(), *nextopid_meanings.BITS.values(), *nextopid_meanings.GROUPS.values(),
+        *(c.meaning for m in (click_meanings, ezlogix_meanings, dpide_meanings) for c in m.CODES),
+    ]  # fmt: skip
+    assert {rule for meaning in meanings for rule in meaning.rules} <= set(all_rules())
+
+
+@pytest.mark.parametrize(
+    ("vendor", "example"), [(key, row[1]) for key in ALL for row in VENDORS[key].load("explainer").forms]
+)
+def test_every_form_that_is_offered_works(vendor, example):
+    args = example.split()
+    result = run(*args, "--vendor", vendor)
+    assert result.exit_code == 0, result.output
+    assert VENDORS[vendor].title in result.output
+    assert example in run().output
+
+
+# --- contents --------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("thing", "says"),
+    [
+        ("gain=0125", "1.25 %/%"),
+        ("gain=0000", "0 %/%: switched off"),
+        ("loop_table=0400", "V2000"),
+        ("pv_transfer=0102", "base 0, slot 1, channel 2: the CPU reads or writes it itself"),
+        ("pv_transfer=8400", "V2000: the CPU reads this word"),
+        ("DFn+05=2.5", "2.5"),
+        ("DSn+05=500", "0.5 s"),
+        ("Cn+09=1", "reverse"),
+        ("TANK1_PID_ErrorCode=0", "no PID error"),
+        ("Base+12=9", "a gain or time is out of range"),
+        ("integral_time=125", "12.5 s"),
+        ("error=65535", "-1 counts of the PV"),
+        ("PID_MODE=1", "autotune"),
+        ("PID_DIR=FALSE", "reverse, E = PV - SV: MV rises while PV is above SV (cooling)"),
+        ("AutoTuneParam.Mode=PI", "AUTOTUNE_PI"),
+    ],
+)
+def test_contents_in_words(thing, says):
+    assert says in [page.value.text for page in pages(thing)]
+
+
+def test_counts_without_a_data_format_are_told_for_each():
+    (page,) = pages("setpoint=0800", vendor="dl06")
+    assert page.value.text == (
+        "of the data format's range: 12-bit unipolar 50.01 %, 12-bit bipolar 75.01 %, 15-bit unipolar 6.25 %, "
+        "15-bit bipolar 53.13 %, 16-bit unipolar 3.125 % (decimal 2048)"
+    )
+
+
+@pytest.mark.parametrize(
+    ("thing", "problem"),
+    [("gain=12A5", "digit above 9"), ("reset=FFFF", "digit above 9"), ("CK29", None), ("DSn+00=29", "does not list")],
+)
+def test_contents_that_say_nothing_say_why(thing, problem):
+    page = pages(thing)[0]
+    assert problem is None or problem in page.value.problem
+    assert problem is not None or "does not list" in page.title
+
+
+def test_a_structure_counts_its_bits_in_the_order_of_its_members():
+    found = pages("ErrBits=0x0005")
+    assert [active(page) for page in found] == [
+        [("bit 0", "MaxMinMV: MaxMV is not above MinMV"),
+         ("bit 2", "Kp: Kp is not above 0 (dependent form), or negative (independent form)")],
+    ]  # fmt: skip
+    assert "ControlON_OFF" not in found[0].title, "it has two bits only"
+    assert "D325" in found[0].reference
+    (page,) = pages("AutoTuneResult=32")
+    assert [label for label, _ in active(page)] == ["bit 5"]
+    assert active(page)[0][1].startswith("MV_TOO_HIGH")
+
+
+def test_a_name_that_several_vendors_have_is_explained_for_each():
+    found = pages("sample_rate")
+    assert [page.vendor for page in found] == ["dl06", "click", "ezlogix"]
+    assert [page.vendor for page in pages("sample_rate", vendor="click")] == ["click"]
+
+
+# --- what cannot be explained ----------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("thing", "message"),
+    [
+        ("V2008", "V2008 is no address of the AutomationDirect DirectLOGIC DL06: octal digits, V0 to V177777"),
+        ("DF600", "DF1 to DF500"),
+        ("V7642.16", "a word has the bits 0 to 15"),
+        ("C102.3", "a bit has no bits"),
+        ("V7642=", "has no value"),
+        ("V7642=10000", "up to 4 hexadecimal digits"),
+        ("V7642=zz", "the value is not up to 4 hexadecimal digits"),
+        ("addr+08", "octal; 08 has a digit above 7"),
+        ("addr+40", "the block ends at +37"),
+        ("Cn+40", "the block ends at Cn+39"),
+        ("Cn+09=2", "true or false"),
+        ("DFn+05=nan", "finite single-precision"),
+        ("ErrBits=0x10000", "whole number of 9 bits"),
+        ("PID_MODE=1.5", "DINT"),
+        ("PID_DIR=perhaps", "TRUE and FALSE"),
+        ("I_MV+15", "+0 to +14"),
+        ("PID999", "no rule PID999; did you mean"),
+        ("ErrBts", "did you mean ErrBits?"),
+        ("=3", "is not a name"),
+        ("x" * 300, "is not a name"),
+        ("\x1b[31m", "is not a name"),
+        ("nothing at all", "nothing is known of 'nothing at all'"),
+    ],
+)
+def test_what_cannot_be_explained_is_one_clear_error(thing, message):
+    with pytest.raises(ThingError) as error:
+        pages(thing)
+    assert message in str(error.value)
+    result = run(thing)
+    assert result.exit_code == 2
+    assert result.stdout == ""
+
+
+def test_a_block_must_be_an_address_and_hold_the_thing():
+    assert run("V2006", "--block", "nonsense").exit_code == 2
+    result = run("V3006", "--loop")
+    assert result.exit_code == 2
+    assert "V3006 lies outside the registers of the loops (V2000 to V2377)" in result.stderr
+    assert "depends on where the loops begin" in run("V2006").output
+
+
+# --- rules, decisions, JSON ------------------------------------------------------------------------------------------
+
+
+def test_rules_and_decisions():
+    from pidcfg.validate.pages import page
+
+    assert run("pid242").output == page(all_rules()["PID242"])
+    assert run("D46").output.startswith("# D46 alarms are strict\n\nOn when the PV is beyond")
+    assert run("d9999").exit_code == 2
+
+
+TEXT = {"type": ["string", "null"]}
+LAYOUT = {
+    "type": "object", "additionalProperties": False, "required": ["version", "explanations"],
+    "properties": {
+        "version": {"const": 1},
+        "forms": {"type": "array"},
+        "explanations": {"type": "array", "items": {
+            "type": "object", "additionalProperties": False,
+            "required": ["kind", "vendor", "name", "title", "value", "meaning", "cure", "rules", "basis", "bits",
+                         "holds", "unit", "notation", "access", "written_by", "key", "loop", "place", "set_by",
+                         "reference", "notes", "page"],
+            "properties": {
+                "kind": {"enum": ["register", "bit", "number", "structure", "parameter", "rule", "decision"]},
+                "vendor": {"enum": [*ALL, None]}, "name": {"type": "string"}, "title": {"type": "string"},
+                "value": {"anyOf": [{"type": "null"}, {
+                    "type": "object", "additionalProperties": False, "required": ["raw", "shown", "text", "problem"],
+                    "properties": {"raw": {}, "shown": {"type": "string"}, "text": TEXT, "problem": TEXT}}]},
+                "meaning": TEXT, "cure": TEXT, "rules": {"type": "array", "items": {"type": "string"}}, "basis": TEXT,
+                "bits": {"type": "array", "items": {
+                    "type": "object", "additionalProperties": False,
+                    "required": ["bit", "title", "state", "active", "key", "meaning", "cure", "rules", "basis"],
+                    "properties": {"bit": {"type": "string"}, "title": {"type": "string"}, "state": TEXT,
+                                   "active": {"type": "boolean"}, "key": TEXT, "meaning": TEXT, "cure": TEXT,
+                                   "rules": {"type": "array"}, "basis": TEXT}}},
+                "holds": TEXT, "unit": TEXT, "notation": TEXT, "access": TEXT, "written_by": TEXT, "key": TEXT,
+                "loop": TEXT, "place": TEXT, "reference": TEXT, "notes": {"type": "array"},
+                "set_by": {"type": "array", "items": {"type": "object",
+                           "required": ["file", "line", "column", "loop", "key", "text"]}},
+                "page": {"type": ["object", "null"]},
+            }}},
+    },
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    "things", [["V7642=0008"], ["CK27", "ErrBits=5"], ["PID242", "D46"], ["gain"], ["addr+06.10"], []]
+)
+def test_the_layout_of_the_json(things):
+    result = run(*things, "--format", "json")
+    assert result.exit_code == 0
+    jsonschema.validate(json.loads(result.output), LAYOUT)
+
+
+def test_json_keeps_every_field():
+    (page,) = json.loads(as_json(pages("V7642=0008")))["explanations"]
+    assert page["value"] == {"raw": 8, "shown": "0008", "text": None, "problem": None}
+    assert [(b["bit"], b["state"], b["active"]) for b in page["bits"]][2:] == [
+        ("bit 2", "off", False),
+        ("bit 3", "on", True),
+    ]
+    assert page["bits"][3]["rules"] == ["PID204"]
+
+
+# --- with a configuration --------------------------------------------------------------------------------------------
+
+
+def test_a_configuration_tells_loop_line_and_value():
+    result = run("V2013", "TIC-101.gain", "--in", str(EXAMPLES / "dl06/reactor.yaml"), "--format", "json")
+    assert result.exit_code == 0, result.output
+    alarm, gain = json.loads(result.output)["explanations"]
+    assert (alarm["loop"], alarm["value"]["text"], alarm["set_by"][0]["line"]) == ("FIC-102", "1 m3/h (decimal 82)", 27)
+    assert (gain["name"], gain["value"]["text"], gain["set_by"][0]["key"]) == (
+        "V2050",
+        "2.5 %/%",
+        "loops[1].tuning.gain",
+    )
+
+
+@pytest.mark.parametrize(
+    ("thing", "file", "text", "key"),
+    [
+        ("DF106", "click/tank.yaml", "6", "loops[0].tuning.proportional_gain"),
+        ("R102", "ezlogix/oven.yaml", "180 degC", "loops[0].setpoint.value"),
+        ("OVEN.SV", "dpide/oven.yaml", "80 degC", "loops[0].SV"),
+        ("D100", "dpide/oven.yaml", "80 degC", "loops[0].SV"),
+        ("TIC_1.Kp", "nextopid/override.yaml", "2", "loops[0].Kp"),
+        ("TIC-1.tuning.gain", "generic/boiler.yaml", "1.2 m3/h/degC", "loops[0].tuning.gain"),
+    ],
+)
+def test_configurations_of_every_vendor(thing, file, text, key):
+    result = run(thing, "--in", str(EXAMPLES / file), "--format", "json")
+    assert result.exit_code == 0, result.output
+    page = json.loads(result.output)["explanations"][-1]  # D100 is a decision too
+    assert (page["value"]["text"], page["set_by"][0]["key"]) == (text, key)
+
+
+def test_a_configuration_decides_the_vendor():
+    result = run("D502", "--in", str(EXAMPLES / "dpide/oven.yaml"))
+    assert "I_MV+1 of OVEN" in result.output
+    result = run("V2000", "--in", str(EXAMPLES / "dl06/reactor.yaml"), "--vendor", "click")
+    assert (result.exit_code, "is of vendor dl06" in result.stderr) == (2, True)
+    assert run("V2000", "--in", "none.yaml").exit_code != 0
+
+
+# --- the how-to ------------------------------------------------------------------------------------------------------
+
+PAGE = (Path(__file__).parents[1] / "docs" / "explain.md").read_text("utf-8")
+RUNS = re.findall(r"```console\n\$ pidcfg ([^\n]*)\n(.*?)```", PAGE, re.DOTALL)
+
+
+@pytest.mark.parametrize(("line", "shown"), RUNS, ids=[line for line, _ in RUNS])
+def test_what_the_how_to_shows_is_true(line, shown, monkeypatch):
+    monkeypatch.chdir(EXAMPLES / "dl06")
+    result = CliRunner().invoke(cli, shlex.split(line), prog_name="pidcfg")
+    assert result.exit_code == 0, result.stderr
+    whole, _, cut = shown.partition("...\n")
+    assert result.stdout.startswith(whole) if "...\n" in shown and not cut else result.stdout == shown
+
+
+def test_the_how_to_shows_the_five_questions():
+    asked = " ".join(line for line, _ in RUNS)
+    for question in ("V7642=0008", "V2006=0x0402 --loop", "CK27", "addr+06.10", "--annotate", "--in"):
+        assert question in asked
