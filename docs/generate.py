@@ -18,12 +18,12 @@ from pidcfg.cli.output_schemas import OUTPUTS
 from pidcfg.cli.plots import heading
 from pidcfg.cli.schema import document_schema
 from pidcfg.cli.simulate import simulate_document
+from pidcfg.encoders.maps.dl06 import READ_LATE
 from pidcfg.encoders.named import ParameterTable
 from pidcfg.limits import DEFAULT
 from pidcfg.pictures.draw import svg
 from pidcfg.refs import Ref
 from pidcfg.schemas.document import field_texts, models_of
-from pidcfg.sim.controllers.dl06.report import READ_LATE
 from pidcfg.sim.run import Settings
 from pidcfg.source import read_document
 from pidcfg.validate.pages import all_rules
