@@ -301,6 +301,8 @@ def test_gitlab_issues(folder):
     rows = json.loads(rendered("gitlab", *found))
     assert [row["severity"] for row in rows] == ["info", "minor", "major"]
     assert rows[0]["location"] == {"path": AWKWARD, "lines": {"begin": 3, "end": 3}}
+    (absolute,) = json.loads(rendered("gitlab", diagnostic(file=str(folder / "sub" / "x.yaml"))))
+    assert absolute["location"]["path"] == "sub/x.yaml"
     assert set(rows[0]) == {"description", "check_name", "fingerprint", "severity", "location"}
     assert len({row["fingerprint"] for row in rows}) == 3
 
@@ -503,20 +505,21 @@ def test_a_name_that_is_no_utf8_can_be_reported(folder):
     assert "a%FF.yaml" in (folder / "sarif").read_text("utf-8")
 
 
-@pytest.mark.parametrize("encoding", ["cp1252", "cp437", "ascii"])
-def test_machine_formats_are_utf8_on_every_code_page(monkeypatch, encoding):
+DECLARATION = '<?xml version="1.0" encoding="UTF-8"?>'
+
+
+@pytest.mark.parametrize("value", ["ü", "ü ✓"])
+@pytest.mark.parametrize("encoding", ["cp1252", "cp437", "ascii", "utf-8"])
+def test_machine_formats_are_utf8_on_every_code_page(monkeypatch, encoding, value):
     """A code page has an ü, but in a byte that no reader of JSON or of this XML would take for one."""
-    for put, text in (
-        (echo_json, '{"a": "ü ✓"}\n'),
-        (echo_xml, '<?xml version="1.0" encoding="UTF-8"?>\n<a>ü ✓</a>\n'),
-    ):
+    for put, text in ((echo_json, f'{{"a": "{value}"}}\n'), (echo_xml, f"{DECLARATION}\n<a>{value}</a>\n")):
         stream = io.TextIOWrapper(io.BytesIO(), encoding)
         monkeypatch.setattr(sys, "stdout", stream)
         put(text)
         stream.flush()
         data = stream.buffer.getvalue().decode("utf-8")
         read = json.loads(data)["a"] if put is echo_json else ET.fromstring(data).text  # noqa: S314
-        assert read == "ü ✓"
+        assert read == value
 
 
 # --- simulate --------------------------------------------------------------------------------------------------------
@@ -668,6 +671,8 @@ def test_convert_reports_to_files_also_when_nothing_is_written(pair):
     markdown = (pair / "markdown.out").read_text("utf-8")
     assert markdown.startswith("### PID loops: dl06 to click\n\n**FIC-301**: 24 exact, 4 assumed, 4 dropped\n")
     assert "| dropped | pv.square_root | true | - | take the root in the program" in markdown
+    kinds = [row.split(" | ")[0].removeprefix("| ") for row in markdown.splitlines()[6:]]
+    assert kinds == [*["dropped"] * 4, *["assumed"] * 4, *["exact"] * 3]
     assert json.loads((pair / "json.out").read_text("utf-8"))["to"] == "click"
     assert (pair / "text.out").read_text("utf-8").splitlines()[0] == "dl06 to click"
     assert result.stderr.startswith((pair / "text.out").read_text("utf-8").rstrip())
