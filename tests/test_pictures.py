@@ -81,8 +81,8 @@ def test_an_svg_says_what_its_axes_lines_and_bars_are():
         *said
     }
     assert {"manual", "auto", "pv_high", "1 ramp", "2 soak", "ramp/soak"} <= {*said}
-    assert "1  1.667 min: set setpoint to 85" in said
-    assert "2  11.67 min: failed: PV is 80 at 700 s" in said
+    assert "1 at 1.667 min: set setpoint to 85" in said
+    assert "2 at 11.67 min: failed: PV is 80 at 700 s" in said
     assert "failed: overshoot at most 5 % (12.3)" in said
 
 
@@ -166,7 +166,7 @@ def test_no_name_or_unit_breaks_a_picture(hostile):
     said = texts(svg)
     assert tree(svg)[0].text == plain(hostile)
     beginning = plain(hostile)[:3]
-    assert sum(text.removeprefix("1  5 s: ").startswith(beginning) for text in said) >= 5
+    assert sum(text.removeprefix("1 at 5 s: ").startswith(beginning) for text in said) >= 5
     assert not list(tree(svg).iter(f"{SVG}script"))
     Image.open(io.BytesIO(draw.png([one], title=hostile))).verify()
     assert "<script" not in page.html([one], title=hostile)
@@ -227,6 +227,16 @@ def test_names_of_lines_do_not_cover_each_other():
 def test_numbers_of_close_marks_are_one_text():
     marks = [(1.0, "1", False), (1.1, "2", False), (1.2, "3", True), (9.0, "4", False)]
     assert grouped(marks, 0.5) == [(1.0, "1-3", True), (9.0, "4", False)]
+
+
+def test_of_many_events_the_first_are_explained_and_all_failures():
+    marks = [Mark(f"event {i}", i) for i in range(30)] + [Mark("too hot", 25.5, "failure")]
+    said = texts(draw.svg([chart(marks=tuple(marks))], title="x"))
+    assert "12 at 0.1833 min: event 11" in said
+    assert not [text for text in said if "event 12" in text]
+    assert "and 18 more events" in said
+    assert "27 at 0.425 min: failed: too hot" in said
+    assert "and 18 more events" in lines(chart(marks=tuple(marks)), 80, 8, ascii_only=True)
 
 
 def test_long_texts_end_with_dots():

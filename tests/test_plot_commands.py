@@ -84,8 +84,8 @@ def test_a_run_is_drawn_with_units_modes_alarms_steps_events_and_failures(folder
     texts = said("a.svg")
     assert {"A short profile", "PV, SP (degC)", "OUT (%)", "time (min)", "mode", "auto", "ramp/soak"} <= {*texts}
     assert {"2 soak", "pv_high_high", "deviation_red"} <= {*texts}
-    assert "1  1 min: ramp/soak start" in texts
-    assert "4  19.33 min: failed: TIC-201 mode is auto at 1160 s (manual)" in texts
+    assert "1 at 1 min: ramp/soak start" in texts
+    assert "4 at 19.33 min: failed: TIC-201 mode is auto at 1160 s (manual)" in texts
     assert any(text.startswith("failed: TIC-201.PV at most 500") for text in texts)
     assert Path("b.png").read_bytes().startswith(b"\x89PNG")
     assert "oven.scenario.yaml runs oven.yaml" in Path("c.html").read_text("utf-8")

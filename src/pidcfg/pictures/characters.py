@@ -10,8 +10,8 @@ from dataclasses import dataclass
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
-from pidcfg.pictures.layout import numbered
-from pidcfg.pictures.style import HELD, drawable, moment, plain, unit_of_time, with_unit
+from pidcfg.pictures.layout import explained, numbered
+from pidcfg.pictures.style import HELD, drawable, plain, unit_of_time, with_unit
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -66,7 +66,7 @@ def lines(chart: Chart, width: int, height: int, ascii_only: bool) -> list[str]:
     for i, panel in enumerate(chart.panels):
         rows += _panel(chart, panel, columns, max(height if i == 0 else round(height * OUTPUT_SHARE), 2), signs)
     rows += [_strip(chart, strip, columns, signs) for strip in chart.strips]
-    rows += [*_time(chart, columns, signs), *(_cut(plain(text), width, signs) for text in _texts(chart))]
+    rows += [*_time(chart, columns, signs), *(_cut(text, width, signs) for text in explained(chart))]
     return [_ascii(row) if ascii_only else row for row in rows]
 
 
@@ -226,11 +226,3 @@ def _numbers(chart: Chart, columns: int) -> list[str]:
         if all(cell == " " for cell in row[max(column - 1, 0) : column + len(number)]):
             row[column : column + len(number)] = number
     return [f"{'':{GUTTER + 2}}{''.join(row)}".rstrip()] if chart.marks else []
-
-
-def _texts(chart: Chart) -> list[str]:
-    found = []
-    for number, mark in numbered(chart):
-        what = "failed: " if mark.kind == "failure" else ""
-        found.append(f"{number}  {moment(chart, mark.at)}: {what}{mark.label}")
-    return [*found, *chart.notes]

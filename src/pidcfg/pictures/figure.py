@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from pidcfg.pictures.layout import KEY, LABEL, LINE, MARGIN, POINTS, RIGHT, TITLE, letters_in, numbered, sheet
+from pidcfg.pictures.layout import KEY, LABEL, LINE, MARGIN, POINTS, RIGHT, TITLE, key_rows, letters_in, numbered, sheet
 from pidcfg.pictures.strips import draw_marks, draw_strips
 from pidcfg.pictures.style import (
     BEFORE,
@@ -99,7 +99,7 @@ def _draw(figure: Figure, plan: Sheet, place: Place) -> None:
         draw_strips(below[0], place.strips, chart)
     for axes in (*panels, *below)[-1:]:
         _label_time(axes, chart)
-    draw_marks(panels, below, chart)
+    draw_marks(panels, below, chart, plan.width - plan.left - RIGHT)
     failed = {number for number, mark in numbered(chart) if mark.kind == "failure"}
     for i, text in enumerate(place.texts):
         colour = WARNING if text.split(" ", 1)[0] in failed or text.startswith("failed") else INK
@@ -110,9 +110,11 @@ def _draw_key(figure: Figure, plan: Sheet, place: Place) -> None:
     """What before and after are, beside a piece of their lines."""
     from matplotlib.lines import Line2D
 
-    top, wide = (place.key or 0.0) + KEY / 2, (plan.width - 2 * MARGIN) / 2
+    rows = key_rows(plan.width)
+    wide = (plan.width - 2 * MARGIN) * rows / 2
     for i, (side, name) in enumerate(zip(("before", "after"), place.chart.sides or (), strict=True)):
-        left = MARGIN + i * wide
+        left, top = (MARGIN, i * KEY) if rows > 1 else (MARGIN + i * wide, 0.0)
+        top += (place.key or 0.0) + KEY / 2
         pen = BEFORE if side == "before" else PENS["pv", "after"]
         piece = Line2D([left / plan.width, (left + 0.35) / plan.width], [1 - top / plan.height] * 2, color=pen.colour,
                        linewidth=pen.width, linestyle=pattern(pen), gid=f"key {side}")  # fmt: skip

@@ -31,7 +31,7 @@ TIME = 0.46
 LINE, BELOW, MARGIN = 0.165, 0.26, 0.12
 """A line of text below a chart, what separates two charts, and the margin around all."""
 LISTED = 12
-"""Marks that are explained below a chart."""
+"""Events that are explained below a chart."""
 MOST_LINES = 3
 """Lines that one explanation may take."""
 
@@ -53,7 +53,7 @@ class Place:
     chart: Chart
     top: float
     key: float | None
-    """Top of the line that names both sides."""
+    """Top of the line that names both sides, or of two lines in a narrow picture."""
     panels: tuple[Box, ...]
     strips: tuple[Box, ...]
     text_top: float
@@ -98,7 +98,7 @@ def _place(chart: Chart, begin: float, width: float, left: float) -> Place:
     wide = width - left - RIGHT
     top = begin + TITLE
     key = top if chart.sides else None
-    top += KEY if chart.sides else 0.0
+    top += KEY * key_rows(width) if chart.sides else 0.0
     top += ABOVE if chart.marks else 0.05
     panels, strips = [], []
     for i in range(len(chart.panels)):
@@ -113,6 +113,11 @@ def _place(chart: Chart, begin: float, width: float, left: float) -> Place:
     return Place(chart, begin, key, tuple(panels), tuple(strips), top, texts, top + LINE * len(texts))
 
 
+def key_rows(width: float) -> int:
+    """Lines that the names of both sides take."""
+    return 2 if width == NARROW[0] else 1
+
+
 def numbered(chart: Chart) -> list[tuple[str, Mark]]:
     """The marks in the order of time, with their numbers."""
     return [(str(i), mark) for i, mark in enumerate(sorted(chart.marks, key=lambda mark: mark.at), start=1)]
@@ -120,16 +125,21 @@ def numbered(chart: Chart) -> list[tuple[str, Mark]]:
 
 def texts_of(chart: Chart, letters: int) -> tuple[str, ...]:
     """What stands below a chart: its marks by number, and its notes."""
-    found: list[str] = []
+    return tuple(line for text in explained(chart) for line in _wrapped(text, letters))
+
+
+def explained(chart: Chart) -> list[str]:
+    """What each mark is, as far as there is room (failures always), and the notes."""
     marks = numbered(chart)
-    for number, mark in marks[:LISTED]:
+    left_out = [number for number, mark in marks if mark.kind == "event"][LISTED:]
+    found = []
+    for number, mark in marks:
         what = "failed: " if mark.kind == "failure" else ""
-        found += _wrapped(f"{number}  {moment(chart, mark.at)}: {what}{plain(mark.label)}", letters)
-    if len(marks) > LISTED:
-        found.append(f"and {len(marks) - LISTED} more")
-    for note in chart.notes:
-        found += _wrapped(plain(note), letters)
-    return tuple(found)
+        if number not in left_out:
+            found.append(f"{number} at {moment(chart, mark.at)}: {what}{plain(mark.label)}")
+    if left_out:
+        found.append(f"and {len(left_out)} more events")
+    return [*found, *map(plain, chart.notes)]
 
 
 def _wrapped(text: str, letters: int) -> list[str]:

@@ -27,8 +27,8 @@ if TYPE_CHECKING:
     from pidcfg.pictures.chart import Chart, Strip
     from pidcfg.pictures.layout import Box
 
-CLOSE = 0.02
-"""Marks that are closer than this share of the time axis share one number above it."""
+CLOSE = 0.32
+"""Marks that are closer than this, in inches, share one number above the panel."""
 EDGE = 0.01
 """What a bar leaves free of its row above and below, in inches."""
 THINNEST = 0.012
@@ -69,8 +69,8 @@ def _draw_strip(axes: Axes, strip: Strip, box: Box, top: float, chart: Chart) ->
                           va="center", size=SIZES["small"], color=BLACK, gid=f"label {strip.kind}")  # fmt: skip
 
 
-def draw_marks(panels: Sequence[Axes], below: Sequence[Axes], chart: Chart) -> None:
-    """A line through everything at each mark, and their numbers above the first panel."""
+def draw_marks(panels: Sequence[Axes], below: Sequence[Axes], chart: Chart, width: float) -> None:
+    """A line through everything at each mark, and their numbers above the first panel; ``width``: of the axes in inches."""
     (begin, end), (_, size) = chart.ends, unit_of_time(chart)
     marks = numbered(chart)
     for _, mark in marks:
@@ -80,7 +80,7 @@ def draw_marks(panels: Sequence[Axes], below: Sequence[Axes], chart: Chart) -> N
                          linestyle=(0, (6, 2, 1, 2)) if failed else (0, (1, 2)), zorder=2,
                          gid=f"mark {mark.kind}")  # fmt: skip
     for at, text, failed in grouped([(mark.at, number, mark.kind == "failure") for number, mark in marks],
-                                    CLOSE * (end - begin)):  # fmt: skip
+                                    CLOSE / width * (end - begin)):  # fmt: skip
         if panels:
             panels[0].annotate(text, (at / size, 1.0), xycoords=("data", "axes fraction"), xytext=(0, ABOVE * 12),
                                textcoords="offset points", ha="center", va="bottom", size=SIZES["small"],

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 
 TEMPLATES = Path(__file__).parent / "templates"
 CODE = re.compile("`([^`]+)`")
+PARTS = re.compile("[^._]*[._]|[^._]+")
 SIGN_OFF = ("Prepared", "Checked", "Commissioned", "Accepted")
 POLICY = "default-src 'none'; style-src 'unsafe-inline'; img-src data:; base-uri 'none'; form-action 'none'"
 """What the page may load: its own styles, and pictures that it holds itself."""
@@ -57,7 +58,7 @@ def _environment() -> Environment:
         loader=FileSystemLoader(TEMPLATES), autoescape=True, undefined=StrictUndefined, trim_blocks=True,
         lstrip_blocks=True,
     )  # fmt: skip
-    env.filters |= {"prose": prose, "cell": text, "number": number}
+    env.filters |= {"prose": prose, "soft": soft, "cell": text, "number": number}
     return env
 
 
@@ -69,6 +70,13 @@ def prose(sentence: str) -> Markup:
     return Markup("").join(
         Markup("<code>{}</code>").format(part) if i % 2 else escape(part) for i, part in enumerate(parts)
     )
+
+
+def soft(name: str) -> Markup:
+    """A name that may be broken after a dot or an underscore."""
+    from markupsafe import Markup, escape
+
+    return Markup("").join(escape(part) + Markup("<wbr>") * part.endswith((".", "_")) for part in PARTS.findall(name))
 
 
 def number(value: float | None) -> str:

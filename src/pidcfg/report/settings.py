@@ -26,8 +26,8 @@ if TYPE_CHECKING:
 HEADING = ("pidcfg", "vendor", "name", "description", "loops")
 """Keys that have a place of their own in a report."""
 RANGES = ("range", "input_range")
-GAINS = {"span": "%/%", "percent": "%/pv", "engineering": "output/pv"}
-"""Units of a gain by what the vendor counts it in."""
+GAINS = {"percent": "%/pv", "engineering": "output/pv"}
+"""Units of a gain by what the vendor counts it in; a gain of counts per count has none."""
 NOWHERE = "no register"
 GENERAL = "General"
 CHOICE = re.compile(" or |, ")
@@ -124,7 +124,7 @@ def _tuned(leaf: Leaf, vendor: Vendor) -> str:
     tuned = vendor.load("tuned")
     keys = [tuned.key(name) for name in tuned.names]
     if leaf.path == keys[0]:
-        return GAINS[tuned.gain_unit]
+        return GAINS.get(tuned.gain_unit, "")
     form = getattr(tuned, "dependent", None)
     return "s" if form and leaf.path in keys and getattr(leaf.model, form[0], None) is form[1] else ""
 
