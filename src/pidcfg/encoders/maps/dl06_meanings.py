@@ -65,10 +65,10 @@ BITS = {
     ("mode_and_alarm_status", 5): Meaning(f"The PV is above the high limit in +15. {PV_ALARM}", PV_CURE, ("PID248",), TROUBLE),
     ("mode_and_alarm_status", 6): Meaning(f"The PV is above the high-high limit in +16. {PV_ALARM}", PV_CURE, ("PID248",), TROUBLE),
     ("mode_and_alarm_status", 7): Meaning(
-        "The PV is further from the set point than the yellow limit in +17. It keeps no loop out of Automatic.",
+        "The PV is further from the set point than the yellow limit in +17.",
         "Normal for a while after a change of the set point; else look at the output, the actuator and the load.", (), MODES),
     ("mode_and_alarm_status", 8): Meaning(
-        "The PV is further from the set point than the red limit in +20. It keeps no loop out of Automatic.",
+        "The PV is further from the set point than the red limit in +20.",
         "The loop does not hold its set point: look whether the output is at a limit, and at actuator and sensor.", (), MODES),
     ("mode_and_alarm_status", 9): Meaning(
         "The PV changed by more counts within one sample than +21 allows. The hysteresis does not apply to it.",
