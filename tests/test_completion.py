@@ -253,10 +253,10 @@ zmodload zsh/zpty
 zpty z zsh -f -i
 zpty -w z "PS1=; unsetopt zle_bracketed_paste 2>/dev/null; autoload -U compinit; compinit -D"
 zpty -w z 'eval "$(pidcfg completion zsh)"'
-zpty -w z 'show() { print -r -- $BUFFER > shown; exit }; zle -N show; bindkey ^X^D show'
+zpty -w z 'show() { print -r -- $BUFFER > shown; exit }; zle -N show; bindkey ^Xs show'
 zpty -w z 'print ready''now'
 zpty -r z line '*readynow*'
-zpty -w -n z $1$'\\t\\x18\\x04'
+zpty -w -n z $1$'\\t\\x18s'
 while zpty -r z line; do :; done
 """
 
@@ -274,6 +274,6 @@ while zpty -r z line; do :; done
 )
 def test_zsh(folder, environment, typed, line):
     subprocess.run(
-        ["zsh", "-f", "-c", ZSH, "zsh", typed], env=environment, capture_output=True, check=False, timeout=120
+        ["zsh", "-f", "-c", ZSH, "zsh", typed], env=environment, capture_output=True, check=False, timeout=600
     )
     assert (folder / "shown").read_text("utf-8").rstrip("\n") == line
