@@ -31,8 +31,8 @@ D316 = Decision(
     "with one key clearly meant, not there yet, whose value is right for it; numbers and switches in quotes; yes, on, "
     "no and off as switches; 0x1F, 0b11, 1_000 and leading zeros that octal and decimal read alike (007) or that are "
     "no octal (08); words such as % that need quotes; addresses and words that differ in capitals, blanks or "
-    "leading zeros (v2000, DS 0101). Comments that ignore nothing are deleted. What has two readings (010, 02000) is never corrected, and no value of a "
-    "configuration that pidcfg accepts is ever changed.",
+    "leading zeros (v2000, DS 0101). Comments that ignore nothing are deleted. What has two readings (010, 02000) is "
+    "never corrected, and no value of a configuration that pidcfg accepts is ever changed.",
     "A configuration that is refused drives no plant, so giving it its only reading changes none; anything else is a "
     "decision of the person who knows the plant.",
 )  # fmt: skip
