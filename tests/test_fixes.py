@@ -149,6 +149,29 @@ def test_what_takes_a_decision_is_left_alone(old, new):
     assert any(d.severity is Severity.ERROR for d in outcome.left)
 
 
+UNIT = GOOD + "    output: {range: [0, 100], unit: %, limits: [0, 90]}\r\n    pv: {unit: %/m}  # 5 %\n"
+
+
+def test_a_unit_that_needs_quotes_gets_them():
+    outcome = fix(UNIT)
+    assert outcome.data.decode() == UNIT.replace("unit: %,", 'unit: "%",').replace("unit: %/m}", 'unit: "%/m"}')
+    assert [d.code for d in outcome.fixed] == ["PID001", "PID001"]
+    assert fix(UNIT, lambda d: d.code != "PID001").fixed == ()
+
+
+@pytest.mark.parametrize("value", ["% %", "%a b", '%"', "%, %: 3", "[%", "*%", "%: 3", "a\n  %", "@@'"])
+def test_what_needs_more_than_quotes_around_a_word_is_left_alone(value):
+    text = GOOD + f"    pv: {{unit: {value}}}\n"
+    outcome = fix(text)
+    assert outcome.data.decode() == text
+    assert outcome.fixed == ()
+
+
+def test_quotes_do_not_help_a_text_that_is_broken_elsewhere():
+    text = GOOD + "    pv: {unit: %}\n    output: [\n"
+    assert fix(text).data.decode() == text
+
+
 def test_keys_of_opposite_meaning_are_never_chosen_between():
     assert clear_match("of_delay", ["on_delay", "off_delay"]) is None
     assert clear_match("MaxMX", ["MaxMV", "MaxPV", "MinMV"]) is None

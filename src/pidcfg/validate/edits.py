@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections import Counter
 from copy import deepcopy
 from itertools import islice
@@ -9,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from pydantic import ValidationError
 
-from pidcfg.diagnostics import Edit, Path
+from pidcfg.diagnostics import Edit, Path, Span
 from pidcfg.document import span_of
 
 if TYPE_CHECKING:
@@ -24,6 +25,18 @@ ONE, TWO = 4, 8
 MOST_KEYS, MOST_TRIES = 200, 30
 """Unknown keys of one file that are looked at, and how often: each time costs a reading of the whole."""
 QUOTES = "'\""
+UNQUOTED = re.compile(r"[%@`][\w%/.°²³-]*(?=[ \t]*(?:$|[,}\]]|[ \t]#))")
+"""A word that begins with what no value may begin with, up to where any value ends."""
+
+
+def of_quotes(doc: Document, span: Span) -> tuple[Edit, ...]:
+    """Quotes around a value such as ``%``, whose first character begins nothing in YAML."""
+    row = doc.lines[span.line - 1]
+    found = UNQUOTED.match(row, span.column - 1)
+    if found is None or not row[: found.start()].rstrip(" ").endswith((":", "[", ",")):
+        return ()
+    place = Span(span.line, found.start() + 1, span.line, found.end() + 1)
+    return (Edit(place, f'"{found.group()}"'),)
 
 
 def clear_match(key: str, known: Sequence[str]) -> str | None:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 from pidcfg.diagnostics import Diagnostic, Path, Severity, Span, ordered
 from pidcfg.limits import DEFAULT, Limits
-from pidcfg.validate.edits import of_value
+from pidcfg.validate.edits import of_quotes, of_value
 from pidcfg.validate.schema import loop_name, not_a_choice, read_model, same_word
 from pidcfg.vendors import VENDORS, Vendor
 
@@ -50,7 +50,7 @@ def check_document(doc: Document, limits: Limits = DEFAULT) -> Checked:
     """All findings of one configuration (a scenario is checked by the simulator)."""
     found = list(doc.problems)
     if doc.data is None:
-        return Checked(doc, tuple(found))
+        return Checked(doc, tuple(replace(d, edits=of_quotes(doc, d.span)) if d.code == "PID001" else d for d in found))
     vendor, problem = vendor_of(doc)
     if vendor is None:
         return Checked(doc, tuple(ordered([*found, *problem])))

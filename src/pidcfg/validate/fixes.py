@@ -11,6 +11,7 @@ from copy import deepcopy
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from pidcfg.diagnostics import Edit
 from pidcfg.document import LINE_BREAK, Plain
 from pidcfg.refs import Decision
 from pidcfg.validate.codes import READING, SCHEMA, UNUSABLE, ignorable
@@ -18,7 +19,7 @@ from pidcfg.validate.codes import READING, SCHEMA, UNUSABLE, ignorable
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Sequence
 
-    from pidcfg.diagnostics import Diagnostic, Edit, Span
+    from pidcfg.diagnostics import Diagnostic, Span
     from pidcfg.document import Document
 
 ROUNDS = 10
@@ -29,9 +30,9 @@ D316 = Decision(
     316, "what --fix corrects", "Texts that pidcfg refuses although they can be read in one way only: a misspelt key "
     "with one key clearly meant, not there yet, whose value is right for it; numbers and switches in quotes; yes, on, "
     "no and off as switches; 0x1F, 0b11, 1_000 and leading zeros that octal and decimal read alike (007) or that are "
-    "no octal (08); addresses and words that differ in capitals, blanks or leading zeros (v2000, DS 0101). Comments "
-    "that ignore nothing are deleted. What has two readings (010, 02000) is never corrected, and no value of a "
-    "configuration that pidcfg accepts is ever changed.",
+    "no octal (08); words such as % that need quotes; addresses and words that differ in capitals, blanks or "
+    "leading zeros (v2000, DS 0101). Comments that ignore nothing are deleted. What has two readings (010, 02000) is "
+    "never corrected, and no value of a configuration that pidcfg accepts is ever changed.",
     "A configuration that is refused drives no plant, so giving it its only reading changes none; anything else is a "
     "decision of the person who knows the plant.",
 )  # fmt: skip
@@ -39,6 +40,7 @@ D316 = Decision(
 VENDORLESS = {"PID031", "PID032"}
 OF_THE_SCHEMA = {rule.code for rule in (*READING, *SCHEMA)} - VENDORLESS
 LAST_STAGE = 2
+PLACEHOLDER = "x"
 BOM = b"\xef\xbb\xbf"
 
 
@@ -102,6 +104,8 @@ class Fixer:
 
     def _round(self, state: _State) -> tuple[_State, list[Diagnostic]]:
         """All corrections together, or those that can be proven one by one."""
+        if state.doc.data is None:
+            return self._quoted(state)
         if any(d.code in UNUSABLE for d in state.found):
             return state, []
         candidates = list(_apart(d for d in state.found if d.edits and self.wanted(d)))
@@ -116,12 +120,31 @@ class Fixer:
                 best, accepted = after, [*accepted, d]
         return best, accepted
 
+    def _quoted(self, state: _State) -> tuple[_State, list[Diagnostic]]:
+        """A text that can be read once some words are quoted, and would say the same with any other word there."""
+        fixed: list[Diagnostic] = []
+        now, other = state, state.doc.text
+        while now.doc.data is None and len(fixed) < MOST_ONE_BY_ONE:
+            edits = [edit for d in now.found if self.wanted(d) for edit in d.edits]
+            if len(now.found) != 1 or len(edits) != 1:
+                return state, []
+            fixed += now.found
+            other = splice(other, [Edit(edits[0].span, PLACEHOLDER * len(edits[0].text))])
+            now = self._state(self._encoded(state, splice(now.doc.text, edits)))
+        twin = self.read(other.encode())
+        return (now, fixed) if now.doc.data is not None and alike(now.doc.data, twin.data) else (state, [])
+
+    @staticmethod
+    def _encoded(state: _State, text: str) -> bytes:
+        """A text as bytes, with the byte order mark that the file had."""
+        return (BOM if state.data.startswith(BOM) else b"") + text.encode()
+
     def _attempt(self, state: _State, some: list[Diagnostic]) -> _State | None:
         """The file with some corrections, if they can be proven."""
-        head = BOM if state.data.startswith(BOM) else b""
-        if head + state.doc.text.encode() != state.data:
+        if self._encoded(state, state.doc.text) != state.data:
             return None
-        after = self._state(head + splice(state.doc.text, (edit for d in some for edit in d.edits)).encode())
+        text = splice(state.doc.text, (edit for d in some for edit in d.edits))
+        after = self._state(self._encoded(state, text))
         return after if proven(state.doc, state.found, some, after.doc, after.found) else None
 
 
@@ -176,6 +199,17 @@ def expected(doc: Document, fixed: Iterable[Diagnostic]) -> Any:
             elif edit.span == doc.locate(d.path, key=True) and d.path[-1] in parent:
                 parent[edit.text.strip("'\"")] = parent.pop(d.path[-1])
     return data
+
+
+def alike(quoted: Any, plain: Any) -> bool:
+    """Whether data are equal but for quoted words that have a placeholder as long as them and their quotes."""
+    if type(plain) is Plain and set(plain) == {PLACEHOLDER} and type(quoted) is str:
+        return len(plain) == len(quoted) + 2
+    if isinstance(quoted, dict) and isinstance(plain, dict):
+        return quoted.keys() == plain.keys() and all(alike(value, plain[key]) for key, value in quoted.items())
+    if isinstance(quoted, list) and isinstance(plain, list):
+        return len(quoted) == len(plain) and all(map(alike, quoted, plain))
+    return same(quoted, plain)
 
 
 def same(one: Any, other: Any) -> bool:
