@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections import Counter
 
 import pytest
 from hypothesis import given
@@ -155,6 +156,11 @@ def test_a_baseline_only_shrinks_and_loses_no_finding(found, entries, checked, a
     chosen = [d for d in found if all_chosen or d.code > "PID1"]
     assert sorted(map(id, [*outcome.new, *outcome.known])) == sorted(map(id, chosen)), "new or known, each once"
     assert all(enters(d) and entry(d, str) in entries for d in outcome.known)
+    there = Counter(entry(d, str) for d in chosen if enters(d))
+    assert Counter(entry(d, str) for d in outcome.known) <= there & Counter(entries)
+    if all_chosen:
+        assert Counter(entry(d, str) for d in outcome.known) == there & Counter(entries), "each entry knows one finding"
+        assert Counter(outcome.stale) <= Counter(entries) - there
     again = compare(found, lambda _: True, left, checked, str)
     assert again.stale == []
 

@@ -7,6 +7,7 @@ import json
 import os
 import re
 import subprocess
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -15,10 +16,11 @@ from hypothesis import strategies as st
 
 from living_rig import GOOD, TWICE, run
 from pidcfg.diagnostics import Edit, Severity, Span
+from pidcfg.document import Plain
 from pidcfg.source import read_document
 from pidcfg.validate.edits import clear_match, slips
 from pidcfg.validate.engine import check_document
-from pidcfg.validate.fixes import Fixer, splice
+from pidcfg.validate.fixes import Fixer, alike, splice
 from pidcfg.validate.suppress import suppress
 
 ROOT = Path(__file__).parents[1]
@@ -172,6 +174,12 @@ def test_quotes_do_not_help_a_text_that_is_broken_elsewhere():
     assert fix(text).data.decode() == text
 
 
+def test_quotes_must_leave_the_same_text_whatever_is_in_them():
+    assert alike({"a": ["%", Plain("1")]}, {"a": [Plain("xxx"), Plain("1")]})
+    for twin in ({"a": [Plain("xx"), Plain("1")]}, {"a": [Plain("xxx"), Plain("2")]}, {"b": []}, {"a": [Plain("xxx")]}):
+        assert not alike({"a": ["%", Plain("1")]}, twin)
+
+
 def test_keys_of_opposite_meaning_are_never_chosen_between():
     assert clear_match("of_delay", ["on_delay", "off_delay"]) is None
     assert clear_match("MaxMX", ["MaxMV", "MaxPV", "MinMV"]) is None
@@ -224,6 +232,45 @@ def test_many_unknown_keys_cost_no_more_than_a_few_readings(monkeypatch):
     text = GOOD + "".join(f"  - {{name: L{i}, smaple_rate: 1, action: direct, tunign: 3}}\n" for i in range(300))
     fix(text)
     assert 0 < len(tries) <= edits.MOST_TRIES
+
+
+@pytest.mark.parametrize(("old", "new"), [
+    ("gain: 1,", "gain: 1, rate: 3,"),  # says more than the correction
+    ("reset: 10", 'reset: "10"'),  # the same text, but quoted: another value
+    ("name: A", 'name: "A"'),  # says the same, but not by the correction
+    ("sample_rate: 1", "sample_rat: 1"),  # brings an error
+    ("gain: 1,", "gain: 1.0,"),  # changes a value that nothing is wrong with
+    ("loops:", "loops: ["),  # cannot be read
+    ("loops:", "# loops:"),  # takes data away
+])  # fmt: skip
+def test_a_correction_that_does_more_than_it_says_is_not_made(old, new):
+    """Whatever a rule offers, the text is read again: here a finding about the address has an edit elsewhere."""
+    text = GOOD.replace("V2000", "v2000")
+
+    def offering(doc):
+        places = [(n, line.index(old) + 1) for n, line in enumerate(doc.lines, 1) if old in line]
+        if not places:
+            return check(doc)
+        ((row, column),) = places
+        edit = Edit(Span(row, column, row, column + len(old)), new)
+        return [replace(d, edits=(*d.edits, edit)) if d.code == "PID029" else d for d in check(doc)]
+
+    outcome = Fixer(lambda data: read_document(data, "case.yaml"), offering, lambda _: True).fix(text.encode())
+    assert outcome.data.decode() == text
+    assert outcome.fixed == ()
+
+
+def test_one_correction_that_fails_does_not_hold_up_the_others():
+    text = GOOD.replace("V2000", "v2000").replace("gain", "gian")
+
+    def offering(doc):
+        return [
+            replace(d, edits=(replace(d.edits[0], text="V2009"),)) if d.code == "PID029" and d.edits else d
+            for d in check(doc)
+        ]
+
+    outcome = Fixer(lambda data: read_document(data, "case.yaml"), offering, lambda _: True).fix(text.encode())
+    assert outcome.data.decode() == GOOD.replace("V2000", "v2000")
 
 
 def test_unused_ignores_are_deleted_and_used_ones_stay():
