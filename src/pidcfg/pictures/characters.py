@@ -6,7 +6,7 @@ time and everything between, so that no spike is lost.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
@@ -18,8 +18,8 @@ if TYPE_CHECKING:
 
     from pidcfg.pictures.chart import Bar, Chart, Line, Panel, Strip
 
-GUTTER = 12
-"""Characters left of a panel: its numbers, and the names of the strips."""
+GUTTER, SHARE = 12, 4
+"""Characters left of a panel at least, for its numbers; and the part of the width that names of strips may take."""
 SIDE = 28
 """Longest name of a side in a legend."""
 OUTPUT_SHARE = 0.5
@@ -40,6 +40,8 @@ class Signs:
     bar: tuple[str, str, str]
     """Beginning, middle and end of a bar."""
     more: str
+    gutter: int = GUTTER
+    """Characters left of a panel."""
 
 
 ASCII = Signs("|", "+", "-", {"setpoint": "-", "pv": "o", "output": "*", "other": ".", "before": "o", "after": "x"},
@@ -60,9 +62,11 @@ def fits(encoding: str | None) -> bool:
 
 def lines(chart: Chart, width: int, height: int, ascii_only: bool) -> list[str]:  # noqa: FBT001 - short calls
     """The chart, ``width`` characters wide; ``height``: rows of its first panel."""
-    signs = ASCII if ascii_only else FINE
-    columns = max(width - GUTTER - 2, 10)
-    rows = [*([_cut(plain(chart.title), width, signs)] if chart.title else []), *_numbers(chart, columns)]
+    longest = max((len(plain(strip.title)) for strip in chart.strips), default=0)
+    gutter = max(GUTTER, min(longest + 1, width // SHARE))
+    signs = replace(ASCII if ascii_only else FINE, gutter=gutter)
+    columns = max(width - gutter - 2, 10)
+    rows = [*([_cut(plain(chart.title), width, signs)] if chart.title else []), *_numbers(chart, columns, signs)]
     for i, panel in enumerate(chart.panels):
         rows += _panel(chart, panel, columns, max(height if i == 0 else round(height * OUTPUT_SHARE), 2), signs)
     rows += [_strip(chart, strip, columns, signs) for strip in chart.strips]
@@ -80,7 +84,7 @@ def _cut(text: str, width: int, signs: Signs) -> str:
 
 
 def _gutter(text: str, signs: Signs) -> str:
-    return f"{_cut(plain(text), GUTTER - 1, signs):>{GUTTER}} "
+    return f"{_cut(plain(text), signs.gutter - 1, signs):>{signs.gutter}} "
 
 
 # --- panels ----------------------------------------------------------------------------------------------------------
@@ -116,7 +120,7 @@ def _head(chart: Chart, panel: Panel, columns: int, signs: Signs) -> list[str]:
     legend = _legend(sorted(panel.lines, key=_layer), chart, signs)
     together = f"{title}:  {legend}"
     rows = [together] if len(together) <= columns else [title, legend]
-    return [f"{'':{GUTTER + 2}}{_cut(row, columns, signs)}".rstrip() for row in rows]
+    return [f"{'':{signs.gutter + 2}}{_cut(row, columns, signs)}".rstrip() for row in rows]
 
 
 def _legend(wanted: Sequence[Line], chart: Chart, signs: Signs) -> str:
@@ -214,15 +218,15 @@ def _time(chart: Chart, columns: int, signs: Signs) -> list[str]:
     unit, size = unit_of_time(chart)
     first, last, title = f"{begin / size:.4g}", f"{end / size:.4g}", with_unit("time", unit)
     room = columns - len(first) - len(last)
-    line = f"{' ':{GUTTER}} {signs.corner}{signs.floor * columns}"
-    return [line, f"{' ':{GUTTER}}  {first}{title:^{room}}{last}"]
+    line = f"{' ':{signs.gutter}} {signs.corner}{signs.floor * columns}"
+    return [line, f"{' ':{signs.gutter}}  {first}{title:^{room}}{last}"]
 
 
-def _numbers(chart: Chart, columns: int) -> list[str]:
+def _numbers(chart: Chart, columns: int, signs: Signs) -> list[str]:
     """The numbers of the marks above them, as far as they do not cover each other."""
     row = [" "] * columns
     for number, mark in numbered(chart):
         column = min(_column(mark.at, *chart.ends, columns), columns - len(number))
         if all(cell == " " for cell in row[max(column - 1, 0) : column + len(number)]):
             row[column : column + len(number)] = number
-    return [f"{'':{GUTTER + 2}}{''.join(row)}".rstrip()] if chart.marks else []
+    return [f"{'':{signs.gutter + 2}}{''.join(row)}".rstrip()] if chart.marks else []

@@ -70,7 +70,7 @@ def _draw_strip(axes: Axes, strip: Strip, box: Box, top: float, chart: Chart) ->
 
 
 def draw_marks(panels: Sequence[Axes], below: Sequence[Axes], chart: Chart, width: float) -> None:
-    """A line through everything at each mark, and their numbers above the first panel; ``width``: of the axes in inches."""
+    """A line through everything at each mark, and numbers above the first panel; ``width``: of the axes in inches."""
     (begin, end), (_, size) = chart.ends, unit_of_time(chart)
     marks = numbered(chart)
     for _, mark in marks:
@@ -79,8 +79,8 @@ def draw_marks(panels: Sequence[Axes], below: Sequence[Axes], chart: Chart, widt
             axes.axvline(mark.at / size, color=VERMILION if failed else GREY, linewidth=1.1 if failed else 0.7,
                          linestyle=(0, (6, 2, 1, 2)) if failed else (0, (1, 2)), zorder=2,
                          gid=f"mark {mark.kind}")  # fmt: skip
-    for at, text, failed in grouped([(mark.at, number, mark.kind == "failure") for number, mark in marks],
-                                    CLOSE / width * (end - begin)):  # fmt: skip
+    numbers = [(mark.at, number, mark.kind == "failure") for number, mark in marks]
+    for at, text, failed in grouped(numbers, CLOSE / width * (end - begin)):
         if panels:
             panels[0].annotate(text, (at / size, 1.0), xycoords=("data", "axes fraction"), xytext=(0, ABOVE * 12),
                                textcoords="offset points", ha="center", va="bottom", size=SIZES["small"],
