@@ -86,6 +86,14 @@ def test_words_that_are_no_values_say_why_and_the_others_are_told(tmp_path):
     assert found["V2010"].endswith("Gain (proportional): 0.8 %/%")
 
 
+def test_a_profile_that_points_into_the_loop_table_hides_no_loop(tmp_path):
+    text = REACTOR.replace("V2034   0000      0", "V2034   0420   1056")
+    assert text != REACTOR
+    found = lines_of(tmp_path, text)
+    assert found["V2034"].endswith("Ramp/soak table starting address: V2040")
+    assert found["V2050"].endswith("Gain (proportional): 2.5 %/%")
+
+
 def test_words_without_a_loop_say_so(tmp_path):
     found = lines_of(tmp_path, "V2006 0402\nV5000 1234\n")
     assert found["V2006"].endswith("belongs to no loop")

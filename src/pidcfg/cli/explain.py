@@ -26,7 +26,7 @@ EPILOG = options.examples(
 
 
 @click.command("explain", epilog=EPILOG)
-@click.argument("things", metavar="THING…", nargs=-1)
+@click.argument("things", metavar="[THING]...", nargs=-1)
 @click.option("--vendor", type=click.Choice(list(VENDORS)), help="Only what this PLC family means by it.")
 @click.option("--loop", is_flag=True, help="Addresses are of loops that begin where the manual's or the starter "
               "file's example does: V2000; C101, DS101, DF101; R101, S101.")  # fmt: skip

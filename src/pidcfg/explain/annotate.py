@@ -69,14 +69,16 @@ def register_lines(
     book: RegisterBook, words: Mapping[int, int], settings: Any, plc: Mapping[str, Any], options: Mapping[str, Any]
 ) -> Iterator[Line]:
     """Every word of a listing in the order of its addresses."""
-    claimed: dict[int, Claim] = dict(book.claims(words, settings, plc, options))
+    claimed: dict[int, Claim] = {}
+    for number, claim in book.claims(words, settings, plc, options):
+        claimed.setdefault(number, claim)
     for number in sorted(words):
-        raw, kind, claim = words[number], book.space.kind(number), claimed.get(number)
+        raw, kind, own = words[number], book.space.kind(number), claimed.get(number)
         shown = (book.space.name(number), kind.hex(raw), kind.text(raw))
-        if claim is None:
+        if own is None:
             yield Line(*shown, "-", "-", "belongs to no loop")
         else:
-            yield Line(*shown, claim.loop or "-", claim.prefix + claim.word.name, _meaning(book, claim, raw))
+            yield Line(*shown, own.loop or "-", own.prefix + own.word.name, _meaning(book, own, raw))
 
 
 def _meaning(book: RegisterBook, claim: Claim, raw: int) -> str:

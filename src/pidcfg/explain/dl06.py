@@ -84,7 +84,10 @@ def _units(pv: str | None, output: str | None, reset: str) -> dict[str, str]:
 def claims(
     words: Mapping[int, int], settings: Any, plc: Mapping[str, Any], options: Mapping[str, Any]
 ) -> Iterator[tuple[int, Claim]]:
-    """What each address of a listing is: set-up words, loop tables, and the ramp/soak tables they point at."""
+    """What each address of a listing is: set-up words, loop tables, then the ramp/soak tables they point at.
+
+    Where they overlap, the first counts: a pointer that is wrong hides no loop.
+    """
     for word in SETUP_WORDS.words:
         yield TABLE_POINTER + word.offset, Claim(SETUP_WORDS, word, "", UNKNOWN)
     loops = [read_settings(LoopSettings, entry, f"settings[{i}]") for i, entry in enumerate(settings)]
@@ -93,6 +96,7 @@ def claims(
         return
     decimals = int(options.get("reset_decimals") or read_settings(PlcSettings, plc or {}, "plc").reset_decimals)
     table = LOOP_TABLES[decimals]
+    profiles = []
     for i in range(_count(words, loops, options)):
         beside = loops[i] if i < len(loops) else LoopSettings(loop=unnamed(i))
         start = pointer + i * table.size
@@ -100,7 +104,9 @@ def claims(
         known = _setting(raw, beside)
         for word in table.words:
             yield start + word.offset, Claim(table, word, beside.loop, known)
-        yield from _ramp_soak(raw[table.offset("ramp_soak_table")], beside.loop, known)
+        profiles.append(_ramp_soak(raw[table.offset("ramp_soak_table")], beside.loop, known))
+    for profile in profiles:
+        yield from profile
 
 
 def _count(words: Mapping[int, int], loops: list[LoopSettings], options: Mapping[str, Any]) -> int:

@@ -12,8 +12,8 @@ STEADY = "Let the process come to rest near its working point first, within 10 %
 
 # fmt: off
 WORDS = {
-    "error": Meaning("The difference of PV and set point as the loop calculates with it: PV − SP with direct controller "
-                     "action, SP − PV with reverse.", "", (), LIMITS),
+    "error": Meaning("The difference of PV and set point as the loop calculates with it: PV - SP with direct controller "
+                     "action, SP - PV with reverse.", "", (), LIMITS),
     "autotune_status": Meaning("Tells where the autotune is, or how the last one ended.", "", (), AUTOTUNE),
     "saturation": Meaning("The CV is at an end of its range, 0 or 4095: the actuator can do no more. With anti-windup "
                           "(Base+1) the integral does not go on in that direction.",
