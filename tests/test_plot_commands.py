@@ -204,13 +204,16 @@ def test_old_terminals_get_plain_signs(folder, code_page):
 
 
 def test_the_terminal_needs_no_library(folder, pidcfg, monkeypatch):
-    monkeypatch.setattr("pidcfg.cli.plots.find_spec", lambda _name: None)
+    monkeypatch.setattr("pidcfg.cli.extras.find_spec", lambda _name: None)
     code, out, _ = pidcfg("simulate", "oven.scenario.yaml", "--plot", "-")
     assert code == 1
     assert "ramp/soak" in out
     code, out, err = pidcfg("simulate", "oven.scenario.yaml", "--plot", "a.svg")
     assert (code, out) == (2, "")
-    assert err == "Error: matplotlib is not installed; 'pip install pidcfg[report]' brings it\n"
+    assert (
+        err
+        == "Error: matplotlib is not installed; install pidcfg with its extra `report`, in a copy of the project by 'pip install \".[report]\"'\n"
+    )
 
 
 @pytest.mark.parametrize(

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import click
 
 from pidcfg.cli import options
-from pidcfg.cli.console import echo, echo_json, markdown, note
+from pidcfg.cli.console import echo_json, markdown, note, show
 from pidcfg.cli.main import Exit
 from pidcfg.vendors import VENDORS
 
@@ -61,7 +61,7 @@ def command(
         raise click.UsageError(f"{config} is of vendor {own.key}, not {vendor}")
     if not things:
         rows = forms(vendors)
-        echo(forms_text(rows)) if fmt == "text" else echo_json(as_json([], rows))
+        show(forms_text(rows)) if fmt == "text" else echo_json(as_json([], rows))
         return
     try:
         check_starts(blocks, vendors)
@@ -76,7 +76,7 @@ def command(
     elif all(page.markdown for page in pages):
         markdown(as_text(pages))
     else:
-        echo(as_text(pages))
+        show(as_text(pages))
 
 
 def _configured(name: str, limits: Limits) -> Configured:

@@ -5,13 +5,13 @@ from __future__ import annotations
 import shutil
 import sys
 from dataclasses import replace
-from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, TextIO
 
 import click
 
-from pidcfg.cli.console import echo
+from pidcfg.cli.console import show as print_report
+from pidcfg.cli.extras import need
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -38,8 +38,8 @@ def named(ctx: click.Context, param: click.Parameter, names: tuple[str, ...]) ->
     twice = next((name for name in names if names.count(name) > 1), None)
     if twice is not None:
         raise click.BadParameter(f"{twice!r} stands there twice", ctx, param)
-    if any(name != TERMINAL for name in names) and find_spec("matplotlib") is None:
-        raise click.ClickException("matplotlib is not installed; 'pip install pidcfg[report]' brings it")
+    if any(name != TERMINAL for name in names):
+        need("matplotlib", "report")
     return names
 
 
@@ -125,4 +125,4 @@ def in_characters(chart: Chart, stream: TextIO) -> str:
 def show(charts: Sequence[Chart]) -> None:
     """The charts in the terminal, as a result."""
     for chart in charts:
-        echo(f"\n{in_characters(chart, sys.stdout)}\n")
+        print_report(f"\n{in_characters(chart, sys.stdout)}\n")

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 from contextlib import contextmanager
-from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -13,6 +12,7 @@ import click
 from pidcfg import __version__
 from pidcfg.cli import options
 from pidcfg.cli.console import echo, note
+from pidcfg.cli.extras import need
 from pidcfg.cli.main import Exit
 from pidcfg.cli.progress import LINE
 
@@ -91,9 +91,8 @@ def command(
 def _have(*wanted: str | None) -> None:
     """Ends the command, before anything runs, where a package is not installed."""
     for what in wanted:
-        missing = [package for package in NEEDS.get(what or "", ()) if find_spec(package) is None]
-        if missing:
-            raise click.ClickException(f"{missing[0]} is not installed; 'pip install pidcfg[report]' brings it")
+        for package in NEEDS.get(what or "", ()):
+            need(package, "report")
 
 
 def _progress(share: float) -> None:

@@ -10,6 +10,7 @@ import click
 
 from pidcfg.cli import options, plots, report_options
 from pidcfg.cli.console import note
+from pidcfg.cli.extras import need
 from pidcfg.cli.inputs import read_inputs
 from pidcfg.cli.main import Exit
 from pidcfg.cli.progress import LINE
@@ -64,11 +65,10 @@ def command(
     """
     from pidcfg.cli.simulation_report import verdict_line
     from pidcfg.cli.trend_file import trend_file
-    from pidcfg.sim.engine import installed
     from pidcfg.sim.run import Settings
 
-    if engine == "numba" and not installed():
-        raise click.ClickException("numba is not installed; 'pip install pidcfg[fast]' brings it")
+    if engine == "numba":
+        need("numba", "fast")
     scenarios = wanted(list(read_inputs(paths, limits)), paths)
     if csv is not None and len(scenarios) != 1:
         raise click.UsageError(f"--csv takes one scenario, not {len(scenarios)}")

@@ -32,10 +32,6 @@ DPI = 144
 """Of a PNG: 1382 pixels across."""
 
 
-class MissingError(Exception):
-    """The library that draws is not installed."""
-
-
 def svg(charts: Sequence[Chart], *, title: str, narrow: bool = False) -> str:
     """All charts below each other as one SVG, without an XML declaration: a file, or a part of a page.
 
@@ -65,10 +61,8 @@ def png(charts: Sequence[Chart], *, title: str) -> bytes:
 def _drawing() -> Iterator[None]:
     """The library with its defaults and `OWN`, silent about letters that its font lacks."""
     logging.getLogger("matplotlib").setLevel(logging.ERROR)
-    try:
-        import matplotlib as mpl
-    except ImportError:
-        raise MissingError("matplotlib is not installed; 'pip install pidcfg[report]' brings it") from None
+    import matplotlib as mpl
+
     with mpl.rc_context(), warnings.catch_warnings():
         warnings.simplefilter("ignore")
         mpl.rcdefaults()
