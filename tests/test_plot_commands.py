@@ -210,10 +210,7 @@ def test_the_terminal_needs_no_library(folder, pidcfg, monkeypatch):
     assert "ramp/soak" in out
     code, out, err = pidcfg("simulate", "oven.scenario.yaml", "--plot", "a.svg")
     assert (code, out) == (2, "")
-    assert (
-        err
-        == "Error: matplotlib is not installed; install pidcfg with its extra `report`, in a copy of the project by 'pip install \".[report]\"'\n"
-    )
+    assert err.startswith("Error: matplotlib is not installed; install pidcfg with its extra `report`")
 
 
 @pytest.mark.parametrize(
