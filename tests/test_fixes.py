@@ -307,7 +307,7 @@ def validate(monkeypatch, capsysbinary, tmp_path):
 
 
 def test_fix_writes_and_the_exit_code_is_that_of_what_remains(validate, tmp_path):
-    assert "2 with --fix" in validate("a.yaml").err
+    assert "2 correctable with --fix" in validate("a.yaml").err
     (tmp_path / "b.yaml").write_text(TWICE.replace("gain", "gian"), "utf-8")
     found = validate(".", "--fix")
     assert (tmp_path / "a.yaml").read_bytes() == GOOD.replace("\n", "\r\n").encode()

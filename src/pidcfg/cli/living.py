@@ -51,7 +51,11 @@ class Living:
     def counts(self) -> str:
         """The end of the summary."""
         fixable = sum(bool(d.edits) for d in self.kept)
-        rows = ((fixable, "with --fix"), (len(self.ignored), "ignored"), (len(self.known), "in the baseline"))
+        rows = (
+            (fixable, "correctable with --fix"),
+            (len(self.ignored), "ignored"),
+            (len(self.known), "in the baseline"),
+        )
         return "".join(f"; {number} {what}" for number, what in rows if number)
 
 
