@@ -15,7 +15,6 @@ import pytest
 from click.testing import CliRunner
 
 import golden
-from pidcfg.cli import report as command
 from pidcfg.cli.main import cli
 from pidcfg.report.compose import compose
 from pidcfg.report.content import Title
