@@ -39,7 +39,12 @@ ORDER = {
     "Explanation": ["why-text", "engine", "decisions", "architecture"],
 }  # fmt: skip
 """Captions of the list of contents and their pages. What is not there is left out, what is not named comes last."""
-BELOW = {**VENDOR_PAGES, "scenarios": ["Keys <scenario-keys>"], "rules": ["rules-reading", "rules-common"]}
+BELOW = {
+    **VENDOR_PAGES,
+    "scenarios": ["Keys <scenario-keys>"],
+    "settings": ["Keys <settings-keys>"],
+    "rules": ["rules-reading", "rules-common"],
+}
 """Pages that stand below another one in the list of contents."""
 
 

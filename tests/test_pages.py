@@ -14,8 +14,6 @@ from shell import captured, pidcfg
 TEXTS = {page: path.read_text("utf-8") for page, path in PAGES.items()}
 SESSIONS = {page: [step for block in blocks(text) if block.language == "console" for step in steps(block)]
             for page, text in TEXTS.items()}  # fmt: skip
-IN_WORDS = {("README.md", "pidcfg validate ../mistakes/oven.yaml --severity error"): 1}
-"""Exit codes that the text of a page tells, without a command that shows them."""
 
 
 @pytest.mark.parametrize("page", [page for page, found in SESSIONS.items() if found])
@@ -27,9 +25,7 @@ def test_commands_print_what_is_shown(page, tmp_path):
         if step.shown:
             wrong = unlike(step.shown, terminal)
             assert not wrong or not unlike(step.shown, out), f"{where}\n{wrong}\n\n{terminal}"
-        told = IN_WORDS.get((page, step.command), 0)
-        if after and after[0].command == "echo $?":
-            told = int(after[1])
+        told = int(after[1]) if after and after[0].command == "echo $?" else 0
         assert code == told, f"{where}\nends with {code}, which the page does not tell\n\n{terminal}"
 
 
@@ -59,7 +55,7 @@ def test_editors_of_an_older_draft_read_the_schemas(path):
 
 
 def test_the_readme_shows_outputs():
-    assert sum(bool(step.shown) for step in SESSIONS["README.md"]) >= 8
+    assert sum(bool(step.shown) for step in SESSIONS["README.md"]) >= 7
 
 
 @pytest.mark.parametrize(("shown", "printed", "same"), [

@@ -227,3 +227,16 @@ def test_the_schema_for_editors_agrees_with_the_command():
     for wrong in ({"selct": []}, {"strict": 1}, {"ignore": "PID2"}, {"severity": "warn"}, {"per-file-ignores": []}):
         with pytest.raises(jsonschema.ValidationError):
             jsonschema.validate(wrong, schema)
+
+
+def test_the_settings_of_the_pages_are_accepted_and_complete():
+    pages = [Path(__file__).parents[1] / "docs" / name for name in ("living-with-findings.md", "settings.md")]
+    blocks = [
+        text
+        for page in pages
+        for text in re.findall(r"^```toml\n(.*?)^```$", page.read_text("utf-8"), re.DOTALL | re.MULTILINE)
+    ]
+    shown = [tomllib.loads(text) for text in blocks if "wrong" not in text]
+    for settings in shown:
+        jsonschema.validate(settings, document_schema("settings"))
+    assert set().union(*shown) == set(KEYS), "each key is shown"
