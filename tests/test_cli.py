@@ -462,3 +462,15 @@ def test_mutated_files_never_give_a_traceback():
             assert found.span.line <= max(lines, 1), found
         if checked.encoding is not None:
             assert all(0 <= cell.raw <= 0xFFFF for cell in checked.encoding.image.cells)
+
+
+@pytest.mark.parametrize("case", sorted((ROOT / "tests" / "cases").glob("*.yaml")), ids=lambda path: path.stem)
+def test_no_configuration_makes_encode_fall_over(case):
+    """Also with --allow-errors, a configuration is encoded or refused."""
+    from click.testing import CliRunner
+
+    from pidcfg.cli.encode import command
+
+    result = CliRunner().invoke(command, [str(case), "--allow-errors", "--quiet"])
+    assert result.exception is None or isinstance(result.exception, SystemExit), result.exception
+    assert result.exit_code in {0, 1, 2}

@@ -96,7 +96,7 @@ def _configuration(name: str, limits: Limits, fmt: str) -> tuple[Any, Vendor] | 
     if name != STDIN and Path(name).suffix.lower() not in {".yaml", ".yml"}:
         return None
     checked = one_configuration(name, limits)
-    if checked.vendor is None or checked.encoding is None or checked.encoding.misfits:
+    if checked.vendor is None or checked.encoding is None or not checked.encoding.whole:
         show_errors(checked, fmt)
         raise click.ClickException(f"{name} cannot be compared")
     return checked.config, checked.vendor

@@ -51,7 +51,7 @@ def command(
 
     checked = one_configuration(file, limits)
     status = exit_code(list(checked.findings))
-    unfit = checked.encoding is None or bool(checked.encoding.misfits)
+    unfit = checked.encoding is None or not checked.encoding.whole
     if status is not Exit.OK and (unfit or not allow_errors):
         show_errors(checked, fmt)
         note("nothing was written")

@@ -152,7 +152,7 @@ def _use_configuration(loaded: Loaded, entry: Input, limits: Limits) -> None:
         cure = f"run 'pidcfg validate {loaded.config}'"
         loaded.refuse(f"{loaded.config}: line {first.span.line}: {first.message}", cure)
         return
-    if checked.encoding is None or checked.encoding.misfits:
+    if checked.encoding is None or not checked.encoding.whole:
         worst = next((d for d in checked.findings if d.severity is Severity.ERROR), None)
         reason = f": line {worst.span.line}: {worst.message}" if worst else ""
         loaded.refuse(f"{loaded.config} has no memory image{reason}", f"run 'pidcfg validate {loaded.config}'")

@@ -106,6 +106,12 @@ class Encoding:
         """Values that their registers cannot hold, each with its place."""
         return tuple((route(b.place, m.path), m) for b in self.blocks for m in b.encoded.misfits)
 
+    @property
+    def whole(self) -> bool:
+        """Whether every value has a register that can hold it: no misfit, and no block that leaves its bank."""
+        inside = all(self.space.same_bank(b.start, b.start + b.table.size - 1) for b in self.blocks)
+        return inside and not self.misfits
+
     @cached_property
     def rounded(self) -> tuple[tuple[Route, Rounded], ...]:
         """Values that their registers hold only rounded, each with its place."""

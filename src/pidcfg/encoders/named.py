@@ -103,6 +103,11 @@ class NamedEncoding:
     misfits: tuple[tuple[Route, Misfit], ...] = ()
     rounded: tuple[tuple[Route, Rounded], ...] = ()
 
+    @property
+    def whole(self) -> bool:
+        """Whether every value has a parameter that can hold it."""
+        return not self.misfits
+
 
 def store(kind: IecType, value: Decimal | Content) -> Content:
     """What a variable of this type holds of a value; raises `EncodeError` for one that it cannot hold."""

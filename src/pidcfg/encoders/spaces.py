@@ -99,6 +99,10 @@ class Space:
         """A plain number's bank, and its number there."""
         return self.banks[number // BANK], number % BANK
 
+    def same_bank(self, first: int, last: int) -> bool:
+        """Whether two plain numbers belong to one bank that there is."""
+        return first // BANK == last // BANK < len(self.banks)
+
     def name(self, number: int) -> str:
         """An address as the vendor writes it: ``DF106``."""
         bank, n = self.place(number)

@@ -86,6 +86,11 @@ class NextopidEncoding:
     rounded: tuple[tuple[Route, Rounded], ...] = ()
 
     @property
+    def whole(self) -> bool:
+        """Whether every value has a parameter that can hold it."""
+        return not self.misfits
+
+    @property
     def rings(self) -> list[list[int]]:
         """Numbers of items that form a ring without a delay."""
         passing = {
