@@ -474,3 +474,16 @@ def test_no_configuration_makes_encode_fall_over(case):
     result = CliRunner().invoke(command, [str(case), "--allow-errors", "--quiet"])
     assert result.exception is None or isinstance(result.exception, SystemExit), result.exception
     assert result.exit_code in {0, 1, 2}
+
+
+def test_decisions_are_found_without_the_extras(monkeypatch):
+    from pidcfg.cli.decisions import all_decisions
+
+    every = all_decisions()
+    for name in [
+        name for name in sys.modules if name.startswith(("pidcfg.sim.compile", "pidcfg.report", "pidcfg.pictures"))
+    ]:
+        monkeypatch.delitem(sys.modules, name)
+    for name in ("numba", "numpy", "matplotlib", "jinja2", "xlsxwriter"):
+        monkeypatch.setitem(sys.modules, name, None)
+    assert all_decisions() == every

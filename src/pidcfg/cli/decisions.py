@@ -32,11 +32,17 @@ def placed_decisions() -> list[tuple[str, Decision]]:
 
 
 def _everywhere() -> Iterator[tuple[str, Decision]]:
-    """The decisions of every module that can be imported without an extra."""
+    """The decisions of every module; those that an extra is missing for have none of their own."""
     for info in pkgutil.walk_packages(pidcfg.__path__, "pidcfg."):
         if info.name.endswith("__main__"):
             continue
-        for value in vars(import_module(info.name)).values():
+        try:
+            module = import_module(info.name)
+        except ModuleNotFoundError as error:
+            if (error.name or "").startswith("pidcfg"):
+                raise
+            continue
+        for value in vars(module).values():
             for entry in value if isinstance(value, tuple | list) else (value,):
                 if isinstance(entry, Decision):
                     yield info.name, entry
