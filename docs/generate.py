@@ -220,10 +220,16 @@ def keys(name: str, title: str) -> str:
         required = definition.get("required", [])
         for key, prop in definition.get("properties", {}).items():
             star = "*" if key in required else ""
-            text = prop.get("description", "").replace("|", "\\|")
+            text = (prop.get("description", "") + default_of(prop)).replace("|", "\\|")
             lines.append(f"| `{key}`{star} | {kind_of(prop, schema)} | {text} |")
         lines.append("")
     return NOTE + "\n".join(lines)
+
+
+def default_of(prop: Any) -> str:
+    """What a key means when it is left out, if the schema says so."""
+    value = prop.get("default")
+    return "" if value in (None, [], {}) else f" Default: `{json.dumps(value, ensure_ascii=False)}`."
 
 
 def walk(node: Any, schema: Any, label: str, seen: list[str]) -> Iterator[tuple[str, Any]]:

@@ -22,7 +22,7 @@ EPILOG = options.examples(
 @options.OUT
 @options.FORCE
 def command(vendor: str, out: str | None, force: bool) -> None:
-    """Write a starter file that passes validate, with every key explained."""
+    """Write a starter file that passes validate, with the usual keys explained."""
     from pidcfg.cli.outputs import write_files
 
     text = files("pidcfg").joinpath(VENDORS[vendor].starter).read_text(encoding="utf-8")

@@ -21,6 +21,11 @@ if TYPE_CHECKING:
 
 STDIN = "-"
 SUFFIXES = {".yaml", ".yml"}
+LIKE_OURS = (
+    re.compile(rb"^(?:vendor|scenario)\s*:", re.MULTILINE),
+    re.compile(rb"^(?:loops|config|plants|expect)\s*:", re.MULTILINE),
+)
+"""Keys at the top by which a file is ours although its ``pidcfg`` key is missing or misspelt."""
 OURS = re.compile(rb"^(?:\xef\xbb\xbf|\xff\xfe|\xfe\xff)?\t*[\"']?pidcfg[\"']?\s*:", re.MULTILINE)
 """A ``pidcfg`` key at the top; also after a tab, or in UTF-16 without its zero bytes: ours to complain about."""
 
@@ -72,7 +77,8 @@ def gather(paths: Sequence[str], limits: Limits, *, only_ours: bool = False) -> 
 
 def ours(entry: Input) -> bool:
     """Whether a file carries our key, or is ours to complain about since nobody can tell."""
-    return entry.problem is not None or OURS.search(entry.data.replace(b"\0", b"")) is not None
+    text = entry.data.replace(b"\0", b"")
+    return entry.problem is not None or bool(OURS.search(text)) or all(key.search(text) for key in LIKE_OURS)
 
 
 def _expand(paths: Sequence[str]) -> Iterator[str]:

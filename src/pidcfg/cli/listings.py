@@ -9,6 +9,7 @@ from pidcfg.encoders.image import Decoded
 from pidcfg.encoders.listing import Listing, ListingError
 from pidcfg.encoders.plain import read_settings
 from pidcfg.encoders.words import DecodeError
+from pidcfg.vendors import VENDORS
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -18,6 +19,8 @@ if TYPE_CHECKING:
     from pidcfg.limits import Limits
     from pidcfg.vendors import Vendor
 
+HEAD = 1000
+"""Characters in which a listing names its vendor."""
 FEW = 12
 """Addresses that a note lists before it only counts."""
 
@@ -30,6 +33,9 @@ def read_listing(entry: Input, vendor: Vendor, limits: Limits, kind: str | None 
     kinds = vendor.load("formats")
     chosen = kinds[kind] if kind else kind_of(text, kinds)
     if chosen is None:
+        named = next((key for key in VENDORS if f"{key} memory listing" in text[:HEAD]), None)
+        if named not in {None, vendor.key}:
+            raise ListingError(f"this is a listing of vendor {named}, not {vendor.key}")
         raise ListingError(f"this is no memory listing that pidcfg writes ({', '.join(kinds)})")
     listing: Listing = chosen.read(text)
     if listing.vendor not in {None, vendor.key}:

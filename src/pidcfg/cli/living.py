@@ -131,7 +131,9 @@ def _with_baseline(
         write_files({name: to_text(without(entries, compared.stale))}, force=True)
         living.remarks.append(f"{name}: {count(len(compared.stale), 'entry', 'entries')} removed")
         return
-    living.kept += [d for d in stale_findings(compared.stale, text, Path(name).as_posix()) if chosen(d)]
+    ignored = {entry(one.found, file_of) for one in living.ignored}
+    found = stale_findings(compared.stale, ignored, text, Path(name).as_posix())
+    living.kept += [d for d in found if chosen(d)]
 
 
 def count(number: int, one: str, many: str | None = None) -> str:

@@ -90,9 +90,9 @@ def named(code: str, select: list[str], ignore: list[str]) -> bool:
     return (not select or code.startswith(tuple(select))) and not (ignore and code.startswith(tuple(ignore)))
 
 
-def severe(found: list[Diagnostic], severity: str) -> list[Diagnostic]:
-    """The findings that are shown; the exit code does not depend on what is shown."""
-    return [d for d in found if d.severity >= Severity[severity.upper()]]
+def severe(found: list[Diagnostic], severity: str, fails: Severity) -> list[Diagnostic]:
+    """The findings that are shown: those of this severity and above, and whatever fails the run."""
+    return [d for d in found if d.severity >= min(Severity[severity.upper()], fails)]
 
 
 def examples(*lines: str) -> str:

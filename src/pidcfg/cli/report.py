@@ -33,6 +33,18 @@ EPILOG = options.examples(
 )
 
 
+def _ending(*suffixes: str) -> Callable[[click.Context, click.Parameter, str | None], str | None]:
+    """Refuses a file name that promises another kind of file."""
+
+    def checked(ctx: click.Context, param: click.Parameter, name: str | None) -> str | None:
+        if name not in {None, STDOUT} and Path(name or "").suffix.lower() not in suffixes:
+            cure = "; a browser prints the page to PDF" if Path(name or "").suffix.lower() == ".pdf" else ""
+            raise click.BadParameter(f"{name!r}; write a name that ends in {' or '.join(suffixes)}{cure}", ctx, param)
+        return name
+
+    return checked
+
+
 def _field(name: str, what: str) -> options.Decorator:
     """An option of the title block."""
     return click.option(f"--{name}", metavar="TEXT", help=f"{what}, for the title block.")
@@ -40,10 +52,12 @@ def _field(name: str, what: str) -> options.Decorator:
 
 @click.command("report", epilog=EPILOG)
 @click.argument("paths", nargs=-1, required=True, metavar="FILE...")
-@click.option("-o", "--output", "out", metavar="FILE",
+@click.option("-o", "--output", "out", metavar="FILE", callback=_ending(".html", ".htm"),
               help=f"The page; {PAGE} unless --csv or --xlsx is given, - for standard output.")  # fmt: skip
 @click.option("--csv", "csv", metavar="FOLDER", help="Write the tables as CSV files into a folder.")
-@click.option("--xlsx", "xlsx", metavar="FILE", help="Write the tables as an Excel workbook.")
+@click.option(
+    "--xlsx", "xlsx", metavar="FILE", callback=_ending(".xlsx"), help="Write the tables as an Excel workbook."
+)
 @click.option("--title", metavar="TEXT", default="Commissioning report", show_default=True, help="Title of the report.")
 @_field("project", "Project")
 @_field("customer", "Customer")

@@ -70,6 +70,8 @@ def command(
     if engine == "numba":
         need("numba", "fast")
     scenarios = wanted(list(read_inputs(paths, limits)), paths)
+    if not scenarios:
+        raise click.UsageError(f"{', '.join(paths)}: no scenario there; one begins with 'scenario: …'")
     if csv is not None and len(scenarios) != 1:
         raise click.UsageError(f"--csv takes one scenario, not {len(scenarios)}")
     report_options.refuse_inputs(reports, files_of(scenarios))
@@ -89,10 +91,11 @@ def command(
         outcomes = run_all(scenarios, settings, limits, record=bool(plot))
         charts = plots.of_runs(outcomes, plot_loops) if plot else []
         files |= plots.drawn(plot, charts, *plots.heading(outcomes))
-    fails = Severity.WARNING if strict else Severity.ERROR
-    report_options.deliver(fmt, reports, lambda name: render_runs(name, outcomes, fails))
-    if plots.TERMINAL in plot:
-        plots.show(charts)
+        # Told before trend and pictures are put in their places: a file there that differs costs no result.
+        fails = Severity.WARNING if strict else Severity.ERROR
+        report_options.deliver(fmt, reports, lambda name: render_runs(name, outcomes, fails))
+        if plots.TERMINAL in plot:
+            plots.show(charts)
     if fmt == "github" and not quiet:
         for outcome in outcomes:
             line = "cannot run" if outcome.report is None else verdict_line(outcome, outcome.report)

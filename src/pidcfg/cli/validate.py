@@ -64,6 +64,8 @@ def command(
     inputs = [entry for entry in gathered if not entry.foreign]
     skipped = len(gathered) - len(inputs)
     report_options.refuse_inputs(reports, (entry.name for entry in inputs))
+    read = [name for name in (living["baseline"], settings.of(ctx).file) if name is not None]
+    report_options.refuse_inputs(reports, read)
     if fix or diff:
         from pidcfg.cli.fixing import fixing
 
@@ -73,7 +75,7 @@ def command(
         found += findings
     left = live(found, documents, settings.of(ctx), Rules(select, ignore, **living))
     fails = Severity.WARNING if strict else Severity.ERROR
-    shown = Findings(options.severe(left.kept, severity), documents, fails)
+    shown = Findings(options.severe(left.kept, severity, fails), documents, fails)
     piped = fix and STDIN in paths  # standard output is the corrected text
     report_options.deliver(fmt, reports, lambda name: render(name, shown), aside=piped)
     for remark in () if quiet else left.remarks:

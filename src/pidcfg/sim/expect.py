@@ -19,6 +19,8 @@ if TYPE_CHECKING:
     from pidcfg.sim.plc import Plc
 
 UNITS = {"overshoot": " %", "settling_time": " s", "rise_time": " s"}
+"""Metrics of a step of the set point, with their units."""
+NO_STEP = " (no event changes the set point: there is no step to measure)"
 
 
 @dataclass(slots=True)
@@ -90,6 +92,7 @@ def _metric(wanted: Expectation, watch: Band | Gauge | None, out: Outcome) -> Ve
         time = settling_time(out.meters[loop], watch, out.last, out.dt)
         value, band = None if time is None else rounded(time), f" (band {wanted.band:f} %)"
     text = f"{wanted.loop} {name}{band} {_bounds(wanted.min, wanted.max, UNITS.get(name, ''))}"
+    text += NO_STEP if name in UNITS and out.meters[loop].event < 0 else ""
     return Verdict(text, _inside(value, wanted.min, wanted.max), value)
 
 

@@ -51,5 +51,5 @@ def unknown(path: Route, what: str, name: object, known: Iterable[str], *, key: 
     names = list(known)
     near = nearest(str(name), names)
     few = ", ".join(names[:12]) + (", …" if len(names) > 12 else "")
-    cure = f"did you mean {near}?" if near else f"known: {few}" if names else None
+    cure = f"did you mean {near}?" if near else f"known: {few}" if names else f"there is no {what} here to be named"
     return Problem(path, f"{str(name)[:60]!r} is no {what}", "unknown_name", help=cure, key=key)

@@ -16,7 +16,7 @@ from pidcfg.diagnostics import Diagnostic, Severity, Span
 from pidcfg.validate.codes import D317, LIVING, ignorable
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Mapping, Sequence
+    from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 
 VERSION = 1
 OWN_CODES = frozenset(rule.code for rule in LIVING)
@@ -124,15 +124,16 @@ def _entry(number: int, row: Mapping[str, Any]) -> Entry:
     return Entry(**row)
 
 
-def stale_findings(stale: Sequence[Entry], text: str, file: str) -> list[Diagnostic]:
-    """Entries that no longer occur, as findings at their lines of the file."""
+def stale_findings(stale: Sequence[Entry], ignored: Collection[Entry], text: str, file: str) -> list[Diagnostic]:
+    """Entries that no longer occur, or are ``ignored`` by a comment now, as findings at their lines of the file."""
     lines = text.splitlines()
     where = {line.strip().rstrip(","): number for number, line in reversed(list(enumerate(lines, start=1)))}
     found = []
     for e in stale:
         line = where.get(json.dumps(e._asdict(), ensure_ascii=False), 1)
         column = len(lines[line - 1]) - len(lines[line - 1].lstrip()) + 1
-        message = f"{e.code} no longer occurs in {e.file}" + (f" at {e.path}" if e.path else "") + f": {e.message}"
+        gone = "is ignored by a comment now" if e in ignored else "no longer occurs"
+        message = f"{e.code} {gone} in {e.file}" + (f" at {e.path}" if e.path else "") + f": {e.message}"
         found.append(Diagnostic(
             "PID048", Severity.WARNING, message, file, Span(line, column, line, max(column, len(lines[line - 1])) + 1),
             reference=str(D317), help="--shrink-baseline removes it",

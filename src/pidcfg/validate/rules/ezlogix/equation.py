@@ -201,7 +201,7 @@ def derivative_time_below_sample_rate(context: EzlogixContext) -> Iterator[Findi
         times = view.holds("derivative_time", "sample_rate")
         if times and 0 < times[0] < times[1] and not at_defaults(view):
             yield view.find("tuning", "derivative_time", derivative=decimal_text(times[0]),
-                            sample=decimal_text(times[1]), times=f"{times[0] / times[1]:.2g}")  # fmt: skip
+                            sample=decimal_text(times[1]), times=f"{float(times[0] / times[1]):.4g}")  # fmt: skip
 
 
 @rule(

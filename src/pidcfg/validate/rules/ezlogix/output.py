@@ -75,7 +75,8 @@ def cv_limits_not_ascending(context: EzlogixContext) -> Iterator[Finding]:
     name="anti-windup-blind-to-limits",
     severity=Severity.WARNING,
     basis=D188,
-    message="anti-windup acts at 0 and 4095 counts only: at the CV limits {low} and {high} the integral goes on",
+    message="anti-windup acts at 0 and 4095 counts only: while the CV is held at {limits}, the integral goes on until the "
+    "calculated CV is there",
 )
 def anti_windup_blind_to_limits(context: EzlogixContext) -> Iterator[Finding]:
     """The CV limits are narrower than 0 to 4095, and anti-windup is to protect the integral.
@@ -91,7 +92,8 @@ def anti_windup_blind_to_limits(context: EzlogixContext) -> Iterator[Finding]:
         if limits is None or limits == (0, CV_FULL) or looks_like_percent(view):
             continue
         if view.loop.anti_windup and view.integrates:
-            yield view.find("output", "limits", low=view.cv(limits[0]), high=view.cv(limits[1]))
+            held = [view.cv(own) for own, end in zip(limits, (0, CV_FULL), strict=True) if own != end]
+            yield view.find("output", "limits", limits=" or ".join(held))
 
 
 @rule(

@@ -276,7 +276,7 @@ def cycle_wears_relays(context: EzlogixContext) -> Iterator[Finding]:
     for view, p in pulses(context):
         if p.cycle < SPARING:
             times = YEAR / p.cycle / MILLION
-            yield view.find("output", "pulse", "cycle_time", cycle=decimal_text(p.cycle), times=f"{times:.2g}")
+            yield view.find("output", "pulse", "cycle_time", cycle=decimal_text(p.cycle), times=f"{float(times):.3g}")
 
 
 def seconds(value: Decimal) -> str:
