@@ -357,3 +357,10 @@ def test_the_title_block_holds_what_was_given():
 
 def test_a_text_in_a_style_sheet_is_nothing_but_a_text():
     assert css_string('a"b</style>\\é') == '"a\\22 b\\3c \\2f style\\3e \\5c \\e9 "'
+
+
+def test_a_finding_that_is_reported_once_stands_on_the_sheet_of_every_loop_it_concerns():
+    sheets = {sheet.name: sheet for _, sheet in example("dl06/extruder").loops}
+    once = next(d for sheet in sheets.values() for d in sheet.findings if d.also)
+    assert all(once in sheets[name].findings for name in (once.loop, *once.also))
+    assert len(once.also) > 1

@@ -55,6 +55,8 @@ class Diagnostic:
     span: Span = START
     path: Path = ()
     loop: str | None = None
+    also: tuple[str, ...] = ()
+    """Further loops that it concerns, where it is reported once."""
     plc_effect: str | None = None
     reference: str | None = None
     help: str | None = None

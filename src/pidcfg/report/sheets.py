@@ -96,7 +96,7 @@ def _loop_sheet(
         blocks=() if named else blocks_of(encoding, i, sides(loop), settled),
         parameters=parameters_of(image, loop.name, lambda _: sense) if named else (),
         outside=tuple((key, value) for key, value in flat(outside) if not key.startswith((DEVICES, *PLACES))),
-        findings=tuple(d for d in findings if d.loop == loop.name and d.file == checked.document.file),
+        findings=tuple(d for d in findings if loop.name in {d.loop, *d.also} and d.file == checked.document.file),
     )
 
 

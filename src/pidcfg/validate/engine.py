@@ -106,6 +106,7 @@ def place(rule: Rule, found: Finding, doc: Document) -> Diagnostic:
         span=span_in(doc, found),
         path=found.path,
         loop=loop_name(doc, found.path),
+        also=found.also,
         plc_effect=found.plc_effect,
         reference=str(found.basis or rule.basis),
         help=found.fix or rule.part("Fix"),

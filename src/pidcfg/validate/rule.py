@@ -8,8 +8,8 @@ from __future__ import annotations
 
 import inspect
 import re
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -32,9 +32,22 @@ class Finding:
     basis: Basis | None = None
     offset: int | None = None
     """The character (0-based) that is meant within a value; None: all of it."""
+    also: tuple[str, ...] = ()
+    """Further loops that it concerns, where it is reported once."""
 
 
 Check = Callable[[Any], Iterator[Finding]]
+
+
+NAMED = 8
+"""Loops that a message names before it only counts."""
+
+
+def once(found: Finding, others: Sequence[str]) -> Finding:
+    """A finding that is reported once for several loops; its message names the ``others``."""
+    more = f" and {len(others) - NAMED} more" if len(others) > NAMED else ""
+    text = f", as in {', '.join(others[:NAMED])}{more}" if others else ""
+    return replace(found, also=tuple(others), values={**found.values, "others": text})
 
 
 @dataclass(frozen=True, slots=True)

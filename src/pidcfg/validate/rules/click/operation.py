@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from pidcfg.diagnostics import Severity
 from pidcfg.refs import CLICK
 from pidcfg.schemas.click import D100, EFFECT
-from pidcfg.validate.rule import rule
+from pidcfg.validate.rule import once, rule
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -112,6 +112,5 @@ def auto_is_not_downloaded(context: ClickContext) -> Iterator[Finding]:
     """
     found = [view for view in context.loops if view.loop.mode == "auto" and not view.errors]
     if found:
-        more = len(found) - 1
-        others = f" (the same for {more} more loop{'s' if more > 1 else ''})" if more else ""
-        yield found[0].find("mode", register=found[0].register("auto_request"), others=others)
+        first, *others = found
+        yield once(first.find("mode", register=first.register("auto_request")), [view.loop.name for view in others])

@@ -8,7 +8,7 @@ from pidcfg.diagnostics import Severity
 from pidcfg.encoders.maps.click import SETPOINT_CROSSED
 from pidcfg.refs import CLICK, Decision
 from pidcfg.schemas.click import EFFECT
-from pidcfg.validate.rule import Finding, rule
+from pidcfg.validate.rule import Finding, once, rule
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -252,9 +252,8 @@ def setpoint_replaced_by_pv(context: ClickContext) -> Iterator[Finding]:
         if view.loop.mode == "auto" and view.loop.bumpless == 1 and view.loop.setpoint.value is not None
     ]
     if found:
-        more = len(found) - 1
-        others = f", as in {more} more loop{'s' if more > 1 else ''}" if more else ""
-        yield found[0].find("setpoint", "value", value=found[0].shown("setpoint"), others=others)
+        first, *others = found
+        yield once(first.find("setpoint", "value", value=first.shown("setpoint")), [view.loop.name for view in others])
 
 
 @rule(

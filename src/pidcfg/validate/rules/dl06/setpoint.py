@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from pidcfg.diagnostics import Severity
 from pidcfg.encoders.plain import switched_on
 from pidcfg.refs import DL06, Decision
-from pidcfg.validate.rule import Finding, rule
+from pidcfg.validate.rule import Finding, once, rule
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -114,9 +114,8 @@ def setpoint_replaced_on_transfer(context: Dl06Context) -> Iterator[Finding]:
         if view.loop.mode == "auto" and view.loop.bumpless == "I" and view.loop.setpoint.value is not None
     ]
     if found:
-        more = len(found) - 1
-        others = f", as in {more} more loop{'s' if more > 1 else ''}" if more else ""
-        yield found[0].find("setpoint", "value", value=found[0].shown("setpoint"), others=others)
+        first, *others = found
+        yield once(first.find("setpoint", "value", value=first.shown("setpoint")), [view.loop.name for view in others])
 
 
 @rule(

@@ -9,7 +9,7 @@ from pidcfg.encoders.dl06.encode import LOOP_SIZE
 from pidcfg.encoders.maps.dl06 import CPU, D03, LOOP_TABLE
 from pidcfg.refs import DL06
 from pidcfg.schemas.octal import v_name
-from pidcfg.validate.rule import Finding, rule
+from pidcfg.validate.rule import Finding, once, rule
 from pidcfg.validate.rules.dl06.ramp_soak import tables
 from pidcfg.validate.rules.dl06.setup import between
 
@@ -201,7 +201,7 @@ def _in_tables(context: Dl06Context, address: int) -> str:
     severity=Severity.INFO,
     basis=D03,
     message="{word} holds {digits}: slot {slot} by the manual's table (1 to 4), but its text counts slots from "
-    "0{hexadecimal}",
+    "0{hexadecimal}{others}",
 )
 def slot_counted_two_ways(context: Dl06Context) -> Iterator[Finding]:
     """The manual counts the slots of the option cards in two ways.
@@ -212,12 +212,16 @@ def slot_counted_two_ways(context: Dl06Context) -> Iterator[Finding]:
 
     Fix: nothing, once the first download has shown that the PV follows the right terminal.
     """
-    for view in context.loops:
-        for key, transfer in (("pv", view.loop.pv.transfer), ("output", view.loop.output.transfer)):
-            channel = channel_of(transfer)
-            if channel is not None:
-                yield _slot(view, key, *channel)
-                return
+    found = [
+        (view, key, channel)
+        for view in context.loops
+        for key, transfer in (("pv", view.loop.pv.transfer), ("output", view.loop.output.transfer))
+        if (channel := channel_of(transfer)) is not None
+    ]
+    if found:
+        view, key, channel = found[0]
+        names = dict.fromkeys(other.loop.name for other, _, _ in found)
+        yield once(_slot(view, key, *channel), [name for name in names if name != view.loop.name])
 
 
 def _slot(view: LoopView, key: str, slot: int, channel: int) -> Finding:

@@ -12,7 +12,7 @@ from pidcfg.encoders.plain import switched_on
 from pidcfg.encoders.words import EncodeError, bcd_digits
 from pidcfg.refs import DL06, Decision
 from pidcfg.schemas.base import decimal_text
-from pidcfg.validate.rule import Finding, rule
+from pidcfg.validate.rule import Finding, once, rule
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -45,7 +45,7 @@ LARGEST_LIMIT = 20
     severity=Severity.WARNING,
     basis=D01,
     message="reset {value} {unit} is stored as {digits}: {one} {unit} by the manual's feature table (xxx.x), "
-    "{two} {unit} by its text (xx.xx)",
+    "{two} {unit} by its text (xx.xx){others}",
 )
 def reset_has_two_readings(context: Dl06Context) -> Iterator[Finding]:
     """The manual contradicts itself about the decimals of the reset word, and the file takes no side.
@@ -58,16 +58,20 @@ def reset_has_two_readings(context: Dl06Context) -> Iterator[Finding]:
     """
     if "reset_decimals" in context.config.plc.model_fields_set:
         return
-    for view in context.loops:
-        value = reset_value(view.loop)
-        if view.reset is not None:
-            try:
-                digits = bcd_digits(RESET[1].encode(value))
-            except EncodeError:
-                continue
-            yield view.find("tuning", "reset", value=decimal_text(value), unit=reset_unit(view), digits=f"{digits:04}",
-                            one=digits * RESET[1].step, two=digits * RESET[2].step)  # fmt: skip
-            return
+    found = [(view, digits) for view in context.loops if (digits := reset_digits(view)) is not None]
+    if found:
+        view, digits = found[0]
+        first = view.find("tuning", "reset", value=decimal_text(reset_value(view.loop)), unit=reset_unit(view),
+                          digits=f"{digits:04}", one=digits * RESET[1].step, two=digits * RESET[2].step)  # fmt: skip
+        yield once(first, [other.loop.name for other, _ in found[1:]])
+
+
+def reset_digits(view: LoopView) -> int | None:
+    """The digits of the reset word; None where it has none."""
+    try:
+        return None if view.reset is None else bcd_digits(RESET[1].encode(reset_value(view.loop)))
+    except EncodeError:
+        return None
 
 
 def reset_unit(view: LoopView) -> str:

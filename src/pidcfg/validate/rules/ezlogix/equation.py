@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from pidcfg.diagnostics import Severity
 from pidcfg.refs import EZLOGIX, Decision
 from pidcfg.schemas.base import decimal_text
-from pidcfg.validate.rule import rule
+from pidcfg.validate.rule import once, rule
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -62,9 +62,9 @@ def velocity_is_not_incremental(context: EzlogixContext) -> Iterator[Finding]:
     """
     found = [view for view in context.loops if view.loop.algorithm == "velocity" and view.held("derivative_time")]
     if found:
-        more = len(found) - 1
-        others = f", as in {more} more loop{'s' if more > 1 else ''}" if more else ""
-        yield found[0].find("algorithm", sign="+" if found[0].loop.action == "direct" else "-", others=others)
+        first, *others = found
+        sign = "+" if first.loop.action == "direct" else "-"
+        yield once(first.find("algorithm", sign=sign), [view.loop.name for view in others])
 
 
 @rule(
