@@ -188,6 +188,7 @@ def test_a_cure_that_stops_the_machine_says_so():
     cures = [meaning.cure for meaning in every_meaning() if "Program to Run" in meaning.cure]
     assert len(cures) == 7
     assert all("This stops the machine" in cure and "in Manual" in cure for cure in cures)
+    assert pages("addr+31")[0].by.endswith("changes between Program and Run, and Program mode stops the machine")
 
 
 def test_a_reading_that_no_manual_prints_says_so():
@@ -255,7 +256,7 @@ def test_errors_of_the_click_name_what_can_be_their_cause():
     assert "100 to 30000 ms" in codes[10].title
     assert codes[21].meaning.rules == codes[22].meaning.rules == ()
     assert codes[23].meaning.rules == ("PID311", "PID312")
-    assert "upper bound" in codes[30].meaning.cure
+    assert "an upper bound too, which is not known" in codes[30].meaning.cure
 
 
 def test_a_block_by_its_name():

@@ -175,6 +175,8 @@ def _ramp_soak(table: int, loop: str, known: Setting) -> Iterator[tuple[int, Cla
             yield number, Claim(RAMP_SOAK_PAIR, word, loop, known, f"ramp_soak[{step}].")
 
 
+LATE = {key: f"{text}, and Program mode stops the machine" if "Program" in text else text
+        for key, text in READ_LATE.items()}  # fmt: skip
 REGIONS = (
     *((first, last, "a word of user V-memory in which loop tables may lie") for first, last in (CPU.lower, CPU.upper)),
     (*CPU.non_volatile, "a word of user V-memory that is kept without power (few writes)"),
@@ -209,7 +211,7 @@ EXPLAINER = RegisterBook(
     remark=remark,
     root=D16,
     writers=WRITERS,
-    late=READ_LATE,
+    late=LATE,
     hexadecimal=True,
     regions=REGIONS,
 )

@@ -67,7 +67,7 @@ def _code(error: PidError) -> Code:
         "number": "Write a number into the register; a calculation of the program has left something else there.",
         "limits": "Write a value that is allowed."
         + (f" {NOT_WRITTEN}" if error.low is not None and error.low > 0 else "")
-        + (" The help names an upper bound too, but not which." if error.number == OUTPUT_BELOW_ZERO else ""),
+        + (" There is an upper bound too, which is not known." if error.number == OUTPUT_BELOW_ZERO else ""),
     }[wrong]
     rules = {"crossed": CROSSED_RULES, "number": (), "limits": ("PID101",)}[wrong]
     if error.number == OUTPUT_BELOW_ZERO:
