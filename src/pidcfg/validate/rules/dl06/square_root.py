@@ -53,7 +53,7 @@ def square_root_rescales_setpoint(context: Dl06Context) -> Iterator[Finding]:
     severity=Severity.INFO,
     basis=D16,
     message="the {alarm} alarm at {value} compares the raw PV: it comes at a flow of {flow} % of full scale, not "
-    "{percent} %",
+    "{percent} %{others}",
 )
 def square_root_alarm_scale(context: Dl06Context) -> Iterator[Finding]:
     """Alarms of a square-root loop are on the scale of the differential pressure, not of the flow.
@@ -66,13 +66,14 @@ def square_root_alarm_scale(context: Dl06Context) -> Iterator[Finding]:
     for view in context.loops:
         if not view.loop.pv.square_root or not view.pv_alarms or view.bipolar:
             continue
-        for key in ("low_low", "low", "high", "high_high"):
-            counts, scale = view.counts(f"pv_{key}"), view.scales["pv"]
-            if counts is not None and 0 < counts < scale.format.maximum:
-                share = counts / scale.format.maximum
-                yield view.find("alarms", "pv", key, alarm=key, value=view.shown(f"pv_{key}"),
-                                flow=f"{100 * share**0.5:.0f}", percent=f"{100 * share:.0f}")  # fmt: skip
-                break
+        full = view.scales["pv"].format.maximum
+        held = {key: view.counts(f"pv_{key}") for key in ("low_low", "low", "high", "high_high")}
+        shares = {key: counts / full for key, counts in held.items() if counts is not None and 0 < counts < full}
+        texts = {key: (f"{100 * share**0.5:.0f}", f"{100 * share:.0f}") for key, share in shares.items()}
+        for key in list(texts)[:1]:
+            more = [f"{other} at {flow} %, not {percent} %" for other, (flow, percent) in texts.items() if other != key]
+            yield view.find("alarms", "pv", key, alarm=key, value=view.shown(f"pv_{key}"), flow=texts[key][0],
+                            percent=texts[key][1], others="".join(f"; {text}" for text in more))  # fmt: skip
 
 
 @rule(
