@@ -107,7 +107,7 @@ def test_status_words_of_other_vendors(tmp_path):
                      "--floats", "DF101")  # fmt: skip
     assert click["DS101"].endswith("reset time (DFn+06) is not within 0.01 to 6000 s")
     assert click["DF107"].endswith("Integral or reset time (I): 120 s")
-    assert click["C110"].endswith("Forward (direct) or reverse action: reverse")
+    assert click["C110"].endswith("reverse (inferred, not printed: compare the PID window, D100)")
     ez = lines_of(
         tmp_path, "R113 0005\nR104 0578\nR112 FFFF\n", "ezlogix", "--registers", "R101", "--discretes", "S101"
     )
@@ -128,3 +128,38 @@ def test_the_result_goes_to_a_file(tmp_path):
     out = tmp_path / "out.txt"
     assert annotate(EXAMPLES / "dl06/golden/reactor.txt", "dl06", "-o", str(out)).exit_code == 0
     assert out.read_text("utf-8").startswith("address")
+
+
+def test_words_about_the_pv_before_the_root_are_no_flow(tmp_path):
+    text = (EXAMPLES / "dl06/golden/flow.txt").read_text("utf-8")
+    found = lines_of(tmp_path, text.replace("V10003  0000      0", "V10003  0640   1600"))
+    assert found["V10002"].endswith("Set point (SP): 75 m3/h")
+    assert found["V10003"].endswith("(PV): 39.07 % of the signal before the root (75.01 m3/h)")
+    assert found["V10014"].endswith("PV low alarm: 6.667 % of the signal before the root (30.98 m3/h)")
+    assert found["V10022"].endswith("PV alarm hysteresis: 1.661 % of the signal before the root")
+    reactor = lines_of(tmp_path, REACTOR)
+    assert not [line for line in reactor.values() if "before the root" in line]
+
+
+def test_a_reset_time_has_one_decimal_or_two(tmp_path):
+    found = lines_of(tmp_path, REACTOR)
+    assert found["V2051"].endswith("Reset (integral) time: 180 s (18 s if the word has two decimals: D01)")
+    stated = lines_of(tmp_path, REACTOR, "dl06", "--reset-decimals", "2")
+    assert stated["V2051"].endswith("Reset (integral) time: 18 s")
+
+
+def test_the_direction_of_a_block_is_told_in_words():
+    result = annotate(EXAMPLES / "nextopid/golden/furnace.txt", "nextopid")
+    lines = {line.split()[0]: line for line in result.stdout.splitlines()}
+    assert lines["TIC_1.Direct"].endswith("FALSE  BOOL  reverse: MV falls when PV rises (heating)")
+    assert lines["FAN.Direct"].endswith("TRUE  BOOL  direct: MV rises when PV rises (cooling)")
+    assert lines["TIC_1.Manual"].endswith("Manual mode: false")
+    assert not [line for line in lines.values() if "TRUE:" in line]
+
+
+def test_the_error_of_a_root_is_counts_of_the_root(tmp_path):
+    text = "R112 FFF0\nS103 1\n"
+    options = ("--registers", "R101", "--discretes", "S101")
+    assert lines_of(tmp_path, text, "ezlogix", *options)["R112"].endswith("-16 counts of the root of the PV")
+    plain = text.replace("S103 1", "S103 0")
+    assert lines_of(tmp_path, plain, "ezlogix", *options)["R112"].endswith("-16 counts of the PV")

@@ -159,13 +159,123 @@ def test_every_error_number_and_status_has_a_meaning():
     }
 
 
-def test_every_rule_that_a_meaning_names_exists():
-    meanings = [
+def test_every_switch_that_tells_what_true_is_has_both_states():
+    for key in ("nextopid", "dpide", "generic"):
+        book = VENDORS[key].load("explainer")
+        switches = [(table, row) for table, rows in book.tables.items() for row in rows.rows if row.type.kind == "bool"]
+        names = {row.name for table, row in switches if book.meaning(table, row).startswith(("TRUE", "FALSE"))}
+        assert names
+        assert {(name, state) for name in names for state in (True, False)} <= set(book.states or {})
+    assert {page.title.partition(" [")[0] for page in pages("Direct=FALSE")} == {"a switch"}
+    result = run("Direct=FALSE", "PID_MAN=1", "PID_DIR=0", "PID_MODE=2")
+    assert not re.search(r"TRUE: TRUE|FALSE: TRUE|\n  off ", result.output)
+
+
+# --- what must not mislead -------------------------------------------------------------------------------------------
+
+DIRECTION = re.compile(r"wrong way round|the controller action is the wrong one|a wrong controller action")
+
+
+def test_no_meaning_sends_people_to_turn_the_direction_round():
+    for meaning in every_meaning():
+        assert not DIRECTION.search(f"{meaning.effect} {meaning.cure}")
+    (output,) = pages("addr+05")
+    assert "right while the PV of a heating loop is above its SP" in output.meaning.effect
+    assert "Never change bit 4 before" in output.meaning.cure
+
+
+def test_a_cure_that_stops_the_machine_says_so():
+    cures = [meaning.cure for meaning in every_meaning() if "Program to Run" in meaning.cure]
+    assert len(cures) == 7
+    assert all("This stops the machine" in cure and "in Manual" in cure for cure in cures)
+    assert pages("addr+31")[0].by.endswith("changes between Program and Run, and Program mode stops the machine")
+
+
+def test_a_reading_that_no_manual_prints_says_so():
+    for name in ("Cn+06=1", "Cn+07", "Cn+09=1"):
+        (page,) = pages(name)
+        assert "inferred, not printed" in page.meaning.effect
+        assert "D100" in page.reference
+    assert (
+        "Forward/Reverse in the PID window before the first Auto" in pages("action", vendor="click")[0].meaning.effect
+    )
+    assert pages("action", vendor="click")[0].meaning.rules == ("PID308",)
+
+
+def test_the_start_of_the_autotune_is_told_as_by_the_rule():
+    (page,) = pages("addr+06.13")
+    cure = page.points[0].meaning.cure
+    assert "at least 205 counts" in cure
+    assert "below the SP of a direct-acting loop, above that of a reverse-acting one (D28)" in cure
+    assert page.points[0].meaning.rules == ("PID299",)
+
+
+def test_after_an_auto_tuning_nothing_controls():
+    results = {name: m for name, m in nextopid_meanings.BITS.items() if name.startswith("AutoTuneResult.")}
+    assert len(results) == 14
+    for meaning in results.values():
+        assert "nothing controls until AutoTune is FALSE" in meaning.effect
+        assert "Switch AutoTune off" in meaning.cure
+
+
+def test_the_dead_band_of_the_switch_has_no_zero():
+    (own,) = pages("ControlON_OFF.ErrBits.DeadBand")
+    assert own.meaning.cure.startswith("Set DeadBand above 0")
+    (group,) = pages("ControlON_OFF.ErrBits=3")
+    assert "Set DeadBand above 0" in " ".join(p.meaning.cure for p in group.points)
+    both = pages("ErrBits.DeadBand")
+    assert [("ControlON_OFF" in p.title, "above 0" in p.meaning.cure) for p in both] == [(False, False), (True, True)]
+
+
+def test_a_limit_is_no_first_thing_to_widen():
+    (page,) = pages("AT5")
+    assert page.meaning.cure.index("Bring the CV") < page.meaning.cure.index("only if the plant bears it")
+    assert "put it back" in page.meaning.cure
+
+
+@pytest.mark.parametrize(
+    ("thing", "by"),
+    [
+        ("addr+03", "the ladder program, or the PLC by auto transfer (+36)"),
+        ("addr+04", "the PLC; the program too, for feedforward"),
+        ("addr+05", "the PLC in Automatic and Cascade; in Manual the operator or the program"),
+        ("addr+06", "the PLC: it is a status, only to be read"),
+        ("DFn+11", "the program"),
+        ("DFn+08", "the PLC in Auto; in Manual the operator or the program"),
+        ("DPIDE.I_MV", "the PLC; the program may read, clear or change it"),
+    ],
+)
+def test_who_writes_a_word(thing, by):
+    assert [page.by for page in pages(thing)] == [by]
+
+
+def test_errors_of_the_click_name_what_can_be_their_cause():
+    codes = {code.number: code for code in click_meanings.CODES}
+    never = {number for number, code in codes.items() if "never written" in code.meaning.cure}
+    assert never == {10, 12, 13, 26, 27, 200}, "their 0 is not allowed"
+    assert "100 to 30000 ms" in codes[10].title
+    assert codes[21].meaning.rules == codes[22].meaning.rules == ()
+    assert codes[23].meaning.rules == ("PID311", "PID312")
+    assert "an upper bound too, which is not known" in codes[30].meaning.cure
+
+
+def test_a_block_by_its_name():
+    (page,) = pages("PIDA_REAL")
+    assert (page.kind, page.holds.partition(",")[0]) == ("structure", "SP")
+
+
+def every_meaning():
+    """All meanings of all vendors."""
+    return [
         *dl06_meanings.BITS.values(), *dl06_meanings.WORDS.values(), *click_meanings.WORDS.values(),
         *ezlogix_meanings.WORDS.values(), *nextopid_meanings.BITS.values(), *nextopid_meanings.GROUPS.values(),
+        *nextopid_meanings.OWN_BITS.values(),
         *(c.meaning for m in (click_meanings, ezlogix_meanings, dpide_meanings) for c in m.CODES),
     ]  # fmt: skip
-    assert {rule for meaning in meanings for rule in meaning.rules} <= set(all_rules())
+
+
+def test_every_rule_that_a_meaning_names_exists():
+    assert {rule for meaning in every_meaning() for rule in meaning.rules} <= set(all_rules())
 
 
 @pytest.mark.parametrize(
@@ -188,11 +298,39 @@ def test_every_form_that_is_offered_works(vendor, example):
         ("gain=0125", "1.25 %/%"),
         ("gain=0000", "0 %/%: switched off"),
         ("loop_table=0400", "V2000"),
-        ("pv_transfer=0102", "base 0, slot 1, channel 2: the CPU reads or writes it itself"),
+        ("pv_transfer=0102", "base 0, slot 1, channel 2: the CPU reads it itself"),
         ("pv_transfer=8400", "V2000: the CPU reads this word"),
         ("DFn+05=2.5", "2.5"),
         ("DSn+05=500", "0.5 s"),
-        ("Cn+09=1", "reverse"),
+        ("Cn+09=1", "reverse (inferred, not printed: compare the PID window, D100)"),
+        ("Cn+06=0", "open (inferred, not printed: compare the PID window, D100)"),
+        ("output_transfer=0102", "base 0, slot 1, channel 2: the CPU writes it itself"),
+        ("output_transfer=8100", "V400: not allowed, the output goes to a slot and channel only"),
+        ("pv_transfer=0910", "base 0, slot 9, channel 16: not allowed, only slot 1 to 4"),
+        ("pv_transfer=0A20", "base 0, slot 10, channel 32: not allowed, only slot 1 to 4, channel 1 to 16"),
+        ("pv_transfer=1102", "base 1, slot 1, channel 2: not allowed, only base 0"),
+        ("pv_transfer=8200", "V1000: not allowed, only V400 to V677, V1200 to V7377, V10000 to V17777"),
+        ("addr+24=0010", "1"),
+        ("addr+24=0020", "2 (above 1 the filter is switched off)"),
+        ("addr+25=0020", "20"),
+        ("addr+25=0030", "30 (not within 0 to 20)"),
+        ("V7641=0008", "8"),
+        ("V7641=0009", "9 (not within 0 to 8)"),
+        ("addr+07=0000", "0 s (not within 0.05 to 99.99)"),
+        ("addr+11=1500", "150 s or min (15 s or min if the word has two decimals: D01)"),
+        ("addr+11=9999", "999.9 s or min: switched off"),
+        ("ramp+01=0205", "2.05 counts of the data format a second"),
+        ("ramp+01=0000", "0 counts of the data format a second: ends the profile"),
+        ("integral_time=60001", "6000.1 s (not within 0 to 6000)"),
+        ("PID_MODE=3", "3 (no mode; the modes are 0, 1, 2)"),
+        ("PID_MODE=-1", "-1 (no mode; the modes are 0, 1, 2)"),
+        ("CYCLE=0", "0 ms (the PLC takes 1 ms)"),
+        ("CYCLE=40000", "40000 ms"),
+        ("CYCLE=50000", "50000 ms (the PLC takes 40000 ms)"),
+        ("Kc_Kp=-2", "-2 (counts as 0: no proportional term, in the dependent form no control at all)"),
+        ("Ti_Ki=0", "0 (no integral)"),
+        ("PIDA_REAL.Direct=FALSE", "reverse: MV falls when PV rises (heating)"),
+        ("ControlON_OFF.Direct=TRUE", "direct: MV rises when PV rises (cooling)"),
         ("TANK1_PID_ErrorCode=0", "no PID error"),
         ("Base+12=9", "a gain or time is out of range"),
         ("integral_time=125", "12.5 s"),
@@ -376,7 +514,7 @@ def test_a_configuration_tells_loop_line_and_value():
         ("R102", "ezlogix/oven.yaml", "180 degC", "loops[0].setpoint.value"),
         ("OVEN.SV", "dpide/oven.yaml", "80 degC", "loops[0].SV"),
         ("D100", "dpide/oven.yaml", "80 degC", "loops[0].SV"),
-        ("TIC_1.Kp", "nextopid/override.yaml", "2", "loops[0].Kp"),
+        ("TIC_1.Kp", "nextopid/override.yaml", "2 %/degC", "loops[0].Kp"),
         ("TIC-1.tuning.gain", "generic/boiler.yaml", "1.2 m3/h/degC", "loops[0].tuning.gain"),
     ],
 )
@@ -385,6 +523,34 @@ def test_configurations_of_every_vendor(thing, file, text, key):
     assert result.exit_code == 0, result.output
     page = json.loads(result.output)["explanations"][-1]  # D100 is a decision too
     assert (page["value"]["text"], page["set_by"][0]["key"]) == (text, key)
+
+
+@pytest.mark.parametrize(
+    ("thing", "file", "text"),
+    [
+        ("V10013", "flow.yaml", "2.491 % of the signal before the root (18.94 m3/h) (decimal 102)"),
+        ("V10014", "flow.yaml", "6.667 % of the signal before the root (30.98 m3/h) (decimal 273)"),
+        ("V10015", "flow.yaml", "87.5 % of the signal before the root (112.2 m3/h) (decimal 3583)"),
+        ("V10016", "flow.yaml", "95.82 % of the signal before the root (117.5 m3/h) (decimal 3924)"),
+        ("V10022", "flow.yaml", "1.661 % of the signal before the root (decimal 68)"),
+        ("V10002", "flow.yaml", "75 m3/h (decimal 40)"),
+        ("V10003=0640", "flow.yaml", "39.07 % of the signal before the root (75.01 m3/h) (decimal 1600)"),
+        ("V10011", "flow.yaml", "3 s (0.3 s if the word has two decimals: D01)"),
+    ],
+)
+def test_words_about_the_pv_before_the_root_are_no_flow(thing, file, text):
+    result = run(thing, "--in", str(EXAMPLES / "dl06" / file), "--format", "json")
+    (page,) = json.loads(result.output)["explanations"]
+    assert page["value"]["text"] == text
+    assert ("before the root" in text) == any("decision D16" in note for note in page["notes"])
+
+
+def test_a_reset_time_whose_decimals_are_stated_is_not_doubted(tmp_path):
+    text = (EXAMPLES / "dl06/flow.yaml").read_text("utf-8")
+    path = tmp_path / "flow.yaml"
+    path.write_text(text.replace("plc:\n", "plc:\n  reset_decimals: 1\n"), "utf-8")
+    result = run("V10011", "--in", str(path), "--format", "json")
+    assert json.loads(result.output)["explanations"][0]["value"]["text"] == "3 s"
 
 
 def test_a_configuration_decides_the_vendor():

@@ -13,6 +13,11 @@ if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
 NAME = "generic"
+STATES = {
+    ("output_raises_pv", True): "PV rises when the output rises (as in heating)",
+    ("output_raises_pv", False): "PV falls when the output rises (as in cooling)",
+}
+"""What a switch chooses."""
 
 
 def split(name: str, settings: Sequence[Mapping[str, Any]]) -> tuple[str, str | None, str]:  # noqa: ARG001 - one kind of loop
@@ -28,4 +33,5 @@ EXPLAINER = NamedBook(
     text=lambda _, name: key_text("generic", name),
     forms=(("a field of the neutral form", "generic.tuning.gain"),),
     split=split,
+    states=STATES,
 )

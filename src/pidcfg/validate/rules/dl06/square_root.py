@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from pidcfg.diagnostics import Severity
+from pidcfg.encoders.maps.dl06 import D16
 from pidcfg.encoders.words import nearest
 from pidcfg.refs import DL06, Decision
 from pidcfg.validate.rule import Finding, rule
@@ -16,13 +17,6 @@ if TYPE_CHECKING:
 
 ROOT = DL06.at("Process Variable (PV) Configuration, IMPORTANT")
 
-D16 = Decision(
-    16, "the scale of a square-root loop",
-    "The set point runs from 0 to the root of the span (0 to 64 counts for 12 bit); error = SP − √PV is normalised "
-    "by that root; alarms compare the raw PV, deviation alarms with SP².",
-    "The manual divides the desired SP by the root of the analog span. A full-scale error keeps its full-scale "
-    "effect; the alarm words have no root in the manual's figures.",
-)  # fmt: skip
 D17 = Decision(
     17, "the root of a negative PV is 0", "With square-root extract a negative PV counts as 0.",
     "A differential-pressure signal is not negative, and the manual says nothing about one.",
@@ -59,7 +53,7 @@ def square_root_rescales_setpoint(context: Dl06Context) -> Iterator[Finding]:
     severity=Severity.INFO,
     basis=D16,
     message="the {alarm} alarm at {value} compares the raw PV: it comes at a flow of {flow} % of full scale, not "
-    "{percent} %",
+    "{percent} %{others}",
 )
 def square_root_alarm_scale(context: Dl06Context) -> Iterator[Finding]:
     """Alarms of a square-root loop are on the scale of the differential pressure, not of the flow.
@@ -72,13 +66,14 @@ def square_root_alarm_scale(context: Dl06Context) -> Iterator[Finding]:
     for view in context.loops:
         if not view.loop.pv.square_root or not view.pv_alarms or view.bipolar:
             continue
-        for key in ("low_low", "low", "high", "high_high"):
-            counts, scale = view.counts(f"pv_{key}"), view.scales["pv"]
-            if counts is not None and 0 < counts < scale.format.maximum:
-                share = counts / scale.format.maximum
-                yield view.find("alarms", "pv", key, alarm=key, value=view.shown(f"pv_{key}"),
-                                flow=f"{100 * share**0.5:.0f}", percent=f"{100 * share:.0f}")  # fmt: skip
-                break
+        full = view.scales["pv"].format.maximum
+        held = {key: view.counts(f"pv_{key}") for key in ("low_low", "low", "high", "high_high")}
+        shares = {key: counts / full for key, counts in held.items() if counts is not None and 0 < counts < full}
+        texts = {key: (f"{100 * share**0.5:.0f}", f"{100 * share:.0f}") for key, share in shares.items()}
+        for key in list(texts)[:1]:
+            more = [f"{other} at {flow} %, not {percent} %" for other, (flow, percent) in texts.items() if other != key]
+            yield view.find("alarms", "pv", key, alarm=key, value=view.shown(f"pv_{key}"), flow=texts[key][0],
+                            percent=texts[key][1], others="".join(f"; {text}" for text in more))  # fmt: skip
 
 
 @rule(
