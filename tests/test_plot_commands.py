@@ -113,6 +113,22 @@ def test_what_is_on_at_the_end_lasts_to_the_end(folder):
     assert next(strip for strip in chart.strips if strip.title == "pv_high_high").bars[-1].end == 1200
 
 
+@pytest.mark.parametrize(
+    ("name", "stands"),
+    [
+        ("dl06/flow", "67.52 at the end stands for 90.01 m3/h"),
+        ("ezlogix/dosing", "31.76 at the end stands for 39.85 m3/h"),
+    ],
+)
+def test_signals_before_a_root_are_called_so(pidcfg, tmp_path, name, stands):
+    code, out, _ = pidcfg("simulate", EXAMPLES / f"{name}.scenario.yaml", "--plot", tmp_path / "a.svg")
+    texts = said(tmp_path / "a.svg")
+    assert code == 0
+    assert "PV, SP before the root" in texts
+    assert f"PV and SP are before the root: {stands}" in texts
+    assert "PV, SP (m3/h)" not in texts
+
+
 def test_autotune_is_a_strip(folder):
     Path("oven.scenario.yaml").write_text(OVEN.replace("ramp_soak: start", "autotune: start"), "utf-8")
     config = Path("oven.yaml")

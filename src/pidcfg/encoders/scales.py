@@ -134,6 +134,18 @@ class Scale:
         return EXACT.divide(EXACT.multiply(counts, self.width), self.full)
 
 
+def before_root(pv: Scale, root: Scale, counts: int) -> tuple[Decimal, Decimal | None]:
+    """What counts of a PV are before its root is taken: percent of the signal, and the value that they stand for.
+
+    ``pv`` is the scale of the signal, ``root`` that of the set point; there is no value without a range.
+    """
+    share = EXACT.divide(Decimal(100 * (counts - pv.format.minimum)), Decimal(pv.format.span))
+    if root.range is None:
+        return share, None
+    taken = EXACT.divide(EXACT.sqrt(Decimal(max(counts, 0))), root.full)
+    return share, EXACT.add(root.range[0], EXACT.multiply(taken, root.width))
+
+
 def shortest(exact: Decimal, same: Callable[[Quantity], bool], counts: int | Decimal) -> Quantity:
     """The decimal with fewest places that means the same; raw counts where no short one does."""
     if exact.adjusted() >= EXACT.prec - MOST_DECIMALS:  # a range like [0, 1e300]: more digits than can be counted in
