@@ -43,7 +43,7 @@ def plc_sheet(checked: Checked, number: int, findings: Sequence[Diagnostic]) -> 
         description=config.description or "",
         vendor=vendor.title,
         groups=groups_of(config, vendor, doc.data, {}),
-        blocks=() if named else blocks_of(encoding, None, None, {}),
+        blocks=() if named else blocks_of(encoding, None, {}, {}, {}),
         parameters=parameters_of(image, None, lambda name: sense_of(vendor, kinds.get(name))) if named else (),
         outside=tuple(flat({key: value for key, value in image.plc.items() if key not in OWN})),
         checklist=vendor.load("checklist")(config),
@@ -51,6 +51,11 @@ def plc_sheet(checked: Checked, number: int, findings: Sequence[Diagnostic]) -> 
             _loop_sheet(checked, i, f"{anchor}-loop-{i + 1}", findings, loops[i]) for i in range(len(config.loops))
         ),
     )
+
+
+def writers_of(vendor: Vendor) -> Mapping[str, str]:
+    """Who writes a register that is not the PLC's alone, by its name."""
+    return vendor.load("explainer").writers or {}
 
 
 def has_image(encoding: Any) -> bool:
@@ -87,7 +92,7 @@ def _loop_sheet(
         anchor=anchor,
         facts=tuple(facts(vendor, loop, neutral_loop, groups, held)),
         groups=told(groups, rooted, pv_unit),
-        blocks=() if named else blocks_of(encoding, i, loop, settled),
+        blocks=() if named else blocks_of(encoding, i, sides(loop), settled, writers_of(vendor)),
         parameters=parameters_of(image, loop.name, lambda _: sense) if named else (),
         outside=tuple((key, value) for key, value in flat(outside) if not key.startswith((DEVICES, *PLACES))),
         findings=tuple(d for d in findings if d.loop == loop.name and d.file == checked.document.file),

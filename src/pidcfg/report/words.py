@@ -7,13 +7,12 @@ from itertools import groupby
 from typing import TYPE_CHECKING, Any
 
 from pidcfg.diagnostics import path_text
-from pidcfg.encoders.maps.writers import writer
 from pidcfg.encoders.named import shown
 from pidcfg.encoders.regmap import Bits
 from pidcfg.encoders.words import DecodeError
 from pidcfg.report import content
 from pidcfg.report.roots import word_before_root
-from pidcfg.report.settings import CHOICE, sides
+from pidcfg.report.settings import CHOICE
 from pidcfg.report.texts import cell, unit_text
 from pidcfg.schemas.base import Quantity
 from pidcfg.schemas.iec import Wire
@@ -25,6 +24,7 @@ if TYPE_CHECKING:
     from pidcfg.encoders.named import Entry, Program
     from pidcfg.encoders.regmap import Word
 
+THE_PLC = "the PLC"
 AS_PV = "as the PV"
 """A choice that stands for none of its own: the output takes the PV's format."""
 
@@ -53,20 +53,24 @@ def _belongs(block: Block, loop: int | None) -> bool:
 
 
 def blocks_of(
-    encoding: Encoding, number: int | None, loop: Any, settled: Mapping[str, str]
+    encoding: Encoding, number: int | None, units: Mapping[str, str], settled: Mapping[str, str],
+    writers: Mapping[str, str],
 ) -> tuple[content.Block, ...]:
-    """The blocks of one loop, by its number (None: of the PLC); ``settled``: units by path, which leave no choice."""
-    units = {} if loop is None else sides(loop)
+    """The blocks of one loop, by its number (None: of the PLC); ``settled``: units by path, which leave no choice.
+
+    ``writers``: who writes a status register that is not the PLC's alone, by its name.
+    """
     found: dict[str, list[content.Register]] = {}
     for block in encoding.blocks:
         if _belongs(block, number):
             rows = found.setdefault(block.table.title, [])
-            rows += _registers(block, encoding, loop, {**units, "": ""}, settled)
+            rows += _registers(block, encoding, {**units, "": ""}, settled, writers)
     return tuple(content.Block(title, tuple(rows)) for title, rows in found.items() if rows)
 
 
 def _registers(
-    block: Block, encoding: Encoding, loop: Any, units: Mapping[str, str], settled: Mapping[str, str]
+    block: Block, encoding: Encoding, units: Mapping[str, str], settled: Mapping[str, str],
+    writers: Mapping[str, str],
 ) -> Iterator[content.Register]:
     memory = encoding.image.words
     owned = {cell.number - block.start for cell in block.cells(encoding.space)}
@@ -78,8 +82,7 @@ def _registers(
         else:
             for word in rows:
                 register = _register(word, block, encoding, memory[block.start + word.offset], units, settled)
-                by = writer(block.table.title, word.name, loop) if word.access == "status" else ""
-                yield replace(register, by=by)
+                yield replace(register, by=writers.get(word.name, THE_PLC) if word.access == "status" else "")
 
 
 def _reserved(rows: list[Word], block: Block, encoding: Encoding) -> content.Register:
@@ -122,7 +125,7 @@ def _value(word: Word, block: Block, encoding: Encoding, raw: int) -> tuple[cont
         return "no value", ""
     step, off = getattr(word.codec, "step", None), getattr(word.codec, "off", ())
     if off and step and value / step in off:
-        return "off", ""
+        return getattr(word.codec, "special", "off"), ""
     scale = block.scales.get(getattr(word.codec, "scale", ""))
     if isinstance(value, Quantity) and (value.counts or scale is None or scale.range is None):
         return value.value, "counts"
