@@ -66,17 +66,18 @@ def bcd_digits(word: int) -> int:
 
 @dataclass(frozen=True, slots=True)
 class Bcd:
-    """Four BCD digits with an implied decimal point. ``off``: digits that switch the function off."""
+    """Four BCD digits with an implied decimal point. ``off``: digits that switch it off, or do ``special``."""
 
     rounds: ClassVar[bool] = True
     """Values are rounded to the last digit, which is worth reporting."""
     decimals: int
     off: tuple[int, ...] = ()
+    special: str = "off"
 
     @property
     def notation(self) -> str:
         """How the word is written, for reference pages."""
-        off = f", {' and '.join(f'{digits:04d}' for digits in self.off)} off" if self.off else ""
+        off = f", {' and '.join(f'{digits:04d}' for digits in self.off)} {self.special}" if self.off else ""
         return f"BCD, {self.decimals} decimals{off}" if self.decimals else f"BCD{off}"
 
     @property
@@ -186,22 +187,20 @@ class SignMagnitude:
 
 @dataclass(frozen=True, slots=True)
 class Implied:
-    """A whole number with an implied decimal point, from ``least`` to ``most``. ``off``: numbers that switch it off.
-
-    Words with a negative ``least`` are two's complement.
-    """
+    """A whole number with an implied point, ``least`` (negative: two's complement) to ``most``; `off` as `Bcd`."""
 
     rounds: ClassVar[bool] = True
     decimals: int = 0
     off: tuple[int, ...] = ()
     least: int = 0
     most: int = WORD_MAX
+    special: str = "off"
 
     @property
     def notation(self) -> str:
         """How the word is written, for reference pages."""
         signed = "signed " if self.least < 0 else ""
-        off = f", {' and '.join(map(str, self.off))} off" if self.off else ""
+        off = f", {' and '.join(map(str, self.off))} {self.special}" if self.off else ""
         return f"{signed}integer of {self.step:f}{off}" if self.decimals else f"{signed}integer{off}"
 
     @property

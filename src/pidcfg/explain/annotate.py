@@ -6,7 +6,7 @@ from textwrap import wrap
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from pidcfg.encoders.words import DecodeError
-from pidcfg.explain.values import bits_text, text_of
+from pidcfg.explain.values import bits_text
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
@@ -92,7 +92,7 @@ def _meaning(book: RegisterBook, claim: Claim, raw: int) -> str:
     if code is not None:
         return f"{word.title}: {code.title}"
     try:
-        text = text_of(word, raw, claim.known, book.special) or book.unscaled(word, raw)
+        text = book.says(word, raw, claim.known)
     except DecodeError as error:
         return f"{word.title}: no value, {error}"
     return f"{word.title}: {text}"

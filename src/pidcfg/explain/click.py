@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from pidcfg.encoders.maps.click import BLOCKS, C_BLOCK, DF_BLOCK, DS_BLOCK, SPACE, SUFFIXES
-from pidcfg.encoders.maps.click_meanings import CODES, WORDS
+from pidcfg.encoders.maps.click_meanings import CODES, DOUBTS, WORDS, WRITERS
 from pidcfg.explain.annotate import Claim, block_claims
 from pidcfg.explain.registers import Block, RegisterBook, Series
 from pidcfg.explain.values import Setting
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from pidcfg.schemas.click import Loop
 
 
-def setting_of(loop: Loop) -> Setting:
+def setting_of(loop: Loop, config: object) -> Setting:  # noqa: ARG001 - the signature of all vendors' own
     """The units of a loop of a configuration; its registers are engineering units already."""
     return Setting({}, {key: unit for key, unit in (("pv", loop.pv.unit), ("output", loop.output.unit)) if unit})
 
@@ -58,6 +58,8 @@ EXPLAINER = RegisterBook(
         ("a nickname", "TANK1_PID_ErrorCode=200"),
     ),
     settings=setting_of,
+    remark=lambda word, _raw, _known: DOUBTS.get(word.name, ""),
+    writers=WRITERS,
     claims=claims,
     aliases={suffix: name for name, suffix in SUFFIXES.items()},
 )

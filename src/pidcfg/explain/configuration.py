@@ -78,7 +78,7 @@ class Configured:
         loops, vendor = self.checked.config.loops, self.checked.vendor
         if vendor is None or len(block.place) < 2 or block.place[0] != "loops" or not isinstance(block.place[1], int):
             return None
-        found: Setting = vendor.load("explainer").settings(loops[block.place[1]])
+        found: Setting = vendor.load("explainer").settings(loops[block.place[1]], self.checked.config)
         return found
 
     def with_origin(self, page: Page, entry: Entry) -> Page:

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from decimal import Decimal
 from typing import TYPE_CHECKING, Any
 
-from pidcfg.encoders.dl06.codecs import Source
+from pidcfg.encoders.dl06.codecs import Source, SpanBcd
 from pidcfg.encoders.dl06.encode import scales, scales_of
 from pidcfg.encoders.maps.dl06 import (
     ADDRESS,
     CPU,
+    D01,
+    D16,
+    FILTER,
     FORMATS,
     LOOP_COUNT,
     LOOP_TABLE,
@@ -16,49 +20,80 @@ from pidcfg.encoders.maps.dl06 import (
     RAMP_SOAK_PAIR,
     RAMP_SOAK_PAIRS,
     READ_LATE,
+    RESET,
     SETUP_WORDS,
     SPACE,
     TABLE_POINTER,
 )
-from pidcfg.encoders.maps.dl06_meanings import BITS, WORDS
+from pidcfg.encoders.maps.dl06_meanings import BITS, WORDS, WRITERS
 from pidcfg.encoders.plain import read_settings, unnamed
 from pidcfg.encoders.words import DecodeError, bcd_digits
 from pidcfg.explain.annotate import Claim
 from pidcfg.explain.registers import Block, RegisterBook
-from pidcfg.explain.values import UNKNOWN, Setting
-from pidcfg.schemas.dl06 import LoopSettings, PlcSettings
+from pidcfg.explain.values import UNKNOWN, Setting, special_code, unit_of
+from pidcfg.schemas.base import decimal_text
+from pidcfg.schemas.dl06 import LoopSettings, PlcSettings, Transfer
+from pidcfg.schemas.limits import limits_at
 from pidcfg.schemas.octal import v_name
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
     from pidcfg.encoders.regmap import Word
-    from pidcfg.schemas.dl06 import Loop
+    from pidcfg.schemas.dl06 import Dl06File, Loop
 
 PERCENT = 100
+PV_TRANSFER = "pv_transfer"
+RESET_DECIMALS = "reset_decimals"
+FILTER_FULL = Decimal(1)
+"""The filter constant above which there is no filter."""
 RESET_UNIT = LOOP_TABLE.word("reset").unit
 RESET_UNITS = {"seconds": "s", "minutes": "min"}
 
 
-def special(word: Word, raw: int) -> str | None:
+def special(word: Word, raw: int, known: Setting) -> str | None:  # noqa: ARG001 - the signature of all vendors' own
     """Words that hold an address or a channel."""
     if word.codec is ADDRESS:
         return v_name(raw) if raw else "0: points nowhere"
-    if isinstance(word.codec, Source):
-        source = word.codec.decode(raw)
-        if source is None:
-            return "0: no transfer"
-        if isinstance(source, int):
+    return _transfer(word.codec.decode(raw), reads=word.name == PV_TRANSFER) if isinstance(word.codec, Source) else None
+
+
+def _transfer(source: tuple[int, int, int] | int | None, *, reads: bool) -> str:
+    """Where an auto transfer goes, and what is wrong with that."""
+    if source is None:
+        return "0: no transfer"
+    if isinstance(source, int):
+        if not reads:
+            return f"{v_name(source)}: not allowed, the output goes to a slot and channel only"
+        if any(first <= source <= last for first, last in CPU.transfer_sources):
             return f"{v_name(source)}: the CPU reads this word"
-        base, slot, channel = source
-        return f"base {base}, slot {slot}, channel {channel}: the CPU reads or writes it itself"
-    return None
+        allowed = ", ".join(f"{v_name(first)} to {v_name(last)}" for first, last in CPU.transfer_sources)
+        return f"{v_name(source)}: not allowed, only {allowed}"
+    parts = dict(zip(("base", "slot", "channel"), source, strict=True))
+    limits = {key: found for key in parts if (found := limits_at(Transfer, key)) is not None}
+    wrong = [f"{key} {bound.low}" + (f" to {bound.high}" if bound.high != bound.low else "")
+             for key, bound in limits.items() if not bound.holds(Decimal(parts[key]))]  # fmt: skip
+    does = f"not allowed, only {', '.join(wrong)}" if wrong else f"the CPU {'reads' if reads else 'writes'} it itself"
+    return f"{', '.join(f'{key} {value}' for key, value in parts.items())}: {does}"
+
+
+def remark(word: Word, raw: int, known: Setting) -> str:
+    """A reset time that may have another decimal, and filter constants that switch the filter off."""
+    if word.codec is FILTER and FILTER.decode(raw) > FILTER_FULL:
+        return "above 1 the filter is switched off"
+    if word.codec is RESET[1] and not special_code(RESET[1], raw) and RESET_DECIMALS not in known.stated:
+        other = f"{decimal_text(RESET[2].decode(raw))} {unit_of(word, known.units)}"
+        return f"{other} if the word has two decimals: D{D01.number:02d}"
+    return ""
 
 
 def unscaled(word: Word, raw: int) -> str:
     """Counts without a data format: what they are in each format that can hold them."""
     if type(word.codec).__name__ != "Position":
-        return "counts of the data format a second, in BCD" if "BCD" in word.codec.notation else f"{raw} counts"
+        if not isinstance(word.codec, SpanBcd):
+            return f"{raw} counts"
+        code = special_code(word.codec.bcd, raw)
+        return f"{decimal_text(word.codec.bcd.decode(raw))} counts of the data format a second" + (code and f": {code}")
     shares = []
     for form in FORMATS.values():
         try:
@@ -70,9 +105,10 @@ def unscaled(word: Word, raw: int) -> str:
     return f"of the data format's range: {', '.join(shares)}"
 
 
-def setting_of(loop: Loop) -> Setting:
+def setting_of(loop: Loop, config: Dl06File) -> Setting:
     """The scales and units of a loop of a configuration."""
-    return Setting(scales_of(loop), _units(loop.pv.unit, loop.output.unit, loop.tuning.reset_unit))
+    stated = frozenset(config.plc.model_fields_set)
+    return Setting(scales_of(loop), _units(loop.pv.unit, loop.output.unit, loop.tuning.reset_unit), stated)
 
 
 def _units(pv: str | None, output: str | None, reset: str) -> dict[str, str]:
@@ -94,14 +130,17 @@ def claims(
     pointer = options.get("loop_table", words.get(TABLE_POINTER))
     if pointer is None:
         return
-    decimals = int(options.get("reset_decimals") or read_settings(PlcSettings, plc or {}, "plc").reset_decimals)
+    file = read_settings(PlcSettings, plc or {}, "plc")
+    chosen = options.get(RESET_DECIMALS)
+    decimals = int(chosen or file.reset_decimals)
+    stated = frozenset(file.model_fields_set | ({RESET_DECIMALS} if chosen else set()))
     table = LOOP_TABLES[decimals]
     profiles = []
     for i in range(_count(words, loops, options)):
         beside = loops[i] if i < len(loops) else LoopSettings(loop=unnamed(i))
         start = pointer + i * table.size
         raw = [words.get(start + n, 0) for n in range(table.size)]
-        known = _setting(raw, beside)
+        known = _setting(raw, beside)._replace(stated=stated)
         for word in table.words:
             yield start + word.offset, Claim(table, word, beside.loop, known)
         profiles.append(_ramp_soak(raw[table.offset("ramp_soak_table")], beside.loop, known))
@@ -167,6 +206,9 @@ EXPLAINER = RegisterBook(
     claims=claims,
     special=special,
     unscaled=unscaled,
+    remark=remark,
+    root=D16,
+    writers=WRITERS,
     late=READ_LATE,
     hexadecimal=True,
     regions=REGIONS,

@@ -26,7 +26,7 @@ ERROR = R_BLOCK.word("error")
 ROOT = S_BLOCK.offset("square_root")
 
 
-def setting_of(loop: Loop) -> Setting:
+def setting_of(loop: Loop, config: object) -> Setting:  # noqa: ARG001 - the signature of all vendors' own
     """The scales and units of a loop of a configuration."""
     return _setting(loop.pv, loop.output, root=loop.pv.square_root)
 
@@ -50,9 +50,12 @@ def claims(
             yield from ((start + word.offset, Claim(table, word, loop, known)) for word in table.words)
 
 
-def special(word: Word, raw: int) -> str | None:
-    """The error is a signed number of counts (D169)."""
-    return f"{raw - 0x10000 if raw & SIGN else raw} counts of the PV" if word is ERROR else None
+def special(word: Word, raw: int, known: Setting) -> str | None:
+    """The error is a signed number of counts (D169), of the root where the loop takes it."""
+    if word is not ERROR:
+        return None
+    scale = known.scales.get("sp")
+    return f"{raw - 0x10000 if raw & SIGN else raw} counts of the {'root of the PV' if scale and scale.root else 'PV'}"
 
 
 EXPLAINER = RegisterBook(

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from pidcfg.encoders.named import read, shown
 from pidcfg.explain.asked import Asked, Thing, ThingError, whole
 from pidcfg.explain.contents import NUMBER
+from pidcfg.explain.named_texts import TRUTHS, WRITERS, contents_of, no_remark, no_units, title_of, unit_in
 from pidcfg.explain.page import Page, Point, Value
 from pidcfg.schemas.base import decimal_text
 from pidcfg.schemas.iec import Wire
@@ -20,15 +21,8 @@ if TYPE_CHECKING:
 
     from pidcfg.encoders.meanings import Code, Meaning
     from pidcfg.encoders.named import Content, Entry, Parameter, ParameterTable
-    from pidcfg.schemas.iec import IecType
 
 DEVICE = re.compile(r"([A-Z]+)([0-9]{1,6})")
-TRUTHS = {"true": True, "false": False, "on": True, "off": False, "1": True, "0": False}
-
-
-def no_units(loop: Any) -> Mapping[str, str]:  # noqa: ARG001 - the signature of a vendor's own
-    """For vendors whose settings tell the units."""
-    return {}
 
 
 class Group(NamedTuple):
@@ -69,6 +63,12 @@ class NamedBook:
     states: Mapping[tuple[str, bool], str] | None = None
     parts: tuple[str, Sequence[tuple[int, int, str, str]], str] | None = None
     """A parameter that takes several words: its name, and what each of them holds; the manual's place."""
+    own_bits: Mapping[tuple[str, str], Meaning] | None = None
+    """Meanings of bits that differ in one table."""
+    remark: Callable[[Parameter, Content], str] = no_remark
+    """What is special about a content."""
+    writers: Mapping[str, str] | None = None
+    """Who writes a parameter, where it is not just an input or an output."""
     settings: Callable[[Any], Mapping[str, str]] = no_units
 
     def find(self, thing: Thing, asked: Asked) -> list[Page]:
@@ -77,7 +77,17 @@ class NamedBook:
         if placed:
             return placed
         tables, name = self._tables(thing.name)
-        return self._part(name) or self._group(tables, name, thing) or self._rows(tables, name, thing)
+        found = self._part(name) or self._group(tables, name, thing) or self._rows(tables, name, thing)
+        return found or self._block(thing)
+
+    def _block(self, thing: Thing) -> list[Page]:
+        """``PIDA_REAL``: the parameters of a block."""
+        key = next((key for key in self.tables if key.lower() == thing.name.lower()), None)
+        if key is None or thing.value is not None:
+            return []
+        rows = self.tables[key].rows
+        return [Page("structure", key, f"a block of {len(rows)} parameters", self.key, self.title,
+                     holds=", ".join(row.name for row in rows), reference=str(rows[0].basis or ""))]  # fmt: skip
 
     def annotate(self, listing: Any, options: Mapping[str, Any]) -> str:
         """A listing with a meaning beside every parameter."""
@@ -145,7 +155,6 @@ class NamedBook:
         found = next((p for p in self.parts[1] if p[0] <= int(digits[:6]) <= p[1]), None)
         if found is None:
             last = self.parts[1][-1][1]
-            last = self.parts[1][-1][1]
             raise ThingError(f"{name}: {self.parts[0]} takes {last + 1} double words, +0 to +{last}")
         return [Page("register", f"{self.parts[0]}+{int(digits)}", found[2], self.key, self.title, holds=found[3],
                      notation="a double word (two registers)", reference=self.parts[2])]  # fmt: skip
@@ -171,7 +180,7 @@ class NamedBook:
         points = tuple(
             Point(f"bit {i}", f"{row.name.partition('.')[2]}: {row.title}", "" if raw is None else "on" if raw >> i & 1
                   else "off", bool(raw and raw >> i & 1),
-                  (self.bits or {}).get(row.name) if raw is None or raw >> i & 1 else None)
+                  self._bit(blocks, row) if raw is None or raw >> i & 1 else None)
             for i, row in enumerate(rows)
         )  # fmt: skip
         value = None if raw is None else Value(raw, f"0x{raw:04X}", "no bit is on" if raw == 0 else "")
@@ -189,14 +198,23 @@ class NamedBook:
             exact = {
                 key: [r for r in t.rows if r.name.lower().rpartition(".")[2] == wanted] for key, t in tables.items()
             }
-        found: dict[tuple[Parameter, str], list[str]] = {}
+        found: dict[tuple[Parameter, str, Meaning | None], list[str]] = {}
         for key, rows in exact.items():
             for row in rows:
-                found.setdefault((row._replace(basis=None), self.meaning(key, row)), []).append(key)
+                same = row._replace(basis=None), self.meaning(key, row), self._bit([key], row)
+                found.setdefault(same, []).append(key)
         originals = {(r.name, key): r for key, rows in exact.items() for r in rows}
         return [
-            self._page(originals[row.name, keys[0]], tuple(keys), thing.value, None) for (row, _), keys in found.items()
+            self._page(originals[row.name, keys[0]], tuple(keys), thing.value, None)
+            for (row, *_), keys in found.items()
         ]
+
+    def _bit(self, blocks: Sequence[str], row: Parameter) -> Meaning | None:
+        """What a bit means, in blocks that do not differ."""
+        own = next(
+            (m for (key, name), m in (self.own_bits or {}).items() if [key] == [*blocks] and name == row.name), None
+        )
+        return own or (self.bits or {}).get(row.name)
 
     def meaning(self, key: str, row: Parameter) -> str:
         """What a parameter is."""
@@ -208,7 +226,7 @@ class NamedBook:
         raw: Content | Wire | None = self._content(row, value) if value is not None else None
         if raw is None and placed is not None and placed.entry is not None:
             raw = placed.entry.raw
-        meaning = (self.bits or {}).get(row.name)
+        meaning = self._bit([key] if placed is not None else blocks, row)
         code = next(
             (c for c in self.codes if c.register == row.name and c.number == raw and not isinstance(raw, bool)), None
         )
@@ -218,19 +236,17 @@ class NamedBook:
         return Page(
             kind="parameter",
             name=named,
-            title=first_sentence(text) + (f" [{where}]" if where and len(self.tables) > 1 else ""),
+            title=title_of(row, text) + (f" [{where}]" if where and len(self.tables) > 1 else ""),
             vendor=self.key,
             vendor_title=self.title,
             value=None if raw is None else self._value(row, raw, placed.units if placed else {}),
             meaning=code.meaning if code else meaning,
             points=() if code else tuple(self._choices(row)),
-            holds=text if first_sentence(text) != text else "",
+            holds=text if title_of(row, text) != text else "",
             unit=row.unit,
             notation=row.type.name + (f": {', '.join(row.type.words)}" if row.type.words else ""),
             access="setting" if row.access == "input" else "status",
-            by="you or the program: it is an input"
-            if row.access == "input"
-            else "the PLC: it is an output, only to be read",
+            by=(self.writers or {}).get(row.name) or WRITERS[row.access],
             key=row.name if row.access == "input" else None,
             reference=str((code.meaning.basis if code else meaning.basis if meaning else None) or row.basis or ""),
         )
@@ -258,7 +274,7 @@ class NamedBook:
             content = float(text)
         found = read(row.type, content)
         if found is None:
-            raise ThingError(f"{row.name}={text}: the value is not one of {_holds(row.type)}")
+            raise ThingError(f"{row.name}={text}: the value is not one of {contents_of(row.type)}")
         return found
 
     def _value(self, row: Parameter, raw: Content | Wire, units: Mapping[str, str]) -> Value:
@@ -275,26 +291,6 @@ class NamedBook:
             return code.title
         if isinstance(raw, str):
             return raw
-        return f"{decimal_text(Decimal(repr(raw)))} {_unit(row.unit, units)}".rstrip()
-
-
-def _unit(unit: str, units: Mapping[str, str]) -> str:
-    """A unit in the loop's own units; none where it depends on something else."""
-    parts = [units.get(part, part) for part in unit.split("/")]
-    return "" if "," in unit or parts in (["pv"], ["output"]) else "/".join(parts)
-
-
-def _holds(kind: IecType) -> str:
-    if kind.kind == "bool":
-        return "TRUE and FALSE"
-    if kind.kind == "word":
-        return ", ".join(kind.words)
-    return f"{kind.name} ({kind.low} to {kind.high})" if kind.kind == "whole" else f"{kind.name}, a finite number"
-
-
-def first_sentence(text: str) -> str:
-    """A text up to where it goes into details."""
-    for at in range(1, len(text) - 1):
-        if text[at : at + 2] in {"; ", ". ", ": "} and text.count("(", 0, at) == text.count(")", 0, at):
-            return text[:at]
-    return text.removesuffix(".")
+        remark = self.remark(row, raw)
+        text = f"{decimal_text(Decimal(repr(raw)))} {unit_in(row.unit, units)}".rstrip()
+        return f"{text} ({remark})" if remark else text

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from pidcfg.encoders.named import read, shown
 from pidcfg.explain.annotate import Line
-from pidcfg.explain.named import first_sentence
+from pidcfg.explain.named_texts import title_of
 from pidcfg.schemas.iec import Wire
 
 if TYPE_CHECKING:
@@ -31,12 +31,14 @@ def named_lines(
             text = "a signal of the program" if "." not in name else "belongs to no loop"
             yield Line(name, "", content or str(raw), "", "", text)
             continue
-        title = first_sentence(book.meaning(kind, row))
+        title = title_of(row, book.meaning(kind, row))
         if isinstance(raw, Wire):
             yield Line(name, "", content, "", row.type.name, f"{title}; wired")
         elif read(row.type, raw) is None:
             yield Line(name, "", str(raw), "", row.type.name, f"{title}: no value of {row.type.name}")
         else:
             says = book.saying(row, raw, units.get(loop, {}))
-            own = (isinstance(raw, bool) and book.states) or any(c.register == row.name for c in book.codes)
+            own = (row.name, raw) in (book.states or {}) or any(
+                (c.register, c.number) == (row.name, raw) for c in book.codes
+            )
             yield Line(name, "", shown(row.type, raw), "", row.type.name, says if own else f"{title}: {says}")

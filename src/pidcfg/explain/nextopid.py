@@ -6,7 +6,7 @@ from functools import cache
 from typing import TYPE_CHECKING, Any
 
 from pidcfg.encoders.maps.nextopid import BLOCK_TYPES
-from pidcfg.encoders.maps.nextopid_meanings import BITS, D325, GROUPS
+from pidcfg.encoders.maps.nextopid_meanings import BITS, D325, GROUPS, OWN_BITS, STATES
 from pidcfg.explain.named import Group, NamedBook
 from pidcfg.schemas.document import field_texts, models_of
 
@@ -47,5 +47,7 @@ EXPLAINER = NamedBook(
     split=split,
     groups=tuple(Group(name, meaning, lambda row: row.type.kind == "bool") for name, meaning in GROUPS.items()),
     bits=BITS,
+    own_bits=OWN_BITS,
+    states=STATES,
     counted=str(D325),
 )

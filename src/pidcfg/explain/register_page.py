@@ -8,7 +8,7 @@ from pidcfg.encoders.regmap import scale_of
 from pidcfg.encoders.words import DecodeError
 from pidcfg.explain.page import Origin, Page, Point, Value
 from pidcfg.explain.texts import key_text
-from pidcfg.explain.values import UNKNOWN, Setting, choice_text, label, text_of, unit_of
+from pidcfg.explain.values import UNKNOWN, Setting, choice_text, is_before_root, label, unit_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -60,7 +60,7 @@ def page_of(book: RegisterBook, found: Found, name: str, raw: int | None, bit: i
         meaning=meaning,
         points=points,
         holds=key_text(book.key, key) if key else "",
-        unit=unit_of(word, (found.setting or UNKNOWN).units),
+        unit=_unit(word, found.setting or UNKNOWN),
         notation=_notation(book, word, bits=bool(points)),
         access=access,
         by=_writer(book, word, access),
@@ -71,6 +71,11 @@ def page_of(book: RegisterBook, found: Found, name: str, raw: int | None, bit: i
         origins=tuple(o for o in found.origins if row is None or o.key.endswith(row.path or "-")),
         notes=tuple(_notes(book, found, name, content)),
     )
+
+
+def _unit(word: Word, known: Setting) -> str:
+    """A register's unit; of a word before the root, that of what it is compared with."""
+    return "the signal before the root" if is_before_root(word, known) else unit_of(word, known.units)
 
 
 def _code(book: RegisterBook, word: Word, content: int | None) -> Code | None:
@@ -93,11 +98,9 @@ def _value(book: RegisterBook, found: Found, raw: int, code: Code | None, *, bit
     if other:
         return Value(content, shown, "", other)
     try:
-        text = text_of(found.word, raw, known, book.special)
+        text = book.says(found.word, raw, known)
     except DecodeError as error:
         return Value(content, shown, "", f"{error}: this is no value of the register")
-    if not text:
-        text = book.unscaled(found.word, raw)
     return Value(content, shown, f"{text} (decimal {raw})" if _binary(book, found.word) else text)
 
 
@@ -147,12 +150,16 @@ def _notation(book: RegisterBook, word: Word, *, bits: bool) -> str:
     if bits:
         return "16 bits" + (", shown in hexadecimal" if book.hexadecimal else "")
     scaled = scale_of(word.codec)
-    return word.codec.notation + (
-        " in binary" if scaled and book.hexadecimal and "BCD" not in word.codec.notation else ""
-    )
+    if scaled and book.hexadecimal and "BCD" not in word.codec.notation:
+        return f"{word.codec.notation} in binary"
+    counted = word.codec.notation.endswith("of 0.001") and word.unit
+    return f"{word.codec.notation} {word.unit}" if counted else word.codec.notation
 
 
 def _writer(book: RegisterBook, word: Word, access: Access) -> str:
+    own = (book.writers or {}).get(word.name)
+    if own is not None:
+        return own
     late = (book.late or {}).get(word.read, "")
     return WRITERS[access] + (f"; a new value {late}" if late and access == "setting" else "")
 
@@ -161,6 +168,8 @@ def _notes(book: RegisterBook, found: Found, name: str, content: int | None) -> 
     """What would make the answer better, and what the file and the given content have to do with each other."""
     if found.setting is None and content is not None and scale_of(found.word.codec):
         yield "with --in FILE the value is shown in engineering units"
+    if is_before_root(found.word, found.setting or UNKNOWN) and book.root is not None:
+        yield f"the loop takes the PV's root; this word and its number in the file are about the PV before: {book.root}"
     if found.raw is not None and content is not None and content != found.raw and not book.hexadecimal:
         yield f"the file sets {name} to {found.raw}"
     if found.raw is not None and content is not None and content != found.raw and book.hexadecimal:

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from decimal import Decimal
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from pidcfg.encoders.regmap import decode_one, scale_of
 from pidcfg.explain.annotate import HEADS, as_text, register_lines
 from pidcfg.explain.asked import ADDRESS, OFFSET, Asked, Thing, ThingError
 from pidcfg.explain.contents import raw_of
 from pidcfg.explain.register_page import Found, code_page, page_of
-from pidcfg.explain.values import Setting, nothing_special
+from pidcfg.explain.texts import key_limits, limits_text
+from pidcfg.explain.values import Setting, no_remark, nothing_special, text_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -20,6 +23,7 @@ if TYPE_CHECKING:
     from pidcfg.encoders.spaces import Space
     from pidcfg.explain.annotate import Claim
     from pidcfg.explain.page import Page
+    from pidcfg.refs import Basis
 
 HIGHEST_BIT = 15
 
@@ -75,11 +79,17 @@ class RegisterBook:
     series: tuple[Series, ...]
     forms: tuple[tuple[str, str], ...]
     """What can be asked for, and an example of each."""
-    settings: Callable[[Any], Setting]
+    settings: Callable[[Any, Any], Setting]
     """Scales and units of a loop of a configuration."""
     claims: Callable[..., Iterator[tuple[int, Claim]]]
     """What each address of a listing is."""
-    special: Callable[[Word, int], str | None] = nothing_special
+    special: Callable[[Word, int, Setting], str | None] = nothing_special
+    remark: Callable[[Word, int, Setting], str] = no_remark
+    """What is doubtful about a content."""
+    root: Basis | None = None
+    """Why a loop that takes the root of its PV has words that are about the PV before."""
+    writers: Mapping[str, str] | None = None
+    """Who writes a word, where it is not only the PLC."""
     unscaled: Callable[[Word, int], str] = in_counts
     late: Mapping[str, str] | None = None
     """What the manual's column "Read on the Fly" means."""
@@ -89,6 +99,18 @@ class RegisterBook:
     """Other names of registers, in small letters."""
     regions: tuple[tuple[int, int, str], ...] = ()
     """Parts of the memory, for addresses that no block has."""
+
+    def says(self, word: Word, raw: int, known: Setting) -> str:
+        """A content in words, with what is doubtful about it; raises `DecodeError` where it is no value."""
+        text = text_of(word, raw, known, self.special) or self.unscaled(word, raw)
+        remark = self.remark(word, raw, known) or self._outside(word, raw)
+        return f"{text} ({remark})" if remark else text
+
+    def _outside(self, word: Word, raw: int) -> str:
+        """What the manual allows, where a number is none of it."""
+        limits = key_limits(self.key, word.path) if word.path and scale_of(word.codec) is None else None
+        value = decode_one(word.codec, raw, {}) if limits is not None else None
+        return limits_text(limits) if limits and isinstance(value, Decimal) and not limits.holds(value) else ""
 
     def find(self, thing: Thing, asked: Asked) -> list[Page]:
         """What a thing is with this vendor; empty when it is nothing."""

@@ -33,7 +33,8 @@ def _lines(page: Page) -> Iterator[str]:
     for point in page.points:
         if _told(point, page):
             yield from _point(point)
-    yield from row("off", numbers([p.label.removeprefix("bit ") for p in page.points if not _told(p, page)]))
+    off = [p.label.removeprefix("bit ") for p in page.points if p.label.startswith("bit") and not _told(p, page)]
+    yield from row("off", numbers(off))
     yield from row("holds", page.holds)
     yield from row("unit", page.unit)
     yield from row("written as", page.notation)

@@ -6,6 +6,7 @@ from functools import cache
 from typing import Any
 
 from pidcfg.schemas.document import field_texts, models_of
+from pidcfg.schemas.limits import Limits, limits_at
 from pidcfg.vendors import VENDORS
 
 
@@ -21,6 +22,21 @@ def key_text(vendor: str, path: str) -> str:
                 return text
         steps.pop()
     return ""
+
+
+@cache
+def key_limits(vendor: str, path: str) -> Limits | None:
+    """What the manual allows for the number at a key of a loop, or of the file; None where it says nothing."""
+    file = VENDORS[vendor].model
+    found = limits_at(file, f"loops.{path}")
+    return limits_at(file, path) if found is None and path.partition(".")[0] in file.model_fields else found
+
+
+def limits_text(limits: Limits) -> str:
+    """Limits as the remark on a number that passes them."""
+    if limits.high is None:
+        return f"not allowed: below {limits.low}"
+    return f"not allowed: above {limits.high}" if limits.low is None else f"not within {limits.low} to {limits.high}"
 
 
 def _walked(model: Any, steps: list[str]) -> str:

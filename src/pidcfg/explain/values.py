@@ -6,6 +6,7 @@ from decimal import Decimal
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from pidcfg.encoders.regmap import Word, decode_one, scale_of
+from pidcfg.encoders.scales import before_root
 from pidcfg.encoders.words import Choice, DecodeError
 from pidcfg.schemas.base import Quantity, decimal_text
 
@@ -23,15 +24,27 @@ class Setting(NamedTuple):
 
     scales: Mapping[str, Scale]
     units: Mapping[str, str]
+    stated: frozenset[str] = frozenset()
+    """Readings of the registers that somebody has chosen, where the manual leaves a choice."""
 
 
 UNKNOWN = Setting({}, {})
-Special = "Callable[[Word, int], str | None]"
 
 
-def nothing_special(word: Word, raw: int) -> str | None:  # noqa: ARG001 - the signature of a vendor's own
+def nothing_special(word: Word, raw: int, known: Setting) -> str | None:  # noqa: ARG001 - the signature of a vendor's own
     """For vendors whose registers are all of the common kinds."""
     return None
+
+
+def no_remark(word: Word, raw: int, known: Setting) -> str:  # noqa: ARG001 - the signature of a vendor's own
+    """For vendors whose contents speak for themselves."""
+    return ""
+
+
+def is_before_root(word: Word, known: Setting) -> bool:
+    """Whether a word is compared with the PV of which the loop takes the root."""
+    root = known.scales.get("sp")
+    return scale_of(word.codec) == "pv" and root is not None and root.root
 
 
 def unit_of(word: Word, units: Mapping[str, str]) -> str:
@@ -42,9 +55,9 @@ def unit_of(word: Word, units: Mapping[str, str]) -> str:
     return "/".join(texts.get(part, part) for part in word.unit.split("/"))
 
 
-def text_of(word: Word, raw: int, known: Setting, special: Callable[[Word, int], str | None]) -> str:
+def text_of(word: Word, raw: int, known: Setting, special: Callable[[Word, int, Setting], str | None]) -> str:
     """A content in words; raises `DecodeError` where it is no value."""
-    own = special(word, raw)
+    own = special(word, raw, known)
     if own is not None:
         return own
     name = scale_of(word.codec)
@@ -55,24 +68,40 @@ def text_of(word: Word, raw: int, known: Setting, special: Callable[[Word, int],
         return _quantity(word, value, raw, known)
     if isinstance(word.codec, Choice):
         return "on" if value is True else "off" if value is False else str(value)
-    off = is_off(word, raw)
+    off = special_code(word.codec, raw)
     text = f"{decimal_text(Decimal(value))} {unit_of(word, known.units)}".rstrip()
-    return f"{text}: switched off" if off else text
+    return f"{text}: {off}" if off else text
 
 
-def is_off(word: Word, raw: int) -> bool:
-    """Whether a content is a code that switches the register's function off."""
-    codec: Any = word.codec
-    off = getattr(codec, "off", ())
-    return bool(off) and codec.decode(raw) / codec.step in off
+def special_code(codec: Any, raw: int) -> str:
+    """What a content does that is a code: it mostly switches the register's function off."""
+    if raw not in {codec.encode(number * codec.step) for number in getattr(codec, "off", ())}:
+        return ""
+    return {"off": "switched off", "not allowed": ""}.get(codec.special, str(codec.special))
 
 
 def _quantity(word: Word, value: Any, raw: int, known: Setting) -> str:
     scale = known.scales[str(scale_of(word.codec))]
+    if is_before_root(word, known):
+        return _before_root(word, raw, known)
+    own = getattr(word.codec, "bcd", None)
+    if own is not None and (code := special_code(own, raw)):
+        return f"0 {unit_of(word, known.units)}: {code}"
     if not isinstance(value, Quantity) or value.counts or scale.range is None:
         number = value.value if isinstance(value, Quantity) else value
         return f"{decimal_text(number)} counts{_share(word, raw, scale)}"
     return f"{decimal_text(value.value)} {unit_of(word, known.units)}"
+
+
+def _before_root(word: Word, raw: int, known: Setting) -> str:
+    """Percent of the signal, and for a position on it the value that the signal means: its root."""
+    scale, root = known.scales["pv"], known.scales["sp"]
+    codec: Any = word.codec
+    if type(codec).__name__ != "Position":
+        return f"{float(PERCENT * raw / scale.format.span):.4g} % of the signal before the root"
+    share, value = before_root(scale, root, scale.format.codec.decode(raw))
+    meant = "" if value is None else f" ({float(value):.4g} {unit_of(word, known.units)})"
+    return f"{float(share):.4g} % of the signal before the root{meant}"
 
 
 def _share(word: Word, raw: int, scale: Scale) -> str:

@@ -61,9 +61,9 @@ def limits_at(model: type[BaseModel], path: str) -> Limits | None:
     field = model.model_fields[key]
     if not rest:
         return next((m for m in (*field.metadata, *_inside(field.annotation)) if isinstance(m, Limits)), None)
-    return next(
-        limits_at(inner, rest) for inner in _inside(field.annotation) if rest.partition(".")[0] in _fields(inner)
-    )
+    inside = (inner for inner in _inside(field.annotation) if rest.partition(".")[0] in _fields(inner))
+    inner = next(inside, None)
+    return None if inner is None else limits_at(inner, rest)
 
 
 def _inside(annotation: Any) -> Iterator[Any]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from pidcfg.encoders.maps.click import TABLES
+from pidcfg.encoders.words import Implied
 
 if TYPE_CHECKING:
     from pidcfg.encoders.maps.click import PidError
@@ -22,6 +23,10 @@ def condition(error: PidError) -> str:
     """What is wrong: the register, and what it may hold."""
     where = f"{error.title} ({LABELS[error.register]})"
     unit = f" {WORDS[error.register].unit}".rstrip().replace(" pv", "")
+    codec = WORDS[error.register].codec
+    if isinstance(codec, Implied) and codec.decimals and error.low is not None and error.high is not None:
+        held = f"{error.low / codec.step:f} to {error.high / codec.step:f} ms"
+        return f"{where} is not within {held} ({error.low} to {error.high}{unit})"
     if error.low is None:
         return where
     if error.high is None:

@@ -3,19 +3,25 @@
 from __future__ import annotations
 
 from pidcfg.encoders.click.errors import condition
-from pidcfg.encoders.maps.click import ALARMS, ERRORS, MODES, PidError
+from pidcfg.encoders.maps.click import ALARMS, ERRORS, MODES, OUTPUT_BELOW_ZERO, PidError
 from pidcfg.encoders.meanings import Code, Meaning
 from pidcfg.refs import CLICK
-from pidcfg.schemas.click import D101
+from pidcfg.schemas.click import D100, D101
 from pidcfg.schemas.click import ERRORS as ERROR_LIST
 
 FORCED = "The loop stays in Manual, or falls back into it, until the error is gone."
-NOT_WRITTEN = "A value that was never written after the download is the usual reason."
+NOT_WRITTEN = "A value that was never written after the download (0) is the usual reason."
+INFERRED = "Which state is which is inferred, not printed in the help. Compare it with {shown} in the PID window before {before}."
 ALARM = "Off again when the PV is back by the hysteresis (DFn+20). The loop goes on as it is; only the bit tells it."
 MOMENT = "Set it for a moment; the PLC reads the change from 0 to 1."
 
 # fmt: off
 WORDS = {
+    "action": Meaning(INFERRED.format(shown="Forward/Reverse", before="the first Auto"), "The wrong direction is a runaway: the "
+                      "output goes to a limit and stays there. When it is compared, write action_verified: true.",
+                      ("PID308",), D100),
+    "autotune_method": Meaning(INFERRED.format(shown="open or closed loop", before="the autotune"), "", (), D100),
+    "autotune_type": Meaning(INFERRED.format(shown="PID or PI", before="the autotune"), "", (), D100),
     "error_code": Meaning("The lowest PID error that is active. 0: none. When it is cured, the next one shows up, so "
                           "look again after each cure.", "", ("PID309",), CLICK.at("CLICK PID Errors")),
     "manual_request": Meaning("Asks for Manual: the output then stays where it is put.", MOMENT, (), MODES),
@@ -40,13 +46,18 @@ WORDS = {
 # fmt: on
 """By the name of a register that the configuration does not set."""
 
-RULES = {
-    "derivative_gain_limit": ("PID101",),
-    "setpoint_lower": ("PID311", "PID312"),
-    "setpoint_upper": ("PID312",),
-    "output_lower": ("PID363",),
+WRITERS = {
+    "raw_pv": "the program",
+    "output": "the PLC in Auto; in Manual the operator or the program",
 }
-"""Rules that find an error before the download, by the register; the limits of all numbers are PID101's."""
+"""Who writes a register that is not the PLC's alone."""
+DOUBTS = dict.fromkeys(
+    ("action", "autotune_method", "autotune_type"), f"inferred, not printed: compare the PID window, D{D100.number}"
+)
+"""Remarks on registers whose states are a reading of ours."""
+CROSSED_RULES = ("PID311", "PID312")
+"""Rules that find crossed limits before the download."""
+OUTPUT_RULES = ("PID363",)
 
 
 def _code(error: PidError) -> Code:
@@ -54,9 +65,13 @@ def _code(error: PidError) -> Code:
     cure = {
         "crossed": "Put the lower limit below the upper one, or switch one of them off (Cn+00, Cn+01).",
         "number": "Write a number into the register; a calculation of the program has left something else there.",
-        "limits": f"Write a value that is allowed. {NOT_WRITTEN}",
+        "limits": "Write a value that is allowed."
+        + (f" {NOT_WRITTEN}" if error.low is not None and error.low > 0 else "")
+        + (" The help names an upper bound too, but not which." if error.number == OUTPUT_BELOW_ZERO else ""),
     }[wrong]
-    rules = RULES.get(error.register, ("PID101",) if wrong == "limits" else ())
+    rules = {"crossed": CROSSED_RULES, "number": (), "limits": ("PID101",)}[wrong]
+    if error.number == OUTPUT_BELOW_ZERO:
+        rules = OUTPUT_RULES
     basis = D101 if error.register == "autotune_hysteresis" else ERROR_LIST
     return Code("error_code", error.number, condition(error), Meaning(FORCED, cure, rules, basis))
 

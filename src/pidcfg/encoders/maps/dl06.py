@@ -42,6 +42,13 @@ D04 = Decision(
     "beside the words and requested after the start.",
     "Their normal state is 000; the controller clears them when it has read them.",
 )  # fmt: skip
+D16 = Decision(
+    16, "the scale of a square-root loop",
+    "The set point runs from 0 to the root of the span (0 to 64 counts for 12 bit); error = SP − √PV is normalised "
+    "by that root; alarms compare the raw PV, deviation alarms with SP².",
+    "The manual divides the desired SP by the root of the analog span. A full-scale error keeps its full-scale "
+    "effect; the alarm words have no root in the manual's figures.",
+)  # fmt: skip
 
 SPACE = Space((Bank("V", 0, HIGHEST, WORD, octal=True),))
 
@@ -76,6 +83,8 @@ BITS = Binary()
 GAIN = Bcd(2, off=(0,))
 RESET = {1: Bcd(1, off=(0, 9999)), 2: Bcd(2, off=(0, 9999))}
 FILTER = Bcd(1, off=(0,))
+SAMPLE_RATE = Bcd(2, off=(0,), special="not allowed")
+SLOPE = Bcd(2, off=(0,), special="ends the profile")
 
 # fmt: off
 LOOP_TABLE = RegisterMap(
@@ -91,7 +100,7 @@ LOOP_TABLE = RegisterMap(
         Word(0o04, "bias",                   "state.bias",            Position("output"),  "output", "Bias (integrator)",                    "yes", TABLE, "status"),
         Word(0o05, "output",                 "state.output",          Position("output"),  "output", "Control output",                       "yes", TABLE, "status"),
         Word(0o06, "mode_and_alarm_status",  None,                    BITS,                "",       "Loop mode and alarm status",           "-",   TABLE, "status"),
-        Word(0o07, "sample_rate",            "sample_rate",           Bcd(2, off=(0,)),    "s",      "Sample rate",                          "yes", TABLE),
+        Word(0o07, "sample_rate",            "sample_rate",           SAMPLE_RATE,         "s",      "Sample rate",                          "yes", TABLE),
         Word(0o10, "gain",                   "tuning.gain",           GAIN,                "%/%",    "Gain (proportional)",                  "yes", TABLE),
         Word(0o11, "reset",                  "tuning.reset",          RESET[1],            "s or min", "Reset (integral) time",              "yes", D01),
         Word(0o12, "rate",                   "tuning.rate",           Bcd(2, off=(0,)),    "s",      "Rate (derivative) time",               "yes", TABLE),
@@ -187,7 +196,7 @@ RAMP_SOAK_PAIR = RegisterMap(
     size=4,
     words=(
         Word(0o0, "ramp_to",   "ramp_to",   Position("sp"),                      "pv",   "Ramp end SP value", "yes", RAMP_TABLE),
-        Word(0o1, "slope",     "slope",     SpanBcd("sp", Bcd(2, off=(0,))),     "pv/s", "Ramp slope",        "yes", RAMP_TABLE),
+        Word(0o1, "slope",     "slope",     SpanBcd("sp", SLOPE),                "pv/s", "Ramp slope",        "yes", RAMP_TABLE),
         Word(0o2, "soak",      "soak",      Bcd(1, off=(0,)),                    "min",  "Soak duration",     "yes", RAMP_TABLE),
         Word(0o3, "deviation", "deviation", Distance("sp"),                      "pv",   "Soak PV deviation", "yes", RAMP_TABLE),
     ),

@@ -18,7 +18,9 @@ TUNING = DL06.at("Auto Tuning error")
 RAMP_ERRORS = DL06.at("Ramp/Soak Table Programming Error Flags (Addr + 35)")
 
 NO_LOOP = "The loop task does not run: no loop is calculated, in any mode."
-AGAIN = "Then change the CPU from Program to Run: it looks at V7640 and V7641 only at that moment."
+STOPS = "This stops the machine: in Program mode the outputs are off and the loops that follow the CPU are in Manual."
+AGAIN = f"Then change the CPU from Program to Run: it looks at V7640 and V7641 only at that moment. {STOPS}"
+NEW_TABLE = "Put an address of 32 free words of user memory into +34, then change the CPU from Program to Run. " + STOPS
 LOWER, UPPER = (f"{v_name(first)} to {v_name(last)}" for first, last in (CPU.lower, CPU.upper))
 SEGMENT_KEY = "Look at +35 when the profile does not start."
 PV_ALARM = "A loop in Manual does not go to Automatic while it is on."
@@ -55,7 +57,8 @@ BITS = {
 
     ("mode_and_alarm_status", 0): Meaning(
         "The loop is in Manual: it does not control, the output (+05) stands where the operator or the program puts it.",
-        "To control, set bit 1 of +00 for a moment. If the loop stays in Manual, look at bits 3 to 6 and 10.", (), TROUBLE),
+        "To control, set bit 1 of +00 for a moment. If the loop stays in Manual, look at bits 3 to 6 and 10, "
+        "and, of a major loop, whether its minor loop is in Cascade.", (), TROUBLE),
     ("mode_and_alarm_status", 1): Meaning(
         "The loop is in Automatic: it works the output (+05) out from its own set point (+02) and the PV (+03).", "", (), MODES),
     ("mode_and_alarm_status", 2): Meaning(
@@ -88,8 +91,10 @@ BITS = {
                                            "Wait, and stay at the plant.", (), TUNING),
     ("mode_and_alarm_status", 13): Meaning(
         "The auto-tune ended without result; the gains are the old ones.",
-        "Bring PV and SP within 5 % of full scale of each other, see that the step does not drive the output to the "
-        "end of its range, and start again (bit 7 of +01).", (), TUNING),
+        "Open loop (bit 5 of +01 on): the PV must be at least 205 counts of a 12-bit format, 5 % of full scale, below "
+        "the SP of a direct-acting loop, above that of a reverse-acting one (D28). Closed loop: bring PV and SP within 5 % "
+        "of full scale, and see that the output does not reach the ends of its range. Then start again (bit 7 of +01); "
+        "the manual contradicts itself, so try the other reading if the bit comes back.", ("PID299",), TUNING),
 
     ("ramp_soak_flags", 0): Meaning(f"Asks for start (1), hold (2), resume (4) or jog to the next segment (8) of the "
                                     f"profile. {SEGMENT_KEY}", "Set one of bits 0 to 3 for a moment. The generator "
@@ -102,14 +107,14 @@ BITS = {
 
     ("ramp_soak_errors", 0): Meaning(
         f"The ramp/soak table does not lie in the user's V-memory below {v_name(CPU.upper[0])}; the profile does not start.",
-        "Put an address of 32 free words of user memory into +34, then change the CPU from Program to Run.", ("PID274",), RAMP_ERRORS),
+        NEW_TABLE, ("PID274",), RAMP_ERRORS),
     ("ramp_soak_errors", 1): Meaning(
         f"The ramp/soak table does not lie in the user's V-memory above {v_name(CPU.upper[0])}; the profile does not start.",
-        "Put an address of 32 free words of user memory into +34, then change the CPU from Program to Run.", ("PID274",), RAMP_ERRORS),
+        NEW_TABLE, ("PID274",), RAMP_ERRORS),
     ("ramp_soak_errors", 4): Meaning(
         f"The ramp/soak table starts among the system's words {v_name(CPU.system[0])} to {v_name(CPU.system[1])}; the "
         "profile does not start, and a download of the table would overwrite the set-up of all loops.",
-        "Put an address of 32 free words of user memory into +34, then change the CPU from Program to Run.", ("PID275",), RAMP_ERRORS),
+        NEW_TABLE, ("PID275",), RAMP_ERRORS),
 }
 # fmt: on
 """By the name of the register and the lowest bit of the row."""
@@ -120,8 +125,11 @@ WORDS = {
                   "although the plant moves: the program does not write it here.", "", (), TROUBLE),
     "bias": Meaning("The integral: the part of the output that holds the set point at rest. Somebody else may write it "
                     "too (feedforward)."),
-    "output": Meaning("What the loop gives to the actuator. Always 0 in Automatic: the upper limit in +31 is 0, or the "
-                      "loop acts the wrong way round (bit 4 of +00).", "", ("PID226",), TROUBLE),
+    "output": Meaning("What the loop gives to the actuator. 0 in Automatic is right while the PV of a heating loop is "
+                      "above its SP (cooling: below).",
+                      "If it stays 0 on the other side too, look whether the upper limit in +31 is 0, then whether the "
+                      "direction (bit 4 of +00) fits the process. Never change bit 4 before a small step of the output in "
+                      "Manual has shown which way the PV goes: the wrong direction is a runaway.", ("PID226",), TROUBLE),
     "mode_and_alarm_status": Meaning("Tells the mode and the alarms of one loop; the CPU writes it at each calculation, "
                                      "nobody else should.", "", (), MODES),
     "mode_setting_1": Meaning("Sixteen switches of the loop: mode requests, direction of control, equation, alarms."),
@@ -131,3 +139,9 @@ WORDS = {
                                 "", (), RAMP_ERRORS),
 }  # fmt: skip
 """By the name of a register that the configuration does not set."""
+WRITERS = {
+    "pv": "the ladder program, or the PLC by auto transfer (+36)",
+    "bias": "the PLC; the program too, for feedforward",
+    "output": "the PLC in Automatic and Cascade; in Manual the operator or the program",
+}
+"""Who writes a word that is not the PLC's alone."""

@@ -31,6 +31,12 @@ STATES = {
 }
 """What a BOOL operand chooses."""
 
+WRITERS = {
+    "PV": "the program: it is an input, the measurement",
+    "I_MV": "the PLC; the program may read, clear or change it",
+}
+"""Who writes an operand that is not yours alone."""
+
 INTEGRAL = (
     (0, 0, "I_MV", "The accumulated integral. It may be read, cleared or changed."),
     (1, 1, "previous error", "The error of the calculation before; the PLC writes it."),

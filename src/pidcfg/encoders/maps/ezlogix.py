@@ -48,6 +48,7 @@ HUNDREDTHS, TENTHS, WHOLE = Implied(2), Implied(1), Implied()
 LEAST_SAMPLE_RATE = HUNDREDTHS.encode(Decimal(str(SAMPLE_RATE.low)))
 """The sample rate below which a register is out of range."""
 PID_PI = Choice({0: "PID", 1: "PI"})
+SAMPLE_INTERVAL = Implied(2, off=(0,), special="not allowed")
 MANUAL_AUTO = Choice({0: "manual", 1: "auto"})
 
 # fmt: off
@@ -57,7 +58,7 @@ R_BLOCK = RegisterMap(
     label="Base+{:d}",
     words=(
         #    offset name                   path                         codec                     unit    title                           read basis access
-        Word(0,  "sample_rate",            "sample_rate",               Implied(2, off=(0,)),     "s",    "Sample Rate",                  "-", PARAMETERS),
+        Word(0,  "sample_rate",            "sample_rate",               SAMPLE_INTERVAL,          "s",    "Sample Rate",                  "-", PARAMETERS),
         Word(1,  "setpoint",               "setpoint.value",            Position("sp"),           "pv",   "Setpoint",                     "-", PARAMETERS),
         Word(2,  "proportional_gain",      "tuning.proportional_gain",  Implied(2, off=(0,)),     "",     "Proportional Gain",            "-", PARAMETERS),
         Word(3,  "integral_time",          "tuning.integral_time",      Implied(1, off=(0,)),     "s",    "Integral (Reset) Time",        "-", PARAMETERS),

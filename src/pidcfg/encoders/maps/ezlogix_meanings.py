@@ -17,8 +17,10 @@ WORDS = {
     "autotune_status": Meaning("Tells where the autotune is, or how the last one ended.", "", (), AUTOTUNE),
     "saturation": Meaning("The CV is at an end of its range, 0 or 4095: the actuator can do no more. With anti-windup "
                           "(Base+1) the integral does not go on in that direction.",
-                          "Normal for a while after a change; if it stays, the actuator is too small, shut off, or the "
-                          "controller action is the wrong one.", (), OPTIONS),
+                          "Normal for a while after a change, and at 0 while a heating loop's PV is above its set point "
+                          "(cooling: below). If it stays on the other side too, look whether the actuator is too small "
+                          "or shut off. Never change the controller action before a small step of the CV in Manual has "
+                          "shown which way the PV goes.", (), OPTIONS),
     "start_autotune": Meaning("From 0 to 1 starts the autotune, in Manual as well as in Auto: the CV steps up by 10 %. "
                               "Back to 0 cancels it.", f"{STEADY} Watch the PV while it runs.", (), AUTOTUNE),
 }
@@ -35,10 +37,11 @@ CODES = (
     Code("autotune_status", 4, "cancelled", Meaning(f"Somebody set discrete Base+4 to 0. {BACK}", IDLE_AGAIN, (), AUTOTUNE)),
     Code("autotune_status", 5, "the CV could not be incremented", Meaning(
         f"There is no room for a step of 10 % above the present CV. {BACK}",
-        f"Bring the CV below 90 % of its range, or raise the CV high limit (Base+9). {IDLE_AGAIN}", ("PID484",), AUTOTUNE)),
+        f"Bring the CV 10 % below the CV high limit (Base+9) and below 90 % of its range first. Raise that limit only if the "
+        f"plant bears it: it may protect the plant; put it back after the autotune. {IDLE_AGAIN}", ("PID484",), AUTOTUNE)),
     Code("autotune_status", 6, "the curve could not be fitted", Meaning(
         f"The PV moved, but not like the answer of a process to a step. {BACK}",
-        f"Look for disturbances, noise and a wrong controller action; give it more time (Base+13). {STEADY} {IDLE_AGAIN}",
+        f"Look for disturbances and noise; give it more time (Base+13). {STEADY} {IDLE_AGAIN}",
         ("PID481",), AUTOTUNE)),
     Code("autotune_status", 7, "division by zero", Meaning(
         f"The recorded answer has no slope to work with. {BACK}",

@@ -18,16 +18,18 @@ D325 = Decision(
 )  # fmt: skip
 
 STOPPED = "The block is not executed: MV and all other outputs stay as they are until it is cured."
-UNTRUSTED = "The gains that it shows are not to be trusted."
-ENDED = "The auto-tuning has ended; MV is as it was."
-AGAIN = "Then switch AutoTune off and on."
+UNCONTROLLED = "MV stands at RefMV, where the auto-tuning found it, and nothing controls until AutoTune is FALSE."
+UNTRUSTED = f"The gains that it shows are not to be trusted. {UNCONTROLLED}"
+ENDED = f"The auto-tuning has ended. {UNCONTROLLED}"
+AGAIN = "Switch AutoTune off, so that the block controls again, before the next try."
+STEP = "Never change Direct before a small step of MV in manual has shown which way PV goes."
 LIMITED = "The block goes on."
 
 # fmt: off
 GROUPS = {
     "ErrBits": Meaning("Fatal errors: while one is on, the block is not executed and MV does not move.", "", (), ERRORS),
     "WarnBits": Meaning("What the block limits in this call; it goes on working.", "", (), WARNINGS),
-    "AutoTuneResult": Meaning("What the auto-tuning found, and what went wrong; reset when AutoTune is FALSE.", "", (), RESULTS),
+    "AutoTuneResult": Meaning(f"What the auto-tuning found, and what went wrong; reset when AutoTune is FALSE. When it has ended: {UNCONTROLLED}", "", (), RESULTS),
 }
 """Outputs that are structures."""
 
@@ -48,8 +50,8 @@ BITS = {
     "WarnBits.SP_MinPV":      Meaning(f"The set point is below MinPV; the block works towards MinPV. {LIMITED}", "Raise SP, or set MinPV to the bottom of the sensor's range.", ("PID615",), WARNINGS),
     "WarnBits.SP_CASC_MaxPV": Meaning(f"The master asks for more than MaxPV; the block works towards MaxPV. {LIMITED}", "Set the master's MaxMV to this block's MaxPV.", ("PID616", "PID673"), WARNINGS),
     "WarnBits.SP_CASC_MinPV": Meaning(f"The master asks for less than MinPV; the block works towards MinPV. {LIMITED}", "Set the master's MinMV to this block's MinPV.", ("PID616", "PID673"), WARNINGS),
-    "WarnBits.MV_MaxMV":      Meaning(f"MV is at its upper limit: the actuator can do no more. {LIMITED}", "Normal for a while after a change; if it stays, the actuator is too small or shut off, or Direct is the wrong way round.", (), WARNINGS),
-    "WarnBits.MV_MinMV":      Meaning(f"MV is at its lower limit: the actuator can do no less. {LIMITED}", "Normal for a while after a change; if it stays, something else moves the PV, or Direct is the wrong way round.", (), WARNINGS),
+    "WarnBits.MV_MaxMV":      Meaning(f"MV is at its upper limit: the actuator can do no more. {LIMITED}", f"Normal for a while after a change; if it stays, the actuator is too small or shut off. {STEP}", (), WARNINGS),
+    "WarnBits.MV_MinMV":      Meaning(f"MV is at its lower limit: the actuator can do no less. {LIMITED}", f"Right while a heating block's PV is above SP (cooling: below); if it stays on the other side too, something else moves the PV. {STEP}", (), WARNINGS),
     "WarnBits.MV_P_MaxVarMV": Meaning(f"MV rises as fast as MaxVarMV lets it. {LIMITED}", "Normal after a change; if it is on most of the time, MaxVarMV makes the loop slow.", ("PID633",), WARNINGS),
     "WarnBits.MV_N_MaxVarMV": Meaning(f"MV falls as fast as MaxVarMV lets it. {LIMITED}", "Normal after a change; if it is on most of the time, MaxVarMV makes the loop slow.", ("PID633",), WARNINGS),
 
@@ -62,11 +64,27 @@ BITS = {
     "AutoTuneResult.MV_TOO_LOW":        Meaning(ENDED, f"Start from a higher MV, or make PercAmpMV smaller. {AGAIN}", ("PID658",), RESULTS),
     "AutoTuneResult.PV_TOO_HIGH":       Meaning(ENDED, f"Start from a lower PV, or make PercHystPV smaller. {AGAIN}", (), RESULTS),
     "AutoTuneResult.PV_TOO_LOW":        Meaning(ENDED, f"Start from a higher PV, or make PercHystPV smaller. {AGAIN}", (), RESULTS),
-    "AutoTuneResult.PEAK_TOO_HIGH":     Meaning("Aborted for safety; MV is back where it was.", f"Make PercAmpMV smaller, or allow a higher peak (PercMaxPeakPV) if the plant does. {AGAIN}", ("PID659",), RESULTS),
+    "AutoTuneResult.PEAK_TOO_HIGH":     Meaning(f"Aborted for safety. {UNCONTROLLED}", f"Make PercAmpMV smaller, or allow a higher peak (PercMaxPeakPV) if the plant does. {AGAIN}", ("PID659",), RESULTS),
     "AutoTuneResult.PEAK_TOO_LOW":      Meaning(UNTRUSTED, f"Make PercAmpMV larger or PercHystPV smaller; a process with almost no dead time does this too. {AGAIN}", ("PID659",), RESULTS),
-    "AutoTuneResult.PV_NOT_STEADY":     Meaning("Ended in the first 3 s; MV is back where it was.", f"Let PV come to rest, or make PercHystPV larger than its noise. {AGAIN}", (), RESULTS),
+    "AutoTuneResult.PV_NOT_STEADY":     Meaning(f"Ended in the first 3 s. {UNCONTROLLED}", f"Let PV come to rest, or make PercHystPV larger than its noise. {AGAIN}", (), RESULTS),
     "AutoTuneResult.CYCLE_TOO_FAST":    Meaning(UNTRUSTED, f"Call the block more often; a process with almost no dead time does this too. {AGAIN}", (), RESULTS),
-    "AutoTuneResult.HIGH_DEAD_TIME":    Meaning(UNTRUSTED, "The dead time is long against the time constant: tune by hand.", (), RESULTS),
+    "AutoTuneResult.HIGH_DEAD_TIME":    Meaning(UNTRUSTED, "Switch AutoTune off, then tune by hand: the dead time is long against the time constant.", (), RESULTS),
 }
 # fmt: on
 """By the name of the output."""
+
+OWN_BITS = {
+    ("ControlON_OFF", "ErrBits.DeadBand"): Meaning(
+        STOPPED, "Set DeadBand above 0: this block has no 0 that means none.", ("PID101",), ERRORS),
+}  # fmt: skip
+"""By the type of block and the name of the output, where a block differs from the others."""
+
+# fmt: off
+STATES = {
+    ("Direct", True): "direct: MV rises when PV rises (cooling)", ("Direct", False): "reverse: MV falls when PV rises (heating)",
+    ("Indep", True): "independent form: gains Kp, Ki, Kd", ("Indep", False): "dependent form: gain Kp, times Ti, Td",
+    ("DerivEr", True): "derivative of the error", ("DerivEr", False): "derivative of PV",
+    ("Disable", True): "the output is 0", ("Disable", False): "the block works",
+}
+# fmt: on
+"""What an input chooses of which TRUE and FALSE have meanings of their own."""

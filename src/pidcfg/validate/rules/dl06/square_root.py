@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from pidcfg.diagnostics import Severity
+from pidcfg.encoders.maps.dl06 import D16
 from pidcfg.encoders.words import nearest
 from pidcfg.refs import DL06, Decision
 from pidcfg.validate.rule import Finding, rule
@@ -16,13 +17,6 @@ if TYPE_CHECKING:
 
 ROOT = DL06.at("Process Variable (PV) Configuration, IMPORTANT")
 
-D16 = Decision(
-    16, "the scale of a square-root loop",
-    "The set point runs from 0 to the root of the span (0 to 64 counts for 12 bit); error = SP − √PV is normalised "
-    "by that root; alarms compare the raw PV, deviation alarms with SP².",
-    "The manual divides the desired SP by the root of the analog span. A full-scale error keeps its full-scale "
-    "effect; the alarm words have no root in the manual's figures.",
-)  # fmt: skip
 D17 = Decision(
     17, "the root of a negative PV is 0", "With square-root extract a negative PV counts as 0.",
     "A differential-pressure signal is not negative, and the manual says nothing about one.",

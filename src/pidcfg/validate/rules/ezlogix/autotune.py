@@ -128,7 +128,8 @@ def autotune_step_impossible(context: EzlogixContext) -> Iterator[Finding]:
     Why: the autotune steps the CV up by 10 %. With limits that are closer together it cannot, from any output: it ends
     with status 5.
 
-    Fix: widen the limits, if only for the autotune.
+    Fix: tune by hand; widen the limits for the autotune only if the plant bears it, since they may protect it, and put
+    them back afterwards.
     """
     for view in context.loops:
         limits = view.cv_limits

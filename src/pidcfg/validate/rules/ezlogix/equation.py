@@ -57,8 +57,8 @@ def velocity_is_not_incremental(context: EzlogixContext) -> Iterator[Finding]:
     gives no kick. As printed it would be positive feedback with reverse action: the printed sign is a misprint, and
     `pidcfg` takes the sign that the error has. It is reported once a file.
 
-    Fix: nothing; but try a new loop with derivative in Manual and Auto on a harmless process, and watch that the CV
-    falls while the PV of a reverse-acting loop rises fast.
+    Fix: nothing; but try a new loop with derivative in Manual and Auto on a harmless process. While the PV rises fast
+    the CV must rise with `action: direct` (cooling), and fall with `action: reverse` (heating).
     """
     found = [view for view in context.loops if view.loop.algorithm == "velocity" and view.held("derivative_time")]
     if found:
