@@ -277,7 +277,8 @@ def test_json_stays_the_same_with_a_picture(folder, pidcfg):
 
 
 UNITS = {
-    "dl06/flow": ("PV, SP before the root", "OUT"), "click/booster": ("PV, SP", "CO"), "dl06/reactor": ("PV, SP", "OUT"),
+    "dl06/flow": ("PV, SP before the root", "OUT"), "click/booster": ("PV, SP", "CO"),
+    "ezlogix/oven": ("PV, SP", "CV"),
     "nextopid/ratio": ("PV, SP", "MV"), "dpide/chiller": ("PV, SV", "MV"), "generic/boiler": ("PV, SP", "OUT"),
 }  # fmt: skip
 

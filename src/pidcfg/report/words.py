@@ -53,7 +53,10 @@ def _belongs(block: Block, loop: int | None) -> bool:
 
 
 def blocks_of(
-    encoding: Encoding, number: int | None, units: Mapping[str, str], settled: Mapping[str, str],
+    encoding: Encoding,
+    number: int | None,
+    units: Mapping[str, str],
+    settled: Mapping[str, str],
     writers: Mapping[str, str],
 ) -> tuple[content.Block, ...]:
     """The blocks of one loop, by its number (None: of the PLC); ``settled``: units by path, which leave no choice.
@@ -69,7 +72,10 @@ def blocks_of(
 
 
 def _registers(
-    block: Block, encoding: Encoding, units: Mapping[str, str], settled: Mapping[str, str],
+    block: Block,
+    encoding: Encoding,
+    units: Mapping[str, str],
+    settled: Mapping[str, str],
     writers: Mapping[str, str],
 ) -> Iterator[content.Register]:
     memory = encoding.image.words
