@@ -129,6 +129,25 @@ def test_signals_before_a_root_are_called_so(pidcfg, tmp_path, name, stands):
     assert "PV, SP (m3/h)" not in texts
 
 
+@pytest.mark.parametrize(("source", "target"), [("dl06", "generic"), ("dl06", "ezlogix"), ("generic", "dl06")])
+def test_both_sides_of_a_root_are_the_flow(folder, pidcfg, source, target):
+    names = {"dl06": EXAMPLES / "dl06/flow.yaml", "generic": "neutral.yaml"}
+    assert pidcfg("convert", names["dl06"], "--to", "generic", "--allow-loss", "-o", "neutral.yaml", "-q")[0] in {0, 1}
+    args = ("--allow-loss", "-o", "made.yaml", "--verify", "--report-output", "json=report.json", "-q")
+    pidcfg("convert", names[source], "--to", target, *args)
+    (found,) = json.loads(Path("report.json").read_text("utf-8"))["verify"]
+    assert found["pv_percent"] < 1
+    assert found["output_percent"] < 1
+
+
+def test_the_neutral_form_tells_the_flow_itself(folder, pidcfg):
+    pidcfg("convert", EXAMPLES / "dl06/flow.yaml", "--to", "generic", "--allow-loss", "-o", "neutral.yaml", "-q")
+    scenario = (EXAMPLES / "dl06/flow.scenario.yaml").read_text("utf-8").replace("flow.yaml", "neutral.yaml")
+    Path("n.scenario.yaml").write_text(scenario, "utf-8")
+    (chart,) = charts_of(outcome("n.scenario.yaml"))
+    assert (chart.panels[0].title, chart.panels[0].unit, chart.notes) == ("PV, SP", "m3/h", ())
+
+
 def test_autotune_is_a_strip(folder):
     Path("oven.scenario.yaml").write_text(OVEN.replace("ramp_soak: start", "autotune: start"), "utf-8")
     config = Path("oven.yaml")

@@ -41,6 +41,13 @@ class Root:
         return f"PV and {name} are before the root: {last:.4g} at the end stands for {stands}"
 
 
+def root_of(plc: Plc, loop: int) -> Root | None:
+    """The scale of a loop, by its number, whose signals are those before its root is taken; None for another one."""
+    low, high, _ = plc.scales[loop]
+    zero = plc.roots[loop] if plc.roots else None
+    return None if zero is None else Root(low, high - low, zero)
+
+
 @dataclass(frozen=True, slots=True)
 class Axes:
     """What a loop's signals are called and counted in."""
@@ -74,7 +81,7 @@ def axes_of(plc: Plc, settings: Sequence[Mapping[str, Any]]) -> dict[str, Axes]:
             pv_unit=str(pv.get("unit") or ("counts" if raw else "")),
             output_unit=str(output.get("unit") or ("counts" if plc.outputs and "range" not in output else "")),
             output_range=None if shown is None else (float(shown[0]), float(shown[1])),
-            root=Root(low, high - low, cfg.pv_min / counts) if getattr(cfg, "root", 0) else None,
+            root=root_of(plc, i),
             description=str(entry.get("description") or ""),
         )
     return found
