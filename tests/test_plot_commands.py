@@ -113,6 +113,41 @@ def test_what_is_on_at_the_end_lasts_to_the_end(folder):
     assert next(strip for strip in chart.strips if strip.title == "pv_high_high").bars[-1].end == 1200
 
 
+@pytest.mark.parametrize(
+    ("name", "stands"),
+    [
+        ("dl06/flow", "67.52 at the end stands for 90.01 m3/h"),
+        ("ezlogix/dosing", "31.76 at the end stands for 39.85 m3/h"),
+    ],
+)
+def test_signals_before_a_root_are_called_so(pidcfg, tmp_path, name, stands):
+    code, _, _ = pidcfg("simulate", EXAMPLES / f"{name}.scenario.yaml", "--plot", tmp_path / "a.svg")
+    texts = said(tmp_path / "a.svg")
+    assert code == 0
+    assert "PV, SP before the root" in texts
+    assert f"PV and SP are before the root: {stands}" in texts
+    assert "PV, SP (m3/h)" not in texts
+
+
+@pytest.mark.parametrize(("source", "target"), [("dl06", "generic"), ("dl06", "ezlogix"), ("generic", "dl06")])
+def test_both_sides_of_a_root_are_the_flow(folder, pidcfg, source, target):
+    names = {"dl06": EXAMPLES / "dl06/flow.yaml", "generic": "neutral.yaml"}
+    assert pidcfg("convert", names["dl06"], "--to", "generic", "--allow-loss", "-o", "neutral.yaml", "-q")[0] in {0, 1}
+    args = ("--allow-loss", "-o", "made.yaml", "--verify", "--report-output", "json=report.json", "-q")
+    pidcfg("convert", names[source], "--to", target, *args)
+    (found,) = json.loads(Path("report.json").read_text("utf-8"))["verify"]
+    assert found["pv_percent"] < 1
+    assert found["output_percent"] < 1
+
+
+def test_the_neutral_form_tells_the_flow_itself(folder, pidcfg):
+    pidcfg("convert", EXAMPLES / "dl06/flow.yaml", "--to", "generic", "--allow-loss", "-o", "neutral.yaml", "-q")
+    scenario = (EXAMPLES / "dl06/flow.scenario.yaml").read_text("utf-8").replace("flow.yaml", "neutral.yaml")
+    Path("n.scenario.yaml").write_text(scenario, "utf-8")
+    (chart,) = charts_of(outcome("n.scenario.yaml"))
+    assert (chart.panels[0].title, chart.panels[0].unit, chart.notes) == ("PV, SP", "m3/h", ())
+
+
 def test_autotune_is_a_strip(folder):
     Path("oven.scenario.yaml").write_text(OVEN.replace("ramp_soak: start", "autotune: start"), "utf-8")
     config = Path("oven.yaml")
@@ -261,7 +296,8 @@ def test_json_stays_the_same_with_a_picture(folder, pidcfg):
 
 
 UNITS = {
-    "dl06/flow": ("PV, SP", "OUT"), "click/booster": ("PV, SP", "CO"), "ezlogix/dosing": ("PV, SP", "CV"),
+    "dl06/flow": ("PV, SP before the root", "OUT"), "click/booster": ("PV, SP", "CO"),
+    "ezlogix/oven": ("PV, SP", "CV"),
     "nextopid/ratio": ("PV, SP", "MV"), "dpide/chiller": ("PV, SV", "MV"), "generic/boiler": ("PV, SP", "OUT"),
 }  # fmt: skip
 
@@ -282,7 +318,7 @@ def test_every_vendors_loops_have_axes_with_units(example, titles, tmp_path):
     assert charts, [d.message for d in found.findings]
     for chart in charts:
         assert tuple(panel.title for panel in chart.panels) == titles
-        assert all(panel.unit for panel in chart.panels), chart.loop
+        assert all(panel.unit for panel in chart.panels if "before" not in panel.title), chart.loop
         assert all(line.values for panel in chart.panels for line in panel.lines)
 
 

@@ -7,6 +7,7 @@ import datetime as dt
 import hashlib
 import io
 import json
+import re
 import socket
 from pathlib import Path
 
@@ -128,11 +129,48 @@ def test_raw_counts_are_called_counts():
     assert registers(found, 2)["V2102"].unit == "counts"
 
 
-@pytest.mark.parametrize(("independent", "unit"), [(False, "s"), (True, "")])
-def test_a_gain_is_not_called_a_time(independent, unit):
+@pytest.mark.parametrize(
+    ("independent", "units", "names"),
+    [(False, ("s", "s"), ("Ti", "Td")), (True, ("%/degC/s", "% per degC/s"), ("Ki", "Kd"))],
+)
+def test_a_gain_is_not_called_a_time(independent, units, names):
     text = (EXAMPLES / "nextopid/override.yaml").read_text("utf-8")
-    found = settings(sheets(text.replace("Td_Kd: 0.0", f"Td_Kd: 0.0\n    Indep: {str(independent).lower()}")))
-    assert (found["Ti_Ki"].unit, found["Td_Kd"].unit, found["Kp"].unit) == (unit, unit, "%/degC")
+    content = sheets(text.replace("Td_Kd: 0.0", f"Td_Kd: 0.0\n    Indep: {str(independent).lower()}"))
+    found, known = settings(content), dict(content.loops[0][1].facts)
+    assert (found["Ti_Ki"].unit, found["Td_Kd"].unit, found["Kp"].unit) == (*units, "%/degC")
+    assert known["Form"].startswith("independent" if independent else "dependent")
+    assert [known[name].partition(" ")[2] for name in names] == [*units]
+    assert {"Ti", "Td", "Ki", "Kd"} & {*known} == {*names}
+
+
+@pytest.mark.parametrize(("form", "unit"), [("true", "s"), ("false", "%/degC/s")])
+def test_the_form_of_the_equation_tells_what_a_number_is_counted_in(form, unit):
+    text = (EXAMPLES / "dpide/chiller.yaml").read_text("utf-8").replace("PID_EQ: false", f"PID_EQ: {form}")
+    content = sheets(text)
+    parameters = {p.name: p for p in content.loops[0][1].parameters}
+    assert settings(content)["Ti_Ki"].unit == parameters["TIC-21.Ti_Ki"].unit == unit
+
+
+def test_what_the_program_chooses_is_not_guessed():
+    text = (EXAMPLES / "nextopid/override.yaml").read_text("utf-8")
+    wired = text.replace("Td_Kd: 0.0", "Td_Kd: 0.0\n    Indep: FORM\n    Direct: WAY", 1)
+    content = sheets(wired.replace("signals:", "signals:\n  FORM: false\n  WAY: false"))
+    known = dict(content.loops[0][1].facts)
+    assert known["Form"] == "the program chooses it: Indep := FORM"
+    assert known["Direction"] == "the program chooses it: Direct := WAY"
+    assert settings(content)["Ti_Ki"].unit == ""
+
+
+def test_a_time_with_a_unit_has_one_unit():
+    text = (EXAMPLES / "dpide/chiller.yaml").read_text("utf-8")
+    found = settings(sheets(re.sub("CYCLE: [^ #\n]*( s)?", "CYCLE: 2 s", text)))["CYCLE"]
+    assert (float(found.value), found.unit) == (2000, "ms")
+
+
+def test_a_truth_has_no_unit():
+    fan = {p.name: p for p in example("nextopid/furnace").loops[1][1].parameters}
+    assert (fan["FAN.ManualMV"].content, fan["FAN.ManualMV"].unit) == ("FALSE", "")
+    assert fan["FAN.SP"].unit == "degC"
 
 
 def test_the_bits_of_a_bit_word_are_spelled_out():
@@ -153,9 +191,111 @@ def test_a_pointer_is_told_as_the_address_it_means():
     assert registers(example("dl06/reactor"))["V2032"].value == "V2045"
 
 
+RISES, FALLS = "PV rises when the output rises (as in heating)", "PV falls when the output rises (as in cooling)"
+
+
+def direction_facts(content):
+    """The direction on each sheet."""
+    return [dict(sheet.facts).get("Direction") for _, sheet in content.loops]
+
+
 def test_a_loop_tells_its_direction():
-    facts = [dict(sheet.facts)["Direction"] for _, sheet in example("ezlogix/oven").loops]
-    assert facts == ["PV rises when the output rises (heating)", "PV falls when the output rises (cooling)"]
+    assert direction_facts(example("ezlogix/oven")) == [RISES, FALLS]
+
+
+@pytest.mark.parametrize("path", sorted(EXAMPLES.glob("*/*.yaml")), ids=lambda path: f"{path.parent.name}-{path.stem}")
+def test_the_direction_is_that_of_the_neutral_form(path):
+    document = read_document(path.read_bytes(), path.name)
+    if is_scenario(document):
+        return
+    checked = check_document(document)
+    found = direction_facts(sheets(path.read_text("utf-8")))
+    assert all(found)
+    wanted = [loop.loop.get("output_raises_pv") for loop in checked.vendor.load("to_neutral")(checked.config)]
+    pairs = [(told, rises) for told, rises in zip(found, wanted, strict=True) if rises is not None]
+    assert all(told == (RISES if rises else FALLS) for told, rises in pairs)
+    assert pairs or "ON_OFF" in path.read_text("utf-8")
+
+
+@pytest.mark.parametrize(("direct", "told"), [("true", FALLS), ("false", RISES)])
+def test_an_on_off_block_tells_its_direction_and_its_set_point(direct, told):
+    text = (EXAMPLES / "nextopid/furnace.yaml").read_text("utf-8")
+    known = dict(sheets(text.replace("Direct: true", f"Direct: {direct}")).loops[1][1].facts)
+    assert (known["Direction"], known["Set point"]) == (told, "35 degC")
+
+
+def test_an_error_takes_the_head_from_no_sheet():
+    text = (EXAMPLES / "dl06/extruder.yaml").read_text("utf-8")
+    sound, wrong = sheets(text), sheets(text.replace("setpoint: {value: 170", "setpoint: {value: 999"))
+    assert any(d.severity.label == "error" for d in wrong.findings)
+    assert direction_facts(wrong) == direction_facts(sound)
+    for i in range(1, len(sound.loops)):
+        assert dict(wrong.loops[i][1].facts) == dict(sound.loops[i][1].facts)
+    assert dict(wrong.loops[0][1].facts)["Set point"] == "999 degC"
+
+
+def test_a_set_point_in_counts_is_told_as_the_value_that_it_means():
+    assert dict(example("dl06/reactor").loops[2][1].facts)["Set point"] == "50 %"
+
+
+def test_alarms_of_a_root_are_shares_of_the_signal_before_it():
+    content = example("dl06/flow")
+    word, told = registers(content)["V10015"], settings(content)["alarms.pv.high"]
+    assert (float(word.value), word.unit) == (87.5, "% of the signal before the root")
+    assert word.meaning == "PV high alarm, reached at 112.2 m3/h"
+    assert (str(told.value), told.unit) == ("105", "m3/h of a linear PV")
+    assert told.meaning.endswith("87.50 % of it, reached at 112.2 m3/h.")
+    reached = [registers(content)[f"V100{n}"].meaning.rpartition(" at ")[2] for n in (13, 14, 16)]
+    assert reached == ["18.94 m3/h", "30.98 m3/h", "117.5 m3/h"]
+    assert registers(content)["V10021"].unit == "% of the signal before the root per sample"
+    assert (float(registers(content)["V10022"].value), registers(content)["V10022"].meaning) == (
+        1.66,
+        "PV alarm hysteresis",
+    )
+    setpoint = registers(content)["V10002"]
+    assert (str(setpoint.value), setpoint.unit) == ("75", "m3/h")
+
+
+def test_a_loop_without_a_root_keeps_its_unit():
+    text = (EXAMPLES / "dl06/flow.yaml").read_text("utf-8").replace("square_root: true", "square_root: false")
+    content = sheets(text)
+    assert registers(content)["V10015"].unit == settings(content)["alarms.pv.high"].unit == "m3/h"
+
+
+@pytest.mark.parametrize(
+    ("name", "address", "by"),
+    [
+        ("dl06/flow", "V10003", "the ladder program, or the PLC by auto transfer (+36)"),
+        ("dl06/flow", "V10005", "the PLC in Automatic and Cascade; in Manual the operator or the program"),
+        ("dl06/flow", "V10006", "the PLC"),
+        ("dl06/flow", "V10007", ""),
+        ("click/tank", "DF112", "the program"),
+        ("click/tank", "DF113", "the PLC"),
+    ],
+)
+def test_who_writes_a_word(name, address, by):
+    content = example(name)
+    assert registers(content)[address].by == by
+    assert f"(written by {by})" in page(content) or not by
+
+
+def test_a_format_of_its_own_that_is_not_chosen_is_that_of_the_pv():
+    bits = {bit.bits: bit.value for bit in registers(example("dl06/flow"))["V10001"].bits}
+    assert bits["13, 12, 11, 10"] == "as the PV"
+
+
+def test_the_sign_off_asks_for_what_can_be_seen():
+    text = page(example("dl06/flow"))
+    assert "Action seen in Manual" not in text
+    assert "In Manual the PV rises" in text
+
+
+def test_the_run_of_a_root_tells_what_its_numbers_are(tmp_path):
+    assert run(EXAMPLES / "dl06/flow.scenario.yaml", "-o", tmp_path / "r.html").exit_code == 0
+    text = (tmp_path / "r.html").read_text("utf-8")
+    assert "PV and SP are before the root: 67.52 at the end stands for 90.01 m3/h. The metrics, too" in text
+    assert run(EXAMPLES / "dl06/oven.scenario.yaml", "-o", tmp_path / "o.html").exit_code == 0
+    assert "before the root" not in (tmp_path / "o.html").read_text("utf-8")
 
 
 def test_two_loops_of_one_name_keep_their_own_words():

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import sqrt
 from typing import TYPE_CHECKING, Any
 
 from pidcfg.pictures.chart import Bar, Chart, Line, Mark, Panel, Strip
@@ -22,6 +23,32 @@ ROWS = 8
 
 
 @dataclass(frozen=True, slots=True)
+class Root:
+    """The PV's scale of a loop that takes the root of it: its signals are recorded as they are before."""
+
+    low: float
+    width: float
+    zero: float
+    """Where the PV's counts begin, as a share of the span."""
+
+    def taken(self, value: float) -> float:
+        """What a value before the root stands for."""
+        return self.low + self.width * sqrt(max((value - self.low) / self.width + self.zero, 0.0))
+
+    def told(self, name: str, last: float, unit: str) -> str:
+        """What the axis shows, by an example: the value of ``name`` at the end."""
+        stands = f"{self.taken(last):.4g} {unit}".rstrip()
+        return f"PV and {name} are before the root: {last:.4g} at the end stands for {stands}"
+
+
+def root_of(plc: Plc, loop: int) -> Root | None:
+    """The scale of a loop, by its number, whose signals are those before its root is taken; None for another one."""
+    low, high, _ = plc.scales[loop]
+    zero = plc.roots[loop] if plc.roots else None
+    return None if zero is None else Root(low, high - low, zero)
+
+
+@dataclass(frozen=True, slots=True)
 class Axes:
     """What a loop's signals are called and counted in."""
 
@@ -32,6 +59,8 @@ class Axes:
     pv_unit: str = ""
     output_unit: str = ""
     output_range: tuple[float, float] | None = None
+    root: Root | None = None
+    """Given where the loop takes the root of its PV."""
     description: str = ""
 
 
@@ -52,6 +81,7 @@ def axes_of(plc: Plc, settings: Sequence[Mapping[str, Any]]) -> dict[str, Axes]:
             pv_unit=str(pv.get("unit") or ("counts" if raw else "")),
             output_unit=str(output.get("unit") or ("counts" if plc.outputs and "range" not in output else "")),
             output_range=None if shown is None else (float(shown[0]), float(shown[1])),
+            root=root_of(plc, i),
             description=str(entry.get("description") or ""),
         )
     return found
@@ -77,6 +107,14 @@ def charts_of(outcome: Outcome, loops: Collection[str] = ()) -> list[Chart]:
     ]
 
 
+def signals_before_root(outcome: Outcome) -> dict[str, str]:
+    """What the signals are of each loop that takes the root of its PV, where the run was recorded."""
+    if outcome.recording is None:
+        return {}
+    told = {loop: before_root(axes, outcome.recording) for loop, axes in outcome.axes.items()}
+    return {loop: " ".join(texts) for loop, texts in told.items() if texts}
+
+
 def _chart(loop: str, found: LoopReport, axes: Axes, report: Report, recording: Recording) -> Chart:
     marks, notes = failures(loop, report.expectations)
     events = [Mark(event.text if event.loop in {loop, None} else f"{event.loop}: {event.text}", event.at)
@@ -89,8 +127,18 @@ def _chart(loop: str, found: LoopReport, axes: Axes, report: Report, recording: 
         marks=(*events, *marks),
         begin=0.0,
         end=report.duration,
-        notes=notes,
+        notes=(*before_root(axes, recording), *notes),
     )
+
+
+def before_root(axes: Axes, recording: Recording) -> tuple[str, ...]:
+    """What the signals of a loop that takes the root of its PV are; nothing for another loop."""
+    if axes.root is None or not axes.setpoint:
+        return ()
+    _, values = recording.signal(axes.setpoint)
+    if not values:
+        return ()
+    return (axes.root.told(axes.setpoint.rpartition(".")[2], float(values[-1]), axes.pv_unit),)
 
 
 def panels(axes: Axes, recording: Recording) -> tuple[Panel, ...]:
@@ -99,6 +147,8 @@ def panels(axes: Axes, recording: Recording) -> tuple[Panel, ...]:
     lines = [line(recording, name, role) for name, role in wanted if name]
     title = ", ".join(reversed([one.name for one in lines]))
     found = [Panel(title, axes.pv_unit, tuple(lines))]
+    if axes.root is not None:
+        found = [Panel(f"{title} before the root", "", tuple(lines))]
     if axes.output:
         output = line(recording, axes.output, "output")
         found.append(Panel(output.name, axes.output_unit, (output,), axes.output_range))

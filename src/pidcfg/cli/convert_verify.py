@@ -194,7 +194,12 @@ def verify(
 
 
 def _run(side: Tested, plants: Sequence[Plant], way: Way) -> list[tuple[list[float], list[float]]]:
-    """PV and share of the output of each loop of one side, at the times that are compared."""
+    """PV and share of the output of each loop of one side, at the times that are compared.
+
+    A PV is what the loop controls: where the PLC tells the signal before the root, its root.
+    """
+    from pidcfg.cli.charts import root_of
+
     plc: Plc = import_module(side.vendor.controller.partition(":")[0]).load(side.image)
     trend = trend_of(side.vendor, side.image, scenario_of(side, plants, plc, way))
     times = times_of(max(plant.time for plant in plants))
@@ -203,6 +208,9 @@ def _run(side: Tested, plants: Sequence[Plant], way: Way) -> list[tuple[list[flo
         low, high = scale_of(plc, i, loop)
         column = at_times(trend[f"{loop.name}.{plc.out_name}"], trend["time"], times)
         pv = at_times(trend[f"{loop.name}.PV"], trend["time"], times)
+        root = root_of(plc, i)
+        if root is not None:
+            pv = [root.taken(value) for value in pv]
         found.append((pv, [(value - low) / (high - low) for value in column]))
     return found
 

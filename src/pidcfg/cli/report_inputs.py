@@ -65,7 +65,7 @@ class Gathered:
 
     def _run(self, doc: Document) -> None:
         """Runs a scenario and takes what it names along."""
-        from pidcfg.cli.charts import charts_of
+        from pidcfg.cli.charts import charts_of, signals_before_root
         from pidcfg.cli.scenarios import load
         from pidcfg.cli.simulate import simulate_document
         from pidcfg.sim.run import Settings
@@ -76,11 +76,12 @@ class Gathered:
         settings = Settings(max_loop_steps=self.limits.loop_steps, progress=self.progress)
         outcome = simulate_document(doc, settings, self.limits, record=self.pictures)
         charts = charts_of(outcome) if outcome.recording is not None else ()
+        roots = signals_before_root(outcome)
         self.outcomes.append(outcome)
         self.findings += [d for d in outcome.findings if d.file == doc.file or d.file not in loaded.documents]
         title = str((doc.data or {}).get("scenario") or "")
         self.runs.append(
-            Run(outcome.file, outcome.config, outcome.report, outcome.passed, outcome.unjudged, title, charts)
+            Run(outcome.file, outcome.config, outcome.report, outcome.passed, outcome.unjudged, title, charts, roots)
         )
 
     def _named(self, loaded: Any) -> None:

@@ -92,6 +92,8 @@ class Register:
     meaning: str
     owner: Owner
     bits: tuple[Bit, ...] = ()
+    by: str = ""
+    """Who writes it, where it is no setting."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -185,6 +187,8 @@ class RunSheet:
     unlisted: int = 0
     """Changes of modes and alarms that the run has counted only."""
     metrics: Mapping[str, Mapping[str, float | None]] = field(default_factory=dict)
+    before_root: tuple[tuple[str, str], ...] = ()
+    """Loops that take the root of their PV, and what their signals are."""
     signals: tuple[tuple[str, float, float, float], ...] = ()
     flags: tuple[tuple[str, str], ...] = ()
     """Loops and the flags that were on at any time."""

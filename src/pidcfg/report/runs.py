@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from pidcfg.report.content import Expectation, Happening, RunSheet
 from pidcfg.report.texts import text
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Iterator, Mapping, Sequence
 
     from pidcfg.pictures.chart import Chart
     from pidcfg.sim.report import LoopReport, Report
@@ -39,6 +39,8 @@ class Run:
     """Whether a configuration with errors ran and nothing was expected of it."""
     title: str = ""
     charts: Sequence[Chart] = ()
+    before_root: Mapping[str, str] = field(default_factory=dict)
+    """What the signals are of each loop that takes the root of its PV."""
 
 
 def run_sheet(run: Run, number: int) -> RunSheet:
@@ -64,6 +66,7 @@ def run_sheet(run: Run, number: int) -> RunSheet:
         autotunes=tuple(autotunes(report)),
         expectations=tuple(Expectation(v.text, v.passed, found(v.value)) for v in report.expectations),
         charts=run.charts,
+        before_root=tuple(run.before_root.items()),
     )
 
 

@@ -28,6 +28,8 @@ HEADING = ("pidcfg", "vendor", "name", "description", "loops")
 RANGES = ("range", "input_range")
 GAINS = {"percent": "%/pv", "engineering": "output/pv"}
 """Units of a gain by what the vendor counts it in; a gain of counts per count has none."""
+OF_GAINS = ("output/pv", "output/pv/s", "output per pv/s")
+"""Units of the three gains of an independent form: MV for the error, for its integral, for its derivative."""
 NOWHERE = "no register"
 GENERAL = "General"
 CHOICE = re.compile(" or |, ")
@@ -126,15 +128,17 @@ def _tuned(leaf: Leaf, vendor: Vendor) -> str:
     if leaf.path == keys[0]:
         return GAINS.get(tuned.gain_unit, "")
     form = getattr(tuned, "dependent", None)
-    return "s" if form and leaf.path in keys and getattr(leaf.model, form[0], None) is form[1] else ""
+    chosen = getattr(leaf.model, form[0], None) if form else None
+    if leaf.path not in keys or not isinstance(chosen, bool):
+        return ""
+    return "s" if form is None or chosen is form[1] else OF_GAINS[keys.index(leaf.path)]
 
 
 def _tabled(leaf: Leaf, vendor: Vendor) -> str:
     """The unit by the vendor's tables, then by the limits of the field, then by its type."""
     table, short = tabled(vendor), leaf.path.rpartition("].")[2]
     found = next((table[path] for path in (leaf.path, f"{leaf.path}.0", short) if path in table), "")
-    if not found or CHOICE.search(found):
-        found = _tuned(leaf, vendor) or found
+    found = _tuned(leaf, vendor) or found
     if found:
         return found
     field = type(leaf.model).model_fields[leaf.key]
@@ -153,8 +157,9 @@ def _is_time(mark: Any) -> bool:
 def setting(leaf: Leaf, loop: Any, vendor: Vendor, written: Any, place: str) -> Setting:
     """A value with everything that a reader wants to know; an address stands as the file writes it."""
     spelled = isinstance(leaf.value, int) and not isinstance(leaf.value, bool) and isinstance(written, str)
-    value = str(written) if spelled and not written.strip("-").isdigit() else shown(leaf)
-    unit = "" if spelled and value == str(written) and not _counted(value) else unit_of(leaf, loop, vendor)
+    address = spelled and not _counted(written.strip("-"))
+    value = str(written) if address else shown(leaf)
+    unit = "" if address else unit_of(leaf, loop, vendor)
     return Setting(leaf.path, value, unit, texts_of(type(leaf.model)).get(leaf.key, ""), leaf.given, place)
 
 

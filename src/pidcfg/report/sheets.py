@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from decimal import Decimal
 from typing import TYPE_CHECKING, Any, cast, get_args
 
 from pidcfg.convert.own_fields import PLACES
 from pidcfg.encoders.named import ParameterTable, Program
 from pidcfg.report.content import LoopSheet, PlcSheet
+from pidcfg.report.facts import facts, held_setpoint
+from pidcfg.report.roots import settings_before_root, told
 from pidcfg.report.settings import NOWHERE, groups_of, sides, table_units, texts_of
-from pidcfg.report.texts import SIDES, text, unit_text
+from pidcfg.report.texts import text
 from pidcfg.report.words import Sense, blocks_of, parameters_of, places_of
 from pidcfg.schemas.document import models_of
 
@@ -17,22 +18,12 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
 
     from pidcfg.diagnostics import Diagnostic
-    from pidcfg.report.content import Group, Setting
     from pidcfg.validate.engine import Checked
     from pidcfg.vendors import Vendor
 
 OWN = ("loop", "block", "description", "name")
 """Of what no register holds: keys that a report prints elsewhere."""
 DEVICES = "devices."
-FIRST = (
-    ("Mode", "mode", ""),
-    ("PV range", "pv.range", "pv"),
-    ("Set point", "setpoint.value", "pv"),
-    ("Output range", "output.range", "output"),
-    ("Sample time", "sample_time", "s"),
-)
-"""What a reader looks for first: the fields of the neutral loop that say it, and their units."""
-HEATING, COOLING = "PV rises when the output rises (heating)", "PV falls when the output rises (cooling)"
 
 
 def plc_sheet(checked: Checked, number: int, findings: Sequence[Diagnostic]) -> PlcSheet:
@@ -52,7 +43,7 @@ def plc_sheet(checked: Checked, number: int, findings: Sequence[Diagnostic]) -> 
         description=config.description or "",
         vendor=vendor.title,
         groups=groups_of(config, vendor, doc.data, {}),
-        blocks=() if named else blocks_of(encoding, None, {}, {}),
+        blocks=() if named else blocks_of(encoding, None, {}, {}, {}),
         parameters=parameters_of(image, None, lambda name: sense_of(vendor, kinds.get(name))) if named else (),
         outside=tuple(flat({key: value for key, value in image.plc.items() if key not in OWN})),
         checklist=vendor.load("checklist")(config),
@@ -60,6 +51,11 @@ def plc_sheet(checked: Checked, number: int, findings: Sequence[Diagnostic]) -> 
             _loop_sheet(checked, i, f"{anchor}-loop-{i + 1}", findings, loops[i]) for i in range(len(config.loops))
         ),
     )
+
+
+def writers_of(vendor: Vendor) -> Mapping[str, str]:
+    """Who writes a register that is not the PLC's alone, by its name."""
+    return vendor.load("explainer").writers or {}
 
 
 def has_image(encoding: Any) -> bool:
@@ -86,14 +82,17 @@ def _loop_sheet(
     groups = groups_of(loop, vendor, data[i] if isinstance(data, list) and i < len(data) else None, places)
     settled = {setting.path: setting.unit for group in groups for setting in group.settings}
     units = table_units(vendor, sides(loop)) | {path: unit for path, unit in settled.items() if unit}
+    pv_unit = sides(loop)["pv"]
+    held = {} if named else held_setpoint(encoding, i, pv_unit)
+    rooted = {} if named else settings_before_root(encoding, i)
     sense = sense_of(vendor, getattr(loop, "type", None), units)
     return LoopSheet(
         name=loop.name,
         description=loop.description or "",
         anchor=anchor,
-        facts=tuple(facts(vendor, neutral_loop, groups)),
-        groups=groups,
-        blocks=() if named else blocks_of(encoding, i, sides(loop), settled),
+        facts=tuple(facts(vendor, loop, neutral_loop, groups, held)),
+        groups=told(groups, rooted, pv_unit),
+        blocks=() if named else blocks_of(encoding, i, sides(loop), settled, writers_of(vendor)),
         parameters=parameters_of(image, loop.name, lambda _: sense) if named else (),
         outside=tuple((key, value) for key, value in flat(outside) if not key.startswith((DEVICES, *PLACES))),
         findings=tuple(d for d in findings if loop.name in {d.loop, *d.also} and d.file == checked.document.file),
@@ -107,51 +106,11 @@ def _places(encoding: Any, number: int, loop: str) -> dict[str, str]:
     return places_of(encoding, number)
 
 
-def facts(vendor: Vendor, loop: Mapping[str, Any], groups: Sequence[Group]) -> Iterator[tuple[str, str]]:
-    """What a reader of a loop sheet looks for first; ``loop``: in the neutral form."""
-    units = {side: at(loop, f"{side}.unit") or "" for side in SIDES}
-    for title, path, unit in FIRST:
-        value = at(loop, path)
-        if isinstance(value, str | int | float | list | tuple | Decimal):
-            shown = " to ".join(map(brief, value)) if isinstance(value, list | tuple) else brief(value)
-            yield title, f"{shown} {unit_text(unit, units)}".rstrip()
-    if isinstance(loop.get("output_raises_pv"), bool):
-        yield "Direction", HEATING if loop["output_raises_pv"] else COOLING
-    tuned = vendor.load("tuned")
-    settings = {setting.path: setting for group in groups for setting in group.settings}
-    keys = [tuned.key(name) for name in tuned.names]
-    yield from ((label(path), quantity(settings[path])) for path in keys if path in settings)
-
-
-def brief(value: Any) -> str:
-    """A value with at most six digits."""
-    return f"{float(value):g}" if isinstance(value, float | Decimal) else text(value)
-
-
-def quantity(setting: Setting) -> str:
-    """A value with its unit."""
-    return f"{text(setting.value)} {setting.unit}".rstrip()
-
-
-def label(path: str) -> str:
-    """A key as a label: the manual's names stay, ours become words."""
-    last = path.removesuffix(".value").rpartition(".")[2]
-    words = last.replace("_", " ")
-    return words[:1].upper() + words[1:] if last.islower() else last
-
-
 def neutral(checked: Checked) -> list[Mapping[str, Any]]:
     """The loops in the neutral form, as far as the configuration says it; empty where it has errors."""
     if checked.failed or checked.vendor is None:
         return [{}] * len(checked.config.loops)
     return [found.loop for found in checked.vendor.load("to_neutral")(checked.config)]
-
-
-def at(data: Any, path: str) -> Any:
-    """A value of nested data by its path."""
-    for step in path.split("."):
-        data = data.get(step) if isinstance(data, dict) else None
-    return data
 
 
 def sense_of(vendor: Vendor, kind: str | None, units: Mapping[str, str] | None = None) -> Sense:

@@ -19,6 +19,8 @@ SIDES = {"pv": "PV unit", "output": "output unit"}
 
 def unit_text(unit: str, units: Mapping[str, str]) -> str:
     """A unit of a table with the loop's own for ``pv`` and ``output``: ``pv/s`` is ``degC/s``, or ``m3/h per s``."""
+    if " per " in unit:
+        return " per ".join(unit_text(part, units) for part in unit.split(" per "))
     parts = [units.get(part, part) for part in unit.split("/")]
     nested = len(parts) > 1 and any("/" in part for part in parts)
     return (" per " if nested else "/").join(parts)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import groupby
 from typing import TYPE_CHECKING, Any
 
@@ -11,6 +11,7 @@ from pidcfg.encoders.named import shown
 from pidcfg.encoders.regmap import Bits
 from pidcfg.encoders.words import DecodeError
 from pidcfg.report import content
+from pidcfg.report.roots import word_before_root
 from pidcfg.report.settings import CHOICE
 from pidcfg.report.texts import cell, unit_text
 from pidcfg.schemas.base import Quantity
@@ -23,7 +24,9 @@ if TYPE_CHECKING:
     from pidcfg.encoders.named import Entry, Program
     from pidcfg.encoders.regmap import Word
 
-BY_PLC = "written by the PLC"
+THE_PLC = "the PLC"
+AS_PV = "as the PV"
+"""A choice that stands for none of its own: the output takes the PV's format."""
 
 
 def places_of(encoding: Encoding, loop: int) -> dict[str, str]:
@@ -50,21 +53,32 @@ def _belongs(block: Block, loop: int | None) -> bool:
 
 
 def blocks_of(
-    encoding: Encoding, loop: int | None, units: Mapping[str, str], settled: Mapping[str, str]
+    encoding: Encoding,
+    number: int | None,
+    units: Mapping[str, str],
+    settled: Mapping[str, str],
+    writers: Mapping[str, str],
 ) -> tuple[content.Block, ...]:
-    """The blocks of one loop (None: of the PLC); ``settled``: units of settings by path, which leave no choice."""
-    memory = encoding.image.words
+    """The blocks of one loop, by its number (None: of the PLC); ``settled``: units by path, which leave no choice.
+
+    ``writers``: who writes a status register that is not the PLC's alone, by its name.
+    """
     found: dict[str, list[content.Register]] = {}
     for block in encoding.blocks:
-        if _belongs(block, loop):
+        if _belongs(block, number):
             rows = found.setdefault(block.table.title, [])
-            rows += _registers(block, encoding, memory, {**units, "": ""}, settled)
+            rows += _registers(block, encoding, {**units, "": ""}, settled, writers)
     return tuple(content.Block(title, tuple(rows)) for title, rows in found.items() if rows)
 
 
 def _registers(
-    block: Block, encoding: Encoding, memory: Mapping[int, int], units: Mapping[str, str], settled: Mapping[str, str]
+    block: Block,
+    encoding: Encoding,
+    units: Mapping[str, str],
+    settled: Mapping[str, str],
+    writers: Mapping[str, str],
 ) -> Iterator[content.Register]:
+    memory = encoding.image.words
     owned = {cell.number - block.start for cell in block.cells(encoding.space)}
     words = [w for w in block.table.words if w.offset in owned]
     for reserved, run in groupby(words, key=lambda w: w.access == "reserved" and not memory[block.start + w.offset]):
@@ -72,7 +86,9 @@ def _registers(
         if reserved:
             yield _reserved(rows, block, encoding)
         else:
-            yield from (_register(w, block, encoding, memory[block.start + w.offset], units, settled) for w in rows)
+            for word in rows:
+                register = _register(word, block, encoding, memory[block.start + word.offset], units, settled)
+                yield replace(register, by=writers.get(word.name, THE_PLC) if word.access == "status" else "")
 
 
 def _reserved(rows: list[Word], block: Block, encoding: Encoding) -> content.Register:
@@ -94,9 +110,13 @@ def _register(
     if value is not None and not unit and not isinstance(value, str):
         open_ = not word.unit or CHOICE.search(word.unit)
         unit = settled.get(str(word.path), "") if open_ else unit_text(word.unit, dict(units))
+    meaning, before = word.title, word_before_root(word, block, raw)
+    if before is not None and word.access == "setting":
+        value, unit, reached = before.percent, before.unit, before.reached(units["pv"])
+        meaning += f", {reached}" if reached else ""
     return content.Register(
         encoding.space.name(number), block.prefix + word.name, kind.hex(raw), kind.show(raw) + 0, value,
-        unit, word.title, word.access, bits,
+        unit, meaning, word.access, bits,
     )  # fmt: skip
 
 
@@ -111,7 +131,7 @@ def _value(word: Word, block: Block, encoding: Encoding, raw: int) -> tuple[cont
         return "no value", ""
     step, off = getattr(word.codec, "step", None), getattr(word.codec, "off", ())
     if off and step and value / step in off:
-        return "off", ""
+        return getattr(word.codec, "special", "off"), ""
     scale = block.scales.get(getattr(word.codec, "scale", ""))
     if isinstance(value, Quantity) and (value.counts or scale is None or scale.range is None):
         return value.value, "counts"
@@ -127,7 +147,11 @@ def _bits(row: Bits, raw: int) -> content.Bit:
         value = row.decode(raw)
     except DecodeError:
         value = "no value"
-    spelled = {None: "", False: "off", True: "on"}.get(value) if isinstance(value, bool | None) else str(value)
+    spelled = (
+        {None: AS_PV if row.access == "setting" else "", False: "off", True: "on"}.get(value)
+        if isinstance(value, bool | None)
+        else str(value)
+    )
     return content.Bit(bit_numbers(row), state, spelled or "", row.title, row.access)
 
 
@@ -162,6 +186,7 @@ def _parameter(entry: Entry, sense: Sense) -> content.Parameter:
     if isinstance(entry.raw, Wire):
         text, unit = f":= {entry.raw.text}", ""
     else:
-        text, unit = shown(entry.type, entry.raw), sense.units.get(entry.field, "")
+        unit = "" if isinstance(entry.raw, bool) else sense.units.get(entry.field, "")
+        text = shown(entry.type, entry.raw)
     meaning, device = sense.meaning(entry.field), entry.device or ""
     return content.Parameter(entry.address, entry.type.name, text, unit, meaning, device)

@@ -48,6 +48,9 @@ class Plc(Protocol):
     """For each loop its PV at 0 % and 100 % in engineering units, and the counts between."""
     longest: float
     """The longest time of a block of the PLC's program, in s; what the pre-roll has to wait for."""
+    roots: Sequence[float | None]
+    """For each loop whose signals are those before the PLC takes the root of its PV, where the PV's counts begin, as a
+    share of the span; None for another loop, nothing where no PLC of the vendor tells them so."""
     outputs: Sequence[tuple[float, float]]
     """For each loop the value of its output signal at 0 % and 100 %; empty where the configuration's range says it."""
     rises: Sequence[bool]
@@ -155,6 +158,7 @@ class LoopsOnly:
     inlets: Mapping[str, str] = {}
     longest = 0.0
     outputs: Sequence[tuple[float, float]] = ()
+    roots: Sequence[float | None] = ()
 
     @staticmethod
     def profile_step(aux_status: int) -> str:  # noqa: ARG004 - as `Plc` has it

@@ -66,6 +66,7 @@ class Dl06(Memory, LoopsOnly):
         self._in_run = False
         self.run(0)
         self.scales = [(c.pv_low, c.pv_low + c.pv_width, int(c.pv_span)) for c in self.cfg]
+        self.roots = [c.pv_min / c.pv_span if c.root else None for c in self.cfg]
 
     # --- the CPU -----------------------------------------------------------------------------------------------------
 

@@ -57,6 +57,7 @@ class Ezlogix(Memory, LoopsOnly):
         super().__init__(image)
         self._in_run = True
         self.scales = [(c.pv_low, c.pv_low + c.pv_width, int(c.pv_span)) for c in self.cfg]
+        self.roots = [c.pv_min / c.pv_span if c.root else None for c in self.cfg]
 
     @property
     def outputs(self) -> list[tuple[float, float]]:  # type: ignore[override]  # read only here

@@ -44,6 +44,7 @@ class Nextopid(Memory):
     out_name = "MV"
     pulses: Sequence[str] = ()
     outputs: Sequence[tuple[float, float]] = ()
+    roots: Sequence[float | None] = ()
     word_of_flags = "{}"
     modes = tuple(MODES)
     options: Sequence[str] = ()

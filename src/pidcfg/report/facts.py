@@ -1,0 +1,117 @@
+"""What a reader of a loop sheet looks for first."""
+
+from __future__ import annotations
+
+from decimal import Decimal
+from typing import TYPE_CHECKING, Any
+
+from pidcfg.encoders.words import DecodeError
+from pidcfg.report.texts import SIDES, text, unit_text
+from pidcfg.schemas.iec import Wire
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping, Sequence
+
+    from pidcfg.encoders.image import Encoding
+    from pidcfg.report.content import Group, Setting
+    from pidcfg.vendors import Vendor
+
+FIRST = (
+    ("Mode", "mode", "", ("mode",)),
+    ("PV range", "pv.range", "pv", ("pv.range",)),
+    ("Set point", "setpoint.value", "pv", ("setpoint.value", "SP", "SV")),
+    ("Output range", "output.range", "output", ("output.range",)),
+    ("Sample time", "sample_time", "s", ("sample_time", "sample_rate", "CYCLE")),
+)
+"""Each with the field of the neutral loop that says it, its unit, and the vendors' own keys, for a loop without one."""
+HEATING, COOLING = "PV rises when the output rises (as in heating)", "PV falls when the output rises (as in cooling)"
+FORMS = {True: "dependent: Ti and Td are times", False: "independent: Ki and Kd are gains"}
+WIRED = "the program chooses it: "
+
+
+def facts(
+    vendor: Vendor, loop: Any, neutral: Mapping[str, Any], groups: Sequence[Group], held: Mapping[str, str]
+) -> Iterator[tuple[str, str]]:
+    """The facts of a loop; ``neutral``: its neutral form or nothing, ``held``: what registers hold, as text."""
+    units = {side: at(neutral, f"{side}.unit") or "" for side in SIDES}
+    settings = {setting.path: setting for group in groups for setting in group.settings}
+    for title, path, unit, keys in FIRST:
+        value, own = at(neutral, path), next((settings[key] for key in keys if key in settings), None)
+        if path in held and own is not None and own.unit == "counts":
+            yield title, held[path]
+        elif isinstance(value, str | int | float | list | tuple | Decimal):
+            shown = " to ".join(map(brief, value)) if isinstance(value, list | tuple) else brief(value)
+            yield title, f"{shown} {unit_text(unit, units)}".rstrip()
+        elif own is not None:
+            yield title, quantity(own)
+    said = direction(vendor, loop)
+    if said:
+        yield "Direction", said
+    yield from tuning(vendor, loop, settings)
+
+
+def direction(vendor: Vendor, loop: Any) -> str:
+    """Where the PV goes when the output rises, by the loop's own word for its action; empty where nobody knows."""
+    heating = str(vendor.load("tuned").heating)
+    key, _, state = heating.replace(":", "").rpartition(" ")
+    value = getattr(loop, key or "action", None)
+    if isinstance(value, Wire):
+        return f"{WIRED}{key} := {value.text}"
+    if isinstance(value, bool | str):
+        return HEATING if str(value).lower() == state.lower() else COOLING
+    return ""
+
+
+def tuning(vendor: Vendor, loop: Any, settings: Mapping[str, Setting]) -> Iterator[tuple[str, str]]:
+    """The form of the equation, where a vendor has two, and the three terms."""
+    tuned = vendor.load("tuned")
+    form, dependent = getattr(tuned, "dependent", None), None
+    if form is not None and hasattr(loop, form[0]):
+        value = getattr(loop, form[0])
+        dependent = value is form[1] if isinstance(value, bool) else None
+        yield "Form", FORMS[dependent] if dependent is not None else f"{WIRED}{form[0]} := {text(value)[3:]}"
+    for path in map(tuned.key, tuned.names):
+        if path in settings:
+            names = path.split("_") if form is not None else [path]
+            name = path if dependent is None else names[0 if dependent else -1]
+            yield label(name), quantity(settings[path])
+
+
+def held_setpoint(encoding: Encoding, loop: int, unit: str) -> dict[str, str]:
+    """The set point that the register of a loop, by its number, holds, as the shortest value that is stored so."""
+    path = "setpoint.value"
+    for block in encoding.blocks:
+        word = next((w for w in block.table.words if w.path == path), None)
+        if block.place == ("loops", loop) and word is not None:
+            scale, raw = block.scales.get(str(getattr(word.codec, "scale", ""))), encoding.image.words
+            if scale is not None and scale.range is not None:
+                try:
+                    value = block.table.decode_word(word, raw[block.start + word.offset], block.scales)
+                except DecodeError:
+                    return {}
+                return {path: f"{text(value)} {'' if value.counts else unit}".rstrip()}
+    return {}
+
+
+def brief(value: Any) -> str:
+    """A value with at most six digits."""
+    return f"{float(value):g}" if isinstance(value, float | Decimal) else text(value)
+
+
+def quantity(setting: Setting) -> str:
+    """A value with its unit."""
+    return f"{text(setting.value)} {setting.unit}".rstrip()
+
+
+def label(path: str) -> str:
+    """A key as a label: the manual's names stay, ours become words."""
+    last = path.removesuffix(".value").rpartition(".")[2]
+    words = last.replace("_", " ")
+    return words[:1].upper() + words[1:] if last.islower() else last
+
+
+def at(data: Any, path: str) -> Any:
+    """A value of nested data by its path."""
+    for step in path.split("."):
+        data = data.get(step) if isinstance(data, dict) else None
+    return data

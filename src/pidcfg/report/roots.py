@@ -1,0 +1,82 @@
+"""Words about a PV of which the loop takes the root: they are compared with the signal before it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+from pidcfg.encoders.scales import Distance, Position, before_root
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+    from decimal import Decimal
+
+    from pidcfg.encoders.image import Block, Encoding
+    from pidcfg.encoders.regmap import Word
+    from pidcfg.report.content import Group, Setting
+
+SIGNAL = "% of the signal before the root"
+LINEAR = "of a linear PV"
+
+
+@dataclass(frozen=True, slots=True)
+class BeforeRoot:
+    """What a word means there: a share of the signal, and the PV at which the signal has it (None: a difference)."""
+
+    percent: Decimal
+    value: Decimal | None
+    per: str = ""
+    """What a change is counted in: ``sample``."""
+
+    @property
+    def unit(self) -> str:
+        """The unit of the share."""
+        return f"{SIGNAL} per {self.per}" if self.per else SIGNAL
+
+    def reached(self, unit: str) -> str:
+        """Where the PV is then, as a clause; empty for a difference."""
+        return "" if self.value is None else f"reached at {self.value:.4g} {unit}".rstrip()
+
+
+def word_before_root(word: Word, block: Block, raw: int) -> BeforeRoot | None:
+    """A content before the root; None where the word is about something else."""
+    pv, root = block.scales.get("pv"), block.scales.get("sp")
+    codec = word.codec
+    if pv is None or root is None or not root.root or not isinstance(codec, Position | Distance) or codec.scale != "pv":
+        return None
+    if isinstance(codec, Distance):
+        return BeforeRoot(_short(100 * raw / pv.full), None, word.unit.partition("/")[2])
+    percent, value = before_root(pv, root, pv.format.codec.decode(raw))
+    return BeforeRoot(_short(percent), value)
+
+
+def _short(percent: Decimal) -> Decimal:
+    return round(percent, 2)
+
+
+def settings_before_root(encoding: Encoding, loop: int) -> dict[str, BeforeRoot]:
+    """The settings of a loop, by its number, that are compared with the signal before the root."""
+    found = {}
+    for block in encoding.blocks:
+        if block.place == ("loops", loop):
+            for word in block.table.words:
+                before = word_before_root(word, block, encoding.image.words.get(block.start + word.offset, 0))
+                if before is not None and word.path is not None:
+                    found[word.path] = before
+    return found
+
+
+def told(groups: tuple[Group, ...], rooted: Mapping[str, BeforeRoot], unit: str) -> tuple[Group, ...]:
+    """The settings with what they mean before the root; ``unit``: that of the PV."""
+    return tuple(replace(group, settings=tuple(_told(s, rooted.get(s.path), unit) for s in group.settings))
+                 for group in groups)  # fmt: skip
+
+
+def _told(setting: Setting, before: BeforeRoot | None, unit: str) -> Setting:
+    if before is None:
+        return setting
+    reached = before.reached(unit)
+    own = f"{setting.unit} {LINEAR}" if setting.unit == unit else setting.unit
+    per = f" per {before.per}" if before.per else ""
+    meaning = f"{setting.meaning} Compared with the signal before the root: {before.percent} % of it{per}"
+    return replace(setting, unit=own, meaning=f"{meaning}{f', {reached}' if reached else ''}.")
