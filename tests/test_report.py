@@ -504,3 +504,10 @@ def test_a_finding_that_is_reported_once_stands_on_the_sheet_of_every_loop_it_co
     once = next(d for sheet in sheets.values() for d in sheet.findings if d.also)
     assert all(once in sheets[name].findings for name in (once.loop, *once.also))
     assert len(once.also) > 1
+
+
+def test_a_configuration_with_errors_says_on_every_sheet_that_it_is_not_for_download():
+    bad, good = (run(EXAMPLES / name, "-o", "-", "-q").stdout for name in ("mistakes/oven.yaml", "dl06/reactor.yaml"))
+    assert bad.count('<p class="stop">Not for download: 2 errors in this configuration.</p>') == 2, "PLC and loop"
+    assert "Commissioning of" not in bad
+    assert ("Not for download" in good, good.count("Commissioning of")) == (False, 3)
