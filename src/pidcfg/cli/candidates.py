@@ -196,13 +196,11 @@ def _names(path: Path) -> Iterable[str]:
 
 def _name(value: object) -> str | None:
     """A loop's name as configurations may have it, or None."""
-    from pydantic_core import PydanticCustomError
-
     from pidcfg.schemas.base import parse_name
 
     try:
         return parse_name(value)
-    except PydanticCustomError:
+    except ValueError:
         return None
 
 
