@@ -12,10 +12,14 @@ import subprocess
 import sys
 from pathlib import Path
 
+import click
 import jsonschema
 import pytest
+from click.testing import CliRunner
 
-from pidcfg.cli.main import COMMANDS
+from pidcfg.cli import main
+from pidcfg.cli.main import COMMANDS, cli
+from pidcfg.cli.outputs import write_files
 from pidcfg.vendors import VENDORS
 
 ROOT = Path(__file__).parents[1]
@@ -228,6 +232,77 @@ def test_wrong_usage_is_exit_code_2():
     assert run("validate").returncode == 2
     assert run("nonsense").returncode == 2
     assert run("validate", str(REACTOR), "--limit", "depth=x").returncode == 2
+
+
+@pytest.mark.parametrize(
+    ("word", "meant"),
+    [("simulat", "did you mean simulate?"), ("check", "did you mean validate?"), ("Validate", "did you mean validate?"),
+     ("zzz", f"there are {', '.join(COMMANDS)}")],
+)  # fmt: skip
+def test_an_unknown_command_says_which_one_is_meant(word, meant):
+    result = CliRunner().invoke(cli, [word, "x.yaml"])
+    assert result.exit_code == 2
+    assert f"no such command: {word}; {meant}\n" in result.stderr
+
+
+def test_what_other_programs_call_commands_is_none_of_ours():
+    assert not set(main.MEANT) & set(COMMANDS)
+    assert set(main.MEANT.values()) <= {*COMMANDS, "--help"}
+
+
+def closed(shell: str) -> subprocess.CompletedProcess[bytes]:
+    """A line of a shell that closes streams."""
+    command = f'exec "{sys.executable}" -m pidcfg {shell}'
+    return subprocess.run(["sh", "-c", command], capture_output=True, check=False)
+
+
+@pytest.mark.skipif(os.name != "posix", reason="closing a stream is a matter of POSIX shells")
+def test_closed_streams_are_no_bug(reactor):
+    bad = changed(reactor, "gain: 0.80", "gain: 120")
+    result = closed("validate - <&-")
+    assert result.returncode == 2
+    assert b"PID040: cannot read standard input: it is closed" in result.stdout
+    for streams in (">&-", "2>&-", ">&- 2>&-", "<&- >&- 2>&-"):
+        result = closed(f"validate {bad} {streams}")
+        assert result.returncode == 1, streams
+        assert b"Traceback" not in result.stderr, streams
+    out = bad.with_name("out.hex")
+    assert closed(f"encode {REACTOR} --format ihex -o {out} <&- >&- 2>&-").returncode == 0
+    assert out.read_text("ascii").endswith(":00000001FF\n"), "no file takes the place of a stream"
+
+
+@pytest.mark.skipif(os.name != "posix", reason="streams are files in POSIX only")
+@pytest.mark.parametrize("name", ["/dev/stdout", "/dev/fd/1", "/proc/self/fd/1"])
+def test_a_stream_is_no_file(reactor, name):
+    result = CliRunner().invoke(cli, ["encode", str(reactor), "-o", name])
+    said = f"Error: {name} is a stream and no file; without -o the result goes to standard output\n"
+    assert (result.stdout, result.stderr) == ("", said)
+    result = CliRunner().invoke(cli, ["validate", str(reactor), "--output", f"sarif={name}"])
+    assert (result.exit_code, result.stdout) == (2, "")
+    assert f"{name} is no regular file; name one, or leave the option out: --format sarif prints" in result.stderr
+
+
+@pytest.mark.skipif(os.name != "posix", reason="elsewhere the working directory cannot be deleted")
+def test_a_device_is_refused_in_words_of_the_command(reactor):
+    result = CliRunner().invoke(cli, ["validate", str(reactor), "--output", f"sarif={os.devnull}"])
+    assert result.exit_code == 2
+    assert f"{os.devnull} is no regular file" in result.stderr
+    assert "-o " not in result.stderr
+    with pytest.raises(click.ClickException, match=f"^{os.devnull} is no regular file; name a file$"):
+        write_files({os.devnull: "x"})
+
+
+@pytest.mark.skipif(os.name != "posix", reason="elsewhere the working directory cannot be deleted")
+def test_what_the_system_refuses_has_a_name(reactor, tmp_path, monkeypatch):
+    refused = PermissionError(13, "Permission denied", "loops/oven.yaml")
+    assert main._refused(refused) == "cannot write or read loops/oven.yaml: Permission denied"
+    assert main._refused(OSError(28, "No space left on device")) == "cannot write or read: No space left on device"
+    gone = tmp_path / "gone"
+    gone.mkdir()
+    monkeypatch.chdir(gone)
+    gone.rmdir()
+    assert main._refused(FileNotFoundError(2, "No such file")).startswith("the working directory is gone")
+    monkeypatch.undo()
 
 
 def test_a_bug_is_exit_code_3_and_no_finding():

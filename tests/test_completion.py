@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import shutil
 import subprocess
@@ -15,6 +16,7 @@ from click.testing import CliRunner
 from pidcfg.cli import candidates, completion, shells
 from pidcfg.cli.main import COMMANDS, COMPLETE, cli
 from pidcfg.validate.pages import all_rules
+from pidcfg.vendors import VENDORS, format_names
 
 ROOT = Path(__file__).parents[1]
 LOOPS = ["FIC-102", "TIC-101", "LIC-103"]
@@ -38,6 +40,17 @@ def folder(tmp_path, monkeypatch):
     (tmp_path / ".hidden.yaml").write_text("pidcfg: 1\n", "utf-8")
     monkeypatch.chdir(tmp_path)
     return tmp_path
+
+
+@pytest.fixture
+def hostile(folder):
+    """A folder with names that a shell would run, split or take for options."""
+    names = "[{name: '$(touch PWNED)'}, {name: TIC 101}, {name: '`x`'}, {name: 'a;b'}, {name: [1]}, {name: 7}]"
+    (folder / "e.yaml").write_text(f"pidcfg: 1\nvendor: dl06\nloops: {names}\n", "utf-8")
+    (folder / "e.scenario.yaml").write_text("pidcfg: 1\nscenario: e\nconfig: e.yaml\n", "utf-8")
+    for name in ("-x.yaml", "~x.yaml", "$(touch PWNED).yaml"):
+        (folder / name).write_text("pidcfg: 1\n", "utf-8")
+    return folder
 
 
 @pytest.fixture
@@ -160,6 +173,33 @@ print([name for name in ("pydantic", "rich", "ruamel") if name in sys.modules])
         assert run.stdout.splitlines()[-1] == "[]"
 
 
+def test_what_is_no_name_for_a_loop_is_not_offered(hostile, offered):
+    """A shell might run it: names are letters, digits, blanks and a few signs, as in every configuration."""
+    assert offered("pidcfg simulate e.scenario.yaml --plot-loop ") == ["TIC 101", "7"]
+    assert offered("pidcfg simulate --plot-loop=") == []
+
+
+def test_files_that_look_like_options_or_homes_are_named_from_here(hostile, offered):
+    assert {"./-x.yaml", "./~x.yaml", "e.yaml"} <= set(offered("pidcfg validate "))
+    assert offered("pidcfg validate ./-") == ["./-x.yaml"]
+    assert offered("pidcfg validate x.yaml --output json=-") == ["json=-x.yaml"]
+    assert "json=./-x.yaml" in offered("pidcfg validate x.yaml --output json=")
+
+
+def test_explain_offers_the_loops_of_the_configuration(folder, complete):
+    assert complete("pidcfg explain --in reactor.yaml TI") == "part,TIC-101.\n"
+    assert complete("pidcfg explain --in=reactor.yaml TI") == "part,TIC-101.\n"
+    assert "plain,PID101" in complete("pidcfg explain PID10")
+
+
+def test_formats_are_those_of_the_file_s_vendor(folder, offered):
+    own = list(VENDORS["dl06"].load("formats"))
+    assert offered("pidcfg encode reactor.yaml --format ") == own
+    assert own != format_names()
+    for line in ("pidcfg encode --format ", "pidcfg encode broken.yaml --format ", "pidcfg encode none.yaml --format "):
+        assert offered(line) == format_names()
+
+
 # --- each shell ------------------------------------------------------------------------------------------------------
 
 
@@ -184,6 +224,15 @@ def test_how_each_shell_gets_its_answer(folder, complete):
     assert complete("pidcfg validate --format=js", "bash") == "plain,json\n", "bash has a word of its own behind ="
     assert complete("pidcfg validate --output sarif=rep", "bash").strip() == ""
     assert complete("pidcfg validate --output sarif=reac", "bash").splitlines()[1] == "path,reactor.yaml"
+
+
+def test_powershell_gets_every_quote_twice(folder, complete):
+    """It takes typographic ones for the end of a text as well."""
+    (folder / "o\u2019; calc ;\u2018.yaml").write_text("pidcfg: 1\n", "utf-8")
+    assert complete("pidcfg validate o", "powershell") == "path\n'o\u2019\u2019; calc ;\u2018\u2018.yaml'\n_\n"
+    (folder / "reactor.yaml").write_text("pidcfg: 1\nloops: [{name: TIC 101}]\n", "utf-8")
+    line = "pidcfg explain --in reactor.yaml T"
+    assert complete(line, "powershell") == "part\n'TIC 101.'\n_\n"
 
 
 def test_powershell_gets_ascii(complete):
@@ -223,6 +272,84 @@ def test_bash(folder, environment):
     ]
 
 
+QUOTING = """
+compopt() { :; }
+eval "$(pidcfg completion bash)"
+env() { printf '%s\\n' "$answer"; }  # whatever pidcfg answers
+answer=$1 COMP_WORDS=(pidcfg validate "$2") COMP_CWORD=2
+_pidcfg pidcfg
+printf '<%s>\\n' "${COMPREPLY[@]}"
+"""
+
+
+@in_shell("bash")
+@pytest.mark.parametrize(
+    ("answer", "typed", "line"),
+    [
+        ("plain,TIC 101", "T", r"<TIC\ 101>"),
+        ("part,TIC 101.", "", r"<TIC\ 101.>"),
+        ("plain,TIC 101", '"T', "<TIC 101>"),
+        ("plain,$(touch PWNED);`x`", "", r"<\$\(touch\ PWNED\)\;\`x\`>"),
+        ("plain,$(touch PWNED)", '"', "<>"),
+        ("plain,it's", "'", "<>"),
+        ("plain,PID101,PID102", "PID101,", "<PID101,PID102>"),
+        ("part,json=", "js", "<json=>"),
+        ("path,my loops.yaml", "my", "<my loops.yaml>"),
+    ],
+)
+def test_what_bash_inserts_is_one_word_and_is_not_run(environment, answer, typed, line):
+    """Whatever comes; names of files are quoted by bash itself."""
+    run = subprocess.run(
+        ["bash", "--norc", "-c", QUOTING, "bash", answer, typed],
+        env=environment, capture_output=True, text=True, check=True,
+    )  # fmt: skip
+    assert (run.stdout, run.stderr) == (f"{line}\n", "")
+
+
+LIVE = r"""
+PS1=
+eval "$(pidcfg completion bash)"
+bind 'set enable-bracketed-paste off'
+bind -x '"\C-xs": printf "%s" "$READLINE_LINE" > shown; exit'
+echo ready''now
+"""
+
+
+@in_shell("bash")
+@pytest.mark.parametrize(
+    ("typed", "line"),
+    [
+        ("simulate e.scenario.yaml --plot-loop T", r"simulate e.scenario.yaml --plot-loop TIC\ 101 "),
+        ("simulate e.scenario.yaml --plot-loop $", "simulate e.scenario.yaml --plot-loop $ "),
+        ("explain --in e.yaml 'T", "explain --in e.yaml 'TIC 101.'"),
+        ("validate '$", "validate '$(touch PWNED).yaml' "),
+        ("validate \\$", r"validate \$\(touch\ PWNED\).yaml "),
+    ],
+)
+def test_bash_at_a_terminal(hostile, environment, typed, line):
+    """Line by line as a person types it."""
+    import pty
+
+    (hostile / "rc").write_text(LIVE, "utf-8")
+    master, slave = pty.openpty()
+    shell = subprocess.Popen(
+        ["bash", "--noprofile", "--rcfile", "rc", "-i"], stdin=slave, stdout=slave, stderr=slave, cwd=hostile,
+        env={**environment, "TERM": "xterm"}, start_new_session=True,
+    )  # fmt: skip
+    os.close(slave)
+    shown = b""
+    while b"readynow" not in shown:
+        shown += os.read(master, 4096)
+    os.write(master, f"pidcfg {typed}\t\x18s".encode())
+    with contextlib.suppress(OSError):  # the end of a terminal
+        while os.read(master, 4096):
+            pass
+    shell.wait(600)
+    os.close(master)
+    assert (hostile / "shown").read_text("utf-8") == f"pidcfg {line}"
+    assert not (hostile / "PWNED").exists()
+
+
 @in_shell("bash")
 def test_bash_that_is_too_old_says_so(environment):
     script = completion.script("bash").replace("BASH_VERSINFO", "OLD")
@@ -248,6 +375,16 @@ def test_fish(folder, environment):
     ]
 
 
+@in_shell("fish")
+def test_fish_quotes_what_it_inserts(hostile, environment):
+    script = "pidcfg completion fish | source; for line in $argv; complete --escape -C $line; end"
+    lines = ["pidcfg simulate e.scenario.yaml --plot-loop T", "pidcfg validate \\$"]
+    run = subprocess.run(
+        ["fish", "--no-config", "-c", script, "--", *lines], env=environment, capture_output=True, text=True, check=True
+    )
+    assert run.stdout.splitlines() == [r"TIC\ 101", r"\$\(touch\ PWNED\).yaml"]
+
+
 ZSH = """
 zmodload zsh/zpty
 zpty z zsh -f -i
@@ -270,10 +407,13 @@ while zpty -r z line; do :; done
         ("pidcfg validate my", r"pidcfg validate my\ loops.yaml "),
         ("pidcfg simulate lo", "pidcfg simulate loops/"),
         ("pidcfg validate --format=js", "pidcfg validate --format=json "),
+        ("pidcfg simulate e.scenario.yaml --plot-loop T", r"pidcfg simulate e.scenario.yaml --plot-loop TIC\ 101 "),
+        ("pidcfg explain --in e.yaml 'TIC 1", "pidcfg explain --in e.yaml 'TIC 101."),
+        (r"pidcfg validate \$", r"pidcfg validate \$\(touch\ PWNED\).yaml "),
     ],
 )
-def test_zsh(folder, environment, typed, line):
+def test_zsh(hostile, environment, typed, line):
     subprocess.run(
         ["zsh", "-f", "-c", ZSH, "zsh", typed], env=environment, capture_output=True, check=False, timeout=600
     )
-    assert (folder / "shown").read_text("utf-8").rstrip("\n") == line
+    assert (hostile / "shown").read_text("utf-8").rstrip("\n") == line

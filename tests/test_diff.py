@@ -7,11 +7,15 @@ import os
 import subprocess
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 
+import click
 import pytest
 
 from pidcfg import check_file, check_text
+from pidcfg.cli import diff
 from pidcfg.convert.compare import RISKS, compare, side_of
+from pidcfg.convert.pipeline import ConvertError
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 TANK = (EXAMPLES / "click/tank.yaml").read_text("utf-8")
@@ -119,6 +123,34 @@ def test_what_cannot_be_compared_is_said(args, code, message):
     shown = pidcfg(*args)
     assert shown.returncode == code
     assert message in shown.stderr
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "code"),
+    [("missing", None, "PID040"), ("missing.yaml", None, "PID040"), ("notes.txt", "no listing\n", "PID041"),
+     ("empty.yaml", "", "PID005")],
+)  # fmt: skip
+def test_json_is_a_document_also_when_a_side_cannot_be_used(tmp_path, name, text, code):
+    if text is not None:
+        (tmp_path / name).write_text(text, "utf-8")
+    shown = pidcfg(str(EXAMPLES / "dl06/reactor.yaml"), name, "--format", "json", cwd=tmp_path)
+    assert shown.returncode == 2
+    (found,) = json.loads(shown.stdout)["findings"]
+    assert (found["code"], found["file"], found["line"]) == (code, name, 1)
+    assert "Error: " in shown.stderr
+
+
+def test_json_says_what_a_comparison_lacks(monkeypatch, capsys):
+    lacking = SimpleNamespace(message="it has no range", path=("loops", 0, "pv"))
+
+    def refuse(*_):
+        raise ConvertError([lacking])
+
+    monkeypatch.setattr("pidcfg.convert.compare.side_of", refuse)
+    with pytest.raises(click.ClickException, match="does not say what its values mean"):
+        diff._side("a.yaml", None, None, "json")
+    (found,) = json.loads(capsys.readouterr().out)["findings"]
+    assert (found["code"], found["message"], found["path"]) == ("PID042", "it has no range", "loops[0].pv")
 
 
 FURNACE = (EXAMPLES / "nextopid/furnace.yaml").read_text("utf-8")

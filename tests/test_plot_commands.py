@@ -349,6 +349,16 @@ def test_convert_draws_both_sides_and_verifies(boiler, pidcfg):
     assert texts.count("TIC-1") == 1
 
 
+def test_convert_is_quiet_when_asked_to(boiler, pidcfg):
+    """Only what refuses the result is said, then with its reason."""
+    line = ("convert", "a.yaml", "--to", "dl06", "-o", "b.yaml", "-q", "--allow-loss")
+    assert pidcfg(*line, "--plot", "v.svg") == (0, "", "")
+    code, _, err = pidcfg(*line, "--max-deviation", "0")
+    assert code == 1
+    assert "verified by simulation" in err
+    assert "a PV is further apart than 0 % of its range: nothing was written" in err
+
+
 def test_convert_writes_no_picture_when_it_writes_nothing(boiler, pidcfg):
     Path("b.yaml").write_text("mine", "utf-8")
     code, _, err = pidcfg("convert", "a.yaml", "--to", "dl06", "-o", "b.yaml", "--allow-loss", "--plot", "v.svg", "-q")

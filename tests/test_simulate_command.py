@@ -11,6 +11,7 @@ from pathlib import Path
 
 import pytest
 
+from pidcfg.cli.scenarios import shortened
 from pidcfg.cli.simulate import simulate_document
 from pidcfg.limits import DEFAULT
 from pidcfg.sim.run import Settings
@@ -47,6 +48,38 @@ def report(folder, *args):
     result = pidcfg("simulate", "reactor.scenario.yaml", "--format", "json", *args, cwd=folder)
     assert result.returncode in {0, 1, 2}, result.stderr.decode()
     return json.loads(result.stdout), result.returncode
+
+
+@pytest.mark.parametrize(
+    ("path", "short"),
+    [
+        ("scenarios/../loops/oven.yaml", "loops/oven.yaml"),
+        ("a/scenarios/../../loops/oven.yaml", "loops/oven.yaml"),
+        ("../loops/oven.yaml", "../loops/oven.yaml"),
+        ("scenarios/../../oven.yaml", "../oven.yaml"),
+        ("link/../oven.yaml", "link/../oven.yaml"),
+        ("nowhere/../oven.yaml", "nowhere/../oven.yaml"),
+        ("/../oven.yaml", "/../oven.yaml"),
+    ],
+)
+def test_paths_are_shortened_where_that_changes_nothing(tmp_path, monkeypatch, path, short):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "a/scenarios").mkdir(parents=True)
+    (tmp_path / "scenarios").mkdir()
+    try:
+        (tmp_path / "link").symlink_to("a/scenarios")
+    except OSError:
+        (tmp_path / "link").unlink(missing_ok=True)  # Windows without the right to make links
+    assert shortened(Path(path)).as_posix() == short
+
+
+def test_reports_name_the_configuration_without_a_way_back(folder):
+    (folder / "scenarios").mkdir()
+    (folder / "reactor.scenario.yaml").rename(folder / "scenarios/reactor.yaml")
+    change(folder, "scenarios/reactor.yaml", "config: reactor.yaml", "config: ../reactor.yaml")
+    result = pidcfg("simulate", "scenarios/reactor.yaml", cwd=folder)
+    assert b"  scenarios/reactor.yaml runs reactor.yaml\n" in result.stdout.replace(b"\r", b"")
+    assert result.returncode == 0
 
 
 def simulate_here(folder):

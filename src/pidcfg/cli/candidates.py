@@ -19,9 +19,12 @@ from click.shell_completion import CompletionItem
 
 from pidcfg.cli.inputs import SUFFIXES
 from pidcfg.limits import DEFAULT, Limits
+from pidcfg.vendors import VENDORS, format_names
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator
+    from collections.abc import Callable, Iterable, Iterator, Mapping
+
+    from pidcfg.vendors import Vendor
 
     Items = list[CompletionItem[str]]
     Source = Callable[[click.Context, str], Items]
@@ -30,6 +33,8 @@ SCENARIO = re.compile(rb"^(?:\xef\xbb\xbf)?scenario\s*:", re.MULTILINE)
 CONFIG = re.compile(r"^config\s*:\s*[\"']?([^\"'#\n]+?)[\"']?\s*(?:#.*)?$", re.MULTILINE)
 HEAD = 65_536
 """Bytes of a file in which its kind is looked for."""
+OTHERWISE_READ = ("-", "~")
+"""How names of files begin that commands take for options, and shells for homes."""
 LOOKED_INTO = 500
 """Files of a folder that are opened to see what they hold; after so many every one is offered."""
 
@@ -75,15 +80,17 @@ def _files(typed: str, fits: Callable[[Path], bool]) -> Items:
     """Folders, and files that fit, whose names begin as typed."""
     folder, begin = os.path.split(os.path.expanduser(typed))  # noqa: PTH111 - a Path would lose `./` and `/`
     front = os.path.expanduser(typed)[: len(os.path.expanduser(typed)) - len(begin)]  # noqa: PTH111
+    bare = not typed
     items: Items = []
     for entry in sorted(_entries(folder or "."), key=lambda entry: entry.name):
         hidden = entry.name.startswith(".") and not begin.startswith(".")
         if hidden or not entry.name.startswith(begin) or not entry.name.isprintable():
             continue
+        name = f"./{entry.name}" if bare and entry.name.startswith(OTHERWISE_READ) else f"{front}{entry.name}"
         if entry.is_dir():
-            items.append(CompletionItem(f"{front}{entry.name}/", type="folder"))
+            items.append(CompletionItem(f"{name}/", type="folder"))
         elif len(items) > LOOKED_INTO or fits(Path(entry.path)):
-            items.append(CompletionItem(f"{front}{entry.name}", type="path"))
+            items.append(CompletionItem(name, type="path"))
     return items
 
 
@@ -147,9 +154,26 @@ def report_files(ctx: click.Context, typed: str) -> Items:
 
 def loops(ctx: click.Context, typed: str) -> Items:
     """The names of the loops of the files on the line, and of those that its scenarios run."""
-    words = ctx.find_root().obj or []
-    names = dict.fromkeys(name for word in words for name in loop_names(word))
-    return [CompletionItem(name) for name in names if name.startswith(typed) and name.isprintable()]
+    names = dict.fromkeys(name for word in words_before(ctx) for name in loop_names(word))
+    return [CompletionItem(name) for name in names if name.startswith(typed)]
+
+
+def words_before(ctx: click.Context) -> list[str]:
+    """The words on the line before the one that is typed; of ``--option=VALUE`` the value."""
+    words: list[str] = ctx.find_root().obj or []
+    return [word.partition("=")[2] or word if word.startswith("--") else word for word in words]
+
+
+def explained(ctx: click.Context, typed: str) -> Items:
+    """Rule codes, and ``LOOP.`` for the loops of the configuration on the line."""
+    return codes(ctx, typed) + [CompletionItem(f"{loop.value}.", type="part") for loop in loops(ctx, typed)]
+
+
+def formats(ctx: click.Context, typed: str) -> Items:
+    """The formats of the vendor of the file on the line; of all vendors when that cannot be told."""
+    vendor = next(filter(None, map(_vendor, words_before(ctx))), None)
+    names = vendor.load("formats") if vendor is not None else format_names()
+    return [CompletionItem(name) for name in names if name.startswith(typed)]
 
 
 def loop_names(name: str) -> Iterator[str]:
@@ -164,15 +188,36 @@ def loop_names(name: str) -> Iterator[str]:
 
 
 def _names(path: Path) -> Iterable[str]:
-    """What the entries of ``loops`` are called."""
+    """What the entries of ``loops`` are called; what is no name for a loop could be anything."""
+    found = _read(path).get("loops")
+    named = [loop.get("name") for loop in found if isinstance(loop, dict)] if isinstance(found, list) else []
+    return [name for name in map(_name, named) if name]
+
+
+def _name(value: object) -> str | None:
+    """A loop's name as configurations may have it, or None."""
+    from pidcfg.schemas.base import parse_name
+
+    try:
+        return parse_name(value)
+    except ValueError:
+        return None
+
+
+def _vendor(name: str) -> Vendor | None:
+    """The vendor that a configuration names."""
+    path = Path(name)
+    return VENDORS.get(str(_read(path).get("vendor"))) if is_yaml(path) and path.is_file() else None
+
+
+def _read(path: Path) -> Mapping[str, Any]:
+    """A file's keys and values; none of what cannot be read."""
     from pidcfg.cli.inputs import read_input
     from pidcfg.source import read_document
 
     entry = read_input(path.as_posix(), DEFAULT)
     data = read_document(entry.data, entry.name, DEFAULT).data
-    found: Any = data.get("loops") if isinstance(data, dict) else None
-    named = [loop.get("name") for loop in found if isinstance(loop, dict)] if isinstance(found, list) else []
-    return [str(name) for name in named if name]
+    return data if isinstance(data, dict) else {}
 
 
 # --- which of them ---------------------------------------------------------------------------------------------------
@@ -190,7 +235,8 @@ SOURCES: dict[tuple[str, str], Source] = {
     ("*", "reports"): report_files,
     ("*", "loop"): loops,
     ("*", "plot_loops"): loops,
-    ("*", "things"): codes,
+    ("explain", "things"): explained,
+    ("encode", "fmt"): formats,
     ("*", "config"): configuration_file,
     **{("*", name): any_file for name in ("into", "from_csv", "baseline", "plot", "csv", "xlsx", "out")},
 }

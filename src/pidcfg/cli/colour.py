@@ -70,7 +70,7 @@ def wanted(stream: Any) -> bool:
 
 def terminal(stream: Any) -> bool:
     """Whether a stream is a terminal that knows more than lines."""
-    return bool(stream.isatty()) and os.environ.get("TERM") != "dumb"
+    return stream is not None and bool(stream.isatty()) and os.environ.get("TERM") != "dumb"
 
 
 def painted(text: str) -> str:

@@ -106,11 +106,11 @@ def command(
     verified = sides(checked, result, out) if tested else None
     told = Told(checked.vendor.key, target, converted, verified)
     lossy = bool(converted.losses) and not allow_loss
+    apart = max_deviation is not None and told.pv_percent > max_deviation
     if report == "json":
         echo_json(told.json())
-    elif shown := told.text(changes=not quiet or lossy).rstrip():
+    elif shown := told.text(changes=not quiet or lossy, apart=not quiet or apart).strip():
         note(shown)
-    apart = max_deviation is not None and told.pv_percent > max_deviation
     if findings or lossy or apart:
         report_options.write_reports(reports, told.render)
         if findings:

@@ -42,10 +42,10 @@ class Told:
         """The public layout."""
         return as_json(self.source, self.target, self.converted, self.verified)
 
-    def text(self, *, changes: bool = True) -> str:
+    def text(self, *, changes: bool = True, apart: bool = True) -> str:
         """For people: the changes, and the comparison."""
         parts = [as_text(self.source, self.target, self.converted)] if changes else []
-        return "".join(parts + ([verified_text(self.verified)] if self.verified is not None else []))
+        return "".join(parts + ([verified_text(self.verified)] if apart and self.verified is not None else []))
 
     def markdown(self) -> str:
         """For a pull request."""

@@ -5,13 +5,14 @@ from __future__ import annotations
 import json
 from collections import Counter
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NoReturn
 
 import click
 
 from pidcfg.cli import options, plots, report_options
-from pidcfg.cli.console import note
+from pidcfg.cli.console import echo_json, note
 from pidcfg.cli.main import Exit
+from pidcfg.diagnostics import Diagnostic, Severity, Span
 from pidcfg.vendors import VENDORS
 
 if TYPE_CHECKING:
@@ -81,10 +82,10 @@ def read_sides(
     known = VENDORS[vendor] if vendor else told[0] if told else None
     beside = next((found[0] for found in configurations if found is not None), None)
     sources = [
-        found if found is not None else _listing(name, known, beside, limits)
+        found if found is not None else _listing(name, known, beside, limits, fmt)
         for name, found in zip(names, configurations, strict=True)
     ]
-    one, two = (_side(name, *source) for name, source in zip(names, sources, strict=True))
+    one, two = (_side(name, *source, fmt) for name, source in zip(names, sources, strict=True))
     return (one, two), sources
 
 
@@ -102,9 +103,19 @@ def _configuration(name: str, limits: Limits, fmt: str) -> tuple[Any, Vendor] | 
     return checked.config, checked.vendor
 
 
-def _listing(name: str, vendor: Vendor | None, other: Any, limits: Limits) -> tuple[Any, Vendor]:
+def _refuse(fmt: str, name: str, message: str, found: Sequence[Diagnostic]) -> NoReturn:
+    """Ends the command with what is wrong with a side: as the result where JSON was asked for."""
+    from pidcfg.cli.reporters import json_v1
+    from pidcfg.source import Document, Node
+
+    if fmt == "json":
+        echo_json(json_v1(found, {name: Document(name, "", None, Node(None))}))
+    raise click.ClickException(message)
+
+
+def _listing(name: str, vendor: Vendor | None, other: Any, limits: Limits, fmt: str) -> tuple[Any, Vendor]:
     """A memory listing's configuration; names and ranges that it does not carry are those of the ``other`` side."""
-    from pidcfg.cli.inputs import read_input
+    from pidcfg.cli.inputs import document, read_input
     from pidcfg.cli.listings import decode_listing, read_listing
     from pidcfg.encoders.listing import ListingError
 
@@ -112,7 +123,7 @@ def _listing(name: str, vendor: Vendor | None, other: Any, limits: Limits) -> tu
         raise click.UsageError("neither file says the PLC family; name it with --vendor")
     entry = read_input(name, limits)
     if entry.problem is not None:
-        raise click.ClickException(entry.problem)
+        _refuse(fmt, name, entry.problem, document(entry, limits).problems)
     try:
         listing = read_listing(entry, vendor, limits)
         if other is not None:
@@ -121,7 +132,9 @@ def _listing(name: str, vendor: Vendor | None, other: Any, limits: Limits) -> tu
         decoded = decode_listing(listing, vendor, {})
     except ListingError as error:
         cure = f"decode it first: pidcfg decode {name} --vendor {vendor.key}"
-        raise click.ClickException(f"{name}:{error.line}: {error}; {cure}") from None
+        span = Span(error.line, error.column, error.line, error.column + 1)
+        found = Diagnostic("PID041", Severity.ERROR, str(error), entry.name, span, help=cure)
+        _refuse(fmt, name, f"{name}:{error.line}: {error}; {cure}", [found])
     return vendor.model.model_validate(decoded.data), vendor
 
 
@@ -141,7 +154,7 @@ def _merged(under: Mapping[str, Any], over: Mapping[str, Any]) -> dict[str, Any]
     return found
 
 
-def _side(name: str, config: Any, vendor: Vendor) -> Side:
+def _side(name: str, config: Any, vendor: Vendor, fmt: str) -> Side:
     from pidcfg.convert.compare import side_of
     from pidcfg.convert.pipeline import ConvertError
 
@@ -150,7 +163,8 @@ def _side(name: str, config: Any, vendor: Vendor) -> Side:
     except ConvertError as error:
         for entry in error.missing:
             note(f"{name}: {entry.message}")
-        raise click.ClickException(f"{name} does not say what its values mean") from None
+        missing = [Diagnostic("PID042", Severity.ERROR, row.message, name, path=row.path) for row in error.missing]
+        _refuse(fmt, name, f"{name} does not say what its values mean", missing)
 
 
 # --- output ----------------------------------------------------------------------------------------------------------

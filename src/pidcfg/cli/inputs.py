@@ -115,6 +115,8 @@ def read_input(name: str, limits: Limits) -> Input:
     """The bytes of one file, at most one more than the limit."""
     try:
         if name == STDIN:
+            if sys.stdin is None:
+                return Input("<stdin>", problem="cannot read standard input: it is closed")
             with held():
                 return Input("<stdin>", sys.stdin.buffer.read(limits.file_bytes + 1))
         with Path(name).open("rb") as stream:

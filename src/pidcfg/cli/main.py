@@ -16,6 +16,8 @@ from pidcfg.cli import colour, glyphs
 from pidcfg.cli.progress import LINE
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable
+
     from click.shell_completion import CompletionItem
 
 
@@ -47,11 +49,27 @@ COMMANDS = {
 """Module (whose function ``command`` is the command) and short help; the module is imported when it is called."""
 
 
+MEANT = {
+    "check": "validate", "lint": "validate", "verify": "validate", "fix": "validate", "format": "validate",
+    "compile": "encode", "build": "encode", "write": "encode", "disassemble": "decode", "read": "decode",
+    "translate": "convert", "migrate": "convert", "compare": "diff", "run": "simulate", "test": "simulate",
+    "plot": "simulate", "autotune": "tune", "help": "--help", "rules": "rule", "describe": "explain", "new": "init",
+}  # fmt: skip
+"""What other programs call them, and what it is called here."""
+
+
 COMPLETE = "_PIDCFG_COMPLETE"
 """The variable by which a shell asks for completions."""
 
 FEW_COLLECTIONS = (100_000, 20, 20)
 """A command is short and makes few cycles: searching for them after every 700 objects took a fifth of its time."""
+
+
+def nearest(word: str, words: Iterable[str]) -> str | None:
+    """The one of the words that looks most like it, if any does."""
+    from difflib import get_close_matches
+
+    return next(iter(get_close_matches(word.lower(), words, n=1)), None)
 
 
 class LazyGroup(click.Group):
@@ -83,6 +101,17 @@ class LazyGroup(click.Group):
             return completed(command)
         return command
 
+    def resolve_command(
+        self, ctx: click.Context, args: list[str]
+    ) -> tuple[str | None, click.Command | None, list[str]]:
+        """The command; for a word that is none, the one that is probably meant."""
+        word = args[0]
+        if word not in COMMANDS and word[:1].isalpha() and not ctx.resilient_parsing:
+            meant = MEANT.get(word.lower()) or nearest(word, COMMANDS)
+            ctx.fail(f"no such command: {word}; " + (f"did you mean {meant}?" if meant else
+                     f"there are {', '.join(COMMANDS)}"))  # fmt: skip
+        return super().resolve_command(ctx, args)
+
     def shell_complete(self, ctx: click.Context, incomplete: str) -> list[CompletionItem[str]]:
         """The commands, and the options that they all have, without importing a command."""
         from click.shell_completion import CompletionItem
@@ -107,9 +136,30 @@ def cli() -> None:
     """
 
 
+def _open_streams() -> None:
+    """Stands in for output streams that the caller has closed; a closed input takes its place, and stays closed."""
+    for name in ("stdin", "stdout", "stderr"):
+        if getattr(sys, name) is None:
+            handle = os.open(os.devnull, os.O_RDWR)
+            if name != "stdin":
+                setattr(sys, name, os.fdopen(handle, "w", encoding="utf-8"))
+
+
 def _drop_stdout() -> None:
     """Sends what is still to be written to nowhere."""
     os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+
+
+def _refused(error: OSError) -> str:
+    """What the system refuses, by its name where there is one."""
+    from pathlib import Path
+
+    try:
+        Path.cwd()
+    except OSError:
+        return "the working directory is gone; change to one that is there"
+    what = f" {os.fsdecode(error.filename)}" if isinstance(error.filename, str | bytes) else ""
+    return f"cannot write or read{what}: {error.strerror or error}"
 
 
 def _run() -> object:
@@ -135,6 +185,7 @@ def _say(error: click.ClickException) -> None:
 def main() -> None:
     """A traceback makes Python exit 1, which CI would read as findings; a bug must not."""
     gc.set_threshold(*FEW_COLLECTIONS)
+    _open_streams()
     glyphs.install()
     try:
         code = _run()
@@ -152,7 +203,7 @@ def main() -> None:
         sys.exit(Exit.OK)
     except OSError as e:
         _drop_stdout()
-        click.echo(f"Error: cannot write or read: {e.strerror or e}", err=True)
+        click.echo(f"Error: {_refused(e)}", err=True)
         sys.exit(Exit.UNUSABLE)
     except Exception:  # noqa: BLE001 - the one place where a bug becomes an exit code
         import traceback

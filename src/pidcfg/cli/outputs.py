@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import stat
 import tempfile
 from pathlib import Path
@@ -12,6 +13,10 @@ import click
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Mapping
+
+
+STREAM = re.compile(r"/dev/(?:std(?:in|out|err)|fd/.*)|/proc/[^/]+/fd/.*")
+"""Names of what a process has open: a file can take the place of none."""
 
 
 def write_files(files: Mapping[str, str | bytes], *, force: bool = False, renewed: Collection[str] = ()) -> None:
@@ -35,16 +40,25 @@ def write_files(files: Mapping[str, str | bytes], *, force: bool = False, renewe
             Path(temporary).unlink(missing_ok=True)
 
 
+def _instead(name: str) -> str:
+    """What to do instead of writing to a device: the option ``-o`` can be left out."""
+    context = click.get_current_context(silent=True)
+    out = context.params.get("out") if context is not None else None
+    return "without -o the result goes to standard output" if out == name else "name a file"
+
+
 def _target(name: str, content: bytes, *, force: bool) -> Path:
     """Where a file is written, through a link; refused when it differs, and when it is a device, a pipe or a folder."""
     if not name:
         raise click.ClickException("the output has no name")
+    if STREAM.fullmatch(name):
+        raise click.ClickException(f"{name} is a stream and no file; {_instead(name)}")
     try:
         target = Path(name).resolve()
         if not target.exists():
             return target
         if not target.is_file():
-            raise click.ClickException(f"{name} is no regular file; without -o the result goes to standard output")
+            raise click.ClickException(f"{name} is no regular file; {_instead(name)}")
         differs = target.stat().st_size != len(content) or target.read_bytes() != content
     except (OSError, RuntimeError) as error:
         raise click.ClickException(f"cannot write {name}: {getattr(error, 'strerror', None) or error}") from None

@@ -59,6 +59,8 @@ def report_files(*names: str, flag: str = "--output") -> Decorator:
 
 def wanted(text: str, names: Sequence[str]) -> Report:
     """One value of the option; a ValueError says what is wrong with it."""
+    from pidcfg.cli.outputs import STREAM
+
     fmt, equals, path = text.partition("=")
     if not equals or fmt not in names:
         raise ValueError(f"{text!r}; write FORMAT=PATH with one of {', '.join(names)}")
@@ -67,6 +69,8 @@ def wanted(text: str, names: Sequence[str]) -> Report:
     target = Path(path)
     if target.is_dir():
         raise ValueError(f"{path} is a folder; name a file")
+    if STREAM.fullmatch(path) or (target.exists() and not target.is_file()):
+        raise ValueError(f"{path} is no regular file; name one, or leave the option out: --format {fmt} prints")
     if not target.parent.is_dir():
         raise ValueError(f"the folder {target.parent} of {path} does not exist; make it first")
     if target.suffix.lower() in CONFIGURATIONS and target.exists():

@@ -126,7 +126,7 @@ def place(problem: Problem, doc: Document) -> Diagnostic:
 def _read_config(loaded: Loaded, scenario: Scenario, limits: Limits) -> None:
     """The configuration or listing, relative to the scenario."""
     folder = Path() if loaded.document.file == "<stdin>" else Path(loaded.document.file).parent
-    loaded.config = (folder / scenario.config).as_posix()
+    loaded.config = shortened(folder / scenario.config).as_posix()
     if scenario.config == STDIN:
         loaded.refuse(f"{scenario.config} is no file", "name a configuration or a memory listing")
         return
@@ -137,6 +137,15 @@ def _read_config(loaded: Loaded, scenario: Scenario, limits: Limits) -> None:
         _use_configuration(loaded, entry, limits)
     else:
         _use_listing(loaded, entry, limits)
+
+
+def shortened(path: Path) -> Path:
+    """The path without ``folder/..``, where the folder is one and no link: behind a link ``..`` is somewhere else."""
+    found = Path()
+    for part in path.parts:
+        steps_back = part == ".." and found.name not in {"", ".."}
+        found = found.parent if steps_back and found.is_dir() and not found.is_symlink() else found / part
+    return found
 
 
 def _use_configuration(loaded: Loaded, entry: Input, limits: Limits) -> None:

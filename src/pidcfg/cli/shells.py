@@ -19,6 +19,8 @@ END = "\x01"
 """Put at the end of the line, so that the last word is the one that is typed, even when it is empty."""
 ASSIGNMENT = re.compile(r"\w+=")
 UNQUOTED = re.compile(r"[\w./\\:=,+~-]+")
+QUOTES = re.compile("['\u2018-\u201b]")
+"""What ends a text in single quotes for PowerShell, unless it stands twice: typographic ones do as well."""
 
 
 class Shell(ShellComplete):
@@ -110,7 +112,7 @@ class PowerShell(Shell):
         """Three lines; a value with spaces is quoted."""
         value = self.whole(item)
         if not UNQUOTED.fullmatch(value):
-            value = "'" + value.replace("'", "''") + "'"
+            value = f"'{QUOTES.sub(lambda found: 2 * found.group(), value)}'"
         return f"{item.type}\n{value}\n{encodable(one_line(item.help), 'ascii')}"
 
 

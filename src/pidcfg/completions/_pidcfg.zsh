@@ -3,7 +3,7 @@
 _pidcfg() {
     local -a plain described paths folders parts response
     local type value descr
-    response=("${(@f)$(env COMP_WORDS="${(j: :)words[1,CURRENT-1]} $PREFIX" _PIDCFG_COMPLETE=zsh_complete \
+    response=("${(@f)$(env COMP_WORDS="${(j: :)words[1,CURRENT-1]} $QIPREFIX$PREFIX" _PIDCFG_COMPLETE=zsh_complete \
         ${(Q)words[1]} 2>/dev/null)}")
     for type value descr in $response; do
         case $type in
