@@ -4,14 +4,19 @@ from __future__ import annotations
 
 import codecs
 import json
+import os
 import shutil
 import sys
+from typing import TYPE_CHECKING
 
 import click
 
 from pidcfg.cli import colour
 from pidcfg.cli.glyphs import encodable, fits
 from pidcfg.cli.progress import LINE
+
+if TYPE_CHECKING:
+    from typing import TextIO
 
 
 def echo(text: str) -> None:
@@ -39,7 +44,7 @@ def echo_json(text: str) -> None:
 
 
 def echo_xml(text: str) -> None:
-    """An XML result that says it is UTF-8; on another code page numbers stand for characters that are not ASCII."""
+    """XML or HTML that says it is UTF-8; on another code page numbers stand for characters that are not ASCII."""
     if not (text.isascii() or _is_utf8(text)):
         text = text.encode("ascii", "xmlcharrefreplace").decode()
     echo(text)
@@ -56,12 +61,26 @@ def note(text: str) -> None:
     LINE.end()
     coloured = colour.wanted(sys.stderr)
     text = encodable(text, sys.stderr.encoding)
-    click.echo(colour.painted(text) if coloured else text, err=True, color=coloured)
+    try:
+        click.echo(colour.painted(text) if coloured else text, err=True, color=coloured)
+    except BrokenPipeError:
+        drop(sys.stderr)
 
 
 def _put(text: str, *, color: bool) -> None:
+    """Prints; when the reader has gone (as `| head` does) the command goes on, with its files and its exit code."""
     LINE.end()
-    click.echo(encodable(text, sys.stdout.encoding), nl=False, color=color)
+    try:
+        click.echo(encodable(text, sys.stdout.encoding), nl=False, color=color)
+    except BrokenPipeError:
+        drop(sys.stdout)
+
+
+def drop(stream: TextIO) -> None:
+    """Sends what is still to be written to nowhere: Python would complain again when it closes the stream."""
+    nowhere = os.open(os.devnull, os.O_WRONLY)
+    os.dup2(nowhere, stream.fileno())
+    os.close(nowhere)
 
 
 def markdown(text: str) -> None:

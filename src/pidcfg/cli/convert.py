@@ -88,8 +88,8 @@ def command(
 
     if report == "json" and out is None:
         raise click.UsageError("the report and the file would both go to standard output; name the file with -o")
-    report_options.refuse_inputs(reports, (file,))
     report_options.refuse_inputs(reports, () if out is None else (out,), "is where the result goes")
+    report_options.refuse_outputs((out, *plot, *(entry.path for entry in reports)), (file,))
     checked = one_configuration(file, limits)
     status = exit_code(list(checked.findings))
     if status is not Exit.OK or checked.vendor is None:

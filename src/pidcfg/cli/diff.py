@@ -55,7 +55,7 @@ def command(
     from pidcfg.cli import diff_charts
     from pidcfg.convert.compare import compare
 
-    report_options.refuse_inputs(reports, (before, after))
+    report_options.refuse_outputs((*plot, *(report.path for report in reports)), (before, after))
     if fmt != "text" and plots.TERMINAL in plot:
         raise click.UsageError(f"--plot - and --format {fmt} would both go to standard output; name a file")
     sides, sources = read_sides((before, after), vendor, limits, fmt)

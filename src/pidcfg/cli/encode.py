@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
@@ -67,8 +66,6 @@ def command(
         parts, report = _written(kind, checked.encoding.image, checklist, into, limits)
     except (UnwritableError, ListingError) as error:
         raise click.ClickException(f"{file}: {error}") from None
-    if out is not None and Path(out).resolve() in {Path(name).resolve() for name in (file, into) if name is not None}:
-        raise click.UsageError(f"{out} is a file that is read; name another one with -o")
     names = _put(kind, parts, out, force=force)
     conflicts = [line for line in report if line.startswith(CONFLICT)]
     for line in conflicts if quiet else report:

@@ -112,4 +112,4 @@ def _write(changed: Sequence[tuple[Input, Fixed]]) -> None:
             raise click.ClickException(f"{reason}; nothing was written") from None
         if now != entry.data:
             raise click.ClickException(f"{entry.name} has changed since it was read; nothing was written")
-    write_files({entry.name: fixed.data for entry, fixed in changed}, force=True)
+    write_files({entry.name: fixed.data for entry, fixed in changed}, force=True, over_inputs=True)

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from pidcfg.cli.identity import remember
 from pidcfg.cli.progress import held
 from pidcfg.diagnostics import Diagnostic, Severity
 from pidcfg.source import Document, Node, read_document
@@ -112,14 +113,16 @@ def _folder(name: str, seen: set[str], limits: Limits) -> Iterator[Input]:
 
 
 def read_input(name: str, limits: Limits) -> Input:
-    """The bytes of one file, at most one more than the limit."""
+    """The bytes of one file, at most one more than the limit; no output of this run takes its place."""
     try:
         if name == STDIN:
             if sys.stdin is None:
                 return Input("<stdin>", problem="cannot read standard input: it is closed")
             with held():
+                remember(sys.stdin.buffer)
                 return Input("<stdin>", sys.stdin.buffer.read(limits.file_bytes + 1))
         with Path(name).open("rb") as stream:
+            remember(stream)
             return Input(name, stream.read(limits.file_bytes + 1))
     except OSError as error:
         return Input(name, problem=f"cannot read {name}: {error.strerror or error}")

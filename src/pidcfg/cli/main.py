@@ -7,7 +7,7 @@ import os
 import sys
 from enum import IntEnum
 from importlib import import_module
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -85,8 +85,21 @@ class LazyGroup(click.Group):
         LINE.begin()
         try:
             return super().invoke(ctx)
+        except BrokenPipeError:  # of a text that click prints by itself, such as --help
+            _drop_stdout()
+            return Exit.OK
         finally:
             LINE.end()
+
+    def make_context(
+        self, info_name: str | None, args: list[str], parent: click.Context | None = None, **extra: Any
+    ) -> click.Context:
+        """The context of the whole command line; its own ``--help`` and ``--version`` may lose their reader too."""
+        try:
+            return super().make_context(info_name, args, parent, **extra)
+        except BrokenPipeError:
+            _drop_stdout()
+            raise click.exceptions.Exit from None
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
         """Imports the command's module."""
@@ -147,7 +160,17 @@ def _open_streams() -> None:
 
 def _drop_stdout() -> None:
     """Sends what is still to be written to nowhere."""
-    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    from pidcfg.cli.console import drop
+
+    drop(sys.stdout)
+
+
+def _flush() -> None:
+    """Writes what is left; a reader that has gone (as `| head` does) changes no exit code."""
+    try:
+        sys.stdout.flush()
+    except BrokenPipeError:
+        _drop_stdout()
 
 
 def _refused(error: OSError) -> str:
@@ -189,7 +212,7 @@ def main() -> None:
     glyphs.install()
     try:
         code = _run()
-        sys.stdout.flush()
+        _flush()
         sys.exit(code if isinstance(code, int) else Exit.OK)
     except click.ClickException as e:
         _say(e)
@@ -197,10 +220,6 @@ def main() -> None:
     except (click.Abort, KeyboardInterrupt):
         click.echo("interrupted", err=True)
         sys.exit(Exit.INTERRUPTED)
-    except BrokenPipeError:
-        # The reader of our output has gone (as `| head` does); Python would complain again when it closes stdout.
-        _drop_stdout()
-        sys.exit(Exit.OK)
     except OSError as e:
         _drop_stdout()
         click.echo(f"Error: {_refused(e)}", err=True)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -11,7 +11,7 @@ import click
 
 from pidcfg import __version__
 from pidcfg.cli import options
-from pidcfg.cli.console import echo, note
+from pidcfg.cli.console import echo_xml, note
 from pidcfg.cli.extras import need
 from pidcfg.cli.main import Exit
 from pidcfg.cli.progress import LINE
@@ -114,9 +114,15 @@ def _progress(share: float) -> None:
 
 
 def shortener(names: Sequence[str]) -> Callable[[str], str]:
-    """Names as a report shows them: those that are absolute from the folder that they have in common."""
+    """Names as a report shows them: those that are absolute from the folder that they have in common.
+
+    On several drives there is none: then names stay as they are.
+    """
     whole = [str(Path(name).parent) for name in names if Path(name).is_absolute()]
-    base = os.path.commonpath(whole) if whole else ""
+    try:
+        base = os.path.commonpath(whole) if whole else ""
+    except ValueError:
+        return lambda name: Path(name).as_posix()
     return lambda name: Path(os.path.relpath(name, base)).as_posix() if Path(name).is_absolute() else name
 
 
@@ -144,24 +150,25 @@ def _write(content: Content, out: str | None, csv: str | None, xlsx: str | None,
     with _folder(csv):
         write_files(files, force=force)
     if html is not None and out == STDOUT:
-        echo(html)
+        echo_xml(html)
 
 
 @contextmanager
 def _folder(name: str | None) -> Iterator[None]:
-    """A folder that is made where there is none, and goes again when nothing can be written into it."""
-    made = name is not None and not Path(name).exists()
+    """A folder that is made where there is none, with those above it; what was made goes when nothing is written."""
+    missing = [] if name is None else [path for path in (Path(name), *Path(name).parents) if not path.exists()]
+    written = False
     try:
-        if name is not None and made:
-            Path(name).mkdir(parents=True)
+        for path in reversed(missing):
+            path.mkdir()
+        yield
+        written = True
     except OSError as error:
         raise click.ClickException(f"cannot make the folder {name}: {error.strerror}") from None
-    try:
-        yield
-    except click.ClickException:
-        if name is not None and made:
-            Path(name).rmdir()
-        raise
+    finally:
+        for path in () if written else missing:
+            with suppress(OSError):
+                path.rmdir()
 
 
 def summary(content: Content, names: Sequence[str]) -> str:

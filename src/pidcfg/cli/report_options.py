@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import click
 
 from pidcfg.cli.console import echo, echo_json, echo_xml, note, show
+from pidcfg.cli.identity import identity, one_file, was_read
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -80,12 +81,9 @@ def wanted(text: str, names: Sequence[str]) -> Report:
 
 def distinct(reports: Sequence[Report]) -> tuple[Report, ...]:
     """The reports, if each goes to a file of its own."""
-    seen: dict[str, str] = {}
-    for report in reports:
-        key = os.path.normcase(Path(report.path).resolve())
-        if key in seen:
-            raise ValueError(f"{seen[key]} and {report.path} are one file; name two")
-        seen[key] = report.path
+    same = one_file([report.path for report in reports])
+    if same is not None:
+        raise ValueError(same)
     return tuple(reports)
 
 
@@ -99,13 +97,16 @@ def refuse_inputs(reports: Sequence[Report], names: Iterable[str], what: str = "
             raise click.UsageError(f"{report.path} {what}; give the report another name")
 
 
-def identity(name: str) -> str | tuple[int, int]:
-    """What tells a file from others: by whatever name it is called, there or not."""
-    try:
-        found = Path(name).stat()
-    except (OSError, ValueError):
-        return os.path.normcase(os.path.abspath(name))  # noqa: PTH100 - need not exist
-    return (found.st_dev, found.st_ino)
+def refuse_outputs(names: Iterable[str | None], inputs: Iterable[str] = ()) -> None:
+    """Ends the command before it runs when an output would take the place of another one, or of one of its inputs."""
+    outputs = [name for name in names if name is not None and name != "-"]
+    taken = {identity(name) for name in inputs}
+    problem = one_file(outputs)
+    if problem is not None:
+        raise click.UsageError(problem)
+    for name in outputs:
+        if identity(name) in taken or was_read(name):
+            raise click.UsageError(f"{name} is a file that is read; give the output another name")
 
 
 def write_reports(

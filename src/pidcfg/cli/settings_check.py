@@ -5,14 +5,13 @@ The JSON Schema for editors is made of the same table.
 
 from __future__ import annotations
 
-import os
 import re
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, NoReturn
 
 import click
 
-from pidcfg.cli.settings import LARGEST, PER_FILE
+from pidcfg.cli.settings import LARGEST, PER_FILE, relative
 from pidcfg.schemas.document import DIALECT
 from pidcfg.schemas.names import nearest
 
@@ -137,7 +136,7 @@ def _path(key: str, value: Any, file: _File) -> str:
         file.refuse(key, f"{key}: {value!r} is no path")
     if Path(value).is_absolute() or root not in target.parents:
         file.refuse(key, f"{key}: {value!r} leads out of the folder of the settings file", "name it with --baseline")
-    return os.path.relpath(file.root / value)
+    return relative(str(file.root / value), Path())
 
 
 def _per_file(key: str, value: Any, file: _File) -> dict[str, list[str]]:

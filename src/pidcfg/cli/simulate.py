@@ -74,8 +74,8 @@ def command(
         raise click.UsageError(f"{', '.join(paths)}: no scenario there; one begins with 'scenario: …'")
     if csv is not None and len(scenarios) != 1:
         raise click.UsageError(f"--csv takes one scenario, not {len(scenarios)}")
-    report_options.refuse_inputs(reports, files_of(scenarios))
     report_options.refuse_inputs(reports, () if csv is None else (csv,), "is where the trend goes")
+    report_options.refuse_outputs((csv, *plot, *(report.path for report in reports)), files_of(scenarios))
     if fmt not in report_options.PLAIN_FORMATS and plots.TERMINAL in plot:
         raise click.UsageError(f"--plot - and --format {fmt} would both go to standard output; name a file")
     if plot_loops and not plot:

@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-import filecmp
 import os
-import tempfile
 from contextlib import contextmanager
-from pathlib import Path
 from typing import TYPE_CHECKING, TextIO
 
 import click
 
-from pidcfg.cli.outputs import write_files
+from pidcfg.cli.outputs import Staged, discard, place, refuse_read, take_rights, temporary_beside, write_files
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -29,36 +26,22 @@ def trend_file(
         yield None
         write_files(beside or {}, force=force)
         return
-    target = Path(name)
+    target = place(name)
+    refuse_read([name])
     try:
-        handle, temporary = tempfile.mkstemp(prefix=f".{target.name}.", dir=target.parent)
+        handle, temporary = temporary_beside(target)
     except OSError as error:
         raise click.ClickException(f"cannot write {name}: {error.strerror}") from None
+    staged = [Staged(name, target, temporary)]
     try:
         with os.fdopen(handle, "w", encoding="utf-8", newline="") as stream:
             yield stream
             stream.flush()
             os.fsync(stream.fileno())
-        if Path(temporary).stat().st_size:
-            _check(Path(temporary), target, force=force)
-            write_files(beside or {}, force=force)
-            _put(Path(temporary), target)
+        if temporary.stat().st_size:
+            take_rights(temporary, target)
+            write_files(beside or {}, force=force, streamed=staged)
     except OSError as error:
         raise click.ClickException(f"cannot write {name}: {error.strerror}") from None
     finally:
-        Path(temporary).unlink(missing_ok=True)
-
-
-def _check(temporary: Path, target: Path, *, force: bool) -> None:
-    """Refuses to replace a different file."""
-    if target.exists() and not force and not filecmp.cmp(temporary, target, shallow=False):
-        raise click.ClickException(f"{target} exists and differs; use --force to overwrite it")
-
-
-def _put(temporary: Path, target: Path) -> None:
-    """Moves the file in place, with the rights a new file would have."""
-    if os.name == "posix":
-        umask = os.umask(0)
-        os.umask(umask)
-        temporary.chmod(0o666 & ~umask)
-    temporary.replace(target)
+        discard(staged)

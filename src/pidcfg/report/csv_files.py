@@ -36,10 +36,5 @@ def csv_text(table: Table) -> str:
 
 def safe(value: Value) -> str:
     """A cell as text; a text that a spreadsheet would calculate gets an apostrophe, a number never."""
-    shown = number(value) if isinstance(value, float) and not isinstance(value, bool) else text(value)
+    shown = text(value)
     return f"'{shown}" if isinstance(value, str) and shown.startswith(FORMULA) else shown
-
-
-def number(value: float) -> str:
-    """A float with ten significant digits, as in the trends."""
-    return f"{value:.10g}"

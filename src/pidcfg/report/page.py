@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from pidcfg.diagnostics import Severity
 from pidcfg.report.runs import METRIC_TITLES
-from pidcfg.report.texts import text
+from pidcfg.report.texts import measured, text
 
 if TYPE_CHECKING:
     from jinja2 import Environment
@@ -80,8 +80,8 @@ def soft(name: str) -> Markup:
 
 
 def number(value: float | None) -> str:
-    """A measured number with six digits; nothing where there is none."""
-    return "–" if value is None else f"{value:g}"
+    """A measured number; a dash where there is none."""
+    return "–" if value is None else measured(value)
 
 
 def counts(content: Content) -> dict[str, int]:

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from pidcfg.report.content import Expectation, Happening, RunSheet
-from pidcfg.report.texts import text
+from pidcfg.report.texts import measured, number, text
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
@@ -85,10 +85,10 @@ def verdict_of(run: Run, report: Report) -> str:
 
 def facts(report: Report) -> Iterator[tuple[str, str]]:
     """How the run was made."""
-    yield "Duration", f"{report.duration:g} s"
-    yield "Step", f"{report.step:g} s"
+    yield "Duration", f"{number(report.duration)} s"
+    yield "Step", f"{number(report.step)} s"
     if report.settled is not None:
-        yield "Before it", f"{report.settled:g} s to the steady state"
+        yield "Before it", f"{number(report.settled)} s to the steady state"
     yield from report.plc_flags.items()
     if not report.running:
         yield "Loop task", "off: no loop is calculated"
@@ -127,4 +127,6 @@ def found(value: Any) -> str:
     """What was measured, as text."""
     if isinstance(value, list | tuple):
         return " to ".join(found(part) for part in value)
+    if isinstance(value, float):
+        return measured(value)
     return "none" if value is None else text(value)

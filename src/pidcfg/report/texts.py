@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 
 SIDES = {"pv": "PV unit", "output": "output unit"}
 """What stands for the unit of a side that has none."""
+TINY, MILLION, HUGE = 1e-15, 1e6, 1e15
 
 
 def unit_text(unit: str, units: Mapping[str, str]) -> str:
@@ -53,4 +54,16 @@ def text(value: Any) -> str:
         return "true" if value else "false"
     if isinstance(value, Decimal):
         return decimal_text(value)
-    return f"{value:g}" if isinstance(value, float) else str(value)
+    return number(value) if isinstance(value, float) else str(value)
+
+
+def number(value: float) -> str:
+    """The shortest decimal that means this number, all digits in sight unless there would be more than fifteen."""
+    if value and not TINY <= abs(value) < HUGE:
+        return repr(value)
+    return decimal_text(Decimal(repr(value)))
+
+
+def measured(value: float) -> str:
+    """A number that was measured: six digits, and all that stand before the point."""
+    return number(float(f"{value:.6g}" if abs(value) < MILLION else f"{value:.0f}"))

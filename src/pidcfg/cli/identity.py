@@ -1,0 +1,61 @@
+"""What tells files apart, by whatever name they are called, and which of them the running command has read."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import TYPE_CHECKING, TypeAlias
+
+import click
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+    from typing import IO
+
+Identity: TypeAlias = "str | tuple[int, int]"
+READ = "pidcfg.files_read"
+"""Where a command keeps the identities of its inputs."""
+
+
+def identity(name: str) -> Identity:
+    """A file's own number; where there is none yet, the place where it would be."""
+    try:
+        found = Path(name).stat()
+    except (OSError, ValueError):
+        return os.path.normcase(os.path.realpath(name))
+    return (found.st_dev, found.st_ino)
+
+
+def one_file(names: Iterable[str]) -> str | None:
+    """What is wrong with the names of outputs where two of them mean one file."""
+    seen: dict[Identity, str] = {}
+    for name in names:
+        place = identity(name)
+        if place in seen:
+            return f"{seen[place]} and {name} are one file; name two"
+        seen[place] = name
+    return None
+
+
+def remember(stream: IO[bytes]) -> None:
+    """Notes an open file as an input of the running command."""
+    ctx = click.get_current_context(silent=True)
+    if ctx is None:
+        return
+    try:
+        found = os.fstat(stream.fileno())
+    except (OSError, ValueError):  # standard input that is no file
+        return
+    files_read(ctx).add((found.st_dev, found.st_ino))
+
+
+def was_read(name: str) -> bool:
+    """Whether the running command has read this file."""
+    ctx = click.get_current_context(silent=True)
+    return ctx is not None and identity(name) in files_read(ctx)
+
+
+def files_read(ctx: click.Context) -> set[Identity]:
+    """The identities of the command's inputs so far."""
+    found: set[Identity] = ctx.meta.setdefault(READ, set())
+    return found
