@@ -13,7 +13,7 @@ import click
 import pytest
 from click.testing import CliRunner
 
-from pidcfg.cli import outputs, settings_check
+from pidcfg.cli import outputs, rule, settings_check
 from pidcfg.cli.console import echo_xml
 from pidcfg.cli.main import Exit, cli
 from pidcfg.cli.report import shortener
@@ -270,6 +270,16 @@ def test_a_reader_that_goes_away_changes_no_exit_code(folder, args, code):
     found, said = unread(*args)
     assert (found, "Traceback" in said, "BrokenPipe" in said) == (code, False, False)
     assert unread(*args, both=True)[0] == code
+
+
+def test_a_command_that_is_cut_off_does_not_look_fine(monkeypatch):
+    def cut():
+        raise BrokenPipeError(32, "Broken pipe")
+
+    monkeypatch.setattr("sys.argv", ["pidcfg", "rule"])
+    monkeypatch.setattr("pidcfg.cli.main._drop_stdout", lambda: None)
+    monkeypatch.setattr(rule.command, "callback", lambda **_: cut())
+    assert CliRunner().invoke(cli, ["rule"], standalone_mode=False).return_value == Exit.FOUND
 
 
 @POSIX

@@ -269,7 +269,8 @@ def test_what_cannot_be_drawn_is_refused(folder, pidcfg, args, message):
 def test_a_file_that_differs_is_kept_and_then_nothing_is_written(folder, pidcfg):
     Path("a.svg").write_text("mine", "utf-8")
     code, out, err = pidcfg("simulate", "oven.scenario.yaml", "--csv", "t.csv", "--plot", "a.svg", "--plot", "b.svg")
-    assert (code, out, err) == (2, "", "Error: a.svg exists and differs; use --force to overwrite it\n")
+    assert (code, err) == (2, "Error: a.svg exists and differs; use --force to overwrite it\n")
+    assert out.startswith("A short profile"), "a file that differs costs no result"
     assert sorted(path.name for path in folder.iterdir()) == ["a.svg", "oven.scenario.yaml", "oven.yaml"]
     Path("a.svg").unlink()
     Path("t.csv").write_text("mine", "utf-8")

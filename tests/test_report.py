@@ -331,7 +331,7 @@ def test_no_text_is_a_formula_in_csv(text):
 
 
 def test_numbers_stay_numbers_in_csv():
-    assert [safe(value) for value in (-5, -2.5, 1e-9, None, True)] == ["-5", "-2.5", "1e-09", "", "true"]
+    assert [safe(value) for value in (-5, -2.5, 1e-9, None, True)] == ["-5", "-2.5", "0.000000001", "", "true"]
 
 
 def test_csv_files_are_read_back(tmp_path):

@@ -85,9 +85,9 @@ class LazyGroup(click.Group):
         LINE.begin()
         try:
             return super().invoke(ctx)
-        except BrokenPipeError:  # of a text that click prints by itself, such as --help
+        except BrokenPipeError:  # of click's own help; or in the midst of a command, which then must not look fine
             _drop_stdout()
-            return Exit.OK
+            return Exit.OK if {*ctx.help_option_names} & {*sys.argv} else Exit.FOUND
         finally:
             LINE.end()
 
