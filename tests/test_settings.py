@@ -205,7 +205,8 @@ def test_what_makes_a_file_unusable_is_left_out_nowhere(project, validate):
     ("/a.yaml", "a.yaml", True), ("/a.yaml", "x/a.yaml", False),
     ("?.yaml", "b.yaml", True), ("?.yaml", "bb.yaml", False),
     ("[ab].yaml", "a.yaml", False), ("[ab].yaml", "[ab].yaml", True),
-    ("a.yaml", "../a.yaml", True), ("A.yaml", "a.yaml", False),
+    ("a.yaml", "../a.yaml", False), ("**", "../a.yaml", False), ("../a.yaml", "../a.yaml", False),
+    ("*", "/a.yaml", False), ("./a.yaml", "a.yaml", True), ("./a.yaml", "x/a.yaml", False), ("A.yaml", "a.yaml", False),
 ])  # fmt: skip
 def test_patterns(pattern, path, fits):
     assert matches(pattern, path) is fits

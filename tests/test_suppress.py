@@ -103,7 +103,7 @@ def test_a_comment_ignores_the_codes_it_names_on_its_line_and_no_others():
 @pytest.mark.parametrize("form", [
     "# pidcfg: ignore[PID242, PID254] why", "#pidcfg:ignore[PID242,PID254] why",
     "# PIDCFG: Ignore [pid242 , PID254]why",
-    "# first # pidcfg: ignore[PID242,PID254] why # later",
+    "# pidcfg: ignore[PID242,PID254] why # later",
 ])  # fmt: skip
 def test_spellings(form):
     assert left(behind(form)) == []
