@@ -110,10 +110,10 @@ def registers(vendor: Vendor) -> str:
     """The register tables of a vendor."""
     tables = vendor.load("registers")
     if isinstance(tables[0], ParameterTable):
-        about = PARAMETERS.format(keys=f"[{vendor.key}-keys.md]({vendor.key}-keys.md)", names=names_of(tables))
+        about = PARAMETERS.format(keys=f"[the list of keys]({vendor.key}-keys.md)", names=names_of(tables))
         head = f"# Parameters of the {vendor.title}\n\n{about}"
         return NOTE + head + "".join(parameters(table, vendor.model) for table in tables)
-    about = REGISTERS.format(keys=f"[{vendor.key}-keys.md]({vendor.key}-keys.md)")
+    about = REGISTERS.format(keys=f"[the list of keys]({vendor.key}-keys.md)")
     marks = {word.read for table in tables for word in table.words}
     about += "".join(f"\n`{mark}`: what is written {when}.\n" for mark, when in READ_LATE.items() if mark in marks)
     return NOTE + f"# Registers of the {vendor.title}\n\n{about}" + "".join(block(table) for table in tables)

@@ -63,7 +63,7 @@ def rule_pages() -> dict[str, str]:
     found = {"rules.md": index(table)}
     for name, (title, starts) in GROUPS.items():
         own = "\n".join("#" + page(rule) for rule in table.values() if rule.code.startswith(starts))
-        found[f"rules-{name}.md"] = f"# {title}\n\n{ABOUT[name]} All rules are listed in [rules.md](rules.md).\n\n{own}"
+        found[f"rules-{name}.md"] = f"# {title}\n\n{ABOUT[name]} [All rules](rules.md) stand in one list.\n\n{own}"
     return found
 
 

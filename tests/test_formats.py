@@ -6,7 +6,6 @@ import io
 import json
 import os
 import re
-import shlex
 import sys
 from pathlib import Path, PureWindowsPath
 from xml.etree import ElementTree as ET
@@ -702,19 +701,11 @@ def test_convert_prints_one_document_of_json_for_a_file_it_cannot_use(pair):
 # --- the documentation -----------------------------------------------------------------------------------------------
 
 PAGE = (ROOT / "docs" / "output-formats.md").read_text("utf-8")
-RUNS = re.findall(r"```console\n\$ pidcfg ([^\n]*)\n(.*?)```", PAGE, re.DOTALL)
-
-
-@pytest.mark.parametrize(("line", "told"), RUNS, ids=[line for line, _ in RUNS])
-def test_outputs_on_the_page_are_true(line, told, monkeypatch):
-    monkeypatch.chdir(ROOT / "examples" / "dl06")
-    whole, cut, _ = told.partition("...\n")
-    printed = run(*shlex.split(line)).stdout
-    assert printed.startswith(whole) if cut else printed == whole
+RUNS = re.findall(r"```console\n\$ (pidcfg [^\n]*)\n", PAGE)
 
 
 def test_the_page_names_every_format_and_schema():
-    assert {line.split("--format ")[1].split()[0] for line, _ in RUNS} >= set(formats.FORMATS) - {"text", "json"}
+    assert {line.split("--format ")[1].split()[0] for line in RUNS} >= set(formats.FORMATS) - {"text", "json"}
     for name in (*formats.FORMATS, "markdown"):
         assert f"| `{name}` |" in PAGE
     for name in OUTPUTS:

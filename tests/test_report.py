@@ -199,7 +199,7 @@ def test_csv_files_are_read_back(tmp_path):
     files = {path.name for path in (tmp_path / "tables").iterdir()}
     assert {"settings.csv", "words.csv", "findings.csv", "expectations.csv", "files.csv"} <= files
     for path in (tmp_path / "tables").iterdir():
-        rows = list(csv.reader(io.StringIO(path.read_text("utf-8"))))
+        rows = list(csv.reader(io.StringIO(path.read_text("utf-8-sig"))))
         assert len({len(row) for row in rows}) == 1, path.name
     assert not (tmp_path / "report.html").exists()
 
@@ -217,7 +217,7 @@ def test_the_workbook_in_a_spreadsheet_library(tmp_path):
     words = {row[3].value: row for row in book["Words"].iter_rows(min_row=2)}
     assert words["DF101"][7].value == 140
     assert words["DF101"][7].data_type == "n"
-    assert words["DF101"][6].value == "430C0000"
+    assert words["DF101"][6].value == "0x430C0000"
     assert book.properties.created == dt.datetime(2000, 1, 1)  # noqa: DTZ001 - as the file has it
     assert all(sheet.column_dimensions["A"].width > 5 for sheet in book)
 
@@ -241,7 +241,7 @@ def test_the_same_files_give_the_same_bytes_and_nothing_of_the_computer(tmp_path
 
 def test_every_input_has_its_hash(tmp_path):
     assert run(EXAMPLES / "dl06/reactor.scenario.yaml", "--csv", tmp_path).exit_code == 0
-    rows = {row["File"]: row for row in csv.DictReader(io.StringIO((tmp_path / "files.csv").read_text("utf-8")))}
+    rows = {row["File"]: row for row in csv.DictReader(io.StringIO((tmp_path / "files.csv").read_text("utf-8-sig")))}
     for name, kind in (("reactor.yaml", "configuration"), ("reactor.scenario.yaml", "scenario")):
         data = (EXAMPLES / "dl06" / name).read_bytes()
         assert rows[name]["SHA-256"] == hashlib.sha256(data).hexdigest()
@@ -321,11 +321,16 @@ def test_a_new_folder_goes_again_when_nothing_is_written(tmp_path):
     assert [path.name for path in tmp_path.iterdir()] == ["t.xlsx"]
 
 
-def test_an_input_is_no_output(tmp_path):
+@pytest.mark.parametrize(
+    ("option", "name"), [("-o", "a.yaml"), ("-o", "a.pdf"), ("-o", "a.xlsx"), ("--xlsx", "a.html")]
+)
+def test_a_file_is_what_its_name_promises(tmp_path, option, name):
     (tmp_path / "a.yaml").write_bytes((EXAMPLES / "dl06/reactor.yaml").read_bytes())
-    assert "is a file that is read" in run(tmp_path / "a.yaml", "-o", tmp_path / "a.yaml", "--force").stderr
-    both = run(tmp_path / "a.yaml", "-o", tmp_path / "x", "--xlsx", tmp_path / "x")
-    assert "written twice" in both.stderr
+    result = run(tmp_path / "a.yaml", option, tmp_path / name, "--force")
+    assert "write a name that ends in" in result.stderr
+    assert ("prints the page to PDF" in result.stderr) == name.endswith(".pdf")
+    assert result.exit_code == 2
+    assert [path.name for path in tmp_path.iterdir()] == ["a.yaml"]
 
 
 def test_the_page_goes_to_standard_output():
@@ -337,9 +342,10 @@ def test_the_page_goes_to_standard_output():
 @pytest.mark.parametrize(("option", "package"), [("-o", "jinja2"), ("-o", "matplotlib"), ("--xlsx", "xlsxwriter")])
 def test_without_the_extra_there_is_one_clear_error(tmp_path, monkeypatch, option, package):
     monkeypatch.setattr("pidcfg.cli.extras.find_spec", lambda name: None if name == package else object())
-    result = run(EXAMPLES / "dl06/reactor.yaml", option, tmp_path / "x")
+    file = tmp_path / ("x.html" if option == "-o" else "x.xlsx")
+    result = run(EXAMPLES / "dl06/reactor.yaml", option, file)
     assert result.stderr.startswith(f"Error: {package} is not installed; install pidcfg with its extra `report`")
-    assert not (tmp_path / "x").exists()
+    assert not file.exists()
 
 
 def test_the_title_block_holds_what_was_given():

@@ -92,7 +92,6 @@ def command(
         out = PAGE
     _have("page" if out is not None else None, "xlsx" if xlsx is not None else None)
     found = gathered(paths, limits, _progress, pictures=out is not None)
-    _apart([name for name in (out, xlsx) if name is not None], found)
     block = Title(title, project, customer, plant, document, revision, author, date, __version__)
     made = compose(block, list(found.files.values()), list(found.configurations.values()), found.runs, found.findings)
     content = renamed(made, shortener([file.name for file in made.files]))
@@ -112,16 +111,6 @@ def _have(*wanted: str | None) -> None:
 def _progress(share: float) -> None:
     """What the line on the terminal shows."""
     LINE.update("simulating", share)
-
-
-def _apart(outputs: Sequence[str], found: Gathered) -> None:
-    """Refuses an output that is read, or written twice."""
-    places = [Path(name).resolve() for name in outputs if name != STDOUT]
-    for name, place in zip([name for name in outputs if name != STDOUT], places, strict=True):
-        if place in found.files:
-            raise click.UsageError(f"{name} is a file that is read; name another one")
-        if places.count(place) > 1:
-            raise click.UsageError(f"{name} would be written twice; name different files")
 
 
 def shortener(names: Sequence[str]) -> Callable[[str], str]:

@@ -24,7 +24,7 @@ def compose(
     findings: Sequence[Diagnostic],
 ) -> Content:  # fmt: skip
     """The whole report; ``findings`` are those of all files."""
-    found = tuple(ordered(list(findings)))
+    found = tuple(sorted(ordered(list(findings)), key=lambda d: -d.severity))
     return Content(
         title=title,
         files=tuple(files),

@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from pidcfg.report.content import Value
     from pidcfg.report.tables import Table
 
+MARK = "\ufeff"
 FORMULA = ("=", "+", "-", "@", "\t", "\r")
 """What makes a spreadsheet read a cell as a formula, where it begins so."""
 
@@ -24,8 +25,9 @@ def csv_files(tables: Iterable[Table]) -> dict[str, str]:
 
 
 def csv_text(table: Table) -> str:
-    """One table: UTF-8, commas, lines that end in LF."""
+    """One table: UTF-8 with the mark by which spreadsheets know it, commas, lines that end in LF."""
     stream = io.StringIO()
+    stream.write(MARK)
     writer = csv.writer(stream, lineterminator="\n")
     writer.writerow(table.columns)
     writer.writerows([safe(value) for value in row] for row in table.rows)

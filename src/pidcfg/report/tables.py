@@ -80,7 +80,7 @@ def _block_rows(file: str, loop: str, blocks: Sequence[Block]) -> Iterator[Row]:
                 r.address,
                 r.name,
                 None,
-                r.hex,
+                f"0x{r.hex}" if r.hex else "",
                 r.decimal,
                 r.value,
                 r.unit,

@@ -5,6 +5,7 @@ from __future__ import annotations
 import datetime as dt
 import io
 from decimal import Decimal
+from math import ceil
 from typing import TYPE_CHECKING, Any
 
 from pidcfg.report.texts import text
@@ -18,6 +19,8 @@ if TYPE_CHECKING:
 CREATED = dt.datetime(2000, 1, 1, tzinfo=dt.UTC).replace(tzinfo=None)
 """Written into every workbook, so that the same input gives the same bytes."""
 NARROWEST, WIDEST = 6, 60
+LINE = 15
+"""Height of a line in points."""
 MOST_CHARACTERS = 32_767
 """A cell holds no more."""
 WRAPPED = {"text_wrap": True, "valign": "top"}
@@ -48,8 +51,11 @@ def _sheet(sheet: Any, table: Table, formats: dict[str, Any], title: Title) -> N
     for number, row in enumerate(table.rows, start=1):
         for column, value in enumerate(row):
             _write(sheet, (number, column), value, formats)
-    for column, width in enumerate(widths(table)):
+    columns = widths(table)
+    for column, width in enumerate(columns):
         sheet.set_column(column, column, width)
+    for number, row in enumerate(table.rows, start=1):
+        sheet.set_row(number, LINE * lines(row, columns))
     sheet.freeze_panes(1, 0)
     sheet.repeat_rows(0)
     if table.rows:
@@ -74,6 +80,11 @@ def _write(sheet: Any, place: tuple[int, int], value: Value, formats: dict[str, 
         sheet.write_number(*place, float(value) if isinstance(value, Decimal) else value, formats["number"])
     else:
         sheet.write_string(*place, text(value)[:MOST_CHARACTERS], formats["text"])
+
+
+def lines(row: Sequence[Value], columns: Sequence[int]) -> int:
+    """How many lines the longest cell of a row takes: not every spreadsheet works it out by itself."""
+    return max(1, *(ceil(len(text(cell)) / (width - 2)) for cell, width in zip(row, columns, strict=True)))
 
 
 def widths(table: Table) -> list[int]:

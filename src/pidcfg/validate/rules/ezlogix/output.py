@@ -75,8 +75,8 @@ def cv_limits_not_ascending(context: EzlogixContext) -> Iterator[Finding]:
     name="anti-windup-blind-to-limits",
     severity=Severity.WARNING,
     basis=D188,
-    message="anti-windup acts at 0 and 4095 counts only: while the CV is held at {limits}, the integral goes on until the "
-    "calculated CV is there",
+    message="anti-windup acts at 0 and 4095 counts only: while the CV is held at {limits}, the integral goes on until "
+    "the calculated CV is there",
 )
 def anti_windup_blind_to_limits(context: EzlogixContext) -> Iterator[Finding]:
     """The CV limits are narrower than 0 to 4095, and anti-windup is to protect the integral.
