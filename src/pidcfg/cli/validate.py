@@ -76,7 +76,8 @@ def command(
         found += findings
     left = live(found, documents, settings.of(ctx), Rules(select, ignore, **living))
     fails = Severity.WARNING if strict else Severity.ERROR
-    shown = Findings(options.severe(left.kept, severity, fails), documents, fails, left.suppressed(Severity[severity.upper()]))
+    hidden = left.suppressed(Severity[severity.upper()])
+    shown = Findings(options.severe(left.kept, severity, fails), documents, fails, hidden)
     piped = fix and STDIN in paths  # standard output is the corrected text
     report_options.deliver(fmt, reports, lambda name: render(name, shown), aside=piped)
     remarks = [f"{entry.name}: {entry.remark}" for entry in gathered if entry.remark is not None]
