@@ -219,7 +219,7 @@ def test_no_beginning_and_no_extension_of_a_key_is_taken_for_it():
     for model in MODELS:
         known = keys_of(model)
         for key in known:
-            shorter = [key[:-n] for n in range(1, len(key))] + [key[1:]]
+            shorter = [word for n in range(1, len(key)) if (word := key[:-n])[-1] != "_"] + [key[1:]]
             longer = [key + c for c in ALPHABET if c != key[-1]] + [c + key for c in ALPHABET if c != key[0]]
             assert {clear_match(word, known) for word in shorter + longer if word not in known} <= {None}, key
 
@@ -507,3 +507,65 @@ def test_a_scenario_is_corrected_too(validate, tmp_path):
 def test_json_of_what_remains(validate):
     found = validate("a.yaml", "--fix", "--format", "json")
     assert json.loads(found.out)["summary"]["errors"] == 0
+
+
+# --- what else a correction must not do -------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("option", [
+    ("--format", "json"), ("--output", "json=r.json"), ("--baseline", "k.json", "--create-baseline"),
+    ("--baseline", "k.json", "--shrink-baseline"),
+])  # fmt: skip
+def test_diff_prints_a_patch_alone(validate, tmp_path, option):
+    found = validate("a.yaml", "--diff", *option)
+    assert (found.code, found.out) == (2, "")
+    assert "--diff prints a patch" in found.err
+    assert [path.name for path in tmp_path.iterdir()] == ["a.yaml"]
+    (tmp_path / "pidcfg.toml").write_text('format = "json"\n', "utf-8")
+    assert validate("a.yaml", "--diff").out.startswith("--- a.yaml"), "a settings file asks for no report"
+
+
+@pytest.mark.skipif(os.name != "posix", reason="rights and links of POSIX")
+def test_protected_and_linked_files_are_not_replaced(validate, tmp_path):
+    (tmp_path / "b.yaml").write_bytes(WRONG.encode())
+    (tmp_path / "b.yaml").chmod(0o444)
+    found = validate("a.yaml", "b.yaml", "--fix")
+    assert (found.code, found.out) == (2, "")
+    assert "b.yaml is read-only; nothing was written" in found.err
+    (tmp_path / "b.yaml").chmod(0o644)
+    os.link(tmp_path / "b.yaml", tmp_path / "other")
+    found = validate("a.yaml", "b.yaml", "--fix")
+    assert found.code == 2
+    assert "b.yaml has more than one name" in found.err
+    assert (tmp_path / "a.yaml").read_bytes() == (tmp_path / "other").read_bytes() == WRONG.encode()
+
+
+@pytest.mark.skipif(not Path("/proc/self").is_dir(), reason="needs a folder in which nobody can write")
+def test_nothing_is_corrected_when_the_report_cannot_be_written(validate, tmp_path):
+    found = validate("a.yaml", "--fix", "--output", "json=/proc/self/r.json")
+    assert found.code == 2
+    assert "cannot write /proc/self/r.json" in found.err
+    assert (tmp_path / "a.yaml").read_bytes() == WRONG.encode()
+
+
+@pytest.mark.skipif(os.name != "posix", reason="names that Windows has not")
+@pytest.mark.parametrize("name", ["a b.yaml", "a\n+++ x.yaml", 'a"b\\c.yaml', "a\tb.yaml", "café.yaml", "a\udce9.yaml"])
+def test_patches_of_files_with_odd_names(validate, tmp_path, name):
+    (tmp_path / "a.yaml").unlink()
+    (tmp_path / name).write_bytes(WRONG.encode())
+    patch = validate(".", "--diff").raw
+    assert len(re.findall(rb"^\+\+\+ ", patch, re.MULTILINE)) == 1
+    subprocess.run(["git", "apply", "-p0", "-"], input=patch, cwd=tmp_path, check=True)
+    assert (tmp_path / name).read_bytes() == GOOD.replace("\n", "\r\n").encode()
+
+
+def test_the_patch_of_standard_input_names_it_as_other_programs_do(validate, monkeypatch):
+    monkeypatch.setattr("sys.stdin", io.TextIOWrapper(io.BytesIO(WRONG.encode())))
+    assert validate("-", "--diff").out.startswith("--- -\n+++ -\n@@")
+
+
+def test_a_reason_that_would_ignore_something_itself_is_left_alone():
+    text = GOOD.rstrip() + "  # pidcfg: ignore[PID242] #pidcfg: ignore[PID101] why\n"
+    assert "ignore[PID101]" in fix(text).data.decode()
+    text = GOOD.rstrip() + "  # pidcfg: ignore[PID242] pidcfg: ignore[PID101] why\n"
+    assert fix(text).data.decode() == text

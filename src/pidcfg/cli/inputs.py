@@ -56,12 +56,13 @@ def gather(paths: Sequence[str], limits: Limits, *, only_ours: bool = False) -> 
     """
     taken = _Taken(limits)
     for name in _expand(paths):
-        if not taken.adds(name):
+        folder = name != STDIN and Path(name).is_dir()
+        if not taken.adds(name, folder=folder):
             continue
         if taken.full:
             yield taken.refusal(name)
             return
-        if name != STDIN and Path(name).is_dir():
+        if folder:
             yield from _folder(name, taken)
         else:
             entry = read_input(name, limits)
@@ -75,19 +76,21 @@ class _Taken:
 
     limits: Limits
     places: set[tuple[str, str]] = field(default_factory=set)
+    files: int = 0
 
-    def adds(self, name: str) -> bool:
-        """Takes a file, unless it has been."""
-        folder, file = os.path.split(name)
-        key = (os.path.realpath(folder), file) if file not in {"", ".", ".."} else (os.path.realpath(name), "")
+    def adds(self, name: str, *, folder: bool = False) -> bool:
+        """Takes a file or a folder, unless it has been."""
+        above, file = os.path.split(name)
+        key = (os.path.realpath(name), "") if folder else (os.path.realpath(above), file)
         new = key not in self.places
         self.places.add(key)
+        self.files += new and not folder
         return new
 
     @property
     def full(self) -> bool:
         """Whether there are more than the limit allows."""
-        return len(self.places) > self.limits.files
+        return self.files > self.limits.files
 
     def refusal(self, name: str) -> Input:
         """The input that says so."""

@@ -5,10 +5,12 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
+from pidcfg.source import UTF16_MARKS
+
 LARGEST = 64 << 20
 """Bytes of a file that is searched for our key; what is larger is ours to complain about."""
 BREAK = re.compile(rb"\r\n?|\xc2\x85|\xe2\x80[\xa8\xa9]")
-MARKS = (b"\xef\xbb\xbf", b"\xff\xfe", b"\xfe\xff")
+MARK = b"\xef\xbb\xbf"
 FIRST = re.compile(rb"^([ \t]*)(?!%|#|\.\.\.|[ \t])(?:---(?:[ \t]+|$))?(?:#.*$)?([^\s#].*)", re.MULTILINE)
 """The first line that says something, and how far it is indented: there the keys at the top stand."""
 PLAIN = re.compile(rb"(?:[\w.$/+-]+|\"[^\"\\\n]*\"|'[^'\n]*')[ \t]*:(?:\s|$)|-(?:[ \t]|$)")
@@ -41,10 +43,8 @@ def is_ours(name: str, data: bytes, most: int) -> bool:
 
 def says_so(data: bytes) -> bool:
     """Whether a text carries our key at the top, or may do so."""
-    text = data
-    for mark in MARKS:
-        text = text.removeprefix(mark)
-    text = BREAK.sub(b"\n", text.replace(b"\0", b""))
+    text = data.decode("utf-16", "replace").encode() if data.startswith(UTF16_MARKS) else data.replace(b"\0", b"")
+    text = BREAK.sub(b"\n", text.removeprefix(MARK).removeprefix(MARK))
     first = FIRST.search(text)
     if first is None:
         return False
