@@ -84,7 +84,7 @@ def test_what_cannot_be_read_in_a_folder_is_said(validate, tmp_path):
     found = validate(".")
     assert found.code == 2
     assert "cannot read gone.yaml" in found.out
-    assert "pipe.yml is no regular file" in found.out
+    assert "pipe" not in found.out, "a pipe holds nothing to check"
 
 
 def test_a_folder_that_cannot_be_read_is_an_error(validate, tmp_path, monkeypatch):

@@ -139,7 +139,7 @@ def _walked(name: str, limits: Limits) -> Iterator[Input]:
             if path.is_symlink() and not path.resolve().is_relative_to(root):
                 yield Input(path.as_posix(), foreign=True, remark="a link out of the folder is not followed; name it")
         for path in (Path(folder, f) for f in sorted(files)):
-            if path.suffix.lower() in SUFFIXES:
+            if path.suffix.lower() in SUFFIXES and (path.is_file() or not path.exists()):
                 yield _in_folder(path, limits)
     for error in closed:
         yield Input(Path(error.filename).as_posix(), problem=f"cannot read {error.filename}: {error.strerror}")
@@ -148,8 +148,6 @@ def _walked(name: str, limits: Limits) -> Iterator[Input]:
 def _in_folder(path: Path, limits: Limits) -> Input:
     """One YAML file that was found rather than named."""
     name = path.as_posix()
-    if path.exists() and not path.is_file():
-        return Input(name, problem=f"{name} is no regular file")
     entry = read_input(name, limits)
     return entry if ours(entry, limits) else Input(name, foreign=True)
 
