@@ -18,10 +18,11 @@ from living_rig import GOOD, TWICE, run
 from pidcfg.diagnostics import Edit, Severity, Span
 from pidcfg.document import Plain
 from pidcfg.source import read_document
-from pidcfg.validate.edits import clear_match, slips
 from pidcfg.validate.engine import check_document
 from pidcfg.validate.fixes import Fixer, alike, splice
+from pidcfg.validate.spelling import all_keys, clear_match, is_slip, keys_of, models_below, slips
 from pidcfg.validate.suppress import suppress
+from pidcfg.vendors import VENDORS
 
 ROOT = Path(__file__).parents[1]
 REACTOR = (ROOT / "examples/dl06/reactor.yaml").read_text("utf-8")
@@ -73,7 +74,7 @@ SLIPS = (
     ("algorithm: position", "algorithm: 'Position'"), ("gain: 0.80", 'gain: "0.80"'),
     ("square_root: false", "square_root: 'no'"),
     ("    setpoint: {value: 20.0", "    set-point: {value: 20.0"), ("high: 42.0", 'high: "42.0"'),
-    ("hysteresis: 0.5", "hysterisis: 0.5"), ("sample_rate: 2.0", "sample_rat: 2.0"), ("gain: 2.50", "gain: 02.50"),
+    ("hysteresis: 0.5", "hysterisis: 0.5"), ("sample_rate: 2.0", "sammple_rate: 2.0"), ("gain: 2.50", "gain: 02.50"),
     ("derivative_gain_limit: 10", "derivative_gain_limit: 0x0A"), ("value: 85.0", '"valeu": 85.0'),
     ("deadband: 0.2", "deadbnad: 0.2"), ("deviation: {yellow", "devaition: {yellow"),
 )  # fmt: skip
@@ -106,11 +107,11 @@ def test_slips_in_a_real_file_are_mended_and_every_other_byte_stays(slips_made, 
 
 @pytest.mark.parametrize(("right", "wrong"), [
     ("pidcfg: 1", "pidcgf: 1"),
-    ("gain: 1,", "gian: 1,"), ("gain: 1,", "Gain: 1,"), ("gain: 1,", 'gain: "1",'), ("gain: 1,", "gain: 01,"),
+    ("reset: 10}", "rseet: 10}"), ("gain: 1,", "GAIN: 1,"), ("gain: 1,", 'gain: "1",'), ("gain: 1,", "gain: 01,"),
     ("gain: 8,", "gain: 08,"), ("gain: 8.5,", "gain: 08.5,"), ("reset: 1000", "reset: 1_000"),
     ("reset: 10", "reset: 0b1010"),
     ("reset: 10", "reset: 0o12"), ("action: direct", "action: DIRECT"), ("V2000", "v2000"), ("tuning: {", "tunign: {"),
-    ("plc: {loop_table: V2000", "plc: {lop_table: V2000"), ("sample_rate: 1", "sample-rate: 1"),
+    ("plc: {loop_table: V2000", "plc: {loop_tabel: V2000"), ("sample_rate: 1", "sample-rate: 1"),
 ])  # fmt: skip
 def test_what_can_be_read_in_one_way_is_written_that_way(right, wrong):
     key = right.partition(":")[0]
@@ -122,23 +123,31 @@ def test_what_can_be_read_in_one_way_is_written_that_way(right, wrong):
 CLICK = (ROOT / "examples/click/tank.yaml").read_text("utf-8")
 
 
-@pytest.mark.parametrize("wrong", ["ds101", "DS 101", "DS0101", "ds00101"])
+@pytest.mark.parametrize("wrong", ["ds101", "DS 101", "DS0101", "ds00101", "' ds 101 '"])
 def test_decimal_addresses(wrong):
     assert "integers: DS101" in CLICK
     assert fix(CLICK.replace("integers: DS101", f"integers: {wrong}")).data.decode() == CLICK
+
+
+@pytest.mark.parametrize("wrong", ["DS10 1", "DS1 01", "D S101", "DS 10 1"])
+def test_a_blank_inside_an_address_may_stand_for_anything(wrong):
+    text = CLICK.replace("integers: DS101", f"integers: {wrong}")
+    assert fix(text).data.decode() == text
 
 
 @pytest.mark.parametrize(("old", "new"), [
     ("reset: 10", "reset: 010"),  # octal 8 or decimal 10
     ("V2000", "02000"), ("V2000", "2000"), ("V2000", "V2008"), ("V2000", "vv2000"), ("V2000", '"2000"'),
     ("action: direct", "action: dierct"),  # a word that turns the control round is not guessed
-    ("action: direct", "acton: reversed"),  # the value is wrong for the key
-    ("gain: 1, reset", "gain: 1, gian: 2, reset"),  # the key is there
-    ("gain: 1, reset", "gian: 1, gani: 2, reset"),  # two for one key
-    ("gain: 1, reset", "gxxn: 1, reset"),  # too far
-    ("gain: 1, reset", "gian: , reset"),  # no value
+    ("action: direct", "acttion: reversed"),  # the value is wrong for the key
+    ("gain: 1, reset", "gain: 1, reste: 2, reset"),  # the key is there
+    ("gain: 1, reset", "resett: 1, rseet"),  # two for one key
+    ("gain: 1, reset", "gian: 1, reset"),  # too short
+    ("reset: 10", "rsete_: 10"), ("reset: 10", "reste_: 10"), ("reset: 10", "rxxet: 10"),  # too far
+    ("reset: 10", "rseet: "),  # no value
     ("gain: 1,", "gain: 1.2.3,"), ("gain: 1,", "gain: 60:30,"), ("gain: 1,", "gain: 1_0,"), ("gain: 1,", "gain: .inf,"),
     ("gain: 1,", 'gain: "010",'), ("gain: 1,", 'gain: "1e999",'),
+    ("reset: 10", "reset: 0x0180"), ("reset: 10", "reset: 0x10"),  # a number, or a word in BCD
     ("reset: 10", 'reset: "08 min"'), ("sample_rate: 1", "sample_rate: 08 s"),  # the unit would be lost
     ("name: A", "nam: "), ("vendor: dl06", "vendor: dl05"), ("pidcfg: 1", "pidcfg: 2"),
 ])  # fmt: skip
@@ -183,10 +192,97 @@ def test_quotes_must_leave_the_same_text_whatever_is_in_them():
 def test_keys_of_opposite_meaning_are_never_chosen_between():
     assert clear_match("of_delay", ["on_delay", "off_delay"]) is None
     assert clear_match("MaxMX", ["MaxMV", "MaxPV", "MinMV"]) is None
-    assert clear_match("mni", ["min", "max"]) is None, "too short to tell"
-    assert clear_match("hihg", ["high", "high_high", "low"]) == "high"
+    assert clear_match("MaxMX", ["MaxMV"]) is None, "in short words a letter is a meaning"
+    assert clear_match("mni", ["min", "max"]) is None
+    assert clear_match("tunign", ["tuning", "name"]) == "tuning"
+    assert clear_match("tunign", ["tuning", "turning"]) is None, "two are near"
     assert clear_match("MinMv", ["MaxMV", "MinMV"]) == "MinMV"
     assert clear_match("Min-MV", ["Min_MV", "min_mv"]) is None
+
+
+MODELS = sorted(models_below([vendor.model for vendor in VENDORS.values()]), key=lambda model: model.__qualname__)
+ALPHABET = "aeioustdnrPIDMXV12"
+
+
+def test_no_key_of_any_vendor_is_ever_taken_for_another():
+    assert {"Disable", "DisableP", "MV_MAX", "MaxPV", "bias_freeze", "reset", "expect"} <= all_keys()
+    renamed = {(key, clear_match(key, keys_of(model))) for model in MODELS for key in all_keys()}
+    assert {meant for _, meant in renamed} == {None}
+
+
+@pytest.mark.parametrize("key", ["PV_MAX", "PV_MIN", "SV_MAX", "ManualSP", "ManualPV", "bias_free", "preset", "loop"])
+def test_words_of_manuals_are_no_misspellings(key):
+    assert {clear_match(key, keys_of(model)) for model in MODELS if key not in keys_of(model)} == {None}
+
+
+def test_no_beginning_and_no_extension_of_a_key_is_taken_for_it():
+    for model in MODELS:
+        known = keys_of(model)
+        for key in known:
+            shorter = [word for n in range(1, len(key)) if (word := key[:-n])[-1] != "_"] + [key[1:]]
+            longer = [key + c for c in ALPHABET if c != key[-1]] + [c + key for c in ALPHABET if c != key[0]]
+            assert {clear_match(word, known) for word in shorter + longer if word not in known} <= {None}, key
+
+
+def one_slip(name):
+    """Every word that is one slip of a long word away: spelled out again, from the name's side."""
+    for found in re.finditer(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+", name):
+        begin, end = found.span()
+        if end - begin < 5:
+            continue
+        for i in range(begin, end):
+            yield from (name[:i] + c + name[i + 1 :] for c in "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ")
+            yield name[: i + 1] + name[i:]
+            if begin < i < end - 1 and end - begin > 5:
+                yield name[:i] + name[i + 1 :]
+            if i + 1 < end:
+                yield name[:i] + name[i + 1] + name[i] + name[i + 2 :]
+
+
+NAMES = sorted(all_keys())
+MANGLED = st.tuples(st.sampled_from(NAMES), st.lists(st.tuples(st.integers(0, 30), st.sampled_from("-~xeDP_ ")),
+                                                     min_size=1, max_size=2))  # fmt: skip
+
+
+@given(MANGLED, st.sampled_from(MODELS))
+def test_a_renamed_key_was_one_slip_of_a_long_word_away_or_spelled_with_other_capitals_and_hyphens(made, model):
+    word, changes = made
+    for place, how in changes:
+        at = place % (len(word) + 1)
+        swapped = word[:at] + word[at : at + 2][::-1] + word[at + 2 :]
+        word = swapped if how == "~" else word[:at] + word[at + 1 :] if how == "-" else word[:at] + how + word[at:]
+    meant = clear_match(word, keys_of(model))
+    if meant is not None:
+        spelled = re.sub("[-_ ]", "", word).casefold() == re.sub("[-_ ]", "", meant).casefold()
+        assert spelled or word in set(one_slip(meant))
+
+
+@pytest.mark.parametrize("name", ["sample_rate", "DeadBand", "DisableP", "ControlON_OFF", "deadband", "PV_MAX"])
+def test_one_slip_is_told_from_more(name):
+    near = {word for word in one_slip(name) if word != name}
+    assert all(is_slip(word, name) for word in near)
+    wrong = {word[:i] + "z" + word[i:] for word in near for i in range(len(word) + 1)} - near
+    assert not [word for word in wrong if is_slip(word, name) and word != name]
+
+
+AUTOTUNE = (ROOT / "examples/nextopid/autotune.yaml").read_text("utf-8")
+
+
+@pytest.mark.parametrize("key", ["Disabled", "Disable", "DisableI1", "Disabl", "disabled"])
+def test_a_switch_of_the_whole_loop_never_becomes_one_of_a_part(key):
+    text = re.sub(r"^( +)(type: PIDA.*)$", rf"\1\2\n\1{key}: true", AUTOTUNE, count=1, flags=re.MULTILINE)
+    assert text != AUTOTUNE
+    outcome = fix(text)
+    assert outcome.data.decode() == text
+    assert any(d.code == "PID020" for d in outcome.left)
+
+
+def test_a_word_that_may_be_a_signal_is_never_made_a_constant():
+    pida = re.sub(r"^( +)(type: PIDA.*)$", r"\1\2\n\1Manual: N", AUTOTUNE, count=1, flags=re.MULTILINE)
+    assert pida != AUTOTUNE
+    for word in ("N", "Y", "no", "off", '"true"', '"FALSE"'):
+        text = pida.replace("Manual: N", f"Manual: {word}")
+        assert fix(text).data.decode() == text
 
 
 @pytest.mark.parametrize(("one", "other", "number"), [
@@ -198,10 +294,10 @@ def test_slips_are_counted(one, other, number):
 
 
 def test_a_value_that_an_alias_shares_is_left_alone_and_a_shared_mapping_is_mended_once():
-    both = GOOD.replace("tuning: {gain: 1,", "tuning: &t {gian: 1,") + (
+    both = GOOD.replace("tuning: {gain: 1, reset:", "tuning: &t {gain: 1, rseet:") + (
         "  - {name: B, sample_rate: 1, action: direct, tuning: *t}\n"
     )
-    assert fix(both).data.decode() == both.replace("gian", "gain")
+    assert fix(both).data.decode() == both.replace("rseet:", "reset:")
     shared = GOOD.replace("gain: 1,", 'gain: &g "1",') + (
         "  - {name: B, sample_rate: 1, action: direct, tuning: {gain: *g, reset: 10}}\n"
     )
@@ -209,17 +305,18 @@ def test_a_value_that_an_alias_shares_is_left_alone_and_a_shared_mapping_is_mend
 
 
 def test_comments_and_values_that_look_like_the_mistake_stay():
-    text = GOOD.replace("name: A", 'name: A\n    description: "gian: v2000 yes"  # gian: 01').replace("gain", "gian")
-    assert fix(text).data.decode() == text.replace("{gian", "{gain")
+    text = GOOD.replace("name: A", 'name: A\n    description: "rseet: v2000 yes"  # rseet: 01')
+    text = text.replace(" reset:", " rseet:")
+    assert fix(text).data.decode() == text.replace("1, rseet", "1, reset")
 
 
 def test_a_correction_that_uncovers_another_is_followed():
-    text = GOOD.replace("vendor: dl06", "vendor: DL06").replace("gain", "gian")
+    text = GOOD.replace("vendor: dl06", "vendor: DL06").replace("reset:", "rseet:")
     assert fix(text).data.decode() == GOOD
 
 
 def test_a_correction_may_show_findings_that_were_hidden_but_bring_no_error_of_the_same_kind():
-    outcome = fix(TWICE.replace("gain", "gian"))
+    outcome = fix(TWICE.replace("reset:", "rseet:"))
     assert outcome.data.decode() == TWICE
     assert {d.code for d in outcome.left} == {"PID242", "PID254"}
 
@@ -261,7 +358,7 @@ def test_a_correction_that_does_more_than_it_says_is_not_made(old, new):
 
 
 def test_one_correction_that_fails_does_not_hold_up_the_others():
-    text = GOOD.replace("V2000", "v2000").replace("gain", "gian")
+    text = GOOD.replace("V2000", "v2000").replace("reset:", "rseet:")
 
     def offering(doc):
         return [
@@ -278,7 +375,8 @@ def test_unused_ignores_are_deleted_and_used_ones_stay():
     lines[5] += "\t # pidcfg: ignore[PID242] why"
     lines[6] += "  # heating # pidcfg: ignore[PID242] why"
     text = "\n".join([*lines[:7], "    # pidcfg: ignore[PID242] why", *lines[7:], "# pidcfg: ignore[PID101] why"])
-    wanted = "\n".join([*GOOD.splitlines()[:6], lines[6], *lines[7:], ""])
+    wanted = "\n".join([*GOOD.splitlines()[:5], GOOD.splitlines()[5] + "\t # why", lines[6], "    # why", *lines[7:],
+                        "# why"])  # fmt: skip
     assert fix(text).data.decode() == wanted, "what stands behind another comment is left to its writer"
     used = TWICE.rstrip() + "  # pidcfg: ignore[PID242, PID101, PID254] why\n"
     assert fix(used).data.decode() == used.replace("PID242, PID101, PID254", "PID242, PID254")
@@ -295,7 +393,7 @@ def test_no_file_that_can_be_used_is_ever_changed(folder):
 
 # --- the command ------------------------------------------------------------------------------------------------------
 
-WRONG = GOOD.replace("gain", "gian").replace("V2000", "v2000").replace("\n", "\r\n")
+WRONG = GOOD.replace("reset:", "rseet:").replace("V2000", "v2000").replace("\n", "\r\n")
 
 
 @pytest.fixture
@@ -308,7 +406,7 @@ def validate(monkeypatch, capsysbinary, tmp_path):
 
 def test_fix_writes_and_the_exit_code_is_that_of_what_remains(validate, tmp_path):
     assert "2 correctable with --fix" in validate("a.yaml").err
-    (tmp_path / "b.yaml").write_text(TWICE.replace("gain", "gian"), "utf-8")
+    (tmp_path / "b.yaml").write_text(TWICE.replace("reset:", "rseet:"), "utf-8")
     found = validate(".", "--fix")
     assert (tmp_path / "a.yaml").read_bytes() == GOOD.replace("\n", "\r\n").encode()
     assert (tmp_path / "b.yaml").read_bytes() == TWICE.encode()
@@ -347,10 +445,10 @@ def test_select_and_ignore_choose_what_is_corrected(validate, tmp_path):
     validate("a.yaml", "--fix", "--ignore", "PID020")
     assert (tmp_path / "a.yaml").read_bytes() == WRONG.replace("v2000", "V2000").encode()
     validate("a.yaml", "--fix", "--select", "PID2")
-    assert b"gian" in (tmp_path / "a.yaml").read_bytes()
+    assert b"rseet" in (tmp_path / "a.yaml").read_bytes()
     (tmp_path / "pidcfg.toml").write_text("[per-file-ignores]\n'a.yaml' = ['PID02']\n", "utf-8")
     validate("a.yaml", "--fix")
-    assert b"gian" in (tmp_path / "a.yaml").read_bytes()
+    assert b"rseet" in (tmp_path / "a.yaml").read_bytes()
 
 
 def test_standard_input_is_printed_corrected_and_its_findings_go_to_stderr(validate, monkeypatch):
@@ -409,3 +507,65 @@ def test_a_scenario_is_corrected_too(validate, tmp_path):
 def test_json_of_what_remains(validate):
     found = validate("a.yaml", "--fix", "--format", "json")
     assert json.loads(found.out)["summary"]["errors"] == 0
+
+
+# --- what else a correction must not do -------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("option", [
+    ("--format", "json"), ("--output", "json=r.json"), ("--baseline", "k.json", "--create-baseline"),
+    ("--baseline", "k.json", "--shrink-baseline"),
+])  # fmt: skip
+def test_diff_prints_a_patch_alone(validate, tmp_path, option):
+    found = validate("a.yaml", "--diff", *option)
+    assert (found.code, found.out) == (2, "")
+    assert "--diff prints a patch" in found.err
+    assert [path.name for path in tmp_path.iterdir()] == ["a.yaml"]
+    (tmp_path / "pidcfg.toml").write_text('format = "json"\n', "utf-8")
+    assert validate("a.yaml", "--diff").out.startswith("--- a.yaml"), "a settings file asks for no report"
+
+
+@pytest.mark.skipif(os.name != "posix", reason="rights and links of POSIX")
+def test_protected_and_linked_files_are_not_replaced(validate, tmp_path):
+    (tmp_path / "b.yaml").write_bytes(WRONG.encode())
+    (tmp_path / "b.yaml").chmod(0o444)
+    found = validate("a.yaml", "b.yaml", "--fix")
+    assert (found.code, found.out) == (2, "")
+    assert "b.yaml is read-only; nothing was written" in found.err
+    (tmp_path / "b.yaml").chmod(0o644)
+    os.link(tmp_path / "b.yaml", tmp_path / "other")
+    found = validate("a.yaml", "b.yaml", "--fix")
+    assert found.code == 2
+    assert "b.yaml has more than one name" in found.err
+    assert (tmp_path / "a.yaml").read_bytes() == (tmp_path / "other").read_bytes() == WRONG.encode()
+
+
+@pytest.mark.skipif(not Path("/proc/self").is_dir(), reason="needs a folder in which nobody can write")
+def test_nothing_is_corrected_when_the_report_cannot_be_written(validate, tmp_path):
+    found = validate("a.yaml", "--fix", "--output", "json=/proc/self/r.json")
+    assert found.code == 2
+    assert "cannot write /proc/self/r.json" in found.err
+    assert (tmp_path / "a.yaml").read_bytes() == WRONG.encode()
+
+
+@pytest.mark.skipif(os.name != "posix", reason="names that Windows has not")
+@pytest.mark.parametrize("name", ["a b.yaml", "a\n+++ x.yaml", 'a"b\\c.yaml', "a\tb.yaml", "café.yaml", "a\udce9.yaml"])
+def test_patches_of_files_with_odd_names(validate, tmp_path, name):
+    (tmp_path / "a.yaml").unlink()
+    (tmp_path / name).write_bytes(WRONG.encode())
+    patch = validate(".", "--diff").raw
+    assert len(re.findall(rb"^\+\+\+ ", patch, re.MULTILINE)) == 1
+    subprocess.run(["git", "apply", "-p0", "-"], input=patch, cwd=tmp_path, check=True)
+    assert (tmp_path / name).read_bytes() == GOOD.replace("\n", "\r\n").encode()
+
+
+def test_the_patch_of_standard_input_names_it_as_other_programs_do(validate, monkeypatch):
+    monkeypatch.setattr("sys.stdin", io.TextIOWrapper(io.BytesIO(WRONG.encode())))
+    assert validate("-", "--diff").out.startswith("--- -\n+++ -\n@@")
+
+
+def test_a_reason_that_would_ignore_something_itself_is_left_alone():
+    text = GOOD.rstrip() + "  # pidcfg: ignore[PID242] #pidcfg: ignore[PID101] why\n"
+    assert "ignore[PID101]" in fix(text).data.decode()
+    text = GOOD.rstrip() + "  # pidcfg: ignore[PID242] pidcfg: ignore[PID101] why\n"
+    assert fix(text).data.decode() == text

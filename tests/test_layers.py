@@ -23,12 +23,14 @@ MAY_IMPORT = {
     "document":     "refs limits diagnostics",
     "source":       "refs limits diagnostics document",
     "comments":     "refs limits diagnostics document source",
+    "aliases":      "refs limits diagnostics document source",
     "schemas":      "refs",
     "encoders":     "refs schemas",
     "vendors":      "refs schemas encoders",
     "convert":      "refs schemas encoders vendors",
     "tuning":       "refs schemas encoders vendors",
-    "validate":     "refs limits diagnostics document source comments schemas encoders vendors convert tuning",
+    "validate":     "refs limits diagnostics document source comments aliases schemas encoders vendors convert "
+                    "tuning",
     "explain":      "refs schemas encoders vendors validate",
     "sim":          "refs schemas encoders tuning",
     "pictures":     "",
@@ -92,6 +94,7 @@ LOADS = {
 LONG_MODULES = {
     # module or package         why it may have more than 300 lines
     "encoders.maps":            "tables",
+    "schemas.base":             "a table: one parser for every type of field",
     "schemas.dl06":             "a table: one field for every word and bit",
     "schemas.click":            "a table: one field for every register",
     "schemas.ezlogix":          "a table: one field for every register",

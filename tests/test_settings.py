@@ -205,7 +205,8 @@ def test_what_makes_a_file_unusable_is_left_out_nowhere(project, validate):
     ("/a.yaml", "a.yaml", True), ("/a.yaml", "x/a.yaml", False),
     ("?.yaml", "b.yaml", True), ("?.yaml", "bb.yaml", False),
     ("[ab].yaml", "a.yaml", False), ("[ab].yaml", "[ab].yaml", True),
-    ("a.yaml", "../a.yaml", True), ("A.yaml", "a.yaml", False),
+    ("a.yaml", "../a.yaml", False), ("**", "../a.yaml", False), ("../a.yaml", "../a.yaml", False),
+    ("*", "/a.yaml", False), ("./a.yaml", "a.yaml", True), ("./a.yaml", "x/a.yaml", False), ("A.yaml", "a.yaml", False),
 ])  # fmt: skip
 def test_patterns(pattern, path, fits):
     assert matches(pattern, path) is fits
@@ -240,3 +241,70 @@ def test_the_settings_of_the_pages_are_accepted_and_complete():
     for settings in shown:
         jsonschema.validate(settings, document_schema("settings"))
     assert set().union(*shown) == set(KEYS), "each key is shown"
+
+
+@pytest.mark.parametrize("order", [("loops/old", "loops/a.yaml"), ("loops/a.yaml", "loops/old")])
+def test_paths_with_different_settings_are_refused_in_any_order(project, validate, monkeypatch, order):
+    monkeypatch.chdir(project)
+    put(project / "loops/old", 'ignore = ["PID242"]\n')
+    found = validate(*order)
+    assert (found.code, found.out) == (2, "")
+    assert "different settings" in found.err
+    assert "loops/old: loops/old/pidcfg.toml" in found.err
+    assert "loops/a.yaml: none" in found.err
+    assert "--config FILE or --isolated" in found.err
+    put(project, 'ignore = ["PID242"]\n')
+    assert "loops/a.yaml: pidcfg.toml" in validate(*order).err
+    assert validate(*order, "--isolated").code == 1
+    assert validate(*order, "--config", "pidcfg.toml").code == 0
+    (project / "loops/old/pidcfg.toml").unlink()
+    assert validate(*order).code == 0
+
+
+def test_patterns_reach_no_file_outside(project, validate, tmp_path):
+    put(project, "[per-file-ignores]\n'*.yaml' = ['PID2']\n")
+    (project.parent / "b.yaml").write_text(TWICE, "utf-8")
+    config = ("--config", project / "pidcfg.toml")
+    assert validate(project.parent / "b.yaml", *config).code == 1
+    assert validate(project / "loops/a.yaml", *config).code == 0
+    put(project, "[per-file-ignores]\n'./a.yaml' = ['PID2']\n")
+    assert validate(project / "loops/a.yaml").code == 1
+    put(project, "[per-file-ignores]\n'../b.yaml' = ['PID2']\n")
+    found = validate(project / "loops/a.yaml")
+    assert found.code == 2
+    assert "pidcfg.toml:2:2: '../b.yaml' leads out of the folder" in found.err
+
+
+@pytest.mark.parametrize("fmt", ["json", "sarif", "junit", "gitlab", "github", "text", "concise"])
+def test_every_run_names_the_settings_file_and_a_quiet_one_when_it_hides_something(project, validate, fmt):
+    put(project, "strict = true\n")
+    path = project / "loops/a.yaml"
+    last = validate(path, "--format", fmt).err.rstrip().splitlines()[-1]
+    assert last.startswith("1 file checked: 2 errors")
+    assert "; settings of " in last
+    assert validate(path, "--format", fmt, "-q").err == ""
+    put(project, 'ignore = ["PID254"]\n')
+    assert "; settings of " in validate(path, "--format", fmt, "-q").err
+    put(project, 'severity = "error"\n')
+    assert "; settings of " in validate(path, "--format", fmt, "-q").err
+    (project / "pidcfg.toml").unlink()
+    assert validate(path, "--format", fmt, "-q", "--ignore", "PID254").err == "", "the command line is seen"
+    text = path.read_text("utf-8").replace("90}}", "90}}  # pidcfg: ignore[PID242] why")
+    path.write_text(text, "utf-8")
+    assert "; 2 ignored" in validate(path, "--format", fmt, "-q").err
+
+
+def test_sarif_carries_what_is_suppressed_and_why(project, validate, monkeypatch):
+    monkeypatch.chdir(project)
+    path = project / "loops/a.yaml"
+    path.write_text(path.read_text("utf-8").replace("90}}", "90}}  # pidcfg: ignore[PID254] the valve sticks"), "utf-8")
+    assert validate("loops/a.yaml", "--baseline", "k.json", "--create-baseline").code == 0
+    found = validate("loops/a.yaml", "--baseline", "k.json", "--format", "sarif")
+    results = json.loads(found.out)["runs"][0]["results"]
+    assert [(r["ruleId"], r["suppressions"]) for r in results] == [
+        ("PID254", [{"kind": "inSource", "justification": "the valve sticks"}]),
+        ("PID242", [{"kind": "external"}]), ("PID242", [{"kind": "external"}]),
+    ]  # fmt: skip
+    assert len({r["partialFingerprints"]["pidcfgFinding/v1"] for r in results}) == 3
+    assert json.loads(validate("loops/a.yaml", "--baseline", "k.json", "--format", "json").out)["findings"] == []
+    assert "suppressions" not in validate("loops/a.yaml", "--format", "sarif", "--ignore", "PID254").out

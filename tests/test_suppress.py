@@ -103,7 +103,7 @@ def test_a_comment_ignores_the_codes_it_names_on_its_line_and_no_others():
 @pytest.mark.parametrize("form", [
     "# pidcfg: ignore[PID242, PID254] why", "#pidcfg:ignore[PID242,PID254] why",
     "# PIDCFG: Ignore [pid242 , PID254]why",
-    "# first # pidcfg: ignore[PID242,PID254] why # later",
+    "# pidcfg: ignore[PID242,PID254] why # later",
 ])  # fmt: skip
 def test_spellings(form):
     assert left(behind(form)) == []
@@ -215,3 +215,55 @@ def test_warnings_of_ignores_can_be_left_out_by_option(tmp_path, monkeypatch, ca
     file.write_text(behind("# pidcfg: ignore[PID242, PID254]"), "utf-8")
     assert run(monkeypatch, capsysbinary, file, "--strict").code == 1
     assert run(monkeypatch, capsysbinary, file, "--strict", "--ignore", "PID046").code == 0
+
+
+# --- comments that only look as if they ignored something -------------------------------------------------------------
+
+
+@pytest.mark.parametrize("line", [
+    "    # alarms: {pv: {low: 15}}  # pidcfg: ignore[PID242, PID254] spare until March",
+    "    # note: do not write # pidcfg: ignore[PID242, PID254] here",
+    "    ## pidcfg: ignore[PID242, PID254] why",
+])  # fmt: skip
+def test_a_line_that_was_commented_out_and_prose_ignore_nothing(line):
+    found = outcome(TWICE.replace(ALARMS, f"{line}\n{ALARMS}"))
+    assert found.ignored == []
+    assert [d.code for d in found.kept] == ["PID254", "PID242", "PID242"]
+
+
+def test_an_ignore_behind_another_comment_is_reported_and_ignores_nothing():
+    found = outcome(behind("# heater 2 # pidcfg: ignore[PID242, PID254] why"))
+    assert found.ignored == []
+    (said,) = (d for d in found.kept if d.code == "PID045")
+    assert "begins its comment" in said.message
+    two = outcome(behind("# pidcfg: ignore[PID242] why # pidcfg: ignore[PID254] why"))
+    assert {d.code for d in two.kept} == {"PID254", "PID045"}
+
+
+SHARED = TWICE.replace("alarms: {", "alarms: &al {") + (
+    "  - name: B\n    sample_rate: 1\n    action: direct\n    tuning: {gain: 1, reset: 10}\n    alarms: *al\n"
+)
+
+
+@pytest.mark.parametrize("bare", [False, True])
+def test_the_comment_of_an_anchor_does_not_speak_for_its_aliases(bare):
+    def judged(text):
+        doc = read_document(text.encode(), "case.yaml")
+        found = list(check_document(doc).findings)
+        return suppress(found, doc.bare() if bare else doc)
+
+    text = SHARED.replace("90}}", "90}}  # pidcfg: ignore[PID242, PID254] A is a spare")
+    found = judged(text)
+    assert {i.found.loop for i in found.ignored} == {"A"}
+    assert {(d.loop, d.code) for d in found.kept} == {("B", "PID242"), ("B", "PID254")}
+    both = judged(text.replace("*al", "*al  # pidcfg: ignore[PID242, PID254] B is a spare too"))
+    assert both.kept == []
+    assert {(i.found.loop, i.reason) for i in both.ignored} == {("A", "A is a spare"), ("B", "B is a spare too")}
+
+
+def test_a_shared_value_in_a_list_is_not_ignored_at_its_anchor():
+    text = TWICE.replace("  - name: A", "  - &a\n    name: A").replace("90}}", "90}}  # pidcfg: ignore[PID242] x")
+    doc = read_document((text + "  - *a\n").encode(), "case.yaml")
+    found = [d for d in check_document(doc).findings if d.code == "PID242"]
+    assert {i.found.path[1] for i in suppress(found, doc).ignored} == {0}
+    assert {d.path[1] for d in suppress(found, doc).kept if d.code == "PID242"} <= {1}

@@ -4,18 +4,21 @@ from __future__ import annotations
 
 from fnmatch import fnmatchcase
 
-ANY = "**"
+ANY, UP = "**", ".."
 
 
 def matches(pattern: str, path: str) -> bool:
     """Whether a path (relative, with forward slashes) fits; a pattern without a slash is a name at any depth.
 
-    A pattern that fits a folder fits everything below it. The pattern is walked once along the path, so that none takes
+    A pattern that fits a folder fits everything below it, and none fits what leads out of the folder where patterns
+    begin. The pattern is walked once along the path, so that none takes
     long.
     """
+    if path.startswith("/") or UP in path.split("/"):
+        return False
     bare = pattern.removeprefix("./")
     parts = [part.replace("[", "[[]") for part in bare.strip("/").split("/")]
-    if "/" not in bare.rstrip("/"):
+    if "/" not in pattern.rstrip("/"):
         parts.insert(0, ANY)
     places = _reached({0}, parts)
     for name in path.split("/"):

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import os
+import stat
 import sys
+import tempfile
 from collections import Counter
 from dataclasses import replace
 from difflib import unified_diff
@@ -10,6 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
+from click.core import ParameterSource
 
 from pidcfg.cli import settings
 from pidcfg.cli.checks import check_any
@@ -29,11 +33,14 @@ if TYPE_CHECKING:
 
     from pidcfg.cli.inputs import Input
     from pidcfg.cli.living import Rules
+    from pidcfg.cli.report_options import Report
     from pidcfg.diagnostics import Diagnostic
     from pidcfg.document import Document
     from pidcfg.limits import Limits
     from pidcfg.validate.fixes import Fixed
 
+PRINTED = frozenset(range(0x20, 0x7F)) - {ord('"'), ord("\\")}
+"""Bytes that stand for themselves in a quoted name."""
 NO_NEWLINE = "\\ No newline at end of file"
 
 
@@ -65,6 +72,22 @@ def fixing(inputs: Sequence[Input], limits: Limits, rules: Rules, ctx: click.Con
     return [replace(entry, data=fixed.data) for entry, fixed in done]
 
 
+def refuse_options(ctx: click.Context, reports: Sequence[Report]) -> None:
+    """Ends the command where an option would go unheard, or a report could not be written after the corrections."""
+    named = [f"--{name}-baseline" for name in ("create", "shrink") if ctx.params[name]]
+    named += ["--output"] * bool(reports)
+    named += ["--format"] * (ctx.get_parameter_source("fmt") is ParameterSource.COMMANDLINE)
+    if ctx.params["diff"] and named:
+        raise click.UsageError(f"--diff prints a patch and nothing else, so it takes no {' or '.join(named)}", ctx)
+    for report in reports:
+        try:
+            with tempfile.TemporaryFile(dir=Path(report.path).resolve().parent):
+                pass
+        except OSError as error:
+            reason = f"cannot write {report.path}: {error.strerror}"
+            raise click.ClickException(f"{reason}; nothing was corrected") from None
+
+
 def _corrected(entry: Input, limits: Limits, rules: Rules, ctx: click.Context) -> Fixed:
     """One input with its corrections."""
     from pidcfg.validate.fixes import Fixed, Fixer
@@ -84,8 +107,19 @@ def _corrected(entry: Input, limits: Limits, rules: Rules, ctx: click.Context) -
 
 def difference(name: str, before: bytes, after: bytes) -> str:
     """What changes, as `patch` reads it."""
-    rows = unified_diff(_lines(before), _lines(after), name, name)
+    shown = _quoted(name)
+    rows = unified_diff(_lines(before), _lines(after), shown, shown)
     return "".join(row if row.endswith("\n") else f"{row}\n{NO_NEWLINE}\n" for row in rows)
+
+
+def _quoted(name: str) -> str:
+    """A name as `patch` and git write it in a header: in quotes where it would end early, a tab behind blanks."""
+    if name == STDIN_NAME:
+        return "-"
+    if any(c < " " or c in '"\\\x7f' or "\ud800" <= c <= "\udfff" for c in name):
+        data = os.fsencode(name)
+        return '"' + "".join(chr(b) if b in PRINTED else f"\\{b:03o}" for b in data) + '"'
+    return f"{name}\t" if " " in name else name
 
 
 def _exactly(text: str) -> None:
@@ -103,13 +137,18 @@ def _lines(data: bytes) -> list[str]:
 
 
 def _write(changed: Sequence[tuple[Input, Fixed]]) -> None:
-    """Puts corrected files in the place of the old ones, unless somebody has changed one since it was read."""
+    """Puts corrected files in the place of the old ones, unless one is protected, or has changed since it was read."""
     for entry, _ in changed:
         try:
-            now = Path(entry.name).read_bytes()
+            now, status = Path(entry.name).read_bytes(), Path(entry.name).stat()
         except OSError as error:
             reason = f"cannot read {entry.name} again: {error.strerror}"
             raise click.ClickException(f"{reason}; nothing was written") from None
         if now != entry.data:
             raise click.ClickException(f"{entry.name} has changed since it was read; nothing was written")
+        if not status.st_mode & stat.S_IWUSR or not os.access(entry.name, os.W_OK):
+            raise click.ClickException(f"{entry.name} is read-only; nothing was written")
+        if status.st_nlink > 1:
+            links = "has more than one name (hard links), and the others would keep the old text"
+            raise click.ClickException(f"{entry.name} {links}; nothing was written")
     write_files({entry.name: fixed.data for entry, fixed in changed}, force=True, over_inputs=True)

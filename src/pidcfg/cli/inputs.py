@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import glob
 import os
-import re
 import sys
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from pidcfg.cli.identity import remember
+from pidcfg.cli.ours import is_ours
 from pidcfg.cli.progress import held
 from pidcfg.diagnostics import Diagnostic, Severity
 from pidcfg.source import Document, Node, read_document
@@ -22,13 +22,6 @@ if TYPE_CHECKING:
 
 STDIN = "-"
 SUFFIXES = {".yaml", ".yml"}
-LIKE_OURS = (
-    re.compile(rb"^(?:vendor|scenario)\s*:", re.MULTILINE),
-    re.compile(rb"^(?:loops|config|plants|expect)\s*:", re.MULTILINE),
-)
-"""Keys at the top by which a file is ours although its ``pidcfg`` key is missing or misspelt."""
-OURS = re.compile(rb"^(?:\xef\xbb\xbf|\xff\xfe|\xfe\xff)?\t*[\"']?pidcfg[\"']?\s*:", re.MULTILINE)
-"""A ``pidcfg`` key at the top; also after a tab, or in UTF-16 without its zero bytes: ours to complain about."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,6 +33,8 @@ class Input:
     problem: str | None = None
     foreign: bool = False
     """A YAML file that does not say it is ours, in a folder or where such files are to be left out."""
+    remark: str | None = None
+    """Why a foreign entry of a folder was not even looked at."""
 
 
 def read_inputs(paths: Sequence[str], limits: Limits) -> Iterator[Document]:
@@ -60,26 +55,52 @@ def gather(paths: Sequence[str], limits: Limits, *, only_ours: bool = False) -> 
 
     ``only_ours``: a YAML file without one counts as foreign even when it is named.
     """
-    seen: set[str] = set()
+    taken = _Taken(limits)
     for name in _expand(paths):
-        if name in seen:
+        folder = name != STDIN and Path(name).is_dir()
+        if not taken.adds(name, folder=folder):
             continue
-        seen.add(name)
-        if len(seen) > limits.files:
-            yield Input(name, problem=f"more than {limits.files} files; raise it with --limit files=N")
+        if taken.full:
+            yield taken.refusal(name)
             return
-        if name != STDIN and Path(name).is_dir():
-            yield from _folder(name, seen, limits)
+        if folder:
+            yield from _folder(name, taken)
         else:
             entry = read_input(name, limits)
-            foreign = only_ours and name != STDIN and not ours(entry)
+            foreign = only_ours and name != STDIN and not ours(entry, limits)
             yield Input(name, foreign=True) if foreign else entry
 
 
-def ours(entry: Input) -> bool:
+@dataclass(slots=True)
+class _Taken:
+    """What has been taken: each file once, by whatever way its folder is reached, and no more than the limit."""
+
+    limits: Limits
+    places: set[tuple[str, str]] = field(default_factory=set)
+    files: int = 0
+
+    def adds(self, name: str, *, folder: bool = False) -> bool:
+        """Takes a file or a folder, unless it has been."""
+        above, file = os.path.split(name)
+        key = (os.path.realpath(name), "") if folder else (os.path.realpath(above), file)
+        new = key not in self.places
+        self.places.add(key)
+        self.files += new and not folder
+        return new
+
+    @property
+    def full(self) -> bool:
+        """Whether there are more than the limit allows."""
+        return self.files > self.limits.files
+
+    def refusal(self, name: str) -> Input:
+        """The input that says so."""
+        return Input(name, problem=f"more than {self.limits.files} files; raise it with --limit files=N")
+
+
+def ours(entry: Input, limits: Limits) -> bool:
     """Whether a file carries our key, or is ours to complain about since nobody can tell."""
-    text = entry.data.replace(b"\0", b"")
-    return entry.problem is not None or bool(OURS.search(text)) or all(key.search(text) for key in LIKE_OURS)
+    return entry.problem is not None or is_ours(entry.name, entry.data, limits.file_bytes)
 
 
 def _expand(paths: Sequence[str]) -> Iterator[str]:
@@ -92,24 +113,44 @@ def _expand(paths: Sequence[str]) -> Iterator[str]:
             yield path if path == STDIN else Path(path).as_posix()
 
 
-def _folder(name: str, seen: set[str], limits: Limits) -> Iterator[Input]:
-    """The regular files below a folder that carry our key; the other YAML files as foreign."""
+def _folder(name: str, taken: _Taken) -> Iterator[Input]:
+    """The files below a folder that carry our key, or cannot be read; the other YAML files as foreign."""
     found = False
-    for folder, folders, files in os.walk(name):
-        folders[:] = sorted(f for f in folders if not f.startswith("."))
-        for file in sorted(files):
-            path = Path(folder, file).as_posix()
-            if not path.lower().endswith(tuple(SUFFIXES)) or path in seen or not Path(path).is_file():
-                continue
-            entry = read_input(path, limits)
-            if ours(entry):
-                seen.add(path)
-                found = True
-                yield entry
-            else:
-                yield Input(path, foreign=True)
+    for entry in _walked(name, taken.limits):
+        if entry.foreign:
+            yield entry
+        elif taken.adds(entry.name):
+            found = True
+            yield taken.refusal(entry.name) if taken.full else entry
+            if taken.full:
+                return
+        else:
+            found = True
     if not found:
         yield Input(name, problem=f"{name} holds no .yaml or .yml file with a pidcfg key")
+
+
+def _walked(name: str, limits: Limits) -> Iterator[Input]:
+    """Every YAML file below a folder, and whatever may hide some."""
+    closed: list[OSError] = []
+    root = Path(name).resolve()
+    for folder, folders, files in os.walk(name, onerror=closed.append):
+        folders[:] = sorted(f for f in folders if not f.startswith("."))
+        for path in (Path(folder, f) for f in folders):
+            if path.is_symlink() and not path.resolve().is_relative_to(root):
+                yield Input(path.as_posix(), foreign=True, remark="a link out of the folder is not followed; name it")
+        for path in (Path(folder, f) for f in sorted(files)):
+            if path.suffix.lower() in SUFFIXES and (path.is_file() or not path.exists()):
+                yield _in_folder(path, limits)
+    for error in closed:
+        yield Input(Path(error.filename).as_posix(), problem=f"cannot read {error.filename}: {error.strerror}")
+
+
+def _in_folder(path: Path, limits: Limits) -> Input:
+    """One YAML file that was found rather than named."""
+    name = path.as_posix()
+    entry = read_input(name, limits)
+    return entry if ours(entry, limits) else Input(name, foreign=True)
 
 
 def read_input(name: str, limits: Limits) -> Input:

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
 
     from pidcfg.cli.settings import Settings
-    from pidcfg.diagnostics import Diagnostic
+    from pidcfg.diagnostics import Diagnostic, Severity
     from pidcfg.source import Document
     from pidcfg.validate.baseline import Entry
     from pidcfg.validate.suppress import Ignored
@@ -46,6 +46,18 @@ class Living:
     ignored: list[Ignored] = field(default_factory=list)
     known: list[Diagnostic] = field(default_factory=list)
     remarks: list[str] = field(default_factory=list)
+    set_aside: int = 0
+    """How many findings a settings file leaves out."""
+
+    @property
+    def hides(self) -> bool:
+        """Whether a run that is told to be quiet still has to say that there is more than it shows."""
+        return bool(self.ignored or self.known or self.set_aside)
+
+    def suppressed(self, severity: Severity) -> list[tuple[Diagnostic, str | None]]:
+        """What is not reported, with the reason that a comment gives; None: the baseline knows it."""
+        found = [(entry.found, entry.reason) for entry in self.ignored]
+        return [(d, reason) for d, reason in (*found, *((d, None) for d in self.known)) if d.severity >= severity]
 
     @property
     def counts(self) -> str:
@@ -70,6 +82,7 @@ def live(found: Sequence[Diagnostic], documents: dict[str, Document], settings: 
 
     living.ignored = [entry for entry in living.ignored if chosen(entry.found)]
     living.kept = [d for d in everything if chosen(d)]
+    living.set_aside = len(everything) - len(living.kept) if settings.file is not None else 0
     if rules.baseline is not None:
         _with_baseline(living, everything, chosen, documents, rules)
     elif rules.create or rules.shrink:

@@ -92,19 +92,33 @@ def take(ctx: click.Context, param: click.Parameter, paths: tuple[str, ...]) -> 
 
 
 def _settings(paths: Sequence[str], config: str | None) -> Settings:
-    """The settings of a file that was named, or of the first one found."""
+    """The settings of a file that was named, or of the one that all paths have."""
     if config is not None:
         path = Path(config)
         data = _bytes(path, config)
         return _loaded(path, config, data)
-    for path in candidates(paths[0]):
-        if not path.is_file():
-            continue
-        name = _shown(path)
-        data = _bytes(path, name)
-        if path.name == OWN or (HAS_TABLE.search(data) and _has_table(name, data)):
-            return _loaded(path, name, data)
-    return Settings()
+    found: dict[Path | None, str] = {}
+    starts = {tuple(candidates(name)): name for name in reversed(paths)}
+    for places, name in reversed(starts.items()):
+        found.setdefault(_first(places), name)
+    if len(found) > 1:
+        told = [f"{name}: {_shown(file) if file else 'none'}" for file, name in found.items()]
+        raise click.UsageError(
+            f"the paths have different settings ({'; '.join(told[:2])}); choose with --config FILE or --isolated, "
+            "or check them one by one"
+        )
+    (file,) = found
+    return Settings() if file is None else _loaded(file, _shown(file), _bytes(file, _shown(file)))
+
+
+def _first(places: Sequence[Path]) -> Path | None:
+    """The first of these files that is there and speaks of us."""
+    for path in places:
+        if path.is_file():
+            data = _bytes(path, _shown(path)) if path.name != OWN else b""
+            if path.name == OWN or (HAS_TABLE.search(data) and _has_table(_shown(path), data)):
+                return path
+    return None
 
 
 def candidates(first: str) -> list[Path]:

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, NoReturn
 import click
 
 from pidcfg.cli.settings import LARGEST, PER_FILE, relative
+from pidcfg.globs import UP
 from pidcfg.schemas.document import DIALECT
 from pidcfg.schemas.names import nearest
 
@@ -146,6 +147,9 @@ def _per_file(key: str, value: Any, file: _File) -> dict[str, list[str]]:
     for glob in value:
         if not glob.strip("/") or "\\" in glob:
             file.refuse(key, f"{glob!r} is no pattern of paths", "write it with forward slashes", glob)
+        if UP in glob.split("/"):
+            file.refuse(key, f"{glob!r} leads out of the folder of the settings file, and fits nothing there",
+                        "put a settings file into the folder above", glob)  # fmt: skip
     return {glob: _codes(glob, codes, file) for glob, codes in value.items()}
 
 

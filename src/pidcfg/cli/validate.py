@@ -8,7 +8,7 @@ import click
 
 from pidcfg.cli import options, report_options, settings
 from pidcfg.cli.console import echo, note
-from pidcfg.cli.formats import FOR_PEOPLE, FORMATS, render
+from pidcfg.cli.formats import FORMATS, render
 from pidcfg.cli.formats.findings import Findings
 from pidcfg.cli.inputs import STDIN, gather
 from pidcfg.cli.main import Exit
@@ -62,25 +62,28 @@ def command(
     found: list[Diagnostic] = []
     gathered = list(gather(paths, limits, only_ours=skip_foreign))
     inputs = [entry for entry in gathered if not entry.foreign]
-    skipped = len(gathered) - len(inputs)
+    skipped = sum(entry.foreign and entry.remark is None for entry in gathered)
     report_options.refuse_inputs(reports, (entry.name for entry in inputs))
     read = [name for name in (living["baseline"], settings.of(ctx).file) if name is not None]
     report_options.refuse_inputs(reports, read)
     if fix or diff:
-        from pidcfg.cli.fixing import fixing
+        from pidcfg.cli.fixing import fixing, refuse_options
 
+        refuse_options(ctx, reports)
         inputs = fixing(inputs, limits, Rules(select, ignore), ctx)
     for doc, findings in progress(check_all(inputs, limits), "checking", len(inputs)):
         documents[doc.file] = doc
         found += findings
     left = live(found, documents, settings.of(ctx), Rules(select, ignore, **living))
     fails = Severity.WARNING if strict else Severity.ERROR
-    shown = Findings(options.severe(left.kept, severity, fails), documents, fails)
+    hidden = left.suppressed(Severity[severity.upper()])
+    shown = Findings(options.severe(left.kept, severity, fails), documents, fails, hidden)
     piped = fix and STDIN in paths  # standard output is the corrected text
     report_options.deliver(fmt, reports, lambda name: render(name, shown), aside=piped)
-    for remark in () if quiet else left.remarks:
+    remarks = [f"{entry.name}: {entry.remark}" for entry in gathered if entry.remark is not None]
+    for remark in () if quiet else (*remarks, *left.remarks):
         note(remark)
-    if fmt in FOR_PEOPLE and not quiet:
+    if not quiet or left.hides or (settings.of(ctx).file is not None and len(shown.found) < len(left.kept)):
         note(summary(left.kept, len(documents), skipped) + left.counts + settings.of(ctx).mention)
     ctx.exit(exit_code(left.kept, strict=strict))
 

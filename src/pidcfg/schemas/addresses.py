@@ -10,6 +10,8 @@ from pidcfg.schemas.base import refuse
 LONGEST = 9
 """Digits of an address that still reads as one."""
 ADDRESS = re.compile(r"([A-Z]+)([0-9]+)")
+LIKE_ADDRESS = re.compile(r" *([A-Z]+) *([0-9]+) *")
+"""Blanks between digits may stand for anything: ``C10 1`` is no address."""
 
 
 class BankRange(NamedTuple):
@@ -29,7 +31,7 @@ class BankRange(NamedTuple):
             refuse("address_form", f"{self.what} is wanted", help=example)
         found = ADDRESS.fullmatch(value)
         if found is None or found.group(1) != self.prefix:
-            upper = ADDRESS.fullmatch(value.upper().replace(" ", ""))
+            upper = LIKE_ADDRESS.fullmatch(value.upper())
             likely = upper is not None and upper.group(1) == self.prefix
             only = self._spelled(upper.group(2)) if likely and upper else None
             refuse(

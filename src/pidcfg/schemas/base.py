@@ -20,6 +20,7 @@ NUMBER = re.compile(r"[-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?")
 LEADING_ZERO = re.compile(r"[-+]?0[0-9]")
 OTHER_NOTATION = re.compile(r"[-+]?(?:0[xob][0-9a-fA-F_]+|[0-9][0-9_]*_[0-9_.]*|[0-9]+(?::[0-9]+)+)")
 BASED = re.compile(r"[-+]?(?:0x[0-9a-fA-F]+|0o[0-7]+|0b[01]+)")
+BCD = re.compile(r"[-+]?0x(?P<digits>[0-9]+)")
 THOUSANDS = re.compile(r"[-+]?[1-9][0-9]{0,2}(?:_[0-9]{3})+")
 NOT_FINITE = re.compile(r"[-+]?\.?(?:inf|infinity|nan)", re.IGNORECASE)
 TRUTHS = {"true": True, "True": True, "TRUE": True, "false": False, "False": False, "FALSE": False}
@@ -134,12 +135,21 @@ def _refuse_leading_zero(text: str, *, alone: bool) -> NoReturn:
 
 def _only_decimal(text: str) -> str | None:
     """The decimal number of a notation that says its base, or of one that groups thousands."""
-    return None if ":" in text or not (BASED.fullmatch(text) or THOUSANDS.fullmatch(text)) else _as_decimal(text)[6:]
+    return None if _bcd(text) or not (BASED.fullmatch(text) or THOUSANDS.fullmatch(text)) else _as_decimal(text)[6:]
+
+
+def _bcd(text: str) -> str | None:
+    """What hexadecimal digits mean where they are a word in BCD, when that is another number."""
+    found = BCD.fullmatch(text)
+    digits = found["digits"].lstrip("0") if found else ""
+    return f"{'-' * text.startswith('-')}{digits}" if len(digits) > 1 else None
 
 
 def _as_decimal(text: str) -> str:
     if ":" in text:
         return "write one number; a duration carries a unit, as in 90 min"
+    if decimal := _bcd(text):
+        return f"write {int(text, 0)}, or {decimal} where the digits are BCD"
     try:
         return f"write {int(text, 0)}"
     except ValueError:
@@ -173,6 +183,11 @@ def parse_integer(value: object) -> int:
 
 def parse_flag(value: object) -> bool:
     """``true`` or ``false`` and nothing else: ``yes`` and ``on`` are text."""
+    return flag(value, alone=True)
+
+
+def flag(value: object, *, alone: bool) -> bool:
+    """A switch; ``alone``: no name can stand in its place, so that a word has its one meaning."""
     if isinstance(value, bool):
         return value
     if isinstance(value, str):
@@ -180,7 +195,7 @@ def parse_flag(value: object) -> bool:
             return TRUTHS[value]
         meant = LOOKS_BOOLEAN.get(value.lower()) or (value.lower() if value.lower() in TRUTHS else None)
         help_text = f"write {meant}" if meant else "write true or false"
-        refuse("boolean_form", f"{value!r} is not true or false", help=help_text, only=meant)
+        refuse("boolean_form", f"{value!r} is not true or false", help=help_text, only=meant if alone else None)
     return refuse("boolean_form", f"a {_kind(value)} stands where true or false is wanted")
 
 

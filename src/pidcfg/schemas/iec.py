@@ -22,6 +22,7 @@ from pidcfg.schemas.base import (
     NUMBER,
     OTHER_NOTATION,
     TRUTHS,
+    flag,
     parse_duration,
     parse_flag,
     parse_integer,
@@ -137,7 +138,7 @@ def parse_bool_in(value: object) -> bool | Wire:
         return value
     if isinstance(value, str) and value not in TRUTHS and value.lower() not in {*LOOKS_BOOLEAN, "true", "false"}:
         return _wire(value)
-    return parse_flag(value)
+    return flag(value, alone=False)
 
 
 def parse_signal(value: object) -> Decimal | bool:

@@ -14,14 +14,10 @@ from pidcfg.diagnostics import Edit, Path, Span
 from pidcfg.document import span_of
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from pydantic import BaseModel
 
     from pidcfg.document import Document, Node
 
-ONE, TWO = 4, 8
-"""Letters that a key must have for one slip to be told from another word, and for two."""
 MOST_KEYS, MOST_TRIES = 200, 30
 """Unknown keys of one file that are looked at, and how often: each time costs a reading of the whole."""
 QUOTES = "'\""
@@ -37,38 +33,6 @@ def of_quotes(doc: Document, span: Span) -> tuple[Edit, ...]:
         return ()
     place = Span(span.line, found.start() + 1, span.line, found.end() + 1)
     return (Edit(place, f'"{found.group()}"'),)
-
-
-def clear_match(key: str, known: Sequence[str]) -> str | None:
-    """The only key that can be meant: a slip or two away, with every other one clearly further."""
-    plain = _plain(key)
-    same = [name for name in known if _plain(name) == plain]
-    if same:
-        return same[0] if len(same) == 1 else None
-    allowed = 2 if len(key) >= TWO else 1 if len(key) >= ONE else 0
-    near = [name for name in known if abs(len(name) - len(key)) <= allowed + 1]
-    ranked = sorted((slips(plain, _plain(name)), name) for name in near)
-    if not allowed or not ranked or ranked[0][0] > allowed:
-        return None
-    return ranked[0][1] if len(ranked) == 1 or ranked[1][0] > ranked[0][0] + 1 else None
-
-
-def _plain(word: str) -> str:
-    return word.casefold().replace("-", "_").replace(" ", "_")
-
-
-def slips(one: str, other: str) -> int:
-    """How many letters were left out, added, changed or swapped with their neighbour."""
-    last: list[int] = []
-    row = list(range(len(other) + 1))
-    for i, a in enumerate(one, start=1):
-        before, last, row = last, row, [i]
-        for j, b in enumerate(other, start=1):
-            best = min(last[j] + 1, row[j - 1] + 1, last[j - 1] + (a != b))
-            if i > 1 and j > 1 and a == other[j - 2] and b == one[i - 2]:
-                best = min(best, before[j - 2] + 1)
-            row.append(best)
-    return row[-1]
 
 
 def of_value(doc: Document, path: Path, text: str) -> tuple[Edit, ...]:

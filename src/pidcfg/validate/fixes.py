@@ -27,12 +27,15 @@ ROUNDS = 10
 MOST_ONE_BY_ONE = 50
 """Corrections that are tried alone when all together cannot be proven."""
 D316 = Decision(
-    316, "what --fix corrects", "Texts that pidcfg refuses although they can be read in one way only: a misspelt key "
-    "with one key clearly meant, not there yet, whose value is right for it; numbers and switches in quotes; yes, on, "
-    "no and off as switches; 0x1F, 0b11, 1_000 and leading zeros that octal and decimal read alike (007) or that are "
-    "no octal (08); words such as % that need quotes; addresses and words that differ in capitals, blanks or "
-    "leading zeros (v2000, DS 0101). Comments that ignore nothing are deleted. What has two readings (010, 02000) is "
-    "never corrected, and no value of a configuration that pidcfg accepts is ever changed.",
+    316, "what --fix corrects",
+    "Texts that pidcfg refuses although they can be read in one way only: a misspelt key (other capitals, hyphens "
+    "or underscores, or one slip inside a word of at least five letters; never a key of another place or vendor) "
+    "with one key clearly meant, not there yet, whose value is right for it; numbers and switches in quotes; yes, "
+    "on, no and off as switches where no name can stand; 0x1F, 0b11, 1_000 and leading zeros that octal and decimal"
+    " read alike (007) or that are no octal (08); words such as % that need quotes; addresses and words that differ"
+    " in capitals, blanks or leading zeros (v2000, DS 0101). Comments that ignore nothing are deleted but for their"
+    " reasons. What has two readings (010, 02000, 0x0180, C10 1) is never corrected, and no value of a "
+    "configuration that pidcfg accepts is ever changed.",
     "A configuration that is refused drives no plant, so giving it its only reading changes none; anything else is a "
     "decision of the person who knows the plant.",
 )  # fmt: skip

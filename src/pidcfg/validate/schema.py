@@ -10,7 +10,8 @@ from pydantic import BaseModel, ValidationError
 
 from pidcfg.diagnostics import Diagnostic, Edit, Path, Severity
 from pidcfg.validate.codes import BY_KIND, OTHER_KIND
-from pidcfg.validate.edits import MOST_KEYS, clear_match, key_edits, of_value
+from pidcfg.validate.edits import MOST_KEYS, key_edits, of_value
+from pidcfg.validate.spelling import clear_match, keys_of, models_in
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
@@ -203,20 +204,13 @@ def keys_at(model: type[BaseModel], place: Path) -> list[str]:
         field = current[0].model_fields.get(step)
         current = models_in(field.annotation) if field else []
         free = field is not None and get_origin(field.annotation) is dict
-    return [field.alias or name for name, field in current[0].model_fields.items()] if current else []
+    return keys_of(current[0]) if current else []
 
 
 def _chosen_by(model: type[BaseModel]) -> str | None:
     """The word that chooses a model among several."""
     field = model.model_fields.get(UNION_KEY)
     return next(iter(get_args(field.annotation)), None) if field else None
-
-
-def models_in(annotation: Any) -> list[type[BaseModel]]:
-    """The models inside an annotation such as ``tuple[Loop, ...] | None``."""
-    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
-        return [annotation]
-    return [m for a in get_args(annotation) for m in models_in(a)]
 
 
 def renames(found: list[tuple[Diagnostic, Any]], model: type[BaseModel], doc: Document) -> dict[Path, tuple[Edit, ...]]:

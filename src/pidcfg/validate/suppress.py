@@ -1,7 +1,9 @@
 """Findings that a comment in the file ignores: ``# pidcfg: ignore[PID211] reason``.
 
 At the end of a line the comment speaks of findings that begin on this line; on a line of its own, of the next line that
-holds more than a comment. Every code is written in full, with a reason; what ignores nothing is reported.
+holds more than a comment. Every code is written in full, with a reason; what ignores nothing is reported. It stands at
+the very beginning of its comment: a line that was commented out, or prose, ignores nothing. What an alias (``*name``)
+brings to another place is ignored at the alias.
 """
 
 from __future__ import annotations
@@ -10,6 +12,7 @@ import re
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
+from pidcfg.aliases import Places
 from pidcfg.comments import comments_in
 from pidcfg.diagnostics import Diagnostic, Edit, Severity, Span
 from pidcfg.schemas.names import nearest
@@ -28,6 +31,7 @@ DIRECTIVE = re.compile(
     r"#[ \t]*pidcfg:[ \t]*(?P<word>[\w-]+)[ \t]*(?:\[(?P<codes>[^\]#]*)\])?(?P<reason>.*?)(?=\s#|$)", re.IGNORECASE
 )
 WORD = "ignore"
+ONE = "put it first, with all its codes in one bracket"
 FORM = "write # pidcfg: ignore[PID211] reason"
 CODE = re.compile(r"PID\d{3}")
 
@@ -69,9 +73,10 @@ def suppress(found: Sequence[Diagnostic], doc: Document) -> Suppressed:
     kept: list[Diagnostic] = []
     ignored: list[Ignored] = []
     used: set[tuple[int, str]] = set()
+    places = Places(doc)
     by_place = {(ignore.target, code): (i, ignore) for i, ignore in enumerate(ignores) for code in ignore.codes}
     for d in found:
-        match = by_place.get((d.span.line, d.code)) if ignorable(d) else None
+        match = by_place.get((places.line(d), d.code)) if ignorable(d) else None
         if match is None:
             kept.append(d)
         else:
@@ -92,8 +97,13 @@ def _read(doc: Document) -> tuple[list[_Ignore], list[Diagnostic]]:
     alone = {comment.line for comment in comments if comment.alone}
     lines = doc.lines
     for comment in comments:
+        first = DIRECTIVE.match(comment.text)
         for match in DIRECTIVE.finditer(comment.text):
             span = _part(comment, match.start(), match.end())
+            if match.start() and match["word"].lower() == WORD:
+                if first or not comment.alone:
+                    problems.append(_problem("PID045", "an ignore begins its comment", doc, span, ONE))
+                continue
             codes = [code.strip().upper() for code in (match["codes"] or "").split(",") if code.strip()]
             if match["word"].lower() != WORD:
                 if match["codes"] is not None:
@@ -150,7 +160,7 @@ def _unknown(code: str, rules: Iterable[str], doc: Document, ignore: _Ignore) ->
 
 
 def _without(ignore: _Ignore, unused: set[str], doc: Document) -> tuple[Edit, ...]:
-    """The edit that takes the codes away: out of the bracket, or the comment with them."""
+    """The edit that takes the codes away: out of the bracket, or all but the reason, which may be news to somebody."""
     line, column = ignore.span.line, ignore.span.column
     row = doc.lines[line - 1]
     left = [code for code in ignore.codes if code not in unused]
@@ -159,6 +169,9 @@ def _without(ignore: _Ignore, unused: set[str], doc: Document) -> tuple[Edit, ..
         return (Edit(Span(line, start + 1, line, end + 1), ", ".join(left)),)
     if not ignore.whole:
         return ()
+    if ignore.reason:
+        remark = f"# {ignore.reason}"
+        return () if DIRECTIVE.search(remark) else (Edit(ignore.span, remark),)
     if ignore.comment.alone and line < len(doc.lines):
         return (Edit(Span(line, 1, line + 1, 1), ""),)
     return (Edit(Span(line, len(row[: column - 1].rstrip()) + 1, line, len(row) + 1), ""),)

@@ -36,6 +36,8 @@ class Findings:
     documents: Documents
     fails: Severity = Severity.ERROR
     """From which severity on a finding fails the run."""
+    suppressed: Sequence[tuple[Diagnostic, str | None]] = ()
+    """Findings that are not reported: a comment ignores them for a reason, or (None) a baseline knows them."""
 
     @property
     def files(self) -> list[str]:

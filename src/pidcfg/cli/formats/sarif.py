@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from pidcfg import __version__
@@ -25,14 +26,20 @@ FINGERPRINT = "pidcfgFinding/v1"
 def sarif(findings: Findings) -> str:
     """One run, with the rules that found something."""
     rules = all_rules()
-    used = sorted({d.code for d in findings.found})
+    hidden = [d for d, _ in findings.suppressed]
+    told_of = replace(findings, found=[*findings.found, *hidden])
+    used = sorted({d.code for d in told_of.found})
     numbers = {code: i for i, code in enumerate(used)}
-    prints = fingerprints(findings)
+    prints = fingerprints(told_of)
+    why = [None] * len(findings.found) + [_suppression(reason) for _, reason in findings.suppressed]
     run = {
         "tool": {"driver": {"name": "pidcfg", "version": __version__, "rules": [_rule(rules[code]) for code in used]}},
         "originalUriBaseIds": {BASE: {"description": {"text": "The checkout, or the folder that pidcfg ran in."}}},
         "columnKind": "unicodeCodePoints",
-        "results": [_result(d, numbers[d.code], key) for d, key in zip(findings.found, prints, strict=True)],
+        "results": [
+            _result(d, numbers[d.code], key) | ({"suppressions": [reason]} if reason else {})
+            for d, key, reason in zip(told_of.found, prints, why, strict=True)
+        ],
     }
     document = {"$schema": SCHEMA, "version": "2.1.0", "runs": [run]}
     return json.dumps(document, indent=2, ensure_ascii=False) + "\n"
@@ -63,6 +70,13 @@ def _result(d: Diagnostic, number: int, fingerprint: str) -> dict[str, Any]:
         "partialFingerprints": {FINGERPRINT: fingerprint},
         **({"fixes": [_fix(d, d.edits)]} if d.edits else {}),
     }
+
+
+def _suppression(reason: str | None) -> dict[str, str]:
+    """Why a result is not reported: a comment, or a baseline."""
+    if reason is None:
+        return {"kind": "external"}
+    return {"kind": "inSource", **({"justification": reason} if reason else {})}
 
 
 def _artifact(file: str) -> dict[str, Any]:

@@ -1,0 +1,112 @@
+"""Which key a misspelt one can only be: careful enough that no key of any vendor is ever taken for another."""
+
+from __future__ import annotations
+
+import re
+from functools import cache
+from typing import TYPE_CHECKING, Any, get_args
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
+    from pydantic import BaseModel
+
+WORDS = re.compile(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+")
+"""The words of a key: ``ControlON_OFF`` has three."""
+LETTERS = 5
+"""A word has so many before and after its slip: in shorter ones (``MaxMV``, ``MinMV``) one letter is a meaning."""
+APART = 2
+"""No other key of the place may be so near."""
+BETWEEN = str.maketrans("", "", "-_ ")
+
+
+def clear_match(key: str, known: Sequence[str]) -> str | None:
+    """The only key that can be meant, or None.
+
+    It differs from what is written in capitals, hyphens and underscores alone, or by one slip inside a long word with
+    every other key of the place clearly further. What is a key of any vendor, anywhere, means itself.
+    """
+    same = [name for name in known if _folded(name) == _folded(key)]
+    if same:
+        return same[0] if len(same) == 1 and key not in all_keys() else None
+    near = [name for name in known if is_slip(key, name)]
+    if len(near) != 1 or any(slips(key, name) <= APART for name in known if name != near[0]):
+        return None
+    others = (name for name in all_keys() if name != near[0])
+    return None if any(_folded(name) == _folded(key) or is_slip(key, name) for name in others) else near[0]
+
+
+def _folded(word: str) -> str:
+    return word.casefold().translate(BETWEEN)
+
+
+def is_slip(key: str, name: str) -> bool:
+    """Whether a key is a name with one letter of a long word wrong, left out, doubled, or swapped with the next.
+
+    A letter that is missing at an end of a word is none: ``limit`` and ``limits`` are two words.
+    """
+    longer = len(key) - len(name)
+    at = next((i for i, (a, b) in enumerate(zip(key, name, strict=False)) if a != b), min(len(key), len(name)))
+    if longer == 0 and at < len(name) and key[at].isalpha():
+        swapped = key[at : at + 2] == name[at + 1 : at + 2] + name[at] and key[at + 2 :] == name[at + 2 :]
+        wrong = key[at + 1 :] == name[at + 1 :]
+        return (wrong and _in_word(name, at, at, LETTERS)) or (swapped and _in_word(name, at, at + 1, LETTERS))
+    if longer == -1:
+        return key[at:] == name[at + 1 :] and _in_word(name, at - 1, at + 1, LETTERS + 1)
+    doubled = longer == 1 and at > 0 and key[at] == key[at - 1]
+    return doubled and key[at + 1 :] == name[at:] and _in_word(name, at - 1, at - 1, LETTERS)
+
+
+def _in_word(name: str, first: int, last: int, letters: int) -> bool:
+    """Whether places of a name lie in one word of so many letters."""
+    words = (found.span() for found in WORDS.finditer(name))
+    return any(begin <= first and last < end and end - begin >= letters for begin, end in words)
+
+
+@cache
+def all_keys() -> frozenset[str]:
+    """Every key of every vendor's files, and of scenarios, at every level."""
+    from pidcfg.schemas.scenario import Scenario
+    from pidcfg.vendors import VENDORS
+
+    roots: list[type[BaseModel]] = [Scenario, *(vendor.model for vendor in VENDORS.values())]
+    return frozenset(key for model in models_below(roots) for key in keys_of(model))
+
+
+def models_below(roots: Sequence[type[BaseModel]]) -> Iterator[type[BaseModel]]:
+    """Models with all that are inside of them, each once."""
+    waiting, seen = list(roots), set()
+    while waiting:
+        model = waiting.pop()
+        if model not in seen:
+            seen.add(model)
+            waiting += [inner for field in model.model_fields.values() for inner in models_in(field.annotation)]
+            yield model
+
+
+def models_in(annotation: Any) -> list[type[BaseModel]]:
+    """The models inside an annotation such as ``tuple[Loop, ...] | None``."""
+    from pydantic import BaseModel
+
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        return [annotation]
+    return [model for inner in get_args(annotation) for model in models_in(inner)]
+
+
+def keys_of(model: type[BaseModel]) -> list[str]:
+    """The keys of a model as files have them."""
+    return [field.alias or name for name, field in model.model_fields.items()]
+
+
+def slips(one: str, other: str) -> int:
+    """How many letters were left out, added, changed or swapped with their neighbour."""
+    last: list[int] = []
+    row = list(range(len(other) + 1))
+    for i, a in enumerate(one, start=1):
+        before, last, row = last, row, [i]
+        for j, b in enumerate(other, start=1):
+            best = min(last[j] + 1, row[j - 1] + 1, last[j - 1] + (a != b))
+            if i > 1 and j > 1 and a == other[j - 2] and b == one[i - 2]:
+                best = min(best, before[j - 2] + 1)
+            row.append(best)
+    return row[-1]
