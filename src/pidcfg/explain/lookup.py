@@ -7,6 +7,7 @@ import re
 from typing import TYPE_CHECKING, Any
 
 from pidcfg.explain.asked import Asked, Thing, ThingError, thing_of
+from pidcfg.explain.direction import ASKED, find
 from pidcfg.explain.page import Page
 from pidcfg.vendors import VENDORS
 
@@ -27,7 +28,7 @@ def explain(text: str, asked: Asked, vendors: Iterable[str], decisions: Callable
     problems = []
     for key in vendors:
         try:
-            pages += VENDORS[key].load("explainer").find(thing, asked)
+            pages += find(key, thing, asked)
         except ThingError as error:
             problems.append(str(error))
     if not pages:
@@ -86,7 +87,8 @@ def _names(book: Any) -> dict[str, str]:
     for name, entries in book.names.items():
         first = entries[0]
         found[name] = first if isinstance(first, str) else name
-    return found
+    beside = {path.rpartition(".")[2] for path in getattr(book, "beside", ())}
+    return found | {name: name for name in (*beside, *book.direction.words, ASKED)}
 
 
 def forms(vendors: Iterable[str]) -> list[tuple[str, str, str]]:

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 
     from pidcfg.encoders.meanings import Code, Meaning
     from pidcfg.encoders.named import Content, Entry, Parameter, ParameterTable
+    from pidcfg.explain.direction import Direction
 
 DEVICE = re.compile(r"([A-Z]+)([0-9]{1,6})")
 
@@ -55,6 +56,8 @@ class NamedBook:
     forms: tuple[tuple[str, str], ...]
     split: Callable[[str, Sequence[Mapping[str, Any]]], tuple[str, str | None, str]]
     """A listing's name to loop, table and parameter."""
+    direction: Direction
+    """The words for the direction of control."""
     groups: tuple[Group, ...] = ()
     counted: str = ""
     """What the numbers of a structure's bits rest on."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from decimal import Decimal
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from pidcfg.encoders.regmap import decode_one, scale_of
 from pidcfg.explain.annotate import HEADS, as_text, register_lines
 from pidcfg.explain.asked import ADDRESS, OFFSET, Asked, Thing, ThingError
+from pidcfg.explain.beside import beside_pages
 from pidcfg.explain.contents import raw_of
 from pidcfg.explain.register_page import Found, code_page, page_of
 from pidcfg.explain.texts import key_limits, limits_text
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
     from pidcfg.encoders.regmap import Bits, RegisterMap, Word
     from pidcfg.encoders.spaces import Space
     from pidcfg.explain.annotate import Claim
+    from pidcfg.explain.direction import Direction
     from pidcfg.explain.page import Page
     from pidcfg.refs import Basis
 
@@ -81,11 +83,15 @@ class RegisterBook:
     """What can be asked for, and an example of each."""
     settings: Callable[[Any, Any], Setting]
     """Scales and units of a loop of a configuration."""
+    direction: Direction
+    """The words for the direction of control."""
     claims: Callable[..., Iterator[tuple[int, Claim]]]
     """What each address of a listing is."""
     special: Callable[[Word, int, Setting], str | None] = nothing_special
     remark: Callable[[Word, int, Setting], str] = no_remark
     """What is doubtful about a content."""
+    beside: Mapping[str, str] = field(default_factory=dict)
+    """Keys that no register holds, and where they are set."""
     root: Basis | None = None
     """Why a loop that takes the root of its PV has words that are about the PV before."""
     writers: Mapping[str, str] | None = None
@@ -114,7 +120,8 @@ class RegisterBook:
 
     def find(self, thing: Thing, asked: Asked) -> list[Page]:
         """What a thing is with this vendor; empty when it is nothing."""
-        return self._address(thing, asked) or self._offset(thing) or self._code(thing) or self._name(thing, asked)
+        found = self._address(thing, asked) or self._offset(thing) or self._code(thing) or self._name(thing, asked)
+        return found or beside_pages(self, thing, asked)
 
     @cached_property
     def names(self) -> dict[str, list[tuple[Block, Word, Bits | None]]]:
