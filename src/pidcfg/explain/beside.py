@@ -21,12 +21,13 @@ PLC = "plc."
 
 
 def beside_pages(book: RegisterBook, thing: Thing, asked: Asked) -> list[Page]:
-    """A key by its whole path or its last part, with each loop of the configuration that gives it."""
+    """A key by its whole path its last part or its section, with each loop of the configuration that gives it."""
     loop, _, rest = thing.name.partition(".")
     loops = asked.config.loops if asked.config is not None else ()
     wanted, only = (rest, loop) if rest and loop in loops else (thing.name, None)
     name = wanted.lower()
     found = [path for path in book.beside if name == path] or [p for p in book.beside if p.endswith(f".{name}")]
+    found = found or [p for p in book.beside if name in p.split(".")[:-1]]
     if found and thing.value is not None:
         raise ThingError(f"{thing.text}: {found[0]} {book.beside[found[0]]}; it has no content to explain")
     return [page for path in found for page in _pages(book, path, asked, only)]

@@ -39,7 +39,7 @@ def _has_unit(part: Any) -> bool:
 
 
 BESIDE = {
-    **dict.fromkeys(("bits", "integers", "floats", "output.pwm", "output.pwm.bit"), DIALOG),
+    **dict.fromkeys(("bits", "integers", "floats", "output.pwm.bit"), DIALOG),
     **dict.fromkeys(("name", "description", "mode", "action_verified", "pv.input_range", "pv.unit", "output.unit"), FILE),
 }
 """Keys that no register holds."""

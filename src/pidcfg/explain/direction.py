@@ -57,6 +57,8 @@ def _told(page: Page, vendor: str, own: Direction, word: str | None) -> Page:
         return page
     if word is not None and not page.origins:
         page = replace(page, value=Value(word, word, RISES[heats(vendor)[word]]), points=())
+    if page.value is not None and not page.value.text and page.value.shown in own.words:
+        page = replace(page, value=page.value._replace(text=RISES[heats(vendor)[page.value.shown]]))
     return replace(page, notes=(*page.notes, *_notes(vendor, own)))
 
 

@@ -62,7 +62,7 @@ def special(word: Word, raw: int, known: Setting) -> str | None:
 
 BESIDE = {
     **dict.fromkeys(
-        ("registers", "discretes", "algorithm", "action", "pv.tag", "output.tag", "output.pulse", "output.pulse.tag",
+        ("registers", "discretes", "algorithm", "action", "pv.tag", "output.tag", "output.pulse.tag",
          "plc.process_when_stopped"), DIALOG),
     **dict.fromkeys(
         ("plc.tag_names", "name", "description", "pv.range", "pv.unit", "pv.counts", "output.range", "output.unit"), FILE),

@@ -129,13 +129,13 @@ class RegisterBook:
         found: dict[str, list[tuple[Block, Word, Bits | None]]] = {}
         for block in self.blocks:
             for word in block.table.words:
-                for name in {word.name, word.path or word.name, word.title}:
-                    found.setdefault(name.lower(), []).append((block, word, None))
+                for name in {text.lower() for text in (word.name, word.path or word.name, word.title)}:
+                    found.setdefault(name, []).append((block, word, None))
             for row in block.table.bits:
                 word = next(w for w in block.table.words if w.offset == row.offset)
-                for name in {row.path or row.title, row.title}:
+                for name in {text.lower() for text in (row.path or row.title, row.title)}:
                     if row.access != "reserved":
-                        found.setdefault(name.lower(), []).append((block, word, row))
+                        found.setdefault(name, []).append((block, word, row))
         for alias, name in (self.aliases or {}).items():
             others = [entry for entry in found[name] if entry[2] is None]
             found.setdefault(alias.lower(), others)
@@ -223,10 +223,13 @@ class RegisterBook:
                 continue
             row = next(w for w in block.table.words if w.offset == offset % block.table.size)
             name, number = block.table.at(offset), self.space.number(block.prefix, bank.first)
-            raw = None if thing.value is None else raw_of(thing.value, bank.kind, name, hexadecimal=self.hexadecimal)
-            pages.append(page_of(self, Found(block.table, row), name, raw, self._bit(written.group(3), number)))
+            try:
+                raw = None if thing.value is None else raw_of(thing.value, bank.kind, name, hexadecimal=self.hexadecimal)
+                pages.append(page_of(self, Found(block.table, row), name, raw, self._bit(written.group(3), number)))
+            except ThingError as error:
+                problems.append(str(error))
         if problems and not pages:
-            raise ThingError(problems[0])
+            raise ThingError("; ".join(dict.fromkeys(problems)))
         return pages
 
     def _bit(self, text: str | None, number: int) -> int | None:
