@@ -34,7 +34,7 @@ def beside_pages(book: RegisterBook, thing: Thing, asked: Asked) -> list[Page]:
 
 
 def _pages(book: RegisterBook, path: str, asked: Asked, only: str | None) -> Iterator[Page]:
-    origins = [o for o in _origins(path, asked) if only in {None, o.loop}]
+    origins: list[Origin | None] = [o for o in _origins(path, asked) if only in {None, o.loop}]
     for at in origins or [None]:
         text = key_text(book.key, path)
         yield Page(
@@ -57,10 +57,10 @@ def _origins(path: str, asked: Asked) -> Iterator[Origin]:
     """The lines of the configuration that give a key."""
     if asked.config is None:
         return
-    steps = tuple(path.split("."))
-    places = [(steps, None)] if path.startswith(PLC) else [
-        (("loops", i, *steps), loop) for i, loop in enumerate(asked.config.loops)
-    ]  # fmt: skip
+    steps: tuple[str | int, ...] = tuple(path.split("."))
+    places: list[tuple[tuple[str | int, ...], str | None]] = [(steps, None)]
+    if not path.startswith(PLC):
+        places = [(("loops", i, *steps), loop) for i, loop in enumerate(asked.config.loops)]
     for place, loop in places:
         if (found := asked.config.origin(place, loop)) is not None:
             yield found

@@ -28,7 +28,7 @@ from pidcfg.encoders.maps.dl06 import (
 from pidcfg.encoders.maps.dl06_meanings import BITS, WORDS, WRITERS
 from pidcfg.encoders.plain import read_settings, unnamed
 from pidcfg.encoders.words import DecodeError, bcd_digits
-from pidcfg.explain.annotate import Claim
+from pidcfg.explain.annotate import Claim, Start
 from pidcfg.explain.beside import FILE
 from pidcfg.explain.direction import Direction
 from pidcfg.explain.registers import Block, RegisterBook
@@ -213,6 +213,7 @@ EXPLAINER = RegisterBook(
     settings=setting_of,
     direction=Direction("action", "the process's", {"direct": "direct", "reverse": "reverse"}),
     beside=BESIDE,
+    starts=(Start("loop_table", "V", "V2000", TABLE_POINTER), Start("number_of_loops", "V", "1", LOOP_COUNT)),
     claims=claims,
     special=special,
     unscaled=unscaled,

@@ -9,7 +9,7 @@ from pidcfg.encoders.maps.ezlogix import BLOCKS, R_BLOCK, S_BLOCK, SPACE, VARIAB
 from pidcfg.encoders.maps.ezlogix_meanings import CODES, WORDS
 from pidcfg.encoders.plain import read_settings
 from pidcfg.encoders.words import SIGN
-from pidcfg.explain.annotate import Claim, block_claims
+from pidcfg.explain.annotate import Claim, Start, block_claims
 from pidcfg.explain.beside import DIALOG, FILE
 from pidcfg.explain.direction import Direction
 from pidcfg.explain.registers import Block, RegisterBook, Series
@@ -65,7 +65,8 @@ BESIDE = {
         ("registers", "discretes", "algorithm", "action", "pv.tag", "output.tag", "output.pulse.tag",
          "plc.process_when_stopped"), DIALOG),
     **dict.fromkeys(
-        ("plc.tag_names", "name", "description", "pv.range", "pv.unit", "pv.counts", "output.range", "output.unit"), FILE),
+        ("plc.tag_names", "name", "description", "pv.range", "pv.unit", "pv.counts", "output.range", "output.unit"),
+        FILE),
 }  # fmt: skip
 """Keys that no register holds."""
 
@@ -94,6 +95,7 @@ EXPLAINER = RegisterBook(
     settings=setting_of,
     direction=Direction("action", "the controller's", {"direct": "direct", "reverse": "reverse"}),
     beside=BESIDE,
+    starts=tuple(Start(key, prefix, f"{prefix}101") for key, (prefix, _) in BLOCKS.items()),
     claims=claims,
     special=special,
     aliases={variable: name for name, variable in VARIABLES.items()},

@@ -200,8 +200,7 @@ class NamedBook:
                 found.setdefault(same, []).append(key)
         originals = {(r.name, key): r for key, rows in exact.items() for r in rows}
         return [
-            self.page(originals[row.name, keys[0]], tuple(keys), thing.value, None)
-            for (row, *_), keys in found.items()
+            self.page(originals[row.name, keys[0]], tuple(keys), thing.value, None) for (row, *_), keys in found.items()
         ]
 
     def _bit(self, blocks: Sequence[str], row: Parameter) -> Meaning | None:

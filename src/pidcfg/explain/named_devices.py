@@ -31,9 +31,7 @@ def device_pages(book: NamedBook, thing: Thing, asked: Asked) -> Iterator[Page]:
                 yield _page(book, thing, asked, (i, own, operand, device, register))
 
 
-def _page(
-    book: NamedBook, thing: Thing, asked: Asked, found: tuple[int, Mapping[str, Any], str, str, int]
-) -> Page:
+def _page(book: NamedBook, thing: Thing, asked: Asked, found: tuple[int, Mapping[str, Any], str, str, int]) -> Page:
     i, own, operand, device, register = found
     loop = str(own["loop"])
     table, row = next((t, r) for t in book.tables.values() for r in t.rows if r.name == operand)

@@ -11,7 +11,7 @@ from pidcfg.encoders.regmap import decode_one, scale_of
 from pidcfg.explain.annotate import HEADS, as_text, register_lines
 from pidcfg.explain.asked import ADDRESS, OFFSET, Asked, Thing, ThingError
 from pidcfg.explain.beside import beside_pages
-from pidcfg.explain.contents import raw_of
+from pidcfg.explain.contents import raw_of, read_in_base
 from pidcfg.explain.register_page import Found, code_page, page_of
 from pidcfg.explain.texts import key_limits, limits_text
 from pidcfg.explain.values import Setting, no_remark, nothing_special, text_of
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from pidcfg.encoders.meanings import Code, Meaning
     from pidcfg.encoders.regmap import Bits, RegisterMap, Word
     from pidcfg.encoders.spaces import Space
-    from pidcfg.explain.annotate import Claim
+    from pidcfg.explain.annotate import Claim, Start
     from pidcfg.explain.direction import Direction
     from pidcfg.explain.page import Page
     from pidcfg.refs import Basis
@@ -92,6 +92,8 @@ class RegisterBook:
     """What is doubtful about a content."""
     beside: Mapping[str, str] = field(default_factory=dict)
     """Keys that no register holds, and where they are set."""
+    starts: tuple[Start, ...] = ()
+    """Options that say where the loops of a listing begin."""
     root: Basis | None = None
     """Why a loop that takes the root of its PV has words that are about the PV before."""
     writers: Mapping[str, str] | None = None
@@ -121,7 +123,7 @@ class RegisterBook:
     def find(self, thing: Thing, asked: Asked) -> list[Page]:
         """What a thing is with this vendor; empty when it is nothing."""
         found = self._address(thing, asked) or self._offset(thing) or self._code(thing) or self._name(thing, asked)
-        return found or beside_pages(self, thing, asked)
+        return [read_in_base(page, thing, self) for page in found] or beside_pages(self, thing, asked)
 
     @cached_property
     def names(self) -> dict[str, list[tuple[Block, Word, Bits | None]]]:
@@ -224,7 +226,9 @@ class RegisterBook:
             row = next(w for w in block.table.words if w.offset == offset % block.table.size)
             name, number = block.table.at(offset), self.space.number(block.prefix, bank.first)
             try:
-                raw = None if thing.value is None else raw_of(thing.value, bank.kind, name, hexadecimal=self.hexadecimal)
+                raw = (
+                    None if thing.value is None else raw_of(thing.value, bank.kind, name, hexadecimal=self.hexadecimal)
+                )
                 pages.append(page_of(self, Found(block.table, row), name, raw, self._bit(written.group(3), number)))
             except ThingError as error:
                 problems.append(str(error))
