@@ -75,7 +75,8 @@ def _notes(vendor: str, own: Direction) -> Iterator[str]:
         return
     meant = "; ".join(f"{word}: {RISES[heating]}" for word, heating in mine.items())
     yield f"the word names {own.whose} action. {meant}"
-    same, opposite = [], []
+    same: list[str] = []
+    opposite: list[str] = []
     for other in VENDORS:
         theirs = heats(other)
         shared = [word for word in mine if word in theirs]
