@@ -96,7 +96,18 @@ def test_a_profile_that_points_into_the_loop_table_hides_no_loop(tmp_path):
 
 def test_words_without_a_loop_say_so(tmp_path):
     found = lines_of(tmp_path, "V2006 0402\nV5000 1234\n")
-    assert found["V2006"].endswith("belongs to no loop")
+    assert found["V2006"].endswith("is not said: give --loop-table V2000 --number-of-loops 1")
+    found = lines_of(tmp_path, "V2006 0402\nV7640 0400\n")
+    assert found["V2006"].endswith("is not said: give --number-of-loops 1")
+    found = lines_of(tmp_path, "R101 0026\nS104 1\n", "ezlogix")
+    assert {line.partition("-  ")[2].strip("- ") for line in found.values()} == {
+        "where the loops begin is not said: give --registers R101 --discretes S101"
+    }
+    found = lines_of(tmp_path, "R101 0026\nR999 1\nS104 1\n", "ezlogix", "--registers", "R101")
+    assert found["R999"].endswith("belongs to no loop")
+    assert found["S104"].endswith("give --discretes S101")
+    found = lines_of(tmp_path, "DF101 00000026\n", "click")
+    assert found["DF101"].endswith("give --bits C101 --integers DS101 --floats DF101")
     found = lines_of(tmp_path, "V2006 0402\nV5000 1234\n", "dl06", "--loop-table", "V2000", "--number-of-loops", "1")
     assert found["V5000"].endswith("belongs to no loop")
     assert "on: Automatic mode (bit 1), Alarm value programming error (bit 10)" in found["V2006"]

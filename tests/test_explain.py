@@ -23,6 +23,8 @@ from pidcfg.encoders.regmap import RegisterMap
 from pidcfg.explain.asked import Asked, ThingError
 from pidcfg.explain.lookup import explain
 from pidcfg.explain.render import as_json, as_text
+from pidcfg.explain.texts import _inside
+from pidcfg.schemas.document import models_of
 from pidcfg.sim.controllers.ezlogix import autotune as ezlogix_autotune
 from pidcfg.validate.pages import all_rules
 from pidcfg.vendors import VENDORS
@@ -559,6 +561,161 @@ def test_a_configuration_decides_the_vendor():
     result = run("V2000", "--in", str(EXAMPLES / "dl06/reactor.yaml"), "--vendor", "click")
     assert (result.exit_code, "is of vendor dl06" in result.stderr) == (2, True)
     assert run("V2000", "--in", "none.yaml").exit_code != 0
+
+
+# --- the direction, and keys that no register holds ------------------------------------------------------------------
+
+RISES = {"dl06": "direct", "click": "direct", "ezlogix": "reverse", "nextopid": "reverse", "dpide": "forward"}
+"""The word for heating, from the manuals."""
+
+
+def test_the_action_is_told_for_every_vendor_with_who_means_the_opposite():
+    found = pages("action")
+    assert [page.vendor for page in found] == ["dl06", "click", "ezlogix", "nextopid", "nextopid", "dpide", "generic"]
+    own = next(page for page in found if page.vendor == "ezlogix")
+    assert (own.by, own.key) == ("stands in no register: set it in the PID dialog", "action")
+    assert "`reverse` is heating" in own.holds
+    assert own.notes[1] == (
+        "the same word means the opposite with AutomationDirect DirectLOGIC DL06, AutomationDirect CLICK, Delta AS; "
+        "the same: Altus NextoPID"
+    )
+    assert found[0].notes[1].startswith("the same word means the opposite with EZAutomation EZLogix, Altus NextoPID;")
+
+
+@pytest.mark.parametrize(("vendor", "heating"), RISES.items())
+def test_each_word_for_the_direction_says_whether_it_is_heating(vendor, heating):
+    others = [word for word in ("direct", "reverse", "forward") if pages_or_none(word, vendor)]
+    assert heating in others
+    for word in others:
+        for page in pages(f"action={word}", vendor=vendor):
+            rises = RISES[vendor] == word or (vendor, word) == ("click", "forward")
+            assert page.value.text == f"the PV {'rises with the output (heating)' if rises else COOLING}"
+            assert page.points == ()
+
+
+COOLING = "falls when the output rises (cooling)"
+
+
+def pages_or_none(thing, vendor):
+    """The explanations; none where there is none."""
+    try:
+        return pages(thing, vendor=vendor)
+    except ThingError:
+        return []
+
+
+def test_direct_and_reverse_lead_to_the_action_of_every_vendor_that_has_the_word():
+    assert {page.vendor for page in pages("reverse")} == set(RISES)
+    assert {page.vendor for page in pages("direct")} == set(RISES) - {"dpide"}
+    assert {page.vendor for page in pages("forward")} == {"click", "dpide"}
+
+
+def test_the_action_of_a_loop_of_a_file():
+    result = run("OVEN1.action", "--in", str(EXAMPLES / "ezlogix/oven.yaml"), "--format", "json")
+    (page,) = json.loads(result.output)["explanations"]
+    assert (page["loop"], page["set_by"][0]["line"]) == ("OVEN1", 14)
+    assert page["value"]["text"] == "the PV rises with the output (heating)"
+    result = run("action", "--in", str(EXAMPLES / "ezlogix/oven.yaml"), "--format", "json")
+    shown = [(page["loop"], page["value"]["shown"]) for page in json.loads(result.output)["explanations"]]
+    assert shown == [("OVEN1", "reverse"), ("EXHAUST", "direct")]
+
+
+def leaves(model, before=""):
+    """The paths of all keys of a model."""
+    for key, field in model.model_fields.items():
+        below = [m for m in models_of(model) if m is not model and m in _inside(field.annotation)]
+        for inner in below:
+            yield from leaves(inner, f"{before}{key}.")
+        if not below:
+            yield f"{before}{key}"
+
+
+ELSEWHERE = ("pidcfg", "vendor", "cascade_from", "ramp_soak.")
+"""The head of the file, and keys that several registers hold together."""
+
+
+@pytest.mark.parametrize("vendor", ["dl06", "click", "ezlogix"])
+def test_every_key_is_in_a_register_or_told(vendor):
+    book = VENDORS[vendor].load("explainer")
+    held = {row.path for block in book.blocks for row in (*block.table.words, *block.table.bits) if row.path}
+    for path in {leaf.removeprefix("loops.") for leaf in leaves(VENDORS[vendor].model)}:
+        in_register = any(f"{p}.".startswith(f"{path}.") or path.startswith(f"{p}.") for p in held)
+        assert in_register != (path in book.beside) or path.startswith(ELSEWHERE), path
+    for path in book.beside:
+        assert [page.holds for page in pages(path, vendor=vendor) if page.holds], path
+
+
+@pytest.mark.parametrize(
+    ("thing", "keys"),
+    [
+        ("tag", ["pv.tag", "output.tag", "output.pulse.tag"]),
+        ("pulse", ["output.pulse.tag"]),
+        ("pwm.bit", ["output.pwm.bit"]),
+    ],
+)
+def test_keys_that_no_register_holds(thing, keys):
+    found = pages(thing)
+    assert [page.key for page in found] == keys
+    assert {page.by for page in found} == {"stands in no register: set it in the PID dialog"}
+    with pytest.raises(ThingError, match="stands in no register"):
+        pages(f"{thing}=1")
+
+
+# --- several readings ------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("thing", "titles"),
+    [
+        ("Base+0=50", ["Sample Rate"]),
+        ("Base+3=125", ["Integral (Reset) Time"]),
+        ("Base+3=60001", ["Integral (Reset) Time"]),
+        ("Base+3=on", ["Saturation"]),
+        ("Base+3=1", ["Integral (Reset) Time", "Saturation"]),
+        ("saturation", ["Saturation"]),
+    ],
+)
+def test_a_content_takes_the_readings_that_it_fits_and_each_once(thing, titles):
+    assert [page.title for page in pages(thing)] == titles
+
+
+def test_a_content_that_fits_no_reading_is_an_error():
+    with pytest.raises(ThingError, match=r"a word of 0 to 65535; .*true or false"):
+        pages("Base+3=70000")
+
+
+@pytest.mark.parametrize(
+    ("thing", "name", "place"),
+    [
+        ("D202", "TIC-21.PV", "D202 of TIC-21"),
+        ("D203", "TIC-21.PV", "D202 of TIC-21; D203 is its second register"),
+        ("D201", "TIC-21.SV", "D200 of TIC-21; D201 is its second register"),
+        ("TIC-21.MV", "TIC-21.MV", "D204 of TIC-21"),
+    ],
+)
+def test_a_device_of_the_file_is_no_decision(thing, name, place):
+    result = run(thing, "--vendor", "dpide", "--in", str(EXAMPLES / "dpide/chiller.yaml"), "--format", "json")
+    (page,) = json.loads(result.output)["explanations"]
+    assert (page["kind"], page["name"], page["place"]) == ("parameter", name, place)
+    assert pages("D202")[0].kind == "decision"
+
+
+@pytest.mark.parametrize(
+    ("thing", "note"),
+    [
+        ("R102=0026", "read as decimal; the listing's hex 0026 is 38: write 0x0026"),
+        ("DS105=8000", "read as decimal; the listing's hex 8000 is -32768: write 0x8000"),
+        ("DF106=42400000", "read as decimal; the listing's hex 42400000 is 48.0: write 0x42400000"),
+        ("R102=5", ""),
+        ("R102=0x0026", ""),
+        ("C102=1", ""),
+        ("DF106=120", ""),
+        ("V2002=0666", ""),
+    ],
+)
+def test_the_base_of_a_content_is_said_where_it_matters(thing, note):
+    (page,) = pages(thing, loop=True)
+    assert [text for text in page.notes if "read as" in text] == [note] * bool(note)
 
 
 # --- the how-to ------------------------------------------------------------------------------------------------------

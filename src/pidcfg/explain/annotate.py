@@ -31,6 +31,16 @@ class Claim(NamedTuple):
     prefix: str = ""
 
 
+class Start(NamedTuple):
+    """An option that says where the loops of a listing begin: the bank of their registers, and an example."""
+
+    option: str
+    prefix: str
+    example: str
+    held: int | None = None
+    """The address that says it too."""
+
+
 class Line(NamedTuple):
     """A word of a listing with its meaning."""
 
@@ -72,13 +82,23 @@ def register_lines(
     claimed: dict[int, Claim] = {}
     for number, claim in book.claims(words, settings, plc, options):
         claimed.setdefault(number, claim)
+    placed = {book.space.place(number)[0].prefix for number, claim in claimed.items() if claim.loop}
+    missing = [s for s in book.starts if s.prefix not in placed and not options.get(s.option) and s.held not in words]
     for number in sorted(words):
         raw, kind, own = words[number], book.space.kind(number), claimed.get(number)
         shown = (book.space.name(number), kind.hex(raw), kind.text(raw))
         if own is None:
-            yield Line(*shown, "-", "-", "belongs to no loop")
+            yield Line(*shown, "-", "-", _nowhere(book.space.place(number)[0].prefix, missing))
         else:
             yield Line(*shown, own.loop or "-", own.prefix + own.word.name, _meaning(book, own, raw))
+
+
+def _nowhere(prefix: str, missing: Sequence[Start]) -> str:
+    """A word that no loop has, or of which that cannot be known."""
+    if all(start.prefix != prefix for start in missing):
+        return "belongs to no loop"
+    given = " ".join(f"--{start.option.replace('_', '-')} {start.example}" for start in missing)
+    return f"where the loops begin is not said: give {given}"
 
 
 def _meaning(book: RegisterBook, claim: Claim, raw: int) -> str:

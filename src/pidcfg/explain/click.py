@@ -6,7 +6,9 @@ from typing import TYPE_CHECKING, Any
 
 from pidcfg.encoders.maps.click import BLOCKS, C_BLOCK, DF_BLOCK, DS_BLOCK, SPACE, SUFFIXES
 from pidcfg.encoders.maps.click_meanings import CODES, DOUBTS, WORDS, WRITERS
-from pidcfg.explain.annotate import Claim, block_claims
+from pidcfg.explain.annotate import Claim, Start, block_claims
+from pidcfg.explain.beside import DIALOG, FILE
+from pidcfg.explain.direction import Direction
 from pidcfg.explain.registers import Block, RegisterBook, Series
 from pidcfg.explain.values import Setting
 
@@ -36,6 +38,14 @@ def _has_unit(part: Any) -> bool:
     return isinstance(part, dict) and bool(part.get("unit"))
 
 
+BESIDE = {
+    **dict.fromkeys(("bits", "integers", "floats", "output.pwm.bit"), DIALOG),
+    **dict.fromkeys(
+        ("name", "description", "mode", "action_verified", "pv.input_range", "pv.unit", "output.unit"), FILE
+    ),
+}
+"""Keys that no register holds."""
+
 EXPLAINER = RegisterBook(
     key="click",
     title="AutomationDirect CLICK",
@@ -58,6 +68,9 @@ EXPLAINER = RegisterBook(
         ("a nickname", "TANK1_PID_ErrorCode=200"),
     ),
     settings=setting_of,
+    direction=Direction("action", "the process's", {"direct": "direct", "forward": "direct", "reverse": "reverse"}),
+    beside=BESIDE,
+    starts=tuple(Start(key, prefix, f"{prefix}101") for key, (prefix, _) in BLOCKS.items()),
     remark=lambda word, _raw, _known: DOUBTS.get(word.name, ""),
     writers=WRITERS,
     claims=claims,

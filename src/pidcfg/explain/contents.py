@@ -3,14 +3,21 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
+from pidcfg.encoders.spaces import SINGLE
 from pidcfg.explain.asked import HEX, MARKED_HEX, ThingError
 
 if TYPE_CHECKING:
     from pidcfg.encoders.spaces import Kind
+    from pidcfg.explain.asked import Thing
+    from pidcfg.explain.page import Page
+    from pidcfg.explain.registers import RegisterBook
 
 NUMBER = re.compile(r"[-+]?(?:[0-9]{1,40}\.?[0-9]{0,40}|\.[0-9]{1,40})(?:[eE][-+]?[0-9]{1,3})?")
+HEXADECIMAL_FROM = 10
+"""Smaller numbers are the same in both notations."""
 STATES = {"on": True, "true": True, "off": False, "false": False}
 
 
@@ -32,5 +39,20 @@ def raw_of(text: str, kind: Kind, name: str, *, hexadecimal: bool) -> int:
     read = None if value is None or hexadecimal else kind.read(value)
     if read is None:
         wanted = f"up to {kind.digits} hexadecimal digits, like 0402 or 0x0402" if hexadecimal else kind.holds
-        raise ThingError(f"{name}={text}: the value is not {wanted}")
+        digits = None if hexadecimal else HEX.fullmatch(text)
+        hint = f"; hexadecimal digits are written 0x{digits.group(1)}" if digits and not text.isdecimal() else ""
+        raise ThingError(f"{name}={text}: the value is not {wanted}{hint}")
     return read
+
+
+def read_in_base(page: Page, thing: Thing, book: RegisterBook) -> Page:
+    """A page of a content whose decimal digits are another number where a listing shows them, with a note on that."""
+    text = thing.value
+    if text is None or book.hexadecimal or page.value is None or not text.isdecimal() or int(text) < HEXADECIMAL_FROM:
+        return page
+    kind = next((bank.kind for bank in book.space.banks if type(bank.kind.show(0)) is type(page.value.raw)), None)
+    if kind is None or len(text) > kind.digits or (kind is SINGLE and len(text) < kind.digits):
+        return page
+    other = kind.text(int(text, 16))
+    note = f"read as decimal; the listing's hex {text} is {other}: write 0x{text}"
+    return replace(page, notes=(*page.notes, note))

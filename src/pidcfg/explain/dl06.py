@@ -28,7 +28,9 @@ from pidcfg.encoders.maps.dl06 import (
 from pidcfg.encoders.maps.dl06_meanings import BITS, WORDS, WRITERS
 from pidcfg.encoders.plain import read_settings, unnamed
 from pidcfg.encoders.words import DecodeError, bcd_digits
-from pidcfg.explain.annotate import Claim
+from pidcfg.explain.annotate import Claim, Start
+from pidcfg.explain.beside import FILE
+from pidcfg.explain.direction import Direction
 from pidcfg.explain.registers import Block, RegisterBook
 from pidcfg.explain.values import UNKNOWN, Setting, special_code, unit_of
 from pidcfg.schemas.base import decimal_text
@@ -183,6 +185,10 @@ REGIONS = (
     (*CPU.system, "a word of the system's parameters"),
     (0, 0o177777, "a word of V-memory"),
 )
+BESIDE = dict.fromkeys(
+    ("plc.reset_decimals", "plc.derivative", "name", "description", "mode", "pv.range", "pv.unit", "output.range",
+     "output.unit"), FILE)  # fmt: skip
+"""Keys that no word holds."""
 
 EXPLAINER = RegisterBook(
     key="dl06",
@@ -205,6 +211,9 @@ EXPLAINER = RegisterBook(
         ("a register by its name or key", "gain"),
     ),
     settings=setting_of,
+    direction=Direction("action", "the process's", {"direct": "direct", "reverse": "reverse"}),
+    beside=BESIDE,
+    starts=(Start("loop_table", "V", "V2000", TABLE_POINTER), Start("number_of_loops", "V", "1", LOOP_COUNT)),
     claims=claims,
     special=special,
     unscaled=unscaled,

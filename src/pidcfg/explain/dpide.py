@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 from pidcfg.encoders.dpide.decode import split as split_name
 from pidcfg.encoders.maps.dpide import D254, DPIDE_TABLE, ROWS
 from pidcfg.encoders.maps.dpide_meanings import CODES, INTEGRAL, STATES, WRITERS
+from pidcfg.explain.direction import Direction
 from pidcfg.explain.named import NamedBook
 from pidcfg.explain.texts import key_text
 from pidcfg.schemas.dpide import LONGEST_CYCLE, SHORTEST_CYCLE
@@ -55,6 +56,7 @@ EXPLAINER = NamedBook(
         ("a double word of I_MV", "I_MV+6"),
     ),
     split=split,
+    direction=Direction("PID_DIR", "the process's", {"forward": "PID_DIR TRUE", "reverse": "PID_DIR FALSE"}),
     codes=CODES,
     states=STATES,
     writers=WRITERS,

@@ -9,7 +9,9 @@ from pidcfg.encoders.maps.ezlogix import BLOCKS, R_BLOCK, S_BLOCK, SPACE, VARIAB
 from pidcfg.encoders.maps.ezlogix_meanings import CODES, WORDS
 from pidcfg.encoders.plain import read_settings
 from pidcfg.encoders.words import SIGN
-from pidcfg.explain.annotate import Claim, block_claims
+from pidcfg.explain.annotate import Claim, Start, block_claims
+from pidcfg.explain.beside import DIALOG, FILE
+from pidcfg.explain.direction import Direction
 from pidcfg.explain.registers import Block, RegisterBook, Series
 from pidcfg.explain.values import Setting
 from pidcfg.schemas.ezlogix import OutputSettings, PvSettings
@@ -58,6 +60,16 @@ def special(word: Word, raw: int, known: Setting) -> str | None:
     return f"{raw - 0x10000 if raw & SIGN else raw} counts of the {'root of the PV' if scale and scale.root else 'PV'}"
 
 
+BESIDE = {
+    **dict.fromkeys(
+        ("registers", "discretes", "algorithm", "action", "pv.tag", "output.tag", "output.pulse.tag",
+         "plc.process_when_stopped"), DIALOG),
+    **dict.fromkeys(
+        ("plc.tag_names", "name", "description", "pv.range", "pv.unit", "pv.counts", "output.range", "output.unit"),
+        FILE),
+}  # fmt: skip
+"""Keys that no register holds."""
+
 EXPLAINER = RegisterBook(
     key="ezlogix",
     title="EZAutomation EZLogix",
@@ -81,6 +93,9 @@ EXPLAINER = RegisterBook(
         ("a tag's variable", "ATStatus=5"),
     ),
     settings=setting_of,
+    direction=Direction("action", "the controller's", {"direct": "direct", "reverse": "reverse"}),
+    beside=BESIDE,
+    starts=tuple(Start(key, prefix, f"{prefix}101") for key, (prefix, _) in BLOCKS.items()),
     claims=claims,
     special=special,
     aliases={variable: name for name, variable in VARIABLES.items()},

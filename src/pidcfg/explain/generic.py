@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from pidcfg.encoders.maps.generic import LOOP_TABLE
 from pidcfg.encoders.maps.generic import split as split_name
+from pidcfg.explain.direction import Direction
 from pidcfg.explain.named import NamedBook
 from pidcfg.explain.texts import key_text
 
@@ -33,5 +34,6 @@ EXPLAINER = NamedBook(
     text=lambda _, name: key_text("generic", name),
     forms=(("a field of the neutral form", "generic.tuning.gain"),),
     split=split,
+    direction=Direction("output_raises_pv", "the process's", {}),
     states=STATES,
 )

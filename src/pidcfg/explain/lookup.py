@@ -7,6 +7,7 @@ import re
 from typing import TYPE_CHECKING, Any
 
 from pidcfg.explain.asked import Asked, Thing, ThingError, thing_of
+from pidcfg.explain.direction import ASKED, find
 from pidcfg.explain.page import Page
 from pidcfg.vendors import VENDORS
 
@@ -23,15 +24,17 @@ Decisions = "Callable[[], Sequence[Decision]]"
 def explain(text: str, asked: Asked, vendors: Iterable[str], decisions: Callable[[], Sequence[Decision]]) -> list[Page]:
     """Every reading of a thing; raises `ThingError` when there is none."""
     thing = thing_of(text)
-    pages = _ours(thing, decisions)
-    problems = []
-    for key in vendors:
+    pages, problems = _rule(thing), []
+    chosen = list(vendors)
+    for key in chosen:
         try:
-            pages += VENDORS[key].load("explainer").find(thing, asked)
+            pages += find(key, thing, asked)
         except ThingError as error:
             problems.append(str(error))
+    if not pages or len(chosen) == len(VENDORS):
+        pages = _decisions(thing, decisions) + pages
     if not pages:
-        raise ThingError(problems[0] if problems else _unknown(thing, list(vendors)))
+        raise ThingError(problems[0] if problems else _unknown(thing, chosen))
     return pages
 
 
@@ -43,18 +46,18 @@ def check_starts(starts: Iterable[str], vendors: Iterable[str]) -> None:
             raise ThingError(f"--block {text}: this is no address; write it like V2000, DF101 or R101")
 
 
-def _ours(thing: Thing, decisions: Callable[[], Sequence[Decision]]) -> list[Page]:
-    """Rules and decisions, which have no content."""
-    if thing.value is not None:
-        return []
-    if RULE.fullmatch(thing.name):
-        return _rule(thing.name.upper())
-    number = DECISION.fullmatch(thing.name)
+def _decisions(thing: Thing, decisions: Callable[[], Sequence[Decision]]) -> list[Page]:
+    """A decision, which has no content."""
+    number = DECISION.fullmatch(thing.name) if thing.value is None else None
     found = next((d for d in decisions() if d.number == int(number.group(1))), None) if number else None
     return [] if found is None else [_decision(found)]
 
 
-def _rule(code: str) -> list[Page]:
+def _rule(thing: Thing) -> list[Page]:
+    """A rule, which has no content either."""
+    code = thing.name.upper()
+    if thing.value is not None or not RULE.fullmatch(code):
+        return []
     from pidcfg.validate.pages import all_rules, as_data, page
 
     rules = all_rules()
@@ -86,7 +89,8 @@ def _names(book: Any) -> dict[str, str]:
     for name, entries in book.names.items():
         first = entries[0]
         found[name] = first if isinstance(first, str) else name
-    return found
+    beside = {path.rpartition(".")[2] for path in getattr(book, "beside", ())}
+    return found | {name: name for name in (*beside, *book.direction.words, ASKED)}
 
 
 def forms(vendors: Iterable[str]) -> list[tuple[str, str, str]]:

@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from pidcfg.encoders.named import read, shown
 from pidcfg.explain.asked import Asked, Thing, ThingError, whole
 from pidcfg.explain.contents import NUMBER
-from pidcfg.explain.named_texts import TRUTHS, WRITERS, contents_of, no_remark, no_units, title_of, unit_in
+from pidcfg.explain.named_devices import device_pages
+from pidcfg.explain.named_texts import TRUTHS, WRITERS, Placed, contents_of, no_remark, no_units, title_of, unit_in
 from pidcfg.explain.page import Page, Point, Value
 from pidcfg.schemas.base import decimal_text
 from pidcfg.schemas.iec import Wire
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
 
     from pidcfg.encoders.meanings import Code, Meaning
     from pidcfg.encoders.named import Content, Entry, Parameter, ParameterTable
+    from pidcfg.explain.direction import Direction
 
 DEVICE = re.compile(r"([A-Z]+)([0-9]{1,6})")
 
@@ -31,15 +33,6 @@ class Group(NamedTuple):
     name: str
     meaning: Meaning
     members: Callable[[Parameter], bool]
-
-
-class Placed(NamedTuple):
-    """A parameter of a configuration: its name in the program, the row, and what the file says of it."""
-
-    table: ParameterTable
-    row: Parameter
-    entry: Entry | None
-    units: Mapping[str, str]
 
 
 @dataclass(frozen=True)
@@ -55,6 +48,8 @@ class NamedBook:
     forms: tuple[tuple[str, str], ...]
     split: Callable[[str, Sequence[Mapping[str, Any]]], tuple[str, str | None, str]]
     """A listing's name to loop, table and parameter."""
+    direction: Direction
+    """The words for the direction of control."""
     groups: tuple[Group, ...] = ()
     counted: str = ""
     """What the numbers of a structure's bits rest on."""
@@ -125,9 +120,9 @@ class NamedBook:
             if table is None or row is None:
                 continue
             units = asked.config.units(entry.loop)
-            page = self._page(row, (table.title,), thing.value, Placed(table, row, entry, units))
+            page = self.page(row, (table.title,), thing.value, Placed(table, row, entry, units))
             pages.append(asked.config.with_origin(page, entry))
-        return pages
+        return pages or [*device_pages(self, thing, asked)]
 
     def _device(self, thing: Thing, entry: Entry) -> list[Page]:
         """A later register of a parameter that takes several words."""
@@ -205,8 +200,7 @@ class NamedBook:
                 found.setdefault(same, []).append(key)
         originals = {(r.name, key): r for key, rows in exact.items() for r in rows}
         return [
-            self._page(originals[row.name, keys[0]], tuple(keys), thing.value, None)
-            for (row, *_), keys in found.items()
+            self.page(originals[row.name, keys[0]], tuple(keys), thing.value, None) for (row, *_), keys in found.items()
         ]
 
     def _bit(self, blocks: Sequence[str], row: Parameter) -> Meaning | None:
@@ -220,7 +214,7 @@ class NamedBook:
         """What a parameter is."""
         return row.title or self.text(key, row.name)
 
-    def _page(self, row: Parameter, blocks: tuple[str, ...], value: str | None, placed: Placed | None) -> Page:
+    def page(self, row: Parameter, blocks: tuple[str, ...], value: str | None, placed: Placed | None) -> Page:
         """One parameter, with its content where there is one."""
         key = next((k for k in self.tables if k in blocks or self.tables[k].title in blocks), blocks[0])
         raw: Content | Wire | None = self._content(row, value) if value is not None else None

@@ -2,13 +2,23 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from pidcfg.encoders.named import Content, Parameter
+    from pidcfg.encoders.named import Content, Entry, Parameter, ParameterTable
     from pidcfg.schemas.iec import IecType
+
+
+class Placed(NamedTuple):
+    """A parameter of a configuration: its name in the program, the row, and what the file says of it."""
+
+    table: ParameterTable
+    row: Parameter
+    entry: Entry | None
+    units: Mapping[str, str]
+
 
 WRITERS = {"input": "you or the program: it is an input", "output": "the PLC: it is an output, only to be read"}
 TRUTHS = {"true": True, "false": False, "on": True, "off": False, "1": True, "0": False}

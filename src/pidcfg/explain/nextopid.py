@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from pidcfg.encoders.maps.nextopid import BLOCK_TYPES
 from pidcfg.encoders.maps.nextopid_meanings import BITS, D325, GROUPS, OWN_BITS, STATES
+from pidcfg.explain.direction import Direction
 from pidcfg.explain.named import Group, NamedBook
 from pidcfg.schemas.document import field_texts, models_of
 
@@ -45,6 +46,7 @@ EXPLAINER = NamedBook(
         ("a parameter of a block", "PIDA_REAL.Kp"),
     ),
     split=split,
+    direction=Direction("Direct", "the controller's", {"direct": "Direct TRUE", "reverse": "Direct FALSE"}),
     groups=tuple(Group(name, meaning, lambda row: row.type.kind == "bool") for name, meaning in GROUPS.items()),
     bits=BITS,
     own_bits=OWN_BITS,

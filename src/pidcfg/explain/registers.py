@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from decimal import Decimal
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from pidcfg.encoders.regmap import decode_one, scale_of
 from pidcfg.explain.annotate import HEADS, as_text, register_lines
 from pidcfg.explain.asked import ADDRESS, OFFSET, Asked, Thing, ThingError
-from pidcfg.explain.contents import raw_of
+from pidcfg.explain.beside import beside_pages
+from pidcfg.explain.contents import raw_of, read_in_base
 from pidcfg.explain.register_page import Found, code_page, page_of
 from pidcfg.explain.texts import key_limits, limits_text
 from pidcfg.explain.values import Setting, no_remark, nothing_special, text_of
@@ -21,7 +22,8 @@ if TYPE_CHECKING:
     from pidcfg.encoders.meanings import Code, Meaning
     from pidcfg.encoders.regmap import Bits, RegisterMap, Word
     from pidcfg.encoders.spaces import Space
-    from pidcfg.explain.annotate import Claim
+    from pidcfg.explain.annotate import Claim, Start
+    from pidcfg.explain.direction import Direction
     from pidcfg.explain.page import Page
     from pidcfg.refs import Basis
 
@@ -81,11 +83,17 @@ class RegisterBook:
     """What can be asked for, and an example of each."""
     settings: Callable[[Any, Any], Setting]
     """Scales and units of a loop of a configuration."""
+    direction: Direction
+    """The words for the direction of control."""
     claims: Callable[..., Iterator[tuple[int, Claim]]]
     """What each address of a listing is."""
     special: Callable[[Word, int, Setting], str | None] = nothing_special
     remark: Callable[[Word, int, Setting], str] = no_remark
     """What is doubtful about a content."""
+    beside: Mapping[str, str] = field(default_factory=dict)
+    """Keys that no register holds, and where they are set."""
+    starts: tuple[Start, ...] = ()
+    """Options that say where the loops of a listing begin."""
     root: Basis | None = None
     """Why a loop that takes the root of its PV has words that are about the PV before."""
     writers: Mapping[str, str] | None = None
@@ -114,7 +122,8 @@ class RegisterBook:
 
     def find(self, thing: Thing, asked: Asked) -> list[Page]:
         """What a thing is with this vendor; empty when it is nothing."""
-        return self._address(thing, asked) or self._offset(thing) or self._code(thing) or self._name(thing, asked)
+        found = self._address(thing, asked) or self._offset(thing) or self._code(thing) or self._name(thing, asked)
+        return [read_in_base(page, thing, self) for page in found] or beside_pages(self, thing, asked)
 
     @cached_property
     def names(self) -> dict[str, list[tuple[Block, Word, Bits | None]]]:
@@ -122,13 +131,13 @@ class RegisterBook:
         found: dict[str, list[tuple[Block, Word, Bits | None]]] = {}
         for block in self.blocks:
             for word in block.table.words:
-                for name in {word.name, word.path or word.name, word.title}:
-                    found.setdefault(name.lower(), []).append((block, word, None))
+                for name in {text.lower() for text in (word.name, word.path or word.name, word.title)}:
+                    found.setdefault(name, []).append((block, word, None))
             for row in block.table.bits:
                 word = next(w for w in block.table.words if w.offset == row.offset)
-                for name in {row.path or row.title, row.title}:
+                for name in {text.lower() for text in (row.path or row.title, row.title)}:
                     if row.access != "reserved":
-                        found.setdefault(name.lower(), []).append((block, word, row))
+                        found.setdefault(name, []).append((block, word, row))
         for alias, name in (self.aliases or {}).items():
             others = [entry for entry in found[name] if entry[2] is None]
             found.setdefault(alias.lower(), others)
@@ -216,10 +225,15 @@ class RegisterBook:
                 continue
             row = next(w for w in block.table.words if w.offset == offset % block.table.size)
             name, number = block.table.at(offset), self.space.number(block.prefix, bank.first)
-            raw = None if thing.value is None else raw_of(thing.value, bank.kind, name, hexadecimal=self.hexadecimal)
-            pages.append(page_of(self, Found(block.table, row), name, raw, self._bit(written.group(3), number)))
+            try:
+                raw = (
+                    None if thing.value is None else raw_of(thing.value, bank.kind, name, hexadecimal=self.hexadecimal)
+                )
+                pages.append(page_of(self, Found(block.table, row), name, raw, self._bit(written.group(3), number)))
+            except ThingError as error:
+                problems.append(str(error))
         if problems and not pages:
-            raise ThingError(problems[0])
+            raise ThingError("; ".join(dict.fromkeys(problems)))
         return pages
 
     def _bit(self, text: str | None, number: int) -> int | None:
