@@ -511,3 +511,9 @@ def test_a_configuration_with_errors_says_on_every_sheet_that_it_is_not_for_down
     assert bad.count('<p class="stop">Not for download: 2 errors in this configuration.</p>') == 2, "PLC and loop"
     assert "Commissioning of" not in bad
     assert ("Not for download" in good, good.count("Commissioning of")) == (False, 3)
+
+
+def test_the_facts_of_a_loop_keep_their_digits():
+    text = (EXAMPLES / "click/tank.yaml").read_text("utf-8")
+    loop = sheets(re.sub(r"setpoint: \{value: [\d.]+", "setpoint: {value: 1234.5678", text), "tank.yaml").loops[0][1]
+    assert dict(loop.facts)["Set point"].startswith("1234.567")

@@ -6,7 +6,7 @@ from decimal import Decimal
 from typing import TYPE_CHECKING, Any
 
 from pidcfg.encoders.words import DecodeError
-from pidcfg.report.texts import SIDES, text, unit_text
+from pidcfg.report.texts import SIDES, number, text, unit_text
 from pidcfg.schemas.iec import Wire
 
 if TYPE_CHECKING:
@@ -94,8 +94,8 @@ def held_setpoint(encoding: Encoding, loop: int, unit: str) -> dict[str, str]:
 
 
 def brief(value: Any) -> str:
-    """A value with at most six digits."""
-    return f"{float(value):g}" if isinstance(value, float | Decimal) else text(value)
+    """A value with at most ten digits, never with an exponent: what a sheet shows first must be what the PLC holds."""
+    return number(float(f"{float(value):.10g}")) if isinstance(value, float | Decimal) else text(value)
 
 
 def quantity(setting: Setting) -> str:
