@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import struct
-from dataclasses import astuple
+from dataclasses import astuple, fields
 
 from pidcfg.sim.compile import records, vector, write_back
 
@@ -28,3 +28,10 @@ def advance(drive, fast, head, lists, noise):
     for array, twin in zip(arrays, twins, strict=False):
         write_back(array, twin)
     assert words(*twins, arrays[2].tolist(), arrays[3].tolist()) == words(*lists)
+
+
+def check_types(items):
+    """Every field of the records holds the type that it is declared with: compiled, a float would be cut off."""
+    for item in items:
+        for field in fields(item):
+            assert type(getattr(item, field.name)).__name__ == field.type, field.name
