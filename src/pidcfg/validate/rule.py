@@ -1,7 +1,7 @@
 """What a rule is: a label, a documented function, and the findings it yields.
 
 The docstring has fixed parts: a first line that says what is wrong, ``Why:`` and ``Fix:``. `pidcfg rule` prints it and
-docs/rules.md is made of it. The decorator builds a `Rule` and registers nothing; the list of rules is in `rules`.
+docs/rules.md is made of it. A label builds a `Rule` and registers nothing; the list of rules is in `rules`.
 """
 
 from __future__ import annotations
@@ -12,8 +12,10 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
+from pidcfg.diagnostics import Severity
+
 if TYPE_CHECKING:
-    from pidcfg.diagnostics import Path, Severity
+    from pidcfg.diagnostics import Path
     from pidcfg.refs import Basis
 
 PLACEHOLDER = re.compile(r"\{(\w+)")
@@ -39,6 +41,8 @@ class Finding:
 Check = Callable[[Any], Iterator[Finding]]
 
 
+FIRST_VERSION = "0.1"
+"""The version that has all the rules there are."""
 NAMED = 8
 """Loops that a message names before it only counts."""
 
@@ -79,15 +83,55 @@ class Rule:
         return set(PLACEHOLDER.findall(self.message))
 
 
-def rule(
-    *, code: str, name: str, severity: Severity, message: str, basis: Basis, since: str = "0.1"
-) -> Callable[[Check], Rule]:
-    """Labels a check."""
+Label = Callable[[Check], Rule]
+
+
+def _label(severity: Severity, code: str, basis: Basis, message: str) -> Label:
+    """What stands above a check; the rule's name is that of the function."""
 
     def label(check: Check) -> Rule:
-        return Rule(code, name, severity, message, basis, since, inspect.getdoc(check) or "", check)
+        name = check.__name__.replace("_", "-")
+        return Rule(code, name, severity, message, basis, FIRST_VERSION, inspect.getdoc(check) or "", check)
 
     return label
+
+
+def error(code: str, basis: Basis, message: str) -> Label:
+    """A rule about what the PLC refuses, or what makes a loop run away or stand still."""
+    return _label(Severity.ERROR, code, basis, message)
+
+
+def warning(code: str, basis: Basis, message: str) -> Label:
+    """A rule about what is seldom meant."""
+    return _label(Severity.WARNING, code, basis, message)
+
+
+def info(code: str, basis: Basis, message: str) -> Label:
+    """A rule about what is worth knowing."""
+    return _label(Severity.INFO, code, basis, message)
+
+
+def _each(attribute: str) -> Callable[[Rule], Rule]:
+    """A rule whose check looks at one item of its context, such as a loop, turned into one that looks at them all."""
+
+    def of_all(rule: Rule) -> Rule:
+        check = rule.check
+        if check is None:
+            raise TypeError(f"{rule.code} has no check")
+
+        def every(context: Any) -> Iterator[Finding]:
+            for view in getattr(context, attribute):
+                yield from check(view)
+
+        return replace(rule, check=every)
+
+    return of_all
+
+
+per_loop = _each("loops")
+"""Above the label of a check that takes a loop's view: the rule looks at every loop."""
+per_pid = _each("pids")
+"""As `per_loop`, for checks of a PID block."""
 
 
 def finding(*path: str | int, **values: Any) -> Finding:

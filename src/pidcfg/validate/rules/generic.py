@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING, Any, get_args
 
 from pydantic import BaseModel
 
-from pidcfg.diagnostics import Path, Severity
 from pidcfg.refs import Decision
 from pidcfg.schemas.base import decimal_text
 from pidcfg.schemas.limits import Limits
-from pidcfg.validate.rule import Finding, at_key, finding, rule
+from pidcfg.validate.rule import Finding, at_key, error, finding, warning
 
 if TYPE_CHECKING:
+    from pidcfg.diagnostics import Path
     from collections.abc import Iterator
 
     from pidcfg.encoders.regmap import Misfit
@@ -90,13 +90,7 @@ def _between(low: Decimal | str | None, high: Decimal | str | None, unit: str) -
     return f"{shown[0]} to {shown[1]}{suffix}"
 
 
-@rule(
-    code="PID101",
-    name="value-out-of-range",
-    severity=Severity.ERROR,
-    basis=D09,
-    message="{key} is {value}{unit}; allowed is {allowed}",
-)
+@error("PID101", D09, "{key} is {value}{unit}; allowed is {allowed}")
 def value_out_of_range(context: Any) -> Iterator[Finding]:
     """A number lies outside the limits that the manual gives its parameter.
 
@@ -126,13 +120,7 @@ def unit_of(misfit: Misfit) -> str:
     return f" {unit}" if unit and not unit.startswith(("pv", "output")) and "counts" not in str(misfit.value) else ""
 
 
-@rule(
-    code="PID102",
-    name="value-exceeds-word",
-    severity=Severity.ERROR,
-    basis=D09,
-    message="{field} is {value}{unit}, but its word holds {allowed}",
-)
+@error("PID102", D09, "{field} is {value}{unit}, but its word holds {allowed}")
 def value_exceeds_word(context: Any) -> Iterator[Finding]:
     """A value does not fit the register that holds it.
 
@@ -146,13 +134,7 @@ def value_exceeds_word(context: Any) -> Iterator[Finding]:
         yield finding(*path, field=misfit.word.name, value=_text(misfit.value), unit=unit_of(misfit), allowed=allowed)
 
 
-@rule(
-    code="PID103",
-    name="rounds-onto-off-code",
-    severity=Severity.ERROR,
-    basis=D06,
-    message="{field} is {value}{unit}, which {effect}",
-)
+@error("PID103", D06, "{field} is {value}{unit}, which {effect}")
 def rounds_onto_off_code(context: Any) -> Iterator[Finding]:
     """A value is so small or large that its register would hold the code for "off".
 
@@ -165,13 +147,7 @@ def rounds_onto_off_code(context: Any) -> Iterator[Finding]:
                       effect=str(misfit.error))  # fmt: skip
 
 
-@rule(
-    code="PID104",
-    name="fractional-counts",
-    severity=Severity.ERROR,
-    basis=D07,
-    message="{field} is {value}, but raw counts are whole numbers",
-)
+@error("PID104", D07, "{field} is {value}, but raw counts are whole numbers")
 def fractional_counts(context: Any) -> Iterator[Finding]:
     """A raw value is not a whole number of counts.
 
@@ -183,13 +159,7 @@ def fractional_counts(context: Any) -> Iterator[Finding]:
         yield finding(*path, field=misfit.word.name, value=_text(misfit.value))
 
 
-@rule(
-    code="PID105",
-    name="rounded-value",
-    severity=Severity.WARNING,
-    basis=D07,
-    message="{field} {value}{unit} is stored as {stored}{unit}, {percent} % off",
-)
+@warning("PID105", D07, "{field} {value}{unit} is stored as {stored}{unit}, {percent} % off")
 def rounded_value(context: Any) -> Iterator[Finding]:
     """A value is stored more than 1 % off, because its register has too few digits.
 
@@ -205,13 +175,7 @@ def rounded_value(context: Any) -> Iterator[Finding]:
                           stored=decimal_text(rounded.stored), percent=f"{percent:.1f}")  # fmt: skip
 
 
-@rule(
-    code="PID106",
-    name="duplicate-loop-name",
-    severity=Severity.ERROR,
-    basis=D08,
-    message="the name {name} is already used by loop {first}",
-)
+@error("PID106", D08, "the name {name} is already used by loop {first}")
 def duplicate_loop_name(context: Any) -> Iterator[Finding]:
     """Two loops have the same name.
 
@@ -226,13 +190,7 @@ def duplicate_loop_name(context: Any) -> Iterator[Finding]:
         first.setdefault(loop.name, i)
 
 
-@rule(
-    code="PID107",
-    name="no-loops",
-    severity=Severity.WARNING,
-    basis=D09,
-    message="the list of loops is empty",
-)
+@warning("PID107", D09, "the list of loops is empty")
 def no_loops(context: Any) -> Iterator[Finding]:
     """A configuration without a single loop.
 

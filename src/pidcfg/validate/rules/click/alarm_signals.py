@@ -5,9 +5,8 @@ from __future__ import annotations
 from decimal import Decimal
 from typing import TYPE_CHECKING
 
-from pidcfg.diagnostics import Severity
 from pidcfg.refs import CLICK, Decision
-from pidcfg.validate.rule import rule
+from pidcfg.validate.rule import error, info, per_loop, warning
 from pidcfg.validate.rules.click.context import number_text
 
 if TYPE_CHECKING:
@@ -41,14 +40,11 @@ def resolution(view: LoopView) -> Decimal:
     return Decimal(2) ** (exponent + 1 - DIGITS)
 
 
-@rule(
-    code="PID378",
-    name="alarms-without-hysteresis",
-    severity=Severity.WARNING,
-    basis=HYSTERESIS,
-    message="alarms are on with a hysteresis of {value}: a PV at a limit switches its alarm on and off",
+@per_loop
+@warning(
+    "PID378", HYSTERESIS, "alarms are on with a hysteresis of {value}: a PV at a limit switches its alarm on and off"
 )
-def alarms_without_hysteresis(context: ClickContext) -> Iterator[Finding]:
+def alarms_without_hysteresis(view: LoopView) -> Iterator[Finding]:
     """PV or deviation alarms are on, and the hysteresis is 0.
 
     Why: a real PV fluctuates. As it crosses an alarm point, the alarm comes and goes with each sample and is triggered
@@ -56,17 +52,14 @@ def alarms_without_hysteresis(context: ClickContext) -> Iterator[Finding]:
 
     Fix: give `alarms.hysteresis`, a little more than the PV's noise.
     """
-    for view in context.loops:
-        if (view.pv_alarms or view.deviation_alarms) and view.held("hysteresis") == 0:
-            yield view.find("alarms", "hysteresis", value=view.shown("hysteresis"))
+    if (view.pv_alarms or view.deviation_alarms) and view.held("hysteresis") == 0:
+        yield view.find("alarms", "hysteresis", value=view.shown("hysteresis"))
 
 
-@rule(
-    code="PID379",
-    name="hysteresis-swallows-deviation-alarm",
-    severity=Severity.ERROR,
-    basis=D144,
-    message="hysteresis is {value}, not less than the {point} deviation alarm {limit}: once on, the alarm stays on",
+@error(
+    "PID379",
+    D144,
+    "hysteresis is {value}, not less than the {point} deviation alarm {limit}: once on, the alarm stays on",
 )
 def hysteresis_swallows_deviation_alarm(context: ClickContext) -> Iterator[Finding]:
     """The hysteresis is not less than a deviation alarm.
@@ -87,15 +80,13 @@ def hysteresis_swallows_deviation_alarm(context: ClickContext) -> Iterator[Findi
                 break
 
 
-@rule(
-    code="PID380",
-    name="hysteresis-spans-normal-zone",
-    severity=Severity.WARNING,
-    basis=D144,
-    message="hysteresis is {value}, but low and high alarm are only {zone} apart: neither goes off before the other "
-    "comes",
+@per_loop
+@warning(
+    "PID380",
+    D144,
+    "hysteresis is {value}, but low and high alarm are only {zone} apart: neither goes off before the other comes",
 )
-def hysteresis_spans_normal_zone(context: ClickContext) -> Iterator[Finding]:
+def hysteresis_spans_normal_zone(view: LoopView) -> Iterator[Finding]:
     """The hysteresis is as wide as the zone between the low and the high alarm.
 
     Why: after a high alarm the PV must fall by the hysteresis to clear it, and by then it is at the low alarm. There is
@@ -103,29 +94,26 @@ def hysteresis_spans_normal_zone(context: ClickContext) -> Iterator[Finding]:
 
     Fix: make the hysteresis much smaller than the distance from low to high.
     """
-    for view in context.loops:
-        points = view.holds("pv_low", "pv_high", "hysteresis")
-        if view.pv_alarms and points and 0 < points[1] - points[0] <= points[2]:
-            yield view.find("alarms", "hysteresis", value=view.eu(points[2]), zone=view.eu(points[1] - points[0]))
+    points = view.holds("pv_low", "pv_high", "hysteresis")
+    if view.pv_alarms and points and 0 < points[1] - points[0] <= points[2]:
+        yield view.find("alarms", "hysteresis", value=view.eu(points[2]), zone=view.eu(points[1] - points[0]))
 
 
-@rule(
-    code="PID381",
-    name="hysteresis-without-effect",
-    severity=Severity.INFO,
-    basis=RATE,
-    message="hysteresis is {value}, but neither PV nor deviation alarms are on, and the rate-of-change alarm has none",
+@per_loop
+@info(
+    "PID381",
+    RATE,
+    "hysteresis is {value}, but neither PV nor deviation alarms are on, and the rate-of-change alarm has none",
 )
-def hysteresis_without_effect(context: ClickContext) -> Iterator[Finding]:
+def hysteresis_without_effect(view: LoopView) -> Iterator[Finding]:
     """A hysteresis is given for a loop whose only alarm, if any, is the rate of change.
 
     Why: the hysteresis works with the PV alarms and the deviation alarms only.
 
     Fix: remove it, or switch on the alarms it was meant for.
     """
-    for view in context.loops:
-        if view.loop.alarms.hysteresis and not view.pv_alarms and not view.deviation_alarms:
-            yield view.find("alarms", "hysteresis", value=view.shown("hysteresis"))
+    if view.loop.alarms.hysteresis and not view.pv_alarms and not view.deviation_alarms:
+        yield view.find("alarms", "hysteresis", value=view.shown("hysteresis"))
 
 
 def rate_text(view: LoopView) -> str:
@@ -134,36 +122,29 @@ def rate_text(view: LoopView) -> str:
     return "no value" if rate is None else str(rate)
 
 
-@rule(
-    code="PID382",
-    name="rate-of-change-alarm-always-on",
-    severity=Severity.WARNING,
-    basis=RATE,
-    message="the rate-of-change alarm is on with {value}: every change of the PV is an alarm",
-)
-def rate_of_change_alarm_always_on(context: ClickContext) -> Iterator[Finding]:
+@per_loop
+@warning("PID382", RATE, "the rate-of-change alarm is on with {value}: every change of the PV is an alarm")
+def rate_of_change_alarm_always_on(view: LoopView) -> Iterator[Finding]:
     """The rate-of-change alarm is on with 0 or a negative value, or without one.
 
     Why: the alarm comes when the PV changes faster than the limit. With 0 that is every sample in which it moves.
 
     Fix: give a limit per sample, or a rate such as `15 /min`.
     """
-    for view in context.loops:
-        limit = view.held("rate_of_change")
-        if view.rate_alarm and limit is not None and limit <= 0:
-            key = "rate_of_change_enabled" if view.loop.alarms.rate_of_change is None else "rate_of_change"
-            yield view.find("alarms", key, value=rate_text(view))
+    limit = view.held("rate_of_change")
+    if view.rate_alarm and limit is not None and limit <= 0:
+        key = "rate_of_change_enabled" if view.loop.alarms.rate_of_change is None else "rate_of_change"
+        yield view.find("alarms", key, value=rate_text(view))
 
 
-@rule(
-    code="PID383",
-    name="rate-of-change-finer-than-pv",
-    severity=Severity.WARNING,
-    basis=D145,
-    message="the rate-of-change limit {value} is {stored} a sample, less than the {step} by which the PV's float can "
+@per_loop
+@warning(
+    "PID383",
+    D145,
+    "the rate-of-change limit {value} is {stored} a sample, less than the {step} by which the PV's float can "
     "change: every change is an alarm",
 )
-def rate_of_change_finer_than_pv(context: ClickContext) -> Iterator[Finding]:
+def rate_of_change_finer_than_pv(view: LoopView) -> Iterator[Finding]:
     """The rate-of-change limit is smaller than the smallest change of the PV.
 
     Why: the limit is per sample. A slow rate and a fast sample rate give so little that single precision, of about 7
@@ -171,22 +152,19 @@ def rate_of_change_finer_than_pv(context: ClickContext) -> Iterator[Finding]:
 
     Fix: sample more slowly, raise the limit, or use a unit in which the PV has fewer digits before the point.
     """
-    for view in context.loops:
-        limit, step = view.held("rate_of_change"), resolution(view)
-        if view.rate_alarm and limit is not None and 0 < limit < step:
-            yield view.find("alarms", "rate_of_change", value=rate_text(view), stored=number_text(limit),
-                            step=f"{float(step):.3g}")  # fmt: skip
+    limit, step = view.held("rate_of_change"), resolution(view)
+    if view.rate_alarm and limit is not None and 0 < limit < step:
+        yield view.find("alarms", "rate_of_change", value=rate_text(view), stored=number_text(limit),
+                        step=f"{float(step):.3g}")  # fmt: skip
 
 
-@rule(
-    code="PID384",
-    name="rate-of-change-never-reached",
-    severity=Severity.WARNING,
-    basis=RATE,
-    message="the rate-of-change limit {value} is {stored} a sample, more than the PV's whole range of {span}: it never "
-    "trips",
+@per_loop
+@warning(
+    "PID384",
+    RATE,
+    "the rate-of-change limit {value} is {stored} a sample, more than the PV's whole range of {span}: it never trips",
 )
-def rate_of_change_never_reached(context: ClickContext) -> Iterator[Finding]:
+def rate_of_change_never_reached(view: LoopView) -> Iterator[Finding]:
     """The rate-of-change limit is more than the PV's range in a single sample.
 
     Why: the PV does not leave its range within a sample, so the alarm watches nothing. Often a rate per minute was
@@ -194,35 +172,28 @@ def rate_of_change_never_reached(context: ClickContext) -> Iterator[Finding]:
 
     Fix: write the unit of time: `15 /min` or `0.25 /s`.
     """
-    for view in context.loops:
-        limit = view.held("rate_of_change")
-        if view.rate_alarm and limit is not None and limit > view.span:
-            yield view.find("alarms", "rate_of_change", value=rate_text(view), stored=view.eu(limit),
-                            span=view.eu(view.span))  # fmt: skip
+    limit = view.held("rate_of_change")
+    if view.rate_alarm and limit is not None and limit > view.span:
+        yield view.find("alarms", "rate_of_change", value=rate_text(view), stored=view.eu(limit),
+                        span=view.eu(view.span))  # fmt: skip
 
 
-@rule(
-    code="PID385",
-    name="alarms-switched-off",
-    severity=Severity.INFO,
-    basis=CLICK.at("Use PV Alarm (Cn+12)"),
-    message="{alarms} are stored, but {register} is off: they never trip",
-)
-def alarms_switched_off(context: ClickContext) -> Iterator[Finding]:
+@per_loop
+@info("PID385", CLICK.at("Use PV Alarm (Cn+12)"), "{alarms} are stored, but {register} is off: they never trip")
+def alarms_switched_off(view: LoopView) -> Iterator[Finding]:
     """Alarm limits are given, but not enabled.
 
     Why: their registers show up in every listing; without the enable bit no alarm comes.
 
     Fix: remove `enabled: false` (or `rate_of_change_enabled: false`), or the limits.
     """
-    for view in context.loops:
-        alarms = view.loop.alarms
-        groups = (("pv", "PV alarms", "pv_alarm_enable", view.pv_alarms),
-                  ("deviation", "deviation alarms", "deviation_alarm_enable", view.deviation_alarms))  # fmt: skip
-        for key, title, register, on in groups:
-            group = getattr(alarms, key)
-            if not on and group is not None and any(v is not None for k, v in group if k != "enabled"):
-                yield view.find("alarms", key, "enabled", alarms=title, register=view.register(register))
-        if alarms.rate_of_change is not None and not view.rate_alarm:
-            yield view.find("alarms", "rate_of_change_enabled", alarms="rate-of-change limits",
-                            register=view.register("rate_alarm_enable"))  # fmt: skip
+    alarms = view.loop.alarms
+    groups = (("pv", "PV alarms", "pv_alarm_enable", view.pv_alarms),
+              ("deviation", "deviation alarms", "deviation_alarm_enable", view.deviation_alarms))  # fmt: skip
+    for key, title, register, on in groups:
+        group = getattr(alarms, key)
+        if not on and group is not None and any(v is not None for k, v in group if k != "enabled"):
+            yield view.find("alarms", key, "enabled", alarms=title, register=view.register(register))
+    if alarms.rate_of_change is not None and not view.rate_alarm:
+        yield view.find("alarms", "rate_of_change_enabled", alarms="rate-of-change limits",
+                        register=view.register("rate_alarm_enable"))  # fmt: skip

@@ -6,14 +6,14 @@ from typing import TYPE_CHECKING
 
 from pidcfg.diagnostics import Severity
 from pidcfg.refs import CLICK, Decision
-from pidcfg.validate.rule import Finding, rule
+from pidcfg.validate.rule import Finding, per_loop, warning
 from pidcfg.validate.rules.click.setpoint import effective, written
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
     from decimal import Decimal
 
-    from pidcfg.validate.rules.click.context import ClickContext, LoopView
+    from pidcfg.validate.rules.click.context import LoopView
 
 ABSOLUTE = CLICK.at("Use PV Alarm (Cn+12)")
 DEVIATION = CLICK.at("Use PV Deviation Alarm (Cn+13)")
@@ -52,14 +52,9 @@ def always(below: str) -> bool:
     return below == "low"
 
 
-@rule(
-    code="PID371",
-    name="pv-alarms-out-of-order",
-    severity=Severity.WARNING,
-    basis=ABSOLUTE,
-    message="{above} is {high}, not above {below}, {low}: {effect}",
-)
-def pv_alarms_out_of_order(context: ClickContext) -> Iterator[Finding]:
+@per_loop
+@warning("PID371", ABSOLUTE, "{above} is {high}, not above {below}, {low}: {effect}")
+def pv_alarms_out_of_order(view: LoopView) -> Iterator[Finding]:
     """The PV alarm points are not in the order low_low, low, high, high_high.
 
     Why: a low alarm that is not below the high one leaves no PV without an alarm (an error). With an inner point beyond
@@ -67,16 +62,15 @@ def pv_alarms_out_of_order(context: ClickContext) -> Iterator[Finding]:
 
     Fix: put the points in order.
     """
-    for view in context.loops:
-        if not view.pv_alarms:
-            continue
-        for below, above in wrong_pairs(view):
-            if given(view, below) and given(view, above):
-                effect = "every PV is in alarm" if always(below) else f"{_inner(below, above)} comes last"
-                values = {"above": above, "below": below, "high": view.shown(f"pv_{above}"),
-                          "low": view.shown(f"pv_{below}"), "effect": effect}  # fmt: skip
-                yield Finding(("loops", view.index, "alarms", "pv", above), values,
-                              severity=Severity.ERROR if always(below) else None)  # fmt: skip
+    if not view.pv_alarms:
+        return
+    for below, above in wrong_pairs(view):
+        if given(view, below) and given(view, above):
+            effect = "every PV is in alarm" if always(below) else f"{_inner(below, above)} comes last"
+            values = {"above": above, "below": below, "high": view.shown(f"pv_{above}"),
+                      "low": view.shown(f"pv_{below}"), "effect": effect}  # fmt: skip
+            yield Finding(("loops", view.index, "alarms", "pv", above), values,
+                          severity=Severity.ERROR if always(below) else None)  # fmt: skip
 
 
 def _inner(below: str, above: str) -> str:
@@ -84,14 +78,9 @@ def _inner(below: str, above: str) -> str:
     return above if above == "low" else below
 
 
-@rule(
-    code="PID372",
-    name="pv-alarms-incomplete",
-    severity=Severity.WARNING,
-    basis=D142,
-    message="{missing} not given: {registers} {holds} 0, and one bit enables all four PV alarms: {effect}",
-)
-def pv_alarms_incomplete(context: ClickContext) -> Iterator[Finding]:
+@per_loop
+@warning("PID372", D142, "{missing} not given: {registers} {holds} 0, and one bit enables all four PV alarms: {effect}")
+def pv_alarms_incomplete(view: LoopView) -> Iterator[Finding]:
     """Some of the four PV alarms are given, and the others are 0.
 
     Why: Cn+12 enables low_low, low, high and high_high together. A point that is left out is 0: a high alarm at 0 is on
@@ -100,10 +89,9 @@ def pv_alarms_incomplete(context: ClickContext) -> Iterator[Finding]:
 
     Fix: give all four. An alarm that is not wanted goes where the PV cannot get.
     """
-    for view in context.loops:
-        missing = [point for point in POINTS if not given(view, point)] if view.pv_alarms else []
-        if missing:
-            yield _incomplete(view, missing)
+    missing = [point for point in POINTS if not given(view, point)] if view.pv_alarms else []
+    if missing:
+        yield _incomplete(view, missing)
 
 
 def _incomplete(view: LoopView, missing: list[str]) -> Finding:
@@ -127,14 +115,13 @@ def _consequence(view: LoopView, missing: list[str]) -> tuple[Severity, str]:
     return Severity.INFO, "no PV of the process range is in alarm"
 
 
-@rule(
-    code="PID373",
-    name="pv-alarm-far-outside-range",
-    severity=Severity.WARNING,
-    basis=D143,
-    message="{point} is {value}, further outside the PV's range {low} to {high} than the range is wide: it never trips",
+@per_loop
+@warning(
+    "PID373",
+    D143,
+    "{point} is {value}, further outside the PV's range {low} to {high} than the range is wide: it never trips",
 )
-def pv_alarm_far_outside_range(context: ClickContext) -> Iterator[Finding]:
+def pv_alarm_far_outside_range(view: LoopView) -> Iterator[Finding]:
     """A PV alarm lies far outside the range of the process.
 
     Why: it watches nothing. Alarms just outside the range catch a failed sensor; one this far away usually has another
@@ -142,37 +129,34 @@ def pv_alarm_far_outside_range(context: ClickContext) -> Iterator[Finding]:
 
     Fix: correct the alarm, or `pv.range`.
     """
-    for view in context.loops:
-        low, high = view.loop.pv.range
-        for point in POINTS if view.pv_alarms else ():
-            value = view.held(f"pv_{point}")
-            if value is not None and given(view, point) and not low - view.span <= value <= high + view.span:
-                yield view.find("alarms", "pv", point, point=point, value=view.eu(value), low=view.eu(low),
-                                high=view.eu(high))  # fmt: skip
+    low, high = view.loop.pv.range
+    for point in POINTS if view.pv_alarms else ():
+        value = view.held(f"pv_{point}")
+        if value is not None and given(view, point) and not low - view.span <= value <= high + view.span:
+            yield view.find("alarms", "pv", point, point=point, value=view.eu(value), low=view.eu(low),
+                            high=view.eu(high))  # fmt: skip
 
 
-@rule(
-    code="PID374",
-    name="setpoint-in-alarm",
-    severity=Severity.WARNING,
-    basis=ABSOLUTE,
-    message="the set point {value} is beyond the {alarm} alarm at {limit}: on its set point the loop is in alarm",
+@per_loop
+@warning(
+    "PID374",
+    ABSOLUTE,
+    "the set point {value} is beyond the {alarm} alarm at {limit}: on its set point the loop is in alarm",
 )
-def setpoint_in_alarm(context: ClickContext) -> Iterator[Finding]:
+def setpoint_in_alarm(view: LoopView) -> Iterator[Finding]:
     """The set point lies beyond a PV alarm point.
 
     Why: a loop that controls well then stands in alarm, and operators learn to ignore it.
 
     Fix: move the set point or the alarm.
     """
-    for view in context.loops:
-        setpoint, points = written(view), view.holds("pv_low", "pv_high")
-        if not view.pv_alarms or setpoint is None or not points or points[0] >= points[1]:
-            continue
-        setpoint = effective(view, setpoint)
-        if not points[0] <= setpoint <= points[1]:
-            alarm = "low" if setpoint < points[0] else "high"
-            yield view.find("setpoint", "value", value=view.eu(setpoint), alarm=alarm, limit=view.shown(f"pv_{alarm}"))
+    setpoint, points = written(view), view.holds("pv_low", "pv_high")
+    if not view.pv_alarms or setpoint is None or not points or points[0] >= points[1]:
+        return
+    setpoint = effective(view, setpoint)
+    if not points[0] <= setpoint <= points[1]:
+        alarm = "low" if setpoint < points[0] else "high"
+        yield view.find("setpoint", "value", value=view.eu(setpoint), alarm=alarm, limit=view.shown(f"pv_{alarm}"))
 
 
 def deviation_points(view: LoopView) -> dict[str, Decimal]:
@@ -181,14 +165,11 @@ def deviation_points(view: LoopView) -> dict[str, Decimal]:
     return {key: value for key, value in found.items() if value is not None}
 
 
-@rule(
-    code="PID375",
-    name="deviation-alarm-of-zero",
-    severity=Severity.WARNING,
-    basis=D142,
-    message="the {point} deviation alarm is {value}: it is on whenever the PV is not exactly on the set point",
+@per_loop
+@warning(
+    "PID375", D142, "the {point} deviation alarm is {value}: it is on whenever the PV is not exactly on the set point"
 )
-def deviation_alarm_of_zero(context: ClickContext) -> Iterator[Finding]:
+def deviation_alarm_of_zero(view: LoopView) -> Iterator[Finding]:
     """A deviation alarm is 0 or negative, given so or left out.
 
     Why: one bit enables both deviation alarms. With 0 the alarm is on nearly all the time, and operators learn to
@@ -197,41 +178,37 @@ def deviation_alarm_of_zero(context: ClickContext) -> Iterator[Finding]:
     Fix: give both limits, as distances from the set point that the loop normally keeps. One that is not wanted goes to
     the width of the range.
     """
-    for view in context.loops:
-        for key, value in deviation_points(view).items():
-            if value <= 0:
-                yield view.find("alarms", "deviation", key, point=key, value=view.shown(f"deviation_{key}"))
+    for key, value in deviation_points(view).items():
+        if value <= 0:
+            yield view.find("alarms", "deviation", key, point=key, value=view.shown(f"deviation_{key}"))
 
 
-@rule(
-    code="PID376",
-    name="deviation-alarms-out-of-order",
-    severity=Severity.WARNING,
-    basis=DEVIATION,
-    message="the high deviation alarm {high} is above the high_high one, {high_high}: high_high comes first",
+@per_loop
+@warning(
+    "PID376",
+    DEVIATION,
+    "the high deviation alarm {high} is above the high_high one, {high_high}: high_high comes first",
 )
-def deviation_alarms_out_of_order(context: ClickContext) -> Iterator[Finding]:
+def deviation_alarms_out_of_order(view: LoopView) -> Iterator[Finding]:
     """The high deviation alarm is further from the set point than the high-high one.
 
     Why: the emergency then comes before the warning that should announce it.
 
     Fix: make `high_high` the larger one.
     """
-    for view in context.loops:
-        points = deviation_points(view)
-        if len(points) == len(DEVIATIONS) and points["high"] > points["high_high"] > 0:
-            yield view.find("alarms", "deviation", "high_high", high=view.shown("deviation_high"),
-                            high_high=view.shown("deviation_high_high"))  # fmt: skip
+    points = deviation_points(view)
+    if len(points) == len(DEVIATIONS) and points["high"] > points["high_high"] > 0:
+        yield view.find("alarms", "deviation", "high_high", high=view.shown("deviation_high"),
+                        high_high=view.shown("deviation_high_high"))  # fmt: skip
 
 
-@rule(
-    code="PID377",
-    name="deviation-alarm-beyond-range",
-    severity=Severity.WARNING,
-    basis=DEVIATION,
-    message="the {point} deviation alarm {value} is more than the PV's whole range of {span}: it never trips",
+@per_loop
+@warning(
+    "PID377",
+    DEVIATION,
+    "the {point} deviation alarm {value} is more than the PV's whole range of {span}: it never trips",
 )
-def deviation_alarm_beyond_range(context: ClickContext) -> Iterator[Finding]:
+def deviation_alarm_beyond_range(view: LoopView) -> Iterator[Finding]:
     """A deviation alarm is wider than the PV's range.
 
     Why: with a set point in the range the PV cannot be that far away. The alarm watches nothing; often an absolute
@@ -239,7 +216,6 @@ def deviation_alarm_beyond_range(context: ClickContext) -> Iterator[Finding]:
 
     Fix: write the distance from the set point.
     """
-    for view in context.loops:
-        for key, value in deviation_points(view).items():
-            if value > view.span:
-                yield view.find("alarms", "deviation", key, point=key, value=view.eu(value), span=view.eu(view.span))
+    for key, value in deviation_points(view).items():
+        if value > view.span:
+            yield view.find("alarms", "deviation", key, point=key, value=view.eu(value), span=view.eu(view.span))

@@ -5,16 +5,15 @@ from __future__ import annotations
 from decimal import Decimal
 from typing import TYPE_CHECKING
 
-from pidcfg.diagnostics import Severity
 from pidcfg.refs import CLICK, Decision
 from pidcfg.schemas.base import decimal_text
-from pidcfg.validate.rule import rule
+from pidcfg.validate.rule import info, per_loop
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from pidcfg.validate.rule import Finding
-    from pidcfg.validate.rules.click.context import ClickContext
+    from pidcfg.validate.rules.click.context import LoopView
 
 TUNING = CLICK.at("PID Autotuning")
 OUTPUT = CLICK.at("Control Output (DFn+08)")
@@ -32,14 +31,9 @@ OUTSIDE = {
 }
 
 
-@rule(
-    code="PID391",
-    name="autotune-drops-derivative",
-    severity=Severity.INFO,
-    basis=D146,
-    message="autotune.type is PI, but derivative_gain is {gain} s: an autotune would tune a loop without it",
-)
-def autotune_drops_derivative(context: ClickContext) -> Iterator[Finding]:
+@per_loop
+@info("PID391", D146, "autotune.type is PI, but derivative_gain is {gain} s: an autotune would tune a loop without it")
+def autotune_drops_derivative(view: LoopView) -> Iterator[Finding]:
     """An autotune for P and I is chosen for a loop with a derivative.
 
     Why: gains that were found for PI do not fit a loop that has a derivative as well; whether the PLC sets it to 0 is
@@ -47,20 +41,14 @@ def autotune_drops_derivative(context: ClickContext) -> Iterator[Finding]:
 
     Fix: choose `type: PID`, or check the derivative gain after the autotune.
     """
-    for view in context.loops:
-        gain = view.loop.tuning.derivative_gain
-        if view.loop.autotune.type == "PI" and gain > 0:
-            yield view.find("autotune", "type", gain=decimal_text(gain))
+    gain = view.loop.tuning.derivative_gain
+    if view.loop.autotune.type == "PI" and gain > 0:
+        yield view.find("autotune", "type", gain=decimal_text(gain))
 
 
-@rule(
-    code="PID392",
-    name="autotune-between-narrow-limits",
-    severity=Severity.INFO,
-    basis=OUTPUT,
-    message="a closed-loop autotune moves the output between {low} and {high} only",
-)
-def autotune_between_narrow_limits(context: ClickContext) -> Iterator[Finding]:
+@per_loop
+@info("PID392", OUTPUT, "a closed-loop autotune moves the output between {low} and {high} only")
+def autotune_between_narrow_limits(view: LoopView) -> Iterator[Finding]:
     """A closed-loop autotune is planned for a loop with narrowed output limits.
 
     Why: the output stays within its limits during the autotune too. Narrow ones make the PV's swing smaller, so that
@@ -68,21 +56,15 @@ def autotune_between_narrow_limits(context: ClickContext) -> Iterator[Finding]:
 
     Fix: nothing, if the PV moves clearly; otherwise widen the limits while tuning, or use the open-loop method.
     """
-    for view in context.loops:
-        limits = view.holds("output_lower", "output_upper")
-        planned = "autotune" in view.loop.model_fields_set and view.loop.autotune.method == "closed"
-        if planned and limits and 0 <= limits[0] < limits[1] and (limits[0] > FULL[0] or limits[1] < FULL[1]):
-            yield view.find("autotune", "method", low=view.co(limits[0]), high=view.co(limits[1]))
+    limits = view.holds("output_lower", "output_upper")
+    planned = "autotune" in view.loop.model_fields_set and view.loop.autotune.method == "closed"
+    if planned and limits and 0 <= limits[0] < limits[1] and (limits[0] > FULL[0] or limits[1] < FULL[1]):
+        yield view.find("autotune", "method", low=view.co(limits[0]), high=view.co(limits[1]))
 
 
-@rule(
-    code="PID393",
-    name="stored-output-outside-limits",
-    severity=Severity.INFO,
-    basis=OUTPUT,
-    message="{register} holds {value}, outside the output limits {low} to {high}: {effect}",
-)
-def stored_output_outside_limits(context: ClickContext) -> Iterator[Finding]:
+@per_loop
+@info("PID393", OUTPUT, "{register} holds {value}, outside the output limits {low} to {high}: {effect}")
+def stored_output_outside_limits(view: LoopView) -> Iterator[Finding]:
     """The output or bias that is stored lies outside the output limits.
 
     Why: the limits have no effect in Manual, so the output may stand there. On the change to Auto the bias takes the
@@ -90,25 +72,19 @@ def stored_output_outside_limits(context: ClickContext) -> Iterator[Finding]:
 
     Fix: bring the output inside its limits before the change to Auto, or leave `state` out.
     """
-    for view in context.loops:
-        limits = view.holds("output_lower", "output_upper")
-        for name in ("bias", "output"):
-            value = view.held(name)
-            inside = not limits or limits[0] >= limits[1] or value is None or limits[0] <= value <= limits[1]
-            if getattr(view.loop.state, name) is not None and value is not None and not inside:
-                effect = OUTSIDE[name]
-                yield view.find("state", name, effect=effect, register=view.register(name), value=view.co(value),
-                                low=view.co(limits[0]), high=view.co(limits[1]))  # fmt: skip
+    limits = view.holds("output_lower", "output_upper")
+    for name in ("bias", "output"):
+        value = view.held(name)
+        inside = not limits or limits[0] >= limits[1] or value is None or limits[0] <= value <= limits[1]
+        if getattr(view.loop.state, name) is not None and value is not None and not inside:
+            effect = OUTSIDE[name]
+            yield view.find("state", name, effect=effect, register=view.register(name), value=view.co(value),
+                            low=view.co(limits[0]), high=view.co(limits[1]))  # fmt: skip
 
 
-@rule(
-    code="PID394",
-    name="stored-pv-differs-from-raw",
-    severity=Severity.INFO,
-    basis=RAW,
-    message="state.pv is {pv} and state.raw_pv is {raw}, but without a filter both are the same",
-)
-def stored_pv_differs_from_raw(context: ClickContext) -> Iterator[Finding]:
+@per_loop
+@info("PID394", RAW, "state.pv is {pv} and state.raw_pv is {raw}, but without a filter both are the same")
+def stored_pv_differs_from_raw(view: LoopView) -> Iterator[Finding]:
     """PV and raw PV differ in a loop without a filter.
 
     Why: when the filter is off the PV equals the raw PV, so one of the two values is from another time. The PLC writes
@@ -116,7 +92,6 @@ def stored_pv_differs_from_raw(context: ClickContext) -> Iterator[Finding]:
 
     Fix: leave `state` out, or give both the same value.
     """
-    for view in context.loops:
-        state = view.loop.state
-        if state.pv is not None and state.raw_pv is not None and state.pv != state.raw_pv and not view.filtered:
-            yield view.find("state", "pv", pv=view.eu(state.pv), raw=view.eu(state.raw_pv))
+    state = view.loop.state
+    if state.pv is not None and state.raw_pv is not None and state.pv != state.raw_pv and not view.filtered:
+        yield view.find("state", "pv", pv=view.eu(state.pv), raw=view.eu(state.raw_pv))

@@ -4,17 +4,16 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from pidcfg.diagnostics import Severity
 from pidcfg.encoders.maps.click import LOOPS, SPACE
 from pidcfg.refs import CLICK, Decision
 from pidcfg.validate.extents import overlaps
-from pidcfg.validate.rule import rule
+from pidcfg.validate.rule import error, per_loop
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from pidcfg.validate.rule import Finding
-    from pidcfg.validate.rules.click.context import ClickContext
+    from pidcfg.validate.rules.click.context import ClickContext, LoopView
 
 AREAS = CLICK.at("C, DS and DF memory areas")
 PWM = CLICK.at("PWM Control")
@@ -28,15 +27,14 @@ D130 = Decision(
 LAST = {bank.prefix: bank.last for bank in SPACE.banks}
 
 
-@rule(
-    code="PID301",
-    name="block-beyond-bank",
-    severity=Severity.ERROR,
-    basis=D130,
-    message="{block} would occupy {extent}, but the bank ends at {prefix}{last}: it may begin at {prefix}{latest} at "
+@per_loop
+@error(
+    "PID301",
+    D130,
+    "{block} would occupy {extent}, but the bank ends at {prefix}{last}: it may begin at {prefix}{latest} at "
     "the latest",
 )
-def block_beyond_bank(context: ClickContext) -> Iterator[Finding]:
+def block_beyond_bank(view: LoopView) -> Iterator[Finding]:
     """A block of registers reaches past the end of its bank.
 
     Why: a loop needs 40 consecutive C bits, 15 consecutive DS registers and 25 consecutive DF registers. What lies past
@@ -44,22 +42,15 @@ def block_beyond_bank(context: ClickContext) -> Iterator[Finding]:
 
     Fix: let the block begin no later than C1961, DS4486 or DF476.
     """
-    for view in context.loops:
-        for extent in view.extents:
-            last = LAST[extent.prefix]
-            if extent.last > last:
-                latest = last - (extent.last - extent.first)
-                yield view.find(extent.key, block=extent.key, extent=extent, prefix=extent.prefix, last=last,
-                                latest=latest)  # fmt: skip
+    for extent in view.extents:
+        last = LAST[extent.prefix]
+        if extent.last > last:
+            latest = last - (extent.last - extent.first)
+            yield view.find(extent.key, block=extent.key, extent=extent, prefix=extent.prefix, last=last,
+                            latest=latest)  # fmt: skip
 
 
-@rule(
-    code="PID302",
-    name="blocks-overlap",
-    severity=Severity.ERROR,
-    basis=AREAS,
-    message="{block} {extent} of {loop} overlaps {other_extent} of {other}",
-)
+@error("PID302", AREAS, "{block} {extent} of {loop} overlaps {other_extent} of {other}")
 def blocks_overlap(context: ClickContext) -> Iterator[Finding]:
     """Two loops share registers.
 
@@ -74,13 +65,7 @@ def blocks_overlap(context: ClickContext) -> Iterator[Finding]:
                           other=first.loop.name)  # fmt: skip
 
 
-@rule(
-    code="PID303",
-    name="too-many-loops",
-    severity=Severity.ERROR,
-    basis=D130,
-    message="loop {number} of {count}: a CLICK PLC calculates at most {limit} loops",
-)
+@error("PID303", D130, "loop {number} of {count}: a CLICK PLC calculates at most {limit} loops")
 def too_many_loops(context: ClickContext) -> Iterator[Finding]:
     """The file has more loops than the PLC.
 
@@ -92,13 +77,7 @@ def too_many_loops(context: ClickContext) -> Iterator[Finding]:
         yield context.loops[LOOPS].find_key(number=LOOPS + 1, count=len(context.loops), limit=LOOPS)
 
 
-@rule(
-    code="PID304",
-    name="pwm-output-shared",
-    severity=Severity.ERROR,
-    basis=PWM,
-    message="{bit} is already the PWM output of {other}: two loops would switch it",
-)
+@error("PID304", PWM, "{bit} is already the PWM output of {other}: two loops would switch it")
 def pwm_output_shared(context: ClickContext) -> Iterator[Finding]:
     """Two loops pulse the same discrete output.
 

@@ -5,17 +5,16 @@ from __future__ import annotations
 from decimal import Decimal
 from typing import TYPE_CHECKING
 
-from pidcfg.diagnostics import Severity
 from pidcfg.refs import CLICK, Decision
 from pidcfg.schemas.base import decimal_text
-from pidcfg.validate.rule import rule
+from pidcfg.validate.rule import info, per_loop, warning
 from pidcfg.validate.rules.click.context import NO_LIMIT
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from pidcfg.validate.rule import Finding
-    from pidcfg.validate.rules.click.context import ClickContext, LoopView
+    from pidcfg.validate.rules.click.context import LoopView
 
 LIMIT = CLICK.at("Derivative Gain Limit")
 
@@ -55,58 +54,48 @@ def has_filter(view: LoopView) -> bool:
     return view.filtered and constant is not None and constant < NO_LIMIT
 
 
-@rule(
-    code="PID341",
-    name="derivative-limited-to-nothing",
-    severity=Severity.WARNING,
-    basis=LIMIT,
-    message="the derivative gain limit is on with {limit}, which is no derivative: derivative_gain {gain} s has no "
-    "effect",
+@per_loop
+@warning(
+    "PID341",
+    LIMIT,
+    "the derivative gain limit is on with {limit}, which is no derivative: derivative_gain {gain} s has no effect",
 )
-def derivative_limited_to_nothing(context: ClickContext) -> Iterator[Finding]:
+def derivative_limited_to_nothing(view: LoopView) -> Iterator[Finding]:
     """The derivative gain limit is on, but its register holds 0.
 
     Why: a factor of 0 is the same as a derivative gain of 0. A limit that is enabled without a value holds 0.
 
     Fix: give `derivative_gain_limit` a value from 8 to 20, or switch the limit off.
     """
-    for view in context.loops:
-        loop, limit = view.loop, view.loop.derivative_gain_limit
-        if view.derivative_limited and not limit and loop.tuning.derivative_gain > 0:
-            key = "derivative_gain_limit_enabled" if limit is None else "derivative_gain_limit"
-            yield view.find(key, limit="no value" if limit is None else 0,
-                            gain=decimal_text(loop.tuning.derivative_gain))  # fmt: skip
+    loop, limit = view.loop, view.loop.derivative_gain_limit
+    if view.derivative_limited and not limit and loop.tuning.derivative_gain > 0:
+        key = "derivative_gain_limit_enabled" if limit is None else "derivative_gain_limit"
+        yield view.find(key, limit="no value" if limit is None else 0,
+                        gain=decimal_text(loop.tuning.derivative_gain))  # fmt: skip
 
 
-@rule(
-    code="PID342",
-    name="derivative-limit-without-derivative",
-    severity=Severity.INFO,
-    basis=LIMIT,
-    message="derivative_gain_limit is {limit}, but derivative_gain is 0 s: there is no derivative to limit",
-)
-def derivative_limit_without_derivative(context: ClickContext) -> Iterator[Finding]:
+@per_loop
+@info("PID342", LIMIT, "derivative_gain_limit is {limit}, but derivative_gain is 0 s: there is no derivative to limit")
+def derivative_limit_without_derivative(view: LoopView) -> Iterator[Finding]:
     """A derivative gain limit is set for a loop without a derivative.
 
     Why: it does nothing; usually the derivative gain was meant to be set, or was taken out during tuning.
 
     Fix: set `derivative_gain`, or remove the limit.
     """
-    for view in context.loops:
-        limit = limit_in_use(view)
-        if limit and view.loop.tuning.derivative_gain == 0:
-            yield view.find("derivative_gain_limit", limit=decimal_text(limit))
+    limit = limit_in_use(view)
+    if limit and view.loop.tuning.derivative_gain == 0:
+        yield view.find("derivative_gain_limit", limit=decimal_text(limit))
 
 
-@rule(
-    code="PID343",
-    name="derivative-without-limit-or-filter",
-    severity=Severity.WARNING,
-    basis=D135,
-    message="derivative_gain {gain} s is {times} samples of {sample} s: noise of one unit moves the output by {moves} "
+@per_loop
+@warning(
+    "PID343",
+    D135,
+    "derivative_gain {gain} s is {times} samples of {sample} s: noise of one unit moves the output by {moves} "
     "for a sample, and neither derivative_gain_limit nor pv.filter is on",
 )
-def derivative_without_limit_or_filter(context: ClickContext) -> Iterator[Finding]:
+def derivative_without_limit_or_filter(view: LoopView) -> Iterator[Finding]:
     """A strong derivative acts on an unfiltered PV without a gain limit.
 
     Why: a change within one sample is multiplied by Kp·Td/Ts, so noise is amplified significantly and the output
@@ -114,24 +103,18 @@ def derivative_without_limit_or_filter(context: ClickContext) -> Iterator[Findin
 
     Fix: set `derivative_gain_limit` (8 to 20), filter the PV, or sample more slowly.
     """
-    for view in context.loops:
-        tuning, sample = view.loop.tuning, view.loop.sample_rate
-        if not has_filter(view) and limit_in_use(view) is None and view.sound("sample_rate", "derivative_gain"):
-            times = tuning.derivative_gain / sample
-            if times > TYPICAL[1]:
-                moves = f"{float(times * tuning.proportional_gain):.3g} {view.loop.output.unit or '%'}"
-                yield view.find("tuning", "derivative_gain", gain=decimal_text(tuning.derivative_gain),
-                                times=f"{float(times):.4g}", sample=decimal_text(sample), moves=moves)  # fmt: skip
+    tuning, sample = view.loop.tuning, view.loop.sample_rate
+    if not has_filter(view) and limit_in_use(view) is None and view.sound("sample_rate", "derivative_gain"):
+        times = tuning.derivative_gain / sample
+        if times > TYPICAL[1]:
+            moves = f"{float(times * tuning.proportional_gain):.3g} {view.loop.output.unit or '%'}"
+            yield view.find("tuning", "derivative_gain", gain=decimal_text(tuning.derivative_gain),
+                            times=f"{float(times):.4g}", sample=decimal_text(sample), moves=moves)  # fmt: skip
 
 
-@rule(
-    code="PID344",
-    name="derivative-limit-untypical",
-    severity=Severity.INFO,
-    basis=LIMIT,
-    message="derivative_gain_limit is {limit}; 8 to 20 is typical: {effect}",
-)
-def derivative_limit_untypical(context: ClickContext) -> Iterator[Finding]:
+@per_loop
+@info("PID344", LIMIT, "derivative_gain_limit is {limit}; 8 to 20 is typical: {effect}")
+def derivative_limit_untypical(view: LoopView) -> Iterator[Finding]:
     """The derivative gain limit is outside the range that the help calls typical.
 
     Why: below 8 so little of the derivative is left that it can be left out; far above 20 noise passes as if there were
@@ -139,25 +122,19 @@ def derivative_limit_untypical(context: ClickContext) -> Iterator[Finding]:
 
     Fix: choose 8 to 20.
     """
-    for view in context.loops:
-        limit = view.held("derivative_gain_limit")
-        if not view.derivative_limited or not limit or view.loop.tuning.derivative_gain <= 0:
-            continue
-        if not TYPICAL[0] <= limit <= TYPICAL[1]:
-            effect = "little of the derivative is left" if limit < TYPICAL[0] else "much of the noise passes"
-            if limit >= NO_LIMIT:
-                effect = "100 filters nothing"
-            yield view.find("derivative_gain_limit", limit=decimal_text(limit), effect=effect)
+    limit = view.held("derivative_gain_limit")
+    if not view.derivative_limited or not limit or view.loop.tuning.derivative_gain <= 0:
+        return
+    if not TYPICAL[0] <= limit <= TYPICAL[1]:
+        effect = "little of the derivative is left" if limit < TYPICAL[0] else "much of the noise passes"
+        if limit >= NO_LIMIT:
+            effect = "100 filters nothing"
+        yield view.find("derivative_gain_limit", limit=decimal_text(limit), effect=effect)
 
 
-@rule(
-    code="PID345",
-    name="derivative-exceeds-reset",
-    severity=Severity.WARNING,
-    basis=D136,
-    message="derivative_gain {gain} s is more than half the reset_time of {reset} s",
-)
-def derivative_exceeds_reset(context: ClickContext) -> Iterator[Finding]:
+@per_loop
+@warning("PID345", D136, "derivative_gain {gain} s is more than half the reset_time of {reset} s")
+def derivative_exceeds_reset(view: LoopView) -> Iterator[Finding]:
     """The derivative time is long compared with the reset time.
 
     Why: the derivative then works against the integral instead of leading it, and the loop swings. Usually minutes and
@@ -165,22 +142,20 @@ def derivative_exceeds_reset(context: ClickContext) -> Iterator[Finding]:
 
     Fix: a quarter of the reset time is the most that tuning rules give.
     """
-    for view in context.loops:
-        tuning = view.loop.tuning
-        if view.integrates and tuning.reset_time < 2 * tuning.derivative_gain and view.sound(*TIMES):
-            yield view.find("tuning", "derivative_gain", gain=decimal_text(tuning.derivative_gain),
-                            reset=decimal_text(tuning.reset_time))  # fmt: skip
+    tuning = view.loop.tuning
+    if view.integrates and tuning.reset_time < 2 * tuning.derivative_gain and view.sound(*TIMES):
+        yield view.find("tuning", "derivative_gain", gain=decimal_text(tuning.derivative_gain),
+                        reset=decimal_text(tuning.reset_time))  # fmt: skip
 
 
-@rule(
-    code="PID346",
-    name="setpoint-step-kicks-output",
-    severity=Severity.INFO,
-    basis=D137,
-    message="the derivative is of the error: a set point step of {step} (10 % of the range) moves the output by {kick} "
+@per_loop
+@info(
+    "PID346",
+    D137,
+    "the derivative is of the error: a set point step of {step} (10 % of the range) moves the output by {kick} "
     "% for a sample",
 )
-def setpoint_step_kicks_output(context: ClickContext) -> Iterator[Finding]:
+def setpoint_step_kicks_output(view: LoopView) -> Iterator[Finding]:
     """A step of the set point kicks the output through the derivative.
 
     Why: the algorithm differentiates the error, not the PV, so that a change of the set point counts as an infinitely
@@ -188,11 +163,10 @@ def setpoint_step_kicks_output(context: ClickContext) -> Iterator[Finding]:
 
     Fix: change the set point in small steps, set `derivative_gain_limit`, or do without the derivative.
     """
-    for view in context.loops:
-        tuning, sample = view.loop.tuning, view.loop.sample_rate
-        if limit_in_use(view) is not None or view.squared or not view.sound("sample_rate", *GAINS):
-            continue
-        step = STEP * view.span
-        kick = tuning.proportional_gain * tuning.derivative_gain / sample * step
-        if kick >= FULL:
-            yield view.find("tuning", "derivative_gain", step=view.eu(step), kick=f"{float(kick):.4g}")
+    tuning, sample = view.loop.tuning, view.loop.sample_rate
+    if limit_in_use(view) is not None or view.squared or not view.sound("sample_rate", *GAINS):
+        return
+    step = STEP * view.span
+    kick = tuning.proportional_gain * tuning.derivative_gain / sample * step
+    if kick >= FULL:
+        yield view.find("tuning", "derivative_gain", step=view.eu(step), kick=f"{float(kick):.4g}")

@@ -5,9 +5,8 @@ from __future__ import annotations
 from decimal import Decimal
 from typing import TYPE_CHECKING
 
-from pidcfg.diagnostics import Severity
 from pidcfg.refs import CLICK, Decision
-from pidcfg.validate.rule import rule
+from pidcfg.validate.rule import error, info, per_loop, warning
 from pidcfg.validate.rules.click.setpoint import effective, written
 from pidcfg.validate.rules.click.tuning import approximate, saturating_error
 
@@ -43,15 +42,14 @@ def half_width(view: LoopView) -> Decimal | None:
     return value.sqrt() if view.squared else value
 
 
-@rule(
-    code="PID351",
-    name="squared-error-in-squared-units",
-    severity=Severity.INFO,
-    basis=D138,
-    message="the gain of {gain} is % per squared unit: as strong as linear at an error of {one}, weaker below; {full} "
+@per_loop
+@info(
+    "PID351",
+    D138,
+    "the gain of {gain} is % per squared unit: as strong as linear at an error of {one}, weaker below; {full} "
     "drives the output through its limits",
 )
-def squared_error_in_squared_units(context: ClickContext) -> Iterator[Finding]:
+def squared_error_in_squared_units(view: LoopView) -> Iterator[Finding]:
     """The error is squared, so the gain is in % per squared unit of the PV.
 
     Why: the square is not divided by the range. The effective gain is Kp·|e|: it depends on the unit of the PV even
@@ -59,22 +57,20 @@ def squared_error_in_squared_units(context: ClickContext) -> Iterator[Finding]:
 
     Fix: check the gain at the error at which the loop should react fully; divide a linear gain by that error.
     """
-    for view in context.loops:
-        full = saturating_error(view)
-        if view.squared and full is not None:
-            yield view.find("error", "curve", gain=view.loop.tuning.proportional_gain, one=view.eu(Decimal(1)),
-                            full=f"one of {approximate(view, full)}")  # fmt: skip
+    full = saturating_error(view)
+    if view.squared and full is not None:
+        yield view.find("error", "curve", gain=view.loop.tuning.proportional_gain, one=view.eu(Decimal(1)),
+                        full=f"one of {approximate(view, full)}")  # fmt: skip
 
 
-@rule(
-    code="PID352",
-    name="deadband-of-squared-error",
-    severity=Severity.WARNING,
-    basis=D138,
-    message="the deadband {value} is compared with the squared error: no control action up to {width} around the set "
+@per_loop
+@warning(
+    "PID352",
+    D138,
+    "the deadband {value} is compared with the squared error: no control action up to {width} around the set "
     "point, not {linear}",
 )
-def deadband_of_squared_error(context: ClickContext) -> Iterator[Finding]:
+def deadband_of_squared_error(view: LoopView) -> Iterator[Finding]:
     """A deadband is used together with the squared error.
 
     Why: the error is squared first, so the deadband counts in squared units. 4 means 2 units around the set point, and
@@ -82,42 +78,34 @@ def deadband_of_squared_error(context: ClickContext) -> Iterator[Finding]:
 
     Fix: write the square of the width that is wanted, and compare it with the message; or use one of the two options.
     """
-    for view in context.loops:
-        width, value = half_width(view), view.held("deadband")
-        if view.squared and width is not None and value is not None and width != value:
-            yield view.find("error", "deadband", value=view.loop.error.deadband, width=approximate(view, width),
-                            linear=view.eu(value))  # fmt: skip
+    width, value = half_width(view), view.held("deadband")
+    if view.squared and width is not None and value is not None and width != value:
+        yield view.find("error", "deadband", value=view.loop.error.deadband, width=approximate(view, width),
+                        linear=view.eu(value))  # fmt: skip
 
 
-@rule(
-    code="PID353",
-    name="deadband-of-zero",
-    severity=Severity.WARNING,
-    basis=DEADBAND,
-    message="the error deadband is on with {value}: it ignores nothing",
-)
-def deadband_of_zero(context: ClickContext) -> Iterator[Finding]:
+@per_loop
+@warning("PID353", DEADBAND, "the error deadband is on with {value}: it ignores nothing")
+def deadband_of_zero(view: LoopView) -> Iterator[Finding]:
     """The error deadband is on, but its register holds 0.
 
     Why: a deadband that is enabled without a value is 0, and the output follows every noise of the PV.
 
     Fix: give a deadband, or switch it off.
     """
-    for view in context.loops:
-        if view.deadband_on and view.held("deadband") == 0:
-            key = "deadband_enabled" if view.loop.error.deadband is None else "deadband"
-            yield view.find("error", key, value=view.shown("deadband"))
+    if view.deadband_on and view.held("deadband") == 0:
+        key = "deadband_enabled" if view.loop.error.deadband is None else "deadband"
+        yield view.find("error", key, value=view.shown("deadband"))
 
 
-@rule(
-    code="PID354",
-    name="deadband-spans-range",
-    severity=Severity.ERROR,
-    basis=DEADBAND,
-    message="the error deadband reaches {width} to either side, as far as the PV's whole range of {span}: no error is "
+@per_loop
+@error(
+    "PID354",
+    DEADBAND,
+    "the error deadband reaches {width} to either side, as far as the PV's whole range of {span}: no error is "
     "ever acted on",
 )
-def deadband_spans_range(context: ClickContext) -> Iterator[Finding]:
+def deadband_spans_range(view: LoopView) -> Iterator[Finding]:
     """The error deadband is as wide as the PV's range.
 
     Why: with a set point in the range no PV of the range leaves the deadband. The loop takes no control action at all,
@@ -125,18 +113,15 @@ def deadband_spans_range(context: ClickContext) -> Iterator[Finding]:
 
     Fix: write the deadband in units of the PV, to one side of the set point.
     """
-    for view in context.loops:
-        width = half_width(view)
-        if width is not None and width >= view.span:
-            yield view.find("error", "deadband", width=approximate(view, width), span=view.eu(view.span))
+    width = half_width(view)
+    if width is not None and width >= view.span:
+        yield view.find("error", "deadband", width=approximate(view, width), span=view.eu(view.span))
 
 
-@rule(
-    code="PID355",
-    name="deadband-reaches-alarm",
-    severity=Severity.WARNING,
-    basis=D139,
-    message="the error deadband reaches {width} to either side, not less than the {limit} from the set point to the "
+@warning(
+    "PID355",
+    D139,
+    "the error deadband reaches {width} to either side, not less than the {limit} from the set point to the "
     "{alarm} alarm",
 )
 def deadband_reaches_alarm(context: ClickContext) -> Iterator[Finding]:
@@ -169,21 +154,15 @@ def _distances(view: LoopView) -> Iterator[tuple[str, Decimal]]:
         yield "high", words[1] - setpoint
 
 
-@rule(
-    code="PID356",
-    name="deadband-switched-off",
-    severity=Severity.INFO,
-    basis=DEADBAND,
-    message="a deadband of {value} is stored, but {register} is off: every error is acted on",
-)
-def deadband_switched_off(context: ClickContext) -> Iterator[Finding]:
+@per_loop
+@info("PID356", DEADBAND, "a deadband of {value} is stored, but {register} is off: every error is acted on")
+def deadband_switched_off(view: LoopView) -> Iterator[Finding]:
     """A deadband is given, but not enabled.
 
     Why: its register shows up in every listing; without the enable bit it ignores nothing.
 
     Fix: remove `deadband_enabled: false`, or the deadband.
     """
-    for view in context.loops:
-        if view.loop.error.deadband and not view.deadband_on:
-            yield view.find("error", "deadband_enabled", value=view.shown("deadband"),
-                            register=view.register("deadband_enable"))  # fmt: skip
+    if view.loop.error.deadband and not view.deadband_on:
+        yield view.find("error", "deadband_enabled", value=view.shown("deadband"),
+                        register=view.register("deadband_enable"))  # fmt: skip

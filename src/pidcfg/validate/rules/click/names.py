@@ -5,16 +5,15 @@ from __future__ import annotations
 from functools import cache
 from typing import TYPE_CHECKING
 
-from pidcfg.diagnostics import Severity
 from pidcfg.encoders.maps.click import SUFFIXES
 from pidcfg.refs import Decision
-from pidcfg.validate.rule import rule
+from pidcfg.validate.rule import per_loop, warning
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from pidcfg.validate.rule import Finding
-    from pidcfg.validate.rules.click.context import ClickContext
+    from pidcfg.validate.rules.click.context import ClickContext, LoopView
 
 D131 = Decision(
     131, "what the PLC accepts as a nickname",
@@ -37,15 +36,13 @@ def by_length() -> tuple[str, ...]:
     return tuple(sorted(SUFFIXES.values(), key=lambda suffix: (-len(suffix), suffix)))
 
 
-@rule(
-    code="PID305",
-    name="nickname-too-long",
-    severity=Severity.WARNING,
-    basis=D131,
-    message="the name has {length} characters: {count} of its nicknames would have more than 24, as {example} with "
-    "{longest}",
+@per_loop
+@warning(
+    "PID305",
+    D131,
+    "the name has {length} characters: {count} of its nicknames would have more than 24, as {example} with {longest}",
 )
-def nickname_too_long(context: ClickContext) -> Iterator[Finding]:
+def nickname_too_long(view: LoopView) -> Iterator[Finding]:
     """The name of a loop is too long for its nicknames.
 
     Why: a nickname is the loop's name and a suffix such as `_SEL_DirectReverse`, and may have 24 characters. The
@@ -53,23 +50,17 @@ def nickname_too_long(context: ClickContext) -> Iterator[Finding]:
 
     Fix: choose a name of at most 6 characters.
     """
-    for view in context.loops:
-        name = view.loop.name
-        too_long = [suffix for suffix in by_length() if len(name) + len(suffix) > LONGEST]
-        if too_long:
-            example = name[:LEAST_LEFT] + "…" if len(name) > LONGEST else name
-            yield view.find("name", length=len(name), count=len(too_long), example=example + too_long[0],
-                            longest=len(name) + len(too_long[0]))  # fmt: skip
+    name = view.loop.name
+    too_long = [suffix for suffix in by_length() if len(name) + len(suffix) > LONGEST]
+    if too_long:
+        example = name[:LEAST_LEFT] + "…" if len(name) > LONGEST else name
+        yield view.find("name", length=len(name), count=len(too_long), example=example + too_long[0],
+                        longest=len(name) + len(too_long[0]))  # fmt: skip
 
 
-@rule(
-    code="PID306",
-    name="name-not-usable-in-nicknames",
-    severity=Severity.WARNING,
-    basis=D131,
-    message="nicknames cannot be made of {name}: {reason}",
-)
-def name_not_usable_in_nicknames(context: ClickContext) -> Iterator[Finding]:
+@per_loop
+@warning("PID306", D131, "nicknames cannot be made of {name}: {reason}")
+def name_not_usable_in_nicknames(view: LoopView) -> Iterator[Finding]:
     """The name of a loop has characters that the PLC does not allow in nicknames.
 
     Why: tags such as FIC-101 are common on drawings, but a nickname may contain none of - . / #, and may not begin with
@@ -78,22 +69,15 @@ def name_not_usable_in_nicknames(context: ClickContext) -> Iterator[Finding]:
     Fix: write the tag with letters, digits, blanks and underscores: `FIC101`. The tag on the drawing can stand in
     `description`.
     """
-    for view in context.loops:
-        name = view.loop.name
-        wrong = sorted(c for c in set(name) if c in FORBIDDEN or not c.isascii())
-        if wrong:
-            yield view.find("name", name=name, reason=f"{' '.join(wrong)} {'is' if len(wrong) == 1 else 'are'} refused")
-        elif name.startswith("_"):
-            yield view.find("name", name=name, reason="it begins with an underscore")
+    name = view.loop.name
+    wrong = sorted(c for c in set(name) if c in FORBIDDEN or not c.isascii())
+    if wrong:
+        yield view.find("name", name=name, reason=f"{' '.join(wrong)} {'is' if len(wrong) == 1 else 'are'} refused")
+    elif name.startswith("_"):
+        yield view.find("name", name=name, reason="it begins with an underscore")
 
 
-@rule(
-    code="PID307",
-    name="nicknames-collide",
-    severity=Severity.WARNING,
-    basis=D131,
-    message="{mine} of this loop and {theirs} of loop {other} are one nickname",
-)
+@warning("PID307", D131, "{mine} of this loop and {theirs} of loop {other} are one nickname")
 def nicknames_collide(context: ClickContext) -> Iterator[Finding]:
     """Two loops have nicknames that are the same for the PLC.
 

@@ -4,16 +4,15 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from pidcfg.diagnostics import Severity
 from pidcfg.refs import CLICK
 from pidcfg.schemas.click import D100, EFFECT
-from pidcfg.validate.rule import once, rule
+from pidcfg.validate.rule import error, info, once, per_loop, warning
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from pidcfg.validate.rule import Finding
-    from pidcfg.validate.rules.click.context import ClickContext
+    from pidcfg.validate.rules.click.context import ClickContext, LoopView
 
 ERRORS = CLICK.at("CLICK PID Errors")
 MANUAL = CLICK.at("Manual Mode")
@@ -26,15 +25,14 @@ def effect(number: int) -> str:
     return f"{EFFECT}{number}"
 
 
-@rule(
-    code="PID308",
-    name="action-not-verified",
-    severity=Severity.WARNING,
-    basis=D100,
-    message="action {action} is written as {bit} to {register}, which the help does not confirm: verify "
+@per_loop
+@warning(
+    "PID308",
+    D100,
+    "action {action} is written as {bit} to {register}, which the help does not confirm: verify "
     "Forward/Reverse in the PID window before Auto; it must show {shown} (the PV {moves} when the output rises)",
 )
-def action_not_verified(context: ClickContext) -> Iterator[Finding]:
+def action_not_verified(view: LoopView) -> Iterator[Finding]:
     """The action of a loop rests on a reading of the bit that has not been compared with the PLC.
 
     Why: the help does not print which state of Cn+09 is forward and which is reverse. The wrong one turns every
@@ -43,22 +41,19 @@ def action_not_verified(context: ClickContext) -> Iterator[Finding]:
     Fix: before the first Auto, compare Forward/Reverse in the PID window with `action`, then write
     `action_verified: true`; the warning goes away with it.
     """
-    for view in context.loops:
-        action = view.loop.action
-        if not view.loop.action_verified:
-            yield view.find("action", register=view.register("action"), bit=int(action == "reverse"), action=action,
-                            shown=FORWARD[action], moves=RISES[action])  # fmt: skip
+    action = view.loop.action
+    if not view.loop.action_verified:
+        yield view.find("action", register=view.register("action"), bit=int(action == "reverse"), action=action,
+                        shown=FORWARD[action], moves=RISES[action])  # fmt: skip
 
 
-@rule(
-    code="PID309",
-    name="several-pid-errors",
-    severity=Severity.ERROR,
-    basis=ERRORS,
-    message="{register} shows {shown} alone; once that is cured it shows {others}, and until then the loop stays in "
-    "Manual",
+@per_loop
+@error(
+    "PID309",
+    ERRORS,
+    "{register} shows {shown} alone; once that is cured it shows {others}, and until then the loop stays in Manual",
 )
-def several_pid_errors(context: ClickContext) -> Iterator[Finding]:
+def several_pid_errors(view: LoopView) -> Iterator[Finding]:
     """A loop has more than one PID error, of which the PLC shows one.
 
     Why: the error register holds the lowest number that is active; the next one appears only when it is cleared. Who
@@ -66,41 +61,32 @@ def several_pid_errors(context: ClickContext) -> Iterator[Finding]:
 
     Fix: correct all values that are reported for this loop before the download.
     """
-    for view in context.loops:
-        if len(view.errors) > 1:
-            first, *more = view.errors
-            others = ", then ".join(str(error.number) for error in more)
-            yield view.find_key(plc_effect=effect(first.number), register=view.register("error_code"),
-                                shown=f"error {first.number} ({first.title})", others=others)  # fmt: skip
+    if len(view.errors) > 1:
+        first, *more = view.errors
+        others = ", then ".join(str(error.number) for error in more)
+        yield view.find_key(plc_effect=effect(first.number), register=view.register("error_code"),
+                            shown=f"error {first.number} ({first.title})", others=others)  # fmt: skip
 
 
-@rule(
-    code="PID310",
-    name="auto-with-pid-error",
-    severity=Severity.INFO,
-    basis=MANUAL,
-    message="mode is auto, but error {number} ({title}) in {register} keeps the loop in Manual",
-)
-def auto_with_pid_error(context: ClickContext) -> Iterator[Finding]:
+@per_loop
+@info("PID310", MANUAL, "mode is auto, but error {number} ({title}) in {register} keeps the loop in Manual")
+def auto_with_pid_error(view: LoopView) -> Iterator[Finding]:
     """A loop that is meant for Auto has a value that causes a PID error.
 
     Why: a PID error puts the loop into Manual, and the request for Auto is granted only when there is none.
 
     Fix: correct the value that is reported for this loop.
     """
-    for view in context.loops:
-        if view.loop.mode == "auto" and len(view.errors) == 1:
-            error = view.errors[0]
-            yield view.find("mode", plc_effect=effect(error.number), number=error.number, title=error.title,
-                            register=view.register("error_code"))  # fmt: skip
+    if view.loop.mode == "auto" and len(view.errors) == 1:
+        error = view.errors[0]
+        yield view.find("mode", plc_effect=effect(error.number), number=error.number, title=error.title,
+                        register=view.register("error_code"))  # fmt: skip
 
 
-@rule(
-    code="PID320",
-    name="auto-is-not-downloaded",
-    severity=Severity.INFO,
-    basis=MANUAL,
-    message="mode is auto, but every start of the PLC leaves the loop in Manual until {register} is set{others}",
+@info(
+    "PID320",
+    MANUAL,
+    "mode is auto, but every start of the PLC leaves the loop in Manual until {register} is set{others}",
 )
 def auto_is_not_downloaded(context: ClickContext) -> Iterator[Finding]:
     """A loop is meant for Auto, which no download can bring about.

@@ -10,13 +10,13 @@ from pidcfg.encoders.maps.click import OUTPUT_BELOW_ZERO
 from pidcfg.refs import CLICK, Decision
 from pidcfg.schemas.base import decimal_text
 from pidcfg.schemas.click import EFFECT, ERRORS
-from pidcfg.validate.rule import Finding, rule
+from pidcfg.validate.rule import Finding, error, info, per_loop, warning
 from pidcfg.validate.rules.click.context import number_text
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from pidcfg.validate.rules.click.context import ClickContext, LoopView
+    from pidcfg.validate.rules.click.context import LoopView
 
 OUTPUT = CLICK.at("Control Output (DFn+08)")
 PWM = CLICK.at("PWM Control")
@@ -40,14 +40,9 @@ def percent(view: LoopView) -> bool:
     return view.loop.output.unit in {None, "%"}
 
 
-@rule(
-    code="PID361",
-    name="output-upper-limit-zero",
-    severity=Severity.ERROR,
-    basis=OUTPUT,
-    message="the upper output limit is {high}: in Auto {register} never gets above zero",
-)
-def output_upper_limit_zero(context: ClickContext) -> Iterator[Finding]:
+@per_loop
+@error("PID361", OUTPUT, "the upper output limit is {high}: in Auto {register} never gets above zero")
+def output_upper_limit_zero(view: LoopView) -> Iterator[Finding]:
     """The upper output limit is 0 or less.
 
     Why: the output never gets above zero, and the loop does not function. On a new loop this is what a register that
@@ -55,20 +50,14 @@ def output_upper_limit_zero(context: ClickContext) -> Iterator[Finding]:
 
     Fix: set the upper limit to the highest output that the process may see; 100 when `limits` is left out.
     """
-    for view in context.loops:
-        high = view.held("output_upper")
-        if high is not None and high <= 0:
-            yield view.find("output", "limits", 1, high=view.co(high), register=view.register("output"))
+    high = view.held("output_upper")
+    if high is not None and high <= 0:
+        yield view.find("output", "limits", 1, high=view.co(high), register=view.register("output"))
 
 
-@rule(
-    code="PID362",
-    name="output-limits-not-ascending",
-    severity=Severity.ERROR,
-    basis=OUTPUT,
-    message="the upper output limit {high} is not above the lower limit {low}: the output cannot move",
-)
-def output_limits_not_ascending(context: ClickContext) -> Iterator[Finding]:
+@per_loop
+@error("PID362", OUTPUT, "the upper output limit {high} is not above the lower limit {low}: the output cannot move")
+def output_limits_not_ascending(view: LoopView) -> Iterator[Finding]:
     """The lower output limit is equal to or above the upper one.
 
     Why: the output stays within its limits in Auto. Equal limits pin it; with crossed ones every output is outside one
@@ -76,20 +65,14 @@ def output_limits_not_ascending(context: ClickContext) -> Iterator[Finding]:
 
     Fix: write the lower limit first. The direction of control is the loop's `action`, not the order of the limits.
     """
-    for view in context.loops:
-        limits = view.holds("output_lower", "output_upper")
-        if limits and limits[0] >= limits[1] > 0:
-            yield view.find("output", "limits", 1, high=view.co(limits[1]), low=view.co(limits[0]))
+    limits = view.holds("output_lower", "output_upper")
+    if limits and limits[0] >= limits[1] > 0:
+        yield view.find("output", "limits", 1, high=view.co(limits[1]), low=view.co(limits[0]))
 
 
-@rule(
-    code="PID363",
-    name="output-lower-limit-negative",
-    severity=Severity.ERROR,
-    basis=ERRORS,
-    message="the lower output limit is {low}; the PLC wants at least 0",
-)
-def output_lower_limit_negative(context: ClickContext) -> Iterator[Finding]:
+@per_loop
+@error("PID363", ERRORS, "the lower output limit is {low}; the PLC wants at least 0")
+def output_lower_limit_negative(view: LoopView) -> Iterator[Finding]:
     """The lower output limit is below 0.
 
     Why: the PLC reports error 30 and keeps the loop in Manual. An output that goes both ways, such as heating and
@@ -97,20 +80,14 @@ def output_lower_limit_negative(context: ClickContext) -> Iterator[Finding]:
 
     Fix: begin the limits at 0 or above.
     """
-    for view in context.loops:
-        low = view.held("output_lower")
-        if low is not None and low < 0:
-            yield view.find("output", "limits", 0, plc_effect=f"{EFFECT}{OUTPUT_BELOW_ZERO}", low=view.co(low))
+    low = view.held("output_lower")
+    if low is not None and low < 0:
+        yield view.find("output", "limits", 0, plc_effect=f"{EFFECT}{OUTPUT_BELOW_ZERO}", low=view.co(low))
 
 
-@rule(
-    code="PID364",
-    name="output-limit-beyond-full",
-    severity=Severity.INFO,
-    basis=PWM,
-    message="the upper output limit is {high}: {effect}",
-)
-def output_limit_beyond_full(context: ClickContext) -> Iterator[Finding]:
+@per_loop
+@info("PID364", PWM, "the upper output limit is {high}: {effect}")
+def output_limit_beyond_full(view: LoopView) -> Iterator[Finding]:
     """The upper output limit is more than 100 %.
 
     Why: the pulses are on for the whole period from 100 % on, so that a loop whose output goes further saturates where
@@ -119,25 +96,19 @@ def output_limit_beyond_full(context: ClickContext) -> Iterator[Finding]:
 
     Fix: end the limits at 100, or give the unit in `output.unit`.
     """
-    for view in context.loops:
-        high = view.held("output_upper")
-        if high is None or high <= FULL:
-            continue
-        if view.loop.output.pwm is not None:
-            values = {"high": view.co(high), "effect": "the pulses are on all the time from 100 % on"}
-            yield Finding(("loops", view.index, "output", "limits", 1), values, severity=Severity.WARNING)
-        elif percent(view):
-            yield view.find("output", "limits", 1, high=view.co(high), effect="more than 100 % wants a unit of its own")
+    high = view.held("output_upper")
+    if high is None or high <= FULL:
+        return
+    if view.loop.output.pwm is not None:
+        values = {"high": view.co(high), "effect": "the pulses are on all the time from 100 % on"}
+        yield Finding(("loops", view.index, "output", "limits", 1), values, severity=Severity.WARNING)
+    elif percent(view):
+        yield view.find("output", "limits", 1, high=view.co(high), effect="more than 100 % wants a unit of its own")
 
 
-@rule(
-    code="PID365",
-    name="output-limit-looks-like-fraction",
-    severity=Severity.WARNING,
-    basis=D140,
-    message="the upper output limit is {high}: one hundredth of the usual 100 %, or a fraction of 1",
-)
-def output_limit_looks_like_fraction(context: ClickContext) -> Iterator[Finding]:
+@per_loop
+@warning("PID365", D140, "the upper output limit is {high}: one hundredth of the usual 100 %, or a fraction of 1")
+def output_limit_looks_like_fraction(view: LoopView) -> Iterator[Finding]:
     """The output may not exceed 1 %.
 
     Why: the output is a percentage. Limits of [0, 1] are meant as the full range on other controllers; here the
@@ -145,21 +116,18 @@ def output_limit_looks_like_fraction(context: ClickContext) -> Iterator[Finding]
 
     Fix: write [0, 100], or give the unit in `output.unit` when the output really is scaled from 0 to 1.
     """
-    for view in context.loops:
-        limits = view.holds("output_lower", "output_upper")
-        if limits and limits[0] < limits[1] and 0 < limits[1] <= 1 and (percent(view) or view.loop.output.pwm):
-            yield view.find("output", "limits", 1, high=view.co(limits[1]))
+    limits = view.holds("output_lower", "output_upper")
+    if limits and limits[0] < limits[1] and 0 < limits[1] <= 1 and (percent(view) or view.loop.output.pwm):
+        yield view.find("output", "limits", 1, high=view.co(limits[1]))
 
 
-@rule(
-    code="PID366",
-    name="pwm-period-beyond-reset",
-    severity=Severity.WARNING,
-    basis=D141,
-    message="the pulses have a period of {period} s, longer than the reset_time of {reset} s: the PV follows single "
-    "pulses",
+@per_loop
+@warning(
+    "PID366",
+    D141,
+    "the pulses have a period of {period} s, longer than the reset_time of {reset} s: the PV follows single pulses",
 )
-def pwm_period_beyond_reset(context: ClickContext) -> Iterator[Finding]:
+def pwm_period_beyond_reset(view: LoopView) -> Iterator[Finding]:
     """The pulse period is longer than the reset time.
 
     Why: within one period the actuator is fully on and fully off. A process that is fast enough for this reset time
@@ -167,21 +135,19 @@ def pwm_period_beyond_reset(context: ClickContext) -> Iterator[Finding]:
 
     Fix: shorten the period to a small part of the reset time. A relay that is to be spared wants a slower loop.
     """
-    for view in context.loops:
-        pwm, reset = view.loop.output.pwm, view.loop.tuning.reset_time
-        if pwm is not None and reset < pwm.period and view.sound("reset_time", "pwm_period"):
-            yield view.find("output", "pwm", "period", period=decimal_text(pwm.period), reset=decimal_text(reset))
+    pwm, reset = view.loop.output.pwm, view.loop.tuning.reset_time
+    if pwm is not None and reset < pwm.period and view.sound("reset_time", "pwm_period"):
+        yield view.find("output", "pwm", "period", period=decimal_text(pwm.period), reset=decimal_text(reset))
 
 
-@rule(
-    code="PID367",
-    name="pwm-period-below-sample-rate",
-    severity=Severity.INFO,
-    basis=D141,
-    message="the pulses have a period of {period} s, and the output changes every {sample} s: {times} equal pulses "
+@per_loop
+@info(
+    "PID367",
+    D141,
+    "the pulses have a period of {period} s, and the output changes every {sample} s: {times} equal pulses "
     "between two calculations",
 )
-def pwm_period_below_sample_rate(context: ClickContext) -> Iterator[Finding]:
+def pwm_period_below_sample_rate(view: LoopView) -> Iterator[Finding]:
     """The pulse period is shorter than the sample rate.
 
     Why: the output is the same until the next calculation, so shorter pulses control no better. A relay switches the
@@ -189,8 +155,7 @@ def pwm_period_below_sample_rate(context: ClickContext) -> Iterator[Finding]:
 
     Fix: for a relay make the period at least as long as the sample rate; for a solid-state output it does no harm.
     """
-    for view in context.loops:
-        pwm, sample = view.loop.output.pwm, view.loop.sample_rate
-        if pwm is not None and pwm.period < sample and view.sound("sample_rate", "pwm_period"):
-            yield view.find("output", "pwm", "period", period=decimal_text(pwm.period), sample=decimal_text(sample),
-                            times=number_text((sample / pwm.period).quantize(Decimal("0.1"))))  # fmt: skip
+    pwm, sample = view.loop.output.pwm, view.loop.sample_rate
+    if pwm is not None and pwm.period < sample and view.sound("sample_rate", "pwm_period"):
+        yield view.find("output", "pwm", "period", period=decimal_text(pwm.period), sample=decimal_text(sample),
+                        times=number_text((sample / pwm.period).quantize(Decimal("0.1"))))  # fmt: skip

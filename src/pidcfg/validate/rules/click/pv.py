@@ -6,17 +6,16 @@ from decimal import Decimal
 from math import log
 from typing import TYPE_CHECKING
 
-from pidcfg.diagnostics import Severity
 from pidcfg.refs import CLICK, Decision
 from pidcfg.schemas.base import decimal_text
-from pidcfg.validate.rule import rule
+from pidcfg.validate.rule import error, info, per_loop, warning
 from pidcfg.validate.rules.click.context import NO_LIMIT
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from pidcfg.validate.rule import Finding
-    from pidcfg.validate.rules.click.context import ClickContext, LoopView
+    from pidcfg.validate.rules.click.context import LoopView
 
 RANGE = CLICK.at("PV Upper and Lower Limits")
 FILTER = CLICK.at("PV Filter")
@@ -38,14 +37,13 @@ def time_constant(view: LoopView) -> float | None:
     return float(-sample) / log(1 - float(constant) / 100)
 
 
-@rule(
-    code="PID321",
-    name="pv-range-without-width",
-    severity=Severity.ERROR,
-    basis=RANGE,
-    message="the PV's range {low} to {high} is twice the same number in {registers}, which have single precision",
+@per_loop
+@error(
+    "PID321",
+    RANGE,
+    "the PV's range {low} to {high} is twice the same number in {registers}, which have single precision",
 )
-def pv_range_without_width(context: ClickContext) -> Iterator[Finding]:
+def pv_range_without_width(view: LoopView) -> Iterator[Finding]:
     """The two ends of the PV's range are the same number for the PLC.
 
     Why: the registers are single-precision floats with about 7 digits. The range gives the process gain, from which the
@@ -53,22 +51,16 @@ def pv_range_without_width(context: ClickContext) -> Iterator[Finding]:
 
     Fix: move the ends apart, or use a unit in which they differ by more than a ten-millionth of their size.
     """
-    for view in context.loops:
-        ends = view.holds("pv_lower", "pv_upper")
-        if ends and ends[0] == ends[1]:
-            registers = f"{view.register('pv_lower')} and {view.register('pv_upper')}"
-            low, high = map(decimal_text, view.loop.pv.range)
-            yield view.find("pv", "range", low=low, high=high, registers=registers)
+    ends = view.holds("pv_lower", "pv_upper")
+    if ends and ends[0] == ends[1]:
+        registers = f"{view.register('pv_lower')} and {view.register('pv_upper')}"
+        low, high = map(decimal_text, view.loop.pv.range)
+        yield view.find("pv", "range", low=low, high=high, registers=registers)
 
 
-@rule(
-    code="PID322",
-    name="filter-without-effect",
-    severity=Severity.WARNING,
-    basis=FILTER,
-    message="the PV filter is on with {value}: all of the raw PV is passed",
-)
-def filter_without_effect(context: ClickContext) -> Iterator[Finding]:
+@per_loop
+@warning("PID322", FILTER, "the PV filter is on with {value}: all of the raw PV is passed")
+def filter_without_effect(view: LoopView) -> Iterator[Finding]:
     """The PV filter is on with a constant of 100, or without one.
 
     Why: the constant is the percentage of the raw PV that is passed each sample, so a large one filters little and 100
@@ -76,22 +68,20 @@ def filter_without_effect(context: ClickContext) -> Iterator[Finding]:
 
     Fix: choose a smaller constant, or leave the filter off.
     """
-    for view in context.loops:
-        pv = view.loop.pv
-        if view.filtered and view.held("filter") == NO_LIMIT:
-            yield view.find("pv", "filter_enabled" if pv.filter is None else "filter",
-                            value="no constant, which is 100 %" if pv.filter is None else "100 %")  # fmt: skip
+    pv = view.loop.pv
+    if view.filtered and view.held("filter") == NO_LIMIT:
+        yield view.find("pv", "filter_enabled" if pv.filter is None else "filter",
+                        value="no constant, which is 100 %" if pv.filter is None else "100 %")  # fmt: skip
 
 
-@rule(
-    code="PID323",
-    name="filter-lags",
-    severity=Severity.WARNING,
-    basis=D133,
-    message="filter {constant} % at a sample rate of {sample} s is a lag with a time constant of {tau} s, more than a "
+@per_loop
+@warning(
+    "PID323",
+    D133,
+    "filter {constant} % at a sample rate of {sample} s is a lag with a time constant of {tau} s, more than a "
     "quarter of the reset time of {reset} s",
 )
-def filter_lags(context: ClickContext) -> Iterator[Finding]:
+def filter_lags(view: LoopView) -> Iterator[Finding]:
     """The PV filter is slow compared with the reset time.
 
     Why: the loop controls the filtered PV, which runs behind the process. A lag that is not small against the reset
@@ -99,30 +89,21 @@ def filter_lags(context: ClickContext) -> Iterator[Finding]:
 
     Fix: pass a larger percentage, sample faster, or tune the loop with the filter on.
     """
-    for view in context.loops:
-        tau, reset = time_constant(view), view.loop.tuning.reset_time
-        if tau is not None and tau * SHARE > reset and view.sound("reset_time", "sample_rate"):
-            yield view.find("pv", "filter", constant=view.loop.pv.filter, sample=decimal_text(view.loop.sample_rate),
-                            tau=f"{tau:.3g}", reset=decimal_text(reset))  # fmt: skip
+    tau, reset = time_constant(view), view.loop.tuning.reset_time
+    if tau is not None and tau * SHARE > reset and view.sound("reset_time", "sample_rate"):
+        yield view.find("pv", "filter", constant=view.loop.pv.filter, sample=decimal_text(view.loop.sample_rate),
+                        tau=f"{tau:.3g}", reset=decimal_text(reset))  # fmt: skip
 
 
-@rule(
-    code="PID324",
-    name="filter-switched-off",
-    severity=Severity.INFO,
-    basis=FILTER,
-    message="filter {constant} % is stored, but {register} is off: the PV is the raw PV",
-)
-def filter_switched_off(context: ClickContext) -> Iterator[Finding]:
+@per_loop
+@info("PID324", FILTER, "filter {constant} % is stored, but {register} is off: the PV is the raw PV")
+def filter_switched_off(view: LoopView) -> Iterator[Finding]:
     """A filter constant is given, but the filter is off.
 
     Why: the register shows up in every listing; without the enable bit nothing is filtered.
 
     Fix: remove `filter_enabled: false`, or the constant.
     """
-    for view in context.loops:
-        pv = view.loop.pv
-        if pv.filter is not None and pv.filter != NO_LIMIT and not view.filtered:
-            yield view.find(
-                "pv", "filter_enabled", constant=Decimal(pv.filter), register=view.register("filter_enable")
-            )
+    pv = view.loop.pv
+    if pv.filter is not None and pv.filter != NO_LIMIT and not view.filtered:
+        yield view.find("pv", "filter_enabled", constant=Decimal(pv.filter), register=view.register("filter_enable"))

@@ -8,7 +8,7 @@ from pidcfg.diagnostics import Severity
 from pidcfg.encoders.maps.click import SETPOINT_CROSSED
 from pidcfg.refs import CLICK, Decision
 from pidcfg.schemas.click import EFFECT
-from pidcfg.validate.rule import Finding, once, rule
+from pidcfg.validate.rule import Finding, error, info, once, per_loop, warning
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -60,15 +60,13 @@ def written(view: LoopView) -> Decimal | None:
     return None if view.loop.setpoint.value is None else view.held("setpoint")
 
 
-@rule(
-    code="PID311",
-    name="setpoint-limits-crossed",
-    severity=Severity.ERROR,
-    basis=D132,
-    message="the lower set point limit {low} in {low_register} is above the upper limit {high} in {high_register}"
-    "{when}",
+@per_loop
+@error(
+    "PID311",
+    D132,
+    "the lower set point limit {low} in {low_register} is above the upper limit {high} in {high_register}{when}",
 )
-def setpoint_limits_crossed(context: ClickContext) -> Iterator[Finding]:
+def setpoint_limits_crossed(view: LoopView) -> Iterator[Finding]:
     """The lower set point limit is above the upper one.
 
     Why: with both enabled the PLC reports error 23 and keeps the loop in Manual. With one of them switched off that
@@ -76,28 +74,22 @@ def setpoint_limits_crossed(context: ClickContext) -> Iterator[Finding]:
 
     Fix: write the smaller number as `lower_limit`.
     """
-    for view in context.loops:
-        ends = view.holds("setpoint_lower", "setpoint_upper")
-        both_given = all(view.given(f"setpoint_{end}") is not None for end in ENDS)
-        if both_given and ends and ends[0] > ends[1]:
-            active = crossed(view)
-            registers = {"low_register": view.register("setpoint_lower"),
-                         "high_register": view.register("setpoint_upper")}  # fmt: skip
-            values = {"low": view.eu(ends[0]), "high": view.eu(ends[1]), **registers,
-                      "when": "" if active else ": error 23 as soon as both are enabled"}  # fmt: skip
-            yield Finding(("loops", view.index, "setpoint", "lower_limit"), values,
-                          plc_effect=CROSSED_EFFECT if active else None,
-                          severity=None if active else Severity.INFO)  # fmt: skip
+    ends = view.holds("setpoint_lower", "setpoint_upper")
+    both_given = all(view.given(f"setpoint_{end}") is not None for end in ENDS)
+    if both_given and ends and ends[0] > ends[1]:
+        active = crossed(view)
+        registers = {"low_register": view.register("setpoint_lower"),
+                     "high_register": view.register("setpoint_upper")}  # fmt: skip
+        values = {"low": view.eu(ends[0]), "high": view.eu(ends[1]), **registers,
+                  "when": "" if active else ": error 23 as soon as both are enabled"}  # fmt: skip
+        yield Finding(("loops", view.index, "setpoint", "lower_limit"), values,
+                      plc_effect=CROSSED_EFFECT if active else None,
+                      severity=None if active else Severity.INFO)  # fmt: skip
 
 
-@rule(
-    code="PID312",
-    name="setpoint-limit-without-value",
-    severity=Severity.ERROR,
-    basis=LIMITS,
-    message="the {end} set point limit is enabled without a value: {register} holds 0, and {consequence}",
-)
-def setpoint_limit_without_value(context: ClickContext) -> Iterator[Finding]:
+@per_loop
+@error("PID312", LIMITS, "the {end} set point limit is enabled without a value: {register} holds 0, and {consequence}")
+def setpoint_limit_without_value(view: LoopView) -> Iterator[Finding]:
     """A set point limit is enabled, but not given.
 
     Why: its register holds 0, and the PLC writes the limit over every set point beyond it. The help demands a value
@@ -105,24 +97,18 @@ def setpoint_limit_without_value(context: ClickContext) -> Iterator[Finding]:
 
     Fix: give the limit, or leave it switched off.
     """
-    for view in context.loops:
-        for end in missing(view):
-            broken = crossed(view)
-            consequence = f"set points {'below' if end == 'lower' else 'above'} 0 are replaced by 0"
-            if broken:
-                consequence = "the limits are crossed"
-            yield view.find("setpoint", f"{end}_limit_enabled", plc_effect=CROSSED_EFFECT if broken else None, end=end,
-                            register=view.register(f"setpoint_{end}"), consequence=consequence)  # fmt: skip
+    for end in missing(view):
+        broken = crossed(view)
+        consequence = f"set points {'below' if end == 'lower' else 'above'} 0 are replaced by 0"
+        if broken:
+            consequence = "the limits are crossed"
+        yield view.find("setpoint", f"{end}_limit_enabled", plc_effect=CROSSED_EFFECT if broken else None, end=end,
+                        register=view.register(f"setpoint_{end}"), consequence=consequence)  # fmt: skip
 
 
-@rule(
-    code="PID313",
-    name="setpoint-limits-equal",
-    severity=Severity.WARNING,
-    basis=LIMITS,
-    message="both set point limits are {value}: there is no other set point",
-)
-def setpoint_limits_equal(context: ClickContext) -> Iterator[Finding]:
+@per_loop
+@warning("PID313", LIMITS, "both set point limits are {value}: there is no other set point")
+def setpoint_limits_equal(view: LoopView) -> Iterator[Finding]:
     """Both set point limits are enabled, and equal.
 
     Why: the PLC writes the nearer limit over every set point, so an operator's entry jumps back as if the display were
@@ -130,20 +116,16 @@ def setpoint_limits_equal(context: ClickContext) -> Iterator[Finding]:
 
     Fix: set the limits apart.
     """
-    for view in context.loops:
-        ends = limits_on(view)
-        if len(ends) == len(ENDS) and ends["lower"] == ends["upper"] and not missing(view):
-            yield view.find("setpoint", "upper_limit", value=view.shown("setpoint_upper"))
+    ends = limits_on(view)
+    if len(ends) == len(ENDS) and ends["lower"] == ends["upper"] and not missing(view):
+        yield view.find("setpoint", "upper_limit", value=view.shown("setpoint_upper"))
 
 
-@rule(
-    code="PID314",
-    name="setpoint-outside-limits",
-    severity=Severity.WARNING,
-    basis=LIMITS,
-    message="the set point {value} is {side} its {end} limit: the PLC writes {limit} over it in {register}",
+@per_loop
+@warning(
+    "PID314", LIMITS, "the set point {value} is {side} its {end} limit: the PLC writes {limit} over it in {register}"
 )
-def setpoint_outside_limits(context: ClickContext) -> Iterator[Finding]:
+def setpoint_outside_limits(view: LoopView) -> Iterator[Finding]:
     """The set point lies outside its own limits.
 
     Why: an enabled limit does not only act inside the calculation. The PLC changes the set point in its register, and
@@ -151,25 +133,19 @@ def setpoint_outside_limits(context: ClickContext) -> Iterator[Finding]:
 
     Fix: correct the set point, or widen the limits.
     """
-    for view in context.loops:
-        value = written(view)
-        if value is None or crossed(view):
-            continue
-        kept = effective(view, value)
-        if kept != value:
-            end, side = ("lower", "below") if kept > value else ("upper", "above")
-            yield view.find("setpoint", "value", value=view.shown("setpoint"), end=end, limit=view.eu(kept), side=side,
-                            register=view.register("setpoint"))  # fmt: skip
+    value = written(view)
+    if value is None or crossed(view):
+        return
+    kept = effective(view, value)
+    if kept != value:
+        end, side = ("lower", "below") if kept > value else ("upper", "above")
+        yield view.find("setpoint", "value", value=view.shown("setpoint"), end=end, limit=view.eu(kept), side=side,
+                        register=view.register("setpoint"))  # fmt: skip
 
 
-@rule(
-    code="PID315",
-    name="setpoint-outside-range",
-    severity=Severity.WARNING,
-    basis=RANGE,
-    message="the set point {value} is outside the process range {low} to {high}",
-)
-def setpoint_outside_range(context: ClickContext) -> Iterator[Finding]:
+@per_loop
+@warning("PID315", RANGE, "the set point {value} is outside the process range {low} to {high}")
+def setpoint_outside_range(view: LoopView) -> Iterator[Finding]:
     """The set point is a value that the process does not reach.
 
     Why: the PV's range is what the process reaches at 0 % and at 100 % of the output. For a set point beyond it the
@@ -178,23 +154,21 @@ def setpoint_outside_range(context: ClickContext) -> Iterator[Finding]:
     Fix: correct the set point. If the process does get there, correct `pv.range`, from which the autotune works out the
     gain.
     """
-    for view in context.loops:
-        value = written(view)
-        low, high = view.loop.pv.range
-        if value is not None and not low <= effective(view, value) <= high:
-            yield view.find("setpoint", "value", value=view.eu(effective(view, value)), low=view.eu(low),
-                            high=view.eu(high))  # fmt: skip
+    value = written(view)
+    low, high = view.loop.pv.range
+    if value is not None and not low <= effective(view, value) <= high:
+        yield view.find("setpoint", "value", value=view.eu(effective(view, value)), low=view.eu(low),
+                        high=view.eu(high))  # fmt: skip
 
 
-@rule(
-    code="PID316",
-    name="setpoint-limit-outside-range",
-    severity=Severity.WARNING,
-    basis=LIMITS,
-    message="the {end} set point limit {value} is outside the process range {low} to {high}: it lets set points pass "
+@per_loop
+@warning(
+    "PID316",
+    LIMITS,
+    "the {end} set point limit {value} is outside the process range {low} to {high}: it lets set points pass "
     "that the process does not reach",
 )
-def setpoint_limit_outside_range(context: ClickContext) -> Iterator[Finding]:
+def setpoint_limit_outside_range(view: LoopView) -> Iterator[Finding]:
     """A set point limit lies outside the process range.
 
     Why: limits are there to prevent an entry outside the limits of the process. One that lies beyond the range prevents
@@ -202,41 +176,32 @@ def setpoint_limit_outside_range(context: ClickContext) -> Iterator[Finding]:
 
     Fix: bring the limit inside `pv.range`, or correct the range.
     """
-    for view in context.loops:
-        low, high = view.loop.pv.range
-        for end, value in limits_on(view).items():
-            if view.given(f"setpoint_{end}") is not None and not low <= value <= high:
-                yield view.find("setpoint", f"{end}_limit", end=end, value=view.eu(value), low=view.eu(low),
-                                high=view.eu(high))  # fmt: skip
+    low, high = view.loop.pv.range
+    for end, value in limits_on(view).items():
+        if view.given(f"setpoint_{end}") is not None and not low <= value <= high:
+            yield view.find("setpoint", f"{end}_limit", end=end, value=view.eu(value), low=view.eu(low),
+                            high=view.eu(high))  # fmt: skip
 
 
-@rule(
-    code="PID317",
-    name="setpoint-limit-switched-off",
-    severity=Severity.INFO,
-    basis=LIMITS,
-    message="the {end} set point limit {value} is stored, but {register} is off: it limits nothing",
-)
-def setpoint_limit_switched_off(context: ClickContext) -> Iterator[Finding]:
+@per_loop
+@info("PID317", LIMITS, "the {end} set point limit {value} is stored, but {register} is off: it limits nothing")
+def setpoint_limit_switched_off(view: LoopView) -> Iterator[Finding]:
     """A set point limit is given, but not enabled.
 
     Why: its register shows up in every listing; without the enable bit it guards nothing.
 
     Fix: remove the `…_enabled: false`, or the limit.
     """
-    for view in context.loops:
-        for end in ENDS:
-            if view.given(f"setpoint_{end}") is not None and not view.setpoint_limited(end):
-                yield view.find("setpoint", f"{end}_limit_enabled", end=end, value=view.shown(f"setpoint_{end}"),
-                                register=view.register(f"setpoint_{end}_enable"))  # fmt: skip
+    for end in ENDS:
+        if view.given(f"setpoint_{end}") is not None and not view.setpoint_limited(end):
+            yield view.find("setpoint", f"{end}_limit_enabled", end=end, value=view.shown(f"setpoint_{end}"),
+                            register=view.register(f"setpoint_{end}_enable"))  # fmt: skip
 
 
-@rule(
-    code="PID318",
-    name="setpoint-replaced-by-pv",
-    severity=Severity.INFO,
-    basis=TRANSFER,
-    message="the set point {value} is replaced by the PV when the loop goes from Manual to Auto (bumpless 1){others}",
+@info(
+    "PID318",
+    TRANSFER,
+    "the set point {value} is replaced by the PV when the loop goes from Manual to Auto (bumpless 1){others}",
 )
 def setpoint_replaced_by_pv(context: ClickContext) -> Iterator[Finding]:
     """The set point of the file does not survive the change to Auto.
@@ -256,14 +221,9 @@ def setpoint_replaced_by_pv(context: ClickContext) -> Iterator[Finding]:
         yield once(first.find("setpoint", "value", value=first.shown("setpoint")), [view.loop.name for view in others])
 
 
-@rule(
-    code="PID319",
-    name="setpoint-left-at-zero",
-    severity=Severity.WARNING,
-    basis=TRANSFER,
-    message="no set point is given: with bumpless 2 the loop goes to Auto with {register} at {zero}",
-)
-def setpoint_left_at_zero(context: ClickContext) -> Iterator[Finding]:
+@per_loop
+@warning("PID319", TRANSFER, "no set point is given: with bumpless 2 the loop goes to Auto with {register} at {zero}")
+def setpoint_left_at_zero(view: LoopView) -> Iterator[Finding]:
     """A loop with bumpless mode 2 is meant for Auto, and nothing gives its set point.
 
     Why: the register is downloaded as 0, and mode 2 does not make it equal to the PV. The loop drives the process
@@ -271,8 +231,7 @@ def setpoint_left_at_zero(context: ClickContext) -> Iterator[Finding]:
 
     Fix: give `setpoint.value`, or take `bumpless: 1`.
     """
-    for view in context.loops:
-        loop = view.loop
-        setpoint = view.held("setpoint")
-        if loop.mode == "auto" and loop.bumpless == 2 and loop.setpoint.value is None and setpoint is not None:
-            yield view.find("setpoint", register=view.register("setpoint"), zero=view.eu(effective(view, setpoint)))
+    loop = view.loop
+    setpoint = view.held("setpoint")
+    if loop.mode == "auto" and loop.bumpless == 2 and loop.setpoint.value is None and setpoint is not None:
+        yield view.find("setpoint", register=view.register("setpoint"), zero=view.eu(effective(view, setpoint)))

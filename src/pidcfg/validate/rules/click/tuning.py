@@ -5,17 +5,16 @@ from __future__ import annotations
 from decimal import Decimal
 from typing import TYPE_CHECKING
 
-from pidcfg.diagnostics import Severity
 from pidcfg.refs import CLICK, Decision
 from pidcfg.schemas.base import decimal_text
-from pidcfg.validate.rule import rule
+from pidcfg.validate.rule import info, per_loop, warning
 from pidcfg.validate.rules.click.context import NO_INTEGRAL, number_text
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from pidcfg.validate.rule import Finding
-    from pidcfg.validate.rules.click.context import ClickContext, LoopView
+    from pidcfg.validate.rules.click.context import LoopView
 
 RESET = CLICK.at("Integral or Reset Time (DFn+06)")
 FREEZE = CLICK.at("Freeze Bias (Anti-Windup) (Cn+05)")
@@ -45,15 +44,14 @@ def saturating_error(view: LoopView) -> Decimal | None:
     return linear.sqrt() if view.squared else linear
 
 
-@rule(
-    code="PID331",
-    name="integral-faster-than-proportional",
-    severity=Severity.WARNING,
-    basis=RESET,
-    message="reset_time is {reset} s, shorter than the sample_rate of {sample} s: each sample integrates {times} times "
+@per_loop
+@warning(
+    "PID331",
+    RESET,
+    "reset_time is {reset} s, shorter than the sample_rate of {sample} s: each sample integrates {times} times "
     "the proportional action",
 )
-def integral_faster_than_proportional(context: ClickContext) -> Iterator[Finding]:
+def integral_faster_than_proportional(view: LoopView) -> Iterator[Finding]:
     """The reset time is shorter than the time between two samples.
 
     Why: the error is multiplied by Kp·Ts/Ti each sample. With Ti below Ts the integral answers an error more strongly
@@ -61,21 +59,19 @@ def integral_faster_than_proportional(context: ClickContext) -> Iterator[Finding
 
     Fix: lengthen the reset time, or sample at least ten times in a reset time.
     """
-    for view in context.loops:
-        reset, sample = view.loop.tuning.reset_time, view.loop.sample_rate
-        if reset < sample and view.sound("reset_time", "sample_rate"):
-            yield view.find("tuning", "reset_time", reset=decimal_text(reset), sample=decimal_text(sample),
-                            times=f"{sample / reset:.1f}")  # fmt: skip
+    reset, sample = view.loop.tuning.reset_time, view.loop.sample_rate
+    if reset < sample and view.sound("reset_time", "sample_rate"):
+        yield view.find("tuning", "reset_time", reset=decimal_text(reset), sample=decimal_text(sample),
+                        times=f"{sample / reset:.1f}")  # fmt: skip
 
 
-@rule(
-    code="PID332",
-    name="integral-as-good-as-off",
-    severity=Severity.INFO,
-    basis=RESET,
-    message="reset_time is {reset} s: from about 1000 s on there is as good as no integral, and an error may stay",
+@per_loop
+@info(
+    "PID332",
+    RESET,
+    "reset_time is {reset} s: from about 1000 s on there is as good as no integral, and an error may stay",
 )
-def integral_as_good_as_off(context: ClickContext) -> Iterator[Finding]:
+def integral_as_good_as_off(view: LoopView) -> Iterator[Finding]:
     """The reset time is 1000 s or more.
 
     Why: the integral cannot be switched off; a very long reset time is how the help removes its effect. The output then
@@ -83,20 +79,18 @@ def integral_as_good_as_off(context: ClickContext) -> Iterator[Finding]:
 
     Fix: nothing, if a loop without an integral (or a very slow process) is meant; otherwise shorten the reset time.
     """
-    for view in context.loops:
-        if view.loop.tuning.reset_time >= NO_INTEGRAL and view.sound("reset_time"):
-            yield view.find("tuning", "reset_time", reset=decimal_text(view.loop.tuning.reset_time))
+    if view.loop.tuning.reset_time >= NO_INTEGRAL and view.sound("reset_time"):
+        yield view.find("tuning", "reset_time", reset=decimal_text(view.loop.tuning.reset_time))
 
 
-@rule(
-    code="PID333",
-    name="gain-acts-like-a-switch",
-    severity=Severity.WARNING,
-    basis=D134,
-    message="proportional_gain {gain} drives the output through its limits at an error of {error}, less than 1 % of "
+@per_loop
+@warning(
+    "PID333",
+    D134,
+    "proportional_gain {gain} drives the output through its limits at an error of {error}, less than 1 % of "
     "the PV's range",
 )
-def gain_acts_like_a_switch(context: ClickContext) -> Iterator[Finding]:
+def gain_acts_like_a_switch(view: LoopView) -> Iterator[Finding]:
     """The proportional gain is so high that the smallest error saturates the output.
 
     Why: the gain is in % of output per unit of the PV (with `squared`, per unit squared): it depends on the unit, and
@@ -104,21 +98,15 @@ def gain_acts_like_a_switch(context: ClickContext) -> Iterator[Finding]:
 
     Fix: divide a gain in % per % by the hundredth part of the range, or check the unit of the range.
     """
-    for view in context.loops:
-        error = saturating_error(view)
-        if error is not None and error * BAND < view.span and view.sound("proportional_gain"):
-            yield view.find("tuning", "proportional_gain", gain=number_text(view.loop.tuning.proportional_gain),
-                            error=approximate(view, error))  # fmt: skip
+    error = saturating_error(view)
+    if error is not None and error * BAND < view.span and view.sound("proportional_gain"):
+        yield view.find("tuning", "proportional_gain", gain=number_text(view.loop.tuning.proportional_gain),
+                        error=approximate(view, error))  # fmt: skip
 
 
-@rule(
-    code="PID334",
-    name="gain-moves-nothing",
-    severity=Severity.INFO,
-    basis=D134,
-    message="proportional_gain {gain}: an error of the whole range ({span}) moves the output by {moves} only",
-)
-def gain_moves_nothing(context: ClickContext) -> Iterator[Finding]:
+@per_loop
+@info("PID334", D134, "proportional_gain {gain}: an error of the whole range ({span}) moves the output by {moves} only")
+def gain_moves_nothing(view: LoopView) -> Iterator[Finding]:
     """The proportional gain is so low that no error moves the output by 1 %.
 
     Why: the gain multiplies all three terms, so integral and derivative are as weak. The gain is in % of output per
@@ -126,12 +114,11 @@ def gain_moves_nothing(context: ClickContext) -> Iterator[Finding]:
 
     Fix: raise the gain, or check the unit of the range.
     """
-    for view in context.loops:
-        gain, width = view.loop.tuning.proportional_gain, view.span
-        moves = gain * (width * width if view.squared else width)
-        if moves < 1 and view.sound("proportional_gain"):
-            yield view.find("tuning", "proportional_gain", gain=number_text(gain), span=view.eu(width),
-                            moves=f"{float(moves):.2g} %")  # fmt: skip
+    gain, width = view.loop.tuning.proportional_gain, view.span
+    moves = gain * (width * width if view.squared else width)
+    if moves < 1 and view.sound("proportional_gain"):
+        yield view.find("tuning", "proportional_gain", gain=number_text(gain), span=view.eu(width),
+                        moves=f"{float(moves):.2g} %")  # fmt: skip
 
 
 def approximate(view: LoopView, value: Decimal) -> str:
@@ -140,15 +127,13 @@ def approximate(view: LoopView, value: Decimal) -> str:
     return f"{float(value):.4g}{unit}"
 
 
-@rule(
-    code="PID335",
-    name="windup-not-prevented",
-    severity=Severity.WARNING,
-    basis=FREEZE,
-    message="freeze_bias is off: while the output stands at {low} or {high}, the integral with reset_time {reset} s "
-    "goes on",
+@per_loop
+@warning(
+    "PID335",
+    FREEZE,
+    "freeze_bias is off: while the output stands at {low} or {high}, the integral with reset_time {reset} s goes on",
 )
-def windup_not_prevented(context: ClickContext) -> Iterator[Finding]:
+def windup_not_prevented(view: LoopView) -> Iterator[Finding]:
     """A loop integrates while its output is at a limit.
 
     Why: as long as there is an error the bias keeps growing, although the output cannot follow. After a start-up or a
@@ -156,21 +141,15 @@ def windup_not_prevented(context: ClickContext) -> Iterator[Finding]:
 
     Fix: write `freeze_bias: true`.
     """
-    for view in context.loops:
-        if view.integrates and view.sound("reset_time") and not view.loop.freeze_bias and travel(view) is not None:
-            low, high = view.loop.output.limits
-            yield view.find("freeze_bias", low=view.co(low), high=view.co(high),
-                            reset=decimal_text(view.loop.tuning.reset_time))  # fmt: skip
+    if view.integrates and view.sound("reset_time") and not view.loop.freeze_bias and travel(view) is not None:
+        low, high = view.loop.output.limits
+        yield view.find("freeze_bias", low=view.co(low), high=view.co(high),
+                        reset=decimal_text(view.loop.tuning.reset_time))  # fmt: skip
 
 
-@rule(
-    code="PID336",
-    name="freeze-without-integral",
-    severity=Severity.INFO,
-    basis=FREEZE,
-    message="freeze_bias is on, but reset_time {reset} s leaves as good as no integral to stop",
-)
-def freeze_without_integral(context: ClickContext) -> Iterator[Finding]:
+@per_loop
+@info("PID336", FREEZE, "freeze_bias is on, but reset_time {reset} s leaves as good as no integral to stop")
+def freeze_without_integral(view: LoopView) -> Iterator[Finding]:
     """The anti-windup is on for a loop without an integral.
 
     Why: it stops the integral at the limits of the output; with a reset time of 1000 s and more there is none to speak
@@ -178,6 +157,5 @@ def freeze_without_integral(context: ClickContext) -> Iterator[Finding]:
 
     Fix: nothing, or leave `freeze_bias` out.
     """
-    for view in context.loops:
-        if view.loop.freeze_bias and view.loop.tuning.reset_time >= NO_INTEGRAL:
-            yield view.find("freeze_bias", reset=decimal_text(view.loop.tuning.reset_time))
+    if view.loop.freeze_bias and view.loop.tuning.reset_time >= NO_INTEGRAL:
+        yield view.find("freeze_bias", reset=decimal_text(view.loop.tuning.reset_time))

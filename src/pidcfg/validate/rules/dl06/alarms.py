@@ -10,13 +10,13 @@ from pidcfg.diagnostics import Severity
 from pidcfg.encoders.plain import switched_on
 from pidcfg.refs import DL06, Decision
 from pidcfg.schemas.base import decimal_text
-from pidcfg.validate.rule import Finding, rule
+from pidcfg.validate.rule import Finding, error, per_loop, warning
 from pidcfg.validate.rules.dl06.context import counts_text
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from pidcfg.validate.rules.dl06.context import Dl06Context, LoopView
+    from pidcfg.validate.rules.dl06.context import LoopView
 
 ERROR = DL06.at("Alarm Programming Error")
 ABSOLUTE = DL06.at("PV Absolute Value Alarms")
@@ -62,14 +62,9 @@ def order_finding(view: LoopView, group: str, prefix: str, low: str, high: str) 
     return view.find("alarms", group, high, plc_effect=stays_in_manual(view), above=high, below=low, **shown)
 
 
-@rule(
-    code="PID242",
-    name="pv-alarms-out-of-order",
-    severity=Severity.ERROR,
-    basis=ERROR,
-    message="{above} is {high}, not above {below}, {low}",
-)
-def pv_alarms_out_of_order(context: Dl06Context) -> Iterator[Finding]:
+@per_loop
+@error("PID242", ERROR, "{above} is {high}, not above {below}, {low}")
+def pv_alarms_out_of_order(view: LoopView) -> Iterator[Finding]:
     """The PV alarm points do not ascend: the PLC wants low_low < low < high < high_high.
 
     Why: the comparison is made on the words. Points that differ in the file but round to the same counts are as wrong
@@ -78,21 +73,15 @@ def pv_alarms_out_of_order(context: Dl06Context) -> Iterator[Finding]:
     Fix: put the points in order, at least one count apart. To do without an outer alarm, place it at the end of the
     range.
     """
-    for view in context.loops:
-        if view.pv_alarms:
-            for low, high, given in wrong_pairs(view, "pv", "pv", PV_POINTS):
-                if given:
-                    yield order_finding(view, "pv", "pv", low, high)
+    if view.pv_alarms:
+        for low, high, given in wrong_pairs(view, "pv", "pv", PV_POINTS):
+            if given:
+                yield order_finding(view, "pv", "pv", low, high)
 
 
-@rule(
-    code="PID243",
-    name="pv-alarms-incomplete",
-    severity=Severity.ERROR,
-    basis=D20,
-    message="{missing} not given, so {words} {zero}, and one bit enables all four PV alarms: {effect}",
-)
-def pv_alarms_incomplete(context: Dl06Context) -> Iterator[Finding]:
+@per_loop
+@error("PID243", D20, "{missing} not given, so {words} {zero}, and one bit enables all four PV alarms: {effect}")
+def pv_alarms_incomplete(view: LoopView) -> Iterator[Finding]:
     """Some of the four PV alarms are given, and the others count as 0.
 
     Why: bit 12 of +00 enables low_low, low, high and high_high together. A point that is left out is 0 counts: it
@@ -101,12 +90,11 @@ def pv_alarms_incomplete(context: Dl06Context) -> Iterator[Finding]:
 
     Fix: give all four. An alarm that is not wanted goes to the end of the range, where the PV cannot pass it.
     """
-    for view in context.loops:
-        if not view.pv_alarms:
-            continue
-        missing = [key for key in PV_POINTS if getattr(view.loop.alarms.pv, key) is None]
-        if missing:
-            yield _incomplete(view, missing)
+    if not view.pv_alarms:
+        return
+    missing = [key for key in PV_POINTS if getattr(view.loop.alarms.pv, key) is None]
+    if missing:
+        yield _incomplete(view, missing)
 
 
 def _incomplete(view: LoopView, missing: list[str]) -> Finding:
@@ -122,14 +110,9 @@ def _incomplete(view: LoopView, missing: list[str]) -> Finding:
                    plc_effect=stays_in_manual(view) if broken else None)  # fmt: skip
 
 
-@rule(
-    code="PID244",
-    name="deviation-alarms-out-of-order",
-    severity=Severity.ERROR,
-    basis=ERROR,
-    message="{above} is {high}, not above {below}, {low}",
-)
-def deviation_alarms_out_of_order(context: Dl06Context) -> Iterator[Finding]:
+@per_loop
+@error("PID244", ERROR, "{above} is {high}, not above {below}, {low}")
+def deviation_alarms_out_of_order(view: LoopView) -> Iterator[Finding]:
     """The red deviation limit is not above the yellow one.
 
     Why: yellow is the caution, red the strong error, and the PLC wants yellow < red in counts. Otherwise it sets the
@@ -137,20 +120,14 @@ def deviation_alarms_out_of_order(context: Dl06Context) -> Iterator[Finding]:
 
     Fix: give both limits, red at least one count above yellow.
     """
-    for view in context.loops:
-        if view.deviation_alarms:
-            for low, high, _ in wrong_pairs(view, "deviation", "deviation", DEVIATION_POINTS):
-                yield order_finding(view, "deviation", "deviation", low, high)
+    if view.deviation_alarms:
+        for low, high, _ in wrong_pairs(view, "deviation", "deviation", DEVIATION_POINTS):
+            yield order_finding(view, "deviation", "deviation", low, high)
 
 
-@rule(
-    code="PID245",
-    name="deviation-alarm-of-zero",
-    severity=Severity.WARNING,
-    basis=D20,
-    message="the yellow deviation limit is {value}: a PV one count off the set point is an alarm",
-)
-def deviation_alarm_of_zero(context: Dl06Context) -> Iterator[Finding]:
+@per_loop
+@warning("PID245", D20, "the yellow deviation limit is {value}: a PV one count off the set point is an alarm")
+def deviation_alarm_of_zero(view: LoopView) -> Iterator[Finding]:
     """The yellow deviation limit is 0 counts, given so or left out.
 
     Why: one bit enables both deviation alarms. With 0 the yellow one is on nearly all the time, and operators learn to
@@ -158,21 +135,19 @@ def deviation_alarm_of_zero(context: Dl06Context) -> Iterator[Finding]:
 
     Fix: give a yellow limit that the loop normally keeps.
     """
-    for view in context.loops:
-        words = view.holds("deviation_yellow", "deviation_red")
-        if view.deviation_alarms and words and words[0] == 0 < words[1]:
-            yield view.find("alarms", "deviation", "yellow", value=view.shown("deviation_yellow"))
+    words = view.holds("deviation_yellow", "deviation_red")
+    if view.deviation_alarms and words and words[0] == 0 < words[1]:
+        yield view.find("alarms", "deviation", "yellow", value=view.shown("deviation_yellow"))
 
 
-@rule(
-    code="PID246",
-    name="rate-of-change-limit-of-zero",
-    severity=Severity.ERROR,
-    basis=RESOLUTION,
-    message="the rate-of-change limit {value} is {exact} counts a sample of {sample} s and is stored as 0: every "
+@per_loop
+@error(
+    "PID246",
+    RESOLUTION,
+    "the rate-of-change limit {value} is {exact} counts a sample of {sample} s and is stored as 0: every "
     "change of the PV alarms; one count a sample is {least} /min",
 )
-def rate_of_change_limit_of_zero(context: Dl06Context) -> Iterator[Finding]:
+def rate_of_change_limit_of_zero(view: LoopView) -> Iterator[Finding]:
     """The rate-of-change limit is less than half a count per sample and rounds to 0.
 
     Why: the limit is specified in PV counts per sample period. At 50 ms one count is already 1200 counts a minute:
@@ -180,12 +155,11 @@ def rate_of_change_limit_of_zero(context: Dl06Context) -> Iterator[Finding]:
 
     Fix: sample more slowly, use the 15-bit format, or raise the limit.
     """
-    for view in context.loops:
-        if rate_alarm_on(view) and view.counts("rate_of_change") == 0:
-            rate = view.loop.alarms.rate_of_change
-            key = "rate_of_change_enabled" if rate is None else "rate_of_change"
-            yield view.find("alarms", key, value=rate_text(view), exact=f"{float(exact_rate(view)):.2g}",
-                            sample=decimal_text(view.loop.sample_rate), least=per_minute(view))  # fmt: skip
+    if rate_alarm_on(view) and view.counts("rate_of_change") == 0:
+        rate = view.loop.alarms.rate_of_change
+        key = "rate_of_change_enabled" if rate is None else "rate_of_change"
+        yield view.find("alarms", key, value=rate_text(view), exact=f"{float(exact_rate(view)):.2g}",
+                        sample=decimal_text(view.loop.sample_rate), least=per_minute(view))  # fmt: skip
 
 
 def rate_alarm_on(view: LoopView) -> bool:
@@ -215,15 +189,14 @@ def per_minute(view: LoopView) -> str:
     return f"{float(counts * scale.width / scale.full):.4g}{unit}"
 
 
-@rule(
-    code="PID247",
-    name="rate-of-change-limit-coarse",
-    severity=Severity.WARNING,
-    basis=D21,
-    message="the rate-of-change limit {value} is {exact} counts a sample of {sample} s and is stored as {counts}, "
+@per_loop
+@warning(
+    "PID247",
+    D21,
+    "the rate-of-change limit {value} is {exact} counts a sample of {sample} s and is stored as {counts}, "
     "{percent} % off; one count a sample is {least} /min",
 )
-def rate_of_change_limit_coarse(context: Dl06Context) -> Iterator[Finding]:
+def rate_of_change_limit_coarse(view: LoopView) -> Iterator[Finding]:
     """The rate-of-change limit is so few counts per sample that rounding changes it by more than a tenth.
 
     Why: an excessively fast sample rate diminishes the resolution of this alarm, because its value is the change per
@@ -231,25 +204,23 @@ def rate_of_change_limit_coarse(context: Dl06Context) -> Iterator[Finding]:
 
     Fix: sample more slowly, use the 15-bit format, or choose a limit that is a whole number of counts.
     """
-    for view in context.loops:
-        counts = view.counts("rate_of_change")
-        if rate_alarm_on(view) and counts:
-            exact = exact_rate(view)
-            error = abs(counts - exact) / exact
-            if error > COARSE:
-                yield view.find("alarms", "rate_of_change", value=rate_text(view), exact=f"{float(exact):.2f}",
-                                sample=decimal_text(view.loop.sample_rate), counts=counts,
-                                percent=f"{100 * float(error):.0f}", least=per_minute(view))  # fmt: skip
+    counts = view.counts("rate_of_change")
+    if rate_alarm_on(view) and counts:
+        exact = exact_rate(view)
+        error = abs(counts - exact) / exact
+        if error > COARSE:
+            yield view.find("alarms", "rate_of_change", value=rate_text(view), exact=f"{float(exact):.2f}",
+                            sample=decimal_text(view.loop.sample_rate), counts=counts,
+                            percent=f"{100 * float(error):.0f}", least=per_minute(view))  # fmt: skip
 
 
-@rule(
-    code="PID248",
-    name="setpoint-in-alarm",
-    severity=Severity.WARNING,
-    basis=TROUBLE,
-    message="the set point {value} is beyond the {alarm} alarm at {limit}: on its set point the loop is in alarm",
+@per_loop
+@warning(
+    "PID248",
+    TROUBLE,
+    "the set point {value} is beyond the {alarm} alarm at {limit}: on its set point the loop is in alarm",
 )
-def setpoint_in_alarm(context: Dl06Context) -> Iterator[Finding]:
+def setpoint_in_alarm(view: LoopView) -> Iterator[Finding]:
     """The set point lies beyond a PV alarm point.
 
     Why: a loop that controls well then stands in alarm. While a PV alarm exists, the loop will not go into Automatic
@@ -257,13 +228,12 @@ def setpoint_in_alarm(context: Dl06Context) -> Iterator[Finding]:
 
     Fix: move the set point or the alarm.
     """
-    for view in context.loops:
-        setpoint, low, high = (view.counts(name) for name in ("setpoint", "pv_low", "pv_high"))
-        if not view.pv_alarms or view.loop.setpoint.value is None or setpoint is None or low is None or high is None:
-            continue
-        raw = setpoint * abs(setpoint) if view.loop.pv.square_root else setpoint
-        if low < high and not low <= raw <= high:
-            alarm = "low" if raw < low else "high"
-            squared = f", a raw PV of {counts_text(raw)}," if view.loop.pv.square_root else ""
-            yield view.find("setpoint", "value", value=view.shown("setpoint") + squared, alarm=alarm,
-                            limit=view.shown(f"pv_{alarm}"))  # fmt: skip
+    setpoint, low, high = (view.counts(name) for name in ("setpoint", "pv_low", "pv_high"))
+    if not view.pv_alarms or view.loop.setpoint.value is None or setpoint is None or low is None or high is None:
+        return
+    raw = setpoint * abs(setpoint) if view.loop.pv.square_root else setpoint
+    if low < high and not low <= raw <= high:
+        alarm = "low" if raw < low else "high"
+        squared = f", a raw PV of {counts_text(raw)}," if view.loop.pv.square_root else ""
+        yield view.find("setpoint", "value", value=view.shown("setpoint") + squared, alarm=alarm,
+                        limit=view.shown(f"pv_{alarm}"))  # fmt: skip

@@ -5,15 +5,14 @@ from __future__ import annotations
 from decimal import Decimal
 from typing import TYPE_CHECKING
 
-from pidcfg.diagnostics import Severity
 from pidcfg.encoders.words import nearest
 from pidcfg.refs import DL06, Decision
-from pidcfg.validate.rule import Finding, rule
+from pidcfg.validate.rule import Finding, info, per_loop, warning
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from pidcfg.validate.rules.dl06.context import Dl06Context
+    from pidcfg.validate.rules.dl06.context import LoopView
 
 PROCEDURE = DL06.at("Auto Tuning Procedure")
 
@@ -32,14 +31,9 @@ D29 = Decision(
 APART = Decimal(205) / 4095
 
 
-@rule(
-    code="PID296",
-    name="autotune-start-preset",
-    severity=Severity.WARNING,
-    basis=PROCEDURE,
-    message="autotune.start is true: bit 7 of {word} is already 1 when the program is downloaded",
-)
-def autotune_start_preset(context: Dl06Context) -> Iterator[Finding]:
+@per_loop
+@warning("PID296", PROCEDURE, "autotune.start is true: bit 7 of {word} is already 1 when the program is downloaded")
+def autotune_start_preset(view: LoopView) -> Iterator[Finding]:
     """The start bit of auto-tuning is set in the download.
 
     Why: auto-tuning induces large changes of the output, and the manual warns of injury and damage. With the bit in the
@@ -47,19 +41,13 @@ def autotune_start_preset(context: Dl06Context) -> Iterator[Finding]:
 
     Fix: remove `start`; start auto-tuning from the programming software or the ladder program.
     """
-    for view in context.loops:
-        if view.loop.autotune.start:
-            yield view.find("autotune", "start", word=view.v("mode_setting_2"))
+    if view.loop.autotune.start:
+        yield view.find("autotune", "start", word=view.v("mode_setting_2"))
 
 
-@rule(
-    code="PID297",
-    name="autotune-in-wrong-mode",
-    severity=Severity.WARNING,
-    basis=PROCEDURE,
-    message="{method}-loop auto-tuning is to start in mode {mode}; it needs the loop in {wanted}",
-)
-def autotune_in_wrong_mode(context: Dl06Context) -> Iterator[Finding]:
+@per_loop
+@warning("PID297", PROCEDURE, "{method}-loop auto-tuning is to start in mode {mode}; it needs the loop in {wanted}")
+def autotune_in_wrong_mode(view: LoopView) -> Iterator[Finding]:
     """Auto-tuning is to start in a mode that its method does not work in.
 
     Why: the open-loop method steps the output and wants the loop in Manual; the closed-loop method is for a loop that
@@ -67,21 +55,15 @@ def autotune_in_wrong_mode(context: Dl06Context) -> Iterator[Finding]:
 
     Fix: choose the method that fits the mode.
     """
-    for view in context.loops:
-        tune, mode = view.loop.autotune, view.loop.mode
-        wanted = "manual" if tune.method == "open" else "auto"
-        if tune.start and mode != wanted:
-            yield view.find("autotune", "method", method=tune.method, mode=mode, wanted=wanted)
+    tune, mode = view.loop.autotune, view.loop.mode
+    wanted = "manual" if tune.method == "open" else "auto"
+    if tune.start and mode != wanted:
+        yield view.find("autotune", "method", method=tune.method, mode=mode, wanted=wanted)
 
 
-@rule(
-    code="PID298",
-    name="autotune-between-narrow-limits",
-    severity=Severity.INFO,
-    basis=D29,
-    message="a closed-loop auto-tune switches the output between {low} and {high} only",
-)
-def autotune_between_narrow_limits(context: Dl06Context) -> Iterator[Finding]:
+@per_loop
+@info("PID298", D29, "a closed-loop auto-tune switches the output between {low} and {high} only")
+def autotune_between_narrow_limits(view: LoopView) -> Iterator[Finding]:
     """A closed-loop auto-tune is planned for a loop with narrowed output limits.
 
     Why: the relay switches between the output limits. Narrow ones make the PV's swing smaller, so that noise counts for
@@ -90,23 +72,17 @@ def autotune_between_narrow_limits(context: Dl06Context) -> Iterator[Finding]:
 
     Fix: nothing, if the PV moves clearly; otherwise widen the limits while tuning, or use the open-loop method.
     """
-    for view in context.loops:
-        limits = view.holds("output_low", "output_high")
-        ends = view.scales["output"].format
-        if "autotune" not in view.loop.model_fields_set or view.loop.autotune.method != "closed" or not limits:
-            continue
-        if limits[0] > ends.minimum or limits[1] < ends.maximum:
-            yield view.find_key("autotune", low=view.shown("output_low"), high=view.shown("output_high"))
+    limits = view.holds("output_low", "output_high")
+    ends = view.scales["output"].format
+    if "autotune" not in view.loop.model_fields_set or view.loop.autotune.method != "closed" or not limits:
+        return
+    if limits[0] > ends.minimum or limits[1] < ends.maximum:
+        yield view.find_key("autotune", low=view.shown("output_low"), high=view.shown("output_high"))
 
 
-@rule(
-    code="PID299",
-    name="autotune-start-condition",
-    severity=Severity.INFO,
-    basis=D28,
-    message="{condition}",
-)
-def autotune_start_condition(context: Dl06Context) -> Iterator[Finding]:
+@per_loop
+@info("PID299", D28, "{condition}")
+def autotune_start_condition(view: LoopView) -> Iterator[Finding]:
     """Auto-tuning is planned, and the manual contradicts itself about when it starts.
 
     Why: the open-loop procedure wants the PV more than 205 counts from the set point, below it for direct and above it
@@ -116,12 +92,11 @@ def autotune_start_condition(context: Dl06Context) -> Iterator[Finding]:
     Fix: for the open loop move the set point that far from the PV before the start, for the closed loop leave it near;
     if bit 13 of +06 comes on, try the other reading.
     """
-    for view in context.loops:
-        if "autotune" in view.loop.model_fields_set:
-            counts = nearest(APART * view.scales["pv"].format.span)
-            apart = view.text(view.scales["pv"].span_value(counts), "pv", counts)
-            side = "below" if view.loop.action == "direct" else "above"
-            condition = f"open-loop auto-tuning starts only with the PV at least {apart} {side} the set point"
-            if view.loop.autotune.method == "closed":
-                condition = f"closed-loop auto-tuning wants PV and set point within 5 % of full scale ({apart})"
-            yield view.find_key("autotune", condition=condition)
+    if "autotune" in view.loop.model_fields_set:
+        counts = nearest(APART * view.scales["pv"].format.span)
+        apart = view.text(view.scales["pv"].span_value(counts), "pv", counts)
+        side = "below" if view.loop.action == "direct" else "above"
+        condition = f"open-loop auto-tuning starts only with the PV at least {apart} {side} the set point"
+        if view.loop.autotune.method == "closed":
+            condition = f"closed-loop auto-tuning wants PV and set point within 5 % of full scale ({apart})"
+        yield view.find_key("autotune", condition=condition)

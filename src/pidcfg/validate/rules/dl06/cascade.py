@@ -10,7 +10,7 @@ from pidcfg.encoders.dl06.encode import OUTPUT_OFFSET, loop_start
 from pidcfg.refs import DL06, Decision
 from pidcfg.schemas.base import decimal_text
 from pidcfg.schemas.octal import v_name
-from pidcfg.validate.rule import Finding, rule
+from pidcfg.validate.rule import Finding, error, warning
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -37,13 +37,7 @@ D25 = Decision(
 )  # fmt: skip
 
 
-@rule(
-    code="PID256",
-    name="unknown-major-loop",
-    severity=Severity.ERROR,
-    basis=POINTER,
-    message="cascade_from names {name}, but no loop of the file has this name",
-)
+@error("PID256", POINTER, "cascade_from names {name}, but no loop of the file has this name")
 def unknown_major_loop(context: Dl06Context) -> Iterator[Finding]:
     """`cascade_from` names a loop that does not exist.
 
@@ -60,13 +54,7 @@ def unknown_major_loop(context: Dl06Context) -> Iterator[Finding]:
             yield view.find("cascade_from", fix=f"did you mean {near[0]}?" if near else None, name=name)
 
 
-@rule(
-    code="PID257",
-    name="loop-cascaded-to-itself",
-    severity=Severity.ERROR,
-    basis=POINTER,
-    message="the remote set point of {name} is its own output in {word}",
-)
+@error("PID257", POINTER, "the remote set point of {name} is its own output in {word}")
 def loop_cascaded_to_itself(context: Dl06Context) -> Iterator[Finding]:
     """A loop is its own major loop.
 
@@ -84,13 +72,7 @@ def link_key(view: LoopView) -> str:
     return "cascade_from" if view.loop.cascade_from is not None else "remote_setpoint"
 
 
-@rule(
-    code="PID258",
-    name="cascade-cycle",
-    severity=Severity.ERROR,
-    basis=CASCADED,
-    message="the cascade goes in a circle: {circle}",
-)
+@error("PID258", CASCADED, "the cascade goes in a circle: {circle}")
 def cascade_cycle(context: Dl06Context) -> Iterator[Finding]:
     """Loops give each other their set points in a circle.
 
@@ -117,13 +99,7 @@ def _circle(start: int, majors: tuple[int | None, ...]) -> list[int]:
     return way if at == start else []
 
 
-@rule(
-    code="PID259",
-    name="cascade-format-mismatch",
-    severity=Severity.ERROR,
-    basis=CASCADED,
-    message="{minor} reads {format}, but {major} writes its output to {word} as {other}",
-)
+@error("PID259", CASCADED, "{minor} reads {format}, but {major} writes its output to {word} as {other}")
 def cascade_format_mismatch(context: Dl06Context) -> Iterator[Finding]:
     """Major and minor loop of a cascade use different data formats.
 
@@ -140,13 +116,7 @@ def cascade_format_mismatch(context: Dl06Context) -> Iterator[Finding]:
                              word=major.v("output"))  # fmt: skip
 
 
-@rule(
-    code="PID260",
-    name="cascade-range-mismatch",
-    severity=Severity.ERROR,
-    basis=D24,
-    message="{minor} reads the output of {major} as {read}, but {major} writes it as {written}",
-)
+@error("PID260", D24, "{minor} reads the output of {major} as {read}, but {major} writes it as {written}")
 def cascade_range_mismatch(context: Dl06Context) -> Iterator[Finding]:
     """The major loop's output range differs from the minor loop's PV range.
 
@@ -182,13 +152,10 @@ def _range_text(ends: tuple[Decimal, Decimal], unit: str | None) -> str:
     return f"[{decimal_text(ends[0])}, {decimal_text(ends[1])}]{f' {unit}' if unit else ''}"
 
 
-@rule(
-    code="PID261",
-    name="cascade-into-square-root",
-    severity=Severity.ERROR,
-    basis=D25,
-    message="{minor} takes the square root of its PV, so its set point ends at {top} counts; {major} writes up to "
-    "{most}",
+@error(
+    "PID261",
+    D25,
+    "{minor} takes the square root of its PV, so its set point ends at {top} counts; {major} writes up to {most}",
 )
 def cascade_into_square_root(context: Dl06Context) -> Iterator[Finding]:
     """The minor loop of a cascade extracts the square root of its PV.
@@ -205,12 +172,8 @@ def cascade_into_square_root(context: Dl06Context) -> Iterator[Finding]:
                              most=major.shown("output_high"))  # fmt: skip
 
 
-@rule(
-    code="PID262",
-    name="shared-major-loop",
-    severity=Severity.WARNING,
-    basis=SOURCES,
-    message="{major} is already the major loop of {first}; {name} takes the same output as its set point",
+@warning(
+    "PID262", SOURCES, "{major} is already the major loop of {first}; {name} takes the same output as its set point"
 )
 def shared_major_loop(context: Dl06Context) -> Iterator[Finding]:
     """Two minor loops have the same major loop.
@@ -227,13 +190,7 @@ def shared_major_loop(context: Dl06Context) -> Iterator[Finding]:
         first.setdefault(major.index, minor.loop.name)
 
 
-@rule(
-    code="PID263",
-    name="two-remote-setpoints",
-    severity=Severity.ERROR,
-    basis=POINTER,
-    message="remote_setpoint is {address}, but cascade_from {major} points {word} at {output}",
-)
+@error("PID263", POINTER, "remote_setpoint is {address}, but cascade_from {major} points {word} at {output}")
 def two_remote_setpoints(context: Dl06Context) -> Iterator[Finding]:
     """`cascade_from` and `remote_setpoint` name different words.
 
@@ -250,13 +207,7 @@ def two_remote_setpoints(context: Dl06Context) -> Iterator[Finding]:
                                 word=view.v("remote_setpoint"), output=v_name(output))  # fmt: skip
 
 
-@rule(
-    code="PID264",
-    name="remote-setpoint-not-an-output",
-    severity=Severity.ERROR,
-    basis=POINTER,
-    message="remote_setpoint {address} is not the output word (+05) of a loop of the table {table}",
-)
+@error("PID264", POINTER, "remote_setpoint {address} is not the output word (+05) of a loop of the table {table}")
 def remote_setpoint_not_an_output(context: Dl06Context) -> Iterator[Finding]:
     """The remote set point pointer does not point at the output of another loop.
 

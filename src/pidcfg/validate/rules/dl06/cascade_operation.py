@@ -4,15 +4,14 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from pidcfg.diagnostics import Severity
 from pidcfg.refs import DL06, Decision
 from pidcfg.schemas.base import decimal_text
-from pidcfg.validate.rule import Finding, rule
+from pidcfg.validate.rule import Finding, error, info, per_loop, warning
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from pidcfg.validate.rules.dl06.context import Dl06Context
+    from pidcfg.validate.rules.dl06.context import Dl06Context, LoopView
 
 OVERRIDE = DL06.at("Loop Mode Override")
 CASCADED = DL06.at("Cascaded Loops in the DL06 CPU")
@@ -28,12 +27,10 @@ D26 = Decision(
 RATIO = 10
 
 
-@rule(
-    code="PID265",
-    name="major-loop-stuck-in-manual",
-    severity=Severity.ERROR,
-    basis=OVERRIDE,
-    message="mode is {mode}, but {major} is meant for {goal} and cannot leave Manual until {name} is in Cascade",
+@error(
+    "PID265",
+    OVERRIDE,
+    "mode is {mode}, but {major} is meant for {goal} and cannot leave Manual until {name} is in Cascade",
 )
 def major_loop_stuck_in_manual(context: Dl06Context) -> Iterator[Finding]:
     """A minor loop is not meant for Cascade although its major loop is meant to run.
@@ -50,14 +47,13 @@ def major_loop_stuck_in_manual(context: Dl06Context) -> Iterator[Finding]:
                              major=major.loop.name, goal=major.loop.mode)  # fmt: skip
 
 
-@rule(
-    code="PID266",
-    name="cascade-mode-without-major",
-    severity=Severity.ERROR,
-    basis=DL06.at("Remote Setpoint (SP) Location"),
-    message="mode is cascade, but neither cascade_from nor remote_setpoint is given: the pointer in {word} is 0",
+@per_loop
+@error(
+    "PID266",
+    DL06.at("Remote Setpoint (SP) Location"),
+    "mode is cascade, but neither cascade_from nor remote_setpoint is given: the pointer in {word} is 0",
 )
-def cascade_mode_without_major(context: Dl06Context) -> Iterator[Finding]:
+def cascade_mode_without_major(view: LoopView) -> Iterator[Finding]:
     """A loop is meant for Cascade mode and has no major loop.
 
     Why: in Cascade the set point comes from the word that +32 points at. Only inner loops run in Cascade; the outermost
@@ -65,17 +61,14 @@ def cascade_mode_without_major(context: Dl06Context) -> Iterator[Finding]:
 
     Fix: write `mode: auto` for the outermost loop, or name the major loop of an inner one in `cascade_from`.
     """
-    for view in context.loops:
-        if view.loop.mode == "cascade" and view.loop.cascade_from is None and view.loop.remote_setpoint is None:
-            yield view.find("mode", word=view.v("remote_setpoint"))
+    if view.loop.mode == "cascade" and view.loop.cascade_from is None and view.loop.remote_setpoint is None:
+        yield view.find("mode", word=view.v("remote_setpoint"))
 
 
-@rule(
-    code="PID267",
-    name="major-loop-left-in-manual",
-    severity=Severity.WARNING,
-    basis=CASCADED,
-    message="mode is manual, but {minor} is meant for cascade: its set point would be this loop's manual output",
+@warning(
+    "PID267",
+    CASCADED,
+    "mode is manual, but {minor} is meant for cascade: its set point would be this loop's manual output",
 )
 def major_loop_left_in_manual(context: Dl06Context) -> Iterator[Finding]:
     """The major loop of a running cascade is meant for Manual.
@@ -90,13 +83,7 @@ def major_loop_left_in_manual(context: Dl06Context) -> Iterator[Finding]:
             yield major.find("mode", minor=minor.loop.name)
 
 
-@rule(
-    code="PID268",
-    name="idle-cascade",
-    severity=Severity.INFO,
-    basis=CASCADED,
-    message="mode is {mode}, so {name} keeps its own set point, and the output of {major} leads nowhere",
-)
+@info("PID268", CASCADED, "mode is {mode}, so {name} keeps its own set point, and the output of {major} leads nowhere")
 def idle_cascade(context: Dl06Context) -> Iterator[Finding]:
     """A minor loop is not meant for Cascade, and its major loop is meant for Manual.
 
@@ -110,13 +97,7 @@ def idle_cascade(context: Dl06Context) -> Iterator[Finding]:
             yield minor.find("mode", mode=minor.loop.mode, name=minor.loop.name, major=major.loop.name)
 
 
-@rule(
-    code="PID269",
-    name="major-loop-faster-than-minor",
-    severity=Severity.WARNING,
-    basis=INTRODUCTION,
-    message="{major} samples every {fast} s, faster than its minor loop {minor} with {slow} s",
-)
+@warning("PID269", INTRODUCTION, "{major} samples every {fast} s, faster than its minor loop {minor} with {slow} s")
 def major_loop_faster_than_minor(context: Dl06Context) -> Iterator[Finding]:
     """The major loop of a cascade is sampled more often than its minor loop.
 
@@ -132,13 +113,10 @@ def major_loop_faster_than_minor(context: Dl06Context) -> Iterator[Finding]:
                              slow=decimal_text(slow))  # fmt: skip
 
 
-@rule(
-    code="PID270",
-    name="cascade-rates-close",
-    severity=Severity.INFO,
-    basis=TUNING,
-    message="{major} samples every {slow} s, {ratio} times its minor loop {minor} with {fast} s; the guideline is "
-    "{limit}",
+@info(
+    "PID270",
+    TUNING,
+    "{major} samples every {slow} s, {ratio} times its minor loop {minor} with {fast} s; the guideline is {limit}",
 )
 def cascade_rates_close(context: Dl06Context) -> Iterator[Finding]:
     """The major loop's sample rate is less than ten times the minor loop's.
@@ -155,13 +133,10 @@ def cascade_rates_close(context: Dl06Context) -> Iterator[Finding]:
                              fast=decimal_text(fast), ratio=f"{slow / fast:.3g}", limit=RATIO)  # fmt: skip
 
 
-@rule(
-    code="PID271",
-    name="cascade-output-beyond-setpoint-limits",
-    severity=Severity.WARNING,
-    basis=D26,
-    message="the output runs from {low} to {high}, but {minor} limits its set point to {least} to {most}: beyond it "
-    "winds up",
+@warning(
+    "PID271",
+    D26,
+    "the output runs from {low} to {high}, but {minor} limits its set point to {least} to {most}: beyond it winds up",
 )
 def cascade_output_beyond_setpoint_limits(context: Dl06Context) -> Iterator[Finding]:
     """The output limits of a major loop reach beyond the set point limits of its minor loop.
@@ -181,12 +156,10 @@ def cascade_output_beyond_setpoint_limits(context: Dl06Context) -> Iterator[Find
                              least=minor.eu(setpoint[0], "sp"), most=minor.eu(setpoint[1], "sp"))  # fmt: skip
 
 
-@rule(
-    code="PID272",
-    name="cascade-output-also-transferred",
-    severity=Severity.WARNING,
-    basis=SOURCES,
-    message="the output is the set point of {minor} and is also transferred to slot {slot}, channel {channel}",
+@warning(
+    "PID272",
+    SOURCES,
+    "the output is the set point of {minor} and is also transferred to slot {slot}, channel {channel}",
 )
 def cascade_output_also_transferred(context: Dl06Context) -> Iterator[Finding]:
     """The output of a major loop also goes to an analog channel.

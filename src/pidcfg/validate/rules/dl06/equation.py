@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from pidcfg.diagnostics import Severity
 from pidcfg.refs import DL06, Decision
-from pidcfg.validate.rule import Finding, finding, rule
+from pidcfg.validate.rule import Finding, error, finding, info, per_loop, warning
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from pidcfg.validate.rules.dl06.context import Dl06Context
+    from pidcfg.validate.rules.dl06.context import Dl06Context, LoopView
 
 FEATURES = DL06.at("PID Loop Feature Specifications")
 FREEZE = DL06.at("Bias Freeze")
@@ -24,13 +23,7 @@ D14 = Decision(
 )  # fmt: skip
 
 
-@rule(
-    code="PID220",
-    name="derivative-of-another-cpu",
-    severity=Severity.INFO,
-    basis=D14,
-    message="derivative is pv, but the DL06's manual prints a derivative of the error",
-)
+@info("PID220", D14, "derivative is pv, but the DL06's manual prints a derivative of the error")
 def derivative_of_another_cpu(context: Dl06Context) -> Iterator[Finding]:
     """The file says that the derivative acts on the PV, as on other CPUs of the family.
 
@@ -43,14 +36,9 @@ def derivative_of_another_cpu(context: Dl06Context) -> Iterator[Finding]:
         yield finding("plc", "derivative")
 
 
-@rule(
-    code="PID221",
-    name="velocity-form-with-bumpless-two",
-    severity=Severity.ERROR,
-    basis=BUMPLESS,
-    message="bumpless is II, but the velocity form needs Bumpless Transfer I",
-)
-def velocity_form_with_bumpless_two(context: Dl06Context) -> Iterator[Finding]:
+@per_loop
+@error("PID221", BUMPLESS, "bumpless is II, but the velocity form needs Bumpless Transfer I")
+def velocity_form_with_bumpless_two(view: LoopView) -> Iterator[Finding]:
     """The velocity form of the equation is combined with Bumpless Transfer II.
 
     Why: type II sets the bias, and the velocity form has no bias: the change to Auto would not be bumpless at all. The
@@ -58,20 +46,18 @@ def velocity_form_with_bumpless_two(context: Dl06Context) -> Iterator[Finding]:
 
     Fix: write `bumpless: I`, or take the position form.
     """
-    for view in context.loops:
-        if view.loop.algorithm == "velocity" and view.loop.bumpless == "II":
-            yield view.find("bumpless")
+    if view.loop.algorithm == "velocity" and view.loop.bumpless == "II":
+        yield view.find("bumpless")
 
 
-@rule(
-    code="PID222",
-    name="freeze-never-reached",
-    severity=Severity.WARNING,
-    basis=FREEZE,
-    message="bias_freeze is on, but the output stays between {low} and {high}: it never reaches {ends} counts, where "
+@per_loop
+@warning(
+    "PID222",
+    FREEZE,
+    "bias_freeze is on, but the output stays between {low} and {high}: it never reaches {ends} counts, where "
     "the bias would freeze",
 )
-def freeze_never_reached(context: Dl06Context) -> Iterator[Finding]:
+def freeze_never_reached(view: LoopView) -> Iterator[Finding]:
     """Bias freeze is on while the output limits are narrower than the data range.
 
     Why: the freeze works only when the output reaches an end of the data range (0 and 4095 counts for 12-bit unipolar).
@@ -81,26 +67,20 @@ def freeze_never_reached(context: Dl06Context) -> Iterator[Finding]:
     Fix: set the output limits to the ends of the data range and limit the actuator elsewhere, or expect windup and
     remove `bias_freeze`.
     """
-    for view in context.loops:
-        if (
-            view.loop.bias_freeze
-            and view.loop.algorithm == "position"
-            and (limits := view.holds("output_low", "output_high"))
-        ):
-            ends = view.scales["output"].format
-            if limits[0] > ends.minimum or limits[1] < ends.maximum:
-                yield view.find("bias_freeze", low=view.shown("output_low"), high=view.shown("output_high"),
-                                ends=f"{ends.minimum} or {ends.maximum}")  # fmt: skip
+    if (
+        view.loop.bias_freeze
+        and view.loop.algorithm == "position"
+        and (limits := view.holds("output_low", "output_high"))
+    ):
+        ends = view.scales["output"].format
+        if limits[0] > ends.minimum or limits[1] < ends.maximum:
+            yield view.find("bias_freeze", low=view.shown("output_low"), high=view.shown("output_high"),
+                            ends=f"{ends.minimum} or {ends.maximum}")  # fmt: skip
 
 
-@rule(
-    code="PID223",
-    name="freeze-in-velocity-form",
-    severity=Severity.WARNING,
-    basis=FEATURES,
-    message="bias_freeze is on, but the velocity form has no bias to freeze",
-)
-def freeze_in_velocity_form(context: Dl06Context) -> Iterator[Finding]:
+@per_loop
+@warning("PID223", FEATURES, "bias_freeze is on, but the velocity form has no bias to freeze")
+def freeze_in_velocity_form(view: LoopView) -> Iterator[Finding]:
     """Bias freeze is on in a loop of the velocity form.
 
     Why: anti-windup is a feature of the position form. The velocity form keeps no integral sum, so the bit does
@@ -108,6 +88,5 @@ def freeze_in_velocity_form(context: Dl06Context) -> Iterator[Finding]:
 
     Fix: remove `bias_freeze`, or take the position form.
     """
-    for view in context.loops:
-        if view.loop.bias_freeze and view.loop.algorithm == "velocity":
-            yield view.find("bias_freeze")
+    if view.loop.bias_freeze and view.loop.algorithm == "velocity":
+        yield view.find("bias_freeze")

@@ -5,15 +5,14 @@ from __future__ import annotations
 from decimal import Decimal
 from typing import TYPE_CHECKING
 
-from pidcfg.diagnostics import Severity
 from pidcfg.encoders.words import nearest
 from pidcfg.refs import DL06, Decision
-from pidcfg.validate.rule import Finding, rule
+from pidcfg.validate.rule import Finding, error, info, per_loop, warning
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from pidcfg.validate.rules.dl06.context import Dl06Context, LoopView
+    from pidcfg.validate.rules.dl06.context import LoopView
 
 HYSTERESIS = DL06.at("PV Alarm Hysteresis")
 FEATURES = DL06.at("Alarm Feature Specifications, Deadband")
@@ -51,14 +50,9 @@ def span_text(view: LoopView, counts: int) -> str:
     return view.text(view.scales["pv"].span_value(counts), "pv", counts)
 
 
-@rule(
-    code="PID249",
-    name="hysteresis-of-zero",
-    severity=Severity.ERROR,
-    basis=HYSTERESIS,
-    message="hysteresis is {value}; its range begins at {least}",
-)
-def hysteresis_of_zero(context: Dl06Context) -> Iterator[Finding]:
+@per_loop
+@error("PID249", HYSTERESIS, "hysteresis is {value}; its range begins at {least}")
+def hysteresis_of_zero(view: LoopView) -> Iterator[Finding]:
     """The hysteresis is 0 counts while alarms are on.
 
     Why: the amount is programmable from 1. With 0, or a value of less than half a count, noise at a threshold switches
@@ -66,61 +60,43 @@ def hysteresis_of_zero(context: Dl06Context) -> Iterator[Finding]:
 
     Fix: give at least one count; 0.1 % to 5 % of the range is the feature table's advice.
     """
-    for view in context.loops:
-        if view.loop.alarms.hysteresis is not None and in_use(view) == 0:
-            yield view.find("alarms", "hysteresis", value=view.shown("hysteresis"), least=span_text(view, 1))
+    if view.loop.alarms.hysteresis is not None and in_use(view) == 0:
+        yield view.find("alarms", "hysteresis", value=view.shown("hysteresis"), least=span_text(view, 1))
 
 
-@rule(
-    code="PID250",
-    name="hysteresis-wide",
-    severity=Severity.WARNING,
-    basis=D22,
-    message="hysteresis is {value}, more than 5 % of the span ({limit})",
-)
-def hysteresis_wide(context: Dl06Context) -> Iterator[Finding]:
+@per_loop
+@warning("PID250", D22, "hysteresis is {value}, more than 5 % of the span ({limit})")
+def hysteresis_wide(view: LoopView) -> Iterator[Finding]:
     """The hysteresis is wider than 5 % of the span.
 
     Why: the feature table ends at 5 %. An alarm then stays on long after its cause has gone.
 
     Fix: choose 0.1 % to 5 % of the range.
     """
-    for view in context.loops:
-        counts = in_use(view)
-        if counts is not None and span_share(view, WIDEST) < counts <= span_share(view, LARGEST):
-            limit = span_text(view, span_share(view, WIDEST))
-            yield view.find("alarms", "hysteresis", value=view.shown("hysteresis"), limit=limit)
+    counts = in_use(view)
+    if counts is not None and span_share(view, WIDEST) < counts <= span_share(view, LARGEST):
+        limit = span_text(view, span_share(view, WIDEST))
+        yield view.find("alarms", "hysteresis", value=view.shown("hysteresis"), limit=limit)
 
 
-@rule(
-    code="PID251",
-    name="hysteresis-beyond-range",
-    severity=Severity.ERROR,
-    basis=D22,
-    message="hysteresis is {value}, more than 12.5 % of the span ({limit})",
-)
-def hysteresis_beyond_range(context: Dl06Context) -> Iterator[Finding]:
+@per_loop
+@error("PID251", D22, "hysteresis is {value}, more than 12.5 % of the span ({limit})")
+def hysteresis_beyond_range(view: LoopView) -> Iterator[Finding]:
     """The hysteresis is wider than any reading of the manual allows.
 
     Why: the text ends at 200 hex, which is 512 of 4095 counts. What the CPU does beyond is not documented.
 
     Fix: choose 0.1 % to 5 % of the range.
     """
-    for view in context.loops:
-        counts = in_use(view)
-        if counts is not None and counts > span_share(view, LARGEST):
-            limit = span_text(view, span_share(view, LARGEST))
-            yield view.find("alarms", "hysteresis", value=view.shown("hysteresis"), limit=limit)
+    counts = in_use(view)
+    if counts is not None and counts > span_share(view, LARGEST):
+        limit = span_text(view, span_share(view, LARGEST))
+        yield view.find("alarms", "hysteresis", value=view.shown("hysteresis"), limit=limit)
 
 
-@rule(
-    code="PID252",
-    name="hysteresis-swallows-deviation-alarm",
-    severity=Severity.ERROR,
-    basis=HYSTERESIS,
-    message="hysteresis is {value}, not less than the yellow deviation limit {limit} in {word}",
-)
-def hysteresis_swallows_deviation_alarm(context: Dl06Context) -> Iterator[Finding]:
+@per_loop
+@error("PID252", HYSTERESIS, "hysteresis is {value}, not less than the yellow deviation limit {limit} in {word}")
+def hysteresis_swallows_deviation_alarm(view: LoopView) -> Iterator[Finding]:
     """The hysteresis is not less than the deviation limits.
 
     Why: a deviation alarm goes off once the PV is back by the hysteresis. If that is as much as the limit, the PV would
@@ -128,23 +104,20 @@ def hysteresis_swallows_deviation_alarm(context: Dl06Context) -> Iterator[Findin
 
     Fix: make the hysteresis smaller than the yellow limit.
     """
-    for view in context.loops:
-        yellow, counts = view.counts("deviation_yellow"), view.counts("hysteresis")
-        if view.deviation_alarms and yellow and counts is not None and counts >= yellow:
-            key = "hysteresis" if view.loop.alarms.hysteresis is not None else "deviation"
-            yield view.find("alarms", key, value=view.shown("hysteresis"), limit=view.shown("deviation_yellow"),
-                            word=view.v("deviation_yellow"))  # fmt: skip
+    yellow, counts = view.counts("deviation_yellow"), view.counts("hysteresis")
+    if view.deviation_alarms and yellow and counts is not None and counts >= yellow:
+        key = "hysteresis" if view.loop.alarms.hysteresis is not None else "deviation"
+        yield view.find("alarms", key, value=view.shown("hysteresis"), limit=view.shown("deviation_yellow"),
+                        word=view.v("deviation_yellow"))  # fmt: skip
 
 
-@rule(
-    code="PID253",
-    name="hysteresis-spans-normal-zone",
-    severity=Severity.WARNING,
-    basis=D23,
-    message="hysteresis is {value}, but low and high alarm are only {zone} apart: neither goes off before the other "
-    "comes",
+@per_loop
+@warning(
+    "PID253",
+    D23,
+    "hysteresis is {value}, but low and high alarm are only {zone} apart: neither goes off before the other comes",
 )
-def hysteresis_spans_normal_zone(context: Dl06Context) -> Iterator[Finding]:
+def hysteresis_spans_normal_zone(view: LoopView) -> Iterator[Finding]:
     """The hysteresis is as wide as the zone between the low and the high alarm.
 
     Why: after a high alarm the PV must fall by the hysteresis to clear it, and by then it is at the low alarm. There is
@@ -152,41 +125,33 @@ def hysteresis_spans_normal_zone(context: Dl06Context) -> Iterator[Finding]:
 
     Fix: make the hysteresis much smaller than the distance from low to high.
     """
-    for view in context.loops:
-        words = view.holds("pv_low", "pv_high", "hysteresis")
-        if view.pv_alarms and words and 0 < words[1] - words[0] <= words[2] <= span_share(view, LARGEST):
-            yield view.find(
-                "alarms", "hysteresis", value=view.shown("hysteresis"), zone=span_text(view, words[1] - words[0])
-            )
+    words = view.holds("pv_low", "pv_high", "hysteresis")
+    if view.pv_alarms and words and 0 < words[1] - words[0] <= words[2] <= span_share(view, LARGEST):
+        yield view.find(
+            "alarms", "hysteresis", value=view.shown("hysteresis"), zone=span_text(view, words[1] - words[0])
+        )
 
 
-@rule(
-    code="PID254",
-    name="hysteresis-not-given",
-    severity=Severity.INFO,
-    basis=D22,
-    message="no hysteresis is given: alarms are released after {least}",
-)
-def hysteresis_not_given(context: Dl06Context) -> Iterator[Finding]:
+@per_loop
+@info("PID254", D22, "no hysteresis is given: alarms are released after {least}")
+def hysteresis_not_given(view: LoopView) -> Iterator[Finding]:
     """Alarms are on without a hysteresis: 1 count is taken.
 
     Why: real signals are noisier than one count of 4095. The alarm comes and goes at its threshold.
 
     Fix: give `alarms.hysteresis`, 0.1 % to 5 % of the range.
     """
-    for view in context.loops:
-        if view.loop.alarms.hysteresis is None and in_use(view) is not None:
-            yield view.find("alarms", "hysteresis", least=span_text(view, 1))
+    if view.loop.alarms.hysteresis is None and in_use(view) is not None:
+        yield view.find("alarms", "hysteresis", least=span_text(view, 1))
 
 
-@rule(
-    code="PID255",
-    name="hysteresis-without-effect",
-    severity=Severity.INFO,
-    basis=RATE,
-    message="hysteresis is {value}, but neither PV nor deviation alarms are on, and the rate-of-change alarm has none",
+@per_loop
+@info(
+    "PID255",
+    RATE,
+    "hysteresis is {value}, but neither PV nor deviation alarms are on, and the rate-of-change alarm has none",
 )
-def hysteresis_without_effect(context: Dl06Context) -> Iterator[Finding]:
+def hysteresis_without_effect(view: LoopView) -> Iterator[Finding]:
     """A hysteresis is given for a loop whose only alarm, if any, is the rate of change.
 
     Why: the hysteresis works with the absolute and the deviation alarms. It does not affect the rate-of-change alarm,
@@ -194,6 +159,5 @@ def hysteresis_without_effect(context: Dl06Context) -> Iterator[Finding]:
 
     Fix: remove it, or switch on the alarms it was meant for.
     """
-    for view in context.loops:
-        if view.loop.alarms.hysteresis is not None and not view.pv_alarms and not view.deviation_alarms:
-            yield view.find("alarms", "hysteresis", value=view.shown("hysteresis"))
+    if view.loop.alarms.hysteresis is not None and not view.pv_alarms and not view.deviation_alarms:
+        yield view.find("alarms", "hysteresis", value=view.shown("hysteresis"))

@@ -4,15 +4,14 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from pidcfg.diagnostics import Severity
 from pidcfg.refs import DL06, Decision
 from pidcfg.schemas.base import decimal_text
-from pidcfg.validate.rule import Finding, rule
+from pidcfg.validate.rule import Finding, error, per_loop, warning
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from pidcfg.validate.rules.dl06.context import Dl06Context
+    from pidcfg.validate.rules.dl06.context import LoopView
 
 LIMITS = DL06.at("Control Output Configuration")
 CHECKS = DL06.at("Open-Loop Test")
@@ -26,33 +25,22 @@ D15 = Decision(
 )  # fmt: skip
 
 
-@rule(
-    code="PID224",
-    name="output-limits-crossed",
-    severity=Severity.ERROR,
-    basis=LIMITS,
-    message="the upper output limit {high} is below the lower limit {low}",
-)
-def output_limits_crossed(context: Dl06Context) -> Iterator[Finding]:
+@per_loop
+@error("PID224", LIMITS, "the upper output limit {high} is below the lower limit {low}")
+def output_limits_crossed(view: LoopView) -> Iterator[Finding]:
     """The upper output limit is below the lower one.
 
     Why: every output is outside one of the limits; what the CPU writes is not documented, and the actuator sits still.
 
     Fix: write the lower limit first. The direction of control is the loop's `action`, not the order of the limits.
     """
-    for view in context.loops:
-        if (limits := view.holds("output_low", "output_high")) and limits[0] > limits[1]:
-            yield view.find("output", "limits", 1, high=view.shown("output_high"), low=view.shown("output_low"))
+    if (limits := view.holds("output_low", "output_high")) and limits[0] > limits[1]:
+        yield view.find("output", "limits", 1, high=view.shown("output_high"), low=view.shown("output_low"))
 
 
-@rule(
-    code="PID225",
-    name="output-limits-equal",
-    severity=Severity.ERROR,
-    basis=CHECKS,
-    message="the output limits {low} and {high} are equal for the PLC: the output cannot move",
-)
-def output_limits_equal(context: Dl06Context) -> Iterator[Finding]:
+@per_loop
+@error("PID225", CHECKS, "the output limits {low} and {high} are equal for the PLC: the output cannot move")
+def output_limits_equal(view: LoopView) -> Iterator[Finding]:
     """The two output limits are the same number of counts.
 
     Why: the output is pinned. The manual's open-loop test says: make sure that the limits are not equal to each other.
@@ -60,10 +48,9 @@ def output_limits_equal(context: Dl06Context) -> Iterator[Finding]:
 
     Fix: set the limits apart; leave them out for the full range.
     """
-    for view in context.loops:
-        limits = view.holds("output_low", "output_high")
-        if limits and limits[0] == limits[1] and not pinned_to_zero(limits):
-            yield view.find("output", "limits", 1, low=view.shown("output_low"), high=view.shown("output_high"))
+    limits = view.holds("output_low", "output_high")
+    if limits and limits[0] == limits[1] and not pinned_to_zero(limits):
+        yield view.find("output", "limits", 1, low=view.shown("output_low"), high=view.shown("output_high"))
 
 
 def pinned_to_zero(limits: list[int]) -> bool:
@@ -71,14 +58,9 @@ def pinned_to_zero(limits: list[int]) -> bool:
     return limits[1] == 0 and limits[0] >= 0
 
 
-@rule(
-    code="PID226",
-    name="output-upper-limit-zero",
-    severity=Severity.ERROR,
-    basis=TROUBLE,
-    message="the upper output limit is {high}, so {word} stays 0 whatever the error is",
-)
-def output_upper_limit_zero(context: Dl06Context) -> Iterator[Finding]:
+@per_loop
+@error("PID226", TROUBLE, "the upper output limit is {high}, so {word} stays 0 whatever the error is")
+def output_upper_limit_zero(view: LoopView) -> Iterator[Finding]:
     """The upper output limit is 0 counts.
 
     Why: "the control output stays at zero constantly in Automatic Mode" has this as its first cause in the manual's
@@ -86,20 +68,14 @@ def output_upper_limit_zero(context: Dl06Context) -> Iterator[Finding]:
 
     Fix: set the upper limit to the highest output that the process may see, or leave the limits out.
     """
-    for view in context.loops:
-        limits = view.holds("output_low", "output_high")
-        if limits and limits[0] <= limits[1] and pinned_to_zero(limits):
-            yield view.find("output", "limits", 1, high=view.shown("output_high"), word=view.v("output"))
+    limits = view.holds("output_low", "output_high")
+    if limits and limits[0] <= limits[1] and pinned_to_zero(limits):
+        yield view.find("output", "limits", 1, high=view.shown("output_high"), word=view.v("output"))
 
 
-@rule(
-    code="PID227",
-    name="bipolar-format-for-positive-range",
-    severity=Severity.WARNING,
-    basis=D15,
-    message="{low} is {counts} counts in the {format} format: a signal of 0 counts would read as {middle}",
-)
-def bipolar_format_for_positive_range(context: Dl06Context) -> Iterator[Finding]:
+@per_loop
+@warning("PID227", D15, "{low} is {counts} counts in the {format} format: a signal of 0 counts would read as {middle}")
+def bipolar_format_for_positive_range(view: LoopView) -> Iterator[Finding]:
     """A bipolar data format is scaled with a range that has no negative values.
 
     Why: the low end of the range stands for the negative end of the format. An analog module that delivers 0 to 4095
@@ -107,9 +83,8 @@ def bipolar_format_for_positive_range(context: Dl06Context) -> Iterator[Finding]
 
     Fix: choose the unipolar format, or write the range for the whole format, as in [-100, 100].
     """
-    for view in context.loops:
-        for key, part in (("pv", view.loop.pv), ("output", view.loop.output)):
-            scale = view.scales[key]
-            if part.range is not None and part.range[0] >= 0 and scale.format.minimum < 0:
-                yield view.find(key, "range", low=decimal_text(part.range[0]), counts=scale.format.minimum,
-                                format=scale.format.name, middle=view.eu(0, key))  # fmt: skip
+    for key, part in (("pv", view.loop.pv), ("output", view.loop.output)):
+        scale = view.scales[key]
+        if part.range is not None and part.range[0] >= 0 and scale.format.minimum < 0:
+            yield view.find(key, "range", low=decimal_text(part.range[0]), counts=scale.format.minimum,
+                            format=scale.format.name, middle=view.eu(0, key))  # fmt: skip

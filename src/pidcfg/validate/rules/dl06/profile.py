@@ -5,15 +5,14 @@ from __future__ import annotations
 from decimal import Decimal
 from typing import TYPE_CHECKING
 
-from pidcfg.diagnostics import Severity
 from pidcfg.refs import DL06, Decision
 from pidcfg.schemas.base import decimal_text
-from pidcfg.validate.rule import Finding, rule
+from pidcfg.validate.rule import Finding, error, info, per_loop, warning
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from pidcfg.validate.rules.dl06.context import Dl06Context, LoopView, Pair
+    from pidcfg.validate.rules.dl06.context import LoopView, Pair
 
 TABLE = DL06.at("Ramp/Soak Table")
 TROUBLE = DL06.at("Troubleshooting Tips")
@@ -42,14 +41,11 @@ def steps_text(first: int, last: int) -> str:
     return f"steps {2 * first + 1} {'and' if first == last else 'to'} {2 * last + 2}"
 
 
-@rule(
-    code="PID282",
-    name="ramp-target-outside-setpoint-limits",
-    severity=Severity.ERROR,
-    basis=TROUBLE,
-    message="ramp_to is {value}, outside the set point limits {low} to {high}: the loop stops at the limit",
+@per_loop
+@error(
+    "PID282", TROUBLE, "ramp_to is {value}, outside the set point limits {low} to {high}: the loop stops at the limit"
 )
-def ramp_target_outside_setpoint_limits(context: Dl06Context) -> Iterator[Finding]:
+def ramp_target_outside_setpoint_limits(view: LoopView) -> Iterator[Finding]:
     """A ramp ends outside the loop's set point limits.
 
     Why: the generator writes the set point, and the calculation applies the limits to it. "The SP upper limit value is
@@ -57,23 +53,17 @@ def ramp_target_outside_setpoint_limits(context: Dl06Context) -> Iterator[Findin
 
     Fix: widen the set point limits, or correct the target.
     """
-    for view in context.loops:
-        limits = view.holds("setpoint_low", "setpoint_high") if view.pairs and view.setpoint_limited else []
-        for pair in running(view) if limits else []:
-            if pair.target is not None and not limits[0] <= pair.target <= limits[1]:
-                yield view.find("ramp_soak", "steps", pair.index, "ramp_to",
-                                value=view.text(pair.step.ramp_to, "sp", pair.target),
-                                low=view.shown("setpoint_low"), high=view.shown("setpoint_high"))  # fmt: skip
+    limits = view.holds("setpoint_low", "setpoint_high") if view.pairs and view.setpoint_limited else []
+    for pair in running(view) if limits else []:
+        if pair.target is not None and not limits[0] <= pair.target <= limits[1]:
+            yield view.find("ramp_soak", "steps", pair.index, "ramp_to",
+                            value=view.text(pair.step.ramp_to, "sp", pair.target),
+                            low=view.shown("setpoint_low"), high=view.shown("setpoint_high"))  # fmt: skip
 
 
-@rule(
-    code="PID283",
-    name="first-ramp-without-length",
-    severity=Severity.WARNING,
-    basis=TROUBLE,
-    message="the first ramp ends at {value}, which is the set point already: it takes no time",
-)
-def first_ramp_without_length(context: Dl06Context) -> Iterator[Finding]:
+@per_loop
+@warning("PID283", TROUBLE, "the first ramp ends at {value}, which is the set point already: it takes no time")
+def first_ramp_without_length(view: LoopView) -> Iterator[Finding]:
     """The first ramp ends at the set point that the loop has when it starts.
 
     Why: the first ramp begins at the present set point. If that is its end value, it has no slope and no duration, and
@@ -81,21 +71,15 @@ def first_ramp_without_length(context: Dl06Context) -> Iterator[Finding]:
 
     Fix: give the loop another starting set point, or begin the profile with the next ramp.
     """
-    for view in context.loops:
-        pairs, given = running(view), view.loop.setpoint.value
-        if pairs and given is not None and pairs[0].target is not None and pairs[0].target == view.counts("setpoint"):
-            value = view.text(pairs[0].step.ramp_to, "sp", pairs[0].target)
-            yield view.find("ramp_soak", "steps", 0, "ramp_to", value=value)
+    pairs, given = running(view), view.loop.setpoint.value
+    if pairs and given is not None and pairs[0].target is not None and pairs[0].target == view.counts("setpoint"):
+        value = view.text(pairs[0].step.ramp_to, "sp", pairs[0].target)
+        yield view.find("ramp_soak", "steps", 0, "ramp_to", value=value)
 
 
-@rule(
-    code="PID284",
-    name="profile-ends-early",
-    severity=Severity.ERROR,
-    basis=TABLE,
-    message="slope is 0, which ends the profile: {lost} never run",
-)
-def profile_ends_early(context: Dl06Context) -> Iterator[Finding]:
+@per_loop
+@error("PID284", TABLE, "slope is 0, which ends the profile: {lost} never run")
+def profile_ends_early(view: LoopView) -> Iterator[Finding]:
     """A slope of 0 stands before the end of the profile.
 
     Why: the generator ends the profile when it finds ramp slope = 0; the soak of that pair and all steps behind it
@@ -104,22 +88,20 @@ def profile_ends_early(context: Dl06Context) -> Iterator[Finding]:
 
     Fix: to stay at a set point, soak there longer; to step to one, give a steep slope (up to 99.99 counts a second).
     """
-    for view in context.loops:
-        pairs = view.pairs
-        used = [pair.index for pair in pairs if pair.slope != 0 or pair.target != 0 or pair.soak != 0]
-        stop = len(running(view))
-        if used and stop <= used[-1]:
-            yield view.find("ramp_soak", "steps", stop, "slope", lost=steps_text(stop, used[-1]))
+    pairs = view.pairs
+    used = [pair.index for pair in pairs if pair.slope != 0 or pair.target != 0 or pair.soak != 0]
+    stop = len(running(view))
+    if used and stop <= used[-1]:
+        yield view.find("ramp_soak", "steps", stop, "slope", lost=steps_text(stop, used[-1]))
 
 
-@rule(
-    code="PID285",
-    name="slope-rounded",
-    severity=Severity.WARNING,
-    basis=D27,
-    message="slope {value} is {exact} counts a second and is stored as {stored}: the ramp takes {percent} % {longer}",
+@per_loop
+@warning(
+    "PID285",
+    D27,
+    "slope {value} is {exact} counts a second and is stored as {stored}: the ramp takes {percent} % {longer}",
 )
-def slope_rounded(context: Dl06Context) -> Iterator[Finding]:
+def slope_rounded(view: LoopView) -> Iterator[Finding]:
     """A slope is stored more than 1 % off.
 
     Why: the word holds counts per second with two decimals. A slow ramp on a wide range has one or two digits left, and
@@ -127,17 +109,16 @@ def slope_rounded(context: Dl06Context) -> Iterator[Finding]:
 
     Fix: use the 15-bit format (eight times the counts), or a slope that is a multiple of 0.01 counts a second.
     """
-    for view in context.loops:
-        for pair in running(view):
-            exact = view.scales["sp"].distance(pair.step.slope)
-            if not pair.slope or exact <= 0:
-                continue
-            change = exact / pair.slope - 1
-            if abs(pair.slope - exact) > ROUNDING * exact:
-                yield view.find("ramp_soak", "steps", pair.index, "slope",
-                                value=f"{pair.step.slope}{_unit(view, pair)} a second", exact=f"{float(exact):.4g}",
-                                stored=pair.slope, percent=f"{abs(100 * float(change)):.1f}",
-                                longer="longer" if change > 0 else "less")  # fmt: skip
+    for pair in running(view):
+        exact = view.scales["sp"].distance(pair.step.slope)
+        if not pair.slope or exact <= 0:
+            continue
+        change = exact / pair.slope - 1
+        if abs(pair.slope - exact) > ROUNDING * exact:
+            yield view.find("ramp_soak", "steps", pair.index, "slope",
+                            value=f"{pair.step.slope}{_unit(view, pair)} a second", exact=f"{float(exact):.4g}",
+                            stored=pair.slope, percent=f"{abs(100 * float(change)):.1f}",
+                            longer="longer" if change > 0 else "less")  # fmt: skip
 
 
 def _unit(view: LoopView, pair: Pair) -> str:
@@ -145,42 +126,35 @@ def _unit(view: LoopView, pair: Pair) -> str:
     return "" if pair.step.slope.counts or view.loop.pv.unit is None else f" {view.loop.pv.unit}"
 
 
-@rule(
-    code="PID286",
-    name="ramp-within-one-sample",
-    severity=Severity.WARNING,
-    basis=D27,
-    message="the ramp from {start} to {end} at {slope} counts a second takes {time} s, not more than one sample of "
+@per_loop
+@warning(
+    "PID286",
+    D27,
+    "the ramp from {start} to {end} at {slope} counts a second takes {time} s, not more than one sample of "
     "{sample} s: it is a step",
 )
-def ramp_within_one_sample(context: Dl06Context) -> Iterator[Finding]:
+def ramp_within_one_sample(view: LoopView) -> Iterator[Finding]:
     """A ramp is so steep that one sample completes it.
 
     Why: the generator moves the set point once per calculation. What was meant as a ramp reaches the process as a step.
 
     Fix: choose a smaller slope, or sample faster. The unit is per second: 5 degrees a minute is 0.083 a second.
     """
-    for view in context.loops:
-        at = None if view.loop.setpoint.value is None else view.counts("setpoint")
-        for pair in running(view):
-            start, at = at, pair.target
-            if start is None or at is None or not pair.slope:
-                continue
-            time = abs(at - start) / float(pair.slope)
-            if 0 < time <= float(view.loop.sample_rate):
-                yield view.find("ramp_soak", "steps", pair.index, "slope", start=view.eu(start, "sp"),
-                                end=view.eu(at, "sp"), slope=pair.slope, time=f"{time:.2g}",
-                                sample=decimal_text(view.loop.sample_rate))  # fmt: skip
+    at = None if view.loop.setpoint.value is None else view.counts("setpoint")
+    for pair in running(view):
+        start, at = at, pair.target
+        if start is None or at is None or not pair.slope:
+            continue
+        time = abs(at - start) / float(pair.slope)
+        if 0 < time <= float(view.loop.sample_rate):
+            yield view.find("ramp_soak", "steps", pair.index, "slope", start=view.eu(start, "sp"),
+                            end=view.eu(at, "sp"), slope=pair.slope, time=f"{time:.2g}",
+                            sample=decimal_text(view.loop.sample_rate))  # fmt: skip
 
 
-@rule(
-    code="PID287",
-    name="soak-of-zero",
-    severity=Severity.INFO,
-    basis=TABLE,
-    message="soak is 0 min in {steps}; the manual's range begins at 0.1 min: the next ramp follows at once",
-)
-def soak_of_zero(context: Dl06Context) -> Iterator[Finding]:
+@per_loop
+@info("PID287", TABLE, "soak is 0 min in {steps}; the manual's range begins at 0.1 min: the next ramp follows at once")
+def soak_of_zero(view: LoopView) -> Iterator[Finding]:
     """A step has no soak time.
 
     Why: the manual gives 000.1 to 999.9 minutes and does not say what 0 does. `pidcfg` lets the next ramp follow at
@@ -188,20 +162,18 @@ def soak_of_zero(context: Dl06Context) -> Iterator[Finding]:
 
     Fix: soak 0.1 min (6 s), if the PLC turns out to treat 0 differently.
     """
-    for view in context.loops:
-        for pair in running(view):
-            if pair.soak == 0:
-                yield view.find("ramp_soak", "steps", pair.index, "soak", steps=steps_text(pair.index, pair.index))
+    for pair in running(view):
+        if pair.soak == 0:
+            yield view.find("ramp_soak", "steps", pair.index, "soak", steps=steps_text(pair.index, pair.index))
 
 
-@rule(
-    code="PID288",
-    name="ramp-target-in-alarm",
-    severity=Severity.WARNING,
-    basis=DL06.at("PV Absolute Value Alarms"),
-    message="ramp_to is {value}, beyond the {alarm} alarm at {limit}: the profile drives the loop into it",
+@per_loop
+@warning(
+    "PID288",
+    DL06.at("PV Absolute Value Alarms"),
+    "ramp_to is {value}, beyond the {alarm} alarm at {limit}: the profile drives the loop into it",
 )
-def ramp_target_in_alarm(context: Dl06Context) -> Iterator[Finding]:
+def ramp_target_in_alarm(view: LoopView) -> Iterator[Finding]:
     """A ramp ends beyond a PV alarm point.
 
     Why: the profile itself brings the PV into alarm and keeps it there for the soak; the alarm then tells nothing about
@@ -209,14 +181,13 @@ def ramp_target_in_alarm(context: Dl06Context) -> Iterator[Finding]:
 
     Fix: move the alarm beyond the highest (or lowest) step of the profile.
     """
-    for view in context.loops:
-        points = view.holds("pv_low", "pv_high") if view.pairs and view.pv_alarms else []
-        for pair in running(view) if points and points[0] < points[1] else []:
-            if pair.target is None:
-                continue
-            raw = pair.target * abs(pair.target) if view.loop.pv.square_root else pair.target
-            if not points[0] <= raw <= points[1]:
-                alarm = "low" if raw < points[0] else "high"
-                value = view.text(pair.step.ramp_to, "sp", pair.target)
-                yield view.find("ramp_soak", "steps", pair.index, "ramp_to", value=value, alarm=alarm,
-                                limit=view.shown(f"pv_{alarm}"))  # fmt: skip
+    points = view.holds("pv_low", "pv_high") if view.pairs and view.pv_alarms else []
+    for pair in running(view) if points and points[0] < points[1] else []:
+        if pair.target is None:
+            continue
+        raw = pair.target * abs(pair.target) if view.loop.pv.square_root else pair.target
+        if not points[0] <= raw <= points[1]:
+            alarm = "low" if raw < points[0] else "high"
+            value = view.text(pair.step.ramp_to, "sp", pair.target)
+            yield view.find("ramp_soak", "steps", pair.index, "ramp_to", value=value, alarm=alarm,
+                            limit=view.shown(f"pv_{alarm}"))  # fmt: skip

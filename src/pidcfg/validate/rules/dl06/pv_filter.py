@@ -4,16 +4,15 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from pidcfg.diagnostics import Severity
 from pidcfg.refs import DL06, Decision
 from pidcfg.schemas.base import decimal_text
-from pidcfg.validate.rule import Finding, rule
+from pidcfg.validate.rule import Finding, info, per_loop, warning
 from pidcfg.validate.rules.dl06.alarms import PV_POINTS
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from pidcfg.validate.rules.dl06.context import Dl06Context
+    from pidcfg.validate.rules.dl06.context import LoopView
 
 FILTER = DL06.at("The DL06 Built-in Analog Filter")
 OPTIONS = DL06.at("PV Auto Transfer Functions with Filtering Options")
@@ -30,14 +29,11 @@ STRONGEST, WEAKEST = 1, 10
 THOUSANDTH = 1000
 
 
-@rule(
-    code="PID239",
-    name="filter-without-effect",
-    severity=Severity.WARNING,
-    basis=FILTER,
-    message="the PV filter is on with {value}, which disables it; the filter constant's range is 0.1 to 1.0",
+@per_loop
+@warning(
+    "PID239", FILTER, "the PV filter is on with {value}, which disables it; the filter constant's range is 0.1 to 1.0"
 )
-def filter_without_effect(context: Dl06Context) -> Iterator[Finding]:
+def filter_without_effect(view: LoopView) -> Iterator[Finding]:
     """The PV filter is on with a constant outside 0.1 to 1.0.
 
     Why: 0 and everything from 1.1 to 999.9 essentially disable the filter, while the programming software would quietly
@@ -45,21 +41,15 @@ def filter_without_effect(context: Dl06Context) -> Iterator[Finding]:
 
     Fix: choose 0.1 (strong, slow) to 1.0 (no filtering), or switch the filter off.
     """
-    for view in context.loops:
-        pv = view.loop.pv
-        if view.filtered and "filter" not in view.misfits and not STRONGEST <= view.digits("filter") <= WEAKEST:
-            key = "filter_enabled" if pv.filter is None else "filter"
-            yield view.find("pv", key, value="no constant" if pv.filter is None else f"k = {decimal_text(pv.filter)}")
+    pv = view.loop.pv
+    if view.filtered and "filter" not in view.misfits and not STRONGEST <= view.digits("filter") <= WEAKEST:
+        key = "filter_enabled" if pv.filter is None else "filter"
+        yield view.find("pv", key, value="no constant" if pv.filter is None else f"k = {decimal_text(pv.filter)}")
 
 
-@rule(
-    code="PID240",
-    name="filter-leaves-an-offset",
-    severity=Severity.INFO,
-    basis=D19,
-    message="filter k = {k}: the filtered PV may stay up to {offset} short of the true one",
-)
-def filter_leaves_an_offset(context: Dl06Context) -> Iterator[Finding]:
+@per_loop
+@info("PID240", D19, "filter k = {k}: the filtered PV may stay up to {offset} short of the true one")
+def filter_leaves_an_offset(view: LoopView) -> Iterator[Finding]:
     """A strong filter rounds so that the PV stays a thousandth of the span off.
 
     Why: the filtered value is kept in whole counts and stands still once k times the difference rounds to 0. Neither
@@ -67,24 +57,20 @@ def filter_leaves_an_offset(context: Dl06Context) -> Iterator[Finding]:
 
     Fix: use a larger constant, or the 15-bit format, where the same counts are an eighth of the error.
     """
-    for view in context.loops:
-        tenths = view.digits("filter")
-        if not view.filtered or not STRONGEST <= tenths <= WEAKEST:
-            continue
-        offset = 10 // (2 * tenths)
-        if offset * THOUSANDTH >= view.scales["pv"].format.span:
-            text = view.text(view.scales["pv"].span_value(offset), "pv", offset)
-            yield view.find("pv", "filter", k=f"0.{tenths}", offset=text)
+    tenths = view.digits("filter")
+    if not view.filtered or not STRONGEST <= tenths <= WEAKEST:
+        return
+    offset = 10 // (2 * tenths)
+    if offset * THOUSANDTH >= view.scales["pv"].format.span:
+        text = view.text(view.scales["pv"].span_value(offset), "pv", offset)
+        yield view.find("pv", "filter", k=f"0.{tenths}", offset=text)
 
 
-@rule(
-    code="PID241",
-    name="filtered-alarm-at-end-of-scale",
-    severity=Severity.WARNING,
-    basis=ROUNDING,
-    message="the {alarm} alarm is at {value}, an end of the scale, but a filtered PV need not get there",
+@per_loop
+@warning(
+    "PID241", ROUNDING, "the {alarm} alarm is at {value}, an end of the scale, but a filtered PV need not get there"
 )
-def filtered_alarm_at_end_of_scale(context: Dl06Context) -> Iterator[Finding]:
+def filtered_alarm_at_end_of_scale(view: LoopView) -> Iterator[Finding]:
     """An alarm point at zero or full scale while the PV filter is on.
 
     Why: filtering may leave an error of 1 part in 1000 because of rounding, so the PV may stop short of the end. The
@@ -92,27 +78,25 @@ def filtered_alarm_at_end_of_scale(context: Dl06Context) -> Iterator[Finding]:
 
     Fix: move the alarm point inside by at least a thousandth of the range.
     """
-    for view in context.loops:
-        if not view.filtered or not view.pv_alarms:
-            continue
-        ends = view.scales["pv"].format
-        for key in PV_POINTS:
-            if getattr(view.loop.alarms.pv, key) is not None and view.counts(f"pv_{key}") in {
-                ends.minimum,
-                ends.maximum,
-            }:
-                yield view.find("alarms", "pv", key, alarm=key, value=view.shown(f"pv_{key}"))
+    if not view.filtered or not view.pv_alarms:
+        return
+    ends = view.scales["pv"].format
+    for key in PV_POINTS:
+        if getattr(view.loop.alarms.pv, key) is not None and view.counts(f"pv_{key}") in {
+            ends.minimum,
+            ends.maximum,
+        }:
+            yield view.find("alarms", "pv", key, alarm=key, value=view.shown(f"pv_{key}"))
 
 
-@rule(
-    code="PID273",
-    name="filter-without-auto-transfer",
-    severity=Severity.INFO,
-    basis=OPTIONS,
-    message="the PV filter is on, but nothing is transferred to {word}: the manual shows the filter behind an auto "
+@per_loop
+@info(
+    "PID273",
+    OPTIONS,
+    "the PV filter is on, but nothing is transferred to {word}: the manual shows the filter behind an auto "
     "transfer only",
 )
-def filter_without_auto_transfer(context: Dl06Context) -> Iterator[Finding]:
+def filter_without_auto_transfer(view: LoopView) -> Iterator[Finding]:
     """The PV filter is on for a PV that the ladder program writes.
 
     Why: bit 2 of +01 is called "analog input filter/auto-transfer", and the manual draws the filter between an auto
@@ -121,7 +105,6 @@ def filter_without_auto_transfer(context: Dl06Context) -> Iterator[Finding]:
     Fix: watch the PV after the download; use `pv.transfer` (from a V-memory word as well), or filter in the ladder
     program.
     """
-    for view in context.loops:
-        pv = view.loop.pv
-        if view.filtered and pv.transfer is None:
-            yield view.find("pv", "filter_enabled" if pv.filter is None else "filter", word=view.v("pv"))
+    pv = view.loop.pv
+    if view.filtered and pv.transfer is None:
+        yield view.find("pv", "filter_enabled" if pv.filter is None else "filter", word=view.v("pv"))

@@ -10,7 +10,7 @@ from pidcfg.encoders.dl06.setup import TABLE_IN_SYSTEM, TABLE_OUTSIDE_LOWER, TAB
 from pidcfg.encoders.maps.dl06 import CPU, RAMP_SOAK_SIZE
 from pidcfg.refs import DL06
 from pidcfg.schemas.octal import v_name
-from pidcfg.validate.rule import Finding, rule
+from pidcfg.validate.rule import Finding, error, info, per_loop, warning
 from pidcfg.validate.rules.dl06.setup import between
 
 if TYPE_CHECKING:
@@ -40,14 +40,8 @@ def error_bit(view: LoopView, flags: int) -> str:
     return f"bit {BITS[flags]} of {view.v('ramp_soak_errors')} when the profile is started: it does not run"
 
 
-@rule(
-    code="PID274",
-    name="ramp-soak-table-outside-user-memory",
-    severity=Severity.ERROR,
-    basis=ERRORS,
-    message="the ramp/soak table occupies {words}, outside user memory ({user})",
-)
-def table_outside_user_memory(context: Dl06Context) -> Iterator[Finding]:
+@error("PID274", ERRORS, "the ramp/soak table occupies {words}, outside user memory ({user})")
+def ramp_soak_table_outside_user_memory(context: Dl06Context) -> Iterator[Finding]:
     """The 32 words of a ramp/soak table do not all lie in user memory.
 
     Why: when the generator is started, the CPU sets bit 0 or bit 1 of +35 and the profile does not run; until then
@@ -62,14 +56,8 @@ def table_outside_user_memory(context: Dl06Context) -> Iterator[Finding]:
                             user=", ".join(between(ends) for ends in CPU.user))  # fmt: skip
 
 
-@rule(
-    code="PID275",
-    name="ramp-soak-table-in-system-memory",
-    severity=Severity.ERROR,
-    basis=ERRORS,
-    message="the ramp/soak table starts at {start}, among the system parameters {system}",
-)
-def table_in_system_memory(context: Dl06Context) -> Iterator[Finding]:
+@error("PID275", ERRORS, "the ramp/soak table starts at {start}, among the system parameters {system}")
+def ramp_soak_table_in_system_memory(context: Dl06Context) -> Iterator[Finding]:
     """A ramp/soak table starts among the system parameters V7600-V7777.
 
     Why: V7640 to V7642, the set-up of all loops, lie there. Downloading the table would overwrite them; the CPU sets
@@ -83,14 +71,8 @@ def table_in_system_memory(context: Dl06Context) -> Iterator[Finding]:
                             system=between(CPU.system))  # fmt: skip
 
 
-@rule(
-    code="PID276",
-    name="ramp-soak-table-in-loop-table",
-    severity=Severity.ERROR,
-    basis=TABLE,
-    message="the ramp/soak table {words} overlaps the loop table {table}",
-)
-def table_in_loop_table(context: Dl06Context) -> Iterator[Finding]:
+@error("PID276", TABLE, "the ramp/soak table {words} overlaps the loop table {table}")
+def ramp_soak_table_in_loop_table(context: Dl06Context) -> Iterator[Finding]:
     """A ramp/soak table overlaps the loop table.
 
     Why: one of the two overwrites the other: set points and slopes would be read as gains and pointers of a loop.
@@ -103,14 +85,8 @@ def table_in_loop_table(context: Dl06Context) -> Iterator[Finding]:
             yield view.find("ramp_soak", "table", words=between((first, last)), table=between((start, end)))
 
 
-@rule(
-    code="PID277",
-    name="ramp-soak-tables-overlap",
-    severity=Severity.ERROR,
-    basis=TABLE,
-    message="the ramp/soak table {words} overlaps that of {other}, {theirs}",
-)
-def tables_overlap(context: Dl06Context) -> Iterator[Finding]:
+@error("PID277", TABLE, "the ramp/soak table {words} overlaps that of {other}, {theirs}")
+def ramp_soak_tables_overlap(context: Dl06Context) -> Iterator[Finding]:
     """The ramp/soak tables of two loops overlap.
 
     Why: each table takes 32 words regardless of the number of segments programmed; words that two profiles share make
@@ -125,14 +101,9 @@ def tables_overlap(context: Dl06Context) -> Iterator[Finding]:
                             theirs=between((first, last)))  # fmt: skip
 
 
-@rule(
-    code="PID278",
-    name="ramp-soak-without-steps",
-    severity=Severity.WARNING,
-    basis=TABLE,
-    message="the generator is on, but {what}",
-)
-def ramp_soak_without_steps(context: Dl06Context) -> Iterator[Finding]:
+@per_loop
+@warning("PID278", TABLE, "the generator is on, but {what}")
+def ramp_soak_without_steps(view: LoopView) -> Iterator[Finding]:
     """The ramp/soak generator is on and has no profile.
 
     Why: with an empty list the table is all zeros, and slope 0 ends the profile at once. Without a list (an info) the
@@ -140,23 +111,17 @@ def ramp_soak_without_steps(context: Dl06Context) -> Iterator[Finding]:
 
     Fix: list the `steps`, or remove `ramp_soak`.
     """
-    for view in context.loops:
-        profile = view.loop.ramp_soak
-        if profile is not None and profile.enabled and not profile.steps:
-            empty = profile.steps is not None
-            what = "its profile is empty" if empty else f"the file does not write the table at {v_name(profile.table)}"
-            path = ("loops", view.index, "ramp_soak", "steps" if empty else "table")
-            yield Finding(path, {"what": what}, severity=None if empty else Severity.INFO)
+    profile = view.loop.ramp_soak
+    if profile is not None and profile.enabled and not profile.steps:
+        empty = profile.steps is not None
+        what = "its profile is empty" if empty else f"the file does not write the table at {v_name(profile.table)}"
+        path = ("loops", view.index, "ramp_soak", "steps" if empty else "table")
+        yield Finding(path, {"what": what}, severity=None if empty else Severity.INFO)
 
 
-@rule(
-    code="PID279",
-    name="ramp-soak-switched-off",
-    severity=Severity.INFO,
-    basis=ENABLE,
-    message="a profile is written, but bit 11 of {word} is off: the controls in {flags} will not operate",
-)
-def ramp_soak_switched_off(context: Dl06Context) -> Iterator[Finding]:
+@per_loop
+@info("PID279", ENABLE, "a profile is written, but bit 11 of {word} is off: the controls in {flags} will not operate")
+def ramp_soak_switched_off(view: LoopView) -> Iterator[Finding]:
     """A ramp/soak profile is given, and the generator's enable bit is off.
 
     Why: the start, hold, resume and jog bits do nothing unless the enable bit is 1 during the entire process. It is the
@@ -164,19 +129,12 @@ def ramp_soak_switched_off(context: Dl06Context) -> Iterator[Finding]:
 
     Fix: remove `enabled: false`, unless the ladder program sets the bit.
     """
-    for view in context.loops:
-        profile = view.loop.ramp_soak
-        if profile is not None and profile.steps and not profile.enabled:
-            yield view.find("ramp_soak", "enabled", word=view.v("mode_setting_1"), flags=view.v("ramp_soak_flags"))
+    profile = view.loop.ramp_soak
+    if profile is not None and profile.steps and not profile.enabled:
+        yield view.find("ramp_soak", "enabled", word=view.v("mode_setting_1"), flags=view.v("ramp_soak_flags"))
 
 
-@rule(
-    code="PID280",
-    name="ramp-soak-in-cascade",
-    severity=Severity.WARNING,
-    basis=TROUBLE,
-    message="the ramp/soak generator is on, but mode is cascade: the set point comes from {source}",
-)
+@warning("PID280", TROUBLE, "the ramp/soak generator is on, but mode is cascade: the set point comes from {source}")
 def ramp_soak_in_cascade(context: Dl06Context) -> Iterator[Finding]:
     """The ramp/soak generator is on in a loop that is meant for Cascade mode.
 
@@ -193,14 +151,9 @@ def ramp_soak_in_cascade(context: Dl06Context) -> Iterator[Finding]:
             yield view.find_key("ramp_soak", source=source)
 
 
-@rule(
-    code="PID281",
-    name="ramp-soak-control-preset",
-    severity=Severity.WARNING,
-    basis=CONTROLS,
-    message="request is {request}: the bit is already 1 in {word} when the program is downloaded",
-)
-def ramp_soak_control_preset(context: Dl06Context) -> Iterator[Finding]:
+@per_loop
+@warning("PID281", CONTROLS, "request is {request}: the bit is already 1 in {word} when the program is downloaded")
+def ramp_soak_control_preset(view: LoopView) -> Iterator[Finding]:
     """A control bit of the ramp/soak generator is set in the download.
 
     Why: the normal state of the control bits is all zeros, and each acts on a change from 0 to 1 while the CPU is in
@@ -208,7 +161,6 @@ def ramp_soak_control_preset(context: Dl06Context) -> Iterator[Finding]:
 
     Fix: remove `request`; let the ladder program or the operator set the bit.
     """
-    for view in context.loops:
-        profile = view.loop.ramp_soak
-        if profile is not None and profile.request != "none":
-            yield view.find("ramp_soak", "request", request=profile.request, word=view.v("ramp_soak_flags"))
+    profile = view.loop.ramp_soak
+    if profile is not None and profile.request != "none":
+        yield view.find("ramp_soak", "request", request=profile.request, word=view.v("ramp_soak_flags"))

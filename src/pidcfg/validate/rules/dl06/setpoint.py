@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from pidcfg.diagnostics import Severity
 from pidcfg.encoders.plain import switched_on
 from pidcfg.refs import DL06, Decision
-from pidcfg.validate.rule import Finding, once, rule
+from pidcfg.validate.rule import Finding, error, info, once, per_loop, warning
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -27,14 +26,9 @@ D18 = Decision(
 )  # fmt: skip
 
 
-@rule(
-    code="PID228",
-    name="setpoint-limits-not-ascending",
-    severity=Severity.ERROR,
-    basis=LIMITS,
-    message="the upper set point limit {high} is not above the lower limit {low}",
-)
-def setpoint_limits_not_ascending(context: Dl06Context) -> Iterator[Finding]:
+@per_loop
+@error("PID228", LIMITS, "the upper set point limit {high} is not above the lower limit {low}")
+def setpoint_limits_not_ascending(view: LoopView) -> Iterator[Finding]:
     """The set point limits are on, and the upper one is equal to or below the lower one.
 
     Why: the calculation applies the limits before each sample; limits that are equal pin the set point, crossed ones
@@ -42,20 +36,18 @@ def setpoint_limits_not_ascending(context: Dl06Context) -> Iterator[Finding]:
 
     Fix: write the lower limit first, and leave at least one count between them.
     """
-    for view in context.loops:
-        limits = view.holds("setpoint_low", "setpoint_high")
-        if view.setpoint_limited and limits and limits[0] >= limits[1]:
-            yield view.find("setpoint", "limits", 1, high=view.shown("setpoint_high"), low=view.shown("setpoint_low"))
+    limits = view.holds("setpoint_low", "setpoint_high")
+    if view.setpoint_limited and limits and limits[0] >= limits[1]:
+        yield view.find("setpoint", "limits", 1, high=view.shown("setpoint_high"), low=view.shown("setpoint_low"))
 
 
-@rule(
-    code="PID229",
-    name="setpoint-outside-limits",
-    severity=Severity.WARNING,
-    basis=LIMITS,
-    message="the set point {value} is outside the limits {low} to {high}: the loop controls to the nearer limit",
+@per_loop
+@warning(
+    "PID229",
+    LIMITS,
+    "the set point {value} is outside the limits {low} to {high}: the loop controls to the nearer limit",
 )
-def setpoint_outside_limits(context: Dl06Context) -> Iterator[Finding]:
+def setpoint_outside_limits(view: LoopView) -> Iterator[Finding]:
     """The set point lies outside the loop's own set point limits.
 
     Why: any value may be written to +02, and the word keeps it; the limit is applied inside the calculation only. The
@@ -63,41 +55,32 @@ def setpoint_outside_limits(context: Dl06Context) -> Iterator[Finding]:
 
     Fix: correct the set point, or widen the limits.
     """
-    for view in context.loops:
-        words = view.holds("setpoint_low", "setpoint", "setpoint_high")
-        if view.loop.setpoint.value is None or not view.setpoint_limited or not words or words[0] >= words[2]:
-            continue
-        if not words[0] <= words[1] <= words[2]:
-            yield view.find("setpoint", "value", value=view.shown("setpoint"), low=view.shown("setpoint_low"),
-                            high=view.shown("setpoint_high"))  # fmt: skip
+    words = view.holds("setpoint_low", "setpoint", "setpoint_high")
+    if view.loop.setpoint.value is None or not view.setpoint_limited or not words or words[0] >= words[2]:
+        return
+    if not words[0] <= words[1] <= words[2]:
+        yield view.find("setpoint", "value", value=view.shown("setpoint"), low=view.shown("setpoint_low"),
+                        high=view.shown("setpoint_high"))  # fmt: skip
 
 
-@rule(
-    code="PID230",
-    name="setpoint-limits-switched-off",
-    severity=Severity.INFO,
-    basis=LIMITS,
-    message="set point limits {low} and {high} are stored, but bit 3 of {word} is off: they limit nothing",
-)
-def setpoint_limits_switched_off(context: Dl06Context) -> Iterator[Finding]:
+@per_loop
+@info("PID230", LIMITS, "set point limits {low} and {high} are stored, but bit 3 of {word} is off: they limit nothing")
+def setpoint_limits_switched_off(view: LoopView) -> Iterator[Finding]:
     """Set point limits are given, but not enabled.
 
     Why: the words +26 and +27 hold them, so they show up in every listing; without the enable bit they guard nothing.
 
     Fix: remove `limits_enabled: false`, or the limits.
     """
-    for view in context.loops:
-        if view.loop.setpoint.limits is not None and not view.setpoint_limited:
-            yield view.find("setpoint", "limits_enabled", word=view.v("mode_setting_2"),
-                            low=view.shown("setpoint_low"), high=view.shown("setpoint_high"))  # fmt: skip
+    if view.loop.setpoint.limits is not None and not view.setpoint_limited:
+        yield view.find("setpoint", "limits_enabled", word=view.v("mode_setting_2"),
+                        low=view.shown("setpoint_low"), high=view.shown("setpoint_high"))  # fmt: skip
 
 
-@rule(
-    code="PID231",
-    name="setpoint-replaced-on-transfer",
-    severity=Severity.INFO,
-    basis=TROUBLE,
-    message="the set point {value} is replaced by the PV when the loop goes from Manual to Auto (Bumpless I){others}",
+@info(
+    "PID231",
+    TROUBLE,
+    "the set point {value} is replaced by the PV when the loop goes from Manual to Auto (Bumpless I){others}",
 )
 def setpoint_replaced_on_transfer(context: Dl06Context) -> Iterator[Finding]:
     """The set point of the file does not survive the change to Auto.
@@ -118,14 +101,9 @@ def setpoint_replaced_on_transfer(context: Dl06Context) -> Iterator[Finding]:
         yield once(first.find("setpoint", "value", value=first.shown("setpoint")), [view.loop.name for view in others])
 
 
-@rule(
-    code="PID232",
-    name="setpoint-left-at-zero",
-    severity=Severity.WARNING,
-    basis=BUMPLESS,
-    message="no set point is given: with Bumpless II the loop goes to Auto with {word} at {zero}",
-)
-def setpoint_left_at_zero(context: Dl06Context) -> Iterator[Finding]:
+@per_loop
+@warning("PID232", BUMPLESS, "no set point is given: with Bumpless II the loop goes to Auto with {word} at {zero}")
+def setpoint_left_at_zero(view: LoopView) -> Iterator[Finding]:
     """A loop with Bumpless Transfer II is meant for Auto, and nothing gives its set point.
 
     Why: the word is downloaded as 0. Type II does not copy the PV to it (type I would), so the loop drives the process
@@ -133,31 +111,24 @@ def setpoint_left_at_zero(context: Dl06Context) -> Iterator[Finding]:
 
     Fix: give `setpoint.value`, or take `bumpless: I`.
     """
-    for view in context.loops:
-        loop = view.loop
-        if loop.mode == "auto" and loop.bumpless == "II" and loop.setpoint.value is None:
-            yield view.find("setpoint", word=view.v("setpoint"), zero=view.eu(0, "sp"))
+    loop = view.loop
+    if loop.mode == "auto" and loop.bumpless == "II" and loop.setpoint.value is None:
+        yield view.find("setpoint", word=view.v("setpoint"), zero=view.eu(0, "sp"))
 
 
-@rule(
-    code="PID233",
-    name="deadband-of-zero",
-    severity=Severity.WARNING,
-    basis=DEADBAND,
-    message="the error deadband is on with {value}: it ignores nothing",
-)
-def deadband_of_zero(context: Dl06Context) -> Iterator[Finding]:
+@per_loop
+@warning("PID233", DEADBAND, "the error deadband is on with {value}: it ignores nothing")
+def deadband_of_zero(view: LoopView) -> Iterator[Finding]:
     """The error deadband is on, but its word holds 0 counts.
 
     Why: a deadband narrower than half a count of the data format is stored as 0, and a bit without a value means 0 too.
 
     Fix: give a deadband of at least one count, or switch it off.
     """
-    for view in context.loops:
-        error = view.loop.error
-        if deadband_on(view) and view.counts("deadband") == 0:
-            key = "deadband_enabled" if error.deadband is None else "deadband"
-            yield view.find("error", key, value=view.shown("deadband"))
+    error = view.loop.error
+    if deadband_on(view) and view.counts("deadband") == 0:
+        key = "deadband_enabled" if error.deadband is None else "deadband"
+        yield view.find("error", key, value=view.shown("deadband"))
 
 
 def deadband_on(view: LoopView) -> bool:
@@ -165,13 +136,10 @@ def deadband_on(view: LoopView) -> bool:
     return switched_on(view.loop.error.deadband_enabled, view.loop.error.deadband)
 
 
-@rule(
-    code="PID234",
-    name="deadband-reaches-alarm",
-    severity=Severity.WARNING,
-    basis=D18,
-    message="the error deadband of {value} is not less than the distance {limit} from the set point to the {alarm} "
-    "alarm",
+@warning(
+    "PID234",
+    D18,
+    "the error deadband of {value} is not less than the distance {limit} from the set point to the {alarm} alarm",
 )
 def deadband_reaches_alarm(context: Dl06Context) -> Iterator[Finding]:
     """The error deadband is as wide as the distance from the set point to an alarm.

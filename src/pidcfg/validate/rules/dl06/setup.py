@@ -5,14 +5,13 @@ from __future__ import annotations
 from decimal import Decimal
 from typing import TYPE_CHECKING
 
-from pidcfg.diagnostics import Severity
 from pidcfg.encoders.dl06.encode import loop_start
 from pidcfg.encoders.dl06.setup import OUTSIDE_LOWER, OUTSIDE_UPPER, STRADDLES, TOO_MANY
 from pidcfg.encoders.maps.dl06 import CPU
 from pidcfg.refs import DL06, Decision
 from pidcfg.schemas.base import decimal_text
 from pidcfg.schemas.octal import v_name
-from pidcfg.validate.rule import Finding, finding, rule
+from pidcfg.validate.rule import Finding, error, finding, warning
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -49,14 +48,12 @@ def loops_text(number: int) -> str:
     return f"{number} loop{'' if number == 1 else 's'}"
 
 
-@rule(
-    code="PID201",
-    name="loop-table-outside-lower-memory",
-    severity=Severity.ERROR,
-    basis=POINTER,
-    message="the loop table starts at {start}, outside {allowed} (and below {upper}, where the upper range begins)",
+@error(
+    "PID201",
+    POINTER,
+    "the loop table starts at {start}, outside {allowed} (and below {upper}, where the upper range begins)",
 )
-def table_outside_lower_memory(context: Dl06Context) -> Iterator[Finding]:
+def loop_table_outside_lower_memory(context: Dl06Context) -> Iterator[Finding]:
     """The loop table starts below V10000, but not in V1200-V7340.
 
     Why: the CPU checks V7640 when it goes from Program to Run. With an address outside its ranges it sets bit 0 of
@@ -70,14 +67,8 @@ def table_outside_lower_memory(context: Dl06Context) -> Iterator[Finding]:
                               "upper": v_name(CPU.upper[0])}, plc_effect="V7642 bit 0")  # fmt: skip
 
 
-@rule(
-    code="PID202",
-    name="loop-table-outside-upper-memory",
-    severity=Severity.ERROR,
-    basis=POINTER,
-    message="the loop table starts at {start}, outside {allowed}",
-)
-def table_outside_upper_memory(context: Dl06Context) -> Iterator[Finding]:
+@error("PID202", POINTER, "the loop table starts at {start}, outside {allowed}")
+def loop_table_outside_upper_memory(context: Dl06Context) -> Iterator[Finding]:
     """The loop table starts above V10000, but past V17740.
 
     Why: the CPU sets bit 1 of V7642 when it goes from Program to Run and calculates no loop. V17740 is the last start
@@ -90,13 +81,7 @@ def table_outside_upper_memory(context: Dl06Context) -> Iterator[Finding]:
                       plc_effect="V7642 bit 1")  # fmt: skip
 
 
-@rule(
-    code="PID203",
-    name="more-loops-than-the-cpu-has",
-    severity=Severity.ERROR,
-    basis=FLAGS,
-    message="V7641 would hold {count} loops; the {cpu} calculates at most {limit}",
-)
+@error("PID203", FLAGS, "V7641 would hold {count} loops; the {cpu} calculates at most {limit}")
 def more_loops_than_the_cpu_has(context: Dl06Context) -> Iterator[Finding]:
     """The number of loops is greater than 8.
 
@@ -110,14 +95,8 @@ def more_loops_than_the_cpu_has(context: Dl06Context) -> Iterator[Finding]:
                       "limit": CPU.loops}, plc_effect="V7642 bit 2")  # fmt: skip
 
 
-@rule(
-    code="PID204",
-    name="loop-table-crosses-the-boundary",
-    severity=Severity.ERROR,
-    basis=FLAGS,
-    message="the loop table of {loops} occupies {words}, past the boundary at {limit}",
-)
-def table_crosses_the_boundary(context: Dl06Context) -> Iterator[Finding]:
+@error("PID204", FLAGS, "the loop table of {loops} occupies {words}, past the boundary at {limit}")
+def loop_table_crosses_the_boundary(context: Dl06Context) -> Iterator[Finding]:
     """The loop table begins in the lower range and extends past V7577.
 
     Why: behind V7577 lie the system parameters, V7640 among them. The CPU sets bit 3 of V7642 when it goes from Program
@@ -138,14 +117,8 @@ def table_crosses_the_boundary(context: Dl06Context) -> Iterator[Finding]:
                       plc_effect="not shown in V7642, which counts the loops of V7641")  # fmt: skip
 
 
-@rule(
-    code="PID205",
-    name="loop-table-beyond-memory",
-    severity=Severity.ERROR,
-    basis=D10,
-    message="the loop table of {loops} occupies {words}, but memory ends at {limit}",
-)
-def table_beyond_memory(context: Dl06Context) -> Iterator[Finding]:
+@error("PID205", D10, "the loop table of {loops} occupies {words}, but memory ends at {limit}")
+def loop_table_beyond_memory(context: Dl06Context) -> Iterator[Finding]:
     """The loop table begins in the upper range and extends past V17777, the last word there is.
 
     Why: V7642 has no bit for this: the quick check "V7642 is 0000, so all is well" passes while the last loops have no
@@ -159,14 +132,8 @@ def table_beyond_memory(context: Dl06Context) -> Iterator[Finding]:
                               "limit": v_name(CPU.upper_end)}, plc_effect="not shown in V7642")  # fmt: skip
 
 
-@rule(
-    code="PID206",
-    name="loop-table-in-non-volatile-memory",
-    severity=Severity.WARNING,
-    basis=D11,
-    message="the loop table of {loops} occupies {words} and reaches into the non-volatile words {limit}",
-)
-def table_in_non_volatile_memory(context: Dl06Context) -> Iterator[Finding]:
+@warning("PID206", D11, "the loop table of {loops} occupies {words} and reaches into the non-volatile words {limit}")
+def loop_table_in_non_volatile_memory(context: Dl06Context) -> Iterator[Finding]:
     """Words of the loop table lie in V7400-V7577, which are kept in non-volatile memory.
 
     Why: such memory takes a limited number of writes, and each calculation writes bias and output: at 0.1 s a loop
@@ -181,13 +148,7 @@ def table_in_non_volatile_memory(context: Dl06Context) -> Iterator[Finding]:
                       limit=between(CPU.non_volatile))  # fmt: skip
 
 
-@rule(
-    code="PID207",
-    name="listed-loop-never-calculated",
-    severity=Severity.WARNING,
-    basis=POINTER,
-    message="V7641 would hold {count}, but {listed} are listed: {names} would never be calculated",
-)
+@warning("PID207", POINTER, "V7641 would hold {count}, but {listed} are listed: {names} would never be calculated")
 def listed_loop_never_calculated(context: Dl06Context) -> Iterator[Finding]:
     """`number_of_loops` is smaller than the list of loops.
 
@@ -203,12 +164,10 @@ def listed_loop_never_calculated(context: Dl06Context) -> Iterator[Finding]:
         yield finding(*COUNT, count=context.count, listed=loops_text(listed), names=names)
 
 
-@rule(
-    code="PID208",
-    name="counted-loop-not-listed",
-    severity=Severity.ERROR,
-    basis=POINTER,
-    message="V7641 would hold {count}, but only {listed} are listed: the CPU takes {words} for loop tables as well",
+@error(
+    "PID208",
+    POINTER,
+    "V7641 would hold {count}, but only {listed} are listed: the CPU takes {words} for loop tables as well",
 )
 def counted_loop_not_listed(context: Dl06Context) -> Iterator[Finding]:
     """`number_of_loops` is greater than the list of loops.
@@ -224,13 +183,7 @@ def counted_loop_not_listed(context: Dl06Context) -> Iterator[Finding]:
         yield finding(*COUNT, count=context.count, listed=loops_text(listed), words=words)
 
 
-@rule(
-    code="PID209",
-    name="loop-task-off",
-    severity=Severity.WARNING,
-    basis=POINTER,
-    message="V7641 would hold 0: the loop task is off, and nothing is calculated ({listed} listed)",
-)
+@warning("PID209", POINTER, "V7641 would hold 0: the loop task is off, and nothing is calculated ({listed} listed)")
 def loop_task_off(context: Dl06Context) -> Iterator[Finding]:
     """`number_of_loops` is 0 while loops are listed.
 
@@ -243,12 +196,10 @@ def loop_task_off(context: Dl06Context) -> Iterator[Finding]:
         yield finding(*COUNT, listed=loops_text(listed))
 
 
-@rule(
-    code="PID210",
-    name="sample-rate-too-fast-for-loop-count",
-    severity=Severity.ERROR,
-    basis=FEATURES,
-    message="sample_rate is {value} s; with {loops} the CPU calculates no loop more often than every {limit} s",
+@error(
+    "PID210",
+    FEATURES,
+    "sample_rate is {value} s; with {loops} the CPU calculates no loop more often than every {limit} s",
 )
 def sample_rate_too_fast_for_loop_count(context: Dl06Context) -> Iterator[Finding]:
     """A sample rate under 0.1 s with five or more loops.

@@ -4,16 +4,15 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from pidcfg.diagnostics import Severity
 from pidcfg.encoders.maps.dl06 import D16
 from pidcfg.encoders.words import nearest
 from pidcfg.refs import DL06, Decision
-from pidcfg.validate.rule import Finding, rule
+from pidcfg.validate.rule import Finding, info, per_loop, warning
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from pidcfg.validate.rules.dl06.context import Dl06Context
+    from pidcfg.validate.rules.dl06.context import LoopView
 
 ROOT = DL06.at("Process Variable (PV) Configuration, IMPORTANT")
 
@@ -23,15 +22,14 @@ D17 = Decision(
 )  # fmt: skip
 
 
-@rule(
-    code="PID235",
-    name="square-root-rescales-setpoint",
-    severity=Severity.INFO,
-    basis=D16,
-    message="square-root extract: {word} holds the set point divided by the root of the span, 0 to {top} counts, "
+@per_loop
+@info(
+    "PID235",
+    D16,
+    "square-root extract: {word} holds the set point divided by the root of the span, 0 to {top} counts, "
     "{step} % of full scale a count; the error is SP - sqrt(PV), alarms stay on the raw PV",
 )
-def square_root_rescales_setpoint(context: Dl06Context) -> Iterator[Finding]:
+def square_root_rescales_setpoint(view: LoopView) -> Iterator[Finding]:
     """PV square-root extract changes the scale of the set point.
 
     Why: the loop compares the set point with the root of the PV word, so the set point is divided by the root of the
@@ -41,21 +39,19 @@ def square_root_rescales_setpoint(context: Dl06Context) -> Iterator[Finding]:
 
     Fix: nothing, if all who write the set point know. The 15-bit format gives finer steps.
     """
-    for view in context.loops:
-        if view.loop.pv.square_root:
-            top = nearest(view.scales["sp"].full)
-            yield view.find("pv", "square_root", word=view.v("setpoint"), top=top, step=f"{100 / top:.2g}")
+    if view.loop.pv.square_root:
+        top = nearest(view.scales["sp"].full)
+        yield view.find("pv", "square_root", word=view.v("setpoint"), top=top, step=f"{100 / top:.2g}")
 
 
-@rule(
-    code="PID236",
-    name="square-root-alarm-scale",
-    severity=Severity.INFO,
-    basis=D16,
-    message="the {alarm} alarm at {value} compares the raw PV: it comes at a flow of {flow} % of full scale, not "
+@per_loop
+@info(
+    "PID236",
+    D16,
+    "the {alarm} alarm at {value} compares the raw PV: it comes at a flow of {flow} % of full scale, not "
     "{percent} %{others}",
 )
-def square_root_alarm_scale(context: Dl06Context) -> Iterator[Finding]:
+def square_root_alarm_scale(view: LoopView) -> Iterator[Finding]:
     """Alarms of a square-root loop are on the scale of the differential pressure, not of the flow.
 
     Why: the alarm words are compared with the raw PV. A limit at half of the range is half of the differential
@@ -63,28 +59,26 @@ def square_root_alarm_scale(context: Dl06Context) -> Iterator[Finding]:
 
     Fix: square the flow: to alarm at 80 % of the flow, write 64 % of the range.
     """
-    for view in context.loops:
-        if not view.loop.pv.square_root or not view.pv_alarms or view.bipolar:
-            continue
-        full = view.scales["pv"].format.maximum
-        held = {key: view.counts(f"pv_{key}") for key in ("low_low", "low", "high", "high_high")}
-        shares = {key: counts / full for key, counts in held.items() if counts is not None and 0 < counts < full}
-        texts = {key: (f"{100 * share**0.5:.0f}", f"{100 * share:.0f}") for key, share in shares.items()}
-        for key in list(texts)[:1]:
-            more = [f"{other} at {flow} %, not {percent} %" for other, (flow, percent) in texts.items() if other != key]
-            yield view.find("alarms", "pv", key, alarm=key, value=view.shown(f"pv_{key}"), flow=texts[key][0],
-                            percent=texts[key][1], others="".join(f"; {text}" for text in more))  # fmt: skip
+    if not view.loop.pv.square_root or not view.pv_alarms or view.bipolar:
+        return
+    full = view.scales["pv"].format.maximum
+    held = {key: view.counts(f"pv_{key}") for key in ("low_low", "low", "high", "high_high")}
+    shares = {key: counts / full for key, counts in held.items() if counts is not None and 0 < counts < full}
+    texts = {key: (f"{100 * share**0.5:.0f}", f"{100 * share:.0f}") for key, share in shares.items()}
+    for key in list(texts)[:1]:
+        more = [f"{other} at {flow} %, not {percent} %" for other, (flow, percent) in texts.items() if other != key]
+        yield view.find("alarms", "pv", key, alarm=key, value=view.shown(f"pv_{key}"), flow=texts[key][0],
+                        percent=texts[key][1], others="".join(f"; {text}" for text in more))  # fmt: skip
 
 
-@rule(
-    code="PID237",
-    name="square-root-without-setpoint-limits",
-    severity=Severity.INFO,
-    basis=ROOT,
-    message="square-root extract without set point limits: a set point written to {word} in PV counts, anything above "
+@per_loop
+@info(
+    "PID237",
+    ROOT,
+    "square-root extract without set point limits: a set point written to {word} in PV counts, anything above "
     "{top}, would open the loop's output fully",
 )
-def square_root_without_setpoint_limits(context: Dl06Context) -> Iterator[Finding]:
+def square_root_without_setpoint_limits(view: LoopView) -> Iterator[Finding]:
     """A loop with square-root extract has no upper set point limit.
 
     Why: the set point word ends at 64 counts (12 bit). A panel that writes it on the PV's scale, 0 to 4095, asks for a
@@ -92,25 +86,18 @@ def square_root_without_setpoint_limits(context: Dl06Context) -> Iterator[Findin
 
     Fix: give `setpoint.limits`.
     """
-    for view in context.loops:
-        if view.loop.pv.square_root and not view.setpoint_limited:
-            yield view.find("pv", "square_root", word=view.v("setpoint"), top=nearest(view.scales["sp"].full))
+    if view.loop.pv.square_root and not view.setpoint_limited:
+        yield view.find("pv", "square_root", word=view.v("setpoint"), top=nearest(view.scales["sp"].full))
 
 
-@rule(
-    code="PID238",
-    name="square-root-of-signed-signal",
-    severity=Severity.WARNING,
-    basis=D17,
-    message="square-root extract on the {format} format: negative counts have no root and are taken as 0",
-)
-def square_root_of_signed_signal(context: Dl06Context) -> Iterator[Finding]:
+@per_loop
+@warning("PID238", D17, "square-root extract on the {format} format: negative counts have no root and are taken as 0")
+def square_root_of_signed_signal(view: LoopView) -> Iterator[Finding]:
     """Square-root extract is on for a bipolar PV.
 
     Why: the lower half of the format, and of the range, has no root. A flow that reverses reads as no flow.
 
     Fix: use a unipolar format for a differential-pressure signal.
     """
-    for view in context.loops:
-        if view.loop.pv.square_root and view.bipolar:
-            yield view.find("pv", "square_root", format=view.loop.pv.format)
+    if view.loop.pv.square_root and view.bipolar:
+        yield view.find("pv", "square_root", format=view.loop.pv.format)

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from pidcfg.diagnostics import Severity
 from pidcfg.encoders.dl06.encode import LOOP_SIZE
 from pidcfg.encoders.maps.dl06 import CPU, D03, LOOP_TABLE
 from pidcfg.refs import DL06
 from pidcfg.schemas.octal import v_name
-from pidcfg.validate.rule import Finding, once, rule
+from pidcfg.validate.rule import Finding, error, info, once, per_loop, warning
 from pidcfg.validate.rules.dl06.ramp_soak import tables
 from pidcfg.validate.rules.dl06.setup import between
 
@@ -33,12 +32,8 @@ def channel_of(transfer: Transfer | None) -> tuple[int, int] | None:
     return transfer.slot, transfer.channel
 
 
-@rule(
-    code="PID289",
-    name="independent-loop-without-transfer",
-    severity=Severity.WARNING,
-    basis=MODES,
-    message="the loop is independent of the CPU mode, but {missing}: in Program mode nothing moves {words}",
+@warning(
+    "PID289", MODES, "the loop is independent of the CPU mode, but {missing}: in Program mode nothing moves {words}"
 )
 def independent_loop_without_transfer(context: Dl06Context) -> Iterator[Finding]:
     """A loop is to run while the CPU is in Program mode, without direct access to the channels of PV and output.
@@ -67,14 +62,9 @@ def independent_loop_without_transfer(context: Dl06Context) -> Iterator[Finding]
             yield view.find("independent_of_cpu_mode", missing=" and ".join(reasons), words=words)
 
 
-@rule(
-    code="PID290",
-    name="transfer-source-outside-memory",
-    severity=Severity.ERROR,
-    basis=FROM_MEMORY,
-    message="the PV's source {address} is outside {allowed}",
-)
-def transfer_source_outside_memory(context: Dl06Context) -> Iterator[Finding]:
+@per_loop
+@error("PID290", FROM_MEMORY, "the PV's source {address} is outside {allowed}")
+def transfer_source_outside_memory(view: LoopView) -> Iterator[Finding]:
     """The PV is transferred from a V-memory word that the manual does not allow.
 
     Why: the transfer reads V400-V677, V1200-V7377 and V10000-V17777 only; elsewhere lie timers, system words and words
@@ -82,23 +72,17 @@ def transfer_source_outside_memory(context: Dl06Context) -> Iterator[Finding]:
 
     Fix: copy the value to a word inside these ranges and transfer it from there.
     """
-    for view in context.loops:
-        transfer = view.loop.pv.transfer
-        if transfer is None or transfer.address is None:
-            continue
-        if not any(low <= transfer.address <= high for low, high in CPU.transfer_sources):
-            yield view.find("pv", "transfer", "address", address=v_name(transfer.address),
-                            allowed=", ".join(between(ends) for ends in CPU.transfer_sources))  # fmt: skip
+    transfer = view.loop.pv.transfer
+    if transfer is None or transfer.address is None:
+        return
+    if not any(low <= transfer.address <= high for low, high in CPU.transfer_sources):
+        yield view.find("pv", "transfer", "address", address=v_name(transfer.address),
+                        allowed=", ".join(between(ends) for ends in CPU.transfer_sources))  # fmt: skip
 
 
-@rule(
-    code="PID291",
-    name="output-transferred-to-memory",
-    severity=Severity.ERROR,
-    basis=TRANSFER,
-    message="output.transfer names {address}, but {word} holds slot and channel only",
-)
-def output_transferred_to_memory(context: Dl06Context) -> Iterator[Finding]:
+@per_loop
+@error("PID291", TRANSFER, "output.transfer names {address}, but {word} holds slot and channel only")
+def output_transferred_to_memory(view: LoopView) -> Iterator[Finding]:
     """The output is to be transferred to a V-memory word.
 
     Why: a V-memory address is an option of the PV's word (+36) alone. In the output's word (+37) its digits would be
@@ -106,20 +90,13 @@ def output_transferred_to_memory(context: Dl06Context) -> Iterator[Finding]:
 
     Fix: give slot and channel, or leave the transfer out and let the ladder program read the output word.
     """
-    for view in context.loops:
-        transfer = view.loop.output.transfer
-        if transfer is not None and transfer.address is not None:
-            yield view.find("output", "transfer", "address", address=v_name(transfer.address),
-                            word=view.v("output_transfer"))  # fmt: skip
+    transfer = view.loop.output.transfer
+    if transfer is not None and transfer.address is not None:
+        yield view.find("output", "transfer", "address", address=v_name(transfer.address),
+                        word=view.v("output_transfer"))  # fmt: skip
 
 
-@rule(
-    code="PID292",
-    name="output-channel-written-twice",
-    severity=Severity.ERROR,
-    basis=SOURCES,
-    message="slot {slot}, channel {channel} is already the output of {other}",
-)
+@error("PID292", SOURCES, "slot {slot}, channel {channel} is already the output of {other}")
 def output_channel_written_twice(context: Dl06Context) -> Iterator[Finding]:
     """Two loops transfer their outputs to the same channel.
 
@@ -137,12 +114,10 @@ def output_channel_written_twice(context: Dl06Context) -> Iterator[Finding]:
         first.setdefault(channel, view.loop.name)
 
 
-@rule(
-    code="PID293",
-    name="channel-read-and-written",
-    severity=Severity.INFO,
-    basis=SELECT,
-    message="slot {slot}, channel {channel} is also the PV of {other}: right only for a combined input/output module",
+@info(
+    "PID293",
+    SELECT,
+    "slot {slot}, channel {channel} is also the PV of {other}: right only for a combined input/output module",
 )
 def channel_read_and_written(context: Dl06Context) -> Iterator[Finding]:
     """An output goes to the slot and channel from which a PV is read.
@@ -163,13 +138,7 @@ def channel_read_and_written(context: Dl06Context) -> Iterator[Finding]:
             yield view.find_key("output", "transfer", slot=channel[0], channel=channel[1], other=read[channel])
 
 
-@rule(
-    code="PID294",
-    name="pv-source-in-pid-table",
-    severity=Severity.WARNING,
-    basis=SOURCES,
-    message="the PV's source {address} is {what}",
-)
+@warning("PID294", SOURCES, "the PV's source {address} is {what}")
 def pv_source_in_pid_table(context: Dl06Context) -> Iterator[Finding]:
     """The PV is transferred from a word of the loop table or of a ramp/soak table.
 
@@ -195,12 +164,10 @@ def _in_tables(context: Dl06Context, address: int) -> str:
     return "" if owner is None else f"in the ramp/soak table of {owner.loop.name}"
 
 
-@rule(
-    code="PID295",
-    name="slot-counted-two-ways",
-    severity=Severity.INFO,
-    basis=D03,
-    message="{word} holds {digits}: slot {slot} by the manual's table (1 to 4), but its text counts slots from "
+@info(
+    "PID295",
+    D03,
+    "{word} holds {digits}: slot {slot} by the manual's table (1 to 4), but its text counts slots from "
     "0{hexadecimal}{others}",
 )
 def slot_counted_two_ways(context: Dl06Context) -> Iterator[Finding]:

@@ -5,14 +5,13 @@ from __future__ import annotations
 from decimal import Decimal
 from typing import TYPE_CHECKING
 
-from pidcfg.diagnostics import Severity
 from pidcfg.encoders.dl06.encode import reset_value
 from pidcfg.encoders.maps.dl06 import D01, RESET
 from pidcfg.encoders.plain import switched_on
 from pidcfg.encoders.words import EncodeError, bcd_digits
 from pidcfg.refs import DL06, Decision
 from pidcfg.schemas.base import decimal_text
-from pidcfg.validate.rule import Finding, once, rule
+from pidcfg.validate.rule import Finding, error, info, once, per_loop, warning
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -39,12 +38,10 @@ D13 = Decision(
 LARGEST_LIMIT = 20
 
 
-@rule(
-    code="PID211",
-    name="reset-has-two-readings",
-    severity=Severity.WARNING,
-    basis=D01,
-    message="reset {value} {unit} is stored as {digits}: {one} {unit} by the manual's feature table (xxx.x), "
+@warning(
+    "PID211",
+    D01,
+    "reset {value} {unit} is stored as {digits}: {one} {unit} by the manual's feature table (xxx.x), "
     "{two} {unit} by its text (xx.xx){others}",
 )
 def reset_has_two_readings(context: Dl06Context) -> Iterator[Finding]:
@@ -79,13 +76,10 @@ def reset_unit(view: LoopView) -> str:
     return "min" if view.loop.tuning.reset_unit == "minutes" else "s"
 
 
-@rule(
-    code="PID212",
-    name="reset-is-the-off-code",
-    severity=Severity.ERROR,
-    basis=TERMS,
-    message="reset {value} {unit} is stored as 9999, which switches the integral term off; the largest reset is "
-    "{limit} {unit}",
+@error(
+    "PID212",
+    TERMS,
+    "reset {value} {unit} is stored as 9999, which switches the integral term off; the largest reset is {limit} {unit}",
 )
 def reset_is_the_off_code(context: Dl06Context) -> Iterator[Finding]:
     """A reset time is written as a number that the PLC takes for "no integral": 999.9, or 9999 as in the manual's text.
@@ -102,14 +96,9 @@ def reset_is_the_off_code(context: Dl06Context) -> Iterator[Finding]:
             yield view.find("tuning", "reset", value=decimal_text(value), unit=reset_unit(view), limit=9998 * step)
 
 
-@rule(
-    code="PID213",
-    name="gain-of-zero",
-    severity=Severity.INFO,
-    basis=D12,
-    message="gain is 0: no proportional term; {terms} as if the gain were 1",
-)
-def gain_of_zero(context: Dl06Context) -> Iterator[Finding]:
+@per_loop
+@info("PID213", D12, "gain is 0: no proportional term; {terms} as if the gain were 1")
+def gain_of_zero(view: LoopView) -> Iterator[Finding]:
     """The gain is 0: the other terms act as if it were 1.
 
     Why: by the printed formula Ki = Kc·Ts/Ti a gain of 0 would switch everything off, yet the manual offers it for
@@ -117,20 +106,14 @@ def gain_of_zero(context: Dl06Context) -> Iterator[Finding]:
 
     Fix: check that the reset time was chosen for Ki = Ts/Ti; otherwise give a gain.
     """
-    for view in context.loops:
-        tuning = view.loop.tuning
-        if tuning.gain == 0 and view.reset is not None and not tuning.rate:
-            yield view.find("tuning", "gain", terms="the integral acts")
+    tuning = view.loop.tuning
+    if tuning.gain == 0 and view.reset is not None and not tuning.rate:
+        yield view.find("tuning", "gain", terms="the integral acts")
 
 
-@rule(
-    code="PID214",
-    name="no-control-term",
-    severity=Severity.ERROR,
-    basis=SUBSET,
-    message="gain 0, reset off and rate 0 s: no term is left, and the output never moves",
-)
-def no_control_term(context: Dl06Context) -> Iterator[Finding]:
+@per_loop
+@error("PID214", SUBSET, "gain 0, reset off and rate 0 s: no term is left, and the output never moves")
+def no_control_term(view: LoopView) -> Iterator[Finding]:
     """Proportional, integral and derivative terms are all switched off.
 
     Why: in Auto the output stays where Manual left it, whatever the error is; the loop looks alive and controls
@@ -138,20 +121,14 @@ def no_control_term(context: Dl06Context) -> Iterator[Finding]:
 
     Fix: give a gain (P, PI, PD or PID), or a reset time (I alone).
     """
-    for view in context.loops:
-        tuning = view.loop.tuning
-        if tuning.gain == 0 and view.reset is None and tuning.rate == 0:
-            yield view.find("tuning", "gain")
+    tuning = view.loop.tuning
+    if tuning.gain == 0 and view.reset is None and tuning.rate == 0:
+        yield view.find("tuning", "gain")
 
 
-@rule(
-    code="PID215",
-    name="derivative-without-proportional",
-    severity=Severity.WARNING,
-    basis=SUBSET,
-    message="rate is {rate} s with gain 0: {terms} alone is not among P, PI, PD, PID and I",
-)
-def derivative_without_proportional(context: Dl06Context) -> Iterator[Finding]:
+@per_loop
+@warning("PID215", SUBSET, "rate is {rate} s with gain 0: {terms} alone is not among P, PI, PD, PID and I")
+def derivative_without_proportional(view: LoopView) -> Iterator[Finding]:
     """Derivative alone, or integral and derivative without proportional.
 
     Why: the manual recommends none but P, PI, PD, PID and I, because most other combinations are inherently unstable: a
@@ -159,22 +136,20 @@ def derivative_without_proportional(context: Dl06Context) -> Iterator[Finding]:
 
     Fix: give a gain, or set the rate to 0.
     """
-    for view in context.loops:
-        tuning = view.loop.tuning
-        if tuning.gain == 0 and tuning.rate > 0:
-            terms = "D" if view.reset is None else "ID"
-            yield view.find("tuning", "rate", rate=decimal_text(tuning.rate), terms=terms)
+    tuning = view.loop.tuning
+    if tuning.gain == 0 and tuning.rate > 0:
+        terms = "D" if view.reset is None else "ID"
+        yield view.find("tuning", "rate", rate=decimal_text(tuning.rate), terms=terms)
 
 
-@rule(
-    code="PID216",
-    name="integral-faster-than-proportional",
-    severity=Severity.WARNING,
-    basis=BIAS,
-    message="reset is {reset} s, shorter than the sample_rate of {sample} s: each sample integrates {times} times the "
+@per_loop
+@warning(
+    "PID216",
+    BIAS,
+    "reset is {reset} s, shorter than the sample_rate of {sample} s: each sample integrates {times} times the "
     "proportional action",
 )
-def integral_faster_than_proportional(context: Dl06Context) -> Iterator[Finding]:
+def integral_faster_than_proportional(view: LoopView) -> Iterator[Finding]:
     """The reset time is shorter than the time between two samples.
 
     Why: Ki = Kc·Ts/Ti then exceeds Kc: the integral answers an error more strongly than the proportional term within
@@ -182,22 +157,19 @@ def integral_faster_than_proportional(context: Dl06Context) -> Iterator[Finding]
 
     Fix: lengthen the reset time, or sample at least ten times in a reset time.
     """
-    for view in context.loops:
-        reset, sample = view.reset, view.loop.sample_rate
-        if reset is not None and 0 < reset < sample and "reset" not in view.misfits:
-            yield view.find("tuning", "reset", reset=decimal_text(reset), sample=decimal_text(sample),
-                            times=f"{sample / reset:.1f}")  # fmt: skip
+    reset, sample = view.reset, view.loop.sample_rate
+    if reset is not None and 0 < reset < sample and "reset" not in view.misfits:
+        yield view.find("tuning", "reset", reset=decimal_text(reset), sample=decimal_text(sample),
+                        times=f"{sample / reset:.1f}")  # fmt: skip
 
 
-@rule(
-    code="PID217",
-    name="derivative-limited-to-nothing",
-    severity=Severity.WARNING,
-    basis=DERIVATIVE_LIMIT,
-    message="the derivative gain limit is on with {limit}, so rate {rate} s has no effect; the limit's range is 1 to "
-    "20",
+@per_loop
+@warning(
+    "PID217",
+    DERIVATIVE_LIMIT,
+    "the derivative gain limit is on with {limit}, so rate {rate} s has no effect; the limit's range is 1 to 20",
 )
-def derivative_limited_to_nothing(context: Dl06Context) -> Iterator[Finding]:
+def derivative_limited_to_nothing(view: LoopView) -> Iterator[Finding]:
     """The derivative gain limit is on, but its word holds 0.
 
     Why: the manual accepts 0 to 20 in one place and says 1 to 20 in another. A limit of 0 leaves no derivative, which
@@ -205,43 +177,35 @@ def derivative_limited_to_nothing(context: Dl06Context) -> Iterator[Finding]:
 
     Fix: give `derivative_gain_limit` a value from 1 to 20 (8 to 10 is usual), or switch the limit off.
     """
-    for view in context.loops:
-        loop, limit = view.loop, view.loop.derivative_gain_limit
-        on = switched_on(loop.derivative_gain_limit_enabled, limit)
-        if on and not limit and loop.tuning.rate > 0:
-            key = "derivative_gain_limit_enabled" if limit is None else "derivative_gain_limit"
-            yield view.find(key, limit="no value" if limit is None else 0, rate=decimal_text(loop.tuning.rate))
+    loop, limit = view.loop, view.loop.derivative_gain_limit
+    on = switched_on(loop.derivative_gain_limit_enabled, limit)
+    if on and not limit and loop.tuning.rate > 0:
+        key = "derivative_gain_limit_enabled" if limit is None else "derivative_gain_limit"
+        yield view.find(key, limit="no value" if limit is None else 0, rate=decimal_text(loop.tuning.rate))
 
 
-@rule(
-    code="PID218",
-    name="derivative-limit-without-rate",
-    severity=Severity.INFO,
-    basis=DERIVATIVE_LIMIT,
-    message="derivative_gain_limit is {limit}, but rate is 0 s: there is no derivative to limit",
-)
-def derivative_limit_without_rate(context: Dl06Context) -> Iterator[Finding]:
+@per_loop
+@info("PID218", DERIVATIVE_LIMIT, "derivative_gain_limit is {limit}, but rate is 0 s: there is no derivative to limit")
+def derivative_limit_without_rate(view: LoopView) -> Iterator[Finding]:
     """A derivative gain limit is set for a loop without a derivative term.
 
     Why: it does nothing; usually the rate was meant to be set, or was taken out during tuning.
 
     Fix: set the rate, or remove the limit.
     """
-    for view in context.loops:
-        loop, limit = view.loop, view.loop.derivative_gain_limit
-        if limit and loop.tuning.rate == 0 and switched_on(loop.derivative_gain_limit_enabled, limit):
-            yield view.find("derivative_gain_limit", limit=decimal_text(limit))
+    loop, limit = view.loop, view.loop.derivative_gain_limit
+    if limit and loop.tuning.rate == 0 and switched_on(loop.derivative_gain_limit_enabled, limit):
+        yield view.find("derivative_gain_limit", limit=decimal_text(limit))
 
 
-@rule(
-    code="PID219",
-    name="derivative-without-limit-or-filter",
-    severity=Severity.WARNING,
-    basis=D13,
-    message="rate {rate} s is {times} samples of {sample} s: one count of noise moves the output by {counts} counts "
+@per_loop
+@warning(
+    "PID219",
+    D13,
+    "rate {rate} s is {times} samples of {sample} s: one count of noise moves the output by {counts} counts "
     "for a sample, and neither derivative_gain_limit nor pv.filter is on",
 )
-def derivative_without_limit_or_filter(context: Dl06Context) -> Iterator[Finding]:
+def derivative_without_limit_or_filter(view: LoopView) -> Iterator[Finding]:
     """A strong derivative acts on an unfiltered PV without a gain limit.
 
     Why: a change of the PV within one sample is multiplied by Kr = Kc·Td/Ts. The derivative reacts badly to noise, and
@@ -249,12 +213,11 @@ def derivative_without_limit_or_filter(context: Dl06Context) -> Iterator[Finding
 
     Fix: set `derivative_gain_limit` (1 to 20), filter the PV, or sample more slowly.
     """
-    for view in context.loops:
-        loop, sample = view.loop, view.loop.sample_rate
-        limited = switched_on(loop.derivative_gain_limit_enabled, loop.derivative_gain_limit)
-        if sample > 0 and loop.tuning.rate > LARGEST_LIMIT * sample and not limited and not view.filtered:
-            times = loop.tuning.rate / sample
-            spans = Decimal(view.scales["output"].format.span) / view.scales["pv"].format.span
-            counts = times * (loop.tuning.gain or 1) * spans
-            yield view.find("tuning", "rate", rate=decimal_text(loop.tuning.rate), times=f"{times:.4g}",
-                            sample=decimal_text(sample), counts=f"{counts:.0f}")  # fmt: skip
+    loop, sample = view.loop, view.loop.sample_rate
+    limited = switched_on(loop.derivative_gain_limit_enabled, loop.derivative_gain_limit)
+    if sample > 0 and loop.tuning.rate > LARGEST_LIMIT * sample and not limited and not view.filtered:
+        times = loop.tuning.rate / sample
+        spans = Decimal(view.scales["output"].format.span) / view.scales["pv"].format.span
+        counts = times * (loop.tuning.gain or 1) * spans
+        yield view.find("tuning", "rate", rate=decimal_text(loop.tuning.rate), times=f"{times:.4g}",
+                        sample=decimal_text(sample), counts=f"{counts:.0f}")  # fmt: skip

@@ -4,17 +4,16 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from pidcfg.diagnostics import Severity
 from pidcfg.encoders.maps.dpide import D255
 from pidcfg.refs import Decision
 from pidcfg.validate.purpose import spoken_of
-from pidcfg.validate.rule import rule
+from pidcfg.validate.rule import per_loop, warning
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from pidcfg.validate.rule import Finding
-    from pidcfg.validate.rules.dpide.context import DpideContext
+    from pidcfg.validate.rules.dpide.context import LoopView
 
 D261 = Decision(
     261, "words of heating and cooling tell the direction that is meant",
@@ -30,14 +29,9 @@ CHOICES = {
 }
 
 
-@rule(
-    code="PID781",
-    name="choice-not-given",
-    severity=Severity.WARNING,
-    basis=D255,
-    message="{operand} is not given, so it is {meaning}; {other}",
-)
-def choice_not_given(context: DpideContext) -> Iterator[Finding]:
+@per_loop
+@warning("PID781", D255, "{operand} is not given, so it is {meaning}; {other}")
+def choice_not_given(view: LoopView) -> Iterator[Finding]:
     """The direction, or the form of the equation, is left to its default.
 
     Why: the wrong direction is a heater that runs away; with the wrong form an integral time counts as a gain. Neither
@@ -45,20 +39,18 @@ def choice_not_given(context: DpideContext) -> Iterator[Finding]:
 
     Fix: write PID_DIR and PID_EQ, also where they are false.
     """
-    for view in context.loops:
-        for operand, (meaning, other) in CHOICES.items():
-            if not view.gives(operand):
-                yield view.find_key(operand=operand, meaning=meaning, other=other)
+    for operand, (meaning, other) in CHOICES.items():
+        if not view.gives(operand):
+            yield view.find_key(operand=operand, meaning=meaning, other=other)
 
 
-@rule(
-    code="PID782",
-    name="direction-against-description",
-    severity=Severity.WARNING,
-    basis=D261,
-    message="PID_DIR is {direction}, but the loop's name or description speaks of {purpose}, which needs {other}",
+@per_loop
+@warning(
+    "PID782",
+    D261,
+    "PID_DIR is {direction}, but the loop's name or description speaks of {purpose}, which needs {other}",
 )
-def direction_against_description(context: DpideContext) -> Iterator[Finding]:
+def direction_against_description(view: LoopView) -> Iterator[Finding]:
     """The direction is the other one than the loop's name or description suggests.
 
     Why: TRUE (forward) is E = SV - PV: MV rises while the PV is below SV, as for heating. Other manuals call this
@@ -67,9 +59,8 @@ def direction_against_description(context: DpideContext) -> Iterator[Finding]:
     Fix: change PID_DIR. If it is right because the actuator works the other way round, say so in the description:
     "air to close", "normally open", "fail open", "inverted".
     """
-    for view in context.loops:
-        forward = view.loop.PID_DIR
-        purpose = "cooling" if forward else "heating"
-        if view.gives("PID_DIR") and spoken_of(view.loop) == {purpose}:
-            direction, other = ("TRUE (forward)", "FALSE") if forward else ("FALSE (reverse)", "TRUE")
-            yield view.find("PID_DIR", direction=direction, purpose=purpose, other=other)
+    forward = view.loop.PID_DIR
+    purpose = "cooling" if forward else "heating"
+    if view.gives("PID_DIR") and spoken_of(view.loop) == {purpose}:
+        direction, other = ("TRUE (forward)", "FALSE") if forward else ("FALSE (reverse)", "TRUE")
+        yield view.find("PID_DIR", direction=direction, purpose=purpose, other=other)

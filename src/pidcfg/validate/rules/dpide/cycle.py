@@ -4,17 +4,16 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from pidcfg.diagnostics import Severity
 from pidcfg.encoders.maps.dpide import REMARKS, TABLE
 from pidcfg.refs import Decision
 from pidcfg.schemas.dpide import LONGEST_CYCLE, SHORTEST_CYCLE
-from pidcfg.validate.rule import rule
+from pidcfg.validate.rule import per_loop, warning
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from pidcfg.validate.rule import Finding
-    from pidcfg.validate.rules.dpide.context import DpideContext
+    from pidcfg.validate.rules.dpide.context import LoopView
 
 D262 = Decision(
     262, "a CYCLE below 10 ms is a warning in a cyclic task",
@@ -25,14 +24,9 @@ D262 = Decision(
 SHORT_CYCLE = 10
 
 
-@rule(
-    code="PID731",
-    name="cycle-out-of-range",
-    severity=Severity.WARNING,
-    basis=TABLE,
-    message="CYCLE is {cycle} ms; the PLC counts it as {used} ms",
-)
-def cycle_out_of_range(context: DpideContext) -> Iterator[Finding]:
+@per_loop
+@warning("PID731", TABLE, "CYCLE is {cycle} ms; the PLC counts it as {used} ms")
+def cycle_out_of_range(view: LoopView) -> Iterator[Finding]:
     """The sampling time is outside 1 to 40000 ms.
 
     Why: the PLC takes the nearest end of the range. Integral and derivative are right for that time, not for the one in
@@ -40,21 +34,19 @@ def cycle_out_of_range(context: DpideContext) -> Iterator[Finding]:
 
     Fix: write a time from 1 ms to 40000 ms. A bare number is ms.
     """
-    for view in context.loops:
-        cycle = view.loop.CYCLE
-        used = min(max(cycle, SHORTEST_CYCLE), LONGEST_CYCLE)
-        if used != cycle and view.held("CYCLE") and view.interrupt_task is None:
-            yield view.find("CYCLE", cycle=cycle, used=used)
+    cycle = view.loop.CYCLE
+    used = min(max(cycle, SHORTEST_CYCLE), LONGEST_CYCLE)
+    if used != cycle and view.held("CYCLE") and view.interrupt_task is None:
+        yield view.find("CYCLE", cycle=cycle, used=used)
 
 
-@rule(
-    code="PID732",
-    name="cycle-overridden",
-    severity=Severity.WARNING,
-    basis=REMARKS,
-    message="CYCLE is {cycle} ms, but the interrupt task calls the instruction every {interval} ms, which counts",
+@per_loop
+@warning(
+    "PID732",
+    REMARKS,
+    "CYCLE is {cycle} ms, but the interrupt task calls the instruction every {interval} ms, which counts",
 )
-def cycle_overridden(context: DpideContext) -> Iterator[Finding]:
+def cycle_overridden(view: LoopView) -> Iterator[Finding]:
     """The interval of the interrupt task is another one than CYCLE.
 
     Why: in a timed interrupt task the PLC takes its interval as the sampling time and does not look at CYCLE.
@@ -62,19 +54,13 @@ def cycle_overridden(context: DpideContext) -> Iterator[Finding]:
     Fix: write the interval as CYCLE too, so that both tell the same; or leave out `plc.interrupt_task` where the
     instruction stands in a cyclic task.
     """
-    for view in context.loops:
-        if view.interrupt_task is not None and view.interrupt_task != view.loop.CYCLE:
-            yield view.find("CYCLE", cycle=view.loop.CYCLE, interval=view.interrupt_task)
+    if view.interrupt_task is not None and view.interrupt_task != view.loop.CYCLE:
+        yield view.find("CYCLE", cycle=view.loop.CYCLE, interval=view.interrupt_task)
 
 
-@rule(
-    code="PID733",
-    name="cycle-shorter-than-scan",
-    severity=Severity.WARNING,
-    basis=D262,
-    message="CYCLE is {cycle} ms, about as short as a scan: was {cycle} s meant?",
-)
-def cycle_shorter_than_scan(context: DpideContext) -> Iterator[Finding]:
+@per_loop
+@warning("PID733", D262, "CYCLE is {cycle} ms, about as short as a scan: was {cycle} s meant?")
+def cycle_shorter_than_scan(view: LoopView) -> Iterator[Finding]:
     """The sampling time is shorter than the PLC can keep.
 
     Why: the instruction is calculated when it is scanned, so not more often than once a scan. Integral and derivative
@@ -83,6 +69,5 @@ def cycle_shorter_than_scan(context: DpideContext) -> Iterator[Finding]:
     Fix: write a time well above that of a scan, such as `1 s`; or call the instruction in a timed interrupt task and
     say so in `plc.interrupt_task`.
     """
-    for view in context.loops:
-        if SHORTEST_CYCLE <= view.loop.CYCLE < SHORT_CYCLE and view.interrupt_task is None:
-            yield view.find("CYCLE", cycle=view.loop.CYCLE)
+    if SHORTEST_CYCLE <= view.loop.CYCLE < SHORT_CYCLE and view.interrupt_task is None:
+        yield view.find("CYCLE", cycle=view.loop.CYCLE)

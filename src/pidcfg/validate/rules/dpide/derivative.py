@@ -5,10 +5,9 @@ from __future__ import annotations
 from decimal import Decimal
 from typing import TYPE_CHECKING
 
-from pidcfg.diagnostics import Severity
 from pidcfg.encoders.maps.dpide import TABLE
 from pidcfg.refs import Decision
-from pidcfg.validate.rule import rule
+from pidcfg.validate.rule import info, per_loop, warning
 from pidcfg.validate.rules.dpide.context import number_text
 from pidcfg.validate.rules.dpide.tuning import FORMULAS, is_dead, tunes_itself
 
@@ -16,7 +15,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from pidcfg.validate.rule import Finding
-    from pidcfg.validate.rules.dpide.context import DpideContext, LoopView
+    from pidcfg.validate.rules.dpide.context import LoopView
 
 D260 = Decision(
     260, "a derivative of more than 20 cycles needs smoothing",
@@ -32,15 +31,14 @@ def derivative_of(view: LoopView) -> Decimal:
     return Decimal(0) if is_dead(view) or tunes_itself(view) else view.coefficient("Td_Kd")
 
 
-@rule(
-    code="PID721",
-    name="derivative-unsmoothed",
-    severity=Severity.WARNING,
-    basis=D260,
-    message="the derivative time of {time} s is {ratio} sampling times of {cycle} s and Tf is 0: noise of the PV is "
+@per_loop
+@warning(
+    "PID721",
+    D260,
+    "the derivative time of {time} s is {ratio} sampling times of {cycle} s and Tf is 0: noise of the PV is "
     "multiplied by that",
 )
-def derivative_unsmoothed(context: DpideContext) -> Iterator[Finding]:
+def derivative_unsmoothed(view: LoopView) -> Iterator[Finding]:
     """A large derivative without smoothing at a short cycle.
 
     Why: the derivative divides the change from cycle to cycle by the sampling time. One digit of noise becomes a large
@@ -48,23 +46,17 @@ def derivative_unsmoothed(context: DpideContext) -> Iterator[Finding]:
 
     Fix: write Tf, a tenth to a fifth of the derivative time; or lengthen CYCLE.
     """
-    for view in context.loops:
-        if view.times is None or tunes_itself(view) or view.coefficient("Tf"):
-            continue
-        ratio = view.times[1] / view.cycle
-        if ratio > MOST:
-            yield view.find("Td_Kd", time=number_text(view.times[1]), ratio=number_text(ratio),
-                            cycle=number_text(view.cycle))  # fmt: skip
+    if view.times is None or tunes_itself(view) or view.coefficient("Tf"):
+        return
+    ratio = view.times[1] / view.cycle
+    if ratio > MOST:
+        yield view.find("Td_Kd", time=number_text(view.times[1]), ratio=number_text(ratio),
+                        cycle=number_text(view.cycle))  # fmt: skip
 
 
-@rule(
-    code="PID722",
-    name="derivative-above-integral",
-    severity=Severity.WARNING,
-    basis=FORMULAS,
-    message="the derivative time of {derivative} s is longer than the integral time of {integral} s",
-)
-def derivative_above_integral(context: DpideContext) -> Iterator[Finding]:
+@per_loop
+@warning("PID722", FORMULAS, "the derivative time of {derivative} s is longer than the integral time of {integral} s")
+def derivative_above_integral(view: LoopView) -> Iterator[Finding]:
     """The derivative time is longer than the integral time.
 
     Why: such a loop swings; by the usual rules the derivative time is a quarter of the integral time. Mostly the two
@@ -72,59 +64,43 @@ def derivative_above_integral(context: DpideContext) -> Iterator[Finding]:
 
     Fix: exchange them, or check PID_EQ.
     """
-    for view in context.loops:
-        integral, derivative = view.times or (Decimal(0), Decimal(0))
-        if 0 < integral < derivative and not tunes_itself(view):
-            yield view.find("Td_Kd", derivative=number_text(derivative), integral=number_text(integral))
+    integral, derivative = view.times or (Decimal(0), Decimal(0))
+    if 0 < integral < derivative and not tunes_itself(view):
+        yield view.find("Td_Kd", derivative=number_text(derivative), integral=number_text(integral))
 
 
-@rule(
-    code="PID723",
-    name="derivative-smoothed-away",
-    severity=Severity.WARNING,
-    basis=TABLE,
-    message="Tf of {tf} s is longer than the derivative time of {time} s: little of the derivative is left",
+@per_loop
+@warning(
+    "PID723", TABLE, "Tf of {tf} s is longer than the derivative time of {time} s: little of the derivative is left"
 )
-def derivative_smoothed_away(context: DpideContext) -> Iterator[Finding]:
+def derivative_smoothed_away(view: LoopView) -> Iterator[Finding]:
     """The smoothing is slower than the derivative.
 
     Why: the derivative comes so late that it damps nothing; the loop behaves as without it.
 
     Fix: write Tf as a tenth to a fifth of the derivative time.
     """
-    for view in context.loops:
-        time, smoothing = (view.times or (Decimal(0), Decimal(0)))[1], view.coefficient("Tf")
-        if 0 < time < smoothing and not tunes_itself(view):
-            yield view.find("Tf", tf=number_text(smoothing), time=number_text(time))
+    time, smoothing = (view.times or (Decimal(0), Decimal(0)))[1], view.coefficient("Tf")
+    if 0 < time < smoothing and not tunes_itself(view):
+        yield view.find("Tf", tf=number_text(smoothing), time=number_text(time))
 
 
-@rule(
-    code="PID724",
-    name="smoothing-without-derivative",
-    severity=Severity.INFO,
-    basis=TABLE,
-    message="Tf has no effect: there is no derivative to smooth",
-)
-def smoothing_without_derivative(context: DpideContext) -> Iterator[Finding]:
+@per_loop
+@info("PID724", TABLE, "Tf has no effect: there is no derivative to smooth")
+def smoothing_without_derivative(view: LoopView) -> Iterator[Finding]:
     """Tf is given without a derivative.
 
     Why: it smooths the derivative only, not the PV.
 
     Fix: leave it out; filter the PV in the program if it is noisy.
     """
-    for view in context.loops:
-        if view.coefficient("Tf") and view.held("Td_Kd") and not view.coefficient("Td_Kd") and not tunes_itself(view):
-            yield view.find("Tf")
+    if view.coefficient("Tf") and view.held("Td_Kd") and not view.coefficient("Td_Kd") and not tunes_itself(view):
+        yield view.find("Tf")
 
 
-@rule(
-    code="PID725",
-    name="set-point-kick",
-    severity=Severity.INFO,
-    basis=FORMULAS,
-    message="PID_DE FALSE: the derivative is of the error, so a new SV kicks MV",
-)
-def set_point_kick(context: DpideContext) -> Iterator[Finding]:
+@per_loop
+@info("PID725", FORMULAS, "PID_DE FALSE: the derivative is of the error, so a new SV kicks MV")
+def set_point_kick(view: LoopView) -> Iterator[Finding]:
     """The derivative follows the set point.
 
     Why: with PID_DE FALSE a step of SV is a step of the error; its derivative is a pulse of MV of the gain times the
@@ -132,6 +108,5 @@ def set_point_kick(context: DpideContext) -> Iterator[Finding]:
 
     Fix: write `PID_DE: true`, unless SV only ever moves slowly.
     """
-    for view in context.loops:
-        if not view.loop.PID_DE and derivative_of(view):
-            yield view.find("PID_DE") if view.gives("PID_DE") else view.find("Td_Kd")
+    if not view.loop.PID_DE and derivative_of(view):
+        yield view.find("PID_DE") if view.gives("PID_DE") else view.find("Td_Kd")

@@ -5,11 +5,10 @@ from __future__ import annotations
 from itertools import combinations
 from typing import TYPE_CHECKING, NamedTuple
 
-from pidcfg.diagnostics import Severity
 from pidcfg.encoders.maps.dpide import REMARKS, ROWS, WRITTEN
 from pidcfg.refs import Decision
 from pidcfg.schemas.dpide_devices import D250, LAST_REGISTER, Place, place_of
-from pidcfg.validate.rule import rule
+from pidcfg.validate.rule import error
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -61,12 +60,8 @@ def overlapping(context: DpideContext) -> Iterator[tuple[Held, Held]]:
     return ((first, second) for first, second in combinations(held(context), 2) if first.place.overlaps(second.place))
 
 
-@rule(
-    code="PID701",
-    name="device-beyond-bank",
-    severity=Severity.ERROR,
-    basis=D250,
-    message="{operand} would take {place}, but D{last} is the last one: it may begin at D{latest} at the latest",
+@error(
+    "PID701", D250, "{operand} would take {place}, but D{last} is the last one: it may begin at D{latest} at the latest"
 )
 def device_beyond_bank(context: DpideContext) -> Iterator[Finding]:
     """An operand reaches past the last D register.
@@ -83,13 +78,7 @@ def device_beyond_bank(context: DpideContext) -> Iterator[Finding]:
                                  latest=LAST_REGISTER - (place.last - place.first))  # fmt: skip
 
 
-@rule(
-    code="PID702",
-    name="integral-block-overlaps",
-    severity=Severity.ERROR,
-    basis=REMARKS,
-    message="{mine} at {place} overlaps {other} at {other_place}",
-)
+@error("PID702", REMARKS, "{mine} at {place} overlaps {other} at {other_place}")
 def integral_block_overlaps(context: DpideContext) -> Iterator[Finding]:
     """Another operand, or another loop, uses registers of an I_MV block.
 
@@ -105,13 +94,7 @@ def integral_block_overlaps(context: DpideContext) -> Iterator[Finding]:
                                    other_place=first.place)  # fmt: skip
 
 
-@rule(
-    code="PID703",
-    name="devices-collide",
-    severity=Severity.ERROR,
-    basis=D258,
-    message="{mine} at {place} and {other} at {other_place} {reason}",
-)
+@error("PID703", D258, "{mine} at {place} and {other} at {other_place} {reason}")
 def devices_collide(context: DpideContext) -> Iterator[Finding]:
     """Two operands share devices and cannot hold the same.
 

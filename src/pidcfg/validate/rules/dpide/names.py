@@ -4,25 +4,19 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from pidcfg.diagnostics import Severity
 from pidcfg.encoders.dpide.symbols import D256, identifier, unusable
-from pidcfg.validate.rule import rule
+from pidcfg.validate.rule import info, per_loop
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from pidcfg.validate.rule import Finding
-    from pidcfg.validate.rules.dpide.context import DpideContext
+    from pidcfg.validate.rules.dpide.context import DpideContext, LoopView
 
 
-@rule(
-    code="PID771",
-    name="name-without-symbols",
-    severity=Severity.INFO,
-    basis=D256,
-    message="no symbols for ISPSoft can be made of the name: {reason}",
-)
-def name_without_symbols(context: DpideContext) -> Iterator[Finding]:
+@per_loop
+@info("PID771", D256, "no symbols for ISPSoft can be made of the name: {reason}")
+def name_without_symbols(view: LoopView) -> Iterator[Finding]:
     """The name of a loop gives no symbols.
 
     Why: a symbol has at most 16 letters, digits and underscores and does not begin with a digit.
@@ -30,19 +24,12 @@ def name_without_symbols(context: DpideContext) -> Iterator[Finding]:
 
     Fix: rename the loop with at most 10 characters, beginning with a letter, if the symbol table is wanted.
     """
-    for view in context.loops:
-        reason = unusable(view.loop.name)
-        if reason is not None:
-            yield view.find("name", reason=reason)
+    reason = unusable(view.loop.name)
+    if reason is not None:
+        yield view.find("name", reason=reason)
 
 
-@rule(
-    code="PID772",
-    name="symbols-collide",
-    severity=Severity.INFO,
-    basis=D256,
-    message="its symbols would be those of loop {other}, such as {symbol}",
-)
+@info("PID772", D256, "its symbols would be those of loop {other}, such as {symbol}")
 def symbols_collide(context: DpideContext) -> Iterator[Finding]:
     """Two loops have the same symbols.
 

@@ -4,17 +4,16 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from pidcfg.diagnostics import Severity
 from pidcfg.encoders.maps.dpide import TABLE, WRITTEN
 from pidcfg.refs import DPIDE, Decision
 from pidcfg.schemas.base import decimal_text
-from pidcfg.validate.rule import rule
+from pidcfg.validate.rule import error, info, per_loop, warning
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from pidcfg.validate.rule import Finding
-    from pidcfg.validate.rules.dpide.context import DpideContext, LoopView
+    from pidcfg.validate.rules.dpide.context import LoopView
 
 MODES = range(3)
 AUTOTUNE = 1
@@ -26,33 +25,22 @@ D259 = Decision(
 )  # fmt: skip
 
 
-@rule(
-    code="PID704",
-    name="unknown-mode",
-    severity=Severity.ERROR,
-    basis=TABLE,
-    message="PID_MODE is {mode}; there are 0 (automatic), 1 (autotune) and 2 (automatic, with I_MV)",
-)
-def unknown_mode(context: DpideContext) -> Iterator[Finding]:
+@per_loop
+@error("PID704", TABLE, "PID_MODE is {mode}; there are 0 (automatic), 1 (autotune) and 2 (automatic, with I_MV)")
+def unknown_mode(view: LoopView) -> Iterator[Finding]:
     """PID_MODE is none of the three modes.
 
     Why: the manual does not say what the instruction does with another number.
 
     Fix: write 0, 1 or 2.
     """
-    for view in context.loops:
-        if view.held("PID_MODE") and view.loop.PID_MODE not in MODES:
-            yield view.find("PID_MODE", mode=view.loop.PID_MODE)
+    if view.held("PID_MODE") and view.loop.PID_MODE not in MODES:
+        yield view.find("PID_MODE", mode=view.loop.PID_MODE)
 
 
-@rule(
-    code="PID705",
-    name="autotune-as-a-number",
-    severity=Severity.ERROR,
-    basis=TABLE,
-    message="PID_MODE 1 needs a device, where the PLC writes 0 after tuning",
-)
-def autotune_as_a_number(context: DpideContext) -> Iterator[Finding]:
+@per_loop
+@error("PID705", TABLE, "PID_MODE 1 needs a device, where the PLC writes 0 after tuning")
+def autotune_as_a_number(view: LoopView) -> Iterator[Finding]:
     """The autotune is chosen by a number in the program.
 
     Why: when it is done, the PLC sets PID_MODE to 0. It cannot write a number of the program: the software refuses it,
@@ -60,19 +48,13 @@ def autotune_as_a_number(context: DpideContext) -> Iterator[Finding]:
 
     Fix: give PID_MODE a device: `devices: {PID_MODE: D104}`.
     """
-    for view in context.loops:
-        if view.loop.PID_MODE == AUTOTUNE and not view.has_device("PID_MODE"):
-            yield view.find("PID_MODE")
+    if view.loop.PID_MODE == AUTOTUNE and not view.has_device("PID_MODE"):
+        yield view.find("PID_MODE")
 
 
-@rule(
-    code="PID706",
-    name="tuned-coefficients-without-devices",
-    severity=Severity.WARNING,
-    basis=D259,
-    message="the autotune writes {names}, which {have} no device",
-)
-def tuned_coefficients_without_devices(context: DpideContext) -> Iterator[Finding]:
+@per_loop
+@warning("PID706", D259, "the autotune writes {names}, which {have} no device")
+def tuned_coefficients_without_devices(view: LoopView) -> Iterator[Finding]:
     """The autotune is chosen, but what it finds has no place to go.
 
     Why: it writes Kc_Kp, Ti_Ki, Td_Kd and Tf. As numbers in the program they stay what they are; in registers that are
@@ -80,20 +62,14 @@ def tuned_coefficients_without_devices(context: DpideContext) -> Iterator[Findin
 
     Fix: give the four operands devices, in a latched range.
     """
-    for view in context.loops:
-        bare = [name for name in WRITTEN[1:] if not view.has_device(name)]
-        if view.loop.PID_MODE == AUTOTUNE and bare:
-            yield view.find("PID_MODE", names=", ".join(bare), have="has" if len(bare) == 1 else "have")
+    bare = [name for name in WRITTEN[1:] if not view.has_device(name)]
+    if view.loop.PID_MODE == AUTOTUNE and bare:
+        yield view.find("PID_MODE", names=", ".join(bare), have="has" if len(bare) == 1 else "have")
 
 
-@rule(
-    code="PID707",
-    name="tunes-at-once",
-    severity=Severity.INFO,
-    basis=TABLE,
-    message="PID_MODE 1: the loop tunes as soon as it runs, and swings MV between {low} and {high}",
-)
-def tunes_at_once(context: DpideContext) -> Iterator[Finding]:
+@per_loop
+@info("PID707", TABLE, "PID_MODE 1: the loop tunes as soon as it runs, and swings MV between {low} and {high}")
+def tunes_at_once(view: LoopView) -> Iterator[Finding]:
     """The file starts an autotune.
 
     Why: the instruction switches the output to find out how the process answers, without a ramp. That is right for an
@@ -101,68 +77,49 @@ def tunes_at_once(context: DpideContext) -> Iterator[Finding]:
 
     Fix: nothing, if that is meant. Otherwise write 0.
     """
-    for view in context.loops:
-        if view.loop.PID_MODE == AUTOTUNE and view.loop.PID_RUN and view.limits is not None:
-            low, high = view.limits
-            yield view.find("PID_MODE", low=view.mv(low), high=view.mv(high))
+    if view.loop.PID_MODE == AUTOTUNE and view.loop.PID_RUN and view.limits is not None:
+        low, high = view.limits
+        yield view.find("PID_MODE", low=view.mv(low), high=view.mv(high))
 
 
-@rule(
-    code="PID708",
-    name="never-runs",
-    severity=Severity.WARNING,
-    basis=D259,
-    message="PID_RUN is FALSE and has no device: MV stays 0",
-)
-def never_runs(context: DpideContext) -> Iterator[Finding]:
+@per_loop
+@warning("PID708", D259, "PID_RUN is FALSE and has no device: MV stays 0")
+def never_runs(view: LoopView) -> Iterator[Finding]:
     """The algorithm is switched off, and nothing can switch it on.
 
     Why: with PID_RUN FALSE the instruction writes 0 into MV in every scan.
 
     Fix: leave PID_RUN out, which is TRUE, or give it a device: `devices: {PID_RUN: M10}`.
     """
-    for view in context.loops:
-        if not view.loop.PID_RUN and not view.has_device("PID_RUN"):
-            yield view.find("PID_RUN")
+    if not view.loop.PID_RUN and not view.has_device("PID_RUN"):
+        yield view.find("PID_RUN")
 
 
-@rule(
-    code="PID709",
-    name="always-in-manual",
-    severity=Severity.WARNING,
-    basis=D259,
-    message="PID_MAN is TRUE and has no device: the loop stays in manual, MV is {mout}",
-)
-def always_in_manual(context: DpideContext) -> Iterator[Finding]:
+@per_loop
+@warning("PID709", D259, "PID_MAN is TRUE and has no device: the loop stays in manual, MV is {mout}")
+def always_in_manual(view: LoopView) -> Iterator[Finding]:
     """The loop is in manual, and nothing can take it out.
 
     Why: MV is MOUT within the limits; the PV has no effect at all.
 
     Fix: write `PID_MAN: false`, or give it a device: `devices: {PID_MAN: M11}`.
     """
-    for view in context.loops:
-        if view.loop.PID_MAN and view.loop.PID_MODE != AUTOTUNE and not view.has_device("PID_MAN"):
-            low, high = view.limits or (view.loop.MOUT, view.loop.MOUT)
-            yield view.find("PID_MAN", mout=decimal_text(min(max(view.loop.MOUT, low), high)))
+    if view.loop.PID_MAN and view.loop.PID_MODE != AUTOTUNE and not view.has_device("PID_MAN"):
+        low, high = view.limits or (view.loop.MOUT, view.loop.MOUT)
+        yield view.find("PID_MAN", mout=decimal_text(min(max(view.loop.MOUT, low), high)))
 
 
-@rule(
-    code="PID710",
-    name="manual-during-autotune",
-    severity=Severity.WARNING,
-    basis=DPIDE.at("PID_MAN"),
-    message="PID_MAN TRUE has no effect while PID_MODE is 1: the autotune drives MV",
-)
-def manual_during_autotune(context: DpideContext) -> Iterator[Finding]:
+@per_loop
+@warning("PID710", DPIDE.at("PID_MAN"), "PID_MAN TRUE has no effect while PID_MODE is 1: the autotune drives MV")
+def manual_during_autotune(view: LoopView) -> Iterator[Finding]:
     """Manual and the autotune are chosen together.
 
     Why: somebody may rely on manual to hold the output. The autotune does not look at PID_MAN.
 
     Fix: write `PID_MODE: 0` to hold the output, or `PID_MAN: false` to tune.
     """
-    for view in context.loops:
-        if view.loop.PID_MAN and view.loop.PID_MODE == AUTOTUNE:
-            yield view.find("PID_MAN")
+    if view.loop.PID_MAN and view.loop.PID_MODE == AUTOTUNE:
+        yield view.find("PID_MAN")
 
 
 def may_be_manual(view: LoopView) -> bool:
@@ -170,14 +127,13 @@ def may_be_manual(view: LoopView) -> bool:
     return view.loop.PID_MAN or view.has_device("PID_MAN")
 
 
-@rule(
-    code="PID718",
-    name="bump-after-manual",
-    severity=Severity.INFO,
-    basis=DPIDE.at("PID_MODE"),
-    message="PID_MODE 0: when PID_MAN becomes FALSE, MV jumps from MOUT to what the algorithm makes",
+@per_loop
+@info(
+    "PID718",
+    DPIDE.at("PID_MODE"),
+    "PID_MODE 0: when PID_MAN becomes FALSE, MV jumps from MOUT to what the algorithm makes",
 )
-def bump_after_manual(context: DpideContext) -> Iterator[Finding]:
+def bump_after_manual(view: LoopView) -> Iterator[Finding]:
     """The change from manual to automatic bumps.
 
     Why: with PID_MODE 0 the integral is what it was before manual. PID_MODE 2 works it out of MOUT, so that MV goes on
@@ -185,19 +141,13 @@ def bump_after_manual(context: DpideContext) -> Iterator[Finding]:
 
     Fix: write `PID_MODE: 2`, if the jump matters.
     """
-    for view in context.loops:
-        if view.loop.PID_MODE == 0 and may_be_manual(view) and not view.has_device("PID_MODE"):
-            yield view.find("PID_MODE") if view.gives("PID_MODE") else view.find_key()
+    if view.loop.PID_MODE == 0 and may_be_manual(view) and not view.has_device("PID_MODE"):
+        yield view.find("PID_MODE") if view.gives("PID_MODE") else view.find_key()
 
 
-@rule(
-    code="PID719",
-    name="bump-into-manual",
-    severity=Severity.INFO,
-    basis=DPIDE.at("MOUT_AUTO"),
-    message="MOUT_AUTO is FALSE: when PID_MAN becomes TRUE, MV jumps to MOUT",
-)
-def bump_into_manual(context: DpideContext) -> Iterator[Finding]:
+@per_loop
+@info("PID719", DPIDE.at("MOUT_AUTO"), "MOUT_AUTO is FALSE: when PID_MAN becomes TRUE, MV jumps to MOUT")
+def bump_into_manual(view: LoopView) -> Iterator[Finding]:
     """The change from automatic to manual bumps.
 
     Why: MOUT is whatever was written last. With MOUT_AUTO TRUE, or in the device of MV, it follows MV, and manual
@@ -205,7 +155,6 @@ def bump_into_manual(context: DpideContext) -> Iterator[Finding]:
 
     Fix: write `MOUT_AUTO: true`, unless MOUT is meant as a fixed output.
     """
-    for view in context.loops:
-        follows = view.loop.MOUT_AUTO or view.has_device("MOUT_AUTO") or view.mout_is_mv
-        if view.has_device("PID_MAN") and not follows:
-            yield view.find("MOUT_AUTO") if view.gives("MOUT_AUTO") else view.find_key()
+    follows = view.loop.MOUT_AUTO or view.has_device("MOUT_AUTO") or view.mout_is_mv
+    if view.has_device("PID_MAN") and not follows:
+        yield view.find("MOUT_AUTO") if view.gives("MOUT_AUTO") else view.find_key()

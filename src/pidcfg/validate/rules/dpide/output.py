@@ -4,135 +4,105 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from pidcfg.diagnostics import Severity
 from pidcfg.encoders.maps.dpide import TABLE
 from pidcfg.refs import DPIDE
-from pidcfg.validate.rule import rule
+from pidcfg.validate.rule import error, info, per_loop, warning
 from pidcfg.validate.rules.dpide.context import number_text
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from pidcfg.validate.rule import Finding
-    from pidcfg.validate.rules.dpide.context import DpideContext
+    from pidcfg.validate.rules.dpide.context import LoopView
 
 
-@rule(
-    code="PID741",
-    name="limits-swapped",
-    severity=Severity.WARNING,
-    basis=TABLE,
-    message="MV_MAX {highest} is below MV_MIN {lowest}: the PLC swaps them, MV goes from {highest} to {lowest}",
+@per_loop
+@warning(
+    "PID741", TABLE, "MV_MAX {highest} is below MV_MIN {lowest}: the PLC swaps them, MV goes from {highest} to {lowest}"
 )
-def limits_swapped(context: DpideContext) -> Iterator[Finding]:
+def limits_swapped(view: LoopView) -> Iterator[Finding]:
     """The highest MV is below the lowest.
 
     Why: the PLC exchanges the two, so the loop runs; it does not turn the direction round.
 
     Fix: exchange them in the file. For cooling write `PID_DIR: false`.
     """
-    for view in context.loops:
-        found = view.held("MV_MIN", "MV_MAX")
-        if found and found[1] < found[0]:
-            yield view.find("MV_MAX", highest=number_text(found[1]), lowest=number_text(found[0]))
+    found = view.held("MV_MIN", "MV_MAX")
+    if found and found[1] < found[0]:
+        yield view.find("MV_MAX", highest=number_text(found[1]), lowest=number_text(found[0]))
 
 
-@rule(
-    code="PID742",
-    name="limits-equal",
-    severity=Severity.ERROR,
-    basis=TABLE,
-    message="MV_MAX and MV_MIN are both {limit}: MV cannot move",
-)
-def limits_equal(context: DpideContext) -> Iterator[Finding]:
+@per_loop
+@error("PID742", TABLE, "MV_MAX and MV_MIN are both {limit}: MV cannot move")
+def limits_equal(view: LoopView) -> Iterator[Finding]:
     """The highest MV is the lowest.
 
     Why: MV is that number, whatever the PV does.
 
     Fix: write the limits of the actuator.
     """
-    for view in context.loops:
-        found = view.held("MV_MIN", "MV_MAX")
-        if found and found[0] == found[1]:
-            yield view.find("MV_MAX", limit=view.mv(found[0]))
+    found = view.held("MV_MIN", "MV_MAX")
+    if found and found[0] == found[1]:
+        yield view.find("MV_MAX", limit=view.mv(found[0]))
 
 
-@rule(
-    code="PID743",
-    name="manual-output-outside-limits",
-    severity=Severity.WARNING,
-    basis=TABLE,
-    message="MOUT {mout} is outside {low} to {high}: in manual MV is {used}",
-)
-def manual_output_outside_limits(context: DpideContext) -> Iterator[Finding]:
+@per_loop
+@warning("PID743", TABLE, "MOUT {mout} is outside {low} to {high}: in manual MV is {used}")
+def manual_output_outside_limits(view: LoopView) -> Iterator[Finding]:
     """The output of manual is outside the limits.
 
     Why: the limits hold in manual too; MV is the nearest of them.
 
     Fix: write a MOUT inside the limits.
     """
-    for view in context.loops:
-        found, limits = view.held("MOUT"), view.limits
-        told = view.loop.PID_MAN or (view.gives("MOUT") and not view.loop.MOUT_AUTO)
-        if found and limits and told and not limits[0] <= found[0] <= limits[1]:
-            low, high = limits
-            place = "MOUT" if view.gives("MOUT") else "PID_MAN"
-            yield view.find(place, mout=number_text(found[0]), low=number_text(low), high=number_text(high),
-                            used=view.mv(min(max(found[0], low), high)))  # fmt: skip
+    found, limits = view.held("MOUT"), view.limits
+    told = view.loop.PID_MAN or (view.gives("MOUT") and not view.loop.MOUT_AUTO)
+    if found and limits and told and not limits[0] <= found[0] <= limits[1]:
+        low, high = limits
+        place = "MOUT" if view.gives("MOUT") else "PID_MAN"
+        yield view.find(place, mout=number_text(found[0]), low=number_text(low), high=number_text(high),
+                        used=view.mv(min(max(found[0], low), high)))  # fmt: skip
 
 
-@rule(
-    code="PID744",
-    name="feed-forward-outside-limits",
-    severity=Severity.WARNING,
-    basis=DPIDE.at("The PID algorithm"),
-    message="BIAS {bias} is outside {low} to {high}: with PV at SV the output stands at its limit",
+@per_loop
+@warning(
+    "PID744",
+    DPIDE.at("The PID algorithm"),
+    "BIAS {bias} is outside {low} to {high}: with PV at SV the output stands at its limit",
 )
-def feed_forward_outside_limits(context: DpideContext) -> Iterator[Finding]:
+def feed_forward_outside_limits(view: LoopView) -> Iterator[Finding]:
     """The feed forward alone drives the output to a limit.
 
     Why: BIAS is added to the three terms. Beyond a limit they must first undo the rest of it before MV moves at all.
 
     Fix: write a BIAS inside the limits.
     """
-    for view in context.loops:
-        found, limits = view.held("BIAS"), view.limits
-        if found and limits and view.gives("BIAS") and not limits[0] <= found[0] <= limits[1]:
-            yield view.find("BIAS", bias=number_text(found[0]), low=number_text(limits[0]),
-                            high=number_text(limits[1]))  # fmt: skip
+    found, limits = view.held("BIAS"), view.limits
+    if found and limits and view.gives("BIAS") and not limits[0] <= found[0] <= limits[1]:
+        yield view.find("BIAS", bias=number_text(found[0]), low=number_text(limits[0]),
+                        high=number_text(limits[1]))  # fmt: skip
 
 
-@rule(
-    code="PID745",
-    name="limits-beyond-output",
-    severity=Severity.WARNING,
-    basis=TABLE,
-    message="{operand} {limit} is outside the output's range of {low} to {high}",
-)
-def limits_beyond_output(context: DpideContext) -> Iterator[Finding]:
+@per_loop
+@warning("PID745", TABLE, "{operand} {limit} is outside the output's range of {low} to {high}")
+def limits_beyond_output(view: LoopView) -> Iterator[Finding]:
     """A limit of MV lies beyond what the output can do.
 
     Why: the actuator stands at its end while MV goes on. The integral goes on with it, and needs as long to come back.
 
     Fix: write the ends of the output as MV_MIN and MV_MAX, or correct `output.range`.
     """
-    for view in context.loops:
-        span = view.loop.output.range
-        for name in ("MV_MAX", "MV_MIN"):
-            found = view.held(name)
-            if span is not None and found and not span[0] <= found[0] <= span[1]:
-                yield view.find(name, operand=name, limit=number_text(found[0]), low=number_text(span[0]),
-                                high=view.mv(span[1]))  # fmt: skip
+    span = view.loop.output.range
+    for name in ("MV_MAX", "MV_MIN"):
+        found = view.held(name)
+        if span is not None and found and not span[0] <= found[0] <= span[1]:
+            yield view.find(name, operand=name, limit=number_text(found[0]), low=number_text(span[0]),
+                            high=view.mv(span[1]))  # fmt: skip
 
 
-@rule(
-    code="PID746",
-    name="stop-outside-limits",
-    severity=Severity.INFO,
-    basis=TABLE,
-    message="MV is 0 while PID_RUN is FALSE, which is outside its limits {low} to {high}",
-)
-def stop_outside_limits(context: DpideContext) -> Iterator[Finding]:
+@per_loop
+@info("PID746", TABLE, "MV is 0 while PID_RUN is FALSE, which is outside its limits {low} to {high}")
+def stop_outside_limits(view: LoopView) -> Iterator[Finding]:
     """A loop that is stopped writes an output that lies outside its limits.
 
     Why: with PID_RUN FALSE the instruction resets MV to 0 and does not look at the limits. Where 0 is not off, the
@@ -141,7 +111,6 @@ def stop_outside_limits(context: DpideContext) -> Iterator[Finding]:
     Fix: nothing, if 0 is safe. Otherwise switch the instruction's EN off to hold MV, or let the program write the
     output while the loop is stopped.
     """
-    for view in context.loops:
-        if view.limits is not None and not view.limits[0] <= 0 <= view.limits[1]:
-            low, high = view.limits
-            yield view.find("MV_MIN" if low > 0 else "MV_MAX", low=number_text(low), high=view.mv(high))
+    if view.limits is not None and not view.limits[0] <= 0 <= view.limits[1]:
+        low, high = view.limits
+        yield view.find("MV_MIN" if low > 0 else "MV_MAX", low=number_text(low), high=view.mv(high))

@@ -9,14 +9,14 @@ from pidcfg.diagnostics import Severity
 from pidcfg.encoders.maps.dpide import TABLE
 from pidcfg.refs import DPIDE
 from pidcfg.schemas.iec import Timed
-from pidcfg.validate.rule import rule
+from pidcfg.validate.rule import error, info, per_loop, warning
 from pidcfg.validate.rules.dpide.context import number_text
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from pidcfg.validate.rule import Finding
-    from pidcfg.validate.rules.dpide.context import DpideContext, LoopView
+    from pidcfg.validate.rules.dpide.context import LoopView
 
 FORMULAS = DPIDE.at("The PID algorithm")
 DIAGRAM = DPIDE.at("PID Block Diagram")
@@ -41,14 +41,9 @@ def tunes_itself(view: LoopView) -> bool:
     return view.loop.PID_MODE == 1
 
 
-@rule(
-    code="PID711",
-    name="dead-controller",
-    severity=Severity.ERROR,
-    basis=DIAGRAM,
-    message="Kc_Kp is {gain}, which counts as 0 and switches off all three terms of the dependent form",
-)
-def dead_controller(context: DpideContext) -> Iterator[Finding]:
+@per_loop
+@error("PID711", DIAGRAM, "Kc_Kp is {gain}, which counts as 0 and switches off all three terms of the dependent form")
+def dead_controller(view: LoopView) -> Iterator[Finding]:
     """The gain of the dependent form is 0 or below.
 
     Why: Kc multiplies the integral and the derivative too (PID_EQ TRUE). MV is BIAS and nothing else, whatever the PV
@@ -57,78 +52,54 @@ def dead_controller(context: DpideContext) -> Iterator[Finding]:
     Fix: write a gain above 0. For an integral alone take the independent form (PID_EQ FALSE), where the gains are free
     of each other. For cooling write `PID_DIR: false`, not a negative gain.
     """
-    for view in context.loops:
-        if is_dead(view) and not tunes_itself(view):
-            yield view.find("Kc_Kp", gain=number_text(view.loop.Kc_Kp))
+    if is_dead(view) and not tunes_itself(view):
+        yield view.find("Kc_Kp", gain=number_text(view.loop.Kc_Kp))
 
 
-@rule(
-    code="PID712",
-    name="no-term",
-    severity=Severity.ERROR,
-    basis=DIAGRAM,
-    message="Kc_Kp, Ti_Ki and Td_Kd all count as 0: MV is BIAS alone",
-)
-def no_term(context: DpideContext) -> Iterator[Finding]:
+@per_loop
+@error("PID712", DIAGRAM, "Kc_Kp, Ti_Ki and Td_Kd all count as 0: MV is BIAS alone")
+def no_term(view: LoopView) -> Iterator[Finding]:
     """All three gains of the independent form are 0 or below.
 
     Why: there is no control; the PV has no effect on MV.
 
     Fix: write gains above 0. For cooling write `PID_DIR: false`, not negative gains.
     """
-    for view in context.loops:
-        if has_no_term(view) and not tunes_itself(view):
-            yield view.find("Kc_Kp")
+    if has_no_term(view) and not tunes_itself(view):
+        yield view.find("Kc_Kp")
 
 
-@rule(
-    code="PID713",
-    name="negative-coefficient",
-    severity=Severity.WARNING,
-    basis=TABLE,
-    message="{operand} is {value}, which counts as 0: {effect}",
-)
-def negative_coefficient(context: DpideContext) -> Iterator[Finding]:
+@per_loop
+@warning("PID713", TABLE, "{operand} is {value}, which counts as 0: {effect}")
+def negative_coefficient(view: LoopView) -> Iterator[Finding]:
     """A coefficient is below 0.
 
     Why: the PLC takes it as 0. It does not turn the direction round.
 
     Fix: write 0 or a number above it. For cooling write `PID_DIR: false`.
     """
-    for view in context.loops:
-        for name in COEFFICIENTS:
-            value = getattr(view.loop, name)
-            if value < 0 and not (name == "Kc_Kp" and (is_dead(view) or has_no_term(view))):
-                yield view.find(name, operand=name, value=number_text(value), effect=EFFECTS[name])
+    for name in COEFFICIENTS:
+        value = getattr(view.loop, name)
+        if value < 0 and not (name == "Kc_Kp" and (is_dead(view) or has_no_term(view))):
+            yield view.find(name, operand=name, value=number_text(value), effect=EFFECTS[name])
 
 
-@rule(
-    code="PID714",
-    name="no-integral",
-    severity=Severity.INFO,
-    basis=TABLE,
-    message="Ti_Ki is 0: without an integral the PV stays beside SV, unless BIAS is just right",
-)
-def no_integral(context: DpideContext) -> Iterator[Finding]:
+@per_loop
+@info("PID714", TABLE, "Ti_Ki is 0: without an integral the PV stays beside SV, unless BIAS is just right")
+def no_integral(view: LoopView) -> Iterator[Finding]:
     """There is no integral term.
 
     Why: MV is BIAS where PV is SV; any other load needs an error that stays.
 
     Fix: nothing, if a steady error is acceptable. Otherwise write Ti or Ki.
     """
-    for view in context.loops:
-        if view.held("Ti_Ki") == [0] and not (is_dead(view) or has_no_term(view) or tunes_itself(view)):
-            yield view.find("Ti_Ki")
+    if view.held("Ti_Ki") == [0] and not (is_dead(view) or has_no_term(view) or tunes_itself(view)):
+        yield view.find("Ti_Ki")
 
 
-@rule(
-    code="PID715",
-    name="time-as-a-gain",
-    severity=Severity.ERROR,
-    basis=TABLE,
-    message="{operand} has a unit of time, but with PID_EQ FALSE it is {gain}",
-)
-def time_as_a_gain(context: DpideContext) -> Iterator[Finding]:
+@per_loop
+@error("PID715", TABLE, "{operand} has a unit of time, but with PID_EQ FALSE it is {gain}")
+def time_as_a_gain(view: LoopView) -> Iterator[Finding]:
     """A time stands where the independent form wants a gain.
 
     Why: an integral time of 180 s would become a gain of 180 per second: the integral runs from one end to the other
@@ -138,24 +109,20 @@ def time_as_a_gain(context: DpideContext) -> Iterator[Finding]:
     Fix: write `PID_EQ: true`, or the gain as a bare number: Ki is Kp divided by the integral time in s, Kd is Kp times
     the derivative time in s.
     """
-    for view in context.loops:
-        if view.loop.PID_EQ:
-            continue
-        if isinstance(view.loop.Ti_Ki, Timed):
-            yield view.find("Ti_Ki", operand="Ti_Ki", gain="the gain Ki in 1/s")
-        if isinstance(view.loop.Td_Kd, Timed):
-            found = view.find("Td_Kd", operand="Td_Kd", gain="the gain Kd: Kp times the derivative time in s")
-            yield replace(found, severity=Severity.WARNING)
+    if view.loop.PID_EQ:
+        return
+    if isinstance(view.loop.Ti_Ki, Timed):
+        yield view.find("Ti_Ki", operand="Ti_Ki", gain="the gain Ki in 1/s")
+    if isinstance(view.loop.Td_Kd, Timed):
+        found = view.find("Td_Kd", operand="Td_Kd", gain="the gain Kd: Kp times the derivative time in s")
+        yield replace(found, severity=Severity.WARNING)
 
 
-@rule(
-    code="PID716",
-    name="integral-faster-than-cycle",
-    severity=Severity.WARNING,
-    basis=FORMULAS,
-    message="the integral time is {time} s, shorter than the sampling time of {cycle} s: was {other} meant?",
+@per_loop
+@warning(
+    "PID716", FORMULAS, "the integral time is {time} s, shorter than the sampling time of {cycle} s: was {other} meant?"
 )
-def integral_faster_than_cycle(context: DpideContext) -> Iterator[Finding]:
+def integral_faster_than_cycle(view: LoopView) -> Iterator[Finding]:
     """The integral acts faster than the instruction is calculated.
 
     Why: in each cycle the integral adds more than the whole proportional term, and the loop swings between its limits.
@@ -164,30 +131,23 @@ def integral_faster_than_cycle(context: DpideContext) -> Iterator[Finding]:
 
     Fix: check PID_EQ, then write Ti or Ki.
     """
-    for view in context.loops:
-        if view.times is None or (isinstance(view.loop.Ti_Ki, Timed) and not view.loop.PID_EQ):
-            continue
-        time = view.times[0]
-        if 0 < time < view.cycle:
-            other = "a gain Ki (PID_EQ FALSE)" if view.loop.PID_EQ else "a time Ti (PID_EQ TRUE)"
-            yield view.find("Ti_Ki", time=number_text(time), cycle=number_text(view.cycle), other=other)
+    if view.times is None or (isinstance(view.loop.Ti_Ki, Timed) and not view.loop.PID_EQ):
+        return
+    time = view.times[0]
+    if 0 < time < view.cycle:
+        other = "a gain Ki (PID_EQ FALSE)" if view.loop.PID_EQ else "a time Ti (PID_EQ TRUE)"
+        yield view.find("Ti_Ki", time=number_text(time), cycle=number_text(view.cycle), other=other)
 
 
-@rule(
-    code="PID717",
-    name="no-proportional",
-    severity=Severity.INFO,
-    basis=TABLE,
-    message="Kc_Kp is {gain}: the independent form works without a proportional term",
-)
-def no_proportional(context: DpideContext) -> Iterator[Finding]:
+@per_loop
+@info("PID717", TABLE, "Kc_Kp is {gain}: the independent form works without a proportional term")
+def no_proportional(view: LoopView) -> Iterator[Finding]:
     """There is no proportional term, but another one.
 
     Why: an integral alone is slow, and swings with most processes.
 
     Fix: nothing, if that is meant. Otherwise write Kp.
     """
-    for view in context.loops:
-        alone = not view.loop.PID_EQ and view.held("Kc_Kp") == [0] and not has_no_term(view)
-        if alone and not tunes_itself(view):
-            yield view.find("Kc_Kp", gain=number_text(view.loop.Kc_Kp))
+    alone = not view.loop.PID_EQ and view.held("Kc_Kp") == [0] and not has_no_term(view)
+    if alone and not tunes_itself(view):
+        yield view.find("Kc_Kp", gain=number_text(view.loop.Kc_Kp))

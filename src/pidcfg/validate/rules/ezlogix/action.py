@@ -4,16 +4,15 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from pidcfg.diagnostics import Severity
 from pidcfg.refs import EZLOGIX, Decision
 from pidcfg.validate.purpose import spoken_of
-from pidcfg.validate.rule import rule
+from pidcfg.validate.rule import per_loop, warning
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from pidcfg.validate.rule import Finding
-    from pidcfg.validate.rules.ezlogix.context import EzlogixContext
+    from pidcfg.validate.rules.ezlogix.context import LoopView
 
 ACTION = EZLOGIX.at("Controller Action")
 
@@ -31,14 +30,13 @@ MEANING = {
 }
 
 
-@rule(
-    code="PID415",
-    name="action-against-description",
-    severity=Severity.WARNING,
-    basis=D183,
-    message="action {action} ({meaning}), but the loop's name or description speaks of {purpose}, which needs {other}",
+@per_loop
+@warning(
+    "PID415",
+    D183,
+    "action {action} ({meaning}), but the loop's name or description speaks of {purpose}, which needs {other}",
 )
-def action_against_description(context: EzlogixContext) -> Iterator[Finding]:
+def action_against_description(view: LoopView) -> Iterator[Finding]:
     """The action is the other one than the loop's name or description suggests.
 
     Why: here `action` is the controller's: a heater needs `reverse`, a cooler `direct`. DL06 and CLICK name the
@@ -48,7 +46,6 @@ def action_against_description(context: EzlogixContext) -> Iterator[Finding]:
     Fix: change the action. If it is right because the actuator works the other way round, say so in the description:
     "air to close", "normally open", "fail open", "inverted".
     """
-    for view in context.loops:
-        purpose, meaning, other = MEANING[view.loop.action]
-        if spoken_of(view.loop) == {purpose}:
-            yield view.find("action", action=view.loop.action, meaning=meaning, purpose=purpose, other=other)
+    purpose, meaning, other = MEANING[view.loop.action]
+    if spoken_of(view.loop) == {purpose}:
+        yield view.find("action", action=view.loop.action, meaning=meaning, purpose=purpose, other=other)

@@ -4,17 +4,16 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from pidcfg.diagnostics import Severity
 from pidcfg.refs import EZLOGIX, Decision
 from pidcfg.schemas.base import decimal_text
-from pidcfg.validate.rule import rule
+from pidcfg.validate.rule import info, per_loop, warning
 from pidcfg.validate.rules.ezlogix.output import looks_like_percent
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from pidcfg.validate.rule import Finding
-    from pidcfg.validate.rules.ezlogix.context import EzlogixContext
+    from pidcfg.validate.rules.ezlogix.context import LoopView
 
 TIMEOUT = EZLOGIX.at("Timeout Time (in sec)")
 TYPE = EZLOGIX.at("Tuning Type")
@@ -32,34 +31,27 @@ TENTH = 410
 """Counts of the step: 10 % of the CV."""
 
 
-@rule(
-    code="PID480",
-    name="autotune-timeout-zero",
-    severity=Severity.WARNING,
-    basis=TIMEOUT,
-    message="the autotune's timeout is 0 s: it is aborted as soon as it starts",
-)
-def autotune_timeout_zero(context: EzlogixContext) -> Iterator[Finding]:
+@per_loop
+@warning("PID480", TIMEOUT, "the autotune's timeout is 0 s: it is aborted as soon as it starts")
+def autotune_timeout_zero(view: LoopView) -> Iterator[Finding]:
     """The timeout of the autotune is 0.
 
     Why: an autotune that has not finished within its timeout is aborted. 0 does not mean "without limit".
 
     Fix: give several times the time that the process needs to answer a step; the dialog's own value is 600 s.
     """
-    for view in context.loops:
-        if view.loop.autotune.timeout == 0:
-            yield view.find("autotune", "timeout")
+    if view.loop.autotune.timeout == 0:
+        yield view.find("autotune", "timeout")
 
 
-@rule(
-    code="PID481",
-    name="autotune-timeout-below-integral-time",
-    severity=Severity.INFO,
-    basis=D190,
-    message="the autotune's timeout of {timeout} s is shorter than the integral_time of {integral} s: a process that "
+@per_loop
+@info(
+    "PID481",
+    D190,
+    "the autotune's timeout of {timeout} s is shorter than the integral_time of {integral} s: a process that "
     "needs it has not answered by then",
 )
-def autotune_timeout_below_integral_time(context: EzlogixContext) -> Iterator[Finding]:
+def autotune_timeout_below_integral_time(view: LoopView) -> Iterator[Finding]:
     """The autotune is aborted sooner than the process can answer.
 
     Why: the integral time is about as long as the process takes to answer a step. A shorter timeout ends the autotune
@@ -67,20 +59,14 @@ def autotune_timeout_below_integral_time(context: EzlogixContext) -> Iterator[Fi
 
     Fix: make `autotune.timeout` several integral times long.
     """
-    for view in context.loops:
-        timeout, times = view.loop.autotune.timeout, view.holds("integral_time", "sample_rate")
-        if times and SAMPLES * times[1] <= timeout < times[0]:
-            yield view.find_key("tuning", timeout=timeout, integral=decimal_text(times[0]))
+    timeout, times = view.loop.autotune.timeout, view.holds("integral_time", "sample_rate")
+    if times and SAMPLES * times[1] <= timeout < times[0]:
+        yield view.find_key("tuning", timeout=timeout, integral=decimal_text(times[0]))
 
 
-@rule(
-    code="PID482",
-    name="autotune-timeout-few-samples",
-    severity=Severity.WARNING,
-    basis=D190,
-    message="the autotune's timeout of {timeout} s leaves it fewer than 40 samples of {sample} s",
-)
-def autotune_timeout_few_samples(context: EzlogixContext) -> Iterator[Finding]:
+@per_loop
+@warning("PID482", D190, "the autotune's timeout of {timeout} s leaves it fewer than 40 samples of {sample} s")
+def autotune_timeout_few_samples(view: LoopView) -> Iterator[Finding]:
     """The autotune would end after a handful of samples.
 
     Why: dead time and slope are read from the samples of the answer. Of fewer than 40, some of which must come before
@@ -88,20 +74,16 @@ def autotune_timeout_few_samples(context: EzlogixContext) -> Iterator[Finding]:
 
     Fix: lengthen `autotune.timeout`, or shorten the sample rate.
     """
-    for view in context.loops:
-        timeout, sample = view.loop.autotune.timeout, view.held("sample_rate")
-        if sample is not None and 0 < timeout < SAMPLES * sample:
-            yield view.find("sample_rate", timeout=timeout, sample=decimal_text(sample))
+    timeout, sample = view.loop.autotune.timeout, view.held("sample_rate")
+    if sample is not None and 0 < timeout < SAMPLES * sample:
+        yield view.find("sample_rate", timeout=timeout, sample=decimal_text(sample))
 
 
-@rule(
-    code="PID483",
-    name="autotune-pi-drops-derivative",
-    severity=Severity.INFO,
-    basis=TYPE,
-    message="the autotune computes PI gains: the derivative_time of {derivative} s would not fit the new gain",
+@per_loop
+@info(
+    "PID483", TYPE, "the autotune computes PI gains: the derivative_time of {derivative} s would not fit the new gain"
 )
-def autotune_pi_drops_derivative(context: EzlogixContext) -> Iterator[Finding]:
+def autotune_pi_drops_derivative(view: LoopView) -> Iterator[Finding]:
     """The autotune's type is PI, and the loop has a derivative time.
 
     Why: the gains of a PI loop are computed for a loop without derivative. The derivative time of the file is switched
@@ -109,20 +91,14 @@ def autotune_pi_drops_derivative(context: EzlogixContext) -> Iterator[Finding]:
 
     Fix: `type: PID`, or switch the derivative off.
     """
-    for view in context.loops:
-        derivative = view.held("derivative_time")
-        if view.loop.autotune.type == "PI" and derivative:
-            yield view.find("autotune", "type", derivative=decimal_text(derivative))
+    derivative = view.held("derivative_time")
+    if view.loop.autotune.type == "PI" and derivative:
+        yield view.find("autotune", "type", derivative=decimal_text(derivative))
 
 
-@rule(
-    code="PID484",
-    name="autotune-step-impossible",
-    severity=Severity.WARNING,
-    basis=STEP,
-    message="the CV limits {low} and {high} leave no room for the autotune's step of 10 %, {step} counts",
-)
-def autotune_step_impossible(context: EzlogixContext) -> Iterator[Finding]:
+@per_loop
+@warning("PID484", STEP, "the CV limits {low} and {high} leave no room for the autotune's step of 10 %, {step} counts")
+def autotune_step_impossible(view: LoopView) -> Iterator[Finding]:
     """The CV limits are closer together than the step of the autotune.
 
     Why: the autotune steps the CV up by 10 %. With limits that are closer together it cannot, from any output: it ends
@@ -131,8 +107,7 @@ def autotune_step_impossible(context: EzlogixContext) -> Iterator[Finding]:
     Fix: tune by hand; widen the limits for the autotune only if the plant bears it, since they may protect it, and put
     them back afterwards.
     """
-    for view in context.loops:
-        limits = view.cv_limits
-        if limits is not None and limits[0] + TENTH > limits[1] and not looks_like_percent(view):
-            yield view.find("output", "limits", plc_effect="autotune status 5", low=view.cv(limits[0]),
-                            high=view.cv(limits[1]), step=TENTH)  # fmt: skip
+    limits = view.cv_limits
+    if limits is not None and limits[0] + TENTH > limits[1] and not looks_like_percent(view):
+        yield view.find("output", "limits", plc_effect="autotune status 5", low=view.cv(limits[0]),
+                        high=view.cv(limits[1]), step=TENTH)  # fmt: skip

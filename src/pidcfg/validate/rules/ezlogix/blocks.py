@@ -4,33 +4,31 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from pidcfg.diagnostics import Severity
 from pidcfg.encoders.maps.ezlogix import LOOPS, SPACE
 from pidcfg.refs import EZLOGIX
 from pidcfg.schemas.ezlogix import D152
 from pidcfg.validate.extents import overlaps
-from pidcfg.validate.rule import rule
+from pidcfg.validate.rule import error, per_loop
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from pidcfg.validate.rule import Finding
-    from pidcfg.validate.rules.ezlogix.context import EzlogixContext
+    from pidcfg.validate.rules.ezlogix.context import EzlogixContext, LoopView
 
 BLOCK = EZLOGIX.at("PID Setup")
 COUNT = EZLOGIX.at("PID on EZLogix")
 LAST = {bank.prefix: bank.last for bank in SPACE.banks}
 
 
-@rule(
-    code="PID401",
-    name="block-beyond-bank",
-    severity=Severity.ERROR,
-    basis=D152,
-    message="{block} would occupy {extent}, but there is nothing beyond {prefix}{last}: it may begin at "
+@per_loop
+@error(
+    "PID401",
+    D152,
+    "{block} would occupy {extent}, but there is nothing beyond {prefix}{last}: it may begin at "
     "{prefix}{latest} at the latest",
 )
-def block_beyond_bank(context: EzlogixContext) -> Iterator[Finding]:
+def block_beyond_bank(view: LoopView) -> Iterator[Finding]:
     """A block of registers or discretes reaches past the highest address.
 
     Why: a loop needs 32 consecutive registers and 8 consecutive discretes. What lies past the last address does not
@@ -38,21 +36,14 @@ def block_beyond_bank(context: EzlogixContext) -> Iterator[Finding]:
 
     Fix: let the block begin lower.
     """
-    for view in context.loops:
-        for extent in view.extents:
-            last = LAST[extent.prefix]
-            if extent.last > last:
-                yield view.find(extent.key, block=extent.key, extent=extent, prefix=extent.prefix, last=last,
-                                latest=last - (extent.last - extent.first))  # fmt: skip
+    for extent in view.extents:
+        last = LAST[extent.prefix]
+        if extent.last > last:
+            yield view.find(extent.key, block=extent.key, extent=extent, prefix=extent.prefix, last=last,
+                            latest=last - (extent.last - extent.first))  # fmt: skip
 
 
-@rule(
-    code="PID402",
-    name="blocks-overlap",
-    severity=Severity.ERROR,
-    basis=BLOCK,
-    message="{block} {extent} of {loop} overlaps {other_extent} of {other}",
-)
+@error("PID402", BLOCK, "{block} {extent} of {loop} overlaps {other_extent} of {other}")
 def blocks_overlap(context: EzlogixContext) -> Iterator[Finding]:
     """Two loops share registers or discretes.
 
@@ -66,13 +57,7 @@ def blocks_overlap(context: EzlogixContext) -> Iterator[Finding]:
                           other=first.loop.name)  # fmt: skip
 
 
-@rule(
-    code="PID403",
-    name="too-many-loops",
-    severity=Severity.ERROR,
-    basis=COUNT,
-    message="loop {number} of {count}: an EZLogix PLC calculates at most {limit} loops",
-)
+@error("PID403", COUNT, "loop {number} of {count}: an EZLogix PLC calculates at most {limit} loops")
 def too_many_loops(context: EzlogixContext) -> Iterator[Finding]:
     """The file has more loops than the PLC.
 

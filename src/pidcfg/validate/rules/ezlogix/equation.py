@@ -5,10 +5,9 @@ from __future__ import annotations
 from decimal import Decimal
 from typing import TYPE_CHECKING
 
-from pidcfg.diagnostics import Severity
 from pidcfg.refs import EZLOGIX, Decision
 from pidcfg.schemas.base import decimal_text
-from pidcfg.validate.rule import once, rule
+from pidcfg.validate.rule import error, info, once, per_loop, warning
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -41,12 +40,10 @@ TENTH = 410
 """Counts: 10 % of the CV."""
 
 
-@rule(
-    code="PID421",
-    name="velocity-is-not-incremental",
-    severity=Severity.INFO,
-    basis=VELOCITY,
-    message="velocity is the position form with the derivative of the PV, not an incremental form; its sign is printed "
+@info(
+    "PID421",
+    VELOCITY,
+    "velocity is the position form with the derivative of the PV, not an incremental form; its sign is printed "
     "for direct action only, and taken as {sign} here{others}",
 )
 def velocity_is_not_incremental(context: EzlogixContext) -> Iterator[Finding]:
@@ -67,14 +64,9 @@ def velocity_is_not_incremental(context: EzlogixContext) -> Iterator[Finding]:
         yield once(first.find("algorithm", sign=sign), [view.loop.name for view in others])
 
 
-@rule(
-    code="PID422",
-    name="velocity-without-derivative",
-    severity=Severity.INFO,
-    basis=VELOCITY,
-    message="velocity without a derivative time is the same as position",
-)
-def velocity_without_derivative(context: EzlogixContext) -> Iterator[Finding]:
+@per_loop
+@info("PID422", VELOCITY, "velocity without a derivative time is the same as position")
+def velocity_without_derivative(view: LoopView) -> Iterator[Finding]:
     """The velocity algorithm is chosen, and there is no derivative.
 
     Why: the two algorithms differ in the derivative term only. Whoever expects increments, or protection from windup,
@@ -82,19 +74,17 @@ def velocity_without_derivative(context: EzlogixContext) -> Iterator[Finding]:
 
     Fix: write `algorithm: position`, or leave it if the autotune is to set a derivative time.
     """
-    for view in context.loops:
-        if view.loop.algorithm == "velocity" and view.held("derivative_time") == 0:
-            yield view.find("algorithm")
+    if view.loop.algorithm == "velocity" and view.held("derivative_time") == 0:
+        yield view.find("algorithm")
 
 
-@rule(
-    code="PID423",
-    name="gain-zero-with-integral",
-    severity=Severity.WARNING,
-    basis=GAIN,
-    message="gain 0 with {terms}: by the manual's text only the proportional term is off, by its formula all terms are",
+@per_loop
+@warning(
+    "PID423",
+    GAIN,
+    "gain 0 with {terms}: by the manual's text only the proportional term is off, by its formula all terms are",
 )
-def gain_zero_with_integral(context: EzlogixContext) -> Iterator[Finding]:
+def gain_zero_with_integral(view: LoopView) -> Iterator[Finding]:
     """The gain is 0 and there is an integral term.
 
     Why: the text says that 0 removes the proportional term; the printed formula multiplies all three by the gain.
@@ -102,21 +92,15 @@ def gain_zero_with_integral(context: EzlogixContext) -> Iterator[Finding]:
 
     Fix: give a small gain and adapt the times; or try on the PLC whether the CV moves.
     """
-    for view in context.loops:
-        terms = view.holds("proportional_gain", "integral_time", "derivative_time")
-        if terms and terms[0] == 0 and terms[1] > 0:
-            names = "integral and derivative time" if terms[2] > 0 else "an integral time"
-            yield view.find("tuning", "proportional_gain", terms=names)
+    terms = view.holds("proportional_gain", "integral_time", "derivative_time")
+    if terms and terms[0] == 0 and terms[1] > 0:
+        names = "integral and derivative time" if terms[2] > 0 else "an integral time"
+        yield view.find("tuning", "proportional_gain", terms=names)
 
 
-@rule(
-    code="PID424",
-    name="no-control-term",
-    severity=Severity.ERROR,
-    basis=POSITION,
-    message="gain 0 and integral_time off: {left}",
-)
-def no_control_term(context: EzlogixContext) -> Iterator[Finding]:
+@per_loop
+@error("PID424", POSITION, "gain 0 and integral_time off: {left}")
+def no_control_term(view: LoopView) -> Iterator[Finding]:
     """Neither a proportional nor an integral term is left.
 
     Why: the CV stays at its offset whatever the error is; with a derivative time it moves only while the PV does, and
@@ -124,22 +108,20 @@ def no_control_term(context: EzlogixContext) -> Iterator[Finding]:
 
     Fix: give `proportional_gain`, or an `integral_time`.
     """
-    for view in context.loops:
-        terms = view.holds("proportional_gain", "integral_time", "derivative_time")
-        if terms and terms[0] == 0 and terms[1] == 0:
-            left = "the derivative alone holds no set point" if terms[2] > 0 else "no term is left, the CV never moves"
-            yield view.find("tuning", "proportional_gain", left=left)
+    terms = view.holds("proportional_gain", "integral_time", "derivative_time")
+    if terms and terms[0] == 0 and terms[1] == 0:
+        left = "the derivative alone holds no set point" if terms[2] > 0 else "no term is left, the CV never moves"
+        yield view.find("tuning", "proportional_gain", left=left)
 
 
-@rule(
-    code="PID425",
-    name="proportional-without-offset",
-    severity=Severity.INFO,
-    basis=OFFSET,
-    message="no integral term and CV offset 0: without an error the CV is 0, so an error stays as long as the process "
+@per_loop
+@info(
+    "PID425",
+    OFFSET,
+    "no integral term and CV offset 0: without an error the CV is 0, so an error stays as long as the process "
     "needs any output",
 )
-def proportional_without_offset(context: EzlogixContext) -> Iterator[Finding]:
+def proportional_without_offset(view: LoopView) -> Iterator[Finding]:
     """A loop without integral term has a CV offset of 0.
 
     Why: the CV is the offset when the error is zero. A heater that has to give 30 % to hold the temperature does so
@@ -147,10 +129,9 @@ def proportional_without_offset(context: EzlogixContext) -> Iterator[Finding]:
 
     Fix: give the offset that holds the set point as `output.offset`, or an integral time.
     """
-    for view in context.loops:
-        gain, reset, offset = view.held("proportional_gain"), view.held("integral_time"), view.counts("cv_offset")
-        if gain and reset == 0 and offset == 0:
-            yield view.find_key("tuning")
+    gain, reset, offset = view.held("proportional_gain"), view.held("integral_time"), view.counts("cv_offset")
+    if gain and reset == 0 and offset == 0:
+        yield view.find_key("tuning")
 
 
 def at_defaults(view: LoopView) -> bool:
@@ -158,15 +139,14 @@ def at_defaults(view: LoopView) -> bool:
     return view.holds("integral_time", "derivative_time") == [DEFAULT_TIME, DEFAULT_TIME]
 
 
-@rule(
-    code="PID426",
-    name="integral-time-below-sample-rate",
-    severity=Severity.WARNING,
-    basis=D184,
-    message="integral_time {integral} s is shorter than the sample rate of {sample} s: each calculation adds {times} "
+@per_loop
+@warning(
+    "PID426",
+    D184,
+    "integral_time {integral} s is shorter than the sample rate of {sample} s: each calculation adds {times} "
     "times the error",
 )
-def integral_time_below_sample_rate(context: EzlogixContext) -> Iterator[Finding]:
+def integral_time_below_sample_rate(view: LoopView) -> Iterator[Finding]:
     """The integral time is shorter than the time between two calculations.
 
     Why: Ts/Ti is more than 1, so that the integral corrects more than the whole error at every sample, before its
@@ -174,22 +154,20 @@ def integral_time_below_sample_rate(context: EzlogixContext) -> Iterator[Finding
 
     Fix: lengthen the integral time, or shorten the sample rate to a tenth of it or less.
     """
-    for view in context.loops:
-        times = view.holds("integral_time", "sample_rate")
-        if times and 0 < times[0] < times[1] and not at_defaults(view):
-            yield view.find("tuning", "integral_time", integral=decimal_text(times[0]), sample=decimal_text(times[1]),
-                            times=f"{times[1] / times[0]:.3g}")  # fmt: skip
+    times = view.holds("integral_time", "sample_rate")
+    if times and 0 < times[0] < times[1] and not at_defaults(view):
+        yield view.find("tuning", "integral_time", integral=decimal_text(times[0]), sample=decimal_text(times[1]),
+                        times=f"{times[1] / times[0]:.3g}")  # fmt: skip
 
 
-@rule(
-    code="PID427",
-    name="derivative-time-below-sample-rate",
-    severity=Severity.INFO,
-    basis=D184,
-    message="derivative_time {derivative} s is shorter than the sample rate of {sample} s: the term is {times} of the "
+@per_loop
+@info(
+    "PID427",
+    D184,
+    "derivative_time {derivative} s is shorter than the sample rate of {sample} s: the term is {times} of the "
     "proportional one",
 )
-def derivative_time_below_sample_rate(context: EzlogixContext) -> Iterator[Finding]:
+def derivative_time_below_sample_rate(view: LoopView) -> Iterator[Finding]:
     """The derivative time is shorter than the time between two calculations.
 
     Why: Td/Ts is less than 1, so a change within one sample acts less through the derivative than through the
@@ -197,21 +175,15 @@ def derivative_time_below_sample_rate(context: EzlogixContext) -> Iterator[Findi
 
     Fix: shorten the sample rate, or switch the derivative off.
     """
-    for view in context.loops:
-        times = view.holds("derivative_time", "sample_rate")
-        if times and 0 < times[0] < times[1] and not at_defaults(view):
-            yield view.find("tuning", "derivative_time", derivative=decimal_text(times[0]),
-                            sample=decimal_text(times[1]), times=f"{float(times[0] / times[1]):.4g}")  # fmt: skip
+    times = view.holds("derivative_time", "sample_rate")
+    if times and 0 < times[0] < times[1] and not at_defaults(view):
+        yield view.find("tuning", "derivative_time", derivative=decimal_text(times[0]),
+                        sample=decimal_text(times[1]), times=f"{float(times[0] / times[1]):.4g}")  # fmt: skip
 
 
-@rule(
-    code="PID428",
-    name="dialog-default-times",
-    severity=Severity.WARNING,
-    basis=D184,
-    message="integral and derivative time are 0.3 s, as the dialog shows them for a new loop",
-)
-def dialog_default_times(context: EzlogixContext) -> Iterator[Finding]:
+@per_loop
+@warning("PID428", D184, "integral and derivative time are 0.3 s, as the dialog shows them for a new loop")
+def dialog_default_times(view: LoopView) -> Iterator[Finding]:
     """Integral and derivative time are the dialog's defaults.
 
     Why: 0.3 s each fits hardly any process: the integral is far too fast for all but the fastest flows, and a
@@ -219,20 +191,18 @@ def dialog_default_times(context: EzlogixContext) -> Iterator[Finding]:
 
     Fix: give times that fit the process, or switch the terms off until it is tuned.
     """
-    for view in context.loops:
-        if at_defaults(view):
-            yield view.find("tuning", "integral_time")
+    if at_defaults(view):
+        yield view.find("tuning", "integral_time")
 
 
-@rule(
-    code="PID429",
-    name="derivative-amplifies-counts",
-    severity=Severity.WARNING,
-    basis=D185,
-    message="one count of the PV moves the CV by {counts} counts through the derivative: gain {gain} times "
+@per_loop
+@warning(
+    "PID429",
+    D185,
+    "one count of the PV moves the CV by {counts} counts through the derivative: gain {gain} times "
     "{derivative} s / {sample} s",
 )
-def derivative_amplifies_counts(context: EzlogixContext) -> Iterator[Finding]:
+def derivative_amplifies_counts(view: LoopView) -> Iterator[Finding]:
     """The derivative turns the last count of the PV into a jolt of the output.
 
     Why: the derivative acts on the difference of two samples. With a long derivative time and a short sample rate the
@@ -240,24 +210,18 @@ def derivative_amplifies_counts(context: EzlogixContext) -> Iterator[Finding]:
 
     Fix: lengthen the sample rate, or shorten the derivative time.
     """
-    for view in context.loops:
-        found = view.holds("proportional_gain", "derivative_time", "sample_rate")
-        if not found or not found[2]:
-            continue
-        counts = (found[0] or Decimal(1)) * found[1] / found[2]
-        if counts > TENTH:
-            yield view.find("tuning", "derivative_time", counts=f"{counts:.0f}", gain=decimal_text(found[0]),
-                            derivative=decimal_text(found[1]), sample=decimal_text(found[2]))  # fmt: skip
+    found = view.holds("proportional_gain", "derivative_time", "sample_rate")
+    if not found or not found[2]:
+        return
+    counts = (found[0] or Decimal(1)) * found[1] / found[2]
+    if counts > TENTH:
+        yield view.find("tuning", "derivative_time", counts=f"{counts:.0f}", gain=decimal_text(found[0]),
+                        derivative=decimal_text(found[1]), sample=decimal_text(found[2]))  # fmt: skip
 
 
-@rule(
-    code="PID430",
-    name="sample-rate-of-zero",
-    severity=Severity.ERROR,
-    basis=SAMPLE_RATE,
-    message="sample_rate is 0, as the dialog shows it for a new loop; it must be 0.05 to 99.99 s",
-)
-def sample_rate_of_zero(context: EzlogixContext) -> Iterator[Finding]:
+@per_loop
+@error("PID430", SAMPLE_RATE, "sample_rate is 0, as the dialog shows it for a new loop; it must be 0.05 to 99.99 s")
+def sample_rate_of_zero(view: LoopView) -> Iterator[Finding]:
     """The sample rate is 0, the dialog's default.
 
     Why: the equation divides by it, and the manual's range begins at 0.05 s. A loop whose sample rate was never entered
@@ -265,6 +229,5 @@ def sample_rate_of_zero(context: EzlogixContext) -> Iterator[Finding]:
 
     Fix: give a tenth of the process's time constant or less; 1 s for temperatures, 0.1 to 0.5 s for flows.
     """
-    for view in context.loops:
-        if view.loop.sample_rate == 0:
-            yield view.find("sample_rate")
+    if view.loop.sample_rate == 0:
+        yield view.find("sample_rate")

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from pidcfg.diagnostics import Severity
 from pidcfg.encoders.ezlogix.tags import TAG
 from pidcfg.encoders.maps.ezlogix import VARIABLES
 from pidcfg.refs import Decision
 from pidcfg.schemas.ezlogix import tag_name
-from pidcfg.validate.rule import rule
+from pidcfg.validate.rule import warning
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -25,13 +24,7 @@ D182 = Decision(
 )  # fmt: skip
 
 
-@rule(
-    code="PID411",
-    name="name-not-usable-in-tags",
-    severity=Severity.WARNING,
-    basis=D182,
-    message="{tag!r} is not usable as a tag: letters, digits and _ only, a letter first",
-)
+@warning("PID411", D182, "{tag!r} is not usable as a tag: letters, digits and _ only, a letter first")
 def name_not_usable_in_tags(context: EzlogixContext) -> Iterator[Finding]:
     """The name of a loop cannot stand in the names of its tags.
 
@@ -47,13 +40,7 @@ def name_not_usable_in_tags(context: EzlogixContext) -> Iterator[Finding]:
             yield view.find("name", tag=tag)
 
 
-@rule(
-    code="PID412",
-    name="tags-collide",
-    severity=Severity.WARNING,
-    basis=D182,
-    message="the tag {tag} of this loop is also one of loop {other}",
-)
+@warning("PID412", D182, "the tag {tag} of this loop is also one of loop {other}")
 def tags_collide(context: EzlogixContext) -> Iterator[Finding]:
     """The template makes the same tag for two loops.
 

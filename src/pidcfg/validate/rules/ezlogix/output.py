@@ -5,18 +5,17 @@ from __future__ import annotations
 from decimal import Decimal
 from typing import TYPE_CHECKING
 
-from pidcfg.diagnostics import Severity
 from pidcfg.encoders.maps.ezlogix import DUTY_FULL
 from pidcfg.refs import EZLOGIX, Decision
 from pidcfg.schemas.base import decimal_text
 from pidcfg.schemas.ezlogix import CV_FULL
-from pidcfg.validate.rule import rule
+from pidcfg.validate.rule import error, info, per_loop, warning
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from pidcfg.validate.rule import Finding
-    from pidcfg.validate.rules.ezlogix.context import EzlogixContext, LoopView
+    from pidcfg.validate.rules.ezlogix.context import LoopView
 
 LOW = EZLOGIX.at("Control Value (CV) Low Limit")
 HIGH = EZLOGIX.at("Control Value (CV) High Limit")
@@ -48,14 +47,9 @@ def left_out(view: LoopView, cv: int) -> bool:
     return view.pulses is not None and view.pulses[0] * cv < view.pulses[1] * DUTY_FULL
 
 
-@rule(
-    code="PID455",
-    name="cv-limits-not-ascending",
-    severity=Severity.ERROR,
-    basis=HIGH,
-    message="the CV high limit {high} is not above the low limit {low}: the output cannot move",
-)
-def cv_limits_not_ascending(context: EzlogixContext) -> Iterator[Finding]:
+@per_loop
+@error("PID455", HIGH, "the CV high limit {high} is not above the low limit {low}: the output cannot move")
+def cv_limits_not_ascending(view: LoopView) -> Iterator[Finding]:
     """The CV low limit is equal to or above the high one.
 
     Why: equal limits pin the output. With crossed ones every CV is outside one of them, and which one wins is not
@@ -64,21 +58,19 @@ def cv_limits_not_ascending(context: EzlogixContext) -> Iterator[Finding]:
     Fix: write the low limit first; 0 and 4095 counts when `limits` is left out. The direction of control is the loop's
     `action`, not the order of the limits.
     """
-    for view in context.loops:
-        found = view.all_counts("cv_low", "cv_high")
-        if found and found[0] >= found[1]:
-            yield view.find("output", "limits", low=view.cv(found[0]), high=view.cv(found[1]))
+    found = view.all_counts("cv_low", "cv_high")
+    if found and found[0] >= found[1]:
+        yield view.find("output", "limits", low=view.cv(found[0]), high=view.cv(found[1]))
 
 
-@rule(
-    code="PID456",
-    name="anti-windup-blind-to-limits",
-    severity=Severity.WARNING,
-    basis=D188,
-    message="anti-windup acts at 0 and 4095 counts only: while the CV is held at {limits}, the integral goes on until "
+@per_loop
+@warning(
+    "PID456",
+    D188,
+    "anti-windup acts at 0 and 4095 counts only: while the CV is held at {limits}, the integral goes on until "
     "the calculated CV is there",
 )
-def anti_windup_blind_to_limits(context: EzlogixContext) -> Iterator[Finding]:
+def anti_windup_blind_to_limits(view: LoopView) -> Iterator[Finding]:
     """The CV limits are narrower than 0 to 4095, and anti-windup is to protect the integral.
 
     Why: saturation is looked for before the limits are applied. While the CV is held at a limit in between, the
@@ -87,23 +79,17 @@ def anti_windup_blind_to_limits(context: EzlogixContext) -> Iterator[Finding]:
     Fix: leave the limits at 0 and 4095 where they are not needed; otherwise expect the overshoot, or make the integral
     time longer.
     """
-    for view in context.loops:
-        limits = view.cv_limits
-        if limits is None or limits == (0, CV_FULL) or looks_like_percent(view):
-            continue
-        if view.loop.anti_windup and view.integrates:
-            held = [view.cv(own) for own, end in zip(limits, (0, CV_FULL), strict=True) if own != end]
-            yield view.find("output", "limits", limits=" or ".join(held))
+    limits = view.cv_limits
+    if limits is None or limits == (0, CV_FULL) or looks_like_percent(view):
+        return
+    if view.loop.anti_windup and view.integrates:
+        held = [view.cv(own) for own, end in zip(limits, (0, CV_FULL), strict=True) if own != end]
+        yield view.find("output", "limits", limits=" or ".join(held))
 
 
-@rule(
-    code="PID457",
-    name="output-never-off",
-    severity=Severity.INFO,
-    basis=LOW,
-    message="the CV low limit is {low}: in Auto the output never goes below {percent} %",
-)
-def output_never_off(context: EzlogixContext) -> Iterator[Finding]:
+@per_loop
+@info("PID457", LOW, "the CV low limit is {low}: in Auto the output never goes below {percent} %")
+def output_never_off(view: LoopView) -> Iterator[Finding]:
     """The CV low limit is above 0.
 
     Why: the loop cannot switch its output off, whatever the PV is; pulses keep the minimum duty cycle that the dialog
@@ -111,20 +97,14 @@ def output_never_off(context: EzlogixContext) -> Iterator[Finding]:
 
     Fix: nothing, if the process needs a minimum; otherwise a low limit of 0.
     """
-    for view in context.loops:
-        low = view.cv_limits[0] if view.cv_limits is not None else 0
-        if low and not left_out(view, low):
-            yield view.find("output", "limits", low=view.cv(low), percent=f"{100 * low / DUTY_FULL:.3g}")
+    low = view.cv_limits[0] if view.cv_limits is not None else 0
+    if low and not left_out(view, low):
+        yield view.find("output", "limits", low=view.cv(low), percent=f"{100 * low / DUTY_FULL:.3g}")
 
 
-@rule(
-    code="PID458",
-    name="offset-outside-limits",
-    severity=Severity.WARNING,
-    basis=OFFSET,
-    message="the CV offset {offset} is outside the CV limits {low} and {high}",
-)
-def offset_outside_limits(context: EzlogixContext) -> Iterator[Finding]:
+@per_loop
+@warning("PID458", OFFSET, "the CV offset {offset} is outside the CV limits {low} and {high}")
+def offset_outside_limits(view: LoopView) -> Iterator[Finding]:
     """The CV offset lies outside the CV limits.
 
     Why: the offset is the CV when the error is zero. The limit cuts it off, so the loop answers only from a certain
@@ -132,23 +112,17 @@ def offset_outside_limits(context: EzlogixContext) -> Iterator[Finding]:
 
     Fix: bring the offset inside the limits.
     """
-    for view in context.loops:
-        offset, limits = view.counts("cv_offset"), view.cv_limits
-        default = "offset" not in view.loop.output.model_fields_set
-        if offset is None or limits is None or default or (offset == 0 and view.integrates):
-            continue
-        if not limits[0] <= offset <= limits[1]:
-            yield view.find("output", "offset", offset=view.cv(offset), low=view.cv(limits[0]), high=view.cv(limits[1]))
+    offset, limits = view.counts("cv_offset"), view.cv_limits
+    default = "offset" not in view.loop.output.model_fields_set
+    if offset is None or limits is None or default or (offset == 0 and view.integrates):
+        return
+    if not limits[0] <= offset <= limits[1]:
+        yield view.find("output", "offset", offset=view.cv(offset), low=view.cv(limits[0]), high=view.cv(limits[1]))
 
 
-@rule(
-    code="PID459",
-    name="offset-beside-integral",
-    severity=Severity.INFO,
-    basis=OFFSET,
-    message="the CV offset {offset} is added to an integral term, which cancels it",
-)
-def offset_beside_integral(context: EzlogixContext) -> Iterator[Finding]:
+@per_loop
+@info("PID459", OFFSET, "the CV offset {offset} is added to an integral term, which cancels it")
+def offset_beside_integral(view: LoopView) -> Iterator[Finding]:
     """A CV offset is given for a loop with an integral term.
 
     Why: the integral takes up whatever the process needs, so a constant beside it has no lasting effect; when the loop
@@ -156,20 +130,18 @@ def offset_beside_integral(context: EzlogixContext) -> Iterator[Finding]:
 
     Fix: leave the offset out, or take it as the place where the CV begins after an integral time is set to 0.
     """
-    for view in context.loops:
-        offset, limits = view.counts("cv_offset"), view.cv_limits
-        if offset and view.integrates and limits is not None and limits[0] <= offset <= limits[1]:
-            yield view.find("output", "offset", offset=view.cv(offset))
+    offset, limits = view.counts("cv_offset"), view.cv_limits
+    if offset and view.integrates and limits is not None and limits[0] <= offset <= limits[1]:
+        yield view.find("output", "offset", offset=view.cv(offset))
 
 
-@rule(
-    code="PID460",
-    name="integral-without-anti-windup",
-    severity=Severity.WARNING,
-    basis=ANTI_WINDUP,
-    message="anti_windup is off with an integral_time of {integral} s: the integral goes on while the CV is saturated",
+@per_loop
+@warning(
+    "PID460",
+    ANTI_WINDUP,
+    "anti_windup is off with an integral_time of {integral} s: the integral goes on while the CV is saturated",
 )
-def integral_without_anti_windup(context: EzlogixContext) -> Iterator[Finding]:
+def integral_without_anti_windup(view: LoopView) -> Iterator[Finding]:
     """A loop with integral term has no anti-windup.
 
     Why: while the CV is at 0 or 4095 the sum goes on growing, and the PV has to stay on the other side of the set point
@@ -177,19 +149,13 @@ def integral_without_anti_windup(context: EzlogixContext) -> Iterator[Finding]:
 
     Fix: `anti_windup: true`, the dialog's own choice.
     """
-    for view in context.loops:
-        if not view.loop.anti_windup and view.integrates:
-            yield view.find("anti_windup", integral=decimal_text(view.held("integral_time") or Decimal(0)))
+    if not view.loop.anti_windup and view.integrates:
+        yield view.find("anti_windup", integral=decimal_text(view.held("integral_time") or Decimal(0)))
 
 
-@rule(
-    code="PID461",
-    name="cv-limit-looks-like-percent",
-    severity=Severity.WARNING,
-    basis=D189,
-    message="the CV high limit is {high} counts of 4095: {percent} %, if it is not meant as {high} %",
-)
-def cv_limit_looks_like_percent(context: EzlogixContext) -> Iterator[Finding]:
+@per_loop
+@warning("PID461", D189, "the CV high limit is {high} counts of 4095: {percent} %, if it is not meant as {high} %")
+def cv_limit_looks_like_percent(view: LoopView) -> Iterator[Finding]:
     """The CV may not exceed 100 counts.
 
     Why: without a range the limits are counts, 4095 at full output. Limits of [0, 100] are meant as percentages; here
@@ -197,7 +163,6 @@ def cv_limit_looks_like_percent(context: EzlogixContext) -> Iterator[Finding]:
 
     Fix: give the output the range [0, 100], or write `"100 counts"` if that little is meant.
     """
-    for view in context.loops:
-        if looks_like_percent(view) and view.cv_limits is not None:
-            high = view.cv_limits[1]
-            yield view.find("output", "limits", high=high, percent=f"{100 * high / CV_FULL:.2g}")
+    if looks_like_percent(view) and view.cv_limits is not None:
+        high = view.cv_limits[1]
+        yield view.find("output", "limits", high=high, percent=f"{100 * high / CV_FULL:.2g}")

@@ -6,12 +6,11 @@ import math
 from decimal import Decimal
 from typing import TYPE_CHECKING, NamedTuple
 
-from pidcfg.diagnostics import Severity
 from pidcfg.encoders.maps.ezlogix import DUTY_FULL
 from pidcfg.refs import EZLOGIX, Decision
 from pidcfg.schemas.base import decimal_text
 from pidcfg.schemas.ezlogix import CV_FULL
-from pidcfg.validate.rule import rule
+from pidcfg.validate.rule import error, info, per_loop, warning
 from pidcfg.validate.rules.ezlogix.context import number_text
 from pidcfg.validate.rules.ezlogix.equation import at_defaults
 
@@ -89,32 +88,24 @@ def pulses(context: EzlogixContext) -> Iterator[tuple[LoopView, Pulses]]:
             yield view, Pulses(*view.pulses, *view.cv_limits)
 
 
-@rule(
-    code="PID465",
-    name="cycle-time-of-zero",
-    severity=Severity.ERROR,
-    basis=CYCLE,
-    message="cycle_time is 0: {tag} gives no pulses",
-)
-def cycle_time_of_zero(context: EzlogixContext) -> Iterator[Finding]:
+@per_loop
+@error("PID465", CYCLE, "cycle_time is 0: {tag} gives no pulses")
+def cycle_time_of_zero(view: LoopView) -> Iterator[Finding]:
     """The control output is enabled with a cycle time of 0.
 
     Why: pulses are a part of the cycle, so there are none, or what there is is documented nowhere.
 
     Fix: give the cycle time, 10 s or more for relays, or leave `pulse` out.
     """
-    for view in context.loops:
-        pulse = view.loop.output.pulse
-        if pulse is not None and pulse.cycle_time == 0:
-            yield view.find("output", "pulse", "cycle_time", tag=pulse.tag)
+    pulse = view.loop.output.pulse
+    if pulse is not None and pulse.cycle_time == 0:
+        yield view.find("output", "pulse", "cycle_time", tag=pulse.tag)
 
 
-@rule(
-    code="PID466",
-    name="minimum-times-exceed-cycle",
-    severity=Severity.ERROR,
-    basis=D191,
-    message="a cycle of {cycle} s has no room for a pulse of min_on {min_on} s and a gap of min_off {min_off} s: the "
+@error(
+    "PID466",
+    D191,
+    "a cycle of {cycle} s has no room for a pulse of min_on {min_on} s and a gap of min_off {min_off} s: the "
     "output is either off or on",
 )
 def minimum_times_exceed_cycle(context: EzlogixContext) -> Iterator[Finding]:
@@ -131,13 +122,7 @@ def minimum_times_exceed_cycle(context: EzlogixContext) -> Iterator[Finding]:
                             min_off=decimal_text(p.min_off), cycle=decimal_text(p.cycle))  # fmt: skip
 
 
-@rule(
-    code="PID467",
-    name="output-never-on",
-    severity=Severity.ERROR,
-    basis=D191,
-    message="the longest pulse is {longest} s, shorter than min_on {min_on} s: {tag} never switches on",
-)
+@error("PID467", D191, "the longest pulse is {longest} s, shorter than min_on {min_on} s: {tag} never switches on")
 def output_never_on(context: EzlogixContext) -> Iterator[Finding]:
     """No pulse reaches the minimum on time.
 
@@ -151,13 +136,7 @@ def output_never_on(context: EzlogixContext) -> Iterator[Finding]:
                             tag=view.loop.output.pulse.tag)  # fmt: skip
 
 
-@rule(
-    code="PID468",
-    name="output-always-on",
-    severity=Severity.ERROR,
-    basis=D191,
-    message="the longest gap is {longest} s, shorter than min_off {min_off} s: {tag} never switches off",
-)
+@error("PID468", D191, "the longest gap is {longest} s, shorter than min_off {min_off} s: {tag} never switches off")
 def output_always_on(context: EzlogixContext) -> Iterator[Finding]:
     """No gap reaches the minimum off time.
 
@@ -172,12 +151,10 @@ def output_always_on(context: EzlogixContext) -> Iterator[Finding]:
                             min_off=decimal_text(p.min_off), tag=view.loop.output.pulse.tag)  # fmt: skip
 
 
-@rule(
-    code="PID469",
-    name="low-limit-pulse-left-out",
-    severity=Severity.WARNING,
-    basis=MIN_DUTY,
-    message="the CV low limit {low} makes pulses of {on} s, shorter than min_on {min_on} s: they are left out",
+@warning(
+    "PID469",
+    MIN_DUTY,
+    "the CV low limit {low} makes pulses of {on} s, shorter than min_on {min_on} s: they are left out",
 )
 def low_limit_pulse_left_out(context: EzlogixContext) -> Iterator[Finding]:
     """The minimum duty cycle is shorter than the minimum on time.
@@ -193,12 +170,10 @@ def low_limit_pulse_left_out(context: EzlogixContext) -> Iterator[Finding]:
                             min_on=decimal_text(p.min_on))  # fmt: skip
 
 
-@rule(
-    code="PID470",
-    name="high-limit-gap-left-out",
-    severity=Severity.WARNING,
-    basis=MAX_DUTY,
-    message="the CV high limit {high} makes gaps of {off} s, shorter than min_off {min_off} s: the output stays on",
+@warning(
+    "PID470",
+    MAX_DUTY,
+    "the CV high limit {high} makes gaps of {off} s, shorter than min_off {min_off} s: the output stays on",
 )
 def high_limit_gap_left_out(context: EzlogixContext) -> Iterator[Finding]:
     """The gap of the maximum duty cycle is shorter than the minimum off time.
@@ -214,13 +189,7 @@ def high_limit_gap_left_out(context: EzlogixContext) -> Iterator[Finding]:
                             min_off=decimal_text(p.min_off))  # fmt: skip
 
 
-@rule(
-    code="PID471",
-    name="cycle-below-sample-rate",
-    severity=Severity.INFO,
-    basis=D192,
-    message="the cycle is {cycle} s, and the CV changes every {sample} s: equal pulses in between",
-)
+@info("PID471", D192, "the cycle is {cycle} s, and the CV changes every {sample} s: equal pulses in between")
 def cycle_below_sample_rate(context: EzlogixContext) -> Iterator[Finding]:
     """The cycle time is shorter than the sample rate.
 
@@ -235,12 +204,10 @@ def cycle_below_sample_rate(context: EzlogixContext) -> Iterator[Finding]:
             yield view.find("output", "pulse", "cycle_time", cycle=decimal_text(p.cycle), sample=decimal_text(sample))
 
 
-@rule(
-    code="PID472",
-    name="cycle-beyond-integral-time",
-    severity=Severity.WARNING,
-    basis=D192,
-    message="the cycle of {cycle} s is longer than the integral_time of {integral} s: the PV follows single pulses",
+@warning(
+    "PID472",
+    D192,
+    "the cycle of {cycle} s is longer than the integral_time of {integral} s: the PV follows single pulses",
 )
 def cycle_beyond_integral_time(context: EzlogixContext) -> Iterator[Finding]:
     """The cycle time is longer than the integral time.
@@ -258,13 +225,7 @@ def cycle_beyond_integral_time(context: EzlogixContext) -> Iterator[Finding]:
                             integral=decimal_text(integral))  # fmt: skip
 
 
-@rule(
-    code="PID473",
-    name="cycle-wears-relays",
-    severity=Severity.INFO,
-    basis=D192,
-    message="a cycle of {cycle} s is up to {times} million pulses a year: for solid-state outputs only",
-)
+@info("PID473", D192, "a cycle of {cycle} s is up to {times} million pulses a year: for solid-state outputs only")
 def cycle_wears_relays(context: EzlogixContext) -> Iterator[Finding]:
     """The cycle time is short for an electromechanical relay or contactor.
 

@@ -4,18 +4,17 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from pidcfg.diagnostics import Severity
 from pidcfg.encoders.maps.ezlogix import D154
 from pidcfg.refs import EZLOGIX, Decision
 from pidcfg.schemas.ezlogix import CV_FULL, D150
-from pidcfg.validate.rule import rule
+from pidcfg.validate.rule import error, info, per_loop, warning
 from pidcfg.validate.rules.ezlogix.context import number_text
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from pidcfg.validate.rule import Finding
-    from pidcfg.validate.rules.ezlogix.context import EzlogixContext
+    from pidcfg.validate.rules.ezlogix.context import LoopView
 
 ROOT = EZLOGIX.at("Use PV Square Root")
 MUCH = 2
@@ -30,15 +29,14 @@ D187 = Decision(
 )  # fmt: skip
 
 
-@rule(
-    code="PID445",
-    name="square-root-rescales-set-point",
-    severity=Severity.INFO,
-    basis=D154,
-    message="square root: {register} holds the set point on the scale of the root, 0 to {top} counts, {step} % of full "
+@per_loop
+@info(
+    "PID445",
+    D154,
+    "square root: {register} holds the set point on the scale of the root, 0 to {top} counts, {step} % of full "
     "scale a count",
 )
-def square_root_rescales_set_point(context: EzlogixContext) -> Iterator[Finding]:
+def square_root_rescales_set_point(view: LoopView) -> Iterator[Finding]:
     """The square root of the PV changes the scale of the set point.
 
     Why: the loop compares the set point with the root of the PV, so the set point, its limits and the deadband are on
@@ -48,21 +46,19 @@ def square_root_rescales_set_point(context: EzlogixContext) -> Iterator[Finding]
     Fix: nothing, if all who write the set point know. For finer steps take the root in the ladder program, into an R
     register with 0 to 4095 counts, and switch `square_root` off.
     """
-    for view in context.loops:
-        if view.loop.pv.square_root and view.scales["pv"].format.minimum == 0:
-            top = view.scales["sp"].top
-            yield view.find("pv", "square_root", register=view.register("setpoint"), top=top, step=f"{100 / top:.2g}")
+    if view.loop.pv.square_root and view.scales["pv"].format.minimum == 0:
+        top = view.scales["sp"].top
+        yield view.find("pv", "square_root", register=view.register("setpoint"), top=top, step=f"{100 / top:.2g}")
 
 
-@rule(
-    code="PID446",
-    name="square-root-of-offset-counts",
-    severity=Severity.ERROR,
-    basis=D187,
-    message="square root of counts that begin at {low}: the PLC takes the root of the whole register, and without any "
+@per_loop
+@error(
+    "PID446",
+    D187,
+    "square root of counts that begin at {low}: the PLC takes the root of the whole register, and without any "
     "flow that is {root} of {top}",
 )
-def square_root_of_offset_counts(context: EzlogixContext) -> Iterator[Finding]:
+def square_root_of_offset_counts(view: LoopView) -> Iterator[Finding]:
     """The square root is on for a PV whose counts do not begin at 0.
 
     Why: the root is that of the register. The counts below the range, as a 4 to 20 mA signal on a 0 to 20 mA input has
@@ -71,21 +67,15 @@ def square_root_of_offset_counts(context: EzlogixContext) -> Iterator[Finding]:
     Fix: use an input range that begins at 0 counts, or take the offset away in the ladder program and let an R register
     be the PV.
     """
-    for view in context.loops:
-        form = view.scales["pv"].format
-        if view.loop.pv.square_root and form.minimum:
-            place = ("pv", "counts")
-            yield view.find(*place, low=form.minimum, root=f"{form.minimum**0.5:.0f}", top=f"{form.maximum**0.5:.0f}")
+    form = view.scales["pv"].format
+    if view.loop.pv.square_root and form.minimum:
+        place = ("pv", "counts")
+        yield view.find(*place, low=form.minimum, root=f"{form.minimum**0.5:.0f}", top=f"{form.maximum**0.5:.0f}")
 
 
-@rule(
-    code="PID447",
-    name="square-root-of-offset-range",
-    severity=Severity.WARNING,
-    basis=D187,
-    message="square root with a range that begins at {low}: no flow, root 0, is taken for {low}",
-)
-def square_root_of_offset_range(context: EzlogixContext) -> Iterator[Finding]:
+@per_loop
+@warning("PID447", D187, "square root with a range that begins at {low}: no flow, root 0, is taken for {low}")
+def square_root_of_offset_range(view: LoopView) -> Iterator[Finding]:
     """The square root is on for a PV whose range does not begin at 0.
 
     Why: the root of a differential pressure is in proportion to the flow only when no pressure is no flow. With another
@@ -93,20 +83,14 @@ def square_root_of_offset_range(context: EzlogixContext) -> Iterator[Finding]:
 
     Fix: let the range begin at 0.
     """
-    for view in context.loops:
-        pv = view.loop.pv
-        if pv.square_root and pv.range is not None and pv.range[0] != 0:
-            yield view.find("pv", "range", low=f"{number_text(pv.range[0])} {pv.unit or ''}".strip())
+    pv = view.loop.pv
+    if pv.square_root and pv.range is not None and pv.range[0] != 0:
+        yield view.find("pv", "range", low=f"{number_text(pv.range[0])} {pv.unit or ''}".strip())
 
 
-@rule(
-    code="PID448",
-    name="counts-beyond-cv",
-    severity=Severity.INFO,
-    basis=D150,
-    message="the PV spans {span} counts, the CV 4095: a gain of 1 acts as {times} would on percentages",
-)
-def counts_beyond_cv(context: EzlogixContext) -> Iterator[Finding]:
+@per_loop
+@info("PID448", D150, "the PV spans {span} counts, the CV 4095: a gain of 1 acts as {times} would on percentages")
+def counts_beyond_cv(view: LoopView) -> Iterator[Finding]:
     """The PV has more than twice as many counts as the CV.
 
     Why: the gain is in counts of the CV per count of the PV. With a PV of 16 bits the same gain is 16 times as strong
@@ -114,7 +98,6 @@ def counts_beyond_cv(context: EzlogixContext) -> Iterator[Finding]:
 
     Fix: nothing, if the gain was chosen for these counts. Otherwise scale the PV to 0 to 4095 in the ladder program.
     """
-    for view in context.loops:
-        span = view.scales["pv"].format.span
-        if span > MUCH * CV_FULL:
-            yield view.find("pv", "counts", span=span, times=f"{span / CV_FULL:.3g}")
+    span = view.scales["pv"].format.span
+    if span > MUCH * CV_FULL:
+        yield view.find("pv", "counts", span=span, times=f"{span / CV_FULL:.3g}")

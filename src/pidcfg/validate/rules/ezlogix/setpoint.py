@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from pidcfg.diagnostics import Severity
 from pidcfg.refs import EZLOGIX, Decision
-from pidcfg.validate.rule import Finding, rule
+from pidcfg.validate.rule import Finding, error, info, per_loop, warning
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -34,35 +34,28 @@ def pinned(view: LoopView) -> bool:
     return view.setpoint_limits == (0, 0) and not zero
 
 
-@rule(
-    code="PID435",
-    name="set-point-limits-crossed",
-    severity=Severity.ERROR,
-    basis=LIMITS,
-    message="the low set point limit {low} is above the high limit {high}",
-)
-def set_point_limits_crossed(context: EzlogixContext) -> Iterator[Finding]:
+@per_loop
+@error("PID435", LIMITS, "the low set point limit {low} is above the high limit {high}")
+def set_point_limits_crossed(view: LoopView) -> Iterator[Finding]:
     """The low set point limit is above the high one.
 
     Why: every set point is outside one of them, and is replaced by a limit; by which one, the manual does not say.
 
     Fix: write the low limit first.
     """
-    for view in context.loops:
-        found = view.all_counts("setpoint_low", "setpoint_high")
-        if found and found[0] > found[1]:
-            yield view.find("setpoint", "limits", low=view.pv(found[0]), high=view.pv(found[1]))
+    found = view.all_counts("setpoint_low", "setpoint_high")
+    if found and found[0] > found[1]:
+        yield view.find("setpoint", "limits", low=view.pv(found[0]), high=view.pv(found[1]))
 
 
-@rule(
-    code="PID436",
-    name="set-point-limits-zero",
-    severity=Severity.ERROR,
-    basis=LIMITS,
-    message="both set point limits are 0 counts, as in the dialog of a new loop: {register} becomes 0 whatever is "
+@per_loop
+@error(
+    "PID436",
+    LIMITS,
+    "both set point limits are 0 counts, as in the dialog of a new loop: {register} becomes 0 whatever is "
     "written to it",
 )
-def set_point_limits_zero(context: EzlogixContext) -> Iterator[Finding]:
+def set_point_limits_zero(view: LoopView) -> Iterator[Finding]:
     """Both set point limits are left at 0.
 
     Why: they do not mean "no limits". A set point above the high limit is set to it, so every set point becomes 0: a
@@ -70,60 +63,45 @@ def set_point_limits_zero(context: EzlogixContext) -> Iterator[Finding]:
 
     Fix: give the limits of the process, or leave `setpoint.limits` out, which stores the ends of the PV's counts.
     """
-    for view in context.loops:
-        if pinned(view):
-            yield view.find("setpoint", "limits", register=view.register("setpoint"))
+    if pinned(view):
+        yield view.find("setpoint", "limits", register=view.register("setpoint"))
 
 
-@rule(
-    code="PID437",
-    name="set-point-limits-equal",
-    severity=Severity.WARNING,
-    basis=LIMITS,
-    message="both set point limits are {value}: there is no other set point",
-)
-def set_point_limits_equal(context: EzlogixContext) -> Iterator[Finding]:
+@per_loop
+@warning("PID437", LIMITS, "both set point limits are {value}: there is no other set point")
+def set_point_limits_equal(view: LoopView) -> Iterator[Finding]:
     """Both set point limits are equal.
 
     Why: every entry of an operator jumps back to this one value, as if the display were broken.
 
     Fix: set the limits apart.
     """
-    for view in context.loops:
-        limits = view.setpoint_limits
-        if limits is not None and limits[0] == limits[1] and not pinned(view):
-            yield view.find("setpoint", "limits", value=view.pv(limits[0]))
+    limits = view.setpoint_limits
+    if limits is not None and limits[0] == limits[1] and not pinned(view):
+        yield view.find("setpoint", "limits", value=view.pv(limits[0]))
 
 
-@rule(
-    code="PID438",
-    name="set-point-outside-limits",
-    severity=Severity.WARNING,
-    basis=LOW,
-    message="the set point {value} is {side} its {end} limit: {register} becomes {limit}",
-)
-def set_point_outside_limits(context: EzlogixContext) -> Iterator[Finding]:
+@per_loop
+@warning("PID438", LOW, "the set point {value} is {side} its {end} limit: {register} becomes {limit}")
+def set_point_outside_limits(view: LoopView) -> Iterator[Finding]:
     """The set point lies outside its own limits.
 
     Why: the PLC sets it to the limit, and the loop controls to another set point than the file says.
 
     Fix: correct the set point, or widen the limits.
     """
-    for view in context.loops:
-        value, kept = view.counts("setpoint"), view.setpoint
-        if view.loop.setpoint.value is None or value is None or kept in {None, value} or pinned(view):
-            continue
-        side, end = ("below", "low") if value < (kept or 0) else ("above", "high")
-        yield view.find("setpoint", "value", value=view.pv(value), side=side, end=end, limit=view.pv(kept or 0),
-                        register=view.register("setpoint"))  # fmt: skip
+    value, kept = view.counts("setpoint"), view.setpoint
+    if view.loop.setpoint.value is None or value is None or kept in {None, value} or pinned(view):
+        return
+    side, end = ("below", "low") if value < (kept or 0) else ("above", "high")
+    yield view.find("setpoint", "value", value=view.pv(value), side=side, end=end, limit=view.pv(kept or 0),
+                    register=view.register("setpoint"))  # fmt: skip
 
 
-@rule(
-    code="PID439",
-    name="set-point-left-at-zero",
-    severity=Severity.WARNING,
-    basis=SETPOINT,
-    message="the loop starts in Auto without a set point: {register} is downloaded as 0 counts, and the loop controls "
+@warning(
+    "PID439",
+    SETPOINT,
+    "the loop starts in Auto without a set point: {register} is downloaded as 0 counts, and the loop controls "
     "to {value}",
 )
 def set_point_left_at_zero(context: EzlogixContext) -> Iterator[Finding]:
@@ -141,14 +119,9 @@ def set_point_left_at_zero(context: EzlogixContext) -> Iterator[Finding]:
             yield view.find("mode", register=view.register("setpoint"), value=view.pv(view.setpoint))
 
 
-@rule(
-    code="PID440",
-    name="deadband-wide",
-    severity=Severity.WARNING,
-    basis=D186,
-    message="the deadband is {deadband}: {consequence}",
-)
-def deadband_wide(context: EzlogixContext) -> Iterator[Finding]:
+@per_loop
+@warning("PID440", D186, "the deadband is {deadband}: {consequence}")
+def deadband_wide(view: LoopView) -> Iterator[Finding]:
     """The deadband is a large part of the PV's span.
 
     Why: an error below it counts as zero, so the PV may wander that far to both sides of the set point. A deadband that
@@ -156,29 +129,23 @@ def deadband_wide(context: EzlogixContext) -> Iterator[Finding]:
 
     Fix: make it as wide as the noise of the measurement, no more. It is a difference, in the PV's unit.
     """
-    for view in context.loops:
-        deadband, limits = view.counts("deadband"), view.setpoint_limits
-        if not deadband or limits is None:
-            continue
-        scale = view.scales["sp"]
-        furthest = max(limits[1] - scale.zero, scale.top - limits[0])
-        if deadband > furthest:
-            values = {"deadband": view.pv_distance(deadband), "consequence": "no error is that large, the loop rests"}
-            yield Finding(("loops", view.index, "deadband"), values, severity=Severity.ERROR)
-        elif deadband * WIDE > scale.top - scale.zero:
-            share = f"{100 * deadband / (scale.top - scale.zero):.0f}"
-            yield view.find("deadband", deadband=view.pv_distance(deadband),
-                            consequence=f"errors of up to {share} % of the PV's span are not corrected")  # fmt: skip
+    deadband, limits = view.counts("deadband"), view.setpoint_limits
+    if not deadband or limits is None:
+        return
+    scale = view.scales["sp"]
+    furthest = max(limits[1] - scale.zero, scale.top - limits[0])
+    if deadband > furthest:
+        values = {"deadband": view.pv_distance(deadband), "consequence": "no error is that large, the loop rests"}
+        yield Finding(("loops", view.index, "deadband"), values, severity=Severity.ERROR)
+    elif deadband * WIDE > scale.top - scale.zero:
+        share = f"{100 * deadband / (scale.top - scale.zero):.0f}"
+        yield view.find("deadband", deadband=view.pv_distance(deadband),
+                        consequence=f"errors of up to {share} % of the PV's span are not corrected")  # fmt: skip
 
 
-@rule(
-    code="PID441",
-    name="deadband-without-effect",
-    severity=Severity.INFO,
-    basis=D186,
-    message="a deadband stored as {counts} has no effect: errors are whole counts",
-)
-def deadband_without_effect(context: EzlogixContext) -> Iterator[Finding]:
+@per_loop
+@info("PID441", D186, "a deadband stored as {counts} has no effect: errors are whole counts")
+def deadband_without_effect(view: LoopView) -> Iterator[Finding]:
     """A deadband is so small that it does nothing.
 
     Why: errors below the deadband count as zero. Below one count there is only the error 0, so a deadband of 1 is the
@@ -186,8 +153,7 @@ def deadband_without_effect(context: EzlogixContext) -> Iterator[Finding]:
 
     Fix: write a deadband of two counts or more, or leave it out.
     """
-    for view in context.loops:
-        counts = view.counts("deadband")
-        given = view.loop.deadband.value > 0 and not view.loop.pv.square_root
-        if given and counts is not None and counts <= 1:
-            yield view.find("deadband", counts="1 count" if counts else "0 counts")
+    counts = view.counts("deadband")
+    given = view.loop.deadband.value > 0 and not view.loop.pv.square_root
+    if given and counts is not None and counts <= 1:
+        yield view.find("deadband", counts="1 count" if counts else "0 counts")

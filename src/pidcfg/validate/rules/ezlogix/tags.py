@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from pidcfg.diagnostics import Severity
 from pidcfg.refs import EZLOGIX, Decision
-from pidcfg.validate.rule import Finding, rule
+from pidcfg.validate.rule import Finding, error, info, per_loop, warning
 from pidcfg.validate.rules.ezlogix.context import PLACES, register_number
 
 if TYPE_CHECKING:
@@ -37,13 +37,7 @@ D181 = Decision(
 NAMES = {offset: name for name, offset in PLACES.items()}
 
 
-@rule(
-    code="PID404",
-    name="tag-in-register-block",
-    severity=Severity.ERROR,
-    basis=BASE,
-    message="the {what} tag {tag} is the register {register} of {owner}: {consequence}",
-)
+@error("PID404", BASE, "the {what} tag {tag} is the register {register} of {owner}: {consequence}")
 def tag_in_register_block(context: EzlogixContext) -> Iterator[Finding]:
     """A PV or CV tag is one of the 32 registers of a loop.
 
@@ -63,12 +57,10 @@ def tag_in_register_block(context: EzlogixContext) -> Iterator[Finding]:
                             consequence=consequence)  # fmt: skip
 
 
-@rule(
-    code="PID405",
-    name="cv-writes-set-point",
-    severity=Severity.INFO,
-    basis=D180,
-    message="the CV tag {tag} is the set point register of {inner}: a cascade; the CV's limits are {low} and {high} "
+@info(
+    "PID405",
+    D180,
+    "the CV tag {tag} is the set point register of {inner}: a cascade; the CV's limits are {low} and {high} "
     "counts, the set point's {inner_low} and {inner_high}",
 )
 def cv_writes_set_point(context: EzlogixContext) -> Iterator[Finding]:
@@ -93,13 +85,7 @@ def cv_writes_set_point(context: EzlogixContext) -> Iterator[Finding]:
             yield Finding(("loops", view.index, "output", "tag"), values, severity=Severity.WARNING if beyond else None)
 
 
-@rule(
-    code="PID406",
-    name="output-tag-shared",
-    severity=Severity.ERROR,
-    basis=CV_TAG,
-    message="{tag} is already the {what} of {other}: two loops would write it",
-)
+@error("PID406", CV_TAG, "{tag} is already the {what} of {other}: two loops would write it")
 def output_tag_shared(context: EzlogixContext) -> Iterator[Finding]:
     """Two loops have one CV tag, or one control output.
 
@@ -124,23 +110,17 @@ def output_tag_shared(context: EzlogixContext) -> Iterator[Finding]:
         first.setdefault(output.pulse.tag, view.loop.name)
 
 
-@rule(
-    code="PID407",
-    name="pv-is-own-cv",
-    severity=Severity.ERROR,
-    basis=PV_TAG,
-    message="{tag} is PV tag and CV tag of the loop: it would measure its own output",
-)
-def pv_is_own_cv(context: EzlogixContext) -> Iterator[Finding]:
+@per_loop
+@error("PID407", PV_TAG, "{tag} is PV tag and CV tag of the loop: it would measure its own output")
+def pv_is_own_cv(view: LoopView) -> Iterator[Finding]:
     """A loop's PV tag is its CV tag.
 
     Why: what the loop writes is what it reads next. It controls its own register, and the process not at all.
 
     Fix: give the PV the register that holds the measurement.
     """
-    for view in context.loops:
-        if view.loop.pv.tag == view.loop.output.tag:
-            yield view.find("output", "tag", tag=view.loop.output.tag)
+    if view.loop.pv.tag == view.loop.output.tag:
+        yield view.find("output", "tag", tag=view.loop.output.tag)
 
 
 def same_pv(context: EzlogixContext) -> Iterator[tuple[LoopView, LoopView]]:
@@ -148,13 +128,7 @@ def same_pv(context: EzlogixContext) -> Iterator[tuple[LoopView, LoopView]]:
     return (pair for pair in combinations(context.loops, 2) if pair[0].loop.pv.tag == pair[1].loop.pv.tag)
 
 
-@rule(
-    code="PID408",
-    name="pv-tag-shared",
-    severity=Severity.INFO,
-    basis=D181,
-    message="{tag} is already the PV of {other}, which acts in the same direction: {action}",
-)
+@info("PID408", D181, "{tag} is already the PV of {other}, which acts in the same direction: {action}")
 def pv_tag_shared(context: EzlogixContext) -> Iterator[Finding]:
     """Two loops read the same measurement and act in the same direction.
 
@@ -169,12 +143,8 @@ def pv_tag_shared(context: EzlogixContext) -> Iterator[Finding]:
             yield second.find("pv", "tag", tag=second.loop.pv.tag, other=first.loop.name, action=second.loop.action)
 
 
-@rule(
-    code="PID409",
-    name="set-points-crossed",
-    severity=Severity.WARNING,
-    basis=D181,
-    message="{heating} raises {tag} to {high} counts, {cooling} lowers it to {low}: between them both are on",
+@warning(
+    "PID409", D181, "{heating} raises {tag} to {high} counts, {cooling} lowers it to {low}: between them both are on"
 )
 def set_points_crossed(context: EzlogixContext) -> Iterator[Finding]:
     """A heating and a cooling loop on one PV have crossed set points.
@@ -202,13 +172,7 @@ def logical(context: EzlogixContext, tag: str) -> bool:
     return register_number(tag) is not None and context.owner(tag) is None
 
 
-@rule(
-    code="PID410",
-    name="logical-tag-while-stopped",
-    severity=Severity.WARNING,
-    basis=STOPPED,
-    message="the loop goes on while the PLC is stopped, but {tags}",
-)
+@warning("PID410", STOPPED, "the loop goes on while the PLC is stopped, but {tags}")
 def logical_tag_while_stopped(context: EzlogixContext) -> Iterator[Finding]:
     """A loop is processed while the PLC is stopped, with tags that only the ladder program moves.
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from pidcfg.diagnostics import Severity
 from pidcfg.schemas.generic import D280
-from pidcfg.validate.rule import rule
+from pidcfg.validate.rule import error, per_loop, warning
 from pidcfg.validate.rules.neutral.context import number_text, outside
 
 if TYPE_CHECKING:
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
     from pidcfg.schemas.base import Model
     from pidcfg.validate.rule import Finding
-    from pidcfg.validate.rules.neutral.context import NeutralContext
+    from pidcfg.validate.rules.neutral.context import LoopView
 
 POINTS = ("low_low", "low", "high", "high_high")
 """Points of the PV, from below."""
@@ -34,14 +34,9 @@ def severity_of(lower: Decimal, upper: Decimal) -> Severity:
     return Severity.WARNING if lower == upper else Severity.ERROR
 
 
-@rule(
-    code="PID811",
-    name="alarm-points-out-of-order",
-    severity=Severity.ERROR,
-    basis=D280,
-    message="{upper} {above} is not above {lower} {below}",
-)
-def alarm_points_out_of_order(context: NeutralContext) -> Iterator[Finding]:
+@per_loop
+@error("PID811", D280, "{upper} {above} is not above {lower} {below}")
+def alarm_points_out_of_order(view: LoopView) -> Iterator[Finding]:
     """The alarm points of the PV do not ascend from low_low to high_high.
 
     Why: crossed points are on where nothing is wrong, or the severe alarm comes before the mild one. Equal points make
@@ -49,52 +44,39 @@ def alarm_points_out_of_order(context: NeutralContext) -> Iterator[Finding]:
 
     Fix: write low_low < low < high < high_high; leave out what is not wanted.
     """
-    for view in context.loops:
-        for (lower, below), (upper, above) in pairwise(given(view.loop.alarms.pv, POINTS)):
-            if above <= below:
-                found = view.find("alarms", "pv", upper, upper=upper, above=view.pv(above), lower=lower,
-                                  below=view.pv(below))  # fmt: skip
-                yield replace(found, severity=severity_of(above, below))
+    for (lower, below), (upper, above) in pairwise(given(view.loop.alarms.pv, POINTS)):
+        if above <= below:
+            found = view.find("alarms", "pv", upper, upper=upper, above=view.pv(above), lower=lower,
+                              below=view.pv(below))  # fmt: skip
+            yield replace(found, severity=severity_of(above, below))
 
 
-@rule(
-    code="PID812",
-    name="deviation-points-out-of-order",
-    severity=Severity.ERROR,
-    basis=D280,
-    message="high_high {above} is not above high {below}",
-)
-def deviation_points_out_of_order(context: NeutralContext) -> Iterator[Finding]:
+@per_loop
+@error("PID812", D280, "high_high {above} is not above high {below}")
+def deviation_points_out_of_order(view: LoopView) -> Iterator[Finding]:
     """The second alarm point of the deviation is not above the first one.
 
     Why: the severe alarm comes before the mild one, or together with it.
 
     Fix: write high < high_high, or leave one out.
     """
-    for view in context.loops:
-        for (_, below), (_, above) in pairwise(given(view.loop.alarms.deviation, DEVIATIONS)):
-            if above <= below:
-                found = view.find("alarms", "deviation", "high_high", above=view.pv(above), below=view.pv(below))
-                yield replace(found, severity=severity_of(above, below))
+    for (_, below), (_, above) in pairwise(given(view.loop.alarms.deviation, DEVIATIONS)):
+        if above <= below:
+            found = view.find("alarms", "deviation", "high_high", above=view.pv(above), below=view.pv(below))
+            yield replace(found, severity=severity_of(above, below))
 
 
-@rule(
-    code="PID813",
-    name="alarm-point-outside-range",
-    severity=Severity.WARNING,
-    basis=D280,
-    message="the alarm point {name} {value} is outside the PV's range, {low} to {high}",
-)
-def alarm_point_outside_range(context: NeutralContext) -> Iterator[Finding]:
+@per_loop
+@warning("PID813", D280, "the alarm point {name} {value} is outside the PV's range, {low} to {high}")
+def alarm_point_outside_range(view: LoopView) -> Iterator[Finding]:
     """An alarm point of the PV lies outside the PV's range.
 
     Why: the PV is not measured there: the alarm never comes, or is always on.
 
     Fix: write a point inside `pv.range`, or leave it out.
     """
-    for view in context.loops:
-        span = view.loop.pv.range
-        for name, value in given(view.loop.alarms.pv, POINTS):
-            if outside(value, span):
-                yield view.find("alarms", "pv", name, name=name, value=view.pv(value), low=number_text(span[0]),
-                                high=view.pv(span[1]))  # fmt: skip
+    span = view.loop.pv.range
+    for name, value in given(view.loop.alarms.pv, POINTS):
+        if outside(value, span):
+            yield view.find("alarms", "pv", name, name=name, value=view.pv(value), low=number_text(span[0]),
+                            high=view.pv(span[1]))  # fmt: skip

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from pidcfg.diagnostics import Severity
 from pidcfg.encoders.generic.decisions import D302
 from pidcfg.schemas.names import nearest
-from pidcfg.validate.rule import rule
+from pidcfg.validate.rule import error, per_loop, warning
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -31,13 +30,7 @@ def ring_of(context: NeutralContext, view: LoopView) -> list[str]:
     return names if at is not None and at.loop.name == view.loop.name else []
 
 
-@rule(
-    code="PID831",
-    name="unknown-cascade-source",
-    severity=Severity.ERROR,
-    basis=D302,
-    message="there is no loop {source}{cure}",
-)
+@error("PID831", D302, "there is no loop {source}{cure}")
 def unknown_cascade_source(context: NeutralContext) -> Iterator[Finding]:
     """The source of the set point is no loop of the file.
 
@@ -52,32 +45,20 @@ def unknown_cascade_source(context: NeutralContext) -> Iterator[Finding]:
             yield view.find("setpoint", "source", source=source, cure=f"; did you mean {near}?" if near else "")
 
 
-@rule(
-    code="PID832",
-    name="cascade-to-itself",
-    severity=Severity.ERROR,
-    basis=D302,
-    message="the set point of {name} is its own output",
-)
-def cascade_to_itself(context: NeutralContext) -> Iterator[Finding]:
+@per_loop
+@error("PID832", D302, "the set point of {name} is its own output")
+def cascade_to_itself(view: LoopView) -> Iterator[Finding]:
     """A loop is the source of its own set point.
 
     Why: the output would drive the set point, which drives the output.
 
     Fix: write the name of the master.
     """
-    for view in context.loops:
-        if view.loop.setpoint.source == view.loop.name:
-            yield view.find("setpoint", "source", name=view.loop.name)
+    if view.loop.setpoint.source == view.loop.name:
+        yield view.find("setpoint", "source", name=view.loop.name)
 
 
-@rule(
-    code="PID833",
-    name="cascade-ring",
-    severity=Severity.ERROR,
-    basis=D302,
-    message="the cascade goes in a ring: {names}",
-)
+@error("PID833", D302, "the cascade goes in a ring: {names}")
 def cascade_ring(context: NeutralContext) -> Iterator[Finding]:
     """Loops are each other's masters.
 
@@ -92,32 +73,20 @@ def cascade_ring(context: NeutralContext) -> Iterator[Finding]:
             yield view.find("setpoint", "source", names=" - ".join([*ring, ring[0]]))
 
 
-@rule(
-    code="PID834",
-    name="cascade-without-source",
-    severity=Severity.ERROR,
-    basis=D302,
-    message="the mode is cascade, but setpoint.source is not given",
-)
-def cascade_without_source(context: NeutralContext) -> Iterator[Finding]:
+@per_loop
+@error("PID834", D302, "the mode is cascade, but setpoint.source is not given")
+def cascade_without_source(view: LoopView) -> Iterator[Finding]:
     """A loop is meant to run in cascade and has no master.
 
     Why: there is nothing that its set point could follow.
 
     Fix: write `setpoint: {source: …}` with the master's name, or `mode: auto`.
     """
-    for view in context.loops:
-        if view.loop.mode == "cascade" and view.loop.setpoint.source is None:
-            yield view.find("mode")
+    if view.loop.mode == "cascade" and view.loop.setpoint.source is None:
+        yield view.find("mode")
 
 
-@rule(
-    code="PID835",
-    name="cascade-scales-differ",
-    severity=Severity.WARNING,
-    basis=D302,
-    message="the output of {master} has the range {low} to {high}, this PV {own_low} to {own_high}",
-)
+@warning("PID835", D302, "the output of {master} has the range {low} to {high}, this PV {own_low} to {own_high}")
 def cascade_scales_differ(context: NeutralContext) -> Iterator[Finding]:
     """The master's output and the slave's PV have different ranges.
 

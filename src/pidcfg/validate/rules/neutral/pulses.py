@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from pidcfg.diagnostics import Severity
 from pidcfg.encoders.generic.decisions import D303
-from pidcfg.validate.rule import rule
+from pidcfg.validate.rule import error, warning
 from pidcfg.validate.rules.neutral.context import number_text
 
 if TYPE_CHECKING:
@@ -24,13 +23,7 @@ def pulsed(context: NeutralContext) -> Iterator[tuple[LoopView, Pulse]]:
             yield view, view.loop.output.pulse
 
 
-@rule(
-    code="PID841",
-    name="no-pulse-period",
-    severity=Severity.ERROR,
-    basis=D303,
-    message="the period of the pulses is 0",
-)
+@error("PID841", D303, "the period of the pulses is 0")
 def no_pulse_period(context: NeutralContext) -> Iterator[Finding]:
     """The period of the pulses is 0.
 
@@ -43,13 +36,7 @@ def no_pulse_period(context: NeutralContext) -> Iterator[Finding]:
             yield view.find("output", "pulse", "period")
 
 
-@rule(
-    code="PID842",
-    name="pulse-period-below-sample-time",
-    severity=Severity.WARNING,
-    basis=D303,
-    message="the pulses' period {period} s is shorter than sample_time {sample} s",
-)
+@warning("PID842", D303, "the pulses' period {period} s is shorter than sample_time {sample} s")
 def pulse_period_below_sample_time(context: NeutralContext) -> Iterator[Finding]:
     """The pulses' period is shorter than the sample time.
 
@@ -64,13 +51,7 @@ def pulse_period_below_sample_time(context: NeutralContext) -> Iterator[Finding]
                             sample=number_text(view.loop.sample_time))  # fmt: skip
 
 
-@rule(
-    code="PID843",
-    name="pulse-without-room",
-    severity=Severity.ERROR,
-    basis=D303,
-    message="min_on {on} s and min_off {off} s together do not fit into the period, {period} s",
-)
+@error("PID843", D303, "min_on {on} s and min_off {off} s together do not fit into the period, {period} s")
 def pulse_without_room(context: NeutralContext) -> Iterator[Finding]:
     """Shortest pulse and shortest gap are longer together than the period.
 

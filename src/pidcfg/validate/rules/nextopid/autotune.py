@@ -5,9 +5,8 @@ from __future__ import annotations
 from decimal import ROUND_HALF_EVEN
 from typing import TYPE_CHECKING
 
-from pidcfg.diagnostics import Severity
 from pidcfg.refs import NEXTOPID, Decision
-from pidcfg.validate.rule import Finding, rule
+from pidcfg.validate.rule import Finding, error, info, warning
 from pidcfg.validate.rules.nextopid.view import number_text
 
 if TYPE_CHECKING:
@@ -47,13 +46,7 @@ def step_of(view: BlockView) -> Decimal | None:
     return step if step is None or view.type != WHOLE else step.to_integral_value(ROUND_HALF_EVEN)
 
 
-@rule(
-    code="PID656",
-    name="auto-tuning-without-parameters",
-    severity=Severity.ERROR,
-    basis=PARAMETERS,
-    message="AutoTune is {how}, but AutoTuneParam is not given: all of it is 0",
-)
+@error("PID656", PARAMETERS, "AutoTune is {how}, but AutoTuneParam is not given: all of it is 0")
 def auto_tuning_without_parameters(context: NextopidContext) -> Iterator[Finding]:
     """The auto-tuning can be started, and has no parameters.
 
@@ -68,13 +61,7 @@ def auto_tuning_without_parameters(context: NextopidContext) -> Iterator[Finding
             yield view.find("AutoTune", "AutoTuneResult.Bad_PercAmpMV", how=how)
 
 
-@rule(
-    code="PID657",
-    name="auto-tuning-at-start",
-    severity=Severity.WARNING,
-    basis=START,
-    message="AutoTune is {value}: the auto-tuning begins with the first cycle",
-)
+@warning("PID657", START, "AutoTune is {value}: the auto-tuning begins with the first cycle")
 def auto_tuning_at_start(context: NextopidContext) -> Iterator[Finding]:
     """The auto-tuning starts with the program.
 
@@ -88,13 +75,7 @@ def auto_tuning_at_start(context: NextopidContext) -> Iterator[Finding]:
             yield view.find("AutoTune", value=view.shown("AutoTune"))
 
 
-@rule(
-    code="PID658",
-    name="auto-tuning-step-beyond-limits",
-    severity=Severity.WARNING,
-    basis=RESULT,
-    message="from ManualMV {start} the auto-tuning would step to {target}{unit}, beyond {limit} {end}",
-)
+@warning("PID658", RESULT, "from ManualMV {start} the auto-tuning would step to {target}{unit}, beyond {limit} {end}")
 def auto_tuning_step_beyond_limits(context: NextopidContext) -> Iterator[Finding]:
     """The step of the auto-tuning does not fit between MV and its limit.
 
@@ -116,12 +97,10 @@ def auto_tuning_step_beyond_limits(context: NextopidContext) -> Iterator[Finding
                 yield Finding(place, values, plc_effect=f"AutoTuneResult.MV_TOO_{bit}")
 
 
-@rule(
-    code="PID659",
-    name="auto-tuning-peaks-without-room",
-    severity=Severity.WARNING,
-    basis=D217,
-    message="PercMaxPeakPV {peak} % is not above twice PercHystPV {hysteresis} %: the peaks are too low or too high",
+@warning(
+    "PID659",
+    D217,
+    "PercMaxPeakPV {peak} % is not above twice PercHystPV {hysteresis} %: the peaks are too low or too high",
 )
 def auto_tuning_peaks_without_room(context: NextopidContext) -> Iterator[Finding]:
     """The peaks of PV can only be too low or too high.
@@ -138,13 +117,7 @@ def auto_tuning_peaks_without_room(context: NextopidContext) -> Iterator[Finding
                             hysteresis=hysteresis)  # fmt: skip
 
 
-@rule(
-    code="PID660",
-    name="auto-tuning-step-not-whole",
-    severity=Severity.WARNING,
-    basis=D217,
-    message="PercAmpMV {percent} % is a step of {step}, and MV is an INT: {effect}",
-)
+@warning("PID660", D217, "PercAmpMV {percent} % is a step of {step}, and MV is an INT: {effect}")
 def auto_tuning_step_not_whole(context: NextopidContext) -> Iterator[Finding]:
     """The step of the auto-tuning is none that an INT can make.
 
@@ -162,13 +135,7 @@ def auto_tuning_step_not_whole(context: NextopidContext) -> Iterator[Finding]:
                             effect=effect)  # fmt: skip
 
 
-@rule(
-    code="PID661",
-    name="auto-tuning-of-other-terms",
-    severity=Severity.INFO,
-    basis=MODE,
-    message="the auto-tuning tunes a {mode} controller, and the loop has {terms}",
-)
+@info("PID661", MODE, "the auto-tuning tunes a {mode} controller, and the loop has {terms}")
 def auto_tuning_of_other_terms(context: NextopidContext) -> Iterator[Finding]:
     """The auto-tuning tunes another kind of controller than the loop is.
 

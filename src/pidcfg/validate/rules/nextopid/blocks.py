@@ -5,10 +5,9 @@ from __future__ import annotations
 from decimal import Decimal
 from typing import TYPE_CHECKING
 
-from pidcfg.diagnostics import Severity
 from pidcfg.encoders.maps.nextopid import MOST_SAMPLES
 from pidcfg.refs import NEXTOPID, Decision
-from pidcfg.validate.rule import rule
+from pidcfg.validate.rule import error, info, warning
 from pidcfg.validate.rules.nextopid.view import number_text
 
 if TYPE_CHECKING:
@@ -38,13 +37,7 @@ LIMITED = (*LAGS, "ControlLeadLag")
 TIMES = {"ControlLowFilter": "Tc", "ControlLag": "Tc", "ControlDelayLag": "Tc", "ControlLeadLag": "Tlag"}
 
 
-@rule(
-    code="PID642",
-    name="delay-too-long",
-    severity=Severity.ERROR,
-    basis=DELAY,
-    message="DelayTime {time} is {count} samples of {sample} s; the block holds 100, that is {most} s",
-)
+@error("PID642", DELAY, "DelayTime {time} is {count} samples of {sample} s; the block holds 100, that is {most} s")
 def delay_too_long(context: NextopidContext) -> Iterator[Finding]:
     """A delay is longer than 100 samples.
 
@@ -59,13 +52,7 @@ def delay_too_long(context: NextopidContext) -> Iterator[Finding]:
                             count=f"{float(time / sample):.6g}", most=number_text(MOST_SAMPLES * sample))  # fmt: skip
 
 
-@rule(
-    code="PID643",
-    name="delay-between-samples",
-    severity=Severity.INFO,
-    basis=D214,
-    message="DelayTime {time} is {count} samples of {sample} s: it will be {whole} s",
-)
+@info("PID643", D214, "DelayTime {time} is {count} samples of {sample} s: it will be {whole} s")
 def delay_between_samples(context: NextopidContext) -> Iterator[Finding]:
     """A delay is no whole number of samples.
 
@@ -86,13 +73,7 @@ def _is_between(samples: Decimal) -> bool:
     return abs(samples - round(samples)) > samples * ROUNDING
 
 
-@rule(
-    code="PID644",
-    name="time-constant-not-positive",
-    severity=Severity.ERROR,
-    basis=TIME_CONSTANT,
-    message="{key} is {time}; it must be above 0",
-)
+@error("PID644", TIME_CONSTANT, "{key} is {time}; it must be above 0")
 def time_constant_not_positive(context: NextopidContext) -> Iterator[Finding]:
     """The time constant of a filter or lag is 0 or negative.
 
@@ -107,13 +88,7 @@ def time_constant_not_positive(context: NextopidContext) -> Iterator[Finding]:
             yield view.find(key, "Error", key=key, time=view.shown(key))
 
 
-@rule(
-    code="PID645",
-    name="output-limits-crossed",
-    severity=Severity.ERROR,
-    basis=LIMITS,
-    message="Min_OutVar {low} is above Max_OutVar {high}",
-)
+@error("PID645", LIMITS, "Min_OutVar {low} is above Max_OutVar {high}")
 def output_limits_crossed(context: NextopidContext) -> Iterator[Finding]:
     """The lower limit of an output is above the upper one.
 
@@ -128,13 +103,7 @@ def output_limits_crossed(context: NextopidContext) -> Iterator[Finding]:
                             high=view.shown("Max_OutVar"))  # fmt: skip
 
 
-@rule(
-    code="PID646",
-    name="output-pinned",
-    severity=Severity.ERROR,
-    basis=D214,
-    message="Min_OutVar and Max_OutVar are both {value}{how}: OutVar never moves",
-)
+@error("PID646", D214, "Min_OutVar and Max_OutVar are both {value}{how}: OutVar never moves")
 def output_pinned(context: NextopidContext) -> Iterator[Finding]:
     """The limits of an output leave it a single value.
 
@@ -150,13 +119,7 @@ def output_pinned(context: NextopidContext) -> Iterator[Finding]:
             yield view.find("Max_OutVar", value=view.shown("Max_OutVar"), how=how)
 
 
-@rule(
-    code="PID647",
-    name="initial-output-outside-limits",
-    severity=Severity.ERROR,
-    basis=LIMITS,
-    message="Init_OutVar {value} is {side} {limit} {end}",
-)
+@error("PID647", LIMITS, "Init_OutVar {value} is {side} {limit} {end}")
 def initial_output_outside_limits(context: NextopidContext) -> Iterator[Finding]:
     """The first output of a lag is outside its limits.
 
@@ -173,13 +136,7 @@ def initial_output_outside_limits(context: NextopidContext) -> Iterator[Finding]
                         end=view.shown(limit))  # fmt: skip
 
 
-@rule(
-    code="PID648",
-    name="gain-of-zero",
-    severity=Severity.WARNING,
-    basis=GAIN,
-    message="{key} is 0{how}: the output does not depend on InVar",
-)
+@warning("PID648", GAIN, "{key} is 0{how}: the output does not depend on InVar")
 def gain_of_zero(context: NextopidContext) -> Iterator[Finding]:
     """The gain of a lag or lead-lag is 0.
 

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from pidcfg.diagnostics import Severity
 from pidcfg.refs import NEXTOPID
-from pidcfg.validate.rule import Finding, rule
+from pidcfg.validate.rule import Finding, error, info, per_pid, warning
 from pidcfg.validate.rules.nextopid.links import D218
 from pidcfg.validate.rules.nextopid.view import number_text
 
@@ -23,13 +22,7 @@ MOST_NAMES = 5
 HINTS = NEXTOPID.at("chapter 17: Hints for Tuning PID in Cascade Configuration")
 
 
-@rule(
-    code="PID662",
-    name="cascade-in-a-circle",
-    severity=Severity.ERROR,
-    basis=D218,
-    message="{name} is its own master: {way}",
-)
+@error("PID662", D218, "{name} is its own master: {way}")
 def cascade_in_a_circle(context: NextopidContext) -> Iterator[Finding]:
     """Loops take their set points from each other in a circle.
 
@@ -54,12 +47,10 @@ def cascade_in_a_circle(context: NextopidContext) -> Iterator[Finding]:
             yield members[first].find("SP_CASC", name=names[0], way=text)
 
 
-@rule(
-    code="PID663",
-    name="two-masters",
-    severity=Severity.ERROR,
-    basis=CASCADE,
-    message="{slave} is the slave of {masters} at once: TRK_OUT and the windup outputs can tell only one of them",
+@error(
+    "PID663",
+    CASCADE,
+    "{slave} is the slave of {masters} at once: TRK_OUT and the windup outputs can tell only one of them",
 )
 def two_masters(context: NextopidContext) -> Iterator[Finding]:
     """A slave takes its set point from several loops.
@@ -74,12 +65,10 @@ def two_masters(context: NextopidContext) -> Iterator[Finding]:
             yield view.find("SP_CASC", slave=view.name, masters=" and ".join(masters))
 
 
-@rule(
-    code="PID664",
-    name="several-slaves",
-    severity=Severity.WARNING,
-    basis=CASCADE,
-    message="{master} is the master of {slaves}: TRK_IN, TRK_VAL and the windup inputs can follow only one of them",
+@warning(
+    "PID664",
+    CASCADE,
+    "{master} is the master of {slaves}: TRK_IN, TRK_VAL and the windup inputs can follow only one of them",
 )
 def several_slaves(context: NextopidContext) -> Iterator[Finding]:
     """A master serves several slaves.
@@ -94,13 +83,7 @@ def several_slaves(context: NextopidContext) -> Iterator[Finding]:
             yield master.find("name", master=master.name, slaves=" and ".join(link.slave.name for link in own))
 
 
-@rule(
-    code="PID665",
-    name="never-in-cascade-mode",
-    severity=Severity.INFO,
-    basis=CASCADE,
-    message="CASC is FALSE: {loop}{role} never follows SP_CASC, {source}",
-)
+@info("PID665", CASCADE, "CASC is FALSE: {loop}{role} never follows SP_CASC, {source}")
 def never_in_cascade_mode(context: NextopidContext) -> Iterator[Finding]:
     """SP_CASC is wired, and cascade mode is off.
 
@@ -117,33 +100,21 @@ def never_in_cascade_mode(context: NextopidContext) -> Iterator[Finding]:
                             source=expression.text)  # fmt: skip
 
 
-@rule(
-    code="PID666",
-    name="cascade-mode-without-set-point",
-    severity=Severity.ERROR,
-    basis=CASC,
-    message="CASC is {value}, but SP_CASC is not given: the set point is 0{unit}",
-)
-def cascade_mode_without_set_point(context: NextopidContext) -> Iterator[Finding]:
+@per_pid
+@error("PID666", CASC, "CASC is {value}, but SP_CASC is not given: the set point is 0{unit}")
+def cascade_mode_without_set_point(view: BlockView) -> Iterator[Finding]:
     """Cascade mode can be switched on, and nothing gives the set point.
 
     Why: with CASC TRUE the set point is SP_CASC, which is 0 when it is not given.
 
     Fix: wire SP_CASC, or remove CASC.
     """
-    for view in context.pids:
-        if not view.given("SP_CASC") and view.may_be_on("CASC"):
-            value = "wired" if view.is_wired("CASC") else "TRUE"
-            yield view.find("CASC", value=value, unit=view.unit("SP"))
+    if not view.given("SP_CASC") and view.may_be_on("CASC"):
+        value = "wired" if view.is_wired("CASC") else "TRUE"
+        yield view.find("CASC", value=value, unit=view.unit("SP"))
 
 
-@rule(
-    code="PID667",
-    name="master-in-cascade-mode",
-    severity=Severity.WARNING,
-    basis=CASCADE,
-    message="{loop} is only master, of {slave}: its CASC must be FALSE, and is {value}",
-)
+@warning("PID667", CASCADE, "{loop} is only master, of {slave}: its CASC must be FALSE, and is {value}")
 def master_in_cascade_mode(context: NextopidContext) -> Iterator[Finding]:
     """The outermost loop of a cascade can be in cascade mode.
 
@@ -157,13 +128,7 @@ def master_in_cascade_mode(context: NextopidContext) -> Iterator[Finding]:
             yield master.find("CASC", loop=master.name, slave=own[0].slave.name, value=value)
 
 
-@rule(
-    code="PID673",
-    name="master-range-beyond-slave",
-    severity=Severity.WARNING,
-    basis=LIMITS,
-    message="{key} {mine} of the master {master} is beyond {limit} {theirs} of its slave {slave}",
-)
+@warning("PID673", LIMITS, "{key} {mine} of the master {master} is beyond {limit} {theirs} of its slave {slave}")
 def master_range_beyond_slave(context: NextopidContext) -> Iterator[Finding]:
     """A master can ask its slave for more than the slave takes.
 
@@ -183,13 +148,7 @@ def master_range_beyond_slave(context: NextopidContext) -> Iterator[Finding]:
                                        theirs=link.slave.shown(limit), slave=link.slave.name)  # fmt: skip
 
 
-@rule(
-    code="PID674",
-    name="slave-slower-than-master",
-    severity=Severity.WARNING,
-    basis=HINTS,
-    message="the slave {slave} is calculated every {time} s, its master {master} every {other} s",
-)
+@warning("PID674", HINTS, "the slave {slave} is calculated every {time} s, its master {master} every {other} s")
 def slave_slower_than_master(context: NextopidContext) -> Iterator[Finding]:
     """A slave is calculated less often than its master.
 

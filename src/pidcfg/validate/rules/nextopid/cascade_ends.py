@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from pidcfg.diagnostics import Severity
 from pidcfg.refs import NEXTOPID
 from pidcfg.schemas.nextopid import LONGEST_SAMPLE
-from pidcfg.validate.rule import rule
+from pidcfg.validate.rule import warning
 from pidcfg.validate.rules.nextopid.cascade_wires import MASTER_INPUTS
 
 if TYPE_CHECKING:
@@ -52,12 +51,10 @@ def sources(context: NextopidContext, number: int) -> set[int]:
     return {number for wire in wires if wire is not None for number in wire.signals}
 
 
-@rule(
-    code="PID684",
-    name="master-behind-a-block-not-connected",
-    severity=Severity.WARNING,
-    basis=CASCADE,
-    message="{master}.MV is the set point of {slave} through {block}, and {missing} of {master} {verb} not wired",
+@warning(
+    "PID684",
+    CASCADE,
+    "{master}.MV is the set point of {slave} through {block}, and {missing} of {master} {verb} not wired",
 )
 def master_behind_a_block_not_connected(context: NextopidContext) -> Iterator[Finding]:
     """A master that reaches its slave through another block does not learn what becomes of it.
@@ -94,12 +91,10 @@ def error_bit(view: BlockView) -> str | None:
     return "SampleTime" if view.sample_time > LONGEST_SAMPLE else None
 
 
-@rule(
-    code="PID685",
-    name="slave-in-error",
-    severity=Severity.WARNING,
-    basis=ERRORS,
-    message="{slave} is in error from its first call; its TRK_OUT stays FALSE, and {master} believes that it follows",
+@warning(
+    "PID685",
+    ERRORS,
+    "{slave} is in error from its first call; its TRK_OUT stays FALSE, and {master} believes that it follows",
 )
 def slave_in_error(context: NextopidContext) -> Iterator[Finding]:
     """The slave of a cascade is not executed, and does not say so to its master.

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from pidcfg.diagnostics import Severity
 from pidcfg.refs import NEXTOPID
-from pidcfg.validate.rule import rule
+from pidcfg.validate.rule import error, warning
 from pidcfg.validate.rules.nextopid.links import fault_of
 
 if TYPE_CHECKING:
@@ -22,13 +21,7 @@ MASTER_INPUTS = ("TRK_IN", "Windup_H_IN", "Windup_L_IN")
 SLAVE_OUTPUTS = ("TRK_OUT", "Windup_H_OUT", "Windup_L_OUT")
 
 
-@rule(
-    code="PID668",
-    name="tracking-not-connected",
-    severity=Severity.ERROR,
-    basis=CASCADE,
-    message="{loop} is {role}: TRK_IN must come from {slave}.TRK_OUT, and is {found}",
-)
+@error("PID668", CASCADE, "{loop} is {role}: TRK_IN must come from {slave}.TRK_OUT, and is {found}")
 def tracking_not_connected(context: NextopidContext) -> Iterator[Finding]:
     """A master does not learn when its slave leaves it.
 
@@ -44,13 +37,7 @@ def tracking_not_connected(context: NextopidContext) -> Iterator[Finding]:
                               slave=own[0].slave.name, found=fault.text)  # fmt: skip
 
 
-@rule(
-    code="PID669",
-    name="tracking-value-not-slave-pv",
-    severity=Severity.ERROR,
-    basis=CASCADE,
-    message="{loop} is {role}: TRK_VAL must be {slave}.PV{scaled}, and is {found}",
-)
+@error("PID669", CASCADE, "{loop} is {role}: TRK_VAL must be {slave}.PV{scaled}, and is {found}")
 def tracking_value_not_slave_pv(context: NextopidContext) -> Iterator[Finding]:
     """A master does not track the PV of its slave.
 
@@ -80,13 +67,7 @@ def _tracks(master: BlockView, link: Link) -> bool:
     return own.signal == number or (pv is not None and (own.code, own.constants) == (pv.code, pv.constants))
 
 
-@rule(
-    code="PID670",
-    name="windup-not-connected",
-    severity=Severity.ERROR,
-    basis=CASCADE,
-    message="{loop} is {role}: Windup_{side}_IN must come from {slave}.Windup_{side}_OUT, and is {found}",
-)
+@error("PID670", CASCADE, "{loop} is {role}: Windup_{side}_IN must come from {slave}.Windup_{side}_OUT, and is {found}")
 def windup_not_connected(context: NextopidContext) -> Iterator[Finding]:
     """A master does not learn that its slave cannot do more.
 
@@ -107,13 +88,7 @@ def windup_not_connected(context: NextopidContext) -> Iterator[Finding]:
                                   found=f"{fault.text}: crossed" if crossed else fault.text)  # fmt: skip
 
 
-@rule(
-    code="PID671",
-    name="slave-with-connections-of-a-master",
-    severity=Severity.WARNING,
-    basis=CASCADE,
-    message="{loop} is only slave, of {master}: its {key} must be FALSE, and is {found}",
-)
+@warning("PID671", CASCADE, "{loop} is only slave, of {master}: its {key} must be FALSE, and is {found}")
 def slave_with_connections_of_a_master(context: NextopidContext) -> Iterator[Finding]:
     """The innermost loop of a cascade has the connections of a master.
 
@@ -132,12 +107,10 @@ def slave_with_connections_of_a_master(context: NextopidContext) -> Iterator[Fin
                 yield link.slave.find(key, loop=link.slave.name, master=link.master.name, key=key, found=found)
 
 
-@rule(
-    code="PID672",
-    name="outputs-of-a-master-connected",
-    severity=Severity.WARNING,
-    basis=CASCADE,
-    message="{master} is only master, of {slave}: its {output} must not be connected, and {reader}.{key} reads it",
+@warning(
+    "PID672",
+    CASCADE,
+    "{master} is only master, of {slave}: its {output} must not be connected, and {reader}.{key} reads it",
 )
 def outputs_of_a_master_connected(context: NextopidContext) -> Iterator[Finding]:
     """The outputs that are for a master are taken from a loop that has none.

@@ -5,16 +5,16 @@ from __future__ import annotations
 from decimal import Decimal
 from typing import TYPE_CHECKING
 
-from pidcfg.diagnostics import Severity
 from pidcfg.refs import NEXTOPID
 from pidcfg.schemas.nextopid import D202
-from pidcfg.validate.rule import rule
+from pidcfg.validate.rule import error, info, per_pid, warning
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from pidcfg.validate.rule import Finding
     from pidcfg.validate.rules.nextopid.context import NextopidContext
+    from pidcfg.validate.rules.nextopid.view import BlockView
 
 DISABLE_P = NEXTOPID.at("chapter 2: DisableP")
 INDEP = NEXTOPID.at("chapter 2: Indep")
@@ -23,14 +23,9 @@ DERIVATIVE = NEXTOPID.at("chapter 2: DerivEr")
 DEAD_BAND = NEXTOPID.at("chapter 2: DeadBand")
 
 
-@rule(
-    code="PID635",
-    name="no-control-term",
-    severity=Severity.WARNING,
-    basis=DISABLE_P,
-    message="neither a proportional nor an integral term is on: {left}",
-)
-def no_control_term(context: NextopidContext) -> Iterator[Finding]:
+@per_pid
+@warning("PID635", DISABLE_P, "neither a proportional nor an integral term is on: {left}")
+def no_control_term(view: BlockView) -> Iterator[Finding]:
     """Nothing holds the set point.
 
     Why: with DisableP and no integral, or with Kp and Ki 0 in the independent form, MV stays at BIAS whatever the error
@@ -38,41 +33,28 @@ def no_control_term(context: NextopidContext) -> Iterator[Finding]:
 
     Fix: give Ti_Ki, or switch the proportional term on.
     """
-    for view in context.pids:
-        gain = view.number_of("Kp")
-        dependent_zero = gain == 0 and view.is_on("Indep") is False  # PID612
-        if view.proportional == 0 and view.integral == 0 and not dependent_zero:
-            left = "the derivative alone holds no set point" if view.derivative else "MV never moves"
-            key = "DisableP" if view.is_on("Indep") is False else "Kp"
-            yield view.find(key, left=left)
+    gain = view.number_of("Kp")
+    dependent_zero = gain == 0 and view.is_on("Indep") is False  # PID612
+    if view.proportional == 0 and view.integral == 0 and not dependent_zero:
+        left = "the derivative alone holds no set point" if view.derivative else "MV never moves"
+        key = "DisableP" if view.is_on("Indep") is False else "Kp"
+        yield view.find(key, left=left)
 
 
-@rule(
-    code="PID636",
-    name="disable-p-ignored",
-    severity=Severity.INFO,
-    basis=DISABLE_P,
-    message="DisableP is ignored with Indep TRUE: Kp {gain} acts",
-)
-def disable_p_ignored(context: NextopidContext) -> Iterator[Finding]:
+@per_pid
+@info("PID636", DISABLE_P, "DisableP is ignored with Indep TRUE: Kp {gain} acts")
+def disable_p_ignored(view: BlockView) -> Iterator[Finding]:
     """DisableP is TRUE, and the gains are independent.
 
     Why: it acts in the dependent form only; the proportional term that was to be off is on.
 
     Fix: write `Kp: 0`, which leaves Ki and Kd alone in the independent form.
     """
-    for view in context.pids:
-        if view.is_on("DisableP") and view.is_on("Indep") and view.number_of("Kp"):
-            yield view.find("DisableP", gain=view.shown("Kp"))
+    if view.is_on("DisableP") and view.is_on("Indep") and view.number_of("Kp"):
+        yield view.find("DisableP", gain=view.shown("Kp"))
 
 
-@rule(
-    code="PID637",
-    name="time-as-gain",
-    severity=Severity.ERROR,
-    basis=D202,
-    message="{key} is {time} s, a time, but with Indep TRUE it is the gain {gain}",
-)
+@error("PID637", D202, "{key} is {time} s, a time, but with Indep TRUE it is the gain {gain}")
 def time_as_gain(context: NextopidContext) -> Iterator[Finding]:
     """A gain of the independent form is written with a unit of time.
 
@@ -87,33 +69,22 @@ def time_as_gain(context: NextopidContext) -> Iterator[Finding]:
                 yield view.find(key, key=key, time=view.shown(key), gain=gain)
 
 
-@rule(
-    code="PID638",
-    name="form-from-a-wire",
-    severity=Severity.WARNING,
-    basis=INDEP,
-    message="Indep is wired: Ti_Ki and Td_Kd are times while it is FALSE and gains while it is TRUE",
-)
-def form_from_a_wire(context: NextopidContext) -> Iterator[Finding]:
+@per_pid
+@warning("PID638", INDEP, "Indep is wired: Ti_Ki and Td_Kd are times while it is FALSE and gains while it is TRUE")
+def form_from_a_wire(view: BlockView) -> Iterator[Finding]:
     """The form of the equation can change while the loop runs.
 
     Why: the same numbers then mean something else: an integral time of 60 s becomes an integral gain of 60.
 
     Fix: write `true` or `false`.
     """
-    for view in context.pids:
-        if view.wire("Indep") is not None:
-            yield view.find("Indep")
+    if view.wire("Indep") is not None:
+        yield view.find("Indep")
 
 
-@rule(
-    code="PID639",
-    name="proportional-without-bias",
-    severity=Severity.INFO,
-    basis=BIAS,
-    message="no integral and BIAS {bias}: an error stays as long as the process needs another MV",
-)
-def proportional_without_bias(context: NextopidContext) -> Iterator[Finding]:
+@per_pid
+@info("PID639", BIAS, "no integral and BIAS {bias}: an error stays as long as the process needs another MV")
+def proportional_without_bias(view: BlockView) -> Iterator[Finding]:
     """A loop without an integral has no offset.
 
     Why: BIAS is MV at zero error. A heater that has to give 30 % to hold the temperature does so only with the error
@@ -121,19 +92,17 @@ def proportional_without_bias(context: NextopidContext) -> Iterator[Finding]:
 
     Fix: give the MV that holds the set point as BIAS, or an integral time.
     """
-    for view in context.pids:
-        if view.proportional and view.integral == 0 and view.number_of("BIAS") == 0:
-            yield view.find("Ti_Ki", bias=view.shown("BIAS"))
+    if view.proportional and view.integral == 0 and view.number_of("BIAS") == 0:
+        yield view.find("Ti_Ki", bias=view.shown("BIAS"))
 
 
-@rule(
-    code="PID640",
-    name="derivative-of-the-error",
-    severity=Severity.INFO,
-    basis=DERIVATIVE,
-    message="DerivEr is TRUE: a step of 1 % of the set point moves MV by {percent} % through the derivative",
+@per_pid
+@info(
+    "PID640",
+    DERIVATIVE,
+    "DerivEr is TRUE: a step of 1 % of the set point moves MV by {percent} % through the derivative",
 )
-def derivative_of_the_error(context: NextopidContext) -> Iterator[Finding]:
+def derivative_of_the_error(view: BlockView) -> Iterator[Finding]:
     """The derivative acts on the error.
 
     Why: each new set point throws MV, by the derivative gain times the step over the sample time. Most applications
@@ -141,22 +110,16 @@ def derivative_of_the_error(context: NextopidContext) -> Iterator[Finding]:
 
     Fix: remove DerivEr, unless the set point moves slowly, as that of a cascade's slave does.
     """
-    for view in context.pids:
-        gain, pv, mv = view.derivative, view.pv_limits, view.mv_limits
-        if view.is_on("DerivEr") and gain and pv and mv and view.sample_time > 0:
-            time = max(view.sample_time, view.number_of("Tfd") or Decimal(0))
-            percent = gain * (pv[1] - pv[0]) / time / (mv[1] - mv[0])
-            yield view.find("DerivEr", percent=f"{float(percent):.3g}")
+    gain, pv, mv = view.derivative, view.pv_limits, view.mv_limits
+    if view.is_on("DerivEr") and gain and pv and mv and view.sample_time > 0:
+        time = max(view.sample_time, view.number_of("Tfd") or Decimal(0))
+        percent = gain * (pv[1] - pv[0]) / time / (mv[1] - mv[0])
+        yield view.find("DerivEr", percent=f"{float(percent):.3g}")
 
 
-@rule(
-    code="PID641",
-    name="dead-band-as-wide-as-the-range",
-    severity=Severity.ERROR,
-    basis=DEAD_BAND,
-    message="DeadBand {band} is the whole range of PV, {low} to {high}, or more: MV never moves",
-)
-def dead_band_as_wide_as_the_range(context: NextopidContext) -> Iterator[Finding]:
+@per_pid
+@error("PID641", DEAD_BAND, "DeadBand {band} is the whole range of PV, {low} to {high}, or more: MV never moves")
+def dead_band_as_wide_as_the_range(view: BlockView) -> Iterator[Finding]:
     """The dead band is so wide that the loop never acts.
 
     Why: PV and set point are limited to MinPV..MaxPV, so the error cannot be larger than that range. While it is inside
@@ -164,7 +127,6 @@ def dead_band_as_wide_as_the_range(context: NextopidContext) -> Iterator[Finding
 
     Fix: give an error that may be left alone, in units of PV.
     """
-    for view in context.pids:
-        band, pv = view.number_of("DeadBand"), view.pv_limits
-        if band is not None and pv is not None and band >= pv[1] - pv[0]:
-            yield view.find("DeadBand", band=view.shown("DeadBand"), low=view.shown("MinPV"), high=view.shown("MaxPV"))
+    band, pv = view.number_of("DeadBand"), view.pv_limits
+    if band is not None and pv is not None and band >= pv[1] - pv[0]:
+        yield view.find("DeadBand", band=view.shown("DeadBand"), low=view.shown("MinPV"), high=view.shown("MaxPV"))

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from pidcfg.diagnostics import Severity
 from pidcfg.refs import NEXTOPID
 from pidcfg.schemas.nextopid import D201
-from pidcfg.validate.rule import rule
+from pidcfg.validate.rule import error, info, per_pid, warning
 from pidcfg.validate.rules.nextopid.view import number_text
 
 if TYPE_CHECKING:
@@ -23,33 +23,21 @@ WARNINGS = NEXTOPID.at("chapter 2: WarnBits")
 SCALE = NEXTOPID.at("chapter 2: MaxMV, MinMV")
 
 
-@rule(
-    code="PID610",
-    name="mv-limits-crossed",
-    severity=Severity.ERROR,
-    basis=ERRORS,
-    message="MaxMV {high} is not above MinMV {low}",
-)
-def mv_limits_crossed(context: NextopidContext) -> Iterator[Finding]:
+@per_pid
+@error("PID610", ERRORS, "MaxMV {high} is not above MinMV {low}")
+def mv_limits_crossed(view: BlockView) -> Iterator[Finding]:
     """MaxMV is not above MinMV.
 
     Why: the block stops with an error bit, and MV stays where it is.
 
     Fix: give MaxMV the larger of the two values.
     """
-    for view in context.pids:
-        low, high = view.number_of("MinMV"), view.number_of("MaxMV")
-        if low is not None and high is not None and high <= low:
-            yield view.find("MaxMV", "ErrBits.MaxMinMV", high=view.shown("MaxMV"), low=view.shown("MinMV"))
+    low, high = view.number_of("MinMV"), view.number_of("MaxMV")
+    if low is not None and high is not None and high <= low:
+        yield view.find("MaxMV", "ErrBits.MaxMinMV", high=view.shown("MaxMV"), low=view.shown("MinMV"))
 
 
-@rule(
-    code="PID611",
-    name="pv-limits-crossed",
-    severity=Severity.ERROR,
-    basis=ERRORS,
-    message="MaxPV {high} is not above MinPV {low}",
-)
+@error("PID611", ERRORS, "MaxPV {high} is not above MinPV {low}")
 def pv_limits_crossed(context: NextopidContext) -> Iterator[Finding]:
     """MaxPV is not above MinPV.
 
@@ -63,14 +51,9 @@ def pv_limits_crossed(context: NextopidContext) -> Iterator[Finding]:
             yield view.find("MaxPV", "ErrBits.MaxMinPV", high=view.shown("MaxPV"), low=view.shown("MinPV"))
 
 
-@rule(
-    code="PID612",
-    name="gain-not-positive",
-    severity=Severity.ERROR,
-    basis=ERRORS,
-    message="Kp is {gain}; the {form} form needs {wanted}",
-)
-def gain_not_positive(context: NextopidContext) -> Iterator[Finding]:
+@per_pid
+@error("PID612", ERRORS, "Kp is {gain}; the {form} form needs {wanted}")
+def gain_not_positive(view: BlockView) -> Iterator[Finding]:
     """The proportional gain is 0 or negative.
 
     Why: the block stops with an error bit. The direction of control is not made with the sign of the gain, and an
@@ -78,12 +61,11 @@ def gain_not_positive(context: NextopidContext) -> Iterator[Finding]:
 
     Fix: give a gain above 0, and choose the direction with Direct; for a pure integral add `DisableP: true`.
     """
-    for view in context.pids:
-        gain, indep = view.number_of("Kp"), view.is_on("Indep")
-        if gain is not None and (gain < 0 or (gain == 0 and indep is False)):
-            wanted = "a value above 0" if indep is False else "0 or more"
-            form = "dependent" if indep is False else "independent"
-            yield view.find("Kp", "ErrBits.Kp", gain=view.shown("Kp"), form=form, wanted=wanted)
+    gain, indep = view.number_of("Kp"), view.is_on("Indep")
+    if gain is not None and (gain < 0 or (gain == 0 and indep is False)):
+        wanted = "a value above 0" if indep is False else "0 or more"
+        form = "dependent" if indep is False else "independent"
+        yield view.find("Kp", "ErrBits.Kp", gain=view.shown("Kp"), form=form, wanted=wanted)
 
 
 def outside(view: BlockView, key: str, low: str, high: str) -> tuple[str, str] | None:
@@ -107,13 +89,7 @@ def beyond(
     return view.find(key, plc_effect, severity, **values)
 
 
-@rule(
-    code="PID615",
-    name="set-point-outside-pv-limits",
-    severity=Severity.WARNING,
-    basis=WARNINGS,
-    message="SP {value} is {side} {limit} {end}: the block controls at {end}",
-)
+@warning("PID615", WARNINGS, "SP {value} is {side} {limit} {end}: the block controls at {end}")
 def set_point_outside_pv_limits(context: NextopidContext) -> Iterator[Finding]:
     """The set point is outside MinPV..MaxPV.
 
@@ -128,56 +104,39 @@ def set_point_outside_pv_limits(context: NextopidContext) -> Iterator[Finding]:
             yield beyond(view, "SP", found, f"WarnBits.SP_{found[0]}" if in_use else None)
 
 
-@rule(
-    code="PID616",
-    name="cascade-set-point-outside-pv-limits",
-    severity=Severity.WARNING,
-    basis=WARNINGS,
-    message="SP_CASC {value} is {side} {limit} {end}: cascade mode controls at {end}",
-)
-def cascade_set_point_outside_pv_limits(context: NextopidContext) -> Iterator[Finding]:
+@per_pid
+@warning("PID616", WARNINGS, "SP_CASC {value} is {side} {limit} {end}: cascade mode controls at {end}")
+def cascade_set_point_outside_pv_limits(view: BlockView) -> Iterator[Finding]:
     """The set point of the cascade mode is outside MinPV..MaxPV.
 
     Why: in cascade mode the block limits it without asking, and controls at the limit instead.
 
     Fix: correct the value, or widen the limits.
     """
-    for view in context.pids:
-        found = outside(view, "SP_CASC", "MinPV", "MaxPV")
-        if found is not None and view.given("SP_CASC"):
-            effect = f"WarnBits.SP_CASC_{found[0]}" if view.may_be_on("CASC") else None
-            yield beyond(view, "SP_CASC", found, effect)
+    found = outside(view, "SP_CASC", "MinPV", "MaxPV")
+    if found is not None and view.given("SP_CASC"):
+        effect = f"WarnBits.SP_CASC_{found[0]}" if view.may_be_on("CASC") else None
+        yield beyond(view, "SP_CASC", found, effect)
 
 
-@rule(
-    code="PID617",
-    name="manual-mv-outside-limits",
-    severity=Severity.WARNING,
-    basis=WARNINGS,
-    message="ManualMV {value} is {side} {limit} {end}: manual mode puts out {end}",
-)
-def manual_mv_outside_limits(context: NextopidContext) -> Iterator[Finding]:
+@per_pid
+@warning("PID617", WARNINGS, "ManualMV {value} is {side} {limit} {end}: manual mode puts out {end}")
+def manual_mv_outside_limits(view: BlockView) -> Iterator[Finding]:
     """The output of manual mode is outside MinMV..MaxMV.
 
     Why: MV is limited in manual mode as well. Where ManualMV is not given it is 0, which may lie below MinMV.
 
     Fix: give a ManualMV inside the limits.
     """
-    for view in context.pids:
-        found = outside(view, "ManualMV", "MinMV", "MaxMV")
-        if found is not None and (view.given("ManualMV") or view.may_be_on("Manual")):
-            effect = f"WarnBits.MV_{found[0]}" if view.may_be_on("Manual") else None
-            yield beyond(view, "ManualMV", found, effect)
+    found = outside(view, "ManualMV", "MinMV", "MaxMV")
+    if found is not None and (view.given("ManualMV") or view.may_be_on("Manual")):
+        effect = f"WarnBits.MV_{found[0]}" if view.may_be_on("Manual") else None
+        yield beyond(view, "ManualMV", found, effect)
 
 
-@rule(
-    code="PID618",
-    name="bias-outside-limits",
-    severity=Severity.WARNING,
-    basis=WARNINGS,
-    message="BIAS {value} is {side} {limit} {end}: {effect}",
-)
-def bias_outside_limits(context: NextopidContext) -> Iterator[Finding]:
+@per_pid
+@warning("PID618", WARNINGS, "BIAS {value} is {side} {limit} {end}: {effect}")
+def bias_outside_limits(view: BlockView) -> Iterator[Finding]:
     """The offset alone drives MV to its limit.
 
     Why: BIAS is added to MV. Without an integral it is the output at zero error; outside the limits MV stays at one of
@@ -185,44 +144,32 @@ def bias_outside_limits(context: NextopidContext) -> Iterator[Finding]:
 
     Fix: give the output that holds the set point.
     """
-    for view in context.pids:
-        found = outside(view, "BIAS", "MinMV", "MaxMV")
-        integral = view.integral
-        if found is None or not view.given("BIAS") or integral is None:
-            continue
-        effect = "only the integral brings MV back" if integral else "without an error MV stays at its limit"
-        severity = Severity.INFO if integral else None
-        yield beyond(view, "BIAS", found, f"WarnBits.MV_{found[0]}", severity, effect=effect)
+    found = outside(view, "BIAS", "MinMV", "MaxMV")
+    integral = view.integral
+    if found is None or not view.given("BIAS") or integral is None:
+        return
+    effect = "only the integral brings MV back" if integral else "without an error MV stays at its limit"
+    severity = Severity.INFO if integral else None
+    yield beyond(view, "BIAS", found, f"WarnBits.MV_{found[0]}", severity, effect=effect)
 
 
-@rule(
-    code="PID619",
-    name="tracking-value-outside-limits",
-    severity=Severity.WARNING,
-    basis=WARNINGS,
-    message="TRK_VAL {value} is {side} {limit} {end}: tracking puts out {end}",
-)
-def tracking_value_outside_limits(context: NextopidContext) -> Iterator[Finding]:
+@per_pid
+@warning("PID619", WARNINGS, "TRK_VAL {value} is {side} {limit} {end}: tracking puts out {end}")
+def tracking_value_outside_limits(view: BlockView) -> Iterator[Finding]:
     """The output of tracking mode is outside MinMV..MaxMV.
 
     Why: MV follows TRK_VAL while TRK_IN is TRUE, but not beyond its limits: the return from tracking is then a bump.
 
     Fix: give a TRK_VAL inside the limits, or widen them.
     """
-    for view in context.pids:
-        found = outside(view, "TRK_VAL", "MinMV", "MaxMV")
-        if found is not None and view.given("TRK_VAL") and view.may_be_on("TRK_IN"):
-            yield beyond(view, "TRK_VAL", found, f"WarnBits.MV_{found[0]}")
+    found = outside(view, "TRK_VAL", "MinMV", "MaxMV")
+    if found is not None and view.given("TRK_VAL") and view.may_be_on("TRK_IN"):
+        yield beyond(view, "TRK_VAL", found, f"WarnBits.MV_{found[0]}")
 
 
-@rule(
-    code="PID620",
-    name="output-range-narrower-than-limits",
-    severity=Severity.WARNING,
-    basis=D201,
-    message="{key} {value} is outside output.range {low} to {high}: {percent} % of the output",
-)
-def output_range_narrower_than_limits(context: NextopidContext) -> Iterator[Finding]:
+@per_pid
+@warning("PID620", D201, "{key} {value} is outside output.range {low} to {high}: {percent} % of the output")
+def output_range_narrower_than_limits(view: BlockView) -> Iterator[Finding]:
     """MV can go beyond the scale of the output.
 
     Why: `output.range` says what 0 % and 100 % are. An MV beyond it is more than the valve can do: the integral goes on
@@ -230,24 +177,18 @@ def output_range_narrower_than_limits(context: NextopidContext) -> Iterator[Find
 
     Fix: keep MinMV and MaxMV inside the range, or correct the range.
     """
-    for view in context.pids:
-        scale = view.item.output.range
-        for key in ("MinMV", "MaxMV"):
-            value = view.number_of(key)
-            if scale is not None and value is not None and not scale[0] <= value <= scale[1]:
-                percent = (value - scale[0]) / (scale[1] - scale[0]) * 100
-                yield view.find(key, key=key, value=view.shown(key), low=number_text(scale[0]),
-                                high=number_text(scale[1]), percent=f"{percent:.0f}")  # fmt: skip
+    scale = view.item.output.range
+    for key in ("MinMV", "MaxMV"):
+        value = view.number_of(key)
+        if scale is not None and value is not None and not scale[0] <= value <= scale[1]:
+            percent = (value - scale[0]) / (scale[1] - scale[0]) * 100
+            yield view.find(key, key=key, value=view.shown(key), low=number_text(scale[0]),
+                            high=number_text(scale[1]), percent=f"{percent:.0f}")  # fmt: skip
 
 
-@rule(
-    code="PID621",
-    name="output-scale-assumed",
-    severity=Severity.INFO,
-    basis=D201,
-    message="without output.range, MinMV {low} counts as 0 % and MaxMV {high} as 100 % of the output",
-)
-def output_scale_assumed(context: NextopidContext) -> Iterator[Finding]:
+@per_pid
+@info("PID621", D201, "without output.range, MinMV {low} counts as 0 % and MaxMV {high} as 100 % of the output")
+def output_scale_assumed(view: BlockView) -> Iterator[Finding]:
     """Nothing says what 0 % and 100 % of the output are.
 
     Why: MinMV and MaxMV are limits. A valve that is limited to 20..80 % has another scale, and tuning rules, reports
@@ -255,6 +196,5 @@ def output_scale_assumed(context: NextopidContext) -> Iterator[Finding]:
 
     Fix: give `output.range` where the limits are not the ends of the scale.
     """
-    for view in context.pids:
-        if view.item.output.range is None and view.mv_limits not in {None, (Decimal(0), Decimal(100))}:
-            yield view.find("MaxMV", low=view.shown("MinMV"), high=view.shown("MaxMV"))
+    if view.item.output.range is None and view.mv_limits not in {None, (Decimal(0), Decimal(100))}:
+        yield view.find("MaxMV", low=view.shown("MinMV"), high=view.shown("MaxMV"))

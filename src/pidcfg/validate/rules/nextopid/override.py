@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from pidcfg.diagnostics import Severity
 from pidcfg.refs import NEXTOPID, Decision
-from pidcfg.validate.rule import rule
+from pidcfg.validate.rule import error, info, per_pid, warning
 from pidcfg.validate.rules.nextopid.links import D218, fault_of
 from pidcfg.validate.rules.nextopid.paths import SELECTORS
 from pidcfg.validate.rules.nextopid.view import number_text
@@ -36,13 +36,7 @@ D219 = Decision(
 )  # fmt: skip
 
 
-@rule(
-    code="PID675",
-    name="selector-of-one-loop",
-    severity=Severity.ERROR,
-    basis=SELECTOR,
-    message="MV1 and MV2 of {selector} are both {loop}.MV",
-)
+@error("PID675", SELECTOR, "MV1 and MV2 of {selector} are both {loop}.MV")
 def selector_of_one_loop(context: NextopidContext) -> Iterator[Finding]:
     """A selector compares a loop with itself.
 
@@ -55,13 +49,7 @@ def selector_of_one_loop(context: NextopidContext) -> Iterator[Finding]:
             yield selector.find("MV2", selector=selector.name, loop=first.loop.name)
 
 
-@rule(
-    code="PID676",
-    name="override-not-connected",
-    severity=Severity.ERROR,
-    basis=OVERRIDE,
-    message="OVERR of {loop}, {input} of {selector}, must come from {selector}.{output}, and is {found}",
-)
+@error("PID676", OVERRIDE, "OVERR of {loop}, {input} of {selector}, must come from {selector}.{output}, and is {found}")
 def override_not_connected(context: NextopidContext) -> Iterator[Finding]:
     """A loop does not learn that another one has the valve.
 
@@ -80,13 +68,7 @@ def override_not_connected(context: NextopidContext) -> Iterator[Finding]:
                                 found=f"{fault.text}: crossed" if crossed else fault.text)  # fmt: skip
 
 
-@rule(
-    code="PID677",
-    name="override-value-not-selected-mv",
-    severity=Severity.ERROR,
-    basis=OVERRIDE,
-    message="TRK_VAL of {loop}, overridden by {selector}, must be {selector}.MV, and is {found}",
-)
+@error("PID677", OVERRIDE, "TRK_VAL of {loop}, overridden by {selector}, must be {selector}.MV, and is {found}")
 def override_value_not_selected_mv(context: NextopidContext) -> Iterator[Finding]:
     """An overridden loop does not know the MV that controls in its stead.
 
@@ -106,13 +88,7 @@ def override_value_not_selected_mv(context: NextopidContext) -> Iterator[Finding
                                 found=fault.text)  # fmt: skip
 
 
-@rule(
-    code="PID678",
-    name="selector-of-opposite-loops",
-    severity=Severity.INFO,
-    basis=D219,
-    message="{selector} holds PV of {first} {side} its SP and PV of {second} {other_side}: Direct differs",
-)
+@info("PID678", D219, "{selector} holds PV of {first} {side} its SP and PV of {second} {other_side}: Direct differs")
 def selector_of_opposite_loops(context: NextopidContext) -> Iterator[Finding]:
     """Two loops that act in opposite directions share a valve.
 
@@ -131,13 +107,7 @@ def selector_of_opposite_loops(context: NextopidContext) -> Iterator[Finding]:
                                 side=sides[0], other_side=sides[1])  # fmt: skip
 
 
-@rule(
-    code="PID679",
-    name="override-limits-differ",
-    severity=Severity.WARNING,
-    basis=OVERRIDE,
-    message="{selector} compares MV of {first} ({limits}) with MV of {second} ({others})",
-)
+@warning("PID679", OVERRIDE, "{selector} compares MV of {first} ({limits}) with MV of {second} ({others})")
 def override_limits_differ(context: NextopidContext) -> Iterator[Finding]:
     """Two loops of an override have different limits of MV.
 
@@ -157,13 +127,7 @@ def _range(loop: BlockView) -> str:
     return f"{loop.shown('MinMV')} to {loop.shown('MaxMV')}"
 
 
-@rule(
-    code="PID680",
-    name="override-without-selector",
-    severity=Severity.WARNING,
-    basis=D218,
-    message="OVERR is {found}, but {what}",
-)
+@warning("PID680", D218, "OVERR is {found}, but {what}")
 def override_without_selector(context: NextopidContext) -> Iterator[Finding]:
     """A loop is overridden by nothing.
 
@@ -185,13 +149,7 @@ def override_without_selector(context: NextopidContext) -> Iterator[Finding]:
             yield view.find("OVERR", found=found, what="TRK_VAL, the MV that controls instead, is not given")
 
 
-@rule(
-    code="PID681",
-    name="override-without-integral",
-    severity=Severity.INFO,
-    basis=D219,
-    message="{loop} has no integral: OVERR and TRK_VAL change nothing in it",
-)
+@info("PID681", D219, "{loop} has no integral: OVERR and TRK_VAL change nothing in it")
 def override_without_integral(context: NextopidContext) -> Iterator[Finding]:
     """A loop of an override has no integral.
 
@@ -206,14 +164,9 @@ def override_without_integral(context: NextopidContext) -> Iterator[Finding]:
             yield loop.find("Ti_Ki", loop=loop.name)
 
 
-@rule(
-    code="PID682",
-    name="bias-of-a-direct-loop",
-    severity=Severity.INFO,
-    basis=BIAS,
-    message="BIAS is added to MV as it is: Direct TRUE does not turn its sign",
-)
-def bias_of_a_direct_loop(context: NextopidContext) -> Iterator[Finding]:
+@per_pid
+@info("PID682", BIAS, "BIAS is added to MV as it is: Direct TRUE does not turn its sign")
+def bias_of_a_direct_loop(view: BlockView) -> Iterator[Finding]:
     """A loop with direct control has a feed-forward.
 
     Why: Direct negates the actions of the loop, not BIAS. A feed-forward that was calculated for the other sign doubles
@@ -221,18 +174,11 @@ def bias_of_a_direct_loop(context: NextopidContext) -> Iterator[Finding]:
 
     Fix: check that a disturbance that needs more MV raises BIAS.
     """
-    for view in context.pids:
-        if view.is_wired("BIAS") and view.is_on("Direct"):
-            yield view.find("BIAS")
+    if view.is_wired("BIAS") and view.is_on("Direct"):
+        yield view.find("BIAS")
 
 
-@rule(
-    code="PID683",
-    name="feed-forward-beyond-mv",
-    severity=Severity.INFO,
-    basis=BIAS,
-    message="{source} may go from {low} to {high}, and MV has only {limits}",
-)
+@info("PID683", BIAS, "{source} may go from {low} to {high}, and MV has only {limits}")
 def feed_forward_beyond_mv(context: NextopidContext) -> Iterator[Finding]:
     """A feed-forward can be larger than the whole range of MV.
 

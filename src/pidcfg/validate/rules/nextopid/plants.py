@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from pidcfg.diagnostics import Severity
 from pidcfg.refs import NEXTOPID, Decision
-from pidcfg.validate.rule import Finding, rule
+from pidcfg.validate.rule import Finding, error, warning
 from pidcfg.validate.rules.nextopid.paths import Ring
 from pidcfg.validate.rules.nextopid.view import number_text
 
@@ -26,12 +25,10 @@ D212 = Decision(
 )  # fmt: skip
 
 
-@rule(
-    code="PID622",
-    name="wrong-direction-of-control",
-    severity=Severity.ERROR,
-    basis=GAIN,
-    message="Direct is {direct}, but PV {moves} when MV rises, through {process} with Gs {gain}: it must be {wanted}",
+@error(
+    "PID622",
+    GAIN,
+    "Direct is {direct}, but PV {moves} when MV rises, through {process} with Gs {gain}: it must be {wanted}",
 )
 def wrong_direction_of_control(context: NextopidContext) -> Iterator[Finding]:
     """The direction of control does not fit the process that is wired to the loop.
@@ -58,12 +55,10 @@ def _is_wrong(ring: Ring) -> bool:
     return bool(ring.processes) and sign in {1, -1} and direct is not None and direct == (sign == 1)
 
 
-@rule(
-    code="PID623",
-    name="sample-time-long-for-the-process",
-    severity=Severity.WARNING,
-    basis=SAMPLE_TIME,
-    message="a sample time of {sample} s is not below a tenth of the time constant {constant} s of {process}",
+@warning(
+    "PID623",
+    SAMPLE_TIME,
+    "a sample time of {sample} s is not below a tenth of the time constant {constant} s of {process}",
 )
 def sample_time_long_for_the_process(context: NextopidContext) -> Iterator[Finding]:
     """The loop is calculated too seldom for the process that is wired to it.

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from pidcfg.diagnostics import Severity
 from pidcfg.refs import NEXTOPID, Decision
-from pidcfg.validate.rule import rule
+from pidcfg.validate.rule import error, warning
 from pidcfg.validate.rules.nextopid.view import ON_OFF, number_text
 
 if TYPE_CHECKING:
@@ -38,13 +38,7 @@ SPLITTER = "ControlSplitRange"
 ZEROES = ": both outputs are 0"
 
 
-@rule(
-    code="PID649",
-    name="on-off-dead-band-not-positive",
-    severity=Severity.ERROR,
-    basis=D215,
-    message="DeadBand is {band}; it must be above 0{silent}",
-)
+@error("PID649", D215, "DeadBand is {band}; it must be above 0{silent}")
 def on_off_dead_band_not_positive(context: NextopidContext) -> Iterator[Finding]:
     """An on-off controller has no dead band.
 
@@ -61,12 +55,10 @@ def on_off_dead_band_not_positive(context: NextopidContext) -> Iterator[Finding]
                             silent=silent)  # fmt: skip
 
 
-@rule(
-    code="PID650",
-    name="switch-point-out-of-reach",
-    severity=Severity.ERROR,
-    basis=SWITCH,
-    message="MV is switched {what} when PV is {side} {point}{source}, but PV is limited to {limit} {end}: it never is",
+@error(
+    "PID650",
+    SWITCH,
+    "MV is switched {what} when PV is {side} {point}{source}, but PV is limited to {limit} {end}: it never is",
 )
 def switch_point_out_of_reach(context: NextopidContext) -> Iterator[Finding]:
     """An on-off controller never switches on, or never off.
@@ -92,13 +84,7 @@ def switch_point_out_of_reach(context: NextopidContext) -> Iterator[Finding]:
                                 end=view.shown(limit), source=found.source.replace("(", "(SP: ", 1))  # fmt: skip
 
 
-@rule(
-    code="PID651",
-    name="pulse-limits-crossed",
-    severity=Severity.ERROR,
-    basis=PULSES,
-    message="MaxMV {high} is not above MinMV {low}",
-)
+@error("PID651", PULSES, "MaxMV {high} is not above MinMV {low}")
 def pulse_limits_crossed(context: NextopidContext) -> Iterator[Finding]:
     """The range of a pulse width modulation is empty.
 
@@ -112,13 +98,7 @@ def pulse_limits_crossed(context: NextopidContext) -> Iterator[Finding]:
             yield view.find("MaxMV", "Error", high=view.shown("MaxMV"), low=view.shown("MinMV"))
 
 
-@rule(
-    code="PID652",
-    name="coarse-pulses",
-    severity=Severity.WARNING,
-    basis=D216,
-    message="Period {period} cycles: the output has steps of {percent} %",
-)
+@warning("PID652", D216, "Period {period} cycles: the output has steps of {percent} %")
 def coarse_pulses(context: NextopidContext) -> Iterator[Finding]:
     """The period of a pulse width modulation has few cycles.
 
@@ -139,13 +119,7 @@ def driver(view: BlockView, key: str) -> BlockView | None:
     return None if expression is None or expression.signal is None else view.context.pid_output(expression.signal)
 
 
-@rule(
-    code="PID653",
-    name="pulse-range-differs-from-loop",
-    severity=Severity.WARNING,
-    basis=PULSE_RANGE,
-    message="{key} is {mine}, that of {loop} is {theirs}: {effect}",
-)
+@warning("PID653", PULSE_RANGE, "{key} is {mine}, that of {loop} is {theirs}: {effect}")
 def pulse_range_differs_from_loop(context: NextopidContext) -> Iterator[Finding]:
     """A pulse width modulation has another range than the loop that it serves.
 
@@ -166,13 +140,7 @@ def pulse_range_differs_from_loop(context: NextopidContext) -> Iterator[Finding]
                                 theirs=loop.shown(key), effect=effect)  # fmt: skip
 
 
-@rule(
-    code="PID654",
-    name="split-point-out-of-range",
-    severity=Severity.ERROR,
-    basis=SPLIT,
-    message="SPLIT is {point} %; it must be above 0 % and below 100 %: both outputs are 0",
-)
+@error("PID654", SPLIT, "SPLIT is {point} %; it must be above 0 % and below 100 %: both outputs are 0")
 def split_point_out_of_range(context: NextopidContext) -> Iterator[Finding]:
     """The split point leaves one of the valves no room.
 
@@ -186,13 +154,7 @@ def split_point_out_of_range(context: NextopidContext) -> Iterator[Finding]:
             yield view.find("SPLIT", "Error", point=view.shown("SPLIT"))
 
 
-@rule(
-    code="PID655",
-    name="split-range-not-in-percent",
-    severity=Severity.ERROR,
-    basis=SPLIT,
-    message="MV is in % of 0 to 100, but {what}{effect}",
-)
+@error("PID655", SPLIT, "MV is in % of 0 to 100, but {what}{effect}")
 def split_range_not_in_percent(context: NextopidContext) -> Iterator[Finding]:
     """What a split range is given is not a percentage.
 

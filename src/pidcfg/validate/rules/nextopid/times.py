@@ -6,16 +6,16 @@ from decimal import Decimal
 from fractions import Fraction
 from typing import TYPE_CHECKING
 
-from pidcfg.diagnostics import Severity
 from pidcfg.refs import NEXTOPID, Decision
 from pidcfg.schemas.nextopid import LONGEST_SAMPLE, SHORTEST_INTEGRAL
-from pidcfg.validate.rule import Finding, rule
+from pidcfg.validate.rule import Finding, error, info, per_pid, warning
 from pidcfg.validate.rules.nextopid.view import number_text
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from pidcfg.validate.rules.nextopid.context import NextopidContext
+    from pidcfg.validate.rules.nextopid.view import BlockView
 
 ERRORS = NEXTOPID.at("chapter 2: ErrBits, and SampleTime")
 INTEGRAL = NEXTOPID.at("chapter 2: Ti_Ki")
@@ -39,33 +39,21 @@ LONG_STROKE = Decimal(600)
 LAGS = {"ControlLowFilter": "Tc", "ControlLag": "Tc", "ControlDelayLag": "Tc", "ControlLeadLag": "Tlag"}
 
 
-@rule(
-    code="PID624",
-    name="sample-time-above-60-s",
-    severity=Severity.ERROR,
-    basis=ERRORS,
-    message="a sample time of {time} s is above the 60 s that the block allows",
-)
-def sample_time_above_60_s(context: NextopidContext) -> Iterator[Finding]:
+@per_pid
+@error("PID624", ERRORS, "a sample time of {time} s is above the 60 s that the block allows")
+def sample_time_above_60_s(view: BlockView) -> Iterator[Finding]:
     """A PID controller is called less often than once in 60 s.
 
     Why: the block measures the time between its calls, and stops with an error bit above 60 s.
 
     Fix: call it more often; a slow process is served by small gains, not by long intervals.
     """
-    for view in context.pids:
-        if view.sample_time > LONGEST_SAMPLE:
-            values = {"time": number_text(view.sample_time)}
-            yield Finding(view.time_place, values, plc_effect="ErrBits.SampleTime")
+    if view.sample_time > LONGEST_SAMPLE:
+        values = {"time": number_text(view.sample_time)}
+        yield Finding(view.time_place, values, plc_effect="ErrBits.SampleTime")
 
 
-@rule(
-    code="PID625",
-    name="sample-time-not-positive",
-    severity=Severity.ERROR,
-    basis=ERRORS,
-    message="sample_time is {time} s; it must be above 0",
-)
+@error("PID625", ERRORS, "sample_time is {time} s; it must be above 0")
 def sample_time_not_positive(context: NextopidContext) -> Iterator[Finding]:
     """A sample time is 0 or negative.
 
@@ -80,13 +68,7 @@ def sample_time_not_positive(context: NextopidContext) -> Iterator[Finding]:
             yield Finding(place, {"time": number_text(time)})
 
 
-@rule(
-    code="PID626",
-    name="sample-time-not-a-multiple",
-    severity=Severity.ERROR,
-    basis=ERRORS,
-    message="sample_time {time} s is no whole multiple of the task's {task} s",
-)
+@error("PID626", ERRORS, "sample_time {time} s is no whole multiple of the task's {task} s")
 def sample_time_not_a_multiple(context: NextopidContext) -> Iterator[Finding]:
     """A loop's own sample time does not fit the task that calls it.
 
@@ -101,13 +83,7 @@ def sample_time_not_a_multiple(context: NextopidContext) -> Iterator[Finding]:
             yield view.find("sample_time", time=number_text(view.sample_time), task=number_text(task))
 
 
-@rule(
-    code="PID627",
-    name="task-below-1-ms",
-    severity=Severity.WARNING,
-    basis=D213,
-    message="a sample time of {time} s is below 1 ms, the resolution of the PLC's clock",
-)
+@warning("PID627", D213, "a sample time of {time} s is below 1 ms, the resolution of the PLC's clock")
 def task_below_1_ms(context: NextopidContext) -> Iterator[Finding]:
     """The task is called more often than the time can be measured.
 
@@ -121,33 +97,21 @@ def task_below_1_ms(context: NextopidContext) -> Iterator[Finding]:
         yield Finding(("plc", "sample_time"), {"time": number_text(time)})
 
 
-@rule(
-    code="PID628",
-    name="derivative-filter-below-sample-time",
-    severity=Severity.INFO,
-    basis=FILTER,
-    message="Tfd {time} is shorter than the sample time of {sample} s: it filters next to nothing",
-)
-def derivative_filter_below_sample_time(context: NextopidContext) -> Iterator[Finding]:
+@per_pid
+@info("PID628", FILTER, "Tfd {time} is shorter than the sample time of {sample} s: it filters next to nothing")
+def derivative_filter_below_sample_time(view: BlockView) -> Iterator[Finding]:
     """The filter of the derivative is shorter than the time between two calculations.
 
     Why: within one cycle the filter has followed by 63 % or more; noise passes as if there were none.
 
     Fix: give several sample times, or 0 for no filter.
     """
-    for view in context.pids:
-        time = view.number_of("Tfd")
-        if time is not None and 0 < time < view.sample_time and view.derivative:
-            yield view.find("Tfd", time=view.shown("Tfd"), sample=number_text(view.sample_time))
+    time = view.number_of("Tfd")
+    if time is not None and 0 < time < view.sample_time and view.derivative:
+        yield view.find("Tfd", time=view.shown("Tfd"), sample=number_text(view.sample_time))
 
 
-@rule(
-    code="PID629",
-    name="lag-below-sample-time",
-    severity=Severity.INFO,
-    basis=D213,
-    message="{key} {time} is shorter than the sample time of {sample} s: the output follows within a cycle",
-)
+@info("PID629", D213, "{key} {time} is shorter than the sample time of {sample} s: the output follows within a cycle")
 def lag_below_sample_time(context: NextopidContext) -> Iterator[Finding]:
     """A filter or lag is shorter than the time between two calculations.
 
@@ -162,32 +126,24 @@ def lag_below_sample_time(context: NextopidContext) -> Iterator[Finding]:
             yield view.find(key, key=key, time=view.shown(key), sample=number_text(view.sample_time))
 
 
-@rule(
-    code="PID630",
-    name="integral-time-below-1-ms",
-    severity=Severity.WARNING,
-    basis=INTEGRAL,
-    message="Ti_Ki {time} is below 0.001 s: the block takes it as no integral",
-)
-def integral_time_below_1_ms(context: NextopidContext) -> Iterator[Finding]:
+@per_pid
+@warning("PID630", INTEGRAL, "Ti_Ki {time} is below 0.001 s: the block takes it as no integral")
+def integral_time_below_1_ms(view: BlockView) -> Iterator[Finding]:
     """An integral time is so short that the block switches the integral off.
 
     Why: below 0.001 s the dependent form has no integral at all, where the strongest one was written. An error stays.
 
     Fix: give the integral time in seconds; or 0 where no integral is wanted.
     """
-    for view in context.pids:
-        time = view.number_of("Ti_Ki")
-        if view.is_on("Indep") is False and time is not None and 0 < time < SHORTEST_INTEGRAL:
-            yield view.find("Ti_Ki", time=view.shown("Ti_Ki"))
+    time = view.number_of("Ti_Ki")
+    if view.is_on("Indep") is False and time is not None and 0 < time < SHORTEST_INTEGRAL:
+        yield view.find("Ti_Ki", time=view.shown("Ti_Ki"))
 
 
-@rule(
-    code="PID631",
-    name="integral-time-below-sample-time",
-    severity=Severity.WARNING,
-    basis=D213,
-    message="the integral time of {time} s{how} is shorter than the sample time of {sample} s: each cycle adds "
+@warning(
+    "PID631",
+    D213,
+    "the integral time of {time} s{how} is shorter than the sample time of {sample} s: each cycle adds "
     "{factor} times what the error makes by Kp",
 )
 def integral_time_below_sample_time(context: NextopidContext) -> Iterator[Finding]:
@@ -209,12 +165,10 @@ def integral_time_below_sample_time(context: NextopidContext) -> Iterator[Findin
                             factor=f"{float(view.sample_time / time):.3g}")  # fmt: skip
 
 
-@rule(
-    code="PID632",
-    name="derivative-without-filter",
-    severity=Severity.WARNING,
-    basis=D213,
-    message="without Tfd, noise of 0.1 % of the PV range moves MV by {percent} % of its range through the derivative",
+@warning(
+    "PID632",
+    D213,
+    "without Tfd, noise of 0.1 % of the PV range moves MV by {percent} % of its range through the derivative",
 )
 def derivative_without_filter(context: NextopidContext) -> Iterator[Finding]:
     """The derivative turns the noise of the PV into jolts of the output.
@@ -235,14 +189,9 @@ def derivative_without_filter(context: NextopidContext) -> Iterator[Finding]:
             yield view.find("Td_Kd", percent=f"{float(jolt) * 100:.3g}")
 
 
-@rule(
-    code="PID633",
-    name="slow-mv",
-    severity=Severity.WARNING,
-    basis=D213,
-    message="with MaxVarMV {rate} in a cycle of {sample} s, MV needs {time} s for its whole range",
-)
-def slow_mv(context: NextopidContext) -> Iterator[Finding]:
+@per_pid
+@warning("PID633", D213, "with MaxVarMV {rate} in a cycle of {sample} s, MV needs {time} s for its whole range")
+def slow_mv(view: BlockView) -> Iterator[Finding]:
     """MaxVarMV makes the output very slow.
 
     Why: it is the largest change in one cycle, not in a second or a minute. A loop whose output cannot follow swings,
@@ -250,30 +199,23 @@ def slow_mv(context: NextopidContext) -> Iterator[Finding]:
 
     Fix: multiply what the valve may do in a second by the sample time.
     """
-    for view in context.pids:
-        rate, mv = view.number_of("MaxVarMV"), view.mv_limits
-        if rate is not None and rate > 0 and mv is not None:
-            time = (mv[1] - mv[0]) / rate * view.sample_time
-            if time > LONG_STROKE:
-                yield view.find("MaxVarMV", rate=view.shown("MaxVarMV"), sample=number_text(view.sample_time),
-                                time=f"{float(time):.4g}")  # fmt: skip
+    rate, mv = view.number_of("MaxVarMV"), view.mv_limits
+    if rate is not None and rate > 0 and mv is not None:
+        time = (mv[1] - mv[0]) / rate * view.sample_time
+        if time > LONG_STROKE:
+            yield view.find("MaxVarMV", rate=view.shown("MaxVarMV"), sample=number_text(view.sample_time),
+                            time=f"{float(time):.4g}")  # fmt: skip
 
 
-@rule(
-    code="PID634",
-    name="mv-rate-without-effect",
-    severity=Severity.INFO,
-    basis=VARIATION,
-    message="MaxVarMV {rate} is the whole range of MV or more: it never limits",
-)
-def mv_rate_without_effect(context: NextopidContext) -> Iterator[Finding]:
+@per_pid
+@info("PID634", VARIATION, "MaxVarMV {rate} is the whole range of MV or more: it never limits")
+def mv_rate_without_effect(view: BlockView) -> Iterator[Finding]:
     """MaxVarMV is so large that it never acts.
 
     Why: MV cannot change by more than its range in a cycle. Somebody meant to protect the valve, and it is not.
 
     Fix: give the change in one cycle, or 0 for no limit.
     """
-    for view in context.pids:
-        rate, mv = view.number_of("MaxVarMV"), view.mv_limits
-        if rate is not None and mv is not None and rate >= mv[1] - mv[0]:
-            yield view.find("MaxVarMV", rate=view.shown("MaxVarMV"))
+    rate, mv = view.number_of("MaxVarMV"), view.mv_limits
+    if rate is not None and mv is not None and rate >= mv[1] - mv[0]:
+        yield view.find("MaxVarMV", rate=view.shown("MaxVarMV"))

@@ -9,7 +9,7 @@ from pidcfg.diagnostics import Severity
 from pidcfg.refs import NEXTOPID
 from pidcfg.schemas.iec import INT
 from pidcfg.schemas.limits import limits_at
-from pidcfg.validate.rule import rule
+from pidcfg.validate.rule import error
 from pidcfg.validate.rules.nextopid.context import D208
 from pidcfg.validate.rules.nextopid.view import number_text
 
@@ -23,13 +23,7 @@ LOW, HIGH = Decimal(INT.low), Decimal(INT.high)
 INTEGERS = NEXTOPID.at("chapter 3: PIDA_INT")
 
 
-@rule(
-    code="PID613",
-    name="wired-value-out-of-range",
-    severity=Severity.ERROR,
-    basis=D208,
-    message="{key} is {value}; it must be {allowed}",
-)
+@error("PID613", D208, "{key} is {value}; it must be {allowed}")
 def wired_value_out_of_range(context: NextopidContext) -> Iterator[Finding]:
     """A parameter is wired to a value that the manual does not allow for it.
 
@@ -47,13 +41,7 @@ def wired_value_out_of_range(context: NextopidContext) -> Iterator[Finding]:
                 yield view.find(row.name, limits.effect, key=row.name, value=view.shown(row.name), allowed=allowed)
 
 
-@rule(
-    code="PID614",
-    name="wired-value-does-not-fit-int",
-    severity=Severity.ERROR,
-    basis=INTEGERS,
-    message="{key} is an INT and wired to {value}: {problem}",
-)
+@error("PID614", INTEGERS, "{key} is an INT and wired to {value}: {problem}")
 def wired_value_does_not_fit_int(context: NextopidContext) -> Iterator[Finding]:
     """A REAL signal is wired to an INT parameter that cannot hold its value.
 

@@ -6,13 +6,12 @@ import re
 from itertools import chain
 from typing import TYPE_CHECKING
 
-from pidcfg.diagnostics import Severity
 from pidcfg.encoders.maps.nextopid import BLOCK_TYPES
 from pidcfg.encoders.nextopid.encode import WireError
 from pidcfg.encoders.nextopid.wiring import D204, D205
 from pidcfg.refs import NEXTOPID, Decision
 from pidcfg.schemas.names import nearest
-from pidcfg.validate.rule import Finding, rule
+from pidcfg.validate.rule import Finding, error, info, warning
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -51,13 +50,7 @@ PASSIVE = ("ControlLowFilter", "ControlDelay", "ControlLag", "ControlDelayLag", 
 """Blocks whose output is of use only to other blocks."""
 
 
-@rule(
-    code="PID601",
-    name="wire-without-meaning",
-    severity=Severity.ERROR,
-    basis=D205,
-    message="{key}: {problem}",
-)
+@error("PID601", D205, "{key}: {problem}")
 def wire_without_meaning(context: NextopidContext) -> Iterator[Finding]:
     """A parameter is wired to something that does not exist, has another type, or cannot be read.
 
@@ -83,13 +76,7 @@ def _meant(context: NextopidContext, text: str, error: WireError) -> str:
     return f"did you mean '{word.group(1)}.{near}'?" if near else error.cure
 
 
-@rule(
-    code="PID602",
-    name="ring-without-delay",
-    severity=Severity.ERROR,
-    basis=D204,
-    message="{names} within the same cycle",
-)
+@error("PID602", D204, "{names} within the same cycle")
 def ring_without_delay(context: NextopidContext) -> Iterator[Finding]:
     """Blocks that answer at once are wired in a ring.
 
@@ -105,13 +92,7 @@ def ring_without_delay(context: NextopidContext) -> Iterator[Finding]:
         yield context.views[ring[0]].find("name", names=text)
 
 
-@rule(
-    code="PID603",
-    name="name-of-a-library-block",
-    severity=Severity.ERROR,
-    basis=BLOCKS,
-    message="{name} is the library's own {taken}",
-)
+@error("PID603", BLOCKS, "{name} is the library's own {taken}")
 def name_of_a_library_block(context: NextopidContext) -> Iterator[Finding]:
     """A signal or an instance has the name of one of the library's blocks, functions or structures.
 
@@ -124,13 +105,7 @@ def name_of_a_library_block(context: NextopidContext) -> Iterator[Finding]:
             yield Finding(path, {"name": name, "taken": LIBRARY[name.casefold()]}, key=path[0] == "signals")
 
 
-@rule(
-    code="PID604",
-    name="name-used-twice",
-    severity=Severity.ERROR,
-    basis=D209,
-    message="the name {name} is already used by {first}{letters}",
-)
+@error("PID604", D209, "the name {name} is already used by {first}{letters}")
 def name_used_twice(context: NextopidContext) -> Iterator[Finding]:
     """The program, its signals and its blocks do not all have names of their own.
 
@@ -149,13 +124,7 @@ def name_used_twice(context: NextopidContext) -> Iterator[Finding]:
             yield Finding(path, values, key=path[0] == "signals")
 
 
-@rule(
-    code="PID605",
-    name="unused-signal",
-    severity=Severity.INFO,
-    basis=D210,
-    message="no wire reads the signal {name}",
-)
+@info("PID605", D210, "no wire reads the signal {name}")
 def unused_signal(context: NextopidContext) -> Iterator[Finding]:
     """A signal is declared and nothing reads it.
 
@@ -169,13 +138,7 @@ def unused_signal(context: NextopidContext) -> Iterator[Finding]:
             yield Finding(("signals", name), {"name": name}, key=True)
 
 
-@rule(
-    code="PID606",
-    name="name-of-a-standard-function",
-    severity=Severity.WARNING,
-    basis=D209,
-    message="{name} is also a standard function or function block",
-)
+@warning("PID606", D209, "{name} is also a standard function or function block")
 def name_of_a_standard_function(context: NextopidContext) -> Iterator[Finding]:
     """A signal or an instance shadows a standard function or function block.
 
@@ -189,13 +152,7 @@ def name_of_a_standard_function(context: NextopidContext) -> Iterator[Finding]:
             yield Finding(path, {"name": name}, key=path[0] == "signals")
 
 
-@rule(
-    code="PID607",
-    name="unused-output",
-    severity=Severity.WARNING,
-    basis=D210,
-    message="nothing reads {name}.OutVar",
-)
+@warning("PID607", D210, "nothing reads {name}.OutVar")
 def unused_output(context: NextopidContext) -> Iterator[Finding]:
     """A filter, delay or lag works for nobody.
 
