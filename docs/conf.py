@@ -25,19 +25,39 @@ VENDOR_PAGES = {
 ORDER = {
     "Tutorial": ["The first hour <tutorial>"],
     "How-to guides": [
-        "converting", "tuning", "ci", "living-with-findings", "pictures", "commissioning-report", "explain", "editors",
-        "completion", "adding-a-rule", "adding-a-vendor",
+        "converting",
+        "tuning",
+        "ci",
+        "living-with-findings",
+        "pictures",
+        "commissioning-report",
+        "explain",
+        "editors",
+        "completion",
+        "adding-a-rule",
+        "adding-a-vendor",
     ],
     "The PLCs": [
-        "DL06 <dl06>", "CLICK <click>", "EZLogix <ezlogix>", "NextoPID <nextopid>", "DPIDE <dpide>",
+        "DL06 <dl06>",
+        "CLICK <click>",
+        "EZLogix <ezlogix>",
+        "NextoPID <nextopid>",
+        "DPIDE <dpide>",
         "The neutral form <generic>",
     ],
     "Reference": [
-        "commands", "file-format", "scenarios", "settings", "output-formats", "rules", "exit-codes", "dependencies",
+        "commands",
+        "file-format",
+        "scenarios",
+        "settings",
+        "output-formats",
+        "rules",
+        "exit-codes",
+        "dependencies",
         "changelog",
     ],
     "Explanation": ["why-text", "engine", "decisions", "architecture"],
-}  # fmt: skip
+}
 """Captions of the list of contents and their pages. What is not there is left out, what is not named comes last."""
 BELOW = {
     **VENDOR_PAGES,

@@ -187,8 +187,13 @@ def word_row(table: RegisterMap, run: Sequence[Word], *, read: bool) -> str:
 def bits_row(table: RegisterMap, b: Bits) -> str:
     """A choice as a row."""
     bits = ", ".join(map(str, b.bits)) if len(b.bits) < 5 else f"{b.bits[0]}-{b.bits[-1]}"
-    values = ", ".join(f"{bits_of(v, b)} {'-' if v is None else str(v).lower() if isinstance(v, bool) else v}"
-                       for v in b.in_place) if len(b.choices) < 17 else "number"  # fmt: skip
+    values = (
+        ", ".join(
+            f"{bits_of(v, b)} {'-' if v is None else str(v).lower() if isinstance(v, bool) else v}" for v in b.in_place
+        )
+        if len(b.choices) < 17
+        else "number"
+    )
     return f"| {table.at(b.offset)} | {bits} | {b.title} | {f'`{b.path}`' if b.path else b.access} | {values} |"
 
 

@@ -13,11 +13,17 @@ if TYPE_CHECKING:
     from pidcfg.diagnostics import Diagnostic
 
 LOOP: dict[str, Any] = {
-    "name": "A", "bits": "C1", "integers": "DS1", "floats": "DF1",
-    "action": "direct", "action_verified": True, "sample_rate": "1000 ms", "freeze_bias": True,
+    "name": "A",
+    "bits": "C1",
+    "integers": "DS1",
+    "floats": "DF1",
+    "action": "direct",
+    "action_verified": True,
+    "sample_rate": "1000 ms",
+    "freeze_bias": True,
     "tuning": {"proportional_gain": 1, "reset_time": 60, "derivative_gain": 0},
     "pv": {"range": [0, 100]},
-}  # fmt: skip
+}
 
 
 def changed(**values: Any) -> dict[str, Any]:

@@ -14,9 +14,12 @@ from pidcfg.sim.plc import TICKS
 from rig_plants import Fixed
 
 PLAIN = {
-    "sample_rate": "100 ms", "action": "direct", "bumpless": 2, "pv": {"range": [0, 100]},
+    "sample_rate": "100 ms",
+    "action": "direct",
+    "bumpless": 2,
+    "pv": {"range": [0, 100]},
     "tuning": {"proportional_gain": 1, "reset_time": 6000},
-}  # fmt: skip
+}
 """A loop that hardly integrates."""
 
 

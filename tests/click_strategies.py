@@ -35,30 +35,71 @@ def loops(draw, index: int):
     """One loop with every key that the schema knows, given or left out."""
     low = draw(number())
     data = {
-        "name": f"L{index}", "bits": 1 + 40 * index, "integers": 1 + 15 * index, "floats": 1 + 25 * index,
-        "mode": draw(st.sampled_from(["manual", "auto"])), "action": draw(st.sampled_from(["direct", "reverse"])),
-        "action_verified": draw(st.booleans()), "sample_rate": f"{draw(st.integers(100, 30000))} ms",
-        "bumpless": draw(st.sampled_from([1, 2])), "freeze_bias": draw(st.booleans()),
-        "tuning": {"proportional_gain": draw(number("0.01", "10000")), "reset_time": draw(number("0.01", "6000")),
-                   "derivative_gain": draw(number("0", "6000"))},
-        "derivative_gain_limit": draw(maybe(st.integers(0, 100))), "derivative_gain_limit_enabled": draw(FLAGS),
-        "pv": {"range": (low, low + draw(number("0.5", "9000"))),
-               **draw(part(unit=st.just("degF"), input_range=st.just((-328, 1562)),
-                            filter=st.integers(1, 100), filter_enabled=FLAGS))},
-        "setpoint": draw(part(value=number(), lower_limit=number(), lower_limit_enabled=FLAGS, upper_limit=number(),
-                              upper_limit_enabled=FLAGS)),
-        "output": draw(part(limits=st.tuples(number("0", "100"), number("0", "100")), unit=st.just("%"),
-                            pwm=part(period=st.integers(1, 600)).map(lambda p: {"bit": "Y001", **p}))),
-        "error": draw(part(curve=st.sampled_from(["linear", "squared"]), deadband=number("0", "50"),
-                           deadband_enabled=FLAGS)),
-        "alarms": draw(part(
-            pv=part(low_low=number(), low=number(), high=number(), high_high=number(), enabled=FLAGS),
-            deviation=part(high=number(), high_high=number(), enabled=FLAGS),
-            rate_of_change=number("0", "50"), rate_of_change_enabled=FLAGS, hysteresis=number("0", "5"))),
-        "autotune": draw(part(method=st.sampled_from(["open", "closed"]), type=st.sampled_from(["PID", "PI"]),
-                              hysteresis=number("1", "10"))),
+        "name": f"L{index}",
+        "bits": 1 + 40 * index,
+        "integers": 1 + 15 * index,
+        "floats": 1 + 25 * index,
+        "mode": draw(st.sampled_from(["manual", "auto"])),
+        "action": draw(st.sampled_from(["direct", "reverse"])),
+        "action_verified": draw(st.booleans()),
+        "sample_rate": f"{draw(st.integers(100, 30000))} ms",
+        "bumpless": draw(st.sampled_from([1, 2])),
+        "freeze_bias": draw(st.booleans()),
+        "tuning": {
+            "proportional_gain": draw(number("0.01", "10000")),
+            "reset_time": draw(number("0.01", "6000")),
+            "derivative_gain": draw(number("0", "6000")),
+        },
+        "derivative_gain_limit": draw(maybe(st.integers(0, 100))),
+        "derivative_gain_limit_enabled": draw(FLAGS),
+        "pv": {
+            "range": (low, low + draw(number("0.5", "9000"))),
+            **draw(
+                part(
+                    unit=st.just("degF"),
+                    input_range=st.just((-328, 1562)),
+                    filter=st.integers(1, 100),
+                    filter_enabled=FLAGS,
+                )
+            ),
+        },
+        "setpoint": draw(
+            part(
+                value=number(),
+                lower_limit=number(),
+                lower_limit_enabled=FLAGS,
+                upper_limit=number(),
+                upper_limit_enabled=FLAGS,
+            )
+        ),
+        "output": draw(
+            part(
+                limits=st.tuples(number("0", "100"), number("0", "100")),
+                unit=st.just("%"),
+                pwm=part(period=st.integers(1, 600)).map(lambda p: {"bit": "Y001", **p}),
+            )
+        ),
+        "error": draw(
+            part(curve=st.sampled_from(["linear", "squared"]), deadband=number("0", "50"), deadband_enabled=FLAGS)
+        ),
+        "alarms": draw(
+            part(
+                pv=part(low_low=number(), low=number(), high=number(), high_high=number(), enabled=FLAGS),
+                deviation=part(high=number(), high_high=number(), enabled=FLAGS),
+                rate_of_change=number("0", "50"),
+                rate_of_change_enabled=FLAGS,
+                hysteresis=number("0", "5"),
+            )
+        ),
+        "autotune": draw(
+            part(
+                method=st.sampled_from(["open", "closed"]),
+                type=st.sampled_from(["PID", "PI"]),
+                hysteresis=number("1", "10"),
+            )
+        ),
         "state": draw(part(bias=number(), output=number(), raw_pv=number(), pv=number())),
-    }  # fmt: skip
+    }
     return {key: value for key, value in data.items() if value is not None}
 
 

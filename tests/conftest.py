@@ -6,9 +6,17 @@ from hypothesis import settings
 from browser import browser  # noqa: F401 - a fixture, for every test that opens a page
 
 SCRUBBED = (
-    "NO_COLOR", "FORCE_COLOR", "CLICOLOR", "CLICOLOR_FORCE", "COLUMNS", "LINES", "CI", "GITHUB_ACTIONS",
-    "GITHUB_WORKSPACE", "CI_PROJECT_DIR",
-)  # fmt: skip
+    "NO_COLOR",
+    "FORCE_COLOR",
+    "CLICOLOR",
+    "CLICOLOR_FORCE",
+    "COLUMNS",
+    "LINES",
+    "CI",
+    "GITHUB_ACTIONS",
+    "GITHUB_WORKSPACE",
+    "CI_PROJECT_DIR",
+)
 """Variables that change what a command prints."""
 
 # A slow machine is no failure; random tests are about values, not about time.

@@ -50,12 +50,14 @@ def maybe(strategy: st.SearchStrategy) -> st.SearchStrategy:
 @st.composite
 def ramp_soaks(draw, name: str, limits, index: int):
     """A generator with its table in the upper block, none overlapping another loop's."""
-    step = st.fixed_dictionaries({
-        "ramp_to": quantities(name, limits),
-        "slope": st.decimals("0.01", "99.99", places=2).map(lambda d: Quantity(d, counts=True)),
-        "soak": decimals("0.1", "999.9", 1),
-        "deviation": maybe(quantities(name, limits, span=True)),
-    })  # fmt: skip
+    step = st.fixed_dictionaries(
+        {
+            "ramp_to": quantities(name, limits),
+            "slope": st.decimals("0.01", "99.99", places=2).map(lambda d: Quantity(d, counts=True)),
+            "soak": decimals("0.1", "999.9", 1),
+            "deviation": maybe(quantities(name, limits, span=True)),
+        }
+    )
     return {
         "table": 0o12000 + index * 0o40,
         "enabled": draw(st.booleans()),
@@ -101,30 +103,47 @@ def loops(draw, index: int, names: list[str], form: str | None = None):
         "derivative_gain_limit": draw(maybe(st.integers(0, 20))),
         "derivative_gain_limit_enabled": draw(flags),
         "pv": {
-            "range": pv_range, "format": name, "square_root": root, "filter": draw(maybe(decimals("0.1", "1.0", 1))),
-            "filter_enabled": draw(flags), "transfer": draw(maybe(source)),
+            "range": pv_range,
+            "format": name,
+            "square_root": root,
+            "filter": draw(maybe(decimals("0.1", "1.0", 1))),
+            "filter_enabled": draw(flags),
+            "transfer": draw(maybe(source)),
         },
         "setpoint": {"value": draw(maybe(sp)), "limits": draw(maybe(st.tuples(sp, sp))), "limits_enabled": draw(flags)},
         "output": {
-            "range": out_range, "format": out_name, "limits": draw(maybe(st.tuples(out, out))),
+            "range": out_range,
+            "format": out_name,
+            "limits": draw(maybe(st.tuples(out, out))),
             "transfer": draw(maybe(source)),
         },
         "error": {
-            "curve": draw(st.sampled_from(["linear", "squared"])), "deadband": draw(maybe(span)),
+            "curve": draw(st.sampled_from(["linear", "squared"])),
+            "deadband": draw(maybe(span)),
             "deadband_enabled": draw(flags),
         },
         "alarms": {
-            "pv": draw(maybe(st.fixed_dictionaries(
-                {k: maybe(pv) for k in ("low_low", "low", "high", "high_high")} | {"enabled": flags}))),
-            "deviation": draw(maybe(st.fixed_dictionaries(
-                {"yellow": maybe(span), "red": maybe(span), "enabled": flags}))),
-            "rate_of_change_enabled": draw(flags), "hysteresis": draw(maybe(span)),
+            "pv": draw(
+                maybe(
+                    st.fixed_dictionaries(
+                        {k: maybe(pv) for k in ("low_low", "low", "high", "high_high")} | {"enabled": flags}
+                    )
+                )
+            ),
+            "deviation": draw(
+                maybe(st.fixed_dictionaries({"yellow": maybe(span), "red": maybe(span), "enabled": flags}))
+            ),
+            "rate_of_change_enabled": draw(flags),
+            "hysteresis": draw(maybe(span)),
         },
         "ramp_soak": draw(maybe(ramp_soaks(name, None if root else pv_range, index))),
-        "autotune": {"method": draw(st.sampled_from(["open", "closed"])), "type": draw(st.sampled_from(["PID", "PI"])),
-                     "start": draw(st.booleans())},
+        "autotune": {
+            "method": draw(st.sampled_from(["open", "closed"])),
+            "type": draw(st.sampled_from(["PID", "PI"])),
+            "start": draw(st.booleans()),
+        },
         "state": {"pv": draw(maybe(pv)), "bias": draw(maybe(out)), "output": draw(maybe(out))},
-    }  # fmt: skip
+    }
     return {key: value for key, value in data.items() if value is not None}
 
 
@@ -133,12 +152,17 @@ def configurations(draw, form: str | None = None) -> Dl06File:
     """A configuration whose every value fits its word."""
     count = draw(st.integers(1, 3))
     names = [f"LOOP-{i + 1}" for i in range(count)]
-    return Dl06File.model_validate({
-        "pidcfg": 1, "vendor": "dl06",
-        "plc": {"loop_table": draw(st.sampled_from([0o2000, 0o1200, 0o10000])),
-                "reset_decimals": draw(st.sampled_from([1, 2]))},
-        "loops": [draw(loops(i, names, form)) for i in range(count)],
-    })  # fmt: skip
+    return Dl06File.model_validate(
+        {
+            "pidcfg": 1,
+            "vendor": "dl06",
+            "plc": {
+                "loop_table": draw(st.sampled_from([0o2000, 0o1200, 0o10000])),
+                "reset_decimals": draw(st.sampled_from([1, 2])),
+            },
+            "loops": [draw(loops(i, names, form)) for i in range(count)],
+        }
+    )
 
 
 @st.composite

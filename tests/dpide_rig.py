@@ -11,10 +11,25 @@ from pidcfg.sim.plc import TICKS
 from rig_plants import Fixed
 
 PLAIN = {
-    "PID_RUN": True, "SV": 0, "PID_MODE": 0, "PID_MAN": False, "MOUT_AUTO": False, "CYCLE": 100, "Kc_Kp": 1, "Ti_Ki": 0,
-    "Td_Kd": 0, "Tf": 0, "PID_EQ": False, "PID_DE": False, "PID_DIR": True, "ERR_DBW": 0, "MV_MAX": 100, "MV_MIN": 0,
-    "MOUT": 0, "BIAS": 0,
-}  # fmt: skip
+    "PID_RUN": True,
+    "SV": 0,
+    "PID_MODE": 0,
+    "PID_MAN": False,
+    "MOUT_AUTO": False,
+    "CYCLE": 100,
+    "Kc_Kp": 1,
+    "Ti_Ki": 0,
+    "Td_Kd": 0,
+    "Tf": 0,
+    "PID_EQ": False,
+    "PID_DE": False,
+    "PID_DIR": True,
+    "ERR_DBW": 0,
+    "MV_MAX": 100,
+    "MV_MIN": 0,
+    "MOUT": 0,
+    "BIAS": 0,
+}
 """A proportional loop with a gain of 1."""
 
 

@@ -60,13 +60,27 @@ def loops(draw, name: str) -> dict:
     devices = {key: flags() if row.type is BOOL else registers() for key, row in ROWS.items() if key != "I_MV"}
     data = draw(
         st.fixed_dictionaries(
-            {"SV": numbers(), "CYCLE": st.integers(-(2**31), 2**31 - 1) | st.just("1.5 s"), "Kc_Kp": numbers(),
-             "Ti_Ki": times(), "Td_Kd": times(), "MV_MAX": numbers(), "MV_MIN": numbers()},
-            optional={**switches, **reals, "Tf": times(), "PID_MODE": st.integers(-(2**31), 2**31 - 1),
-                      "pv": scales(), "output": scales(), "description": TEXTS,
-                      "devices": st.fixed_dictionaries({}, optional=devices)},
+            {
+                "SV": numbers(),
+                "CYCLE": st.integers(-(2**31), 2**31 - 1) | st.just("1.5 s"),
+                "Kc_Kp": numbers(),
+                "Ti_Ki": times(),
+                "Td_Kd": times(),
+                "MV_MAX": numbers(),
+                "MV_MIN": numbers(),
+            },
+            optional={
+                **switches,
+                **reals,
+                "Tf": times(),
+                "PID_MODE": st.integers(-(2**31), 2**31 - 1),
+                "pv": scales(),
+                "output": scales(),
+                "description": TEXTS,
+                "devices": st.fixed_dictionaries({}, optional=devices),
+            },
         )
-    )  # fmt: skip
+    )
     return {"name": name, "device": f"D{BLOCK * draw(st.integers(0, 900))}", **data}
 
 

@@ -18,9 +18,16 @@ from rig_plants import Fixed
 
 COLUMNS = len(SIGNALS)
 LOOP = {
-    "name": "L", "registers": "R100", "discretes": "S100", "algorithm": "position", "action": "reverse",
-    "sample_rate": 0.1, "tuning": {"proportional_gain": 1}, "pv": {"tag": "IR1"}, "output": {"tag": "OR1"},
-}  # fmt: skip
+    "name": "L",
+    "registers": "R100",
+    "discretes": "S100",
+    "algorithm": "position",
+    "action": "reverse",
+    "sample_rate": 0.1,
+    "tuning": {"proportional_gain": 1},
+    "pv": {"tag": "IR1"},
+    "output": {"tag": "OR1"},
+}
 SCALED = {"pv": {"tag": "IR1", "range": [0, 100]}, "output": {"tag": "OR1", "range": [0, 50]}}
 IN, PV, SP, CV, BIAS, ERROR, STATUS, O = range(COLUMNS)  # noqa: E741 - the signal's name
 

@@ -61,21 +61,39 @@ def loops(draw, index: int):
         optional={"min_on": tenths("0", "6553.5"), "min_off": tenths("0", "6553.5")},
     )
     data = {
-        "name": f"L{index}", "registers": 1 + 32 * index, "discretes": 1 + 8 * index,
-        "mode": draw(st.sampled_from(["manual", "auto"])), "action": draw(st.sampled_from(["direct", "reverse"])),
-        "algorithm": draw(st.sampled_from(["position", "velocity"])), "sample_rate": draw(tenths("0.05", "99.99", 2)),
-        "tuning": {"proportional_gain": draw(tenths("0", "99.99", 2)),
-                   "integral_time": draw(st.just("off") | tenths("0", "6000")),
-                   "derivative_time": draw(st.just("off") | tenths("0", "600"))},
-        "pv": {"tag": draw(st.sampled_from(["IR1", "R1000"])), "range": pv_range, "counts": counts,
-               "square_root": root, **draw(part(unit=st.just("degC")))},
+        "name": f"L{index}",
+        "registers": 1 + 32 * index,
+        "discretes": 1 + 8 * index,
+        "mode": draw(st.sampled_from(["manual", "auto"])),
+        "action": draw(st.sampled_from(["direct", "reverse"])),
+        "algorithm": draw(st.sampled_from(["position", "velocity"])),
+        "sample_rate": draw(tenths("0.05", "99.99", 2)),
+        "tuning": {
+            "proportional_gain": draw(tenths("0", "99.99", 2)),
+            "integral_time": draw(st.just("off") | tenths("0", "6000")),
+            "derivative_time": draw(st.just("off") | tenths("0", "600")),
+        },
+        "pv": {
+            "tag": draw(st.sampled_from(["IR1", "R1000"])),
+            "range": pv_range,
+            "counts": counts,
+            "square_root": root,
+            **draw(part(unit=st.just("degC"))),
+        },
         "setpoint": draw(part(value=positions(sp), limits=st.tuples(positions(sp), positions(sp)))),
-        "output": {"tag": draw(st.sampled_from(["OR1", "R1001"])), "range": out_range,
-                   **draw(part(unit=st.just("%"), limits=st.tuples(positions(cv), positions(cv)), offset=positions(cv),
-                               pulse=pulse))},
-        "deadband": draw(distances(sp)), "anti_windup": draw(st.booleans()),
+        "output": {
+            "tag": draw(st.sampled_from(["OR1", "R1001"])),
+            "range": out_range,
+            **draw(
+                part(
+                    unit=st.just("%"), limits=st.tuples(positions(cv), positions(cv)), offset=positions(cv), pulse=pulse
+                )
+            ),
+        },
+        "deadband": draw(distances(sp)),
+        "anti_windup": draw(st.booleans()),
         "autotune": draw(part(type=st.sampled_from(["PID", "PI"]), timeout=st.integers(0, 65535))),
-    }  # fmt: skip
+    }
     for key in ("pv", "output"):
         data[key] = {k: v for k, v in data[key].items() if v is not None}
     return data

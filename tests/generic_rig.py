@@ -13,9 +13,13 @@ from pidcfg.sim.plc import TICKS
 from rig_plants import Fixed
 
 PLAIN = {
-    "output_raises_pv": True, "sample_time": "100 ms", "tuning": {"gain": 1}, "pv": {"range": [0, 100]},
-    "setpoint": {"value": 0}, "output": {"range": [-100, 100]},
-}  # fmt: skip
+    "output_raises_pv": True,
+    "sample_time": "100 ms",
+    "tuning": {"gain": 1},
+    "pv": {"range": [0, 100]},
+    "setpoint": {"value": 0},
+    "output": {"range": [-100, 100]},
+}
 """A proportional loop with a gain of 1."""
 
 
@@ -95,22 +99,43 @@ def loops(names):
     """Loops with every key that the schema knows, given or left out; they get their names later."""
     points = part({}, low_low=NUMBERS, low=NUMBERS, high=NUMBERS, high_high=NUMBERS)
     tuning = part(
-        {"gain": POSITIVE}, integral_time=TIMES | st.just("off"), derivative_time=TIMES | st.just("off"),
-        proportional=TRUTHS, derivative_on=st.sampled_from(["pv", "error"]), derivative_filter=TIMES,
-    )  # fmt: skip
+        {"gain": POSITIVE},
+        integral_time=TIMES | st.just("off"),
+        derivative_time=TIMES | st.just("off"),
+        proportional=TRUTHS,
+        derivative_on=st.sampled_from(["pv", "error"]),
+        derivative_filter=TIMES,
+    )
     output = part(
-        {"range": PAIRS}, unit=TEXTS, limits=PAIRS, bias=NUMBERS, manual=NUMBERS, max_rate=POSITIVE,
+        {"range": PAIRS},
+        unit=TEXTS,
+        limits=PAIRS,
+        bias=NUMBERS,
+        manual=NUMBERS,
+        max_rate=POSITIVE,
         pulse=part({"period": TIMES}, min_on=TIMES, min_off=TIMES),
-    )  # fmt: skip
+    )
     return part(
-        {"output_raises_pv": TRUTHS, "sample_time": TIMES, "tuning": tuning, "output": output,
-         "pv": part({"range": PAIRS}, unit=TEXTS, filter=TIMES, square_root=TRUTHS)},
-        description=TEXTS, mode=st.sampled_from(["manual", "auto", "cascade"]),
+        {
+            "output_raises_pv": TRUTHS,
+            "sample_time": TIMES,
+            "tuning": tuning,
+            "output": output,
+            "pv": part({"range": PAIRS}, unit=TEXTS, filter=TIMES, square_root=TRUTHS),
+        },
+        description=TEXTS,
+        mode=st.sampled_from(["manual", "auto", "cascade"]),
         setpoint=part({}, value=NUMBERS, limits=PAIRS, source=st.sampled_from(names), follows_pv=TRUTHS),
         deadband=POSITIVE,
-        anti_windup=TRUTHS, alarms=part({}, pv=points, deviation=part({}, high=POSITIVE, high_high=POSITIVE),
-                                        rate_of_change=POSITIVE, hysteresis=POSITIVE),
-    )  # fmt: skip
+        anti_windup=TRUTHS,
+        alarms=part(
+            {},
+            pv=points,
+            deviation=part({}, high=POSITIVE, high_high=POSITIVE),
+            rate_of_change=POSITIVE,
+            hysteresis=POSITIVE,
+        ),
+    )
 
 
 NAMES = ("TIC-101", "A.b", "A.b.pv", "Öl 2#")

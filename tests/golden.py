@@ -49,13 +49,28 @@ SIMULATED = {
 """Formats of ``simulate``, and the ends of their golden files."""
 VALIDATED = {**SIMULATED, "concise": "concise"}
 TREND_EVERY = {
-    "dl06/reactor": 50, "dl06/oven": 60, "dl06/flow": 10, "dl06/extruder": 100, "click/tank": 100, "click/brewery": 30,
-    "click/booster": 60, "ezlogix/oven": 150, "ezlogix/coldstore": 120, "ezlogix/dosing": 20,
-    "nextopid/heatexchanger": 20, "nextopid/cascade": 50, "nextopid/override": 50, "nextopid/ratio": 5,
-    "nextopid/splitrange": 50, "nextopid/autotune": 5, "nextopid/furnace": 60,
-    "dpide/oven": 20, "dpide/chiller": 10, "dpide/dryer": 15,
+    "dl06/reactor": 50,
+    "dl06/oven": 60,
+    "dl06/flow": 10,
+    "dl06/extruder": 100,
+    "click/tank": 100,
+    "click/brewery": 30,
+    "click/booster": 60,
+    "ezlogix/oven": 150,
+    "ezlogix/coldstore": 120,
+    "ezlogix/dosing": 20,
+    "nextopid/heatexchanger": 20,
+    "nextopid/cascade": 50,
+    "nextopid/override": 50,
+    "nextopid/ratio": 5,
+    "nextopid/splitrange": 50,
+    "nextopid/autotune": 5,
+    "nextopid/furnace": 60,
+    "dpide/oven": 20,
+    "dpide/chiller": 10,
+    "dpide/dryer": 15,
     "generic/boiler": 30,
-}  # fmt: skip
+}
 """Base steps between two rows of a trend: each file has a few hundred."""
 
 
@@ -88,8 +103,19 @@ def run(example: str) -> dict[str, bytes]:
     name, every = Path(example).name, str(TREND_EVERY[example])
     with tempfile.TemporaryDirectory() as folder:
         trend = Path(folder) / "trend.csv"
-        report = pidcfg(example, "simulate", f"{name}.scenario.yaml", "--csv", str(trend), "--every", every,
-                        "--engine", "python", "--format", "json")  # fmt: skip
+        report = pidcfg(
+            example,
+            "simulate",
+            f"{name}.scenario.yaml",
+            "--csv",
+            str(trend),
+            "--every",
+            every,
+            "--engine",
+            "python",
+            "--format",
+            "json",
+        )
         json.loads(report)
         return {f"{name}.trend.csv": trend.read_bytes(), f"{name}.report.json": report.encode()}
 

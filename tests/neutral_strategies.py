@@ -8,17 +8,39 @@ from pydantic import BaseModel
 from pidcfg.schemas.generic import GenericFile
 
 EVERYTHING = {
-    "name": "L1", "description": "A loop", "mode": "manual", "output_raises_pv": True, "sample_time": 1,
-    "tuning": {"gain": 0.5, "integral_time": 30, "derivative_time": 4, "proportional": False, "derivative_on": "error",
-               "derivative_filter": 0.5},
+    "name": "L1",
+    "description": "A loop",
+    "mode": "manual",
+    "output_raises_pv": True,
+    "sample_time": 1,
+    "tuning": {
+        "gain": 0.5,
+        "integral_time": 30,
+        "derivative_time": 4,
+        "proportional": False,
+        "derivative_on": "error",
+        "derivative_filter": 0.5,
+    },
     "pv": {"range": [0, 200], "unit": "degC", "filter": 2, "square_root": True},
     "setpoint": {"value": 50, "limits": [10, 90], "source": "L0", "follows_pv": True},
-    "output": {"range": [0, 50], "unit": "Hz", "limits": [5, 45], "bias": 10, "manual": 20, "max_rate": 3,
-               "pulse": {"period": 10, "min_on": 1, "min_off": 2}},
-    "deadband": 1, "anti_windup": False,
-    "alarms": {"pv": {"low_low": 10, "low": 20, "high": 150, "high_high": 190},
-               "deviation": {"high": 5, "high_high": 9}, "rate_of_change": 2, "hysteresis": 1},
-}  # fmt: skip
+    "output": {
+        "range": [0, 50],
+        "unit": "Hz",
+        "limits": [5, 45],
+        "bias": 10,
+        "manual": 20,
+        "max_rate": 3,
+        "pulse": {"period": 10, "min_on": 1, "min_off": 2},
+    },
+    "deadband": 1,
+    "anti_windup": False,
+    "alarms": {
+        "pv": {"low_low": 10, "low": 20, "high": 150, "high_high": 190},
+        "deviation": {"high": 5, "high_high": 9},
+        "rate_of_change": 2,
+        "hysteresis": 1,
+    },
+}
 """Every field of the neutral loop, none of them at its default."""
 
 
@@ -81,22 +103,40 @@ def neutral_loops(draw, index: int):
         "gain": round(share * draw(st.integers(10, 4000)) / 100, 9),
         "integral_time": draw(st.just(0) | st.integers(1, 5000)),
         "derivative_time": draw(st.just(0) | st.integers(1, 50)),
-        "proportional": draw(st.booleans()), "derivative_on": draw(st.sampled_from(["pv", "error"])),
+        "proportional": draw(st.booleans()),
+        "derivative_on": draw(st.sampled_from(["pv", "error"])),
         "derivative_filter": draw(st.just(0) | st.decimals("0.1", 5, places=1)),
-    }  # fmt: skip
+    }
     return {
-        "name": f"L{index}", "mode": draw(st.sampled_from(["manual", "auto"])), "output_raises_pv": draw(st.booleans()),
-        "sample_time": draw(st.decimals("0.1", 20, places=1)), "tuning": tuning,
-        "pv": {"range": (low, high), **draw(part(unit=st.just("degC"), filter=st.decimals(0, 10, places=1),
-                                                  square_root=st.booleans()))},
+        "name": f"L{index}",
+        "mode": draw(st.sampled_from(["manual", "auto"])),
+        "output_raises_pv": draw(st.booleans()),
+        "sample_time": draw(st.decimals("0.1", 20, places=1)),
+        "tuning": tuning,
+        "pv": {
+            "range": (low, high),
+            **draw(part(unit=st.just("degC"), filter=st.decimals(0, 10, places=1), square_root=st.booleans())),
+        },
         "setpoint": draw(part(value=within(low, high), limits=pairs(low, high), follows_pv=st.booleans())),
-        "output": {"range": (out_low, out_high), **draw(part(
-            unit=st.just("%"), limits=pairs(out_low, out_high), bias=within(out_low, out_high),
-            manual=within(out_low, out_high), max_rate=st.integers(1, 50),
-            pulse=st.fixed_dictionaries({"period": st.integers(2, 600)}, optional={"min_on": st.integers(0, 1)})))},
-        "deadband": draw(within(0, 0.02 * (high - low))), "anti_windup": draw(st.booleans()),
+        "output": {
+            "range": (out_low, out_high),
+            **draw(
+                part(
+                    unit=st.just("%"),
+                    limits=pairs(out_low, out_high),
+                    bias=within(out_low, out_high),
+                    manual=within(out_low, out_high),
+                    max_rate=st.integers(1, 50),
+                    pulse=st.fixed_dictionaries(
+                        {"period": st.integers(2, 600)}, optional={"min_on": st.integers(0, 1)}
+                    ),
+                )
+            ),
+        },
+        "deadband": draw(within(0, 0.02 * (high - low))),
+        "anti_windup": draw(st.booleans()),
         "alarms": draw(alarms(low, high)),
-    }  # fmt: skip
+    }
 
 
 @st.composite

@@ -125,6 +125,9 @@ def lead_lag_32(ts, p, xs):
 
 
 IN_FLOAT32 = {
-    "ControlLowFilter": low_filter_32, "ControlLag": lag_32, "ControlDelay": delay_32,
-    "ControlDelayLag": delay_lag_32, "ControlLeadLag": lead_lag_32,
-}  # fmt: skip
+    "ControlLowFilter": low_filter_32,
+    "ControlLag": lag_32,
+    "ControlDelay": delay_32,
+    "ControlDelayLag": delay_lag_32,
+    "ControlLeadLag": lead_lag_32,
+}

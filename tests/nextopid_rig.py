@@ -101,12 +101,22 @@ def random_loop(rng, numbers, bools):
         return f"{kind}, SP: 40, DeadBand: 1.5, MinPV: 0, MaxPV: 100, Direct: {rng.choice(['true', 'false'])}"
     wired = numbers[:2] + numbers[4:]
     given = {
-        "SP": rng.choice(["40", "60", "B"]), "Kp": rng.choice([0, 0.5, 2.25]), "Ti_Ki": rng.choice([0, 2, 15]),
-        "Td_Kd": rng.choice([0, 0.4]), "Tfd": rng.choice([0, 0.7]), "MinMV": rng.choice([0, 20]), "MaxMV": 100,
-        "MinPV": 0, "MaxPV": 100, "MaxVarMV": rng.choice([0, 0, 3]), "DeadBand": rng.choice([0, 0, 4]),
-        "BIAS": rng.choice(["0", "5", expression(rng, wired)]), "ManualMV": rng.choice(["30", "A"]),
-        "TRK_VAL": rng.choice(["10", expression(rng, wired)]), "SP_CASC": rng.choice(["50", expression(rng, wired)]),
-    }  # fmt: skip
+        "SP": rng.choice(["40", "60", "B"]),
+        "Kp": rng.choice([0, 0.5, 2.25]),
+        "Ti_Ki": rng.choice([0, 2, 15]),
+        "Td_Kd": rng.choice([0, 0.4]),
+        "Tfd": rng.choice([0, 0.7]),
+        "MinMV": rng.choice([0, 20]),
+        "MaxMV": 100,
+        "MinPV": 0,
+        "MaxPV": 100,
+        "MaxVarMV": rng.choice([0, 0, 3]),
+        "DeadBand": rng.choice([0, 0, 4]),
+        "BIAS": rng.choice(["0", "5", expression(rng, wired)]),
+        "ManualMV": rng.choice(["30", "A"]),
+        "TRK_VAL": rng.choice(["10", expression(rng, wired)]),
+        "SP_CASC": rng.choice(["50", expression(rng, wired)]),
+    }
     for name in ("Indep", "DisableP", "DerivEr", "CASC", "Direct", "TRK_IN", "OVERR", "Windup_H_IN", "Windup_L_IN"):
         given[name] = rng.choice(["false", "false", "true", rng.choice(bools)])
     if "TUNE" in kind:

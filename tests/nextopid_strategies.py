@@ -86,10 +86,12 @@ def items(draw, name: str, kind: str, chosen: dict[str, str], wireable: dict[str
             data[row.name] = draw(number("0.001" if positive else "-5000"))
     if "TUNE" in kind and draw(st.booleans()):
         data["AutoTuneParam"] = {
-            "PercAmpMV": draw(number("0.1", "50")), "PercHystPV": draw(number("0.01", "1")),
-            "PercMaxPeakPV": draw(number("0.1", "50")), "NumCycles": draw(st.integers(1, 10)),
+            "PercAmpMV": draw(number("0.1", "50")),
+            "PercHystPV": draw(number("0.01", "1")),
+            "PercMaxPeakPV": draw(number("0.1", "50")),
+            "NumCycles": draw(st.integers(1, 10)),
             "Mode": draw(st.sampled_from(["P", "PI", "PID"])),
-        }  # fmt: skip
+        }
     return data | ({"description": draw(TEXTS)} if draw(st.booleans()) else {})
 
 

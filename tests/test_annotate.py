@@ -29,8 +29,9 @@ def annotate(path, vendor, *options):
 def test_every_word_of_the_examples_has_a_meaning(vendor, file):
     result = annotate(EXAMPLES / vendor / "golden" / file, vendor)
     if file.endswith((".modbus.csv", ".hex", ".nicknames.csv")) and vendor == "click":
-        result = annotate(EXAMPLES / vendor / "golden" / file, vendor, "--bits", "C101", "--integers", "DS101",
-                          "--floats", "DF101")  # fmt: skip
+        result = annotate(
+            EXAMPLES / vendor / "golden" / file, vendor, "--bits", "C101", "--integers", "DS101", "--floats", "DF101"
+        )
     assert result.exit_code == 0, result.stderr
     head, *lines = result.stdout.splitlines()
     at = head.index("meaning")
@@ -114,8 +115,17 @@ def test_words_without_a_loop_say_so(tmp_path):
 
 
 def test_status_words_of_other_vendors(tmp_path):
-    click = lines_of(tmp_path, "DS101 001B\nDF107 42F00000\nC110 1\n", "click", "--bits", "C101", "--integers", "DS101",
-                     "--floats", "DF101")  # fmt: skip
+    click = lines_of(
+        tmp_path,
+        "DS101 001B\nDF107 42F00000\nC110 1\n",
+        "click",
+        "--bits",
+        "C101",
+        "--integers",
+        "DS101",
+        "--floats",
+        "DF101",
+    )
     assert click["DS101"].endswith("reset time (DFn+06) is not within 0.01 to 6000 s")
     assert click["DF107"].endswith("Integral or reset time (I): 120 s")
     assert click["C110"].endswith("reverse (inferred, not printed: compare the PID window, D100)")

@@ -114,11 +114,16 @@ def test_paths_are_seen_from_the_baseline(validate, tmp_path, monkeypatch, capsy
     assert run(monkeypatch, capsysbinary, "../a.yaml", "--baseline", "../known.json", "--strict").code == 0
 
 
-@pytest.mark.parametrize(("text", "words"), [
-    ("{", "1:2: not JSON"), ("[]", "not a baseline of version 1"), ('{"version": 2, "findings": []}', "version 1"),
-    ('{"version": 1, "findings": [{"code": "PID242"}]}', "findings[0] must have the texts code"),
-    ("[" * 100_000, "not JSON"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("{", "1:2: not JSON"),
+        ("[]", "not a baseline of version 1"),
+        ('{"version": 2, "findings": []}', "version 1"),
+        ('{"version": 1, "findings": [{"code": "PID242"}]}', "findings[0] must have the texts code"),
+        ("[" * 100_000, "not JSON"),
+    ],
+)
 def test_a_baseline_that_cannot_be_read_is_unusable_input(validate, tmp_path, text, words):
     (tmp_path / KNOWN).write_text(text, "utf-8")
     found = validate()
@@ -136,12 +141,22 @@ def test_a_baseline_needs_a_name(monkeypatch, capsysbinary, tmp_path, option):
 CODES = st.sampled_from(["PID020", "PID043", "PID054", "PID101", "PID242"])
 FOUND = st.builds(
     lambda code, severity, file, message: Diagnostic(code, severity, message, file, Span(1, 1, 1, 2), ("loops", 0)),
-    CODES, st.sampled_from(Severity), st.sampled_from(["a", "b"]), st.sampled_from(["x", "y"]),
-)  # fmt: skip
+    CODES,
+    st.sampled_from(Severity),
+    st.sampled_from(["a", "b"]),
+    st.sampled_from(["x", "y"]),
+)
 ENTRIES = st.lists(
-    st.builds(Entry, CODES, st.sampled_from(["error", "warning"]), st.sampled_from(["a", "b"]), st.just("loops[0]"),
-              st.sampled_from(["x", "y"])), max_size=8,
-)  # fmt: skip
+    st.builds(
+        Entry,
+        CODES,
+        st.sampled_from(["error", "warning"]),
+        st.sampled_from(["a", "b"]),
+        st.just("loops[0]"),
+        st.sampled_from(["x", "y"]),
+    ),
+    max_size=8,
+)
 
 
 @given(st.lists(FOUND, max_size=8), ENTRIES, st.sets(st.sampled_from(["a", "b"])), st.booleans())

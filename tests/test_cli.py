@@ -77,8 +77,19 @@ def test_json_findings_have_the_published_layout(reactor):
     (found,) = document["findings"]
     assert (found["code"], found["severity"], found["line"], found["column"]) == ("PID101", "error", 17, 20)
     assert (found["path"], found["loop"]) == ("loops[0].tuning.gain", "FIC-102")
-    assert list(found) == ["code", "severity", "message", "file", "line", "column", "path", "loop", "plc_effect",
-                           "reference", "help"]  # fmt: skip
+    assert list(found) == [
+        "code",
+        "severity",
+        "message",
+        "file",
+        "line",
+        "column",
+        "path",
+        "loop",
+        "plc_effect",
+        "reference",
+        "help",
+    ]
 
 
 def test_json_is_one_valid_document_even_when_nothing_could_be_read(tmp_path):
@@ -236,9 +247,13 @@ def test_wrong_usage_is_exit_code_2():
 
 @pytest.mark.parametrize(
     ("word", "meant"),
-    [("simulat", "did you mean simulate?"), ("check", "did you mean validate?"), ("Validate", "did you mean validate?"),
-     ("zzz", f"there are {', '.join(COMMANDS)}")],
-)  # fmt: skip
+    [
+        ("simulat", "did you mean simulate?"),
+        ("check", "did you mean validate?"),
+        ("Validate", "did you mean validate?"),
+        ("zzz", f"there are {', '.join(COMMANDS)}"),
+    ],
+)
 def test_an_unknown_command_says_which_one_is_meant(word, meant):
     result = CliRunner().invoke(cli, [word, "x.yaml"])
     assert result.exit_code == 2
@@ -344,8 +359,13 @@ def test_encode_decode_encode_through_files(reactor, tmp_path, kind):
 def test_encode_json_has_the_published_layout(reactor):
     document = json.loads(run("encode", str(reactor), "--format", "json").stdout)
     assert (document["version"], document["vendor"]) == (1, "dl06")
-    assert document["words"][7] == {"address": "V2007", "value": 32, "hex": "0020", "loop": "FIC-102",
-                                    "field": "sample_rate"}  # fmt: skip
+    assert document["words"][7] == {
+        "address": "V2007",
+        "value": 32,
+        "hex": "0020",
+        "loop": "FIC-102",
+        "field": "sample_rate",
+    }
     assert document["settings"][0]["pv"] == {"range": [0, 50], "unit": "m3/h"}
     addresses = [int(w["address"][1:], 8) for w in document["words"]]
     assert addresses == sorted(addresses)

@@ -12,14 +12,35 @@ from pidcfg.sim.controllers.click.words import number_of
 from rig_plants import FirstOrder, Fixed
 
 
-def settled(action="direct", gain=1.0, time_constant=20.0, dead_time=2.0, sample_rate="500 ms", *, out=40.0, pv=50.0,
-            pv_range=(0, 100), noise=0.0, **loop):  # fmt: skip
+def settled(
+    action="direct",
+    gain=1.0,
+    time_constant=20.0,
+    dead_time=2.0,
+    sample_rate="500 ms",
+    *,
+    out=40.0,
+    pv=50.0,
+    pv_range=(0, 100),
+    noise=0.0,
+    **loop,
+):
     """A loop in Auto at rest at its set point, and its plant."""
     sign = 1.0 if action == "direct" else -1.0
     plant = FirstOrder(sign * gain, time_constant, dead_time, pv, pv - sign * gain * out)
     base = int(sample_rate.split()[0]) / 1000
-    rig = Rig({"action": action, "sample_rate": sample_rate, "setpoint": {"value": pv}, "pv": {"range": pv_range},
-               "tuning": {"proportional_gain": 0.5, "reset_time": 60}, **loop}, plants=[plant], base=base)  # fmt: skip
+    rig = Rig(
+        {
+            "action": action,
+            "sample_rate": sample_rate,
+            "setpoint": {"value": pv},
+            "pv": {"range": pv_range},
+            "tuning": {"proportional_gain": 0.5, "reset_time": 60},
+            **loop,
+        },
+        plants=[plant],
+        base=base,
+    )
     rig.set("output", out)
     rig.auto().step(4)
     rig.noise = noise
@@ -97,8 +118,10 @@ def test_the_step_is_a_tenth_of_the_outputs_limits():
 
 
 def test_the_gain_does_not_depend_on_the_outputs_limits():
-    found = [tuned(settled(autotune={"method": "open"}, output={"limits": limits}))["results"]["proportional_gain"]
-             for limits in ([0, 100], [20, 60])]  # fmt: skip
+    found = [
+        tuned(settled(autotune={"method": "open"}, output={"limits": limits}))["results"]["proportional_gain"]
+        for limits in ([0, 100], [20, 60])
+    ]
 
     assert found[0] == pytest.approx(found[1], rel=0.05)
 
@@ -132,8 +155,16 @@ def test_a_small_answer_makes_the_step_a_fifth():
 
 @pytest.mark.parametrize("method", ["open", "closed"])
 def test_a_process_that_does_not_answer_is_given_up(method):
-    rig = Rig({"sample_rate": "5 s", "setpoint": {"value": 51}, "autotune": {"method": method},
-               "tuning": {"proportional_gain": 1.5}}, plants=[Fixed(50.0)], base=5.0)  # fmt: skip
+    rig = Rig(
+        {
+            "sample_rate": "5 s",
+            "setpoint": {"value": 51},
+            "autotune": {"method": method},
+            "tuning": {"proportional_gain": 1.5},
+        },
+        plants=[Fixed(50.0)],
+        base=5.0,
+    )
     rig.set("output", 30)
     rig.auto().step(2)
     bias = rig.st[0].bias
@@ -153,8 +184,15 @@ def test_closed_loop_gains_follow_from_the_relays_cycle(gain, time_constant, dea
 
     A = K d - (K d - h) e^(-L/T), half a period is L + T ln((K d + A) / (K d - h)) (the plant being centred).
     """
-    rig = settled(action, gain, time_constant, dead_time, "100 ms", out=50.0,
-                  autotune={"method": "closed", "hysteresis": hysteresis})  # fmt: skip
+    rig = settled(
+        action,
+        gain,
+        time_constant,
+        dead_time,
+        "100 ms",
+        out=50.0,
+        autotune={"method": "closed", "hysteresis": hysteresis},
+    )
     found = tuned(rig)
     results = found["results"]
 
@@ -236,10 +274,16 @@ def test_it_starts_in_auto_only():
     assert not rig.plc.tuned(0)["error"]
 
 
-@pytest.mark.parametrize("registers", [
-    {"pv_upper": 0.0}, {"pv_upper": math.nan}, {"pv_upper": math.inf}, {"output_upper": 0.0},
-    {"output_upper": math.inf},
-])  # fmt: skip
+@pytest.mark.parametrize(
+    "registers",
+    [
+        {"pv_upper": 0.0},
+        {"pv_upper": math.nan},
+        {"pv_upper": math.inf},
+        {"output_upper": 0.0},
+        {"output_upper": math.inf},
+    ],
+)
 @pytest.mark.parametrize("method", ["open", "closed"])
 def test_it_needs_ranges_of_pv_and_output(registers, method):
     rig = Rig(image=poked(image_of({"autotune": {"method": method}}), **registers))
@@ -341,8 +385,14 @@ def test_results_stand_in_the_registers_in_single_precision():
 
 def test_results_stay_within_what_the_registers_hold():
     """A plant without dead time at 100 ms: the sample rate would be far below 100 ms."""
-    rig = settled(dead_time=0.0, time_constant=2000.0, gain=0.01, pv_range=(49, 51), sample_rate="100 ms",
-                  autotune={"method": "open"})  # fmt: skip
+    rig = settled(
+        dead_time=0.0,
+        time_constant=2000.0,
+        gain=0.01,
+        pv_range=(49, 51),
+        sample_rate="100 ms",
+        autotune={"method": "open"},
+    )
     results = tuned(rig)["results"]
 
     assert results["sample_rate"] == 0.1

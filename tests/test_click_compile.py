@@ -36,21 +36,38 @@ def drive(first, last, cfg, st, aux, sig, noise):  # noqa: PLR0917 - numba takes
 def random_loop(rng):
     limits = sorted(round(rng.uniform(0, 90), 3) for _ in range(4))
     return {
-        "sample_rate": f"{rng.choice([100, 150, 333, 500])} ms", "action": rng.choice(["direct", "direct", "reverse"]),
-        "bumpless": rng.choice([1, 2]), "freeze_bias": rng.random() < 0.5,
-        "tuning": {"proportional_gain": rng.choice([0.3, 2.4, 50]), "reset_time": rng.choice([0.5, 10, 600]),
-                   "derivative_gain": rng.choice([0, 0.7, 4])},
-        "derivative_gain_limit": rng.choice([0, 8, 20, 100]), "derivative_gain_limit_enabled": rng.random() < 0.5,
+        "sample_rate": f"{rng.choice([100, 150, 333, 500])} ms",
+        "action": rng.choice(["direct", "direct", "reverse"]),
+        "bumpless": rng.choice([1, 2]),
+        "freeze_bias": rng.random() < 0.5,
+        "tuning": {
+            "proportional_gain": rng.choice([0.3, 2.4, 50]),
+            "reset_time": rng.choice([0.5, 10, 600]),
+            "derivative_gain": rng.choice([0, 0.7, 4]),
+        },
+        "derivative_gain_limit": rng.choice([0, 8, 20, 100]),
+        "derivative_gain_limit_enabled": rng.random() < 0.5,
         "pv": {"range": [0, 90], "filter": rng.choice([3, 50, 100]), "filter_enabled": rng.random() < 0.5},
-        "setpoint": {"value": round(rng.uniform(0, 90), 4), "lower_limit": 10, "upper_limit": 80,
-                     "lower_limit_enabled": rng.random() < 0.5, "upper_limit_enabled": rng.random() < 0.5},
-        "output": {"limits": rng.choice([[0, 100], [5.5, 80.1]]),
-                   "pwm": rng.choice([None, {"bit": "Y001", "period": 1}])},
+        "setpoint": {
+            "value": round(rng.uniform(0, 90), 4),
+            "lower_limit": 10,
+            "upper_limit": 80,
+            "lower_limit_enabled": rng.random() < 0.5,
+            "upper_limit_enabled": rng.random() < 0.5,
+        },
+        "output": {
+            "limits": rng.choice([[0, 100], [5.5, 80.1]]),
+            "pwm": rng.choice([None, {"bit": "Y001", "period": 1}]),
+        },
         "error": {"curve": rng.choice(["linear", "squared"]), "deadband": 0.3, "deadband_enabled": rng.random() < 0.3},
-        "alarms": {"pv": dict(zip(("low_low", "low", "high", "high_high"), limits, strict=True)),
-                   "deviation": {"high": 3, "high_high": 6}, "rate_of_change": 0.2, "hysteresis": rng.choice([0, 1.5])},
+        "alarms": {
+            "pv": dict(zip(("low_low", "low", "high", "high_high"), limits, strict=True)),
+            "deviation": {"high": 3, "high_high": 6},
+            "rate_of_change": 0.2,
+            "hysteresis": rng.choice([0, 1.5]),
+        },
         "autotune": {"method": rng.choice(["open", "closed"]), "type": rng.choice(["PID", "PI"])},
-    }  # fmt: skip
+    }
 
 
 def random_plc(rng):

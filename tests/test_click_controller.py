@@ -68,15 +68,17 @@ def random_loop(rng):
         "sample_rate": f"{rng.choice([100, 250, 333, 500, 7777])} ms",
         "action": rng.choice(["direct", "reverse"]),
         "freeze_bias": rng.random() < 0.5,
-        "tuning": {"proportional_gain": min(max(round(gain, 5), 0.01), 10000),
-                   "reset_time": round(10 ** rng.uniform(-1, 3), 3),
-                   "derivative_gain": rng.choice([0, round(10 ** rng.uniform(-2, 1), 3)])},
+        "tuning": {
+            "proportional_gain": min(max(round(gain, 5), 0.01), 10000),
+            "reset_time": round(10 ** rng.uniform(-1, 3), 3),
+            "derivative_gain": rng.choice([0, round(10 ** rng.uniform(-2, 1), 3)]),
+        },
         "derivative_gain_limit": rng.choice([0, 8, 10, 33, 100]),
         "pv": {"range": [0, round(span, 3)], "filter": rng.choice([5, 20, 80, 100])},
         "error": {"curve": curve, "deadband": round(rng.choice([0.001, 0.01]) * unit, 6)},
         "output": {"limits": rng.choice([[0, 100], [10.1, 70.7]])},
         "setpoint": {"value": round(span * rng.random(), 4)},
-    }  # fmt: skip
+    }
 
 
 def compared(rng):
@@ -304,8 +306,12 @@ def test_without_freeze_the_bias_winds_up_to_the_limits_of_the_output_and_recove
 @pytest.mark.parametrize(("sp", "end"), [(90.0, 70.0), (10.0, 30.0)])
 def test_freeze_bias_works_at_the_outputs_own_limits_and_lets_go(sp, end):
     pv = Fixed(50.0)
-    loop = {"tuning": {"proportional_gain": 1, "reset_time": 1}, "setpoint": {"value": sp}, "freeze_bias": True,
-            "output": {"limits": [30, 70]}}  # fmt: skip
+    loop = {
+        "tuning": {"proportional_gain": 1, "reset_time": 1},
+        "setpoint": {"value": sp},
+        "freeze_bias": True,
+        "output": {"limits": [30, 70]},
+    }
     rig = Rig(loop, plants=[pv])
     rig.set("output", 50)
     rig.auto().step(2)
@@ -323,8 +329,12 @@ def test_freeze_bias_works_at_the_outputs_own_limits_and_lets_go(sp, end):
 def test_a_transfer_from_beyond_the_limits_recovers(freeze):
     """Manual knows no limits: from an output of 100 and an upper limit of 60 the loop must find its way back."""
     plant = FirstOrder(1.0, time_constant=5.0, initial=60.0)
-    loop = {"tuning": {"proportional_gain": 0.5, "reset_time": 5}, "setpoint": {"value": 40}, "freeze_bias": freeze,
-            "output": {"limits": [10, 60]}}  # fmt: skip
+    loop = {
+        "tuning": {"proportional_gain": 0.5, "reset_time": 5},
+        "setpoint": {"value": 40},
+        "freeze_bias": freeze,
+        "output": {"limits": [10, 60]},
+    }
     rig = Rig(loop, plants=[plant])
     rig.set("output", 100)
     rig.step(2)
@@ -337,12 +347,18 @@ def test_a_transfer_from_beyond_the_limits_recovers(freeze):
 
 
 @given(
-    st.fixed_dictionaries({
-        "proportional_gain": st.floats(0.01, 10000), "reset_time": st.floats(0.01, 6000),
-        "derivative_gain": st.floats(0, 6000),
-    }),
-    st.booleans(), st.integers(0, 40), st.integers(1, 60), st.lists(st.floats(-1e9, 1e9), min_size=5, max_size=40),
-)  # fmt: skip
+    st.fixed_dictionaries(
+        {
+            "proportional_gain": st.floats(0.01, 10000),
+            "reset_time": st.floats(0.01, 6000),
+            "derivative_gain": st.floats(0, 6000),
+        }
+    ),
+    st.booleans(),
+    st.integers(0, 40),
+    st.integers(1, 60),
+    st.lists(st.floats(-1e9, 1e9), min_size=5, max_size=40),
+)
 @settings(max_examples=60, deadline=None)
 def test_neither_output_nor_bias_leaves_the_limits_in_auto(tuning, freeze, low, width, pvs):
     pv = Fixed(pvs[0])

@@ -25,9 +25,14 @@ SLOW = settings(
     max_examples=120, deadline=None, suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large]
 )
 LOOP = {
-    "bits": "C101", "integers": "DS201", "floats": "DF301", "action": "direct", "sample_rate": "500 ms",
-    "tuning": {"proportional_gain": 1, "reset_time": 10}, "pv": {"range": [0, 100]},
-}  # fmt: skip
+    "bits": "C101",
+    "integers": "DS201",
+    "floats": "DF301",
+    "action": "direct",
+    "sample_rate": "500 ms",
+    "tuning": {"proportional_gain": 1, "reset_time": 10},
+    "pv": {"range": [0, 100]},
+}
 LISTINGS = ("text", "csv", "json", "modbus")
 
 
@@ -109,8 +114,11 @@ def test_blocks_have_the_sizes_of_the_help_and_every_register_once():
         assert [w.offset for w in table.words] == list(range(table.size))
     cells = encode(configuration()).image.cells
     assert (cells[0].address, cells[40].address, cells[55].address, cells[-1].address) == (
-        "C101", "DS201", "DF301", "DF325",
-    )  # fmt: skip
+        "C101",
+        "DS201",
+        "DF301",
+        "DF325",
+    )
 
 
 def test_requests_are_never_encoded_and_what_the_controller_owns_only_when_the_file_states_it():

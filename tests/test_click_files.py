@@ -37,10 +37,16 @@ SLOW = settings(
     max_examples=25, deadline=None, suppress_health_check=[HealthCheck.too_slow, HealthCheck.filter_too_much]
 )
 LOOP = {
-    "name": "TANK1", "bits": "C101", "integers": "DS101", "floats": "DF101", "action": "reverse",
-    "sample_rate": "500 ms", "tuning": {"proportional_gain": 2.4, "reset_time": 30, "derivative_gain": 4},
-    "pv": {"range": [40, 140], "unit": "degF"}, "setpoint": {"value": 105},
-}  # fmt: skip
+    "name": "TANK1",
+    "bits": "C101",
+    "integers": "DS101",
+    "floats": "DF101",
+    "action": "reverse",
+    "sample_rate": "500 ms",
+    "tuning": {"proportional_gain": 2.4, "reset_time": 30, "derivative_gain": 4},
+    "pv": {"range": [40, 140], "unit": "degF"},
+    "setpoint": {"value": 105},
+}
 SECOND = {**LOOP, "name": "VAT_2", "bits": "C201", "integers": "DS201", "floats": "DF201", "action": "direct"}
 BLOCKS = ("--bits", "C101,C201", "--integers", "DS101,DS201", "--floats", "DF101,DF201")
 
@@ -65,8 +71,20 @@ def image():
 def dump(tmp_path) -> str:
     """A dump as the PLC's software saves it, with values of the user's."""
     path = tmp_path / "dump.csv"
-    data = {"X001": True, "C1": True, "C116": True, "C2000": True, "DS1": -7, "DS101": 26, "DD1": 70000, "DH1": 0xBEEF,
-            "DF1": 1.5, "DF113": 98.6, "TXT1": "A", "TXT2": "<"}  # fmt: skip
+    data = {
+        "X001": True,
+        "C1": True,
+        "C116": True,
+        "C2000": True,
+        "DS1": -7,
+        "DS101": 26,
+        "DD1": 70000,
+        "DH1": 0xBEEF,
+        "DF1": 1.5,
+        "DF113": 98.6,
+        "TXT1": "A",
+        "TXT2": "<",
+    }
     write_plc_data(path, data, banks=["X", "Y", "C", "T", "CT", "DS", "DD", "DH", "DF", "TD", "CTD", "TXT"])
     return path.read_text("ascii")
 
@@ -110,9 +128,14 @@ def test_every_setting_has_its_value_and_nothing_else_has_one(image, tmp_path):
     records = {r.display_address: r for r in read_csv(path).values()}
     for cell in image.cells:
         if cell.access == "setting":
-            assert SPACE.kind(cell.number).read(float(records[cell.address].initial_value)
-                                                if cell.address.startswith("DF")
-                                                else int(records[cell.address].initial_value)) == cell.raw  # fmt: skip
+            assert (
+                SPACE.kind(cell.number).read(
+                    float(records[cell.address].initial_value)
+                    if cell.address.startswith("DF")
+                    else int(records[cell.address].initial_value)
+                )
+                == cell.raw
+            )
         elif cell.address in records:
             assert records[cell.address].initial_value == "0", cell
 
@@ -353,8 +376,19 @@ def test_a_file_in_another_encoding_is_refused(folder, content):
 
 def test_a_file_over_the_limit_is_refused_and_not_cut(folder):
     (folder / "mine.csv").write_bytes((USERS + USERS.split("\r\n", 1)[1] * 20).encode())
-    result = run("encode", "plant.yaml", "--format", "nickname-csv", "--into", "mine.csv", "-o", "new.csv",
-                 "--limit", "file_bytes=900", cwd=folder)  # fmt: skip
+    result = run(
+        "encode",
+        "plant.yaml",
+        "--format",
+        "nickname-csv",
+        "--into",
+        "mine.csv",
+        "-o",
+        "new.csv",
+        "--limit",
+        "file_bytes=900",
+        cwd=folder,
+    )
     assert result.returncode == 2
     assert "mine.csv is larger than 900 bytes" in result.stderr.decode()
     assert not (folder / "new.csv").exists()

@@ -207,12 +207,24 @@ def test_the_ends_of_what_a_register_may_hold_are_no_error(register, value):
     assert rig.mode() == "auto"
 
 
-@pytest.mark.parametrize(("upper", "low_on", "high_on", "number"), [
-    (40.0, 1, 1, 23), (40.0, 1, 0, 0), (40.0, 0, 1, 0), (40.0, 0, 0, 0), (50.0, 1, 1, 0),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("upper", "low_on", "high_on", "number"),
+    [
+        (40.0, 1, 1, 23),
+        (40.0, 1, 0, 0),
+        (40.0, 0, 1, 0),
+        (40.0, 0, 0, 0),
+        (50.0, 1, 1, 0),
+    ],
+)
 def test_crossed_set_point_limits_are_an_error_when_both_count(upper, low_on, high_on, number):
-    image = poked(image_of({}), setpoint_lower=50.0, setpoint_upper=upper, setpoint_lower_enable=low_on,
-                  setpoint_upper_enable=high_on)  # fmt: skip
+    image = poked(
+        image_of({}),
+        setpoint_lower=50.0,
+        setpoint_upper=upper,
+        setpoint_lower_enable=low_on,
+        setpoint_upper_enable=high_on,
+    )
 
     assert Rig(image=image).plc.flags == {"DS1": number}
 
@@ -233,9 +245,13 @@ def test_errors_come_and_go_and_the_lowest_shows():
     out = rig.out()
     seen = []
     for key, value in (
-        ("tuning.reset_time", 0.005), ("tuning.derivative_gain", 7000), ("sample_rate", "50 ms"),
-        ("sample_rate", "100 ms"), ("tuning.reset_time", 10), ("tuning.derivative_gain", 1),
-    ):  # fmt: skip
+        ("tuning.reset_time", 0.005),
+        ("tuning.derivative_gain", 7000),
+        ("sample_rate", "50 ms"),
+        ("sample_rate", "100 ms"),
+        ("tuning.reset_time", 10),
+        ("tuning.derivative_gain", 1),
+    ):
         rig.set(key, value)
         rig.step()
         seen.append((rig.plc.flags["DS1"], rig.mode(), rig.out()))
@@ -243,8 +259,12 @@ def test_errors_come_and_go_and_the_lowest_shows():
     assert [number for number, _, _ in seen] == [27, 27, 10, 27, 28, 0]
     assert {(mode, value) for _, mode, value in seen} == {("manual", out)}
     assert [text.partition(":")[0] for _, text in rig.log] == [
-        "to Manual", "PID error 10", "PID error 27", "PID error 28", "no PID error any more",
-    ]  # fmt: skip
+        "to Manual",
+        "PID error 10",
+        "PID error 27",
+        "PID error 28",
+        "no PID error any more",
+    ]
     assert "reset time (DFn+06) is not within 0.01 to 6000 s" in rig.log[0][1]
     assert rig.st[0].status & FLAG_BITS["pid_error"] == 0
     assert rig.auto().step().mode() == "auto"
@@ -279,8 +299,9 @@ def test_a_notice_knows_what_was_requested():
 
     assert requested(number) == "auto"
     assert describe(number) == (
-        "refused: PID error 27: reset time (DFn+06) is not within 0.01 to 6000 s", "no PID error any more",
-    )  # fmt: skip
+        "refused: PID error 27: reset time (DFn+06) is not within 0.01 to 6000 s",
+        "no PID error any more",
+    )
     assert requested(4) is None
     assert describe(0) == ("", "")
 
@@ -303,8 +324,9 @@ def test_stop_turns_outputs_off_and_run_begins_in_manual_with_the_register():
     assert rig.st[0].out == out
     rig.auto().step(3)
     assert rig.log == [
-        ("L1", "to Manual: the PLC went to STOP mode"), ("L1", "refused: the PLC is in STOP mode"),
-    ]  # fmt: skip
+        ("L1", "to Manual: the PLC went to STOP mode"),
+        ("L1", "refused: the PLC is in STOP mode"),
+    ]
     rig.plc.run(rig.tick)
     rig.step(5)
     assert (rig.mode(), rig.out(), rig.sig[rig.cfg[0].sig_pv]) == ("manual", out, 99.0)
@@ -376,25 +398,39 @@ def test_alarms_come_beyond_the_limit_and_go_with_the_hysteresis():
     assert trail([80, 80.5, 80, 78.5, 78, 79], alarms=alarms) == [[], *[["pv_high"]] * 3, [], []]
     assert trail([20, 19.5, 20, 21.5, 22, 21], alarms=alarms) == [[], *[["pv_low"]] * 3, [], []]
     assert trail([9, 15, 50, 85, 95], alarms=alarms) == [
-        ["pv_low_low", "pv_low"], ["pv_low"], [], ["pv_high"], ["pv_high", "pv_high_high"],
-    ]  # fmt: skip
+        ["pv_low_low", "pv_low"],
+        ["pv_low"],
+        [],
+        ["pv_high"],
+        ["pv_high", "pv_high_high"],
+    ]
 
 
 def test_deviation_counts_in_both_directions():
     alarms = {"deviation": {"high": 5, "high_high": 10}, "hysteresis": 1}
 
     assert trail([65, 65.5, 70.5, 69.5, 69, 64, 54.5, 49], alarms=alarms) == [
-        [], ["deviation_high"], *[["deviation_high", "deviation_high_high"]] * 2, ["deviation_high"], [],
-        ["deviation_high"], ["deviation_high", "deviation_high_high"],
-    ]  # fmt: skip
+        [],
+        ["deviation_high"],
+        *[["deviation_high", "deviation_high_high"]] * 2,
+        ["deviation_high"],
+        [],
+        ["deviation_high"],
+        ["deviation_high", "deviation_high_high"],
+    ]
 
 
 def test_rate_of_change_is_per_sample_without_hysteresis_and_not_at_first():
     alarms = {"rate_of_change": 5, "hysteresis": 20}
 
     assert trail([90, 85, 79.5, 79.5, 84.5, 90], alarms=alarms) == [
-        [], [], ["rate_of_change"], [], [], ["rate_of_change"],
-    ]  # fmt: skip
+        [],
+        [],
+        ["rate_of_change"],
+        [],
+        [],
+        ["rate_of_change"],
+    ]
 
 
 def test_the_manuals_rate_of_15_a_minute_is_half_a_unit_in_2_s():
@@ -458,8 +494,14 @@ def expected(pvs, limits, hysteresis):
     """The rule by the letter, in whole numbers, which single precision holds exactly."""
     status = 0
     for pv in pvs:
-        excesses = (limits[0] - pv, limits[1] - pv, pv - limits[2], pv - limits[3], abs(pv - 60) - limits[4],
-                    abs(pv - 60) - limits[5])  # fmt: skip
+        excesses = (
+            limits[0] - pv,
+            limits[1] - pv,
+            pv - limits[2],
+            pv - limits[3],
+            abs(pv - 60) - limits[4],
+            abs(pv - 60) - limits[5],
+        )
         for bit, excess in zip(ALARM_BITS.values(), excesses, strict=False):
             if excess > 0:
                 status |= bit
@@ -476,8 +518,11 @@ def expected(pvs, limits, hysteresis):
 @settings(max_examples=60, deadline=None)
 def test_alarms_follow_the_rule_by_the_letter(pvs, limits, hysteresis):
     keys = ("low_low", "low", "high", "high_high")
-    alarms = {"pv": dict(zip(keys, limits, strict=False)), "hysteresis": hysteresis,
-              "deviation": {"high": limits[4], "high_high": limits[5]}}  # fmt: skip
+    alarms = {
+        "pv": dict(zip(keys, limits, strict=False)),
+        "hysteresis": hysteresis,
+        "deviation": {"high": limits[4], "high_high": limits[5]},
+    }
     rig = at(alarms=alarms)
     for rig.plants[0].value in pvs:
         rig.step()
@@ -490,9 +535,11 @@ KEYS = ("pv_low_low", "pv_low", "pv_high", "pv_high_high", "deviation_high", "de
 
 
 @given(
-    st.lists(NUMBERS, min_size=3, max_size=25), st.lists(NUMBERS | st.just(math.nan), min_size=7, max_size=7),
-    st.floats(0, 20, width=32), st.lists(NUMBERS, min_size=1, max_size=3),
-)  # fmt: skip
+    st.lists(NUMBERS, min_size=3, max_size=25),
+    st.lists(NUMBERS | st.just(math.nan), min_size=7, max_size=7),
+    st.floats(0, 20, width=32),
+    st.lists(NUMBERS, min_size=1, max_size=3),
+)
 @settings(max_examples=150, deadline=None)
 def test_the_quiet_band_never_hides_an_alarm(pvs, limits, hysteresis, setpoints):
     """The step looks at limits only when the PV leaves a band; the outcome is that of always looking."""
@@ -512,8 +559,12 @@ def test_the_quiet_band_never_hides_an_alarm(pvs, limits, hysteresis, setpoints)
 
 
 def test_limits_that_are_no_numbers_make_no_alarm():
-    image = poked(image_of({"alarms": {"pv": PV_LIMITS, "rate_of_change": 5}}), pv_high=math.nan,
-                  rate_of_change=math.nan, hysteresis=math.nan)  # fmt: skip
+    image = poked(
+        image_of({"alarms": {"pv": PV_LIMITS, "rate_of_change": 5}}),
+        pv_high=math.nan,
+        rate_of_change=math.nan,
+        hysteresis=math.nan,
+    )
     rig = Rig(image=image, plants=[Fixed(50.0)])
     rig.step(2)
     rig.plants[0].value = 95.0

@@ -103,8 +103,22 @@ def test_names_signals_and_scales():
     plc = load(image_of({"mode": "auto"}, {"output": {"pwm": {"bit": "Y002"}}}))
 
     assert plc.loops == ["L1", "L2"]
-    assert plc.signals == ["", "L1.PV", "L1.SP", "L1.CO", "L1.BIAS", "L1.ERROR", "",
-                           "", "L2.PV", "L2.SP", "L2.CO", "L2.BIAS", "L2.ERROR", "L2.PWM"]  # fmt: skip
+    assert plc.signals == [
+        "",
+        "L1.PV",
+        "L1.SP",
+        "L1.CO",
+        "L1.BIAS",
+        "L1.ERROR",
+        "",
+        "",
+        "L2.PV",
+        "L2.SP",
+        "L2.CO",
+        "L2.BIAS",
+        "L2.ERROR",
+        "L2.PWM",
+    ]
     assert plc.goals == ["auto", "manual"]
     assert [scale[:2] for scale in plc.scales] == [(0.0, 100.0)] * 2
     assert plc.flags == {"DS1": 0, "DS16": 0}
@@ -112,10 +126,17 @@ def test_names_signals_and_scales():
     assert plc.scan_time(0.001) is None
 
 
-@pytest.mark.parametrize(("rate", "period", "base"), [
-    ("500 ms", 10, 100_000), ("500 ms", 1, 10_000), ("333 ms", 7, 66_600), ("100 ms", 600, 100_000),
-    ("100 ms", 10, 100_000), ("500 ms", 3, 25_000),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("rate", "period", "base"),
+    [
+        ("500 ms", 10, 100_000),
+        ("500 ms", 1, 10_000),
+        ("333 ms", 7, 66_600),
+        ("100 ms", 600, 100_000),
+        ("100 ms", 10, 100_000),
+        ("500 ms", 3, 25_000),
+    ],
+)
 def test_the_base_step_divides_the_sample_rate_and_is_a_hundredth_of_the_pulses(rate, period, base):
     plc = load(image_of({"sample_rate": rate, "output": {"pwm": {"bit": "Y001", "period": period}}}))
 
@@ -166,12 +187,20 @@ def test_any_memory_can_be_run():
 # --- set -------------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(("key", "value", "field", "becomes"), [
-    ("tuning.proportional_gain", 2.5, "gain", 2.5), ("proportional_gain", 3, "gain", 3.0),
-    ("tuning.reset_time", "2 min", "reset", 120.0), ("tuning.derivative_gain", 0.5, "rate", 0.5),
-    ("sample_rate", "250 ms", "sample_ms", 250), ("setpoint", 55.5, "sp", 55.5), ("setpoint.value", 12, "sp", 12.0),
-    ("output", 17, "out", 17.0), ("bias", -3, "bias", -3.0),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("key", "value", "field", "becomes"),
+    [
+        ("tuning.proportional_gain", 2.5, "gain", 2.5),
+        ("proportional_gain", 3, "gain", 3.0),
+        ("tuning.reset_time", "2 min", "reset", 120.0),
+        ("tuning.derivative_gain", 0.5, "rate", 0.5),
+        ("sample_rate", "250 ms", "sample_ms", 250),
+        ("setpoint", 55.5, "sp", 55.5),
+        ("setpoint.value", 12, "sp", 12.0),
+        ("output", 17, "out", 17.0),
+        ("bias", -3, "bias", -3.0),
+    ],
+)
 def test_a_key_is_written_to_its_register(key, value, field, becomes):
     rig = Rig({})
     assert rig.set(key, value) is None
@@ -179,15 +208,25 @@ def test_a_key_is_written_to_its_register(key, value, field, becomes):
     assert getattr(rig.st[0], field) == becomes
 
 
-@pytest.mark.parametrize(("key", "value", "field", "becomes"), [
-    ("alarms.pv.high", 80, "high", 80.0), ("alarms.deviation.high_high", 8, "deviation_high_high", 8.0),
-    ("alarms.rate_of_change", "60 /min", "rate_of_change", float_of(bits_of(0.1))),
-    ("pv.filter", 25, "filter", 0.25), ("pv.filter_enabled", True, "filtered", 1), ("action", "reverse", "reverse", 1),
-    ("error.curve", "squared", "squared", 1), ("bumpless", 1, "bumpless", 1), ("freeze_bias", True, "freeze", 1),
-    ("derivative_gain_limit", 12, "limit", 12.0), ("output.limits.0", 5, "out_low", 5.0),
-    ("output.pwm.period", "1 min", "pwm_period", 60_000_000), ("autotune.method", "closed", "tune_closed", 1),
-    ("autotune.hysteresis", 2, "tune_hysteresis", 2.0),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("key", "value", "field", "becomes"),
+    [
+        ("alarms.pv.high", 80, "high", 80.0),
+        ("alarms.deviation.high_high", 8, "deviation_high_high", 8.0),
+        ("alarms.rate_of_change", "60 /min", "rate_of_change", float_of(bits_of(0.1))),
+        ("pv.filter", 25, "filter", 0.25),
+        ("pv.filter_enabled", True, "filtered", 1),
+        ("action", "reverse", "reverse", 1),
+        ("error.curve", "squared", "squared", 1),
+        ("bumpless", 1, "bumpless", 1),
+        ("freeze_bias", True, "freeze", 1),
+        ("derivative_gain_limit", 12, "limit", 12.0),
+        ("output.limits.0", 5, "out_low", 5.0),
+        ("output.pwm.period", "1 min", "pwm_period", 60_000_000),
+        ("autotune.method", "closed", "tune_closed", 1),
+        ("autotune.hysteresis", 2, "tune_hysteresis", 2.0),
+    ],
+)
 def test_a_key_reaches_the_configuration(key, value, field, becomes):
     on = {"enabled": True}
     rig = Rig({"alarms": {"pv": on, "deviation": on, "rate_of_change_enabled": True}})
@@ -214,16 +253,28 @@ def test_new_gains_act_with_the_next_sample():
     assert rig.step().out() == 0.0
 
 
-@pytest.mark.parametrize(("key", "value", "message"), [
-    ("setpoint", "2048 counts", "not a number"), ("setpoint", Quantity(Decimal(5), counts=True), "in counts"),
-    ("setpoint", 1e39, "does not fit"), ("sample_rate", 250, "250 can be ms"), ("sample_rate", "40 s", "does not fit"),
-    ("state.pv", 5, "nothing that can be set"), ("raw_pv", 5, "nothing that can be set"),
-    ("autotune", "start", "an event of its own"), ("mode", "auto", "an event of its own"),
-    ("action", "forward", "none of direct, reverse"), ("bumpless", 3, "none of 1, 2"), ("freeze_bias", "yes", "true"),
-    ("pv.filter", 2.5, "whole number"), ("hysteresis", 1, "nothing that can be set"),
-    ("output.limits", 5, "both limits"), ("alarms.rate_of_change", "5 counts", "in counts"),
-    ("proportional_gian", 5, "nothing that can be set"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("key", "value", "message"),
+    [
+        ("setpoint", "2048 counts", "not a number"),
+        ("setpoint", Quantity(Decimal(5), counts=True), "in counts"),
+        ("setpoint", 1e39, "does not fit"),
+        ("sample_rate", 250, "250 can be ms"),
+        ("sample_rate", "40 s", "does not fit"),
+        ("state.pv", 5, "nothing that can be set"),
+        ("raw_pv", 5, "nothing that can be set"),
+        ("autotune", "start", "an event of its own"),
+        ("mode", "auto", "an event of its own"),
+        ("action", "forward", "none of direct, reverse"),
+        ("bumpless", 3, "none of 1, 2"),
+        ("freeze_bias", "yes", "true"),
+        ("pv.filter", 2.5, "whole number"),
+        ("hysteresis", 1, "nothing that can be set"),
+        ("output.limits", 5, "both limits"),
+        ("alarms.rate_of_change", "5 counts", "in counts"),
+        ("proportional_gian", 5, "nothing that can be set"),
+    ],
+)
 def test_what_no_register_takes_is_refused(key, value, message):
     plc = load(image_of({}))
     with pytest.raises(PydanticCustomError) as refused:
@@ -273,9 +324,23 @@ def pulses(rig, count):
     return seen
 
 
-@pytest.mark.parametrize(("out", "on"), [
-    (0, 0), (-5, 0), (4, 0), (6, 1), (14, 1), (16, 2), (24, 2), (30, 3), (50, 5), (96, 10), (100, 10), (130, 10),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("out", "on"),
+    [
+        (0, 0),
+        (-5, 0),
+        (4, 0),
+        (6, 1),
+        (14, 1),
+        (16, 2),
+        (24, 2),
+        (30, 3),
+        (50, 5),
+        (96, 10),
+        (100, 10),
+        (130, 10),
+    ],
+)
 def test_the_on_time_is_the_output_in_percent_of_the_period(out, on):
     """A period of 1 s in steps of 100 ms: the nearest whole number of steps."""
     rig = Rig({"output": {"pwm": {"bit": "Y001", "period": 1}}})
@@ -350,8 +415,15 @@ def test_pulses_run_between_samples():
 
 def test_pulses_heat_as_the_output_would():
     plant = FirstOrder(gain=100.0, time_constant=200.0, initial=20.0, offset=20.0)
-    rig = Rig({"setpoint": {"value": 60}, "tuning": {"proportional_gain": 4, "reset_time": 100}, "freeze_bias": True,
-               "output": {"pwm": {"bit": "Y001", "period": 5}}}, plants=[plant])  # fmt: skip
+    rig = Rig(
+        {
+            "setpoint": {"value": 60},
+            "tuning": {"proportional_gain": 4, "reset_time": 100},
+            "freeze_bias": True,
+            "output": {"pwm": {"bit": "Y001", "period": 5}},
+        },
+        plants=[plant],
+    )
     rig.auto().run(3000, drive="sig_pwm")
     on = []
     for _ in range(5000):
@@ -366,9 +438,11 @@ def test_pulses_heat_as_the_output_would():
 
 
 def test_the_tank_heats_up_and_settles():
-    report = run("events: [{at: 300, loop: TANK1, set: {setpoint: 110}}]\nexpect:\n"
-                 "  - {signal: TANK1.PV, final: 110, tolerance: 0.6}\n"
-                 "  - {loop: TANK1, mode: auto}\n  - {flag: DS101, is: 0}")  # fmt: skip
+    report = run(
+        "events: [{at: 300, loop: TANK1, set: {setpoint: 110}}]\nexpect:\n"
+        "  - {signal: TANK1.PV, final: 110, tolerance: 0.6}\n"
+        "  - {loop: TANK1, mode: auto}\n  - {flag: DS101, is: 0}"
+    )
     tank1 = report.loops["TANK1"]
 
     assert report.passed, report.expectations
@@ -390,8 +464,9 @@ def test_a_scenario_starts_where_it_says(initial):
 
 def test_the_wrong_action_heats_to_the_end():
     """At 67 % the tank is 2 degrees too warm: reverse action heats all the more."""
-    report = run(image=tank(action="reverse", bumpless=2), plant=PLANT.replace(", initial: 40", ""),
-                 initial="{TANK1: 67}")  # fmt: skip
+    report = run(
+        image=tank(action="reverse", bumpless=2), plant=PLANT.replace(", initial: 40", ""), initial="{TANK1: 67}"
+    )
 
     assert report.signals["TANK1.CO"].final == 100.0
     assert report.signals["TANK1.PV"].final > 135.0
@@ -409,14 +484,15 @@ def test_an_error_shows_in_the_report_while_the_loop_waits_in_manual():
     assert tank1.modes[0].reason.startswith("refused: PID error 27: reset time (DFn+06)")
     assert [note.text for note in tank1.notes] == [
         "PID error 27: reset time (DFn+06) is not within 0.01 to 6000 s",
-    ]  # fmt: skip
+    ]
     assert report.signals["TANK1.ERROR"].final == 27.0
 
 
 @pytest.mark.parametrize("register", ["setpoint", "bias", "output", "output_upper", "pv_upper", "deadband"])
 def test_a_register_that_is_no_number_is_survived(register):
-    report = run("events: [{at: 20, loop: TANK1, pv: 32, for: 5}]", image=poked(tank(), **{register: math.nan}),
-                 duration=60)  # fmt: skip
+    report = run(
+        "events: [{at: 20, loop: TANK1, pv: 32, for: 5}]", image=poked(tank(), **{register: math.nan}), duration=60
+    )
 
     assert all(math.isfinite(x) for seen in report.signals.values() for x in (seen.low, seen.high, seen.final))
     assert report.plc_flags["DS101"] in {"0", "20", "24", "25"}
@@ -437,8 +513,13 @@ def test_events_of_a_scenario():
     tank1 = report.loops["TANK1"]
 
     assert [(m.at, m.mode) for m in tank1.modes] == [
-        (0.0, "auto"), (100.0, "manual"), (150.0, "auto"), (200.0, "autotune"), (230.0, "auto"), (250.0, "manual"),
-    ]  # fmt: skip
+        (0.0, "auto"),
+        (100.0, "manual"),
+        (150.0, "auto"),
+        (200.0, "autotune"),
+        (230.0, "auto"),
+        (250.0, "manual"),
+    ]
     assert any("read-only" in note.text and note.at == 240.0 for note in report.notes)
     assert tank1.autotune["status"] == "cancelled"
 
@@ -458,19 +539,24 @@ expect:
 
 def test_compiled_runs_give_the_same_report():
     text = "events: [{at: 30, loop: TANK1, autotune: start}, {at: 200, loop: TANK1, set: {sample_rate: 50 ms}}]"
-    reports = [run(text, duration=300, engine=engine, plant=PLANT.replace("}", ", noise: 0.05}"))
-               for engine in ("python", "numba")]  # fmt: skip
+    reports = [
+        run(text, duration=300, engine=engine, plant=PLANT.replace("}", ", noise: 0.05}"))
+        for engine in ("python", "numba")
+    ]
     for report in reports:
         report.engine = ""
 
     assert reports[0] == reports[1]
 
 
-@pytest.mark.parametrize(("text", "message"), [
-    ("{at: 5, loop: TANK1, ramp_soak: start}", "this PLC has no ramp/soak"),
-    ("{at: 5, plc: program}", "'program' is no command of plc"),
-    ("{at: 5, loop: TANK1, mode: cascade}", "'cascade' is no mode"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("{at: 5, loop: TANK1, ramp_soak: start}", "this PLC has no ramp/soak"),
+        ("{at: 5, plc: program}", "'program' is no command of plc"),
+        ("{at: 5, loop: TANK1, mode: cascade}", "'cascade' is no mode"),
+    ],
+)
 def test_what_this_plc_does_not_have_is_said(text, message):
     plan = scenario(f"plants: {{TANK1: {PLANT}}}\nevents: [{text}]")
 

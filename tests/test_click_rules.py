@@ -103,17 +103,21 @@ def test_several_errors_name_the_one_that_is_shown_and_those_behind_it(faults):
     st.fixed_dictionaries(
         {"sample_rate": st.integers(0, 32767).map("{} ms".format)},
         optional={
-            "derivative_gain_limit": st.integers(-200, 200), "pv.filter": st.integers(-10, 110),
-            "error.deadband": st.decimals(-1, 1, places=3), "output.pwm": st.just({**PWM, "period": 0}),
+            "derivative_gain_limit": st.integers(-200, 200),
+            "pv.filter": st.integers(-10, 110),
+            "error.deadband": st.decimals(-1, 1, places=3),
+            "output.pwm": st.just({**PWM, "period": 0}),
             "tuning.proportional_gain": st.decimals("0.0001", 20000, places=4),
             "tuning.reset_time": st.decimals(0, 7000, places=3),
             "tuning.derivative_gain": st.decimals(-1, 7000, places=2),
-            "setpoint.lower_limit": st.integers(-2, 2), "setpoint.upper_limit": st.integers(-2, 2),
-            "setpoint.lower_limit_enabled": st.booleans(), "setpoint.upper_limit_enabled": st.booleans(),
+            "setpoint.lower_limit": st.integers(-2, 2),
+            "setpoint.upper_limit": st.integers(-2, 2),
+            "setpoint.lower_limit_enabled": st.booleans(),
+            "setpoint.upper_limit_enabled": st.booleans(),
             "autotune.hysteresis": st.decimals(0, 11, places=2),
         },
     )
-)  # fmt: skip
+)
 def test_rules_and_virtual_controller_agree_on_the_error_that_is_shown(values):
     result = checked(changed(**values))
     (view,) = ClickContext(result.config, result.encoding).loops
@@ -252,11 +256,21 @@ def test_the_loop_that_the_other_tests_change_has_no_finding_at_all():
 POINT = st.integers(0, 100)
 
 
-@given(POINT, st.none() | POINT, st.none() | POINT, st.sampled_from([None, True, False]),
-       st.sampled_from([None, True, False]))  # fmt: skip
+@given(
+    POINT,
+    st.none() | POINT,
+    st.none() | POINT,
+    st.sampled_from([None, True, False]),
+    st.sampled_from([None, True, False]),
+)
 def test_a_set_point_is_reported_exactly_when_the_plc_would_overwrite_it(value, low, high, low_on, high_on):
-    given_keys = {"value": value, "lower_limit": low, "upper_limit": high, "lower_limit_enabled": low_on,
-                  "upper_limit_enabled": high_on}  # fmt: skip
+    given_keys = {
+        "value": value,
+        "lower_limit": low,
+        "upper_limit": high,
+        "lower_limit_enabled": low_on,
+        "upper_limit_enabled": high_on,
+    }
     found = codes(changed(setpoint={k: v for k, v in given_keys.items() if v is not None}))
     lower = (low or 0) if (low is not None if low_on is None else low_on) else -math.inf
     upper = (high or 0) if (high is not None if high_on is None else high_on) else math.inf
@@ -311,8 +325,10 @@ def test_a_squared_error_is_compared_with_the_deadband_as_it_is(deadband, square
     assert ("PID352" in found) == (squared and deadband != 1)
 
 
-@pytest.mark.parametrize(("limit", "on", "nothing"), [(0, None, True), (None, True, True), (1, None, False),
-                                                      (0, False, False), (None, None, False)])  # fmt: skip
+@pytest.mark.parametrize(
+    ("limit", "on", "nothing"),
+    [(0, None, True), (None, True, True), (1, None, False), (0, False, False), (None, None, False)],
+)
 def test_a_limit_of_0_is_no_derivative(limit, on, nothing):
     keys = {"derivative_gain_limit": limit, "derivative_gain_limit_enabled": on}
     values = {key: value for key, value in keys.items() if value is not None}
@@ -393,8 +409,18 @@ def test_the_resolution_of_a_pv_is_the_distance_to_the_next_float(largest):
     assert resolution(ClickContext(result.config, result.encoding).loops[0]) == Decimal(following) - Decimal(largest)
 
 
-@pytest.mark.parametrize(("rate", "found"), [("1.26 /s", False), ("75 /min", False), (1.25, False), ("101 /s", True),
-                                             ("6001 /min", True), (100, False), (100.1, True)])  # fmt: skip
+@pytest.mark.parametrize(
+    ("rate", "found"),
+    [
+        ("1.26 /s", False),
+        ("75 /min", False),
+        (1.25, False),
+        ("101 /s", True),
+        ("6001 /min", True),
+        (100, False),
+        (100.1, True),
+    ],
+)
 def test_a_rate_is_compared_per_sample(rate, found):
     assert ("PID384" in codes(changed(alarms={"rate_of_change": rate}))) == found
 

@@ -301,8 +301,11 @@ def test_what_bash_inserts_is_one_word_and_is_not_run(environment, answer, typed
     """Whatever comes; names of files are quoted by bash itself."""
     run = subprocess.run(
         ["bash", "--norc", "-c", QUOTING, "bash", answer, typed],
-        env=environment, capture_output=True, text=True, check=True,
-    )  # fmt: skip
+        env=environment,
+        capture_output=True,
+        text=True,
+        check=True,
+    )
     assert (run.stdout, run.stderr) == (f"{line}\n", "")
 
 
@@ -333,9 +336,14 @@ def test_bash_at_a_terminal(hostile, environment, typed, line):
     (hostile / "rc").write_text(LIVE, "utf-8")
     master, slave = pty.openpty()
     shell = subprocess.Popen(
-        ["bash", "--noprofile", "--rcfile", "rc", "-i"], stdin=slave, stdout=slave, stderr=slave, cwd=hostile,
-        env={**environment, "TERM": "xterm"}, start_new_session=True,
-    )  # fmt: skip
+        ["bash", "--noprofile", "--rcfile", "rc", "-i"],
+        stdin=slave,
+        stdout=slave,
+        stderr=slave,
+        cwd=hostile,
+        env={**environment, "TERM": "xterm"},
+        start_new_session=True,
+    )
     os.close(slave)
     shown = b""
     while b"readynow" not in shown:
@@ -355,8 +363,11 @@ def test_bash_that_is_too_old_says_so(environment):
     script = completion.script("bash").replace("BASH_VERSINFO", "OLD")
     run = subprocess.run(
         ["bash", "--norc", "-c", f"OLD=(3 2)\n{script}\ncomplete -p pidcfg"],
-        env=environment, capture_output=True, text=True, check=False,
-    )  # fmt: skip
+        env=environment,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
     assert "needs bash 4.4" in run.stderr
     assert "_pidcfg" not in run.stdout
 

@@ -26,36 +26,65 @@ from pidcfg.writer import yaml_text
 EXAMPLES = Path(__file__).parents[1] / "examples" / "click"
 CLICK = VENDORS["click"]
 PLAIN = {
-    "name": "L1", "bits": "C1", "integers": "DS1", "floats": "DF1", "mode": "auto", "action": "direct",
-    "sample_rate": "500 ms", "bumpless": 2, "freeze_bias": True,
+    "name": "L1",
+    "bits": "C1",
+    "integers": "DS1",
+    "floats": "DF1",
+    "mode": "auto",
+    "action": "direct",
+    "sample_rate": "500 ms",
+    "bumpless": 2,
+    "freeze_bias": True,
     "tuning": {"proportional_gain": 2.5, "reset_time": 30},
-    "pv": {"range": [0, 200], "input_range": [0, 200]}, "setpoint": {"value": 50},
-}  # fmt: skip
+    "pv": {"range": [0, 200], "input_range": [0, 200]},
+    "setpoint": {"value": 50},
+}
 NEUTRAL = {
-    "name": "L1", "output_raises_pv": True, "sample_time": 0.5, "tuning": {"gain": 0.5, "integral_time": 30},
-    "pv": {"range": [0, 200]}, "setpoint": {"value": 50}, "output": {"range": [0, 50]},
-}  # fmt: skip
+    "name": "L1",
+    "output_raises_pv": True,
+    "sample_time": 0.5,
+    "tuning": {"gain": 0.5, "integral_time": 30},
+    "pv": {"range": [0, 200]},
+    "setpoint": {"value": 50},
+    "output": {"range": [0, 50]},
+}
 EVERYTHING = PLAIN | {
-    "description": "A tank", "action_verified": True, "bumpless": 1,
+    "description": "A tank",
+    "action_verified": True,
+    "bumpless": 1,
     "tuning": {"proportional_gain": 2.5, "reset_time": 30, "derivative_gain": 4},
-    "derivative_gain_limit": 10, "derivative_gain_limit_enabled": True,
+    "derivative_gain_limit": 10,
+    "derivative_gain_limit_enabled": True,
     "pv": {"range": [0, 200], "input_range": [-100, 500], "unit": "degC", "filter": 80, "filter_enabled": True},
-    "setpoint": {"value": 50, "lower_limit": 10, "lower_limit_enabled": True, "upper_limit": 90,
-                 "upper_limit_enabled": True},
+    "setpoint": {
+        "value": 50,
+        "lower_limit": 10,
+        "lower_limit_enabled": True,
+        "upper_limit": 90,
+        "upper_limit_enabled": True,
+    },
     "output": {"limits": [5, 95], "unit": "%", "pwm": {"bit": "Y002", "period": 20}},
     "error": {"curve": "squared", "deadband": 4, "deadband_enabled": True},
-    "alarms": {"pv": {"low_low": 5, "low": 10, "high": 150, "high_high": 190, "enabled": True},
-               "deviation": {"high": 5, "high_high": 10, "enabled": True},
-               "rate_of_change": 2, "rate_of_change_enabled": True, "hysteresis": 1},
+    "alarms": {
+        "pv": {"low_low": 5, "low": 10, "high": 150, "high_high": 190, "enabled": True},
+        "deviation": {"high": 5, "high_high": 10, "enabled": True},
+        "rate_of_change": 2,
+        "rate_of_change_enabled": True,
+        "hysteresis": 1,
+    },
     "autotune": {"method": "closed", "type": "PI", "hysteresis": 3},
     "state": {"bias": 20, "output": 30, "raw_pv": 40, "pv": 41},
-}  # fmt: skip
+}
 
 
 def click(*loops: dict) -> ClickFile:
     """A CLICK file of loops that differ from a plain one; a section is merged with that of the plain one."""
-    entries = [merged({**PLAIN, "name": f"L{i}", "bits": f"C{40 * i}", "integers": f"DS{15 * i}",
-                       "floats": f"DF{25 * i}"}, loop) for i, loop in enumerate(loops, start=1)]  # fmt: skip
+    entries = [
+        merged(
+            {**PLAIN, "name": f"L{i}", "bits": f"C{40 * i}", "integers": f"DS{15 * i}", "floats": f"DF{25 * i}"}, loop
+        )
+        for i, loop in enumerate(loops, start=1)
+    ]
     return ClickFile.model_validate({"pidcfg": 1, "vendor": "click", "loops": entries})
 
 
@@ -133,15 +162,25 @@ def stored(loop: dict) -> dict[str, Stored]:
 
 def test_values_beyond_what_the_registers_take_are_clamped():
     found = stored({"tuning": {"gain": 9000, "integral_time": 9000, "derivative_time": 7000}})
-    held = {key: (found[f"tuning.{key}"].kind, found[f"tuning.{key}"].value) for key in
-            ("proportional_gain", "reset_time", "derivative_gain")}  # fmt: skip
-    assert held == {"proportional_gain": ("clamped", 10000), "reset_time": ("clamped", 6000),
-                    "derivative_gain": ("clamped", 6000)}  # fmt: skip
+    held = {
+        key: (found[f"tuning.{key}"].kind, found[f"tuning.{key}"].value)
+        for key in ("proportional_gain", "reset_time", "derivative_gain")
+    }
+    assert held == {
+        "proportional_gain": ("clamped", 10000),
+        "reset_time": ("clamped", 6000),
+        "derivative_gain": ("clamped", 6000),
+    }
 
 
 def test_whole_numbers_and_milliseconds_are_rounded_with_their_error():
-    found = stored({"sample_time": Decimal("0.1234"), "pv": {"filter": Decimal("0.3")},
-                    "tuning": {"derivative_time": 4, "derivative_filter": Decimal("0.39")}})  # fmt: skip
+    found = stored(
+        {
+            "sample_time": Decimal("0.1234"),
+            "pv": {"filter": Decimal("0.3")},
+            "tuning": {"derivative_time": 4, "derivative_filter": Decimal("0.39")},
+        }
+    )
     assert (found["sample_rate"].kind, found["sample_rate"].value) == ("rounded", "123 ms")
     assert found["sample_rate"].error_percent == pytest.approx(100 * 0.4 / 123.4)
     assert (found["pv.filter"].kind, found["pv.filter"].value) == ("rounded", 34)  # 1 - exp(-0.41) = 33.6 %
@@ -446,8 +485,12 @@ def test_the_rate_of_change_is_per_second(rate, second):
 
 
 def test_groups_that_are_switched_off_are_lost():
-    alarms = {"pv": {"high": 150, "enabled": False}, "deviation": {"high": 5, "enabled": False}, "rate_of_change": 2,
-              "rate_of_change_enabled": False}  # fmt: skip
+    alarms = {
+        "pv": {"high": 150, "enabled": False},
+        "deviation": {"high": 5, "enabled": False},
+        "rate_of_change": 2,
+        "rate_of_change_enabled": False,
+    }
     assert set(lost({"alarms": alarms})) == {"alarms.pv.high", "alarms.deviation.high", "alarms.rate_of_change"}
     assert neutral({"alarms": alarms}).alarms.pv.high is None
 
@@ -477,8 +520,9 @@ def test_alarms_that_are_not_wanted_are_out_of_reach(wanted, points):
     assert chosen == {f"alarms.pv.{key}" for key in ("low_low", "low", "high", "high_high") if key not in wanted}
 
 
-@pytest.mark.parametrize(("wanted", "points"), [({"high": 5}, (5, 200)), ({"high_high": 9}, (9, 9)),
-                                                ({"high": 300}, (300, 300))])  # fmt: skip
+@pytest.mark.parametrize(
+    ("wanted", "points"), [({"high": 5}, (5, 200)), ({"high_high": 9}, (9, 9)), ({"high": 300}, (300, 300))]
+)
 def test_a_deviation_alarm_that_is_not_wanted_is_out_of_reach(wanted, points):
     found = one({"alarms": {"deviation": wanted}}).alarms.deviation
     assert (found.high, found.high_high) == points

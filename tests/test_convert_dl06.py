@@ -28,13 +28,21 @@ from pidcfg.writer import yaml_text
 EXAMPLES = Path(__file__).parents[1] / "examples" / "dl06"
 DL06 = VENDORS["dl06"]
 LOOP = {
-    "name": "L1", "sample_rate": 0.5, "action": "direct", "tuning": {"gain": 2, "reset": 30},
-    "pv": {"range": [0, 200]}, "output": {"range": [0, 50]},
-}  # fmt: skip
+    "name": "L1",
+    "sample_rate": 0.5,
+    "action": "direct",
+    "tuning": {"gain": 2, "reset": 30},
+    "pv": {"range": [0, 200]},
+    "output": {"range": [0, 50]},
+}
 NEUTRAL = {
-    "name": "L1", "output_raises_pv": True, "sample_time": 0.5, "tuning": {"gain": 0.5, "integral_time": 30},
-    "pv": {"range": [0, 200]}, "output": {"range": [0, 50]},
-}  # fmt: skip
+    "name": "L1",
+    "output_raises_pv": True,
+    "sample_time": 0.5,
+    "tuning": {"gain": 0.5, "integral_time": 30},
+    "pv": {"range": [0, 200]},
+    "output": {"range": [0, 50]},
+}
 
 
 def dl06(*loops: dict, **plc) -> Dl06File:
@@ -117,9 +125,13 @@ def test_the_action_is_that_of_the_process(action, raises):
 
 @pytest.mark.parametrize(
     ("pv", "output", "share", "gain"),
-    [([0, 200], [0, 50], "2", "0.5"), ([0, 100], [0, 100], "1.5", "1.5"), ([-50, 150], [4, 20], "5", "0.4"),
-     ([0, 50], [0, 100], "0.8", "1.6")],
-)  # fmt: skip
+    [
+        ([0, 200], [0, 50], "2", "0.5"),
+        ([0, 100], [0, 100], "1.5", "1.5"),
+        ([-50, 150], [4, 20], "5", "0.4"),
+        ([0, 50], [0, 100], "0.8", "1.6"),
+    ],
+)
 def test_gains_are_shares_of_the_spans(pv, output, share, gain):
     parts = {"pv": {"range": pv}, "output": {"range": output}}
     assert neutral({**parts, "tuning": {"gain": share}} | {"tuning": {"gain": float(share)}}).tuning.gain == Decimal(
@@ -157,10 +169,19 @@ def test_a_gain_that_rounds_onto_the_off_code_is_refused():
 
 @pytest.mark.parametrize(
     ("reset", "unit", "decimals", "seconds"),
-    [(30, "seconds", 1, "30"), (2, "minutes", 1, "120"), ("2 min", "seconds", 1, "120"), ("off", "seconds", 1, "0"),
-     (0, "seconds", 1, "0"), (999.9, "seconds", 1, "0"), (999.9, "minutes", 1, "0"), (99.99, "minutes", 2, "0"),
-     (99.99, "minutes", 1, "5999.4"), (999.8, "seconds", 1, "999.8")],
-)  # fmt: skip
+    [
+        (30, "seconds", 1, "30"),
+        (2, "minutes", 1, "120"),
+        ("2 min", "seconds", 1, "120"),
+        ("off", "seconds", 1, "0"),
+        (0, "seconds", 1, "0"),
+        (999.9, "seconds", 1, "0"),
+        (999.9, "minutes", 1, "0"),
+        (99.99, "minutes", 2, "0"),
+        (99.99, "minutes", 1, "5999.4"),
+        (999.8, "seconds", 1, "999.8"),
+    ],
+)
 def test_reset_times_are_seconds_and_the_codes_are_off(reset, unit, decimals, seconds):
     loop = {"tuning": {"gain": 1, "reset": reset, "reset_unit": unit}}
     assert neutral(loop, reset_decimals=decimals).tuning.integral_time == Decimal(seconds)
@@ -168,10 +189,16 @@ def test_reset_times_are_seconds_and_the_codes_are_off(reset, unit, decimals, se
 
 @pytest.mark.parametrize(
     ("seconds", "options", "reset", "unit"),
-    [(30, {}, "30", "seconds"), (999.8, {}, "999.8", "seconds"), (1200, {}, "20", "minutes"), (0, {}, None, None),
-     (99.98, {"reset_decimals": 2}, "99.98", "seconds"), (99.99, {"reset_decimals": 2}, "1.6665", "minutes"),
-     (59988, {}, "999.8", "minutes")],
-)  # fmt: skip
+    [
+        (30, {}, "30", "seconds"),
+        (999.8, {}, "999.8", "seconds"),
+        (1200, {}, "20", "minutes"),
+        (0, {}, None, None),
+        (99.98, {"reset_decimals": 2}, "99.98", "seconds"),
+        (99.99, {"reset_decimals": 2}, "1.6665", "minutes"),
+        (59988, {}, "999.8", "minutes"),
+    ],
+)
 def test_a_reset_is_in_the_unit_that_holds_it(seconds, options, reset, unit):
     tuning = one({"tuning": {"gain": 1, "integral_time": seconds}}, **options).tuning
     duration = tuning.reset.duration
@@ -321,8 +348,12 @@ def test_counts_are_engineering_values():
 # --- alarms ----------------------------------------------------------------------------------------------------------
 
 
-ALARMS = {"pv": {"low_low": 10, "low": 20, "high": 150, "high_high": 160}, "deviation": {"yellow": 5, "red": 10},
-          "rate_of_change": 0.5, "hysteresis": 1}  # fmt: skip
+ALARMS = {
+    "pv": {"low_low": 10, "low": 20, "high": 150, "high_high": 160},
+    "deviation": {"yellow": 5, "red": 10},
+    "rate_of_change": 0.5,
+    "hysteresis": 1,
+}
 
 
 def test_alarms_go_to_their_twins_and_back():
@@ -338,8 +369,12 @@ def test_alarms_go_to_their_twins_and_back():
 
 
 def test_alarms_that_are_switched_off_are_not_carried_over():
-    off = {"pv": {**ALARMS["pv"], "enabled": False}, "deviation": {**ALARMS["deviation"], "enabled": False},
-           "rate_of_change": 0.5, "rate_of_change_enabled": False}  # fmt: skip
+    off = {
+        "pv": {**ALARMS["pv"], "enabled": False},
+        "deviation": {**ALARMS["deviation"], "enabled": False},
+        "rate_of_change": 0.5,
+        "rate_of_change_enabled": False,
+    }
     alarms = neutral({"alarms": off}).alarms
     assert alarms.pv.low is None
     assert alarms.deviation.high is None
@@ -399,9 +434,14 @@ def test_a_deviation_alone_gets_its_partner():
 
 @pytest.mark.parametrize(
     ("wanted", "deviation", "held", "field"),
-    [(0, 5, "1 counts", set()), (0.01, 5, "1 counts", set()), (2, 5, "2", set()), (8, 5, None, {"alarms.hysteresis"}),
-     (100, None, "25", {"alarms.hysteresis"})],
-)  # fmt: skip
+    [
+        (0, 5, "1 counts", set()),
+        (0.01, 5, "1 counts", set()),
+        (2, 5, "2", set()),
+        (8, 5, None, {"alarms.hysteresis"}),
+        (100, None, "25", {"alarms.hysteresis"}),
+    ],
+)
 def test_the_hysteresis_is_brought_where_the_plc_takes_it(wanted, deviation, held, field):
     alarms = {"pv": {"high": 150}, "deviation": {"high": deviation}, "hysteresis": wanted}
     made = target({"alarms": alarms})[0]
@@ -434,7 +474,10 @@ def test_alarms_of_a_square_root_loop_become_alarms_of_the_flow():
 def test_differences_cannot_be_squared():
     alarms = {"deviation": {"high": 5}, "rate_of_change": 1, "hysteresis": 1}
     assert set(dropped({"pv": {"range": [0, 200], "square_root": True}, "alarms": alarms})) == {
-        "alarms.deviation.high", "alarms.rate_of_change", "alarms.hysteresis"}  # fmt: skip
+        "alarms.deviation.high",
+        "alarms.rate_of_change",
+        "alarms.hysteresis",
+    }
 
 
 def test_the_set_point_of_a_square_root_loop_is_a_flow():
@@ -486,11 +529,17 @@ def test_what_a_dl06_loop_cannot_do_is_dropped():
 
 def test_the_set_point_becomes_the_pv_with_bumpless_one():
     assert [neutral(loop).setpoint.follows_pv for loop in ({}, {"bumpless": "I"}, {"bumpless": "II"})] == [
-        True, True, False]  # fmt: skip
+        True,
+        True,
+        False,
+    ]
     loops = [{"setpoint": {"follows_pv": follows}} for follows in (True, False)]
     assert [one(loop).bumpless for loop in (*loops, {})] == ["I", "II", "I"]
     assert [next(p.of for p in target(loop)[1] if p.field == "bumpless") for loop in (*loops, {})] == [
-        "setpoint.follows_pv", "setpoint.follows_pv", None]  # fmt: skip
+        "setpoint.follows_pv",
+        "setpoint.follows_pv",
+        None,
+    ]
 
 
 def test_the_profile_is_in_the_report():
@@ -565,9 +614,15 @@ def test_eight_loops_and_no_faster_than_they_can():
 
 @pytest.mark.parametrize(
     ("part", "change"),
-    [("pv", {}), ("pv", {"square_root": False}), ("tuning", {"gain": 0}), ("tuning", {"derivative_time": 0}),
-     ("tuning", {"proportional": True}), ("output", {"limits": [0, 50]})],
-)  # fmt: skip
+    [
+        ("pv", {}),
+        ("pv", {"square_root": False}),
+        ("tuning", {"gain": 0}),
+        ("tuning", {"derivative_time": 0}),
+        ("tuning", {"proportional": True}),
+        ("output", {"limits": [0, 50]}),
+    ],
+)
 def test_no_neutral_field_goes_unheard(part, change):
     whole = neutral_strategies.EVERYTHING
     file = generic({"name": "L0", "mode": "manual"}, {**whole, part: {**whole[part], **change}})
@@ -604,24 +659,51 @@ EXCUSED = ("PID214",)
 # --- everything ------------------------------------------------------------------------------------------------------
 
 EVERYTHING = {
-    "description": "all of it", "mode": "cascade", "cascade_from": "L2", "remote_setpoint": "V3000",
-    "algorithm": "velocity", "bumpless": "I", "bias_freeze": True, "independent_of_cpu_mode": True,
+    "description": "all of it",
+    "mode": "cascade",
+    "cascade_from": "L2",
+    "remote_setpoint": "V3000",
+    "algorithm": "velocity",
+    "bumpless": "I",
+    "bias_freeze": True,
+    "independent_of_cpu_mode": True,
     "tuning": {"gain": 1, "reset": 30, "reset_unit": "seconds", "rate": 5},
-    "derivative_gain_limit": 10, "derivative_gain_limit_enabled": True,
-    "pv": {"range": [0, 50], "unit": "l/h", "format": "12-bit unipolar", "square_root": False, "filter": 0.5,
-           "filter_enabled": True, "transfer": {"slot": 1, "channel": 2}},
+    "derivative_gain_limit": 10,
+    "derivative_gain_limit_enabled": True,
+    "pv": {
+        "range": [0, 50],
+        "unit": "l/h",
+        "format": "12-bit unipolar",
+        "square_root": False,
+        "filter": 0.5,
+        "filter_enabled": True,
+        "transfer": {"slot": 1, "channel": 2},
+    },
     "setpoint": {"value": 20, "limits": [0, 45], "limits_enabled": True},
-    "output": {"range": [0, 100], "unit": "%", "format": "12-bit unipolar", "limits": [5, 95],
-               "transfer": {"address": "V3000"}},
+    "output": {
+        "range": [0, 100],
+        "unit": "%",
+        "format": "12-bit unipolar",
+        "limits": [5, 95],
+        "transfer": {"address": "V3000"},
+    },
     "error": {"curve": "squared", "deadband": 0.5, "deadband_enabled": True},
-    "alarms": {"pv": {"low_low": 1, "low": 2, "high": 40, "high_high": 45, "enabled": True},
-               "deviation": {"yellow": 5, "red": 10, "enabled": True},
-               "rate_of_change": 0.5, "rate_of_change_enabled": True, "hysteresis": 1},
-    "ramp_soak": {"table": "V4000", "enabled": True, "request": "start",
-                  "steps": [{"ramp_to": 20, "slope": 0.1, "soak": 5, "deviation": 1}]},
+    "alarms": {
+        "pv": {"low_low": 1, "low": 2, "high": 40, "high_high": 45, "enabled": True},
+        "deviation": {"yellow": 5, "red": 10, "enabled": True},
+        "rate_of_change": 0.5,
+        "rate_of_change_enabled": True,
+        "hysteresis": 1,
+    },
+    "ramp_soak": {
+        "table": "V4000",
+        "enabled": True,
+        "request": "start",
+        "steps": [{"ramp_to": 20, "slope": 0.1, "soak": 5, "deviation": 1}],
+    },
     "autotune": {"method": "open", "type": "PI", "start": True},
     "state": {"pv": 10, "bias": 20, "output": 30},
-}  # fmt: skip
+}
 
 
 def leaves(model, prefix: str = ""):
@@ -648,8 +730,14 @@ def test_nothing_is_forgotten():
 def test_every_field_of_the_schema_is_in_that_test():
     def paths(model, prefix=""):
         for key, field in model.model_fields.items():
-            inner = next((m for m in (field.annotation, *getattr(field.annotation, "__args__", ()))
-                          if hasattr(m, "model_fields")), None)  # fmt: skip
+            inner = next(
+                (
+                    m
+                    for m in (field.annotation, *getattr(field.annotation, "__args__", ()))
+                    if hasattr(m, "model_fields")
+                ),
+                None,
+            )
             if inner is None or key in {"transfer", "ramp_soak"}:
                 yield f"{prefix}{key}"
             else:
@@ -667,9 +755,17 @@ def test_examples_come_back_without_errors(name):
 
 
 WITHOUT_TWIN = {"remote_setpoint", "ramp_soak.table", "state.pv", "state.bias", "state.output"}
-SWITCHES = ("action", "bias_freeze", "pv.square_root", "derivative_gain_limit_enabled", "setpoint.limits_enabled",
-            "error.deadband_enabled", "alarms.pv.enabled", "alarms.deviation.enabled",
-            "alarms.rate_of_change_enabled")  # fmt: skip
+SWITCHES = (
+    "action",
+    "bias_freeze",
+    "pv.square_root",
+    "derivative_gain_limit_enabled",
+    "setpoint.limits_enabled",
+    "error.deadband_enabled",
+    "alarms.pv.enabled",
+    "alarms.deviation.enabled",
+    "alarms.rate_of_change_enabled",
+)
 
 
 @given(data=st.data())

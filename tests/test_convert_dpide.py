@@ -25,19 +25,47 @@ from pidcfg.writer import yaml_text
 
 DPIDE = VENDORS["dpide"]
 LOOP = {
-    "name": "L1", "device": "D0", "SV": 50, "CYCLE": 200, "Kc_Kp": 2, "Ti_Ki": 30, "Td_Kd": 0, "PID_EQ": True,
-    "PID_DIR": True, "PID_MODE": 2, "MV_MAX": 90, "MV_MIN": 10, "pv": {"range": [0, 200]},
+    "name": "L1",
+    "device": "D0",
+    "SV": 50,
+    "CYCLE": 200,
+    "Kc_Kp": 2,
+    "Ti_Ki": 30,
+    "Td_Kd": 0,
+    "PID_EQ": True,
+    "PID_DIR": True,
+    "PID_MODE": 2,
+    "MV_MAX": 90,
+    "MV_MIN": 10,
+    "pv": {"range": [0, 200]},
     "output": {"range": [0, 100]},
-}  # fmt: skip
+}
 NEUTRAL = {
-    "name": "L1", "output_raises_pv": True, "sample_time": 0.2, "tuning": {"gain": 2, "integral_time": 30},
-    "pv": {"range": [0, 200]}, "setpoint": {"value": 50}, "output": {"range": [0, 100]},
-}  # fmt: skip
+    "name": "L1",
+    "output_raises_pv": True,
+    "sample_time": 0.2,
+    "tuning": {"gain": 2, "integral_time": 30},
+    "pv": {"range": [0, 200]},
+    "setpoint": {"value": 50},
+    "output": {"range": [0, 100]},
+}
 FULL = {
-    **LOOP, "description": "Oven", "devices": {"SV": "D900"}, "PID_RUN": True, "PV": 20, "PID_MAN": True,
-    "MOUT_AUTO": True, "Td_Kd": 4, "Tf": 1, "PID_DE": True, "ERR_DBW": 0.5, "MOUT": 20, "BIAS": 5,
-    "pv": {"range": [0, 200], "unit": "degC"}, "output": {"range": [0, 100], "unit": "%"},
-}  # fmt: skip
+    **LOOP,
+    "description": "Oven",
+    "devices": {"SV": "D900"},
+    "PID_RUN": True,
+    "PV": 20,
+    "PID_MAN": True,
+    "MOUT_AUTO": True,
+    "Td_Kd": 4,
+    "Tf": 1,
+    "PID_DE": True,
+    "ERR_DBW": 0.5,
+    "MOUT": 20,
+    "BIAS": 5,
+    "pv": {"range": [0, 200], "unit": "degC"},
+    "output": {"range": [0, 100], "unit": "%"},
+}
 
 
 def dpide(*loops: dict[str, Any], **file: Any) -> DpideFile:
@@ -215,11 +243,16 @@ def test_a_loop_without_a_proportional_action_is_independent():
 
 
 def test_what_else_there_is_goes_over():
-    loop = one({
-        "mode": "manual", "deadband": 0.5, "anti_windup": False, "description": "Oven",
-        "tuning": {"gain": 1, "derivative_on": "error"},
-        "output": {"range": [0, 50], "limits": [5, 45], "bias": 3, "manual": 7, "unit": "%"},
-    })  # fmt: skip
+    loop = one(
+        {
+            "mode": "manual",
+            "deadband": 0.5,
+            "anti_windup": False,
+            "description": "Oven",
+            "tuning": {"gain": 1, "derivative_on": "error"},
+            "output": {"range": [0, 50], "limits": [5, 45], "bias": 3, "manual": 7, "unit": "%"},
+        }
+    )
     assert (True, Decimal("0.5"), 2, False) == (loop.PID_MAN, loop.ERR_DBW, loop.PID_MODE, loop.PID_DE)
     assert (loop.MV_MIN, loop.MV_MAX, loop.BIAS, loop.MOUT, loop.output.unit) == (5, 45, 3, 7, "%")
     assert loop.description == "Oven"
@@ -235,7 +268,7 @@ def test_without_a_set_point_the_output_is_least(raises, value):
 @pytest.mark.parametrize(
     ("time", "cycle", "clamped"),
     [(0.2, 200, False), ("1.6 ms", 2, False), ("0.2 ms", 1, True), (60, 40_000, True)],
-)  # fmt: skip
+)
 def test_the_cycle_is_whole_milliseconds_in_its_limits(time, cycle, clamped):
     made = from_neutral(generic({"sample_time": time}), {})
     put = next(put for put in made.puts[0] if put.field == "CYCLE")
@@ -256,13 +289,17 @@ def test_a_rounded_cycle_is_reported():
         ({"pv": {"range": [0, 1], "filter": 2}}, {"pv.filter"}),
         ({"pv": {"range": [0, 1], "square_root": True}}, {"pv.square_root"}),
         ({"output": {"range": [0, 1], "max_rate": 2}}, {"output.max_rate"}),
-        ({"output": {"range": [0, 1], "pulse": {"period": 2, "min_on": 1}}},
-         {"output.pulse.period", "output.pulse.min_on"}),
-        ({"alarms": {"pv": {"low": 1, "high_high": 3}, "rate_of_change": 2}},
-         {"alarms.pv.low", "alarms.pv.high_high", "alarms.rate_of_change"}),
+        (
+            {"output": {"range": [0, 1], "pulse": {"period": 2, "min_on": 1}}},
+            {"output.pulse.period", "output.pulse.min_on"},
+        ),
+        (
+            {"alarms": {"pv": {"low": 1, "high_high": 3}, "rate_of_change": 2}},
+            {"alarms.pv.low", "alarms.pv.high_high", "alarms.rate_of_change"},
+        ),
         ({}, set()),
     ],
-)  # fmt: skip
+)
 def test_what_has_no_twin_is_dropped_with_advice(loop, path):
     assert dropped(loop) == path
     assert all(put.note for put in from_neutral(generic(loop), {}).puts[0] if not put.field)
@@ -322,12 +359,24 @@ def test_any_configuration_is_asked_about_or_is_a_neutral_one(config):
 
 VALUES = st.decimals("0.01", "500", places=2)
 LOOPS = st.fixed_dictionaries(
-    {"SV": VALUES, "CYCLE": st.integers(1, 40_000), "Kc_Kp": VALUES | st.just(0), "Ti_Ki": VALUES | st.just(0),
-     "Td_Kd": VALUES | st.just(0), "Tf": VALUES | st.just(0), "PID_EQ": st.booleans(), "PID_DE": st.booleans(),
-     "PID_DIR": st.booleans(), "PID_MAN": st.booleans(), "ERR_DBW": VALUES | st.just(0), "BIAS": VALUES,
-     "MOUT": VALUES, "PID_MODE": st.sampled_from([0, 2])},
+    {
+        "SV": VALUES,
+        "CYCLE": st.integers(1, 40_000),
+        "Kc_Kp": VALUES | st.just(0),
+        "Ti_Ki": VALUES | st.just(0),
+        "Td_Kd": VALUES | st.just(0),
+        "Tf": VALUES | st.just(0),
+        "PID_EQ": st.booleans(),
+        "PID_DE": st.booleans(),
+        "PID_DIR": st.booleans(),
+        "PID_MAN": st.booleans(),
+        "ERR_DBW": VALUES | st.just(0),
+        "BIAS": VALUES,
+        "MOUT": VALUES,
+        "PID_MODE": st.sampled_from([0, 2]),
+    },
     optional={"output": st.just({})},
-)  # fmt: skip
+)
 
 
 @settings(max_examples=150, deadline=None)

@@ -26,22 +26,44 @@ from pidcfg.writer import yaml_text
 EXAMPLES = Path(__file__).parents[1] / "examples" / "ezlogix"
 EZLOGIX = VENDORS["ezlogix"]
 PLAIN = {
-    "name": "L1", "registers": "R1", "discretes": "S1", "mode": "auto", "algorithm": "position", "action": "reverse",
-    "sample_rate": 0.5, "tuning": {"proportional_gain": 2.5, "integral_time": 30},
-    "pv": {"tag": "IR1", "range": [0, 200]}, "setpoint": {"value": 50}, "output": {"tag": "OR1", "range": [0, 50]},
-}  # fmt: skip
+    "name": "L1",
+    "registers": "R1",
+    "discretes": "S1",
+    "mode": "auto",
+    "algorithm": "position",
+    "action": "reverse",
+    "sample_rate": 0.5,
+    "tuning": {"proportional_gain": 2.5, "integral_time": 30},
+    "pv": {"tag": "IR1", "range": [0, 200]},
+    "setpoint": {"value": 50},
+    "output": {"tag": "OR1", "range": [0, 50]},
+}
 NEUTRAL = {
-    "name": "L1", "output_raises_pv": True, "sample_time": 0.5, "tuning": {"gain": 0.5, "integral_time": 30},
-    "pv": {"range": [0, 200]}, "setpoint": {"value": 50}, "output": {"range": [0, 50]},
-}  # fmt: skip
+    "name": "L1",
+    "output_raises_pv": True,
+    "sample_time": 0.5,
+    "tuning": {"gain": 0.5, "integral_time": 30},
+    "pv": {"range": [0, 200]},
+    "setpoint": {"value": 50},
+    "output": {"range": [0, 50]},
+}
 EVERYTHING = PLAIN | {
-    "description": "An oven", "tuning": {"proportional_gain": 2.5, "integral_time": 30, "derivative_time": 4},
+    "description": "An oven",
+    "tuning": {"proportional_gain": 2.5, "integral_time": 30, "derivative_time": 4},
     "pv": {"tag": "IR1", "range": [0, 200], "unit": "degC", "counts": [0, 4095], "square_root": True},
     "setpoint": {"value": 50, "limits": [10, 90]},
-    "output": {"tag": "OR1", "range": [0, 50], "unit": "Hz", "limits": [5, 45], "offset": 10,
-               "pulse": {"tag": "O1", "cycle_time": 10, "min_on": 0.5, "min_off": 0.7}},
-    "deadband": 6.25, "anti_windup": False, "autotune": {"type": "PI", "timeout": 900},
-}  # fmt: skip
+    "output": {
+        "tag": "OR1",
+        "range": [0, 50],
+        "unit": "Hz",
+        "limits": [5, 45],
+        "offset": 10,
+        "pulse": {"tag": "O1", "cycle_time": 10, "min_on": 0.5, "min_off": 0.7},
+    },
+    "deadband": 6.25,
+    "anti_windup": False,
+    "autotune": {"type": "PI", "timeout": 900},
+}
 
 
 def merged(below: dict, above: dict) -> dict:
@@ -52,8 +74,10 @@ def merged(below: dict, above: dict) -> dict:
 
 def ezlogix(*loops: dict, **plc) -> EzlogixFile:
     """An EZLogix file of loops that differ from a plain one; a section is merged with that of the plain one."""
-    entries = [merged({**PLAIN, "name": f"L{i}", "registers": f"R{32 * i}", "discretes": f"S{8 * i}"}, loop)
-               for i, loop in enumerate(loops, start=1)]  # fmt: skip
+    entries = [
+        merged({**PLAIN, "name": f"L{i}", "registers": f"R{32 * i}", "discretes": f"S{8 * i}"}, loop)
+        for i, loop in enumerate(loops, start=1)
+    ]
     return EzlogixFile.model_validate({"pidcfg": 1, "vendor": "ezlogix", "plc": plc, "loops": entries})
 
 
@@ -165,21 +189,25 @@ def test_times_of_0_are_off_both_ways():
     assert (back.integral_time, back.derivative_time) == (0, 0)
 
 
-@pytest.mark.parametrize("tuning", [{"integral_time": Decimal("0.04")}, {"derivative_time": Decimal("0.04")},
-                                    {"gain": Decimal("0.001")}])  # fmt: skip
+@pytest.mark.parametrize(
+    "tuning", [{"integral_time": Decimal("0.04")}, {"derivative_time": Decimal("0.04")}, {"gain": Decimal("0.001")}]
+)
 def test_a_value_that_would_round_to_off_is_refused(tuning):
     with pytest.raises(ConvertError, match="switches it off"):
         stored({"tuning": tuning})
 
 
 def test_values_are_rounded_and_clamped_to_what_the_registers_hold():
-    found = stored({"sample_time": 200, "tuning": {"gain": 50, "integral_time": Decimal("33.33"),
-                                                   "derivative_time": 700}})  # fmt: skip
+    found = stored(
+        {"sample_time": 200, "tuning": {"gain": 50, "integral_time": Decimal("33.33"), "derivative_time": 700}}
+    )
     held = {key: (row.kind, row.value) for key, row in found.items() if key == "sample_rate" or "tuning" in key}
     assert held == {
-        "sample_rate": ("clamped", 99.99), "tuning.proportional_gain": ("clamped", 99.99),
-        "tuning.integral_time": ("rounded", 33.3), "tuning.derivative_time": ("clamped", 600),
-    }  # fmt: skip
+        "sample_rate": ("clamped", 99.99),
+        "tuning.proportional_gain": ("clamped", 99.99),
+        "tuning.integral_time": ("rounded", 33.3),
+        "tuning.derivative_time": ("clamped", 600),
+    }
 
 
 # --- derivative ------------------------------------------------------------------------------------------------------
@@ -210,9 +238,10 @@ def test_filters_are_programmed_by_hand():
 
 def test_quantities_in_counts_become_units():
     loop = {
-        "setpoint": {"value": "2047.5 counts", "limits": ["0 counts", "4095 counts"]}, "deadband": "409.5 counts",
+        "setpoint": {"value": "2047.5 counts", "limits": ["0 counts", "4095 counts"]},
+        "deadband": "409.5 counts",
         "output": {"range": [4, 20], "limits": ["1023.75 counts", 20], "offset": "2047.5 counts"},
-    }  # fmt: skip
+    }
     found = neutral(loop)
     assert (found.setpoint.value, found.setpoint.limits, found.deadband) == (100, (0, 200), 20)
     assert (found.output.limits, found.output.bias) == ((8, 20), 12)
@@ -270,15 +299,26 @@ def test_pulses():
 def test_what_an_ezlogix_does_not_have_is_told():
     loop = {
         "output": {"manual": 25, "max_rate": 2},
-        "alarms": {"pv": {"low_low": 10, "low": 20, "high": 100, "high_high": 150},
-                   "deviation": {"high": 5, "high_high": 9}, "rate_of_change": 2, "hysteresis": 1},
-    }  # fmt: skip
+        "alarms": {
+            "pv": {"low_low": 10, "low": 20, "high": 100, "high_high": 150},
+            "deviation": {"high": 5, "high_high": 9},
+            "rate_of_change": 2,
+            "hysteresis": 1,
+        },
+    }
     found = dropped(loop)
     assert set(found) == {
-        "output.manual", "output.max_rate", "alarms.pv.low_low", "alarms.pv.low", "alarms.pv.high",
-        "alarms.pv.high_high", "alarms.deviation.high", "alarms.deviation.high_high", "alarms.rate_of_change",
+        "output.manual",
+        "output.max_rate",
+        "alarms.pv.low_low",
+        "alarms.pv.low",
+        "alarms.pv.high",
+        "alarms.pv.high_high",
+        "alarms.deviation.high",
+        "alarms.deviation.high_high",
+        "alarms.rate_of_change",
         "alarms.hysteresis",
-    }  # fmt: skip
+    }
     assert "2048 counts into OR1" in found["output.manual"]
     assert "output.manual" not in dropped({"output": {"range": [4, 20], "manual": 4}})
     assert "IR1" in found["alarms.pv.high"]

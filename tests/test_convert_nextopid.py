@@ -28,13 +28,26 @@ from pidcfg.writer import yaml_text
 EXAMPLES = Path(__file__).parents[1] / "examples" / "nextopid"
 NEXTOPID, GENERIC = VENDORS["nextopid"], VENDORS["generic"]
 LOOP = {
-    "name": "L1", "type": "PIDA_REAL", "SP": 50, "Kp": 2, "Ti_Ki": 30, "Td_Kd": 0, "MinMV": 10, "MaxMV": 90,
-    "MinPV": 0, "MaxPV": 200,
-}  # fmt: skip
+    "name": "L1",
+    "type": "PIDA_REAL",
+    "SP": 50,
+    "Kp": 2,
+    "Ti_Ki": 30,
+    "Td_Kd": 0,
+    "MinMV": 10,
+    "MaxMV": 90,
+    "MinPV": 0,
+    "MaxPV": 200,
+}
 NEUTRAL = {
-    "name": "L1", "output_raises_pv": True, "sample_time": 0.2, "tuning": {"gain": 2, "integral_time": 30},
-    "pv": {"range": [0, 200]}, "setpoint": {"value": 50}, "output": {"range": [0, 100]},
-}  # fmt: skip
+    "name": "L1",
+    "output_raises_pv": True,
+    "sample_time": 0.2,
+    "tuning": {"gain": 2, "integral_time": 30},
+    "pv": {"range": [0, 200]},
+    "setpoint": {"value": 50},
+    "output": {"range": [0, 100]},
+}
 SIGNALS = {"Raw": 12.5, "Run": True, "Halt": False, "Two": 2}
 BLOCKS = [
     {"name": "F", "type": "ControlLowFilter", "InVar": "Raw", "Tc": 1.5},
@@ -208,10 +221,13 @@ def test_bias_and_manual_output():
 
 
 def test_what_has_no_twin_is_dropped():
-    found = dropped({
-        "pv": {"range": [0, 1], "square_root": True}, "alarms": {"pv": {"low": 1}, "hysteresis": 2},
-        "output": {"range": [0, 1], "pulse": {"period": 2, "min_on": 1, "min_off": 1}},
-    })  # fmt: skip
+    found = dropped(
+        {
+            "pv": {"range": [0, 1], "square_root": True},
+            "alarms": {"pv": {"low": 1}, "hysteresis": 2},
+            "output": {"range": [0, 1], "pulse": {"period": 2, "min_on": 1, "min_off": 1}},
+        }
+    )
     pulses = {"output.pulse.min_on", "output.pulse.min_off"}
     assert found == {"pv.square_root", "alarms.pv.low", "alarms.hysteresis"} | pulses
     assert dropped({}) == set()
@@ -228,12 +244,18 @@ def test_the_blocks_do_not_wind_up():
 
 @pytest.mark.parametrize(
     ("key", "wire", "path", "value"),
-    [("Kp", "Two", "tuning.gain", 2), ("SP", "Two * 10 + 1", "setpoint.value", 21), ("Kp", "L2.Kp", "tuning.gain", 7),
-     ("SP", "L2.SP", "setpoint.value", 8), ("SP", "max(abs(-3), sqrt(4), -Two)", "setpoint.value", 3),
-     ("Manual", "Run", "mode", "manual"), ("Manual", "Halt", "mode", "auto"),
-     ("Direct", "Run", "output_raises_pv", False),
-     ("ManualMV", "min(Two, 1 / 4)", "output.manual", Decimal("0.25"))],
-)  # fmt: skip
+    [
+        ("Kp", "Two", "tuning.gain", 2),
+        ("SP", "Two * 10 + 1", "setpoint.value", 21),
+        ("Kp", "L2.Kp", "tuning.gain", 7),
+        ("SP", "L2.SP", "setpoint.value", 8),
+        ("SP", "max(abs(-3), sqrt(4), -Two)", "setpoint.value", 3),
+        ("Manual", "Run", "mode", "manual"),
+        ("Manual", "Halt", "mode", "auto"),
+        ("Direct", "Run", "output_raises_pv", False),
+        ("ManualMV", "min(Two, 1 / 4)", "output.manual", Decimal("0.25")),
+    ],
+)
 def test_a_wired_setting_takes_its_first_value(key, wire, path, value):
     second = {"Kp": 7, "SP": "Two * 4"}
     found: Any = neutral({key: wire}, second)
@@ -403,8 +425,11 @@ def test_a_filter_becomes_a_block_before_pv():
     converted = made({}, {"pv": {"range": [0, 100], "filter": 1.5}})
     (block,), loop = converted.data["blocks"], converted.data["loops"][1]
     assert (block["type"], block["Tc"], block["InVar"], loop["PV"]) == (
-        "ControlLowFilter", 1.5, "L2_IN", f"{block['name']}.OutVar",
-    )  # fmt: skip
+        "ControlLowFilter",
+        1.5,
+        "L2_IN",
+        f"{block['name']}.OutVar",
+    )
     assert converted.data["signals"] == {"L2_IN": 50}
     assert report(converted, 1)["pv.filter"].target == 1.5
     assert errors(converted.data) == []
@@ -474,8 +499,9 @@ def test_a_block_that_nobody_reads_is_of_whom_it_reads():
     split = {"name": "S", "type": "ControlSplitRange", "MV": "L2.MV", "SPLIT": 50, "Mode": 1}
     found = to_neutral(nextopid({}, {}, blocks=[split, BLOCKS[1]]))
     assert [[entry.field for entry in own.said if not entry.to] for own in found] == [
-        ["blocks.D", "signals.Two"], ["blocks.S"],
-    ]  # fmt: skip
+        ["blocks.D", "signals.Two"],
+        ["blocks.S"],
+    ]
 
 
 def test_a_block_is_of_the_loop_that_reads_it_not_of_those_behind():
@@ -501,12 +527,34 @@ def test_the_auto_tuning_is_dropped():
 
 def test_every_parameter_is_spoken_of():
     loop = {
-        **LOOP, "type": "PIDA_TUNE_REAL", "description": "Oven", "sample_time": 0.5, "Td_Kd": 3, "Tfd": 1, "BIAS": 2,
-        "SP_CASC": 60, "PV": 3, "ManualMV": 20, "TRK_VAL": 5, "MaxVarMV": 1, "DeadBand": 1, "Indep": True,
-        "DisableP": True, "DerivEr": True, "CASC": True, "TRK_IN": True, "Windup_H_IN": True, "Windup_L_IN": True,
-        "OVERR": True, "Manual": True, "Direct": True, "AutoTune": True, "pv": {"unit": "C"},
-        "output": {"range": [0, 100], "unit": "%"}, "AutoTuneParam": {"PercAmpMV": 1},
-    }  # fmt: skip
+        **LOOP,
+        "type": "PIDA_TUNE_REAL",
+        "description": "Oven",
+        "sample_time": 0.5,
+        "Td_Kd": 3,
+        "Tfd": 1,
+        "BIAS": 2,
+        "SP_CASC": 60,
+        "PV": 3,
+        "ManualMV": 20,
+        "TRK_VAL": 5,
+        "MaxVarMV": 1,
+        "DeadBand": 1,
+        "Indep": True,
+        "DisableP": True,
+        "DerivEr": True,
+        "CASC": True,
+        "TRK_IN": True,
+        "Windup_H_IN": True,
+        "Windup_L_IN": True,
+        "OVERR": True,
+        "Manual": True,
+        "Direct": True,
+        "AutoTune": True,
+        "pv": {"unit": "C"},
+        "output": {"range": [0, 100], "unit": "%"},
+        "AutoTuneParam": {"PercAmpMV": 1},
+    }
     assert set(loop) == set(PidaTuneReal.model_fields)
     spoken = set(said(loop)) | set(NOTHING_LOST)
     sections = {"pv.unit", "output.range", "output.unit", *(f"AutoTuneParam.{key}" for key in TuneParam.model_fields)}
@@ -520,10 +568,21 @@ def test_every_parameter_is_spoken_of():
 
 @pytest.mark.parametrize(
     ("wanted", "name"),
-    [("TIC-101", "TIC_101"), ("101", "L_101"), ("Öfen #2", "Ofen_2"), ("a__b", "a_b"), ("___", "Loop"), ("IF", "IF_2"),
-     ("pidloops", "pidloops_2"), ("ControlPWM", "ControlPWM_2"), ("Autotune-PI", "Autotune_PI_2"),
-     ("log", "log_2"), ("x" * 60, "x" * 40), ("y" * 39 + "-z", "y" * 39)],
-)  # fmt: skip
+    [
+        ("TIC-101", "TIC_101"),
+        ("101", "L_101"),
+        ("Öfen #2", "Ofen_2"),
+        ("a__b", "a_b"),
+        ("___", "Loop"),
+        ("IF", "IF_2"),
+        ("pidloops", "pidloops_2"),
+        ("ControlPWM", "ControlPWM_2"),
+        ("Autotune-PI", "Autotune_PI_2"),
+        ("log", "log_2"),
+        ("x" * 60, "x" * 40),
+        ("y" * 39 + "-z", "y" * 39),
+    ],
+)
 def test_names_are_identifiers(wanted, name):
     assert Names().new(wanted) == name
 
@@ -547,9 +606,18 @@ def test_a_renamed_master_is_still_followed():
 
 @pytest.mark.parametrize(
     ("times", "step"),
-    [([0.1, 0.25], "0.05"), ([1, 2, 3], "1"), ([0.5], "0.5"), ([], "0.1"), (["0.0105", "0.021"], "0.0105"),
-     ([0.1, "0.0333"], "0.001"), ([0, 0.5], "0.001"), ([90, 120], "60"), (["0.0001"], "0.001")],
-)  # fmt: skip
+    [
+        ([0.1, 0.25], "0.05"),
+        ([1, 2, 3], "1"),
+        ([0.5], "0.5"),
+        ([], "0.1"),
+        (["0.0105", "0.021"], "0.0105"),
+        ([0.1, "0.0333"], "0.001"),
+        ([0, 0.5], "0.001"),
+        ([90, 120], "60"),
+        (["0.0001"], "0.001"),
+    ],
+)
 def test_the_task_is_the_common_step(times, step):
     assert task_of([Decimal(str(time)) for time in times], None).interval == Decimal(step)
 
@@ -623,13 +691,29 @@ def near(a: Any, b: Any) -> bool:
 
 VALUES = st.decimals("0.01", "500", places=2)
 LOOPS = st.fixed_dictionaries(
-    {"SP": VALUES, "Kp": VALUES, "Ti_Ki": VALUES | st.just(0), "Td_Kd": VALUES | st.just(0),
-     "Tfd": VALUES | st.just(0), "Indep": st.booleans(), "DerivEr": st.booleans(), "Direct": st.booleans(),
-     "Manual": st.booleans(), "ManualMV": VALUES, "DeadBand": VALUES | st.just(0), "MaxVarMV": VALUES | st.just(0),
-     "BIAS": VALUES, "sample_time": st.sampled_from(["0.1 s", "0.2 s", "1.3 s"])},
-    optional={"DisableP": st.just(True), "output": st.just({"range": (0, 300)}), "PV": st.just("F.OutVar"),
-              "type": st.sampled_from(["PIDA_REAL", "PIDA_TUNE_REAL"])},
-)  # fmt: skip
+    {
+        "SP": VALUES,
+        "Kp": VALUES,
+        "Ti_Ki": VALUES | st.just(0),
+        "Td_Kd": VALUES | st.just(0),
+        "Tfd": VALUES | st.just(0),
+        "Indep": st.booleans(),
+        "DerivEr": st.booleans(),
+        "Direct": st.booleans(),
+        "Manual": st.booleans(),
+        "ManualMV": VALUES,
+        "DeadBand": VALUES | st.just(0),
+        "MaxVarMV": VALUES | st.just(0),
+        "BIAS": VALUES,
+        "sample_time": st.sampled_from(["0.1 s", "0.2 s", "1.3 s"]),
+    },
+    optional={
+        "DisableP": st.just(True),
+        "output": st.just({"range": (0, 300)}),
+        "PV": st.just("F.OutVar"),
+        "type": st.sampled_from(["PIDA_REAL", "PIDA_TUNE_REAL"]),
+    },
+)
 
 
 @settings(max_examples=150, deadline=None)

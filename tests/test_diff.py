@@ -30,8 +30,9 @@ def differences(before, after):
 
 def pidcfg(*args, cwd=EXAMPLES):
     command = [sys.executable, "-m", "pidcfg", "diff", *map(str, args)]
-    return subprocess.run(command, cwd=cwd, capture_output=True, text=True, check=False,
-                          env={**os.environ, "NO_COLOR": "1"})  # fmt: skip
+    return subprocess.run(
+        command, cwd=cwd, capture_output=True, text=True, check=False, env={**os.environ, "NO_COLOR": "1"}
+    )
 
 
 def edited(text, old, new):
@@ -127,9 +128,13 @@ def test_what_cannot_be_compared_is_said(args, code, message):
 
 @pytest.mark.parametrize(
     ("name", "text", "code"),
-    [("missing", None, "PID040"), ("missing.yaml", None, "PID040"), ("notes.txt", "no listing\n", "PID041"),
-     ("empty.yaml", "", "PID005")],
-)  # fmt: skip
+    [
+        ("missing", None, "PID040"),
+        ("missing.yaml", None, "PID040"),
+        ("notes.txt", "no listing\n", "PID041"),
+        ("empty.yaml", "", "PID005"),
+    ],
+)
 def test_json_is_a_document_also_when_a_side_cannot_be_used(tmp_path, name, text, code):
     if text is not None:
         (tmp_path / name).write_text(text, "utf-8")
@@ -162,8 +167,11 @@ MORE = "  - {name: MORE, type: ControlLowFilter, InVar: Sensor, Tc: 9}"
 def compared(before, after):
     """Everything that is not the same: status, or fields with their risks and both values."""
     sides = [side_of(found.config, found.vendor) for found in map(check_text, (before, after))]
-    return {c.loop: [(d.field, d.risk, d.before, d.after) for d in c.differences] or c.status
-            for c in compare(*sides) if c.status != "same"}  # fmt: skip
+    return {
+        c.loop: [(d.field, d.risk, d.before, d.after) for d in c.differences] or c.status
+        for c in compare(*sides)
+        if c.status != "same"
+    }
 
 
 @pytest.mark.parametrize("listing", ["furnace.txt", "furnace.st"])
@@ -180,21 +188,27 @@ def test_a_loop_without_a_neutral_form_is_no_obstacle(listing):
         (FURNACE, "Direct: true", "Direct: false", {"FAN": [("Direct", "medium", True, False)]}),
         (FURNACE, "pv: {unit: degC}", "pv: {unit: K}", {"FAN": [("pv", "medium", {"unit": "degC"}, {"unit": "K"})]}),
         (FURNACE, "Sensor: 0.0", "Sensor: 1.0", {"signals": [("Sensor", "medium", 0, 1)]}),
-        (FURNACE, "InVar: Sensor", "InVar: Sensor * 2",
-         {"FILTER": [("InVar", "medium", "Sensor", "Sensor * 2")]}),
+        (FURNACE, "InVar: Sensor", "InVar: Sensor * 2", {"FILTER": [("InVar", "medium", "Sensor", "Sensor * 2")]}),
         (FURNACE, "Tc: 2.0", "Tc: 4.0", {"TIC_1": [("pv.filter", "medium", 2, 4)]}),
         (FURNACE, "Kp: 4.0", "Kp: 8.0", {"TIC_1": [("tuning.gain", "medium", 4, 8)]}),
-        (FURNACE, "PV: FILTER.OutVar", "PV: Sensor",
-         {"TIC_1": [("pv.filter", "medium", 2, 0), ("PV", "medium", "FILTER.OutVar", "Sensor")]}),
+        (
+            FURNACE,
+            "PV: FILTER.OutVar",
+            "PV: Sensor",
+            {"TIC_1": [("pv.filter", "medium", 2, 0), ("PV", "medium", "FILTER.OutVar", "Sensor")]},
+        ),
         (FURNACE, "  - {name: FILTER,", f"{MORE}\n  - {{name: FILTER,", {"MORE": "added"}),
         (FURNACE.replace("  - {name: FILTER,", f"{MORE}\n  - {{name: FILTER,"), MORE, "", {"MORE": "removed"}),
-        (NETWORK, "    Windup_H_IN: TIC_2.Windup_H_OUT", "    Windup_H_IN: TIC_2.Windup_L_OUT",
-         {"TIC_1": [("Windup_H_IN", "medium", "TIC_2.Windup_H_OUT", "TIC_2.Windup_L_OUT")]}),
-        (NETWORK, "TRK_VAL: FIC_3.PV", "TRK_VAL: FIC_3.SP",
-         {"TIC_2": [("TRK_VAL", "medium", "FIC_3.PV", "FIC_3.SP")]}),
+        (
+            NETWORK,
+            "    Windup_H_IN: TIC_2.Windup_H_OUT",
+            "    Windup_H_IN: TIC_2.Windup_L_OUT",
+            {"TIC_1": [("Windup_H_IN", "medium", "TIC_2.Windup_H_OUT", "TIC_2.Windup_L_OUT")]},
+        ),
+        (NETWORK, "TRK_VAL: FIC_3.PV", "TRK_VAL: FIC_3.SP", {"TIC_2": [("TRK_VAL", "medium", "FIC_3.PV", "FIC_3.SP")]}),
         (NETWORK, "CASC: Cascade_3", "CASC: Cascade_2", {"FIC_3": [("CASC", "medium", "Cascade_3", "Cascade_2")]}),
     ],
-)  # fmt: skip
+)
 def test_what_no_neutral_field_says_is_compared_in_the_vendor_s_own_words(text, old, new, found):
     assert compared(text, edited(text, old, new)) == found
 
@@ -263,10 +277,16 @@ def test_two_ways_to_say_an_integral_controller_are_the_same():
     from pidcfg.schemas.generic import GenericFile
 
     loops = [
-        {"name": "L", "output_raises_pv": True, "sample_time": 1, "pv": {"range": [0, 1]}, "output": {"range": [0, 1]},
-         "tuning": {"gain": gain, "integral_time": time, "derivative_on": on, "proportional": False}}
+        {
+            "name": "L",
+            "output_raises_pv": True,
+            "sample_time": 1,
+            "pv": {"range": [0, 1]},
+            "output": {"range": [0, 1]},
+            "tuning": {"gain": gain, "integral_time": time, "derivative_on": on, "proportional": False},
+        }
         for gain, time, on in ((1, 20, "pv"), (0.04, 0.8, "error"))
-    ]  # fmt: skip
+    ]
     file = GenericFile.model_validate({"pidcfg": 1, "vendor": "generic", "loops": loops})
     one, two = (normal(flat(loop)) for loop in file.loops)
     assert one == two

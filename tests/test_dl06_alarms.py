@@ -111,8 +111,13 @@ def test_rate_of_change_is_counts_a_sample_in_both_directions():
 
     assert counts == 5
     assert trail([1000, 1005, 1011, 1011, 1006, 1000], rate_of_change=counts) == [
-        [], [], ["rate_of_change"], [], [], ["rate_of_change"],
-    ]  # fmt: skip
+        [],
+        [],
+        ["rate_of_change"],
+        [],
+        [],
+        ["rate_of_change"],
+    ]
 
 
 def test_the_first_sample_has_no_rate_of_change():
@@ -139,10 +144,13 @@ def expected(status, pvs, limits, hysteresis):
     """The rule by the letter: no shortcut, every threshold looked at on every sample."""
     for pv in pvs:
         for bit, excess in (
-            ("pv_low_low", limits[0] - pv), ("pv_low", limits[1] - pv),
-            ("pv_high", pv - limits[2]), ("pv_high_high", pv - limits[3]),
-            ("deviation_yellow", abs(pv - 2000) - limits[4]), ("deviation_red", abs(pv - 2000) - limits[5]),
-        ):  # fmt: skip
+            ("pv_low_low", limits[0] - pv),
+            ("pv_low", limits[1] - pv),
+            ("pv_high", pv - limits[2]),
+            ("pv_high_high", pv - limits[3]),
+            ("deviation_yellow", abs(pv - 2000) - limits[4]),
+            ("deviation_red", abs(pv - 2000) - limits[5]),
+        ):
             if excess > 0:
                 status |= ALARM_BITS[bit]
             elif excess <= -hysteresis:

@@ -45,8 +45,9 @@ def closed_loop(gain, time_constant, dead_time, ts, *, noise=0.0, reverse=0, low
     rig = Rig(base=ts, noise=noise)
     g = -gain if reverse else gain
     plant = FirstOrder(g, time_constant, dead_time, initial=2000.0, offset=2000.0 - g * 2000.0)
-    _, s = rig.add(plant, "auto", out=2000.0, sp=2000.0, reverse=reverse, m_low=low, m_high=high,
-                   gain=0.5, reset=50.0, **fields)  # fmt: skip
+    _, s = rig.add(
+        plant, "auto", out=2000.0, sp=2000.0, reverse=reverse, m_low=low, m_high=high, gain=0.5, reset=50.0, **fields
+    )
     rig.step(20)
     rig.tune()
     return rig, s
@@ -194,9 +195,15 @@ def test_each_method_wants_its_mode(tune_open, mode):
 
 
 @pytest.mark.parametrize("reverse", [0, 1])
-@pytest.mark.parametrize(("gain", "time_constant", "dead_time", "ts"), [
-    (1.0, 20.0, 4.0, 0.5), (0.5, 20.0, 4.0, 0.1), (2.0, 60.0, 5.0, 0.5), (1.0, 10.0, 10.0, 0.2),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("gain", "time_constant", "dead_time", "ts"),
+    [
+        (1.0, 20.0, 4.0, 0.5),
+        (0.5, 20.0, 4.0, 0.1),
+        (2.0, 60.0, 5.0, 0.5),
+        (1.0, 10.0, 10.0, 0.2),
+    ],
+)
 def test_closed_loop_gains_follow_from_the_relays_cycle(gain, time_constant, dead_time, ts, reverse):
     rig, s = closed_loop(gain, time_constant, dead_time, ts, reverse=reverse)
     until_tuned(rig, s)

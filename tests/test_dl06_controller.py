@@ -145,8 +145,15 @@ def test_reverse_action_mirrors_direct_action_on_a_mirrored_plant():
         sign = -1.0 if reverse else 1.0
         rig.add(
             FirstOrder(gain=sign, time_constant=5.0, initial=1500.0, offset=1500.0 - sign * 2000.0),
-            sp=1600.0, gain=2.5, reset=8.0, rate=0.5, reverse=reverse, out=2000.0, bumpless=2, mode="auto",
-        )  # fmt: skip
+            sp=1600.0,
+            gain=2.5,
+            reset=8.0,
+            rate=0.5,
+            reverse=reverse,
+            out=2000.0,
+            bumpless=2,
+            mode="auto",
+        )
         rows[reverse] = rig.trace(300, "pv", "out", "bias")
 
     assert [pv for pv, _, _ in rows[0]] == [pv for pv, _, _ in rows[1]]
@@ -187,8 +194,17 @@ def test_square_root_extract_compares_the_set_point_with_the_root_of_the_pv():
 
 def test_a_root_loop_settles_where_the_root_of_the_pv_is_the_set_point_word():
     rig = Rig(base=0.1)
-    _, s = rig.add(FirstOrder(1.0, 2.0, initial=400.0), sp=40.0, out=400.0, root=1, span=math.sqrt(4095.0),
-                   gain=0.5, reset=2.0, bumpless=2, mode="auto")  # fmt: skip
+    _, s = rig.add(
+        FirstOrder(1.0, 2.0, initial=400.0),
+        sp=40.0,
+        out=400.0,
+        root=1,
+        span=math.sqrt(4095.0),
+        gain=0.5,
+        reset=2.0,
+        bumpless=2,
+        mode="auto",
+    )
     rig.run(120)
 
     assert math.isqrt(round(s.pv)) in (39, 40)
@@ -243,14 +259,16 @@ def test_the_first_sample_fills_the_filter():
     assert s.pv == 3000.0
 
 
-TUNINGS = st.fixed_dictionaries({
-    "gain": st.floats(0.0, 99.99),
-    "reset": st.sampled_from([0.0, 0.1, 5.0, 600.0]),
-    "rate": st.sampled_from([0.0, 0.01, 20.0]),
-    "reverse": st.integers(0, 1),
-    "velocity": st.integers(0, 1),
-    "freeze": st.integers(0, 1),
-})  # fmt: skip
+TUNINGS = st.fixed_dictionaries(
+    {
+        "gain": st.floats(0.0, 99.99),
+        "reset": st.sampled_from([0.0, 0.1, 5.0, 600.0]),
+        "rate": st.sampled_from([0.0, 0.01, 20.0]),
+        "reverse": st.integers(0, 1),
+        "velocity": st.integers(0, 1),
+        "freeze": st.integers(0, 1),
+    }
+)
 
 
 @given(TUNINGS, st.integers(0, 2000), st.integers(1, 2000), st.lists(st.floats(-1e4, 1e4), min_size=5, max_size=40))
@@ -267,9 +285,15 @@ def test_the_output_never_leaves_its_limits_nor_the_bias_the_data_range(tuning, 
         assert s.out == int(s.out)
 
 
-@pytest.mark.parametrize(("freeze", "sp", "stays"), [
-    (0, 2000.0, 4095.0), (1, 2000.0, 1080.0), (0, 0.0, 0.0), (1, 0.0, 920.0),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("freeze", "sp", "stays"),
+    [
+        (0, 2000.0, 4095.0),
+        (1, 2000.0, 1080.0),
+        (0, 0.0, 0.0),
+        (1, 0.0, 920.0),
+    ],
+)
 def test_bias_freeze_stops_outward_integration_at_full_scale_and_always_comes_back(freeze, sp, stays):
     """4 x 0.1 / 5 x 1000 counts are integrated once, then the output is at an end of the range."""
     rig = Rig(base=0.1)
@@ -289,8 +313,18 @@ def test_bias_freeze_stops_outward_integration_at_full_scale_and_always_comes_ba
 def test_bias_freeze_does_nothing_inside_narrow_output_limits(sp, out, bias):
     """The manual's note: with limits inside the range the bias still runs to the end of the range."""
     rig = Rig(base=0.1)
-    _, s = rig.add(Fixed(1000.0), sp=sp, gain=1.0, reset=1.0, freeze=1, m_low=500.0, m_high=3000.0, out=2000.0,
-                   bumpless=2, mode="auto")  # fmt: skip
+    _, s = rig.add(
+        Fixed(1000.0),
+        sp=sp,
+        gain=1.0,
+        reset=1.0,
+        freeze=1,
+        m_low=500.0,
+        m_high=3000.0,
+        out=2000.0,
+        bumpless=2,
+        mode="auto",
+    )
     rig.run(60)
 
     assert (s.out, s.bias) == (out, bias)
@@ -344,8 +378,20 @@ def test_without_reset_the_bias_stays():
 def test_a_result_beyond_32_bits_is_an_overflow_and_forces_manual():
     rig = Rig(base=0.05)
     pv = Fixed(0.0)
-    _, s = rig.add(pv, sp=0.0, gain=99.99, rate=99.99, pv_max=65535.0, pv_span=65535.0, span=65535.0,
-                   out_max=65535.0, out_span=65535.0, m_high=65535.0, out=300.0, mode="auto")  # fmt: skip
+    _, s = rig.add(
+        pv,
+        sp=0.0,
+        gain=99.99,
+        rate=99.99,
+        pv_max=65535.0,
+        pv_span=65535.0,
+        span=65535.0,
+        out_max=65535.0,
+        out_span=65535.0,
+        m_high=65535.0,
+        out=300.0,
+        mode="auto",
+    )
     rig.step(3)
     pv.value = 65535.0
     rig.step()
@@ -373,8 +419,19 @@ def test_set_point_limits_hold_inside_the_calculation_only():
 def test_a_bipolar_output_swings_around_zero():
     rig = Rig()
     pv = Fixed(0.0)
-    _, s = rig.add(pv, sp=100.0, pv_min=-4095.0, pv_span=8190.0, span=8190.0, out_min=-4095.0, out_span=8190.0,
-                   m_low=-4095.0, gain=2.0, bumpless=2, mode="auto")  # fmt: skip
+    _, s = rig.add(
+        pv,
+        sp=100.0,
+        pv_min=-4095.0,
+        pv_span=8190.0,
+        span=8190.0,
+        out_min=-4095.0,
+        out_span=8190.0,
+        m_low=-4095.0,
+        gain=2.0,
+        bumpless=2,
+        mode="auto",
+    )
     rig.step(2)
     assert s.out == 200.0
     s.sp = -3000.0

@@ -107,7 +107,7 @@ def test_ramp_soak_pointer_of_the_manual():
         ({"autotune": {"start": True}}, 0o01, 1 << 7),
         ({"mode": "auto"}, 0o00, 0),
     ],
-)  # fmt: skip
+)
 def test_words_worked_out_by_hand(change, offset, word):
     """Each key against the manual's word and bit tables (numbers are raw counts: there is no range)."""
     assert words(change)[0o2000 + offset] == word
@@ -178,8 +178,9 @@ def test_overlapping_set_up_words_win():
     assert (image[0o7640], image[0o7641]) == (0o7640, 1)
 
 
-@pytest.mark.parametrize(("loop", "path"), [({"tuning": {"gain": 120}}, "tuning.gain"),
-                         ({"setpoint": {"value": 4096}}, "setpoint.value")])  # fmt: skip
+@pytest.mark.parametrize(
+    ("loop", "path"), [({"tuning": {"gain": 120}}, "tuning.gain"), ({"setpoint": {"value": 4096}}, "setpoint.value")]
+)
 def test_what_does_not_fit_is_reported_and_not_truncated(loop, path):
     encoding = encode(configuration(loop))
     assert [m.path for _, m in encoding.misfits] == [path]
@@ -210,8 +211,14 @@ def test_every_path_of_the_map_exists_in_the_schema():
         if row.path is None:
             continue
         keys = [k for k in row.path.split(".") if not k.isdigit()]
-        model: object = Dl06File.model_validate({**base, "loops": [{**LOOP, "ramp_soak": {"table": "V3000"},
-                 "alarms": {"pv": {"low": 1}, "deviation": {"red": 1}}}]}).loops[0]  # fmt: skip
+        model: object = Dl06File.model_validate(
+            {
+                **base,
+                "loops": [
+                    {**LOOP, "ramp_soak": {"table": "V3000"}, "alarms": {"pv": {"low": 1}, "deviation": {"red": 1}}}
+                ],
+            }
+        ).loops[0]
         for key in keys:
             assert hasattr(model, key), row.path
             model = getattr(model, key)
@@ -225,8 +232,12 @@ def test_encode_decode_encode_is_identical(config):
     for kind in FORMATS.values():
         listing = kind.read(kind.write(image, ()))
         assert listing.words == image.words, kind.name
-        again = decode(listing.words, listing.settings, listing.plc, {"reset_decimals": config.plc.reset_decimals,
-                       "number_of_loops": len(config.loops)})  # fmt: skip
+        again = decode(
+            listing.words,
+            listing.settings,
+            listing.plc,
+            {"reset_decimals": config.plc.reset_decimals, "number_of_loops": len(config.loops)},
+        )
         text = yaml_text(again.data)
         model = Dl06File.model_validate(read_document(text.encode(), "again").data)
         assert encode(model).image.words == image.words, kind.name

@@ -207,10 +207,19 @@ def test_a_major_loop_learns_why_when_its_minor_is_refused():
     assert rig.log == [(0, "refused: a PV alarm is active"), (1, "refused: the minor loop is not in Cascade")]
 
 
-@pytest.mark.parametrize(("limits", "reason"), [
-    ({"low_low": 500.0}, True), ({"low": 500.0}, True), ({"high": 50.0}, True), ({"high_high": 50.0}, True),
-    ({"yellow": 5.0}, False), ({"red": 5.0}, False), ({"rate_of_change": 1.0}, False), ({"low": 100.0}, False),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("limits", "reason"),
+    [
+        ({"low_low": 500.0}, True),
+        ({"low": 500.0}, True),
+        ({"high": 50.0}, True),
+        ({"high_high": 50.0}, True),
+        ({"yellow": 5.0}, False),
+        ({"red": 5.0}, False),
+        ({"rate_of_change": 1.0}, False),
+        ({"low": 100.0}, False),
+    ],
+)
 def test_only_absolute_alarms_refuse_auto(limits, reason):
     rig = Rig()
     rig.add(Fixed(100.0), "auto", sp=1000.0, bumpless=2, **limits)
@@ -268,8 +277,9 @@ def test_an_alarm_that_comes_up_in_auto_leaves_the_mode_alone():
 @pytest.mark.parametrize("velocity", [0, 1])
 def test_bumpless_one_has_no_bump_at_any_error(velocity, on_pv):
     rig = Rig(base=0.1)
-    _, s = rig.add(Fixed(1000.0), sp=3000.0, gain=5.0, reset=4.0, rate=2.0, velocity=velocity, on_pv=on_pv,
-                   bias=123.0, out=1800.0)  # fmt: skip
+    _, s = rig.add(
+        Fixed(1000.0), sp=3000.0, gain=5.0, reset=4.0, rate=2.0, velocity=velocity, on_pv=on_pv, bias=123.0, out=1800.0
+    )
     rig.step(3)
     rig.request("auto")
     outs = [out for (out,) in rig.trace(5, "out")]

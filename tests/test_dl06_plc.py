@@ -62,13 +62,26 @@ def mode(machine, i=0):
 
 def test_every_setting_reaches_the_controller_through_its_word():
     machine = plc(
-        {"name": "A", "action": "reverse", "bumpless": "II", "bias_freeze": True, "sample_rate": 0.5,
-         "tuning": {"gain": 2.5, "reset": 3, "reset_unit": "minutes", "rate": 1.25}, "derivative_gain_limit": 8,
-         "pv": {"range": [0, 100], "filter": 0.5}, "output": {"range": [0, 50], "limits": [5, 45]},
-         "setpoint": {"value": 50, "limits": [10, 90]}, "error": {"curve": "squared", "deadband": 1},
-         "alarms": {"pv": {"low_low": 5, "low": 10, "high": 90, "high_high": 95}, "hysteresis": 0.5,
-                    "deviation": {"yellow": 5, "red": 10}, "rate_of_change": 2}},
-    )  # fmt: skip
+        {
+            "name": "A",
+            "action": "reverse",
+            "bumpless": "II",
+            "bias_freeze": True,
+            "sample_rate": 0.5,
+            "tuning": {"gain": 2.5, "reset": 3, "reset_unit": "minutes", "rate": 1.25},
+            "derivative_gain_limit": 8,
+            "pv": {"range": [0, 100], "filter": 0.5},
+            "output": {"range": [0, 50], "limits": [5, 45]},
+            "setpoint": {"value": 50, "limits": [10, 90]},
+            "error": {"curve": "squared", "deadband": 1},
+            "alarms": {
+                "pv": {"low_low": 5, "low": 10, "high": 90, "high_high": 95},
+                "hysteresis": 0.5,
+                "deviation": {"yellow": 5, "red": 10},
+                "rate_of_change": 2,
+            },
+        },
+    )
     c, s = machine.cfg[0], machine.st[0]
 
     assert (c.reverse, c.bumpless, c.freeze, c.squared, c.curved, c.special) == (1, 2, 1, 1, 1, 1)
@@ -82,10 +95,16 @@ def test_every_setting_reaches_the_controller_through_its_word():
 
 @pytest.mark.parametrize(("decimals", "minutes"), [(1, 30.0), (2, 3.0)])
 def test_the_same_reset_word_means_ten_times_as_much_with_one_decimal(decimals, minutes):
-    image = encode(Dl06File.model_validate({
-        "pidcfg": 1, "vendor": "dl06", "plc": {"loop_table": "V2000", "reset_decimals": 1},
-        "loops": [{**LOOP, "tuning": {"gain": 1, "reset": 30, "reset_unit": "minutes"}}],
-    })).image  # fmt: skip
+    image = encode(
+        Dl06File.model_validate(
+            {
+                "pidcfg": 1,
+                "vendor": "dl06",
+                "plc": {"loop_table": "V2000", "reset_decimals": 1},
+                "loops": [{**LOOP, "tuning": {"gain": 1, "reset": 30, "reset_unit": "minutes"}}],
+            }
+        )
+    ).image
     machine = load(Image("dl06", image.cells, image.settings, {"reset_decimals": decimals}))
 
     assert machine.st[0].reset == minutes * 60
@@ -145,10 +164,16 @@ def test_the_base_step_is_the_greatest_common_one():
 # --- the set-up ------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(("given", "flags"), [
-    ({}, 0), ({"loop_table": "V1000"}, 1), ({"loop_table": "V20000"}, 2), ({"number_of_loops": 9}, 4),
-    ({"loop_table": "V7640"}, 1),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("given", "flags"),
+    [
+        ({}, 0),
+        ({"loop_table": "V1000"}, 1),
+        ({"loop_table": "V20000"}, 2),
+        ({"number_of_loops": 9}, 4),
+        ({"loop_table": "V7640"}, 1),
+    ],
+)
 def test_flags_stop_the_loop_task(given, flags):
     machine = plc({"mode": "auto"}, **given)
     _, said = play(machine, 5, [10.0])
@@ -228,8 +253,7 @@ def test_each_loop_reaches_its_mode_and_then_gets_its_set_point():
 
 
 def test_an_alarm_programming_error_keeps_the_loop_in_manual():
-    machine = plc({**SCALED, "mode": "auto",
-                   "alarms": {"pv": {"low_low": 5, "low": 10, "high": 95, "high_high": 90}}})  # fmt: skip
+    machine = plc({**SCALED, "mode": "auto", "alarms": {"pv": {"low_low": 5, "low": 10, "high": 95, "high_high": 90}}})
     _, said = play(machine, 5, [50.0])
 
     assert mode(machine) == "manual"
@@ -260,12 +284,21 @@ def change(machine, key, value, loop=0, sig=None):
     return machine.set(loop, path, machine.check_set(loop, path, value), sig if sig is not None else list(machine.sig))
 
 
-@pytest.mark.parametrize(("key", "value", "name", "expected"), [
-    ("setpoint", 50, "sp", 2048.0), ("setpoint.value", "100 counts", "sp", 100.0), ("bias", 25, "bias", 2048.0),
-    ("output", 25, "out", 2048.0), ("tuning.gain", 3.5, "gain", 3.5), ("gain", 3.5, "gain", 3.5),
-    ("tuning.reset", "2 min", "reset", 120.0), ("tuning.reset", "off", "reset", 0.0), ("rate", 2, "rate", 2.0),
-    ("sample_rate", "500 ms", "period", 500_000),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("key", "value", "name", "expected"),
+    [
+        ("setpoint", 50, "sp", 2048.0),
+        ("setpoint.value", "100 counts", "sp", 100.0),
+        ("bias", 25, "bias", 2048.0),
+        ("output", 25, "out", 2048.0),
+        ("tuning.gain", 3.5, "gain", 3.5),
+        ("gain", 3.5, "gain", 3.5),
+        ("tuning.reset", "2 min", "reset", 120.0),
+        ("tuning.reset", "off", "reset", 0.0),
+        ("rate", 2, "rate", 2.0),
+        ("sample_rate", "500 ms", "period", 500_000),
+    ],
+)
 def test_set_writes_words_that_are_read_on_the_fly(key, value, name, expected):
     machine = plc(SCALED)
 
@@ -273,16 +306,20 @@ def test_set_writes_words_that_are_read_on_the_fly(key, value, name, expected):
     assert getattr(machine.st[0], name) == expected
 
 
-@pytest.mark.parametrize(("key", "value", "names", "expected"), [
-    ("setpoint.limits", [10, 90], ("sp_min", "sp_max"), (410.0, 3686.0)),
-    ("error.curve", "squared", ("squared", "curved"), (1, 1)),
-    ("action", "reverse", ("reverse",), (1,)),
-    ("bias_freeze", True, ("freeze",), (1,)),
-    ("pv.filter_enabled", True, ("filter",), (0.3,)),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("key", "value", "names", "expected"),
+    [
+        ("setpoint.limits", [10, 90], ("sp_min", "sp_max"), (410.0, 3686.0)),
+        ("error.curve", "squared", ("squared", "curved"), (1, 1)),
+        ("action", "reverse", ("reverse",), (1,)),
+        ("bias_freeze", True, ("freeze",), (1,)),
+        ("pv.filter_enabled", True, ("filter",), (0.3,)),
+    ],
+)
 def test_set_writes_bits_and_pairs(key, value, names, expected):
-    machine = plc({**SCALED, "pv": {**SCALED["pv"], "filter": 0.3, "filter_enabled": False},
-                   "setpoint": {"limits_enabled": True}})  # fmt: skip
+    machine = plc(
+        {**SCALED, "pv": {**SCALED["pv"], "filter": 0.3, "filter_enabled": False}, "setpoint": {"limits_enabled": True}}
+    )
     change(machine, key, value)
 
     assert tuple(getattr(machine.cfg[0], name) for name in names) == expected
@@ -338,12 +375,23 @@ def test_cascade_from_can_be_set_by_name():
     assert machine.cfg[0].major == 1
 
 
-@pytest.mark.parametrize(("key", "value", "kind"), [
-    ("mode", "auto", "set_key"), ("autotune.start", True, "set_key"), ("nonsense", 1, "set_key"),
-    ("pv.transfer", 1, "set_key"), ("gain", 100, "set_value"), ("gain", "x", "number_type"),
-    ("setpoint", 1000, "set_value"), ("setpoint.limits", 5, "pair_type"), ("error.curve", "cubic", "choice"),
-    ("bias_freeze", "yes", "boolean_form"), ("gain", 0.004, "set_value"), ("cascade_from", "nobody", "set_value"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("key", "value", "kind"),
+    [
+        ("mode", "auto", "set_key"),
+        ("autotune.start", True, "set_key"),
+        ("nonsense", 1, "set_key"),
+        ("pv.transfer", 1, "set_key"),
+        ("gain", 100, "set_value"),
+        ("gain", "x", "number_type"),
+        ("setpoint", 1000, "set_value"),
+        ("setpoint.limits", 5, "pair_type"),
+        ("error.curve", "cubic", "choice"),
+        ("bias_freeze", "yes", "boolean_form"),
+        ("gain", 0.004, "set_value"),
+        ("cascade_from", "nobody", "set_value"),
+    ],
+)
 def test_set_refuses_what_cannot_be_written(key, value, kind):
     with pytest.raises(PydanticCustomError) as caught:
         plc(SCALED, {}).check_set(0, tuple(key.split(".")), value)
@@ -380,8 +428,14 @@ def test_program_mode_forces_manual_and_run_restores_the_modes():
 
 def test_an_independent_loop_keeps_its_mode_in_program_mode():
     transfer = {"slot": 1, "channel": 1}
-    machine = plc({"independent_of_cpu_mode": True, "mode": "auto", "pv": {"transfer": transfer},
-                   "output": {"transfer": {"slot": 2, "channel": 1}}})  # fmt: skip
+    machine = plc(
+        {
+            "independent_of_cpu_mode": True,
+            "mode": "auto",
+            "pv": {"transfer": transfer},
+            "output": {"transfer": {"slot": 2, "channel": 1}},
+        }
+    )
     play(machine, 2, [1000.0])
     machine.program(machine.sig)
     change(machine, "setpoint", 1200)
@@ -441,8 +495,14 @@ def test_a_second_program_keeps_the_recorded_modes():
 
 
 def test_a_ramp_soak_profile_runs_from_its_table():
-    machine = plc({**SCALED, "sample_rate": 1.0, "setpoint": {"value": 20},
-                   "ramp_soak": {"table": "V3000", "steps": [{"ramp_to": 30, "slope": 2, "soak": 0.1}]}})  # fmt: skip
+    machine = plc(
+        {
+            **SCALED,
+            "sample_rate": 1.0,
+            "setpoint": {"value": 20},
+            "ramp_soak": {"table": "V3000", "steps": [{"ramp_to": 30, "slope": 2, "soak": 0.1}]},
+        }
+    )
     machine.ramp_soak(0, "start")
     sig, _ = play(machine, 3, [20.0], base=1_000_000)
 
@@ -454,9 +514,12 @@ def test_a_ramp_soak_profile_runs_from_its_table():
 
 
 def test_a_start_bit_in_the_image_starts_at_once():
-    machine = plc({"ramp_soak": {"table": "V3000", "request": "start",
-                                 "steps": [{"ramp_to": 100, "slope": 5, "soak": 1}]},
-                   "autotune": {"start": True}})  # fmt: skip
+    machine = plc(
+        {
+            "ramp_soak": {"table": "V3000", "request": "start", "steps": [{"ramp_to": 100, "slope": 5, "soak": 1}]},
+            "autotune": {"start": True},
+        }
+    )
     play(machine, 1, [0.0])
 
     assert machine.st[0].aux_status == 1 << 8
@@ -465,8 +528,15 @@ def test_a_start_bit_in_the_image_starts_at_once():
 
 def tuning_bench():
     """A loop in Auto on a first-order plant with dead time, and a function that runs it for some samples."""
-    machine = plc({**SCALED, "output": {"range": [0, 100], "limits": [20, 80]}, "mode": "auto",
-                   "setpoint": {"value": 50}, "tuning": {"gain": 0.5, "reset": 10}})  # fmt: skip
+    machine = plc(
+        {
+            **SCALED,
+            "output": {"range": [0, 100], "limits": [20, 80]},
+            "mode": "auto",
+            "setpoint": {"value": 50},
+            "tuning": {"gain": 0.5, "reset": 10},
+        }
+    )
     sig, plant = list(machine.sig), {"k": 0, "y": 50.0, "line": [50.0] * 10}
     machine.set_output(0, Quantity(Decimal(50)), sig)
 
@@ -527,9 +597,12 @@ def test_without_a_tune_there_is_nothing_to_tell():
 
 def test_bits_of_the_status_words_are_those_of_the_register_map():
     titles = {
-        (0o06, MODES["manual"]): "Manual mode", (0o06, MODES["auto"]): "Automatic mode",
-        (0o06, MODES["cascade"]): "Cascade mode", (0o06, ALARM_BITS["pv_low_low"]): "PV low-low alarm",
-        (0o06, ALARM_BITS["pv_low"]): "PV low alarm", (0o06, ALARM_BITS["pv_high"]): "PV high alarm",
+        (0o06, MODES["manual"]): "Manual mode",
+        (0o06, MODES["auto"]): "Automatic mode",
+        (0o06, MODES["cascade"]): "Cascade mode",
+        (0o06, ALARM_BITS["pv_low_low"]): "PV low-low alarm",
+        (0o06, ALARM_BITS["pv_low"]): "PV low alarm",
+        (0o06, ALARM_BITS["pv_high"]): "PV high alarm",
         (0o06, ALARM_BITS["pv_high_high"]): "PV high-high alarm",
         (0o06, ALARM_BITS["deviation_yellow"]): "PV yellow deviation alarm",
         (0o06, ALARM_BITS["deviation_red"]): "PV red deviation alarm",
@@ -541,7 +614,7 @@ def test_bits_of_the_status_words_are_those_of_the_register_map():
         (0o33, AUX_BITS["ramp_soak_complete"]): "Ramp/soak profile complete",
         (0o33, AUX_BITS["ramp_soak_deviation"]): "Ramp/soak deviation",
         (0o33, AUX_BITS["ramp_soak_hold"]): "Ramp/soak profile in hold",
-    }  # fmt: skip
+    }
 
     assert {(row.offset, row.mask): row.title for row in LOOP_TABLE.bits if (row.offset, row.mask) in titles} == titles
 

@@ -192,10 +192,13 @@ def test_the_commands_are_read_and_cleared():
     assert s.rs_command == 0
 
 
-@pytest.mark.parametrize(("change", "reason"), [
-    ({"rs_enabled": 0}, "ramp/soak refused: not enabled (+00 bit 11)"),
-    ({"rs_fault": 16}, "ramp/soak refused: the table is not in user memory (+35)"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("change", "reason"),
+    [
+        ({"rs_enabled": 0}, "ramp/soak refused: not enabled (+00 bit 11)"),
+        ({"rs_fault": 16}, "ramp/soak refused: the table is not in user memory (+35)"),
+    ],
+)
 def test_a_start_can_be_refused(change, reason):
     rig, s = oven((200, 10, 5, 0))
     for name, value in change.items():

@@ -12,10 +12,24 @@ def flags(start, count):
     return check_setup(start, bcd_word(count)).flags
 
 
-@pytest.mark.parametrize(("start", "expected"), [
-    (0o0, 1), (0o1177, 1), (0o1200, 0), (0o7340, 0), (0o7341, 1), (0o7577, 1), (0o7640, 1), (0o7777, 1),
-    (0o10000, 0), (0o17740, 0), (0o17741, 2), (0o20000, 2), (0o177777, 2),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("start", "expected"),
+    [
+        (0o0, 1),
+        (0o1177, 1),
+        (0o1200, 0),
+        (0o7340, 0),
+        (0o7341, 1),
+        (0o7577, 1),
+        (0o7640, 1),
+        (0o7777, 1),
+        (0o10000, 0),
+        (0o17740, 0),
+        (0o17741, 2),
+        (0o20000, 2),
+        (0o177777, 2),
+    ],
+)
 def test_the_start_of_the_table_sets_bit_0_below_v10000_and_bit_1_from_there(start, expected):
     assert flags(start, 1) == expected
 
@@ -25,13 +39,16 @@ def test_more_than_eight_loops_set_bit_2(count, expected):
     assert flags(0o2000, count) == expected
 
 
-@pytest.mark.parametrize(("start", "count", "expected"), [
-    (0o7340, 5, 0),  # ends at V7577
-    (0o7340, 6, 8),
-    (0o7000, 8, 0),  # ends at V7377
-    (0o7577 - 0o37, 1, 1),  # V7540 is no start, however short the table
-    (0o17740, 8, 0),  # past V17777, which the CPU does not look at
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("start", "count", "expected"),
+    [
+        (0o7340, 5, 0),  # ends at V7577
+        (0o7340, 6, 8),
+        (0o7000, 8, 0),  # ends at V7377
+        (0o7577 - 0o37, 1, 1),  # V7540 is no start, however short the table
+        (0o17740, 8, 0),  # past V17777, which the CPU does not look at
+    ],
+)
 def test_a_table_past_v7577_sets_bit_3_in_the_lower_range_only(start, count, expected):
     assert flags(start, count) == expected
 
@@ -66,18 +83,43 @@ def test_the_loop_task_runs_with_loops_and_without_flags():
     assert not check_setup(0o2000, 9).running
 
 
-@pytest.mark.parametrize(("start", "expected"), [
-    (0o1177, 1), (0o1200, 0), (0o3000, 0), (0o7540, 0), (0o7541, 1), (0o7577, 1), (0o7600, 16), (0o7777, 16),
-    (0o10000, 0), (0o17740, 0), (0o17741, 2), (0o20000, 2), (0, 1),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("start", "expected"),
+    [
+        (0o1177, 1),
+        (0o1200, 0),
+        (0o3000, 0),
+        (0o7540, 0),
+        (0o7541, 1),
+        (0o7577, 1),
+        (0o7600, 16),
+        (0o7777, 16),
+        (0o10000, 0),
+        (0o17740, 0),
+        (0o17741, 2),
+        (0o20000, 2),
+        (0, 1),
+    ],
+)
 def test_a_ramp_soak_table_outside_user_memory_sets_one_bit_of_35(start, expected):
     assert check_ramp_soak(start) == expected
 
 
-@pytest.mark.parametrize(("pv", "deviation", "broken"), [
-    ([1, 2, 3, 4], None, False), ([1, 1, 3, 4], None, True), ([1, 2, 2, 4], None, True), ([1, 2, 4, 4], None, True),
-    ([4, 3, 2, 1], None, True), (None, [1, 2], False), (None, [2, 2], True), (None, [3, 2], True), (None, None, False),
-    ([1, 2, 3, 4], [2, 1], True), ([0, 0, 0, 0], None, True),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("pv", "deviation", "broken"),
+    [
+        ([1, 2, 3, 4], None, False),
+        ([1, 1, 3, 4], None, True),
+        ([1, 2, 2, 4], None, True),
+        ([1, 2, 4, 4], None, True),
+        ([4, 3, 2, 1], None, True),
+        (None, [1, 2], False),
+        (None, [2, 2], True),
+        (None, [3, 2], True),
+        (None, None, False),
+        ([1, 2, 3, 4], [2, 1], True),
+        ([0, 0, 0, 0], None, True),
+    ],
+)
 def test_alarms_must_be_in_order_when_their_group_is_on(pv, deviation, broken):
     assert alarm_order_broken(pv, deviation) is broken

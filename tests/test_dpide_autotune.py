@@ -60,8 +60,19 @@ def test_the_gains_are_those_of_the_ultimate_cycle(numbers):
 def test_the_ultimate_cycle_of_a_relay_with_hysteresis(band, swing):
     """Ku = 4 d / (pi sqrt(a^2 - h^2)) with a = 5 and d = 30, never below half of a; 20 samples of 0.5 s are Pu."""
     c = Config(low=0.0, high=100.0, dependent=1)
-    s = State(period=500_000, tune_top=80.0, tune_bottom=20.0, tune_swing=20.0, tune_band=band, tune_count=47,
-              tune_start=7, tune_sum=40 * 44.0, bias=4.0, mode=1, status=4)  # fmt: skip
+    s = State(
+        period=500_000,
+        tune_top=80.0,
+        tune_bottom=20.0,
+        tune_swing=20.0,
+        tune_band=band,
+        tune_count=47,
+        tune_start=7,
+        tune_sum=40 * 44.0,
+        bias=4.0,
+        mode=1,
+        status=4,
+    )
     measure(c, s)
 
     assert s.gain == pytest.approx(4 * 30 / (math.pi * swing) / 2.2, rel=1e-6)

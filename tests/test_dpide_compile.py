@@ -36,13 +36,25 @@ def drive(first, last, cfg, st, aux, sig, noise):  # noqa: PLR0917 - numba takes
 def random_loop(rng):
     low, high = rng.choice([(0, 100), (0, 4000), (-50, 50), (80, -20), (10, 10), (5.5, 80.1)])
     given = {
-        "PID_RUN": rng.random() < 0.9, "SV": round(rng.uniform(10, 60), 4), "PID_MODE": rng.choice([0, 0, 1, 2, 2]),
-        "PID_MAN": rng.random() < 0.2, "MOUT_AUTO": rng.random() < 0.5, "CYCLE": rng.choice([50, 100, 130, 500]),
-        "Kc_Kp": rng.choice([0, 0.37, 3.1, 50]), "Ti_Ki": rng.choice([0, 0.2, 0.7, 21.3]),
-        "Td_Kd": rng.choice([0, 0, 0.9]), "Tf": rng.choice([0, 0.3]), "PID_EQ": rng.random() < 0.5,
-        "PID_DE": rng.random() < 0.5, "PID_DIR": rng.random() < 0.7, "ERR_DBW": rng.choice([0, 0, 2.5, -1]),
-        "MV_MAX": high, "MV_MIN": low, "MOUT": rng.choice([0, 42.5, 900]), "BIAS": rng.choice([0, 0, 12.3]),
-    }  # fmt: skip
+        "PID_RUN": rng.random() < 0.9,
+        "SV": round(rng.uniform(10, 60), 4),
+        "PID_MODE": rng.choice([0, 0, 1, 2, 2]),
+        "PID_MAN": rng.random() < 0.2,
+        "MOUT_AUTO": rng.random() < 0.5,
+        "CYCLE": rng.choice([50, 100, 130, 500]),
+        "Kc_Kp": rng.choice([0, 0.37, 3.1, 50]),
+        "Ti_Ki": rng.choice([0, 0.2, 0.7, 21.3]),
+        "Td_Kd": rng.choice([0, 0, 0.9]),
+        "Tf": rng.choice([0, 0.3]),
+        "PID_EQ": rng.random() < 0.5,
+        "PID_DE": rng.random() < 0.5,
+        "PID_DIR": rng.random() < 0.7,
+        "ERR_DBW": rng.choice([0, 0, 2.5, -1]),
+        "MV_MAX": high,
+        "MV_MIN": low,
+        "MOUT": rng.choice([0, 42.5, 900]),
+        "BIAS": rng.choice([0, 0, 12.3]),
+    }
     if rng.random() < 0.1:
         given[rng.choice(["SV", "Kc_Kp", "Ti_Ki", "Td_Kd", "Tf", "MV_MAX", "MOUT", "BIAS"])] = rng.choice(ODD)
     return given
@@ -75,8 +87,18 @@ def random_event(rng, plc, i, sig):
         plc.program(sig)
         plc.run(plc.st[i].due // BASE * BASE if plc.st[i].due < bits.NEVER else 0)
     else:
-        key, value = rng.choice([("SV", rng.uniform(0, 90)), ("output", 33), ("MOUT_AUTO", True), ("I_MV", 7),
-                                 ("CYCLE", 150), ("ERR_DBW", 4), ("PID_MODE", 2), ("Tf", 0.2)])  # fmt: skip
+        key, value = rng.choice(
+            [
+                ("SV", rng.uniform(0, 90)),
+                ("output", 33),
+                ("MOUT_AUTO", True),
+                ("I_MV", 7),
+                ("CYCLE", 150),
+                ("ERR_DBW", 4),
+                ("PID_MODE", 2),
+                ("Tf", 0.2),
+            ]
+        )
         plc.set(i, (key,), plc.check_set(i, (key,), value), sig)
 
 

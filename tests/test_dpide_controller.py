@@ -148,8 +148,9 @@ def test_swapped_limits_are_swapped_back():
     assert rig.play([-500.0, 500.0, -30.0], "MV") == [60.0, -20.0, 30.0]
 
 
-@pytest.mark.parametrize(("cycle", "ticks"), [(-3, 1000), (0, 1000), (1, 1000), (40000, 40_000_000),
-                                              (40001, 40_000_000), (250, 250_000)])  # fmt: skip
+@pytest.mark.parametrize(
+    ("cycle", "ticks"), [(-3, 1000), (0, 1000), (1, 1000), (40000, 40_000_000), (40001, 40_000_000), (250, 250_000)]
+)
 def test_cycle_counts_as_1_to_40000_ms(cycle, ticks):
     assert load(program_of({"CYCLE": cycle})).periods == [ticks]
 
@@ -306,11 +307,17 @@ def test_every_operation_is_that_of_single_precision(kind, mode):
     limited = 0
     for _ in range(20):
         operands = {
-            "SV": rng.uniform(-9, 90), "Kc_Kp": rng.uniform(0.01, 9), "Ti_Ki": rng.uniform(0.01, 30),
-            "Td_Kd": rng.choice([0.0, rng.uniform(0, 3)]), "Tf": rng.choice([0.0, rng.uniform(0, 2)]),
-            "BIAS": rng.uniform(-5, 5), "MV_MIN": rng.uniform(-30, 0), "MV_MAX": rng.uniform(50, 200),
-            "PID_MODE": mode, **dict(zip(NAMES, kind, strict=True)),
-        }  # fmt: skip
+            "SV": rng.uniform(-9, 90),
+            "Kc_Kp": rng.uniform(0.01, 9),
+            "Ti_Ki": rng.uniform(0.01, 30),
+            "Td_Kd": rng.choice([0.0, rng.uniform(0, 3)]),
+            "Tf": rng.choice([0.0, rng.uniform(0, 2)]),
+            "BIAS": rng.uniform(-5, 5),
+            "MV_MIN": rng.uniform(-30, 0),
+            "MV_MAX": rng.uniform(50, 200),
+            "PID_MODE": mode,
+            **dict(zip(NAMES, kind, strict=True)),
+        }
         rig, native = Rig({**operands, "CYCLE": 330}, base=0.33), Native(operands, 0.33)
         pv = operands["SV"]
         for _ in range(100):
@@ -327,8 +334,18 @@ def test_every_operation_is_that_of_single_precision(kind, mode):
 def test_values_beyond_single_precision_do_no_harm(kind, mode):
     wild = [1e39, -1e39, math.inf, -math.inf, math.nan, 3e38, -3e38, 0.0]
     rng = random.Random(5)
-    rig = Rig({"Kc_Kp": 3e38, "Ti_Ki": 1e-30, "Td_Kd": 3e38, "PID_MODE": mode, "SV": 1e38, "BIAS": -3e38, "Tf": 1,
-               **dict(zip(NAMES, kind, strict=True))})  # fmt: skip
+    rig = Rig(
+        {
+            "Kc_Kp": 3e38,
+            "Ti_Ki": 1e-30,
+            "Td_Kd": 3e38,
+            "PID_MODE": mode,
+            "SV": 1e38,
+            "BIAS": -3e38,
+            "Tf": 1,
+            **dict(zip(NAMES, kind, strict=True)),
+        }
+    )
     for _ in range(200):
         rig.play([rng.choice(wild)], "MV")
         assert all(map(math.isfinite, rig.sig[1:]))
@@ -388,8 +405,11 @@ def continuous(kind, gain, kc, ti, td, tf):
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_fast_loop_is_the_continuous_one(kind):
     """Within 0.5 % of the step, with the form, derivative and direction of each kind."""
-    numbers = {"Kc_Kp": 3.0, "Ti_Ki": 0.8, "Td_Kd": 0.05, "Tf": 0.1} if kind[0] else {
-        "Kc_Kp": 3.0, "Ti_Ki": 4.0, "Td_Kd": 0.15, "Tf": 0.1}  # fmt: skip
+    numbers = (
+        {"Kc_Kp": 3.0, "Ti_Ki": 0.8, "Td_Kd": 0.05, "Tf": 0.1}
+        if kind[0]
+        else {"Kc_Kp": 3.0, "Ti_Ki": 4.0, "Td_Kd": 0.15, "Tf": 0.1}
+    )
     gain = 1.0 if kind[2] else -1.0
     operands = {**WIDE, **numbers, **dict(zip(NAMES, kind, strict=True)), "CYCLE": 1, "SV": 1}
     rig = Rig(operands, plants=[FirstOrder(gain, 1.0)], base=0.001)
@@ -406,8 +426,11 @@ def test_a_fast_loop_is_the_continuous_one(kind):
 @pytest.mark.parametrize(("kp", "overshoots"), [(5, False), (10, False), (20, False), (40, True)])
 def test_the_manuals_example_of_tuning_kp(kp, overshoots):
     """1/(s + 1), every 10 ms, PV converted one sample late: only 40 overshoots, and 5 is the slowest."""
-    rig = Rig({"MV_MAX": 1000, "MV_MIN": -1000, "Kc_Kp": kp, "SV": 1, "CYCLE": 10},
-              plants=[FirstOrder(1.0, 1.0, 0.01)], base=0.01)  # fmt: skip
+    rig = Rig(
+        {"MV_MAX": 1000, "MV_MIN": -1000, "Kc_Kp": kp, "SV": 1, "CYCLE": 10},
+        plants=[FirstOrder(1.0, 1.0, 0.01)],
+        base=0.01,
+    )
     rows = rig.trace(101, "PV", "MV")
     pvs = [pv for pv, _ in rows]
 
@@ -418,8 +441,11 @@ def test_the_manuals_example_of_tuning_kp(kp, overshoots):
 
 
 def test_the_manuals_final_tuning_brings_pv_to_sv():
-    rig = Rig({"MV_MAX": 1000, "MV_MIN": -1000, "Kc_Kp": 10, "Ti_Ki": 8, "Td_Kd": 0.2, "SV": 1, "CYCLE": 10},
-              plants=[FirstOrder(1.0, 1.0, 0.01)], base=0.01)  # fmt: skip
+    rig = Rig(
+        {"MV_MAX": 1000, "MV_MIN": -1000, "Kc_Kp": 10, "Ti_Ki": 8, "Td_Kd": 0.2, "SV": 1, "CYCLE": 10},
+        plants=[FirstOrder(1.0, 1.0, 0.01)],
+        base=0.01,
+    )
     pvs = rig.trace(1001, "PV")
 
     assert max(pvs) < 1.05
@@ -437,12 +463,20 @@ def test_a_wrong_direction_runs_away():
 
 @settings(max_examples=60, deadline=None)
 @given(
-    low=st.floats(-1e3, 1e3, width=32), high=st.floats(-1e3, 1e3, width=32),
-    gains=st.tuples(*[st.floats(0, 1e3, width=32)] * 4), kind=st.sampled_from(KINDS), mode=st.sampled_from([0, 2]),
-    band=st.floats(-9, 9, width=32), pvs=st.lists(st.floats(-1e4, 1e4), min_size=8, max_size=20),
-    bias=st.floats(-500, 500, width=32), events=st.lists(st.sampled_from(
-        [("PID_MAN", True), ("PID_MAN", False), ("MOUT", 5e4), ("MOUT", -7), ("SV", 3), ("MOUT_AUTO", True)])),
-)  # fmt: skip
+    low=st.floats(-1e3, 1e3, width=32),
+    high=st.floats(-1e3, 1e3, width=32),
+    gains=st.tuples(*[st.floats(0, 1e3, width=32)] * 4),
+    kind=st.sampled_from(KINDS),
+    mode=st.sampled_from([0, 2]),
+    band=st.floats(-9, 9, width=32),
+    pvs=st.lists(st.floats(-1e4, 1e4), min_size=8, max_size=20),
+    bias=st.floats(-500, 500, width=32),
+    events=st.lists(
+        st.sampled_from(
+            [("PID_MAN", True), ("PID_MAN", False), ("MOUT", 5e4), ("MOUT", -7), ("SV", 3), ("MOUT_AUTO", True)]
+        )
+    ),
+)
 def test_mv_stays_within_its_limits(low, high, gains, kind, mode, band, pvs, bias, events):  # noqa: PLR0917 - drawn by name
     operands = dict(zip(("Kc_Kp", "Ti_Ki", "Td_Kd", "Tf"), gains, strict=True)) | dict(zip(NAMES, kind, strict=True))
     rig = Rig({**operands, "MV_MIN": low, "MV_MAX": high, "PID_MODE": mode, "ERR_DBW": band, "BIAS": bias})

@@ -21,9 +21,28 @@ from pidcfg.source import read_document
 from pidcfg.writer import yaml_text
 
 OPERANDS = (
-    "PID_RUN", "SV", "PV", "PID_MODE", "PID_MAN", "MOUT_AUTO", "CYCLE", "Kc_Kp", "Ti_Ki", "Td_Kd", "Tf", "PID_EQ",
-    "PID_DE", "PID_DIR", "ERR_DBW", "MV_MAX", "MV_MIN", "MOUT", "BIAS", "I_MV", "MV",
-)  # fmt: skip
+    "PID_RUN",
+    "SV",
+    "PV",
+    "PID_MODE",
+    "PID_MAN",
+    "MOUT_AUTO",
+    "CYCLE",
+    "Kc_Kp",
+    "Ti_Ki",
+    "Td_Kd",
+    "Tf",
+    "PID_EQ",
+    "PID_DE",
+    "PID_DIR",
+    "ERR_DBW",
+    "MV_MAX",
+    "MV_MIN",
+    "MOUT",
+    "BIAS",
+    "I_MV",
+    "MV",
+)
 """In the order of the instruction."""
 SLOW = settings(max_examples=150, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 LOOP = {"device": "D500", "SV": 80, "CYCLE": 1000, "Kc_Kp": 12, "Ti_Ki": 180, "Td_Kd": 20, "MV_MAX": 4000, "MV_MIN": 0}
@@ -62,8 +81,12 @@ def test_what_is_not_given_is_false_or_0_and_the_loop_runs():
     assert found.pop("OVEN.PID_RUN") is True
     assert set(map(float, found.values())) == {0.0}
     assert {name.removeprefix("OVEN.") for name, value in found.items() if value is False} == {
-        "PID_MAN", "MOUT_AUTO", "PID_EQ", "PID_DE", "PID_DIR",
-    }  # fmt: skip
+        "PID_MAN",
+        "MOUT_AUTO",
+        "PID_EQ",
+        "PID_DE",
+        "PID_DIR",
+    }
 
 
 @pytest.mark.parametrize("operand", [row.name for row in DPIDE_TABLE.rows if row.name in Loop.model_fields])
@@ -159,9 +182,17 @@ def test_operands_without_a_default_must_be_given(key):
 
 @pytest.mark.parametrize(
     ("operand", "device"),
-    [("SV", "D0"), ("SV", "D29999"), ("PID_RUN", "M8191"), ("PID_RUN", "S2047"), ("PID_RUN", "SM4095"),
-     ("PID_RUN", "X0.0"), ("PID_RUN", "Y63.15"), ("PID_RUN", "D29999.15")],
-)  # fmt: skip
+    [
+        ("SV", "D0"),
+        ("SV", "D29999"),
+        ("PID_RUN", "M8191"),
+        ("PID_RUN", "S2047"),
+        ("PID_RUN", "SM4095"),
+        ("PID_RUN", "X0.0"),
+        ("PID_RUN", "Y63.15"),
+        ("PID_RUN", "D29999.15"),
+    ],
+)
 def test_devices_that_exist(operand, device):
     config = configuration(devices={operand: device})
 
@@ -171,11 +202,28 @@ def test_devices_that_exist(operand, device):
 
 @pytest.mark.parametrize(
     ("operand", "device"),
-    [("SV", "D30000"), ("SV", "M0"), ("SV", "D01"), ("SV", "d1"), ("SV", "D1.0"), ("SV", 100), ("PID_RUN", "M8192"),
-     ("PID_RUN", "S2048"), ("PID_RUN", "SM4096"), ("PID_RUN", "X64.0"), ("PID_RUN", "Y0.16"), ("PID_RUN", "D5"),
-     ("PID_RUN", "T0"), ("PID_RUN", "X0"), ("PID_RUN", "M0\n"), ("SV", "D1\n"), ("SV", "D\u0661"), ("I_MV", "D1"),
-     ("PID_RNU", "M1")],
-)  # fmt: skip
+    [
+        ("SV", "D30000"),
+        ("SV", "M0"),
+        ("SV", "D01"),
+        ("SV", "d1"),
+        ("SV", "D1.0"),
+        ("SV", 100),
+        ("PID_RUN", "M8192"),
+        ("PID_RUN", "S2048"),
+        ("PID_RUN", "SM4096"),
+        ("PID_RUN", "X64.0"),
+        ("PID_RUN", "Y0.16"),
+        ("PID_RUN", "D5"),
+        ("PID_RUN", "T0"),
+        ("PID_RUN", "X0"),
+        ("PID_RUN", "M0\n"),
+        ("SV", "D1\n"),
+        ("SV", "D\u0661"),
+        ("I_MV", "D1"),
+        ("PID_RNU", "M1"),
+    ],
+)
 def test_devices_that_do_not_exist_or_are_of_the_wrong_kind_are_refused(operand, device):
     with pytest.raises(ValidationError):
         configuration(devices={operand: device})
@@ -228,8 +276,15 @@ def test_what_no_operand_holds_stands_beside_them():
     )
     image = encode(config).image
 
-    assert image.settings == ({"loop": "OVEN", "description": "Oven", "device": "D500", "devices": {"PV": "D10"},
-                               "pv": {"range": [0, 400], "unit": "degC"}},)  # fmt: skip
+    assert image.settings == (
+        {
+            "loop": "OVEN",
+            "description": "Oven",
+            "device": "D500",
+            "devices": {"PV": "D10"},
+            "pv": {"range": [0, 400], "unit": "degC"},
+        },
+    )
     assert image.plc == {"interrupt_task": 500}
     assert next(c.device for c in image.cells if c.field == "I_MV") == "D500"
 

@@ -62,9 +62,11 @@ def test_every_format_comes_back_with_the_same_text(kind, config):
 
 def test_the_table_has_a_row_for_every_operand_with_device_value_and_unit():
     config = configuration(
-        devices={"SV": "D100", "PV": "D102", "MV": "D104", "PID_RUN": "M10"}, PID_EQ=True,
-        pv={"range": [0, 400], "unit": "degC"}, output={"unit": "%"},
-    )  # fmt: skip
+        devices={"SV": "D100", "PV": "D102", "MV": "D104", "PID_RUN": "M10"},
+        PID_EQ=True,
+        pv={"range": [0, 400], "unit": "degC"},
+        output={"unit": "%"},
+    )
     table = {row["operand"]: row for row in rows(written("operands", config))}
 
     assert tuple(table) == tuple(ROWS)
@@ -187,11 +189,21 @@ def test_a_type_that_is_not_the_operands_is_refused():
 def test_a_device_in_a_row_that_differs_from_the_settings_is_refused(kind):
     config = configuration(devices={"SV": "D100"})
     text = written(kind, config)
-    changed = json.dumps(json.loads(text) | {"words": [
-        {**word, "device": "D102"} if word["address"] == "OVEN.SV" else word for word in json.loads(text)["words"]
-    ]}) if kind == "json" else "".join(
-        line if line.startswith("#") else line.replace("D100", "D102") for line in text.splitlines(keepends=True)
-    )  # fmt: skip
+    changed = (
+        json.dumps(
+            json.loads(text)
+            | {
+                "words": [
+                    {**word, "device": "D102"} if word["address"] == "OVEN.SV" else word
+                    for word in json.loads(text)["words"]
+                ]
+            }
+        )
+        if kind == "json"
+        else "".join(
+            line if line.startswith("#") else line.replace("D100", "D102") for line in text.splitlines(keepends=True)
+        )
+    )
 
     with pytest.raises(ListingError, match="D102, but the settings say D100"):
         FORMATS[kind].read(changed)
@@ -233,7 +245,7 @@ HOSTILE = (
     {"words": [], "settings": [[]]},
     {"words": {}},
     [],
-)  # fmt: skip
+)
 
 
 @pytest.mark.parametrize("document", HOSTILE, ids=range(len(HOSTILE)))

@@ -200,13 +200,16 @@ def test_in_manual_a_written_mout_acts_and_becomes_what_the_limits_leave():
     assert rig.play([0.0], "MV", "MOUT") == [(100.0, 100.0)]
 
 
-@pytest.mark.parametrize(("given", "effect"), [
-    ({}, "MOUT acts in manual only"),
-    ({"MOUT_AUTO": True}, "MOUT acts in manual only; MOUT_AUTO is TRUE, so MOUT follows MV again"),
-    ({"PID_MAN": True}, None),
-    ({"PID_MAN": True, "PID_MODE": 1}, "MOUT acts in manual only"),
-    ({"PID_RUN": False}, "MV stays 0 while PID_RUN is FALSE"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("given", "effect"),
+    [
+        ({}, "MOUT acts in manual only"),
+        ({"MOUT_AUTO": True}, "MOUT acts in manual only; MOUT_AUTO is TRUE, so MOUT follows MV again"),
+        ({"PID_MAN": True}, None),
+        ({"PID_MAN": True, "PID_MODE": 1}, "MOUT acts in manual only"),
+        ({"PID_RUN": False}, "MV stays 0 while PID_RUN is FALSE"),
+    ],
+)
 def test_an_output_that_does_not_act_is_told(given, effect):
     rig = Rig({**PI, **given})
 
@@ -303,11 +306,18 @@ def test_false_and_true_within_a_base_step_change_nothing():
 # --- modes by name ---------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(("given", "mode"), [
-    ({}, "auto"), ({"PID_MODE": 2}, "auto"), ({"PID_MAN": True}, "manual"), ({"PID_MODE": 1}, "autotune"),
-    ({"PID_MODE": 1, "PID_MAN": True}, "autotune"), ({"PID_RUN": False}, "off"),
-    ({"PID_RUN": False, "PID_MAN": True, "PID_MODE": 1}, "off"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("given", "mode"),
+    [
+        ({}, "auto"),
+        ({"PID_MODE": 2}, "auto"),
+        ({"PID_MAN": True}, "manual"),
+        ({"PID_MODE": 1}, "autotune"),
+        ({"PID_MODE": 1, "PID_MAN": True}, "autotune"),
+        ({"PID_RUN": False}, "off"),
+        ({"PID_RUN": False, "PID_MAN": True, "PID_MODE": 1}, "off"),
+    ],
+)
 def test_a_loop_starts_in_the_mode_that_its_operands_state(given, mode):
     rig = Rig({**PI, **given})
 
@@ -334,7 +344,9 @@ def test_manual_waits_for_the_end_of_an_autotune():
     rig.step()
 
     assert (rig.plc.requested(notice), rig.plc.describe(notice)) == (
-        "manual", ("waits: PID_MAN has no effect while PID_MODE is 1", ""))  # fmt: skip
+        "manual",
+        ("waits: PID_MAN has no effect while PID_MODE is 1", ""),
+    )
     rig.plc.autotune(0, "cancel")
     assert (rig.step().mode(), rig.signal("MV")) == ("manual", 12.0)
 

@@ -119,8 +119,22 @@ def test_names_signals_and_scales():
     plc = load(program_of({"PID_MAN": True}, {"PID_DIR": False}, settings={"pv": {"range": [20, 400], "unit": "degC"}}))
 
     assert plc.loops == ["L1", "L2"]
-    assert plc.signals == ["", "L1.PV", "L1.SV", "L1.MV", "L1.MOUT", "L1.I_MV", "L1.E",
-                           "", "L2.PV", "L2.SV", "L2.MV", "L2.MOUT", "L2.I_MV", "L2.E"]  # fmt: skip
+    assert plc.signals == [
+        "",
+        "L1.PV",
+        "L1.SV",
+        "L1.MV",
+        "L1.MOUT",
+        "L1.I_MV",
+        "L1.E",
+        "",
+        "L2.PV",
+        "L2.SV",
+        "L2.MV",
+        "L2.MOUT",
+        "L2.I_MV",
+        "L2.E",
+    ]
     assert plc.goals == ["manual", "auto"]
     assert plc.scales == [(20.0, 400.0, 1 << 20)] * 2
     assert plc.rises == [True, False]
@@ -153,11 +167,14 @@ def test_a_loop_name_may_have_dots():
     assert load(Program("dpide", cells)).signals[1] == "A.B.PV"
 
 
-@pytest.mark.parametrize(("name", "content", "taken"), [
-    ("PID_MODE", 7, "L1.PID_MODE: 7 means nothing there, 0 is taken"),
-    ("SV", Wire("a + b"), "L1.SV: Wire(text='a + b') means nothing there, 0.0 is taken"),
-    ("PID_RUN", Wire("x"), "L1.PID_RUN: Wire(text='x') means nothing there, TRUE is taken"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("name", "content", "taken"),
+    [
+        ("PID_MODE", 7, "L1.PID_MODE: 7 means nothing there, 0 is taken"),
+        ("SV", Wire("a + b"), "L1.SV: Wire(text='a + b') means nothing there, 0.0 is taken"),
+        ("PID_RUN", Wire("x"), "L1.PID_RUN: Wire(text='x') means nothing there, TRUE is taken"),
+    ],
+)
 def test_what_is_no_value_of_an_operand_is_told(name, content, taken):
     cells = [Entry(f"L1.{n}", ROWS[n].type, content if n == name else v, n, "L1") for n, v in PLAIN.items()]
     plc = load(Program("dpide", tuple(cells), ({"loop": "L1"},)))
@@ -172,8 +189,11 @@ def test_any_listing_can_be_run():
     for _ in range(300):
         cells = []
         for name, row in ROWS.items():
-            content = {"bool": rng.random() < 0.5, "whole": rng.choice([0, 1, 2, 3, 100, -9]),
-                       "real": float(rng.choice(odd))}[row.type.kind]  # fmt: skip
+            content = {
+                "bool": rng.random() < 0.5,
+                "whole": rng.choice([0, 1, 2, 3, 100, -9]),
+                "real": float(rng.choice(odd)),
+            }[row.type.kind]
             cells.append(Entry(f"L1.{name}", row.type, content, name, "L1"))
         rig = Rig(program=Program("dpide", tuple(cells), ({"loop": "L1"},)))
         for command in ("start", "cancel", "start"):
@@ -187,10 +207,17 @@ def test_any_listing_can_be_run():
 # --- set events ------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(("key", "value", "signal"), [
-    ("SV", 85.5, "SV"), ("setpoint", 85.5, "SV"), ("setpoint.value", 85.5, "SV"),
-    ("output", 85.5, "MOUT"), ("MOUT", 85.5, "MOUT"), ("I_MV", 85.5, "I_MV"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("key", "value", "signal"),
+    [
+        ("SV", 85.5, "SV"),
+        ("setpoint", 85.5, "SV"),
+        ("setpoint.value", 85.5, "SV"),
+        ("output", 85.5, "MOUT"),
+        ("MOUT", 85.5, "MOUT"),
+        ("I_MV", 85.5, "I_MV"),
+    ],
+)
 def test_a_value_shows_at_once(key, value, signal):
     rig = Rig(program=oven())
     rig.set(key, value)
@@ -211,19 +238,22 @@ def test_every_operand_can_be_set():
     assert (s.sp, s.gain, s.reset, s.rate, s.tf, s.mout, s.integral) == (1.5,) * 7
 
 
-@pytest.mark.parametrize(("key", "value", "message", "cure"), [
-    ("sv", 3, "'sv' is nothing that can be set in a running loop", "write SV: upper and lower case count"),
-    ("KcKp", 3, "'KcKp' is nothing that can be set in a running loop", "did you mean Kc_Kp?"),
-    ("device", 3, "'device' is nothing that can be set in a running loop", "write the name of a parameter"),
-    ("mode", "auto", "mode is an event of its own", "write mode: in place of set:"),
-    ("PV", 3, "PV cannot be set: it comes from the plant", None),
-    ("MV", 3, "MV cannot be set: the PLC writes it; MOUT does so in manual", None),
-    ("PID_MODE", 3, "3 is none of 0, 1, 2", None),
-    ("PID_MAN", 1, "a int stands where true or false is wanted", None),
-    ("CYCLE", 1.5, "1.5 is not a whole number of ms", None),
-    ("SV", 1e39, TOO_LARGE, None),
-    ("output", Quantity(Decimal(3), counts=True), COUNTED, None),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("key", "value", "message", "cure"),
+    [
+        ("sv", 3, "'sv' is nothing that can be set in a running loop", "write SV: upper and lower case count"),
+        ("KcKp", 3, "'KcKp' is nothing that can be set in a running loop", "did you mean Kc_Kp?"),
+        ("device", 3, "'device' is nothing that can be set in a running loop", "write the name of a parameter"),
+        ("mode", "auto", "mode is an event of its own", "write mode: in place of set:"),
+        ("PV", 3, "PV cannot be set: it comes from the plant", None),
+        ("MV", 3, "MV cannot be set: the PLC writes it; MOUT does so in manual", None),
+        ("PID_MODE", 3, "3 is none of 0, 1, 2", None),
+        ("PID_MAN", 1, "a int stands where true or false is wanted", None),
+        ("CYCLE", 1.5, "1.5 is not a whole number of ms", None),
+        ("SV", 1e39, TOO_LARGE, None),
+        ("output", Quantity(Decimal(3), counts=True), COUNTED, None),
+    ],
+)
 def test_what_cannot_be_set_is_refused(key, value, message, cure):
     plc = load(oven())
     with pytest.raises(PydanticCustomError) as caught:
@@ -232,11 +262,20 @@ def test_what_cannot_be_set_is_refused(key, value, message, cure):
     assert (caught.value.message(), (caught.value.context or {}).get("help")) == (message, cure)
 
 
-@pytest.mark.parametrize(("key", "value", "effect"), [
-    ("SV", 3, None), ("Kc_Kp", -1, "what is below 0 counts as 0"), ("Kc_Kp", 1, None), ("Kc_Kp", 0, None),
-    ("CYCLE", 0, "counts as 1 ms"), ("CYCLE", 50000, "counts as 40000 ms"), ("CYCLE", 250, None),
-    ("MV_MAX", 5, "MV_MAX is below MV_MIN: each is taken for the other"), ("MV_MAX", 50, None),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("key", "value", "effect"),
+    [
+        ("SV", 3, None),
+        ("Kc_Kp", -1, "what is below 0 counts as 0"),
+        ("Kc_Kp", 1, None),
+        ("Kc_Kp", 0, None),
+        ("CYCLE", 0, "counts as 1 ms"),
+        ("CYCLE", 50000, "counts as 40000 ms"),
+        ("CYCLE", 250, None),
+        ("MV_MAX", 5, "MV_MAX is below MV_MIN: each is taken for the other"),
+        ("MV_MAX", 50, None),
+    ],
+)
 def test_what_does_not_act_as_it_stands_is_told(key, value, effect):
     assert Rig(program=oven()).set(key, value) == effect
 
@@ -265,7 +304,8 @@ def test_an_integral_time_is_refused_where_ti_ki_is_a_gain(text):
         plc.check_set(0, ("Ti_Ki",), text)
 
     assert caught.value.message() == (
-        f"{text} is a time, but the loop begins with PID_EQ FALSE, where Ti_Ki is the gain Ki in 1/s")  # fmt: skip
+        f"{text} is a time, but the loop begins with PID_EQ FALSE, where Ti_Ki is the gain Ki in 1/s"
+    )
     assert plc.check_set(0, ("Ti_Ki",), 0.05) == 0.05
     assert plc.check_set(0, ("Tf",), text) > 0
 
@@ -347,7 +387,8 @@ def test_output_outside_manual_is_noted():
     report = run("events:\n  - {at: 5, loop: OVEN, set: {output: 40}}\n", duration=10)
 
     assert [note.text for note in report.notes] == [
-        "output: MOUT acts in manual only; MOUT_AUTO is TRUE, so MOUT follows MV again"]  # fmt: skip
+        "output: MOUT acts in manual only; MOUT_AUTO is TRUE, so MOUT follows MV again"
+    ]
 
 
 def test_initial_is_the_mv_that_a_loop_starts_with():
@@ -384,7 +425,11 @@ expect:
 
     assert [v.passed for v in report.expectations] == [True] * 4
     assert [(m.at, m.mode) for m in report.loops["OVEN"].modes] == [
-        (0.0, "auto"), (10.0, "manual"), (20.0, "off"), (30.0, "auto")]  # fmt: skip
+        (0.0, "auto"),
+        (10.0, "manual"),
+        (20.0, "off"),
+        (30.0, "auto"),
+    ]
 
 
 def test_an_autotune_in_a_scenario():
@@ -403,12 +448,15 @@ expect:
     assert report.signals["OVEN.PV"].final == pytest.approx(80.0, abs=0.5)
 
 
-@pytest.mark.parametrize(("text", "message"), [
-    ("events:\n  - {at: 1, loop: OVEN, ramp_soak: start}\n", "this PLC has no ramp/soak"),
-    ("events:\n  - {at: 1, loop: OVEN, mode: automatic}\n", "'automatic' is no mode"),
-    ("events:\n  - {at: 1, plc: program}\n", "'program' is no command of plc on this PLC"),
-    ("plc: {step_bias: true}\n", "'step_bias' is no option of this PLC"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("events:\n  - {at: 1, loop: OVEN, ramp_soak: start}\n", "this PLC has no ramp/soak"),
+        ("events:\n  - {at: 1, loop: OVEN, mode: automatic}\n", "'automatic' is no mode"),
+        ("events:\n  - {at: 1, plc: program}\n", "'program' is no command of plc on this PLC"),
+        ("plc: {step_bias: true}\n", "'step_bias' is no option of this PLC"),
+    ],
+)
 def test_what_this_plc_does_not_have(text, message):
     plan = scenario(f"plants: {{OVEN: {PLANT}}}\n{text}")
 

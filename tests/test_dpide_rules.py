@@ -23,9 +23,18 @@ from pidcfg.writer import yaml_text
 
 ROOT = Path(__file__).parents[1]
 LOOP = {
-    "name": "L1", "device": "D500", "SV": 80, "CYCLE": 1000, "Kc_Kp": 12, "Ti_Ki": 180, "Td_Kd": 0, "PID_EQ": True,
-    "PID_DIR": True, "MV_MAX": 4000, "MV_MIN": 0,
-}  # fmt: skip
+    "name": "L1",
+    "device": "D500",
+    "SV": 80,
+    "CYCLE": 1000,
+    "Kc_Kp": 12,
+    "Ti_Ki": 180,
+    "Td_Kd": 0,
+    "PID_EQ": True,
+    "PID_DIR": True,
+    "MV_MAX": 4000,
+    "MV_MIN": 0,
+}
 
 
 def findings(*loops: dict, **file):
@@ -50,8 +59,9 @@ def test_a_plain_loop_has_no_finding():
     assert codes({}) == []
 
 
-@pytest.mark.parametrize("name", ["src/pidcfg/starters/dpide", "examples/dpide/oven", "examples/dpide/chiller",
-                                  "examples/dpide/dryer"])  # fmt: skip
+@pytest.mark.parametrize(
+    "name", ["src/pidcfg/starters/dpide", "examples/dpide/oven", "examples/dpide/chiller", "examples/dpide/dryer"]
+)
 def test_starter_and_examples_have_neither_errors_nor_warnings(name):
     checked = check_document(read_document((ROOT / f"{name}.yaml").read_bytes(), name))
 
@@ -108,8 +118,13 @@ def test_devices_may_be_shared_where_they_can_hold_both(first, second, found):
     assert codes({"devices": first}, {"devices": second}) == found
 
 
-TUNED = [("PID_MODE", "are both written"), ("Kc_Kp", "are both written"), ("Ti_Ki", "are both written"),
-         ("Td_Kd", "are both written"), ("Tf", "are both written")]  # fmt: skip
+TUNED = [
+    ("PID_MODE", "are both written"),
+    ("Kc_Kp", "are both written"),
+    ("Ti_Ki", "are both written"),
+    ("Td_Kd", "are both written"),
+    ("Tf", "are both written"),
+]
 
 
 def collisions(*loops: dict) -> list[str]:
@@ -126,7 +141,8 @@ def test_two_loops_that_tune_do_not_share_what_the_autotune_writes(operand, reas
     assert collisions(tuning, other) == [reason]
     assert collisions(later, {"devices": tuning["devices"]}) == [reason]
     assert collisions({"devices": {operand: "D0"}}, {**tuning, "devices": {operand: "D0"}}) == (
-        [reason] if operand == "PID_MODE" else [f"would be an operand that {operand} overwrites"])  # fmt: skip
+        [reason] if operand == "PID_MODE" else [f"would be an operand that {operand} overwrites"]
+    )
 
 
 @pytest.mark.parametrize("operand", ["Kc_Kp", "Ti_Ki", "Td_Kd", "Tf", "MOUT"])
@@ -142,8 +158,7 @@ def test_a_mout_that_follows_mv_is_alone_in_its_device(switch):
     assert collisions(follows, reads) == collisions(reads, follows) == ["would be an operand that MOUT overwrites"]
     assert collisions({"devices": {"MV": "D0"}}, follows) == ["are both written"]
     assert collisions({**follows, "devices": {**follows["devices"], "MV": "D0"}}) == []
-    assert collisions(follows, {"MV_MIN": 0, "devices": {"BIAS": "D0"}}) == [
-        "would be an operand that MOUT overwrites"]  # fmt: skip
+    assert collisions(follows, {"MV_MIN": 0, "devices": {"BIAS": "D0"}}) == ["would be an operand that MOUT overwrites"]
 
 
 def test_a_mout_in_its_own_mv_is_that_mv_for_other_loops_and_for_the_change_to_manual():
@@ -232,10 +247,17 @@ def test_what_is_not_given_is_told_for_direction_and_form():
     assert {d.span.line for d in found} == {4}
 
 
-@pytest.mark.parametrize(("forward", "name", "found"), [
-    (True, "OVEN", []), (False, "OVEN", ["PID782"]), (True, "CHILLER", ["PID782"]), (False, "CHILLER", []),
-    (False, "LOOP", []), (True, "LOOP", []),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("forward", "name", "found"),
+    [
+        (True, "OVEN", []),
+        (False, "OVEN", ["PID782"]),
+        (True, "CHILLER", ["PID782"]),
+        (False, "CHILLER", []),
+        (False, "LOOP", []),
+        (True, "LOOP", []),
+    ],
+)
 def test_the_direction_goes_with_the_name(forward, name, found):
     assert codes({"PID_DIR": forward, "name": name}) == found
 
@@ -244,8 +266,11 @@ def test_the_direction_that_rules_call_heating_is_that_of_the_virtual_instructio
     for forward, word in ((True, "heating"), (False, "cooling")):
         plc = dpide(PID_DIR=forward)
         assert plc.rises == [forward]
-        other = next(d.message for d in findings({"name": "OVEN" if word == "heating" else "CHILLER",
-                                                  "PID_DIR": not forward}) if d.code == "PID782")  # fmt: skip
+        other = next(
+            d.message
+            for d in findings({"name": "OVEN" if word == "heating" else "CHILLER", "PID_DIR": not forward})
+            if d.code == "PID782"
+        )
         assert f"speaks of {word}, which needs {str(forward).upper()}" in other
 
 

@@ -269,11 +269,15 @@ def test_a_block_by_its_name():
 def every_meaning():
     """All meanings of all vendors."""
     return [
-        *dl06_meanings.BITS.values(), *dl06_meanings.WORDS.values(), *click_meanings.WORDS.values(),
-        *ezlogix_meanings.WORDS.values(), *nextopid_meanings.BITS.values(), *nextopid_meanings.GROUPS.values(),
+        *dl06_meanings.BITS.values(),
+        *dl06_meanings.WORDS.values(),
+        *click_meanings.WORDS.values(),
+        *ezlogix_meanings.WORDS.values(),
+        *nextopid_meanings.BITS.values(),
+        *nextopid_meanings.GROUPS.values(),
         *nextopid_meanings.OWN_BITS.values(),
         *(c.meaning for m in (click_meanings, ezlogix_meanings, dpide_meanings) for c in m.CODES),
-    ]  # fmt: skip
+    ]
 
 
 def test_every_rule_that_a_meaning_names_exists():
@@ -367,9 +371,11 @@ def test_contents_that_say_nothing_say_why(thing, problem):
 def test_a_structure_counts_its_bits_in_the_order_of_its_members():
     found = pages("ErrBits=0x0005")
     assert [active(page) for page in found] == [
-        [("bit 0", "MaxMinMV: MaxMV is not above MinMV"),
-         ("bit 2", "Kp: Kp is not above 0 (dependent form), or negative (independent form)")],
-    ]  # fmt: skip
+        [
+            ("bit 0", "MaxMinMV: MaxMV is not above MinMV"),
+            ("bit 2", "Kp: Kp is not above 0 (dependent form), or negative (independent form)"),
+        ],
+    ]
     assert "ControlON_OFF" not in found[0].title, "it has two bits only"
     assert "D325" in found[0].reference
     (page,) = pages("AutoTuneResult=32")
@@ -443,36 +449,100 @@ def test_rules_and_decisions():
 
 TEXT = {"type": ["string", "null"]}
 LAYOUT = {
-    "type": "object", "additionalProperties": False, "required": ["version", "explanations"],
+    "type": "object",
+    "additionalProperties": False,
+    "required": ["version", "explanations"],
     "properties": {
         "version": {"const": 1},
         "forms": {"type": "array"},
-        "explanations": {"type": "array", "items": {
-            "type": "object", "additionalProperties": False,
-            "required": ["kind", "vendor", "name", "title", "value", "meaning", "cure", "rules", "basis", "bits",
-                         "holds", "unit", "notation", "access", "written_by", "key", "loop", "place", "set_by",
-                         "reference", "notes", "page"],
-            "properties": {
-                "kind": {"enum": ["register", "bit", "number", "structure", "parameter", "rule", "decision"]},
-                "vendor": {"enum": [*ALL, None]}, "name": {"type": "string"}, "title": {"type": "string"},
-                "value": {"anyOf": [{"type": "null"}, {
-                    "type": "object", "additionalProperties": False, "required": ["raw", "shown", "text", "problem"],
-                    "properties": {"raw": {}, "shown": {"type": "string"}, "text": TEXT, "problem": TEXT}}]},
-                "meaning": TEXT, "cure": TEXT, "rules": {"type": "array", "items": {"type": "string"}}, "basis": TEXT,
-                "bits": {"type": "array", "items": {
-                    "type": "object", "additionalProperties": False,
-                    "required": ["bit", "title", "state", "active", "key", "meaning", "cure", "rules", "basis"],
-                    "properties": {"bit": {"type": "string"}, "title": {"type": "string"}, "state": TEXT,
-                                   "active": {"type": "boolean"}, "key": TEXT, "meaning": TEXT, "cure": TEXT,
-                                   "rules": {"type": "array"}, "basis": TEXT}}},
-                "holds": TEXT, "unit": TEXT, "notation": TEXT, "access": TEXT, "written_by": TEXT, "key": TEXT,
-                "loop": TEXT, "place": TEXT, "reference": TEXT, "notes": {"type": "array"},
-                "set_by": {"type": "array", "items": {"type": "object",
-                           "required": ["file", "line", "column", "loop", "key", "text"]}},
-                "page": {"type": ["object", "null"]},
-            }}},
+        "explanations": {
+            "type": "array",
+            "items": {
+                "type": "object",
+                "additionalProperties": False,
+                "required": [
+                    "kind",
+                    "vendor",
+                    "name",
+                    "title",
+                    "value",
+                    "meaning",
+                    "cure",
+                    "rules",
+                    "basis",
+                    "bits",
+                    "holds",
+                    "unit",
+                    "notation",
+                    "access",
+                    "written_by",
+                    "key",
+                    "loop",
+                    "place",
+                    "set_by",
+                    "reference",
+                    "notes",
+                    "page",
+                ],
+                "properties": {
+                    "kind": {"enum": ["register", "bit", "number", "structure", "parameter", "rule", "decision"]},
+                    "vendor": {"enum": [*ALL, None]},
+                    "name": {"type": "string"},
+                    "title": {"type": "string"},
+                    "value": {
+                        "anyOf": [
+                            {"type": "null"},
+                            {
+                                "type": "object",
+                                "additionalProperties": False,
+                                "required": ["raw", "shown", "text", "problem"],
+                                "properties": {"raw": {}, "shown": {"type": "string"}, "text": TEXT, "problem": TEXT},
+                            },
+                        ]
+                    },
+                    "meaning": TEXT,
+                    "cure": TEXT,
+                    "rules": {"type": "array", "items": {"type": "string"}},
+                    "basis": TEXT,
+                    "bits": {
+                        "type": "array",
+                        "items": {
+                            "type": "object",
+                            "additionalProperties": False,
+                            "required": ["bit", "title", "state", "active", "key", "meaning", "cure", "rules", "basis"],
+                            "properties": {
+                                "bit": {"type": "string"},
+                                "title": {"type": "string"},
+                                "state": TEXT,
+                                "active": {"type": "boolean"},
+                                "key": TEXT,
+                                "meaning": TEXT,
+                                "cure": TEXT,
+                                "rules": {"type": "array"},
+                                "basis": TEXT,
+                            },
+                        },
+                    },
+                    "holds": TEXT,
+                    "unit": TEXT,
+                    "notation": TEXT,
+                    "access": TEXT,
+                    "written_by": TEXT,
+                    "key": TEXT,
+                    "loop": TEXT,
+                    "place": TEXT,
+                    "reference": TEXT,
+                    "notes": {"type": "array"},
+                    "set_by": {
+                        "type": "array",
+                        "items": {"type": "object", "required": ["file", "line", "column", "loop", "key", "text"]},
+                    },
+                    "page": {"type": ["object", "null"]},
+                },
+            },
+        },
     },
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize(

@@ -216,9 +216,15 @@ def test_a_cancel_without_an_autotune_does_nothing():
     assert (s.tune_status, s.busy, s.out, rig.log) == (0, 0, 1500.0, [])
 
 
-@pytest.mark.parametrize(("out", "high", "status"), [
-    (3685.0, 4095.0, 1), (3686.0, 4095.0, 5), (590.0, 1000.0, 1), (591.0, 1000.0, 5),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("out", "high", "status"),
+    [
+        (3685.0, 4095.0, 1),
+        (3686.0, 4095.0, 5),
+        (590.0, 1000.0, 1),
+        (591.0, 1000.0, 5),
+    ],
+)
 def test_a_step_beyond_the_high_limit_is_not_made(out, high, status):
     rig, s = loop(1.0, 20.0, 4.0, 0.5, out=out, m_high=high)
     rig.step()
@@ -282,10 +288,13 @@ def test_a_small_answer_counts_once_it_has_settled(direct):
     assert 0.5 < s.gain / (1.2 * 20.0 / (0.02 * 20.0)) < 1.6
 
 
-@pytest.mark.parametrize(("plant", "given"), [
-    ((0.5, 300.0, 1.0, 0.5), {}),  # gain 1.2 T/(K L) = 720
-    ((1.0, 20.0, 0.05, 0.05), {"tune_pi": 0}),  # derivative 0.5 L rounds to 0
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("plant", "given"),
+    [
+        ((0.5, 300.0, 1.0, 0.5), {}),  # gain 1.2 T/(K L) = 720
+        ((1.0, 20.0, 0.05, 0.05), {"tune_pi": 0}),  # derivative 0.5 L rounds to 0
+    ],
+)
 def test_results_beyond_their_registers_are_not_written(plant, given):
     rig, s = loop(*plant, gain=1.5, reset=30.0, rate=2.0, **given)
     until_tuned(rig, s)
@@ -294,11 +303,20 @@ def test_results_beyond_their_registers_are_not_written(plant, given):
     assert rig.log == ["autotune: a gain or time is out of range (status 9)"]
 
 
-@pytest.mark.parametrize(("results", "only_pi", "expected"), [
-    ((1.0, 1.0, 1.0), 0, True), ((9999.0, 60000.0, 6000.0), 0, True), ((1.0, 1.0, 0.0), 1, True),
-    ((0.0, 1.0, 1.0), 0, False), ((10000.0, 1.0, 1.0), 0, False), ((1.0, 0.0, 1.0), 0, False),
-    ((1.0, 60001.0, 1.0), 0, False), ((1.0, 1.0, 0.0), 0, False), ((1.0, 1.0, 6001.0), 0, False),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("results", "only_pi", "expected"),
+    [
+        ((1.0, 1.0, 1.0), 0, True),
+        ((9999.0, 60000.0, 6000.0), 0, True),
+        ((1.0, 1.0, 0.0), 1, True),
+        ((0.0, 1.0, 1.0), 0, False),
+        ((10000.0, 1.0, 1.0), 0, False),
+        ((1.0, 0.0, 1.0), 0, False),
+        ((1.0, 60001.0, 1.0), 0, False),
+        ((1.0, 1.0, 0.0), 0, False),
+        ((1.0, 1.0, 6001.0), 0, False),
+    ],
+)
 def test_the_ranges_of_results_are_those_of_the_manual(results, only_pi, expected):
     assert fits(*results, only_pi) is expected
 
@@ -342,8 +360,11 @@ def test_commands_and_report():
         play(machine, 1, [50.0], start=k)
 
     assert machine.tuned(0) == {
-        "done": False, "error": True, "status": "5: the CV could not be incremented", "results": {}
-    }  # fmt: skip
+        "done": False,
+        "error": True,
+        "status": "5: the CV could not be incremented",
+        "results": {},
+    }
 
 
 def test_results_have_the_names_of_the_configuration_and_stand_in_the_registers():

@@ -42,9 +42,18 @@ def controlled(pvs, **given):
 
 @pytest.mark.parametrize("direct", [False, True])
 @pytest.mark.parametrize("velocity", [False, True])
-@pytest.mark.parametrize(("gain", "ti", "td"), [
-    (2, 0, 0), (0.75, 3, 0), (1.25, 0, 0.4), (1.5, 20, 0.3), (0, 5, 0), (0, 7, 0.2), (0, 0, 0.5),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("gain", "ti", "td"),
+    [
+        (2, 0, 0),
+        (0.75, 3, 0),
+        (1.25, 0, 0.4),
+        (1.5, 20, 0.3),
+        (0, 5, 0),
+        (0, 7, 0.2),
+        (0, 0, 0.5),
+    ],
+)
 def test_the_result_is_that_of_the_printed_formula(direct, velocity, gain, ti, td):
     rng = random.Random(repr((direct, velocity, gain, ti, td)))
     for offset in (0, 1900):
@@ -52,10 +61,20 @@ def test_the_result_is_that_of_the_printed_formula(direct, velocity, gain, ti, t
         start = 0 if ti else offset
         if not ti and not offset:
             pvs = [pv + (40 if direct else -40) for pv in pvs]
-        want = formula(pvs, 2000, 2000 if ti else start, offset, direct=direct, velocity=velocity,
-                       gain=gain, ts=0.1, ti=ti, td=td)  # fmt: skip
-        got = controlled(pvs, sp=2000.0, out=2000.0, offset=float(offset), direct=int(direct), velocity=int(velocity),
-                         gain=float(gain), reset=float(ti), rate=float(td))  # fmt: skip
+        want = formula(
+            pvs, 2000, 2000 if ti else start, offset, direct=direct, velocity=velocity, gain=gain, ts=0.1, ti=ti, td=td
+        )
+        got = controlled(
+            pvs,
+            sp=2000.0,
+            out=2000.0,
+            offset=float(offset),
+            direct=int(direct),
+            velocity=int(velocity),
+            gain=float(gain),
+            reset=float(ti),
+            rate=float(td),
+        )
         for value, exact in zip(got, want, strict=True):
             assert abs(value - min(max(exact, 0), 4095)) <= Fraction(1, 2) + Fraction(1, 10**9)
 
@@ -141,10 +160,16 @@ def test_a_root_loop_shows_the_pv_that_satisfies_its_set_point():
 # --- set point limits ------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(("sp", "low", "high", "expected"), [
-    (500.0, 100.0, 900.0, 500.0), (50.0, 100.0, 900.0, 100.0), (950.0, 100.0, 900.0, 900.0), (500.0, 0.0, 0.0, 0.0),
-    (500.0, 900.0, 100.0, 900.0),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("sp", "low", "high", "expected"),
+    [
+        (500.0, 100.0, 900.0, 500.0),
+        (50.0, 100.0, 900.0, 100.0),
+        (950.0, 100.0, 900.0, 900.0),
+        (500.0, 0.0, 0.0, 0.0),
+        (500.0, 900.0, 100.0, 900.0),
+    ],
+)
 @pytest.mark.parametrize("mode", ["manual", "auto"])
 def test_set_point_limits_write_the_register(sp, low, high, expected, mode):
     rig = Rig()
@@ -219,8 +244,16 @@ def test_with_anti_windup_the_integral_stands_while_the_cv_is_saturated(direct, 
     for anti_windup in (0, 1):
         rig = Rig()
         off = toward * (100.0 if direct else -100.0)
-        _, s = rig.add(Fixed(2000.0 + off), "auto", sp=2000.0, out=2000.0, gain=10.0, reset=1.0,
-                       direct=direct, anti_windup=anti_windup)  # fmt: skip
+        _, s = rig.add(
+            Fixed(2000.0 + off),
+            "auto",
+            sp=2000.0,
+            out=2000.0,
+            gain=10.0,
+            reset=1.0,
+            direct=direct,
+            anti_windup=anti_windup,
+        )
         rig.step(200)
         assert s.out == end
         stood = s.integral
@@ -274,9 +307,18 @@ def test_without_integral_time_there_is_no_integral_term():
 # --- PV and signals --------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(("value", "pv"), [
-    (-90.0, 819.0), (-50.0, 819.0), (0.0, 2457.0), (50.0, 4095.0), (70.0, 4095.0), (-39.99, 1147.0), (-49.99, 819.0),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("value", "pv"),
+    [
+        (-90.0, 819.0),
+        (-50.0, 819.0),
+        (0.0, 2457.0),
+        (50.0, 4095.0),
+        (70.0, 4095.0),
+        (-39.99, 1147.0),
+        (-49.99, 819.0),
+    ],
+)
 def test_the_converter_gives_whole_counts_and_saturates(value, pv):
     rig = Rig()
     _, s = rig.add(Fixed(value), pv_low=-50.0, pv_width=100.0, pv_min=819.0, pv_max=4095.0, pv_span=3276.0, sp=1000.0)
@@ -289,8 +331,9 @@ def test_the_converter_gives_whole_counts_and_saturates(value, pv):
 
 def test_signals_are_in_engineering_units_of_the_registers():
     rig = Rig()
-    _, s = rig.add(Fixed(1990.0), "auto", sp=2000.0, out=819.0, gain=1.0, reset=1.0, offset=100.0,
-                   out_low=-10.0, out_width=40.95)  # fmt: skip
+    _, s = rig.add(
+        Fixed(1990.0), "auto", sp=2000.0, out=819.0, gain=1.0, reset=1.0, offset=100.0, out_low=-10.0, out_width=40.95
+    )
     rig.step()
 
     assert (s.out, s.integral) == (830.0, 720.0)
@@ -299,9 +342,15 @@ def test_signals_are_in_engineering_units_of_the_registers():
     assert rig.sig[ERROR] == 10.0
 
 
-@pytest.mark.parametrize(("sp", "pv", "direct", "error"), [
-    (100.0, 300.0, 0, -200.0), (100.0, 300.0, 1, 200.0), (65535.0, 0.0, 0, 32767.0), (65535.0, 0.0, 1, -32767.0),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("sp", "pv", "direct", "error"),
+    [
+        (100.0, 300.0, 0, -200.0),
+        (100.0, 300.0, 1, 200.0),
+        (65535.0, 0.0, 0, 32767.0),
+        (65535.0, 0.0, 1, -32767.0),
+    ],
+)
 def test_the_error_register_has_a_sign_and_16_bits(sp, pv, direct, error):
     rig = Rig()
     _, s = rig.add(Fixed(pv), sp=sp, sp_high=65535.0, direct=direct, deadband=500.0)
@@ -336,8 +385,18 @@ def test_the_right_action_settles_and_the_wrong_one_runs_away(direct, velocity):
     for gain in (1.0, -1.0):
         rig = Rig(base=0.5)
         plant = FirstOrder(gain, 20.0, 1.0, initial=2000.0, offset=2000.0 - gain * 1500.0)
-        _, s = rig.add(plant, "auto", sp=2300.0, out=1500.0, gain=2.0, reset=20.0, rate=1.0, direct=direct,
-                       velocity=velocity, anti_windup=1)  # fmt: skip
+        _, s = rig.add(
+            plant,
+            "auto",
+            sp=2300.0,
+            out=1500.0,
+            gain=2.0,
+            reset=20.0,
+            rate=1.0,
+            direct=direct,
+            velocity=velocity,
+            anti_windup=1,
+        )
         rig.run(600)
         ends[gain] = (s.pv, s.out)
     right, wrong = (-1.0, 1.0) if direct else (1.0, -1.0)

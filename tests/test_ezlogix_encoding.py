@@ -22,9 +22,15 @@ SLOW = settings(
     max_examples=150, deadline=None, suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large]
 )
 LOOP = {
-    "registers": "R101", "discretes": "S201", "algorithm": "position", "action": "reverse", "sample_rate": 0.5,
-    "tuning": {"proportional_gain": 1}, "pv": {"tag": "IR1"}, "output": {"tag": "OR1"},
-}  # fmt: skip
+    "registers": "R101",
+    "discretes": "S201",
+    "algorithm": "position",
+    "action": "reverse",
+    "sample_rate": 0.5,
+    "tuning": {"proportional_gain": 1},
+    "pv": {"tag": "IR1"},
+    "output": {"tag": "OR1"},
+}
 LISTINGS = ("text", "csv", "json")
 
 
@@ -172,9 +178,17 @@ def test_encode_decode_encode_is_identical(config):
 @given(registers())
 def test_registers_come_back_but_for_what_is_not_the_engineer_s(image):
     """Whatever a PLC holds: every setting is in the configuration."""
-    beside = [{"loop": "L", "registers": "R1", "discretes": "S1", "action": "direct", "algorithm": "position",
-               "pv": {"tag": "IR1", "range": [-40, 160.5]},
-               "output": {"tag": "OR1", "range": [4, 20], "pulse": {"tag": "O1"}}}]  # fmt: skip
+    beside = [
+        {
+            "loop": "L",
+            "registers": "R1",
+            "discretes": "S1",
+            "action": "direct",
+            "algorithm": "position",
+            "pv": {"tag": "IR1", "range": [-40, 160.5]},
+            "output": {"tag": "OR1", "range": [4, 20], "pulse": {"tag": "O1"}},
+        }
+    ]
     data = decode(image, beside).data
     document = read_document(yaml_text(data).encode(), "again")
     again = encode(EzlogixFile.model_validate(document.data))
@@ -203,8 +217,14 @@ def test_what_a_listing_does_not_say_is_asked_for(drop, message):
     assert message in str(error.value)
 
 
-BARE = {"registers": ["R101"], "discretes": ["S201"], "action": ["reverse"], "algorithm": ["position"],
-        "pv_tag": ["IR1"], "cv_tag": ["OR1"]}  # fmt: skip
+BARE = {
+    "registers": ["R101"],
+    "discretes": ["S201"],
+    "action": ["reverse"],
+    "algorithm": ["position"],
+    "pv_tag": ["IR1"],
+    "cv_tag": ["OR1"],
+}
 
 
 def test_a_cycle_time_without_a_word_on_the_control_output_is_asked_for():

@@ -36,14 +36,25 @@ def with_words(made, words):
 
 def test_every_setting_reaches_the_controller_through_its_register():
     machine = plc(
-        {"action": "direct", "algorithm": "velocity", "sample_rate": 0.25, "deadband": 1, "anti_windup": True,
-         "tuning": {"proportional_gain": 2.5, "integral_time": 180, "derivative_time": 1.2},
-         "pv": {"tag": "IR1", "range": [-50, 50], "counts": [819, 4095]},
-         "setpoint": {"value": 0, "limits": [-40, 40]},
-         "output": {"tag": "OR1", "range": [0, 50], "limits": [5, 45], "offset": 10,
-                    "pulse": {"tag": "O1", "cycle_time": 10, "min_on": 0.5, "min_off": 0.3}},
-         "autotune": {"type": "PI", "timeout": 300}},
-    )  # fmt: skip
+        {
+            "action": "direct",
+            "algorithm": "velocity",
+            "sample_rate": 0.25,
+            "deadband": 1,
+            "anti_windup": True,
+            "tuning": {"proportional_gain": 2.5, "integral_time": 180, "derivative_time": 1.2},
+            "pv": {"tag": "IR1", "range": [-50, 50], "counts": [819, 4095]},
+            "setpoint": {"value": 0, "limits": [-40, 40]},
+            "output": {
+                "tag": "OR1",
+                "range": [0, 50],
+                "limits": [5, 45],
+                "offset": 10,
+                "pulse": {"tag": "O1", "cycle_time": 10, "min_on": 0.5, "min_off": 0.3},
+            },
+            "autotune": {"type": "PI", "timeout": 300},
+        },
+    )
     c, s = machine.cfg[0], machine.st[0]
 
     assert (c.direct, c.velocity, c.root, c.anti_windup, c.tune_pi, c.scale) == (1, 1, 0, 1, 1, 1.0)
@@ -66,8 +77,15 @@ def test_the_dialog_decides_action_and_algorithm(action, direct, algorithm, velo
 
 
 def test_a_square_root_loop_has_its_set_point_on_the_roots_scale():
-    machine = plc({"pv": {"tag": "IR1", "range": [0, 100], "square_root": True}, "setpoint": {"value": 50},
-                   "deadband": 10, "mode": "auto", "output": {"tag": "OR1", "offset": 1000}})  # fmt: skip
+    machine = plc(
+        {
+            "pv": {"tag": "IR1", "range": [0, 100], "square_root": True},
+            "setpoint": {"value": 50},
+            "deadband": 10,
+            "mode": "auto",
+            "output": {"tag": "OR1", "offset": 1000},
+        }
+    )
     c, s = machine.cfg[0], machine.st[0]
     assert (s.sp, c.sp_high, c.deadband, c.root, c.scale) == (32.0, 64.0, 6.0, 1, sqrt(4095.0))
     play(machine, 1, [10.0])
@@ -103,8 +121,9 @@ def test_a_block_at_the_end_of_its_bank_does_not_run_into_the_next():
 
 
 def test_the_image_says_which_loops_there_are():
-    machine = plc({"name": "A", "mode": "auto"}, {"name": "B", "output": {"tag": "OR2", "pulse": {
-        "tag": "O1", "cycle_time": 1}}})  # fmt: skip
+    machine = plc(
+        {"name": "A", "mode": "auto"}, {"name": "B", "output": {"tag": "OR2", "pulse": {"tag": "O1", "cycle_time": 1}}}
+    )
 
     assert machine.loops == ["A", "B"]
     assert machine.signals[:8] == ["", "A.PV", "A.SP", "A.CV", "A.BIAS", "A.ERROR", "A.STATUS", ""]
@@ -112,7 +131,15 @@ def test_the_image_says_which_loops_there_are():
     assert len(machine.sig) == 16
     c = machine.cfg[1]
     assert (c.sig_in, c.sig_pv, c.sig_sp, c.sig_out, c.sig_bias, c.sig_error, c.sig_status, c.sig_pulse) == (
-        8, 9, 10, 11, 12, 13, 14, 15)  # fmt: skip
+        8,
+        9,
+        10,
+        11,
+        12,
+        13,
+        14,
+        15,
+    )
     assert machine.cfg[0].tune_buffer + 512 == c.tune_buffer
     assert len(machine.aux) == c.tune_buffer + 512
 
@@ -148,8 +175,9 @@ def test_a_physical_cv_tag_is_no_register():
 
 
 def test_signals_before_the_first_sample():
-    machine = plc({**SCALED, "setpoint": {"value": 25, "limits": [30, 80]},
-                   "output": {**SCALED["output"], "offset": 10}})  # fmt: skip
+    machine = plc(
+        {**SCALED, "setpoint": {"value": 25, "limits": [30, 80]}, "output": {**SCALED["output"], "offset": 10}}
+    )
 
     assert machine.sig[SP] == pytest.approx(30.0, abs=0.02), "its register is overwritten at the first calculation"
     assert machine.st[0].sp == 1024.0
@@ -168,11 +196,17 @@ def test_any_memory_can_be_run():
         for i in range(count):
             first, bit = rng.randint(1, 65535), rng.randint(1, 65535)
             pv, cv = rng.choice(["IR1", "R5", f"R{first}"]), rng.choice(["OR1", f"R{rng.randint(1, 65535)}"])
-            settings.append({
-                "loop": f"L{i}", "registers": f"R{first}", "discretes": f"S{bit}",
-                "action": rng.choice(["direct", "reverse"]), "algorithm": rng.choice(["position", "velocity"]),
-                "pv": {"tag": pv}, "output": {"tag": cv, "pulse": rng.choice([None, {"tag": "O1"}])},
-            })  # fmt: skip
+            settings.append(
+                {
+                    "loop": f"L{i}",
+                    "registers": f"R{first}",
+                    "discretes": f"S{bit}",
+                    "action": rng.choice(["direct", "reverse"]),
+                    "algorithm": rng.choice(["position", "velocity"]),
+                    "pv": {"tag": pv},
+                    "output": {"tag": cv, "pulse": rng.choice([None, {"tag": "O1"}])},
+                }
+            )
             words |= {first + k: rng.choice([0, 7, rng.getrandbits(16)]) for k in range(R_BLOCK.size)}
             words |= {SPACE.number("S", bit) + k: rng.getrandbits(1) for k in range(S_BLOCK.size)}
         cells = tuple(Cell("", a, w, "") for a, w in sorted(words.items()))
@@ -192,13 +226,22 @@ def test_any_memory_can_be_run():
 # --- set -------------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(("key", "value", "name", "expected"), [
-    ("setpoint", 50, "sp", 2048.0), ("setpoint.value", "100 counts", "sp", 100.0), ("output", 25, "out", 2048.0),
-    ("tuning.proportional_gain", 3.5, "gain", 3.5), ("proportional_gain", 3.5, "kp", 3.5),
-    ("tuning.integral_time", "2 min", "reset", 120.0), ("integral_time", "off", "reset", 0.0),
-    ("integral_time", "off", "ki", 0.0), ("derivative_time", 2, "rate", 2.0),
-    ("sample_rate", "500 ms", "period", 500_000), ("autotune.timeout", 60, "tune_left", 60_000_000),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("key", "value", "name", "expected"),
+    [
+        ("setpoint", 50, "sp", 2048.0),
+        ("setpoint.value", "100 counts", "sp", 100.0),
+        ("output", 25, "out", 2048.0),
+        ("tuning.proportional_gain", 3.5, "gain", 3.5),
+        ("proportional_gain", 3.5, "kp", 3.5),
+        ("tuning.integral_time", "2 min", "reset", 120.0),
+        ("integral_time", "off", "reset", 0.0),
+        ("integral_time", "off", "ki", 0.0),
+        ("derivative_time", 2, "rate", 2.0),
+        ("sample_rate", "500 ms", "period", 500_000),
+        ("autotune.timeout", 60, "tune_left", 60_000_000),
+    ],
+)
 def test_set_writes_registers(key, value, name, expected):
     machine = plc({**SCALED, "tuning": {"proportional_gain": 1, "integral_time": 10}})
 
@@ -206,15 +249,22 @@ def test_set_writes_registers(key, value, name, expected):
     assert getattr(machine.st[0], name) == expected
 
 
-@pytest.mark.parametrize(("key", "value", "names", "expected"), [
-    ("setpoint.limits", [10, 90], ("sp_low", "sp_high"), (410.0, 3686.0)),
-    ("output.limits", [5, 45], ("m_low", "m_high"), (410.0, 3686.0)),
-    ("output.offset", 10, ("offset",), (819.0,)), ("deadband", 2, ("deadband",), (82.0,)),
-    ("anti_windup", False, ("anti_windup",), (0,)), ("autotune.type", "PI", ("tune_pi",), (1,)),
-    ("pv.square_root", True, ("root", "scale"), (1, sqrt(4095.0))),
-    ("output.pulse.cycle_time", 4, ("cycle",), (4_000_000,)), ("min_on", "200 ms", ("min_on",), (200_000,)),
-    ("min_off", 0.4, ("min_off",), (400_000,)), ("sample_rate", 0.3, ("period",), (300_000,)),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("key", "value", "names", "expected"),
+    [
+        ("setpoint.limits", [10, 90], ("sp_low", "sp_high"), (410.0, 3686.0)),
+        ("output.limits", [5, 45], ("m_low", "m_high"), (410.0, 3686.0)),
+        ("output.offset", 10, ("offset",), (819.0,)),
+        ("deadband", 2, ("deadband",), (82.0,)),
+        ("anti_windup", False, ("anti_windup",), (0,)),
+        ("autotune.type", "PI", ("tune_pi",), (1,)),
+        ("pv.square_root", True, ("root", "scale"), (1, sqrt(4095.0))),
+        ("output.pulse.cycle_time", 4, ("cycle",), (4_000_000,)),
+        ("min_on", "200 ms", ("min_on",), (200_000,)),
+        ("min_off", 0.4, ("min_off",), (400_000,)),
+        ("sample_rate", 0.3, ("period",), (300_000,)),
+    ],
+)
 def test_set_writes_dialog_fields_and_discretes(key, value, names, expected):
     machine = plc({**SCALED, "output": {**SCALED["output"], "pulse": {"tag": "O1", "cycle_time": 1}}})
     change(machine, key, value)
@@ -268,14 +318,26 @@ def test_a_loop_without_a_sample_rate_has_no_auto_that_writes_its_cv():
     assert change(machine, "output", 30) is None
 
 
-@pytest.mark.parametrize(("key", "value", "kind"), [
-    ("mode", "auto", "set_key"), ("autotune", "start", "set_key"), ("nonsense", 1, "set_key"),
-    ("action", "direct", "set_key"),
-    ("algorithm", "velocity", "set_key"), ("pv.tag", "IR2", "set_key"), ("proportional_gain", "x", "number_type"),
-    ("setpoint", 1000, "set_value"), ("output", 51, "set_value"), ("setpoint.limits", 5, "pair_type"),
-    ("autotune.type", "P", "choice"), ("anti_windup", "yes", "boolean_form"), ("proportional_gain", 0.004, "set_value"),
-    ("autotune.timeout", 1.5, "number_type"), ("output.pulse.cycle_time", 6553.6, "set_value"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("key", "value", "kind"),
+    [
+        ("mode", "auto", "set_key"),
+        ("autotune", "start", "set_key"),
+        ("nonsense", 1, "set_key"),
+        ("action", "direct", "set_key"),
+        ("algorithm", "velocity", "set_key"),
+        ("pv.tag", "IR2", "set_key"),
+        ("proportional_gain", "x", "number_type"),
+        ("setpoint", 1000, "set_value"),
+        ("output", 51, "set_value"),
+        ("setpoint.limits", 5, "pair_type"),
+        ("autotune.type", "P", "choice"),
+        ("anti_windup", "yes", "boolean_form"),
+        ("proportional_gain", 0.004, "set_value"),
+        ("autotune.timeout", 1.5, "number_type"),
+        ("output.pulse.cycle_time", 6553.6, "set_value"),
+    ],
+)
 def test_set_refuses_what_cannot_be_written(key, value, kind):
     with pytest.raises(PydanticCustomError) as caught:
         plc(SCALED).check_set(0, tuple(key.split(".")), value)
@@ -283,10 +345,16 @@ def test_set_refuses_what_cannot_be_written(key, value, kind):
     assert caught.value.type == kind
 
 
-@pytest.mark.parametrize(("key", "value", "ticks"), [
-    ("sample_rate", "250 ms", 250_000), ("sample_rate", "50 ms", 50_000), ("sample_rate", "40 ms", 0),
-    ("sample_rate", 0, 0), ("integral_time", 5, 0),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("key", "value", "ticks"),
+    [
+        ("sample_rate", "250 ms", 250_000),
+        ("sample_rate", "50 ms", 50_000),
+        ("sample_rate", "40 ms", 0),
+        ("sample_rate", 0, 0),
+        ("integral_time", 5, 0),
+    ],
+)
 def test_the_sample_rate_that_an_event_sets_is_known_beforehand(key, value, ticks):
     machine = plc({})
 
@@ -300,11 +368,15 @@ def scenario(**given):
     return Scenario.model_validate({"pidcfg": 1, "scenario": "s", "config": "c", "duration": 1, **given})
 
 
-@pytest.mark.parametrize(("event", "message"), [
-    ({"ramp_soak": "start"}, "this PLC has no ramp/soak"),
-    ({"mode": "cascade"}, "'cascade' is no mode"),
-    ({"autotune": "cancel"}, None), ({"mode": "auto"}, None),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("event", "message"),
+    [
+        ({"ramp_soak": "start"}, "this PLC has no ramp/soak"),
+        ({"mode": "cascade"}, "'cascade' is no mode"),
+        ({"autotune": "cancel"}, None),
+        ({"mode": "auto"}, None),
+    ],
+)
 def test_events_that_it_has(event, message):
     found = prepare(scenario(events=[{"at": 0, "loop": "L1", **event}]), plc({})).problems
     said = [p.message for p in found if p.severity == "error"]

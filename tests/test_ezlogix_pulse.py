@@ -30,9 +30,20 @@ def width(out, base=0.1, cycle=10.0, **given):
     return sum(seen)
 
 
-@pytest.mark.parametrize(("out", "steps"), [
-    (0.0, 0), (1024.0, 25), (2048.0, 50), (3072.0, 75), (4095.0, 100), (20.0, 0), (21.0, 1), (61.0, 1), (62.0, 2),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("out", "steps"),
+    [
+        (0.0, 0),
+        (1024.0, 25),
+        (2048.0, 50),
+        (3072.0, 75),
+        (4095.0, 100),
+        (20.0, 0),
+        (21.0, 1),
+        (61.0, 1),
+        (62.0, 2),
+    ],
+)
 def test_the_on_time_is_the_cv_by_4096_of_the_cycle_to_the_nearest_step(out, steps):
     assert width(out) == steps
 
@@ -55,10 +66,15 @@ def test_a_cv_of_nothing_never_switches_on():
     assert [width(out, min_off=11.0) for out in (0.0, 1.0)] == [0, 100]
 
 
-@pytest.mark.parametrize(("given", "out", "steps"), [
-    ({"min_on": 1.0}, 1000.0, 1000), ({"min_on": 1.0}, 999.0, 0),
-    ({"min_off": 1.0}, 3096.0, 3096), ({"min_off": 1.0}, 3097.0, 4096),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("given", "out", "steps"),
+    [
+        ({"min_on": 1.0}, 1000.0, 1000),
+        ({"min_on": 1.0}, 999.0, 0),
+        ({"min_off": 1.0}, 3096.0, 3096),
+        ({"min_off": 1.0}, 3097.0, 4096),
+    ],
+)
 def test_a_time_that_equals_its_minimum_is_kept(given, out, steps):
     assert width(out, base=0.001, cycle=4.096, **given) == steps
 
@@ -78,8 +94,11 @@ def test_with_both_times_too_long_there_is_no_pulse():
 
 def test_cycles_follow_each_other_and_take_the_cv_of_their_beginning():
     assert pulses([1024.0, 3072.0, 0.0, 2048.0], 0.5, 4.0) == [
-        *(1, 1, 0, 0, 0, 0, 0, 0), *(1, 1, 1, 1, 1, 1, 0, 0), *(0,) * 8, *(1, 1, 1, 1, 0, 0, 0, 0)
-    ]  # fmt: skip
+        *(1, 1, 0, 0, 0, 0, 0, 0),
+        *(1, 1, 1, 1, 1, 1, 0, 0),
+        *(0,) * 8,
+        *(1, 1, 1, 1, 0, 0, 0, 0),
+    ]
     rig = Rig(base=0.5)
     _, s = rig.add(Fixed(), cycle=4_000_000, out=2048.0)
     rig.step(2)

@@ -24,9 +24,16 @@ from pidcfg.validate.rules.ezlogix import RULES, autotune
 
 ROOT = Path(__file__).parents[1]
 LOOP = {
-    "name": "A", "registers": "R1", "discretes": "S1", "algorithm": "position", "action": "reverse", "sample_rate": 1,
-    "tuning": {"proportional_gain": 1, "integral_time": 60}, "pv": {"tag": "IR1"}, "output": {"tag": "OR1"},
-}  # fmt: skip
+    "name": "A",
+    "registers": "R1",
+    "discretes": "S1",
+    "algorithm": "position",
+    "action": "reverse",
+    "sample_rate": 1,
+    "tuning": {"proportional_gain": 1, "integral_time": 60},
+    "pv": {"tag": "IR1"},
+    "output": {"tag": "OR1"},
+}
 P_ONLY = {"proportional_gain": 1}
 OWN = "PID4"
 
@@ -211,9 +218,14 @@ def test_input_and_output_registers_are_in_no_block():
     assert not codes(changed(1, **{"pv.tag": "IR2", "output.tag": "OR2"}))
 
 
-@pytest.mark.parametrize(("limits", "severity"), [
-    ([1000, 3000], Severity.INFO), ([999, 3000], Severity.WARNING), ([1000, 3001], Severity.WARNING),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("limits", "severity"),
+    [
+        ([1000, 3000], Severity.INFO),
+        ([999, 3000], Severity.WARNING),
+        ([1000, 3001], Severity.WARNING),
+    ],
+)
 def test_a_cascade_whose_outer_cv_goes_beyond_the_inner_limits_is_a_warning(limits, severity):
     outer = changed(1, **{"output.tag": "R34", "output.limits": limits})
     found = findings(outer, changed(2, **{"setpoint.limits": [1000, 3000]}))
@@ -224,10 +236,13 @@ def test_a_cascade_whose_outer_cv_goes_beyond_the_inner_limits_is_a_warning(limi
 def test_a_cascade_into_a_square_root_loop_ends_at_the_root_of_the_span():
     inner = changed(2, **{"pv.square_root": True})
     severities = [
-        next(d.severity for d in findings(changed(1, **{"output.tag": "R34", "output.limits": [0, high]}), inner)
-             if d.code == "PID405")
+        next(
+            d.severity
+            for d in findings(changed(1, **{"output.tag": "R34", "output.limits": [0, high]}), inner)
+            if d.code == "PID405"
+        )
         for high in (64, 65)
-    ]  # fmt: skip
+    ]
 
     assert severities == [Severity.INFO, Severity.WARNING]
 
@@ -239,10 +254,16 @@ def test_the_inner_loop_of_a_cascade_needs_no_set_point_of_its_own():
     assert "PID439" not in codes(changed(1, **{"output.tag": "R34"}), inner)
 
 
-@pytest.mark.parametrize(("pv", "output", "pulse", "found"), [
-    ("IR1", "OR1", False, False), ("R500", "OR1", False, True), ("IR1", "R501", False, True),
-    ("IR1", "R501", True, False), ("R500", "R501", True, True),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("pv", "output", "pulse", "found"),
+    [
+        ("IR1", "OR1", False, False),
+        ("R500", "OR1", False, True),
+        ("IR1", "R501", False, True),
+        ("IR1", "R501", True, False),
+        ("R500", "R501", True, True),
+    ],
+)
 @pytest.mark.parametrize("goes_on", [True, False])
 def test_only_logical_tags_stand_still_in_a_stopped_plc(pv, output, pulse, found, goes_on):
     extra = {"output.pulse": times(20)} if pulse else {}
@@ -291,9 +312,21 @@ def test_a_tag_list_can_be_written_exactly_when_no_rule_of_names_finds_anything(
 # --- action ----------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("words", [
-    "Oven 2", "OVEN2", "oven_2", "Pre-heater", "preheater", "TIC HEATER", "Heating zone", "kiln", "furnace", "burner",
-])  # fmt: skip
+@pytest.mark.parametrize(
+    "words",
+    [
+        "Oven 2",
+        "OVEN2",
+        "oven_2",
+        "Pre-heater",
+        "preheater",
+        "TIC HEATER",
+        "Heating zone",
+        "kiln",
+        "furnace",
+        "burner",
+    ],
+)
 def test_words_of_heating_want_reverse(words):
     assert serious(changed(description=words, action="direct")) == ["PID415"]
     assert serious(changed(description=words, action="reverse")) == []
@@ -305,19 +338,43 @@ def test_words_of_cooling_want_direct(words):
     assert serious(changed(description=words, action="direct")) == []
 
 
-@pytest.mark.parametrize("words", [
-    "flow", "wheat", "cheater", "coolant", "cooling water heater", "heat exchanger", "oven exhaust fan",
-    "heater, air-to-close valve", "cooling, normally open", "heater (fail open)", "inverse heater", "Provence", "scold",
-])  # fmt: skip
+@pytest.mark.parametrize(
+    "words",
+    [
+        "flow",
+        "wheat",
+        "cheater",
+        "coolant",
+        "cooling water heater",
+        "heat exchanger",
+        "oven exhaust fan",
+        "heater, air-to-close valve",
+        "cooling, normally open",
+        "heater (fail open)",
+        "inverse heater",
+        "Provence",
+        "scold",
+    ],
+)
 @pytest.mark.parametrize("action", ["direct", "reverse"])
 def test_other_words_tell_nothing_of_the_action(words, action):
     assert serious(changed(description=words, action=action)) == []
 
 
-@pytest.mark.parametrize(("unit", "found"), [
-    ("degC", True), ("°C", True), ("C", True), ("degF", True), ("K", True), (None, True),
-    ("bar", False), ("m3/h", False), ("%", False),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("unit", "found"),
+    [
+        ("degC", True),
+        ("°C", True),
+        ("C", True),
+        ("degF", True),
+        ("K", True),
+        (None, True),
+        ("bar", False),
+        ("m3/h", False),
+        ("%", False),
+    ],
+)
 def test_only_temperatures_are_heated(unit, found):
     loop = changed(name="OVEN", action="direct", **({"pv.unit": unit} if unit else {}))
 
@@ -328,9 +385,10 @@ def test_only_temperatures_are_heated(unit, found):
 
 
 @given(
-    gain=st.sampled_from([0, 0.01, 1]), integral=st.sampled_from(["off", 0.1, 60]),
+    gain=st.sampled_from([0, 0.01, 1]),
+    integral=st.sampled_from(["off", 0.1, 60]),
     derivative=st.sampled_from(["off", 0.1, 5]),
-)  # fmt: skip
+)
 def test_every_set_of_terms_is_judged_once(gain, integral, derivative):
     terms = {"proportional_gain": gain, "integral_time": integral, "derivative_time": derivative}
     found = codes(changed(tuning=terms)) & {"PID423", "PID424", "PID425"}
@@ -375,9 +433,11 @@ def test_auto_without_a_set_point_names_what_the_loop_controls_to():
 
 
 @given(
-    cycle=st.integers(1, 300), min_on=st.integers(0, 310), min_off=st.integers(0, 310),
+    cycle=st.integers(1, 300),
+    min_on=st.integers(0, 310),
+    min_off=st.integers(0, 310),
     limits=st.tuples(st.integers(0, 4094), st.integers(1, 4095)).filter(lambda pair: pair[0] < pair[1]),
-)  # fmt: skip
+)
 def test_rules_of_pulses_agree_with_the_virtual_control_output(cycle, min_on, min_off, limits):
     low, high = limits
     given_times = {"cycle_time": cycle / 10, "min_on": min_on / 10, "min_off": min_off / 10}
@@ -433,8 +493,10 @@ def test_limits_in_counts_or_with_a_range_are_no_percentages():
 # --- all of them -----------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("name", ["src/pidcfg/starters/ezlogix", "examples/ezlogix/oven", "examples/ezlogix/coldstore",
-                                  "examples/ezlogix/dosing"])  # fmt: skip
+@pytest.mark.parametrize(
+    "name",
+    ["src/pidcfg/starters/ezlogix", "examples/ezlogix/oven", "examples/ezlogix/coldstore", "examples/ezlogix/dosing"],
+)
 def test_starter_and_examples_have_neither_errors_nor_warnings(name):
     text = (ROOT / f"{name}.yaml").read_bytes()
 
@@ -458,10 +520,23 @@ def test_a_vendor_with_one_chapter_has_more_than_fifty_rules():
     assert sum(code.startswith(OWN) for code in RULES) >= 55
 
 
-@given(st.decimals("-10000", "10000", places=3), st.sampled_from([
-    "sample_rate", "setpoint.value", "tuning.proportional_gain", "tuning.integral_time", "tuning.derivative_time",
-    "deadband", "output.offset", "output.pulse.cycle_time", "output.pulse.min_on", "output.pulse.min_off",
-]))  # fmt: skip
+@given(
+    st.decimals("-10000", "10000", places=3),
+    st.sampled_from(
+        [
+            "sample_rate",
+            "setpoint.value",
+            "tuning.proportional_gain",
+            "tuning.integral_time",
+            "tuning.derivative_time",
+            "deadband",
+            "output.offset",
+            "output.pulse.cycle_time",
+            "output.pulse.min_on",
+            "output.pulse.min_off",
+        ]
+    ),
+)
 def test_no_number_makes_a_rule_fail(value, key):
     assume(value >= 0 or key in {"setpoint.value", "deadband", "output.offset"})
     whole = changed(**{"output.pulse": times(20, min_on=1, min_off=1), "pv.range": [-50, 400], key: Decimal(value)})

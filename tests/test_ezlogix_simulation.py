@@ -15,11 +15,15 @@ from pidcfg.sim.controllers.ezlogix import scan as ezlogix
 from pidcfg.sim.run import Settings, simulate
 
 OVEN = {
-    **LOOP, "name": "OVEN1", "mode": "auto", "sample_rate": 0.5,
+    **LOOP,
+    "name": "OVEN1",
+    "mode": "auto",
+    "sample_rate": 0.5,
     "tuning": {"proportional_gain": 1.8, "integral_time": 22.5, "derivative_time": 5},
-    "pv": {"tag": "IR1", "range": [0, 400], "unit": "degC"}, "setpoint": {"value": 180, "limits": [0, 300]},
+    "pv": {"tag": "IR1", "range": [0, 400], "unit": "degC"},
+    "setpoint": {"value": 180, "limits": [0, 300]},
     "output": {"tag": "OR1", "range": [0, 100]},
-}  # fmt: skip
+}
 HEATER = {"model": "first_order", "gain": 3.5, "load": 20, "time_constant": 60, "dead_time": 5, "initial": 20}
 COOLER = {"model": "first_order", "gain": -3.5, "load": 340, "time_constant": 60, "dead_time": 5, "initial": 340}
 PULSE = {"tag": "O1", "cycle_time": 10}
@@ -50,10 +54,15 @@ def test_heating_with_reverse_and_cooling_with_direct_action_settle(plant, actio
 
 
 @pytest.mark.parametrize("algorithm", ["position", "velocity"])
-@pytest.mark.parametrize(("plant", "action", "end", "cv"), [
-    (HEATER, "direct", 20.0, 0.0), (COOLER, "reverse", 340.0, 0.0),
-    ({**HEATER, "initial": 250}, "direct", 370.0, 100.0), ({**COOLER, "initial": 100}, "reverse", -10.0, 100.0),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("plant", "action", "end", "cv"),
+    [
+        (HEATER, "direct", 20.0, 0.0),
+        (COOLER, "reverse", 340.0, 0.0),
+        ({**HEATER, "initial": 250}, "direct", 370.0, 100.0),
+        ({**COOLER, "initial": 100}, "reverse", -10.0, 100.0),
+    ],
+)
 def test_the_wrong_action_runs_away_to_a_limit(plant, action, end, cv, algorithm):
     report, _ = simulated({"action": action, "algorithm": algorithm}, plant, initial={"OVEN1": 50})
 
@@ -98,8 +107,9 @@ def test_a_plant_on_the_control_output_settles_around_the_set_point(cycle):
     """The ripple is the slope of the process at full output times the shorter part of the cycle, and a little more."""
     plant = {**HEATER, "input": "OVEN1.O * 100"}
     output = {**OVEN["output"], "pulse": {**PULSE, "cycle_time": cycle}}
-    report, trend = simulated({"output": output, "tuning": {"proportional_gain": 1, "integral_time": 60}}, plant,
-                              step=0.1, duration=900)  # fmt: skip
+    report, trend = simulated(
+        {"output": output, "tuning": {"proportional_gain": 1, "integral_time": 60}}, plant, step=0.1, duration=900
+    )
     late = trend["OVEN1.PV"][-3000:]
 
     assert sum(late) / len(late) == pytest.approx(180.0, abs=1.0)
@@ -121,11 +131,19 @@ def test_an_autotune_makes_gains_that_settle():
         {"at": 400, "loop": "OVEN1", "mode": "auto"},
         {"at": 700, "loop": "OVEN1", "set": {"setpoint": 200}},
     ]
-    expect = [{"loop": "OVEN1", "autotune": "done"},
-              {"loop": "OVEN1", "autotune": "integral_time", "min": 9, "max": 13},
-              {"loop": "OVEN1", "metric": "settling_time", "max": 150}]  # fmt: skip
-    report, _ = simulated({"mode": "manual"}, {**HEATER, "initial": 160}, initial={"OVEN1": 40}, duration=1000,
-                          events=events, expect=expect)  # fmt: skip
+    expect = [
+        {"loop": "OVEN1", "autotune": "done"},
+        {"loop": "OVEN1", "autotune": "integral_time", "min": 9, "max": 13},
+        {"loop": "OVEN1", "metric": "settling_time", "max": 150},
+    ]
+    report, _ = simulated(
+        {"mode": "manual"},
+        {**HEATER, "initial": 160},
+        initial={"OVEN1": 40},
+        duration=1000,
+        events=events,
+        expect=expect,
+    )
     tuned = report.loops["OVEN1"].autotune
 
     assert (tuned["done"], tuned["error"]) == (True, False)
@@ -137,8 +155,13 @@ def test_an_autotune_makes_gains_that_settle():
 def test_an_autotune_with_the_wrong_action_fails_and_is_reported():
     """The PV falls where the action says that it rises: no gains, and the report says why."""
     plant = {**COOLER, "initial": 200}
-    report, _ = simulated({"mode": "manual"}, plant, initial={"OVEN1": 40}, duration=800,
-                          events=[{"at": 0, "loop": "OVEN1", "autotune": "start"}])  # fmt: skip
+    report, _ = simulated(
+        {"mode": "manual"},
+        plant,
+        initial={"OVEN1": 40},
+        duration=800,
+        events=[{"at": 0, "loop": "OVEN1", "autotune": "start"}],
+    )
     tuned = report.loops["OVEN1"].autotune
 
     assert (tuned["done"], tuned["error"], tuned["results"]) == (False, True, {})
@@ -149,8 +172,11 @@ def test_an_autotune_with_the_wrong_action_fails_and_is_reported():
 
 @pytest.mark.parametrize(("processed", "pv"), [(True, 180.0), (False, None)])
 def test_the_plc_stops_while_the_load_changes(processed, pv):
-    events = [{"at": 300, "plc": "stop"}, {"at": 300, "loop": "OVEN1", "disturb": {"load": 60}},
-              {"at": 700, "plc": "run"}]  # fmt: skip
+    events = [
+        {"at": 300, "plc": "stop"},
+        {"at": 300, "loop": "OVEN1", "disturb": {"load": 60}},
+        {"at": 700, "plc": "run"},
+    ]
     report, trend = simulated(plc={"process_when_stopped": processed}, events=events, duration=1000)
     at = {time: k for k, time in enumerate(trend["time"])}
 
@@ -165,11 +191,17 @@ def test_the_plc_stops_while_the_load_changes(processed, pv):
 def test_both_engines_write_the_same_trend():
     pytest.importorskip("numba", reason="the extra fast")
     given = {
-        "loop": {"output": {**OVEN["output"], "pulse": PULSE}}, "step": 0.1, "duration": 300, "seed": 3,
-        "plant": {**HEATER, "noise": 0.3}, "initial": {"OVEN1": 20},
-        "events": [{"at": 50, "loop": "OVEN1", "autotune": "start"},
-                   {"at": 200, "loop": "OVEN1", "set": {"setpoint": 120}}],
-    }  # fmt: skip
+        "loop": {"output": {**OVEN["output"], "pulse": PULSE}},
+        "step": 0.1,
+        "duration": 300,
+        "seed": 3,
+        "plant": {**HEATER, "noise": 0.3},
+        "initial": {"OVEN1": 20},
+        "events": [
+            {"at": 50, "loop": "OVEN1", "autotune": "start"},
+            {"at": 200, "loop": "OVEN1", "set": {"setpoint": 120}},
+        ],
+    }
     (slow, plain), (fast, compiled) = (simulated(engine=engine, **given) for engine in ("python", "numba"))
 
     assert plain == compiled

@@ -33,12 +33,26 @@ SLOW = settings(
     max_examples=40, deadline=None, suppress_health_check=[HealthCheck.too_slow, HealthCheck.filter_too_much]
 )
 LOOP = {
-    "name": "OVEN1", "registers": "R100", "discretes": "S100", "action": "reverse", "algorithm": "position",
-    "sample_rate": 0.5, "tuning": {"proportional_gain": 1.8, "integral_time": 22.5}, "pv": {"tag": "IR1"},
-    "output": {"tag": "OR1", "pulse": {"tag": "O1", "cycle_time": 10}}, "setpoint": {"value": 1843},
-}  # fmt: skip
-SECOND = {**LOOP, "name": "COOLER", "registers": "R200", "discretes": "S200", "action": "direct",
-          "pv": {"tag": "IR2"}, "output": {"tag": "OR2"}}  # fmt: skip
+    "name": "OVEN1",
+    "registers": "R100",
+    "discretes": "S100",
+    "action": "reverse",
+    "algorithm": "position",
+    "sample_rate": 0.5,
+    "tuning": {"proportional_gain": 1.8, "integral_time": 22.5},
+    "pv": {"tag": "IR1"},
+    "output": {"tag": "OR1", "pulse": {"tag": "O1", "cycle_time": 10}},
+    "setpoint": {"value": 1843},
+}
+SECOND = {
+    **LOOP,
+    "name": "COOLER",
+    "registers": "R200",
+    "discretes": "S200",
+    "action": "direct",
+    "pv": {"tag": "IR2"},
+    "output": {"tag": "OR2"},
+}
 HEAD = ",".join(COLUMNS)
 
 
@@ -76,11 +90,23 @@ def again(listing, options=None):
 def test_a_tag_has_address_raw_value_and_what_it_is(image):
     rows = table(TAGS.write(image, ()))
     assert list(rows["PID1_PGain"].values()) == [
-        "PID1_PGain", "R102", "word", "180", "OVEN1", "proportional_gain", "Proportional Gain, 0.01",
-    ]  # fmt: skip
+        "PID1_PGain",
+        "R102",
+        "word",
+        "180",
+        "OVEN1",
+        "proportional_gain",
+        "Proportional Gain, 0.01",
+    ]
     assert list(rows["PID2_ITime"].values()) == [
-        "PID2_ITime", "R203", "word", "225", "COOLER", "integral_time", "Integral (Reset) Time, 0.1 s",
-    ]  # fmt: skip
+        "PID2_ITime",
+        "R203",
+        "word",
+        "225",
+        "COOLER",
+        "integral_time",
+        "Integral (Reset) Time, 0.1 s",
+    ]
     assert (rows["PID1_Mode"]["address"], rows["PID1_Mode"]["type"]) == ("S100", "bit")
 
 
@@ -115,9 +141,18 @@ def test_a_template_names_the_tags(image):
 
 @pytest.mark.parametrize(
     "template",
-    ["{variable}", "P{loop}", "{loop}{variable}", "P{loop:05}{variable}", "P{loop}{variable}{x}", "P{loop}{variable}}}",
-     "P{loop}{variable}{loop:>9999999999}", "P{loop}{variable}{name.__class__}", "P-{loop}{variable}"],
-)  # fmt: skip
+    [
+        "{variable}",
+        "P{loop}",
+        "{loop}{variable}",
+        "P{loop:05}{variable}",
+        "P{loop}{variable}{x}",
+        "P{loop}{variable}}}",
+        "P{loop}{variable}{loop:>9999999999}",
+        "P{loop}{variable}{name.__class__}",
+        "P-{loop}{variable}",
+    ],
+)
 def test_a_template_of_anything_else_is_refused(template):
     with pytest.raises(ValidationError, match="is not a template of tag names"):
         image_of(LOOP, tag_names=template)
@@ -148,8 +183,9 @@ def test_new_tags_follow_the_users_in_their_columns(image):
     count = len(tags(image))
     assert len(added) == count + 4
     assert report == (
-        f"created {count}, already there: none", "the list has no column value, so the values are not in it",
-    )  # fmt: skip
+        f"created {count}, already there: none",
+        "the list has no column value, so the values are not in it",
+    )
 
 
 def test_a_byte_order_mark_and_a_missing_last_line_end_stay(image):
@@ -232,9 +268,12 @@ def test_without_comment_lines_the_columns_tell_the_blocks(image):
         {"loop": "COOLER", "output": {"pulse": None}, "registers": "R200", "discretes": "S200"},
     )
     options = {
-        "action": ["reverse", "direct"], "algorithm": ["position"], "pv_tag": ["IR1", "IR2"],
-        "cv_tag": ["OR1", "OR2"], "output_tag": [{"tag": "O1"}, None],
-    }  # fmt: skip
+        "action": ["reverse", "direct"],
+        "algorithm": ["position"],
+        "pv_tag": ["IR1", "IR2"],
+        "cv_tag": ["OR1", "OR2"],
+        "output_tag": [{"tag": "O1"}, None],
+    }
     assert again(found, options).words == image.words
 
 

@@ -69,22 +69,39 @@ def test_of_two_edits_that_overlap_one_is_made():
 
 
 SLIPS = (
-    ("pidcfg: 1", 'pidcfg: "1"'), ("vendor: dl06", "vendor: DL06"), ("loop_table: V2000", "loop_table: v2000"),
-    ("bias_freeze: true", "bias_freeze: yes"), ("sample_rate: 0.2 ", "smaple_rate: 0.2 "),
-    ("algorithm: position", "algorithm: 'Position'"), ("gain: 0.80", 'gain: "0.80"'),
+    ("pidcfg: 1", 'pidcfg: "1"'),
+    ("vendor: dl06", "vendor: DL06"),
+    ("loop_table: V2000", "loop_table: v2000"),
+    ("bias_freeze: true", "bias_freeze: yes"),
+    ("sample_rate: 0.2 ", "smaple_rate: 0.2 "),
+    ("algorithm: position", "algorithm: 'Position'"),
+    ("gain: 0.80", 'gain: "0.80"'),
     ("square_root: false", "square_root: 'no'"),
-    ("    setpoint: {value: 20.0", "    set-point: {value: 20.0"), ("high: 42.0", 'high: "42.0"'),
-    ("hysteresis: 0.5", "hysterisis: 0.5"), ("sample_rate: 2.0", "sammple_rate: 2.0"), ("gain: 2.50", "gain: 02.50"),
-    ("derivative_gain_limit: 10", "derivative_gain_limit: 0x0A"), ("value: 85.0", '"valeu": 85.0'),
-    ("deadband: 0.2", "deadbnad: 0.2"), ("deviation: {yellow", "devaition: {yellow"),
-)  # fmt: skip
+    ("    setpoint: {value: 20.0", "    set-point: {value: 20.0"),
+    ("high: 42.0", 'high: "42.0"'),
+    ("hysteresis: 0.5", "hysterisis: 0.5"),
+    ("sample_rate: 2.0", "sammple_rate: 2.0"),
+    ("gain: 2.50", "gain: 02.50"),
+    ("derivative_gain_limit: 10", "derivative_gain_limit: 0x0A"),
+    ("value: 85.0", '"valeu": 85.0'),
+    ("deadband: 0.2", "deadbnad: 0.2"),
+    ("deviation: {yellow", "devaition: {yellow"),
+)
 """Texts of the example, and slips that can be read in one way only."""
-RESPELT = {"algorithm: 'Position'": "algorithm: position", '"valeu": 85.0': '"value": 85.0',
-           "derivative_gain_limit: 0x0A": "derivative_gain_limit: 10"}  # fmt: skip
+RESPELT = {
+    "algorithm: 'Position'": "algorithm: position",
+    '"valeu": 85.0': '"value": 85.0',
+    "derivative_gain_limit: 0x0A": "derivative_gain_limit: 10",
+}
 
 
-@given(st.sets(st.sampled_from(SLIPS), min_size=1), st.sampled_from(["\n", "\r\n"]), st.booleans(), st.booleans(),
-       st.text("é漢 \t#'\":", max_size=20))  # fmt: skip
+@given(
+    st.sets(st.sampled_from(SLIPS), min_size=1),
+    st.sampled_from(["\n", "\r\n"]),
+    st.booleans(),
+    st.booleans(),
+    st.text("é漢 \t#'\":", max_size=20),
+)
 def test_slips_in_a_real_file_are_mended_and_every_other_byte_stays(slips_made, end, bom, last, comment):
     right, wrong = f"# {comment}\n" + REACTOR.rstrip(), f"# {comment}\n" + REACTOR.rstrip()
     for good, bad in slips_made:
@@ -105,14 +122,26 @@ def test_slips_in_a_real_file_are_mended_and_every_other_byte_stays(slips_made, 
 # --- what is corrected and what is not --------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(("right", "wrong"), [
-    ("pidcfg: 1", "pidcgf: 1"),
-    ("reset: 10}", "rseet: 10}"), ("gain: 1,", "GAIN: 1,"), ("gain: 1,", 'gain: "1",'), ("gain: 1,", "gain: 01,"),
-    ("gain: 8,", "gain: 08,"), ("gain: 8.5,", "gain: 08.5,"), ("reset: 1000", "reset: 1_000"),
-    ("reset: 10", "reset: 0b1010"),
-    ("reset: 10", "reset: 0o12"), ("action: direct", "action: DIRECT"), ("V2000", "v2000"), ("tuning: {", "tunign: {"),
-    ("plc: {loop_table: V2000", "plc: {loop_tabel: V2000"), ("sample_rate: 1", "sample-rate: 1"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("right", "wrong"),
+    [
+        ("pidcfg: 1", "pidcgf: 1"),
+        ("reset: 10}", "rseet: 10}"),
+        ("gain: 1,", "GAIN: 1,"),
+        ("gain: 1,", 'gain: "1",'),
+        ("gain: 1,", "gain: 01,"),
+        ("gain: 8,", "gain: 08,"),
+        ("gain: 8.5,", "gain: 08.5,"),
+        ("reset: 1000", "reset: 1_000"),
+        ("reset: 10", "reset: 0b1010"),
+        ("reset: 10", "reset: 0o12"),
+        ("action: direct", "action: DIRECT"),
+        ("V2000", "v2000"),
+        ("tuning: {", "tunign: {"),
+        ("plc: {loop_table: V2000", "plc: {loop_tabel: V2000"),
+        ("sample_rate: 1", "sample-rate: 1"),
+    ],
+)
 def test_what_can_be_read_in_one_way_is_written_that_way(right, wrong):
     key = right.partition(":")[0]
     base = GOOD if right in GOOD else re.sub(rf"{key}: [0-9]+,?", right, GOOD)
@@ -135,22 +164,39 @@ def test_a_blank_inside_an_address_may_stand_for_anything(wrong):
     assert fix(text).data.decode() == text
 
 
-@pytest.mark.parametrize(("old", "new"), [
-    ("reset: 10", "reset: 010"),  # octal 8 or decimal 10
-    ("V2000", "02000"), ("V2000", "2000"), ("V2000", "V2008"), ("V2000", "vv2000"), ("V2000", '"2000"'),
-    ("action: direct", "action: dierct"),  # a word that turns the control round is not guessed
-    ("action: direct", "acttion: reversed"),  # the value is wrong for the key
-    ("gain: 1, reset", "gain: 1, reste: 2, reset"),  # the key is there
-    ("gain: 1, reset", "resett: 1, rseet"),  # two for one key
-    ("gain: 1, reset", "gian: 1, reset"),  # too short
-    ("reset: 10", "rsete_: 10"), ("reset: 10", "reste_: 10"), ("reset: 10", "rxxet: 10"),  # too far
-    ("reset: 10", "rseet: "),  # no value
-    ("gain: 1,", "gain: 1.2.3,"), ("gain: 1,", "gain: 60:30,"), ("gain: 1,", "gain: 1_0,"), ("gain: 1,", "gain: .inf,"),
-    ("gain: 1,", 'gain: "010",'), ("gain: 1,", 'gain: "1e999",'),
-    ("reset: 10", "reset: 0x0180"), ("reset: 10", "reset: 0x10"),  # a number, or a word in BCD
-    ("reset: 10", 'reset: "08 min"'), ("sample_rate: 1", "sample_rate: 08 s"),  # the unit would be lost
-    ("name: A", "nam: "), ("vendor: dl06", "vendor: dl05"), ("pidcfg: 1", "pidcfg: 2"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ("reset: 10", "reset: 010"),  # octal 8 or decimal 10
+        ("V2000", "02000"),
+        ("V2000", "2000"),
+        ("V2000", "V2008"),
+        ("V2000", "vv2000"),
+        ("V2000", '"2000"'),
+        ("action: direct", "action: dierct"),  # a word that turns the control round is not guessed
+        ("action: direct", "acttion: reversed"),  # the value is wrong for the key
+        ("gain: 1, reset", "gain: 1, reste: 2, reset"),  # the key is there
+        ("gain: 1, reset", "resett: 1, rseet"),  # two for one key
+        ("gain: 1, reset", "gian: 1, reset"),  # too short
+        ("reset: 10", "rsete_: 10"),
+        ("reset: 10", "reste_: 10"),
+        ("reset: 10", "rxxet: 10"),  # too far
+        ("reset: 10", "rseet: "),  # no value
+        ("gain: 1,", "gain: 1.2.3,"),
+        ("gain: 1,", "gain: 60:30,"),
+        ("gain: 1,", "gain: 1_0,"),
+        ("gain: 1,", "gain: .inf,"),
+        ("gain: 1,", 'gain: "010",'),
+        ("gain: 1,", 'gain: "1e999",'),
+        ("reset: 10", "reset: 0x0180"),
+        ("reset: 10", "reset: 0x10"),  # a number, or a word in BCD
+        ("reset: 10", 'reset: "08 min"'),
+        ("sample_rate: 1", "sample_rate: 08 s"),  # the unit would be lost
+        ("name: A", "nam: "),
+        ("vendor: dl06", "vendor: dl05"),
+        ("pidcfg: 1", "pidcfg: 2"),
+    ],
+)
 def test_what_takes_a_decision_is_left_alone(old, new):
     assert old in GOOD
     text = GOOD.replace(old, new)
@@ -240,8 +286,9 @@ def one_slip(name):
 
 
 NAMES = sorted(all_keys())
-MANGLED = st.tuples(st.sampled_from(NAMES), st.lists(st.tuples(st.integers(0, 30), st.sampled_from("-~xeDP_ ")),
-                                                     min_size=1, max_size=2))  # fmt: skip
+MANGLED = st.tuples(
+    st.sampled_from(NAMES), st.lists(st.tuples(st.integers(0, 30), st.sampled_from("-~xeDP_ ")), min_size=1, max_size=2)
+)
 
 
 @given(MANGLED, st.sampled_from(MODELS))
@@ -285,10 +332,21 @@ def test_a_word_that_may_be_a_signal_is_never_made_a_constant():
         assert fix(text).data.decode() == text
 
 
-@pytest.mark.parametrize(("one", "other", "number"), [
-    ("gain", "gain", 0), ("gian", "gain", 1), ("gan", "gain", 1), ("gaain", "gain", 1), ("goin", "gain", 1),
-    ("", "ab", 2), ("ab", "", 2), ("reset", "preset", 1), ("smaple_rat", "sample_rate", 2), ("abc", "xyz", 3),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("one", "other", "number"),
+    [
+        ("gain", "gain", 0),
+        ("gian", "gain", 1),
+        ("gan", "gain", 1),
+        ("gaain", "gain", 1),
+        ("goin", "gain", 1),
+        ("", "ab", 2),
+        ("ab", "", 2),
+        ("reset", "preset", 1),
+        ("smaple_rat", "sample_rate", 2),
+        ("abc", "xyz", 3),
+    ],
+)
 def test_slips_are_counted(one, other, number):
     assert slips(one, other) == number
 
@@ -331,15 +389,18 @@ def test_many_unknown_keys_cost_no_more_than_a_few_readings(monkeypatch):
     assert 0 < len(tries) <= edits.MOST_TRIES
 
 
-@pytest.mark.parametrize(("old", "new"), [
-    ("gain: 1,", "gain: 1, rate: 3,"),  # says more than the correction
-    ("reset: 10", 'reset: "10"'),  # the same text, but quoted: another value
-    ("name: A", 'name: "A"'),  # says the same, but not by the correction
-    ("sample_rate: 1", "sample_rat: 1"),  # brings an error
-    ("gain: 1,", "gain: 1.0,"),  # changes a value that nothing is wrong with
-    ("loops:", "loops: ["),  # cannot be read
-    ("loops:", "# loops:"),  # takes data away
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ("gain: 1,", "gain: 1, rate: 3,"),  # says more than the correction
+        ("reset: 10", 'reset: "10"'),  # the same text, but quoted: another value
+        ("name: A", 'name: "A"'),  # says the same, but not by the correction
+        ("sample_rate: 1", "sample_rat: 1"),  # brings an error
+        ("gain: 1,", "gain: 1.0,"),  # changes a value that nothing is wrong with
+        ("loops:", "loops: ["),  # cannot be read
+        ("loops:", "# loops:"),  # takes data away
+    ],
+)
 def test_a_correction_that_does_more_than_it_says_is_not_made(old, new):
     """Whatever a rule offers, the text is read again: here a finding about the address has an edit elsewhere."""
     text = GOOD.replace("V2000", "v2000")
@@ -375,8 +436,9 @@ def test_unused_ignores_are_deleted_and_used_ones_stay():
     lines[5] += "\t # pidcfg: ignore[PID242] why"
     lines[6] += "  # heating # pidcfg: ignore[PID242] why"
     text = "\n".join([*lines[:7], "    # pidcfg: ignore[PID242] why", *lines[7:], "# pidcfg: ignore[PID101] why"])
-    wanted = "\n".join([*GOOD.splitlines()[:5], GOOD.splitlines()[5] + "\t # why", lines[6], "    # why", *lines[7:],
-                        "# why"])  # fmt: skip
+    wanted = "\n".join(
+        [*GOOD.splitlines()[:5], GOOD.splitlines()[5] + "\t # why", lines[6], "    # why", *lines[7:], "# why"]
+    )
     assert fix(text).data.decode() == wanted, "what stands behind another comment is left to its writer"
     used = TWICE.rstrip() + "  # pidcfg: ignore[PID242, PID101, PID254] why\n"
     assert fix(used).data.decode() == used.replace("PID242, PID101, PID254", "PID242, PID254")
@@ -512,10 +574,15 @@ def test_json_of_what_remains(validate):
 # --- what else a correction must not do -------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("option", [
-    ("--format", "json"), ("--output", "json=r.json"), ("--baseline", "k.json", "--create-baseline"),
-    ("--baseline", "k.json", "--shrink-baseline"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    "option",
+    [
+        ("--format", "json"),
+        ("--output", "json=r.json"),
+        ("--baseline", "k.json", "--create-baseline"),
+        ("--baseline", "k.json", "--shrink-baseline"),
+    ],
+)
 def test_diff_prints_a_patch_alone(validate, tmp_path, option):
     found = validate("a.yaml", "--diff", *option)
     assert (found.code, found.out) == (2, "")

@@ -278,8 +278,12 @@ def test_github_commands_are_read_back_as_they_were(folder):
     command, properties, message = github(text.rstrip("\n"))
     assert command == "error"
     assert properties == {
-        "file": AWKWARD, "line": "3", "endLine": "3", "col": "5", "title": "pidcfg PID101 [TIC-1]",
-    }  # fmt: skip
+        "file": AWKWARD,
+        "line": "3",
+        "endLine": "3",
+        "col": "5",
+        "title": "pidcfg PID101 [TIC-1]",
+    }
     assert message == "50 %, a: b\nsecond :: line [TIC-1]\ncure: 100 %25\r\ncure"
 
 

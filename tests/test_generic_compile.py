@@ -45,16 +45,29 @@ def random_loop(rng, count):
     if rng.random() < 0.3:
         setpoint["limits"] = [15, 45]
     return {
-        "mode": pick(["manual", "auto", "auto", "cascade"]), "output_raises_pv": rng.random() < 0.7,
-        "sample_time": pick(["50 ms", "100 ms", "130 ms", "1 s"]), "deadband": pick([0, 0, 2.5]),
-        "tuning": {"gain": pick([0.37, 3.1, 50, 1e300]), "integral_time": pick([0, 2.2, 21.3]),
-                   "derivative_time": pick([0, 0.9]), "proportional": rng.random() < 0.8,
-                   "derivative_on": pick(["pv", "error"]), "derivative_filter": pick([0, 0.3])},
+        "mode": pick(["manual", "auto", "auto", "cascade"]),
+        "output_raises_pv": rng.random() < 0.7,
+        "sample_time": pick(["50 ms", "100 ms", "130 ms", "1 s"]),
+        "deadband": pick([0, 0, 2.5]),
+        "tuning": {
+            "gain": pick([0.37, 3.1, 50, 1e300]),
+            "integral_time": pick([0, 2.2, 21.3]),
+            "derivative_time": pick([0, 0.9]),
+            "proportional": rng.random() < 0.8,
+            "derivative_on": pick(["pv", "error"]),
+            "derivative_filter": pick([0, 0.3]),
+        },
         "pv": {"range": pick([[0, 100], [-10, 80]]), "filter": pick([0, 0.7]), "square_root": rng.random() < 0.2},
-        "setpoint": setpoint, "output": output, "anti_windup": rng.random() < 0.7,
-        "alarms": {"pv": {"low_low": 5, "low": 10, "high": 60, "high_high": 70}, "hysteresis": pick([0, 1.5]),
-                   "deviation": {"high": 5, "high_high": 20}, "rate_of_change": pick([0.5, 30])},
-    }  # fmt: skip
+        "setpoint": setpoint,
+        "output": output,
+        "anti_windup": rng.random() < 0.7,
+        "alarms": {
+            "pv": {"low_low": 5, "low": 10, "high": 60, "high_high": 70},
+            "hysteresis": pick([0, 1.5]),
+            "deviation": {"high": 5, "high_high": 20},
+            "rate_of_change": pick([0.5, 30]),
+        },
+    }
 
 
 def random_plc(rng):
@@ -69,8 +82,16 @@ def random_event(rng, plc, i, sig):
     """What an operator may do between two segments."""
     if rng.random() < 0.6:
         plc.request(i, rng.choice(["manual", "auto", "auto", "cascade"]))
-    key, value = rng.choice([("setpoint", rng.uniform(0, 90)), ("output", 33), ("sample_time", "150 ms"),
-                             ("tuning.integral_time", "off"), ("tuning.gain", 2), ("deadband", 4)])  # fmt: skip
+    key, value = rng.choice(
+        [
+            ("setpoint", rng.uniform(0, 90)),
+            ("output", 33),
+            ("sample_time", "150 ms"),
+            ("tuning.integral_time", "off"),
+            ("tuning.gain", 2),
+            ("deadband", 4),
+        ]
+    )
     path = tuple(key.split("."))
     plc.set(i, path, plc.check_set(i, path, value), sig)
 

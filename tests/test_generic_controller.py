@@ -46,21 +46,45 @@ def textbook(pvs, loop):
 def test_it_is_a_textbook_loop(seed):
     rng = random.Random(seed)
     loop = {
-        "gain": rng.uniform(0.1, 4), "ti": rng.uniform(1, 30), "td": rng.choice([0, rng.uniform(0.1, 5)]),
-        "tf": rng.uniform(0.05, 2), "pv_filter": rng.uniform(0.05, 2), "p": rng.random() < 0.8,
-        "of_error": rng.random() < 0.5, "raises": rng.random() < 0.5, "sp": rng.uniform(20, 80),
-        "bias": rng.uniform(-10, 10), "low": -rng.uniform(5, 60), "high": rng.uniform(5, 60),
-        "rate": rng.choice([1e9, 40.0]), "deadband": rng.choice([0, 3.0]), "windup": rng.random() < 0.3,
-    }  # fmt: skip
-    rig = Rig({
-        "output_raises_pv": loop["raises"], "setpoint": {"value": loop["sp"]}, "deadband": loop["deadband"],
-        "tuning": {"gain": loop["gain"], "integral_time": loop["ti"], "derivative_time": loop["td"],
-                   "derivative_filter": loop["tf"], "proportional": loop["p"],
-                   "derivative_on": "error" if loop["of_error"] else "pv"},
-        "pv": {"range": [0, 100], "filter": loop["pv_filter"]}, "anti_windup": not loop["windup"],
-        "output": {"range": [-100, 100], "limits": [loop["low"], loop["high"]], "bias": loop["bias"],
-                   "max_rate": loop["rate"]},
-    })  # fmt: skip
+        "gain": rng.uniform(0.1, 4),
+        "ti": rng.uniform(1, 30),
+        "td": rng.choice([0, rng.uniform(0.1, 5)]),
+        "tf": rng.uniform(0.05, 2),
+        "pv_filter": rng.uniform(0.05, 2),
+        "p": rng.random() < 0.8,
+        "of_error": rng.random() < 0.5,
+        "raises": rng.random() < 0.5,
+        "sp": rng.uniform(20, 80),
+        "bias": rng.uniform(-10, 10),
+        "low": -rng.uniform(5, 60),
+        "high": rng.uniform(5, 60),
+        "rate": rng.choice([1e9, 40.0]),
+        "deadband": rng.choice([0, 3.0]),
+        "windup": rng.random() < 0.3,
+    }
+    rig = Rig(
+        {
+            "output_raises_pv": loop["raises"],
+            "setpoint": {"value": loop["sp"]},
+            "deadband": loop["deadband"],
+            "tuning": {
+                "gain": loop["gain"],
+                "integral_time": loop["ti"],
+                "derivative_time": loop["td"],
+                "derivative_filter": loop["tf"],
+                "proportional": loop["p"],
+                "derivative_on": "error" if loop["of_error"] else "pv",
+            },
+            "pv": {"range": [0, 100], "filter": loop["pv_filter"]},
+            "anti_windup": not loop["windup"],
+            "output": {
+                "range": [-100, 100],
+                "limits": [loop["low"], loop["high"]],
+                "bias": loop["bias"],
+                "max_rate": loop["rate"],
+            },
+        }
+    )
     pvs = [50 + 40 * math.sin(0.02 * k) + rng.gauss(0, 2) for k in range(600)]
 
     assert rig.play(pvs) == pytest.approx(list(textbook(pvs, loop)), rel=1e-9, abs=1e-9)
@@ -68,8 +92,14 @@ def test_it_is_a_textbook_loop(seed):
 
 @pytest.mark.parametrize(("raises", "sign"), [(True, 1), (False, -1)])
 def test_the_output_rises_below_the_set_point_only_where_that_raises_the_pv(raises, sign):
-    rig = Rig({"output_raises_pv": raises, "setpoint": {"value": 60}, "output": {"range": [-100, 100], "bias": 7},
-               "tuning": {"gain": 2}})  # fmt: skip
+    rig = Rig(
+        {
+            "output_raises_pv": raises,
+            "setpoint": {"value": 60},
+            "output": {"range": [-100, 100], "bias": 7},
+            "tuning": {"gain": 2},
+        }
+    )
 
     assert rig.play([50]) == [sign * 20 + 7]
 
@@ -104,8 +134,11 @@ def test_a_loop_with_a_first_order_plant_is_the_closed_form():
     """Pole and zero cancel with Ti = T: the closed loop is of first order with the time constant T / (K Kp)."""
     ts, t, k, kp = 0.001, 10.0, 2.0, 1.5
     tuning = {"gain": kp, "integral_time": t}
-    rig = Rig({"sample_time": "1 ms", "setpoint": {"value": 30}, "output": WIDE, "tuning": tuning},
-              plants=[FirstOrder(k, t)], base=ts)  # fmt: skip
+    rig = Rig(
+        {"sample_time": "1 ms", "setpoint": {"value": 30}, "output": WIDE, "tuning": tuning},
+        plants=[FirstOrder(k, t)],
+        base=ts,
+    )
     rig.step(10_000)
 
     for _ in range(5):
@@ -132,8 +165,14 @@ def test_the_derivative_of_the_error_kicks_with_the_set_point_and_that_of_the_pv
 
 @pytest.mark.parametrize(("on", "delay"), [(True, 1), (False, 60)])
 def test_anti_windup_lets_the_output_leave_its_limit_at_once(on, delay):
-    rig = Rig({"setpoint": {"value": 10}, "anti_windup": on, "output": {"range": [0, 20]},
-               "tuning": {"gain": 1, "integral_time": 1, "proportional": False}})  # fmt: skip
+    rig = Rig(
+        {
+            "setpoint": {"value": 10},
+            "anti_windup": on,
+            "output": {"range": [0, 20]},
+            "tuning": {"gain": 1, "integral_time": 1, "proportional": False},
+        }
+    )
     rig.play([0] * 100)
     assert rig.signal("OUT") == 20
     assert rig.flags() == {"out_limited"}
@@ -152,8 +191,13 @@ def test_the_output_moves_as_fast_as_it_may():
 
 
 def test_manual_holds_and_auto_goes_on_without_a_bump():
-    rig = Rig({"setpoint": {"value": 50}, "output": {"range": [0, 100], "bias": 9},
-               "tuning": {"gain": 1, "integral_time": 20, "derivative_time": 1}})  # fmt: skip
+    rig = Rig(
+        {
+            "setpoint": {"value": 50},
+            "output": {"range": [0, 100], "bias": 9},
+            "tuning": {"gain": 1, "integral_time": 20, "derivative_time": 1},
+        }
+    )
     held = rig.play([40 + 0.1 * k for k in range(30)])[-1]
     rig.plc.request(0, "manual")
     assert rig.play([43, 47, 20]) == [held] * 3
@@ -202,11 +246,18 @@ def test_it_starts_in_its_mode_with_an_empty_integral_or_from_the_output_that_is
 
 
 CASCADE = (
-    {"setpoint": {"value": 50}, "output": {"range": [0, 40], "limits": [4, 36]},
-     "tuning": {"gain": 0.5, "integral_time": 60}},
-    {"pv": {"range": [0, 40]}, "setpoint": {"value": 20, "source": "L1"}, "output": {"range": [0, 100]},
-     "tuning": {"gain": 2, "integral_time": 5}},
-)  # fmt: skip
+    {
+        "setpoint": {"value": 50},
+        "output": {"range": [0, 40], "limits": [4, 36]},
+        "tuning": {"gain": 0.5, "integral_time": 60},
+    },
+    {
+        "pv": {"range": [0, 40]},
+        "setpoint": {"value": 20, "source": "L1"},
+        "output": {"range": [0, 100]},
+        "tuning": {"gain": 2, "integral_time": 5},
+    },
+)
 
 
 def test_a_slave_in_cascade_has_its_masters_output_as_set_point():
@@ -278,8 +329,21 @@ def test_alarms_come_beyond_their_points_and_go_after_the_hysteresis():
         seen.append(rig.flags() & set(rig.plc.alarm_bits))
 
     high, low = {"high"}, {"low"}
-    assert seen == [set(), set(), high, {"high", "high_high"}, {"high", "high_high"}, high, high, set(), set(), low,
-                    {"low", "low_low"}, low, set()]  # fmt: skip
+    assert seen == [
+        set(),
+        set(),
+        high,
+        {"high", "high_high"},
+        {"high", "high_high"},
+        high,
+        high,
+        set(),
+        set(),
+        low,
+        {"low", "low_low"},
+        low,
+        set(),
+    ]
 
 
 def test_the_deviation_and_the_rate_have_their_alarms():

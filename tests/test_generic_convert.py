@@ -13,17 +13,36 @@ from test_generic_encoding import leaves
 
 GENERIC = VENDORS["generic"]
 FULL = {
-    "description": "x", "mode": "cascade",
-    "tuning": {"gain": 2, "integral_time": 60, "derivative_time": 5, "proportional": False, "derivative_on": "error",
-               "derivative_filter": 1},
+    "description": "x",
+    "mode": "cascade",
+    "tuning": {
+        "gain": 2,
+        "integral_time": 60,
+        "derivative_time": 5,
+        "proportional": False,
+        "derivative_on": "error",
+        "derivative_filter": 1,
+    },
     "pv": {"range": [0, 40], "unit": "bar", "filter": 1, "square_root": True},
     "setpoint": {"value": 20, "limits": [1, 30], "source": "L1", "follows_pv": True},
-    "output": {"range": [0, 100], "unit": "%", "limits": [5, 95], "bias": 10, "manual": 20, "max_rate": 3,
-               "pulse": {"period": 10, "min_on": 1, "min_off": 1}},
-    "deadband": 0.5, "anti_windup": False,
-    "alarms": {"pv": {"low_low": 1, "low": 2, "high": 30, "high_high": 35}, "deviation": {"high": 3, "high_high": 4},
-               "rate_of_change": 2, "hysteresis": 0.1},
-}  # fmt: skip
+    "output": {
+        "range": [0, 100],
+        "unit": "%",
+        "limits": [5, 95],
+        "bias": 10,
+        "manual": 20,
+        "max_rate": 3,
+        "pulse": {"period": 10, "min_on": 1, "min_off": 1},
+    },
+    "deadband": 0.5,
+    "anti_windup": False,
+    "alarms": {
+        "pv": {"low_low": 1, "low": 2, "high": 30, "high_high": 35},
+        "deviation": {"high": 3, "high_high": 4},
+        "rate_of_change": 2,
+        "hysteresis": 0.1,
+    },
+}
 
 
 def test_every_field_that_is_given_says_where_it_goes():

@@ -100,8 +100,11 @@ def test_units_names_and_sources_stand_beside_the_parameters():
     config = file_of({}, {"setpoint": {"source": "L1"}, "pv": {"range": [0, 1], "unit": "bar"}, "description": "x"})
 
     assert encode(config).image.settings[1] == {
-        "loop": "L2", "description": "x", "pv": {"unit": "bar"}, "setpoint": {"source": "L1"},
-    }  # fmt: skip
+        "loop": "L2",
+        "description": "x",
+        "pv": {"unit": "bar"},
+        "setpoint": {"source": "L1"},
+    }
 
 
 def test_whether_the_set_point_follows_stands_there_too():

@@ -56,10 +56,22 @@ def test_a_file_of_ours_is_known_in_every_form(validate, tmp_path, form):
     assert says_so(FORMS[form].encode("utf-16"))
 
 
-@pytest.mark.parametrize("text", [
-    FOREIGN, "# pidcfg: 1\nname: x\n", "- pidcfg: 1\n", "run: |\n  pidcfg: 1\n", "", "a: 1\n", "vendor: x\nname: y\n",
-    "  services:\n    pidcfg: 1\n", "{a: 1}\n", "---\n# x\njobs: {a: b}\n", "on:\n  pull_request:\n",
-])  # fmt: skip
+@pytest.mark.parametrize(
+    "text",
+    [
+        FOREIGN,
+        "# pidcfg: 1\nname: x\n",
+        "- pidcfg: 1\n",
+        "run: |\n  pidcfg: 1\n",
+        "",
+        "a: 1\n",
+        "vendor: x\nname: y\n",
+        "  services:\n    pidcfg: 1\n",
+        "{a: 1}\n",
+        "---\n# x\njobs: {a: b}\n",
+        "on:\n  pull_request:\n",
+    ],
+)
 def test_other_peoples_files_are_left_out(validate, tmp_path, text):
     (tmp_path / "other.yaml").write_text(text, "utf-8")
     found = validate(".")

@@ -109,9 +109,18 @@ LONG_FUNCTIONS = {
 # fmt: on
 
 HEAVY = (
-    "pydantic", "ruamel", "rich", "numpy", "numba", "intelhex", "pyclickplc", "pymodbus", "matplotlib", "jinja2",
+    "pydantic",
+    "ruamel",
+    "rich",
+    "numpy",
+    "numba",
+    "intelhex",
+    "pyclickplc",
+    "pymodbus",
+    "matplotlib",
+    "jinja2",
     "xlsxwriter",
-)  # fmt: skip
+)
 STANDARD = sys.stdlib_module_names - {"importlib"}
 LONGEST_MODULE, LONGEST_FUNCTION = 300, 50
 
@@ -214,11 +223,11 @@ def module_lengths():
 
 
 def function_lengths():
-    """Every function with its number of lines, from `def` to its last line."""
+    """Every function with its number of lines, from its docstring to its end; parameters are a table above it."""
     for module, tree in TREES.items():
         for node in ast.walk(tree):
             if isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef)):
-                yield f"{module}.{node.name}", node.end_lineno - node.lineno + 1
+                yield f"{module}.{node.name}", node.end_lineno - node.body[0].lineno + 1
 
 
 def test_modules_are_short_enough_to_be_read_at_once():

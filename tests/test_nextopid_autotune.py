@@ -644,10 +644,13 @@ def test_an_int_block_checks_the_step_that_it_makes():
 
 
 PERCENTAGES = {"PercAmpMV": 60, "PercHystPV": 1.5, "PercMaxPeakPV": 60}
-TUNINGS = st.fixed_dictionaries({
-    **{name: st.floats(0, most, width=32) for name, most in PERCENTAGES.items()},
-    "NumCycles": st.integers(0, 3), "Mode": st.integers(0, 3),
-})  # fmt: skip
+TUNINGS = st.fixed_dictionaries(
+    {
+        **{name: st.floats(0, most, width=32) for name, most in PERCENTAGES.items()},
+        "NumCycles": st.integers(0, 3),
+        "Mode": st.integers(0, 3),
+    }
+)
 PVS = st.lists(st.floats(-20, 120, width=32), min_size=1, max_size=60)
 
 

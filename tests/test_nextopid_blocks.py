@@ -22,10 +22,17 @@ from rig_plants import FirstOrder
 
 MOST = 3.4e38
 OUTPUTS = {
-    "ControlON_OFF": "MV", "ControlPWM": "PWM", "ControlLowFilter": "OutVar", "ControlDelay": "OutVar",
-    "ControlLag": "OutVar", "ControlDelayLag": "OutVar", "ControlLeadLag": "OutVar", "ControlSelectMax": "MV",
-    "ControlSelectMin": "MV", "ControlSplitRange": "MV1",
-}  # fmt: skip
+    "ControlON_OFF": "MV",
+    "ControlPWM": "PWM",
+    "ControlLowFilter": "OutVar",
+    "ControlDelay": "OutVar",
+    "ControlLag": "OutVar",
+    "ControlDelayLag": "OutVar",
+    "ControlLeadLag": "OutVar",
+    "ControlSelectMax": "MV",
+    "ControlSelectMin": "MV",
+    "ControlSplitRange": "MV1",
+}
 FUNCTIONS = ("ControlSelectMax", "ControlSelectMin", "ControlSplitRange")
 LAG = {"Gs": 2, "Offset": 20, "Tc": 10, "Init_OutVar": 20, "Min_OutVar": -1000, "Max_OutVar": 1000}
 LEAD_LAG = {"G": 2, "Tlead": 4, "Tlag": 2, "Min_OutVar": -1000, "Max_OutVar": 1000}
@@ -33,11 +40,15 @@ ON_OFF = {"SP": 20, "PV": 20, "DeadBand": 3, "MaxPV": 100, "MinPV": 0}
 PWM = {"MV": 36, "MaxMV": 100, "MinMV": 0, "Period": 10}
 SPLIT = {"MV": 30, "SPLIT": 40, "Mode": 1}
 GOOD = {
-    "ControlON_OFF": ON_OFF, "ControlPWM": PWM, "ControlLowFilter": {"InVar": 3, "Tc": 0.5},
-    "ControlDelay": {"InVar": 3, "DelayTime": 2}, "ControlLag": {"InVar": 3} | LAG,
-    "ControlDelayLag": {"InVar": 3, "DelayTime": 2} | LAG, "ControlLeadLag": {"InVar": 3} | LEAD_LAG,
+    "ControlON_OFF": ON_OFF,
+    "ControlPWM": PWM,
+    "ControlLowFilter": {"InVar": 3, "Tc": 0.5},
+    "ControlDelay": {"InVar": 3, "DelayTime": 2},
+    "ControlLag": {"InVar": 3} | LAG,
+    "ControlDelayLag": {"InVar": 3, "DelayTime": 2} | LAG,
+    "ControlLeadLag": {"InVar": 3} | LEAD_LAG,
     "ControlSplitRange": SPLIT,
-}  # fmt: skip
+}
 
 
 def below(x):
@@ -62,10 +73,21 @@ def test_on_off_switches_where_figure_6_2_has_it():
     assert [pv for pv in up[::-1] if block(PV=pv)["MV"]] == [pv for pv in up[::-1] if pv < 17]
 
 
-@pytest.mark.parametrize(("pv", "before", "reverse", "direct"), [
-    (17, 0, 0, 0), (17, 1, 1, 1), (23, 0, 0, 0), (23, 1, 1, 1), (20, 0, 0, 0), (20, 1, 1, 1),
-    (below(17), 0, 1, 0), (below(17), 1, 1, 0), (above(23), 0, 0, 1), (above(23), 1, 0, 1),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("pv", "before", "reverse", "direct"),
+    [
+        (17, 0, 0, 0),
+        (17, 1, 1, 1),
+        (23, 0, 0, 0),
+        (23, 1, 1, 1),
+        (20, 0, 0, 0),
+        (20, 1, 1, 1),
+        (below(17), 0, 1, 0),
+        (below(17), 1, 1, 0),
+        (above(23), 0, 0, 1),
+        (above(23), 1, 0, 1),
+    ],
+)
 def test_on_off_acts_only_outside_its_dead_band(pv, before, reverse, direct):
     for key, expected in ((0, reverse), (1, direct)):
         block = Block("ControlON_OFF", **ON_OFF, Manual=1, ManualMV=before)
@@ -92,12 +114,19 @@ def test_on_off_in_manual_copies_its_manual_output_and_goes_on_from_it():
     assert block.s.status == AUTO_MODE
 
 
-@pytest.mark.parametrize(("pv", "sp", "seen", "bits"), [
-    (0, 100, (0, 100), []), (100, 0, (100, 0), []),
-    (above(100), 50, (100, 50), ["PV_MaxPV"]), (below(0), 50, (0, 50), ["PV_MinPV"]),
-    (50, above(100), (50, 100), ["SP_MaxPV"]), (50, below(0), (50, 0), ["SP_MinPV"]),
-    (130, -7, (100, 0), ["PV_MaxPV", "SP_MinPV"]), (-7, 130, (0, 100), ["PV_MinPV", "SP_MaxPV"]),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("pv", "sp", "seen", "bits"),
+    [
+        (0, 100, (0, 100), []),
+        (100, 0, (100, 0), []),
+        (above(100), 50, (100, 50), ["PV_MaxPV"]),
+        (below(0), 50, (0, 50), ["PV_MinPV"]),
+        (50, above(100), (50, 100), ["SP_MaxPV"]),
+        (50, below(0), (50, 0), ["SP_MinPV"]),
+        (130, -7, (100, 0), ["PV_MaxPV", "SP_MinPV"]),
+        (-7, 130, (0, 100), ["PV_MinPV", "SP_MaxPV"]),
+    ],
+)
 def test_on_off_limits_pv_and_set_point_and_says_so(pv, sp, seen, bits):
     names = ["PV_MaxPV", "PV_MinPV", "SP_MaxPV", "SP_MinPV"]
     for manual in (0, 1):
@@ -166,9 +195,17 @@ def test_mv_and_period_count_where_a_period_begins():
     assert [block()["PWM"] for _ in range(8)] == [1, 1, 1, 1] * 2
 
 
-@pytest.mark.parametrize(("mv", "warning", "on"), [
-    (100, 0, 10), (above(100), 1, 10), (1e9, 1, 10), (0, 0, 0), (below(0), 1, 0), (-1e9, 1, 0),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("mv", "warning", "on"),
+    [
+        (100, 0, 10),
+        (above(100), 1, 10),
+        (1e9, 1, 10),
+        (0, 0, 0),
+        (below(0), 1, 0),
+        (-1e9, 1, 0),
+    ],
+)
 def test_a_limited_mv_is_warned_of_in_every_cycle(mv, warning, on):
     block = Block("ControlPWM", **PWM)
     assert block()["Warning"] == 0
@@ -200,8 +237,9 @@ def test_half_a_cycle_is_rounded_as_native_single_precision_has_it():
     assert seen == {0, 1}
 
 
-@given(st.floats(-1e6, 1e6, width=32), st.floats(-1e6, 1e6, width=32), st.floats(-1e6, 1e6, width=32),
-       st.integers(1, 300))  # fmt: skip
+@given(
+    st.floats(-1e6, 1e6, width=32), st.floats(-1e6, 1e6, width=32), st.floats(-1e6, 1e6, width=32), st.integers(1, 300)
+)
 def test_the_share_of_pulses_is_the_share_of_the_range_to_half_a_cycle(a, b, mv, period):
     low, high = min(a, b), max(a, b)
     if low == high:
@@ -268,9 +306,15 @@ def test_the_lag_leaves_a_limit_at_once():
     assert block(InVar=0)["OutVar"] == pytest.approx(10 - 10 * math.expm1(-0.01))
 
 
-@pytest.mark.parametrize(("kind", "key", "first"), [
-    ("ControlLowFilter", "Tc", 0), ("ControlLag", "Tc", 0), ("ControlDelayLag", "Tc", 0), ("ControlLeadLag", "Tlag", 1),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("kind", "key", "first"),
+    [
+        ("ControlLowFilter", "Tc", 0),
+        ("ControlLag", "Tc", 0),
+        ("ControlDelayLag", "Tc", 0),
+        ("ControlLeadLag", "Tlag", 1),
+    ],
+)
 def test_a_time_constant_counts_from_the_call_that_changes_it(kind, key, first):
     plain = {"InVar": 0, "DelayTime": 0, "Tlead": 0, "G": 1, "Gs": 1, "Offset": 0, "Init_OutVar": 0}
     block = Block(kind, **GOOD[kind] | {name: value for name, value in plain.items() if name in slots.PLACES[kind]})
@@ -317,10 +361,23 @@ def test_a_disabled_lead_lag_gives_0_whatever_its_limits_and_goes_on_inside():
 # --- ControlDelay, ControlDelayLag -----------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(("time", "samples"), [
-    (0, 0), (0.04, 0), (0.06, 1), (0.1, 1), (0.25, 2), (0.35, 4), (0.3, 3), (2, 20),
-    (2.04, 20), (2.06, 21), (9.9, 99), (10, 100),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("time", "samples"),
+    [
+        (0, 0),
+        (0.04, 0),
+        (0.06, 1),
+        (0.1, 1),
+        (0.25, 2),
+        (0.35, 4),
+        (0.3, 3),
+        (2, 20),
+        (2.04, 20),
+        (2.06, 21),
+        (9.9, 99),
+        (10, 100),
+    ],
+)
 def test_the_output_is_the_input_of_so_many_samples_ago(time, samples):
     block = Block("ControlDelay", DelayTime=time, InitDelayedVar=-5)
     ramp = [float(k) for k in range(1, 301)]
@@ -412,10 +469,16 @@ def test_the_places_of_a_delay_and_lag_are_those_of_delay_and_lag():
 # --- selectors -------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(("first", "second", "least", "most"), [
-    (30, 40, (30, 0, 1), (40, 1, 0)), (40, 30, (30, 1, 0), (40, 0, 1)), (40, 40, (40, 1, 0), (40, 1, 0)),
-    (-1, 1, (-1, 0, 1), (1, 1, 0)), (above(40), 40, (40, 1, 0), (above(40), 0, 1)),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("first", "second", "least", "most"),
+    [
+        (30, 40, (30, 0, 1), (40, 1, 0)),
+        (40, 30, (30, 1, 0), (40, 0, 1)),
+        (40, 40, (40, 1, 0), (40, 1, 0)),
+        (-1, 1, (-1, 0, 1), (1, 1, 0)),
+        (above(40), 40, (40, 1, 0), (above(40), 0, 1)),
+    ],
+)
 def test_selectors_tell_the_other_controller_that_it_is_overridden(first, second, least, most):
     for kind, expected in (("ControlSelectMin", least), ("ControlSelectMax", most)):
         block = Block(kind, MV1=first, MV2=second)()
@@ -455,8 +518,7 @@ def test_a_ramp_is_split_as_in_the_figures(mode, point):
         assert (block(MV=mv)["MV1"], block["MV2"]) == corner
 
 
-@given(st.floats(0, 100, width=32), st.floats(0, 100, width=32, exclude_min=True, exclude_max=True),
-       st.integers(1, 4))  # fmt: skip
+@given(st.floats(0, 100, width=32), st.floats(0, 100, width=32, exclude_min=True, exclude_max=True), st.integers(1, 4))
 def test_split_outputs_stay_within_0_to_100(mv, point, mode):
     block = Block("ControlSplitRange", MV=mv, SPLIT=point, Mode=mode)()
     assert 0 <= block["MV1"] <= 100
@@ -552,11 +614,20 @@ def test_a_block_that_begins_with_errors_gives_0_and_starts_later(kind, allowed,
         assert [broken(**GOOD[kind])[name] for name in outs] == [fresh()[name] for name in outs]
 
 
-@pytest.mark.parametrize(("changed", "bits", "mv"), [
-    ({"MaxPV": 0}, 1, 1), ({"MinPV": 100}, 1, 1), ({"MaxPV": above(0)}, 0, 1), ({"MinPV": below(100)}, 0, 1),
-    ({"DeadBand": 0}, 0, 0), ({"DeadBand": -SMALLEST}, 2, 1), ({"DeadBand": -1, "MinPV": 101}, 3, 1),
-    ({"DeadBand": math.nan}, 2, 1), ({"MaxPV": math.nan}, 1, 1),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("changed", "bits", "mv"),
+    [
+        ({"MaxPV": 0}, 1, 1),
+        ({"MinPV": 100}, 1, 1),
+        ({"MaxPV": above(0)}, 0, 1),
+        ({"MinPV": below(100)}, 0, 1),
+        ({"DeadBand": 0}, 0, 0),
+        ({"DeadBand": -SMALLEST}, 2, 1),
+        ({"DeadBand": -1, "MinPV": 101}, 3, 1),
+        ({"DeadBand": math.nan}, 2, 1),
+        ({"MaxPV": math.nan}, 1, 1),
+    ],
+)
 def test_error_bits_of_on_off(changed, bits, mv):
     block = Block("ControlON_OFF", **ON_OFF | {"PV": -50})
     assert block()["MV"] == 1
@@ -571,11 +642,17 @@ def test_error_bits_of_on_off(changed, bits, mv):
     assert (block["ErrBits.MaxMinPV"], block["ErrBits.DeadBand"]) == (0, 0)
 
 
-@pytest.mark.parametrize(("kind", "given"), [
-    ("ControlLowFilter", {}), ("ControlLag", {"Gs": MOST}), ("ControlLag", {"Gs": 0}),
-    ("ControlDelayLag", {"Gs": MOST}), ("ControlLeadLag", {"G": MOST}),
-    ("ControlLeadLag", {"Tlead": MOST, "Tlag": SMALLEST}),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("kind", "given"),
+    [
+        ("ControlLowFilter", {}),
+        ("ControlLag", {"Gs": MOST}),
+        ("ControlLag", {"Gs": 0}),
+        ("ControlDelayLag", {"Gs": MOST}),
+        ("ControlLeadLag", {"G": MOST}),
+        ("ControlLeadLag", {"Tlead": MOST, "Tlag": SMALLEST}),
+    ],
+)
 def test_overflows_never_get_out(kind, given):
     block = Block(kind, **GOOD[kind] | given)
     for x in (0, MOST, -MOST, MOST, MOST, 0, -MOST, 5, 5):
@@ -588,8 +665,14 @@ def test_overflows_never_get_out(kind, given):
 NUMBERS = st.floats(-1e6, 1e6, width=32)
 
 
-@given(st.lists(NUMBERS, min_size=1, max_size=40), NUMBERS, NUMBERS, st.floats(0.125, 100, width=32), NUMBERS,
-       st.floats(0, 10, width=32))  # fmt: skip
+@given(
+    st.lists(NUMBERS, min_size=1, max_size=40),
+    NUMBERS,
+    NUMBERS,
+    st.floats(0.125, 100, width=32),
+    NUMBERS,
+    st.floats(0, 10, width=32),
+)
 def test_outputs_stay_within_their_limits(inputs, a, b, tc, gain, time):
     low, high = min(a, b), max(a, b)
     limits = {"Min_OutVar": low, "Max_OutVar": high}
@@ -606,11 +689,18 @@ def test_outputs_stay_within_their_limits(inputs, a, b, tc, gain, time):
 def random_parameters(rng, kind, ts):
     low, high = -rng.uniform(0, 200), rng.uniform(0, 200)
     wanted = {
-        "Tc": 10 ** rng.uniform(-2, 3), "Tlag": 10 ** rng.uniform(-2, 3), "Tlead": rng.choice([0, 1, 7.3, 50]),
-        "Gs": rng.uniform(-4, 4), "G": rng.uniform(-4, 4), "Offset": rng.uniform(-50, 50), "Min_OutVar": low,
-        "Max_OutVar": high, "Init_OutVar": rng.uniform(low, high), "InitDelayedVar": rng.uniform(-50, 50),
+        "Tc": 10 ** rng.uniform(-2, 3),
+        "Tlag": 10 ** rng.uniform(-2, 3),
+        "Tlead": rng.choice([0, 1, 7.3, 50]),
+        "Gs": rng.uniform(-4, 4),
+        "G": rng.uniform(-4, 4),
+        "Offset": rng.uniform(-50, 50),
+        "Min_OutVar": low,
+        "Max_OutVar": high,
+        "Init_OutVar": rng.uniform(low, high),
+        "InitDelayedVar": rng.uniform(-50, 50),
         "DelayTime": rng.randint(0, 100) * ts,
-    }  # fmt: skip
+    }
     return {name: value for name, value in wanted.items() if name in slots.PLACES[kind]}
 
 

@@ -143,7 +143,7 @@ STEPS = [
     ({"OVERR": 1, "TRK_VAL": 33, "Ti_Ki": 0.5, "BIAS": 4, "Td_Kd": 0.25}, 8, 34, -5, 41),
     ({"OVERR": 1, "TRK_VAL": 33, "BIAS": 4}, 8, 0, 0, 12),  # no integral gain: nothing follows
     ({"Manual": 1, "ManualMV": 33}, 8, 0, 0, 33),
-]  # fmt: skip
+]
 
 
 @pytest.mark.parametrize(("given_", "p", "i", "d", "mv"), STEPS)
@@ -571,18 +571,33 @@ def chance(rng, share, yes, no=0.0):
 def random_inputs(rng, whole):
     """All inputs of a call, in ranges that make every branch come up."""
     x = {
-        "SP": rng.uniform(-5, 105), "SP_CASC": rng.uniform(-5, 105), "PV": rng.uniform(-5, 105),
-        "Kp": 10 ** rng.uniform(-2, 1), "Ti_Ki": rng.choice([0, 5e-4, 0.01, 0.3, 4, 60]),
-        "Td_Kd": rng.choice([0, 0, 0.02, 0.3]), "Tfd": rng.choice([0, 0, 0.05, 0.7, 20]),
-        "BIAS": chance(rng, 0.5, rng.uniform(-20, 60)), "ManualMV": rng.uniform(-10, 110),
-        "TRK_VAL": rng.uniform(-10, 110), "MaxVarMV": chance(rng, 0.4, rng.uniform(1, 20)),
-        "MaxMV": rng.choice([100, 100, 77]), "MinMV": rng.choice([0, 0, 12]), "MaxPV": rng.choice([100, 90]),
-        "MinPV": rng.choice([0, 10]), "DeadBand": chance(rng, 0.3, rng.uniform(1, 10)),
-        "Indep": chance(rng, 0.5, 1), "DisableP": chance(rng, 0.3, 1), "DerivEr": chance(rng, 0.4, 1),
-        "CASC": chance(rng, 0.3, 1), "TRK_IN": chance(rng, 0.1, 1), "Windup_H_IN": chance(rng, 0.15, 1),
-        "Windup_L_IN": chance(rng, 0.15, 1), "OVERR": chance(rng, 0.15, 1), "Manual": chance(rng, 0.1, 1),
+        "SP": rng.uniform(-5, 105),
+        "SP_CASC": rng.uniform(-5, 105),
+        "PV": rng.uniform(-5, 105),
+        "Kp": 10 ** rng.uniform(-2, 1),
+        "Ti_Ki": rng.choice([0, 5e-4, 0.01, 0.3, 4, 60]),
+        "Td_Kd": rng.choice([0, 0, 0.02, 0.3]),
+        "Tfd": rng.choice([0, 0, 0.05, 0.7, 20]),
+        "BIAS": chance(rng, 0.5, rng.uniform(-20, 60)),
+        "ManualMV": rng.uniform(-10, 110),
+        "TRK_VAL": rng.uniform(-10, 110),
+        "MaxVarMV": chance(rng, 0.4, rng.uniform(1, 20)),
+        "MaxMV": rng.choice([100, 100, 77]),
+        "MinMV": rng.choice([0, 0, 12]),
+        "MaxPV": rng.choice([100, 90]),
+        "MinPV": rng.choice([0, 10]),
+        "DeadBand": chance(rng, 0.3, rng.uniform(1, 10)),
+        "Indep": chance(rng, 0.5, 1),
+        "DisableP": chance(rng, 0.3, 1),
+        "DerivEr": chance(rng, 0.4, 1),
+        "CASC": chance(rng, 0.3, 1),
+        "TRK_IN": chance(rng, 0.1, 1),
+        "Windup_H_IN": chance(rng, 0.15, 1),
+        "Windup_L_IN": chance(rng, 0.15, 1),
+        "OVERR": chance(rng, 0.15, 1),
+        "Manual": chance(rng, 0.1, 1),
         "Direct": chance(rng, 0.5, 1),
-    }  # fmt: skip
+    }
     reals = {"Kp", "Ti_Ki", "Td_Kd", "Tfd"}
     return {name: single(float(round(v)) if whole and name not in reals else float(v)) for name, v in x.items()}
 
@@ -631,8 +646,9 @@ POSITIVE = {name: st.floats(0, 2.0**126, width=32) for name in ("Kp", "Ti_Ki", "
 FLAGS = ("Indep", "DisableP", "DerivEr", "CASC", "TRK_IN", "Windup_H_IN", "Windup_L_IN", "OVERR", "Manual", "Direct")
 CALLS = st.lists(
     st.fixed_dictionaries({}, optional={**ANYTHING, **POSITIVE, **{name: st.integers(0, 1) for name in FLAGS}}),
-    min_size=1, max_size=8,
-)  # fmt: skip
+    min_size=1,
+    max_size=8,
+)
 
 
 @settings(max_examples=150, deadline=None)

@@ -126,7 +126,7 @@ def test_global_variables_and_other_languages():
         '</types><instances><configurations><configuration name="C"><resource name="R"><globalVars><variable name="L">'
         '<type><derived name="ControlLag"/></type></variable></globalVars></resource></configuration></configurations>'
         "</instances>",
-    )  # fmt: skip
+    )
     found = read_plcopen(text)
     assert [entry["type"] for entry in found.settings] == ["ControlLag", "PIDA_REAL"]
     assert found.notes == ("the FBD of line 6 is left out: only Structured Text is read",)

@@ -27,9 +27,17 @@ ROOT = Path(__file__).parents[1]
 EXAMPLES = sorted(p for p in (ROOT / "examples/nextopid").glob("*.yaml") if ".scenario" not in p.name)
 OWN = "PID6"
 LOOP = {
-    "name": "A", "type": "PIDA_REAL", "SP": 50, "Kp": 1, "Ti_Ki": 60, "Td_Kd": 0,
-    "MinMV": 0, "MaxMV": 100, "MinPV": 0, "MaxPV": 100,
-}  # fmt: skip
+    "name": "A",
+    "type": "PIDA_REAL",
+    "SP": 50,
+    "Kp": 1,
+    "Ti_Ki": 60,
+    "Td_Kd": 0,
+    "MinMV": 0,
+    "MaxMV": 100,
+    "MinPV": 0,
+    "MaxPV": 100,
+}
 ON_OFF = {"name": "A", "type": "ControlON_OFF", "SP": 50, "DeadBand": 2, "MinPV": 0, "MaxPV": 100}
 PARAM = {"PercAmpMV": 5, "PercHystPV": 0.1, "PercMaxPeakPV": 10, "NumCycles": 3, "Mode": "PI"}
 TUNED = {"type": "PIDA_TUNE_REAL", "AutoTuneParam": PARAM}
@@ -57,8 +65,14 @@ def block(kind, name="F", **values):
 
 
 def checked(*loops, blocks=(), signals=None, **plc):
-    config = {"pidcfg": 1, "vendor": "nextopid", "plc": {"sample_time": 0.1, **plc}, "signals": signals or SIGNALS,
-              "blocks": blocks, "loops": loops}  # fmt: skip
+    config = {
+        "pidcfg": 1,
+        "vendor": "nextopid",
+        "plc": {"sample_time": 0.1, **plc},
+        "signals": signals or SIGNALS,
+        "blocks": blocks,
+        "loops": loops,
+    }
     result = check_document(read_document(json.dumps(config, default=float).encode(), "case.yaml"))
     assert result.config is not None, result.findings
     return result
@@ -211,8 +225,11 @@ def test_one_step_beyond_the_limit_of_a_block_is_found(code, kind, key, others, 
     assert code in codes(loop, blocks=[block(kind, **others | {key: outside})])
 
 
-WIRED = [row for row in STEPS if all(isinstance(row[i], int | float) and not isinstance(row[i], bool) for i in (3, 4))
-         and row[1] != "sample_time"]  # fmt: skip
+WIRED = [
+    row
+    for row in STEPS
+    if all(isinstance(row[i], int | float) and not isinstance(row[i], bool) for i in (3, 4)) and row[1] != "sample_time"
+]
 
 
 @pytest.mark.parametrize(("code", "key", "others", "inside", "outside"), WIRED)
@@ -226,23 +243,35 @@ def test_the_first_value_of_a_signal_is_judged_like_a_number(code, key, others, 
         assert "first value of V" in next(d.message for d in found if d.code == code)
 
 
-@pytest.mark.parametrize(("values", "effect"), [
-    ({"MaxMV": 0}, "ErrBits.MaxMinMV"), ({"MaxPV": 0}, "ErrBits.MaxMinPV"), ({"Kp": 0}, "ErrBits.Kp"),
-    ({"Td_Kd": -1}, "ErrBits.Td_Kd"), ({"Ti_Ki": -1}, "ErrBits.Ti_Ki"), ({"Tfd": -1}, "ErrBits.Tfd"),
-    ({"MaxVarMV": -1}, "ErrBits.MaxVarMV"), ({"DeadBand": -1}, "ErrBits.DeadBand"),
-    ({"sample_time": 61, "Ti_Ki": 600}, "ErrBits.SampleTime"),
-    ({"SP": 101}, "WarnBits.SP_MaxPV"), ({"SP": -1}, "WarnBits.SP_MinPV"),
-    ({"CASC": True, "SP_CASC": 101}, "WarnBits.SP_CASC_MaxPV"),
-    ({"CASC": "DOWN", "SP_CASC": -1}, "WarnBits.SP_CASC_MinPV"),
-    ({"Manual": "DOWN", "ManualMV": 101}, "WarnBits.MV_MaxMV"), ({"ManualMV": -1}, None),
-    ({"SP_CASC": -1}, None), ({"SP": 101, "CASC": True, "SP_CASC": 5}, None),
-    ({"Manual": True, "ManualMV": -1}, "WarnBits.MV_MinMV"),
-    ({"type": "ControlON_OFF", "DeadBand": -1}, "ErrBits.DeadBand"), ({"type": "ControlON_OFF", "DeadBand": 0}, None),
-    ({**TUNED, "AutoTuneParam": PARAM | {"PercAmpMV": 51}}, "AutoTuneResult.Bad_PercAmpMV"),
-    ({**TUNED, "AutoTuneParam": PARAM | {"NumCycles": 11}}, "AutoTuneResult.Bad_NumCycles"),
-    ({**TUNED, "Manual": True, "ManualMV": 99}, "AutoTuneResult.MV_TOO_HIGH"),
-    ({**TUNED, "Manual": True, "ManualMV": 1}, "AutoTuneResult.MV_TOO_LOW"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("values", "effect"),
+    [
+        ({"MaxMV": 0}, "ErrBits.MaxMinMV"),
+        ({"MaxPV": 0}, "ErrBits.MaxMinPV"),
+        ({"Kp": 0}, "ErrBits.Kp"),
+        ({"Td_Kd": -1}, "ErrBits.Td_Kd"),
+        ({"Ti_Ki": -1}, "ErrBits.Ti_Ki"),
+        ({"Tfd": -1}, "ErrBits.Tfd"),
+        ({"MaxVarMV": -1}, "ErrBits.MaxVarMV"),
+        ({"DeadBand": -1}, "ErrBits.DeadBand"),
+        ({"sample_time": 61, "Ti_Ki": 600}, "ErrBits.SampleTime"),
+        ({"SP": 101}, "WarnBits.SP_MaxPV"),
+        ({"SP": -1}, "WarnBits.SP_MinPV"),
+        ({"CASC": True, "SP_CASC": 101}, "WarnBits.SP_CASC_MaxPV"),
+        ({"CASC": "DOWN", "SP_CASC": -1}, "WarnBits.SP_CASC_MinPV"),
+        ({"Manual": "DOWN", "ManualMV": 101}, "WarnBits.MV_MaxMV"),
+        ({"ManualMV": -1}, None),
+        ({"SP_CASC": -1}, None),
+        ({"SP": 101, "CASC": True, "SP_CASC": 5}, None),
+        ({"Manual": True, "ManualMV": -1}, "WarnBits.MV_MinMV"),
+        ({"type": "ControlON_OFF", "DeadBand": -1}, "ErrBits.DeadBand"),
+        ({"type": "ControlON_OFF", "DeadBand": 0}, None),
+        ({**TUNED, "AutoTuneParam": PARAM | {"PercAmpMV": 51}}, "AutoTuneResult.Bad_PercAmpMV"),
+        ({**TUNED, "AutoTuneParam": PARAM | {"NumCycles": 11}}, "AutoTuneResult.Bad_NumCycles"),
+        ({**TUNED, "Manual": True, "ManualMV": 99}, "AutoTuneResult.MV_TOO_HIGH"),
+        ({**TUNED, "Manual": True, "ManualMV": 1}, "AutoTuneResult.MV_TOO_LOW"),
+    ],
+)
 def test_each_bit_is_reported_under_its_own_name(values, effect):
     serious_ones = [d for d in findings(changed(**values)) if d.severity > Severity.INFO]
     outputs = {row.name for kind in BLOCK_TYPES.values() for row in kind.outputs}
@@ -253,9 +282,20 @@ def test_each_bit_is_reported_under_its_own_name(values, effect):
 
 EDGES = st.sampled_from([-1, -0.001, 0, 0.0005, 1, 5, 99, 100, 101])
 CONTENT = (
-    "SP", "SP_CASC", "Kp", "Ti_Ki", "Td_Kd", "Tfd", "MaxVarMV", "DeadBand", "MinMV", "MinPV", "ManualMV",
-    "MaxMV", "MaxPV",
-)  # fmt: skip
+    "SP",
+    "SP_CASC",
+    "Kp",
+    "Ti_Ki",
+    "Td_Kd",
+    "Tfd",
+    "MaxVarMV",
+    "DeadBand",
+    "MinMV",
+    "MinPV",
+    "ManualMV",
+    "MaxMV",
+    "MaxPV",
+)
 SWITCHES = ("Indep", "CASC", "Manual")
 VALUES = st.fixed_dictionaries(dict.fromkeys(CONTENT, EDGES) | dict.fromkeys(SWITCHES, st.booleans()))
 
@@ -323,10 +363,21 @@ loops:
 """
 
 
-@pytest.mark.parametrize(("wire", "character"), [
-    ("2 * FLOWS", "F"), ('"2 * FLOWS"', "F"), ("'2 * FLOWS'", "F"), ("2  *   FLOWS", "F"), ('"  2 * FLOWS"', "F"),
-    ("FLOW * UP", "U"), ("min(FLOW 2)", "2"), ('"min(FLOW, sin(2))"', "s"), ("FLOW % 2", "%"), ("A.MW", "A"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("wire", "character"),
+    [
+        ("2 * FLOWS", "F"),
+        ('"2 * FLOWS"', "F"),
+        ("'2 * FLOWS'", "F"),
+        ("2  *   FLOWS", "F"),
+        ('"  2 * FLOWS"', "F"),
+        ("FLOW * UP", "U"),
+        ("min(FLOW 2)", "2"),
+        ('"min(FLOW, sin(2))"', "s"),
+        ("FLOW % 2", "%"),
+        ("A.MW", "A"),
+    ],
+)
 def test_a_finding_about_a_wire_points_at_the_character(wire, character):
     text = LINES.replace("WIRE", wire).replace("\n     PV: ", "\n     PV: ")
     found = next(d for d in check_document(read_document(text.encode(), "case.yaml")).findings if d.code == "PID601")
@@ -337,23 +388,31 @@ def test_a_finding_about_a_wire_points_at_the_character(wire, character):
     assert found.span.end_column == found.span.column + 1
 
 
-@pytest.mark.parametrize(("key", "wire", "meant"), [
-    ("PV", "FLOWS", "FLOW"), ("PV", "A.MW", "A.MV"), ("Manual", "UPP", "UP"),
-    ("PV", "A.Proportional", "A.ProportionalAction"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("key", "wire", "meant"),
+    [
+        ("PV", "FLOWS", "FLOW"),
+        ("PV", "A.MW", "A.MV"),
+        ("Manual", "UPP", "UP"),
+        ("PV", "A.Proportional", "A.ProportionalAction"),
+    ],
+)
 def test_the_name_that_was_probably_meant_is_proposed(key, wire, meant):
     found = findings(changed(**{key: wire}), signals=SIGNALS | {"FLOW": 1.0})
 
     assert next(d.help for d in found if d.code == "PID601") == f"did you mean {meant!r}?"
 
 
-@pytest.mark.parametrize(("blocks", "ring"), [
-    ([selector(MV1="S.MV", MV2="X")], True),
-    ([selector(MV1="F.OutVar", MV2="X"), block("ControlLeadLag", InVar="S.MV")], True),
-    ([selector(MV1="F.OutVar", MV2="X"), block("ControlDelay", InVar="S.MV", DelayTime=0)], True),
-    ([selector(MV1="F.OutVar", MV2="X"), block("ControlDelay", InVar="S.MV", DelayTime=0.1)], False),
-    ([selector(MV1="F.OutVar", MV2="X"), block("ControlLowFilter", InVar="S.MV")], False),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("blocks", "ring"),
+    [
+        ([selector(MV1="S.MV", MV2="X")], True),
+        ([selector(MV1="F.OutVar", MV2="X"), block("ControlLeadLag", InVar="S.MV")], True),
+        ([selector(MV1="F.OutVar", MV2="X"), block("ControlDelay", InVar="S.MV", DelayTime=0)], True),
+        ([selector(MV1="F.OutVar", MV2="X"), block("ControlDelay", InVar="S.MV", DelayTime=0.1)], False),
+        ([selector(MV1="F.OutVar", MV2="X"), block("ControlLowFilter", InVar="S.MV")], False),
+    ],
+)
 def test_only_a_ring_of_blocks_that_answer_at_once_is_found(blocks, ring):
     assert ("PID602" in codes(changed(PV="S.MV"), blocks=blocks)) == ring
 
@@ -363,11 +422,24 @@ def test_only_a_ring_of_blocks_that_answer_at_once_is_found(blocks, ring):
 SIGNED = st.sampled_from([-2, -0.5, 0.5, 3])
 
 
-@given(SIGNED, SIGNED, SIGNED, st.booleans(), st.sampled_from([
-    ("{0} * F.OutVar", 1), ("100 - F.OutVar * {0}", -1), ("F.OutVar / {0} + X", 1), ("-(-F.OutVar) * {0}", 1),
-    ("max(F.OutVar, 0) * {0}", 1), ("{0} * min(F.OutVar * 2, X, 90)", 1), ("F.OutVar * {0} / max(LOAD, 1)", 1),
-    ("sqrt(F.OutVar) * {0}", 1),
-]))  # fmt: skip
+@given(
+    SIGNED,
+    SIGNED,
+    SIGNED,
+    st.booleans(),
+    st.sampled_from(
+        [
+            ("{0} * F.OutVar", 1),
+            ("100 - F.OutVar * {0}", -1),
+            ("F.OutVar / {0} + X", 1),
+            ("-(-F.OutVar) * {0}", 1),
+            ("max(F.OutVar, 0) * {0}", 1),
+            ("{0} * min(F.OutVar * 2, X, 90)", 1),
+            ("F.OutVar * {0} / max(LOAD, 1)", 1),
+            ("sqrt(F.OutVar) * {0}", 1),
+        ]
+    ),
+)
 def test_the_direction_follows_from_the_product_of_all_gains(process, lead, factor, direct, wire):
     text, sign = wire[0].format(factor), wire[1] * factor * process * lead
     blocks = [
@@ -411,9 +483,15 @@ def test_the_limits_of_an_output_tell_its_sign(low, high, sign, direct):
     assert ("PID622" in found) == (sign is not None and direct == (sign > 0))
 
 
-@pytest.mark.parametrize(("casc", "sp", "found"), [
-    (True, "0 - A.MV", True), ("UP", "0 - A.MV", False), (False, "A.MV", True), (False, "0 - A.MV", False),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("casc", "sp", "found"),
+    [
+        (True, "0 - A.MV", True),
+        ("UP", "0 - A.MV", False),
+        (False, "A.MV", True),
+        (False, "0 - A.MV", False),
+    ],
+)
 def test_a_slave_that_may_follow_either_set_point_is_judged_by_both(casc, sp, found):
     blocks = [block("ControlLag", "P2", InVar="B.MV"), block("ControlLag", "P1", InVar="P2.OutVar")]
     loops = [master("A", "B", PV="P1.OutVar", Direct=True), slave("B", "A", PV="P2.OutVar", CASC=casc, SP=sp)]
@@ -421,13 +499,24 @@ def test_a_slave_that_may_follow_either_set_point_is_judged_by_both(casc, sp, fo
     assert ("PID622" in codes(*loops, blocks=blocks)) == found
 
 
-@pytest.mark.parametrize(("mode", "output", "rises"), [
-    (1, "MV1", True), (1, "MV2", False), (2, "MV1", True), (2, "MV2", True), (3, "MV1", True), (3, "MV2", False),
-    (4, "MV1", False), (4, "MV2", True),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("mode", "output", "rises"),
+    [
+        (1, "MV1", True),
+        (1, "MV2", False),
+        (2, "MV1", True),
+        (2, "MV2", True),
+        (3, "MV1", True),
+        (3, "MV2", False),
+        (4, "MV1", False),
+        (4, "MV2", True),
+    ],
+)
 def test_a_split_range_turns_the_direction_of_some_valves(mode, output, rises):
-    blocks = [{"name": "V", "type": "ControlSplitRange", "MV": "A.MV", "SPLIT": 40, "Mode": mode},
-              block("ControlLag", InVar=f"V.{output}")]  # fmt: skip
+    blocks = [
+        {"name": "V", "type": "ControlSplitRange", "MV": "A.MV", "SPLIT": 40, "Mode": mode},
+        block("ControlLag", InVar=f"V.{output}"),
+    ]
 
     for direct in (True, False):
         assert ("PID622" in codes(changed(PV="F.OutVar", Direct=direct), blocks=blocks)) == (direct == rises)
@@ -436,8 +525,10 @@ def test_a_split_range_turns_the_direction_of_some_valves(mode, output, rises):
 @pytest.mark.parametrize(("outer", "inner"), list(product([True, False], repeat=2)))
 @pytest.mark.parametrize("cooling", [True, False])
 def test_in_a_cascade_the_loop_that_is_wrong_is_found_and_not_the_echo(outer, inner, cooling):
-    blocks = [block("ControlLag", "P2", InVar="B.MV", Gs=-1 if cooling else 1, Min_OutVar=-100),
-              block("ControlLag", "P1", InVar="P2.OutVar")]  # fmt: skip
+    blocks = [
+        block("ControlLag", "P2", InVar="B.MV", Gs=-1 if cooling else 1, Min_OutVar=-100),
+        block("ControlLag", "P1", InVar="P2.OutVar"),
+    ]
     loops = [master("A", "B", PV="P1.OutVar", Direct=outer), slave("B", "A", PV="P2.OutVar", Direct=inner)]
     found = [d.loop for d in findings(*loops, blocks=blocks) if d.code == "PID622"]
 
@@ -467,13 +558,19 @@ def test_the_slowest_process_of_a_loop_decides_on_its_sample_time(constant, foun
 
 CASCADE = [
     # a connection of the master, what it is instead, and the finding
-    ("TRK_IN", None, "PID668"), ("TRK_IN", "A.TRK_OUT", "PID668"), ("TRK_IN", "DOWN", "PID668"),
+    ("TRK_IN", None, "PID668"),
+    ("TRK_IN", "A.TRK_OUT", "PID668"),
+    ("TRK_IN", "DOWN", "PID668"),
     ("TRK_IN", True, "PID668"),
-    ("TRK_VAL", None, "PID669"), ("TRK_VAL", "B.SP", "PID669"), ("TRK_VAL", "X * 2", "PID669"),
+    ("TRK_VAL", None, "PID669"),
+    ("TRK_VAL", "B.SP", "PID669"),
+    ("TRK_VAL", "X * 2", "PID669"),
     ("TRK_VAL", 20, "PID669"),
-    ("Windup_H_IN", None, "PID670"), ("Windup_H_IN", "B.Windup_L_OUT", "PID670"), ("Windup_L_IN", "DOWN", "PID670"),
+    ("Windup_H_IN", None, "PID670"),
+    ("Windup_H_IN", "B.Windup_L_OUT", "PID670"),
+    ("Windup_L_IN", "DOWN", "PID670"),
     ("Windup_L_IN", "B.TRK_OUT", "PID670"),
-]  # fmt: skip
+]
 
 
 @pytest.mark.parametrize(("key", "wire", "code"), CASCADE)
@@ -487,9 +584,16 @@ def test_each_connection_of_a_master_is_demanded(key, wire, code):
     assert "B." in found[0].message
 
 
-@pytest.mark.parametrize(("pv", "value"), [
-    ("X / 2", "X / 2"), ("X / 2", "X/2"), ("X / 2", "B.PV"), (None, "B.PV"), ("F.OutVar", "F.OutVar"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("pv", "value"),
+    [
+        ("X / 2", "X / 2"),
+        ("X / 2", "X/2"),
+        ("X / 2", "B.PV"),
+        (None, "B.PV"),
+        ("F.OutVar", "F.OutVar"),
+    ],
+)
 def test_the_pv_of_a_slave_may_be_named_either_way(pv, value):
     blocks = [block("ControlLowFilter")] if pv == "F.OutVar" else []
 
@@ -497,13 +601,18 @@ def test_the_pv_of_a_slave_may_be_named_either_way(pv, value):
 
 
 def test_three_loops_have_the_three_parts():
-    loops = [master("A", "B", TRK_IN=None), master("B", "C", SP_CASC="A.MV", CASC="UP", Windup_H_IN=None),
-             slave("C", "B", TRK_IN="UP")]  # fmt: skip
+    loops = [
+        master("A", "B", TRK_IN=None),
+        master("B", "C", SP_CASC="A.MV", CASC="UP", Windup_H_IN=None),
+        slave("C", "B", TRK_IN="UP"),
+    ]
     texts = [d.message for d in findings(*loops) if d.severity > Severity.INFO]
 
     assert [re.search(r"(\w) is (only master|slave and master|only slave)", text).groups() for text in texts] == [
-        ("A", "only master"), ("B", "slave and master"), ("C", "only slave"),
-    ]  # fmt: skip
+        ("A", "only master"),
+        ("B", "slave and master"),
+        ("C", "only slave"),
+    ]
 
 
 def test_a_ratio_is_no_cascade():
@@ -555,12 +664,21 @@ def test_a_master_is_found_behind_a_selector_and_a_filter():
 @pytest.mark.parametrize(
     ("values", "bit"),
     [
-        ({"MaxMV": 0}, "MaxMinMV"), ({"MaxPV": 0}, "MaxMinPV"), ({"Kp": 0}, "Kp"), ({"Kp": -1, "Indep": True}, "Kp"),
-        ({"Kp": 0, "Indep": True}, None), ({"Tfd": -1}, "Tfd"), ({"Ti_Ki": -1}, "Ti_Ki"), ({"Td_Kd": -1}, "Td_Kd"),
-        ({"MaxVarMV": -1}, "MaxVarMV"), ({"DeadBand": -1}, "DeadBand"), ({"sample_time": 60.1}, "SampleTime"),
-        ({"sample_time": 60}, None), ({}, None),
+        ({"MaxMV": 0}, "MaxMinMV"),
+        ({"MaxPV": 0}, "MaxMinPV"),
+        ({"Kp": 0}, "Kp"),
+        ({"Kp": -1, "Indep": True}, "Kp"),
+        ({"Kp": 0, "Indep": True}, None),
+        ({"Tfd": -1}, "Tfd"),
+        ({"Ti_Ki": -1}, "Ti_Ki"),
+        ({"Td_Kd": -1}, "Td_Kd"),
+        ({"MaxVarMV": -1}, "MaxVarMV"),
+        ({"DeadBand": -1}, "DeadBand"),
+        ({"sample_time": 60.1}, "SampleTime"),
+        ({"sample_time": 60}, None),
+        ({}, None),
     ],
-)  # fmt: skip
+)
 def test_a_master_is_not_told_that_its_slave_is_in_error(values, bit):
     assert effects("PID685", master("A", "B"), slave("B", "A", **values)) == [f"B.ErrBits.{bit}"] * (bit is not None)
 
@@ -568,23 +686,39 @@ def test_a_master_is_not_told_that_its_slave_is_in_error(values, bit):
 # --- overrides -------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(("key", "wire", "code"), [
-    ("OVERR", None, "PID676"), ("OVERR", "S.OVERR2", "PID676"), ("OVERR", "DOWN", "PID676"), ("OVERR", True, "PID676"),
-    ("TRK_VAL", None, "PID677"), ("TRK_VAL", "B.MV", "PID677"), ("TRK_VAL", "X", "PID677"),
-    ("TRK_VAL", "S.MV / 2", "PID677"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("key", "wire", "code"),
+    [
+        ("OVERR", None, "PID676"),
+        ("OVERR", "S.OVERR2", "PID676"),
+        ("OVERR", "DOWN", "PID676"),
+        ("OVERR", True, "PID676"),
+        ("TRK_VAL", None, "PID677"),
+        ("TRK_VAL", "B.MV", "PID677"),
+        ("TRK_VAL", "X", "PID677"),
+        ("TRK_VAL", "S.MV / 2", "PID677"),
+    ],
+)
 def test_each_connection_of_an_overridden_loop_is_demanded(key, wire, code):
-    found = [d for d in findings(overridden("A", 1, **{key: wire}), overridden("B", 2), blocks=[selector()])
-             if d.severity > Severity.INFO]  # fmt: skip
+    found = [
+        d
+        for d in findings(overridden("A", 1, **{key: wire}), overridden("B", 2), blocks=[selector()])
+        if d.severity > Severity.INFO
+    ]
 
     assert [d.code for d in found] == [code]
     assert (found[0].severity is Severity.ERROR) == (wire not in {"DOWN", "X"})
 
 
-@pytest.mark.parametrize(("kind", "first", "second", "sides"), [
-    ("ControlSelectMin", False, True, ("below", "above")), ("ControlSelectMin", True, False, ("above", "below")),
-    ("ControlSelectMax", False, True, ("above", "below")), ("ControlSelectMax", True, False, ("below", "above")),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("kind", "first", "second", "sides"),
+    [
+        ("ControlSelectMin", False, True, ("below", "above")),
+        ("ControlSelectMin", True, False, ("above", "below")),
+        ("ControlSelectMax", False, True, ("above", "below")),
+        ("ControlSelectMax", True, False, ("below", "above")),
+    ],
+)
 def test_a_selector_says_on_which_side_it_holds_each_pv(kind, first, second, sides):
     loops = overridden("A", 1, Direct=first), overridden("B", 2, Direct=second)
     text = next(d.message for d in findings(*loops, blocks=[selector(kind)]) if d.code == "PID678")
@@ -695,8 +829,10 @@ NAMES = [
 @given(st.lists(st.sampled_from(NAMES), min_size=10, max_size=10), st.sampled_from(sorted(BLOCKS)))
 def test_no_network_makes_a_rule_fail(wires, kind):
     keys = ("PV", "SP_CASC", "TRK_VAL", "OVERR", "TRK_IN")
-    a, b = (changed(name, CASC="UP", **dict(zip(keys, part, strict=True))) for name, part in
-            (("A", wires[:5]), ("B", wires[3:8])))  # fmt: skip
+    a, b = (
+        changed(name, CASC="UP", **dict(zip(keys, part, strict=True)))
+        for name, part in (("A", wires[:5]), ("B", wires[3:8]))
+    )
     blocks = [selector(MV1=wires[8], MV2=wires[9]), block(kind, InVar=wires[7])]
 
     assert checked(a, b, blocks=blocks).encoding is not None

@@ -117,8 +117,14 @@ def test_how_an_expression_is_printed(text, wanted):
 
 def test_numbers():
     assert [st_real(x) for x in (2.0, 0.1, -0.0, 1e-6, 1e16, 123456.5, -3.4e38)] == [
-        "2.0", "0.1", "0.0", "1.0E-6", "1.0E16", "123456.5", "-3.4E38",
-    ]  # fmt: skip
+        "2.0",
+        "0.1",
+        "0.0",
+        "1.0E-6",
+        "1.0E16",
+        "123456.5",
+        "-3.4E38",
+    ]
 
 
 def test_long_expressions_are_written_without_blanks():
@@ -198,10 +204,18 @@ def test_a_program_by_hand():
     assert found.plc == {"sample_time": 0.1, "program": "Plant"}
     assert found.settings == ({"loop": "tic_1", "type": "PIDA_REAL"},)
     assert found.words == {
-        "FT_101": 0.0, "Factor": 1.05, "Unused": 1.05, "Alarm": True, "tic_1.Kp": 16.0, "tic_1.Ti_Ki": 1.5,
-        "tic_1.Indep": True, "tic_1.SP": 50.0, "tic_1.MaxMV": -100.0, "tic_1.TRK_IN": Wire("Alarm"),
+        "FT_101": 0.0,
+        "Factor": 1.05,
+        "Unused": 1.05,
+        "Alarm": True,
+        "tic_1.Kp": 16.0,
+        "tic_1.Ti_Ki": 1.5,
+        "tic_1.Indep": True,
+        "tic_1.SP": 50.0,
+        "tic_1.MaxMV": -100.0,
+        "tic_1.TRK_IN": Wire("Alarm"),
         "tic_1.PV": Wire("Factor * FT_101 - max(1, 2, FT_101)"),
-    }  # fmt: skip
+    }
     assert found.notes == (
         "statements that are not about blocks of the library are left out: lines 14, 16, 17",
         "variables that no block reads are left out: Timer",
@@ -237,9 +251,10 @@ def test_functions_are_named_after_their_variables():
     more = "controlselectmax(MV1 := Low_MV, MV2 := 5.0, MV => Other);"
     found = read_st(body(f"A(TRK_VAL := Low_MV); B(); {call} {more}", variables))
     assert [entry for entry in found.settings if "block" in entry] == [
-        {"block": "F", "type": "ControlLowFilter"}, {"block": "Low", "type": "ControlSelectMin"},
+        {"block": "F", "type": "ControlLowFilter"},
+        {"block": "Low", "type": "ControlSelectMin"},
         {"block": "SelectMax_1", "type": "ControlSelectMax"},
-    ]  # fmt: skip
+    ]
     assert found.words["A.TRK_VAL"] == Wire("Low.MV")
     assert found.words["SelectMax_1.MV1"] == Wire("Low.MV")
     assert found.words["SelectMax_1.MV2"] == 5.0
@@ -374,20 +389,56 @@ def test_words_of_an_enumeration_and_structures():
 @pytest.mark.parametrize(
     ("text", "wanted"),
     [
-        ("PROGRAM a", True), ("\n(* x *) // y\nvar\n", True), ("{attribute 'x'}\nVAR_GLOBAL\n", True),
-        ('{"words": []}', False), ("name,type,value\n", False), ("VAR_1 REAL 5", False), ("PROGRAM_1", False),
-        ("(* open", False), ("(*" * 50_000, False),
+        ("PROGRAM a", True),
+        ("\n(* x *) // y\nvar\n", True),
+        ("{attribute 'x'}\nVAR_GLOBAL\n", True),
+        ('{"words": []}', False),
+        ("name,type,value\n", False),
+        ("VAR_1 REAL 5", False),
+        ("PROGRAM_1", False),
+        ("(* open", False),
+        ("(*" * 50_000, False),
     ],
-)  # fmt: skip
+)
 def test_what_a_program_looks_like(text, wanted):
     assert looks_like_st(text) == wanted
 
 
 PIECES = [
-    "(*", "*)", ";", ":=", "(", ")", "END_IF", "IF ", "TIC", "1", "=>", ",", ".", "-", "REAL_TO_INT", " TRUE ",
-    "{", "}", "'", "#", "16#FF", "T#1s", "\n", "VAR ", "END_VAR", "PROGRAM ", "é", "\x00", "[", '"', "9" * 5000,
-    "1e400", "null",
-]  # fmt: skip
+    "(*",
+    "*)",
+    ";",
+    ":=",
+    "(",
+    ")",
+    "END_IF",
+    "IF ",
+    "TIC",
+    "1",
+    "=>",
+    ",",
+    ".",
+    "-",
+    "REAL_TO_INT",
+    " TRUE ",
+    "{",
+    "}",
+    "'",
+    "#",
+    "16#FF",
+    "T#1s",
+    "\n",
+    "VAR ",
+    "END_VAR",
+    "PROGRAM ",
+    "é",
+    "\x00",
+    "[",
+    '"',
+    "9" * 5000,
+    "1e400",
+    "null",
+]
 
 
 @settings(max_examples=300, deadline=None)

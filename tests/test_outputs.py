@@ -96,8 +96,10 @@ def test_the_input_of_a_redirection_is_an_input(folder):
     with Path("words.csv").open("rb") as stream:
         result = subprocess.run(
             [sys.executable, "-c", code, "decode", "-", "--vendor", "dl06", "-o", "words.csv", "--force"],
-            stdin=stream, capture_output=True, check=False,
-        )  # fmt: skip
+            stdin=stream,
+            capture_output=True,
+            check=False,
+        )
     assert (result.returncode, b"words.csv is a file that is read" in result.stderr) == (2, True)
     assert state(folder) == before
 
@@ -312,9 +314,11 @@ def test_a_page_on_standard_output_is_what_it_says_it_is(folder, monkeypatch, en
 def test_a_page_goes_to_standard_output_in_references(folder):
     options = ["-o", "-", "--title", "Öfen"]
     result = subprocess.run(
-        [sys.executable, "-m", "pidcfg", "report", "oven.yaml", *options], capture_output=True, check=False,
+        [sys.executable, "-m", "pidcfg", "report", "oven.yaml", *options],
+        capture_output=True,
+        check=False,
         env={**os.environ, "PYTHONUTF8": "0", "PYTHONIOENCODING": "latin-1"},
-    )  # fmt: skip
+    )
     assert result.stdout.isascii()
     assert b"<title>&#214;fen" in result.stdout
 
@@ -344,11 +348,22 @@ def test_a_baseline_on_another_drive_keeps_its_path(tmp_path, monkeypatch):
 @pytest.mark.parametrize(
     ("value", "shown"),
     [
-        (1234.5678, "1234.5678"), (1234567.8, "1234567.8"), (0.1, "0.1"), (50.0, "50"), (1e-05, "0.00001"),
-        (123456789012345.0, "123456789012345"), (1e16, "1e+16"), (3.4028235e38, "3.4028235e+38"), (1e-20, "1e-20"),
-        (float("inf"), "inf"), (0.0, "0"), (-2.5, "-2.5"), (True, "true"), (7, "7"),
+        (1234.5678, "1234.5678"),
+        (1234567.8, "1234567.8"),
+        (0.1, "0.1"),
+        (50.0, "50"),
+        (1e-05, "0.00001"),
+        (123456789012345.0, "123456789012345"),
+        (1e16, "1e+16"),
+        (3.4028235e38, "3.4028235e+38"),
+        (1e-20, "1e-20"),
+        (float("inf"), "inf"),
+        (0.0, "0"),
+        (-2.5, "-2.5"),
+        (True, "true"),
+        (7, "7"),
     ],
-)  # fmt: skip
+)
 def test_numbers_keep_their_digits_in_reports(value, shown):
     assert text(value) == shown
     assert csv_text(Table("t", "T", ("V",), ((value,),))).splitlines()[1] == shown

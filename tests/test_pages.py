@@ -12,8 +12,10 @@ from pages import NOT_RUN, PAGES, ROOT, blocks, follow, skipped, steps, unlike, 
 from shell import captured, pidcfg
 
 TEXTS = {page: path.read_text("utf-8") for page, path in PAGES.items()}
-SESSIONS = {page: [step for block in blocks(text) if block.language == "console" for step in steps(block)]
-            for page, text in TEXTS.items()}  # fmt: skip
+SESSIONS = {
+    page: [step for block in blocks(text) if block.language == "console" for step in steps(block)]
+    for page, text in TEXTS.items()
+}
 
 
 @pytest.mark.parametrize("page", [page for page, found in SESSIONS.items() if found])
@@ -34,8 +36,12 @@ def test_what_is_not_run_has_a_reason_and_is_on_a_page():
     assert shown - {None} == set(NOT_RUN)
 
 
-SNIPPETS = [(page, block) for page, text in TEXTS.items() for block in blocks(text)
-            if block.language == "yaml" and not block.file and "pidcfg: 1" in block.lines]  # fmt: skip
+SNIPPETS = [
+    (page, block)
+    for page, text in TEXTS.items()
+    for block in blocks(text)
+    if block.language == "yaml" and not block.file and "pidcfg: 1" in block.lines
+]
 
 
 @pytest.mark.parametrize(("page", "block"), SNIPPETS, ids=[f"{page}:{block.begin}" for page, block in SNIPPETS])
@@ -58,17 +64,20 @@ def test_the_readme_shows_outputs():
     assert sum(bool(step.shown) for step in SESSIONS["README.md"]) >= 7
 
 
-@pytest.mark.parametrize(("shown", "printed", "same"), [
-    (["a", "b"], "a\nb\n", True),
-    (["a"], "a\nb\n", False),
-    (["a", "b"], "a\n", False),
-    (["a", "..."], "a\nb\nc\n", True),
-    (["b", "..."], "a\nb\nc\n", False),
-    (["a", "...", "c"], "a\nb\nc\n", True),
-    (["a", "...", "b"], "a\nb\nc\n", False),
-    (["...", "b", "...", "d"], "a\nb\nc\nd\n", True),
-    (["...", "x", "...", "d"], "a\nb\nc\nd\n", False),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("shown", "printed", "same"),
+    [
+        (["a", "b"], "a\nb\n", True),
+        (["a"], "a\nb\n", False),
+        (["a", "b"], "a\n", False),
+        (["a", "..."], "a\nb\nc\n", True),
+        (["b", "..."], "a\nb\nc\n", False),
+        (["a", "...", "c"], "a\nb\nc\n", True),
+        (["a", "...", "b"], "a\nb\nc\n", False),
+        (["...", "b", "...", "d"], "a\nb\nc\nd\n", True),
+        (["...", "x", "...", "d"], "a\nb\nc\nd\n", False),
+    ],
+)
 def test_a_wrong_output_is_noticed(shown, printed, same):
     assert (unlike(shown, printed) is None) == same
 

@@ -30,10 +30,17 @@ TIMES = tuple(2.0 * i for i in range(601))
 def chart(name="TIC-101", **changes):
     """A loop with everything that a chart can show."""
     values = {
-        "title": f"{name}: Reactor", "loop": name,
+        "title": f"{name}: Reactor",
+        "loop": name,
         "panels": (
-            Panel("PV, SP", "degC", (Line("SP", "setpoint", TIMES, [60.0 if t < 100 else 85.0 for t in TIMES]),
-                                     Line("PV", "pv", TIMES, [70 + 15 * sin(t / 150) for t in TIMES]))),
+            Panel(
+                "PV, SP",
+                "degC",
+                (
+                    Line("SP", "setpoint", TIMES, [60.0 if t < 100 else 85.0 for t in TIMES]),
+                    Line("PV", "pv", TIMES, [70 + 15 * sin(t / 150) for t in TIMES]),
+                ),
+            ),
             Panel("OUT", "%", (Line("OUT", "output", TIMES, [50 + 20 * sin(t / 90) for t in TIMES]),), (0, 100)),
         ),
         "strips": (
@@ -43,14 +50,16 @@ def chart(name="TIC-101", **changes):
         ),
         "marks": (Mark("set setpoint to 85", 100), Mark("PV is 80 at 700 s", 700, "failure")),
         "notes": ("failed: overshoot at most 5 % (12.3)",),
-    }  # fmt: skip
+    }
     return Chart(**{**values, **changes})
 
 
 def overlay():
     """Two runs in one chart."""
-    both = [Line("PV", "pv", TIMES, [70 + 15 * sin(t / d) for t in TIMES], side)
-            for d, side in ((150, "before"), (140, "after"))]  # fmt: skip
+    both = [
+        Line("PV", "pv", TIMES, [70 + 15 * sin(t / d) for t in TIMES], side)
+        for d, side in ((150, "before"), (140, "after"))
+    ]
     sp = Line("SP", "setpoint", TIMES, [80.0] * len(TIMES))
     return Chart("TIC", "TIC", (Panel("PV, SP", "degC", (sp, *both)),), sides=("old.yaml (dl06)", "new.yaml (click)"))
 
@@ -125,8 +134,9 @@ def test_drawings_share_no_identifier_and_refer_to_their_own():
     ids = [set(re.findall(r' id="([^"]*)"', svg)) for svg in (one, two)]
     assert ids[0]
     assert not ids[0] & ids[1]
-    assert set(re.findall(r'url\(#([^)]*)\)|href="#([^"]*)"', one)) <= {
-        (i, "") for i in ids[0]} | {("", i) for i in ids[0]}  # fmt: skip
+    assert set(re.findall(r'url\(#([^)]*)\)|href="#([^"]*)"', one)) <= {(i, "") for i in ids[0]} | {
+        ("", i) for i in ids[0]
+    }
 
 
 @pytest.mark.parametrize("form", ["svg", "png", "html"])
@@ -158,10 +168,14 @@ def test_drawing_leaves_the_settings_of_the_library_alone():
 )
 def test_no_name_or_unit_breaks_a_picture(hostile):
     one = chart(
-        hostile, title=hostile, panels=(Panel(hostile, hostile, (Line(hostile, "pv", TIMES, TIMES),)),),
-        strips=(Strip(hostile, (Bar(hostile, 0, 1200),), "mode"),), marks=(Mark(hostile, 5),), notes=(hostile,),
+        hostile,
+        title=hostile,
+        panels=(Panel(hostile, hostile, (Line(hostile, "pv", TIMES, TIMES),)),),
+        strips=(Strip(hostile, (Bar(hostile, 0, 1200),), "mode"),),
+        marks=(Mark(hostile, 5),),
+        notes=(hostile,),
         sides=(hostile, hostile),
-    )  # fmt: skip
+    )
     svg = draw.svg([one], title=hostile)
     said = texts(svg)
     assert tree(svg)[0].text == plain(hostile)
@@ -184,11 +198,16 @@ def test_letters_of_formulas_are_not_interpreted():
 # --- values ----------------------------------------------------------------------------------------------------------
 
 ODD = {
-    "flat": ([0.0, 1.0], [5.0, 5.0]), "flat at zero": ([0.0, 1.0], [0.0, 0.0]), "one sample": ([0.0], [7.0]),
-    "none": ([], []), "nearly flat": ([0.0, 1.0], [1e6, 1e6 + 1e-9]), "large": ([0.0, 1.0], [-1e99, 1e99]),
-    "not numbers": ([0.0, 1.0, 2.0, 3.0], [1.0, nan, inf, 2.0]), "small": ([0.0, 1e-6], [1e-12, 2e-12]),
+    "flat": ([0.0, 1.0], [5.0, 5.0]),
+    "flat at zero": ([0.0, 1.0], [0.0, 0.0]),
+    "one sample": ([0.0], [7.0]),
+    "none": ([], []),
+    "nearly flat": ([0.0, 1.0], [1e6, 1e6 + 1e-9]),
+    "large": ([0.0, 1.0], [-1e99, 1e99]),
+    "not numbers": ([0.0, 1.0, 2.0, 3.0], [1.0, nan, inf, 2.0]),
+    "small": ([0.0, 1e-6], [1e-12, 2e-12]),
     "months": ([0.0, 1e7], [0.0, 1.0]),
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize(("times", "values"), ODD.values(), ids=list(ODD))
@@ -319,7 +338,16 @@ def test_a_spike_of_one_sample_is_seen_in_characters():
     assert sum("o" in row for row in rows) == 8 + 1  # all rows of the panel, and its legend
 
 
-@pytest.mark.parametrize(("encoding", "fine"), [("utf-8", True), ("cp437", False), ("cp1252", False), ("ascii", False),
-                                                (None, False), ("no-such-encoding", False)])  # fmt: skip
+@pytest.mark.parametrize(
+    ("encoding", "fine"),
+    [
+        ("utf-8", True),
+        ("cp437", False),
+        ("cp1252", False),
+        ("ascii", False),
+        (None, False),
+        ("no-such-encoding", False),
+    ],
+)
 def test_code_pages_without_the_finer_signs_get_plain_ones(encoding, fine):
     assert fits(encoding) is fine

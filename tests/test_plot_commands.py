@@ -297,10 +297,13 @@ def test_json_stays_the_same_with_a_picture(folder, pidcfg):
 
 
 UNITS = {
-    "dl06/flow": ("PV, SP before the root", "OUT"), "click/booster": ("PV, SP", "CO"),
+    "dl06/flow": ("PV, SP before the root", "OUT"),
+    "click/booster": ("PV, SP", "CO"),
     "ezlogix/oven": ("PV, SP", "CV"),
-    "nextopid/ratio": ("PV, SP", "MV"), "dpide/chiller": ("PV, SV", "MV"), "generic/boiler": ("PV, SP", "OUT"),
-}  # fmt: skip
+    "nextopid/ratio": ("PV, SP", "MV"),
+    "dpide/chiller": ("PV, SV", "MV"),
+    "generic/boiler": ("PV, SP", "OUT"),
+}
 
 
 @pytest.mark.parametrize(("example", "titles"), UNITS.items(), ids=list(UNITS))
@@ -332,8 +335,9 @@ def boiler(tmp_path, monkeypatch):
     (tmp_path / "a.yaml").write_text(
         "pidcfg: 1\nvendor: generic\nloops:\n"
         "  - {name: TIC-1, sample_time: 1, output_raises_pv: true, tuning: {gain: 2, integral_time: 20}, "
-        'pv: {range: [0, 100], unit: degC}, output: {range: [0, 100], unit: "%"}, setpoint: {value: 50}}\n', "utf-8"
-    )  # fmt: skip
+        'pv: {range: [0, 100], unit: degC}, output: {range: [0, 100], unit: "%"}, setpoint: {value: 50}}\n',
+        "utf-8",
+    )
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("COLUMNS", "80")
     return tmp_path

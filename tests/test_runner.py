@@ -54,9 +54,12 @@ def test_overshoot_settling_and_rise_time_count_from_the_set_point_event():
         f"  - {{at: {at}, set: {{x: {x}}}}}\n"
         for at, x in [(0, 50), (3, 51.5), (4, 54), (5, 58.8), (6, 59.5), (8, 62), (9, 59), (10, 60.4), (11, 60)]
     )
-    report, _ = run(FOLLOW + "events:\n" + events + "  - {at: 2, loop: A, set: {setpoint: 60}}\nexpect:\n"
-                    "  - {loop: A, metric: settling_time, band: 12 %, max: 6}\n"
-                    "  - {loop: A, metric: settling_time, band: 3 %, min: 9, max: 9}\n", duration=20)  # fmt: skip
+    report, _ = run(
+        FOLLOW + "events:\n" + events + "  - {at: 2, loop: A, set: {setpoint: 60}}\nexpect:\n"
+        "  - {loop: A, metric: settling_time, band: 12 %, max: 6}\n"
+        "  - {loop: A, metric: settling_time, band: 3 %, min: 9, max: 9}\n",
+        duration=20,
+    )
     metrics = report.loops["A"].metrics
     assert metrics["overshoot"] == 20.0
     assert metrics["rise_time"] == 3.0, "10 % at 3 s, 90 % at 6 s"
@@ -83,16 +86,21 @@ def test_metrics_of_a_step_are_null_without_a_step_and_when_it_was_never_reached
 
 
 def test_the_last_set_point_event_counts():
-    report, _ = run(FOLLOW + "events:\n  - {at: 0, set: {x: 50}}\n  - {at: 1, loop: A, set: {setpoint: 60}}\n"
-                    "  - {at: 2, set: {x: 90}}\n  - {at: 4, set: {x: 60}}\n  - {at: 6, loop: A, set: {setpoint: 61}}\n"
-                    "  - {at: 7, set: {x: 61}}\n")  # fmt: skip
+    report, _ = run(
+        FOLLOW + "events:\n  - {at: 0, set: {x: 50}}\n  - {at: 1, loop: A, set: {setpoint: 60}}\n"
+        "  - {at: 2, set: {x: 90}}\n  - {at: 4, set: {x: 60}}\n  - {at: 6, loop: A, set: {setpoint: 61}}\n"
+        "  - {at: 7, set: {x: 61}}\n"
+    )
     assert report.loops["A"].metrics["overshoot"] == 0.0
     assert report.loops["A"].metrics["settling_time"] == 1.0
 
 
 def test_a_step_is_measured_to_where_the_controller_limits_the_set_point():
-    report, _ = run(FOLLOW + "events:\n  - {at: 0, set: {x: 50}}\n  - {at: 0.5, loop: A, set: {setpoint: 400}}\n"
-                    "  - {at: 3, set: {x: 110}}\n", step=0.5)  # fmt: skip
+    report, _ = run(
+        FOLLOW + "events:\n  - {at: 0, set: {x: 50}}\n  - {at: 0.5, loop: A, set: {setpoint: 400}}\n"
+        "  - {at: 3, set: {x: 110}}\n",
+        step=0.5,
+    )
     assert report.loops["A"].metrics["overshoot"] == 20.0, "10 beyond 100, of a step of 50"
 
 
@@ -117,11 +125,13 @@ def test_set_points_report_their_extremes_too():
 
 
 def test_a_window_limits_what_an_expectation_looks_at():
-    report, _ = run(FOLLOW + "events:\n  - {at: 2, set: {x: 10}}\n  - {at: 4, set: {x: 3}}\nexpect:\n"
-                    "  - {signal: x, max: 5, from: 4}\n  - {signal: x, max: 5, from: 3}\n"
-                    "  - {signal: x, max: 5, until: 1}\n  - {signal: x, max: 5, until: 2}\n"
-                    "  - {signal: x, final: 3.4, tolerance: 0.5}\n  - {signal: x, final: 3.6, tolerance: 0.5}\n"
-                    "  - {signal: x, min: 0, max: 10}\n  - {signal: x, min: 0, max: 9}\n")  # fmt: skip
+    report, _ = run(
+        FOLLOW + "events:\n  - {at: 2, set: {x: 10}}\n  - {at: 4, set: {x: 3}}\nexpect:\n"
+        "  - {signal: x, max: 5, from: 4}\n  - {signal: x, max: 5, from: 3}\n"
+        "  - {signal: x, max: 5, until: 1}\n  - {signal: x, max: 5, until: 2}\n"
+        "  - {signal: x, final: 3.4, tolerance: 0.5}\n  - {signal: x, final: 3.6, tolerance: 0.5}\n"
+        "  - {signal: x, min: 0, max: 10}\n  - {signal: x, min: 0, max: 9}\n"
+    )
     assert [v.passed for v in report.expectations] == [True, False, True, False, True, False, True, False]
     assert report.expectations[6].value == [0, 10]
 
@@ -142,15 +152,22 @@ def test_events_of_one_moment_happen_in_the_order_of_the_file():
 
 
 def test_a_disturbance_replaces_a_number_of_the_plant_and_its_signal():
-    _, trend = run("plants:\n  A: {model: dead_time, gain: 0, load: 5}\n  B: {model: dead_time, input: A.load * 2}\n"
-                   "events: [{at: 3, loop: A, disturb: {load: 8}}]\n", duration=5)  # fmt: skip
+    _, trend = run(
+        "plants:\n  A: {model: dead_time, gain: 0, load: 5}\n  B: {model: dead_time, input: A.load * 2}\n"
+        "events: [{at: 3, loop: A, disturb: {load: 8}}]\n",
+        duration=5,
+    )
     assert rows(trend)["A.PV"] == [5, 5, 5, 8, 8, 8]
     assert rows(trend)["B.PV"] == [10, 10, 10, 16, 16, 16]
 
 
 def test_a_changed_time_constant_makes_the_plant_slower_from_then_on():
-    _, trend = run("plants:\n  A: {model: first_order, input: 1, time_constant: 1, initial: 0}\n" + QUIET[8:]
-                   + "events: [{at: 2, loop: A, disturb: {time_constant: 10}}]\n", duration=3)  # fmt: skip
+    _, trend = run(
+        "plants:\n  A: {model: first_order, input: 1, time_constant: 1, initial: 0}\n"
+        + QUIET[8:]
+        + "events: [{at: 2, loop: A, disturb: {time_constant: 10}}]\n",
+        duration=3,
+    )
     pv = rows(trend)["A.PV"]
     assert pv[1] == pytest.approx(1 - math.exp(-1), rel=1e-9)
     assert pv[2] == pytest.approx(1 - math.exp(-1.1), rel=1e-9)
@@ -178,9 +195,11 @@ def test_a_connected_pv_can_break_too():
 
 
 def test_modes_are_logged_with_time_request_and_reason():
-    report, _ = run(FOLLOW + "events:\n  - {at: 2, loop: A, mode: manual}\n  - {at: 3, loop: A, set: {gain: 0}}\n"
-                    "  - {at: 4, loop: A, mode: auto}\nexpect:\n  - {loop: A, mode: auto, at: 1}\n"
-                    "  - {loop: A, mode: auto, at: 2}\n  - {loop: A, mode: manual}\n")  # fmt: skip
+    report, _ = run(
+        FOLLOW + "events:\n  - {at: 2, loop: A, mode: manual}\n  - {at: 3, loop: A, set: {gain: 0}}\n"
+        "  - {at: 4, loop: A, mode: auto}\nexpect:\n  - {loop: A, mode: auto, at: 1}\n"
+        "  - {loop: A, mode: auto, at: 2}\n  - {loop: A, mode: manual}\n"
+    )
     modes = [(m.at, m.requested, m.mode, m.reason) for m in report.loops["A"].modes]
     assert modes == [
         (0, "auto", "auto", None),
@@ -194,30 +213,47 @@ def test_alarms_are_logged_from_on_to_off():
     plc = Controller.load()
     plc.st[0].limit = 5.0
     events = "events:\n" + "".join(f"  - {{at: {at}, set: {{x: {x}}}}}\n" for at, x in [(2, 6), (4, 5), (7, 9)])
-    report, _ = run(FOLLOW + events + "expect:\n"
-                    "  - {loop: A, alarm: high, never: true}\n  - {loop: A, alarm: high, at: 2}\n"
-                    "  - {loop: A, alarm: high, at: 3}\n  - {loop: A, alarm: high, at: 3, tolerance: 1}\n"
-                    "  - {loop: A, alarm: high, before: 2}\n  - {loop: A, alarm: high, before: 1.5}\n"
-                    "  - {loop: A, alarm: high, after: 2}\n  - {loop: A, alarm: high, after: 2.5}\n"
-                    "  - {loop: A, alarm: high, never: true, before: 2}\n"
-                    "  - {loop: A, alarm: high, never: true, before: 3}\n"
-                    "  - {loop: B, alarm: high, never: true}\n"
-                    "  - {loop: B, alarm: high, never: false}\n", plc)  # fmt: skip
+    report, _ = run(
+        FOLLOW + events + "expect:\n"
+        "  - {loop: A, alarm: high, never: true}\n  - {loop: A, alarm: high, at: 2}\n"
+        "  - {loop: A, alarm: high, at: 3}\n  - {loop: A, alarm: high, at: 3, tolerance: 1}\n"
+        "  - {loop: A, alarm: high, before: 2}\n  - {loop: A, alarm: high, before: 1.5}\n"
+        "  - {loop: A, alarm: high, after: 2}\n  - {loop: A, alarm: high, after: 2.5}\n"
+        "  - {loop: A, alarm: high, never: true, before: 2}\n"
+        "  - {loop: A, alarm: high, never: true, before: 3}\n"
+        "  - {loop: B, alarm: high, never: true}\n"
+        "  - {loop: B, alarm: high, never: false}\n",
+        plc,
+    )
     assert [(a.alarm, a.at, a.cleared) for a in report.loops["A"].alarms] == [("high", 2, 4), ("high", 7, None)]
     assert [v.passed for v in report.expectations] == [
-        False, True, False, True, True, False, True, False, True, False, True, False,
-    ]  # fmt: skip
+        False,
+        True,
+        False,
+        True,
+        True,
+        False,
+        True,
+        False,
+        True,
+        False,
+        True,
+        False,
+    ]
 
 
 def test_flags_and_auto_tune_are_reported_and_expected():
     plc = Controller.load()
-    report, _ = run(FOLLOW + "events:\n  - {at: 2, loop: A, autotune: start}\n  - {at: 3, loop: B, ramp_soak: jog}\n"
-                    "  - {at: 5, plc: program}\n  - {at: 6, plc: run}\nexpect:\n"
-                    "  - {loop: A, flag: odd}\n  - {loop: B, flag: odd}\n  - {loop: B, flag: complete, is: true}\n"
-                    "  - {flag: V1, is: 0x0000}\n  - {flag: V1, is: 0x0008}\n  - {flag: V1, is: false}\n"
-                    "  - {loop: A, autotune: done}\n  - {loop: B, autotune: done}\n"
-                    "  - {loop: A, autotune: error, is: false}\n  - {loop: A, autotune: gain, min: 2.5, max: 2.5}\n"
-                    "  - {loop: A, autotune: gain, max: 2.4}\n", plc)  # fmt: skip
+    report, _ = run(
+        FOLLOW + "events:\n  - {at: 2, loop: A, autotune: start}\n  - {at: 3, loop: B, ramp_soak: jog}\n"
+        "  - {at: 5, plc: program}\n  - {at: 6, plc: run}\nexpect:\n"
+        "  - {loop: A, flag: odd}\n  - {loop: B, flag: odd}\n  - {loop: B, flag: complete, is: true}\n"
+        "  - {flag: V1, is: 0x0000}\n  - {flag: V1, is: 0x0008}\n  - {flag: V1, is: false}\n"
+        "  - {loop: A, autotune: done}\n  - {loop: B, autotune: done}\n"
+        "  - {loop: A, autotune: error, is: false}\n  - {loop: A, autotune: gain, min: 2.5, max: 2.5}\n"
+        "  - {loop: A, autotune: gain, max: 2.4}\n",
+        plc,
+    )
     assert plc.calls == [("autotune", 0, "start"), ("ramp_soak", 1, "jog"), ("program",), ("run", 6_000_000)]
     assert report.loops["A"].flags == {"odd": True, "complete": False}
     assert [v.passed for v in report.expectations] == [
@@ -332,15 +368,20 @@ def test_plants_in_a_ring_read_the_step_before():
 
 
 def test_dead_time_is_rounded_to_base_steps_and_said():
-    report, trend = run("signals: {x: 1}\nplants:\n  A: {model: dead_time, input: x, dead_time: 2.4}\n" + QUIET[8:]
-                        + "events: [{at: 3, set: {x: 9}}]\n")  # fmt: skip
+    report, trend = run(
+        "signals: {x: 1}\nplants:\n  A: {model: dead_time, input: x, dead_time: 2.4}\n"
+        + QUIET[8:]
+        + "events: [{at: 3, set: {x: 9}}]\n"
+    )
     assert rows(trend)["A.PV"] == [1, 1, 1, 1, 1, 9, 9, 9, 9, 9, 9]
     assert [p.message for p in report.problems] == ["the dead time of A is 2.4 s, run as 2 base steps of 1 s"]
 
 
 def test_an_expression_without_a_value_holds_the_last_one_and_fails_the_run():
-    report, trend = run("signals: {x: 2}\nconnect: {A.PV: 10 / x, B.PV: sqrt(x)}\n"
-                        "events: [{at: 3, set: {x: 0}}, {at: 6, set: {x: -4}}]\n")  # fmt: skip
+    report, trend = run(
+        "signals: {x: 2}\nconnect: {A.PV: 10 / x, B.PV: sqrt(x)}\n"
+        "events: [{at: 3, set: {x: 0}}, {at: 6, set: {x: -4}}]\n"
+    )
     assert rows(trend)["A.PV"] == [5, 5, 5, 5, 5, 5, -2.5, -2.5, -2.5, -2.5, -2.5]
     assert [(n.at, n.text, n.error) for n in report.notes] == [
         (3, "A.PV: division by zero in '10 / x'; the signal kept its last value", True),

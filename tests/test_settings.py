@@ -41,11 +41,14 @@ def put(folder, text, name="pidcfg.toml"):
 
 
 @pytest.mark.parametrize("where", ["", "loops"])
-@pytest.mark.parametrize(("name", "text"), [
-    ("pidcfg.toml", 'ignore = ["PID242"]\n'),
-    ("pyproject.toml", '[project]\nname = "x"\n[tool.pidcfg]\nignore = ["pid24"]\n'),
-    ("pyproject.toml", '[tool]\npidcfg.ignore = ["PID2"]\n'),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("name", "text"),
+    [
+        ("pidcfg.toml", 'ignore = ["PID242"]\n'),
+        ("pyproject.toml", '[project]\nname = "x"\n[tool.pidcfg]\nignore = ["pid24"]\n'),
+        ("pyproject.toml", '[tool]\npidcfg.ignore = ["PID2"]\n'),
+    ],
+)
 def test_settings_are_found_upward_to_the_root_of_the_repository(project, validate, where, name, text):
     assert validate(project / "loops/a.yaml").code == 1
     put(project / where, text, name)
@@ -119,25 +122,28 @@ def test_every_example_of_a_key_is_accepted_and_has_an_effect_on_show_settings(p
         assert "pidcfg.toml" in line or key == "per-file-ignores"
 
 
-@pytest.mark.parametrize(("text", "place", "words"), [
-    ('strict = true\nselct = ["PID2"]\n', "2:1", "unknown key 'selct'; did you mean select?"),
-    ("per_file_ignores = {}\n", "1:1", "did you mean per-file-ignores?"),
-    ("strict = 1\n", "1:1", "strict must be true or false, not 1"),
-    ('ignore = "PID2"\n', "1:1", "ignore must be a list of codes"),
-    ('ignore = [\n  "PID2",\n  "PID977",\n]\n', "3:4", "no rule begins with 'PID977'"),
-    ('ignore = [""]\n', "1:", "no rule begins with ''"),
-    ('severity = "warn"\n', "1:1", "severity is 'warn', not one of error, warning, info; did you mean warning?"),
-    ('format = "xml"\n', "1:1", "not one of text"),
-    ("[per-file-ignores]\n'a/*' = ['PID2']\n'b/*' = ['PIDX']\n", "3:11", "no rule begins with 'PIDX'"),
-    ("[per-file-ignores]\n'a\\b' = ['PID2']\n", "2:2", "forward slashes"),
-    ("per-file-ignores = ['PID2']\n", "1:1", "must be a table"),
-    ("strict = tru\n", "1:10", "not TOML"),
-    ("strict = true\nstrict = true\n", "2:", "not TOML"),
-    ('baseline = "/etc/passwd"\n', "1:1", "leads out of the folder"),
-    ('baseline = "../known.json"\n', "1:1", "leads out of the folder"),
-    ("baseline = 3\n", "1:1", "must be the path of a file"),
-    ("a = " + "[" * 5000 + "\n", "", "not"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("text", "place", "words"),
+    [
+        ('strict = true\nselct = ["PID2"]\n', "2:1", "unknown key 'selct'; did you mean select?"),
+        ("per_file_ignores = {}\n", "1:1", "did you mean per-file-ignores?"),
+        ("strict = 1\n", "1:1", "strict must be true or false, not 1"),
+        ('ignore = "PID2"\n', "1:1", "ignore must be a list of codes"),
+        ('ignore = [\n  "PID2",\n  "PID977",\n]\n', "3:4", "no rule begins with 'PID977'"),
+        ('ignore = [""]\n', "1:", "no rule begins with ''"),
+        ('severity = "warn"\n', "1:1", "severity is 'warn', not one of error, warning, info; did you mean warning?"),
+        ('format = "xml"\n', "1:1", "not one of text"),
+        ("[per-file-ignores]\n'a/*' = ['PID2']\n'b/*' = ['PIDX']\n", "3:11", "no rule begins with 'PIDX'"),
+        ("[per-file-ignores]\n'a\\b' = ['PID2']\n", "2:2", "forward slashes"),
+        ("per-file-ignores = ['PID2']\n", "1:1", "must be a table"),
+        ("strict = tru\n", "1:10", "not TOML"),
+        ("strict = true\nstrict = true\n", "2:", "not TOML"),
+        ('baseline = "/etc/passwd"\n', "1:1", "leads out of the folder"),
+        ('baseline = "../known.json"\n', "1:1", "leads out of the folder"),
+        ("baseline = 3\n", "1:1", "must be the path of a file"),
+        ("a = " + "[" * 5000 + "\n", "", "not"),
+    ],
+)
 def test_wrong_settings_are_wrong_usage_with_their_place(project, validate, text, place, words):
     put(project, text)
     found = validate(project / "loops/a.yaml")
@@ -196,18 +202,39 @@ def test_what_makes_a_file_unusable_is_left_out_nowhere(project, validate):
     assert {"PID020", "PID001"} <= {word.rstrip(":") for word in found.out.split()}
 
 
-@pytest.mark.parametrize(("pattern", "path", "fits"), [
-    ("a.yaml", "a.yaml", True), ("a.yaml", "x/y/a.yaml", True), ("a.yaml", "xa.yaml", False),
-    ("x/a.yaml", "x/a.yaml", True), ("x/a.yaml", "y/x/a.yaml", False), ("*.yaml", "x/b.yaml", True),
-    ("x/*", "x/y/z.yaml", True), ("x/*.yaml", "x/y/z.yaml", False), ("x/**", "x/y/z.yaml", True),
-    ("**/z.yaml", "x/y/z.yaml", True), ("x/**/z.yaml", "x/z.yaml", True), ("x/**/z.yaml", "x/a/b/z.yaml", True),
-    ("old", "loops/old/b.yaml", True), ("old/", "loops/old/b.yaml", True), ("./old/", "old/b.yaml", True),
-    ("/a.yaml", "a.yaml", True), ("/a.yaml", "x/a.yaml", False),
-    ("?.yaml", "b.yaml", True), ("?.yaml", "bb.yaml", False),
-    ("[ab].yaml", "a.yaml", False), ("[ab].yaml", "[ab].yaml", True),
-    ("a.yaml", "../a.yaml", False), ("**", "../a.yaml", False), ("../a.yaml", "../a.yaml", False),
-    ("*", "/a.yaml", False), ("./a.yaml", "a.yaml", True), ("./a.yaml", "x/a.yaml", False), ("A.yaml", "a.yaml", False),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("pattern", "path", "fits"),
+    [
+        ("a.yaml", "a.yaml", True),
+        ("a.yaml", "x/y/a.yaml", True),
+        ("a.yaml", "xa.yaml", False),
+        ("x/a.yaml", "x/a.yaml", True),
+        ("x/a.yaml", "y/x/a.yaml", False),
+        ("*.yaml", "x/b.yaml", True),
+        ("x/*", "x/y/z.yaml", True),
+        ("x/*.yaml", "x/y/z.yaml", False),
+        ("x/**", "x/y/z.yaml", True),
+        ("**/z.yaml", "x/y/z.yaml", True),
+        ("x/**/z.yaml", "x/z.yaml", True),
+        ("x/**/z.yaml", "x/a/b/z.yaml", True),
+        ("old", "loops/old/b.yaml", True),
+        ("old/", "loops/old/b.yaml", True),
+        ("./old/", "old/b.yaml", True),
+        ("/a.yaml", "a.yaml", True),
+        ("/a.yaml", "x/a.yaml", False),
+        ("?.yaml", "b.yaml", True),
+        ("?.yaml", "bb.yaml", False),
+        ("[ab].yaml", "a.yaml", False),
+        ("[ab].yaml", "[ab].yaml", True),
+        ("a.yaml", "../a.yaml", False),
+        ("**", "../a.yaml", False),
+        ("../a.yaml", "../a.yaml", False),
+        ("*", "/a.yaml", False),
+        ("./a.yaml", "a.yaml", True),
+        ("./a.yaml", "x/a.yaml", False),
+        ("A.yaml", "a.yaml", False),
+    ],
+)
 def test_patterns(pattern, path, fits):
     assert matches(pattern, path) is fits
 
@@ -303,8 +330,9 @@ def test_sarif_carries_what_is_suppressed_and_why(project, validate, monkeypatch
     results = json.loads(found.out)["runs"][0]["results"]
     assert [(r["ruleId"], r["suppressions"]) for r in results] == [
         ("PID254", [{"kind": "inSource", "justification": "the valve sticks"}]),
-        ("PID242", [{"kind": "external"}]), ("PID242", [{"kind": "external"}]),
-    ]  # fmt: skip
+        ("PID242", [{"kind": "external"}]),
+        ("PID242", [{"kind": "external"}]),
+    ]
     assert len({r["partialFingerprints"]["pidcfgFinding/v1"] for r in results}) == 3
     assert json.loads(validate("loops/a.yaml", "--baseline", "k.json", "--format", "json").out)["findings"] == []
     assert "suppressions" not in validate("loops/a.yaml", "--format", "sarif", "--ignore", "PID254").out

@@ -104,14 +104,30 @@ def test_the_json_report_has_the_published_layout(folder):
     data, code = report(folder)
     assert code == 0
     assert set(data) == {
-        "version", "scenario", "file", "engine", "plc_flags", "loops", "signals", "expectations", "notes", "findings",
+        "version",
+        "scenario",
+        "file",
+        "engine",
+        "plc_flags",
+        "loops",
+        "signals",
+        "expectations",
+        "notes",
+        "findings",
         "passed",
-    }  # fmt: skip
+    }
     assert (data["version"], data["passed"], data["plc_flags"]) == (1, True, {"V7642": "0x0000"})
     loop = data["loops"]["TIC-101"]
     assert list(loop["metrics"]) == [
-        "overshoot", "settling_time", "rise_time", "iae", "ise", "itae", "total_variation", "final_error",
-    ]  # fmt: skip
+        "overshoot",
+        "settling_time",
+        "rise_time",
+        "iae",
+        "ise",
+        "itae",
+        "total_variation",
+        "final_error",
+    ]
     assert loop["alarms"][0].keys() == {"alarm", "at", "cleared"}
     assert loop["modes"] == [{"at": 0.0, "requested": "auto", "mode": "auto", "reason": None}]
     assert loop["flags"]["alarm_programming_error"] is False
@@ -144,8 +160,13 @@ def test_the_same_files_give_the_same_bytes(folder):
 def test_compiled_and_plain_runs_give_the_same_bytes(folder):
     change(folder, "reactor.scenario.yaml", "duration: 30 min", "duration: 5 min")
     change(folder, "reactor.scenario.yaml", "at: 900", "at: 200")
-    change(folder, "reactor.scenario.yaml", "events:", "events:\n  - {at: 30, loop: FIC-102, mode: auto}\n"
-           "  - {at: 40, loop: FIC-102, mode: cascade}\n  - {at: 150, loop: LIC-103, pv: 0, for: 10}")  # fmt: skip
+    change(
+        folder,
+        "reactor.scenario.yaml",
+        "events:",
+        "events:\n  - {at: 30, loop: FIC-102, mode: auto}\n"
+        "  - {at: 40, loop: FIC-102, mode: cascade}\n  - {at: 150, loop: LIC-103, pv: 0, for: 10}",
+    )
     plain, _ = report(folder, "--csv", "a.csv", "--engine", "python")
     compiled, _ = report(folder, "--csv", "b.csv", "--engine", "numba")
     assert (plain.pop("engine"), compiled.pop("engine")) == ("python", "numba")
@@ -342,8 +363,34 @@ def test_the_limit_on_loop_steps_can_be_raised_and_lifted(folder):
     assert report(folder, "--limit", "loop_steps=5000", "--no-limit")[1] == 0
 
 
-WORDS = ["", "-1", "0", "1e300", "1e-300", "nan", ".inf", "[]", "{}", "true", "null", "x" * 300, "1 h", "5 %",
-         "TIC-101", "1/0", "sqrt(-1)", "((((", "*a", "&a", "!!x", '"', "'", "- -", "0x10", "010"]  # fmt: skip
+WORDS = [
+    "",
+    "-1",
+    "0",
+    "1e300",
+    "1e-300",
+    "nan",
+    ".inf",
+    "[]",
+    "{}",
+    "true",
+    "null",
+    "x" * 300,
+    "1 h",
+    "5 %",
+    "TIC-101",
+    "1/0",
+    "sqrt(-1)",
+    "((((",
+    "*a",
+    "&a",
+    "!!x",
+    '"',
+    "'",
+    "- -",
+    "0x10",
+    "010",
+]
 
 
 def mutated(text, rng):

@@ -59,8 +59,12 @@ def page_of(browser, width, complaints, address):
     page.on("pageerror", lambda error: complaints.append(str(error)))
     page.on("requestfailed", lambda request: complaints.append(f"failed: {request.url}"))
     page.on("response", lambda got: complaints.append(f"{got.status}: {got.url}") if got.status >= 400 else None)
-    page.on("request", lambda request: None if request.url.startswith((address, "data:"))
-            else complaints.append(f"elsewhere: {request.url}"))  # fmt: skip
+    page.on(
+        "request",
+        lambda request: (
+            None if request.url.startswith((address, "data:")) else complaints.append(f"elsewhere: {request.url}")
+        ),
+    )
     yield page
     page.close()
 

@@ -100,11 +100,15 @@ def test_a_comment_ignores_the_codes_it_names_on_its_line_and_no_others():
     assert [(i.found.code, i.reason) for i in found.ignored] == [("PID242", "agreed with the plant on 3 May")] * 2
 
 
-@pytest.mark.parametrize("form", [
-    "# pidcfg: ignore[PID242, PID254] why", "#pidcfg:ignore[PID242,PID254] why",
-    "# PIDCFG: Ignore [pid242 , PID254]why",
-    "# pidcfg: ignore[PID242,PID254] why # later",
-])  # fmt: skip
+@pytest.mark.parametrize(
+    "form",
+    [
+        "# pidcfg: ignore[PID242, PID254] why",
+        "#pidcfg:ignore[PID242,PID254] why",
+        "# PIDCFG: Ignore [pid242 , PID254]why",
+        "# pidcfg: ignore[PID242,PID254] why # later",
+    ],
+)
 def test_spellings(form):
     assert left(behind(form)) == []
     assert {i.reason for i in outcome(behind(form)).ignored} == {"why"}
@@ -132,14 +136,17 @@ def test_windows_line_ends_and_a_byte_order_mark():
     assert suppress(list(check_document(doc).findings), doc).kept == []
 
 
-@pytest.mark.parametrize(("comment", "code", "words"), [
-    ("# pidcfg: ignore[PID242, PID254, PID243] why", "PID043", "PID243: no such finding on this line"),
-    ("# pidcfg: ignore[PID242, PID254, PID999] why", "PID044", "no rule is called 'PID999'"),
-    ("# pidcfg: ignore[PID242, PID254, PID2] why", "PID044", "PID2 is only the beginning of a code"),
-    ("# pidcfg: ignore[PID242, PID254, high] why", "PID044", "no rule is called 'HIGH'"),
-    ("# pidcfg: ignore[PID242, PID254]", "PID046", "no reason"),
-    ("# pidcfg: ignore[PID242, PID254, PID020] why", "PID047", "PID020 (unknown-key) cannot be ignored"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("comment", "code", "words"),
+    [
+        ("# pidcfg: ignore[PID242, PID254, PID243] why", "PID043", "PID243: no such finding on this line"),
+        ("# pidcfg: ignore[PID242, PID254, PID999] why", "PID044", "no rule is called 'PID999'"),
+        ("# pidcfg: ignore[PID242, PID254, PID2] why", "PID044", "PID2 is only the beginning of a code"),
+        ("# pidcfg: ignore[PID242, PID254, high] why", "PID044", "no rule is called 'HIGH'"),
+        ("# pidcfg: ignore[PID242, PID254]", "PID046", "no reason"),
+        ("# pidcfg: ignore[PID242, PID254, PID020] why", "PID047", "PID020 (unknown-key) cannot be ignored"),
+    ],
+)
 def test_what_is_wrong_with_an_ignore_is_said_at_its_place(comment, code, words):
     (found,) = outcome(behind(comment)).kept
     assert (found.code, found.severity, found.span.line) == (code, Severity.WARNING, 9)
@@ -147,10 +154,16 @@ def test_what_is_wrong_with_an_ignore_is_said_at_its_place(comment, code, words)
     assert behind(comment).splitlines()[8][found.span.column - 1 :].startswith("# pidcfg: ignore")
 
 
-@pytest.mark.parametrize("comment", [
-    "# pidcfg: ignore", "# pidcfg: ignore PID242 why", "# pidcfg: ignore[] why", "# pidcfg: ignore[PID242 why",
-    "# pidcfg: ingore[PID242] why",
-])  # fmt: skip
+@pytest.mark.parametrize(
+    "comment",
+    [
+        "# pidcfg: ignore",
+        "# pidcfg: ignore PID242 why",
+        "# pidcfg: ignore[] why",
+        "# pidcfg: ignore[PID242 why",
+        "# pidcfg: ingore[PID242] why",
+    ],
+)
 def test_what_cannot_be_read_ignores_nothing_and_is_reported(comment):
     codes = [code for _, code in left(behind(comment))]
     assert codes.count("PID242") == 2
@@ -220,11 +233,14 @@ def test_warnings_of_ignores_can_be_left_out_by_option(tmp_path, monkeypatch, ca
 # --- comments that only look as if they ignored something -------------------------------------------------------------
 
 
-@pytest.mark.parametrize("line", [
-    "    # alarms: {pv: {low: 15}}  # pidcfg: ignore[PID242, PID254] spare until March",
-    "    # note: do not write # pidcfg: ignore[PID242, PID254] here",
-    "    ## pidcfg: ignore[PID242, PID254] why",
-])  # fmt: skip
+@pytest.mark.parametrize(
+    "line",
+    [
+        "    # alarms: {pv: {low: 15}}  # pidcfg: ignore[PID242, PID254] spare until March",
+        "    # note: do not write # pidcfg: ignore[PID242, PID254] here",
+        "    ## pidcfg: ignore[PID242, PID254] why",
+    ],
+)
 def test_a_line_that_was_commented_out_and_prose_ignore_nothing(line):
     found = outcome(TWICE.replace(ALARMS, f"{line}\n{ALARMS}"))
     assert found.ignored == []

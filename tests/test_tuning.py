@@ -98,15 +98,22 @@ def test_numbers_that_registers_cannot_hold_say_so():
     assert [f.stored is None for f in found] == [True, True, False]
     assert "switches it off" in found[0].problem
     assert [f.problem for f in fit(Gains(0.001, 7000, 0), VENDORS["click"], 1, 100)] == [
-        "0.001 is outside 0.01 to 10000", "7000 is outside 0.01 to 6000", None,
-    ]  # fmt: skip
+        "0.001 is outside 0.01 to 10000",
+        "7000 is outside 0.01 to 6000",
+        None,
+    ]
 
 
 def test_no_integral_term_in_each_vendor_s_way():
     words = {v: [float(f.stored) for f in fit(Gains(1, math.inf, 0), VENDORS[v], 100, 100)] for v in VENDORS}
     assert {v: found[1] for v, found in words.items()} == {
-        "dl06": 0, "click": 6000, "ezlogix": 0, "nextopid": 0, "dpide": 0, "generic": 0,
-    }  # fmt: skip
+        "dl06": 0,
+        "click": 6000,
+        "ezlogix": 0,
+        "nextopid": 0,
+        "dpide": 0,
+        "generic": 0,
+    }
 
 
 # --- identification --------------------------------------------------------------------------------------------------
@@ -154,13 +161,14 @@ GOOD = Process(2, 10, 1)
 SHORT = record(GOOD)
 BAD = {
     "the output never changes": Record(SHORT.time, [5.0] * 600, SHORT.pv),
-    "the output is no single step": Record(SHORT.time, [20.0 + 10 * (i > 60) - 8 * (i > 200) for i in range(600)],
-                                           SHORT.pv),
+    "the output is no single step": Record(
+        SHORT.time, [20.0 + 10 * (i > 60) - 8 * (i > 200) for i in range(600)], SHORT.pv
+    ),
     "samples before and": Record(SHORT.time[59:], SHORT.output[59:], SHORT.pv[59:]),
     "has not settled": Record(SHORT.time[:130], SHORT.output[:130], SHORT.pv[:130]),
     "the PV answers by": record(Process(0.01, 10, 1), noise=1.0),
     "was not at rest before": Record(SHORT.time, SHORT.output, [y + 3 * (i < 30) for i, y in enumerate(SHORT.pv)]),
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize("message", BAD)
@@ -241,8 +249,13 @@ def test_a_recorded_step_is_identified_and_drawn(tmp_path):
     ],
 )
 def test_what_makes_no_sense_is_refused_in_one_line(tmp_path, args, message):
-    files = {"bad.csv": "0,1,2\n1,x,3\n", "back.csv": "t,u,y\n2,1,1\n1,1,1\n", "flat.csv": "0,1,2\n1,1,2\n2,1,2\n",
-             "empty.csv": "time,out,pv\n", "good.csv": CSV}  # fmt: skip
+    files = {
+        "bad.csv": "0,1,2\n1,x,3\n",
+        "back.csv": "t,u,y\n2,1,1\n1,1,1\n",
+        "flat.csv": "0,1,2\n1,1,2\n2,1,2\n",
+        "empty.csv": "time,out,pv\n",
+        "good.csv": CSV,
+    }
     for name, text in files.items():
         (tmp_path / name).write_text(text, "utf-8")
     (tmp_path / "bytes.csv").write_bytes(b"\x00\xff\xfe1,2,3")

@@ -133,9 +133,11 @@ def test_every_count_has_an_engineering_value_that_encodes_back(name, limits):
 
 
 @given(
-    low=st.decimals(-1000, 1000, places=3), width=st.decimals("0.001", 5000, places=3),
-    share=st.decimals(0, 1, places=6), name=st.sampled_from(sorted(FORMATS)),
-)  # fmt: skip
+    low=st.decimals(-1000, 1000, places=3),
+    width=st.decimals("0.001", 5000, places=3),
+    share=st.decimals(0, 1, places=6),
+    name=st.sampled_from(sorted(FORMATS)),
+)
 def test_counts_are_the_nearest_exactly(low, width, share, name):
     """Against exact fractions: Decimal arithmetic with 100 digits never misses a tie."""
     scale = Scale(FORMATS[name], (low, low + width))
@@ -186,8 +188,16 @@ def test_implied_points_are_those_of_the_manuals():
     assert Implied(3, least=-0x8000, most=0x7FFF).encode(Decimal("0.5")) == 500
 
 
-@pytest.mark.parametrize(("codec", "value"), [(Implied(), "65536"), (Implied(), "-1"), (Implied(1), "6553.55"),
-                         (Implied(2), "-0.001"), (Implied(0, least=-0x8000, most=0x7FFF), "32768")])  # fmt: skip
+@pytest.mark.parametrize(
+    ("codec", "value"),
+    [
+        (Implied(), "65536"),
+        (Implied(), "-1"),
+        (Implied(1), "6553.55"),
+        (Implied(2), "-0.001"),
+        (Implied(0, least=-0x8000, most=0x7FFF), "32768"),
+    ],
+)
 def test_integers_outside_their_word_are_refused(codec, value):
     with pytest.raises(EncodeError) as error:
         codec.encode(Decimal(value))
@@ -227,7 +237,15 @@ def test_single_precision_shows_the_shortest_decimal_that_means_the_same(value):
         assert len(Decimal(repr(shown)).normalize().as_tuple().digits) <= 9
 
 
-@pytest.mark.parametrize(("text", "raw"), [("2.4", 0x4019999A), ("0.1", 0x3DCCCCCD), ("16777217", 0x4B800000),
-                         ("16777219", 0x4B800002), ("-0.5", 0xBF000000)])  # fmt: skip
+@pytest.mark.parametrize(
+    ("text", "raw"),
+    [
+        ("2.4", 0x4019999A),
+        ("0.1", 0x3DCCCCCD),
+        ("16777217", 0x4B800000),
+        ("16777219", 0x4B800002),
+        ("-0.5", 0xBF000000),
+    ],
+)
 def test_single_precision_rounds_to_the_nearest_ties_to_even(text, raw):
     assert Single().encode(Decimal(text)) == raw

@@ -95,7 +95,7 @@ def test_the_wrong_action_runs_away_and_is_flagged(tmp_path, vendor, process):
         ("plants: {A: {model: dead_time, input: 1 / A.OUT}}\n", 0),
         ("connect: {A.PV: sqrt(A.OUT)}\n", 1),
     ],
-)  # fmt: skip
+)
 def test_the_way_from_output_to_pv_is_followed(text, sign):
     plc = Controller.load()
     net = prepare(scenario(text), plc)

@@ -117,8 +117,11 @@ def signals_before_root(outcome: Outcome) -> dict[str, str]:
 
 def _chart(loop: str, found: LoopReport, axes: Axes, report: Report, recording: Recording) -> Chart:
     marks, notes = failures(loop, report.expectations)
-    events = [Mark(event.text if event.loop in {loop, None} else f"{event.loop}: {event.text}", event.at)
-              for event in report.events if event.loop in {loop, None} or event.loop not in report.loops]  # fmt: skip
+    events = [
+        Mark(event.text if event.loop in {loop, None} else f"{event.loop}: {event.text}", event.at)
+        for event in report.events
+        if event.loop in {loop, None} or event.loop not in report.loops
+    ]
     return Chart(
         title=f"{loop}: {axes.description}" if axes.description else loop,
         loop=loop,

@@ -34,26 +34,29 @@ STYLES: dict[str, dict[str, Any]] = {
 """How a group of a pattern is drawn; a group that is named after no style is drawn in the colour of its severity."""
 
 SEVERITY = r"(?P<severity>error|warning|info)"
-PATTERNS = tuple(re.compile(pattern) for pattern in (
-    # a finding: its place, its line of the file with a caret, and what belongs to it
-    rf"^(?P<place>\S.*?:\d+(?::\d+)?:) {SEVERITY} (?P<code>PID\d+)",
-    r"^(?P<gutter> *\d+ \|)",
-    r"^(?P<gutter>      \|)\s+(?P<caret>\^+)$",
-    r"^      (?P<label>= (?:PLC|see|cure):)",
-    rf"^(?P<code>PID\d+)  {SEVERITY} +(?P<dim>\S+)",
-    # the line that counts them
-    r"^\d+ files? checked: (?:(?P<bad>[1-9]\d* errors?)|0 errors), (?:(?P<doubtful>[1-9]\d* warnings?)|0 warnings)",
-    # a simulation
-    r"^(?P<head>What happened|Metrics|Signals|Flags|Expectations)$",
-    r"^  (?:(?P<good>passed)|(?P<bad>FAILED))  ",
-    r"^(?:(?P<good>passed:)|(?P<bad>FAILED:)|\S+: (?P<bad_end>cannot run)$)",
-    r"^ +[\d.e+]+ s  .*?  (?:(?P<bad>error:)|(?P<doubtful>alarm \S+),)",
-    # a comparison and a conversion
-    r"^  (?:(?P<bad>critical|high)|(?P<doubtful>medium)|(?P<dim>low|cosmetic)) +\S+:",
-    r"^(?P<head>\S.*?): (?:(?P<added>added)|(?P<bad>removed))$",
-    r"^ (?:!| )(?:(?P<bad>dropped)|(?P<doubtful>clamped|assumed|rounded)|(?P<dim>exact)) +\S+:",
-    r"^(?:(?P<bad>Error:)|(?P<doubtful>warning:|note:))",
-))  # fmt: skip
+PATTERNS = tuple(
+    re.compile(pattern)
+    for pattern in (
+        # a finding: its place, its line of the file with a caret, and what belongs to it
+        rf"^(?P<place>\S.*?:\d+(?::\d+)?:) {SEVERITY} (?P<code>PID\d+)",
+        r"^(?P<gutter> *\d+ \|)",
+        r"^(?P<gutter>      \|)\s+(?P<caret>\^+)$",
+        r"^      (?P<label>= (?:PLC|see|cure):)",
+        rf"^(?P<code>PID\d+)  {SEVERITY} +(?P<dim>\S+)",
+        # the line that counts them
+        r"^\d+ files? checked: (?:(?P<bad>[1-9]\d* errors?)|0 errors), (?:(?P<doubtful>[1-9]\d* warnings?)|0 warnings)",
+        # a simulation
+        r"^(?P<head>What happened|Metrics|Signals|Flags|Expectations)$",
+        r"^  (?:(?P<good>passed)|(?P<bad>FAILED))  ",
+        r"^(?:(?P<good>passed:)|(?P<bad>FAILED:)|\S+: (?P<bad_end>cannot run)$)",
+        r"^ +[\d.e+]+ s  .*?  (?:(?P<bad>error:)|(?P<doubtful>alarm \S+),)",
+        # a comparison and a conversion
+        r"^  (?:(?P<bad>critical|high)|(?P<doubtful>medium)|(?P<dim>low|cosmetic)) +\S+:",
+        r"^(?P<head>\S.*?): (?:(?P<added>added)|(?P<bad>removed))$",
+        r"^ (?:!| )(?:(?P<bad>dropped)|(?P<doubtful>clamped|assumed|rounded)|(?P<dim>exact)) +\S+:",
+        r"^(?:(?P<bad>Error:)|(?P<doubtful>warning:|note:))",
+    )
+)
 
 
 def wanted(stream: Any) -> bool:
@@ -99,9 +102,17 @@ def _line(line: str, found: re.Match[str], severity: str) -> str:
 
 def option(*, hidden: bool = False) -> Callable[[Any], Any]:
     """``--color``, which every command understands."""
-    return click.option("--color", type=click.Choice(["auto", "always", "never"]), default="auto", hidden=hidden,
-                        expose_value=False, is_eager=True, callback=_choose, show_default=True,
-                        help="Colour; auto: on a terminal, and as NO_COLOR and FORCE_COLOR say.")  # fmt: skip
+    return click.option(
+        "--color",
+        type=click.Choice(["auto", "always", "never"]),
+        default="auto",
+        hidden=hidden,
+        expose_value=False,
+        is_eager=True,
+        callback=_choose,
+        show_default=True,
+        help="Colour; auto: on a terminal, and as NO_COLOR and FORCE_COLOR say.",
+    )
 
 
 def _choose(ctx: click.Context, param: click.Parameter, value: str) -> None:

@@ -59,8 +59,13 @@ def percent(ctx: click.Context, param: click.Parameter, text: str | None) -> flo
 @options.OUT
 @options.FORCE
 @click.option("--allow-loss", is_flag=True, help="Write the file although something was dropped or clamped.")
-@click.option("--report", type=click.Choice(["text", "json"]), default="text", show_default=True,
-              help="How the report is printed: text on stderr, JSON on stdout.")  # fmt: skip
+@click.option(
+    "--report",
+    type=click.Choice(["text", "json"]),
+    default="text",
+    show_default=True,
+    help="How the report is printed: text on stderr, JSON on stdout.",
+)
 @report_options.report_files("text", "json", "markdown", flag="--report-output")
 @click.option("--verify", is_flag=True, help="Run both sides on the same plants and report how far they lie apart.")
 @click.option(
@@ -74,10 +79,20 @@ def percent(ctx: click.Context, param: click.Parameter, text: str | None) -> flo
 @options.QUIET
 @options.LIMITS
 def command(
-    file: str, target: str, out: str | None, force: bool, allow_loss: bool, report: str, quiet: bool, limits: Limits,
-    reports: tuple[report_options.Report, ...], verify: bool, max_deviation: float | None, plot: tuple[str, ...],
+    file: str,
+    target: str,
+    out: str | None,
+    force: bool,
+    allow_loss: bool,
+    report: str,
+    quiet: bool,
+    limits: Limits,
+    reports: tuple[report_options.Report, ...],
+    verify: bool,
+    max_deviation: float | None,
+    plot: tuple[str, ...],
     **texts: str | None,
-) -> None:  # fmt: skip
+) -> None:
     """Convert the configuration FILE to another vendor's, and report what became of every field.
 
     Exit codes: 0 written, 1 nothing was written because something would be lost or is missing, 2 unusable input.
@@ -115,8 +130,11 @@ def command(
         report_options.write_reports(reports, told.render)
         if findings:
             refuse(findings, text, to)
-        note("something would be lost: nothing was written; --allow-loss writes it all the same" if lossy else
-             f"a PV is further apart than {max_deviation:g} % of its range: nothing was written")  # fmt: skip
+        note(
+            "something would be lost: nothing was written; --allow-loss writes it all the same"
+            if lossy
+            else f"a PV is further apart than {max_deviation:g} % of its range: nothing was written"
+        )
         click.get_current_context().exit(Exit.FOUND)
     charts = [entry.chart for entry in verified or ()]
     pictures = plots.drawn(plot, charts, f"{Path(file).name} for {to.title}")
@@ -138,10 +156,15 @@ def sides(checked: Checked, result: Checked, out: str | None) -> list[Verified]:
     from pidcfg.cli.convert_verify import verify
     from pidcfg.sim.run import UnusableError
 
-    both = [(side.vendor, side.config, side.encoding.image) for side in (checked, result)
-            if side.vendor is not None and side.encoding is not None]  # fmt: skip
-    names = [f"{Path(name).name} ({vendor.key})" for name, (vendor, _, _) in
-             zip((checked.document.file, out or "result"), both, strict=True)]  # fmt: skip
+    both = [
+        (side.vendor, side.config, side.encoding.image)
+        for side in (checked, result)
+        if side.vendor is not None and side.encoding is not None
+    ]
+    names = [
+        f"{Path(name).name} ({vendor.key})"
+        for name, (vendor, _, _) in zip((checked.document.file, out or "result"), both, strict=True)
+    ]
     try:
         return verify(both[0], both[1], (names[0], names[1]))
     except UnusableError as error:

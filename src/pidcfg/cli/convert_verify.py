@@ -26,12 +26,13 @@ if TYPE_CHECKING:
     from pidcfg.vendors import Vendor
 
 D304 = Decision(
-    304, "a conversion is verified on the plant that the loop's own gains fit",
+    304,
+    "a conversion is verified on the plant that the loop's own gains fit",
     "Time constant Ti (without an integral 50 samples), dead time a tenth of it, and the gain for which lambda tuning "
     "gives the loop's gain; a step of 5 % of the range, or of a fifth of what the output can do, then a load that "
     "moves the PV by as much.",
     "A loop that is tuned at all is stable on it, and it shows gain, times, action and scales of both sides.",
-)  # fmt: skip
+)
 LAMBDA = 0.5
 DEAD = 0.1
 STEP, REACH = 0.05, 0.2
@@ -109,9 +110,18 @@ def scenario_of(side: Tested, plants: Sequence[Plant], plc: Plc, way: Way) -> di
             data["events"].append({"at": 0, "loop": name, "mode": "auto"})
         low, high = scale_of(plc, i, loop)
         share = f"({name}.{plc.out_name} - ({low!r})) / {high - low!r}"
-        data["plants"].append({"name": f"Plant{i}", "model": "first_order", "input": share, "gain": plant.gain,
-                               "time_constant": plant.time, "dead_time": plant.dead, "load": plant.load,
-                               "initial": plant.start})  # fmt: skip
+        data["plants"].append(
+            {
+                "name": f"Plant{i}",
+                "model": "first_order",
+                "input": share,
+                "gain": plant.gain,
+                "time_constant": plant.time,
+                "dead_time": plant.dead,
+                "load": plant.load,
+                "initial": plant.start,
+            }
+        )
         ideal = way == "ideal" and loop.setpoint.source is not None and f"{name}.SP" in plc.signals
         data["connect"][plc.inlets.get(name, f"{name}.PV")] = f"{name}.SP" if ideal else f"Plant{i}"
         data["events"] += [
@@ -140,8 +150,12 @@ def trend_of(vendor: Vendor, image: Any, data: dict[str, Any]) -> dict[str, list
     steps = float(data["duration"]) * 1_000_000 / plc.base
     sink = io.StringIO()
     every = max(1, round(steps / POINTS))
-    simulate(scenario, lambda: controller.load(image, options(scenario, controller)), controller,
-             Settings(trend=sink, every=every))  # fmt: skip
+    simulate(
+        scenario,
+        lambda: controller.load(image, options(scenario, controller)),
+        controller,
+        Settings(trend=sink, every=every),
+    )
     rows = list(csv.reader(io.StringIO(sink.getvalue())))
     return {name: [float(row[i]) for row in rows[1:]] for i, name in enumerate(rows[0])}
 
@@ -157,9 +171,11 @@ def at_times(column: list[float], own: list[float], wanted: list[float]) -> list
 
 
 def verify(
-    source: tuple[Vendor, Any, Any], target: tuple[Vendor, Any, Any], names: tuple[str, str] = ("source", "result"),
+    source: tuple[Vendor, Any, Any],
+    target: tuple[Vendor, Any, Any],
+    names: tuple[str, str] = ("source", "result"),
     pairs: Sequence[tuple[int, int]] | None = None,
-) -> list[Verified]:  # fmt: skip
+) -> list[Verified]:
     """Each side is a vendor, a configuration and its image; ``names``: what charts call them.
 
     ``pairs``: the places of the loops that are compared, on both sides; not given, all loops, in the same order on

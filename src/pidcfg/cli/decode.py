@@ -38,8 +38,12 @@ def vendor_options(command: Callable[..., Any]) -> Callable[..., Any]:
 @click.command("decode", epilog=EPILOG)
 @click.argument("image", nargs=-1, required=True)
 @click.option("--vendor", type=click.Choice(list(VENDORS)), required=True, help="The PLC family that the memory is of.")
-@click.option("--from", "kind", type=click.Choice(format_names()),
-              help="The listing's format; found out by itself when not given.")  # fmt: skip
+@click.option(
+    "--from",
+    "kind",
+    type=click.Choice(format_names()),
+    help="The listing's format; found out by itself when not given.",
+)
 @click.option("--annotate", is_flag=True, help="Print the listing with a meaning beside every word instead.")
 @vendor_options
 @options.OUT
@@ -47,9 +51,16 @@ def vendor_options(command: Callable[..., Any]) -> Callable[..., Any]:
 @options.QUIET
 @options.LIMITS
 def command(
-    image: tuple[str, ...], vendor: str, kind: str | None, annotate: bool, out: str | None, force: bool, quiet: bool,
-    limits: Limits, **texts: str | None,
-) -> None:  # fmt: skip
+    image: tuple[str, ...],
+    vendor: str,
+    kind: str | None,
+    annotate: bool,
+    out: str | None,
+    force: bool,
+    quiet: bool,
+    limits: Limits,
+    **texts: str | None,
+) -> None:
     """Read the memory listing IMAGE (- for standard input) back into a configuration.
 
     Several files are read as one listing: an image may be spread over them.

@@ -35,8 +35,11 @@ EPILOG = options.examples(
 @click.command("diff", epilog=EPILOG)
 @click.argument("before")
 @click.argument("after")
-@click.option("--vendor", type=click.Choice(list(VENDORS)),
-              help="The PLC family of a memory listing, where the other side does not tell.")  # fmt: skip
+@click.option(
+    "--vendor",
+    type=click.Choice(list(VENDORS)),
+    help="The PLC family of a memory listing, where the other side does not tell.",
+)
 @report_options.report_format(*FORMATS)
 @report_options.report_files(*FORMATS)
 @plots.OVERLAY
@@ -44,10 +47,16 @@ EPILOG = options.examples(
 @click.option("--exit-code", "exits", is_flag=True, help="Exit 1 when there are differences.")
 @options.LIMITS
 def command(
-    before: str, after: str, vendor: str | None, fmt: str, reports: tuple[report_options.Report, ...],
-    plot: tuple[str, ...], force: bool, exits: bool,
+    before: str,
+    after: str,
+    vendor: str | None,
+    fmt: str,
+    reports: tuple[report_options.Report, ...],
+    plot: tuple[str, ...],
+    force: bool,
+    exits: bool,
     limits: Limits,
-) -> None:  # fmt: skip
+) -> None:
     """Compare BEFORE and AFTER, configurations of any vendors or memory listings, in engineering units.
 
     Loops are matched by name, then by their order. Differences are ranked by what can go wrong.
@@ -182,12 +191,16 @@ def summary(found: list[Compared]) -> dict[str, int]:
 def as_json(before: str, after: str, found: list[Compared]) -> str:
     """The layout of the public interface, version 1."""
     loops = [
-        {"loop": entry.loop, "status": entry.status, "differences": [
-            {"field": d.field, "risk": d.risk, "from": d.before, "to": d.after, "note": d.note}
-            for d in entry.differences
-        ]}
+        {
+            "loop": entry.loop,
+            "status": entry.status,
+            "differences": [
+                {"field": d.field, "risk": d.risk, "from": d.before, "to": d.after, "note": d.note}
+                for d in entry.differences
+            ],
+        }
         for entry in found
-    ]  # fmt: skip
+    ]
     document = {"version": 1, "from": before, "to": after, "loops": loops, "summary": summary(found)}
     return json.dumps(document, indent=2, ensure_ascii=False) + "\n"
 

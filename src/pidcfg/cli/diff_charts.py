@@ -28,8 +28,9 @@ def charts_of(sides: tuple[Side, Side], sources: Sequence[tuple[Any, Vendor]], n
     (one, first), (two, second) = sources
     before, after = (f"{Path(name).name} ({vendor.key})" for name, (_, vendor) in zip(names, sources, strict=True))
     try:
-        found = verify((first, one, first.encoder(one).image), (second, two, second.encoder(two).image),
-                       (before, after), pairs)  # fmt: skip
+        found = verify(
+            (first, one, first.encoder(one).image), (second, two, second.encoder(two).image), (before, after), pairs
+        )
     except ConvertError as error:
         note(f"not drawn: {error.missing[0].message}")
     except UnusableError as error:

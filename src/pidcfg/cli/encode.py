@@ -35,8 +35,11 @@ EPILOG = options.examples(
 @click.option(
     "--allow-errors", is_flag=True, help="Encode although validate reports errors, to see what the PLC would do."
 )
-@click.option("--into", metavar="FILE", help="A file of yours that the format adds to, such as a tag list. It is not "
-              "changed itself.")  # fmt: skip
+@click.option(
+    "--into",
+    metavar="FILE",
+    help="A file of yours that the format adds to, such as a tag list. It is not changed itself.",
+)
 @options.QUIET
 @options.LIMITS
 def command(

@@ -28,20 +28,40 @@ EPILOG = options.examples(
 @click.command("explain", epilog=EPILOG)
 @click.argument("things", metavar="[THING]...", nargs=-1)
 @click.option("--vendor", type=click.Choice(list(VENDORS)), help="Only what this PLC family means by it.")
-@click.option("--loop", is_flag=True, help="Addresses are of loops that begin where the manual's or the starter "
-              "file's example does: V2000; C101, DS101, DF101; R101, S101.")  # fmt: skip
-@click.option("--block", "--loop-table", "--registers", "--discretes", "--bits", "--integers", "--floats", "blocks",
-              multiple=True, metavar="ADDRESS", help="Where a block of loop registers begins, e.g. V2000, DF101 or "
-              "R101; its first letters say of which kind it is.")  # fmt: skip
+@click.option(
+    "--loop",
+    is_flag=True,
+    help="Addresses are of loops that begin where the manual's or the starter "
+    "file's example does: V2000; C101, DS101, DF101; R101, S101.",
+)
+@click.option(
+    "--block",
+    "--loop-table",
+    "--registers",
+    "--discretes",
+    "--bits",
+    "--integers",
+    "--floats",
+    "blocks",
+    multiple=True,
+    metavar="ADDRESS",
+    help="Where a block of loop registers begins, e.g. V2000, DF101 or "
+    "R101; its first letters say of which kind it is.",
+)
 @click.option(
     "--in", "config", metavar="FILE", help="A configuration: which loop and line set the register, and to what."
 )
 @options.output_format("text", "json")
 @options.LIMITS
 def command(
-    things: tuple[str, ...], vendor: str | None, loop: bool, blocks: tuple[str, ...], config: str | None, fmt: str,
+    things: tuple[str, ...],
+    vendor: str | None,
+    loop: bool,
+    blocks: tuple[str, ...],
+    config: str | None,
+    fmt: str,
     limits: Limits,
-) -> None:  # fmt: skip
+) -> None:
     """Explain each THING in plain words, with the manual's place.
 
     A THING is a word (V7642), its content (V7642=0008), a bit (addr+06.10), an error number (CK27), a register's name

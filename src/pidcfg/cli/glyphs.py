@@ -10,6 +10,7 @@ from io import TextIOWrapper
 HANDLER = "pidcfg"
 """The name under which Python knows the fallback."""
 
+# fmt: off
 PLAIN = {
     "…": "...", "·": "-", "•": "*", "–": "-", "—": "-", "−": "-", "‐": "-", "‑": "-",
     "×": "x", "÷": "/", "±": "+/-", "√": "sqrt", "∞": "inf", "≤": "<=", "≥": ">=", "≠": "!=", "≈": "~",
@@ -21,7 +22,8 @@ PLAIN = {
     "✓": "ok", "✔": "ok", "✗": "x", "✘": "x", "■": "#", "□": "#", "◆": "*", "◇": "*",
     "ß": "ss", "ø": "o", "Ø": "O", "æ": "ae", "Æ": "AE", "œ": "oe", "Œ": "OE", "ł": "l", "Ł": "L", "đ": "d", "ı": "i",
     "\u00a0": " ", "\u2009": " ", "\u202f": " ", "\ufeff": "", "\ufffd": "?",
-}  # fmt: skip
+}
+# fmt: on
 """What stands for a character that a code page lacks."""
 BOXES, BLOCKS, SHAPES = range(0x2500, 0x2580), range(0x2580, 0x25A0), range(0x25A0, 0x2600)
 BRAILLE = range(0x2800, 0x2900)

@@ -50,11 +50,28 @@ COMMANDS = {
 
 
 MEANT = {
-    "check": "validate", "lint": "validate", "verify": "validate", "fix": "validate", "format": "validate",
-    "compile": "encode", "build": "encode", "write": "encode", "disassemble": "decode", "read": "decode",
-    "translate": "convert", "migrate": "convert", "compare": "diff", "run": "simulate", "test": "simulate",
-    "plot": "simulate", "autotune": "tune", "help": "--help", "rules": "rule", "describe": "explain", "new": "init",
-}  # fmt: skip
+    "check": "validate",
+    "lint": "validate",
+    "verify": "validate",
+    "fix": "validate",
+    "format": "validate",
+    "compile": "encode",
+    "build": "encode",
+    "write": "encode",
+    "disassemble": "decode",
+    "read": "decode",
+    "translate": "convert",
+    "migrate": "convert",
+    "compare": "diff",
+    "run": "simulate",
+    "test": "simulate",
+    "plot": "simulate",
+    "autotune": "tune",
+    "help": "--help",
+    "rules": "rule",
+    "describe": "explain",
+    "new": "init",
+}
 """What other programs call them, and what it is called here."""
 
 
@@ -121,8 +138,10 @@ class LazyGroup(click.Group):
         word = args[0]
         if word not in COMMANDS and word[:1].isalpha() and not ctx.resilient_parsing:
             meant = MEANT.get(word.lower()) or nearest(word, COMMANDS)
-            ctx.fail(f"no such command: {word}; " + (f"did you mean {meant}?" if meant else
-                     f"there are {', '.join(COMMANDS)}"))  # fmt: skip
+            ctx.fail(
+                f"no such command: {word}; "
+                + (f"did you mean {meant}?" if meant else f"there are {', '.join(COMMANDS)}")
+            )
         return super().resolve_command(ctx, args)
 
     def shell_complete(self, ctx: click.Context, incomplete: str) -> list[CompletionItem[str]]:

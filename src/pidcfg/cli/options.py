@@ -48,12 +48,24 @@ def parse_limits(ctx: click.Context, param: click.Parameter, values: tuple[str, 
 
 def output_format(*names: str) -> Decorator:
     """``--format``."""
-    return click.option("--format", "fmt", type=click.Choice(names), default=names[0], show_default=True,
-                        help="How the result is printed.")  # fmt: skip
+    return click.option(
+        "--format",
+        "fmt",
+        type=click.Choice(names),
+        default=names[0],
+        show_default=True,
+        help="How the result is printed.",
+    )
 
 
-LIMITS = click.option("--limit", "limits", multiple=True, metavar="NAME=VALUE", callback=parse_limits,
-                      help="Raise a limit on untrusted input, e.g. file_bytes=4000000.")  # fmt: skip
+LIMITS = click.option(
+    "--limit",
+    "limits",
+    multiple=True,
+    metavar="NAME=VALUE",
+    callback=parse_limits,
+    help="Raise a limit on untrusted input, e.g. file_bytes=4000000.",
+)
 
 
 def _silenced(ctx: click.Context, param: click.Parameter, quiet: bool) -> bool:
@@ -68,8 +80,13 @@ def _silenced(ctx: click.Context, param: click.Parameter, quiet: bool) -> bool:
 
 QUIET = click.option("-q", "--quiet", is_flag=True, callback=_silenced, help="Print findings and results only.")
 STRICT = click.option("--strict", is_flag=True, help="Exit 1 on warnings too.")
-SEVERITY = click.option("--severity", type=click.Choice(["error", "warning", "info"]), default="info",
-                        show_default=True, help="Show findings of this severity and above.")  # fmt: skip
+SEVERITY = click.option(
+    "--severity",
+    type=click.Choice(["error", "warning", "info"]),
+    default="info",
+    show_default=True,
+    help="Show findings of this severity and above.",
+)
 SELECT = click.option("--select", type=Words(), default="", help="Only rules whose code begins so: PID2,PID101.")
 IGNORE = click.option("--ignore", type=Words(), default="", help="Leave out rules whose code begins so.")
 OUT = click.option(

@@ -35,9 +35,13 @@ class Staged(NamedTuple):
 
 
 def write_files(
-    files: Mapping[str, str | bytes], *, force: bool = False, renewed: Collection[str] = (),
-    streamed: Sequence[Staged] = (), over_inputs: bool = False,
-) -> None:  # fmt: skip
+    files: Mapping[str, str | bytes],
+    *,
+    force: bool = False,
+    renewed: Collection[str] = (),
+    streamed: Sequence[Staged] = (),
+    over_inputs: bool = False,
+) -> None:
     """Writes texts or bytes to paths: first everything to temporary files beside the targets, then each in place.
 
     ``renewed`` are paths that are written anew by every run, such as reports for CI; ``streamed`` are files that lie

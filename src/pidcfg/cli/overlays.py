@@ -14,9 +14,14 @@ if TYPE_CHECKING:
 
 
 def overlay(
-    loop: Loop, times: Sequence[float], setpoints: Sequence[float], pvs: Sequence[Sequence[float]],
-    outputs: Sequence[Sequence[float]], names: tuple[str, str], happenings: tuple[float, float],
-) -> Chart:  # fmt: skip
+    loop: Loop,
+    times: Sequence[float],
+    setpoints: Sequence[float],
+    pvs: Sequence[Sequence[float]],
+    outputs: Sequence[Sequence[float]],
+    names: tuple[str, str],
+    happenings: tuple[float, float],
+) -> Chart:
     """PV and output of both sides; outputs are in % of their ranges, since these may differ."""
     shares = [[100 * value for value in side] for side in outputs]
     return Chart(

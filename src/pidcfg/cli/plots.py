@@ -50,16 +50,31 @@ def only_files(ctx: click.Context, param: click.Parameter, names: tuple[str, ...
     return named(ctx, param, names)
 
 
-PLOT = click.option("--plot", multiple=True, metavar="FILE", callback=named,
-                    help="Draw the loops: FILE.svg, .png or .html, or - in the terminal; repeatable.")  # fmt: skip
-VERIFIED = click.option("--plot", multiple=True, metavar="FILE", callback=only_files,
-                        help="As --verify, and draw both sides over each other: FILE.svg, .png or .html; "
-                             "repeatable.")  # fmt: skip
-OVERLAY = click.option("--plot", multiple=True, metavar="FILE", callback=named,
-                       help="Draw both sides over each other on the same plants: FILE.svg, .png or .html, or - in the "
-                            "terminal; repeatable.")  # fmt: skip
-LOOPS = click.option("--plot-loop", "plot_loops", multiple=True, metavar="NAME",
-                     help="With --plot: draw this loop only; repeatable.")  # fmt: skip
+PLOT = click.option(
+    "--plot",
+    multiple=True,
+    metavar="FILE",
+    callback=named,
+    help="Draw the loops: FILE.svg, .png or .html, or - in the terminal; repeatable.",
+)
+VERIFIED = click.option(
+    "--plot",
+    multiple=True,
+    metavar="FILE",
+    callback=only_files,
+    help="As --verify, and draw both sides over each other: FILE.svg, .png or .html; repeatable.",
+)
+OVERLAY = click.option(
+    "--plot",
+    multiple=True,
+    metavar="FILE",
+    callback=named,
+    help="Draw both sides over each other on the same plants: FILE.svg, .png or .html, or - in the "
+    "terminal; repeatable.",
+)
+LOOPS = click.option(
+    "--plot-loop", "plot_loops", multiple=True, metavar="NAME", help="With --plot: draw this loop only; repeatable."
+)
 
 
 def of_runs(outcomes: Sequence[Outcome], loops: Sequence[str]) -> list[Chart]:

@@ -52,8 +52,14 @@ def _field(name: str, what: str) -> options.Decorator:
 
 @click.command("report", epilog=EPILOG)
 @click.argument("paths", nargs=-1, required=True, metavar="FILE...")
-@click.option("-o", "--output", "out", metavar="FILE", callback=_ending(".html", ".htm"),
-              help=f"The page; {PAGE} unless --csv or --xlsx is given, - for standard output.")  # fmt: skip
+@click.option(
+    "-o",
+    "--output",
+    "out",
+    metavar="FILE",
+    callback=_ending(".html", ".htm"),
+    help=f"The page; {PAGE} unless --csv or --xlsx is given, - for standard output.",
+)
 @click.option("--csv", "csv", metavar="FOLDER", help="Write the tables as CSV files into a folder.")
 @click.option(
     "--xlsx", "xlsx", metavar="FILE", callback=_ending(".xlsx"), help="Write the tables as an Excel workbook."
@@ -72,10 +78,24 @@ def _field(name: str, what: str) -> options.Decorator:
 @options.QUIET
 @options.LIMITS
 def command(
-    paths: tuple[str, ...], out: str | None, csv: str | None, xlsx: str | None, title: str, project: str | None,
-    customer: str | None, plant: str | None, document: str | None, revision: str | None, author: str | None,
-    date: str | None, exit_zero: bool, strict: bool, force: bool, quiet: bool, limits: Limits,
-) -> None:  # fmt: skip
+    paths: tuple[str, ...],
+    out: str | None,
+    csv: str | None,
+    xlsx: str | None,
+    title: str,
+    project: str | None,
+    customer: str | None,
+    plant: str | None,
+    document: str | None,
+    revision: str | None,
+    author: str | None,
+    date: str | None,
+    exit_zero: bool,
+    strict: bool,
+    force: bool,
+    quiet: bool,
+    limits: Limits,
+) -> None:
     """Write a commissioning report on every FILE: scenarios, configurations, and folders of them.
 
     A scenario brings its configuration along. The report has a sheet for each loop, with settings, words and a column

@@ -107,8 +107,9 @@ def decoded(name: str, loaded: Any) -> Checked:
     return Checked(Document(name, "", data, Node(None)), (), vendor, config, vendor.encoder(config))
 
 
-def gathered(paths: Sequence[str], limits: Limits, progress: Callable[[float], None] | None, *,
-             pictures: bool) -> Gathered:  # fmt: skip
+def gathered(
+    paths: Sequence[str], limits: Limits, progress: Callable[[float], None] | None, *, pictures: bool
+) -> Gathered:
     """All files of a command line, folders and patterns included."""
     found = Gathered(limits, progress, pictures)
     for entry in gather(paths, limits):

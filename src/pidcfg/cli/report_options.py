@@ -41,8 +41,14 @@ def report_format(*names: str) -> Decorator:
         return value or ("github" if in_github else names[0])
 
     default = f"{names[0]}; github in GitHub Actions" if automatic else names[0]
-    return click.option("--format", "fmt", type=click.Choice(names), callback=named, show_default=default,
-                        help="How the result is printed.")  # fmt: skip
+    return click.option(
+        "--format",
+        "fmt",
+        type=click.Choice(names),
+        callback=named,
+        show_default=default,
+        help="How the result is printed.",
+    )
 
 
 def report_files(*names: str, flag: str = "--output") -> Decorator:
@@ -54,8 +60,14 @@ def report_files(*names: str, flag: str = "--output") -> Decorator:
         except ValueError as error:
             raise click.BadParameter(str(error), ctx, param) from None
 
-    return click.option(flag, "reports", multiple=True, metavar="FORMAT=PATH", callback=parsed,
-                        help=f"Also write {', '.join(names)} to a file, anew on every run; repeatable.")  # fmt: skip
+    return click.option(
+        flag,
+        "reports",
+        multiple=True,
+        metavar="FORMAT=PATH",
+        callback=parsed,
+        help=f"Also write {', '.join(names)} to a file, anew on every run; repeatable.",
+    )
 
 
 def wanted(text: str, names: Sequence[str]) -> Report:
@@ -110,9 +122,12 @@ def refuse_outputs(names: Iterable[str | None], inputs: Iterable[str] = ()) -> N
 
 
 def write_reports(
-    reports: Sequence[Report], render: Callable[[str], str], others: Mapping[str, str | bytes] | None = None,
-    *, force: bool = False,
-) -> None:  # fmt: skip
+    reports: Sequence[Report],
+    render: Callable[[str], str],
+    others: Mapping[str, str | bytes] | None = None,
+    *,
+    force: bool = False,
+) -> None:
     """Writes the reports, all or none, and with them ``others``, which are never written over a file that differs."""
     from pidcfg.cli.outputs import write_files
 
@@ -121,9 +136,14 @@ def write_reports(
 
 
 def deliver(
-    fmt: str, reports: Sequence[Report], render: Callable[[str], str],
-    others: Mapping[str, str | bytes] | None = None, *, force: bool = False, aside: bool = False,
-) -> None:  # fmt: skip
+    fmt: str,
+    reports: Sequence[Report],
+    render: Callable[[str], str],
+    others: Mapping[str, str | bytes] | None = None,
+    *,
+    force: bool = False,
+    aside: bool = False,
+) -> None:
     """Prints one format and writes the others; what is printed is there even if a file cannot be written.
 
     ``aside``: on standard error, since standard output has something else.

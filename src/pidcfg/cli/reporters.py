@@ -29,8 +29,11 @@ def _block(d: Diagnostic, doc: Document | None) -> str:
     loop = f" [{d.loop}]" if d.loop else ""
     lines = [f"{d.file}:{d.span.line}:{d.span.column}: {d.severity.label} {d.code}: {d.message}{loop}"]
     lines += _excerpt(d, doc)
-    lines += [f"      = {label}: {value}" for label, value in
-              (("PLC", d.plc_effect), ("see", d.reference), ("cure", d.help)) if value]  # fmt: skip
+    lines += [
+        f"      = {label}: {value}"
+        for label, value in (("PLC", d.plc_effect), ("see", d.reference), ("cure", d.help))
+        if value
+    ]
     return "\n".join(lines) + "\n"
 
 
@@ -75,6 +78,10 @@ def json_v1(found: Sequence[Diagnostic], documents: Documents) -> str:
         }
         for d in found
     ]
-    totals = {"files": len(documents), "errors": n[Severity.ERROR], "warnings": n[Severity.WARNING],
-              "infos": n[Severity.INFO]}  # fmt: skip
+    totals = {
+        "files": len(documents),
+        "errors": n[Severity.ERROR],
+        "warnings": n[Severity.WARNING],
+        "infos": n[Severity.INFO],
+    }
     return json.dumps({"version": 1, "findings": rows, "summary": totals}, indent=2, ensure_ascii=False) + "\n"

@@ -216,17 +216,33 @@ def _remember(name: str) -> Callable[[click.Context, click.Parameter, Any], None
     return keep
 
 
-CONFIG = click.option("--config", metavar="FILE", is_eager=True, expose_value=False, callback=_remember(CHOSEN),
-                      help="Take settings from this file, not from pidcfg.toml or pyproject.toml.")  # fmt: skip
-ISOLATED = click.option("--isolated", is_flag=True, is_eager=True, expose_value=False, callback=_remember(NONE),
-                        help="Take no settings from files.")  # fmt: skip
+CONFIG = click.option(
+    "--config",
+    metavar="FILE",
+    is_eager=True,
+    expose_value=False,
+    callback=_remember(CHOSEN),
+    help="Take settings from this file, not from pidcfg.toml or pyproject.toml.",
+)
+ISOLATED = click.option(
+    "--isolated",
+    is_flag=True,
+    is_eager=True,
+    expose_value=False,
+    callback=_remember(NONE),
+    help="Take no settings from files.",
+)
 SHOW = click.option("--show-settings", is_flag=True, help="Print the settings in force and their file, and stop.")
 FIX = click.option("--fix", is_flag=True, help="Correct what has one reading only, and report the rest.")
 DIFF = click.option("--diff", is_flag=True, help="Show what --fix would change; write nothing, exit 1 if anything.")
 BASELINE = click.option("--baseline", metavar="FILE", help="Leave out the findings that this file knows.")
 CREATE = click.option("--create-baseline", "create", is_flag=True, help="Write the findings there are to --baseline.")
-SHRINK = click.option("--shrink-baseline", "shrink", is_flag=True,
-                      help="Remove what no longer occurs from --baseline; nothing is ever added.")  # fmt: skip
+SHRINK = click.option(
+    "--shrink-baseline",
+    "shrink",
+    is_flag=True,
+    help="Remove what no longer occurs from --baseline; nothing is ever added.",
+)
 
 
 def baseline_options(command: Callable[..., Any]) -> Callable[..., Any]:

@@ -148,8 +148,12 @@ def _per_file(key: str, value: Any, file: _File) -> dict[str, list[str]]:
         if not glob.strip("/") or "\\" in glob:
             file.refuse(key, f"{glob!r} is no pattern of paths", "write it with forward slashes", glob)
         if UP in glob.split("/"):
-            file.refuse(key, f"{glob!r} leads out of the folder of the settings file, and fits nothing there",
-                        "put a settings file into the folder above", glob)  # fmt: skip
+            file.refuse(
+                key,
+                f"{glob!r} leads out of the folder of the settings file, and fits nothing there",
+                "put a settings file into the folder above",
+                glob,
+            )
     return {glob: _codes(glob, codes, file) for glob, codes in value.items()}
 
 
@@ -190,5 +194,10 @@ def settings_schema() -> dict[str, Any]:
         "table": {"type": "object", "additionalProperties": codes},
     }
     properties = {key: {**kinds[row.kind], "description": row.text} for key, row in KEYS.items()}
-    return {"$schema": DIALECT, "type": "object", "properties": properties, "additionalProperties": False,
-            "title": "pidcfg settings"}  # fmt: skip
+    return {
+        "$schema": DIALECT,
+        "type": "object",
+        "properties": properties,
+        "additionalProperties": False,
+        "title": "pidcfg settings",
+    }

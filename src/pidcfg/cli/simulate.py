@@ -42,22 +42,38 @@ EPILOG = options.examples(
 @report_options.report_format(*FORMATS)
 @report_options.report_files(*FORMATS)
 @click.option("--csv", "csv", type=click.Path(dir_okay=False), help="Write the trend: time and one column a signal.")
-@click.option("--every", type=click.IntRange(1), default=1, show_default=True,
-              help="Rows of the trend: one every N base steps.")  # fmt: skip
+@click.option(
+    "--every", type=click.IntRange(1), default=1, show_default=True, help="Rows of the trend: one every N base steps."
+)
 @plots.PLOT
 @plots.LOOPS
-@click.option("--engine", type=click.Choice(["auto", "python", "numba"]), default="auto", show_default=True,
-              help="numba (extra pidcfg[fast]) pays for long runs; the results are the same.")  # fmt: skip
+@click.option(
+    "--engine",
+    type=click.Choice(["auto", "python", "numba"]),
+    default="auto",
+    show_default=True,
+    help="numba (extra pidcfg[fast]) pays for long runs; the results are the same.",
+)
 @click.option("--no-limit", is_flag=True, help="Run however many loop-steps it takes.")
 @options.FORCE
 @options.STRICT
 @options.QUIET
 @options.LIMITS
 def command(
-    paths: tuple[str, ...], fmt: str, reports: tuple[report_options.Report, ...], csv: str | None, every: int,
-    plot: tuple[str, ...], plot_loops: tuple[str, ...],
-    engine: str, no_limit: bool, force: bool, strict: bool, quiet: bool, limits: Limits,
-) -> None:  # fmt: skip
+    paths: tuple[str, ...],
+    fmt: str,
+    reports: tuple[report_options.Report, ...],
+    csv: str | None,
+    every: int,
+    plot: tuple[str, ...],
+    plot_loops: tuple[str, ...],
+    engine: str,
+    no_limit: bool,
+    force: bool,
+    strict: bool,
+    quiet: bool,
+    limits: Limits,
+) -> None:
     """Run each SCENARIO against its plants and judge its expectations.
 
     Exit codes: 0 all hold, 1 a failed expectation (or a configuration with errors of which nothing is expected), 2 a

@@ -55,14 +55,28 @@ def number(name: str, text: str, *, signed: bool = False) -> Callable[[Callable[
 @click.option(
     "--pv-range", type=float, nargs=2, metavar="LOW HIGH", help="Engineering values of the PV at 0 and 100 %."
 )
-@click.option("--output-range", type=float, nargs=2, metavar="LOW HIGH", default=(0, 100), show_default=True,
-              help="The output at 0 and 100 %.")  # fmt: skip
+@click.option(
+    "--output-range",
+    type=float,
+    nargs=2,
+    metavar="LOW HIGH",
+    default=(0, 100),
+    show_default=True,
+    help="The output at 0 and 100 %.",
+)
 @options.output_format("text", "json")
 @options.LIMITS
 def command(
-    method: str, form: Form, from_csv: str | None, vendor: str | None, fmt: str, limits: Limits,
-    pv_range: tuple[float, float] | None, output_range: tuple[float, float], **numbers: float | None,
-) -> None:  # fmt: skip
+    method: str,
+    form: Form,
+    from_csv: str | None,
+    vendor: str | None,
+    fmt: str,
+    limits: Limits,
+    pv_range: tuple[float, float] | None,
+    output_range: tuple[float, float],
+    **numbers: float | None,
+) -> None:
     """Work out gains from a process (or a recorded step of it), or from its ultimate cycle.
 
     Gains are output units per PV unit, times are seconds.

@@ -46,10 +46,21 @@ EPILOG = options.examples(
 @options.QUIET
 @options.LIMITS
 def command(
-    paths: tuple[str, ...], fmt: str, reports: tuple[report_options.Report, ...], select: list[str], ignore: list[str],
-    skip_foreign: bool, severity: str, strict: bool, quiet: bool, limits: Limits, fix: bool, diff: bool,
-    show_settings: bool, **living: Any,
-) -> None:  # fmt: skip
+    paths: tuple[str, ...],
+    fmt: str,
+    reports: tuple[report_options.Report, ...],
+    select: list[str],
+    ignore: list[str],
+    skip_foreign: bool,
+    severity: str,
+    strict: bool,
+    quiet: bool,
+    limits: Limits,
+    fix: bool,
+    diff: bool,
+    show_settings: bool,
+    **living: Any,
+) -> None:
     """Find every mistake in PATHS: configurations, scenarios, folders of them, or - for standard input."""
     from pidcfg.cli.checks import check_all
     from pidcfg.cli.living import Rules, live

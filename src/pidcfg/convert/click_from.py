@@ -34,17 +34,19 @@ if TYPE_CHECKING:
     from pidcfg.schemas.generic import Deviation, GenericFile, Loop, Points
 
 D287 = Decision(
-    287, "an alarm that is not wanted goes where the PV cannot get",
+    287,
+    "an alarm that is not wanted goes where the PV cannot get",
     "Of the PV's alarms the outer points go a range's width outside the range, of the deviation's the outer one to the "
     "width of the range; an inner point that is not wanted goes to the outer one.",
     "One bit enables all alarms of a group, and a register that is not given is compared like any other.",
-)  # fmt: skip
+)
 D288 = Decision(
-    288, "a loop without a proportional action gets the smallest gain",
+    288,
+    "a loop without a proportional action gets the smallest gain",
     "The gain becomes the smallest that its register and those of the two times allow, and the times shrink or grow "
     "with it, so that integral and derivative act as strongly as before.",
     "The gain stands before all three terms and cannot be 0.",
-)  # fmt: skip
+)
 CONVERT_OPTIONS = DECODE_OPTIONS
 """Where the blocks of the loops begin, and the discrete outputs of their pulses."""
 BANKS = {"bits": BITS, "integers": INTEGERS, "floats": FLOATS}
@@ -117,8 +119,10 @@ def _tuning(b: Builder, loop: Loop) -> None:
     if not tuning.proportional:
         share = quotient(_smallest_gain(gain, reset, rate), gain) if gain else ONE
         gain, reset, rate = product(gain, share), product(reset, share), quotient(rate, share)
-        b.drop("tuning.proportional", "P cannot be switched off: the gain is the smallest there is, and the times are "
-               "changed with it")  # fmt: skip
+        b.drop(
+            "tuning.proportional",
+            "P cannot be switched off: the gain is the smallest there is, and the times are changed with it",
+        )
     b.put("tuning.proportional_gain", number(gain), "tuning.gain")
     longest = "6000 s is the longest reset time, and counts as no integral" if not reset or reset >= NO_INTEGRAL else ""
     b.put("tuning.reset_time", number(reset or NO_INTEGRAL), "tuning.integral_time", longest)
@@ -126,8 +130,11 @@ def _tuning(b: Builder, loop: Loop) -> None:
     if tuning.derivative_on == "error":
         b.mark("tuning.derivative_gain", "tuning.derivative_on", "it acts on the error")
     elif rate:
-        b.drop("tuning.derivative_on", "the derivative acts on the error, so a step of the set point kicks the output: "
-               "ramp the set point in the program")  # fmt: skip
+        b.drop(
+            "tuning.derivative_on",
+            "the derivative acts on the error, so a step of the set point kicks the output: "
+            "ramp the set point in the program",
+        )
 
 
 def _smallest_gain(gain: Decimal, reset: Decimal, rate: Decimal) -> Decimal:
@@ -147,8 +154,15 @@ def _derivative_filter(b: Builder, loop: Loop) -> None:
     if limit >= NO_FILTER:
         b.drop("tuning.derivative_filter", "shorter than a hundredth of the derivative time, which is the shortest")
         return
-    b.put("derivative_gain_limit", limit, "tuning.derivative_filter", f"a filter of derivative time / {limit}",
-          exact=constant, held=quotient(rate, Decimal(limit)), clamped=constant > rate)  # fmt: skip
+    b.put(
+        "derivative_gain_limit",
+        limit,
+        "tuning.derivative_filter",
+        f"a filter of derivative time / {limit}",
+        exact=constant,
+        held=quotient(rate, Decimal(limit)),
+        clamped=constant > rate,
+    )
 
 
 # --- PV, set point and output ----------------------------------------------------------------------------------------
@@ -156,8 +170,13 @@ def _derivative_filter(b: Builder, loop: Loop) -> None:
 
 def _pv(b: Builder, loop: Loop, sample: Decimal) -> None:
     pv = loop.pv
-    b.put("pv.range", [number(end) for end in pv.range], "pv.range", assumed=True,
-          note="that of the instrument: write what the process reaches at 0 and 100 % of the output")  # fmt: skip
+    b.put(
+        "pv.range",
+        [number(end) for end in pv.range],
+        "pv.range",
+        assumed=True,
+        note="that of the instrument: write what the process reaches at 0 and 100 % of the output",
+    )
     b.put("pv.input_range", [number(end) for end in pv.range], "pv.range", "the range of the instrument")
     if pv.unit is not None:
         b.put("pv.unit", pv.unit, "pv.unit")
@@ -166,8 +185,14 @@ def _pv(b: Builder, loop: Loop, sample: Decimal) -> None:
         if nearest(share) >= NO_FILTER:
             b.drop("pv.filter", f"with a sample rate of {decimal_text(sample)} s such a filter passes everything")
         else:
-            b.put("pv.filter", max(nearest(share), 1), "pv.filter", "% of the raw PV that each sample passes",
-                  exact=share, clamped=share < ONE)  # fmt: skip
+            b.put(
+                "pv.filter",
+                max(nearest(share), 1),
+                "pv.filter",
+                "% of the raw PV that each sample passes",
+                exact=share,
+                clamped=share < ONE,
+            )
     if pv.square_root:
         b.drop("pv.square_root", "take the root in the program, before the raw PV (DFn+11)")
 
@@ -186,8 +211,10 @@ def _cascade(b: Builder, loop: Loop, floats: Mapping[str, int]) -> None:
     source, own = str(loop.setpoint.source), floats[loop.name]
     low, high = (decimal_text(end) for end in loop.pv.range)
     outer = f"DF{floats[source] + OUTPUT_REGISTER} of {source}" if source in floats else f"the output of {source}"
-    b.drop("setpoint.source", f"scale {outer}, 0 to 100 %, to {low} to {high} in the program, and write it to "
-           f"DF{own + SETPOINT}")  # fmt: skip
+    b.drop(
+        "setpoint.source",
+        f"scale {outer}, 0 to 100 %, to {low} to {high} in the program, and write it to DF{own + SETPOINT}",
+    )
 
 
 def _output(b: Builder, loop: Loop, bit: str) -> None:
@@ -239,8 +266,12 @@ def _alarms(b: Builder, loop: Loop, sample: Decimal) -> None:
     _group(b, "alarms.pv", dict(alarms.pv), _pv_points(alarms.pv, span))
     _group(b, "alarms.deviation", dict(alarms.deviation), _deviation_points(alarms.deviation, span))
     if alarms.rate_of_change is not None:
-        b.put("alarms.rate_of_change", number(product(alarms.rate_of_change, sample)), "alarms.rate_of_change",
-              "per sample")  # fmt: skip
+        b.put(
+            "alarms.rate_of_change",
+            number(product(alarms.rate_of_change, sample)),
+            "alarms.rate_of_change",
+            "per sample",
+        )
     if alarms.hysteresis:
         b.put("alarms.hysteresis", number(alarms.hysteresis), "alarms.hysteresis")
 

@@ -21,18 +21,20 @@ if TYPE_CHECKING:
     from pidcfg.schemas.click import ClickFile, Loop
 
 D285 = Decision(
-    285, "a reset time of 6000 s is no integral",
+    285,
+    "a reset time of 6000 s is no integral",
     "6000 s, the longest reset time, becomes no integral, and no integral becomes 6000 s; every shorter time is one.",
     "The integral cannot be switched off, and the help advises 1000 s or so; but 1200 s is a time that a slow process "
     "can want, and nobody would miss the integral that 6000 s leaves.",
-)  # fmt: skip
+)
 D286 = Decision(
-    286, "a squared error has the gain of a full error",
+    286,
+    "a squared error has the gain of a full error",
     "Where the square has to be left out, the gain is multiplied by the PV's range, so that an error of the whole "
     "range moves the output as before, and the deadband is its root.",
     "The help squares the error in the PV's units. A controller that squares errors as a share of the range has the "
     "same effect with this gain.",
-)  # fmt: skip
+)
 RAISES = {"direct": True, "reverse": False}
 """Whether the PV rises with the output, by the word for the process's action."""
 FOLLOWS = {1: True, 2: False}
@@ -42,12 +44,25 @@ OUTPUT = (ZERO, HUNDRED)
 NO_INTEGRAL = Decimal(6000)
 NO_FILTER = 100
 SWITCHED_OFF = "stored, but switched off"
-NOTHING_LOST = frozenset((
-    "bits", "integers", "floats", "action_verified", "output.pwm.bit", "state.raw_pv", "state.pv",
-    "derivative_gain_limit_enabled", "pv.filter_enabled", "setpoint.lower_limit_enabled",
-    "setpoint.upper_limit_enabled", "error.deadband_enabled", "alarms.pv.enabled", "alarms.deviation.enabled",
-    "alarms.rate_of_change_enabled",
-))  # fmt: skip
+NOTHING_LOST = frozenset(
+    (
+        "bits",
+        "integers",
+        "floats",
+        "action_verified",
+        "output.pwm.bit",
+        "state.raw_pv",
+        "state.pv",
+        "derivative_gain_limit_enabled",
+        "pv.filter_enabled",
+        "setpoint.lower_limit_enabled",
+        "setpoint.upper_limit_enabled",
+        "error.deadband_enabled",
+        "alarms.pv.enabled",
+        "alarms.deviation.enabled",
+        "alarms.rate_of_change_enabled",
+    )
+)
 """Where things stand in this PLC, what it writes itself, and switches: they show in what they switch."""
 
 
@@ -91,13 +106,24 @@ def _squared(loop: Loop) -> bool:
 def _tuning(t: Teller, loop: Loop) -> None:
     gain, reset = loop.tuning.proportional_gain, loop.tuning.reset_time
     if _squared(loop):
-        t.keep("tuning.proportional_gain", gain, "tuning.gain", product(gain, width(loop.pv.range)), assumed=True,
-               note="with the square left out, an error of the whole range moves the output as before")  # fmt: skip
+        t.keep(
+            "tuning.proportional_gain",
+            gain,
+            "tuning.gain",
+            product(gain, width(loop.pv.range)),
+            assumed=True,
+            note="with the square left out, an error of the whole range moves the output as before",
+        )
     else:
         t.keep("tuning.proportional_gain", gain, "tuning.gain", gain)
     off = reset >= NO_INTEGRAL
-    t.keep("tuning.reset_time", reset, "tuning.integral_time", ZERO if off else reset,
-           "6000 s is taken for no integral" if off else "")  # fmt: skip
+    t.keep(
+        "tuning.reset_time",
+        reset,
+        "tuning.integral_time",
+        ZERO if off else reset,
+        "6000 s is taken for no integral" if off else "",
+    )
 
 
 def _derivative(t: Teller, loop: Loop) -> None:
@@ -122,12 +148,21 @@ def _derivative(t: Teller, loop: Loop) -> None:
 
 def _error(t: Teller, loop: Loop) -> None:
     if _squared(loop):
-        t.lose("error.curve", "squared", "square the error in the new controller, or tune it anew: small errors now "
-               "count for more")  # fmt: skip
+        t.lose(
+            "error.curve",
+            "squared",
+            "square the error in the new controller, or tune it anew: small errors now count for more",
+        )
     deadband = _active(t, loop.error, "error.deadband", ZERO)
     if deadband is not None and _squared(loop):
-        t.keep("error.deadband", deadband, "deadband", rounded(deadband.sqrt()), assumed=True,
-               note="the root, since the error is no longer squared")  # fmt: skip
+        t.keep(
+            "error.deadband",
+            deadband,
+            "deadband",
+            rounded(deadband.sqrt()),
+            assumed=True,
+            note="the root, since the error is no longer squared",
+        )
     elif deadband is not None:
         t.keep("error.deadband", deadband, "deadband", deadband)
 
@@ -138,9 +173,14 @@ def _error(t: Teller, loop: Loop) -> None:
 def _pv(t: Teller, loop: Loop) -> None:
     pv = loop.pv
     if pv.input_range is None:
-        t.keep("pv.range", list(pv.range), "pv.range", list(pv.range), assumed=True,
-               note="the range of the process is taken for that of the instrument; pv.input_range gives the "
-               "instrument's")  # fmt: skip
+        t.keep(
+            "pv.range",
+            list(pv.range),
+            "pv.range",
+            list(pv.range),
+            assumed=True,
+            note="the range of the process is taken for that of the instrument; pv.input_range gives the instrument's",
+        )
     else:
         t.keep("pv.input_range", list(pv.input_range), "pv.range", list(pv.input_range))
         if pv.range == pv.input_range:

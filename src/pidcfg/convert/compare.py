@@ -153,8 +153,9 @@ class _OwnWords:
         one, two = self.before.names[i], self.after.names[j]
         yield from self._owned(one, two, lone=(self.before.loops[i] is None) != (self.after.loops[j] is None))
         for d in _beside(self.before, i, self.after, j):
-            if not any(side.own and is_own(d.field, name, side.own)
-                       for side, name in ((self.before, one), (self.after, two))):  # fmt: skip
+            if not any(
+                side.own and is_own(d.field, name, side.own) for side, name in ((self.before, one), (self.after, two))
+            ):
                 yield d
 
     def _owned(self, one: str, two: str, *, lone: bool = False) -> Iterator[Difference]:
@@ -227,8 +228,11 @@ def _beside(before: Side, i: int, after: Side, j: int) -> list[Difference]:
     if before.vendor is not after.vendor:
         return []
     mine, theirs = before.beside[i], after.beside[j]
-    return [Difference(key, own_risk(key), shown(mine.get(key)), shown(theirs.get(key)))
-            for key in {**mine, **theirs} if mine.get(key) != theirs.get(key)]  # fmt: skip
+    return [
+        Difference(key, own_risk(key), shown(mine.get(key)), shown(theirs.get(key)))
+        for key in {**mine, **theirs}
+        if mine.get(key) != theirs.get(key)
+    ]
 
 
 def flat(model: Any, prefix: str = "") -> dict[str, Any]:

@@ -17,12 +17,13 @@ if TYPE_CHECKING:
     from pidcfg.convert.dl06_writer import Writer
 
 D282 = Decision(
-    282, "alarms that a group needs besides those that are wanted",
+    282,
+    "alarms that a group needs besides those that are wanted",
     "One bit enables all four PV alarms, another both deviation alarms. A point that is not wanted stands at the end "
     "of the scale, or one count beside its neighbour; a point at the very end of the scale, which no PV passes, makes "
     "room for it. A hysteresis of less than one count becomes one.",
     "The PLC wants low_low < low < high < high_high and yellow < red in counts, and compares with words of 0 too.",
-)  # fmt: skip
+)
 POINTS = ("low_low", "low", "high", "high_high")
 WIDEST = Decimal(0x200) / 4095
 FILLED = "one bit enables the whole group: this point is not wanted and stands where it does least"

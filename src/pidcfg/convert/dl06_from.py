@@ -24,11 +24,12 @@ if TYPE_CHECKING:
     from pidcfg.schemas.generic import GenericFile, Loop
 
 D281 = Decision(
-    281, "Bumpless Transfer I where nothing is said",
+    281,
+    "Bumpless Transfer I where nothing is said",
     "Type I where the set point follows the PV in manual or is set to it on the way to auto, type II where it stays; a "
     "loop of which neither is said gets type I.",
     "A loop that nobody has given a set point yet stays where it is; type II would drive it towards 0 counts.",
-)  # fmt: skip
+)
 TYPES = {follows: kind for kind, follows in FOLLOWS.items()}
 LOOP_TABLE = 0o2000
 DATA_FORMAT = "12-bit unipolar"
@@ -196,8 +197,15 @@ def _filter(w: Writer, rate: Decimal) -> None:
     limit, ratio = gain_limit(rate, constant, LIMITS[1]), quotient(rate, constant)
     clamped = not LIMITS[0] <= ratio <= LIMITS[1]
     note = f"the filter is Td/N with N from {LIMITS[0]} to {LIMITS[1]}: {limit}" if clamped else f"Td/{limit}"
-    w.means("derivative_gain_limit", limit, "tuning.derivative_filter", note,
-            exact=constant, held=quotient(rate, Decimal(limit)), clamped=clamped)  # fmt: skip
+    w.means(
+        "derivative_gain_limit",
+        limit,
+        "tuning.derivative_filter",
+        note,
+        exact=constant,
+        held=quotient(rate, Decimal(limit)),
+        clamped=clamped,
+    )
 
 
 def _pv(w: Writer, form: str) -> None:

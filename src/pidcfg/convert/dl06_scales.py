@@ -15,11 +15,12 @@ if TYPE_CHECKING:
     from pidcfg.schemas.base import Quantity
 
 D284 = Decision(
-    284, "alarms of a square-root loop become alarms of the flow",
+    284,
+    "alarms of a square-root loop become alarms of the flow",
     "A DL06 compares its absolute alarms with the raw PV; in a conversion a point is the flow whose square it is. Its "
     "deviation and rate-of-change alarms and its hysteresis are differences of squares and are dropped.",
     "The PV of the neutral loop is the root. A difference of squares is another flow at every set point.",
-)  # fmt: skip
+)
 
 
 DIGITS = 10

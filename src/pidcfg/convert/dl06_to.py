@@ -33,11 +33,12 @@ if TYPE_CHECKING:
     from pidcfg.schemas.dl06 import Dl06File, Loop, RampSoak, Transfer
 
 D283 = Decision(
-    283, "the bias is a constant only without an integral",
+    283,
+    "the bias is a constant only without an integral",
     "`state.bias` becomes the neutral bias of a loop whose reset is off (0 counts where it is not given); with an "
     "integral it is a running value and is not carried over. The other way a bias is written to the bias word.",
     "The bias word is the integrator. A change to Auto sets it to the output, whatever it was.",
-)  # fmt: skip
+)
 
 NOTHING_LOST = {
     "algorithm": "position is the neutral form; velocity is reported",

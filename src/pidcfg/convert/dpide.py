@@ -23,24 +23,27 @@ if TYPE_CHECKING:
     from pidcfg.schemas.generic import GenericFile, Loop
 
 D296 = Decision(
-    296, "a DPIDE is written in the dependent form, in mode 2",
+    296,
+    "a DPIDE is written in the dependent form, in mode 2",
     "PID_EQ TRUE with Kc, Ti and Td; without a proportional action PID_EQ FALSE with Kp 0. PID_MODE 2, "
     "but 0 where the derivative of the error kicks at a step of the set point and there is a proportional action.",
     "The dependent form is the one that all others have a twin of; mode 2 works the integral out of the limited MV, "
     "and a kick that the limit cuts off would go into it: the PV dips by several % after each step. Mode 0 holds the "
     "integral at a limit whichever way the error points: without a proportional action it would stick there.",
-)  # fmt: skip
+)
 D297 = Decision(
-    297, "a DPIDE that is off goes over in manual, with an output of 0",
+    297,
+    "a DPIDE that is off goes over in manual, with an output of 0",
     "PID_RUN FALSE becomes the manual mode; the manual output is then 0, or the limit next to it, whatever MOUT says.",
     "The instruction sets MV to 0 when it is switched off; MOUT might open the valve.",
-)  # fmt: skip
+)
 D298 = Decision(
-    298, "without a set point a DPIDE gets the one at which its output is least",
+    298,
+    "without a set point a DPIDE gets the one at which its output is least",
     "SV is the lower end of the PV's range where the PV rises with the output, else the upper one; reported as "
     "assumed.",
     "SV must be given. A loop that nobody has given a set point must not open its valve.",
-)  # fmt: skip
+)
 BLOCK = 30
 """Registers of an I_MV block."""
 BACK_CALCULATED = 2
@@ -266,15 +269,25 @@ def _puts(loop: Loop) -> list[Put]:
     whole = "CYCLE is whole milliseconds" if cycle != _cycle(loop) else ""
     held = SHORTEST_CYCLE <= cycle <= LONGEST_CYCLE
     rows = [
-        Put("PID_DIR", "output_raises_pv"), Put("CYCLE", "sample_time", whole, exact=cycle, clamped=not held),
-        Put("Kc_Kp", "tuning.gain"), Put("PID_EQ", "tuning.proportional", form), Put("Ti_Ki", "tuning.integral_time"),
-        Put("Td_Kd", "tuning.derivative_time"), Put("PID_DE", "tuning.derivative_on"),
-        Put("Tf", "tuning.derivative_filter"), Put("MV_MIN", "output.limits.0"), Put("MV_MAX", "output.limits.1"),
-        Put("output.range", "output.range"), Put("pv.range", "pv.range"), Put("BIAS", "output.bias"),
+        Put("PID_DIR", "output_raises_pv"),
+        Put("CYCLE", "sample_time", whole, exact=cycle, clamped=not held),
+        Put("Kc_Kp", "tuning.gain"),
+        Put("PID_EQ", "tuning.proportional", form),
+        Put("Ti_Ki", "tuning.integral_time"),
+        Put("Td_Kd", "tuning.derivative_time"),
+        Put("PID_DE", "tuning.derivative_on"),
+        Put("Tf", "tuning.derivative_filter"),
+        Put("MV_MIN", "output.limits.0"),
+        Put("MV_MAX", "output.limits.1"),
+        Put("output.range", "output.range"),
+        Put("pv.range", "pv.range"),
+        Put("BIAS", "output.bias"),
         Put("PID_MODE", "anti_windup", windup, assumed=not loop.anti_windup),
         Put("PID_MAN", "mode", "link the loops in the program" if cascade else "", assumed=cascade),
-        Put("MOUT", "output.manual"), Put("pv.unit", "pv.unit"), Put("output.unit", "output.unit"),
-    ]  # fmt: skip
+        Put("MOUT", "output.manual"),
+        Put("pv.unit", "pv.unit"),
+        Put("output.unit", "output.unit"),
+    ]
     rows.append(Put("SV", None if loop.setpoint.value is None else "setpoint.value", none))
     if loop.deadband:
         rows.append(Put("ERR_DBW", "deadband", DEAD_BAND))

@@ -25,10 +25,11 @@ if TYPE_CHECKING:
     from pidcfg.schemas.generic import GenericFile, Loop
 
 D291 = Decision(
-    291, "a converted PV is 0 to 4095 counts",
+    291,
+    "a converted PV is 0 to 4095 counts",
     "`pv.counts` of a converted loop is [0, 4095], unless --pv-counts says otherwise; the gain is worked out with it.",
     "No other controller tells how many counts the new input module makes, and the gain is in counts per count.",
-)  # fmt: skip
+)
 PLACES = ("registers", "discretes", "pv_tag", "cv_tag", "output_tag")
 
 
@@ -129,8 +130,12 @@ def _tuning(b: Builder, loop: Loop, span: Decimal) -> None:
     per_share = quotient(product(tuning.gain, width(loop.pv.range)), width(loop.output.range))
     gain, integral, derivative = quotient(product(per_share, FULL), span), tuning.integral_time, tuning.derivative_time
     if not gain:
-        b.put("tuning.proportional_gain", 0, "tuning.gain", "gain 0 switches the proportional term off only: the times "
-              "are off as well")  # fmt: skip
+        b.put(
+            "tuning.proportional_gain",
+            0,
+            "tuning.gain",
+            "gain 0 switches the proportional term off only: the times are off as well",
+        )
         integral = derivative = ZERO
     elif tuning.proportional:
         b.put("tuning.proportional_gain", number(gain), "tuning.gain", "counts per count")
@@ -157,8 +162,11 @@ def _pv(b: Builder, loop: Loop, counts: tuple[int, int], tag: str) -> None:
         b.put("pv.square_root", pv.square_root, "pv.square_root")
     if pv.filter:
         time = f"{pv.filter:.4g}"
-        b.drop("pv.filter", f"filter {tag} in the program with a time constant of {time} s; the R register with the "
-               "result becomes the PV's tag")  # fmt: skip
+        b.drop(
+            "pv.filter",
+            f"filter {tag} in the program with a time constant of {time} s; the R register with the "
+            "result becomes the PV's tag",
+        )
 
 
 def _output(b: Builder, loop: Loop, tags: Mapping[str, str]) -> None:

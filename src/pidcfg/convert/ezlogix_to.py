@@ -23,18 +23,20 @@ if TYPE_CHECKING:
     from pidcfg.schemas.ezlogix import EzlogixFile, Loop
 
 D289 = Decision(
-    289, "gain 0 is a gain of one count per count without the proportional term",
+    289,
+    "gain 0 is a gain of one count per count without the proportional term",
     "Gain 0 becomes no proportional action, with one count of the CV per count of the PV before the other two; a loop "
     "without a proportional action gets gain 0, and its gain goes into the times.",
     "By the manual's text 0 removes the proportional term alone; its formula then leaves Ts/Ti and Td/Ts of an error "
     "in counts.",
-)  # fmt: skip
+)
 D290 = Decision(
-    290, "a CV tag that is a set point register is a cascade",
+    290,
+    "a CV tag that is a set point register is a cascade",
     "It becomes the source of that loop's set point, and a set point's source becomes the CV tag of the other loop, "
     "where both scales are 0 to 4095 counts. Without the square root in the loop that follows.",
     "Both are one register, in counts.",
-)  # fmt: skip
+)
 RAISES = {"reverse": True, "direct": False}
 """Whether the PV rises with the output, by the word for the controller's action: reverse is heating."""
 ACTS_ON = {"position": "error", "velocity": "pv"}
@@ -43,9 +45,16 @@ PER_CENT: Span = (ZERO, HUNDRED)
 """The output's range when the file gives none."""
 FULL = Decimal(CV_FULL)
 SETPOINT = R_BLOCK.offset("setpoint")
-NOTHING_LOST = frozenset((
-    "registers", "discretes", "pv.tag", "pv.counts", "output.tag", "output.pulse.tag",
-))  # fmt: skip
+NOTHING_LOST = frozenset(
+    (
+        "registers",
+        "discretes",
+        "pv.tag",
+        "pv.counts",
+        "output.tag",
+        "output.pulse.tag",
+    )
+)
 """Where things stand in this PLC, and in how many counts."""
 
 
@@ -138,8 +147,13 @@ def _tuning(t: Teller, s: Scaled) -> None:
     gain = rounded(product(tuning.proportional_gain or ONE, s.unit_gain))
     t.keep("tuning.proportional_gain", tuning.proportional_gain, "tuning.gain", gain)
     if not tuning.proportional_gain:
-        t.keep("tuning.proportional_gain", tuning.proportional_gain, "tuning.proportional", became=False,
-               note="0 removes the proportional term; before the others stands 1 count per count")  # fmt: skip
+        t.keep(
+            "tuning.proportional_gain",
+            tuning.proportional_gain,
+            "tuning.proportional",
+            became=False,
+            note="0 removes the proportional term; before the others stands 1 count per count",
+        )
     t.keep("tuning.integral_time", tuning.integral_time, "tuning.integral_time", tuning.integral_time)
     t.keep("tuning.derivative_time", tuning.derivative_time, "tuning.derivative_time", tuning.derivative_time)
     t.keep("algorithm", s.loop.algorithm, "tuning.derivative_on", ACTS_ON[s.loop.algorithm])

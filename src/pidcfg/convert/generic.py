@@ -59,8 +59,11 @@ def _given(model: BaseModel, above: str) -> Iterator[tuple[str, Any]]:
 def plain(value: Any) -> Any:
     """What is given of a model, as a file has it."""
     if isinstance(value, BaseModel):
-        return {key: plain(getattr(value, key)) for key in type(value).model_fields
-                if key in value.model_fields_set and getattr(value, key) is not None}  # fmt: skip
+        return {
+            key: plain(getattr(value, key))
+            for key in type(value).model_fields
+            if key in value.model_fields_set and getattr(value, key) is not None
+        }
     if isinstance(value, tuple):
         return [plain(item) for item in value]
     return plain_number(value) if isinstance(value, Decimal) else value

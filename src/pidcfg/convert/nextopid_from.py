@@ -27,16 +27,22 @@ if TYPE_CHECKING:
     from pidcfg.schemas.generic import GenericFile, Loop
 
 D294 = Decision(
-    294, "without a set point a NextoPID loop gets the one at which its output is least",
+    294,
+    "without a set point a NextoPID loop gets the one at which its output is least",
     "SP is MinPV where the PV rises with the output, else MaxPV; reported as assumed.",
     "SP must be given. A loop that nobody has given a set point must not open its valve.",
-)  # fmt: skip
+)
 CONVERT_OPTIONS = tuple(row for row in DECODE_OPTIONS if row.key == "sample_time")
 """The interval of the task."""
 KEYS = (
-    "name", "type", "description", "sample_time",
-    *(key for key in PidaReal.model_fields if key not in Controller.model_fields and key != "type"), "pv", "output",
-)  # fmt: skip
+    "name",
+    "type",
+    "description",
+    "sample_time",
+    *(key for key in PidaReal.model_fields if key not in Controller.model_fields and key != "type"),
+    "pv",
+    "output",
+)
 """In the order of the file."""
 PERIODS = (1, 0xFFFF)
 """Cycles of a ControlPWM's period."""
@@ -200,8 +206,16 @@ def _pulses(b: Builder, loop: Loop, program: Program) -> None:
     period = min(max(nearest(wanted), PERIODS[0]), PERIODS[1])
     name, place = program.names.new(b.data["name"], "_PWM"), len(program.blocks)
     low, high = (number(end) for end in loop.output.range)
-    program.blocks.append({"name": name, "type": "ControlPWM", "MV": f"{b.data['name']}.MV", "MaxMV": high,
-                           "MinMV": low, "Period": period})  # fmt: skip
+    program.blocks.append(
+        {
+            "name": name,
+            "type": "ControlPWM",
+            "MV": f"{b.data['name']}.MV",
+            "MaxMV": high,
+            "MinMV": low,
+            "Period": period,
+        }
+    )
     note = f"{name}, in cycles of the task of {decimal_text(program.task.interval)} s"
     if period < ROUGH:
         note += f": the output has {period} steps; a shorter interval (--sample-time) gives more"

@@ -9,9 +9,28 @@ if TYPE_CHECKING:
     from pidcfg.convert.nextopid_wires import Network
 
 SETTINGS = frozenset(
-    ("SP", "PV", "Kp", "Ti_Ki", "Td_Kd", "Tfd", "ManualMV", "MaxVarMV", "MaxMV", "MinMV", "DeadBand", "MaxPV", "MinPV",
-     "Indep", "DisableP", "DerivEr", "CASC", "Manual", "Direct")
-)  # fmt: skip
+    (
+        "SP",
+        "PV",
+        "Kp",
+        "Ti_Ki",
+        "Td_Kd",
+        "Tfd",
+        "ManualMV",
+        "MaxVarMV",
+        "MaxMV",
+        "MinMV",
+        "DeadBand",
+        "MaxPV",
+        "MinPV",
+        "Indep",
+        "DisableP",
+        "DerivEr",
+        "CASC",
+        "Manual",
+        "Direct",
+    )
+)
 """Parameters of a loop whose signals are taken at their first value, or belong to the process."""
 FILTERED = frozenset(("InVar", "Tc", "Period"))
 """Parameters of a block with a twin, likewise."""

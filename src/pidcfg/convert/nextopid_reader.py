@@ -13,13 +13,14 @@ if TYPE_CHECKING:
     from pidcfg.convert.nextopid_wires import Network, Value
 
 D293 = Decision(
-    293, "a wired setting becomes its first value",
+    293,
+    "a wired setting becomes its first value",
     "What a parameter is wired to is followed to signals and literals; the number that it begins with is converted, "
     "and reported as assumed with its expression. A wire to something that a block calculates has none: it is "
     "dropped, or asked for where nothing can be converted without it. A wired BIAS is a feed-forward and always "
     "dropped.",
     "A signal stands for an operator's entry or a recipe, which has a place in every PLC, but none in its parameters.",
-)  # fmt: skip
+)
 
 
 class Reader:

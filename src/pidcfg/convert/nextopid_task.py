@@ -17,12 +17,13 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
 D295 = Decision(
-    295, "the task's interval is the greatest common step of the loops' sample times, of at least 1 ms",
+    295,
+    "the task's interval is the greatest common step of the loops' sample times, of at least 1 ms",
     "Sample times are rounded to whole milliseconds for it where they are none, and limited to 60 s; a loop runs in "
     "every n-th cycle. An interval that an option gives is taken, and sample times are rounded to its multiples. "
     "Filters and pulses run in every cycle of the task.",
     "A loop's sample time must be a multiple of the task's. 60 s is the longest that the blocks allow.",
-)  # fmt: skip
+)
 SHORTEST, LONGEST = Decimal("0.001"), LONGEST_SAMPLE
 """Sample times in s."""
 

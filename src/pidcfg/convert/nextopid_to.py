@@ -31,10 +31,17 @@ NOTHING_LOST = {
 """Fields that may come without a line in the report, and why."""
 HELD = "while the error is smaller, MV is held here"
 NEEDED = {
-    "Direct": "the direction", "Indep": "the form", "DisableP": "the proportional term",
-    "Kp": "the gain", "Ti_Ki": "the integral term", "Td_Kd": "the derivative term", "MinMV": "the limits of the output",
-    "MaxMV": "the limits of the output", "MinPV": "the scale of the PV", "MaxPV": "the scale of the PV",
-}  # fmt: skip
+    "Direct": "the direction",
+    "Indep": "the form",
+    "DisableP": "the proportional term",
+    "Kp": "the gain",
+    "Ti_Ki": "the integral term",
+    "Td_Kd": "the derivative term",
+    "MinMV": "the limits of the output",
+    "MaxMV": "the limits of the output",
+    "MinPV": "the scale of the PV",
+    "MaxPV": "the scale of the PV",
+}
 """What a loop cannot be converted without."""
 
 
@@ -75,8 +82,9 @@ class Controller(Reader):
 
     def _complete(self) -> bool:
         known = all(self.of(key).value is not None for key in NEEDED)
-        return known and all(self.of(low).value < self.of(high).value for low, high in
-                             (("MinPV", "MaxPV"), ("MinMV", "MaxMV")))  # fmt: skip
+        return known and all(
+            self.of(low).value < self.of(high).value for low, high in (("MinPV", "MaxPV"), ("MinMV", "MaxMV"))
+        )
 
     def _refuse(self) -> None:
         name = self.item.name
@@ -102,9 +110,12 @@ class Controller(Reader):
             note = "below 0.001 s: no integral" if integral else ""
             integral = ZERO
         tuning = {
-            "gain": gain, "integral_time": integral, "derivative_time": derivative, "proportional": acts,
+            "gain": gain,
+            "integral_time": integral,
+            "derivative_time": derivative,
+            "proportional": acts,
             "derivative_on": "error" if self.is_on("DerivEr") else "pv",
-        }  # fmt: skip
+        }
         t.neutral.loop["tuning"] = tuning
         self.say("Kp", "tuning.gain", *(("tuning.proportional",) if indep else ()))
         self.say("Ti_Ki", "tuning.integral_time", note=note)
@@ -186,8 +197,9 @@ class Controller(Reader):
             note = "no output.range is given: MinMV and MaxMV are taken for 0 % and 100 %"
             if own.scale is not None:
                 note = f"0 % and 100 % of {own.reader}"
-            t.keep("output.range", None if given is None else list(given), "output.range", list(scale), note,
-                   assumed=True)  # fmt: skip
+            t.keep(
+                "output.range", None if given is None else list(given), "output.range", list(scale), note, assumed=True
+            )
         if item.output.unit is not None:
             t.keep("output.unit", item.output.unit, "output.unit", item.output.unit)
         if own.pwm is not None:
@@ -214,8 +226,13 @@ class Controller(Reader):
         elif self.given("ManualMV") or self.is_on("Manual"):
             self.keep("ManualMV", "output.manual", self.of("ManualMV").value)
         if self.given("MaxVarMV"):
-            self.number_or_lost("MaxVarMV", "output.max_rate", "limit the change of MV in the program",
-                                quotient(Decimal(1), self.time), "per cycle here")  # fmt: skip
+            self.number_or_lost(
+                "MaxVarMV",
+                "output.max_rate",
+                "limit the change of MV in the program",
+                quotient(Decimal(1), self.time),
+                "per cycle here",
+            )
 
     def _special(self) -> None:
         """Connections of cascades and overrides, and the auto-tuning."""

@@ -37,17 +37,22 @@ if TYPE_CHECKING:
 from decimal import Decimal as Number
 
 D292 = Decision(
-    292, "what reads MV says what 0 % and 100 % of it are",
+    292,
+    "what reads MV says what 0 % and 100 % of it are",
     "A loop whose MV is another's SP_CASC has that one's MinPV and MaxPV as output range; one with a ControlPWM has "
     "its MinMV and MaxMV. An output.range that differs is replaced, and the report says so. SP_CASC wired to anything "
     "but an MV as it is, is no link, and is dropped.",
     "MinMV and MaxMV of a loop are limits; the range of what reads MV is the only scale that the program shows, and "
     "the neutral link hands the output on in units of the slave's PV.",
-)  # fmt: skip
+)
 OPERATIONS: dict[int, Callable[[Decimal, Decimal], Decimal]] = {
-    ADD: EXACT.add, SUBTRACT: EXACT.subtract, MULTIPLY: EXACT.multiply, DIVIDE: EXACT.divide, MINIMUM: min,
+    ADD: EXACT.add,
+    SUBTRACT: EXACT.subtract,
+    MULTIPLY: EXACT.multiply,
+    DIVIDE: EXACT.divide,
+    MINIMUM: min,
     MAXIMUM: max,
-}  # fmt: skip
+}
 """Operators of two operands."""
 SIGNS: dict[int, Callable[[Decimal], Decimal]] = {NEGATE: EXACT.minus, ABSOLUTE: abs, ROOT: EXACT.sqrt}
 """Operators of one operand."""
@@ -168,10 +173,16 @@ class Network:
     def _filter_of(self, i: int) -> int | None:
         name, _, output = self.source(i, "PV").partition(".")
         return next(
-            (j for j, own in enumerate(self.items)
-             if own.item.name == name and output == "OutVar" and isinstance(own.item, LowFilter)
-             and self.value(j, "Tc").value is not None), None,
-        )  # fmt: skip
+            (
+                j
+                for j, own in enumerate(self.items)
+                if own.item.name == name
+                and output == "OutVar"
+                and isinstance(own.item, LowFilter)
+                and self.value(j, "Tc").value is not None
+            ),
+            None,
+        )
 
     def _link(self, found: dict[int, Twins], i: int) -> None:
         """The master whose MV is a loop's set point as it is."""

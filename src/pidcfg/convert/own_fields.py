@@ -23,8 +23,11 @@ def unsaid(held: Any, i: int, loop: Neutral) -> dict[str, Any]:
     fields = leaves(held.loops[i])
     if i == 0 and hasattr(held, "plc"):
         fields |= {f"plc.{key}": value for key, value in leaves(held.plc).items()}
-    return {key: value for key, value in fields.items()
-            if key not in CARRIED and not any(_related(key, field) for field in said)}  # fmt: skip
+    return {
+        key: value
+        for key, value in fields.items()
+        if key not in CARRIED and not any(_related(key, field) for field in said)
+    }
 
 
 def _related(one: str, two: str) -> bool:

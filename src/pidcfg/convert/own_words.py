@@ -32,16 +32,20 @@ class Own:
     def differs(self, other: Own, one: str, two: str) -> Iterator[tuple[str, Any, Any]]:
         """Keys of two owners that differ, with both contents."""
         mine, theirs = self.words.get(one, {}), other.words.get(two, {})
-        yield from ((key, mine.get(key), theirs.get(key))
-                    for key in {**mine, **theirs} if mine.get(key) != theirs.get(key))  # fmt: skip
+        yield from (
+            (key, mine.get(key), theirs.get(key)) for key in {**mine, **theirs} if mine.get(key) != theirs.get(key)
+        )
 
     def became_differently(self, owner: str, key: str, reported: Sequence[frozenset[str]]) -> bool | None:
         """Whether a neutral field that a parameter became is ``reported`` (by loop); None: it became none."""
         fields = self.became.get((owner, key))
         if not fields:
             return None
-        return any(name == field or name.startswith(f"{field}.") or field.startswith(f"{name}.")
-                   for i, field in fields for name in reported[i])  # fmt: skip
+        return any(
+            name == field or name.startswith(f"{field}.") or field.startswith(f"{name}.")
+            for i, field in fields
+            for name in reported[i]
+        )
 
 
 def own_of(image: object, names: Sequence[str], loops: Sequence[Neutral]) -> Own | None:

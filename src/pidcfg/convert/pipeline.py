@@ -95,9 +95,14 @@ def _idle(loop: Any, field: str) -> bool:
 def settled(made: Target, target: Vendor) -> list[dict[str, Stored]]:
     """Puts the values that the target can hold into its data; what became of each field, by loop."""
     places = made.items or [("loops", i) for i in range(len(made.puts))]
-    wanted = [{put.field: at(made.data, route_of(place, put.field)) if put.exact is None else put.exact
-               for put in puts if put.field}
-              for place, puts in zip(places, made.puts, strict=True)]  # fmt: skip
+    wanted = [
+        {
+            put.field: at(made.data, route_of(place, put.field)) if put.exact is None else put.exact
+            for put in puts
+            if put.field
+        }
+        for place, puts in zip(places, made.puts, strict=True)
+    ]
     meant = [{put.field: (put.exact, put.held) for put in puts if put.exact and put.held} for puts in made.puts]
     notes: dict[Route, Stored] = {}
     for _ in range(2):  # a clamped value is encoded again

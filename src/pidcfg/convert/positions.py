@@ -19,11 +19,12 @@ if TYPE_CHECKING:
     from pidcfg.convert.ledger import Neutral
 
 D305 = Decision(
-    305, "the output of an outer loop is in the units of the inner one's PV",
+    305,
+    "the output of an outer loop is in the units of the inner one's PV",
     "DL06 and EZLogix write the outer loop's output word into the inner loop's set point word. Where its own range is "
     "another than that of the inner PV, the neutral loop has the inner range, and gain, limits and bias on it.",
     "The words are handed on as they are; taken as engineering units, the set point would be wrong by the ratio.",
-)  # fmt: skip
+)
 
 
 def told_in_inner_units(loops: list[Neutral]) -> list[Neutral]:

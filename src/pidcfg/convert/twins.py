@@ -14,9 +14,15 @@ if TYPE_CHECKING:
     from pidcfg.schemas.generic import Loop
 
 ALARMS = (
-    "alarms.pv.low_low", "alarms.pv.low", "alarms.pv.high", "alarms.pv.high_high", "alarms.deviation.high",
-    "alarms.deviation.high_high", "alarms.rate_of_change", "alarms.hysteresis",
-)  # fmt: skip
+    "alarms.pv.low_low",
+    "alarms.pv.low",
+    "alarms.pv.high",
+    "alarms.pv.high_high",
+    "alarms.deviation.high",
+    "alarms.deviation.high_high",
+    "alarms.rate_of_change",
+    "alarms.hysteresis",
+)
 """Every alarm of the neutral loop."""
 HARMLESS = {"setpoint.follows_pv": False}
 """Values that are no default and still ask nothing of a target that has no such field."""

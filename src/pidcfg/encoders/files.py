@@ -73,19 +73,38 @@ def listings(space: Space, title: str, numbering: Numbering | None = None) -> di
     """The formats that every vendor with addresses has: text, csv, json, and modbus where its numbering is known."""
     prefixes = tuple(bank.prefix for bank in space.banks)
     kinds = [
-        FileKind("text", title, write_text, partial(read_text, space=space),
-                 lambda text: first_line(text).startswith(prefixes) and "," not in first_line(text)),
-        FileKind("csv", f"{title} for spreadsheets", write_csv, partial(read_csv, space=space),
-                 lambda text: {"address", "table", "tag"} & set(columns(text)) == {"address"}),
-        FileKind("json", f"{title} for programs", write_json, partial(read_json, space=space),
-                 lambda text: text.lstrip().startswith("{")),
-    ]  # fmt: skip
+        FileKind(
+            "text",
+            title,
+            write_text,
+            partial(read_text, space=space),
+            lambda text: first_line(text).startswith(prefixes) and "," not in first_line(text),
+        ),
+        FileKind(
+            "csv",
+            f"{title} for spreadsheets",
+            write_csv,
+            partial(read_csv, space=space),
+            lambda text: {"address", "table", "tag"} & set(columns(text)) == {"address"},
+        ),
+        FileKind(
+            "json",
+            f"{title} for programs",
+            write_json,
+            partial(read_json, space=space),
+            lambda text: text.lstrip().startswith("{"),
+        ),
+    ]
     if numbering is not None:
         kinds.append(
-            FileKind("modbus", "Modbus map (CSV)", partial(write_modbus, numbering=numbering),
-                     partial(read_modbus, space=space, numbering=numbering),
-                     lambda text: "table" in columns(text))
-        )  # fmt: skip
+            FileKind(
+                "modbus",
+                "Modbus map (CSV)",
+                partial(write_modbus, numbering=numbering),
+                partial(read_modbus, space=space, numbering=numbering),
+                lambda text: "table" in columns(text),
+            )
+        )
     return {kind.name: kind for kind in kinds}
 
 

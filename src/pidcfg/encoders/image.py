@@ -79,10 +79,17 @@ class Block:
         """The registers of the block; flags that only the CPU writes (they belong to no loop) are left out."""
         rows = [w for w in self.table.words if self.loop is not None or w.access != "status"]
         return [
-            Cell(space.name(a), a, self.encoded.words[row.offset], self.prefix + row.name, self.loop,
-                 space.kind(a), row.access)
+            Cell(
+                space.name(a),
+                a,
+                self.encoded.words[row.offset],
+                self.prefix + row.name,
+                self.loop,
+                space.kind(a),
+                row.access,
+            )
             for row, a in ((row, self.start + row.offset) for row in rows)
-        ]  # fmt: skip
+        ]
 
 
 @dataclass(frozen=True)

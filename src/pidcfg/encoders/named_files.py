@@ -142,8 +142,14 @@ def write_json(image: Program, checklist: tuple[str, ...] = ()) -> str:
 def _json_entry(cell: Entry) -> dict[str, Any]:
     content = {"expression": cell.raw.text} if isinstance(cell.raw, Wire) else {"value": cell.raw}
     device = {} if cell.device is None else {"device": cell.device}
-    return {"address": cell.address, "type": cell.type.name, **content, **device, "loop": cell.loop,
-            "field": cell.field}  # fmt: skip
+    return {
+        "address": cell.address,
+        "type": cell.type.name,
+        **content,
+        **device,
+        "loop": cell.loop,
+        "field": cell.field,
+    }
 
 
 def read_json(text: str) -> Listing:

@@ -73,8 +73,11 @@ def _transfer(source: tuple[int, int, int] | int | None, *, reads: bool) -> str:
         return f"{v_name(source)}: not allowed, only {allowed}"
     parts = dict(zip(("base", "slot", "channel"), source, strict=True))
     limits = {key: found for key in parts if (found := limits_at(Transfer, key)) is not None}
-    wrong = [f"{key} {bound.low}" + (f" to {bound.high}" if bound.high != bound.low else "")
-             for key, bound in limits.items() if not bound.holds(Decimal(parts[key]))]  # fmt: skip
+    wrong = [
+        f"{key} {bound.low}" + (f" to {bound.high}" if bound.high != bound.low else "")
+        for key, bound in limits.items()
+        if not bound.holds(Decimal(parts[key]))
+    ]
     does = f"not allowed, only {', '.join(wrong)}" if wrong else f"the CPU {'reads' if reads else 'writes'} it itself"
     return f"{', '.join(f'{key} {value}' for key, value in parts.items())}: {does}"
 
@@ -161,8 +164,10 @@ def _count(words: Mapping[int, int], loops: list[LoopSettings], options: Mapping
 
 
 def _setting(raw: list[int], beside: LoopSettings) -> Setting:
-    bits = {path: LOOP_TABLE.bit(path).decode(raw[LOOP_TABLE.bit(path).offset])
-            for path in ("pv.format", "output.format", "pv.square_root", "tuning.reset_unit")}  # fmt: skip
+    bits = {
+        path: LOOP_TABLE.bit(path).decode(raw[LOOP_TABLE.bit(path).offset])
+        for path in ("pv.format", "output.format", "pv.square_root", "tuning.reset_unit")
+    }
     ranges = beside.pv.range, beside.output.range
     found = scales(bits["pv.format"], bits["output.format"], ranges, root=bits["pv.square_root"])
     return Setting(found, _units(beside.pv.unit, beside.output.unit, bits["tuning.reset_unit"]))
@@ -177,8 +182,9 @@ def _ramp_soak(table: int, loop: str, known: Setting) -> Iterator[tuple[int, Cla
             yield number, Claim(RAMP_SOAK_PAIR, word, loop, known, f"ramp_soak[{step}].")
 
 
-LATE = {key: f"{text}, and Program mode stops the machine" if "Program" in text else text
-        for key, text in READ_LATE.items()}  # fmt: skip
+LATE = {
+    key: f"{text}, and Program mode stops the machine" if "Program" in text else text for key, text in READ_LATE.items()
+}
 REGIONS = (
     *((first, last, "a word of user V-memory in which loop tables may lie") for first, last in (CPU.lower, CPU.upper)),
     (*CPU.non_volatile, "a word of user V-memory that is kept without power (few writes)"),
@@ -186,8 +192,19 @@ REGIONS = (
     (0, 0o177777, "a word of V-memory"),
 )
 BESIDE = dict.fromkeys(
-    ("plc.reset_decimals", "plc.derivative", "name", "description", "mode", "pv.range", "pv.unit", "output.range",
-     "output.unit"), FILE)  # fmt: skip
+    (
+        "plc.reset_decimals",
+        "plc.derivative",
+        "name",
+        "description",
+        "mode",
+        "pv.range",
+        "pv.unit",
+        "output.range",
+        "output.unit",
+    ),
+    FILE,
+)
 """Keys that no word holds."""
 
 EXPLAINER = RegisterBook(

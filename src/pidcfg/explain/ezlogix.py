@@ -62,12 +62,23 @@ def special(word: Word, raw: int, known: Setting) -> str | None:
 
 BESIDE = {
     **dict.fromkeys(
-        ("registers", "discretes", "algorithm", "action", "pv.tag", "output.tag", "output.pulse.tag",
-         "plc.process_when_stopped"), DIALOG),
+        (
+            "registers",
+            "discretes",
+            "algorithm",
+            "action",
+            "pv.tag",
+            "output.tag",
+            "output.pulse.tag",
+            "plc.process_when_stopped",
+        ),
+        DIALOG,
+    ),
     **dict.fromkeys(
         ("plc.tag_names", "name", "description", "pv.range", "pv.unit", "pv.counts", "output.range", "output.unit"),
-        FILE),
-}  # fmt: skip
+        FILE,
+    ),
+}
 """Keys that no register holds."""
 
 EXPLAINER = RegisterBook(

@@ -81,8 +81,17 @@ class NamedBook:
         if key is None or thing.value is not None:
             return []
         rows = self.tables[key].rows
-        return [Page("structure", key, f"a block of {len(rows)} parameters", self.key, self.title,
-                     holds=", ".join(row.name for row in rows), reference=str(rows[0].basis or ""))]  # fmt: skip
+        return [
+            Page(
+                "structure",
+                key,
+                f"a block of {len(rows)} parameters",
+                self.key,
+                self.title,
+                holds=", ".join(row.name for row in rows),
+                reference=str(rows[0].basis or ""),
+            )
+        ]
 
     def annotate(self, listing: Any, options: Mapping[str, Any]) -> str:
         """A listing with a meaning beside every parameter."""
@@ -134,8 +143,10 @@ class NamedBook:
         word = (int(asked.group(2)) - int(first.group(2))) // 2
         if not 0 < word <= self.parts[1][-1][1]:
             return []
-        return [replace(page, name=thing.name.upper(), loop=entry.loop, place=f"{page.name} of {entry.loop}")
-                for page in self._part(f"{self.parts[0]}+{word}")]  # fmt: skip
+        return [
+            replace(page, name=thing.name.upper(), loop=entry.loop, place=f"{page.name} of {entry.loop}")
+            for page in self._part(f"{self.parts[0]}+{word}")
+        ]
 
     def _table_of(self, entry: Entry, asked: Asked) -> ParameterTable | None:
         settings = asked.config.settings if asked.config is not None else ()
@@ -151,8 +162,18 @@ class NamedBook:
         if found is None:
             last = self.parts[1][-1][1]
             raise ThingError(f"{name}: {self.parts[0]} takes {last + 1} double words, +0 to +{last}")
-        return [Page("register", f"{self.parts[0]}+{int(digits)}", found[2], self.key, self.title, holds=found[3],
-                     notation="a double word (two registers)", reference=self.parts[2])]  # fmt: skip
+        return [
+            Page(
+                "register",
+                f"{self.parts[0]}+{int(digits)}",
+                found[2],
+                self.key,
+                self.title,
+                holds=found[3],
+                notation="a double word (two registers)",
+                reference=self.parts[2],
+            )
+        ]
 
     def _group(self, tables: Mapping[str, ParameterTable], name: str, thing: Thing) -> list[Page]:
         """``ErrBits`` and ``ErrBits=0x0005``, for each kind of block whose bits differ."""
@@ -168,22 +189,39 @@ class NamedBook:
         raw = None if thing.value is None else whole(thing.value, (1 << most) - 1)
         if thing.value is not None and raw is None:
             raise ThingError(f"{thing.text}: the value is a whole number of {most} bits, like 5 or 0x0005")
-        return [self._group_page(group, rows, blocks, raw) for rows, blocks in by_members.values()
-                if raw is None or raw < 1 << len(rows)]  # fmt: skip
+        return [
+            self._group_page(group, rows, blocks, raw)
+            for rows, blocks in by_members.values()
+            if raw is None or raw < 1 << len(rows)
+        ]
 
     def _group_page(self, group: Group, rows: tuple[Parameter, ...], blocks: list[str], raw: int | None) -> Page:
         points = tuple(
-            Point(f"bit {i}", f"{row.name.partition('.')[2]}: {row.title}", "" if raw is None else "on" if raw >> i & 1
-                  else "off", bool(raw and raw >> i & 1),
-                  self._bit(blocks, row) if raw is None or raw >> i & 1 else None)
+            Point(
+                f"bit {i}",
+                f"{row.name.partition('.')[2]}: {row.title}",
+                "" if raw is None else "on" if raw >> i & 1 else "off",
+                bool(raw and raw >> i & 1),
+                self._bit(blocks, row) if raw is None or raw >> i & 1 else None,
+            )
             for i, row in enumerate(rows)
-        )  # fmt: skip
+        )
         value = None if raw is None else Value(raw, f"0x{raw:04X}", "no bit is on" if raw == 0 else "")
         basis = f"{group.meaning.basis}; {self.counted}" if raw is not None else str(group.meaning.basis)
-        return Page("structure", group.name, f"{len(rows)} bits of {', '.join(blocks)}", self.key, self.title, value,
-                    group.meaning, points, notation="a structure of bits, counted in the order of its members",
-                    access="status", by="the block: outputs, only to be read",
-                    reference=basis)  # fmt: skip
+        return Page(
+            "structure",
+            group.name,
+            f"{len(rows)} bits of {', '.join(blocks)}",
+            self.key,
+            self.title,
+            value,
+            group.meaning,
+            points,
+            notation="a structure of bits, counted in the order of its members",
+            access="status",
+            by="the block: outputs, only to be read",
+            reference=basis,
+        )
 
     def _rows(self, tables: Mapping[str, ParameterTable], name: str, thing: Thing) -> list[Page]:
         """A parameter, once for each meaning that it has in different blocks."""

@@ -20,8 +20,12 @@ def named_lines(
     book: NamedBook, words: Mapping[str, Content | Wire], settings: Sequence[Mapping[str, Any]]
 ) -> Iterator[Line]:
     """Every parameter of a listing with its meaning."""
-    units = {str(s.get("loop")): {k: str(s[k]["unit"]) for k in ("pv", "output")
-             if isinstance(s.get(k), dict) and s[k].get("unit")} for s in settings}  # fmt: skip
+    units = {
+        str(s.get("loop")): {
+            k: str(s[k]["unit"]) for k in ("pv", "output") if isinstance(s.get(k), dict) and s[k].get("unit")
+        }
+        for s in settings
+    }
     for name, raw in words.items():
         loop, kind, parameter = book.split(name, settings)
         table = book.tables.get(kind) if kind is not None else None

@@ -184,8 +184,15 @@ def code_page(book: RegisterBook, series: Series, number: int) -> Page:
     if code is None:
         known = ", ".join(str(c.number) for c in series.codes)
         title = f"{series.name} {number}: {series.other}"
-        return Page("number", f"{series.name} {number}", title, book.key, book.title, reference=str(word.basis),
-                    notes=(f"numbers that are known: {known}",))  # fmt: skip
+        return Page(
+            "number",
+            f"{series.name} {number}",
+            title,
+            book.key,
+            book.title,
+            reference=str(word.basis),
+            notes=(f"numbers that are known: {known}",),
+        )
     return Page(
         kind="number",
         name=f"{series.name} {number}",
@@ -219,4 +226,4 @@ def unknown_page(book: RegisterBook, name: str, number: int, raw: int | None) ->
         value=None if raw is None else Value(bank.kind.show(raw), shown, said),
         notation=bank.kind.holds,
         notes=() if "system" in region else (hint,),
-    )  # fmt: skip
+    )

@@ -196,12 +196,17 @@ class RegisterBook:
         """An address that no known block has."""
         from pidcfg.explain.register_page import unknown_page
 
-        starts = [(block, start) for block, start in self._starts(asked) if not block.fixed
-                  and block.prefix == self.space.place(number)[0].prefix]  # fmt: skip
+        starts = [
+            (block, start)
+            for block, start in self._starts(asked)
+            if not block.fixed and block.prefix == self.space.place(number)[0].prefix
+        ]
         if starts:
             spans = ", ".join(f"{self.space.name(s)} to {self.space.name(s + b.length - 1)}" for b, s in starts)
-            raise ThingError(f"{name} lies outside the registers of the loops ({spans}); "
-                             "name the start of the block with --block ADDRESS")  # fmt: skip
+            raise ThingError(
+                f"{name} lies outside the registers of the loops ({spans}); "
+                "name the start of the block with --block ADDRESS"
+            )
         return unknown_page(self, name, number, raw)
 
     def _offset(self, thing: Thing) -> list[Page]:

@@ -118,11 +118,21 @@ def _data(page: Page) -> dict[str, Any]:
         "vendor": page.vendor,
         "name": page.name,
         "title": page.title,
-        "value": None if value is None else {"raw": value.raw, "shown": value.shown, "text": value.text or None,
-                                             "problem": value.problem or None},
+        "value": None
+        if value is None
+        else {"raw": value.raw, "shown": value.shown, "text": value.text or None, "problem": value.problem or None},
         **_said(page.meaning),
-        "bits": [{"bit": p.label, "title": p.title, "state": p.state or None, "active": p.active, "key": p.key,
-                  **_said(p.meaning)} for p in page.points],
+        "bits": [
+            {
+                "bit": p.label,
+                "title": p.title,
+                "state": p.state or None,
+                "active": p.active,
+                "key": p.key,
+                **_said(p.meaning),
+            }
+            for p in page.points
+        ],
         "holds": page.holds or None,
         "unit": page.unit or None,
         "notation": page.notation or None,
@@ -131,12 +141,14 @@ def _data(page: Page) -> dict[str, Any]:
         "key": page.key,
         "loop": page.loop,
         "place": page.place or None,
-        "set_by": [{"file": at.file, "line": at.line, "column": at.column, "loop": at.loop, "key": at.key,
-                    "text": at.text} for at in page.origins],
+        "set_by": [
+            {"file": at.file, "line": at.line, "column": at.column, "loop": at.loop, "key": at.key, "text": at.text}
+            for at in page.origins
+        ],
         "reference": page.reference or None,
         "notes": list(page.notes),
         "page": None if page.extra is None else dict(page.extra),
-    }  # fmt: skip
+    }
 
 
 def _said(meaning: Meaning | None) -> dict[str, Any]:

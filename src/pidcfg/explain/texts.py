@@ -47,8 +47,14 @@ def _walked(model: Any, steps: list[str]) -> str:
     if len(steps) == 1:
         return _texts(model).get(steps[0], "")
     below = [m for m in models_of(model) if m is not model]
-    return next((text for m in below if steps[1] in m.model_fields and m in _inside(own.annotation)
-                 and (text := _walked(m, steps[1:]))), "")  # fmt: skip
+    return next(
+        (
+            text
+            for m in below
+            if steps[1] in m.model_fields and m in _inside(own.annotation) and (text := _walked(m, steps[1:]))
+        ),
+        "",
+    )
 
 
 def _inside(annotation: Any) -> list[Any]:

@@ -44,10 +44,26 @@ class Signs:
     """Characters left of a panel."""
 
 
-ASCII = Signs("|", "+", "-", {"setpoint": "-", "pv": "o", "output": "*", "other": ".", "before": "o", "after": "x"},
-              "@", ":", ("[", "=", "]"), "~")  # fmt: skip
-FINE = Signs("│", "└", "─", {"setpoint": "╌", "pv": "●", "output": "■", "other": "·", "before": "○", "after": "×"},
-             "◉", "┊", ("▕", "━", "▏"), "…")  # fmt: skip
+ASCII = Signs(
+    "|",
+    "+",
+    "-",
+    {"setpoint": "-", "pv": "o", "output": "*", "other": ".", "before": "o", "after": "x"},
+    "@",
+    ":",
+    ("[", "=", "]"),
+    "~",
+)
+FINE = Signs(
+    "│",
+    "└",
+    "─",
+    {"setpoint": "╌", "pv": "●", "output": "■", "other": "·", "before": "○", "after": "×"},
+    "◉",
+    "┊",
+    ("▕", "━", "▏"),
+    "…",
+)
 
 
 def fits(encoding: str | None) -> bool:
@@ -129,8 +145,11 @@ def _legend(wanted: Sequence[Line], chart: Chart, signs: Signs) -> str:
         signs.lines[line.side or line.role]: plain(line.name if line.side is None else line.side) for line in wanted
     }
     if chart.sides and any(line.side for line in wanted):
-        names |= {signs.lines["before"]: _cut(plain(chart.sides[0]), SIDE, signs),
-                  signs.lines["after"]: _cut(plain(chart.sides[1]), SIDE, signs), signs.both: "both"}  # fmt: skip
+        names |= {
+            signs.lines["before"]: _cut(plain(chart.sides[0]), SIDE, signs),
+            signs.lines["after"]: _cut(plain(chart.sides[1]), SIDE, signs),
+            signs.both: "both",
+        }
     return "   ".join(f"{sign} {name}" for sign, name in names.items())
 
 

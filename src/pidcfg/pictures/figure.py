@@ -116,8 +116,14 @@ def _draw_key(figure: Figure, plan: Sheet, place: Place) -> None:
         left, top = (MARGIN, i * KEY) if rows > 1 else (MARGIN + i * wide, 0.0)
         top += (place.key or 0.0) + KEY / 2
         pen = BEFORE if side == "before" else PENS["pv", "after"]
-        piece = Line2D([left / plan.width, (left + 0.35) / plan.width], [1 - top / plan.height] * 2, color=pen.colour,
-                       linewidth=pen.width, linestyle=pattern(pen), gid=f"key {side}")  # fmt: skip
+        piece = Line2D(
+            [left / plan.width, (left + 0.35) / plan.width],
+            [1 - top / plan.height] * 2,
+            color=pen.colour,
+            linewidth=pen.width,
+            linestyle=pattern(pen),
+            gid=f"key {side}",
+        )
         figure.add_artist(piece)
         text = shortened(f"{side}: {name}", letters_in(wide - 0.5, SIZES["small"]))
         _text(figure, plan, left + 0.42, top, text, gid=f"side {side}")
@@ -157,10 +163,17 @@ def _draw_panel(axes: Axes, panel: Panel, box: Box, chart: Chart) -> None:
             continue
         pen = pen_of(line, overlaid=chart.sides is not None)
         axes.plot(
-            [t / size for t in times], values, color=pen.colour, linewidth=pen.width, linestyle=pattern(pen),
-            drawstyle="steps-post" if line.role in HELD else "default", gid=f"line {line.role} {line.side or 'only'}",
-            marker="o" if len(times) == 1 else "", markersize=4, zorder=layer,
-        )  # fmt: skip
+            [t / size for t in times],
+            values,
+            color=pen.colour,
+            linewidth=pen.width,
+            linestyle=pattern(pen),
+            drawstyle="steps-post" if line.role in HELD else "default",
+            gid=f"line {line.role} {line.side or 'only'}",
+            marker="o" if len(times) == 1 else "",
+            markersize=4,
+            zorder=layer,
+        )
         names.setdefault(line.name, (values[-1], pen.colour))
     _name_lines(axes, names, box.height * POINTS)
 
@@ -187,9 +200,17 @@ def _name_lines(axes: Axes, names: dict[str, tuple[float, str]], points: float) 
     letters = letters_in(RIGHT - 0.06, SIZES["small"])
     for at, (_, name, colour) in zip(spread([w[0] for w in wanted], points), wanted, strict=True):
         axes.annotate(
-            shortened(name, letters), (1.0, at / points), xycoords="axes fraction", xytext=(4, 0), va="center",
-            textcoords="offset points", size=SIZES["small"], color=colour, weight="bold", gid="name",
-        )  # fmt: skip
+            shortened(name, letters),
+            (1.0, at / points),
+            xycoords="axes fraction",
+            xytext=(4, 0),
+            va="center",
+            textcoords="offset points",
+            size=SIZES["small"],
+            color=colour,
+            weight="bold",
+            gid="name",
+        )
 
 
 def spread(places: Sequence[float], room: float) -> list[float]:

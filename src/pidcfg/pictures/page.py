@@ -66,6 +66,8 @@ def figures(charts: Sequence[Chart]) -> str:
     parts = []
     for chart in charts:
         wide, narrow = (svg([chart], title=chart.title, narrow=narrow) for narrow in (False, True))
-        parts.append(f'<figure class="chart">\n<div class="wide">\n{wide}</div>\n'
-                     f'<div class="narrow">\n{narrow}</div>\n</figure>\n')  # fmt: skip
+        parts.append(
+            f'<figure class="chart">\n<div class="wide">\n{wide}</div>\n'
+            f'<div class="narrow">\n{narrow}</div>\n</figure>\n'
+        )
     return "".join(parts)

@@ -52,21 +52,47 @@ def _draw_strip(axes: Axes, strip: Strip, box: Box, top: float, chart: Chart) ->
     scale, middle = box.width / ((end - begin) or 1.0), top + box.height / 2
     axes.axhspan(top, top + box.height, color=FIELD, linewidth=0, zorder=0)
     title = shortened(strip.title, letters_in(box.left - 0.1, SIZES["small"]))
-    axes.annotate(title, (0, middle), xycoords=("axes fraction", "data"), xytext=(-5, 0), ha="right", va="center",
-                  textcoords="offset points", size=SIZES["small"], color=INK, gid=f"strip {strip.kind}")  # fmt: skip
+    axes.annotate(
+        title,
+        (0, middle),
+        xycoords=("axes fraction", "data"),
+        xytext=(-5, 0),
+        ha="right",
+        va="center",
+        textcoords="offset points",
+        size=SIZES["small"],
+        color=INK,
+        gid=f"strip {strip.kind}",
+    )
     fills = fills_of(strip)
     for i, bar in enumerate(strip.bars):
         fill, edge = fills[bar.label]
         width = max(bar.end - bar.begin, THINNEST / scale)
-        axes.add_patch(Rectangle((bar.begin / size, top + EDGE), width / size, box.height - 2 * EDGE, facecolor=fill,
-                                 edgecolor=edge, linewidth=0.9, gid=f"bar {strip.kind}"))  # fmt: skip
+        axes.add_patch(
+            Rectangle(
+                (bar.begin / size, top + EDGE),
+                width / size,
+                box.height - 2 * EDGE,
+                facecolor=fill,
+                edgecolor=edge,
+                linewidth=0.9,
+                gid=f"bar {strip.kind}",
+            )
+        )
         following = strip.bars[i + 1].begin if i + 1 < len(strip.bars) else end
-        inside, beside = ((stop - start) * scale - 0.08 for start, stop in
-                          ((bar.begin, bar.end), (bar.end, following)))  # fmt: skip
+        inside, beside = ((stop - start) * scale - 0.08 for start, stop in ((bar.begin, bar.end), (bar.end, following)))
         place = bar.begin if len(bar.label) <= letters_in(inside, SIZES["small"]) else bar.end
         if place == bar.begin or len(bar.label) <= letters_in(beside, SIZES["small"]):
-            axes.annotate(plain(bar.label), (place / size, middle), xytext=(3, -0.5), textcoords="offset points",
-                          va="center", size=SIZES["small"], color=BLACK, gid=f"label {strip.kind}")  # fmt: skip
+            axes.annotate(
+                plain(bar.label),
+                (place / size, middle),
+                xytext=(3, -0.5),
+                textcoords="offset points",
+                va="center",
+                size=SIZES["small"],
+                color=BLACK,
+                gid=f"label {strip.kind}",
+            )
 
 
 def draw_marks(panels: Sequence[Axes], below: Sequence[Axes], chart: Chart, width: float) -> None:
@@ -76,16 +102,30 @@ def draw_marks(panels: Sequence[Axes], below: Sequence[Axes], chart: Chart, widt
     for _, mark in marks:
         failed = mark.kind == "failure"
         for axes in (*panels, *below):
-            axes.axvline(mark.at / size, color=VERMILION if failed else GREY, linewidth=1.1 if failed else 0.7,
-                         linestyle=(0, (6, 2, 1, 2)) if failed else (0, (1, 2)), zorder=2,
-                         gid=f"mark {mark.kind}")  # fmt: skip
+            axes.axvline(
+                mark.at / size,
+                color=VERMILION if failed else GREY,
+                linewidth=1.1 if failed else 0.7,
+                linestyle=(0, (6, 2, 1, 2)) if failed else (0, (1, 2)),
+                zorder=2,
+                gid=f"mark {mark.kind}",
+            )
     numbers = [(mark.at, number, mark.kind == "failure") for number, mark in marks]
     for at, text, failed in grouped(numbers, CLOSE / width * (end - begin)):
         if panels:
-            panels[0].annotate(text, (at / size, 1.0), xycoords=("data", "axes fraction"), xytext=(0, ABOVE * 12),
-                               textcoords="offset points", ha="center", va="bottom", size=SIZES["small"],
-                               color=WARNING if failed else INK, gid="number",
-                               weight="bold" if failed else "normal")  # fmt: skip
+            panels[0].annotate(
+                text,
+                (at / size, 1.0),
+                xycoords=("data", "axes fraction"),
+                xytext=(0, ABOVE * 12),
+                textcoords="offset points",
+                ha="center",
+                va="bottom",
+                size=SIZES["small"],
+                color=WARNING if failed else INK,
+                gid="number",
+                weight="bold" if failed else "normal",
+            )
 
 
 def grouped(marks: Sequence[tuple[float, str, bool]], close: float) -> list[tuple[float, str, bool]]:

@@ -27,8 +27,12 @@ def finished(text: str, title: str, description: str) -> str:
     used = _references(root)
     for element in root.iter():
         _name(element, f"p{salt}-", used)
-    root.attrib |= {"role": "img", "aria-labelledby": f"p{salt}-title p{salt}-desc", "class": "pidcfg-chart",
-                    "style": "stroke-linejoin: round"}  # fmt: skip
+    root.attrib |= {
+        "role": "img",
+        "aria-labelledby": f"p{salt}-title p{salt}-desc",
+        "class": "pidcfg-chart",
+        "style": "stroke-linejoin: round",
+    }
     for place, (tag, words) in enumerate((("title", plain(title)), ("desc", description))):
         element = ET.Element(f"{{{SVG}}}{tag}", {"id": f"p{salt}-{tag}"})
         element.text = words

@@ -20,9 +20,12 @@ if TYPE_CHECKING:
 
 
 def compose(
-    title: Title, files: Sequence[SourceFile], configurations: Sequence[Checked], runs: Sequence[Run],
+    title: Title,
+    files: Sequence[SourceFile],
+    configurations: Sequence[Checked],
+    runs: Sequence[Run],
     findings: Sequence[Diagnostic],
-) -> Content:  # fmt: skip
+) -> Content:
     """The whole report; ``findings`` are those of all files."""
     found = tuple(sorted(ordered(list(findings)), key=lambda d: -d.severity))
     return Content(

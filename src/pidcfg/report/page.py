@@ -29,21 +29,25 @@ def page(content: Content) -> str:
     from pidcfg.pictures.page import FIGURE_STYLE, figures
 
     title = content.title
-    return _environment().get_template("page.html").render(
-        content=content,
-        title=title,
-        pictures={run.anchor: figures(run.charts) for run in content.runs},
-        figure_style=FIGURE_STYLE,
-        policy=POLICY,
-        counts=counts(content),
-        marks={d: f"finding-{i}" for i, d in enumerate(content.findings, start=1)},
-        rows=title_rows(title, content),
-        running=css_string(" · ".join(part for part in (title.project, title.title) if part)),
-        marking=css_string(" · ".join(part for part in (title.document, _revision(title)) if part)),
-        tool=css_string(f"pidcfg {title.version}"),
-        metric_titles=METRIC_TITLES,
-        sign_off=SIGN_OFF,
-    )  # fmt: skip
+    return (
+        _environment()
+        .get_template("page.html")
+        .render(
+            content=content,
+            title=title,
+            pictures={run.anchor: figures(run.charts) for run in content.runs},
+            figure_style=FIGURE_STYLE,
+            policy=POLICY,
+            counts=counts(content),
+            marks={d: f"finding-{i}" for i, d in enumerate(content.findings, start=1)},
+            rows=title_rows(title, content),
+            running=css_string(" · ".join(part for part in (title.project, title.title) if part)),
+            marking=css_string(" · ".join(part for part in (title.document, _revision(title)) if part)),
+            tool=css_string(f"pidcfg {title.version}"),
+            metric_titles=METRIC_TITLES,
+            sign_off=SIGN_OFF,
+        )
+    )
 
 
 def _revision(title: Title) -> str:
@@ -55,9 +59,12 @@ def _environment() -> Environment:
     from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
     env = Environment(
-        loader=FileSystemLoader(TEMPLATES), autoescape=True, undefined=StrictUndefined, trim_blocks=True,
+        loader=FileSystemLoader(TEMPLATES),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
         lstrip_blocks=True,
-    )  # fmt: skip
+    )
     env.filters |= {"prose": prose, "soft": soft, "cell": text, "number": number}
     return env
 
@@ -93,10 +100,16 @@ def title_rows(title: Title, content: Content) -> list[tuple[str, str]]:
     """The title block: what was given, then what the files say."""
     plants = ", ".join(dict.fromkeys(plc.name for plc in content.plcs if plc.name))
     rows = [
-        ("Project", title.project), ("Customer", title.customer), ("Plant", title.plant or plants),
-        ("PLC", ", ".join(content.vendors)), ("Document", title.document), ("Revision", title.revision),
-        ("Author", title.author), ("Date", title.date), ("Made by", f"pidcfg {title.version}"),
-    ]  # fmt: skip
+        ("Project", title.project),
+        ("Customer", title.customer),
+        ("Plant", title.plant or plants),
+        ("PLC", ", ".join(content.vendors)),
+        ("Document", title.document),
+        ("Revision", title.revision),
+        ("Author", title.author),
+        ("Date", title.date),
+        ("Made by", f"pidcfg {title.version}"),
+    ]
     return [(name, value) for name, value in rows if value]
 
 

@@ -68,8 +68,9 @@ def settings_before_root(encoding: Encoding, loop: int) -> dict[str, BeforeRoot]
 
 def told(groups: tuple[Group, ...], rooted: Mapping[str, BeforeRoot], unit: str) -> tuple[Group, ...]:
     """The settings with what they mean before the root; ``unit``: that of the PV."""
-    return tuple(replace(group, settings=tuple(_told(s, rooted.get(s.path), unit) for s in group.settings))
-                 for group in groups)  # fmt: skip
+    return tuple(
+        replace(group, settings=tuple(_told(s, rooted.get(s.path), unit) for s in group.settings)) for group in groups
+    )
 
 
 def _told(setting: Setting, before: BeforeRoot | None, unit: str) -> Setting:

@@ -106,8 +106,10 @@ def happenings(report: Report) -> list[Happening]:
             reason = f": {change.reason}" if change.reason else ""
             rows.append(Happening(change.at, name, "mode", f"{change.mode}{asked}{reason}"))
         rows += [Happening(alarm.at, name, "alarm", alarm.alarm, alarm.cleared) for alarm in loop.alarms]
-    rows += [Happening(note.at, note.loop or "", "error" if note.error else "note", note.text, error=note.error)
-             for note in report.notes]  # fmt: skip
+    rows += [
+        Happening(note.at, note.loop or "", "error" if note.error else "note", note.text, error=note.error)
+        for note in report.notes
+    ]
     return sorted(rows, key=lambda row: row.at)
 
 

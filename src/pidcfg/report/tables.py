@@ -33,10 +33,17 @@ def tables_of(content: Content) -> tuple[Table, ...]:
 def _title(content: Content) -> Iterator[Row]:
     title = content.title
     rows: Sequence[tuple[str, str | None]] = (
-        ("Title", title.title), ("Project", title.project), ("Customer", title.customer), ("Plant", title.plant),
-        ("Document", title.document), ("Revision", title.revision), ("Author", title.author), ("Date", title.date),
-        ("PLC family", ", ".join(content.vendors)), ("pidcfg", title.version),
-    )  # fmt: skip
+        ("Title", title.title),
+        ("Project", title.project),
+        ("Customer", title.customer),
+        ("Plant", title.plant),
+        ("Document", title.document),
+        ("Revision", title.revision),
+        ("Author", title.author),
+        ("Date", title.date),
+        ("PLC family", ", ".join(content.vendors)),
+        ("pidcfg", title.version),
+    )
     yield from ((name, value) for name, value in rows if value)
 
 
@@ -46,8 +53,19 @@ def _files(content: Content) -> Iterator[Row]:
 
 def _findings(content: Content) -> Iterator[Row]:
     for d in content.findings:
-        yield (d.severity.label, d.code, d.file, d.span.line, d.span.column, d.loop, d.where, d.message, d.plc_effect,
-               d.reference, d.help)  # fmt: skip
+        yield (
+            d.severity.label,
+            d.code,
+            d.file,
+            d.span.line,
+            d.span.column,
+            d.loop,
+            d.where,
+            d.message,
+            d.plc_effect,
+            d.reference,
+            d.help,
+        )
 
 
 def _settings(content: Content) -> Iterator[Row]:
@@ -88,8 +106,20 @@ def _block_rows(file: str, loop: str, blocks: Sequence[Block]) -> Iterator[Row]:
                 r.owner,
             )
             for bit in r.bits:
-                yield (file, loop, block.title, r.address, r.name, bit.bits, None, bit.state, bit.value, None,
-                       bit.meaning, bit.owner)  # fmt: skip
+                yield (
+                    file,
+                    loop,
+                    block.title,
+                    r.address,
+                    r.name,
+                    bit.bits,
+                    None,
+                    bit.state,
+                    bit.value,
+                    None,
+                    bit.meaning,
+                    bit.owner,
+                )
 
 
 def _parameters(content: Content) -> Iterator[Row]:
@@ -115,8 +145,9 @@ def _checks(content: Content) -> Iterator[Row]:
 
 def _expectations(content: Content) -> Iterator[Row]:
     for run in content.runs:
-        yield from ((run.file, run.title, e.text, "passed" if e.passed else "FAILED", e.found)
-                    for e in run.expectations)  # fmt: skip
+        yield from (
+            (run.file, run.title, e.text, "passed" if e.passed else "FAILED", e.found) for e in run.expectations
+        )
 
 
 def _metrics(content: Content) -> Iterator[Row]:

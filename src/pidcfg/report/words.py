@@ -115,9 +115,16 @@ def _register(
         value, unit, reached = before.percent, before.unit, before.reached(units["pv"])
         meaning += f", {reached}" if reached else ""
     return content.Register(
-        encoding.space.name(number), block.prefix + word.name, kind.hex(raw), kind.show(raw) + 0, value,
-        unit, meaning, word.access, bits,
-    )  # fmt: skip
+        encoding.space.name(number),
+        block.prefix + word.name,
+        kind.hex(raw),
+        kind.show(raw) + 0,
+        value,
+        unit,
+        meaning,
+        word.access,
+        bits,
+    )
 
 
 def _value(word: Word, block: Block, encoding: Encoding, raw: int) -> tuple[content.Value, str]:

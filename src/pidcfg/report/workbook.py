@@ -33,13 +33,20 @@ def workbook(tables: Sequence[Table], title: Title) -> bytes:
     stream = io.BytesIO()
     options = {"in_memory": True, "strings_to_formulas": False, "strings_to_urls": False, "strings_to_numbers": False}
     with xlsxwriter.Workbook(stream, options) as book:
-        book.set_properties({"title": title.title, "author": title.author or "", "created": CREATED,
-                             "company": title.customer or "", "comments": f"pidcfg {title.version}"})  # fmt: skip
+        book.set_properties(
+            {
+                "title": title.title,
+                "author": title.author or "",
+                "created": CREATED,
+                "company": title.customer or "",
+                "comments": f"pidcfg {title.version}",
+            }
+        )
         formats = {
             "head": book.add_format({"bold": True, "bg_color": "#E4E9EE", "bottom": 1, **WRAPPED}),
             "text": book.add_format(WRAPPED),
             "number": book.add_format({"valign": "top"}),
-        }  # fmt: skip
+        }
         for table in tables:
             _sheet(book.add_worksheet(table.title), table, formats, title)
     return stream.getvalue()

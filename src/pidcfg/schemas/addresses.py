@@ -39,8 +39,12 @@ class BankRange(NamedTuple):
             )
         if found.group(2)[0] == "0" or len(found.group(2)) > LONGEST:
             only = self._spelled(found.group(2))
-            refuse("address_form", f"{value} is not spelled as an address", help=f"write {only}" if only else example,
-                   only=only)  # fmt: skip
+            refuse(
+                "address_form",
+                f"{value} is not spelled as an address",
+                help=f"write {only}" if only else example,
+                only=only,
+            )
         return self._inside(int(found.group(2)))
 
     def _spelled(self, digits: str) -> str | None:
@@ -49,8 +53,11 @@ class BankRange(NamedTuple):
 
     def _inside(self, number: int) -> int:
         if not self.first <= number <= self.last:
-            refuse("address_form", f"{self.prefix}{number} does not exist",
-                   help=f"addresses go from {self.prefix}{self.first} to {self.prefix}{self.last}")  # fmt: skip
+            refuse(
+                "address_form",
+                f"{self.prefix}{number} does not exist",
+                help=f"addresses go from {self.prefix}{self.first} to {self.prefix}{self.last}",
+            )
         return number
 
     @property

@@ -101,8 +101,12 @@ def parse_number(value: object) -> Decimal:
     if not isinstance(value, str):
         refuse("number_type", f"a {_kind(value)} stands where a number is wanted")
     if type(value) is str and NUMBER.fullmatch(value):
-        refuse("number_type", f'"{value}" is text; a number is written without quotes', help=f"write {value}",
-               only=None if LEADING_ZERO.match(value) else value)  # fmt: skip
+        refuse(
+            "number_type",
+            f'"{value}" is text; a number is written without quotes',
+            help=f"write {value}",
+            only=None if LEADING_ZERO.match(value) else value,
+        )
     return number_text(value, alone=True)
 
 
@@ -117,8 +121,12 @@ def number_text(text: str, *, alone: bool = False) -> Decimal:
     if NOT_FINITE.fullmatch(text):
         refuse("not_finite", f"{text} is not a finite number")
     if OTHER_NOTATION.fullmatch(text):
-        refuse("number_form", f"{text} is not a decimal number", help=_as_decimal(text),
-               only=_only_decimal(text) if alone else None)  # fmt: skip
+        refuse(
+            "number_form",
+            f"{text} is not a decimal number",
+            help=_as_decimal(text),
+            only=_only_decimal(text) if alone else None,
+        )
     return refuse("number_type", f"{text!r} is not a number")
 
 
@@ -127,10 +135,17 @@ def _refuse_leading_zero(text: str, *, alone: bool) -> NoReturn:
     decimal = sign + (digits.lstrip("0") if digits.lstrip("0")[:1].isdigit() else "0" + digits.lstrip("0"))
     octal = f"{sign}{int(digits, 8)}" if set(digits) <= set("01234567") else decimal
     if octal != decimal:
-        refuse("leading_zero", f"{text} can be read as octal ({octal}) or as decimal ({decimal})",
-               help=f"write {octal} or {decimal}")  # fmt: skip
-    refuse("leading_zero", f"{text} has a leading zero, which some read as octal", help=f"write {decimal}",
-           only=decimal if alone else None)  # fmt: skip
+        refuse(
+            "leading_zero",
+            f"{text} can be read as octal ({octal}) or as decimal ({decimal})",
+            help=f"write {octal} or {decimal}",
+        )
+    refuse(
+        "leading_zero",
+        f"{text} has a leading zero, which some read as octal",
+        help=f"write {decimal}",
+        only=decimal if alone else None,
+    )
 
 
 def _only_decimal(text: str) -> str | None:
@@ -202,8 +217,12 @@ def flag(value: object, *, alone: bool) -> bool:
 def parse_text(value: object) -> str:
     """One or more lines of text without control characters."""
     if not isinstance(value, str):
-        refuse("text_type", f"{_shown(value)} stands where text is wanted" if value is None else
-               f"a {_kind(value)} stands where text is wanted")  # fmt: skip
+        refuse(
+            "text_type",
+            f"{_shown(value)} stands where text is wanted"
+            if value is None
+            else f"a {_kind(value)} stands where text is wanted",
+        )
     text = str(value)
     if CONTROL.search(text):
         refuse("text_type", "a control character in a text", help="delete it")
@@ -214,8 +233,11 @@ def parse_name(value: object) -> str:
     """A tag: letters, digits and ``_ - . / #`` and single blanks inside, so that it is safe in every output."""
     text = parse_text(value)
     if not NAME.fullmatch(text) or "  " in text:
-        refuse("name_form", f"{text!r} is not usable as a name",
-               help="begin with a letter or digit; letters, digits, blanks and _ - . / # may follow")  # fmt: skip
+        refuse(
+            "name_form",
+            f"{text!r} is not usable as a name",
+            help="begin with a letter or digit; letters, digits, blanks and _ - . / # may follow",
+        )
     if len(text) > NAME_LENGTH:
         refuse("name_form", f"a name of {len(text)} characters; at most {NAME_LENGTH} are allowed")
     return text

@@ -35,16 +35,18 @@ from pidcfg.schemas.limits import Limits
 from pidcfg.schemas.rates import RATE_SCHEMA, Rate, parse_rate
 
 D100 = Decision(
-    100, "the first word of a nickname's comment is the bit at 0",
+    100,
+    "the first word of a nickname's comment is the bit at 0",
     "Cn+06 off is open loop, Cn+07 off is PID, Cn+09 off is forward (direct); Cn+08 off is bumpless mode 1 as printed.",
     "The help prints the meaning of the states for Cn+08 only. A wrong reading of Cn+09 is a runaway, so a warning and "
     "a line of the checklist stay until the file says `action_verified: true`.",
-)  # fmt: skip
+)
 D101 = Decision(
-    101, "autotune output hysteresis is 1 to 10",
+    101,
+    "autotune output hysteresis is 1 to 10",
     "Every image holds a value from 1 to 10 in DFn+21, also where no autotune is meant; another one is error 200.",
     "Neither topic prints the limits; users report error 200 on a fresh PLC, whose register holds 0.",
-)  # fmt: skip
+)
 
 ERRORS = CLICK_HELP.at("PID errors")
 
@@ -74,8 +76,11 @@ def parse_output_bit(value: object) -> str:
     if found is None:
         refuse("address_form", f"{value!r} is not the address of a Y bit", help="write it like Y001")
     if not any(low <= int(found.group(1)) <= high for low, high in OUTPUTS):
-        refuse("address_form", f"{value} does not exist",
-               help="outputs are Y001 to Y016, Y021 to Y036, Y101 to Y116 and so on to Y816")  # fmt: skip
+        refuse(
+            "address_form",
+            f"{value} does not exist",
+            help="outputs are Y001 to Y016, Y021 to Y036, Y101 to Y116 and so on to Y816",
+        )
     return str(value)
 
 
@@ -90,8 +95,11 @@ def parse_unit_rate(value: object) -> Rate:
     """A rate in the PV's unit; the PLC has no counts."""
     rate = parse_rate(value)
     if rate.counts:
-        refuse("number_form", f"{value!r} is in counts, but the PV is in its own unit",
-               help="write 0.5 (per sample), 15 /min or 0.25 /s")  # fmt: skip
+        refuse(
+            "number_form",
+            f"{value!r} is in counts, but the PV is in its own unit",
+            help="write 0.5 (per sample), 15 /min or 0.25 /s",
+        )
     return rate
 
 

@@ -27,17 +27,19 @@ from pidcfg.schemas.iec import DINT, REAL, Bool, DInt, Real, Timed
 from pidcfg.schemas.limits import Limits
 
 D251 = Decision(
-    251, "CYCLE is whole milliseconds",
+    251,
+    "CYCLE is whole milliseconds",
     "A bare number is ms, as in the PLC; a text may carry another unit. A time that is no whole number of ms is "
     "refused.",
     "The operand is a double word in ms; a rounded sampling time would change integral and derivative.",
-)  # fmt: skip
+)
 D252 = Decision(
-    252, "the interval of an interrupt task is a key of the file",
+    252,
+    "the interval of an interrupt task is a key of the file",
     "`plc.interrupt_task` says that all instructions stand in a timed interrupt task; its interval is then the "
     "sampling time, and CYCLE has no effect.",
     "The manual ignores CYCLE there. Nothing in the instruction tells where it stands.",
-)  # fmt: skip
+)
 
 SHORTEST_CYCLE, LONGEST_CYCLE = 1, 40_000
 """In ms; the PLC counts what lies beyond as these."""

@@ -11,11 +11,12 @@ from pidcfg.refs import Decision
 from pidcfg.schemas.base import Model, refuse
 
 D250 = Decision(
-    250, "words stand in D0 to D29999, flags in X, Y, M, S, SM or a bit of D",
+    250,
+    "words stand in D0 to D29999, flags in X, Y, M, S, SM or a bit of D",
     "Real and double-word operands take two D registers; flags take X0.0 to X63.15, Y0.0 to Y63.15, M0 to M8191, S0 to "
     "S2047, SM0 to SM4095, or a bit of a D register such as D100.5. Other devices are refused.",
     "The marks of the operand table are lost, and it prints no upper ends; these are the ranges of the AS300.",
-)  # fmt: skip
+)
 
 LAST_REGISTER = 29999
 BLOCK = 30
@@ -71,8 +72,12 @@ def parse_register(value: object) -> str:
     if found is None:
         like = LIKE_REGISTER.fullmatch(value)
         only = f"D{int(like.group(1))}" if like else None
-        refuse("address_form", f"{value!r} is not the address of a D register",
-               help=f"write {only}" if only else "write it like D500", only=only)  # fmt: skip
+        refuse(
+            "address_form",
+            f"{value!r} is not the address of a D register",
+            help=f"write {only}" if only else "write it like D500",
+            only=only,
+        )
     if int(found.group(1)) > LAST_REGISTER:
         refuse("address_form", f"{value} does not exist", help=f"addresses go from D0 to D{LAST_REGISTER}")
     return str(value)

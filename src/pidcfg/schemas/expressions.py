@@ -246,6 +246,10 @@ def never_a_value(expression: Expression) -> str | None:
 
 ONE_OPERAND: dict[int, Callable[[float], float]] = {NEGATE: operator.neg, ABSOLUTE: abs, ROOT: math.sqrt}
 TWO_OPERANDS: dict[int, Callable[[float, float], float]] = {
-    ADD: operator.add, SUBTRACT: operator.sub, MULTIPLY: operator.mul, DIVIDE: operator.truediv, MINIMUM: min,
+    ADD: operator.add,
+    SUBTRACT: operator.sub,
+    MULTIPLY: operator.mul,
+    DIVIDE: operator.truediv,
+    MINIMUM: min,
     MAXIMUM: max,
-}  # fmt: skip
+}

@@ -39,20 +39,23 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
 D150 = Decision(
-    150, "the PV is 0 to 4095 counts unless the file says otherwise",
+    150,
+    "the PV is 0 to 4095 counts unless the file says otherwise",
     "`pv.range` belongs to `pv.counts`, by default [0, 4095]; the control value is always 0 to 4095.",
     "The manual prints 4095 as the control value's upper end and saturation point, and no range for the PV's tag.",
-)  # fmt: skip
+)
 D151 = Decision(
-    151, "tag names are PID<n>_<Variable>",
+    151,
+    "tag names are PID<n>_<Variable>",
     "`plc.tag_names` is a template with {loop} for the loop's number, {name} for its name and {variable}.",
     "The manual's figure with the naming convention is lost; its text says that names carry loop number and variable.",
-)  # fmt: skip
+)
 D152 = Decision(
-    152, "registers are R1 and up, discretes S1 and up",
+    152,
+    "registers are R1 and up, discretes S1 and up",
     "The base of the register block is an R address, that of the discrete block an S address, up to 65535.",
     "The manual shows question marks in place of addresses and prints no upper end.",
-)  # fmt: skip
+)
 
 PARAMETERS = EZLOGIX.at("PID Parameters")
 LIMITS = EZLOGIX.at("PID Limits")

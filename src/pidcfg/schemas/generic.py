@@ -27,12 +27,13 @@ from pidcfg.schemas.base import (
 from pidcfg.schemas.limits import Limits
 
 D280 = Decision(
-    280, "the neutral form is gain, integral and derivative time",
+    280,
+    "the neutral form is gain, integral and derivative time",
     "output = gain (e + 1/Ti integral(e) + Td d/dt) + bias, e = set point - PV, turned round where the PV falls when "
     "the output rises. Independent gains are Ti = Kp/Ki, Td = Kd/Kp; without a proportional action the gain still "
     "stands before the other two.",
     "It is the standard form of the ISA; every vendor's form leads to it and back without loss.",
-)  # fmt: skip
+)
 POSITIVE = Limits("0", None, "", D280)
 TIME = Limits("0", None, "s", D280)
 

@@ -107,8 +107,11 @@ def parse_identifier(value: object) -> str:
     """A name as IEC 61131-3 has it: a letter, then letters, digits and single underscores."""
     if not isinstance(value, str) or not IDENTIFIER.fullmatch(value):
         shown = value if isinstance(value, str) else str(value).lower()
-        refuse("name_form", f"{shown!r} is not usable as the name of an instance",
-               help="begin with a letter; letters, digits and single underscores may follow")  # fmt: skip
+        refuse(
+            "name_form",
+            f"{shown!r} is not usable as the name of an instance",
+            help="begin with a letter; letters, digits and single underscores may follow",
+        )
     if len(value) > IDENTIFIER_LENGTH:
         refuse("name_form", f"a name of {len(value)} characters; at most {IDENTIFIER_LENGTH} are allowed")
     if value.upper() in KEYWORDS:

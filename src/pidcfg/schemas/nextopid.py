@@ -19,20 +19,23 @@ from pidcfg.schemas.iec import BoolIn, Identifier, IntIn, Real, RealIn, Signal, 
 from pidcfg.schemas.limits import Limits
 
 D200 = Decision(
-    200, "a NextoPID parameter that is not given is 0 or FALSE",
+    200,
+    "a NextoPID parameter that is not given is 0 or FALSE",
     "SP, Kp, Ti_Ki, Td_Kd, MinMV, MaxMV, MinPV and MaxPV must be given; every other parameter may be left out.",
     "It is what IEC 61131-3 gives a variable without an initial value; the manual prints no initial values.",
-)  # fmt: skip
+)
 D201 = Decision(
-    201, "MinMV and MaxMV are limits, not the output's scale",
+    201,
+    "MinMV and MaxMV are limits, not the output's scale",
     "`output.range` says what 0 % and 100 % of the output are, for reports and conversion; without it they count.",
     "The manual calls them limits, and gives the output no scale.",
-)  # fmt: skip
+)
 D202 = Decision(
-    202, "independent Ki is in 1/s times the unit of Kp, Kd in s times the unit of Kp",
+    202,
+    "independent Ki is in 1/s times the unit of Kp, Kd in s times the unit of Kp",
     "A time with a unit is refused for Ti_Ki and Td_Kd of the independent form.",
     "The manual calls them dimensionless; by its own formulas they are not.",
-)  # fmt: skip
+)
 
 PIDA = NEXTOPID.at("chapter 2: PIDA_REAL")
 TUNE = NEXTOPID.at("chapter 4: PIDA_TUNE_REAL")
@@ -54,8 +57,11 @@ def not_negative(bit: str, unit: str = "") -> Limits:
 
 
 TUNE_LIMITS = {
-    "PercAmpMV": ("0.1", "50"), "PercHystPV": ("0.01", "1"), "PercMaxPeakPV": ("0.1", "50"), "NumCycles": ("1", "10"),
-}  # fmt: skip
+    "PercAmpMV": ("0.1", "50"),
+    "PercHystPV": ("0.01", "1"),
+    "PercMaxPeakPV": ("0.1", "50"),
+    "NumCycles": ("1", "10"),
+}
 """The ranges of the auto-tuning's parameters."""
 LONGEST_SAMPLE = Decimal(60)
 """Seconds between two calls, beyond which a PID block sets an error bit."""

@@ -33,8 +33,11 @@ def parse_v_address(value: object) -> int:
         refuse("address_form", f"{value!r} is not a V-memory address", help="write it like V2000")
     wrong = next((d for d in digits if d in "89"), None)
     if wrong:
-        refuse("address_form", f"{value} is not octal: {wrong} is not an octal digit",
-               help="V-memory addresses have the digits 0 to 7")  # fmt: skip
+        refuse(
+            "address_form",
+            f"{value} is not octal: {wrong} is not an octal digit",
+            help="V-memory addresses have the digits 0 to 7",
+        )
     if BARE.fullmatch(value):
         refuse(
             "address_form", f"{value} can be read as octal V{digits} or as decimal {digits}", help=f"write V{digits}"

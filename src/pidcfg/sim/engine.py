@@ -77,18 +77,52 @@ class Machine:
         """`kernel.advance` with this run's data."""
         net, plc = self.net, self.plc
         return self.run(
-            k, last, zero, self.step, every, noise_from, len(net.noisy) if self.noise else 0,
-            net.plants, net.channels, net.delay, self.noise, net.sig, net.pool.code, net.pool.constants, self.stack,
-            plc.cfg, plc.st, plc.aux, self.meters, self.bands, self.gauges, self.log, self.head, self.shown, self.trend,
-        )  # fmt: skip
+            k,
+            last,
+            zero,
+            self.step,
+            every,
+            noise_from,
+            len(net.noisy) if self.noise else 0,
+            net.plants,
+            net.channels,
+            net.delay,
+            self.noise,
+            net.sig,
+            net.pool.code,
+            net.pool.constants,
+            self.stack,
+            plc.cfg,
+            plc.st,
+            plc.aux,
+            self.meters,
+            self.bands,
+            self.gauges,
+            self.log,
+            self.head,
+            self.shown,
+            self.trend,
+        )
 
     def settle(self, k: int, last: int, spans: list[Span]) -> int:
         """`kernel.settle` with this run's data."""
         net, plc = self.net, self.plc
         return self.settle_run(
-            k, last, self.step, net.plants, net.channels, net.delay, net.sig, net.pool.code, net.pool.constants,
-            self.stack, plc.cfg, plc.st, plc.aux, spans,
-        )  # fmt: skip
+            k,
+            last,
+            self.step,
+            net.plants,
+            net.channels,
+            net.delay,
+            net.sig,
+            net.pool.code,
+            net.pool.constants,
+            self.stack,
+            plc.cfg,
+            plc.st,
+            plc.aux,
+            spans,
+        )
 
 
 def python_kernels(controller: Controller) -> tuple[Callable[..., int], Callable[..., int]]:

@@ -108,13 +108,32 @@ def write_log(
 
 
 def advance(
-    k: int, last: int, zero: int, tick: int, every: int, noise_from: int, columns: int,
-    plants: Sequence[Plant], channels: Sequence[Channel], delay: MutableSequence[float], noise: Sequence[float],
-    sig: MutableSequence[float], code: Sequence[int], constants: Sequence[float], stack: MutableSequence[float],
-    cfg: Sequence[Any], st: Sequence[Any], aux: MutableSequence[float],
-    meters: Sequence[Meter], bands: Sequence[Band], gauges: Sequence[Gauge],
-    log: MutableSequence[int], head: MutableSequence[int], shown: Sequence[int], trend: MutableSequence[float],
-) -> int:  # fmt: skip
+    k: int,
+    last: int,
+    zero: int,
+    tick: int,
+    every: int,
+    noise_from: int,
+    columns: int,
+    plants: Sequence[Plant],
+    channels: Sequence[Channel],
+    delay: MutableSequence[float],
+    noise: Sequence[float],
+    sig: MutableSequence[float],
+    code: Sequence[int],
+    constants: Sequence[float],
+    stack: MutableSequence[float],
+    cfg: Sequence[Any],
+    st: Sequence[Any],
+    aux: MutableSequence[float],
+    meters: Sequence[Meter],
+    bands: Sequence[Band],
+    gauges: Sequence[Gauge],
+    log: MutableSequence[int],
+    head: MutableSequence[int],
+    shown: Sequence[int],
+    trend: MutableSequence[float],
+) -> int:
     """Base steps ``k`` to ``last`` − 1 of the run; returns the next one, early when the log is full (kernel).
 
     Time 0 is base step ``zero`` (what lies before is the pre-roll); ``noise`` begins at ``noise_from``. Every n-th base
@@ -149,10 +168,21 @@ def advance(
 
 
 def settle(
-    k: int, last: int, tick: int, plants: Sequence[Plant], channels: Sequence[Channel], delay: MutableSequence[float],
-    sig: MutableSequence[float], code: Sequence[int], constants: Sequence[float], stack: MutableSequence[float],
-    cfg: Sequence[Any], st: Sequence[Any], aux: MutableSequence[float], spans: Sequence[Span],
-) -> int:  # fmt: skip
+    k: int,
+    last: int,
+    tick: int,
+    plants: Sequence[Plant],
+    channels: Sequence[Channel],
+    delay: MutableSequence[float],
+    sig: MutableSequence[float],
+    code: Sequence[int],
+    constants: Sequence[float],
+    stack: MutableSequence[float],
+    cfg: Sequence[Any],
+    st: Sequence[Any],
+    aux: MutableSequence[float],
+    spans: Sequence[Span],
+) -> int:
     """One window of the pre-roll: base steps ``k`` to ``last`` − 1 without noise, events, metrics and log (kernel)."""
     first = k
     while k < last:

@@ -95,7 +95,7 @@ def steepest_line(s: Heard, first: int, aux: list[float], change: float) -> tupl
 
 def judged(
     s: Heard, first: int, aux: list[float], span: float, count: float, rest: float, seconds: float, last_step: int
-) -> tuple[int, float]:  # fmt: skip
+) -> tuple[int, float]:
     """What a response amounts to at one of its points, and its change so far (kernel).
 
     ``count`` is the resolution of the PV and ``rest`` what a PV at rest may still move; after the ``last_step`` every

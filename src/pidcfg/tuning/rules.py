@@ -22,28 +22,33 @@ Row = tuple[float, float, float]
 """What the gain, the integral and the derivative time are multiplied with; infinite: no integral term."""
 
 D90 = Decision(
-    90, "the reaction curve's coefficients are Ziegler and Nichols's",
+    90,
+    "the reaction curve's coefficients are Ziegler and Nichols's",
     "P: 1/(R L); PI: 0.9/(R L), 3.33 L; PID: 1.2/(R L), 2 L, 0.5 L, with the steepest slope R of a unit step and the "
     "dead time L.",
     "DL06 and EZLogix name the method; the figure with the formulas is lost.",
-)  # fmt: skip
+)
 D91 = Decision(
-    91, "zn-closed is the textbook's, dl06-autotune what the virtual DL06 does",
+    91,
+    "zn-closed is the textbook's, dl06-autotune what the virtual DL06 does",
     "zn-closed: P 0.5 Ku; PI 0.45 Ku, Pu/1.2; PID 0.6 Ku, Pu/2, Pu/8. dl06-autotune: PI 0.30 Ku, Pu; PID 0.45 Ku, "
     "0.60 Pu, 0.10 Pu; P 0.30 Ku.",
     "A rule by a known name must give the known numbers; the DL06's own table is lost, and the gentler one is what "
     "the family is known to use; the virtual CLICK's relay takes it too.",
-)  # fmt: skip
+)
 D92 = Decision(
-    92, "table 17-2's PID gain is 1.086", "The coefficient of the PID gain for set-point changes is 1.086, not 1.435.",
+    92,
+    "table 17-2's PID gain is 1.086",
+    "The coefficient of the PID gain for set-point changes is 1.086, not 1.435.",
     "The manual's own example (Gs 2, Tc 10, Tde 1, 0.1 s: Kp 3.85, Ti 13.77, Td 0.44) only follows with 1.086, as the "
     "rule was published by Rovira in 1969; 1.435 stands in table 17-1.",
-)  # fmt: skip
+)
 D93 = Decision(
-    93, "NextoPID's auto-tune rule", "PID: Ku/3.2, 2.2 Pu, Pu/6.3; PI: Ku/3.2, 2.2 Pu; P: 0.5 Ku. The textbook's "
-    "Tyreus-Luyben has Ku/2.2 for PID.",
+    93,
+    "NextoPID's auto-tune rule",
+    "PID: Ku/3.2, 2.2 Pu, Pu/6.3; PI: Ku/3.2, 2.2 Pu; P: 0.5 Ku. The textbook's Tyreus-Luyben has Ku/2.2 for PID.",
     "The rule is not given; the worked example of the manual agrees with these numbers.",
-)  # fmt: skip
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -198,20 +203,47 @@ ALL: tuple[Form, ...] = ("P", "PI", "PID")
 METHODS = {
     method.name: method
     for method in (
-        Method("synthesis", "a closed-loop time constant that you choose", NEXTOPID.at("Synthesis Method"),
-               ("PI", "PID"), synthesis, needs=("gain", "time_constant", "closed_loop")),
-        Method("iae-disturbance", "least absolute error after disturbances",
-               NEXTOPID.at("Minimization of Integral of Absolute Error"), ALL, least_error_after_disturbances,
-               needs=("gain", "time_constant", "delay")),
-        Method("iae-setpoint", "least absolute error after set-point changes", D92, ("PI", "PID"),
-               least_error_after_setpoint_steps, needs=("gain", "time_constant", "delay")),
+        Method(
+            "synthesis",
+            "a closed-loop time constant that you choose",
+            NEXTOPID.at("Synthesis Method"),
+            ("PI", "PID"),
+            synthesis,
+            needs=("gain", "time_constant", "closed_loop"),
+        ),
+        Method(
+            "iae-disturbance",
+            "least absolute error after disturbances",
+            NEXTOPID.at("Minimization of Integral of Absolute Error"),
+            ALL,
+            least_error_after_disturbances,
+            needs=("gain", "time_constant", "delay"),
+        ),
+        Method(
+            "iae-setpoint",
+            "least absolute error after set-point changes",
+            D92,
+            ("PI", "PID"),
+            least_error_after_setpoint_steps,
+            needs=("gain", "time_constant", "delay"),
+        ),
         Method("zn-open", "Ziegler-Nichols, reaction curve", D90, ALL, reaction_curve, needs=PROCESS),
         Method("zn-closed", "Ziegler-Nichols, ultimate cycle", D91, ALL, of_ultimate=of_cycle(ZIEGLER_NICHOLS_CLOSED)),
         Method("tyreus-luyben", "Tyreus-Luyben, ultimate cycle", D93, ALL, of_ultimate=of_cycle(TYREUS_LUYBEN)),
-        Method("nextopid-autotune", "what NextoPID's auto-tune makes of its relay test", D93, ALL,
-               of_ultimate=of_cycle(NEXTOPID_CLOSED)),
-        Method("dl06-autotune", "what the virtual DL06 makes of its closed-loop auto-tune", D91, ALL,
-               of_ultimate=of_cycle(GENTLE_CLOSED)),
+        Method(
+            "nextopid-autotune",
+            "what NextoPID's auto-tune makes of its relay test",
+            D93,
+            ALL,
+            of_ultimate=of_cycle(NEXTOPID_CLOSED),
+        ),
+        Method(
+            "dl06-autotune",
+            "what the virtual DL06 makes of its closed-loop auto-tune",
+            D91,
+            ALL,
+            of_ultimate=of_cycle(GENTLE_CLOSED),
+        ),
     )
-}  # fmt: skip
+}
 """By name, in the order in which they are listed."""

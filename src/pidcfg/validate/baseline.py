@@ -134,8 +134,15 @@ def stale_findings(stale: Sequence[Entry], ignored: Collection[Entry], text: str
         column = len(lines[line - 1]) - len(lines[line - 1].lstrip()) + 1
         gone = "is ignored by a comment now" if e in ignored else "no longer occurs"
         message = f"{e.code} {gone} in {e.file}" + (f" at {e.path}" if e.path else "") + f": {e.message}"
-        found.append(Diagnostic(
-            "PID048", Severity.WARNING, message, file, Span(line, column, line, max(column, len(lines[line - 1])) + 1),
-            reference=str(D317), help="--shrink-baseline removes it",
-        ))  # fmt: skip
+        found.append(
+            Diagnostic(
+                "PID048",
+                Severity.WARNING,
+                message,
+                file,
+                Span(line, column, line, max(column, len(lines[line - 1])) + 1),
+                reference=str(D317),
+                help="--shrink-baseline removes it",
+            )
+        )
     return found

@@ -13,25 +13,31 @@ from pidcfg.refs import Decision
 from pidcfg.validate.rule import Rule
 
 D05 = Decision(
-    5, "the field decides what a text means", "Scalars are read as text; numbers, switches and addresses are what their "
+    5,
+    "the field decides what a text means",
+    "Scalars are read as text; numbers, switches and addresses are what their "
     "field says, and a spelling that two people read differently is refused with both readings.",
     "YAML 1.1 and 1.2 disagree on 010, yes and 1_000, and PLC engineers read a leading zero as octal.",
-)  # fmt: skip
+)
 
 D315 = Decision(
-    315, "what may be ignored, and where that counts", "A comment, a baseline or --ignore quietens `pidcfg validate` and "
+    315,
+    "what may be ignored, and where that counts",
+    "A comment, a baseline or --ignore quietens `pidcfg validate` and "
     "nothing else: `encode`, `convert` and `simulate` go on refusing what has errors. Errors of text, schema and scenario "
     "(PID0xx) cannot be ignored at all; warnings and every rule from PID101 on can. A comment names whole codes and a "
     "reason, and is reported when it ignores nothing.",
     "The words of a wrong configuration stay wrong when somebody stops reading about it, and a file that could not be "
     "read in one way only has not been checked.",
-)  # fmt: skip
+)
 D317 = Decision(
-    317, "what makes a finding a known one", "A baseline knows findings by code, severity, file, path with the name of "
+    317,
+    "what makes a finding a known one",
+    "A baseline knows findings by code, severity, file, path with the name of "
     "the loop, and message, never by line. It is made once, by --create-baseline, and after that only loses entries.",
     "Lines move with every edit above them; a value that changes makes another message, and so a finding that somebody "
     "has to look at.",
-)  # fmt: skip
+)
 
 UNUSABLE = frozenset(f"PID{n:03d}" for n in range(1, 15)) | {"PID040", "PID041"}
 

@@ -27,7 +27,8 @@ ROUNDS = 10
 MOST_ONE_BY_ONE = 50
 """Corrections that are tried alone when all together cannot be proven."""
 D316 = Decision(
-    316, "what --fix corrects",
+    316,
+    "what --fix corrects",
     "Texts that pidcfg refuses although they can be read in one way only: a misspelt key (other capitals, hyphens "
     "or underscores, or one slip inside a word of at least five letters; never a key of another place or vendor) "
     "with one key clearly meant, not there yet, whose value is right for it; numbers and switches in quotes; yes, "
@@ -38,7 +39,7 @@ D316 = Decision(
     "configuration that pidcfg accepts is ever changed.",
     "A configuration that is refused drives no plant, so giving it its only reading changes none; anything else is a "
     "decision of the person who knows the plant.",
-)  # fmt: skip
+)
 
 VENDORLESS = {"PID031", "PID032"}
 OF_THE_SCHEMA = {rule.code for rule in (*READING, *SCHEMA)} - VENDORLESS

@@ -146,8 +146,13 @@ def _remarks(ignore: _Ignore, used: set[str], doc: Document, *, checked: bool) -
         message = f"{', '.join(unused)}: no such finding on {where}"
         yield _problem("PID043", message, doc, ignore.span, "delete it", _without(ignore, set(unused), doc))
     if not ignore.reason:
-        yield _problem("PID046", f"no reason is given for ignoring {', '.join(ignore.codes)}", doc, ignore.span,
-                       "write the reason behind the bracket")  # fmt: skip
+        yield _problem(
+            "PID046",
+            f"no reason is given for ignoring {', '.join(ignore.codes)}",
+            doc,
+            ignore.span,
+            "write the reason behind the bracket",
+        )
 
 
 def _unknown(code: str, rules: Iterable[str], doc: Document, ignore: _Ignore) -> Diagnostic:

@@ -22,11 +22,12 @@ if TYPE_CHECKING:
     from pidcfg.encoders.spaces import Kind
 
 D108 = Decision(
-    108, "a DataView shows all of a loop and writes its settings",
+    108,
+    "a DataView shows all of a loop and writes its settings",
     "One file a loop in address order: settings with a new value, requests and what the controller writes without, "
     "reserved registers not at all.",
     "A new value is written by one click on all rows: a request among them would start, a status would be overwritten.",
-)  # fmt: skip
+)
 
 ROWS = 100
 MARK = "\ufeff"
@@ -43,8 +44,11 @@ PLAIN = re.compile(r"[^A-Za-z0-9_-]")
 def write_dataviews(image: Image, checklist: tuple[str, ...] = ()) -> Mapping[str, str]:
     """A DataView for each loop, by its name; a single one needs no name."""
     del checklist
-    views = [(f"{name}-{i}" if i > 1 else name, cells) for name in _loops(image)
-             for i, cells in enumerate(_views([c for c in image.cells if c.loop == name]), start=1)]  # fmt: skip
+    views = [
+        (f"{name}-{i}" if i > 1 else name, cells)
+        for name in _loops(image)
+        for i, cells in enumerate(_views([c for c in image.cells if c.loop == name]), start=1)
+    ]
     texts = [MARK + _text(cells) for _, cells in views]
     if len(texts) == 1:
         return {"": texts[0]}

@@ -24,11 +24,12 @@ if TYPE_CHECKING:
     from pidcfg.encoders.spaces import Bank
 
 D109 = Decision(
-    109, "a data dump gets settings, and requests off",
+    109,
+    "a data dump gets settings, and requests off",
     "Merged into a dump are the settings of each loop, and 0 for its requests; what the controller writes and reserved "
     "registers keep the dump's content.",
     "The dump is what the PLC held when it was read: a request caught in it would start when it is written back.",
-)  # fmt: skip
+)
 
 MARK = "\ufeff"
 START, END = re.compile(r"<([A-Z]{1,3})=START>"), re.compile(r"</([A-Z]{1,3})=END>")

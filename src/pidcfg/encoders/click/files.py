@@ -51,21 +51,37 @@ class Numbering:
 
 FORMATS = listings(SPACE, "register listing", Numbering()) | {
     "nickname-csv": FileKind(
-        "nickname-csv", "nicknames with initial values (CSV)", write_nicknames, read_nicknames,
+        "nickname-csv",
+        "nicknames with initial values (CSV)",
+        write_nicknames,
+        read_nicknames,
         lambda text: tuple(cell.strip('"') for cell in columns(text)) == HEADER,
-        merge=merge_nicknames, carries_comments=False, whole=False,
+        merge=merge_nicknames,
+        carries_comments=False,
+        whole=False,
     ),
     "cdv": FileKind(
-        "cdv", "DataViews with new values", write_dataviews, read_dataview,
+        "cdv",
+        "DataViews with new values",
+        write_dataviews,
+        read_dataview,
         lambda text: re.fullmatch(r"(-1|0),[0-9]+,[0-9]+", first_line(text)) is not None,
-        encoding="utf-16-le", carries_comments=False, whole=False,
+        encoding="utf-16-le",
+        carries_comments=False,
+        whole=False,
     ),
     "data-dump": FileKind(
-        "data-dump", "data for Write Data into PLC", write_dump, read_dump,
+        "data-dump",
+        "data for Write Data into PLC",
+        write_dump,
+        read_dump,
         lambda text: re.fullmatch(r"<[A-Z]{1,3}=START>", first_line(text)) is not None,
-        merge=merge_dump, needs_into=True, carries_comments=False, whole=False,
+        merge=merge_dump,
+        needs_into=True,
+        carries_comments=False,
+        whole=False,
     ),
-}  # fmt: skip
+}
 
 
 def _pwm(text: str) -> dict[str, str] | None:
@@ -74,13 +90,31 @@ def _pwm(text: str) -> dict[str, str] | None:
 
 DECODE_OPTIONS = (
     DecodeOption("bits", "C,C…", "Where each loop's C bits begin.", "C101,C201", listed(address_of(BITS)), needed=True),
-    DecodeOption("integers", "DS,DS…", "Where each loop's DS registers begin.", "DS101,DS201",
-                 listed(address_of(INTEGERS)), needed=True),
-    DecodeOption("floats", "DF,DF…", "Where each loop's DF registers begin.", "DF101,DF201",
-                 listed(address_of(FLOATS)), needed=True),
-    DecodeOption("pwm_bit", "Y|none,…", "The discrete output of each loop's PWM; none: an analog output.", "Y001,none",
-                 listed(_pwm), needed=True),
-)  # fmt: skip
+    DecodeOption(
+        "integers",
+        "DS,DS…",
+        "Where each loop's DS registers begin.",
+        "DS101,DS201",
+        listed(address_of(INTEGERS)),
+        needed=True,
+    ),
+    DecodeOption(
+        "floats",
+        "DF,DF…",
+        "Where each loop's DF registers begin.",
+        "DF101,DF201",
+        listed(address_of(FLOATS)),
+        needed=True,
+    ),
+    DecodeOption(
+        "pwm_bit",
+        "Y|none,…",
+        "The discrete output of each loop's PWM; none: an analog output.",
+        "Y001,none",
+        listed(_pwm),
+        needed=True,
+    ),
+)
 
 
 NEVER_WRITTEN = (

@@ -16,31 +16,35 @@ if TYPE_CHECKING:
     from pidcfg.encoders.regmap import Word
 
 D104 = Decision(
-    104, "a nickname that CLICK would refuse is not written",
+    104,
+    "a nickname that CLICK would refuse is not written",
     "At most 24 characters, which are letters, digits, blanks and _ (ASCII), each nickname once whatever its case. "
     "A loop whose nicknames break this has no nickname CSV, and no shortened names; the message says what fits.",
     "A name cut to size would no longer say which register it is, and no import reports what it leaves out.",
-)  # fmt: skip
+)
 D105 = Decision(
-    105, "initial values go to settings only, and retention stays the bank's own",
+    105,
+    "initial values go to settings only, and retention stays the bank's own",
     "Switches and registers that a configuration sets have its value as initial value; what the controller writes, "
     "requests and Cn+10 have a nickname and the initial value 0, which is how CLICK writes that there is none. DS and "
     "DF are retentive, C is not.",
     "An initial value in a request would start it, and one in a status would show what never was.",
-)  # fmt: skip
+)
 
 D106 = Decision(
-    106, "a nickname list of the user's keeps what it says",
+    106,
+    "a nickname list of the user's keeps what it says",
     "A row whose address or nickname stands there with another partner is left as it is and reported. Where both agree "
     "the row is the loop's own: its initial value becomes the configuration's, and nothing else of it changes.",
     "A list that kept the old initial values of a loop would be written into the PLC as if they were the new ones.",
-)  # fmt: skip
+)
 D107 = Decision(
-    107, "a loop is found by the nickname of its Cn+09",
+    107,
+    "a loop is found by the nickname of its Cn+09",
     "In a nickname list a name is that of a loop when `<name>_SEL_DirectReverse` is one of its nicknames; the blocks "
     "begin where all its other nicknames say, and where they disagree the list is refused.",
     "Short suffixes (_P, _SP) are common in nicknames that have nothing to do with a loop.",
-)  # fmt: skip
+)
 
 LONGEST = 24
 LONGEST_COMMENT = 128

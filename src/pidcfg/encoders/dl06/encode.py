@@ -60,10 +60,16 @@ def encode(config: Dl06File) -> Encoding:
 def _loop_blocks(config: Dl06File) -> list[Block]:
     table = LOOP_TABLES[config.plc.reset_decimals]
     return [
-        Block(("loops", i), loop_start(config.plc, i), table,
-              table.encode(values_of(config, loop), scales_of(loop)), loop.name, scales=scales_of(loop))
+        Block(
+            ("loops", i),
+            loop_start(config.plc, i),
+            table,
+            table.encode(values_of(config, loop), scales_of(loop)),
+            loop.name,
+            scales=scales_of(loop),
+        )
         for i, loop in enumerate(config.loops)
-    ]  # fmt: skip
+    ]
 
 
 def _ramp_soak_blocks(config: Dl06File) -> list[Block]:

@@ -240,6 +240,9 @@ def _transfer(value: tuple[int, int, int] | int | None) -> Data:
 
 
 def _step(values: Data, raw: Sequence[int]) -> Data:
-    data = {"ramp_to": quantity(values["ramp_to"]), "slope": quantity(values["slope"]),
-            "soak": plain_number(values["soak"])}  # fmt: skip
+    data = {
+        "ramp_to": quantity(values["ramp_to"]),
+        "slope": quantity(values["slope"]),
+        "soak": plain_number(values["soak"]),
+    }
     return {**data, "deviation": quantity(values["deviation"])} if raw[-1] else data

@@ -48,8 +48,10 @@ def decode(
     entries = list(settings) or [{"loop": name} for name in loop_names(words)]
     if not entries:
         raise DecodeError("the listing holds no operand of a DPIDE instruction, such as OVEN.SV")
-    own = [read_settings(LoopSettings, entry, f"settings[{i}]")
-           for i, entry in enumerate(completed(entries, options or {}, SAID))]  # fmt: skip
+    own = [
+        read_settings(LoopSettings, entry, f"settings[{i}]")
+        for i, entry in enumerate(completed(entries, options or {}, SAID))
+    ]
     _know_all(words, {loop.loop for loop in own})
     notes: list[str] = []
     loops = [_loop(loop, words, notes) for loop in own]
@@ -96,8 +98,11 @@ def _loop(own: LoopSettings, words: Mapping[str, Content | Wire], notes: list[st
             notes += [f"{name} = {shown(row.type, content)} ({row.title}) is not carried over"] if content else []
         elif row.name in ALWAYS or content != Loop.model_fields[row.name].default:
             data[row.name] = content if isinstance(content, bool) else plain_number(Decimal(repr(content)))
-    notes += [f"{own.loop}: the listing does not hold {key}, which then is FALSE"
-              for key in sorted(ALWAYS) if f"{own.loop}.{key}" not in words]  # fmt: skip
+    notes += [
+        f"{own.loop}: the listing does not hold {key}, which then is FALSE"
+        for key in sorted(ALWAYS)
+        if f"{own.loop}.{key}" not in words
+    ]
     return data | present({"pv": scaling(own.pv) or None, "output": scaling(own.output) or None})
 
 

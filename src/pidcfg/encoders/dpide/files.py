@@ -22,14 +22,23 @@ FORMATS = {
     "csv": replace(PLAIN["csv"], read=read_csv_devices),
     "json": replace(PLAIN["json"], read=read_json_devices),
     "operands": FileKind(
-        "operands", "operand table (CSV)", write_operands, read_operands,
+        "operands",
+        "operand table (CSV)",
+        write_operands,
+        read_operands,
         lambda text: {"operand", "value"} <= set(columns(text)),
     ),
     "symbols": FileKind(
-        "symbols", "symbol table of ISPSoft (CSV)", write_symbols, read_symbols,
-        lambda text: {*COLUMNS[:3]} <= set(columns(text)), encoding=ENCODING, carries_comments=False, whole=False,
+        "symbols",
+        "symbol table of ISPSoft (CSV)",
+        write_symbols,
+        read_symbols,
+        lambda text: {*COLUMNS[:3]} <= set(columns(text)),
+        encoding=ENCODING,
+        carries_comments=False,
+        whole=False,
     ),
-}  # fmt: skip
+}
 
 DECODE_OPTIONS = (
     DecodeOption(

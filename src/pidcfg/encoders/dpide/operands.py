@@ -72,8 +72,9 @@ def read_operands(text: str) -> Listing:
         loop, operand = _named(row)
         kind = ROWS.get(operand)
         if kind is None or not _is_name(loop):
-            raise ListingError(f"{row['operand'][:60]!r} is not an operand of a loop; the table has columns operand "
-                               "and loop", number)  # fmt: skip
+            raise ListingError(
+                f"{row['operand'][:60]!r} is not an operand of a loop; the table has columns operand and loop", number
+            )
         if row.get("type") and row["type"] not in {kind.type.name, SAME_TYPE.get(kind.type.name)}:
             raise ListingError(f"{loop}.{operand} is {kind.type.name}, not {row['type'][:20]!r}", number)
         if row["value"]:

@@ -20,18 +20,20 @@ if TYPE_CHECKING:
     from pidcfg.encoders.named import Parameter, Program
 
 D256 = Decision(
-    256, "symbols are the loop's name and a short suffix",
+    256,
+    "symbols are the loop's name and a short suffix",
     "Identifiers have at most 16 characters; suffixes have up to 5, so that loops may have names of 10. Blanks and "
     "signs in a name become underscores. A name that is too long, begins with a digit, or gives an identifier that "
     "another loop has, is refused rather than cut.",
     "A cut name could be that of another loop. The length is that of ISPSoft's symbols.",
-)  # fmt: skip
+)
 D257 = Decision(
-    257, "rows of REAL in a symbol table are not confirmed",
+    257,
+    "rows of REAL in a symbol table are not confirmed",
     "The symbol table has class VAR, GBK without a mark, CRLF, and the types BOOL, DINT and REAL; the checklist says "
     "that REAL rows must be looked at after the import.",
     "Known files of ISPSoft have no row of type REAL with an initial value.",
-)  # fmt: skip
+)
 
 COLUMNS = ("Class", "Identifiers", "Address", "Type", "Initial Value", "Comment")
 ENCODING = "gbk"
@@ -39,10 +41,22 @@ LONGEST = 16
 IDENTIFIER = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 BREAK = re.compile(r"[ .\-/#]+")
 SUFFIXES = {
-    "PID_RUN": "RUN", "PID_MODE": "MODE", "PID_MAN": "MAN", "MOUT_AUTO": "AUTO", "Kc_Kp": "KP", "Ti_Ki": "KI",
-    "Td_Kd": "KD", "Tf": "TF", "PID_EQ": "EQ", "PID_DE": "DE", "PID_DIR": "DIR", "ERR_DBW": "DBW", "MV_MAX": "MAX",
-    "MV_MIN": "MIN", "I_MV": "IMV",
-}  # fmt: skip
+    "PID_RUN": "RUN",
+    "PID_MODE": "MODE",
+    "PID_MAN": "MAN",
+    "MOUT_AUTO": "AUTO",
+    "Kc_Kp": "KP",
+    "Ti_Ki": "KI",
+    "Td_Kd": "KD",
+    "Tf": "TF",
+    "PID_EQ": "EQ",
+    "PID_DE": "DE",
+    "PID_DIR": "DIR",
+    "ERR_DBW": "DBW",
+    "MV_MAX": "MAX",
+    "MV_MIN": "MIN",
+    "I_MV": "IMV",
+}
 """Ends of identifiers; the others are the operand's name."""
 LONGEST_LOOP = LONGEST - 1 - max(len(SUFFIXES.get(row.name, row.name)) for row in DPIDE_TABLE.rows)
 
@@ -101,5 +115,7 @@ def _plain(text: str) -> str:
 def read_symbols(text: str) -> NoReturn:
     """A symbol table does not hold what a configuration needs."""
     del text
-    raise ListingError("a symbol table of ISPSoft holds neither units nor what its rows belong to; read the operand "
-                       "table or a text, csv or json listing")  # fmt: skip
+    raise ListingError(
+        "a symbol table of ISPSoft holds neither units nor what its rows belong to; read the operand "
+        "table or a text, csv or json listing"
+    )

@@ -55,8 +55,11 @@ def decode(
         notes += [note for block in blocks for note in block.left_out()]
     data: Data = {"pidcfg": 1, "vendor": "ezlogix"}
     data |= present({"name": plc_settings.name, "description": plc_settings.description})
-    own_plc = {k: getattr(plc_settings, k) for k, f in PlcSettings.model_fields.items()
-               if k not in data and f.default != getattr(plc_settings, k)}  # fmt: skip
+    own_plc = {
+        k: getattr(plc_settings, k)
+        for k, f in PlcSettings.model_fields.items()
+        if k not in data and f.default != getattr(plc_settings, k)
+    }
     if not plc:
         notes.append("process_when_stopped is taken as true, the dialog's default; no register holds it")
     return Decoded({**data, **({"plc": own_plc} if own_plc else {}), "loops": loops}, tuple(notes))

@@ -15,10 +15,15 @@ if TYPE_CHECKING:
 
 FORMATS = listings(SPACE, "register listing") | {
     "tags": FileKind(
-        "tags", "tag list (CSV)", write_tags, read_tags, lambda text: {"tag", "address"} <= set(columns(text)),
-        merge=merge_tags, whole=False,
+        "tags",
+        "tag list (CSV)",
+        write_tags,
+        read_tags,
+        lambda text: {"tag", "address"} <= set(columns(text)),
+        merge=merge_tags,
+        whole=False,
     ),
-}  # fmt: skip
+}
 
 
 def _output(text: str) -> dict[str, str] | None:

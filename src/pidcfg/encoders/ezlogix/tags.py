@@ -26,16 +26,18 @@ if TYPE_CHECKING:
     from pidcfg.encoders.regmap import Word
 
 D155 = Decision(
-    155, "the tag list holds the variables of the blocks",
+    155,
+    "the tag list holds the variables of the blocks",
     "One tag for each register and discrete that the manual names, those of the control output only where it is "
     "enabled; settings with their raw value, the others without. PV, CV and control output get none.",
     "Those three are entered in the dialog as tags, so they are there before the loop is.",
-)  # fmt: skip
+)
 D156 = Decision(
-    156, "a tag that exists is left as it is",
+    156,
+    "a tag that exists is left as it is",
     "A tag whose name or address stands in the user's list is not created but reported, also with another value.",
     "The vendor's own tool creates no tag that exists, and says which.",
-)  # fmt: skip
+)
 
 COLUMNS = ("tag", "address", "type", "value", "loop", "field", "comment")
 TAG = re.compile(r"[A-Za-z][A-Za-z0-9_]*")

@@ -27,16 +27,18 @@ ALARMS = CLICK.at("PV Alarm")
 OPTIONS = CLICK.at("CLICK PID options")
 
 D102 = Decision(
-    102, "registers without a known meaning are reserved",
+    102,
+    "registers without a known meaning are reserved",
     "Cn+10, +18 to +30, +38 and +39, DSn+01 to +04 and +09 to +14, and DFn+24 are encoded as 0 and never written by a "
     "DataView or an initial value.",
     "The help prints how long the blocks are, and the meaning of the other registers only.",
-)  # fmt: skip
+)
 D103 = Decision(
-    103, "nicknames are the loop's name and a suffix",
+    103,
+    "nicknames are the loop's name and a suffix",
     "The suffixes of Cn+00 to +09, Cn+11 and DSn+00 are the help's; the others are made of the same abbreviations.",
     "Only those twelve are public.",
-)  # fmt: skip
+)
 
 SPACE = Space(
     (
@@ -160,8 +162,9 @@ SUFFIXES = {
 }
 # fmt: on
 
-TUNED = TunedWords(DF_BLOCK, "proportional_gain", "reset_time", "derivative_gain", "percent", Decimal(6000), "direct",
-                   "reverse")  # fmt: skip
+TUNED = TunedWords(
+    DF_BLOCK, "proportional_gain", "reset_time", "derivative_gain", "percent", Decimal(6000), "direct", "reverse"
+)
 """A reset time cannot be switched off; the longest one is as good."""
 TABLES = (C_BLOCK, DS_BLOCK, DF_BLOCK)
 """The three blocks of a loop, in the order of their banks."""

@@ -25,30 +25,39 @@ RAMP_TABLE = DL06.at("Ramp/Soak Table")
 FLAGS = DL06.at("Ramp / Soak Table Flags (Addr + 33)")
 
 D01 = Decision(
-    1, "reset has one decimal", "The reset word has one implied decimal (0.1 to 999.8); `reset_decimals: 2` selects two.",
+    1,
+    "reset has one decimal",
+    "The reset word has one implied decimal (0.1 to 999.8); `reset_decimals: 2` selects two.",
     "The feature table says 0.1 to 999.8, the text says all three gains are xx.xx; a wrong reading is a factor of ten.",
-)  # fmt: skip
+)
 D02 = Decision(
-    2, "bipolar words are sign and magnitude", "Bit 15 is the sign; −0 and stray bits above the magnitude are not values.",
+    2,
+    "bipolar words are sign and magnitude",
+    "Bit 15 is the sign; −0 and stray bits above the magnitude are not values.",
     "The manual says the MSB is the sign bit; the sister manuals of DL05 and DL405 print FFF-8FFF-8001 for −4095…−1.",
-)  # fmt: skip
+)
 D03 = Decision(
-    3, "auto transfer digits", "Slot stands in the third digit, the channel in the lower byte as hexadecimal (1 to 10 hex).",
+    3,
+    "auto transfer digits",
+    "Slot stands in the third digit, the channel in the lower byte as hexadecimal (1 to 10 hex).",
     "The manual's example 0102 means slot 1, channel 2; its table allows 16 channels. It numbers slots from 0 in the text "
     "and from 1 in the table; the table is followed.",
-)  # fmt: skip
+)
 D04 = Decision(
-    4, "mode requests are encoded as 000", "Bits 0 to 2 of +00 are momentary requests; the mode of a configuration is kept "
+    4,
+    "mode requests are encoded as 000",
+    "Bits 0 to 2 of +00 are momentary requests; the mode of a configuration is kept "
     "beside the words and requested after the start.",
     "Their normal state is 000; the controller clears them when it has read them.",
-)  # fmt: skip
+)
 D16 = Decision(
-    16, "the scale of a square-root loop",
+    16,
+    "the scale of a square-root loop",
     "The set point runs from 0 to the root of the span (0 to 64 counts for 12 bit); error = SP − √PV is normalised "
     "by that root; alarms compare the raw PV, deviation alarms with SP².",
     "The manual divides the desired SP by the root of the analog span. A full-scale error keeps its full-scale "
     "effect; the alarm words have no root in the manual's figures.",
-)  # fmt: skip
+)
 
 SPACE = Space((Bank("V", 0, HIGHEST, WORD, octal=True),))
 

@@ -119,25 +119,45 @@ BITS = {
 # fmt: on
 """By the name of the register and the lowest bit of the row."""
 WORDS = {
-    "error_flags": Meaning("Tells what is wrong with V7640 and V7641. All bits 0 in Run mode: nothing is wrong with "
-                           "them.", "", (), ERROR_FLAGS),
-    "pv": Meaning("The measurement, from the ladder program or by auto transfer (+36). A value that stands still "
-                  "although the plant moves: the program does not write it here.", "", (), TROUBLE),
-    "bias": Meaning("The integral: the part of the output that holds the set point at rest. Somebody else may write it "
-                    "too (feedforward)."),
-    "output": Meaning("What the loop gives to the actuator. 0 in Automatic is right while the PV of a heating loop is "
-                      "above its SP (cooling: below).",
-                      "If it stays 0 on the other side too, look whether the upper limit in +31 is 0, then whether the "
-                      "direction (bit 4 of +00) fits the process. Never change bit 4 before a small step of the output in "
-                      "Manual has shown which way the PV goes: the wrong direction is a runaway.", ("PID226",), TROUBLE),
-    "mode_and_alarm_status": Meaning("Tells the mode and the alarms of one loop; the CPU writes it at each calculation, "
-                                     "nobody else should.", "", (), MODES),
+    "error_flags": Meaning(
+        "Tells what is wrong with V7640 and V7641. All bits 0 in Run mode: nothing is wrong with them.",
+        "",
+        (),
+        ERROR_FLAGS,
+    ),
+    "pv": Meaning(
+        "The measurement, from the ladder program or by auto transfer (+36). A value that stands still "
+        "although the plant moves: the program does not write it here.",
+        "",
+        (),
+        TROUBLE,
+    ),
+    "bias": Meaning(
+        "The integral: the part of the output that holds the set point at rest. Somebody else may write it "
+        "too (feedforward)."
+    ),
+    "output": Meaning(
+        "What the loop gives to the actuator. 0 in Automatic is right while the PV of a heating loop is "
+        "above its SP (cooling: below).",
+        "If it stays 0 on the other side too, look whether the upper limit in +31 is 0, then whether the "
+        "direction (bit 4 of +00) fits the process. Never change bit 4 before a small step of the output in "
+        "Manual has shown which way the PV goes: the wrong direction is a runaway.",
+        ("PID226",),
+        TROUBLE,
+    ),
+    "mode_and_alarm_status": Meaning(
+        "Tells the mode and the alarms of one loop; the CPU writes it at each calculation, nobody else should.",
+        "",
+        (),
+        MODES,
+    ),
     "mode_setting_1": Meaning("Sixteen switches of the loop: mode requests, direction of control, equation, alarms."),
     "mode_setting_2": Meaning("More switches of the loop: data formats, filter, limits, auto-tune."),
     "ramp_soak_flags": Meaning("Starts and stops the ramp/soak profile, and tells where it is."),
-    "ramp_soak_errors": Meaning("Tells what is wrong with the address of the ramp/soak table in +34. 0: nothing.",
-                                "", (), RAMP_ERRORS),
-}  # fmt: skip
+    "ramp_soak_errors": Meaning(
+        "Tells what is wrong with the address of the ramp/soak table in +34. 0: nothing.", "", (), RAMP_ERRORS
+    ),
+}
 """By the name of a register that the configuration does not set."""
 WRITERS = {
     "pv": "the ladder program, or the PLC by auto transfer (+36)",

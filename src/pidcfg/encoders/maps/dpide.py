@@ -17,22 +17,25 @@ TABLE = DPIDE.at("parameter settings")
 REMARKS = DPIDE.at("Additional remarks")
 
 D253 = Decision(
-    253, "the remark on no derivative in the row of Td_Kd is about Td_Kd",
+    253,
+    "the remark on no derivative in the row of Td_Kd is about Td_Kd",
     "A Td_Kd of 0 or below is no derivative; Ti_Ki has nothing to do with it.",
     "The row prints Ti_Ki where it switches the derivative off. The block diagrams test each coefficient by itself.",
-)  # fmt: skip
+)
 D254 = Decision(
-    254, "I_MV takes 30 D registers",
+    254,
+    "I_MV takes 30 D registers",
     "I_MV takes 15 double words, which are 30 D registers; with D500 these are D500 to D529, and I_MV+1 is D502.",
     "The operand table counts 15 double words, the remarks 30 registers, which is the same.",
-)  # fmt: skip
+)
 D255 = Decision(
-    255, "an operand that is not given is FALSE or 0",
+    255,
+    "an operand that is not given is FALSE or 0",
     "So are PID_MAN, MOUT_AUTO, PID_EQ, PID_DE, PID_DIR, PID_MODE, Tf, ERR_DBW, MOUT and BIAS; PID_RUN is TRUE. The "
     "others must be given. A file that does not give PID_DIR or PID_EQ is warned of.",
     "The manual prints no defaults. FALSE and 0 are what an operand holds that nothing was written to; a loop that is "
     "configured is meant to run.",
-)  # fmt: skip
+)
 
 
 def _row(name: str, kind: IecType, unit: str, title: str, basis: Decision | None = None) -> Parameter:
@@ -66,8 +69,9 @@ DPIDE_TABLE = ParameterTable("DPIDE (API 0708)", (
 # fmt: on
 TABLES = (DPIDE_TABLE,)
 ROWS = {row.name: row for row in DPIDE_TABLE.rows}
-TUNED = TunedParameters(DPIDE_TABLE, ("Kc_Kp", "Ti_Ki", "Td_Kd"), "PID_DIR TRUE", "PID_DIR FALSE",
-                        dependent=("PID_EQ", True))  # fmt: skip
+TUNED = TunedParameters(
+    DPIDE_TABLE, ("Kc_Kp", "Ti_Ki", "Td_Kd"), "PID_DIR TRUE", "PID_DIR FALSE", dependent=("PID_EQ", True)
+)
 OUTSIDE = ("PV", "I_MV", "MV")
 """Operands that the process or the instruction writes."""
 WRITTEN = ("PID_MODE", "Kc_Kp", "Ti_Ki", "Td_Kd", "Tf")

@@ -32,16 +32,19 @@ OPTIONS = EZLOGIX.at("Options")
 BASE = EZLOGIX.at("Base Register Tag, Base Discrete Tag")
 
 D153 = Decision(
-    153, "registers are unsigned 16 bit", "6000.0 s is 60000; no register is negative.",
+    153,
+    "registers are unsigned 16 bit",
+    "6000.0 s is 60000; no register is negative.",
     "The manual's range of the integral time needs more than a signed word holds.",
-)  # fmt: skip
+)
 D154 = Decision(
-    154, "the set point of a square-root loop is on the root's scale",
+    154,
+    "the set point of a square-root loop is on the root's scale",
     "With `square_root`, setpoint, its limits and the deadband are encoded on a scale whose 100 % is the root of the "
     "PV's span: 64 of 4095.",
     "The manual uses the square root of the PV in place of the PV, and says nothing of the set point: both must be on "
     "one scale for their difference to mean anything.",
-)  # fmt: skip
+)
 
 SPACE = Space((Bank(*REGISTERS[:3], kind=WORD), Bank(*DISCRETES[:3], kind=BIT)))
 HUNDREDTHS, TENTHS, WHOLE = Implied(2), Implied(1), Implied()
@@ -106,8 +109,9 @@ PULSE_REGISTERS = frozenset({"cycle_time", "min_on", "min_off"})
 """Variables that get a tag only where the control output is enabled."""
 # fmt: on
 
-TUNED = TunedWords(R_BLOCK, "proportional_gain", "integral_time", "derivative_time", "span", Decimal(0), "reverse",
-                   "direct")  # fmt: skip
+TUNED = TunedWords(
+    R_BLOCK, "proportional_gain", "integral_time", "derivative_time", "span", Decimal(0), "reverse", "direct"
+)
 TABLES = (R_BLOCK, S_BLOCK)
 """The two blocks of a loop, in the order of their banks."""
 BLOCKS = {"registers": ("R", R_BLOCK), "discretes": ("S", S_BLOCK)}

@@ -65,8 +65,14 @@ LOOP_TABLE = ParameterTable("Neutral loop", (
 TABLES = (LOOP_TABLE,)
 ROWS = {row.name: row for row in LOOP_TABLE.rows}
 NEEDED = (
-    "output_raises_pv", "sample_time", "tuning.gain", "pv.range.0", "pv.range.1", "output.range.0", "output.range.1",
-)  # fmt: skip
+    "output_raises_pv",
+    "sample_time",
+    "tuning.gain",
+    "pv.range.0",
+    "pv.range.1",
+    "output.range.0",
+    "output.range.1",
+)
 """Fields without a default."""
 PAIRS = {"pv.range": True, "setpoint.limits": False, "output.range": True, "output.limits": False}
 """Fields of two numbers, and whether every loop has them."""
@@ -82,9 +88,11 @@ class TunedFields(TunedParameters):
 
 
 TUNED = TunedFields(
-    LOOP_TABLE, ("tuning.gain", "tuning.integral_time", "tuning.derivative_time"), "output_raises_pv: true",
+    LOOP_TABLE,
+    ("tuning.gain", "tuning.integral_time", "tuning.derivative_time"),
+    "output_raises_pv: true",
     "output_raises_pv: false",
-)  # fmt: skip
+)
 
 
 def split(name: str) -> tuple[str, str]:

@@ -24,10 +24,11 @@ if TYPE_CHECKING:
     from pidcfg.refs import Basis
 
 D203 = Decision(
-    203, "parameters that the program around may assign are left out where they are not given",
+    203,
+    "parameters that the program around may assign are left out where they are not given",
     "PV, InVar and the like have no default: a listing and the emitted program are silent about them.",
     "An initial value of 0 would be written over by the analog input anyway, and hide that nothing is wired.",
-)  # fmt: skip
+)
 
 # fmt: off
 PIDA_OUTPUTS = (
@@ -191,5 +192,6 @@ LOOP_TYPES = frozenset(("PIDA_REAL", "PIDA_INT", "PIDA_TUNE_REAL", "PIDA_TUNE_IN
 """Controllers."""
 MOST_SAMPLES = 100
 """Samples that a delay holds."""
-TUNED = TunedParameters(BLOCK_TYPES["PIDA_REAL"].table, ("Kp", "Ti_Ki", "Td_Kd"), "Direct FALSE", "Direct TRUE",
-                        dependent=("Indep", False))  # fmt: skip
+TUNED = TunedParameters(
+    BLOCK_TYPES["PIDA_REAL"].table, ("Kp", "Ti_Ki", "Td_Kd"), "Direct FALSE", "Direct TRUE", dependent=("Indep", False)
+)

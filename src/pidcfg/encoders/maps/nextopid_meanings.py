@@ -10,12 +10,13 @@ WARNINGS = NEXTOPID.at("WarnBits - Warning Indication Bits")
 RESULTS = NEXTOPID.at("AutoTuneResult")
 
 D325 = Decision(
-    325, "a structure of bits as a number",
+    325,
+    "a structure of bits as a number",
     "`ErrBits=0x0005` counts the structure's bits from 0 in the order of its members; `AutoTuneResult` without its three "
     "numbers, so that Bad_PercAmpMV is bit 0.",
     "The manual names the bits and shows the structures as figures; members of the type BIT are packed in their order. "
     "A panel that shows the number of the whole structure has no other one to show.",
-)  # fmt: skip
+)
 
 STOPPED = "The block is not executed: MV and all other outputs stay as they are until it is cured."
 UNCONTROLLED = "MV stands at RefMV, where the auto-tuning found it, and nothing controls until AutoTune is FALSE."
@@ -75,8 +76,9 @@ BITS = {
 
 OWN_BITS = {
     ("ControlON_OFF", "ErrBits.DeadBand"): Meaning(
-        STOPPED, "Set DeadBand above 0: this block has no 0 that means none.", ("PID101",), ERRORS),
-}  # fmt: skip
+        STOPPED, "Set DeadBand above 0: this block has no 0 that means none.", ("PID101",), ERRORS
+    ),
+}
 """By the type of block and the name of the output, where a block differs from the others."""
 
 # fmt: off

@@ -121,8 +121,9 @@ def encode(config: NextopidFile) -> NextopidEncoding:
             if isinstance(value, Wire):
                 _wire(layout, wires, (i, row), value, place, misfits)
             raw = value if isinstance(value, Wire) else _stored(row, value, place, misfits)
-            entries.append(Entry(f"{own.item.name}.{row.name}", row.type, raw, row.name,
-                                 own.item.name if own.is_loop else None))  # fmt: skip
+            entries.append(
+                Entry(f"{own.item.name}.{row.name}", row.type, raw, row.name, own.item.name if own.is_loop else None)
+            )
     misfits += _own_wires(layout, wires, items)
     settings = tuple(_settings(own) for own in items)
     image = Program("nextopid", tuple(entries), settings, _plc_settings(config))
@@ -138,9 +139,13 @@ def _stored(row: Parameter, value: Any, place: Route, misfits: list[tuple[Route,
 
 
 def _wire(
-    layout: Layout, wires: Wires, key: tuple[int, Parameter], wire: Wire, place: Route,
+    layout: Layout,
+    wires: Wires,
+    key: tuple[int, Parameter],
+    wire: Wire,
+    place: Route,
     misfits: list[tuple[Route, Misfit]],
-) -> None:  # fmt: skip
+) -> None:
     i, row = key
     try:
         wires[i, row.name] = layout.read(row.type, wire.text)
@@ -169,10 +174,12 @@ def _settings(own: Placed) -> dict[str, Any]:
         return entry
     item = own.item
     time = None if item.sample_time is None else plain_number(item.sample_time)
-    output = present({"range": item.output.range and [plain_number(end) for end in item.output.range],
-                      "unit": item.output.unit})  # fmt: skip
-    return entry | present({"sample_time": time, "pv": present({"unit": item.pv.unit}) or None,
-                            "output": output or None})  # fmt: skip
+    output = present(
+        {"range": item.output.range and [plain_number(end) for end in item.output.range], "unit": item.output.unit}
+    )
+    return entry | present(
+        {"sample_time": time, "pv": present({"unit": item.pv.unit}) or None, "output": output or None}
+    )
 
 
 def _plc_settings(config: NextopidFile) -> dict[str, Any]:

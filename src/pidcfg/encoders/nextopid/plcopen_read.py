@@ -82,8 +82,12 @@ class _Tree:
 
     def start(self, name: str, attributes: dict[str, str]) -> None:
         """An element begins."""
-        node = Node(name.rpartition(SEPARATOR)[2], attributes, self.parser.CurrentLineNumber,
-                    self.parser.CurrentColumnNumber + 1)  # fmt: skip
+        node = Node(
+            name.rpartition(SEPARATOR)[2],
+            attributes,
+            self.parser.CurrentLineNumber,
+            self.parser.CurrentColumnNumber + 1,
+        )
         if len(self.stack) >= DEEPEST:
             raise node.error(f"more than {DEEPEST} elements in each other")
         if not self.stack:
@@ -123,9 +127,11 @@ def read_plcopen(text: str) -> Listing:
     pou = _pou(root)
     source = Source()
     source.program = _token(pou, "name")
-    lists = [*root.all("instances", "configurations", "configuration", "globalVars"),
-             *root.all("instances", "configurations", "configuration", "resource", "globalVars"),
-             *pou.all("interface", "*")]  # fmt: skip
+    lists = [
+        *root.all("instances", "configurations", "configuration", "globalVars"),
+        *root.all("instances", "configurations", "configuration", "resource", "globalVars"),
+        *pou.all("interface", "*"),
+    ]
     for variables in lists:
         source.declarations += (_declaration(node) for node in variables.all("variable"))
     for node in pou.all("documentation", "*"):
@@ -158,8 +164,10 @@ def _pou(root: Node) -> Node:
 
 
 def _types(pou: Node) -> Iterator[bool]:
-    return (node.attributes.get("name", "").upper() in LIBRARY
-            for node in pou.all("interface", "*", "variable", "type", "derived"))  # fmt: skip
+    return (
+        node.attributes.get("name", "").upper() in LIBRARY
+        for node in pou.all("interface", "*", "variable", "type", "derived")
+    )
 
 
 def _lines(node: Node) -> Iterator[Comment]:

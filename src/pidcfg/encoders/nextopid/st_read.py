@@ -216,8 +216,10 @@ class _Reader:
                 if other.known and was_before != (turn[owner] < turn[i]):
                     which = "same" if was_before else "previous"
                     name = layout.instances[i].name
-                    yield (f"{name}.{row} reads {other.name} of the {which} cycle in the program, and of the "
-                           f"{'previous' if was_before else 'same'} one in the order of the configuration")  # fmt: skip
+                    yield (
+                        f"{name}.{row} reads {other.name} of the {which} cycle in the program, and of the "
+                        f"{'previous' if was_before else 'same'} one in the order of the configuration"
+                    )
 
     def _wired(self, layout: Layout, wires: Wires, number: int) -> bool:
         own = layout.instances[layout.owner(number) or 0]

@@ -25,18 +25,20 @@ if TYPE_CHECKING:
     from pidcfg.schemas.iec import IecType
 
 D204 = Decision(
-    204, "a ring of blocks begins with a loop",
+    204,
+    "a ring of blocks begins with a loop",
     "Blocks are executed after those that they read, else in the order of the file, blocks before loops. In a ring the "
     "first loop of the file comes first and reads the previous cycle's values; without a loop the first block does.",
     "The manual's special connections are rings: a cascade's TRK_OUT, an override's OVERR. Begun with the controllers, "
     "the selected MV is that of the same cycle.",
-)  # fmt: skip
+)
 D205 = Decision(
-    205, "a block's own parameters may be read in its wires",
+    205,
+    "a block's own parameters may be read in its wires",
     "Outputs have the values of the previous cycle, inputs that are not wired theirs; an input that is wired itself "
     "may not be read there.",
     "Which of two arguments of one call is assigned first is nothing to rely on.",
-)  # fmt: skip
+)
 
 NAMED = re.compile(r"[A-Za-z_][\w.]*")
 PASSES = frozenset(("ControlSelectMax", "ControlSelectMin", "ControlSplitRange", "ControlLeadLag"))
@@ -74,8 +76,10 @@ class Layout:
     @cached_property
     def types(self) -> dict[str, IecType]:
         """The type of every name."""
-        return {**self.signals, **{f"{own.name}.{row.name}": row.type for own in self.instances
-                                   for row in own.kind.table.rows}}  # fmt: skip
+        return {
+            **self.signals,
+            **{f"{own.name}.{row.name}": row.type for own in self.instances for row in own.kind.table.rows},
+        }
 
     @cached_property
     def numbers(self) -> dict[str, int]:

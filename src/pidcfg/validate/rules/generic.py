@@ -14,29 +14,36 @@ from pidcfg.schemas.limits import Limits
 from pidcfg.validate.rule import Finding, at_key, error, finding, warning
 
 if TYPE_CHECKING:
-    from pidcfg.diagnostics import Path
     from collections.abc import Iterator
 
+    from pidcfg.diagnostics import Path
     from pidcfg.encoders.regmap import Misfit
 
 D06 = Decision(
-    6, "a value that rounds onto an off code is an error", "A gain of 0.004 and a reset of 0.04 would be stored as "
+    6,
+    "a value that rounds onto an off code is an error",
+    "A gain of 0.004 and a reset of 0.04 would be stored as "
     "0000: the term would be switched off, or act as if the gain were 1.",
     "The loop would run with other control than the file says; no rounding error may do that.",
-)  # fmt: skip
+)
 D07 = Decision(
-    7, "nearest value, ties to even", "What a register cannot hold exactly is stored as the nearest value, ties to "
-    "even, computed on exact decimals.",
+    7,
+    "nearest value, ties to even",
+    "What a register cannot hold exactly is stored as the nearest value, ties to even, computed on exact decimals.",
     "It is the rounding of IEEE 754 and of Python, and the same on every system.",
-)  # fmt: skip
+)
 D08 = Decision(
-    8, "names are unique", "Two loops of a file may not have one name.",
+    8,
+    "names are unique",
+    "Two loops of a file may not have one name.",
     "Cascade links, scenarios and reports refer to loops by name.",
-)  # fmt: skip
+)
 D09 = Decision(
-    9, "limits come from the manual", "Each parameter's limits are the manual's own; the message names the place.",
+    9,
+    "limits come from the manual",
+    "Each parameter's limits are the manual's own; the message names the place.",
     "Values outside them have no documented effect.",
-)  # fmt: skip
+)
 
 ROUNDING_WARNING = Decimal("0.01")
 
@@ -143,8 +150,9 @@ def rounds_onto_off_code(context: Any) -> Iterator[Finding]:
     Fix: choose a value that the register can hold, or write the off value on purpose.
     """
     for path, misfit in _misfits(context, "off"):
-        yield finding(*path, field=misfit.word.name, value=_text(misfit.value), unit=unit_of(misfit),
-                      effect=str(misfit.error))  # fmt: skip
+        yield finding(
+            *path, field=misfit.word.name, value=_text(misfit.value), unit=unit_of(misfit), effect=str(misfit.error)
+        )
 
 
 @error("PID104", D07, "{field} is {value}, but raw counts are whole numbers")
@@ -171,8 +179,14 @@ def rounded_value(context: Any) -> Iterator[Finding]:
         if rounded.value and abs(rounded.stored - rounded.value) > ROUNDING_WARNING * abs(rounded.value):
             percent = abs(rounded.stored / rounded.value - 1) * 100
             unit = f" {rounded.word.unit}" if rounded.word.unit else ""
-            yield finding(*path, field=rounded.word.name, value=_text(rounded.value), unit=unit,
-                          stored=decimal_text(rounded.stored), percent=f"{percent:.1f}")  # fmt: skip
+            yield finding(
+                *path,
+                field=rounded.word.name,
+                value=_text(rounded.value),
+                unit=unit,
+                stored=decimal_text(rounded.stored),
+                percent=f"{percent:.1f}",
+            )
 
 
 @error("PID106", D08, "the name {name} is already used by loop {first}")

@@ -6,122 +6,139 @@ from pidcfg.refs import Decision
 
 ENGINE = (
     Decision(
-        30, "the engine works in fractions of the data range",
+        30,
+        "the engine works in fractions of the data range",
         "e = (SP − PV) / span of the PV's format; the output in counts is M times the span of the output's format. "
         "M is limited to the data range and then to +30/+31, the bias to the data range.",
         "A gain is percent per percent, and the family's bias clamp is to 0 and 1.",
     ),
     Decision(
-        31, "the error is squared first",
+        31,
+        "the error is squared first",
         "With both options on, the error is squared and the deadband applied to the square; an error that equals "
         "the deadband is inside.",
         "The block diagram of the sister manual has this order.",
     ),
     Decision(
-        32, "reverse action",
+        32,
+        "reverse action",
         "Mx(n) = Mx(n−1) − Ki e(n) and M(n) = −Kc e(n) − Kr (…) + Mx(n).",
         "The sister manuals of the family (DL05, DL405) print it so. A mirrored output (full scale − M) would break"
         " bumpless transfer and feedforward through +04.",
     ),
     Decision(
-        33, "gain 0",
+        33,
+        "gain 0",
         "Kc = 0 takes the proportional term out and leaves Ki = Ts/Ti and Kr = Td/Ts.",
-        "The manual calls it a way to integral-only loops, which Ki = Kc Ts/Ti would not be; the DL405 manual says "
-        "so.",
+        "The manual calls it a way to integral-only loops, which Ki = Kc Ts/Ti would not be; the DL405 manual says so.",
     ),
     Decision(
-        34, "the derivative and its limit",
+        34,
+        "the derivative and its limit",
         "The limit filters the signal x that the derivative acts on, Y(n) = Y(n−1) + Ts/(Ts + Td/limit) (x(n) − "
         "Y(n−1)); differences of Y replace differences of x. A limit of 0 is no derivative. `plc.derivative: pv` "
         "lets it act on −PV.",
         "The manual says what the limit is for and not how it works; the formula is that of the family.",
     ),
     Decision(
-        35, "words are rounded, sums are not",
+        35,
+        "words are rounded, sums are not",
         "SP, PV, bias and output are whole counts wherever another part reads them; the controller keeps the "
         "fractions of the bias, of the velocity form's output and of a ramping set point.",
         "A slow integrator (and a slow ramp) would stall otherwise, which real ones do not.",
     ),
     Decision(
-        36, "the filter works on words",
+        36,
+        "the filter works on words",
         "y = y + k (x − y), rounded to counts at each sample; the first sample fills it.",
         "The filtered PV stands in +03, and the manual warns of 1 part in 1000 because of rounding: k = 0.1 stops "
         "up to 5 counts short.",
     ),
     Decision(
-        37, "square-root extract",
+        37,
+        "square-root extract",
         "e = (SP word − √PV word) / √span; PV alarms look at the raw PV, deviation alarms at the PV and SP². A "
         "negative PV counts as 0. The recorded SP is the PV that satisfies it, so that both can be compared.",
         "A full-scale error keeps full-scale effect; the manual gives the formulas of the words only.",
     ),
     Decision(
-        38, "step bias",
+        38,
+        "step bias",
         "On a change of the set point Mx := Mx SP(n)/SP(n−1), the inverse ratio for reverse action; not when one of"
         " the two is 0 or their signs differ. Off unless a scenario says `step_bias: true`.",
         "The feature table names it, no bit enables it; the formula is the sister manual's.",
     ),
     Decision(
-        39, "bias freeze looks at the output of the calculation before",
+        39,
+        "bias freeze looks at the output of the calculation before",
         "While that output is at an end of the data range, the bias does not move further out; it may always come "
         "back.",
-        'The freeze follows "when the control output goes out of bounds"; the output of this sample is not known '
-        "yet.",
+        'The freeze follows "when the control output goes out of bounds"; the output of this sample is not known yet.',
     ),
     Decision(
-        40, "overflow",
+        40,
+        "overflow",
         "A result beyond a signed 32-bit number of counts sets bit 11, forces Manual and leaves the output where it"
         " is; the next change to Auto clears the bit.",
         "The manual names the bit and says that an error puts a loop into Manual.",
     ),
     Decision(
-        41, "bumpless transfer",
+        41,
+        "bumpless transfer",
         "Type I, Manual to Auto: bias := output and SP := PV (velocity form: SP := PV). Auto to Cascade: output of "
         "the major loop := PV of the minor. Type II: bias := output, nothing else.",
         "The manual's chart is lost in the extract. The sister manuals of the family (DL05, DL405) print it so.",
     ),
     Decision(
-        42, "a transfer to Auto has no past",
+        42,
+        "a transfer to Auto has no past",
         "e(n−1), e(n−2) and Y start as the present error: no derivative kick.",
         "A bumpless transfer could not be bumpless otherwise.",
     ),
     Decision(
-        43, "what refuses Auto",
+        43,
+        "what refuses Auto",
         "An alarm programming error, and (unless a scenario says `auto_interlock: false`) an active absolute PV "
         "alarm; deviation and rate-of-change alarms do not. The alarms are renewed before the request is read.",
         'The manual’s troubleshooting list: "a PV alarm exists, or a PV alarm programming error exists".',
     ),
     Decision(
-        44, "cascades follow the pointers",
+        44,
+        "cascades follow the pointers",
         "A loop whose +32 names the output word of another loop of the table is its minor loop; Cascade is refused "
         "without such a pointer. With several minor loops all must be in Cascade, and each that leaves it takes the"
         " major loop to Manual.",
         "The controller knows of cascades by nothing else.",
     ),
     Decision(
-        45, "how a run begins",
+        45,
+        "how a run begins",
         "Loops start in Manual. The configured mode is requested every sample in legal order, inner loops first; "
         "each kind of refusal is reported once. One sample after a loop has reached its mode, the configured set "
         "point is written; where the configuration gives none, the set point stays.",
         "An operator would do so; a bumpless transfer has just made SP the PV.",
     ),
     Decision(
-        46, "alarms are strict",
+        46,
+        "alarms are strict",
         "On when the PV is beyond the threshold by any count, off when it is back by the hysteresis.",
-        '"Activates immediately above the programmed threshold"; "returned through the threshold by the '
-        'hysteresis".',
+        '"Activates immediately above the programmed threshold"; "returned through the threshold by the hysteresis".',
     ),
     Decision(
-        47, "an alarm programming error forces Manual",
+        47,
+        "an alarm programming error forces Manual",
         "Bit 10 is worked out whenever the words are read, and only for groups that are on.",
         '"A loop which develops an error condition automatically goes to Manual."',
     ),
     Decision(
-        48, "the first sample",
+        48,
+        "the first sample",
         "It has no rate of change.",
         "There is no sample before.",
     ),
     Decision(
-        49, "Program mode",
+        49,
+        "Program mode",
         "Loops that follow the CPU go to Manual and are not calculated, and their outputs are 0 counts at once, also "
         "with auto transfer. An independent loop goes on: with auto transfer of the output its module follows, else "
         "the output is 0 counts; without auto transfer of the PV its PV stands still. Run restores the modes by the "
@@ -129,60 +146,70 @@ ENGINE = (
         '"The CPU forces each loop to return to its prior mode"; output modules turn off in Program mode.',
     ),
     Decision(
-        50, "a word that is no value counts as 0",
+        50,
+        "a word that is no value counts as 0",
         "A BCD digit above 9 or a stray bit switches the word's function off; the report names it.",
         "What a CPU does with it is not documented; 0 is the off code of nearly every word.",
     ),
     Decision(
-        51, "sample rates",
+        51,
+        "sample rates",
         "0: the loop is not calculated. Below the least for the number of loops: the least.",
         '"It must be programmed before the loop will operate properly."',
     ),
     Decision(
-        52, "slow loops take turns",
+        52,
+        "slow loops take turns",
         "Where a scenario gives `scan_time`, at most one loop with a sample rate above 2 s is calculated in a scan:"
         " the first due one behind the one that was served last.",
         "The text says so; the flow chart is lost. A loop that is not due does not keep others waiting.",
     ),
     Decision(
-        53, "V7642",
+        53,
+        "V7642",
         "A count that is no BCD number sets bit 2; bit 3 takes the count as it is written, 9 and more too, and is set "
         "only when the start itself lies in V1200 to V7340: V7341 with 8 loops sets bit 0 alone.",
         "The manual's table of bits, by the letter; a table that does not start in the lower range cannot straddle "
         "its end.",
     ),
     Decision(
-        54, "+35",
+        54,
+        "+35",
         "One bit: in system memory (bit 4), else bit 0 below V10000 and bit 1 from there when the 32 words do not "
         "lie in user memory. A start is then refused.",
         '"One of the bits will turn on when the ramp/soak generator is started."',
     ),
     Decision(
-        55, "segments begin and end at samples",
+        55,
+        "segments begin and end at samples",
         "A ramp ends at the first sample at which its end value is reached. A slope of 0 ends the profile; then the"
         " complete bit is on and the step number 0. Start clears the complete bit.",
         'The generator reads its table "during each PID calculation".',
     ),
     Decision(
-        56, "ramp/soak commands",
+        56,
+        "ramp/soak commands",
         "Start works alone; of the others hold comes before resume and jog. Jog leaves the set point where it is, "
         "and a hold on. Going to Cascade holds a running profile; in Program mode it stands still.",
         '"Ladder logic must set only one control bit at a time"; truncate means that nothing is made up for.',
     ),
     Decision(
-        57, "auto-tune's conditions",
+        57,
+        "auto-tune's conditions",
         "The distance of 205 counts of 4095 (of any format: that share of the span) is asked for in the open loop "
         "only. Bit 13 is on after a refusal, off with the next start.",
         "The note stands in the open-loop section; a closed loop is tuned at its set point.",
     ),
     Decision(
-        58, "auto-tune listens first",
+        58,
+        "auto-tune listens first",
         "For 16 samples nothing moves; they give the PV at rest and its noise, which widens the relay's switching "
         "band (3 standard deviations) and the regression.",
         "Without it, noise switches the relay at every crossing.",
     ),
     Decision(
-        59, "the reaction curve",
+        59,
+        "the reaction curve",
         "The output goes up by 10 % of its span; when the PV settles after less than 2 % of its span, or does not "
         "answer at all, by another 10 %, and the second answer counts. Measured until the PV has moved by 10 % of "
         "its span or has settled. R is the steepest regression line over a tenth of the answer (a fifth with "
@@ -190,43 +217,50 @@ ENGINE = (
         "The manual gives the percentages and the meaning of Rr and Lr, not the method.",
     ),
     Decision(
-        60, "the relay's cycle",
+        60,
+        "the relay's cycle",
         "Three cycles from the first change of sign, the first one left out; T and X are means of the other two. "
         "Kpc = 4 M/(π X). Afterwards the loop goes on from its old bias.",
         '"Proceeds through three full cycles"; the first one still contains the way to the set point.',
     ),
     Decision(
-        61, "closed-loop gains",
+        61,
+        "closed-loop gains",
         "PID 0.45 Kpc, 0.60 Tpc, 0.10 Tpc, Ts 0.014 Tpc; PI 0.30 Kpc, 1.00 Tpc, Ts 0.03 Tpc. Unverified.",
         "The table is lost in the extract; the classic Ziegler-Nichols gains are a third hotter.",
     ),
     Decision(
-        62, "a relay at the ends of the data range",
+        62,
+        "a relay at the ends of the data range",
         "Sets bit 13 and goes on to the end; limits inside the range do not.",
         'The manual calls it an error that "the output goes to the limits of the range", and makes it its method.',
     ),
     Decision(
-        63, "auto-tune's patience",
+        63,
+        "auto-tune's patience",
         "A PV that does not answer a step is given up after 600 s and 256 samples, an error that keeps its sign "
         "under the relay after 3600 s and 1000 samples: bit 13, and the output as before.",
         "The manual names no time; a run must come to an end.",
     ),
     Decision(
-        64, "a change of mode stops auto-tune",
+        64,
+        "a change of mode stops auto-tune",
         "With bit 13; the words keep their old values.",
         "Both methods say which mode they need.",
     ),
     Decision(
-        65, "auto-tune writes words",
+        65,
+        "auto-tune writes words",
         "Gain, reset, rate and sample rate are rounded to their last digit and kept inside what the words hold and "
         "above the least sample rate; a gain or reset never becomes an off code.",
         "They are registers like all others.",
     ),
     Decision(
-        66, "a remote set point that is lost",
+        66,
+        "a remote set point that is lost",
         "When +32 of a loop in Cascade comes to name no output word of the table, the loop goes to Manual, and its "
         "former major loop with it. A loop that lost it in Program mode returns to Auto.",
         "The word that a real CPU would read is nobody's set point; an error takes a loop to Manual.",
     ),
-)  # fmt: skip
+)
 """In the order of their numbers."""

@@ -166,8 +166,11 @@ class Dpide(Memory, LoopsOnly):
         name = KEYS.find(path).name
         content = with_mark(name, value, KEYS.check(path, value))
         if name == "Ti_Ki" and isinstance(content, Seconds) and not self._dependent[loop]:
-            refuse("set_value", f"{value} is a time, but the loop begins with PID_EQ FALSE, where Ti_Ki is the gain Ki "
-                   "in 1/s", help="write the gain as a bare number: Kp divided by the time in s")  # fmt: skip
+            refuse(
+                "set_value",
+                f"{value} is a time, but the loop begins with PID_EQ FALSE, where Ti_Ki is the gain Ki in 1/s",
+                help="write the gain as a bare number: Kp divided by the time in s",
+            )
         return content
 
     def period_set(self, loop: int, path: tuple[str, ...], value: Any) -> int:  # noqa: ARG002 - all loops are alike

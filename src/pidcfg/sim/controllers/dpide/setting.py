@@ -54,6 +54,11 @@ KEYS = NamedKeys(
     {"setpoint": "SV", "setpoint.value": "SV", "output": "MOUT"},
     {"mode": "mode", "autotune": "autotune"},
     FIXED,
-    {"PID_MODE": parse_mode, "CYCLE": parse_milliseconds, "Ti_Ki": parse_seconds_in, "Td_Kd": parse_seconds_in,
-     "Tf": parse_seconds_in},
-)  # fmt: skip
+    {
+        "PID_MODE": parse_mode,
+        "CYCLE": parse_milliseconds,
+        "Ti_Ki": parse_seconds_in,
+        "Td_Kd": parse_seconds_in,
+        "Tf": parse_seconds_in,
+    },
+)

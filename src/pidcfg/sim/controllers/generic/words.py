@@ -18,12 +18,28 @@ if TYPE_CHECKING:
 Fields = dict[str, Any]
 """Content by path; what is not given is missing."""
 DEFAULTS: Fields = {
-    "mode": "auto", "output_raises_pv": False, "sample_time": 1.0, "tuning.gain": 0.0, "tuning.integral_time": 0.0,
-    "tuning.derivative_time": 0.0, "tuning.proportional": True, "tuning.derivative_on": "pv",
-    "tuning.derivative_filter": 0.0, "pv.range.0": 0.0, "pv.range.1": 100.0, "pv.filter": 0.0, "pv.square_root": False,
-    "output.range.0": 0.0, "output.range.1": 100.0, "output.bias": 0.0, "deadband": 0.0, "anti_windup": True,
-    "alarms.hysteresis": 0.0, "output.pulse.min_on": 0.0, "output.pulse.min_off": 0.0,
-}  # fmt: skip
+    "mode": "auto",
+    "output_raises_pv": False,
+    "sample_time": 1.0,
+    "tuning.gain": 0.0,
+    "tuning.integral_time": 0.0,
+    "tuning.derivative_time": 0.0,
+    "tuning.proportional": True,
+    "tuning.derivative_on": "pv",
+    "tuning.derivative_filter": 0.0,
+    "pv.range.0": 0.0,
+    "pv.range.1": 100.0,
+    "pv.filter": 0.0,
+    "pv.square_root": False,
+    "output.range.0": 0.0,
+    "output.range.1": 100.0,
+    "output.bias": 0.0,
+    "deadband": 0.0,
+    "anti_windup": True,
+    "alarms.hysteresis": 0.0,
+    "output.pulse.min_on": 0.0,
+    "output.pulse.min_off": 0.0,
+}
 POINTS = {
     "alarms.pv.low_low": "low_low_at",
     "alarms.pv.low": "low_at",

@@ -75,8 +75,9 @@ class Memory:
         if plc.sample_time is None:
             raise DecodeError("the listing does not say the interval of the task")
         self.task = ticks(plc.sample_time)
-        types = {name: BOOL if isinstance(content, bool) else REAL
-                 for name, content in self.words.items() if "." not in name}  # fmt: skip
+        types = {
+            name: BOOL if isinstance(content, bool) else REAL for name, content in self.words.items() if "." not in name
+        }
         self.layout = Layout.of(types, [(own.name, BLOCK_TYPES[own.type]) for own in self.items])
         self.wires = self._read_wires()
         self.sig = [0.0] * self.layout.size

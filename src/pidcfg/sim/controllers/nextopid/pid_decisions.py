@@ -6,7 +6,8 @@ from pidcfg.refs import Decision
 
 PID = (
     Decision(
-        220, "the PID blocks' calculation, operation by operation",
+        220,
+        "the PID blocks' calculation, operation by operation",
         "P = Kp e, I += (Ki e) Ts, D = (Kd change)/Ts, MV = ((P + I) + D) + BIAS with Ki = Kp/Ti and Kd = Kp Td in "
         "the dependent form; direct control negates P, the increments of I, and D. Every single result is rounded to "
         "single precision, and the actions' outputs show just what was added. A D or I beyond single precision keeps "
@@ -14,27 +15,31 @@ PID = (
         "The parameters are REAL; the manual describes the actions and prints neither an equation nor its order.",
     ),
     Decision(
-        221, "the derivative's filter and its first call",
+        221,
+        "the derivative's filter and its first call",
         "y += (x − y)(1 − e^(−Ts/Tfd)) for the derivative action as a whole, in every mode; the derivative of the PV "
         "is that of the limited PV. At the first call nothing has changed yet and y is 0.",
         "The printed answers (63 % after 2 s, ±0.25 of ±10) follow from this filter.",
     ),
     Decision(
-        222, "anti-windup",
+        222,
+        "anti-windup",
         "Of an increment of I, what would push MV past MinMV, MaxMV or the variation that MaxVarMV allows is left "
         "out; increments the other way count in full. Windup_H_IN and Windup_L_IN leave out whole increments.",
         "The manual describes anti-windup between the controllers of a cascade only, and counts MaxVarMV among the "
         "limits that saturate MV.",
     ),
     Decision(
-        223, "MaxVarMV first, then MinMV and MaxMV",
+        223,
+        "MaxVarMV first, then MinMV and MaxMV",
         "The variation is counted from the MV of the last call, which is 0 before the first one; limits that have "
         "moved away win over it. It holds for what is calculated, also in override; manual, tracking and auto-tuning "
         "set MV at once.",
         "The manual limits the variation between two cycles, and copies ManualMV and TRK_VAL to MV.",
     ),
     Decision(
-        224, "error bits come first, warning bits tell what is limited in this call",
+        224,
+        "error bits come first, warning bits tell what is limited in this call",
         "With an error bit set nothing else happens: all other outputs but SampleTime keep their values, and so does "
         "an auto-tuning that runs. SampleTime is the interval of the calls, from the first one. A set point that is "
         "not in use sets no warning bit; a value that equals its limit is not limited. MV's bits hold in every mode.",
@@ -42,13 +47,15 @@ PID = (
         "limited.",
     ),
     Decision(
-        225, "priority of the modes",
+        225,
+        "priority of the modes",
         "AutoTune, then Manual, TRK_IN, OVERR, automatic. CASC chooses the set point in all of them.",
         "The auto-tuning starts in manual and automatic alike and owns MV until AutoTune is reset; of the others, "
         "the operator's command comes first, and what a slave cannot follow before what a selector does not choose.",
     ),
     Decision(
-        226, "what a cascade master is told",
+        226,
+        "what a cascade master is told",
         "Windup_H_OUT: a higher set point is useless, since MV is limited upward with Direct FALSE, or downward with "
         "Direct TRUE; Windup_L_OUT the other way round. TRK_OUT is FALSE in automatic with CASC only, so TRUE during "
         "an auto-tuning too.",
@@ -56,27 +63,31 @@ PID = (
         "which its slave is of no use.",
     ),
     Decision(
-        227, "override changes only the integral",
+        227,
+        "override changes only the integral",
         "With OVERR the integral action is TRK_VAL − D − BIAS: the difference of P stays between this MV and the one "
         "that controls. MV is calculated and limited as ever, and the dead band does not hold it.",
         "The manual promises another calculation of the integral action and nothing of MV, which the selector goes "
         "on comparing. With P taken off as well the two MVs would be equal, and rounding would choose.",
     ),
     Decision(
-        228, "INT blocks",
+        228,
+        "INT blocks",
         "All arithmetic is REAL; MV is rounded half to even when it is written, and is whole wherever it comes back: "
         "as the MV that MaxVarMV counts from, in the dead band, as RefMV.",
         "Only the parameters' types change, and MV is the only INT among the calculated outputs.",
     ),
     Decision(
-        229, "the integral action where MV is not calculated",
+        229,
+        "the integral action where MV is not calculated",
         "In manual, tracking, auto-tuning and while |error| < DeadBand holds MV, I is MV − P − D − BIAS: control "
         "goes on from there. Without integral gain I is 0, and MV jumps to what the other actions make.",
         "The manual wants no bump from tracking and compares it with manual; of the dead band it says both that the "
         "error counts as zero and that MV does not change.",
     ),
     Decision(
-        230, "how an auto-tuning starts",
+        230,
+        "how an auto-tuning starts",
         "RefMV is the MV of the last call. Bad parameters and a step past MinMV or MaxMV end it at once, with every "
         "flag that applies. Parameters, MV and PV ranges, Indep apart, are taken at the start. RefPV is the mean of "
         "the samples of 3 s, which all have to lie within H of it; a block that starts with AutoTune TRUE begins at "
@@ -85,7 +96,8 @@ PID = (
         "The manual names the checks and the 3 s, and no other end. MV as an INT cannot make half steps.",
     ),
     Decision(
-        231, "how MV comes back from the auto-tuning",
+        231,
+        "how MV comes back from the auto-tuning",
         "At the end MV is RefMV, until AutoTune is reset. In the call of the reset results and flags are cleared. "
         "After an abort that call still sets RefMV; after an end it sets ManualMV or TRK_VAL, and in automatic RefMV "
         "with the integral action that fits the gains, which may just have been copied.",
@@ -93,25 +105,28 @@ PID = (
         "the same cycle.",
     ),
     Decision(
-        232, "what the relay measures",
+        232,
+        "what the relay measures",
         "The first step drives the PV up: +M, with Direct TRUE −M. The relay switches when the PV has reached RefPV "
         "+ H or RefPV − H. The first cycle that counts begins with the second switch, each ends two switches later. "
         "The amplitude is the mean of all extremes, the period the mean of all cycles.",
         "The figure of the working principle; it is drawn for one direction.",
     ),
     Decision(
-        233, "results that cannot be trusted",
+        233,
+        "results that cannot be trusted",
         "PEAK_TOO_LOW: amplitude below 2 H. CYCLE_TOO_FAST: period below 10 samples. HIGH_DEAD_TIME: half a period "
         "below 1.5 dead times, a dead time being the time from a switch to the last sample of the extreme that "
         "follows. The results stay to be seen, and AutoTuneError is TRUE.",
         "The manual names the comparisons without their thresholds.",
     ),
     Decision(
-        234, "the auto-tuning's rule",
+        234,
+        "the auto-tuning's rule",
         "Ku = 4 M / (π a) and Pu from the relay; P: Kp = 0.5 Ku; PI: Ku/3.2, Ti = 2.2 Pu; PID: Ku/3.2, 2.2 Pu, Td = "
         "Pu/6.3. With Indep the results are Ki = Kp/Ti and Kd = Kp Td; AUTOTUNE_P, _PI and _PID are 0, 1 and 2.",
         "The manual names the relay method and no rule. The values of its example fit Tyreus and Luyben's times with "
         "the gain of their PI controller.",
     ),
-)  # fmt: skip
+)
 """In the order of their numbers."""

@@ -77,8 +77,11 @@ class Nextopid(Memory):
 
     def _wired(self, name: str) -> dict[str, str]:
         own = f"{name}."
-        return {key.removeprefix(own): content.text for key, content in self.words.items()
-                if key.startswith(own) and isinstance(content, Wire)}  # fmt: skip
+        return {
+            key.removeprefix(own): content.text
+            for key, content in self.words.items()
+            if key.startswith(own) and isinstance(content, Wire)
+        }
 
     def _keys(self, name: str, kind: str) -> NamedKeys:
         return keys_of(kind, name, self._wired(name), independent=bool(self._value(name, "Indep")))

@@ -13,9 +13,21 @@ PLACES = {name: {row.name: i for i, row in enumerate(kind.table.rows)} for name,
 KINDS = {name: i for i, name in enumerate(BLOCK_TYPES)}
 """Number of each block type: `Config.kind`."""
 (
-    PIDA_REAL, PIDA_INT, PIDA_TUNE_REAL, PIDA_TUNE_INT, ON_OFF, PWM, LOW_FILTER, DELAY, LAG, DELAY_LAG, LEAD_LAG,
-    SELECT_MAX, SELECT_MIN, SPLIT_RANGE,
-) = range(len(KINDS))  # fmt: skip
+    PIDA_REAL,
+    PIDA_INT,
+    PIDA_TUNE_REAL,
+    PIDA_TUNE_INT,
+    ON_OFF,
+    PWM,
+    LOW_FILTER,
+    DELAY,
+    LAG,
+    DELAY_LAG,
+    LEAD_LAG,
+    SELECT_MAX,
+    SELECT_MIN,
+    SPLIT_RANGE,
+) = range(len(KINDS))
 
 _PIDA = PLACES["PIDA_TUNE_REAL"]
 """The other PIDA blocks have the same places, as far as they go."""

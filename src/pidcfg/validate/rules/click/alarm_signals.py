@@ -19,17 +19,19 @@ HYSTERESIS = CLICK.at("PV Alarm Hysteresis (DFn+20)")
 RATE = CLICK.at("Use PV Rate of Change (Cn+14)")
 
 D144 = Decision(
-    144, "the hysteresis must leave a zone without alarm",
+    144,
+    "the hysteresis must leave a zone without alarm",
     "A hysteresis as wide as the zone between low and high alarm is a warning, one as wide as the high deviation alarm "
     "an error.",
     "The alarm goes off when the PV is back by the hysteresis: there the opposite alarm is on, or no PV is far enough "
     "back.",
-)  # fmt: skip
+)
 D145 = Decision(
-    145, "a rate-of-change limit finer than the PV's float is a warning",
+    145,
+    "a rate-of-change limit finer than the PV's float is a warning",
     "It is compared with the distance between two single-precision numbers at the larger end of the PV's range.",
     "A float has 24 binary digits: the PV cannot change by less than that distance without standing still.",
-)  # fmt: skip
+)
 DIGITS = 24
 
 
@@ -154,8 +156,9 @@ def rate_of_change_finer_than_pv(view: LoopView) -> Iterator[Finding]:
     """
     limit, step = view.held("rate_of_change"), resolution(view)
     if view.rate_alarm and limit is not None and 0 < limit < step:
-        yield view.find("alarms", "rate_of_change", value=rate_text(view), stored=number_text(limit),
-                        step=f"{float(step):.3g}")  # fmt: skip
+        yield view.find(
+            "alarms", "rate_of_change", value=rate_text(view), stored=number_text(limit), step=f"{float(step):.3g}"
+        )
 
 
 @per_loop
@@ -174,8 +177,9 @@ def rate_of_change_never_reached(view: LoopView) -> Iterator[Finding]:
     """
     limit = view.held("rate_of_change")
     if view.rate_alarm and limit is not None and limit > view.span:
-        yield view.find("alarms", "rate_of_change", value=rate_text(view), stored=view.eu(limit),
-                        span=view.eu(view.span))  # fmt: skip
+        yield view.find(
+            "alarms", "rate_of_change", value=rate_text(view), stored=view.eu(limit), span=view.eu(view.span)
+        )
 
 
 @per_loop
@@ -188,12 +192,18 @@ def alarms_switched_off(view: LoopView) -> Iterator[Finding]:
     Fix: remove `enabled: false` (or `rate_of_change_enabled: false`), or the limits.
     """
     alarms = view.loop.alarms
-    groups = (("pv", "PV alarms", "pv_alarm_enable", view.pv_alarms),
-              ("deviation", "deviation alarms", "deviation_alarm_enable", view.deviation_alarms))  # fmt: skip
+    groups = (
+        ("pv", "PV alarms", "pv_alarm_enable", view.pv_alarms),
+        ("deviation", "deviation alarms", "deviation_alarm_enable", view.deviation_alarms),
+    )
     for key, title, register, on in groups:
         group = getattr(alarms, key)
         if not on and group is not None and any(v is not None for k, v in group if k != "enabled"):
             yield view.find("alarms", key, "enabled", alarms=title, register=view.register(register))
     if alarms.rate_of_change is not None and not view.rate_alarm:
-        yield view.find("alarms", "rate_of_change_enabled", alarms="rate-of-change limits",
-                        register=view.register("rate_alarm_enable"))  # fmt: skip
+        yield view.find(
+            "alarms",
+            "rate_of_change_enabled",
+            alarms="rate-of-change limits",
+            register=view.register("rate_alarm_enable"),
+        )

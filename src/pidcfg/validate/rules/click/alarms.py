@@ -19,16 +19,18 @@ ABSOLUTE = CLICK.at("Use PV Alarm (Cn+12)")
 DEVIATION = CLICK.at("Use PV Deviation Alarm (Cn+13)")
 
 D142 = Decision(
-    142, "an alarm point that is not given is 0",
+    142,
+    "an alarm point that is not given is 0",
     "One bit enables all four PV alarms, another both deviation alarms; the register of a point that is not given "
     "holds 0 and is compared like any other.",
     "The block has no bit for a single alarm, and no value that means none.",
-)  # fmt: skip
+)
 D143 = Decision(
-    143, "an alarm point more than a range away is a warning",
+    143,
+    "an alarm point more than a range away is a warning",
     "A PV alarm that lies further outside the PV's range than the range is wide is taken for a mistaken unit.",
     "The range is that of the process, not of the sensor: alarms for a failed sensor stand outside it on purpose.",
-)  # fmt: skip
+)
 POINTS = ("low_low", "low", "high", "high_high")
 PAIRS = (("low_low", "low"), ("low", "high"), ("high", "high_high"))
 DEVIATIONS = ("high", "high_high")
@@ -67,10 +69,16 @@ def pv_alarms_out_of_order(view: LoopView) -> Iterator[Finding]:
     for below, above in wrong_pairs(view):
         if given(view, below) and given(view, above):
             effect = "every PV is in alarm" if always(below) else f"{_inner(below, above)} comes last"
-            values = {"above": above, "below": below, "high": view.shown(f"pv_{above}"),
-                      "low": view.shown(f"pv_{below}"), "effect": effect}  # fmt: skip
-            yield Finding(("loops", view.index, "alarms", "pv", above), values,
-                          severity=Severity.ERROR if always(below) else None)  # fmt: skip
+            values = {
+                "above": above,
+                "below": below,
+                "high": view.shown(f"pv_{above}"),
+                "low": view.shown(f"pv_{below}"),
+                "effect": effect,
+            }
+            yield Finding(
+                ("loops", view.index, "alarms", "pv", above), values, severity=Severity.ERROR if always(below) else None
+            )
 
 
 def _inner(below: str, above: str) -> str:
@@ -133,8 +141,9 @@ def pv_alarm_far_outside_range(view: LoopView) -> Iterator[Finding]:
     for point in POINTS if view.pv_alarms else ():
         value = view.held(f"pv_{point}")
         if value is not None and given(view, point) and not low - view.span <= value <= high + view.span:
-            yield view.find("alarms", "pv", point, point=point, value=view.eu(value), low=view.eu(low),
-                            high=view.eu(high))  # fmt: skip
+            yield view.find(
+                "alarms", "pv", point, point=point, value=view.eu(value), low=view.eu(low), high=view.eu(high)
+            )
 
 
 @per_loop
@@ -198,8 +207,13 @@ def deviation_alarms_out_of_order(view: LoopView) -> Iterator[Finding]:
     """
     points = deviation_points(view)
     if len(points) == len(DEVIATIONS) and points["high"] > points["high_high"] > 0:
-        yield view.find("alarms", "deviation", "high_high", high=view.shown("deviation_high"),
-                        high_high=view.shown("deviation_high_high"))  # fmt: skip
+        yield view.find(
+            "alarms",
+            "deviation",
+            "high_high",
+            high=view.shown("deviation_high"),
+            high_high=view.shown("deviation_high_high"),
+        )
 
 
 @per_loop

@@ -20,10 +20,11 @@ OUTPUT = CLICK.at("Control Output (DFn+08)")
 RAW = CLICK.at("Raw Process Variable (DFn+11)")
 
 D146 = Decision(
-    146, "an autotune for PI leaves no derivative",
+    146,
+    "an autotune for PI leaves no derivative",
     "A derivative gain beside `autotune.type: PI` is an info.",
     "That the autotune sets the gains is printed; what it does with the derivative for PI is not.",
-)  # fmt: skip
+)
 FULL = (Decimal(0), Decimal(100))
 OUTSIDE = {
     "bias": "the change to Auto replaces it by the output",
@@ -78,8 +79,15 @@ def stored_output_outside_limits(view: LoopView) -> Iterator[Finding]:
         inside = not limits or limits[0] >= limits[1] or value is None or limits[0] <= value <= limits[1]
         if getattr(view.loop.state, name) is not None and value is not None and not inside:
             effect = OUTSIDE[name]
-            yield view.find("state", name, effect=effect, register=view.register(name), value=view.co(value),
-                            low=view.co(limits[0]), high=view.co(limits[1]))  # fmt: skip
+            yield view.find(
+                "state",
+                name,
+                effect=effect,
+                register=view.register(name),
+                value=view.co(value),
+                low=view.co(limits[0]),
+                high=view.co(limits[1]),
+            )
 
 
 @per_loop

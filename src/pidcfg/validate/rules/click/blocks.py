@@ -19,11 +19,12 @@ AREAS = CLICK.at("C, DS and DF memory areas")
 PWM = CLICK.at("PWM Control")
 
 D130 = Decision(
-    130, "the banks end at C2000, DS4500 and DF500, and eight loops are the most",
+    130,
+    "the banks end at C2000, DS4500 and DF500, and eight loops are the most",
     "A block that reaches past the last register of its bank is an error, and so is a ninth loop.",
     "The topic prints how long the blocks are; how large the banks are, and how many loops there may be, are the PLC's "
     "own figures.",
-)  # fmt: skip
+)
 LAST = {bank.prefix: bank.last for bank in SPACE.banks}
 
 
@@ -46,8 +47,7 @@ def block_beyond_bank(view: LoopView) -> Iterator[Finding]:
         last = LAST[extent.prefix]
         if extent.last > last:
             latest = last - (extent.last - extent.first)
-            yield view.find(extent.key, block=extent.key, extent=extent, prefix=extent.prefix, last=last,
-                            latest=latest)  # fmt: skip
+            yield view.find(extent.key, block=extent.key, extent=extent, prefix=extent.prefix, last=last, latest=latest)
 
 
 @error("PID302", AREAS, "{block} {extent} of {loop} overlaps {other_extent} of {other}")
@@ -61,8 +61,9 @@ def blocks_overlap(context: ClickContext) -> Iterator[Finding]:
     remember.
     """
     for second, mine, first, theirs in overlaps(context.loops):
-        yield second.find(mine.key, block=mine.key, extent=mine, loop=second.loop.name, other_extent=theirs,
-                          other=first.loop.name)  # fmt: skip
+        yield second.find(
+            mine.key, block=mine.key, extent=mine, loop=second.loop.name, other_extent=theirs, other=first.loop.name
+        )
 
 
 @error("PID303", D130, "loop {number} of {count}: a CLICK PLC calculates at most {limit} loops")

@@ -19,22 +19,25 @@ if TYPE_CHECKING:
 LIMIT = CLICK.at("Derivative Gain Limit")
 
 D135 = Decision(
-    135, "a derivative beyond 20 samples wants a limit",
+    135,
+    "a derivative beyond 20 samples wants a limit",
     "A derivative gain of more than 20 sample rates with neither derivative gain limit nor PV filter is a warning.",
     "Td/Ts is the gain of the derivative over the proportional term for a change within one sample; 20 is the upper "
     "end of the limits that the help calls typical.",
-)  # fmt: skip
+)
 D136 = Decision(
-    136, "a derivative gain beyond half the reset time is a warning",
+    136,
+    "a derivative gain beyond half the reset time is a warning",
     "Td above Ti/2 is reported for loops that integrate.",
     "Tuning rules for this form of the algorithm give Ti/8 to Ti/4; beyond that the two terms work against each other.",
-)  # fmt: skip
+)
 D137 = Decision(
-    137, "a kick that fills the output is an info",
+    137,
+    "a kick that fills the output is an info",
     "It is reported when a step of the set point by a tenth of the PV's range moves the output by 100 % or more "
     "through the derivative alone, and the derivative has no gain limit.",
     "The topic prints a derivative of the error, so that steps of the set point count as well; it gives no number.",
-)  # fmt: skip
+)
 TYPICAL = (8, 20)
 TIMES = ("reset_time", "derivative_gain")
 GAINS = ("proportional_gain", "derivative_gain")
@@ -70,8 +73,7 @@ def derivative_limited_to_nothing(view: LoopView) -> Iterator[Finding]:
     loop, limit = view.loop, view.loop.derivative_gain_limit
     if view.derivative_limited and not limit and loop.tuning.derivative_gain > 0:
         key = "derivative_gain_limit_enabled" if limit is None else "derivative_gain_limit"
-        yield view.find(key, limit="no value" if limit is None else 0,
-                        gain=decimal_text(loop.tuning.derivative_gain))  # fmt: skip
+        yield view.find(key, limit="no value" if limit is None else 0, gain=decimal_text(loop.tuning.derivative_gain))
 
 
 @per_loop
@@ -108,8 +110,14 @@ def derivative_without_limit_or_filter(view: LoopView) -> Iterator[Finding]:
         times = tuning.derivative_gain / sample
         if times > TYPICAL[1]:
             moves = f"{float(times * tuning.proportional_gain):.3g} {view.loop.output.unit or '%'}"
-            yield view.find("tuning", "derivative_gain", gain=decimal_text(tuning.derivative_gain),
-                            times=f"{float(times):.4g}", sample=decimal_text(sample), moves=moves)  # fmt: skip
+            yield view.find(
+                "tuning",
+                "derivative_gain",
+                gain=decimal_text(tuning.derivative_gain),
+                times=f"{float(times):.4g}",
+                sample=decimal_text(sample),
+                moves=moves,
+            )
 
 
 @per_loop
@@ -144,8 +152,12 @@ def derivative_exceeds_reset(view: LoopView) -> Iterator[Finding]:
     """
     tuning = view.loop.tuning
     if view.integrates and tuning.reset_time < 2 * tuning.derivative_gain and view.sound(*TIMES):
-        yield view.find("tuning", "derivative_gain", gain=decimal_text(tuning.derivative_gain),
-                        reset=decimal_text(tuning.reset_time))  # fmt: skip
+        yield view.find(
+            "tuning",
+            "derivative_gain",
+            gain=decimal_text(tuning.derivative_gain),
+            reset=decimal_text(tuning.reset_time),
+        )
 
 
 @per_loop

@@ -20,18 +20,20 @@ SQUARED = CLICK.at("Error Squared Option")
 DEADBAND = CLICK.at("Error Deadband Option")
 
 D138 = Decision(
-    138, "the squared error is in squared units of the PV",
+    138,
+    "the squared error is in squared units of the PV",
     "The error is squared as it is, without dividing by the range, and the square is compared with the deadband.",
     "The help prints no scaling, and says that the error is squared before the deadband; that the deadband is in the "
     "units of the PV holds for the linear error only.",
-)  # fmt: skip
+)
 D139 = Decision(
-    139, "a deadband should end inside the alarms",
+    139,
+    "a deadband should end inside the alarms",
     "A deadband as wide as a deviation alarm, or as the distance from the set point to the low or high alarm, is a "
     "warning.",
     "Inside the deadband no control action is taken: the loop would let the PV drift into an alarm that it could "
     "prevent.",
-)  # fmt: skip
+)
 
 
 def half_width(view: LoopView) -> Decimal | None:
@@ -59,8 +61,13 @@ def squared_error_in_squared_units(view: LoopView) -> Iterator[Finding]:
     """
     full = saturating_error(view)
     if view.squared and full is not None:
-        yield view.find("error", "curve", gain=view.loop.tuning.proportional_gain, one=view.eu(Decimal(1)),
-                        full=f"one of {approximate(view, full)}")  # fmt: skip
+        yield view.find(
+            "error",
+            "curve",
+            gain=view.loop.tuning.proportional_gain,
+            one=view.eu(Decimal(1)),
+            full=f"one of {approximate(view, full)}",
+        )
 
 
 @per_loop
@@ -80,8 +87,9 @@ def deadband_of_squared_error(view: LoopView) -> Iterator[Finding]:
     """
     width, value = half_width(view), view.held("deadband")
     if view.squared and width is not None and value is not None and width != value:
-        yield view.find("error", "deadband", value=view.loop.error.deadband, width=approximate(view, width),
-                        linear=view.eu(value))  # fmt: skip
+        yield view.find(
+            "error", "deadband", value=view.loop.error.deadband, width=approximate(view, width), linear=view.eu(value)
+        )
 
 
 @per_loop
@@ -138,8 +146,9 @@ def deadband_reaches_alarm(context: ClickContext) -> Iterator[Finding]:
             continue
         for name, distance in _distances(view):
             if 0 < distance <= width:
-                yield view.find("error", "deadband", width=approximate(view, width), alarm=name,
-                                limit=view.eu(distance))  # fmt: skip
+                yield view.find(
+                    "error", "deadband", width=approximate(view, width), alarm=name, limit=view.eu(distance)
+                )
                 break
 
 
@@ -164,5 +173,6 @@ def deadband_switched_off(view: LoopView) -> Iterator[Finding]:
     Fix: remove `deadband_enabled: false`, or the deadband.
     """
     if view.loop.error.deadband and not view.deadband_on:
-        yield view.find("error", "deadband_enabled", value=view.shown("deadband"),
-                        register=view.register("deadband_enable"))  # fmt: skip
+        yield view.find(
+            "error", "deadband_enabled", value=view.shown("deadband"), register=view.register("deadband_enable")
+        )

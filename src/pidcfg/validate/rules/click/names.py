@@ -16,13 +16,14 @@ if TYPE_CHECKING:
     from pidcfg.validate.rules.click.context import ClickContext, LoopView
 
 D131 = Decision(
-    131, "what the PLC accepts as a nickname",
+    131,
+    "what the PLC accepts as a nickname",
     "At most 24 characters, no underscore at the beginning, none of % \" < > ! # $ & ' ( ) * + - . / : ; = ? @ [ \\ ] "
     "^ ` { | } ~ and nothing but ASCII anywhere; capital and small letters are one. A name that breaks "
     "this is a warning.",
     "The topic is silent; these are the limits of the programming software as pyclickplc, which writes its files, "
     "knows them. Registers need no nickname, so the loop itself works.",
-)  # fmt: skip
+)
 
 LONGEST = 24
 FORBIDDEN = frozenset("%\"<>!#$&'()*+-./:;=?@[\\]^`{|}~")
@@ -54,8 +55,13 @@ def nickname_too_long(view: LoopView) -> Iterator[Finding]:
     too_long = [suffix for suffix in by_length() if len(name) + len(suffix) > LONGEST]
     if too_long:
         example = name[:LEAST_LEFT] + "…" if len(name) > LONGEST else name
-        yield view.find("name", length=len(name), count=len(too_long), example=example + too_long[0],
-                        longest=len(name) + len(too_long[0]))  # fmt: skip
+        yield view.find(
+            "name",
+            length=len(name),
+            count=len(too_long),
+            example=example + too_long[0],
+            longest=len(name) + len(too_long[0]),
+        )
 
 
 @per_loop

@@ -43,8 +43,14 @@ def action_not_verified(view: LoopView) -> Iterator[Finding]:
     """
     action = view.loop.action
     if not view.loop.action_verified:
-        yield view.find("action", register=view.register("action"), bit=int(action == "reverse"), action=action,
-                        shown=FORWARD[action], moves=RISES[action])  # fmt: skip
+        yield view.find(
+            "action",
+            register=view.register("action"),
+            bit=int(action == "reverse"),
+            action=action,
+            shown=FORWARD[action],
+            moves=RISES[action],
+        )
 
 
 @per_loop
@@ -64,8 +70,12 @@ def several_pid_errors(view: LoopView) -> Iterator[Finding]:
     if len(view.errors) > 1:
         first, *more = view.errors
         others = ", then ".join(str(error.number) for error in more)
-        yield view.find_key(plc_effect=effect(first.number), register=view.register("error_code"),
-                            shown=f"error {first.number} ({first.title})", others=others)  # fmt: skip
+        yield view.find_key(
+            plc_effect=effect(first.number),
+            register=view.register("error_code"),
+            shown=f"error {first.number} ({first.title})",
+            others=others,
+        )
 
 
 @per_loop
@@ -79,8 +89,13 @@ def auto_with_pid_error(view: LoopView) -> Iterator[Finding]:
     """
     if view.loop.mode == "auto" and len(view.errors) == 1:
         error = view.errors[0]
-        yield view.find("mode", plc_effect=effect(error.number), number=error.number, title=error.title,
-                        register=view.register("error_code"))  # fmt: skip
+        yield view.find(
+            "mode",
+            plc_effect=effect(error.number),
+            number=error.number,
+            title=error.title,
+            register=view.register("error_code"),
+        )
 
 
 @info(

@@ -22,16 +22,18 @@ OUTPUT = CLICK.at("Control Output (DFn+08)")
 PWM = CLICK.at("PWM Control")
 
 D140 = Decision(
-    140, "an output whose upper limit is 1 % or less is a warning",
+    140,
+    "an output whose upper limit is 1 % or less is a warning",
     "It is taken for a fraction of 1 in place of a percentage, unless the output has a unit of its own.",
     "The range is 0 to 100 % by default; other controllers scale it from 0 to 1.",
-)  # fmt: skip
+)
 D141 = Decision(
-    141, "a pulse period beyond the reset time is a warning",
+    141,
+    "a pulse period beyond the reset time is a warning",
     "The period of the pulses should not be longer than the reset time; one shorter than the sample rate is an info.",
     "The help gives no relation. Within a period the actuator is fully on and fully off: a process that a loop with "
     "that reset time controls follows both, and swings with the period.",
-)  # fmt: skip
+)
 FULL = Decimal(100)
 
 
@@ -157,5 +159,11 @@ def pwm_period_below_sample_rate(view: LoopView) -> Iterator[Finding]:
     """
     pwm, sample = view.loop.output.pwm, view.loop.sample_rate
     if pwm is not None and pwm.period < sample and view.sound("sample_rate", "pwm_period"):
-        yield view.find("output", "pwm", "period", period=decimal_text(pwm.period), sample=decimal_text(sample),
-                        times=number_text((sample / pwm.period).quantize(Decimal("0.1"))))  # fmt: skip
+        yield view.find(
+            "output",
+            "pwm",
+            "period",
+            period=decimal_text(pwm.period),
+            sample=decimal_text(sample),
+            times=number_text((sample / pwm.period).quantize(Decimal("0.1"))),
+        )

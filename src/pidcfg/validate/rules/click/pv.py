@@ -21,11 +21,12 @@ RANGE = CLICK.at("PV Upper and Lower Limits")
 FILTER = CLICK.at("PV Filter")
 
 D133 = Decision(
-    133, "a filter slower than a quarter of the reset time is a warning",
+    133,
+    "a filter slower than a quarter of the reset time is a warning",
     "The time constant of the filter is -Ts/ln(1 - k/100) for a constant of k % and a sample rate Ts.",
     "The help warns of the lag without a number. A lag of a quarter of the reset time costs a loop that is tuned with "
     "that reset time about 14 degrees of phase, a third of what it usually has.",
-)  # fmt: skip
+)
 SHARE = 4
 
 
@@ -70,8 +71,11 @@ def filter_without_effect(view: LoopView) -> Iterator[Finding]:
     """
     pv = view.loop.pv
     if view.filtered and view.held("filter") == NO_LIMIT:
-        yield view.find("pv", "filter_enabled" if pv.filter is None else "filter",
-                        value="no constant, which is 100 %" if pv.filter is None else "100 %")  # fmt: skip
+        yield view.find(
+            "pv",
+            "filter_enabled" if pv.filter is None else "filter",
+            value="no constant, which is 100 %" if pv.filter is None else "100 %",
+        )
 
 
 @per_loop
@@ -91,8 +95,14 @@ def filter_lags(view: LoopView) -> Iterator[Finding]:
     """
     tau, reset = time_constant(view), view.loop.tuning.reset_time
     if tau is not None and tau * SHARE > reset and view.sound("reset_time", "sample_rate"):
-        yield view.find("pv", "filter", constant=view.loop.pv.filter, sample=decimal_text(view.loop.sample_rate),
-                        tau=f"{tau:.3g}", reset=decimal_text(reset))  # fmt: skip
+        yield view.find(
+            "pv",
+            "filter",
+            constant=view.loop.pv.filter,
+            sample=decimal_text(view.loop.sample_rate),
+            tau=f"{tau:.3g}",
+            reset=decimal_text(reset),
+        )
 
 
 @per_loop

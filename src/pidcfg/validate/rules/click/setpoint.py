@@ -21,11 +21,12 @@ RANGE = CLICK.at("PV Upper and Lower Limits")
 TRANSFER = CLICK.at("Bumpless Transfer (Cn+08)")
 
 D132 = Decision(
-    132, "crossed set point limits are an error when both are enabled",
+    132,
+    "crossed set point limits are an error when both are enabled",
     "With one of them switched off they are an info, and a limit alone is compared with nothing.",
     "The limits are enabled individually, and only one that is enabled has to be given a value; so a single limit is a "
     "regular use, whatever the other register holds.",
-)  # fmt: skip
+)
 ENDS = ("lower", "upper")
 CROSSED_EFFECT = f"{EFFECT}{SETPOINT_CROSSED}"
 
@@ -78,13 +79,19 @@ def setpoint_limits_crossed(view: LoopView) -> Iterator[Finding]:
     both_given = all(view.given(f"setpoint_{end}") is not None for end in ENDS)
     if both_given and ends and ends[0] > ends[1]:
         active = crossed(view)
-        registers = {"low_register": view.register("setpoint_lower"),
-                     "high_register": view.register("setpoint_upper")}  # fmt: skip
-        values = {"low": view.eu(ends[0]), "high": view.eu(ends[1]), **registers,
-                  "when": "" if active else ": error 23 as soon as both are enabled"}  # fmt: skip
-        yield Finding(("loops", view.index, "setpoint", "lower_limit"), values,
-                      plc_effect=CROSSED_EFFECT if active else None,
-                      severity=None if active else Severity.INFO)  # fmt: skip
+        registers = {"low_register": view.register("setpoint_lower"), "high_register": view.register("setpoint_upper")}
+        values = {
+            "low": view.eu(ends[0]),
+            "high": view.eu(ends[1]),
+            **registers,
+            "when": "" if active else ": error 23 as soon as both are enabled",
+        }
+        yield Finding(
+            ("loops", view.index, "setpoint", "lower_limit"),
+            values,
+            plc_effect=CROSSED_EFFECT if active else None,
+            severity=None if active else Severity.INFO,
+        )
 
 
 @per_loop
@@ -102,8 +109,14 @@ def setpoint_limit_without_value(view: LoopView) -> Iterator[Finding]:
         consequence = f"set points {'below' if end == 'lower' else 'above'} 0 are replaced by 0"
         if broken:
             consequence = "the limits are crossed"
-        yield view.find("setpoint", f"{end}_limit_enabled", plc_effect=CROSSED_EFFECT if broken else None, end=end,
-                        register=view.register(f"setpoint_{end}"), consequence=consequence)  # fmt: skip
+        yield view.find(
+            "setpoint",
+            f"{end}_limit_enabled",
+            plc_effect=CROSSED_EFFECT if broken else None,
+            end=end,
+            register=view.register(f"setpoint_{end}"),
+            consequence=consequence,
+        )
 
 
 @per_loop
@@ -139,8 +152,15 @@ def setpoint_outside_limits(view: LoopView) -> Iterator[Finding]:
     kept = effective(view, value)
     if kept != value:
         end, side = ("lower", "below") if kept > value else ("upper", "above")
-        yield view.find("setpoint", "value", value=view.shown("setpoint"), end=end, limit=view.eu(kept), side=side,
-                        register=view.register("setpoint"))  # fmt: skip
+        yield view.find(
+            "setpoint",
+            "value",
+            value=view.shown("setpoint"),
+            end=end,
+            limit=view.eu(kept),
+            side=side,
+            register=view.register("setpoint"),
+        )
 
 
 @per_loop
@@ -157,8 +177,9 @@ def setpoint_outside_range(view: LoopView) -> Iterator[Finding]:
     value = written(view)
     low, high = view.loop.pv.range
     if value is not None and not low <= effective(view, value) <= high:
-        yield view.find("setpoint", "value", value=view.eu(effective(view, value)), low=view.eu(low),
-                        high=view.eu(high))  # fmt: skip
+        yield view.find(
+            "setpoint", "value", value=view.eu(effective(view, value)), low=view.eu(low), high=view.eu(high)
+        )
 
 
 @per_loop
@@ -179,8 +200,9 @@ def setpoint_limit_outside_range(view: LoopView) -> Iterator[Finding]:
     low, high = view.loop.pv.range
     for end, value in limits_on(view).items():
         if view.given(f"setpoint_{end}") is not None and not low <= value <= high:
-            yield view.find("setpoint", f"{end}_limit", end=end, value=view.eu(value), low=view.eu(low),
-                            high=view.eu(high))  # fmt: skip
+            yield view.find(
+                "setpoint", f"{end}_limit", end=end, value=view.eu(value), low=view.eu(low), high=view.eu(high)
+            )
 
 
 @per_loop
@@ -194,8 +216,13 @@ def setpoint_limit_switched_off(view: LoopView) -> Iterator[Finding]:
     """
     for end in ENDS:
         if view.given(f"setpoint_{end}") is not None and not view.setpoint_limited(end):
-            yield view.find("setpoint", f"{end}_limit_enabled", end=end, value=view.shown(f"setpoint_{end}"),
-                            register=view.register(f"setpoint_{end}_enable"))  # fmt: skip
+            yield view.find(
+                "setpoint",
+                f"{end}_limit_enabled",
+                end=end,
+                value=view.shown(f"setpoint_{end}"),
+                register=view.register(f"setpoint_{end}_enable"),
+            )
 
 
 @info(

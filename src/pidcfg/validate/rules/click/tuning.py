@@ -20,12 +20,13 @@ RESET = CLICK.at("Integral or Reset Time (DFn+06)")
 FREEZE = CLICK.at("Freeze Bias (Anti-Windup) (Cn+05)")
 
 D134 = Decision(
-    134, "a proportional band below 1 % of the range is a warning",
+    134,
+    "a proportional band below 1 % of the range is a warning",
     "When an error of less than a hundredth of the PV's range drives the output through all of its limits, the gain is "
     "a warning; when an error of the whole range moves it by less than 1 %, an info.",
     "The gain is in % of output per unit of the PV, which is easily taken for % per %. Below 1 % a loop acts like a "
     "switch, and sensors and converters are hardly better than that.",
-)  # fmt: skip
+)
 BAND = Decimal(100)
 
 
@@ -61,8 +62,13 @@ def integral_faster_than_proportional(view: LoopView) -> Iterator[Finding]:
     """
     reset, sample = view.loop.tuning.reset_time, view.loop.sample_rate
     if reset < sample and view.sound("reset_time", "sample_rate"):
-        yield view.find("tuning", "reset_time", reset=decimal_text(reset), sample=decimal_text(sample),
-                        times=f"{sample / reset:.1f}")  # fmt: skip
+        yield view.find(
+            "tuning",
+            "reset_time",
+            reset=decimal_text(reset),
+            sample=decimal_text(sample),
+            times=f"{sample / reset:.1f}",
+        )
 
 
 @per_loop
@@ -100,8 +106,12 @@ def gain_acts_like_a_switch(view: LoopView) -> Iterator[Finding]:
     """
     error = saturating_error(view)
     if error is not None and error * BAND < view.span and view.sound("proportional_gain"):
-        yield view.find("tuning", "proportional_gain", gain=number_text(view.loop.tuning.proportional_gain),
-                        error=approximate(view, error))  # fmt: skip
+        yield view.find(
+            "tuning",
+            "proportional_gain",
+            gain=number_text(view.loop.tuning.proportional_gain),
+            error=approximate(view, error),
+        )
 
 
 @per_loop
@@ -117,8 +127,9 @@ def gain_moves_nothing(view: LoopView) -> Iterator[Finding]:
     gain, width = view.loop.tuning.proportional_gain, view.span
     moves = gain * (width * width if view.squared else width)
     if moves < 1 and view.sound("proportional_gain"):
-        yield view.find("tuning", "proportional_gain", gain=number_text(gain), span=view.eu(width),
-                        moves=f"{float(moves):.2g} %")  # fmt: skip
+        yield view.find(
+            "tuning", "proportional_gain", gain=number_text(gain), span=view.eu(width), moves=f"{float(moves):.2g} %"
+        )
 
 
 def approximate(view: LoopView, value: Decimal) -> str:
@@ -143,8 +154,9 @@ def windup_not_prevented(view: LoopView) -> Iterator[Finding]:
     """
     if view.integrates and view.sound("reset_time") and not view.loop.freeze_bias and travel(view) is not None:
         low, high = view.loop.output.limits
-        yield view.find("freeze_bias", low=view.co(low), high=view.co(high),
-                        reset=decimal_text(view.loop.tuning.reset_time))  # fmt: skip
+        yield view.find(
+            "freeze_bias", low=view.co(low), high=view.co(high), reset=decimal_text(view.loop.tuning.reset_time)
+        )
 
 
 @per_loop

@@ -25,16 +25,18 @@ RESOLUTION = DL06.at("Determining a suitable sample rate (Addr+07), NOTE")
 TROUBLE = DL06.at("Troubleshooting Tips")
 
 D20 = Decision(
-    20, "an alarm point that is not given is 0 counts",
+    20,
+    "an alarm point that is not given is 0 counts",
     "One bit enables all four PV alarms, another both deviation alarms; the word of a point that is not given holds "
     "0 and is compared like any other.",
     "The loop table has no bit for a single alarm, and no value that means none.",
-)  # fmt: skip
+)
 D21 = Decision(
-    21, "a rate-of-change limit should be stored within 10 %",
+    21,
+    "a rate-of-change limit should be stored within 10 %",
     "A limit whose whole counts per sample differ from what is written by more than a tenth is a warning.",
     "The manual warns that fast sample rates diminish the resolution, and gives no number.",
-)  # fmt: skip
+)
 COARSE = Decimal("0.1")
 
 PV_POINTS = ("low_low", "low", "high", "high_high")
@@ -100,14 +102,25 @@ def pv_alarms_incomplete(view: LoopView) -> Iterator[Finding]:
 def _incomplete(view: LoopView, missing: list[str]) -> Finding:
     broken = any(not given for *_, given in wrong_pairs(view, "pv", "pv", PV_POINTS))
     severity = Severity.ERROR if broken else Severity.WARNING if view.bipolar else Severity.INFO
-    effect = {Severity.ERROR: "the order is broken", Severity.WARNING: "it alarms there",
-              Severity.INFO: "it never alarms"}[severity]  # fmt: skip
+    effect = {
+        Severity.ERROR: "the order is broken",
+        Severity.WARNING: "it alarms there",
+        Severity.INFO: "it never alarms",
+    }[severity]
     verb = "is" if len(missing) == 1 else "are"
     words = " and ".join(view.v(f"pv_{key}") for key in missing)
-    values = {"missing": f"{' and '.join(missing)} {verb}", "words": f"{words} {verb}", "zero": view.eu(0),
-              "effect": effect}  # fmt: skip
-    return Finding(("loops", view.index, "alarms", "pv", missing[0]), values, severity=severity,
-                   plc_effect=stays_in_manual(view) if broken else None)  # fmt: skip
+    values = {
+        "missing": f"{' and '.join(missing)} {verb}",
+        "words": f"{words} {verb}",
+        "zero": view.eu(0),
+        "effect": effect,
+    }
+    return Finding(
+        ("loops", view.index, "alarms", "pv", missing[0]),
+        values,
+        severity=severity,
+        plc_effect=stays_in_manual(view) if broken else None,
+    )
 
 
 @per_loop
@@ -158,8 +171,14 @@ def rate_of_change_limit_of_zero(view: LoopView) -> Iterator[Finding]:
     if rate_alarm_on(view) and view.counts("rate_of_change") == 0:
         rate = view.loop.alarms.rate_of_change
         key = "rate_of_change_enabled" if rate is None else "rate_of_change"
-        yield view.find("alarms", key, value=rate_text(view), exact=f"{float(exact_rate(view)):.2g}",
-                        sample=decimal_text(view.loop.sample_rate), least=per_minute(view))  # fmt: skip
+        yield view.find(
+            "alarms",
+            key,
+            value=rate_text(view),
+            exact=f"{float(exact_rate(view)):.2g}",
+            sample=decimal_text(view.loop.sample_rate),
+            least=per_minute(view),
+        )
 
 
 def rate_alarm_on(view: LoopView) -> bool:
@@ -209,9 +228,16 @@ def rate_of_change_limit_coarse(view: LoopView) -> Iterator[Finding]:
         exact = exact_rate(view)
         error = abs(counts - exact) / exact
         if error > COARSE:
-            yield view.find("alarms", "rate_of_change", value=rate_text(view), exact=f"{float(exact):.2f}",
-                            sample=decimal_text(view.loop.sample_rate), counts=counts,
-                            percent=f"{100 * float(error):.0f}", least=per_minute(view))  # fmt: skip
+            yield view.find(
+                "alarms",
+                "rate_of_change",
+                value=rate_text(view),
+                exact=f"{float(exact):.2f}",
+                sample=decimal_text(view.loop.sample_rate),
+                counts=counts,
+                percent=f"{100 * float(error):.0f}",
+                least=per_minute(view),
+            )
 
 
 @per_loop
@@ -235,5 +261,6 @@ def setpoint_in_alarm(view: LoopView) -> Iterator[Finding]:
     if low < high and not low <= raw <= high:
         alarm = "low" if raw < low else "high"
         squared = f", a raw PV of {counts_text(raw)}," if view.loop.pv.square_root else ""
-        yield view.find("setpoint", "value", value=view.shown("setpoint") + squared, alarm=alarm,
-                        limit=view.shown(f"pv_{alarm}"))  # fmt: skip
+        yield view.find(
+            "setpoint", "value", value=view.shown("setpoint") + squared, alarm=alarm, limit=view.shown(f"pv_{alarm}")
+        )

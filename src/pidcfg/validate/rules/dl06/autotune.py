@@ -17,17 +17,19 @@ if TYPE_CHECKING:
 PROCEDURE = DL06.at("Auto Tuning Procedure")
 
 D28 = Decision(
-    28, "auto-tune starts with the PV 205 counts from the set point",
+    28,
+    "auto-tune starts with the PV 205 counts from the set point",
     "The PV must be at least 205 of 4095 counts below the set point for direct action, above it for reverse action.",
     "A note of the procedure says so; the paragraph on the error bit demands PV and SP within 5 % of full scale, "
     "which is the opposite. The procedure is followed.",
-)  # fmt: skip
+)
 D29 = Decision(
-    29, "a closed-loop auto-tune switches between the output limits",
+    29,
+    "a closed-loop auto-tune switches between the output limits",
     "Only output limits at the ends of the data range set the error bit; narrower ones make the relay smaller.",
     "The timing diagram switches between the upper and lower limit settings, while the error bit is said to come on "
     "when the output goes to the limits of the range.",
-)  # fmt: skip
+)
 APART = Decimal(205) / 4095
 
 

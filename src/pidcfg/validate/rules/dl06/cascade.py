@@ -24,17 +24,19 @@ CASCADED = DL06.at("Cascaded Loops in the DL06 CPU")
 SOURCES = DL06.at("Data Sources")
 
 D24 = Decision(
-    24, "a cascade passes raw counts",
+    24,
+    "a cascade passes raw counts",
     "The major loop's output range must equal the minor loop's PV range, and their data formats must agree.",
     "The minor loop reads the major loop's output word as its set point word; nothing converts it.",
-)  # fmt: skip
+)
 D25 = Decision(
-    25, "a minor loop takes no square root",
+    25,
+    "a minor loop takes no square root",
     "A cascade into a loop with square-root extract is an error unless the major loop's output limits stay within "
     "the root's scale.",
     "That loop's set point ends at the root of the span (64 counts for 12 bit), the output of a loop at the span "
     "(4095).",
-)  # fmt: skip
+)
 
 
 @error("PID256", POINTER, "cascade_from names {name}, but no loop of the file has this name")
@@ -112,8 +114,9 @@ def cascade_format_mismatch(context: Dl06Context) -> Iterator[Finding]:
         written, read = major.scales["output"].format.name, minor.scales["pv"].format.name
         if written != read:
             key = ("pv", "format") if "format" in minor.loop.pv.model_fields_set else (link_key(minor),)
-            yield minor.find(*key, minor=minor.loop.name, format=read, major=major.loop.name, other=written,
-                             word=major.v("output"))  # fmt: skip
+            yield minor.find(
+                *key, minor=minor.loop.name, format=read, major=major.loop.name, other=written, word=major.v("output")
+            )
 
 
 @error("PID260", D24, "{minor} reads the output of {major} as {read}, but {major} writes it as {written}")
@@ -131,16 +134,25 @@ def cascade_range_mismatch(context: Dl06Context) -> Iterator[Finding]:
         if (written is None) != (read is None):
             yield _one_range(major, minor)
         elif written is not None and read is not None and (written != read or not same_unit):
-            yield major.find("output", "range" if written != read else "unit", minor=minor.loop.name,
-                             major=major.loop.name, read=_range_text(read, minor.loop.pv.unit),
-                             written=_range_text(written, major.loop.output.unit))  # fmt: skip
+            yield major.find(
+                "output",
+                "range" if written != read else "unit",
+                minor=minor.loop.name,
+                major=major.loop.name,
+                read=_range_text(read, minor.loop.pv.unit),
+                written=_range_text(written, major.loop.output.unit),
+            )
 
 
 def _one_range(major: LoopView, minor: LoopView) -> Finding:
     """Only one side has a scale: it cannot be compared, and the other side's values are raw counts."""
     path = ("loops", major.index, "output") if major.loop.output.range is None else ("loops", minor.index, "pv")
-    values = {"minor": minor.loop.name, "major": major.loop.name, "read": _scale_text(minor.loop.pv),
-              "written": _scale_text(major.loop.output)}  # fmt: skip
+    values = {
+        "minor": minor.loop.name,
+        "major": major.loop.name,
+        "read": _scale_text(minor.loop.pv),
+        "written": _scale_text(major.loop.output),
+    }
     return Finding(path, values, key=True, severity=Severity.WARNING)
 
 
@@ -168,8 +180,14 @@ def cascade_into_square_root(context: Dl06Context) -> Iterator[Finding]:
     for major, minor in context.cascades:
         most, top = major.counts("output_high"), minor.scales["sp"].full
         if minor.loop.pv.square_root and most is not None and most > round(top):
-            yield minor.find("pv", "square_root", minor=minor.loop.name, top=round(top), major=major.loop.name,
-                             most=major.shown("output_high"))  # fmt: skip
+            yield minor.find(
+                "pv",
+                "square_root",
+                minor=minor.loop.name,
+                top=round(top),
+                major=major.loop.name,
+                most=major.shown("output_high"),
+            )
 
 
 @warning(
@@ -203,8 +221,13 @@ def two_remote_setpoints(context: Dl06Context) -> Iterator[Finding]:
         if loop.cascade_from is not None and loop.remote_setpoint is not None and major is not None:
             output = loop_start(context.config.plc, major) + OUTPUT_OFFSET
             if output != loop.remote_setpoint:
-                yield view.find("remote_setpoint", address=v_name(loop.remote_setpoint), major=loop.cascade_from,
-                                word=view.v("remote_setpoint"), output=v_name(output))  # fmt: skip
+                yield view.find(
+                    "remote_setpoint",
+                    address=v_name(loop.remote_setpoint),
+                    major=loop.cascade_from,
+                    word=view.v("remote_setpoint"),
+                    output=v_name(output),
+                )
 
 
 @error("PID264", POINTER, "remote_setpoint {address} is not the output word (+05) of a loop of the table {table}")

@@ -20,10 +20,11 @@ INTRODUCTION = DL06.at("Cascade Control, Introduction")
 SOURCES = DL06.at("Data Sources")
 
 D26 = Decision(
-    26, "a major loop should not ask for more than its minor loop takes",
+    26,
+    "a major loop should not ask for more than its minor loop takes",
     "Output limits of a major loop that reach beyond the minor loop's set point limits are a warning.",
     "The minor loop applies its limits internally; the major loop goes on integrating against them.",
-)  # fmt: skip
+)
 RATIO = 10
 
 
@@ -43,8 +44,14 @@ def major_loop_stuck_in_manual(context: Dl06Context) -> Iterator[Finding]:
     for major, minor in context.cascades:
         if minor.loop.mode != "cascade" and major.loop.mode != "manual":
             effect = f"bit 0 of {major.v('mode_and_alarm_status')} ({major.loop.name} in Manual) stays on"
-            yield minor.find("mode", plc_effect=effect, mode=minor.loop.mode, name=minor.loop.name,
-                             major=major.loop.name, goal=major.loop.mode)  # fmt: skip
+            yield minor.find(
+                "mode",
+                plc_effect=effect,
+                mode=minor.loop.mode,
+                name=minor.loop.name,
+                major=major.loop.name,
+                goal=major.loop.mode,
+            )
 
 
 @per_loop
@@ -109,8 +116,13 @@ def major_loop_faster_than_minor(context: Dl06Context) -> Iterator[Finding]:
     for major, minor in context.cascades:
         slow, fast = minor.loop.sample_rate, major.loop.sample_rate
         if fast < slow:
-            yield major.find("sample_rate", major=major.loop.name, fast=decimal_text(fast), minor=minor.loop.name,
-                             slow=decimal_text(slow))  # fmt: skip
+            yield major.find(
+                "sample_rate",
+                major=major.loop.name,
+                fast=decimal_text(fast),
+                minor=minor.loop.name,
+                slow=decimal_text(slow),
+            )
 
 
 @info(
@@ -129,8 +141,15 @@ def cascade_rates_close(context: Dl06Context) -> Iterator[Finding]:
     for major, minor in context.cascades:
         slow, fast = major.loop.sample_rate, minor.loop.sample_rate
         if 0 < fast <= slow < RATIO * fast:
-            yield major.find("sample_rate", major=major.loop.name, slow=decimal_text(slow), minor=minor.loop.name,
-                             fast=decimal_text(fast), ratio=f"{slow / fast:.3g}", limit=RATIO)  # fmt: skip
+            yield major.find(
+                "sample_rate",
+                major=major.loop.name,
+                slow=decimal_text(slow),
+                minor=minor.loop.name,
+                fast=decimal_text(fast),
+                ratio=f"{slow / fast:.3g}",
+                limit=RATIO,
+            )
 
 
 @warning(
@@ -151,9 +170,15 @@ def cascade_output_beyond_setpoint_limits(context: Dl06Context) -> Iterator[Find
         if not minor.setpoint_limited or minor.loop.pv.square_root or not output or not setpoint:
             continue
         if output[0] < setpoint[0] or output[1] > setpoint[1]:
-            yield major.find("output", "limits", minor=minor.loop.name,
-                             low=major.eu(output[0], "output"), high=major.eu(output[1], "output"),
-                             least=minor.eu(setpoint[0], "sp"), most=minor.eu(setpoint[1], "sp"))  # fmt: skip
+            yield major.find(
+                "output",
+                "limits",
+                minor=minor.loop.name,
+                low=major.eu(output[0], "output"),
+                high=major.eu(output[1], "output"),
+                least=minor.eu(setpoint[0], "sp"),
+                most=minor.eu(setpoint[1], "sp"),
+            )
 
 
 @warning(

@@ -254,6 +254,7 @@ class Dl06Context:
     @cached_property
     def explained(self) -> frozenset[Path]:
         """Places whose limits a rule of the DL06's own explains better than the rules for every vendor."""
-        resets = {("loops", view.index, "tuning", "reset") for view in self.loops
-                  if reset_value(view.loop) in view.off_resets}  # fmt: skip
+        resets = {
+            ("loops", view.index, "tuning", "reset") for view in self.loops if reset_value(view.loop) in view.off_resets
+        }
         return frozenset({("plc", "number_of_loops"), *resets}) if self.count > CPU.loops else frozenset(resets)

@@ -17,10 +17,11 @@ FREEZE = DL06.at("Bias Freeze")
 BUMPLESS = DL06.at("Bumpless Transfers")
 
 D14 = Decision(
-    14, "the DL06's derivative acts on the error",
+    14,
+    "the DL06's derivative acts on the error",
     "`derivative: pv` is accepted for other CPUs of the family, with an info.",
     "The DL06 manual prints Kr·(e(n) − e(n−1)), the DL405 manual a derivative of the PV.",
-)  # fmt: skip
+)
 
 
 @info("PID220", D14, "derivative is pv, but the DL06's manual prints a derivative of the error")
@@ -74,8 +75,12 @@ def freeze_never_reached(view: LoopView) -> Iterator[Finding]:
     ):
         ends = view.scales["output"].format
         if limits[0] > ends.minimum or limits[1] < ends.maximum:
-            yield view.find("bias_freeze", low=view.shown("output_low"), high=view.shown("output_high"),
-                            ends=f"{ends.minimum} or {ends.maximum}")  # fmt: skip
+            yield view.find(
+                "bias_freeze",
+                low=view.shown("output_low"),
+                high=view.shown("output_high"),
+                ends=f"{ends.minimum} or {ends.maximum}",
+            )
 
 
 @per_loop

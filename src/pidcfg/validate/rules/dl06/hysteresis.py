@@ -19,17 +19,19 @@ FEATURES = DL06.at("Alarm Feature Specifications, Deadband")
 RATE = DL06.at("PV Rate-of-Change Alarm")
 
 D22 = Decision(
-    22, "hysteresis 1 to 200 is decimal and meant for 12 bit",
+    22,
+    "hysteresis 1 to 200 is decimal and meant for 12 bit",
     "More than 5 % of the span is a warning, more than 12.5 % (0x200 of 4095 counts) an error; without a value it is "
     "1 count.",
     "The manual says 1 to 200 (hex) in the text and 0.1 % to 5 % in the feature table, which is 4 to 205 of 4095 "
     "counts. Whichever is meant, 0x200 is the most.",
-)  # fmt: skip
+)
 D23 = Decision(
-    23, "the hysteresis must leave a zone without alarm",
+    23,
+    "the hysteresis must leave a zone without alarm",
     "A hysteresis as wide as the zone between low and high alarm is a warning.",
     "The high alarm would go off only where the low alarm is already on.",
-)  # fmt: skip
+)
 
 WIDEST = Decimal("0.05")
 LARGEST = Decimal(0x200) / 4095
@@ -107,8 +109,13 @@ def hysteresis_swallows_deviation_alarm(view: LoopView) -> Iterator[Finding]:
     yellow, counts = view.counts("deviation_yellow"), view.counts("hysteresis")
     if view.deviation_alarms and yellow and counts is not None and counts >= yellow:
         key = "hysteresis" if view.loop.alarms.hysteresis is not None else "deviation"
-        yield view.find("alarms", key, value=view.shown("hysteresis"), limit=view.shown("deviation_yellow"),
-                        word=view.v("deviation_yellow"))  # fmt: skip
+        yield view.find(
+            "alarms",
+            key,
+            value=view.shown("hysteresis"),
+            limit=view.shown("deviation_yellow"),
+            word=view.v("deviation_yellow"),
+        )
 
 
 @per_loop

@@ -18,11 +18,12 @@ CHECKS = DL06.at("Open-Loop Test")
 TROUBLE = DL06.at("Troubleshooting Tips")
 
 D15 = Decision(
-    15, "0 % of a bipolar format is its negative end",
+    15,
+    "0 % of a bipolar format is its negative end",
     "In a bipolar format the low end of a range stands for −4095 (12 bit) or −32767 counts (15 bit), the high end "
     "for the positive maximum.",
     "A range names the values at both ends of the data format; a signal that is never negative then uses half of it.",
-)  # fmt: skip
+)
 
 
 @per_loop
@@ -86,5 +87,11 @@ def bipolar_format_for_positive_range(view: LoopView) -> Iterator[Finding]:
     for key, part in (("pv", view.loop.pv), ("output", view.loop.output)):
         scale = view.scales[key]
         if part.range is not None and part.range[0] >= 0 and scale.format.minimum < 0:
-            yield view.find(key, "range", low=decimal_text(part.range[0]), counts=scale.format.minimum,
-                            format=scale.format.name, middle=view.eu(0, key))  # fmt: skip
+            yield view.find(
+                key,
+                "range",
+                low=decimal_text(part.range[0]),
+                counts=scale.format.minimum,
+                format=scale.format.name,
+                middle=view.eu(0, key),
+            )

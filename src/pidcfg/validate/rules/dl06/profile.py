@@ -18,11 +18,12 @@ TABLE = DL06.at("Ramp/Soak Table")
 TROUBLE = DL06.at("Troubleshooting Tips")
 
 D27 = Decision(
-    27, "a slope should be stored within 1 %",
+    27,
+    "a slope should be stored within 1 %",
     "A slope whose counts per second, with two decimals, differ by more than 1 % from what is written is a warning; "
     "one that a single sample completes as well.",
     "Slow ramps on wide ranges have few digits left, and the length of the ramp goes with the slope.",
-)  # fmt: skip
+)
 ROUNDING = Decimal("0.01")
 
 
@@ -56,9 +57,15 @@ def ramp_target_outside_setpoint_limits(view: LoopView) -> Iterator[Finding]:
     limits = view.holds("setpoint_low", "setpoint_high") if view.pairs and view.setpoint_limited else []
     for pair in running(view) if limits else []:
         if pair.target is not None and not limits[0] <= pair.target <= limits[1]:
-            yield view.find("ramp_soak", "steps", pair.index, "ramp_to",
-                            value=view.text(pair.step.ramp_to, "sp", pair.target),
-                            low=view.shown("setpoint_low"), high=view.shown("setpoint_high"))  # fmt: skip
+            yield view.find(
+                "ramp_soak",
+                "steps",
+                pair.index,
+                "ramp_to",
+                value=view.text(pair.step.ramp_to, "sp", pair.target),
+                low=view.shown("setpoint_low"),
+                high=view.shown("setpoint_high"),
+            )
 
 
 @per_loop
@@ -115,10 +122,17 @@ def slope_rounded(view: LoopView) -> Iterator[Finding]:
             continue
         change = exact / pair.slope - 1
         if abs(pair.slope - exact) > ROUNDING * exact:
-            yield view.find("ramp_soak", "steps", pair.index, "slope",
-                            value=f"{pair.step.slope}{_unit(view, pair)} a second", exact=f"{float(exact):.4g}",
-                            stored=pair.slope, percent=f"{abs(100 * float(change)):.1f}",
-                            longer="longer" if change > 0 else "less")  # fmt: skip
+            yield view.find(
+                "ramp_soak",
+                "steps",
+                pair.index,
+                "slope",
+                value=f"{pair.step.slope}{_unit(view, pair)} a second",
+                exact=f"{float(exact):.4g}",
+                stored=pair.slope,
+                percent=f"{abs(100 * float(change)):.1f}",
+                longer="longer" if change > 0 else "less",
+            )
 
 
 def _unit(view: LoopView, pair: Pair) -> str:
@@ -147,9 +161,17 @@ def ramp_within_one_sample(view: LoopView) -> Iterator[Finding]:
             continue
         time = abs(at - start) / float(pair.slope)
         if 0 < time <= float(view.loop.sample_rate):
-            yield view.find("ramp_soak", "steps", pair.index, "slope", start=view.eu(start, "sp"),
-                            end=view.eu(at, "sp"), slope=pair.slope, time=f"{time:.2g}",
-                            sample=decimal_text(view.loop.sample_rate))  # fmt: skip
+            yield view.find(
+                "ramp_soak",
+                "steps",
+                pair.index,
+                "slope",
+                start=view.eu(start, "sp"),
+                end=view.eu(at, "sp"),
+                slope=pair.slope,
+                time=f"{time:.2g}",
+                sample=decimal_text(view.loop.sample_rate),
+            )
 
 
 @per_loop
@@ -189,5 +211,6 @@ def ramp_target_in_alarm(view: LoopView) -> Iterator[Finding]:
         if not points[0] <= raw <= points[1]:
             alarm = "low" if raw < points[0] else "high"
             value = view.text(pair.step.ramp_to, "sp", pair.target)
-            yield view.find("ramp_soak", "steps", pair.index, "ramp_to", value=value, alarm=alarm,
-                            limit=view.shown(f"pv_{alarm}"))  # fmt: skip
+            yield view.find(
+                "ramp_soak", "steps", pair.index, "ramp_to", value=value, alarm=alarm, limit=view.shown(f"pv_{alarm}")
+            )

@@ -19,11 +19,12 @@ OPTIONS = DL06.at("PV Auto Transfer Functions with Filtering Options")
 ROUNDING = DL06.at("Creating an Analog Filter in Ladder Logic")
 
 D19 = Decision(
-    19, "a filtered PV may stall short of its end",
+    19,
+    "a filtered PV may stall short of its end",
     "The filter works on whole counts: it stands still once k times the remaining distance rounds to 0, which is "
     "0.5/k counts away at most.",
     "The manual warns of an error of 1 part in 1000 because of rounding; at k = 0.1 this gives 5 counts of 4095.",
-)  # fmt: skip
+)
 STRONGEST, WEAKEST = 1, 10
 """Tenths, as the word holds them."""
 THOUSANDTH = 1000

@@ -52,8 +52,13 @@ def ramp_soak_table_outside_user_memory(context: Dl06Context) -> Iterator[Findin
     for view, first, last in tables(context):
         flags = check_ramp_soak(first)
         if flags and flags != TABLE_IN_SYSTEM:
-            yield view.find("ramp_soak", "table", plc_effect=error_bit(view, flags), words=between((first, last)),
-                            user=", ".join(between(ends) for ends in CPU.user))  # fmt: skip
+            yield view.find(
+                "ramp_soak",
+                "table",
+                plc_effect=error_bit(view, flags),
+                words=between((first, last)),
+                user=", ".join(between(ends) for ends in CPU.user),
+            )
 
 
 @error("PID275", ERRORS, "the ramp/soak table starts at {start}, among the system parameters {system}")
@@ -67,8 +72,13 @@ def ramp_soak_table_in_system_memory(context: Dl06Context) -> Iterator[Finding]:
     """
     for view, first, _ in tables(context):
         if check_ramp_soak(first) == TABLE_IN_SYSTEM:
-            yield view.find("ramp_soak", "table", plc_effect=error_bit(view, TABLE_IN_SYSTEM), start=v_name(first),
-                            system=between(CPU.system))  # fmt: skip
+            yield view.find(
+                "ramp_soak",
+                "table",
+                plc_effect=error_bit(view, TABLE_IN_SYSTEM),
+                start=v_name(first),
+                system=between(CPU.system),
+            )
 
 
 @error("PID276", TABLE, "the ramp/soak table {words} overlaps the loop table {table}")
@@ -97,8 +107,9 @@ def ramp_soak_tables_overlap(context: Dl06Context) -> Iterator[Finding]:
     for (_, first, last), (view, start, end) in combinations(tables(context), 2):
         if first <= end and last >= start:
             other = next(v for v, f, _ in tables(context) if f == first)
-            yield view.find("ramp_soak", "table", words=between((start, end)), other=other.loop.name,
-                            theirs=between((first, last)))  # fmt: skip
+            yield view.find(
+                "ramp_soak", "table", words=between((start, end)), other=other.loop.name, theirs=between((first, last))
+            )
 
 
 @per_loop

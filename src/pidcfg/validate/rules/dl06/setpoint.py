@@ -19,11 +19,12 @@ TROUBLE = DL06.at("Troubleshooting Tips")
 DEADBAND = DL06.at("Error Term Configuration")
 
 D18 = Decision(
-    18, "a deadband should end inside the alarms",
+    18,
+    "a deadband should end inside the alarms",
     "A deadband as wide as the yellow deviation limit, or from the set point to the high or low alarm, is a warning.",
     "Inside the deadband the error counts as zero: the loop would let the PV drift into an alarm that it could "
     "prevent.",
-)  # fmt: skip
+)
 
 
 @per_loop
@@ -59,8 +60,13 @@ def setpoint_outside_limits(view: LoopView) -> Iterator[Finding]:
     if view.loop.setpoint.value is None or not view.setpoint_limited or not words or words[0] >= words[2]:
         return
     if not words[0] <= words[1] <= words[2]:
-        yield view.find("setpoint", "value", value=view.shown("setpoint"), low=view.shown("setpoint_low"),
-                        high=view.shown("setpoint_high"))  # fmt: skip
+        yield view.find(
+            "setpoint",
+            "value",
+            value=view.shown("setpoint"),
+            low=view.shown("setpoint_low"),
+            high=view.shown("setpoint_high"),
+        )
 
 
 @per_loop
@@ -73,8 +79,13 @@ def setpoint_limits_switched_off(view: LoopView) -> Iterator[Finding]:
     Fix: remove `limits_enabled: false`, or the limits.
     """
     if view.loop.setpoint.limits is not None and not view.setpoint_limited:
-        yield view.find("setpoint", "limits_enabled", word=view.v("mode_setting_2"),
-                        low=view.shown("setpoint_low"), high=view.shown("setpoint_high"))  # fmt: skip
+        yield view.find(
+            "setpoint",
+            "limits_enabled",
+            word=view.v("mode_setting_2"),
+            low=view.shown("setpoint_low"),
+            high=view.shown("setpoint_high"),
+        )
 
 
 @info(
@@ -156,8 +167,13 @@ def deadband_reaches_alarm(context: Dl06Context) -> Iterator[Finding]:
         for name, distance in _distances(view):
             if 0 < distance <= width:
                 scale = view.scales["pv"]
-                yield view.find("error", "deadband", value=view.shown("deadband"), alarm=name,
-                                limit=view.text(scale.span_value(distance), "pv", distance))  # fmt: skip
+                yield view.find(
+                    "error",
+                    "deadband",
+                    value=view.shown("deadband"),
+                    alarm=name,
+                    limit=view.text(scale.span_value(distance), "pv", distance),
+                )
                 break
 
 

@@ -23,16 +23,18 @@ FLAGS = DL06.at("PID Error Flags, V7642")
 FEATURES = DL06.at("PID Loop Feature Specifications")
 
 D10 = Decision(
-    10, "a table beyond V17777 is an error",
+    10,
+    "a table beyond V17777 is an error",
     "A loop table that begins in the upper range and ends past V17777 is refused, although no bit of V7642 shows it.",
     "Bit 3 only watches the boundary at V7577; memory ends at V17777, so the last loops would have no words.",
-)  # fmt: skip
+)
 D11 = Decision(
-    11, "loop tables do not belong into V7400 to V7577",
+    11,
+    "loop tables do not belong into V7400 to V7577",
     "A table that reaches into these words is allowed with a warning.",
     "They are kept in non-volatile memory with a limited number of writes, and each calculation writes bias and "
     "output.",
-)  # fmt: skip
+)
 
 TABLE = ("plc", "loop_table")
 COUNT = ("plc", "number_of_loops")
@@ -63,8 +65,11 @@ def loop_table_outside_lower_memory(context: Dl06Context) -> Iterator[Finding]:
     Fix: start the table between V1200 and V7340 (V2000 is the manual's example), or between V10000 and V17740.
     """
     if context.setup.flags & OUTSIDE_LOWER:
-        yield Finding(TABLE, {"start": v_name(context.setup.start), "allowed": between(CPU.lower),
-                              "upper": v_name(CPU.upper[0])}, plc_effect="V7642 bit 0")  # fmt: skip
+        yield Finding(
+            TABLE,
+            {"start": v_name(context.setup.start), "allowed": between(CPU.lower), "upper": v_name(CPU.upper[0])},
+            plc_effect="V7642 bit 0",
+        )
 
 
 @error("PID202", POINTER, "the loop table starts at {start}, outside {allowed}")
@@ -77,8 +82,9 @@ def loop_table_outside_upper_memory(context: Dl06Context) -> Iterator[Finding]:
     Fix: start the table between V10000 and V17740, low enough for all its loops (40 octal words each).
     """
     if context.setup.flags & OUTSIDE_UPPER:
-        yield Finding(TABLE, {"start": v_name(context.setup.start), "allowed": between(CPU.upper)},
-                      plc_effect="V7642 bit 1")  # fmt: skip
+        yield Finding(
+            TABLE, {"start": v_name(context.setup.start), "allowed": between(CPU.upper)}, plc_effect="V7642 bit 1"
+        )
 
 
 @error("PID203", FLAGS, "V7641 would hold {count} loops; the {cpu} calculates at most {limit}")
@@ -91,8 +97,11 @@ def more_loops_than_the_cpu_has(context: Dl06Context) -> Iterator[Finding]:
     """
     if context.setup.flags & TOO_MANY:
         written = context.config.plc.number_of_loops is not None
-        yield Finding(COUNT if written else ("loops", CPU.loops), {"count": context.count, "cpu": CPU.title,
-                      "limit": CPU.loops}, plc_effect="V7642 bit 2")  # fmt: skip
+        yield Finding(
+            COUNT if written else ("loops", CPU.loops),
+            {"count": context.count, "cpu": CPU.title, "limit": CPU.loops},
+            plc_effect="V7642 bit 2",
+        )
 
 
 @error("PID204", FLAGS, "the loop table of {loops} occupies {words}, past the boundary at {limit}")
@@ -109,12 +118,21 @@ def loop_table_crosses_the_boundary(context: Dl06Context) -> Iterator[Finding]:
         words = (
             between(context.counted) if context.setup.count <= CPU.loops else f"words from {v_name(context.table[0])}"
         )
-        yield Finding(TABLE, {"loops": loops_text(context.setup.count), "words": words,
-                              "limit": v_name(CPU.lower_end)}, plc_effect="V7642 bit 3")  # fmt: skip
+        yield Finding(
+            TABLE,
+            {"loops": loops_text(context.setup.count), "words": words, "limit": v_name(CPU.lower_end)},
+            plc_effect="V7642 bit 3",
+        )
     elif CPU.lower[0] <= context.table[0] <= CPU.lower[1] and context.table[1] > CPU.lower_end:
-        yield Finding(TABLE, {"loops": f"the {len(context.loops)} listed loops", "words": between(context.table),
-                              "limit": v_name(CPU.lower_end)},
-                      plc_effect="not shown in V7642, which counts the loops of V7641")  # fmt: skip
+        yield Finding(
+            TABLE,
+            {
+                "loops": f"the {len(context.loops)} listed loops",
+                "words": between(context.table),
+                "limit": v_name(CPU.lower_end),
+            },
+            plc_effect="not shown in V7642, which counts the loops of V7641",
+        )
 
 
 @error("PID205", D10, "the loop table of {loops} occupies {words}, but memory ends at {limit}")
@@ -128,8 +146,11 @@ def loop_table_beyond_memory(context: Dl06Context) -> Iterator[Finding]:
     """
     start, last = max(context.counted, context.table)
     if CPU.upper[0] <= start <= CPU.upper[1] and last > CPU.upper_end:
-        yield Finding(TABLE, {"loops": loops_text(context.setup.count), "words": between((start, last)),
-                              "limit": v_name(CPU.upper_end)}, plc_effect="not shown in V7642")  # fmt: skip
+        yield Finding(
+            TABLE,
+            {"loops": loops_text(context.setup.count), "words": between((start, last)), "limit": v_name(CPU.upper_end)},
+            plc_effect="not shown in V7642",
+        )
 
 
 @warning("PID206", D11, "the loop table of {loops} occupies {words} and reaches into the non-volatile words {limit}")
@@ -144,8 +165,9 @@ def loop_table_in_non_volatile_memory(context: Dl06Context) -> Iterator[Finding]
     start, last = context.counted
     low, high = CPU.non_volatile
     if not context.setup.flags and start <= high and last >= low:
-        yield finding(*TABLE, loops=loops_text(context.setup.count), words=between((start, last)),
-                      limit=between(CPU.non_volatile))  # fmt: skip
+        yield finding(
+            *TABLE, loops=loops_text(context.setup.count), words=between((start, last)), limit=between(CPU.non_volatile)
+        )
 
 
 @warning("PID207", POINTER, "V7641 would hold {count}, but {listed} are listed: {names} would never be calculated")
@@ -214,5 +236,6 @@ def sample_rate_too_fast_for_loop_count(context: Dl06Context) -> Iterator[Findin
         return
     for view in context.loops:
         if Decimal(CPU.fast_rate) <= view.loop.sample_rate < limit:
-            yield view.find("sample_rate", value=decimal_text(view.loop.sample_rate), loops=loops_text(context.count),
-                            limit=limit)  # fmt: skip
+            yield view.find(
+                "sample_rate", value=decimal_text(view.loop.sample_rate), loops=loops_text(context.count), limit=limit
+            )

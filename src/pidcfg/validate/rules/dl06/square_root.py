@@ -17,9 +17,11 @@ if TYPE_CHECKING:
 ROOT = DL06.at("Process Variable (PV) Configuration, IMPORTANT")
 
 D17 = Decision(
-    17, "the root of a negative PV is 0", "With square-root extract a negative PV counts as 0.",
+    17,
+    "the root of a negative PV is 0",
+    "With square-root extract a negative PV counts as 0.",
     "A differential-pressure signal is not negative, and the manual says nothing about one.",
-)  # fmt: skip
+)
 
 
 @per_loop
@@ -67,8 +69,16 @@ def square_root_alarm_scale(view: LoopView) -> Iterator[Finding]:
     texts = {key: (f"{100 * share**0.5:.0f}", f"{100 * share:.0f}") for key, share in shares.items()}
     for key in list(texts)[:1]:
         more = [f"{other} at {flow} %, not {percent} %" for other, (flow, percent) in texts.items() if other != key]
-        yield view.find("alarms", "pv", key, alarm=key, value=view.shown(f"pv_{key}"), flow=texts[key][0],
-                        percent=texts[key][1], others="".join(f"; {text}" for text in more))  # fmt: skip
+        yield view.find(
+            "alarms",
+            "pv",
+            key,
+            alarm=key,
+            value=view.shown(f"pv_{key}"),
+            flow=texts[key][0],
+            percent=texts[key][1],
+            others="".join(f"; {text}" for text in more),
+        )
 
 
 @per_loop

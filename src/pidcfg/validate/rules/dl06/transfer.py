@@ -76,8 +76,13 @@ def transfer_source_outside_memory(view: LoopView) -> Iterator[Finding]:
     if transfer is None or transfer.address is None:
         return
     if not any(low <= transfer.address <= high for low, high in CPU.transfer_sources):
-        yield view.find("pv", "transfer", "address", address=v_name(transfer.address),
-                        allowed=", ".join(between(ends) for ends in CPU.transfer_sources))  # fmt: skip
+        yield view.find(
+            "pv",
+            "transfer",
+            "address",
+            address=v_name(transfer.address),
+            allowed=", ".join(between(ends) for ends in CPU.transfer_sources),
+        )
 
 
 @per_loop
@@ -92,8 +97,9 @@ def output_transferred_to_memory(view: LoopView) -> Iterator[Finding]:
     """
     transfer = view.loop.output.transfer
     if transfer is not None and transfer.address is not None:
-        yield view.find("output", "transfer", "address", address=v_name(transfer.address),
-                        word=view.v("output_transfer"))  # fmt: skip
+        yield view.find(
+            "output", "transfer", "address", address=v_name(transfer.address), word=view.v("output_transfer")
+        )
 
 
 @error("PID292", SOURCES, "slot {slot}, channel {channel} is already the output of {other}")

@@ -24,17 +24,19 @@ DERIVATIVE_LIMIT = DL06.at("Derivative Gain Limiting")
 BIAS = DL06.at("Bias Term")
 
 D12 = Decision(
-    12, "gain 0 leaves the integral at gain 1",
+    12,
+    "gain 0 leaves the integral at gain 1",
     "With gain 0 the coefficients are Ki = Ts/Ti and Kr = Td/Ts.",
     "The manual says that gain 0 removes the proportional term for integral-only loops, yet prints Ki = Kc·Ts/Ti, "
     "which would be 0; the DL405 manual of the same family gives these coefficients.",
-)  # fmt: skip
+)
 D13 = Decision(
-    13, "a derivative beyond 20 times the gain wants a limit",
+    13,
+    "a derivative beyond 20 times the gain wants a limit",
     "A rate time of more than 20 samples with neither derivative gain limit nor PV filter is a warning.",
     "Td/Ts is the gain of the derivative term over the proportional one for a change within one sample; 20 is the "
     "largest limit that the CPU offers.",
-)  # fmt: skip
+)
 LARGEST_LIMIT = 20
 
 
@@ -58,8 +60,15 @@ def reset_has_two_readings(context: Dl06Context) -> Iterator[Finding]:
     found = [(view, digits) for view in context.loops if (digits := reset_digits(view)) is not None]
     if found:
         view, digits = found[0]
-        first = view.find("tuning", "reset", value=decimal_text(reset_value(view.loop)), unit=reset_unit(view),
-                          digits=f"{digits:04}", one=digits * RESET[1].step, two=digits * RESET[2].step)  # fmt: skip
+        first = view.find(
+            "tuning",
+            "reset",
+            value=decimal_text(reset_value(view.loop)),
+            unit=reset_unit(view),
+            digits=f"{digits:04}",
+            one=digits * RESET[1].step,
+            two=digits * RESET[2].step,
+        )
         yield once(first, [other.loop.name for other, _ in found[1:]])
 
 
@@ -159,8 +168,9 @@ def integral_faster_than_proportional(view: LoopView) -> Iterator[Finding]:
     """
     reset, sample = view.reset, view.loop.sample_rate
     if reset is not None and 0 < reset < sample and "reset" not in view.misfits:
-        yield view.find("tuning", "reset", reset=decimal_text(reset), sample=decimal_text(sample),
-                        times=f"{sample / reset:.1f}")  # fmt: skip
+        yield view.find(
+            "tuning", "reset", reset=decimal_text(reset), sample=decimal_text(sample), times=f"{sample / reset:.1f}"
+        )
 
 
 @per_loop
@@ -219,5 +229,11 @@ def derivative_without_limit_or_filter(view: LoopView) -> Iterator[Finding]:
         times = loop.tuning.rate / sample
         spans = Decimal(view.scales["output"].format.span) / view.scales["pv"].format.span
         counts = times * (loop.tuning.gain or 1) * spans
-        yield view.find("tuning", "rate", rate=decimal_text(loop.tuning.rate), times=f"{times:.4g}",
-                        sample=decimal_text(sample), counts=f"{counts:.0f}")  # fmt: skip
+        yield view.find(
+            "tuning",
+            "rate",
+            rate=decimal_text(loop.tuning.rate),
+            times=f"{times:.4g}",
+            sample=decimal_text(sample),
+            counts=f"{counts:.0f}",
+        )

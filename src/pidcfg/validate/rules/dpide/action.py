@@ -16,13 +16,14 @@ if TYPE_CHECKING:
     from pidcfg.validate.rules.dpide.context import LoopView
 
 D261 = Decision(
-    261, "words of heating and cooling tell the direction that is meant",
+    261,
+    "words of heating and cooling tell the direction that is meant",
     "PID_DIR FALSE in a loop whose name or description speaks of heating, and TRUE in one that speaks of cooling, are "
     "a warning. Words of both kinds, of an exhaust, or of an actuator that works the other way round are none, nor is "
     "a PV whose unit is not one of temperature.",
     "The manual's forward is heating; other manuals call forward what cools. Swapping it is the likeliest mistake, and "
     "a heater that runs away its result.",
-)  # fmt: skip
+)
 CHOICES = {
     "PID_DIR": ("FALSE: E = PV - SV, MV rises while PV is above SV, as for cooling", "heating needs TRUE"),
     "PID_EQ": ("FALSE: Ti_Ki is a gain in 1/s", "an integral time needs TRUE"),

@@ -16,11 +16,12 @@ if TYPE_CHECKING:
     from pidcfg.validate.rules.dpide.context import LoopView
 
 D262 = Decision(
-    262, "a CYCLE below 10 ms is a warning in a cyclic task",
+    262,
+    "a CYCLE below 10 ms is a warning in a cyclic task",
     "The warning says that a bare number is ms. An interrupt task may be as fast as it likes.",
     "The instruction is only calculated when it is scanned, and a scan takes some ms; `CYCLE: 1` is likelier a second "
     "than a millisecond.",
-)  # fmt: skip
+)
 SHORT_CYCLE = 10
 
 

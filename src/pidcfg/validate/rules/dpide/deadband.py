@@ -46,8 +46,7 @@ def dead_band_covers_range(view: LoopView) -> Iterator[Finding]:
     """
     span, found = view.loop.pv.range, view.held("ERR_DBW", "SV")
     if span is not None and found and abs(found[0]) >= max(found[1] - span[0], span[1] - found[1]):
-        yield view.find("ERR_DBW", value=number_text(abs(found[0])), low=number_text(span[0]),
-                        high=view.pv(span[1]))  # fmt: skip
+        yield view.find("ERR_DBW", value=number_text(abs(found[0])), low=number_text(span[0]), high=view.pv(span[1]))
 
 
 @per_loop

@@ -18,11 +18,12 @@ if TYPE_CHECKING:
     from pidcfg.validate.rules.dpide.context import LoopView
 
 D260 = Decision(
-    260, "a derivative of more than 20 cycles needs smoothing",
+    260,
+    "a derivative of more than 20 cycles needs smoothing",
     "Without Tf, a derivative time of more than 20 sampling times is a warning.",
     "A step of the PV of one unit is then a step of the output of more than 20 times the proportional gain for one "
     "cycle; controllers that limit the derivative limit it to 8 to 20 times.",
-)  # fmt: skip
+)
 MOST = Decimal(20)
 
 
@@ -50,8 +51,9 @@ def derivative_unsmoothed(view: LoopView) -> Iterator[Finding]:
         return
     ratio = view.times[1] / view.cycle
     if ratio > MOST:
-        yield view.find("Td_Kd", time=number_text(view.times[1]), ratio=number_text(ratio),
-                        cycle=number_text(view.cycle))  # fmt: skip
+        yield view.find(
+            "Td_Kd", time=number_text(view.times[1]), ratio=number_text(ratio), cycle=number_text(view.cycle)
+        )
 
 
 @per_loop

@@ -17,7 +17,8 @@ if TYPE_CHECKING:
     from pidcfg.validate.rules.dpide.context import DpideContext, LoopView
 
 D258 = Decision(
-    258, "operands may share a device when they can hold the same",
+    258,
+    "operands may share a device when they can hold the same",
     "Inputs of one type and value may stand in one device, and the MV of one loop in the SV, BIAS or MOUT of another. "
     "What an instruction writes is in no other operand's device beyond that: MV, the MOUT that follows it (MOUT_AUTO "
     "TRUE or with a device), and what an autotune writes (PID_MODE 1 or with a device). A MOUT in the device of its "
@@ -25,7 +26,7 @@ D258 = Decision(
     "an error.",
     "One start bit for several loops, and a cascade by one register, are what devices are for. The gains that one "
     "loop's autotune finds are another loop's only by mistake.",
-)  # fmt: skip
+)
 
 
 class Held(NamedTuple):
@@ -74,8 +75,13 @@ def device_beyond_bank(context: DpideContext) -> Iterator[Finding]:
     for item in held(context):
         place = item.place
         if place.bank == "D" and place.last > LAST_REGISTER:
-            yield item.view.find(*item.path, operand=item.operand, place=place, last=LAST_REGISTER,
-                                 latest=LAST_REGISTER - (place.last - place.first))  # fmt: skip
+            yield item.view.find(
+                *item.path,
+                operand=item.operand,
+                place=place,
+                last=LAST_REGISTER,
+                latest=LAST_REGISTER - (place.last - place.first),
+            )
 
 
 @error("PID702", REMARKS, "{mine} at {place} overlaps {other} at {other_place}")
@@ -90,8 +96,9 @@ def integral_block_overlaps(context: DpideContext) -> Iterator[Finding]:
     """
     for first, second in overlapping(context):
         if "I_MV" in {first.operand, second.operand}:
-            yield second.view.find(*second.path, mine=second.name, place=second.place, other=first.name,
-                                   other_place=first.place)  # fmt: skip
+            yield second.view.find(
+                *second.path, mine=second.name, place=second.place, other=first.name, other_place=first.place
+            )
 
 
 @error("PID703", D258, "{mine} at {place} and {other} at {other_place} {reason}")
@@ -108,8 +115,14 @@ def devices_collide(context: DpideContext) -> Iterator[Finding]:
     for first, second in overlapping(context):
         reason = None if "I_MV" in {first.operand, second.operand} else conflict(first, second)
         if reason is not None:
-            yield second.view.find(*second.path, mine=second.name, place=second.place, other=first.name,
-                                   other_place=first.place, reason=reason)  # fmt: skip
+            yield second.view.find(
+                *second.path,
+                mine=second.name,
+                place=second.place,
+                other=first.name,
+                other_place=first.place,
+                reason=reason,
+            )
 
 
 def conflict(first: Held, second: Held) -> str | None:

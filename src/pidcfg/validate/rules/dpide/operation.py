@@ -18,11 +18,12 @@ if TYPE_CHECKING:
 MODES = range(3)
 AUTOTUNE = 1
 D259 = Decision(
-    259, "an operand without a device is a number in the program",
+    259,
+    "an operand without a device is a number in the program",
     "PID_MODE 1 without `devices.PID_MODE` is an error, tuned coefficients without devices a warning; PID_RUN "
     "FALSE and PID_MAN TRUE without devices are warnings.",
     "A number in the program cannot change: neither the autotune's end nor an operator can write it.",
-)  # fmt: skip
+)
 
 
 @per_loop

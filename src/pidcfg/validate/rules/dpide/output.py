@@ -60,8 +60,13 @@ def manual_output_outside_limits(view: LoopView) -> Iterator[Finding]:
     if found and limits and told and not limits[0] <= found[0] <= limits[1]:
         low, high = limits
         place = "MOUT" if view.gives("MOUT") else "PID_MAN"
-        yield view.find(place, mout=number_text(found[0]), low=number_text(low), high=number_text(high),
-                        used=view.mv(min(max(found[0], low), high)))  # fmt: skip
+        yield view.find(
+            place,
+            mout=number_text(found[0]),
+            low=number_text(low),
+            high=number_text(high),
+            used=view.mv(min(max(found[0], low), high)),
+        )
 
 
 @per_loop
@@ -79,8 +84,7 @@ def feed_forward_outside_limits(view: LoopView) -> Iterator[Finding]:
     """
     found, limits = view.held("BIAS"), view.limits
     if found and limits and view.gives("BIAS") and not limits[0] <= found[0] <= limits[1]:
-        yield view.find("BIAS", bias=number_text(found[0]), low=number_text(limits[0]),
-                        high=number_text(limits[1]))  # fmt: skip
+        yield view.find("BIAS", bias=number_text(found[0]), low=number_text(limits[0]), high=number_text(limits[1]))
 
 
 @per_loop
@@ -96,8 +100,9 @@ def limits_beyond_output(view: LoopView) -> Iterator[Finding]:
     for name in ("MV_MAX", "MV_MIN"):
         found = view.held(name)
         if span is not None and found and not span[0] <= found[0] <= span[1]:
-            yield view.find(name, operand=name, limit=number_text(found[0]), low=number_text(span[0]),
-                            high=view.mv(span[1]))  # fmt: skip
+            yield view.find(
+                name, operand=name, limit=number_text(found[0]), low=number_text(span[0]), high=view.mv(span[1])
+            )
 
 
 @per_loop

@@ -21,8 +21,12 @@ if TYPE_CHECKING:
 FORMULAS = DPIDE.at("The PID algorithm")
 DIAGRAM = DPIDE.at("PID Block Diagram")
 COEFFICIENTS = ("Kc_Kp", "Ti_Ki", "Td_Kd", "Tf")
-EFFECTS = {"Kc_Kp": "no proportional term", "Ti_Ki": "no integral term", "Td_Kd": "no derivative term",
-           "Tf": "no smoothing"}  # fmt: skip
+EFFECTS = {
+    "Kc_Kp": "no proportional term",
+    "Ti_Ki": "no integral term",
+    "Td_Kd": "no derivative term",
+    "Tf": "no smoothing",
+}
 
 
 def is_dead(view: LoopView) -> bool:

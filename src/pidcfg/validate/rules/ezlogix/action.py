@@ -17,13 +17,14 @@ if TYPE_CHECKING:
 ACTION = EZLOGIX.at("Controller Action")
 
 D183 = Decision(
-    183, "words of heating and cooling tell the action that is meant",
+    183,
+    "words of heating and cooling tell the action that is meant",
     "A direct-acting loop whose name or description speaks of heating, and a reverse-acting one that speaks of "
     "cooling, are a warning. Words of both kinds, of an exhaust, or of an actuator that works the other way round are "
     "none, nor is a PV whose unit is not one of temperature.",
     "The action stands in no register, and the word is the opposite of the process's action, by which other "
     "controllers name it: swapping it is the likeliest mistake, and a heater that runs away its result.",
-)  # fmt: skip
+)
 MEANING = {
     "direct": ("heating", "CV rises as PV rises", "reverse"),
     "reverse": ("cooling", "CV falls as PV rises", "direct"),

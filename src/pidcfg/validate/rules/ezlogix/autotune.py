@@ -20,12 +20,13 @@ TYPE = EZLOGIX.at("Tuning Type")
 STEP = EZLOGIX.at("Autotune Setup")
 
 D190 = Decision(
-    190, "an autotune needs 40 samples and the integral time",
+    190,
+    "an autotune needs 40 samples and the integral time",
     "A timeout below 40 sample rates is a warning, one below the integral time an info.",
     "The manual wants it chosen by the dynamics of the process. The noise, the dead time and the slope of the answer "
     "are read from samples; by the rules of Ziegler and Nichols the integral time is two to three dead times, and the "
     "answer to a step lasts longer than that.",
-)  # fmt: skip
+)
 SAMPLES = 40
 TENTH = 410
 """Counts of the step: 10 % of the CV."""
@@ -109,5 +110,11 @@ def autotune_step_impossible(view: LoopView) -> Iterator[Finding]:
     """
     limits = view.cv_limits
     if limits is not None and limits[0] + TENTH > limits[1] and not looks_like_percent(view):
-        yield view.find("output", "limits", plc_effect="autotune status 5", low=view.cv(limits[0]),
-                        high=view.cv(limits[1]), step=TENTH)  # fmt: skip
+        yield view.find(
+            "output",
+            "limits",
+            plc_effect="autotune status 5",
+            low=view.cv(limits[0]),
+            high=view.cv(limits[1]),
+            step=TENTH,
+        )

@@ -39,8 +39,14 @@ def block_beyond_bank(view: LoopView) -> Iterator[Finding]:
     for extent in view.extents:
         last = LAST[extent.prefix]
         if extent.last > last:
-            yield view.find(extent.key, block=extent.key, extent=extent, prefix=extent.prefix, last=last,
-                            latest=last - (extent.last - extent.first))  # fmt: skip
+            yield view.find(
+                extent.key,
+                block=extent.key,
+                extent=extent,
+                prefix=extent.prefix,
+                last=last,
+                latest=last - (extent.last - extent.first),
+            )
 
 
 @error("PID402", BLOCK, "{block} {extent} of {loop} overlaps {other_extent} of {other}")
@@ -53,8 +59,9 @@ def blocks_overlap(context: EzlogixContext) -> Iterator[Finding]:
     Fix: leave 32 registers and 8 discretes to every loop.
     """
     for second, mine, first, theirs in overlaps(context.loops):
-        yield second.find(mine.key, block=mine.key, extent=mine, loop=second.loop.name, other_extent=theirs,
-                          other=first.loop.name)  # fmt: skip
+        yield second.find(
+            mine.key, block=mine.key, extent=mine, loop=second.loop.name, other_extent=theirs, other=first.loop.name
+        )
 
 
 @error("PID403", COUNT, "loop {number} of {count}: an EZLogix PLC calculates at most {limit} loops")

@@ -167,9 +167,14 @@ class EzlogixContext:
         if number is None:
             return None
         return next(
-            ((view, number - first) for view in self.loops
-             for _, _, first, last in view.extents[:1] if first <= number <= last), None
-        )  # fmt: skip
+            (
+                (view, number - first)
+                for view in self.loops
+                for _, _, first, last in view.extents[:1]
+                if first <= number <= last
+            ),
+            None,
+        )
 
     def inner(self, view: LoopView) -> LoopView | None:
         """The loop whose set point register is this loop's CV tag."""

@@ -23,17 +23,19 @@ SAMPLE_RATE = EZLOGIX.at("Sample Rate")
 OFFSET = EZLOGIX.at("CV Offset")
 
 D184 = Decision(
-    184, "times shorter than the sample rate",
+    184,
+    "times shorter than the sample rate",
     "An integral time below the sample rate is a warning, a derivative time below it an info; both at 0.3 s, the "
     "dialog's defaults, are a warning of their own.",
     "Ts/Ti above 1 adds more than the whole error at each calculation, which the manual does not forbid; Td/Ts below 1 "
     "is less than the proportional term. No process wants both times alike.",
-)  # fmt: skip
+)
 D185 = Decision(
-    185, "a derivative that turns one count into 10 % of the CV is a warning",
+    185,
+    "a derivative that turns one count into 10 % of the CV is a warning",
     "Kp times Td/Ts above 410 counts of the CV for a count of the PV.",
     "The last count of a converter flickers, and there is no filter and no limit of the derivative gain.",
-)  # fmt: skip
+)
 DEFAULT_TIME = Decimal("0.3")
 """Integral and derivative time of the dialog, in s."""
 TENTH = 410
@@ -156,8 +158,13 @@ def integral_time_below_sample_rate(view: LoopView) -> Iterator[Finding]:
     """
     times = view.holds("integral_time", "sample_rate")
     if times and 0 < times[0] < times[1] and not at_defaults(view):
-        yield view.find("tuning", "integral_time", integral=decimal_text(times[0]), sample=decimal_text(times[1]),
-                        times=f"{times[1] / times[0]:.3g}")  # fmt: skip
+        yield view.find(
+            "tuning",
+            "integral_time",
+            integral=decimal_text(times[0]),
+            sample=decimal_text(times[1]),
+            times=f"{times[1] / times[0]:.3g}",
+        )
 
 
 @per_loop
@@ -177,8 +184,13 @@ def derivative_time_below_sample_rate(view: LoopView) -> Iterator[Finding]:
     """
     times = view.holds("derivative_time", "sample_rate")
     if times and 0 < times[0] < times[1] and not at_defaults(view):
-        yield view.find("tuning", "derivative_time", derivative=decimal_text(times[0]),
-                        sample=decimal_text(times[1]), times=f"{float(times[0] / times[1]):.4g}")  # fmt: skip
+        yield view.find(
+            "tuning",
+            "derivative_time",
+            derivative=decimal_text(times[0]),
+            sample=decimal_text(times[1]),
+            times=f"{float(times[0] / times[1]):.4g}",
+        )
 
 
 @per_loop
@@ -215,8 +227,14 @@ def derivative_amplifies_counts(view: LoopView) -> Iterator[Finding]:
         return
     counts = (found[0] or Decimal(1)) * found[1] / found[2]
     if counts > TENTH:
-        yield view.find("tuning", "derivative_time", counts=f"{counts:.0f}", gain=decimal_text(found[0]),
-                        derivative=decimal_text(found[1]), sample=decimal_text(found[2]))  # fmt: skip
+        yield view.find(
+            "tuning",
+            "derivative_time",
+            counts=f"{counts:.0f}",
+            gain=decimal_text(found[0]),
+            derivative=decimal_text(found[1]),
+            sample=decimal_text(found[2]),
+        )
 
 
 @per_loop

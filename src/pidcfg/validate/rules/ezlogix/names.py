@@ -17,11 +17,12 @@ if TYPE_CHECKING:
     from pidcfg.validate.rules.ezlogix.context import EzlogixContext
 
 D182 = Decision(
-    182, "what can be a tag",
+    182,
+    "what can be a tag",
     "A letter, then letters, digits and underscores; capital and small letters are one. Names that break this, or that "
     "two loops would share, are a warning: the tag list cannot be written, the loop itself works.",
     "The manual says what a tag's name tells, and not of which characters it may be.",
-)  # fmt: skip
+)
 
 
 @warning("PID411", D182, "{tag!r} is not usable as a tag: letters, digits and _ only, a letter first")

@@ -23,16 +23,18 @@ ANTI_WINDUP = EZLOGIX.at("Anti-Windup")
 OFFSET = EZLOGIX.at("CV Offset")
 
 D188 = Decision(
-    188, "anti-windup looks at 0 and 4095, not at the CV limits",
+    188,
+    "anti-windup looks at 0 and 4095, not at the CV limits",
     "Limits narrower than these are a warning where there is an integral term and anti-windup is on.",
     "The manual speaks of the saturated control value, and calls it saturated at 0 and at 4095. A CV that is held at a "
     "limit in between is neither.",
-)  # fmt: skip
+)
 D189 = Decision(
-    189, "an upper CV limit of 100 counts or less is a warning",
+    189,
+    "an upper CV limit of 100 counts or less is a warning",
     "It is taken for a percentage, unless the output has a range or the limit is written with the word counts.",
     "100 of 4095 counts are 2.4 %; other controllers limit their outputs in %.",
-)  # fmt: skip
+)
 PERCENT = 100
 
 

@@ -25,18 +25,20 @@ MIN_DUTY = EZLOGIX.at("Min Duty Cycle")
 MAX_DUTY = EZLOGIX.at("Max Duty Cycle")
 
 D191 = Decision(
-    191, "pulses below the minimum on time and gaps below the minimum off time are left out",
+    191,
+    "pulses below the minimum on time and gaps below the minimum off time are left out",
     "On-time is CV / 4096 of the cycle. Minimum times that leave no pulse, no gap, or neither in between are errors; "
     "those that undo a CV limit are warnings.",
     "The manual names the two times and does not explain them; the dialog's duty cycles divide by 4096.",
-)  # fmt: skip
+)
 D192 = Decision(
-    192, "how long a cycle should be",
+    192,
+    "how long a cycle should be",
     "A cycle longer than the integral time is a warning; one shorter than the sample rate, or than 10 s, is an info.",
     "Within a cycle the actuator is fully on and fully off, and the process of such a loop follows both. The manual "
     "wants cycles of electromechanical relays as long as possible and gives no figure: at 10 s one switches three "
     "million times a year.",
-)  # fmt: skip
+)
 SPARING = 10
 YEAR = 365 * 86400
 """Seconds."""
@@ -118,8 +120,14 @@ def minimum_times_exceed_cycle(context: EzlogixContext) -> Iterator[Finding]:
     """
     for view, p in pulses(context):
         if p.broken and not p.never_on and not p.never_off:
-            yield view.find("output", "pulse", "cycle_time", min_on=decimal_text(p.min_on),
-                            min_off=decimal_text(p.min_off), cycle=decimal_text(p.cycle))  # fmt: skip
+            yield view.find(
+                "output",
+                "pulse",
+                "cycle_time",
+                min_on=decimal_text(p.min_on),
+                min_off=decimal_text(p.min_off),
+                cycle=decimal_text(p.cycle),
+            )
 
 
 @error("PID467", D191, "the longest pulse is {longest} s, shorter than min_on {min_on} s: {tag} never switches on")
@@ -132,8 +140,14 @@ def output_never_on(context: EzlogixContext) -> Iterator[Finding]:
     """
     for view, p in pulses(context):
         if p.never_on and view.loop.output.pulse is not None:
-            yield view.find("output", "pulse", "min_on", longest=seconds(p.on(p.high)), min_on=decimal_text(p.min_on),
-                            tag=view.loop.output.pulse.tag)  # fmt: skip
+            yield view.find(
+                "output",
+                "pulse",
+                "min_on",
+                longest=seconds(p.on(p.high)),
+                min_on=decimal_text(p.min_on),
+                tag=view.loop.output.pulse.tag,
+            )
 
 
 @error("PID468", D191, "the longest gap is {longest} s, shorter than min_off {min_off} s: {tag} never switches off")
@@ -147,8 +161,14 @@ def output_always_on(context: EzlogixContext) -> Iterator[Finding]:
     """
     for view, p in pulses(context):
         if p.never_off and view.loop.output.pulse is not None:
-            yield view.find("output", "pulse", "min_off", longest=seconds(p.cycle - p.on(p.low)),
-                            min_off=decimal_text(p.min_off), tag=view.loop.output.pulse.tag)  # fmt: skip
+            yield view.find(
+                "output",
+                "pulse",
+                "min_off",
+                longest=seconds(p.cycle - p.on(p.low)),
+                min_off=decimal_text(p.min_off),
+                tag=view.loop.output.pulse.tag,
+            )
 
 
 @warning(
@@ -166,8 +186,9 @@ def low_limit_pulse_left_out(context: EzlogixContext) -> Iterator[Finding]:
     """
     for view, p in pulses(context):
         if p.low > 0 and not p.broken and not p.pulsed(p.low):
-            yield view.find("output", "pulse", "min_on", low=view.cv(p.low), on=seconds(p.on(p.low)),
-                            min_on=decimal_text(p.min_on))  # fmt: skip
+            yield view.find(
+                "output", "pulse", "min_on", low=view.cv(p.low), on=seconds(p.on(p.low)), min_on=decimal_text(p.min_on)
+            )
 
 
 @warning(
@@ -185,8 +206,14 @@ def high_limit_gap_left_out(context: EzlogixContext) -> Iterator[Finding]:
     """
     for view, p in pulses(context):
         if p.high < CV_FULL and not p.broken and p.full(p.high):
-            yield view.find("output", "pulse", "min_off", high=view.cv(p.high), off=seconds(p.cycle - p.on(p.high)),
-                            min_off=decimal_text(p.min_off))  # fmt: skip
+            yield view.find(
+                "output",
+                "pulse",
+                "min_off",
+                high=view.cv(p.high),
+                off=seconds(p.cycle - p.on(p.high)),
+                min_off=decimal_text(p.min_off),
+            )
 
 
 @info("PID471", D192, "the cycle is {cycle} s, and the CV changes every {sample} s: equal pulses in between")
@@ -221,8 +248,9 @@ def cycle_beyond_integral_time(context: EzlogixContext) -> Iterator[Finding]:
         integral, sample = view.held("integral_time"), view.held("sample_rate")
         slow = integral and sample is not None and sample <= integral and not at_defaults(view)
         if slow and integral and p.cycle > integral:
-            yield view.find("output", "pulse", "cycle_time", cycle=decimal_text(p.cycle),
-                            integral=decimal_text(integral))  # fmt: skip
+            yield view.find(
+                "output", "pulse", "cycle_time", cycle=decimal_text(p.cycle), integral=decimal_text(integral)
+            )
 
 
 @info("PID473", D192, "a cycle of {cycle} s is up to {times} million pulses a year: for solid-state outputs only")

@@ -21,12 +21,13 @@ MUCH = 2
 """From how many times as many counts of the PV as of the CV on they are worth a word."""
 
 D187 = Decision(
-    187, "the root is that of the register",
+    187,
+    "the root is that of the register",
     "With the square root, `pv.counts` that do not begin at 0 are an error, and a range that does not begin at 0 is a "
     "warning.",
     "The manual takes the root of the PV as it stands; no flow gives 819 counts of a 4 to 20 mA signal, whose root is "
     "29 of 64. A root is in proportion to the flow only where no signal is no flow.",
-)  # fmt: skip
+)
 
 
 @per_loop

@@ -18,12 +18,13 @@ LIMITS = EZLOGIX.at("PID Limits")
 SETPOINT = EZLOGIX.at("Setpoint")
 
 D186 = Decision(
-    186, "a deadband of more than a tenth of the PV's span is a warning",
+    186,
+    "a deadband of more than a tenth of the PV's span is a warning",
     "It is an error when no PV is that far from the set point. A deadband of one count or less of an integer error is "
     "an info: it changes nothing.",
     "The manual gives no bounds. An error below the deadband counts as zero, and errors are whole counts; those of a "
     "square-root loop are not.",
-)  # fmt: skip
+)
 WIDE = 10
 """Parts of the span that a deadband may be one of."""
 
@@ -94,8 +95,15 @@ def set_point_outside_limits(view: LoopView) -> Iterator[Finding]:
     if view.loop.setpoint.value is None or value is None or kept in {None, value} or pinned(view):
         return
     side, end = ("below", "low") if value < (kept or 0) else ("above", "high")
-    yield view.find("setpoint", "value", value=view.pv(value), side=side, end=end, limit=view.pv(kept or 0),
-                    register=view.register("setpoint"))  # fmt: skip
+    yield view.find(
+        "setpoint",
+        "value",
+        value=view.pv(value),
+        side=side,
+        end=end,
+        limit=view.pv(kept or 0),
+        register=view.register("setpoint"),
+    )
 
 
 @warning(
@@ -139,8 +147,11 @@ def deadband_wide(view: LoopView) -> Iterator[Finding]:
         yield Finding(("loops", view.index, "deadband"), values, severity=Severity.ERROR)
     elif deadband * WIDE > scale.top - scale.zero:
         share = f"{100 * deadband / (scale.top - scale.zero):.0f}"
-        yield view.find("deadband", deadband=view.pv_distance(deadband),
-                        consequence=f"errors of up to {share} % of the PV's span are not corrected")  # fmt: skip
+        yield view.find(
+            "deadband",
+            deadband=view.pv_distance(deadband),
+            consequence=f"errors of up to {share} % of the PV's span are not corrected",
+        )
 
 
 @per_loop

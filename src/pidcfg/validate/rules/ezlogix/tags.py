@@ -22,18 +22,20 @@ STOPPED = EZLOGIX.at("Process PID when PLC is Stopped")
 BASE = EZLOGIX.at("Base Register Tag")
 
 D180 = Decision(
-    180, "a CV in another loop's set point register is a cascade",
+    180,
+    "a CV in another loop's set point register is a cascade",
     "A CV tag in any other register of a block is an error; in the set point register of another loop it is an info, "
     "and a warning when the CV's limits go beyond that set point's.",
     "Blocks hold what a loop runs by, and the manual lets any R register be a CV tag. Beyond the inner limits the set "
     "point stands still while the outer loop, whose CV is neither 0 nor 4095, goes on integrating.",
-)  # fmt: skip
+)
 D181 = Decision(
-    181, "loops with one PV",
+    181,
+    "loops with one PV",
     "Two loops may read one tag: a heating and a cooling loop do. They are a warning when the heating set point is "
     "above the cooling one, and an info when both act in the same direction.",
     "The manual does not say. Between crossed set points both outputs are on and work against each other.",
-)  # fmt: skip
+)
 NAMES = {offset: name for name, offset in PLACES.items()}
 
 
@@ -53,8 +55,15 @@ def tag_in_register_block(context: EzlogixContext) -> Iterator[Finding]:
             if found is None or (what == "CV" and context.inner(view) is not None):
                 continue
             consequence = "the loop overwrites it" if what == "CV" else "it is no measurement"
-            yield view.find(place, "tag", what=what, tag=tag, register=NAMES[found[1]], owner=found[0].loop.name,
-                            consequence=consequence)  # fmt: skip
+            yield view.find(
+                place,
+                "tag",
+                what=what,
+                tag=tag,
+                register=NAMES[found[1]],
+                owner=found[0].loop.name,
+                consequence=consequence,
+            )
 
 
 @info(
@@ -80,8 +89,14 @@ def cv_writes_set_point(context: EzlogixContext) -> Iterator[Finding]:
         cv, sp = view.cv_limits, inner.setpoint_limits
         if cv is not None and sp is not None:
             beyond = cv[0] < sp[0] or cv[1] > sp[1]
-            values = {"tag": view.loop.output.tag, "inner": inner.loop.name, "low": cv[0], "high": cv[1],
-                      "inner_low": sp[0], "inner_high": sp[1]}  # fmt: skip
+            values = {
+                "tag": view.loop.output.tag,
+                "inner": inner.loop.name,
+                "low": cv[0],
+                "high": cv[1],
+                "inner_low": sp[0],
+                "inner_high": sp[1],
+            }
             yield Finding(("loops", view.index, "output", "tag"), values, severity=Severity.WARNING if beyond else None)
 
 
@@ -163,8 +178,15 @@ def set_points_crossed(context: EzlogixContext) -> Iterator[Finding]:
         if same_scale and heating.setpoint is not None and cooling.setpoint is not None:
             high, low = heating.setpoint, cooling.setpoint
             if high > low:
-                yield second.find("setpoint", "value", tag=second.loop.pv.tag, heating=heating.loop.name,
-                                  cooling=cooling.loop.name, high=high, low=low)  # fmt: skip
+                yield second.find(
+                    "setpoint",
+                    "value",
+                    tag=second.loop.pv.tag,
+                    heating=heating.loop.name,
+                    cooling=cooling.loop.name,
+                    high=high,
+                    low=low,
+                )
 
 
 def logical(context: EzlogixContext, tag: str) -> bool:

@@ -46,8 +46,9 @@ def alarm_points_out_of_order(view: LoopView) -> Iterator[Finding]:
     """
     for (lower, below), (upper, above) in pairwise(given(view.loop.alarms.pv, POINTS)):
         if above <= below:
-            found = view.find("alarms", "pv", upper, upper=upper, above=view.pv(above), lower=lower,
-                              below=view.pv(below))  # fmt: skip
+            found = view.find(
+                "alarms", "pv", upper, upper=upper, above=view.pv(above), lower=lower, below=view.pv(below)
+            )
             yield replace(found, severity=severity_of(above, below))
 
 
@@ -78,5 +79,6 @@ def alarm_point_outside_range(view: LoopView) -> Iterator[Finding]:
     span = view.loop.pv.range
     for name, value in given(view.loop.alarms.pv, POINTS):
         if outside(value, span):
-            yield view.find("alarms", "pv", name, name=name, value=view.pv(value), low=number_text(span[0]),
-                            high=view.pv(span[1]))  # fmt: skip
+            yield view.find(
+                "alarms", "pv", name, name=name, value=view.pv(value), low=number_text(span[0]), high=view.pv(span[1])
+            )

@@ -102,5 +102,12 @@ def cascade_scales_differ(context: NeutralContext) -> Iterator[Finding]:
             continue
         theirs, own = master.loop.output.range, view.loop.pv.range
         if theirs != own:
-            yield view.find("setpoint", "source", master=master.loop.name, low=theirs[0], high=master.out(theirs[1]),
-                            own_low=own[0], own_high=view.pv(own[1]))  # fmt: skip
+            yield view.find(
+                "setpoint",
+                "source",
+                master=master.loop.name,
+                low=theirs[0],
+                high=master.out(theirs[1]),
+                own_low=own[0],
+                own_high=view.pv(own[1]),
+            )

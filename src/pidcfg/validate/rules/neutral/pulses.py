@@ -47,8 +47,9 @@ def pulse_period_below_sample_time(context: NeutralContext) -> Iterator[Finding]
     """
     for view, pulse in pulsed(context):
         if 0 < pulse.period < view.loop.sample_time:
-            yield view.find("output", "pulse", "period", period=number_text(pulse.period),
-                            sample=number_text(view.loop.sample_time))  # fmt: skip
+            yield view.find(
+                "output", "pulse", "period", period=number_text(pulse.period), sample=number_text(view.loop.sample_time)
+            )
 
 
 @error("PID843", D303, "min_on {on} s and min_off {off} s together do not fit into the period, {period} s")
@@ -61,5 +62,11 @@ def pulse_without_room(context: NeutralContext) -> Iterator[Finding]:
     """
     for view, pulse in pulsed(context):
         if pulse.period and pulse.min_on + pulse.min_off > pulse.period:
-            yield view.find("output", "pulse", "period", on=number_text(pulse.min_on), off=number_text(pulse.min_off),
-                            period=number_text(pulse.period))  # fmt: skip
+            yield view.find(
+                "output",
+                "pulse",
+                "period",
+                on=number_text(pulse.min_on),
+                off=number_text(pulse.min_off),
+                period=number_text(pulse.period),
+            )

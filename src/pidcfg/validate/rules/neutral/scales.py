@@ -29,8 +29,9 @@ def output_limits_outside_range(view: LoopView) -> Iterator[Finding]:
     span = view.loop.output.range
     for i, end in enumerate(view.loop.output.limits or ()):
         if outside(end, span):
-            yield view.find("output", "limits", i, value=view.out(end), low=number_text(span[0]),
-                            high=view.out(span[1]))  # fmt: skip
+            yield view.find(
+                "output", "limits", i, value=view.out(end), low=number_text(span[0]), high=view.out(span[1])
+            )
 
 
 @per_loop
@@ -45,8 +46,9 @@ def set_point_limits_outside_range(view: LoopView) -> Iterator[Finding]:
     span = view.loop.pv.range
     for i, end in enumerate(view.loop.setpoint.limits or ()):
         if outside(end, span):
-            yield view.find("setpoint", "limits", i, value=view.pv(end), low=number_text(span[0]),
-                            high=view.pv(span[1]))  # fmt: skip
+            yield view.find(
+                "setpoint", "limits", i, value=view.pv(end), low=number_text(span[0]), high=view.pv(span[1])
+            )
 
 
 @per_loop
@@ -62,8 +64,9 @@ def set_point_out_of_reach(view: LoopView) -> Iterator[Finding]:
     value, limits = view.loop.setpoint.value, view.loop.setpoint.limits
     span, what = (view.loop.pv.range, "the PV's range") if limits is None else (limits, "its limits")
     if value is not None and outside(value, span):
-        yield view.find("setpoint", "value", value=view.pv(value), what=what, low=number_text(span[0]),
-                        high=view.pv(span[1]))  # fmt: skip
+        yield view.find(
+            "setpoint", "value", value=view.pv(value), what=what, low=number_text(span[0]), high=view.pv(span[1])
+        )
 
 
 @per_loop

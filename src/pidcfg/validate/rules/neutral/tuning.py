@@ -63,8 +63,12 @@ def derivative_longer_than_integral(view: LoopView) -> Iterator[Finding]:
     """
     tuning = view.loop.tuning
     if 0 < tuning.integral_time < tuning.derivative_time:
-        yield view.find("tuning", "derivative_time", derivative=number_text(tuning.derivative_time),
-                        integral=number_text(tuning.integral_time))  # fmt: skip
+        yield view.find(
+            "tuning",
+            "derivative_time",
+            derivative=number_text(tuning.derivative_time),
+            integral=number_text(tuning.integral_time),
+        )
 
 
 @per_loop

@@ -18,6 +18,18 @@ from pidcfg.validate.rules.nextopid import (
 )
 
 RULES = collect(
-    generic, wires, limits, wired, plants, times, forms, blocks, switching, autotune, cascade,
-    cascade_wires, cascade_ends, override,
-)  # fmt: skip
+    generic,
+    wires,
+    limits,
+    wired,
+    plants,
+    times,
+    forms,
+    blocks,
+    switching,
+    autotune,
+    cascade,
+    cascade_wires,
+    cascade_ends,
+    override,
+)

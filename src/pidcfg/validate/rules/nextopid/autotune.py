@@ -23,10 +23,11 @@ MODE = NEXTOPID.at("chapter 4: Mode")
 WHOLE = "PIDA_TUNE_INT"
 
 D217 = Decision(
-    217, "the peaks of an auto-tuning need room",
+    217,
+    "the peaks of an auto-tuning need room",
     "PercMaxPeakPV up to twice PercHystPV is a warning, and so is a step of an INT's MV that is not whole.",
     "PEAK_TOO_LOW is set below twice the hysteresis, PEAK_TOO_HIGH beyond PercMaxPeakPV; an INT has no half steps.",
-)  # fmt: skip
+)
 
 
 def tuning(context: NextopidContext) -> list[BlockView]:
@@ -91,8 +92,13 @@ def auto_tuning_step_beyond_limits(context: NextopidContext) -> Iterator[Finding
         start = min(max(start, mv[0]), mv[1])
         for target, limit, bit in ((start - step, "MinMV", "LOW"), (start + step, "MaxMV", "HIGH")):
             if target < mv[0] or target > mv[1]:
-                values = {"start": view.shown("ManualMV"), "target": number_text(target), "unit": view.unit("MV"),
-                          "limit": limit, "end": view.shown(limit)}  # fmt: skip
+                values = {
+                    "start": view.shown("ManualMV"),
+                    "target": number_text(target),
+                    "unit": view.unit("MV"),
+                    "limit": limit,
+                    "end": view.shown(limit),
+                }
                 place = (*view.own.place, "AutoTuneParam", "PercAmpMV")
                 yield Finding(place, values, plc_effect=f"AutoTuneResult.MV_TOO_{bit}")
 
@@ -113,8 +119,9 @@ def auto_tuning_peaks_without_room(context: NextopidContext) -> Iterator[Finding
         param = view.item.AutoTuneParam
         if param is not None and 0 < param.PercMaxPeakPV <= 2 * param.PercHystPV:
             peak, hysteresis = number_text(param.PercMaxPeakPV), number_text(param.PercHystPV)
-            yield view.find("AutoTuneParam.PercMaxPeakPV", "AutoTuneResult.PEAK_TOO_LOW", peak=peak,
-                            hysteresis=hysteresis)  # fmt: skip
+            yield view.find(
+                "AutoTuneParam.PercMaxPeakPV", "AutoTuneResult.PEAK_TOO_LOW", peak=peak, hysteresis=hysteresis
+            )
 
 
 @warning("PID660", D217, "PercAmpMV {percent} % is a step of {step}, and MV is an INT: {effect}")
@@ -130,9 +137,13 @@ def auto_tuning_step_not_whole(context: NextopidContext) -> Iterator[Finding]:
         step, made = wanted_step(view), step_of(view)
         if step is not None and made is not None and step != made:
             effect = f"the step is {number_text(made)}" if made else "the auto-tuning ends with an error"
-            yield view.find("AutoTuneParam.PercAmpMV", None if made else "AutoTuneResult.Bad_PercAmpMV",
-                            percent=number_text(view.item.AutoTuneParam.PercAmpMV), step=number_text(step),
-                            effect=effect)  # fmt: skip
+            yield view.find(
+                "AutoTuneParam.PercAmpMV",
+                None if made else "AutoTuneResult.Bad_PercAmpMV",
+                percent=number_text(view.item.AutoTuneParam.PercAmpMV),
+                step=number_text(step),
+                effect=effect,
+            )
 
 
 @info("PID661", MODE, "the auto-tuning tunes a {mode} controller, and the loop has {terms}")

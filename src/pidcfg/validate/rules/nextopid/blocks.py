@@ -22,13 +22,14 @@ LIMITS = NEXTOPID.at("chapters 10 and 11: Error")
 GAIN = NEXTOPID.at("chapters 10, 11 and 12: Gs, G")
 
 D214 = Decision(
-    214, "an output without room is an error",
+    214,
+    "an output without room is an error",
     "Min_OutVar equal to Max_OutVar, as both are 0 when not given, is an error of lags and lead-lags; Min_OutVar above "
     "Max_OutVar is one of ControlLeadLag too, though its Error is not set then. A delay that is no whole number of "
     "samples is an info.",
     "A constant output is never what a block is for; a lead-lag that is limited twice in the wrong order gives one "
     "limit. Delays count calls.",
-)  # fmt: skip
+)
 
 ROUNDING = Decimal("1e-6")
 DELAYS = ("ControlDelay", "ControlDelayLag")
@@ -48,8 +49,14 @@ def delay_too_long(context: NextopidContext) -> Iterator[Finding]:
     for view in context.of(*DELAYS):
         time, sample = view.number_of("DelayTime"), view.sample_time
         if time is not None and sample > 0 and time > MOST_SAMPLES * sample:
-            yield view.find("DelayTime", "Error", time=view.shown("DelayTime"), sample=number_text(sample),
-                            count=f"{float(time / sample):.6g}", most=number_text(MOST_SAMPLES * sample))  # fmt: skip
+            yield view.find(
+                "DelayTime",
+                "Error",
+                time=view.shown("DelayTime"),
+                sample=number_text(sample),
+                count=f"{float(time / sample):.6g}",
+                most=number_text(MOST_SAMPLES * sample),
+            )
 
 
 @info("PID643", D214, "DelayTime {time} is {count} samples of {sample} s: it will be {whole} s")
@@ -63,9 +70,13 @@ def delay_between_samples(context: NextopidContext) -> Iterator[Finding]:
     for view in context.of(*DELAYS):
         time, sample = view.number_of("DelayTime"), view.sample_time
         if time is not None and time > 0 and sample > 0 and _is_between(time / sample):
-            yield view.find("DelayTime", time=view.shown("DelayTime"), sample=number_text(sample),
-                            whole=number_text(round(time / sample) * sample),
-                            count=f"{float(time / sample):.6g}")  # fmt: skip
+            yield view.find(
+                "DelayTime",
+                time=view.shown("DelayTime"),
+                sample=number_text(sample),
+                whole=number_text(round(time / sample) * sample),
+                count=f"{float(time / sample):.6g}",
+            )
 
 
 def _is_between(samples: Decimal) -> bool:
@@ -99,8 +110,12 @@ def output_limits_crossed(context: NextopidContext) -> Iterator[Finding]:
     for view in context.of(*LIMITED):
         low, high = view.number_of("Min_OutVar"), view.number_of("Max_OutVar")
         if low is not None and high is not None and low > high:
-            yield view.find("Min_OutVar", "Error" if view.type in LAGS else None, low=view.shown("Min_OutVar"),
-                            high=view.shown("Max_OutVar"))  # fmt: skip
+            yield view.find(
+                "Min_OutVar",
+                "Error" if view.type in LAGS else None,
+                low=view.shown("Min_OutVar"),
+                high=view.shown("Max_OutVar"),
+            )
 
 
 @error("PID646", D214, "Min_OutVar and Max_OutVar are both {value}{how}: OutVar never moves")
@@ -132,8 +147,9 @@ def initial_output_outside_limits(context: NextopidContext) -> Iterator[Finding]
         if value is None or low is None or high is None or low >= high or low <= value <= high:
             continue
         side, limit = ("below", "Min_OutVar") if value < low else ("above", "Max_OutVar")
-        yield view.find("Init_OutVar", "Error", value=view.shown("Init_OutVar"), side=side, limit=limit,
-                        end=view.shown(limit))  # fmt: skip
+        yield view.find(
+            "Init_OutVar", "Error", value=view.shown("Init_OutVar"), side=side, limit=limit, end=view.shown(limit)
+        )
 
 
 @warning("PID648", GAIN, "{key} is 0{how}: the output does not depend on InVar")

@@ -96,8 +96,9 @@ def never_in_cascade_mode(context: NextopidContext) -> Iterator[Finding]:
         expression = view.wire("SP_CASC")
         if expression is not None and view.is_on("CASC") is False and not view.is_wired("CASC"):
             role = context.network.role(view)
-            yield view.find("CASC", loop=view.name, role=f" ({role})" if "slave" in role else "",
-                            source=expression.text)  # fmt: skip
+            yield view.find(
+                "CASC", loop=view.name, role=f" ({role})" if "slave" in role else "", source=expression.text
+            )
 
 
 @per_pid
@@ -143,9 +144,16 @@ def master_range_beyond_slave(context: NextopidContext) -> Iterator[Finding]:
             if mine is None or theirs is None or link.master.mv_limits is None or link.slave.pv_limits is None:
                 continue
             if link.exact and (mine - theirs) * way > 0:
-                yield link.master.find(key, f"{link.slave.name}.WarnBits.SP_CASC_{limit}", key=key,
-                                       mine=link.master.shown(key), master=link.master.name, limit=limit,
-                                       theirs=link.slave.shown(limit), slave=link.slave.name)  # fmt: skip
+                yield link.master.find(
+                    key,
+                    f"{link.slave.name}.WarnBits.SP_CASC_{limit}",
+                    key=key,
+                    mine=link.master.shown(key),
+                    master=link.master.name,
+                    limit=limit,
+                    theirs=link.slave.shown(limit),
+                    slave=link.slave.name,
+                )
 
 
 @warning("PID674", HINTS, "the slave {slave} is calculated every {time} s, its master {master} every {other} s")
@@ -159,6 +167,12 @@ def slave_slower_than_master(context: NextopidContext) -> Iterator[Finding]:
     """
     for link in context.network.links:
         if link.slave.sample_time > link.master.sample_time:
-            yield Finding(link.slave.time_place, {"slave": link.slave.name, "master": link.master.name,
-                                                  "time": number_text(link.slave.sample_time),
-                                                  "other": number_text(link.master.sample_time)})  # fmt: skip
+            yield Finding(
+                link.slave.time_place,
+                {
+                    "slave": link.slave.name,
+                    "master": link.master.name,
+                    "time": number_text(link.slave.sample_time),
+                    "other": number_text(link.master.sample_time),
+                },
+            )

@@ -71,8 +71,14 @@ def master_behind_a_block_not_connected(context: NextopidContext) -> Iterator[Fi
             missing = [key for key in MASTER_INPUTS if not master.is_wired(key)]
             if missing and (master.number, slave.number) not in told:
                 told.add((master.number, slave.number))
-                yield master.find(missing[0], master=master.name, slave=slave.name, block=block,
-                                  missing=", ".join(missing), verb="are" if missing[1:] else "is")  # fmt: skip
+                yield master.find(
+                    missing[0],
+                    master=master.name,
+                    slave=slave.name,
+                    block=block,
+                    missing=", ".join(missing),
+                    verb="are" if missing[1:] else "is",
+                )
 
 
 def error_bit(view: BlockView) -> str | None:
@@ -107,5 +113,6 @@ def slave_in_error(context: NextopidContext) -> Iterator[Finding]:
     for link in context.network.links:
         bit = error_bit(link.slave)
         if bit is not None and link.master.number != link.slave.number:
-            yield link.slave.find("SP_CASC", f"{link.slave.name}.ErrBits.{bit}", slave=link.slave.name,
-                                  master=link.master.name)  # fmt: skip
+            yield link.slave.find(
+                "SP_CASC", f"{link.slave.name}.ErrBits.{bit}", slave=link.slave.name, master=link.master.name
+            )

@@ -33,8 +33,15 @@ def tracking_not_connected(context: NextopidContext) -> Iterator[Finding]:
     for master, own in context.network.masters():
         fault = fault_of(master, "TRK_IN", {f"{link.slave.name}.TRK_OUT" for link in own})
         if fault is not None:
-            yield master.find("TRK_IN", None, fault.severity, loop=master.name, role=context.network.role(master),
-                              slave=own[0].slave.name, found=fault.text)  # fmt: skip
+            yield master.find(
+                "TRK_IN",
+                None,
+                fault.severity,
+                loop=master.name,
+                role=context.network.role(master),
+                slave=own[0].slave.name,
+                found=fault.text,
+            )
 
 
 @error("PID669", CASCADE, "{loop} is {role}: TRK_VAL must be {slave}.PV{scaled}, and is {found}")
@@ -51,9 +58,16 @@ def tracking_value_not_slave_pv(context: NextopidContext) -> Iterator[Finding]:
             continue
         fault = fault_of(master, "TRK_VAL", set())
         if fault is not None:
-            yield master.find("TRK_VAL", None, fault.severity, loop=master.name, role=context.network.role(master),
-                              slave=own[0].slave.name, scaled="" if own[0].exact else ", scaled back",
-                              found=fault.text)  # fmt: skip
+            yield master.find(
+                "TRK_VAL",
+                None,
+                fault.severity,
+                loop=master.name,
+                role=context.network.role(master),
+                slave=own[0].slave.name,
+                scaled="" if own[0].exact else ", scaled back",
+                found=fault.text,
+            )
 
 
 def _tracks(master: BlockView, link: Link) -> bool:
@@ -83,9 +97,16 @@ def windup_not_connected(context: NextopidContext) -> Iterator[Finding]:
             fault = fault_of(master, key, {f"{link.slave.name}.Windup_{side}_OUT" for link in own})
             if fault is not None:
                 crossed = master.source(key) in {f"{link.slave.name}.Windup_{other}_OUT" for link in own}
-                yield master.find(key, None, fault.severity, loop=master.name, role=context.network.role(master),
-                                  slave=own[0].slave.name, side=side,
-                                  found=f"{fault.text}: crossed" if crossed else fault.text)  # fmt: skip
+                yield master.find(
+                    key,
+                    None,
+                    fault.severity,
+                    loop=master.name,
+                    role=context.network.role(master),
+                    slave=own[0].slave.name,
+                    side=side,
+                    found=f"{fault.text}: crossed" if crossed else fault.text,
+                )
 
 
 @warning("PID671", CASCADE, "{loop} is only slave, of {master}: its {key} must be FALSE, and is {found}")
@@ -126,5 +147,11 @@ def outputs_of_a_master_connected(context: NextopidContext) -> Iterator[Finding]
             number = context.number(master, output)
             for (i, key), wire in context.encoding.wires.items():
                 if number in wire.signals and not (key in MASTER_INPUTS and context.network.role(context.views[i])):
-                    yield context.views[i].find(key, master=master.name, slave=own[0].slave.name, output=output,
-                                                reader=context.views[i].name, key=key)  # fmt: skip
+                    yield context.views[i].find(
+                        key,
+                        master=master.name,
+                        slave=own[0].slave.name,
+                        output=output,
+                        reader=context.views[i].name,
+                        key=key,
+                    )

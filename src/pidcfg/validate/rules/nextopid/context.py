@@ -28,11 +28,12 @@ if TYPE_CHECKING:
     from pidcfg.schemas.nextopid import NextopidFile
 
 D208 = Decision(
-    208, "rules judge a signal by its first value",
+    208,
+    "rules judge a signal by its first value",
     "A parameter that is wired to nothing but a signal is judged by the signal's first value, which the message names; "
     "one that is wired to a parameter with a value, by that. Expressions and outputs are not judged.",
     "The first value is what the program starts with; what comes later is not in the file.",
-)  # fmt: skip
+)
 
 
 @dataclass(frozen=True)
@@ -140,9 +141,10 @@ class NextopidContext:
         """Places whose limits a rule of NextoPID's own explains better than the rules for every vendor."""
         return frozenset(
             (*view.own.place, key)
-            for view in self.pids for key in ("Ti_Ki", "Td_Kd")
+            for view in self.pids
+            for key in ("Ti_Ki", "Td_Kd")
             if self.has_time_as_gain(view, key)
-        )  # fmt: skip
+        )
 
     def has_time_as_gain(self, view: BlockView, key: str) -> bool:
         """Whether a gain of the independent form is written with a unit of time."""

@@ -182,8 +182,14 @@ def output_range_narrower_than_limits(view: BlockView) -> Iterator[Finding]:
         value = view.number_of(key)
         if scale is not None and value is not None and not scale[0] <= value <= scale[1]:
             percent = (value - scale[0]) / (scale[1] - scale[0]) * 100
-            yield view.find(key, key=key, value=view.shown(key), low=number_text(scale[0]),
-                            high=number_text(scale[1]), percent=f"{percent:.0f}")  # fmt: skip
+            yield view.find(
+                key,
+                key=key,
+                value=view.shown(key),
+                low=number_text(scale[0]),
+                high=number_text(scale[1]),
+                percent=f"{percent:.0f}",
+            )
 
 
 @per_pid

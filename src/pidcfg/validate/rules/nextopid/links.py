@@ -17,12 +17,13 @@ if TYPE_CHECKING:
     from pidcfg.validate.rules.nextopid.view import BlockView
 
 D218 = Decision(
-    218, "what a cascade and an override are",
+    218,
+    "what a cascade and an override are",
     "A loop whose SP_CASC reads the MV of another is the slave of that one; a loop whose MV is read by a selector is "
     "overridden by it. A special connection that is missing, crossed or of another loop is an error, one that comes "
     "from a signal a warning. SP_CASC wired to anything else is ratio control, of which nothing is demanded.",
     "The manual says which connections must be made; a signal may be logic of the program around, as the OR of two.",
-)  # fmt: skip
+)
 
 
 Row = TypeVar("Row")

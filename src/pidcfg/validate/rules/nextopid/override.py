@@ -23,17 +23,19 @@ SELECTOR = NEXTOPID.at("chapters 13 and 14: MV1, MV2")
 BIAS = NEXTOPID.at("chapter 2: BIAS")
 
 D211 = Decision(
-    211, "figure 16-18's second peak is 50.855",
+    211,
+    "figure 16-18's second peak is 50.855",
     "Without the feed-forward PV rises to 50.855 when Fi falls from 2.1 to 2.0, not to 50.885.",
     "The example, calculated cycle by cycle, gives the other peaks that the manual prints, and this.",
-)  # fmt: skip
+)
 D219 = Decision(
-    219, "selectors of loops that act in opposite directions",
+    219,
+    "selectors of loops that act in opposite directions",
     "Direct TRUE beside Direct FALSE at one selector is an info that says on which side of its set point each PV is "
     "held; an overridden loop without integral is an info too.",
     "The manual's example has two reverse loops at ControlSelectMin, which keep both PVs below; a suction pressure "
     "beside a discharge pressure is the other way round and right. Override changes nothing but the integral.",
-)  # fmt: skip
+)
 
 
 @error("PID675", SELECTOR, "MV1 and MV2 of {selector} are both {loop}.MV")
@@ -63,9 +65,16 @@ def override_not_connected(context: NextopidContext) -> Iterator[Finding]:
         fault = fault_of(leg.loop, "OVERR", {f"{other.selector.name}.OVERR{other.number}" for other in own})
         if fault is not None:
             crossed = leg.loop.source("OVERR") == f"{leg.selector.name}.OVERR{3 - leg.number}"
-            yield leg.loop.find("OVERR", None, fault.severity, loop=leg.loop.name, input=f"MV{leg.number}",
-                                selector=leg.selector.name, output=f"OVERR{leg.number}",
-                                found=f"{fault.text}: crossed" if crossed else fault.text)  # fmt: skip
+            yield leg.loop.find(
+                "OVERR",
+                None,
+                fault.severity,
+                loop=leg.loop.name,
+                input=f"MV{leg.number}",
+                selector=leg.selector.name,
+                output=f"OVERR{leg.number}",
+                found=f"{fault.text}: crossed" if crossed else fault.text,
+            )
 
 
 @error("PID677", OVERRIDE, "TRK_VAL of {loop}, overridden by {selector}, must be {selector}.MV, and is {found}")
@@ -84,8 +93,9 @@ def override_value_not_selected_mv(context: NextopidContext) -> Iterator[Finding
         wire = leg.loop.wire("TRK_VAL")
         reads = wire is not None and {context.names[number] for number in wire.signals} & wanted
         if fault is not None and not (reads and not leg.exact):
-            yield leg.loop.find("TRK_VAL", None, fault.severity, loop=leg.loop.name, selector=leg.selector.name,
-                                found=fault.text)  # fmt: skip
+            yield leg.loop.find(
+                "TRK_VAL", None, fault.severity, loop=leg.loop.name, selector=leg.selector.name, found=fault.text
+            )
 
 
 @info("PID678", D219, "{selector} holds PV of {first} {side} its SP and PV of {second} {other_side}: Direct differs")
@@ -103,8 +113,14 @@ def selector_of_opposite_loops(context: NextopidContext) -> Iterator[Finding]:
         if None not in modes and modes[0] != modes[1]:
             smaller = selector.type == "ControlSelectMin"
             sides = ["above" if bool(mode) == smaller else "below" for mode in modes]
-            yield selector.find("type", selector=selector.name, first=first.loop.name, second=second.loop.name,
-                                side=sides[0], other_side=sides[1])  # fmt: skip
+            yield selector.find(
+                "type",
+                selector=selector.name,
+                first=first.loop.name,
+                second=second.loop.name,
+                side=sides[0],
+                other_side=sides[1],
+            )
 
 
 @warning("PID679", OVERRIDE, "{selector} compares MV of {first} ({limits}) with MV of {second} ({others})")
@@ -119,8 +135,14 @@ def override_limits_differ(context: NextopidContext) -> Iterator[Finding]:
     for selector, first, second in context.network.pairs():
         mine, theirs = first.loop.mv_limits, second.loop.mv_limits
         if mine and theirs and mine != theirs and first.exact and second.exact:
-            yield selector.find("MV2", selector=selector.name, first=first.loop.name, second=second.loop.name,
-                                limits=_range(first.loop), others=_range(second.loop))  # fmt: skip
+            yield selector.find(
+                "MV2",
+                selector=selector.name,
+                first=first.loop.name,
+                second=second.loop.name,
+                limits=_range(first.loop),
+                others=_range(second.loop),
+            )
 
 
 def _range(loop: BlockView) -> str:
@@ -199,5 +221,10 @@ def feed_forward_beyond_mv(context: NextopidContext) -> Iterator[Finding]:
         low, high = owner[0].number_of("Min_OutVar"), owner[0].number_of("Max_OutVar")
         span = mv[1] - mv[0]
         if low is not None and high is not None and (low < -span or high > span):
-            yield view.find("BIAS", source=f"{owner[0].name}.OutVar", low=number_text(low), high=number_text(high),
-                            limits=_range(view))  # fmt: skip
+            yield view.find(
+                "BIAS",
+                source=f"{owner[0].name}.OutVar",
+                low=number_text(low),
+                high=number_text(high),
+                limits=_range(view),
+            )

@@ -18,11 +18,12 @@ GAIN = NEXTOPID.at("chapter 10: Gs, and chapter 2: Direct")
 SAMPLE_TIME = NEXTOPID.at("chapter 17: Maximum Sample Time of Controller")
 
 D212 = Decision(
-    212, "the direction of control is judged where the process is in the file",
+    212,
+    "the direction of control is judged where the process is in the file",
     "A ring from a loop's MV through ControlLag or ControlDelayLag back to its PV has a sign: of all gains, of the "
     "expressions and of split ranges on the way. PV rising with MV needs Direct FALSE, PV falling needs Direct TRUE.",
     "The manual's notes on Gs. Without a process in the file nobody can know.",
-)  # fmt: skip
+)
 
 
 @error(
@@ -45,8 +46,14 @@ def wrong_direction_of_control(context: NextopidContext) -> Iterator[Finding]:
             continue  # the loop inside is wrong; what that makes of this one is its echo
         view, direct = ring.loop, ring.loop.is_on("Direct")
         process = next((own for own in ring.processes if (own.number_of("Gs") or 0) < 0), ring.processes[0])
-        yield view.find("Direct", direct=view.shown("Direct"), moves="falls" if direct is False else "rises",
-                        process=process.name, gain=process.shown("Gs"), wanted=number_text(not direct))  # fmt: skip
+        yield view.find(
+            "Direct",
+            direct=view.shown("Direct"),
+            moves="falls" if direct is False else "rises",
+            process=process.name,
+            gain=process.shown("Gs"),
+            wanted=number_text(not direct),
+        )
 
 
 def _is_wrong(ring: Ring) -> bool:
@@ -74,5 +81,7 @@ def sample_time_long_for_the_process(context: NextopidContext) -> Iterator[Findi
         slowest = max(ring.processes, key=lambda own: own.number_of("Tc") or 0, default=None)
         constant = None if slowest is None else slowest.number_of("Tc")
         if slowest is not None and constant is not None and 0 < constant <= 10 * view.sample_time:
-            yield Finding(view.time_place, {"sample": number_text(view.sample_time), "constant": number_text(constant),
-                                            "process": slowest.name})  # fmt: skip
+            yield Finding(
+                view.time_place,
+                {"sample": number_text(view.sample_time), "constant": number_text(constant), "process": slowest.name},
+            )

@@ -23,14 +23,17 @@ PULSE_RANGE = NEXTOPID.at("chapter 7: MaxMV, MinMV")
 SPLIT = NEXTOPID.at("chapter 15: Error")
 
 D215 = Decision(
-    215, "an on-off dead band of 0 is an error",
+    215,
+    "an on-off dead band of 0 is an error",
     "DeadBand of ControlON_OFF must be above 0; the bit ErrBits.DeadBand is set below 0 only, as the block does.",
     "The manual's range says above 0, its list of bits below 0. With 0 the output follows the noise of the PV.",
-)  # fmt: skip
+)
 D216 = Decision(
-    216, "a PWM period below 10 cycles is a warning",
-    "The output then has steps of more than 10 %.", "The manual's own example has 10 cycles.",
-)  # fmt: skip
+    216,
+    "a PWM period below 10 cycles is a warning",
+    "The output then has steps of more than 10 %.",
+    "The manual's own example has 10 cycles.",
+)
 FEWEST_CYCLES = 10
 FULL = Decimal(100)
 PULSE = "ControlPWM"
@@ -51,8 +54,9 @@ def on_off_dead_band_not_positive(context: NextopidContext) -> Iterator[Finding]
         band = view.number_of("DeadBand")
         if band is not None and band <= 0:
             silent = "" if band < 0 else ", though the block reports only values below 0"
-            yield view.find("DeadBand", None if band == 0 else "ErrBits.DeadBand", band=view.shown("DeadBand"),
-                            silent=silent)  # fmt: skip
+            yield view.find(
+                "DeadBand", None if band == 0 else "ErrBits.DeadBand", band=view.shown("DeadBand"), silent=silent
+            )
 
 
 @error(
@@ -70,8 +74,7 @@ def switch_point_out_of_reach(context: NextopidContext) -> Iterator[Finding]:
     Fix: lower DeadBand, move SP away from the limit, or widen the limits of PV.
     """
     for view in context.of(ON_OFF):
-        found, band, pv, direct = (view.known("SP"), view.number_of("DeadBand"), view.pv_limits,
-                                   view.is_on("Direct"))  # fmt: skip
+        found, band, pv, direct = (view.known("SP"), view.number_of("DeadBand"), view.pv_limits, view.is_on("Direct"))
         if found is None or band is None or pv is None or direct is None or band <= 0:
             continue
         point = min(max(found.value, pv[0]), pv[1])
@@ -80,8 +83,17 @@ def switch_point_out_of_reach(context: NextopidContext) -> Iterator[Finding]:
             if value <= pv[0] or value >= pv[1]:
                 what = "on" if (side == "above") == direct else "off"
                 text = f"{number_text(value)}{view.unit('SP')}"
-                yield view.find("DeadBand", None, severity, what=what, side=side, point=text, limit=limit,
-                                end=view.shown(limit), source=found.source.replace("(", "(SP: ", 1))  # fmt: skip
+                yield view.find(
+                    "DeadBand",
+                    None,
+                    severity,
+                    what=what,
+                    side=side,
+                    point=text,
+                    limit=limit,
+                    end=view.shown(limit),
+                    source=found.source.replace("(", "(SP: ", 1),
+                )
 
 
 @error("PID651", PULSES, "MaxMV {high} is not above MinMV {low}")
@@ -136,8 +148,15 @@ def pulse_range_differs_from_loop(context: NextopidContext) -> Iterator[Finding]
             if loop is not None and mine is not None and theirs is not None and mine != theirs:
                 beyond = (theirs - mine) * way > 0
                 effect = "the pulses do not follow beyond it" if beyond else "the pulses never reach the end"
-                yield view.find(key, "Warning" if beyond else None, key=key, mine=view.shown(key), loop=loop.name,
-                                theirs=loop.shown(key), effect=effect)  # fmt: skip
+                yield view.find(
+                    key,
+                    "Warning" if beyond else None,
+                    key=key,
+                    mine=view.shown(key),
+                    loop=loop.name,
+                    theirs=loop.shown(key),
+                    effect=effect,
+                )
 
 
 @error("PID654", SPLIT, "SPLIT is {point} %; it must be above 0 % and below 100 %: both outputs are 0")
@@ -171,5 +190,10 @@ def split_range_not_in_percent(context: NextopidContext) -> Iterator[Finding]:
         elif loop is not None and limits is not None and limits != (Decimal(0), FULL):
             beyond = limits[0] < 0 or limits[1] > FULL
             what = f"{loop.name} goes from {loop.shown('MinMV')} to {loop.shown('MaxMV')}"
-            yield view.find("MV", "Error" if beyond else None, None if beyond else Severity.WARNING, what=what,
-                            effect="; beyond 0 to 100 both outputs are 0" if beyond else "")  # fmt: skip
+            yield view.find(
+                "MV",
+                "Error" if beyond else None,
+                None if beyond else Severity.WARNING,
+                what=what,
+                effect="; beyond 0 to 100 both outputs are 0" if beyond else "",
+            )

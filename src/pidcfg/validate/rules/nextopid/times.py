@@ -23,13 +23,14 @@ FILTER = NEXTOPID.at("chapter 2: Tfd")
 VARIATION = NEXTOPID.at("chapter 2: MaxVarMV")
 
 D213 = Decision(
-    213, "times that are short or long beside the sample time",
+    213,
+    "times that are short or long beside the sample time",
     "A task below 1 ms and an integral time below the sample time are warnings, a filter or lag below it an info. "
     "0.1 % of the PV range that moves MV by more than 10 % of its range through an unfiltered derivative is a warning, "
     "and so is a MaxVarMV with which a full stroke takes more than 10 minutes.",
     "Ki Ts / Kp above 1 adds more than the whole error in a cycle; 0.1 % is the noise of a common transmitter; "
     "MaxVarMV counts per cycle, and values meant per second or minute are off by that factor.",
-)  # fmt: skip
+)
 SHORTEST_TASK = Decimal("0.001")
 NOISE = Decimal("0.001")
 """Of the PV range."""
@@ -161,8 +162,13 @@ def integral_time_below_sample_time(context: NextopidContext) -> Iterator[Findin
         time = gain / rate
         if time < view.sample_time:
             how = " (Kp / Ki)" if view.is_on("Indep") else ""
-            yield view.find("Ti_Ki", time=f"{float(time):.4g}", how=how, sample=number_text(view.sample_time),
-                            factor=f"{float(view.sample_time / time):.3g}")  # fmt: skip
+            yield view.find(
+                "Ti_Ki",
+                time=f"{float(time):.4g}",
+                how=how,
+                sample=number_text(view.sample_time),
+                factor=f"{float(view.sample_time / time):.3g}",
+            )
 
 
 @warning(
@@ -203,8 +209,9 @@ def slow_mv(view: BlockView) -> Iterator[Finding]:
     if rate is not None and rate > 0 and mv is not None:
         time = (mv[1] - mv[0]) / rate * view.sample_time
         if time > LONG_STROKE:
-            yield view.find("MaxVarMV", rate=view.shown("MaxVarMV"), sample=number_text(view.sample_time),
-                            time=f"{float(time):.4g}")  # fmt: skip
+            yield view.find(
+                "MaxVarMV", rate=view.shown("MaxVarMV"), sample=number_text(view.sample_time), time=f"{float(time):.4g}"
+            )
 
 
 @per_pid

@@ -58,5 +58,10 @@ def wired_value_does_not_fit_int(context: NextopidContext) -> Iterator[Finding]:
                 continue
             fits = LOW <= value <= HIGH
             problem = f"{'its decimals are lost' if fits else 'it does not fit'}, {number_text(taken)} is taken"
-            yield view.find(row.name, severity=Severity.WARNING if fits else None, key=row.name,
-                            value=view.shown(row.name), problem=problem)  # fmt: skip
+            yield view.find(
+                row.name,
+                severity=Severity.WARNING if fits else None,
+                key=row.name,
+                value=view.shown(row.name),
+                problem=problem,
+            )

@@ -22,17 +22,19 @@ if TYPE_CHECKING:
 BLOCKS = NEXTOPID.at("chapter 1: Introduction")
 
 D209 = Decision(
-    209, "a name stands for one thing",
+    209,
+    "a name stands for one thing",
     "Capital and small letters are one. The program, its signals and its blocks have names of their own, and none has "
     "that of a type of the library (error) or of a standard function or function block (warning).",
     "It is what IEC 61131-3 says of identifiers; the manual says nothing of names.",
-)  # fmt: skip
+)
 D210 = Decision(
-    210, "a filter, delay or lag that nothing reads is a mistake",
+    210,
+    "a filter, delay or lag that nothing reads is a mistake",
     "An output of ControlLowFilter, ControlDelay, ControlLag, ControlDelayLag and ControlLeadLag that no wire reads is "
     "a warning, a signal that no wire reads an info. MV of loops, selectors and PWM may go to the program around.",
     "They are made to be wired to another block; the valve is connected outside.",
-)  # fmt: skip
+)
 
 STRUCTURES = (
     "PIDA_ERROR_BITS PIDA_WARNING_BITS ON_OFF_ERROR_BITS ON_OFF_WARNING_BITS AUTOTUNE_PARAM AUTOTUNE_RESULT "
