@@ -12,17 +12,17 @@ from typing import TYPE_CHECKING, Any, get_args
 import click
 from rule_pages import decisions, rule_pages
 
-from pidcfg.cli.charts import charts_of
+from pidcfg.cli.commands.schema import document_schema
+from pidcfg.cli.commands.simulate import simulate_document
+from pidcfg.cli.files.plots import heading
 from pidcfg.cli.main import COMMANDS, cli
 from pidcfg.cli.output_schemas import OUTPUTS
-from pidcfg.cli.plots import heading
-from pidcfg.cli.schema import document_schema
-from pidcfg.cli.simulate import simulate_document
 from pidcfg.encoders.maps.dl06 import READ_LATE
 from pidcfg.encoders.named import ParameterTable
 from pidcfg.limits import DEFAULT
 from pidcfg.pictures.draw import svg
 from pidcfg.refs import Ref
+from pidcfg.scenario.charts import charts_of
 from pidcfg.schemas.document import field_texts, models_of
 from pidcfg.sim.run import Settings
 from pidcfg.source import read_document

@@ -6,7 +6,7 @@ import re
 import sys
 from typing import TYPE_CHECKING
 
-from pidcfg.cli.decisions import placed_decisions
+from pidcfg.explanation.decisions import placed_decisions
 from pidcfg.validate.pages import all_rules, page
 from pidcfg.vendors import VENDORS
 
@@ -91,7 +91,7 @@ def anchor(rule: Rule) -> str:
 
 def subject(module: str) -> str:
     """What a decision of this module is about: one vendor, conversion, or all."""
-    if module.startswith("pidcfg.convert"):
+    if module.startswith("pidcfg.conversion"):
         return CONVERSION
     named = re.search(rf"\.({CHOICES})(?:$|[._])", module.replace("rules.generic", ""))
     return VENDORS[named[1]].title if named else EVERY

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from pidcfg.cli.listings import decode_listing
+from pidcfg.cli.files.listings import decode_listing
 from pidcfg.encoders.listing import Listing, ListingError
 from pidcfg.schemas.nextopid import NextopidFile
 from pidcfg.vendors import VENDORS

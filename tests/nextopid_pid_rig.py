@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from pidcfg.sim.controllers.nextopid.pid import pid
+from pidcfg.sim.controllers.nextopid.equation import pid
 from pidcfg.sim.controllers.nextopid.slots import KINDS, PLACES
 from pidcfg.sim.controllers.nextopid.state import Config, State
 from pidcfg.sim.plc import TICKS

@@ -8,7 +8,7 @@ import pytest
 from click.testing import CliRunner
 
 import golden
-from pidcfg.cli.decode import command
+from pidcfg.cli.commands.decode import command
 
 EXAMPLES = golden.EXAMPLES
 LISTINGS = [

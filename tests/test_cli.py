@@ -18,8 +18,8 @@ import pytest
 from click.testing import CliRunner
 
 from pidcfg.cli import main
+from pidcfg.cli.files.outputs import write_files
 from pidcfg.cli.main import COMMANDS, cli
-from pidcfg.cli.outputs import write_files
 from pidcfg.vendors import VENDORS
 
 ROOT = Path(__file__).parents[1]
@@ -564,7 +564,7 @@ def test_no_configuration_makes_encode_fall_over(case):
     """Also with --allow-errors, a configuration is encoded or refused."""
     from click.testing import CliRunner
 
-    from pidcfg.cli.encode import command
+    from pidcfg.cli.commands.encode import command
 
     result = CliRunner().invoke(command, [str(case), "--allow-errors", "--quiet"])
     assert result.exception is None or isinstance(result.exception, SystemExit), result.exception
@@ -572,7 +572,7 @@ def test_no_configuration_makes_encode_fall_over(case):
 
 
 def test_decisions_are_found_without_the_extras(monkeypatch):
-    from pidcfg.cli.decisions import all_decisions
+    from pidcfg.explanation.decisions import all_decisions
 
     every = all_decisions()
     for name in [

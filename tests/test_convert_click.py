@@ -12,8 +12,9 @@ from hypothesis import strategies as st
 import neutral_strategies
 from click_strategies import configurations
 from neutral_strategies import leaves, neutral_files, unheard
-from pidcfg.convert.click import NOTHING_LOST, from_neutral, to_neutral
-from pidcfg.convert.pipeline import ConvertError, Stored, convert, settled
+from pidcfg.conversion.from_neutral.click import from_neutral
+from pidcfg.conversion.pipeline import ConvertError, Stored, convert, settled
+from pidcfg.conversion.to_neutral.click import NOTHING_LOST, to_neutral
 from pidcfg.diagnostics import Severity
 from pidcfg.encoders.click.encode import encode
 from pidcfg.schemas.click import ClickFile, Loop

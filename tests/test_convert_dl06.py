@@ -12,8 +12,9 @@ from hypothesis import strategies as st
 import neutral_strategies
 from dl06_strategies import FORMAT_NAMES, configurations
 from neutral_strategies import neutral_files, unheard
-from pidcfg.convert.dl06 import CONVERT_OPTIONS, NOTHING_LOST, from_neutral, to_neutral
-from pidcfg.convert.pipeline import ConvertError, convert, settled
+from pidcfg.conversion.from_neutral.dl06 import CONVERT_OPTIONS, from_neutral
+from pidcfg.conversion.pipeline import ConvertError, convert, settled
+from pidcfg.conversion.to_neutral.dl06 import NOTHING_LOST, to_neutral
 from pidcfg.diagnostics import Severity
 from pidcfg.encoders.dl06.encode import encode, reset_value, scales_of
 from pidcfg.encoders.maps.dl06 import LOOP_TABLE

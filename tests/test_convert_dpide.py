@@ -10,9 +10,10 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from dpide_strategies import configurations
-from pidcfg.convert.dpide import CONVERT_OPTIONS, NOTHING_LOST, from_neutral, to_neutral
-from pidcfg.convert.pipeline import ConvertError, convert, neutral_loops
-from pidcfg.convert.terms import dependent, independent
+from pidcfg.conversion.arithmetic import dependent, independent
+from pidcfg.conversion.from_neutral.dpide import CONVERT_OPTIONS, from_neutral
+from pidcfg.conversion.pipeline import ConvertError, convert, neutral_loops
+from pidcfg.conversion.to_neutral.dpide import NOTHING_LOST, to_neutral
 from pidcfg.diagnostics import Severity
 from pidcfg.encoders.dpide.encode import encode
 from pidcfg.schemas.dpide import DpideFile, Loop

@@ -12,8 +12,9 @@ from hypothesis import strategies as st
 import neutral_strategies
 from ezlogix_strategies import configurations
 from neutral_strategies import leaves, neutral_files, unheard
-from pidcfg.convert.ezlogix import CONVERT_OPTIONS, NOTHING_LOST, from_neutral, to_neutral
-from pidcfg.convert.pipeline import ConvertError, Stored, convert, settled
+from pidcfg.conversion.from_neutral.ezlogix import CONVERT_OPTIONS, from_neutral
+from pidcfg.conversion.pipeline import ConvertError, Stored, convert, settled
+from pidcfg.conversion.to_neutral.ezlogix import NOTHING_LOST, to_neutral
 from pidcfg.diagnostics import Severity
 from pidcfg.encoders.ezlogix.encode import encode
 from pidcfg.schemas.ezlogix import EzlogixFile, Loop

@@ -12,10 +12,11 @@ from hypothesis import strategies as st
 
 from nextopid_networks import network
 from nextopid_strategies import configurations
-from pidcfg.convert.nextopid import CONVERT_OPTIONS, NOTHING_LOST, from_neutral, to_neutral
-from pidcfg.convert.nextopid_names import Names
-from pidcfg.convert.nextopid_task import common_step, task_of
-from pidcfg.convert.pipeline import Converted, convert, neutral_loops
+from pidcfg.conversion.from_neutral.nextopid import CONVERT_OPTIONS, from_neutral
+from pidcfg.conversion.from_neutral.nextopid_names import Names
+from pidcfg.conversion.from_neutral.nextopid_task import common_step, task_of
+from pidcfg.conversion.pipeline import Converted, convert, neutral_loops
+from pidcfg.conversion.to_neutral.nextopid import NOTHING_LOST, to_neutral
 from pidcfg.diagnostics import Severity
 from pidcfg.schemas.generic import GenericFile
 from pidcfg.schemas.generic import Loop as NeutralLoop

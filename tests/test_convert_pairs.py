@@ -10,9 +10,9 @@ from hypothesis import HealthCheck, given, settings
 
 from neutral_strategies import neutral_files
 from pidcfg import check_text
-from pidcfg.cli.convert_verify import verify
-from pidcfg.convert.pipeline import ConvertError, convert, neutral_loops
+from pidcfg.conversion.pipeline import ConvertError, convert, neutral_loops
 from pidcfg.encoders.words import EncodeError
+from pidcfg.scenario.verify import verify
 from pidcfg.schemas.generic import GenericFile
 from pidcfg.vendors import VENDORS
 from pidcfg.writer import yaml_text
@@ -39,7 +39,7 @@ def checked(data):
 
 def of_vendor(loops, vendor):
     """Neutral loops as a vendor's configuration."""
-    from pidcfg.convert.pipeline import settled
+    from pidcfg.conversion.pipeline import settled
 
     file = GenericFile.model_validate({"pidcfg": 1, "vendor": "generic", "loops": loops})
     made = VENDORS[vendor].load("from_neutral")(file, {})

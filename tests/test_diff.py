@@ -13,9 +13,9 @@ import click
 import pytest
 
 from pidcfg import check_file, check_text
-from pidcfg.cli import diff
-from pidcfg.convert.compare import RISKS, compare, side_of
-from pidcfg.convert.pipeline import ConvertError
+from pidcfg.cli.commands import diff
+from pidcfg.conversion.pipeline import ConvertError
+from pidcfg.differences.meaning import RISKS, compare, side_of
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 TANK = (EXAMPLES / "click/tank.yaml").read_text("utf-8")
@@ -85,7 +85,7 @@ def test_a_listing_without_names_is_compared_by_what_the_other_side_says(tmp_pat
 
 
 def test_across_vendors_and_in_every_format(tmp_path):
-    from pidcfg.convert.pipeline import convert
+    from pidcfg.conversion.pipeline import convert
     from pidcfg.vendors import VENDORS
     from pidcfg.writer import yaml_text
 
@@ -151,7 +151,7 @@ def test_json_says_what_a_comparison_lacks(monkeypatch, capsys):
     def refuse(*_):
         raise ConvertError([lacking])
 
-    monkeypatch.setattr("pidcfg.convert.compare.side_of", refuse)
+    monkeypatch.setattr("pidcfg.differences.meaning.side_of", refuse)
     with pytest.raises(click.ClickException, match="does not say what its values mean"):
         diff._side("a.yaml", None, None, "json")
     (found,) = json.loads(capsys.readouterr().out)["findings"]
@@ -259,7 +259,7 @@ def test_what_no_neutral_field_says_is_a_difference_too(old, new, field, risk):
 def test_a_scale_of_the_output_that_a_vendor_does_not_know_is_no_difference():
     text = (EXAMPLES / "dpide/oven.yaml").read_text("utf-8").replace("PID_DE: true", "PID_DE: false")
     source = check_text(text)
-    from pidcfg.convert.pipeline import convert
+    from pidcfg.conversion.pipeline import convert
     from pidcfg.vendors import VENDORS
     from pidcfg.writer import yaml_text
 
@@ -272,8 +272,8 @@ def test_a_scale_of_the_output_that_a_vendor_does_not_know_is_no_difference():
 
 
 def test_two_ways_to_say_an_integral_controller_are_the_same():
-    from pidcfg.convert.alike import normal
-    from pidcfg.convert.compare import flat
+    from pidcfg.differences.common_scale import normal
+    from pidcfg.differences.meaning import flat
     from pidcfg.schemas.generic import GenericFile
 
     loops = [

@@ -12,7 +12,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from dpide_strategies import configurations
-from pidcfg.cli.listings import decode_listing
+from pidcfg.cli.files.listings import decode_listing
 from pidcfg.encoders.dpide.decode import decode
 from pidcfg.encoders.dpide.encode import encode
 from pidcfg.encoders.dpide.files import DECODE_OPTIONS, FORMATS, checklist

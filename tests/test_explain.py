@@ -11,8 +11,7 @@ import jsonschema
 import pytest
 from click.testing import CliRunner
 
-from pidcfg.cli.decisions import all_decisions
-from pidcfg.cli.explain import command
+from pidcfg.cli.commands.explain import command
 from pidcfg.cli.main import cli
 from pidcfg.encoders.maps import click_meanings, dl06_meanings, dpide_meanings, ezlogix_meanings, nextopid_meanings
 from pidcfg.encoders.maps.click import ERRORS
@@ -20,10 +19,11 @@ from pidcfg.encoders.maps.dl06 import LOOP_TABLE, SETUP_WORDS
 from pidcfg.encoders.maps.nextopid import BLOCK_TYPES
 from pidcfg.encoders.named import ParameterTable
 from pidcfg.encoders.regmap import RegisterMap
-from pidcfg.explain.asked import Asked, ThingError
-from pidcfg.explain.lookup import explain
-from pidcfg.explain.render import as_json, as_text
-from pidcfg.explain.texts import _inside
+from pidcfg.explanation.decisions import all_decisions
+from pidcfg.explanation.lookup import explain
+from pidcfg.explanation.question import Asked, ThingError
+from pidcfg.explanation.render import as_json, as_text
+from pidcfg.explanation.texts import _inside
 from pidcfg.schemas.document import models_of
 from pidcfg.sim.controllers.ezlogix import autotune as ezlogix_autotune
 from pidcfg.validate.pages import all_rules

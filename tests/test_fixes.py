@@ -21,7 +21,7 @@ from pidcfg.source import read_document
 from pidcfg.validate.engine import check_document
 from pidcfg.validate.fixes import Fixer, alike, splice
 from pidcfg.validate.spelling import all_keys, clear_match, is_slip, keys_of, models_below, slips
-from pidcfg.validate.suppress import suppress
+from pidcfg.validate.suppression import suppress
 from pidcfg.vendors import VENDORS
 
 ROOT = Path(__file__).parents[1]
@@ -541,16 +541,16 @@ def test_rights_stay_and_links_are_written_through(validate, tmp_path):
 
 
 def test_a_file_that_somebody_saves_meanwhile_is_left_alone(validate, tmp_path, monkeypatch):
-    from pidcfg.cli import fixing
+    from pidcfg.cli.findings import corrections
 
-    real = fixing._corrected
+    real = corrections._corrected
 
     def slow(*args):
         outcome = real(*args)
         (tmp_path / "a.yaml").write_text("# saved\n", "utf-8")
         return outcome
 
-    monkeypatch.setattr(fixing, "_corrected", slow)
+    monkeypatch.setattr(corrections, "_corrected", slow)
     found = validate("a.yaml", "--fix")
     assert (found.code, found.out) == (2, "")
     assert "a.yaml has changed since it was read; nothing was written" in found.err

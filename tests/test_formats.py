@@ -15,14 +15,15 @@ import junitparser
 import pytest
 from click.testing import CliRunner
 
-from pidcfg.cli import formats, report_options
-from pidcfg.cli.console import echo_json, echo_xml
+from pidcfg.cli import formats
 from pidcfg.cli.formats import findings as basics
+from pidcfg.cli.formats import report_options
 from pidcfg.cli.formats.findings import Findings
+from pidcfg.cli.formats.simulation import render_runs
+from pidcfg.cli.formats.simulation_text import Outcome
 from pidcfg.cli.main import cli
 from pidcfg.cli.output_schemas import OUTPUTS
-from pidcfg.cli.simulation_formats import render_runs
-from pidcfg.cli.simulation_report import Outcome
+from pidcfg.cli.terminal.console import echo_json, echo_xml
 from pidcfg.diagnostics import Diagnostic, Edit, Severity, Span
 from pidcfg.document import Document, Node
 from pidcfg.sim.report import Note, Report

@@ -5,8 +5,9 @@ from __future__ import annotations
 from hypothesis import given, settings
 
 from generic_rig import configurations, file_of
-from pidcfg.convert.generic import CONVERT_OPTIONS, NOTHING_LOST, WHOLE, from_neutral, to_neutral
-from pidcfg.convert.pipeline import convert, neutral_loops
+from pidcfg.conversion.from_neutral.generic import CONVERT_OPTIONS, from_neutral
+from pidcfg.conversion.pipeline import convert, neutral_loops
+from pidcfg.conversion.to_neutral.generic import NOTHING_LOST, WHOLE, to_neutral
 from pidcfg.schemas.generic import GenericFile, Loop
 from pidcfg.vendors import VENDORS
 from test_generic_encoding import leaves

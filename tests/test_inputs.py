@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 from living_rig import GOOD, run
-from pidcfg.cli.inputs import gather
-from pidcfg.cli.ours import says_so
+from pidcfg.cli.files.folders import says_so
+from pidcfg.cli.files.inputs import gather
 from pidcfg.limits import DEFAULT, Limits
 
 BAD = GOOD.replace("gain: 1", "gain: x")

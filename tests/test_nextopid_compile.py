@@ -9,7 +9,7 @@ import pytest
 from compile_rig import advance
 from nextopid_rig import plc_of, random_program
 from pidcfg.sim.compile import compiled
-from pidcfg.sim.controllers.nextopid import operate, slots
+from pidcfg.sim.controllers.nextopid import modes, slots
 from pidcfg.sim.controllers.nextopid.scan import INLINED, scan
 
 PROGRAMS, SEGMENTS, STEPS, TICKS = 250, 4, 60, 100_000
@@ -33,11 +33,11 @@ def disturb(rng, plc, st, sig):
         s, kind = st[i], rng.randrange(6)
         tuning = plc.cfg[i].kind in {slots.PIDA_TUNE_REAL, slots.PIDA_TUNE_INT}
         if kind == 0:
-            s.ask |= rng.choice([operate.MANUAL_ON, operate.MANUAL_OFF])
+            s.ask |= rng.choice([modes.MANUAL_ON, modes.MANUAL_OFF])
         elif kind == 1 and plc.cfg[i].kind != slots.ON_OFF:
-            s.ask |= rng.choice([operate.CASC_ON, operate.CASC_OFF])
+            s.ask |= rng.choice([modes.CASC_ON, modes.CASC_OFF])
         elif kind in {2, 3} and tuning:
-            s.ask |= rng.choice([operate.TUNE_ON, operate.TUNE_ON, operate.TUNE_OFF, operate.ACCEPT])
+            s.ask |= rng.choice([modes.TUNE_ON, modes.TUNE_ON, modes.TUNE_OFF, modes.ACCEPT])
         elif kind == 4:
             sig[plc.layout.numbers[f"{loop}.SP"]] = float(rng.randrange(10, 90))
     for name in ("A", "B"):
@@ -67,5 +67,5 @@ def test_random_programs_run_to_the_same_bits_compiled_and_not(fast):
         tuned |= {s.kept for s in st}
         faults += sum(s.fault != 0 for s in st)
     assert seen == set(slots.KINDS.values())
-    assert tuned > {operate.RUNNING, operate.FAILED, operate.CANCELLED}
+    assert tuned > {modes.RUNNING, modes.FAILED, modes.CANCELLED}
     assert faults

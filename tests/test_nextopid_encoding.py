@@ -10,7 +10,7 @@ from hypothesis import given, settings
 
 from nextopid_networks import NETWORKS, OVERRIDE, network
 from nextopid_strategies import configurations
-from pidcfg.cli.listings import decode_listing
+from pidcfg.cli.files.listings import decode_listing
 from pidcfg.encoders.listing import ListingError
 from pidcfg.encoders.maps.nextopid import BLOCK_TYPES
 from pidcfg.encoders.nextopid.encode import encode

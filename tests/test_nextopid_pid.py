@@ -13,8 +13,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from nextopid_pid_rig import Block, Process, run
-from pidcfg.sim.controllers.nextopid import pid_decisions
-from pidcfg.sim.controllers.nextopid.pid_decisions import PID
+from pidcfg.sim.controllers.nextopid import decisions
+from pidcfg.sim.controllers.nextopid.decisions import PID
 from pidcfg.sim.controllers.nextopid.state import (
     AUTO_MODE,
     CASCADE_MODE,
@@ -689,7 +689,7 @@ def test_decisions_are_numbered_without_a_gap():
 
 @pytest.mark.parametrize("decision", PID, ids=lambda decision: f"D{decision.number}")
 def test_a_decision_is_named_where_it_is_carried_out(decision):
-    folder = Path(pid_decisions.__file__).parent
+    folder = Path(decisions.__file__).parent
     modules = sorted(m for m in folder.glob("*.py") if m.name != "pid_decisions.py")
 
     assert f"D{decision.number}" in "".join(m.read_text("utf-8") for m in modules)

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from nextopid_networks import DATA, NETWORKS, OVERRIDE, fault, network
 from nextopid_strategies import EXPRESSIONS, PLACE, configurations
-from pidcfg.cli.listings import decode_listing
+from pidcfg.cli.files.listings import decode_listing
 from pidcfg.encoders.files import UnwritableError
 from pidcfg.encoders.listing import ListingError
 from pidcfg.encoders.nextopid.decode import decode

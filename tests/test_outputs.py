@@ -13,10 +13,12 @@ import click
 import pytest
 from click.testing import CliRunner
 
-from pidcfg.cli import outputs, rule, settings_check
-from pidcfg.cli.console import echo_xml
+from pidcfg.cli.commands import rule
+from pidcfg.cli.commands.report import shortener
+from pidcfg.cli.files import outputs
+from pidcfg.cli.findings import settings_file
 from pidcfg.cli.main import Exit, cli
-from pidcfg.cli.report import shortener
+from pidcfg.cli.terminal.console import echo_xml
 from pidcfg.report.csv_files import csv_text
 from pidcfg.report.page import number as on_page
 from pidcfg.report.tables import Table
@@ -339,9 +341,9 @@ def test_a_baseline_on_another_drive_keeps_its_path(tmp_path, monkeypatch):
     text_ = '[tool]\nbaseline = "known.json"\n'
     monkeypatch.chdir(tmp_path)
     table = {"baseline": "known.json"}
-    assert settings_check.checked(table, "f", text_, "", tmp_path) == {"baseline": "known.json"}
+    assert settings_file.checked(table, "f", text_, "", tmp_path) == {"baseline": "known.json"}
     monkeypatch.setattr(os.path, "relpath", two_drives)
-    found = settings_check.checked(table, "f", text_, "", tmp_path)
+    found = settings_file.checked(table, "f", text_, "", tmp_path)
     assert found == {"baseline": (tmp_path / "known.json").as_posix()}
 
 

@@ -13,9 +13,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from living_rig import GOOD, TWICE, run
-from pidcfg.cli.schema import document_schema
-from pidcfg.cli.settings import candidates
-from pidcfg.cli.settings_check import KEYS, REFUSED
+from pidcfg.cli.commands.schema import document_schema
+from pidcfg.cli.findings.settings import candidates
+from pidcfg.cli.findings.settings_file import KEYS, REFUSED
 from pidcfg.globs import matches
 
 

@@ -11,9 +11,9 @@ from pathlib import Path
 
 import pytest
 
-from pidcfg.cli.scenarios import shortened
-from pidcfg.cli.simulate import simulate_document
+from pidcfg.cli.commands.simulate import simulate_document
 from pidcfg.limits import DEFAULT
+from pidcfg.scenario.load import shortened
 from pidcfg.sim.run import Settings
 from pidcfg.source import read_document
 

@@ -13,7 +13,7 @@ from pidcfg.source import read_document
 from pidcfg.validate.codes import LIVING
 from pidcfg.validate.engine import check_document
 from pidcfg.validate.pages import all_rules
-from pidcfg.validate.suppress import suppress
+from pidcfg.validate.suppression import suppress
 
 ALARMS = "    alarms: {pv: {low_low: 15, low: 15, high: 15, high_high: 90}}"
 

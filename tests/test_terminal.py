@@ -14,8 +14,8 @@ import click
 import pytest
 from click.testing import CliRunner
 
-from pidcfg.cli import colour, console, glyphs, progress
 from pidcfg.cli.main import COMMANDS, cli
+from pidcfg.cli.terminal import colour, console, glyphs, progress
 from pidcfg.vendors import VENDORS
 
 ROOT = Path(__file__).parents[1]
@@ -169,7 +169,7 @@ def test_a_page_is_formatted_where_colour_is_wanted():
 WORK = """
 import sys, threading, time
 from pidcfg.cli import progress
-from pidcfg.cli.console import echo, note
+from pidcfg.cli.terminal.console import echo, note
 progress.AFTER = 0
 {before}
 progress.LINE.begin()

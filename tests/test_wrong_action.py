@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from pidcfg.cli.simulate import simulate_document
+from pidcfg.cli.commands.simulate import simulate_document
 from pidcfg.limits import DEFAULT
 from pidcfg.sim.feedback import answer, wrong_actions
 from pidcfg.sim.prepare import prepare

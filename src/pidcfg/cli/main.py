@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from pidcfg import __version__
-from pidcfg.cli import colour, glyphs
-from pidcfg.cli.progress import LINE
+from pidcfg.cli.terminal import colour, glyphs
+from pidcfg.cli.terminal.progress import LINE
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -32,19 +32,19 @@ class Exit(IntEnum):
 
 
 COMMANDS = {
-    "validate": ("pidcfg.cli.validate", "Find every mistake in configurations and scenarios."),
-    "encode": ("pidcfg.cli.encode", "Write the PLC's memory for a configuration."),
-    "decode": ("pidcfg.cli.decode", "Read a memory listing back into a configuration."),
-    "convert": ("pidcfg.cli.convert", "Write another vendor's configuration."),
-    "diff": ("pidcfg.cli.diff", "Compare two configurations by meaning."),
-    "simulate": ("pidcfg.cli.simulate", "Run the encoded loops against a plant."),
-    "report": ("pidcfg.cli.report", "Write a commissioning report: HTML, CSV, XLSX."),
-    "tune": ("pidcfg.cli.tune", "Work out gains by the manuals' rules."),
-    "rule": ("pidcfg.cli.rule", "Explain a rule, or list all of them."),
-    "explain": ("pidcfg.cli.explain", "Say what a register, bit or error number means."),
-    "schema": ("pidcfg.cli.schema", "Print the JSON Schema of a file for editors."),
-    "init": ("pidcfg.cli.init", "Write a commented starter file."),
-    "completion": ("pidcfg.cli.completion", "Print the script that completes commands in a shell."),
+    "validate": ("pidcfg.cli.commands.validate", "Find every mistake in configurations and scenarios."),
+    "encode": ("pidcfg.cli.commands.encode", "Write the PLC's memory for a configuration."),
+    "decode": ("pidcfg.cli.commands.decode", "Read a memory listing back into a configuration."),
+    "convert": ("pidcfg.cli.commands.convert", "Write another vendor's configuration."),
+    "diff": ("pidcfg.cli.commands.diff", "Compare two configurations by meaning."),
+    "simulate": ("pidcfg.cli.commands.simulate", "Run the encoded loops against a plant."),
+    "report": ("pidcfg.cli.commands.report", "Write a commissioning report: HTML, CSV, XLSX."),
+    "tune": ("pidcfg.cli.commands.tune", "Work out gains by the manuals' rules."),
+    "rule": ("pidcfg.cli.commands.rule", "Explain a rule, or list all of them."),
+    "explain": ("pidcfg.cli.commands.explain", "Say what a register, bit or error number means."),
+    "schema": ("pidcfg.cli.commands.schema", "Print the JSON Schema of a file for editors."),
+    "init": ("pidcfg.cli.commands.init", "Write a commented starter file."),
+    "completion": ("pidcfg.cli.commands.completion", "Print the script that completes commands in a shell."),
 }
 """Module (whose function ``command`` is the command) and short help; the module is imported when it is called."""
 
@@ -126,7 +126,7 @@ class LazyGroup(click.Group):
         LINE.label = cmd_name
         command = colour.understood(import_module(COMMANDS[cmd_name][0]).command)
         if COMPLETE in os.environ:
-            from pidcfg.cli.candidates import completed
+            from pidcfg.cli.completion.candidates import completed
 
             return completed(command)
         return command
@@ -179,7 +179,7 @@ def _open_streams() -> None:
 
 def _drop_stdout() -> None:
     """Sends what is still to be written to nowhere."""
-    from pidcfg.cli.console import drop
+    from pidcfg.cli.terminal.console import drop
 
     drop(sys.stdout)
 
@@ -207,7 +207,7 @@ def _refused(error: OSError) -> str:
 def _run() -> object:
     """The command, or what a shell asks for."""
     if COMPLETE in os.environ:
-        from pidcfg.cli.shells import register
+        from pidcfg.cli.completion.shells import register
 
         register()
     return cli(standalone_mode=False, prog_name="pidcfg", complete_var=COMPLETE)
@@ -217,7 +217,7 @@ def _say(error: click.ClickException) -> None:
     """An error as click writes it, through what knows colours and code pages."""
     from io import StringIO
 
-    from pidcfg.cli.console import note
+    from pidcfg.cli.terminal.console import note
 
     text = StringIO()
     error.show(text)

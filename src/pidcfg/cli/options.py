@@ -72,7 +72,7 @@ def _silenced(ctx: click.Context, param: click.Parameter, quiet: bool) -> bool:
     """Nothing but findings and results, so no progress either."""
     del ctx, param
     if quiet:
-        from pidcfg.cli.progress import LINE
+        from pidcfg.cli.terminal.progress import LINE
 
         LINE.silence()
     return quiet

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, cast, get_args
 
-from pidcfg.convert.own_fields import PLACES
+from pidcfg.differences.vendor_fields import PLACES
 from pidcfg.encoders.named import ParameterTable, Program
 from pidcfg.report.content import LoopSheet, PlcSheet
 from pidcfg.report.facts import facts, held_setpoint

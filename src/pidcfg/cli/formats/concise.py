@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from pidcfg.cli.formats.findings import sentence
-from pidcfg.cli.reporters import UNPRINTABLE
+from pidcfg.cli.formats.reporters import UNPRINTABLE
 
 if TYPE_CHECKING:
     from pidcfg.cli.formats.findings import Findings

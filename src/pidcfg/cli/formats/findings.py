@@ -14,7 +14,7 @@ from pidcfg.diagnostics import Severity
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from pidcfg.cli.reporters import Documents
+    from pidcfg.cli.formats.reporters import Documents
     from pidcfg.diagnostics import Diagnostic, Span
 
 STDIN = "<stdin>"

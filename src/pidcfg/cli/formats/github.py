@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from pidcfg.cli.formats.findings import STDIN, shown, told
-from pidcfg.cli.reporters import UNPRINTABLE
+from pidcfg.cli.formats.reporters import UNPRINTABLE
 from pidcfg.diagnostics import Diagnostic, Severity
 
 if TYPE_CHECKING:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from pidcfg.cli import reporters
+from pidcfg.cli.formats import reporters
 
 if TYPE_CHECKING:
     from pidcfg.cli.formats.findings import Findings

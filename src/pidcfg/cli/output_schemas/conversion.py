@@ -13,7 +13,7 @@ from pidcfg.cli.output_schemas.parts import (
     record,
     text,
 )
-from pidcfg.convert.ledger import WORST
+from pidcfg.conversion.ledger import WORST
 from pidcfg.vendors import VENDORS
 
 

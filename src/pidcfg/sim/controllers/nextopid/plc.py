@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from pidcfg.encoders.maps.nextopid import BLOCK_TYPES
 from pidcfg.encoders.named import Parameter, shortest
 from pidcfg.schemas.iec import Wire
-from pidcfg.sim.controllers.nextopid import operate, report
+from pidcfg.sim.controllers.nextopid import modes, report
 from pidcfg.sim.controllers.nextopid.memory import PERCENT_COUNTS, SHOWN, Memory, Options, number_of
 from pidcfg.sim.controllers.nextopid.report import (
     AUX_BITS,
@@ -236,9 +236,9 @@ class Nextopid(Memory):
         elif mode in {"tracking", "autotune"}:
             tell(s, report.COMES_ABOUT, bit)
         else:
-            s.ask |= operate.MANUAL_ON if mode == "manual" else operate.MANUAL_OFF
+            s.ask |= modes.MANUAL_ON if mode == "manual" else modes.MANUAL_OFF
             if mode != "manual" and f"{name}.CASC" in self.layout.numbers:
-                s.ask |= operate.CASC_ON if mode == "cascade" else operate.CASC_OFF
+                s.ask |= modes.CASC_ON if mode == "cascade" else modes.CASC_OFF
 
     def ramp_soak(self, loop: int, command: str) -> None:
         """There is no ramp/soak generator, and no command of it."""
@@ -251,25 +251,25 @@ class Nextopid(Memory):
         elif "AutoTune" in self._wired(name):
             tell(s, report.TUNE_IS_WIRED)
         elif command == "start":
-            s.ask |= operate.TUNE_ON
+            s.ask |= modes.TUNE_ON
         elif command == "cancel":
-            s.ask |= operate.TUNE_OFF
-        elif s.kept == operate.DONE:
-            s.ask |= operate.ACCEPT | operate.TUNE_OFF
+            s.ask |= modes.TUNE_OFF
+        elif s.kept == modes.DONE:
+            s.ask |= modes.ACCEPT | modes.TUNE_OFF
         else:
             tell(s, report.NOTHING_TO_ACCEPT)
 
     def tuned(self, loop: int) -> Mapping[str, Any] | None:
         """How the last auto-tuning of a loop went; None where there was none."""
         s = self.st[loop]
-        if s.kept == operate.NO_RUN:
+        if s.kept == modes.NO_RUN:
             return None
-        ended = s.kept in {operate.DONE, operate.FAILED}
+        ended = s.kept in {modes.DONE, modes.FAILED}
         flags = [name for i, name in enumerate(RESULT_FLAGS) if s.found_flags >> i & 1 and ended]
         found = dict(zip(self.tuned_names, map(shortest, (s.found_kp, s.found_ti, s.found_td)), strict=True))
         return {
             "done": ended,
-            "error": s.kept == operate.FAILED,
+            "error": s.kept == modes.FAILED,
             "status": ", ".join(flags) or TUNE_STATUS[s.kept],
             "results": found if ended and any(found.values()) else {},
         }

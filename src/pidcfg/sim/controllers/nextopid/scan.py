@@ -10,11 +10,11 @@ from __future__ import annotations
 
 from pidcfg.sim.controllers.nextopid import slots
 from pidcfg.sim.controllers.nextopid.delay import delay, delay_lag
+from pidcfg.sim.controllers.nextopid.equation import pid
 from pidcfg.sim.controllers.nextopid.filters import lag, lead_lag, low_filter
 from pidcfg.sim.controllers.nextopid.memory import Options
+from pidcfg.sim.controllers.nextopid.modes import keep_results, operate
 from pidcfg.sim.controllers.nextopid.on_off import on_off
-from pidcfg.sim.controllers.nextopid.operate import keep_results, operate
-from pidcfg.sim.controllers.nextopid.pid import pid
 from pidcfg.sim.controllers.nextopid.plc import Nextopid, load
 from pidcfg.sim.controllers.nextopid.pwm import pwm
 from pidcfg.sim.controllers.nextopid.selectors import select_max, select_min, split_range

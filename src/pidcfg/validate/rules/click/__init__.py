@@ -1,6 +1,6 @@
 """Rules for CLICK configurations; the codes PID3xx, one module a topic."""
 
-from pidcfg.validate.rules import collect, generic
+from pidcfg.validate.rules import collect, common
 from pidcfg.validate.rules.click import (
     alarm_signals,
     alarms,
@@ -17,7 +17,7 @@ from pidcfg.validate.rules.click import (
 )
 
 RULES = collect(
-    generic,
+    common,
     blocks,
     names,
     operation,

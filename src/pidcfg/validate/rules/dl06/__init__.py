@@ -1,6 +1,6 @@
 """Rules for DL06 configurations; the codes PID2xx, one module a topic."""
 
-from pidcfg.validate.rules import collect, generic
+from pidcfg.validate.rules import collect, common
 from pidcfg.validate.rules.dl06 import (
     alarms,
     autotune,
@@ -20,7 +20,7 @@ from pidcfg.validate.rules.dl06 import (
 )
 
 RULES = collect(
-    generic,
+    common,
     setup,
     tuning,
     equation,

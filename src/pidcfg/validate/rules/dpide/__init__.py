@@ -1,6 +1,6 @@
 """Rules for Delta AS configurations; the codes PID7xx, one module a topic."""
 
-from pidcfg.validate.rules import collect, generic
+from pidcfg.validate.rules import collect, common
 from pidcfg.validate.rules.dpide import (
     action,
     cycle,
@@ -14,4 +14,4 @@ from pidcfg.validate.rules.dpide import (
     tuning,
 )
 
-RULES = collect(generic, devices, operation, action, tuning, derivative, cycle, output, setpoint, deadband, names)
+RULES = collect(common, devices, operation, action, tuning, derivative, cycle, output, setpoint, deadband, names)

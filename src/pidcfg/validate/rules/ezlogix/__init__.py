@@ -1,6 +1,6 @@
 """Rules for EZLogix configurations; the codes PID4xx, one module a topic."""
 
-from pidcfg.validate.rules import collect, generic
+from pidcfg.validate.rules import collect, common
 from pidcfg.validate.rules.ezlogix import (
     action,
     autotune,
@@ -14,4 +14,4 @@ from pidcfg.validate.rules.ezlogix import (
     tags,
 )
 
-RULES = collect(generic, blocks, tags, names, action, equation, setpoint, pv, output, pulses, autotune)
+RULES = collect(common, blocks, tags, names, action, equation, setpoint, pv, output, pulses, autotune)

@@ -1,6 +1,6 @@
 """Rules for NextoPID configurations; the codes PID6xx, one module a topic."""
 
-from pidcfg.validate.rules import collect, generic
+from pidcfg.validate.rules import collect, common
 from pidcfg.validate.rules.nextopid import (
     autotune,
     blocks,
@@ -18,7 +18,7 @@ from pidcfg.validate.rules.nextopid import (
 )
 
 RULES = collect(
-    generic,
+    common,
     wires,
     limits,
     wired,

@@ -1,0 +1,138 @@
+"""``pidcfg encode``: a configuration to the PLC's memory."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import click
+
+from pidcfg.cli import options
+from pidcfg.cli.main import Exit
+from pidcfg.cli.terminal.console import echo, echo_json, note
+from pidcfg.encoders.files import CONFLICT
+from pidcfg.vendors import format_names, format_of
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from pidcfg.encoders.files import FileKind
+    from pidcfg.encoders.image import Image
+    from pidcfg.limits import Limits
+
+EPILOG = options.examples(
+    "pidcfg encode reactor.yaml",
+    "pidcfg encode reactor.yaml --format ihex -o reactor.hex",
+    "pidcfg encode reactor.yaml --format json | jq '.words[0]'",
+    "pidcfg encode tank.yaml --format nickname-csv --into project.csv -o merged.csv",
+)
+
+
+@click.command("encode", epilog=EPILOG)
+@click.argument("file")
+@options.output_format(*format_names())
+@options.OUT
+@options.FORCE
+@click.option(
+    "--allow-errors", is_flag=True, help="Encode although validate reports errors, to see what the PLC would do."
+)
+@click.option(
+    "--into",
+    metavar="FILE",
+    help="A file of yours that the format adds to, such as a tag list. It is not changed itself.",
+)
+@options.QUIET
+@options.LIMITS
+def command(
+    file: str, fmt: str, out: str | None, force: bool, allow_errors: bool, into: str | None, quiet: bool, limits: Limits
+) -> None:
+    """Write the PLC's memory for the configuration FILE (- for standard input): every word with its address."""
+    from pidcfg.cli.commands.validate import exit_code
+    from pidcfg.cli.findings.collect import one_configuration, show_errors
+    from pidcfg.encoders.files import UnwritableError
+    from pidcfg.encoders.listing import ListingError
+
+    checked = one_configuration(file, limits)
+    status = exit_code(list(checked.findings))
+    unfit = checked.encoding is None or not checked.encoding.whole
+    if status is not Exit.OK and (unfit or not allow_errors):
+        show_errors(checked, fmt)
+        note("nothing was written")
+        click.get_current_context().exit(status)
+    if checked.encoding is None or checked.vendor is None:
+        raise click.ClickException(f"{file} could not be encoded")
+    try:
+        kind = format_of(checked.vendor, fmt)
+    except KeyError as error:
+        raise click.UsageError(error.args[0]) from None
+    checklist = checked.vendor.load("checklist")(checked.config)
+    try:
+        parts, report = _written(kind, checked.encoding.image, checklist, into, limits)
+    except (UnwritableError, ListingError) as error:
+        raise click.ClickException(f"{file}: {error}") from None
+    names = _put(kind, parts, out, force=force)
+    conflicts = [line for line in report if line.startswith(CONFLICT)]
+    for line in conflicts if quiet else report:
+        note(line)
+    if not quiet:
+        tell(kind, names, checklist, len(checked.encoding.image.cells), out)
+    if conflicts:
+        click.get_current_context().exit(Exit.FOUND)
+
+
+def tell(kind: FileKind, names: list[str], checklist: tuple[str, ...], values: int, out: str | None) -> None:
+    """What is to be checked by eye, and what was written."""
+    if out is not None or not kind.carries_comments:
+        for item in checklist:
+            note(f"check after the download: {item}")
+    if names:
+        count = f"{values} values" if kind.whole else kind.title
+        note(f"{', '.join(names)}: {count}")
+
+
+def _put(kind: FileKind, parts: Mapping[str, str], out: str | None, *, force: bool) -> list[str]:
+    """Writes the texts, to standard output without ``out``; returns the names of the files."""
+    from pidcfg.cli.files.outputs import write_files
+
+    if out is not None:
+        files = {beside(out, suffix): text.encode(kind.encoding) for suffix, text in parts.items()}
+        write_files(files, force=force)
+        return list(files)
+    if len(parts) > 1 or kind.encoding != "utf-8":
+        raise click.UsageError(f"{kind.name} is not for a terminal; name its file with -o")
+    (echo_json if kind.name == "json" else echo)(next(iter(parts.values())))
+    return []
+
+
+def beside(path: str, suffix: str) -> str:
+    """The name of one file of several: the suffix before the extension."""
+    if not suffix:
+        return path
+    stem, dot, extension = path.rpartition(".")
+    return f"{stem}-{suffix}.{extension}" if dot and "/" not in extension else f"{path}-{suffix}"
+
+
+def _written(
+    kind: FileKind, image: Image, checklist: tuple[str, ...], into: str | None, limits: Limits
+) -> tuple[Mapping[str, str], tuple[str, ...]]:
+    """The texts of the format, and a report where they went into a file of the user's."""
+    from pidcfg.cli.files.inputs import read_input
+    from pidcfg.cli.files.listings import exact_text
+    from pidcfg.encoders.listing import ListingError
+
+    if into is None:
+        if kind.needs_into:
+            raise click.UsageError(f"{kind.name} is written into a file of yours; name it with --into")
+        text = kind.write(image, checklist)
+        return ({"": text} if isinstance(text, str) else text), ()
+    if kind.merge is None:
+        raise click.UsageError(f"{kind.name} is not written into another file")
+    entry = read_input(into, limits)
+    if entry.problem is not None:
+        raise click.ClickException(entry.problem)
+    if len(entry.data) > limits.file_bytes:
+        raise click.ClickException(f"{entry.name} is larger than {limits.file_bytes} bytes; raise it with --limit")
+    try:
+        merged, report = kind.merge(image, exact_text(entry.data, kind.encoding))
+    except ListingError as error:
+        raise click.ClickException(f"{entry.name}:{error.line}:{error.column}: {error}") from None
+    return {"": merged}, report

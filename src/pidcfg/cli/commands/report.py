@@ -1,0 +1,210 @@
+"""``pidcfg report``: the commissioning report as one HTML page, as CSV files and as a workbook."""
+
+from __future__ import annotations
+
+import os
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from pidcfg import __version__
+from pidcfg.cli import options
+from pidcfg.cli.extras import need
+from pidcfg.cli.main import Exit
+from pidcfg.cli.terminal.console import echo_xml, note
+from pidcfg.cli.terminal.progress import LINE
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator, Sequence
+
+    from pidcfg.cli.files.report_inputs import Gathered
+    from pidcfg.limits import Limits
+    from pidcfg.report.content import Content
+
+STDOUT, PAGE = "-", "report.html"
+NEEDS = {"page": ("jinja2", "matplotlib"), "xlsx": ("xlsxwriter",)}
+"""Packages of the extra ``report`` by what needs them."""
+EPILOG = options.examples(
+    "pidcfg report reactor.scenario.yaml",
+    "pidcfg report loops/ scenarios/ -o handover.html --project 'Line 4' --document PID-0042 --revision B",
+    "pidcfg report reactor.yaml --csv tables --xlsx tables.xlsx",
+)
+
+
+def _ending(*suffixes: str) -> Callable[[click.Context, click.Parameter, str | None], str | None]:
+    """Refuses a file name that promises another kind of file."""
+
+    def checked(ctx: click.Context, param: click.Parameter, name: str | None) -> str | None:
+        if name not in {None, STDOUT} and Path(name or "").suffix.lower() not in suffixes:
+            cure = "; a browser prints the page to PDF" if Path(name or "").suffix.lower() == ".pdf" else ""
+            raise click.BadParameter(f"{name!r}; write a name that ends in {' or '.join(suffixes)}{cure}", ctx, param)
+        return name
+
+    return checked
+
+
+def _field(name: str, what: str) -> options.Decorator:
+    """An option of the title block."""
+    return click.option(f"--{name}", metavar="TEXT", help=f"{what}, for the title block.")
+
+
+@click.command("report", epilog=EPILOG)
+@click.argument("paths", nargs=-1, required=True, metavar="FILE...")
+@click.option(
+    "-o",
+    "--output",
+    "out",
+    metavar="FILE",
+    callback=_ending(".html", ".htm"),
+    help=f"The page; {PAGE} unless --csv or --xlsx is given, - for standard output.",
+)
+@click.option("--csv", "csv", metavar="FOLDER", help="Write the tables as CSV files into a folder.")
+@click.option(
+    "--xlsx", "xlsx", metavar="FILE", callback=_ending(".xlsx"), help="Write the tables as an Excel workbook."
+)
+@click.option("--title", metavar="TEXT", default="Commissioning report", show_default=True, help="Title of the report.")
+@_field("project", "Project")
+@_field("customer", "Customer")
+@_field("plant", "Plant or machine; the names in the configurations when not given")
+@_field("document", "Document number")
+@_field("revision", "Revision")
+@_field("author", "Who prepared it")
+@_field("date", "Date")
+@click.option("--exit-zero", is_flag=True, help="Exit 0 whenever the report was written.")
+@options.STRICT
+@options.FORCE
+@options.QUIET
+@options.LIMITS
+def command(
+    paths: tuple[str, ...],
+    out: str | None,
+    csv: str | None,
+    xlsx: str | None,
+    title: str,
+    project: str | None,
+    customer: str | None,
+    plant: str | None,
+    document: str | None,
+    revision: str | None,
+    author: str | None,
+    date: str | None,
+    exit_zero: bool,
+    strict: bool,
+    force: bool,
+    quiet: bool,
+    limits: Limits,
+) -> None:
+    """Write a commissioning report on every FILE: scenarios, configurations, and folders of them.
+
+    A scenario brings its configuration along. The report has a sheet for each loop, with settings, words and a column
+    for the as-left values, the findings, the trends and verdicts of the runs, and the SHA-256 of every file. Nothing
+    in it comes from the clock or the user's account: the same files give the same bytes.
+
+    Exit codes: 0 no error and no failed expectation, 1 some (they are in the report), 2 unusable input.
+    """
+    from pidcfg.cli.files.report_inputs import gathered
+    from pidcfg.report.compose import compose, renamed
+    from pidcfg.report.content import Title
+
+    if out is None and csv is None and xlsx is None:
+        out = PAGE
+    _have("page" if out is not None else None, "xlsx" if xlsx is not None else None)
+    found = gathered(paths, limits, _progress, pictures=out is not None)
+    block = Title(title, project, customer, plant, document, revision, author, date, __version__)
+    made = compose(block, list(found.files.values()), list(found.configurations.values()), found.runs, found.findings)
+    content = renamed(made, shortener([file.name for file in made.files]))
+    _write(content, out, csv, xlsx, force=force)
+    if not quiet:
+        note(summary(content, [name for name in (out, csv, xlsx) if name not in {None, STDOUT}]))
+    click.get_current_context().exit(Exit.OK if exit_zero else exit_code(found, strict=strict))
+
+
+def _have(*wanted: str | None) -> None:
+    """Ends the command, before anything runs, where a package is not installed."""
+    for what in wanted:
+        for package in NEEDS.get(what or "", ()):
+            need(package, "report")
+
+
+def _progress(share: float) -> None:
+    """What the line on the terminal shows."""
+    LINE.update("simulating", share)
+
+
+def shortener(names: Sequence[str]) -> Callable[[str], str]:
+    """Names as a report shows them: those that are absolute from the folder that they have in common.
+
+    On several drives there is none: then names stay as they are.
+    """
+    whole = [str(Path(name).parent) for name in names if Path(name).is_absolute()]
+    try:
+        base = os.path.commonpath(whole) if whole else ""
+    except ValueError:
+        return lambda name: Path(name).as_posix()
+    return lambda name: Path(os.path.relpath(name, base)).as_posix() if Path(name).is_absolute() else name
+
+
+def _write(content: Content, out: str | None, csv: str | None, xlsx: str | None, *, force: bool) -> None:
+    """All files or none; the page goes to standard output last."""
+    from pidcfg.cli.files.outputs import write_files
+    from pidcfg.report.tables import tables_of
+
+    files: dict[str, str | bytes] = {}
+    if csv is not None:
+        from pidcfg.report.csv_files import csv_files
+
+        files |= {(Path(csv) / name).as_posix(): text for name, text in csv_files(tables_of(content)).items()}
+    if xlsx is not None:
+        from pidcfg.report.workbook import workbook
+
+        files[xlsx] = workbook([table for table in tables_of(content) if table.rows], content.title)
+    html = None
+    if out is not None:
+        from pidcfg.report.page import page
+
+        html = page(content)
+        if out != STDOUT:
+            files[out] = html
+    with _folder(csv):
+        write_files(files, force=force)
+    if html is not None and out == STDOUT:
+        echo_xml(html)
+
+
+@contextmanager
+def _folder(name: str | None) -> Iterator[None]:
+    """A folder that is made where there is none, with those above it; what was made goes when nothing is written."""
+    missing = [] if name is None else [path for path in (Path(name), *Path(name).parents) if not path.exists()]
+    written = False
+    try:
+        for path in reversed(missing):
+            path.mkdir()
+        yield
+        written = True
+    except OSError as error:
+        raise click.ClickException(f"cannot make the folder {name}: {error.strerror}") from None
+    finally:
+        for path in () if written else missing:
+            with suppress(OSError):
+                path.rmdir()
+
+
+def summary(content: Content, names: Sequence[str]) -> str:
+    """One line on what was written."""
+    from pidcfg.report.page import counts
+
+    passed, total = content.verdicts
+    loops, runs = len(content.loops), len(content.runs)
+    parts = [f"{loops} loop{'' if loops == 1 else 's'}", f"{runs} run{'' if runs == 1 else 's'}"]
+    parts += [f"{n} {label}{'' if n == 1 else 's'}" for label, n in counts(content).items()]
+    parts += [f"{passed} of {total} expectations passed"] if total else []
+    return f"{', '.join(names) or 'report'}: {', '.join(parts)}"
+
+
+def exit_code(found: Gathered, *, strict: bool) -> Exit:
+    """As validate and simulate would end; what is unusable outweighs what was found."""
+    from pidcfg.cli.commands import simulate, validate
+
+    return max(validate.exit_code(found.findings, strict=strict), simulate.exit_code(found.outcomes, strict=strict))

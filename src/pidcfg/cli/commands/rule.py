@@ -1,0 +1,58 @@
+"""``pidcfg rule``: what a rule checks, why, and the cure."""
+
+from __future__ import annotations
+
+import difflib
+import json
+from typing import TYPE_CHECKING
+
+import click
+
+from pidcfg.cli import options
+from pidcfg.cli.terminal.console import echo_json, markdown, show
+
+if TYPE_CHECKING:
+    from pidcfg.validate.rule import Rule
+
+EPILOG = options.examples("pidcfg rule", "pidcfg rule PID101", "pidcfg rule PID24", "pidcfg rule PID024 --format json")
+
+
+@click.command("rule", epilog=EPILOG)
+@click.argument("code", required=False)
+@options.output_format("text", "json")
+def command(code: str | None, fmt: str) -> None:
+    """Explain the rule CODE, or list those whose code begins so, or all."""
+    from pidcfg.validate.pages import all_rules
+
+    rules = all_rules()
+    wanted = (code or "").upper()
+    if wanted in rules:
+        _one(rules[wanted], fmt)
+        return
+    listed = [rule for key, rule in rules.items() if key.startswith(wanted)]
+    if not listed:
+        near = difflib.get_close_matches(wanted, rules, n=1)
+        cure = f"did you mean {near[0]}?" if near else "'pidcfg rule' lists all"
+        raise click.ClickException(f"no rule begins with {code}; {cure}")
+    _list(listed, fmt)
+
+
+def _one(rule: Rule, fmt: str) -> None:
+    """A rule's page."""
+    from pidcfg.validate.pages import as_data, page
+
+    if fmt == "json":
+        echo_json(json.dumps({"version": 1, **as_data(rule)}, indent=2, ensure_ascii=False) + "\n")
+    else:
+        markdown(page(rule))
+
+
+def _list(rules: list[Rule], fmt: str) -> None:
+    """A line a rule."""
+    from pidcfg.validate.pages import as_data
+
+    if fmt == "json":
+        rows = [as_data(rule) for rule in rules]
+        echo_json(json.dumps({"version": 1, "rules": rows}, indent=2, ensure_ascii=False) + "\n")
+    else:
+        show("".join(f"{r.code}  {r.severity.label:<7}  {r.name:<34}  {r.title}\n" for r in rules))

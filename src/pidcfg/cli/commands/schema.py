@@ -1,0 +1,74 @@
+"""``pidcfg schema``: JSON Schema of files, for editors, and of the commands' JSON, for programs."""
+
+from __future__ import annotations
+
+import json
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from pidcfg.cli import options
+from pidcfg.cli.output_schemas import OUTPUTS, output_schema
+from pidcfg.cli.terminal.console import echo_json, show
+from pidcfg.vendors import VENDORS
+
+if TYPE_CHECKING:
+    from pydantic import BaseModel
+
+SCENARIO, SETTINGS = "scenario", "settings"
+EPILOG = options.examples(
+    "pidcfg schema dl06",
+    "pidcfg schema dl06 -o dl06.schema.json",
+    "pidcfg schema scenario",
+    "pidcfg schema settings",
+    "pidcfg schema output-validate",
+)
+
+
+@click.command("schema", epilog=EPILOG)
+@click.argument("name", metavar="[NAME]", type=click.Choice([*VENDORS, SCENARIO, SETTINGS, *OUTPUTS]), required=False)
+@options.OUT
+@options.FORCE
+def command(name: str | None, out: str | None, force: bool) -> None:
+    """Print the JSON Schema NAME: of a vendor's files, of scenarios, of settings, or of what a command prints as JSON.
+
+    Without NAME, list what there is.
+    """
+    from pidcfg.cli.files.outputs import write_files
+
+    if name is None:
+        rows = [(v.key, v.title) for v in VENDORS.values()]
+        rows += [(SCENARIO, "simulation scenarios"), (SETTINGS, "settings in pidcfg.toml")]
+        rows += [(key, f"what pidcfg {words} prints") for key, (_, words) in OUTPUTS.items()]
+        show("".join(f"{key:<16} {title}\n" for key, title in rows))
+        return
+    text = json.dumps(document_schema(name), indent=2, ensure_ascii=False) + "\n"
+    if out is None:
+        echo_json(text)
+    else:
+        write_files({out: text}, force=force)
+
+
+def document_schema(name: str) -> dict[str, Any]:
+    """The JSON Schema of a vendor's files, of scenarios, of settings, or of an output."""
+    if name in OUTPUTS:
+        return output_schema(name)
+    if name == SETTINGS:
+        from pidcfg.cli.findings.settings_file import settings_schema
+
+        return settings_schema()
+    from pidcfg.schemas.document import json_schema
+
+    return json_schema(_model(name), _title(name))
+
+
+def _model(vendor: str) -> type[BaseModel]:
+    if vendor == SCENARIO:
+        from pidcfg.schemas.scenario import Scenario
+
+        return Scenario
+    return VENDORS[vendor].model
+
+
+def _title(vendor: str) -> str:
+    return "pidcfg scenario" if vendor == SCENARIO else f"pidcfg configuration for {VENDORS[vendor].title}"

@@ -1,0 +1,110 @@
+"""``pidcfg validate``: all findings of all files."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from pidcfg.cli import options
+from pidcfg.cli.files.inputs import STDIN, gather
+from pidcfg.cli.findings import settings
+from pidcfg.cli.formats import FORMATS, render, report_options
+from pidcfg.cli.formats.findings import Findings
+from pidcfg.cli.formats.reporters import summary
+from pidcfg.cli.main import Exit
+from pidcfg.cli.terminal.console import echo, note
+from pidcfg.cli.terminal.progress import progress
+from pidcfg.diagnostics import Diagnostic, Severity
+
+if TYPE_CHECKING:
+    from pidcfg.limits import Limits
+    from pidcfg.source import Document
+
+EPILOG = options.examples(
+    "pidcfg validate reactor.yaml",
+    "pidcfg validate loops/ --severity warning --strict",
+    "pidcfg validate *.yaml --format json --ignore PID220",
+    "pidcfg validate loops/ --output sarif=pidcfg.sarif --output junit=pidcfg.xml",
+)
+
+
+@click.command("validate", epilog=EPILOG)
+@click.argument("paths", nargs=-1, required=True, is_eager=True, callback=settings.take)
+@report_options.report_format(*FORMATS)
+@report_options.report_files(*FORMATS)
+@click.option("--skip-foreign", is_flag=True, help="Leave out named files without a pidcfg key, as folders do.")
+@options.SELECT
+@options.IGNORE
+@options.SEVERITY
+@options.STRICT
+@settings.baseline_options
+@settings.FIX
+@settings.DIFF
+@settings.CONFIG
+@settings.ISOLATED
+@settings.SHOW
+@options.QUIET
+@options.LIMITS
+def command(
+    paths: tuple[str, ...],
+    fmt: str,
+    reports: tuple[report_options.Report, ...],
+    select: list[str],
+    ignore: list[str],
+    skip_foreign: bool,
+    severity: str,
+    strict: bool,
+    quiet: bool,
+    limits: Limits,
+    fix: bool,
+    diff: bool,
+    show_settings: bool,
+    **living: Any,
+) -> None:
+    """Find every mistake in PATHS: configurations, scenarios, folders of them, or - for standard input."""
+    from pidcfg.cli.findings.collect import check_all
+    from pidcfg.cli.findings.policy import Rules, live
+
+    ctx = click.get_current_context()
+    if show_settings:
+        echo(settings.report(ctx))
+        return
+    documents: dict[str, Document] = {}
+    found: list[Diagnostic] = []
+    gathered = list(gather(paths, limits, only_ours=skip_foreign))
+    inputs = [entry for entry in gathered if not entry.foreign]
+    skipped = sum(entry.foreign and entry.remark is None for entry in gathered)
+    report_options.refuse_inputs(reports, (entry.name for entry in inputs))
+    read = [name for name in (living["baseline"], settings.of(ctx).file) if name is not None]
+    report_options.refuse_inputs(reports, read)
+    if fix or diff:
+        from pidcfg.cli.findings.corrections import fixing, refuse_options
+
+        refuse_options(ctx, reports)
+        inputs = fixing(inputs, limits, Rules(select, ignore), ctx)
+    for doc, findings in progress(check_all(inputs, limits), "checking", len(inputs)):
+        documents[doc.file] = doc
+        found += findings
+    left = live(found, documents, settings.of(ctx), Rules(select, ignore, **living))
+    fails = Severity.WARNING if strict else Severity.ERROR
+    hidden = left.suppressed(Severity[severity.upper()])
+    shown = Findings(options.severe(left.kept, severity, fails), documents, fails, hidden)
+    piped = fix and STDIN in paths  # standard output is the corrected text
+    report_options.deliver(fmt, reports, lambda name: render(name, shown), aside=piped)
+    remarks = [f"{entry.name}: {entry.remark}" for entry in gathered if entry.remark is not None]
+    for remark in () if quiet else (*remarks, *left.remarks):
+        note(remark)
+    if not quiet or left.hides or (settings.of(ctx).file is not None and len(shown.found) < len(left.kept)):
+        note(summary(left.kept, len(documents), skipped) + left.counts + settings.of(ctx).mention)
+    ctx.exit(exit_code(left.kept, strict=strict))
+
+
+def exit_code(found: list[Diagnostic], *, strict: bool = False) -> Exit:
+    """Unusable input outweighs findings: CI must not mistake a file that was not read for one that was checked."""
+    from pidcfg.validate.codes import UNUSABLE
+
+    if any(d.code in UNUSABLE for d in found):
+        return Exit.UNUSABLE
+    worst = max((d.severity for d in found), default=Severity.INFO)
+    return Exit.FOUND if worst is Severity.ERROR or (strict and worst is Severity.WARNING) else Exit.OK

@@ -1,0 +1,1 @@
+"""What a shell is told about a word that is being typed."""

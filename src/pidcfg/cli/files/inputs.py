@@ -1,0 +1,171 @@
+"""Paths from the command line to documents: files, folders, patterns and standard input."""
+
+from __future__ import annotations
+
+import glob
+import os
+import sys
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from pidcfg.cli.files.folders import is_ours
+from pidcfg.cli.files.identity import remember
+from pidcfg.cli.terminal.progress import held
+from pidcfg.diagnostics import Diagnostic, Severity
+from pidcfg.source import Document, Node, read_document
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
+    from pidcfg.limits import Limits
+
+STDIN = "-"
+SUFFIXES = {".yaml", ".yml"}
+
+
+@dataclass(frozen=True, slots=True)
+class Input:
+    """A file's name as reports print it, and its bytes; or why there are none."""
+
+    name: str
+    data: bytes = b""
+    problem: str | None = None
+    foreign: bool = False
+    """A YAML file that does not say it is ours, in a folder or where such files are to be left out."""
+    remark: str | None = None
+    """Why a foreign entry of a folder was not even looked at."""
+
+
+def read_inputs(paths: Sequence[str], limits: Limits) -> Iterator[Document]:
+    """The documents that the paths of a command line stand for, each once."""
+    return (document(entry, limits) for entry in gather(paths, limits) if not entry.foreign)
+
+
+def document(entry: Input, limits: Limits) -> Document:
+    """An input as a document; a file that could not be opened is one with that finding."""
+    if entry.problem is None:
+        return read_document(entry.data, entry.name, limits)
+    found = Diagnostic("PID040", Severity.ERROR, entry.problem, entry.name, help="check the path")
+    return Document(entry.name, "", None, Node(None), (found,))
+
+
+def gather(paths: Sequence[str], limits: Limits, *, only_ours: bool = False) -> Iterator[Input]:
+    """The inputs one by one; a folder stands for the files below it that carry a ``pidcfg`` key.
+
+    ``only_ours``: a YAML file without one counts as foreign even when it is named.
+    """
+    taken = _Taken(limits)
+    for name in _expand(paths):
+        folder = name != STDIN and Path(name).is_dir()
+        if not taken.adds(name, folder=folder):
+            continue
+        if taken.full:
+            yield taken.refusal(name)
+            return
+        if folder:
+            yield from _folder(name, taken)
+        else:
+            entry = read_input(name, limits)
+            foreign = only_ours and name != STDIN and not ours(entry, limits)
+            yield Input(name, foreign=True) if foreign else entry
+
+
+@dataclass(slots=True)
+class _Taken:
+    """What has been taken: each file once, by whatever way its folder is reached, and no more than the limit."""
+
+    limits: Limits
+    places: set[tuple[str, str]] = field(default_factory=set)
+    files: int = 0
+
+    def adds(self, name: str, *, folder: bool = False) -> bool:
+        """Takes a file or a folder, unless it has been."""
+        above, file = os.path.split(name)
+        key = (os.path.realpath(name), "") if folder else (os.path.realpath(above), file)
+        new = key not in self.places
+        self.places.add(key)
+        self.files += new and not folder
+        return new
+
+    @property
+    def full(self) -> bool:
+        """Whether there are more than the limit allows."""
+        return self.files > self.limits.files
+
+    def refusal(self, name: str) -> Input:
+        """The input that says so."""
+        return Input(name, problem=f"more than {self.limits.files} files; raise it with --limit files=N")
+
+
+def ours(entry: Input, limits: Limits) -> bool:
+    """Whether a file carries our key, or is ours to complain about since nobody can tell."""
+    return entry.problem is not None or is_ours(entry.name, entry.data, limits.file_bytes)
+
+
+def _expand(paths: Sequence[str]) -> Iterator[str]:
+    """Patterns that the shell has left alone."""
+    for path in paths:
+        if any(c in path for c in "*?[") and not Path(path).exists():
+            matches = sorted(glob.glob(path, recursive=True))  # noqa: PTH207 - patterns may be absolute
+            yield from (Path(m).as_posix() for m in matches) if matches else [path]
+        else:
+            yield path if path == STDIN else Path(path).as_posix()
+
+
+def _folder(name: str, taken: _Taken) -> Iterator[Input]:
+    """The files below a folder that carry our key, or cannot be read; the other YAML files as foreign."""
+    found = False
+    for entry in _walked(name, taken.limits):
+        if entry.foreign:
+            yield entry
+        elif taken.adds(entry.name):
+            found = True
+            yield taken.refusal(entry.name) if taken.full else entry
+            if taken.full:
+                return
+        else:
+            found = True
+    if not found:
+        yield Input(name, problem=f"{name} holds no .yaml or .yml file with a pidcfg key")
+
+
+def _walked(name: str, limits: Limits) -> Iterator[Input]:
+    """Every YAML file below a folder, and whatever may hide some."""
+    closed: list[OSError] = []
+    root = Path(name).resolve()
+    for folder, folders, files in os.walk(name, onerror=closed.append):
+        folders[:] = sorted(f for f in folders if not f.startswith("."))
+        for path in (Path(folder, f) for f in folders):
+            if path.is_symlink() and not path.resolve().is_relative_to(root):
+                yield Input(path.as_posix(), foreign=True, remark="a link out of the folder is not followed; name it")
+        for path in (Path(folder, f) for f in sorted(files)):
+            if path.suffix.lower() in SUFFIXES and (path.is_file() or not path.exists()):
+                yield _in_folder(path, limits)
+    for error in closed:
+        yield Input(Path(error.filename).as_posix(), problem=f"cannot read {error.filename}: {error.strerror}")
+
+
+def _in_folder(path: Path, limits: Limits) -> Input:
+    """One YAML file that was found rather than named."""
+    name = path.as_posix()
+    entry = read_input(name, limits)
+    return entry if ours(entry, limits) else Input(name, foreign=True)
+
+
+def read_input(name: str, limits: Limits) -> Input:
+    """The bytes of one file, at most one more than the limit; no output of this run takes its place."""
+    try:
+        if name == STDIN:
+            if sys.stdin is None:
+                return Input("<stdin>", problem="cannot read standard input: it is closed")
+            with held():
+                remember(sys.stdin.buffer)
+                return Input("<stdin>", sys.stdin.buffer.read(limits.file_bytes + 1))
+        with Path(name).open("rb") as stream:
+            remember(stream)
+            return Input(name, stream.read(limits.file_bytes + 1))
+    except OSError as error:
+        return Input(name, problem=f"cannot read {name}: {error.strerror or error}")
+    except ValueError as error:
+        return Input(name, problem=f"cannot read {name!r}: {error}")

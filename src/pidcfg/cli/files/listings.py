@@ -1,0 +1,118 @@
+"""A memory listing of any format to a configuration, for every command that takes one."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from pidcfg.encoders.files import kind_of
+from pidcfg.encoders.image import Decoded
+from pidcfg.encoders.listing import Listing, ListingError
+from pidcfg.encoders.plain import read_settings
+from pidcfg.encoders.words import DecodeError
+from pidcfg.vendors import VENDORS
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping
+
+    from pidcfg.cli.files.inputs import Input
+    from pidcfg.encoders.image import Image
+    from pidcfg.limits import Limits
+    from pidcfg.vendors import Vendor
+
+HEAD = 1000
+"""Characters in which a listing names its vendor."""
+FEW = 12
+"""Addresses that a note lists before it only counts."""
+
+
+def read_listing(entry: Input, vendor: Vendor, limits: Limits, kind: str | None = None) -> Listing:
+    """The words of a listing; raises `ListingError` with the place of what cannot be read."""
+    if len(entry.data) > limits.file_bytes:
+        raise ListingError(f"the file is larger than {limits.file_bytes} bytes")
+    text = listing_text(entry.data)
+    kinds = vendor.load("formats")
+    chosen = kinds[kind] if kind else kind_of(text, kinds)
+    if chosen is None:
+        named = next((key for key in VENDORS if f"{key} memory listing" in text[:HEAD]), None)
+        if named not in {None, vendor.key}:
+            raise ListingError(f"this is a listing of vendor {named}, not {vendor.key}")
+        raise ListingError(f"this is no memory listing that pidcfg writes ({', '.join(kinds)})")
+    listing: Listing = chosen.read(text)
+    if listing.vendor not in {None, vendor.key}:
+        raise ListingError(f"the listing is of vendor {listing.vendor!r}, not {vendor.key}")
+    return listing
+
+
+def listing_text(data: bytes) -> str:
+    """The text of a file in UTF-8, or in UTF-16 when it begins so."""
+    return _decoded(data, "utf-16" if data.startswith((b"\xff\xfe", b"\xfe\xff")) else "utf-8-sig")
+
+
+def exact_text(data: bytes, encoding: str) -> str:
+    """The text of a file that goes back byte for byte: a byte order mark stays its first character."""
+    return _decoded(data, encoding)
+
+
+def _decoded(data: bytes, encoding: str) -> str:
+    try:
+        return data.decode(encoding)
+    except UnicodeDecodeError as error:
+        place = f"byte 0x{data[error.start]:02X} at {error.start}" if error.start < len(data) else "the end of the file"
+        name = encoding.upper().removesuffix("-SIG").removesuffix("-LE")
+        raise ListingError(f"{place} is not {name}; save the file as {name}") from None
+
+
+def together(listings: list[Listing]) -> Listing:
+    """Several files of one image as one; an address in two of them is refused."""
+    first, *others = listings
+    for other in others:
+        for address, raw in other.words.items():
+            first.add(address, raw, other.shown[address], other.lines[address])
+        first.mixed |= other.mixed
+        first.notes = (*first.notes, *other.notes)
+        first.settings, first.plc = (*first.settings, *other.settings), {**first.plc, **other.plc}
+    return first
+
+
+def decode_listing(listing: Listing, vendor: Vendor, options: Mapping[str, Any]) -> Decoded:
+    """The configuration that a listing holds; the notes name words that do not come back when it is encoded again."""
+    try:
+        decoded: Decoded = vendor.load("decode")(listing.words, listing.settings, listing.plc, options)
+        config = read_settings(vendor.model, decoded.data, "the listing gives no configuration")
+    except DecodeError as error:
+        raise ListingError(str(error), listing.lines.get(error.place or -1, 1)) from None
+    again = vendor.encoder(config).image
+    return Decoded(decoded.data, (*listing.notes, *decoded.notes, *_differences(listing, again)))
+
+
+def decode_yaml(listing: Listing, vendor: Vendor, options: Mapping[str, Any]) -> tuple[str, tuple[str, ...]]:
+    """A listing's configuration as YAML, with the notes."""
+    from pidcfg.writer import yaml_text
+
+    decoded = decode_listing(listing, vendor, options)
+    return yaml_text(decoded.data), decoded.notes
+
+
+def annotate_listing(listing: Listing, vendor: Vendor, options: Mapping[str, Any]) -> tuple[str, tuple[str, ...]]:
+    """A listing with a meaning beside every word, also of words that are no values; with the reader's notes."""
+    try:
+        text: str = vendor.load("explainer").annotate(listing, options)
+    except DecodeError as error:
+        raise ListingError(str(error)) from None
+    return text, listing.notes
+
+
+def _differences(listing: Listing, again: Image) -> Iterator[str]:
+    """Words that do not come back: encoded otherwise, or not at all."""
+    differ = [c.address for c in again.cells if listing.words.get(c.number, c.raw) != c.raw]
+    if differ:
+        yield f"encoded again, these words differ from the listing: {_few(differ)}"
+    name_of = {c.number: c.address for c in again.cells}
+    beside = sorted(number for number in listing.words if number not in name_of)
+    if beside and not listing.mixed:
+        lines = [listing.shown.get(number, str(number)) for number in beside]
+        yield f"these words of the listing belong to no loop and are left out: {_few(lines)}"
+
+
+def _few(names: list[str]) -> str:
+    return ", ".join(names[:FEW]) + (f" and {len(names) - FEW} more" if len(names) > FEW else "")

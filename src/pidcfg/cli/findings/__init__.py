@@ -1,0 +1,1 @@
+"""Findings of files, and what settings, comments and a baseline leave of them."""

@@ -1,0 +1,154 @@
+"""``validate --fix`` and ``--diff``: corrected files, written whole or not at all."""
+
+from __future__ import annotations
+
+import os
+import stat
+import sys
+import tempfile
+from collections import Counter
+from dataclasses import replace
+from difflib import unified_diff
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+from click.core import ParameterSource
+
+from pidcfg.cli.files.inputs import document
+from pidcfg.cli.files.outputs import write_files
+from pidcfg.cli.findings import settings
+from pidcfg.cli.findings.collect import check_any
+from pidcfg.cli.findings.policy import STDIN_NAME, count
+from pidcfg.cli.main import Exit
+from pidcfg.cli.options import named
+from pidcfg.cli.terminal.console import echo, note
+from pidcfg.cli.terminal.progress import progress
+from pidcfg.diagnostics import ordered
+from pidcfg.source import read_document
+from pidcfg.validate.codes import UNUSABLE
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from pidcfg.cli.files.inputs import Input
+    from pidcfg.cli.findings.policy import Rules
+    from pidcfg.cli.formats.report_options import Report
+    from pidcfg.diagnostics import Diagnostic
+    from pidcfg.document import Document
+    from pidcfg.limits import Limits
+    from pidcfg.validate.fixes import Fixed
+
+PRINTED = frozenset(range(0x20, 0x7F)) - {ord('"'), ord("\\")}
+"""Bytes that stand for themselves in a quoted name."""
+NO_NEWLINE = "\\ No newline at end of file"
+
+
+def fixing(inputs: Sequence[Input], limits: Limits, rules: Rules, ctx: click.Context) -> list[Input]:
+    """Corrects the inputs and returns them as they are now; ``--diff`` shows the corrections and ends the command."""
+    diff, quiet = ctx.params["diff"], ctx.params["quiet"]
+    piped = [entry for entry in inputs if entry.name == STDIN_NAME]
+    if piped and not diff and (len(inputs) > 1 or ctx.params["fmt"] != "text"):
+        raise click.UsageError("--fix prints the corrected text of -, so it takes no other path and no --format", ctx)
+    work = progress((_corrected(entry, limits, rules, ctx) for entry in inputs), "correcting", len(inputs))
+    done = list(zip(inputs, work, strict=True))
+    changed = [(entry, fixed) for entry, fixed in done if fixed.fixed]
+    total = f"{count(sum(len(f.fixed) for _, f in changed), 'finding')} in {count(len(changed), 'file')}"
+    if diff:
+        _exactly("".join(difference(entry.name, entry.data, fixed.data) for entry, fixed in changed))
+        if not quiet:
+            note(f"{total} would be corrected")
+        unusable = any(d.code in UNUSABLE for _, fixed in done for d in fixed.left)
+        ctx.exit(Exit.UNUSABLE if unusable else Exit.FOUND if changed else Exit.OK)
+    if piped:
+        sys.stdout.buffer.write(done[0][1].data)
+    else:
+        _write(changed)
+    if not quiet:
+        for entry, fixed in changed:
+            tally = Counter(d.code for d in fixed.fixed)
+            note(f"{entry.name}: corrected {', '.join(f'{n} x {code}' for code, n in sorted(tally.items()))}")
+        note(f"{total} corrected")
+    return [replace(entry, data=fixed.data) for entry, fixed in done]
+
+
+def refuse_options(ctx: click.Context, reports: Sequence[Report]) -> None:
+    """Ends the command where an option would go unheard, or a report could not be written after the corrections."""
+    named = [f"--{name}-baseline" for name in ("create", "shrink") if ctx.params[name]]
+    named += ["--output"] * bool(reports)
+    named += ["--format"] * (ctx.get_parameter_source("fmt") is ParameterSource.COMMANDLINE)
+    if ctx.params["diff"] and named:
+        raise click.UsageError(f"--diff prints a patch and nothing else, so it takes no {' or '.join(named)}", ctx)
+    for report in reports:
+        try:
+            with tempfile.TemporaryFile(dir=Path(report.path).resolve().parent):
+                pass
+        except OSError as error:
+            reason = f"cannot write {report.path}: {error.strerror}"
+            raise click.ClickException(f"{reason}; nothing was corrected") from None
+
+
+def _corrected(entry: Input, limits: Limits, rules: Rules, ctx: click.Context) -> Fixed:
+    """One input with its corrections."""
+    from pidcfg.validate.fixes import Fixed, Fixer
+    from pidcfg.validate.suppression import suppress
+
+    def check(doc: Document) -> list[Diagnostic]:
+        return ordered(suppress(check_any(doc, limits), doc).kept)
+
+    if entry.problem is not None:
+        return Fixed(entry.data, (), tuple(check(document(entry, limits))))
+    ignore = [*rules.ignore, *settings.of(ctx).ignored_in(entry.name)]
+    fixer = Fixer(
+        lambda data: read_document(data, entry.name, limits), check, lambda d: named(d.code, rules.select, ignore)
+    )
+    return fixer.fix(entry.data)
+
+
+def difference(name: str, before: bytes, after: bytes) -> str:
+    """What changes, as `patch` reads it."""
+    shown = _quoted(name)
+    rows = unified_diff(_lines(before), _lines(after), shown, shown)
+    return "".join(row if row.endswith("\n") else f"{row}\n{NO_NEWLINE}\n" for row in rows)
+
+
+def _quoted(name: str) -> str:
+    """A name as `patch` and git write it in a header: in quotes where it would end early, a tab behind blanks."""
+    if name == STDIN_NAME:
+        return "-"
+    if any(c < " " or c in '"\\\x7f' or "\ud800" <= c <= "\udfff" for c in name):
+        data = os.fsencode(name)
+        return '"' + "".join(chr(b) if b in PRINTED else f"\\{b:03o}" for b in data) + '"'
+    return f"{name}\t" if " " in name else name
+
+
+def _exactly(text: str) -> None:
+    """Prints what another program may read: every byte as it is, unless a terminal shows it."""
+    if sys.stdout.isatty():
+        echo(text)
+    else:
+        sys.stdout.buffer.write(text.encode())
+
+
+def _lines(data: bytes) -> list[str]:
+    """Lines with their ends, split where `patch` splits them."""
+    parts = data.decode().split("\n")
+    return [f"{part}\n" for part in parts[:-1]] + ([parts[-1]] if parts[-1] else [])
+
+
+def _write(changed: Sequence[tuple[Input, Fixed]]) -> None:
+    """Puts corrected files in the place of the old ones, unless one is protected, or has changed since it was read."""
+    for entry, _ in changed:
+        try:
+            now, status = Path(entry.name).read_bytes(), Path(entry.name).stat()
+        except OSError as error:
+            reason = f"cannot read {entry.name} again: {error.strerror}"
+            raise click.ClickException(f"{reason}; nothing was written") from None
+        if now != entry.data:
+            raise click.ClickException(f"{entry.name} has changed since it was read; nothing was written")
+        if not status.st_mode & stat.S_IWUSR or not os.access(entry.name, os.W_OK):
+            raise click.ClickException(f"{entry.name} is read-only; nothing was written")
+        if status.st_nlink > 1:
+            links = "has more than one name (hard links), and the others would keep the old text"
+            raise click.ClickException(f"{entry.name} {links}; nothing was written")
+    write_files({entry.name: fixed.data for entry, fixed in changed}, force=True, over_inputs=True)

@@ -1,0 +1,191 @@
+"""Living with findings: what comments, settings and a baseline leave of them, and what is said about the rest."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from pidcfg.cli import options
+from pidcfg.diagnostics import ordered
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping, Sequence
+
+    from pidcfg.cli.findings.settings import Settings
+    from pidcfg.diagnostics import Diagnostic, Severity
+    from pidcfg.source import Document
+    from pidcfg.validate.baseline import Entry
+    from pidcfg.validate.suppression import Ignored
+
+LARGEST = 64 << 20
+"""Bytes of a baseline."""
+STDIN_NAME = "<stdin>"
+"""The name of an input that has none, so that no baseline can know it."""
+
+
+@dataclass(frozen=True, slots=True)
+class Rules:
+    """What the options choose: beginnings of codes, and what is to be done with a baseline."""
+
+    select: list[str]
+    ignore: list[str]
+    baseline: str | None = None
+    create: bool = False
+    shrink: bool = False
+
+
+@dataclass(slots=True)
+class Living:
+    """What is reported, what a comment ignores (with its reason), what the baseline knows, and remarks for stderr."""
+
+    kept: list[Diagnostic]
+    ignored: list[Ignored] = field(default_factory=list)
+    known: list[Diagnostic] = field(default_factory=list)
+    remarks: list[str] = field(default_factory=list)
+    set_aside: int = 0
+    """How many findings a settings file leaves out."""
+
+    @property
+    def hides(self) -> bool:
+        """Whether a run that is told to be quiet still has to say that there is more than it shows."""
+        return bool(self.ignored or self.known or self.set_aside)
+
+    def suppressed(self, severity: Severity) -> list[tuple[Diagnostic, str | None]]:
+        """What is not reported, with the reason that a comment gives; None: the baseline knows it."""
+        found = [(entry.found, entry.reason) for entry in self.ignored]
+        return [(d, reason) for d, reason in (*found, *((d, None) for d in self.known)) if d.severity >= severity]
+
+    @property
+    def counts(self) -> str:
+        """The end of the summary."""
+        fixable = sum(bool(d.edits) for d in self.kept)
+        rows = (
+            (fixable, "correctable with --fix"),
+            (len(self.ignored), "ignored"),
+            (len(self.known), "in the baseline"),
+        )
+        return "".join(f"; {number} {what}" for number, what in rows if number)
+
+
+def live(found: Sequence[Diagnostic], documents: dict[str, Document], settings: Settings, rules: Rules) -> Living:
+    """What is reported of the findings; writes the baseline when it was asked for."""
+    living = _commented(found, documents)
+    everything = living.kept
+    left_out = {file: settings.ignored_in(file) for file in documents}
+
+    def chosen(d: Diagnostic) -> bool:
+        return bool(options.chosen([d], rules.select, [*rules.ignore, *left_out.get(d.file, ())]))
+
+    living.ignored = [entry for entry in living.ignored if chosen(entry.found)]
+    living.kept = [d for d in everything if chosen(d)]
+    living.set_aside = len(everything) - len(living.kept) if settings.file is not None else 0
+    if rules.baseline is not None:
+        _with_baseline(living, everything, chosen, documents, rules)
+    elif rules.create or rules.shrink:
+        raise click.UsageError("name the baseline with --baseline FILE")
+    return living
+
+
+def _commented(found: Sequence[Diagnostic], documents: Mapping[str, Document]) -> Living:
+    """The findings without those that comments ignore, file by file."""
+    if not any("ignore" in doc.text for doc in documents.values()):
+        return Living(list(found))
+    from pidcfg.validate.suppression import suppress
+
+    by_file: dict[str, list[Diagnostic]] = {file: [] for file in documents}
+    living = Living([d for d in found if d.file not in by_file])
+    for d in found:
+        by_file.get(d.file, []).append(d)
+    for file, mine in by_file.items():
+        outcome = suppress(mine, documents[file])
+        living.kept += ordered(outcome.kept) if len(outcome.kept) != len(mine) or outcome.ignored else mine
+        living.ignored += outcome.ignored
+    return living
+
+
+def _with_baseline(
+    living: Living,
+    everything: list[Diagnostic],
+    chosen: Callable[[Diagnostic], bool],
+    documents: Mapping[str, Document],
+    rules: Rules,
+) -> None:
+    """Takes known findings out, and reports or removes what no longer occurs; or writes the first baseline."""
+    from pidcfg.cli.findings.settings import relative
+    from pidcfg.validate.baseline import compare, enters, entry, from_text, stale_findings, to_text, without
+
+    name = rules.baseline or ""
+    folder = Path(os.path.abspath(name)).parent  # noqa: PTH100 - paths are as they are named, links are not followed
+
+    def file_of(file: str) -> str:
+        return relative(file, folder)
+
+    if rules.create:
+        living.known = [d for d in living.kept if enters(d) and d.file != STDIN_NAME]
+        new = {id(d) for d in living.known}
+        living.kept = [d for d in living.kept if id(d) not in new]
+        _write(name, to_text(entry(d, file_of) for d in living.known), "--create-baseline")
+        living.remarks.append(f"{name}: {count(len(living.known), 'finding')} written")
+        return
+    text = _read(name)
+    entries = _entries(from_text, text, name)
+    checked = {file_of(file) for file in documents} | {e.file for e in entries if not (folder / e.file).exists()}
+    compared = compare(everything, chosen, entries, checked, file_of)
+    living.kept, living.known = compared.new, compared.known
+    if not compared.stale:
+        return
+    if rules.shrink:
+        from pidcfg.cli.files.outputs import write_files
+
+        write_files({name: to_text(without(entries, compared.stale))}, force=True)
+        living.remarks.append(f"{name}: {count(len(compared.stale), 'entry', 'entries')} removed")
+        return
+    ignored = {entry(one.found, file_of) for one in living.ignored}
+    found = stale_findings(compared.stale, ignored, text, Path(name).as_posix())
+    living.kept += [d for d in found if chosen(d)]
+
+
+def count(number: int, one: str, many: str | None = None) -> str:
+    """A number with its word."""
+    return f"{number} {one if number == 1 else many or one + 's'}"
+
+
+def _entries(parse: Callable[[str], list[Entry]], text: str, name: str) -> list[Entry]:
+    """The entries of a baseline, or one clear error."""
+    from pidcfg.validate.baseline import BaselineError
+
+    try:
+        return parse(text)
+    except BaselineError as error:
+        raise click.ClickException(f"{name}:{error}; a new one is made with --create-baseline") from None
+
+
+def _read(name: str) -> str:
+    """The text of a baseline."""
+    try:
+        with Path(name).open("rb") as stream:
+            data = stream.read(LARGEST + 1)
+        text = data.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        raise click.ClickException(f"{name} is not UTF-8") from None
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or error
+        raise click.ClickException(f"cannot read {name}: {reason}; --create-baseline makes one") from None
+    if len(data) > LARGEST:
+        raise click.ClickException(f"{name} is larger than {LARGEST} bytes")
+    return text
+
+
+def _write(name: str, text: str, option: str) -> None:
+    """A new baseline; findings never enter one that is there."""
+    from pidcfg.cli.files.outputs import write_files
+
+    if Path(name).exists():
+        raise click.ClickException(
+            f"{name} exists and only shrinks: {option} makes a new one; delete it first to accept what is there now"
+        )
+    write_files({name: text})

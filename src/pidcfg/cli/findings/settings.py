@@ -1,0 +1,250 @@
+"""Settings of `validate` from ``pidcfg.toml`` or ``[tool.pidcfg]`` of a ``pyproject.toml``.
+
+A file can choose what is reported and how, and nothing else: it opens no connection, runs nothing, raises no limit and
+names no file to write. The command line wins over it.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+OWN, SHARED = "pidcfg.toml", "pyproject.toml"
+TABLE = "tool.pidcfg"
+REPOSITORY = ".git"
+HAS_TABLE = re.compile(rb"tool[\"' \t]*\.[\"' \t]*pidcfg|^[ \t]*\[[\"' \t]*tool[\"' \t]*\]", re.MULTILINE)
+"""What a shared file must hold before it is read as TOML."""
+LARGEST = 1 << 20
+META, CHOSEN, NONE = "pidcfg.settings", "pidcfg.config", "pidcfg.isolated"
+PARAMETERS = {"format": "fmt"}
+"""Keys whose option is kept under another name."""
+PER_FILE = "per-file-ignores"
+FROM_COMMAND_LINE = {"select", "ignore", "severity", "strict", "format", "baseline"}
+"""Keys that are options too."""
+
+
+@dataclass(frozen=True, slots=True)
+class Settings:
+    """What a settings file says; without a file nothing."""
+
+    file: str | None = None
+    """As messages name it."""
+    root: Path = field(default_factory=Path.cwd)
+    """The folder that its paths and patterns begin at."""
+    values: dict[str, Any] = field(default_factory=dict)
+
+    @property
+    def mention(self) -> str:
+        """The end of the summary: settings are never in force unseen."""
+        return f"; settings of {self.file}" if self.file else ""
+
+    @property
+    def per_file_ignores(self) -> dict[str, list[str]]:
+        """Patterns of files, and the beginnings of the codes that are left out in them."""
+        found: dict[str, list[str]] = self.values.get(PER_FILE, {})
+        return found
+
+    def ignored_in(self, file: str) -> list[str]:
+        """The beginnings of codes that are left out in a file."""
+        if not self.per_file_ignores:
+            return []
+        from pidcfg.globs import matches
+
+        path = relative(file, self.root)
+        return [code for pattern, codes in self.per_file_ignores.items() if matches(pattern, path) for code in codes]
+
+
+def relative(file: str, folder: Path) -> str:
+    """A file's path seen from a folder, with forward slashes; as it is where there is no such path."""
+    try:
+        return Path(os.path.relpath(file, folder)).as_posix()
+    except ValueError:
+        return Path(file).as_posix()
+
+
+def of(ctx: click.Context) -> Settings:
+    """The settings of the running command."""
+    found: Settings = ctx.meta[META]
+    return found
+
+
+def take(ctx: click.Context, param: click.Parameter, paths: tuple[str, ...]) -> tuple[str, ...]:
+    """Callback of the paths, which come before the options: settings become the options' defaults."""
+    del param
+    if ctx.resilient_parsing:
+        return paths
+    config, isolated = ctx.meta.get(CHOSEN), ctx.meta.get(NONE, False)
+    if config is not None and isolated:
+        raise click.UsageError("--config and --isolated exclude each other", ctx)
+    settings = Settings() if isolated or not paths else _settings(paths, config)
+    ctx.meta[META] = settings
+    options = {PARAMETERS.get(k, k): v for k, v in settings.values.items() if k in FROM_COMMAND_LINE}
+    ctx.default_map = {**(ctx.default_map or {}), **options}
+    return paths
+
+
+def _settings(paths: Sequence[str], config: str | None) -> Settings:
+    """The settings of a file that was named, or of the one that all paths have."""
+    if config is not None:
+        path = Path(config)
+        data = _bytes(path, config)
+        return _loaded(path, config, data)
+    found: dict[Path | None, str] = {}
+    starts = {tuple(candidates(name)): name for name in reversed(paths)}
+    for places, name in reversed(starts.items()):
+        found.setdefault(_first(places), name)
+    if len(found) > 1:
+        told = [f"{name}: {_shown(file) if file else 'none'}" for file, name in found.items()]
+        raise click.UsageError(
+            f"the paths have different settings ({'; '.join(told[:2])}); choose with --config FILE or --isolated, "
+            "or check them one by one"
+        )
+    (file,) = found
+    return Settings() if file is None else _loaded(file, _shown(file), _bytes(file, _shown(file)))
+
+
+def _first(places: Sequence[Path]) -> Path | None:
+    """The first of these files that is there and speaks of us."""
+    for path in places:
+        if path.is_file():
+            data = _bytes(path, _shown(path)) if path.name != OWN else b""
+            if path.name == OWN or (HAS_TABLE.search(data) and _has_table(_shown(path), data)):
+                return path
+    return None
+
+
+def candidates(first: str) -> list[Path]:
+    """Where settings may stand: from the folder of the first input upward, to the root of its repository at most."""
+    start = Path(os.path.abspath("." if first == "-" else first))  # noqa: PTH100 - links are not followed
+    found = []
+    for folder in [start, *start.parents] if start.is_dir() else start.parents:
+        found += [folder / OWN, folder / SHARED]
+        if (folder / REPOSITORY).exists():
+            break
+    return found
+
+
+def _shown(path: Path) -> str:
+    """A path as messages name it: from the working directory."""
+    return relative(str(path), Path.cwd())
+
+
+def _bytes(path: Path, name: str) -> bytes:
+    try:
+        with path.open("rb") as stream:
+            data = stream.read(LARGEST + 1)
+    except (OSError, ValueError) as error:
+        raise click.ClickException(f"cannot read {name}: {getattr(error, 'strerror', None) or error}") from None
+    if len(data) > LARGEST:
+        raise click.ClickException(f"{name} is larger than {LARGEST} bytes")
+    return data
+
+
+def _parsed(name: str, data: bytes) -> dict[str, Any]:
+    """The tables of a TOML file; a usage error with line and column where it is none."""
+    import tomllib
+
+    try:
+        return tomllib.loads(data.decode("utf-8-sig"))
+    except UnicodeDecodeError:
+        raise click.ClickException(f"{name} is not UTF-8; save the file as UTF-8") from None
+    except tomllib.TOMLDecodeError as error:
+        place = re.search(r" \(at line (\d+), column (\d+)\)$", str(error))
+        at = f":{place[1]}:{place[2]}" if place else ""
+        text = str(error)[: place.start()] if place else str(error)
+        raise click.ClickException(f"{name}{at}: not TOML: {text}") from None
+    except (RecursionError, ValueError) as error:
+        raise click.ClickException(f"{name}: not usable as TOML: {type(error).__name__}") from None
+
+
+def _has_table(name: str, data: bytes) -> bool:
+    """Whether a shared file speaks of us."""
+    tool = _parsed(name, data).get("tool")
+    return isinstance(tool, dict) and "pidcfg" in tool
+
+
+def _loaded(path: Path, name: str, data: bytes) -> Settings:
+    """The settings of one file, checked."""
+    from pidcfg.cli.findings.settings_file import checked
+
+    table: Any = _parsed(name, data)
+    within = ""
+    if path.name == SHARED:
+        within = TABLE
+        tool = table.get("tool")
+        table = tool.get("pidcfg", {}) if isinstance(tool, dict) else {}
+    root = Path(os.path.abspath(path)).parent  # noqa: PTH100 - links are not followed
+    return Settings(name, root, checked(table, name, data.decode("utf-8-sig"), within, root))
+
+
+def report(ctx: click.Context) -> str:
+    """Which file was used, and what holds now."""
+    settings = of(ctx)
+    lines = [f"settings file: {settings.file or 'none'}"]
+    for key in sorted(FROM_COMMAND_LINE):
+        name = PARAMETERS.get(key, key)
+        value = ctx.params.get(name)
+        source = ctx.get_parameter_source(name)
+        origin = {"COMMANDLINE": "command line", "DEFAULT_MAP": settings.file}.get(source.name if source else "")
+        lines.append(f"{key} = {_text(value)}" + (f"  # {origin}" if origin else ""))
+    lines += [f"{PER_FILE}.{_text(glob)} = {_text(codes)}" for glob, codes in settings.per_file_ignores.items()]
+    return "\n".join(lines) + "\n"
+
+
+def _text(value: object) -> str:
+    import json
+
+    return json.dumps(value, ensure_ascii=False) if value is not None else '""'
+
+
+def _remember(name: str) -> Callable[[click.Context, click.Parameter, Any], None]:
+    """Keeps an option for `take`, which runs after it."""
+
+    def keep(ctx: click.Context, param: click.Parameter, value: Any) -> None:
+        del param
+        if value:
+            ctx.meta[name] = value
+
+    return keep
+
+
+CONFIG = click.option(
+    "--config",
+    metavar="FILE",
+    is_eager=True,
+    expose_value=False,
+    callback=_remember(CHOSEN),
+    help="Take settings from this file, not from pidcfg.toml or pyproject.toml.",
+)
+ISOLATED = click.option(
+    "--isolated",
+    is_flag=True,
+    is_eager=True,
+    expose_value=False,
+    callback=_remember(NONE),
+    help="Take no settings from files.",
+)
+SHOW = click.option("--show-settings", is_flag=True, help="Print the settings in force and their file, and stop.")
+FIX = click.option("--fix", is_flag=True, help="Correct what has one reading only, and report the rest.")
+DIFF = click.option("--diff", is_flag=True, help="Show what --fix would change; write nothing, exit 1 if anything.")
+BASELINE = click.option("--baseline", metavar="FILE", help="Leave out the findings that this file knows.")
+CREATE = click.option("--create-baseline", "create", is_flag=True, help="Write the findings there are to --baseline.")
+SHRINK = click.option(
+    "--shrink-baseline",
+    "shrink",
+    is_flag=True,
+    help="Remove what no longer occurs from --baseline; nothing is ever added.",
+)
+
+
+def baseline_options(command: Callable[..., Any]) -> Callable[..., Any]:
+    """The options of known findings."""
+    return BASELINE(CREATE(SHRINK(command)))

@@ -1,0 +1,203 @@
+"""What a settings file may say: keys, types and codes, and the complaint with line and column where it says otherwise.
+
+The JSON Schema for editors is made of the same table.
+"""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple, NoReturn
+
+import click
+
+from pidcfg.cli.findings.settings import LARGEST, PER_FILE, relative
+from pidcfg.globs import UP
+from pidcfg.schemas.document import DIALECT
+from pidcfg.schemas.names import nearest
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+
+class Key(NamedTuple):
+    """One key: its kind, what it does, and an example."""
+
+    kind: str
+    text: str
+    example: str
+
+
+# fmt: off
+KEYS = {
+    "select": Key("codes", "Only rules whose code begins so.", '["PID2", "PID101"]'),
+    "ignore": Key("codes", "Rules whose code begins so are left out.", '["PID220"]'),
+    "severity": Key("severity", "Findings of this severity and above are shown.", '"warning"'),
+    "strict": Key("switch", "Exit 1 on warnings too.", "true"),
+    "format": Key("format", "How the result is printed.", '"text"'),
+    "baseline": Key("path", "A file of known findings, below the folder of the settings file.", '"known.json"'),
+    PER_FILE: Key(
+        "table", "Patterns of paths below the folder of the settings file, and the rules left out there.",
+        '{"old/**" = ["PID222"]}',
+    ),
+}
+"""All there is."""
+REFUSED = {
+    "limit": "limits on untrusted input are raised on the command line only (--limit)",
+    "limits": "limits on untrusted input are raised on the command line only (--limit)",
+    "output": "files to write are named on the command line only (--output)",
+    "fix": "files are changed only when the command line says so (--fix)",
+}
+"""Keys that somebody may look for, and why there are none."""
+# fmt: on
+SEVERITIES = ("error", "warning", "info")
+ALIASES = {key.replace("-", "_"): key for key in KEYS}
+
+
+class _File(NamedTuple):
+    """A settings file as complaints need it."""
+
+    name: str
+    text: str
+    table: str
+    root: Path
+
+    def refuse(self, key: str, message: str, cure: str | None = None, value: str | None = None) -> NoReturn:
+        """Ends the command with one error at a key, or at a text below it."""
+        line, column = locate(self.text, self.table, key, value)
+        place = f":{line}:{column}" if line else ""
+        raise click.ClickException(f"{self.name}{place}: {message}" + (f"; {cure}" if cure else ""))
+
+
+def checked(table: Any, name: str, text: str, within: str, root: Path) -> dict[str, Any]:
+    """The settings of a table, as the options want them."""
+    file = _File(name, text, within, root)
+    if not isinstance(table, dict):
+        file.refuse(within.rpartition(".")[2], f"[{within}] must be a table")
+    return {key: _value(key, value, file) for key, value in table.items()}
+
+
+def _value(key: str, value: Any, file: _File) -> Any:
+    row = KEYS.get(key)
+    if row is None:
+        near = ALIASES.get(key) or nearest(key, KEYS)
+        cure = f"did you mean {near}?" if near else f"known keys: {', '.join(KEYS)}"
+        file.refuse(key, f"unknown key {key!r}", REFUSED.get(key, cure))
+    return CHECKS[row.kind](key, value, file)
+
+
+def _codes(key: str, value: Any, file: _File) -> list[str]:
+    """Codes or their beginnings."""
+    from pidcfg.validate.pages import all_rules
+
+    if not isinstance(value, list) or not all(isinstance(code, str) for code in value):
+        file.refuse(key, f"{key} must be a list of codes", f"write {key} = {KEYS['select'].example}")
+    rules = list(all_rules())
+    for code in value:
+        if not code.strip() or not any(rule.startswith(code.upper()) for rule in rules):
+            near = nearest(code.upper(), rules)
+            cure = f"did you mean {near}?" if near else "'pidcfg rule' lists all"
+            file.refuse(key, f"no rule begins with {code!r}", cure, code)
+    return [code.upper() for code in value]
+
+
+def _switch(key: str, value: Any, file: _File) -> bool:
+    if not isinstance(value, bool):
+        file.refuse(key, f"{key} must be true or false, not {value!r}")
+    return value
+
+
+def _choice(choices: Callable[[], tuple[str, ...]]) -> Callable[[str, Any, _File], str]:
+    def choice(key: str, value: Any, file: _File) -> str:
+        words = choices()
+        if not isinstance(value, str) or value not in words:
+            near = nearest(str(value), words)
+            cure = f"did you mean {near}?" if near else None
+            file.refuse(key, f"{key} is {value!r}, not one of {', '.join(words)}", cure)
+        return value
+
+    return choice
+
+
+def formats() -> tuple[str, ...]:
+    """The formats of the command."""
+    from pidcfg.cli.commands.validate import command
+
+    (option,) = (param for param in command.params if param.name == "fmt")
+    return tuple(getattr(option.type, "choices", ()))
+
+
+def _path(key: str, value: Any, file: _File) -> str:
+    """A path that stays below the folder of the settings file, links included."""
+    if not isinstance(value, str) or not value or len(value) > LARGEST:
+        file.refuse(key, f"{key} must be the path of a file, not {value!r}")
+    try:
+        target, root = (file.root / value).resolve(), file.root.resolve()
+    except (OSError, ValueError, RuntimeError):
+        file.refuse(key, f"{key}: {value!r} is no path")
+    if Path(value).is_absolute() or root not in target.parents:
+        file.refuse(key, f"{key}: {value!r} leads out of the folder of the settings file", "name it with --baseline")
+    return relative(str(file.root / value), Path())
+
+
+def _per_file(key: str, value: Any, file: _File) -> dict[str, list[str]]:
+    """A table of patterns."""
+    if not isinstance(value, dict):
+        file.refuse(key, f"{key} must be a table of patterns", f"write {key} = {KEYS[key].example}")
+    for glob in value:
+        if not glob.strip("/") or "\\" in glob:
+            file.refuse(key, f"{glob!r} is no pattern of paths", "write it with forward slashes", glob)
+        if UP in glob.split("/"):
+            file.refuse(
+                key,
+                f"{glob!r} leads out of the folder of the settings file, and fits nothing there",
+                "put a settings file into the folder above",
+                glob,
+            )
+    return {glob: _codes(glob, codes, file) for glob, codes in value.items()}
+
+
+CHECKS: dict[str, Callable[[str, Any, _File], Any]] = {
+    "codes": _codes,
+    "switch": _switch,
+    "severity": _choice(lambda: SEVERITIES),
+    "format": _choice(formats),
+    "path": _path,
+    "table": _per_file,
+}
+
+
+def locate(text: str, table: str, key: str, value: str | None = None) -> tuple[int, int]:
+    """Line and column (1-based) of a key of a table, or of a text behind it; 0 where it cannot be told."""
+    begin = re.search(rf"^[ \t]*\[[ \t]*{re.escape(table)}\b", text, re.MULTILINE) if table else None
+    start = begin.start() if begin else 0
+    quoted = rf"(?:\"{re.escape(key)}\"|'{re.escape(key)}'|(?<![\w-]){re.escape(key)})"
+    found = re.compile(rf"{quoted}(?=[ \t]*[=.\]])").search(text, start)
+    if found is None:
+        return 0, 0
+    at = found.start()
+    if value is not None:
+        at = max(at, text.find(value, found.end()))
+    before = text[:at].split("\n")
+    return len(before), len(before[-1]) + 1
+
+
+def settings_schema() -> dict[str, Any]:
+    """The JSON Schema of ``pidcfg.toml``, for editors."""
+    codes = {"type": "array", "items": {"type": "string", "pattern": "^[Pp][Ii][Dd][0-9]{0,3}$"}}
+    kinds: dict[str, dict[str, Any]] = {
+        "codes": codes,
+        "switch": {"type": "boolean"},
+        "severity": {"enum": list(SEVERITIES)},
+        "format": {"enum": list(formats())},
+        "path": {"type": "string", "minLength": 1},
+        "table": {"type": "object", "additionalProperties": codes},
+    }
+    properties = {key: {**kinds[row.kind], "description": row.text} for key, row in KEYS.items()}
+    return {
+        "$schema": DIALECT,
+        "type": "object",
+        "properties": properties,
+        "additionalProperties": False,
+        "title": "pidcfg settings",
+    }

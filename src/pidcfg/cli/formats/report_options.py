@@ -1,0 +1,154 @@
+"""The options of commands that report: what is printed, and further formats that are written to files beside it."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
+
+import click
+
+from pidcfg.cli.files.identity import identity, one_file, was_read
+from pidcfg.cli.terminal.console import echo, echo_json, echo_xml, note, show
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable, Mapping, Sequence
+
+    from pidcfg.cli.options import Decorator
+
+CONFIGURATIONS = {".yaml", ".yml", ".toml"}
+"""How files end that people write: a report never takes the place of one."""
+JSON_FORMATS = frozenset({"json", "sarif", "gitlab"})
+XML_FORMATS = frozenset({"junit"})
+PLAIN_FORMATS = frozenset({"text", "concise"})
+"""What people read: in colour where that is wanted."""
+
+
+class Report(NamedTuple):
+    """A file that is to be written in a format."""
+
+    fmt: str
+    path: str
+
+
+def report_format(*names: str) -> Decorator:
+    """``--format``; where none is named, the first one, or GitHub's in a job of GitHub Actions."""
+    automatic = "github" in names
+
+    def named(ctx: click.Context, param: click.Parameter, value: str | None) -> str:
+        del ctx, param
+        in_github = automatic and os.environ.get("GITHUB_ACTIONS") == "true"
+        return value or ("github" if in_github else names[0])
+
+    default = f"{names[0]}; github in GitHub Actions" if automatic else names[0]
+    return click.option(
+        "--format",
+        "fmt",
+        type=click.Choice(names),
+        callback=named,
+        show_default=default,
+        help="How the result is printed.",
+    )
+
+
+def report_files(*names: str, flag: str = "--output") -> Decorator:
+    """``--output FORMAT=PATH``, as often as wanted."""
+
+    def parsed(ctx: click.Context, param: click.Parameter, values: Sequence[str]) -> tuple[Report, ...]:
+        try:
+            return distinct([wanted(text, names) for text in values])
+        except ValueError as error:
+            raise click.BadParameter(str(error), ctx, param) from None
+
+    return click.option(
+        flag,
+        "reports",
+        multiple=True,
+        metavar="FORMAT=PATH",
+        callback=parsed,
+        help=f"Also write {', '.join(names)} to a file, anew on every run; repeatable.",
+    )
+
+
+def wanted(text: str, names: Sequence[str]) -> Report:
+    """One value of the option; a ValueError says what is wrong with it."""
+    from pidcfg.cli.files.outputs import STREAM
+
+    fmt, equals, path = text.partition("=")
+    if not equals or fmt not in names:
+        raise ValueError(f"{text!r}; write FORMAT=PATH with one of {', '.join(names)}")
+    if path in {"", "-"}:
+        raise ValueError(f"{text!r} names no file; --format {fmt} prints")
+    target = Path(path)
+    if target.is_dir():
+        raise ValueError(f"{path} is a folder; name a file")
+    if STREAM.fullmatch(path) or (target.exists() and not target.is_file()):
+        raise ValueError(f"{path} is no regular file; name one, or leave the option out: --format {fmt} prints")
+    if not target.parent.is_dir():
+        raise ValueError(f"the folder {target.parent} of {path} does not exist; make it first")
+    if target.suffix.lower() in CONFIGURATIONS and target.exists():
+        raise ValueError(f"{path} exists and may be a configuration; give the report another name")
+    return Report(fmt, path)
+
+
+def distinct(reports: Sequence[Report]) -> tuple[Report, ...]:
+    """The reports, if each goes to a file of its own."""
+    same = one_file([report.path for report in reports])
+    if same is not None:
+        raise ValueError(same)
+    return tuple(reports)
+
+
+def refuse_inputs(reports: Sequence[Report], names: Iterable[str], what: str = "is a file that is read") -> None:
+    """Ends the command when a report would take the place of one of these files."""
+    if not reports:
+        return
+    taken = {identity(name) for name in names}
+    for report in reports:
+        if identity(report.path) in taken:
+            raise click.UsageError(f"{report.path} {what}; give the report another name")
+
+
+def refuse_outputs(names: Iterable[str | None], inputs: Iterable[str] = ()) -> None:
+    """Ends the command before it runs when an output would take the place of another one, or of one of its inputs."""
+    outputs = [name for name in names if name is not None and name != "-"]
+    taken = {identity(name) for name in inputs}
+    problem = one_file(outputs)
+    if problem is not None:
+        raise click.UsageError(problem)
+    for name in outputs:
+        if identity(name) in taken or was_read(name):
+            raise click.UsageError(f"{name} is a file that is read; give the output another name")
+
+
+def write_reports(
+    reports: Sequence[Report],
+    render: Callable[[str], str],
+    others: Mapping[str, str | bytes] | None = None,
+    *,
+    force: bool = False,
+) -> None:
+    """Writes the reports, all or none, and with them ``others``, which are never written over a file that differs."""
+    from pidcfg.cli.files.outputs import write_files
+
+    texts = {path: render(fmt).encode("utf-8", "replace") for fmt, path in reports}
+    write_files({**(others or {}), **texts}, force=force, renewed=texts)
+
+
+def deliver(
+    fmt: str,
+    reports: Sequence[Report],
+    render: Callable[[str], str],
+    others: Mapping[str, str | bytes] | None = None,
+    *,
+    force: bool = False,
+    aside: bool = False,
+) -> None:
+    """Prints one format and writes the others; what is printed is there even if a file cannot be written.
+
+    ``aside``: on standard error, since standard output has something else.
+    """
+    kinds = ((JSON_FORMATS, echo_json), (XML_FORMATS, echo_xml), (PLAIN_FORMATS, show))
+    put = next((put for names, put in kinds if fmt in names), echo)
+    (note if aside else put)(render(fmt))
+    write_reports(reports, render, others, force=force)

@@ -1,0 +1,68 @@
+"""The result of a tuning rule for people, with a picture of what was fitted to a record."""
+
+from __future__ import annotations
+
+import sys
+from typing import TYPE_CHECKING, Any
+
+from pidcfg.cli.files.plots import in_characters
+
+if TYPE_CHECKING:
+    from pidcfg.pictures.chart import Chart
+    from pidcfg.tuning.identify import Found, Record
+
+UNITS = {"gain": "", "ultimate_gain": ""}
+
+
+def as_text(result: dict[str, Any], found: Found | None, record: Record | None) -> str:
+    """Everything as lines."""
+    lines = []
+    if found is not None and record is not None:
+        lines += [_identified(found), "", in_characters(chart_of(found, record), sys.stdout), ""]
+    process = ", ".join(f"{k.replace('_', ' ')} {v:.6g}{UNITS.get(k, ' s')}" for k, v in result["process"].items())
+    lines += [f"{result['method']}, {result['form']}: {result['title']} ({result['basis']})", f"  {process}", ""]
+    integral = result["integral_time"]
+    own = result["independent"]
+    times = "no integral term" if integral is None else f"Ti {integral:.6g} s"
+    lines += [
+        f"  dependent    Kp {result['gain']:.6g}  {times}  Td {result['derivative_time']:.6g} s",
+        f"  independent  Kp {own['kp']:.6g}  Ki {own['ki']:.6g} /s  Kd {own['kd']:.6g} s",
+    ]
+    if "for" in result:
+        lines += ["", *_for_vendor(result["for"])]
+    lines += [f"warning: {text}" for text in result["warnings"]]
+    return "\n".join(lines) + "\n"
+
+
+def _for_vendor(found: dict[str, Any]) -> list[str]:
+    action = found["action"] or "that of the process, which is not known without --gain"
+    lines = [f"for {found['vendor']}: action {action}"]
+    for value in found["values"]:
+        if value["stored"] is None:
+            lines.append(f"  {value['key']}: {value['problem']}")
+            continue
+        off = f"  ({value['error_percent']:+.3g} %)" if value["error_percent"] else ""
+        unit = f" {value['unit']}" if value["unit"] else ""
+        lines.append(f"  {value['key']}: {value['stored']:.9g}{unit}{off}")
+    return lines
+
+
+def _identified(found: Found) -> str:
+    process = found.process
+    return (
+        f"identified: gain {process.gain:.5g}, time constant {process.time_constant:.5g} s, dead time "
+        f"{process.dead_time:.5g} s\n  step of {found.step:.5g} at {found.at:g} s; noise {found.noise:.3g}; "
+        f"what is left is {found.misfit * 100:.2g} % of the answer"
+    )
+
+
+def chart_of(found: Found, record: Record) -> Chart:
+    """Recorded and fitted PV over time."""
+    from pidcfg.pictures.chart import Chart, Line, Panel
+
+    times = tuple(record.time)
+    lines = (
+        Line("PV", "pv", times, tuple(record.pv), "before"),
+        Line("PV", "pv", times, tuple(found.value(time) for time in times), "after"),
+    )
+    return Chart("", "", (Panel("PV", "", lines),), sides=("recorded", "fitted"))

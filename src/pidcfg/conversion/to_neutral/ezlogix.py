@@ -1,0 +1,221 @@
+"""EZLogix loops as neutral ones: counts become engineering units, and the controller's action the process's."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from decimal import Decimal
+from typing import TYPE_CHECKING
+
+from pidcfg.conversion.arithmetic import HUNDRED, ONE, ZERO, Span, product, quotient, rounded, width
+from pidcfg.conversion.builder import Teller, given
+from pidcfg.conversion.cascades import told_in_inner_units
+from pidcfg.encoders.ezlogix.encode import scales_of
+from pidcfg.encoders.maps.ezlogix import R_BLOCK
+from pidcfg.encoders.scales import is_raw
+from pidcfg.refs import Decision
+from pidcfg.schemas.base import EXACT, plain_number
+from pidcfg.schemas.ezlogix import CV_FULL, REGISTERS
+
+if TYPE_CHECKING:
+    from pidcfg.conversion.ledger import Neutral
+    from pidcfg.encoders.scales import Scale
+    from pidcfg.schemas.base import Quantity
+    from pidcfg.schemas.ezlogix import EzlogixFile, Loop
+
+D289 = Decision(
+    289,
+    "gain 0 is a gain of one count per count without the proportional term",
+    "Gain 0 becomes no proportional action, with one count of the CV per count of the PV before the other two; a loop "
+    "without a proportional action gets gain 0, and its gain goes into the times.",
+    "By the manual's text 0 removes the proportional term alone; its formula then leaves Ts/Ti and Td/Ts of an error "
+    "in counts.",
+)
+D290 = Decision(
+    290,
+    "a CV tag that is a set point register is a cascade",
+    "It becomes the source of that loop's set point, and a set point's source becomes the CV tag of the other loop, "
+    "where both scales are 0 to 4095 counts. Without the square root in the loop that follows.",
+    "Both are one register, in counts.",
+)
+RAISES = {"reverse": True, "direct": False}
+"""Whether the PV rises with the output, by the word for the controller's action: reverse is heating."""
+ACTS_ON = {"position": "error", "velocity": "pv"}
+"""What the derivative acts on, by the algorithm."""
+PER_CENT: Span = (ZERO, HUNDRED)
+"""The output's range when the file gives none."""
+FULL = Decimal(CV_FULL)
+SETPOINT = R_BLOCK.offset("setpoint")
+NOTHING_LOST = frozenset(
+    (
+        "registers",
+        "discretes",
+        "pv.tag",
+        "pv.counts",
+        "output.tag",
+        "output.pulse.tag",
+    )
+)
+"""Where things stand in this PLC, and in how many counts."""
+
+
+@dataclass(slots=True)
+class Scaled:
+    """A loop with its scales in engineering units."""
+
+    loop: Loop
+    sp: Scale
+    cv: Scale
+    pv_range: Span
+    cv_range: Span
+
+    def setpoint(self, value: Quantity) -> Decimal:
+        """A value on the PV's scale."""
+        return position(value, self.sp, self.pv_range)
+
+    def output(self, value: Quantity) -> Decimal:
+        """A value on the output's scale."""
+        return position(value, self.cv, self.cv_range)
+
+    @property
+    def unit_gain(self) -> Decimal:
+        """Output units per PV unit that are one count of the CV per count of the PV."""
+        counts = product(Decimal(self.sp.format.span), width(self.cv_range))
+        return quotient(counts, product(FULL, width(self.pv_range)))
+
+
+def position(value: Quantity, scale: Scale, span: Span) -> Decimal:
+    """A value on a scale, in engineering units of ``span``."""
+    if not is_raw(value, scale):
+        return value.value
+    share = quotient(product(value.value - scale.zero, width(span)), scale.full)
+    return rounded(EXACT.add(span[0], share))
+
+
+def distance(value: Quantity, scale: Scale, span: Span) -> Decimal:
+    """A difference on a scale, in engineering units of ``span``."""
+    if not is_raw(value, scale):
+        return value.value
+    return rounded(quotient(product(value.value, width(span)), scale.full))
+
+
+def to_neutral(config: EzlogixFile) -> list[Neutral]:
+    """The loops in neutral form, with what became of every field."""
+    sources = {loop.output.tag: loop for loop in config.loops}
+    found = []
+    for i, loop in enumerate(config.loops):
+        t = Teller(("loops", i))
+        _loop(t, loop)
+        outer = sources.get(f"{REGISTERS.prefix}{loop.registers + SETPOINT}")
+        if outer is not None:
+            _cascade(t, loop, outer)
+        if given(config, "plc", "process_when_stopped") and config.plc.process_when_stopped:
+            t.lose("plc.process_when_stopped", value=True, note="a loop of another PLC stands still when it stops")
+        found.append(t.neutral)
+    return told_in_inner_units(found)
+
+
+def _loop(t: Teller, loop: Loop) -> None:
+    t.keep("name", loop.name, "name", loop.name)
+    if loop.description is not None:
+        t.keep("description", loop.description, "description", loop.description)
+    t.keep("mode", loop.mode, "mode", loop.mode)
+    t.keep("action", loop.action, "output_raises_pv", RAISES[loop.action])
+    t.keep("sample_rate", loop.sample_rate, "sample_time", loop.sample_rate)
+    if loop.pv.range is None:
+        low, high = loop.pv.counts or (0, CV_FULL)
+        t.miss("pv.range", f"add pv.range: [low, high], the engineering values at {low} and {high} counts of the PV")
+        return
+    scales = scales_of(loop.pv, loop.output, root=loop.pv.square_root)
+    s = Scaled(loop, scales["sp"], scales["output"], loop.pv.range, loop.output.range or PER_CENT)
+    for section in (_tuning, _pv, _setpoint, _output, _operation):
+        section(t, s)
+
+
+def _cascade(t: Teller, loop: Loop, outer: Loop) -> None:
+    """The set point register is another loop's CV tag (D290)."""
+    tag = outer.output.tag
+    if loop.pv.square_root or (loop.pv.counts or (0, CV_FULL)) != (0, CV_FULL):
+        t.lose("registers", tag, f"{outer.name} writes its CV into the set point, in counts: program it with its scale")
+        return
+    t.keep("registers", tag, "setpoint.source", outer.name, f"the CV tag of {outer.name} is the set point")
+    if loop.mode == "auto":
+        t.neutral.loop["mode"] = "cascade"
+
+
+def _tuning(t: Teller, s: Scaled) -> None:
+    tuning = s.loop.tuning
+    gain = rounded(product(tuning.proportional_gain or ONE, s.unit_gain))
+    t.keep("tuning.proportional_gain", tuning.proportional_gain, "tuning.gain", gain)
+    if not tuning.proportional_gain:
+        t.keep(
+            "tuning.proportional_gain",
+            tuning.proportional_gain,
+            "tuning.proportional",
+            became=False,
+            note="0 removes the proportional term; before the others stands 1 count per count",
+        )
+    t.keep("tuning.integral_time", tuning.integral_time, "tuning.integral_time", tuning.integral_time)
+    t.keep("tuning.derivative_time", tuning.derivative_time, "tuning.derivative_time", tuning.derivative_time)
+    t.keep("algorithm", s.loop.algorithm, "tuning.derivative_on", ACTS_ON[s.loop.algorithm])
+
+
+def _pv(t: Teller, s: Scaled) -> None:
+    pv = s.loop.pv
+    t.keep("pv.range", list(s.pv_range), "pv.range", list(s.pv_range))
+    if pv.unit is not None:
+        t.keep("pv.unit", pv.unit, "pv.unit", pv.unit)
+    if pv.square_root:
+        t.keep("pv.square_root", pv.square_root, "pv.square_root", pv.square_root)
+    deadband = distance(s.loop.deadband, s.sp, s.pv_range)
+    t.keep("deadband", _shown(s.loop.deadband), "deadband", deadband)
+
+
+def _setpoint(t: Teller, s: Scaled) -> None:
+    setpoint = s.loop.setpoint
+    if setpoint.value is not None:
+        t.keep("setpoint.value", _shown(setpoint.value), "setpoint.value", s.setpoint(setpoint.value))
+    if setpoint.limits is None:
+        return
+    shown, ends = [_shown(end) for end in setpoint.limits], [s.setpoint(end) for end in setpoint.limits]
+    if ends[0] < ends[1]:
+        t.keep("setpoint.limits", shown, "setpoint.limits", ends)
+    elif ends[0] == ends[1]:
+        t.lose("setpoint.limits", shown, "both are one value: hold the set point in the program")
+    else:
+        t.miss("setpoint.limits", f"the set point limits {shown[0]} and {shown[1]} do not ascend")
+
+
+def _output(t: Teller, s: Scaled) -> None:
+    output, span = s.loop.output, list(s.cv_range)
+    if output.range is None:
+        t.keep("output.range", None, "output.range", span, "no output.range: 0 to 100 % is assumed", assumed=True)
+    else:
+        t.keep("output.range", span, "output.range", span)
+    unit = "%" if output.unit is None and output.range is None else output.unit
+    if unit is not None:
+        t.keep("output.unit", output.unit, "output.unit", unit, assumed=output.unit is None)
+    if given(s.loop, "output", "limits"):
+        shown, ends = [_shown(end) for end in output.limits], [s.output(end) for end in output.limits]
+        if ends[0] >= ends[1]:
+            t.miss("output.limits", f"the CV limits {shown[0]} and {shown[1]} do not ascend")
+        else:
+            t.keep("output.limits", shown, "output.limits", ends)
+    offset = s.output(output.offset)
+    if offset != span[0] or (span[0] and not s.loop.tuning.integral_time):
+        t.keep("output.offset", _shown(output.offset), "output.bias", offset)
+    if output.pulse is not None:
+        for key, of in (("cycle_time", "period"), ("min_on", "min_on"), ("min_off", "min_off")):
+            time = getattr(output.pulse, key)
+            t.keep(f"output.pulse.{key}", time, f"output.pulse.{of}", time)
+
+
+def _operation(t: Teller, s: Scaled) -> None:
+    t.keep("anti_windup", s.loop.anti_windup, "anti_windup", s.loop.anti_windup)
+    for key, value in dict(s.loop.autotune).items():
+        if value != type(s.loop.autotune).model_fields[key].default:
+            t.lose(f"autotune.{key}", value, "choose it when the new controller is tuned")
+
+
+def _shown(value: Quantity) -> int | float | str:
+    """A quantity as the file writes it."""
+    return f"{value.value} counts" if value.counts else plain_number(value.value)

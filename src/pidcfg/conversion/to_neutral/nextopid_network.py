@@ -1,0 +1,67 @@
+"""Blocks and signals of a NextoPID configuration that no loop of another PLC has: what they do, for the report."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from pidcfg.conversion.builder import Teller
+    from pidcfg.conversion.to_neutral.nextopid_wires import Network
+
+SETTINGS = frozenset(
+    (
+        "SP",
+        "PV",
+        "Kp",
+        "Ti_Ki",
+        "Td_Kd",
+        "Tfd",
+        "ManualMV",
+        "MaxVarMV",
+        "MaxMV",
+        "MinMV",
+        "DeadBand",
+        "MaxPV",
+        "MinPV",
+        "Indep",
+        "DisableP",
+        "DerivEr",
+        "CASC",
+        "Manual",
+        "Direct",
+    )
+)
+"""Parameters of a loop whose signals are taken at their first value, or belong to the process."""
+FILTERED = frozenset(("InVar", "Tc", "Period"))
+"""Parameters of a block with a twin, likewise."""
+
+
+def blocks_and_signals(network: Network, tellers: list[Teller]) -> None:
+    """Says of every block and signal without a twin that it is dropped, to the loop that it works for."""
+    kept = network.kept()
+    for j in range(network.first_loop):
+        if j in kept:
+            continue
+        item = network.items[j].item
+        wired = ", ".join(f"{key} {text}" for key, text in network.expressions(j))
+        note = f"of {wired}: program it beside the controller" if wired else "program it beside the controller"
+        teller = _of(network, tellers, network.owner_of(j))
+        teller.lose(f"blocks.{item.name}", network.items[j].kind.name, note)
+    for name, value in network.config.signals.items():
+        lost = next(((i, key) for i, key in network.readers(name) if not _is_kept(network, kept, i, key)), None)
+        if lost is not None:
+            i, key = lost
+            owner = i if i >= network.first_loop else network.owner_of(i)
+            place = f"{network.items[i].item.name}.{key}"
+            _of(network, tellers, owner).lose(f"signals.{name}", value, f"read by {place}, which has no twin")
+
+
+def _of(network: Network, tellers: list[Teller], i: int) -> Teller:
+    return tellers[i - network.first_loop]
+
+
+def _is_kept(network: Network, kept: set[int], i: int, key: str) -> bool:
+    """Whether a parameter that reads a signal goes over, with the signal's value or as the process's."""
+    if i < network.first_loop:
+        return i in kept and key in FILTERED
+    return key in SETTINGS

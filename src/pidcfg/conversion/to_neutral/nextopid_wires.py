@@ -1,0 +1,256 @@
+"""What stands behind the wires of a NextoPID configuration: first values, cascades, filters and pulses of its loops."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+from pidcfg.conversion.arithmetic import Span, rounded
+from pidcfg.encoders.nextopid.encode import encode
+from pidcfg.refs import Decision
+from pidcfg.schemas.base import EXACT
+from pidcfg.schemas.expressions import (
+    ABSOLUTE,
+    ADD,
+    CONSTANT,
+    DIVIDE,
+    MAXIMUM,
+    MINIMUM,
+    MULTIPLY,
+    NEGATE,
+    ROOT,
+    SIGNAL,
+    SUBTRACT,
+)
+from pidcfg.schemas.iec import Wire
+from pidcfg.schemas.nextopid import LowFilter, OnOff, PidaReal, Pwm
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+    from decimal import Decimal
+
+    from pidcfg.encoders.nextopid.encode import Placed
+    from pidcfg.schemas.expressions import Expression
+    from pidcfg.schemas.nextopid import NextopidFile
+
+from decimal import Decimal as Number
+
+D292 = Decision(
+    292,
+    "what reads MV says what 0 % and 100 % of it are",
+    "A loop whose MV is another's SP_CASC has that one's MinPV and MaxPV as output range; one with a ControlPWM has "
+    "its MinMV and MaxMV. An output.range that differs is replaced, and the report says so. SP_CASC wired to anything "
+    "but an MV as it is, is no link, and is dropped.",
+    "MinMV and MaxMV of a loop are limits; the range of what reads MV is the only scale that the program shows, and "
+    "the neutral link hands the output on in units of the slave's PV.",
+)
+OPERATIONS: dict[int, Callable[[Decimal, Decimal], Decimal]] = {
+    ADD: EXACT.add,
+    SUBTRACT: EXACT.subtract,
+    MULTIPLY: EXACT.multiply,
+    DIVIDE: EXACT.divide,
+    MINIMUM: min,
+    MAXIMUM: max,
+}
+"""Operators of two operands."""
+SIGNS: dict[int, Callable[[Decimal], Decimal]] = {NEGATE: EXACT.minus, ABSOLUTE: abs, ROOT: EXACT.sqrt}
+"""Operators of one operand."""
+
+
+def calculated(expression: Expression, of: Callable[[int], Decimal | None]) -> Decimal | None:
+    """The value of an expression; None where a name has none, or the calculation none."""
+    stack: list[Decimal] = []
+    for i in range(0, len(expression.code), 2):
+        op, operand = expression.code[i : i + 2]
+        if op == CONSTANT:
+            stack.append(Number(repr(expression.constants[operand])))
+        elif op == SIGNAL:
+            value = of(operand)
+            if value is None:
+                return None
+            stack.append(value)
+        elif op in SIGNS:
+            value = stack.pop()
+            if op == ROOT and value < 0:
+                return None
+            stack.append(SIGNS[op](value))
+        else:
+            right, left = stack.pop(), stack.pop()
+            if op == DIVIDE and not right:
+                return None
+            stack.append(OPERATIONS[op](left, right))
+    return stack.pop()
+
+
+@dataclass(frozen=True, slots=True)
+class Value:
+    """What a parameter is at the start: None where it is worked out by a block, or by the program around."""
+
+    value: Any
+    wire: str = ""
+    """The expression that it is wired to; empty: it is not."""
+
+
+@dataclass(slots=True)
+class Twins:
+    """What of the network around a loop the neutral form has: numbers of its blocks."""
+
+    low_filter: int | None = None
+    pwm: int | None = None
+    master: int | None = None
+    scale: Span | None = None
+    """0 % and 100 % of its output, by what reads its MV."""
+    reader: str = ""
+    """What that is."""
+    slaves: list[int] = field(default_factory=list)
+
+
+class Network:
+    """The wires of a configuration."""
+
+    def __init__(self, config: NextopidFile) -> None:
+        self.config = config
+        self.encoding = encode(config)
+        self.items: tuple[Placed, ...] = self.encoding.items
+        self.layout, self.wires = self.encoding.layout, self.encoding.wires
+        self.first_loop = len(config.blocks)
+        self.names = {number: name for name, number in self.layout.numbers.items()}
+
+    @property
+    def loops(self) -> range:
+        """The numbers of the loops."""
+        return range(self.first_loop, len(self.items))
+
+    # --- values ------------------------------------------------------------------------------------------------------
+
+    def value(self, i: int, key: str) -> Value:
+        """A parameter's first value."""
+        content = getattr(self.items[i].item, key, None)
+        if not isinstance(content, Wire):
+            return Value(content)
+        return Value(self._behind(i, key, frozenset()), content.text)
+
+    def _behind(self, i: int, key: str, seen: frozenset[tuple[int, str]]) -> Any:
+        expression = self.wires.get((i, key))
+        if expression is None or (i, key) in seen:
+            return None
+        below = seen | {(i, key)}
+        if expression.signal is not None:
+            return self._of(expression.signal, below)
+        value = calculated(expression, lambda number: self._of(number, below))
+        return None if value is None else rounded(value)
+
+    def _of(self, number: int, seen: frozenset[tuple[int, str]]) -> Any:
+        owner = self.layout.owner(number)
+        name = self.names.get(number, "")
+        if owner is None:
+            return self.config.signals[name]
+        if not self.layout.is_input(number):
+            return None
+        own, key = self.items[owner].item, name.partition(".")[2]
+        content = getattr(own, key, None)
+        return self._behind(owner, key, seen) if isinstance(content, Wire) else content
+
+    def source(self, i: int, key: str) -> str:
+        """The name that a parameter is wired to, where the wire is nothing else; or empty."""
+        expression = self.wires.get((i, key))
+        return "" if expression is None or expression.signal is None else self.names.get(expression.signal, "")
+
+    # --- twins -------------------------------------------------------------------------------------------------------
+
+    @cached_property
+    def twins(self) -> dict[int, Twins]:
+        """What the neutral form has of each PID loop."""
+        found = {i: Twins() for i in self.loops if isinstance(self.items[i].item, PidaReal)}
+        for i, own in found.items():
+            own.low_filter = self._filter_of(i)
+            self._link(found, i)
+        for i, own in found.items():
+            self._pulses(i, own)
+        return found
+
+    def _filter_of(self, i: int) -> int | None:
+        name, _, output = self.source(i, "PV").partition(".")
+        return next(
+            (
+                j
+                for j, own in enumerate(self.items)
+                if own.item.name == name
+                and output == "OutVar"
+                and isinstance(own.item, LowFilter)
+                and self.value(j, "Tc").value is not None
+            ),
+            None,
+        )
+
+    def _link(self, found: dict[int, Twins], i: int) -> None:
+        """The master whose MV is a loop's set point as it is."""
+        source, span = self.source(i, "SP_CASC"), self.span(i, "MinPV", "MaxPV")
+        j = next((j for j in found if f"{self.items[j].item.name}.MV" == source), None)
+        if j is None or j == i or span is None:
+            return
+        if self._agrees(found[j], span, f"the set point of {self.items[i].item.name}"):
+            found[i].master = j
+            found[j].slaves.append(i)
+
+    def _agrees(self, own: Twins, scale: Span, reader: str) -> bool:
+        """Whether a loop's output can have this range; the first that reads MV decides."""
+        if own.scale is not None and own.scale != scale:
+            return False
+        own.scale, own.reader = scale, own.reader or reader
+        return True
+
+    def _pulses(self, i: int, own: Twins) -> None:
+        for j, other in enumerate(self.items):
+            if isinstance(other.item, Pwm) and self.source(j, "MV") == f"{self.items[i].item.name}.MV":
+                scale, period = self.span(j, "MinMV", "MaxMV"), self.value(j, "Period").value
+                if period and scale is not None and self._agrees(own, scale, f"the pulses of {other.item.name}"):
+                    own.pwm = j
+                    return
+
+    def span(self, i: int, low: str, high: str) -> Span | None:
+        """Two parameters that are the ends of a scale; None where they are not known, or none."""
+        ends = self.value(i, low).value, self.value(i, high).value
+        return ends if None not in ends and ends[0] < ends[1] else None
+
+    # --- what else there is ------------------------------------------------------------------------------------------
+
+    def kept(self) -> set[int]:
+        """Blocks that have a twin."""
+        return {j for own in self.twins.values() for j in (own.low_filter, own.pwm) if j is not None}
+
+    def owner_of(self, j: int) -> int:
+        """The loop that a block works for: that reads it, however indirectly, or whose MV it reads; else the first."""
+        waits = self.layout.waits(self.wires)
+        return next(
+            (i for i in self.loops if j in behind(i, waits, set(self.loops))),
+            next((i for i in self.loops if i in behind(j, waits, set(self.loops))), self.first_loop),
+        )
+
+    def expressions(self, j: int) -> Iterator[tuple[str, str]]:
+        """What is wired to a block: parameter and text."""
+        for (i, key), expression in self.wires.items():
+            if i == j:
+                yield key, expression.text
+
+    def readers(self, name: str) -> Iterator[tuple[int, str]]:
+        """The parameters that read a signal."""
+        number = self.layout.numbers[name]
+        return (key for key, expression in self.wires.items() if number in expression.signals)
+
+    def is_on_off(self, i: int) -> bool:
+        """Whether a loop is no PID."""
+        return isinstance(self.items[i].item, OnOff)
+
+
+def behind(start: int, waits: list[set[int]], loops: set[int]) -> set[int]:
+    """Everything that a block reads, on ways that end at loops."""
+    found: set[int] = set()
+    waiting = list(waits[start])
+    while waiting:
+        i = waiting.pop()
+        if i not in found:
+            found.add(i)
+            waiting += () if i in loops else waits[i]
+    return found

@@ -1,6 +1,0 @@
-"""The CLICK adapter of conversions."""
-
-from pidcfg.convert.click_from import CONVERT_OPTIONS, from_neutral
-from pidcfg.convert.click_to import NOTHING_LOST, to_neutral
-
-__all__ = ["CONVERT_OPTIONS", "NOTHING_LOST", "from_neutral", "to_neutral"]

@@ -1,0 +1,45 @@
+"""Two neutral loops made comparable: one scale of the output, one way to say what has no proportional action."""
+
+from __future__ import annotations
+
+from decimal import Decimal
+from typing import Any
+
+from pidcfg.conversion.arithmetic import product, quotient, rescaled, rounded, width
+from pidcfg.schemas.base import Quantity
+
+Flat = dict[str, Any]
+"""The values of a loop by path, as `pidcfg.differences.meaning.flat` gives them."""
+ENDS = ("output.range.0", "output.range.1")
+ON_THE_SCALE = ("output.limits.0", "output.limits.1", "output.bias", "output.manual")
+
+
+def normal(loop: Flat) -> Flat:
+    """Without a proportional action the gain is 1, and the times make up for it; no derivative acts on nothing."""
+    found = dict(loop)
+    gain = found["tuning.gain"]
+    if not found["tuning.proportional"] and gain:
+        found["tuning.gain"] = Decimal(1)
+        found["tuning.integral_time"] = rounded(quotient(found["tuning.integral_time"], gain))
+        found["tuning.derivative_time"] = rounded(product(found["tuning.derivative_time"], gain))
+    if not found["tuning.derivative_time"]:
+        for key in ("tuning.derivative_on", "tuning.derivative_filter"):
+            found.pop(key, None)
+    return found
+
+
+def on_the_same_scale(one: Flat, two: Flat) -> Flat:
+    """The second loop with its output on the scale of the first: a vendor may know its output in % only."""
+    first, second = ([Decimal(loop[end]) for end in ENDS] for loop in (one, two))
+    if first == second:
+        return two
+    found = dict(two)
+    factor = quotient(width(first), width(second))
+    found["tuning.gain"] = rounded(product(found["tuning.gain"], factor))
+    for key in ON_THE_SCALE:
+        value = found.get(key)
+        if value is not None and not isinstance(value, Quantity):
+            found[key] = rounded(rescaled(Decimal(value), second, first))
+    if found.get("output.max_rate") is not None:
+        found["output.max_rate"] = rounded(product(found["output.max_rate"], factor))
+    return found | dict(zip(ENDS, first, strict=True))

@@ -1,0 +1,39 @@
+"""What is said about the neutral form: its fields."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from pidcfg.encoders.maps.generic import LOOP_TABLE
+from pidcfg.encoders.maps.generic import split as split_name
+from pidcfg.explanation.direction import Direction
+from pidcfg.explanation.find_parameter import NamedBook
+from pidcfg.explanation.texts import key_text
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+NAME = "generic"
+STATES = {
+    ("output_raises_pv", True): "PV rises when the output rises (as in heating)",
+    ("output_raises_pv", False): "PV falls when the output rises (as in cooling)",
+}
+"""What a switch chooses."""
+
+
+def split(name: str, settings: Sequence[Mapping[str, Any]]) -> tuple[str, str | None, str]:  # noqa: ARG001 - one kind of loop
+    """``TIC-101.tuning.gain`` to its loop and field."""
+    loop, path = split_name(name)
+    return loop, NAME if path else None, path
+
+
+EXPLAINER = NamedBook(
+    key="generic",
+    title="Neutral form",
+    tables={NAME: LOOP_TABLE},
+    text=lambda _, name: key_text("generic", name),
+    forms=(("a field of the neutral form", "generic.tuning.gain"),),
+    split=split,
+    direction=Direction("output_raises_pv", "the process's", {}),
+    states=STATES,
+)

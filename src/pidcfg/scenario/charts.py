@@ -1,0 +1,212 @@
+"""Charts of a run: what was recorded of it, and what its report says happened."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import sqrt
+from typing import TYPE_CHECKING, Any
+
+from pidcfg.pictures.chart import Bar, Chart, Line, Mark, Panel, Strip
+
+if TYPE_CHECKING:
+    from collections.abc import Collection, Mapping, Sequence
+
+    from pidcfg.cli.formats.simulation_text import Outcome
+    from pidcfg.pictures.chart import Role, Side
+    from pidcfg.sim.plc import Plc
+    from pidcfg.sim.recording import Recording
+    from pidcfg.sim.report import LoopReport, Period, Report, Verdict
+
+PERCENT = (0, 100)
+ROWS = 8
+"""Alarms and flags of a loop that get a row each."""
+
+
+@dataclass(frozen=True, slots=True)
+class Root:
+    """The PV's scale of a loop that takes the root of it: its signals are recorded as they are before."""
+
+    low: float
+    width: float
+    zero: float
+    """Where the PV's counts begin, as a share of the span."""
+
+    def taken(self, value: float) -> float:
+        """What a value before the root stands for."""
+        return self.low + self.width * sqrt(max((value - self.low) / self.width + self.zero, 0.0))
+
+    def told(self, name: str, last: float, unit: str) -> str:
+        """What the axis shows, by an example: the value of ``name`` at the end."""
+        stands = f"{self.taken(last):.4g} {unit}".rstrip()
+        return f"PV and {name} are before the root: {last:.4g} at the end stands for {stands}"
+
+
+def root_of(plc: Plc, loop: int) -> Root | None:
+    """The scale of a loop, by its number, whose signals are those before its root is taken; None for another one."""
+    low, high, _ = plc.scales[loop]
+    zero = plc.roots[loop] if plc.roots else None
+    return None if zero is None else Root(low, high - low, zero)
+
+
+@dataclass(frozen=True, slots=True)
+class Axes:
+    """What a loop's signals are called and counted in."""
+
+    pv: str
+    setpoint: str
+    output: str
+    """Names of the signals; empty: the PLC shows no such signal."""
+    pv_unit: str = ""
+    output_unit: str = ""
+    output_range: tuple[float, float] | None = None
+    root: Root | None = None
+    """Given where the loop takes the root of its PV."""
+    description: str = ""
+
+
+def axes_of(plc: Plc, settings: Sequence[Mapping[str, Any]]) -> dict[str, Axes]:
+    """The axes of each loop; units, ranges and descriptions come from the ``settings`` of its image."""
+    by_name = {str(entry["loop"]): entry for entry in settings if "loop" in entry}
+    found = {}
+    for i, loop in enumerate(plc.loops):
+        entry, cfg = by_name.get(loop, {}), plc.cfg[i]
+        pv, output = (dict(entry.get(key) or {}) for key in ("pv", "output"))
+        shown = plc.outputs[i] if plc.outputs else output.get("range", PERCENT if output.get("unit") == "%" else None)
+        low, high, counts = plc.scales[i]
+        raw = "range" not in pv and high - low == counts
+        found[loop] = Axes(
+            plc.signals[cfg.sig_pv],
+            plc.signals[cfg.sig_sp],
+            plc.signals[cfg.sig_out],
+            pv_unit=str(pv.get("unit") or ("counts" if raw else "")),
+            output_unit=str(output.get("unit") or ("counts" if plc.outputs and "range" not in output else "")),
+            output_range=None if shown is None else (float(shown[0]), float(shown[1])),
+            root=root_of(plc, i),
+            description=str(entry.get("description") or ""),
+        )
+    return found
+
+
+def signals_of(axes: Mapping[str, Axes]) -> frozenset[str]:
+    """The signals that a picture needs."""
+    return frozenset(name for one in axes.values() for name in (one.pv, one.setpoint, one.output) if name)
+
+
+def charts_of(outcome: Outcome, loops: Collection[str] = ()) -> list[Chart]:
+    """One chart a loop, in the order of the PLC; ``loops``: only these.
+
+    Nothing for a scenario that could not run or was not recorded.
+    """
+    report, recording = outcome.report, outcome.recording
+    if report is None or recording is None:
+        return []
+    return [
+        _chart(loop, found, outcome.axes[loop], report, recording)
+        for loop, found in report.loops.items()
+        if not loops or loop in loops
+    ]
+
+
+def signals_before_root(outcome: Outcome) -> dict[str, str]:
+    """What the signals are of each loop that takes the root of its PV, where the run was recorded."""
+    if outcome.recording is None:
+        return {}
+    told = {loop: before_root(axes, outcome.recording) for loop, axes in outcome.axes.items()}
+    return {loop: " ".join(texts) for loop, texts in told.items() if texts}
+
+
+def _chart(loop: str, found: LoopReport, axes: Axes, report: Report, recording: Recording) -> Chart:
+    marks, notes = failures(loop, report.expectations)
+    events = [
+        Mark(event.text if event.loop in {loop, None} else f"{event.loop}: {event.text}", event.at)
+        for event in report.events
+        if event.loop in {loop, None} or event.loop not in report.loops
+    ]
+    return Chart(
+        title=f"{loop}: {axes.description}" if axes.description else loop,
+        loop=loop,
+        panels=panels(axes, recording),
+        strips=strips(found, report.duration),
+        marks=(*events, *marks),
+        begin=0.0,
+        end=report.duration,
+        notes=(*before_root(axes, recording), *notes),
+    )
+
+
+def before_root(axes: Axes, recording: Recording) -> tuple[str, ...]:
+    """What the signals of a loop that takes the root of its PV are; nothing for another loop."""
+    if axes.root is None or not axes.setpoint:
+        return ()
+    _, values = recording.signal(axes.setpoint)
+    if not values:
+        return ()
+    return (axes.root.told(axes.setpoint.rpartition(".")[2], float(values[-1]), axes.pv_unit),)
+
+
+def panels(axes: Axes, recording: Recording) -> tuple[Panel, ...]:
+    """PV and set point on one axis, the output on its own."""
+    wanted: tuple[tuple[str, Role], ...] = ((axes.setpoint, "setpoint"), (axes.pv, "pv"))
+    lines = [line(recording, name, role) for name, role in wanted if name]
+    title = ", ".join(reversed([one.name for one in lines]))
+    found = [Panel(title, axes.pv_unit, tuple(lines))]
+    if axes.root is not None:
+        found = [Panel(f"{title} before the root", "", tuple(lines))]
+    if axes.output:
+        output = line(recording, axes.output, "output")
+        found.append(Panel(output.name, axes.output_unit, (output,), axes.output_range))
+    return tuple(found)
+
+
+def line(recording: Recording, signal: str, role: Role, side: Side | None = None) -> Line:
+    """One signal, called as the vendor does: TIC-101.PV is PV."""
+    times, values = recording.signal(signal)
+    return Line(signal.rpartition(".")[2], role, times, values, side)
+
+
+def strips(found: LoopReport, end: float) -> tuple[Strip, ...]:
+    """Modes, then each alarm and flag that was on, then the steps of a profile."""
+    spans = [(one.alarm, one.at, one.cleared) for one in found.alarms]
+    rows = [Strip("mode", modes(found, end), "mode"), *_rows(spans, end, "alarm")]
+    if found.steps:
+        rows.append(Strip("ramp/soak", tuple(_bar(step, end) for step in found.steps), "step"))
+    rows += _rows([(one.name, one.at, one.until) for one in found.conditions], end, "condition")
+    return tuple(rows)
+
+
+def modes(found: LoopReport, end: float) -> tuple[Bar, ...]:
+    """One bar for each time in a mode; a refusal changes none."""
+    bars, mode, since = [], found.first_mode, 0.0
+    for change in found.modes:
+        if change.mode != mode:
+            bars.append(Bar(mode, since, change.at))
+            mode, since = change.mode, change.at
+    bars.append(Bar(mode, since, end))
+    return tuple(bar for bar in bars if bar.end > bar.begin)
+
+
+def _bar(step: Period, end: float) -> Bar:
+    return Bar(step.name, step.at, end if step.until is None else step.until)
+
+
+def _rows(spans: Sequence[tuple[str, float, float | None]], end: float, kind: Any) -> list[Strip]:
+    """A row for each name, in the order in which they first came on."""
+    names = list(dict.fromkeys(name for name, _, _ in spans))
+    return [
+        Strip(name, tuple(Bar(name, at, end if off is None else off) for own, at, off in spans if own == name), kind)
+        for name in names[:ROWS]
+    ]
+
+
+def failures(loop: str, verdicts: Sequence[Verdict]) -> tuple[list[Mark], tuple[str, ...]]:
+    """Failed expectations of a loop: marks where they are about a time, else lines of text."""
+    marks, notes = [], []
+    for one in verdicts:
+        if one.passed or one.loop != loop:
+            continue
+        value = "" if one.value is None else f" ({one.value:g})" if isinstance(one.value, float) else f" ({one.value})"
+        if one.at is None:
+            notes.append(f"failed: {one.text}{value}")
+        else:
+            marks.append(Mark(f"{one.text}{value}", one.at, "failure"))
+    return marks, tuple(notes)

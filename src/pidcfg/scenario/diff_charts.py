@@ -1,0 +1,58 @@
+"""Both sides of a ``diff`` on the same plants, loop over loop."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from pidcfg.cli.terminal.console import note
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
+    from pidcfg.differences.meaning import Side
+    from pidcfg.pictures.chart import Chart
+    from pidcfg.vendors import Vendor
+
+
+def charts_of(sides: tuple[Side, Side], sources: Sequence[tuple[Any, Vendor]], names: tuple[str, str]) -> list[Chart]:
+    """A chart for each loop that both sides have and that can be run; notes say what cannot, and why."""
+    from pidcfg.conversion.pipeline import ConvertError
+    from pidcfg.scenario.verify import verify
+    from pidcfg.sim.run import UnusableError
+
+    pairs = list(_drawable(*sides))
+    if not pairs:
+        note("not drawn: no loop of both sides can be run on the same plant")
+        return []
+    (one, first), (two, second) = sources
+    before, after = (f"{Path(name).name} ({vendor.key})" for name, (_, vendor) in zip(names, sources, strict=True))
+    try:
+        found = verify(
+            (first, one, first.encoder(one).image), (second, two, second.encoder(two).image), (before, after), pairs
+        )
+    except ConvertError as error:
+        note(f"not drawn: {error.missing[0].message}")
+    except UnusableError as error:
+        note(f"not drawn: {error}")
+    else:
+        return [entry.chart for entry in found]
+    return []
+
+
+def _drawable(before: Side, after: Side) -> Iterator[tuple[int, int]]:
+    """The places of loops with a neutral form on both sides, whose PVs have the same unit."""
+    from pidcfg.differences.meaning import matched
+
+    for i, j in matched(before.names, after.names):
+        if i is None or j is None:
+            name = before.names[i] if i is not None else after.names[j] if j is not None else ""
+            note(f"not drawn: {name} is on one side only")
+            continue
+        name, one, two = after.names[j], before.loops[i], after.loops[j]
+        if one is None or two is None:
+            note(f"not drawn: {name} has no ranges in engineering units")
+        elif one.pv.unit != two.pv.unit:
+            note(f"not drawn: the PV of {name} is in {one.pv.unit or 'no unit'} and in {two.pv.unit or 'no unit'}")
+        else:
+            yield i, j

@@ -1,0 +1,202 @@
+"""A scenario file with everything it needs: its configuration or memory listing, and the virtual PLC."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, cast
+
+from pidcfg.cli.files.inputs import STDIN, SUFFIXES, read_input
+from pidcfg.cli.files.listings import read_listing
+from pidcfg.diagnostics import Diagnostic, Severity, Span, ordered
+from pidcfg.encoders.listing import ListingError
+from pidcfg.encoders.words import DecodeError
+from pidcfg.schemas.scenario import Scenario
+from pidcfg.schemas.scenario_fields import whole
+from pidcfg.sim.feedback import wrong_actions
+from pidcfg.sim.prepare import options, prepare
+from pidcfg.sim.rest import initial_values, rest
+from pidcfg.source import read_document
+from pidcfg.validate.codes import SCENARIO_KINDS, UNUSABLE
+from pidcfg.validate.engine import check_document, is_scenario
+from pidcfg.validate.schema import read_model
+from pidcfg.vendors import VENDORS
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from pidcfg.cli.files.inputs import Input
+    from pidcfg.encoders.listing import Listing
+    from pidcfg.limits import Limits
+    from pidcfg.sim.plc import Controller, Plc
+    from pidcfg.sim.problems import Problem
+    from pidcfg.source import Document
+    from pidcfg.vendors import Vendor
+
+HEAD = 1000
+"""Bytes of a listing in which the name of its vendor stands, if at all."""
+SEVERITIES = {severity.label: severity for severity in Severity}
+
+
+@dataclass(slots=True)
+class Loaded:
+    """A scenario as far as it could be loaded; it can run when ``image`` is there."""
+
+    document: Document
+    findings: list[Diagnostic] = field(default_factory=list)
+    scenario: Scenario | None = None
+    config: str = ""
+    """The name of the configuration file as reports print it."""
+    documents: dict[str, Document] = field(default_factory=dict)
+    """Every file that a finding may point into, by name."""
+    config_errors: list[Diagnostic] = field(default_factory=list)
+    """What is wrong with the configuration, though the PLC takes it."""
+    vendor: Vendor | None = None
+    image: Any = None
+
+    @property
+    def controller(self) -> Controller:
+        """The vendor's controller module."""
+        if self.vendor is None:
+            raise ValueError(f"{self.document.file} has no vendor")
+        return cast("Controller", self.vendor.module("controller"))
+
+    def plc(self) -> Plc:
+        """A new virtual PLC with the scenario's image."""
+        if self.scenario is None or self.image is None:
+            raise ValueError(f"{self.document.file} could not be loaded")
+        controller = self.controller
+        return controller.load(self.image, options(self.scenario, controller))
+
+    def refuse(self, message: str, cure: str | None = None) -> None:
+        """A configuration that cannot be used."""
+        path = ("config",)
+        span = self.document.locate(path)
+        self.findings.append(Diagnostic("PID058", Severity.ERROR, message, self.document.file, span, path, help=cure))
+
+    def add(self, problems: Iterable[Problem]) -> None:
+        """Problems of the scenario as findings with places."""
+        self.findings = ordered([*self.findings, *(place(problem, self.document) for problem in problems)])
+
+
+def load(doc: Document, limits: Limits) -> Loaded:
+    """Reads a scenario and what it names; ``findings`` say why it cannot run, if so."""
+    loaded = Loaded(doc, list(doc.problems), documents={doc.file: doc})
+    if doc.data is None or unreadable(doc.problems):
+        return loaded
+    scenario, errors = read_model(Scenario, replace(doc, data=cast("dict[str, Any]", whole(doc.data))))
+    loaded.findings = ordered([*doc.problems, *errors])
+    loaded.scenario = scenario
+    if scenario is not None:
+        _read_config(loaded, scenario, limits)
+    return loaded
+
+
+def unreadable(found: Iterable[Diagnostic]) -> bool:
+    """Whether a text can be read in more than one way, such as a key that stands twice: what runs would be a guess."""
+    return any(d.code in UNUSABLE for d in found)
+
+
+def check_scenario(doc: Document, limits: Limits) -> list[Diagnostic]:
+    """All findings of a scenario file; those of its configuration are reported with the configuration."""
+    loaded = load(doc, limits)
+    if loaded.scenario is not None and loaded.image is not None:
+        plc = loaded.plc()
+        net = prepare(loaded.scenario, plc)
+        loaded.add(net.problems)
+        if not any(problem.severity == "error" for problem in net.problems):
+            rest(net, initial_values(net))
+            loaded.add(wrong_actions(net, plc))
+    return loaded.findings
+
+
+def place(problem: Problem, doc: Document) -> Diagnostic:
+    """A problem of the scenario with its position; within an expression, of the character."""
+    span = doc.locate(problem.path, key=problem.key)
+    if problem.kind == "expression" and span.line == span.end_line:
+        row = doc.lines[span.line - 1]
+        quoted = row[span.column - 1 : span.column] in {'"', "'"}
+        column = span.column + problem.offset + quoted
+        span = Span(span.line, column, span.line, column + 1)
+    code, severity = SCENARIO_KINDS[problem.kind], SEVERITIES[problem.severity]
+    return Diagnostic(code, severity, problem.message, doc.file, span, problem.path, problem.loop, help=problem.help)
+
+
+def _read_config(loaded: Loaded, scenario: Scenario, limits: Limits) -> None:
+    """The configuration or listing, relative to the scenario."""
+    folder = Path() if loaded.document.file == "<stdin>" else Path(loaded.document.file).parent
+    loaded.config = shortened(folder / scenario.config).as_posix()
+    if scenario.config == STDIN:
+        loaded.refuse(f"{scenario.config} is no file", "name a configuration or a memory listing")
+        return
+    entry = read_input(loaded.config, limits)
+    if entry.problem is not None:
+        loaded.refuse(entry.problem, "the path is relative to the scenario file")
+    elif Path(loaded.config).suffix.lower() in SUFFIXES:
+        _use_configuration(loaded, entry, limits)
+    else:
+        _use_listing(loaded, entry, limits)
+
+
+def shortened(path: Path) -> Path:
+    """The path without ``folder/..``, where the folder is one and no link: behind a link ``..`` is somewhere else."""
+    found = Path()
+    for part in path.parts:
+        steps_back = part == ".." and found.name not in {"", ".."}
+        found = found.parent if steps_back and found.is_dir() and not found.is_symlink() else found / part
+    return found
+
+
+def _use_configuration(loaded: Loaded, entry: Input, limits: Limits) -> None:
+    """Encodes a configuration; errors that the PLC survives do not keep it from running."""
+    doc = read_document(entry.data, entry.name, limits)
+    loaded.documents[doc.file] = doc
+    if is_scenario(doc):
+        loaded.refuse(f"{loaded.config} is a scenario", "name the configuration that it runs")
+        return
+    checked = check_document(doc, limits)
+    if unreadable(checked.findings):
+        first = next(d for d in checked.findings if d.code in UNUSABLE)
+        cure = f"run 'pidcfg validate {loaded.config}'"
+        loaded.refuse(f"{loaded.config}: line {first.span.line}: {first.message}", cure)
+        return
+    if checked.encoding is None or not checked.encoding.whole:
+        worst = next((d for d in checked.findings if d.severity is Severity.ERROR), None)
+        reason = f": line {worst.span.line}: {worst.message}" if worst else ""
+        loaded.refuse(f"{loaded.config} has no memory image{reason}", f"run 'pidcfg validate {loaded.config}'")
+        return
+    loaded.config_errors = [d for d in checked.findings if d.severity is Severity.ERROR]
+    loaded.vendor, loaded.image = checked.vendor, checked.encoding.image
+
+
+def _use_listing(loaded: Loaded, entry: Input, limits: Limits) -> None:
+    """Takes the words of a memory listing as they are, once what stands beside them is known to be sound.
+
+    The vendor is the one that can read it; of those that cannot, the one that it names, or that got furthest, says why.
+    """
+    wrong: list[tuple[bool, int, ListingError]] = []
+    for vendor in VENDORS.values():
+        try:
+            listing = read_listing(entry, vendor, limits)
+        except ListingError as error:
+            wrong.append((vendor.key.encode() in entry.data[:HEAD], error.line, error))
+            continue
+        _use_words(loaded, vendor, listing)
+        return
+    _, line, worst = max(wrong, key=lambda row: row[:2])
+    loaded.refuse(f"{loaded.config}: line {line}: {worst}")
+
+
+def _use_words(loaded: Loaded, vendor: Vendor, listing: Listing) -> None:
+    """The image of a listing; one that cannot be told without its settings must have them."""
+    needed = any(option.needed for option in vendor.load("decode_options"))
+    if needed or listing.settings or listing.plc:
+        try:
+            vendor.load("decode")(listing.words, listing.settings, listing.plc)
+        except DecodeError as error:
+            cure = f"run 'pidcfg decode {loaded.config} --vendor {vendor.key}'"
+            if needed and not listing.settings:
+                cure += " with that option, and name the configuration that it writes"
+            loaded.refuse(f"{loaded.config}: {error}", cure)
+            return
+    loaded.vendor, loaded.image = vendor, listing.image(vendor.key)

@@ -1,0 +1,113 @@
+"""Cascades: where a set point comes from."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from pidcfg.encoders.generic.decisions import D302
+from pidcfg.schemas.names import nearest
+from pidcfg.validate.rule import error, per_loop, warning
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from pidcfg.validate.rule import Finding
+    from pidcfg.validate.rules.generic.context import LoopView, NeutralContext
+
+
+def master_of(context: NeutralContext, view: LoopView) -> LoopView | None:
+    """The loop whose output is this one's set point."""
+    return context.by_name.get(view.loop.setpoint.source or "")
+
+
+def ring_of(context: NeutralContext, view: LoopView) -> list[str]:
+    """The loops on the way from master to master back to this one; empty when the way ends elsewhere."""
+    names: list[str] = []
+    at: LoopView | None = view
+    while at is not None and at.loop.name not in names:
+        names.append(at.loop.name)
+        at = master_of(context, at)
+    return names if at is not None and at.loop.name == view.loop.name else []
+
+
+@error("PID831", D302, "there is no loop {source}{cure}")
+def unknown_cascade_source(context: NeutralContext) -> Iterator[Finding]:
+    """The source of the set point is no loop of the file.
+
+    Why: the set point would come from nowhere.
+
+    Fix: write the name of a loop of this file.
+    """
+    for view in context.loops:
+        source = view.loop.setpoint.source
+        if source is not None and source not in context.by_name:
+            near = nearest(source, context.by_name)
+            yield view.find("setpoint", "source", source=source, cure=f"; did you mean {near}?" if near else "")
+
+
+@per_loop
+@error("PID832", D302, "the set point of {name} is its own output")
+def cascade_to_itself(view: LoopView) -> Iterator[Finding]:
+    """A loop is the source of its own set point.
+
+    Why: the output would drive the set point, which drives the output.
+
+    Fix: write the name of the master.
+    """
+    if view.loop.setpoint.source == view.loop.name:
+        yield view.find("setpoint", "source", name=view.loop.name)
+
+
+@error("PID833", D302, "the cascade goes in a ring: {names}")
+def cascade_ring(context: NeutralContext) -> Iterator[Finding]:
+    """Loops are each other's masters.
+
+    Why: a cascade has an outermost loop with a set point of its own.
+
+    Fix: take `source` from the outermost loop.
+    """
+    for view in context.loops:
+        ring = ring_of(context, view)
+        first = len(ring) > 1 and view.index == min(context.by_name[name].index for name in ring)
+        if first:
+            yield view.find("setpoint", "source", names=" - ".join([*ring, ring[0]]))
+
+
+@per_loop
+@error("PID834", D302, "the mode is cascade, but setpoint.source is not given")
+def cascade_without_source(view: LoopView) -> Iterator[Finding]:
+    """A loop is meant to run in cascade and has no master.
+
+    Why: there is nothing that its set point could follow.
+
+    Fix: write `setpoint: {source: …}` with the master's name, or `mode: auto`.
+    """
+    if view.loop.mode == "cascade" and view.loop.setpoint.source is None:
+        yield view.find("mode")
+
+
+@warning("PID835", D302, "the output of {master} has the range {low} to {high}, this PV {own_low} to {own_high}")
+def cascade_scales_differ(context: NeutralContext) -> Iterator[Finding]:
+    """The master's output and the slave's PV have different ranges.
+
+    Why: the master's output is the slave's set point as it is, in units of the slave's PV. A master from 0 to 100 %
+    asks a flow from 0 to 40 m3/h for what it never reaches, and its gain acts on another scale.
+
+    Fix: give the master `output.range` the slave's `pv.range`, and its gain in those units; limit it by
+    `output.limits`.
+    """
+    for view in context.loops:
+        master = master_of(context, view)
+        if master is None or master is view:
+            continue
+        theirs, own = master.loop.output.range, view.loop.pv.range
+        if theirs != own:
+            yield view.find(
+                "setpoint",
+                "source",
+                master=master.loop.name,
+                low=theirs[0],
+                high=master.out(theirs[1]),
+                own_low=own[0],
+                own_high=view.pv(own[1]),
+            )
