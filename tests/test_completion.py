@@ -14,7 +14,7 @@ import pytest
 from click.testing import CliRunner
 
 from pidcfg.cli.commands import completion
-from pidcfg.cli.commands.completion import candidates, shells
+from pidcfg.cli.completion import candidates, shells
 from pidcfg.cli.main import COMMANDS, COMPLETE, cli
 from pidcfg.validate.pages import all_rules
 from pidcfg.vendors import VENDORS, format_names

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from pidcfg.schemas.generic import Loop
 
 
-def overlay(
+def overlay(  # noqa: PLR0913, PLR0917 - two trends and their times, each in columns
     loop: Loop,
     times: Sequence[float],
     setpoints: Sequence[float],

@@ -1,0 +1,78 @@
+"""Dotted keys and what stands at them: the only module that walks plain data and models by path.
+
+A path is a tuple of keys and indices, ``("setpoint", "limits", 0)``; as text it is written ``setpoint.limits.0``.
+Models are anything with attributes; nothing of pydantic is imported here.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
+Path = tuple[str | int, ...]
+"""Keys and indices from the top of a file, or from a loop."""
+
+
+def steps(text: str) -> Path:
+    """``setpoint.limits.0`` as keys and indices; empty text is the top."""
+    return tuple(int(step) if step.isdigit() else step for step in text.split(".")) if text else ()
+
+
+def dotted(path: Sequence[str | int]) -> str:
+    """Keys and indices as text: ``setpoint.limits.0``."""
+    return ".".join(str(step) for step in path)
+
+
+def value_at(data: Any, path: Sequence[str | int]) -> Any:
+    """What stands at a path of plain data or of models; None where there is nothing."""
+    for step in path:
+        if isinstance(data, dict):
+            data = data.get(step)
+        elif isinstance(data, list | tuple):
+            data = data[step] if isinstance(step, int) and step < len(data) else None
+        else:
+            data = getattr(data, str(step), None)
+        if data is None:
+            return None
+    return data
+
+
+def has_key(data: Any, path: Sequence[str | int]) -> bool:
+    """Whether plain data have the last key of a path, be it with an empty value."""
+    above = value_at(data, path[:-1]) if path else None
+    if isinstance(above, list):
+        return isinstance(path[-1], int) and path[-1] < len(above)
+    return isinstance(above, dict) and path[-1] in above
+
+
+def put(data: dict[str, Any], path: Sequence[str | int], value: Any) -> None:
+    """Sets a value in plain data; mappings on the way are made as needed, items of lists must be there."""
+    here: Any = data
+    for step in path[:-1]:
+        if isinstance(here, dict) and not isinstance(here.get(str(step)), dict | list):
+            here[str(step)] = {}
+        here = here[step]
+    here[path[-1]] = value
+
+
+def is_given(model: Any, path: Sequence[str]) -> bool:
+    """Whether a file gives a field of a model, by its path below the model, with a value."""
+    for key in path:
+        if model is None or key not in model.model_fields_set:
+            return False
+        model = getattr(model, key)
+    return model is not None
+
+
+def given_fields(model: Any, above: Path = ()) -> Iterator[tuple[Path, Any]]:
+    """The leaf fields that a file gives of a model, with their values, in the order of the schema."""
+    for key in type(model).model_fields:
+        value = getattr(model, key)
+        if key not in model.model_fields_set or value is None:
+            continue
+        if hasattr(type(value), "model_fields"):
+            yield from given_fields(value, (*above, key))
+        else:
+            yield (*above, key), value
