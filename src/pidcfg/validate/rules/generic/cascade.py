@@ -12,15 +12,15 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from pidcfg.validate.rule import Finding
-    from pidcfg.validate.rules.generic.context import LoopView, NeutralContext
+    from pidcfg.validate.rules.generic.context import GenericContext, LoopView
 
 
-def master_of(context: NeutralContext, view: LoopView) -> LoopView | None:
+def master_of(context: GenericContext, view: LoopView) -> LoopView | None:
     """The loop whose output is this one's set point."""
     return context.by_name.get(view.loop.setpoint.source or "")
 
 
-def ring_of(context: NeutralContext, view: LoopView) -> list[str]:
+def ring_of(context: GenericContext, view: LoopView) -> list[str]:
     """The loops on the way from master to master back to this one; empty when the way ends elsewhere."""
     names: list[str] = []
     at: LoopView | None = view
@@ -31,7 +31,7 @@ def ring_of(context: NeutralContext, view: LoopView) -> list[str]:
 
 
 @error("PID831", D302, "there is no loop {source}{cure}")
-def unknown_cascade_source(context: NeutralContext) -> Iterator[Finding]:
+def unknown_cascade_source(context: GenericContext) -> Iterator[Finding]:
     """The source of the set point is no loop of the file.
 
     Why: the set point would come from nowhere.
@@ -59,7 +59,7 @@ def cascade_to_itself(view: LoopView) -> Iterator[Finding]:
 
 
 @error("PID833", D302, "the cascade goes in a ring: {names}")
-def cascade_ring(context: NeutralContext) -> Iterator[Finding]:
+def cascade_ring(context: GenericContext) -> Iterator[Finding]:
     """Loops are each other's masters.
 
     Why: a cascade has an outermost loop with a set point of its own.
@@ -87,7 +87,7 @@ def cascade_without_source(view: LoopView) -> Iterator[Finding]:
 
 
 @warning("PID835", D302, "the output of {master} has the range {low} to {high}, this PV {own_low} to {own_high}")
-def cascade_scales_differ(context: NeutralContext) -> Iterator[Finding]:
+def cascade_scales_differ(context: GenericContext) -> Iterator[Finding]:
     """The master's output and the slave's PV have different ranges.
 
     Why: the master's output is the slave's set point as it is, in units of the slave's PV. A master from 0 to 100 %

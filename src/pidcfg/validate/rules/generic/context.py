@@ -67,7 +67,7 @@ def outside(value: Decimal, pair: Pair) -> bool:
 
 
 @dataclass(frozen=True)
-class NeutralContext:
+class GenericContext:
     """A configuration with its encoding, and its loops one by one."""
 
     config: GenericFile

@@ -13,10 +13,10 @@ if TYPE_CHECKING:
 
     from pidcfg.schemas.generic import Pulse
     from pidcfg.validate.rule import Finding
-    from pidcfg.validate.rules.generic.context import LoopView, NeutralContext
+    from pidcfg.validate.rules.generic.context import GenericContext, LoopView
 
 
-def pulsed(context: NeutralContext) -> Iterator[tuple[LoopView, Pulse]]:
+def pulsed(context: GenericContext) -> Iterator[tuple[LoopView, Pulse]]:
     """The loops with a pulse output."""
     for view in context.loops:
         if view.loop.output.pulse is not None:
@@ -24,7 +24,7 @@ def pulsed(context: NeutralContext) -> Iterator[tuple[LoopView, Pulse]]:
 
 
 @error("PID841", D303, "the period of the pulses is 0")
-def no_pulse_period(context: NeutralContext) -> Iterator[Finding]:
+def no_pulse_period(context: GenericContext) -> Iterator[Finding]:
     """The period of the pulses is 0.
 
     Why: there is no time that the output could be a share of.
@@ -37,7 +37,7 @@ def no_pulse_period(context: NeutralContext) -> Iterator[Finding]:
 
 
 @warning("PID842", D303, "the pulses' period {period} s is shorter than sample_time {sample} s")
-def pulse_period_below_sample_time(context: NeutralContext) -> Iterator[Finding]:
+def pulse_period_below_sample_time(context: GenericContext) -> Iterator[Finding]:
     """The pulses' period is shorter than the sample time.
 
     Why: several pulses are alike, since the output is calculated less often: the actuator switches more than it needs
@@ -53,7 +53,7 @@ def pulse_period_below_sample_time(context: NeutralContext) -> Iterator[Finding]
 
 
 @error("PID843", D303, "min_on {on} s and min_off {off} s together do not fit into the period, {period} s")
-def pulse_without_room(context: NeutralContext) -> Iterator[Finding]:
+def pulse_without_room(context: GenericContext) -> Iterator[Finding]:
     """Shortest pulse and shortest gap are longer together than the period.
 
     Why: no pulse is then both long enough and followed by a gap that is: the output is on or off for whole periods.

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from pidcfg.validate.rule import Finding
-    from pidcfg.validate.rules.generic.context import LoopView, NeutralContext
+    from pidcfg.validate.rules.generic.context import GenericContext, LoopView
 
 SHARE = Decimal("0.1")
 """A sample time up to this share of a time does it no harm."""
@@ -36,7 +36,7 @@ def no_sample_time(view: LoopView) -> Iterator[Finding]:
 
 
 @warning("PID822", D299, "sample_time {sample} s is longer than a tenth of {name}, {time} s")
-def sample_time_too_long(context: NeutralContext) -> Iterator[Finding]:
+def sample_time_too_long(context: GenericContext) -> Iterator[Finding]:
     """The loop is calculated less often than its times want.
 
     Why: integral and derivative are sums and differences of samples; with few of them the loop behaves other than its
