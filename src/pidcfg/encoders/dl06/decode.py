@@ -12,7 +12,8 @@ from pidcfg.encoders.dl06.encode import LOOP_SIZE, OUTPUT_OFFSET, STATED
 from pidcfg.encoders.dl06.sections import LoopReader
 from pidcfg.encoders.image import Decoded
 from pidcfg.encoders.maps.dl06 import LOOP_COUNT, LOOP_TABLES, TABLE_POINTER
-from pidcfg.encoders.plain import Data, present, read_settings, unnamed
+from pidcfg.encoders.settings import default_name, read_settings
+from pidcfg.encoders.values import Data, present
 from pidcfg.encoders.words import DecodeError, bcd_digits
 from pidcfg.schemas.dl06 import LoopSettings, PlcSettings
 from pidcfg.schemas.octal import v_name
@@ -89,6 +90,6 @@ def _reader(
     missing = next((a for a in range(start, start + LOOP_SIZE) if a not in words), None)
     if missing is not None:
         raise DecodeError(f"the listing does not hold {v_name(missing)} of loop {index + 1}")
-    beside = settings[index] if index < len(settings) else LoopSettings(loop=unnamed(index))
+    beside = settings[index] if index < len(settings) else LoopSettings(loop=default_name(index))
     raw = [words[a] for a in range(start, start + LOOP_SIZE)]
     return LoopReader(start, LOOP_TABLES[decimals], raw, beside, [])

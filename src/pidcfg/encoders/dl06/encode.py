@@ -6,6 +6,7 @@ from decimal import Decimal
 from typing import TYPE_CHECKING, Any
 
 from pidcfg.encoders.image import Block, Encoding, Route
+from pidcfg.encoders.mapping import switched_on
 from pidcfg.encoders.maps.dl06 import (
     FORMATS,
     LOOP_TABLES,
@@ -15,7 +16,6 @@ from pidcfg.encoders.maps.dl06 import (
     SPACE,
     TABLE_POINTER,
 )
-from pidcfg.encoders.plain import switched_on
 from pidcfg.encoders.scales import Scale
 from pidcfg.schemas.base import Quantity, plain_number
 

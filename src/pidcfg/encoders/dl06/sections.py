@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from pidcfg.encoders.dl06.encode import ends, scales
 from pidcfg.encoders.dl06.status import intended_mode
 from pidcfg.encoders.maps.dl06 import RAMP_SOAK_PAIR, RAMP_SOAK_PAIRS, RAMP_SOAK_SIZE
-from pidcfg.encoders.plain import Data, present, quantity
+from pidcfg.encoders.values import Data, present, quantity
 from pidcfg.encoders.words import DecodeError
 from pidcfg.schemas.base import plain_number
 from pidcfg.schemas.dl06 import Autotune, Loop

@@ -8,10 +8,12 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from pidcfg.encoders.blocks import read_loops
 from pidcfg.encoders.ezlogix.encode import ends, scales_of
 from pidcfg.encoders.image import Decoded
 from pidcfg.encoders.maps.ezlogix import BLOCKS, SPACE
-from pidcfg.encoders.plain import Data, Said, completed, present, quantity, read_loops, read_settings
+from pidcfg.encoders.settings import LoopOption, read_settings, with_options
+from pidcfg.encoders.values import Data, present, quantity
 from pidcfg.encoders.words import DecodeError
 from pidcfg.schemas.base import plain_number
 from pidcfg.schemas.ezlogix import Autotune, LoopSettings, PlcSettings
@@ -19,20 +21,20 @@ from pidcfg.schemas.ezlogix import Autotune, LoopSettings, PlcSettings
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from pidcfg.encoders.plain import LoopBlock
+    from pidcfg.encoders.blocks import LoopBlock
     from pidcfg.encoders.scales import Scale
     from pidcfg.schemas.ezlogix import OutputSettings, PvSettings
 
-SAID = (
-    Said(("registers",), "registers", "where the 32 registers begin"),
-    Said(("discretes",), "discretes", "where the 8 discretes begin"),
-    Said(("action",), "action", "the controller action (direct or reverse), which no register holds"),
-    Said(("algorithm",), "algorithm", "the algorithm (position or velocity), which no register holds"),
-    Said(("pv", "tag"), "pv_tag", "the tag of the PV"),
-    Said(("output", "tag"), "cv_tag", "the tag of the CV"),
-    Said(("output", "pulse"), "output_tag", "whether there is a control output", needed=False),
+LOOP_OPTIONS = (
+    LoopOption(("registers",), "registers", "where the 32 registers begin"),
+    LoopOption(("discretes",), "discretes", "where the 8 discretes begin"),
+    LoopOption(("action",), "action", "the controller action (direct or reverse), which no register holds"),
+    LoopOption(("algorithm",), "algorithm", "the algorithm (position or velocity), which no register holds"),
+    LoopOption(("pv", "tag"), "pv_tag", "the tag of the PV"),
+    LoopOption(("output", "tag"), "cv_tag", "the tag of the CV"),
+    LoopOption(("output", "pulse"), "output_tag", "whether there is a control output", needed=False),
 )
-"""What options say when nothing stands beside the registers."""
+"""What options say when no settings stand beside the registers."""
 
 
 def decode(
@@ -43,10 +45,10 @@ def decode(
 ) -> Decoded:
     """The configuration that these registers hold; raises `DecodeError` with the address of what is no value.
 
-    ``settings`` and ``plc`` are what an encoder put beside the registers. ``options``: one list for each row of `SAID`,
-    of one entry a loop.
+    ``settings`` and ``plc`` are what an encoder put beside the registers. ``options``: one list for each row of
+    `LOOP_OPTIONS`, of one entry a loop.
     """
-    beside = completed(settings, options or {}, SAID)
+    beside = with_options(settings, options or {}, LOOP_OPTIONS)
     plc_settings = read_settings(PlcSettings, plc or {}, "plc")
     loops, notes = [], []
     for own, blocks in read_loops(LoopSettings, beside, words, SPACE, BLOCKS):

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 from pidcfg.encoders.image import Block, Encoding
 from pidcfg.encoders.maps.ezlogix import BLOCKS, CV, SPACE, counts_format
-from pidcfg.encoders.plain import present
 from pidcfg.encoders.scales import Scale
+from pidcfg.encoders.values import present
 from pidcfg.schemas.base import Quantity, plain_number
 from pidcfg.schemas.ezlogix import CV_FULL, Plc
 
