@@ -40,8 +40,18 @@ class LoopBlock:
         try:
             return self.table.decode(self.raw, scales)
         except DecodeError as error:
-            address = self.start + (error.place or 0)
-            raise DecodeError(f"{self.loop}, {self.space.name(address)}: {error}", address) from None
+            raise self._at_address(error) from None
+
+    def choices(self) -> Data:
+        """The choices inside bit words alone, by path; they decide the scales of the words."""
+        try:
+            return self.table.decode_bits(self.raw)
+        except DecodeError as error:
+            raise self._at_address(error) from None
+
+    def _at_address(self, error: DecodeError) -> DecodeError:
+        address = self.start + (error.place or 0)
+        return DecodeError(f"{self.loop}, {self.space.name(address)}: {error}", address)
 
     def left_out(self) -> Iterator[str]:
         """Says what is not carried over: momentary requests, what the controller writes, reserved registers."""
