@@ -26,7 +26,7 @@ MAY_IMPORT = {
     "comments":     "refs limits diagnostics document source",
     "aliases":      "refs limits diagnostics document source",
     "schemas":      "refs",
-    "encoders":     "refs schemas",
+    "encoders":     "refs paths schemas",
     "vendors":      "refs schemas encoders",
     "conversion":   "refs diagnostics limits document source comments schemas encoders vendors",
     "differences":  "refs schemas encoders vendors conversion",

@@ -26,7 +26,7 @@ from pidcfg.encoders.maps.dl06 import (
     TABLE_POINTER,
 )
 from pidcfg.encoders.maps.dl06_meanings import BITS, WORDS, WRITERS
-from pidcfg.encoders.plain import read_settings, unnamed
+from pidcfg.encoders.settings import default_name, read_settings
 from pidcfg.encoders.words import DecodeError, bcd_digits
 from pidcfg.explanation.annotate import Claim, Start
 from pidcfg.explanation.direction import Direction
@@ -142,7 +142,7 @@ def claims(
     table = LOOP_TABLES[decimals]
     profiles = []
     for i in range(_count(words, loops, options)):
-        beside = loops[i] if i < len(loops) else LoopSettings(loop=unnamed(i))
+        beside = loops[i] if i < len(loops) else LoopSettings(loop=default_name(i))
         start = pointer + i * table.size
         raw = [words.get(start + n, 0) for n in range(table.size)]
         known = _setting(raw, beside)._replace(stated=stated)

@@ -12,8 +12,8 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 from pidcfg.encoders.click.encode import deviation_alarms_on, pv_alarms_on, values_of
+from pidcfg.encoders.mapping import switched_on
 from pidcfg.encoders.maps.click import BLOCKS, ERRORS
-from pidcfg.encoders.plain import switched_on
 from pidcfg.encoders.regmap import decode_one
 from pidcfg.schemas.base import decimal_text
 from pidcfg.validate.extents import Extent, extents_of

@@ -7,7 +7,7 @@ from itertools import pairwise
 from typing import TYPE_CHECKING
 
 from pidcfg.diagnostics import Severity
-from pidcfg.encoders.plain import switched_on
+from pidcfg.encoders.mapping import switched_on
 from pidcfg.refs import DL06, Decision
 from pidcfg.schemas.base import decimal_text
 from pidcfg.validate.rule import Finding, error, per_loop, warning

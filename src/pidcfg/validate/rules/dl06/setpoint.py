@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from pidcfg.encoders.plain import switched_on
+from pidcfg.encoders.mapping import switched_on
 from pidcfg.refs import DL06, Decision
 from pidcfg.validate.rule import Finding, error, info, once, per_loop, warning
 

@@ -6,8 +6,8 @@ from decimal import Decimal
 from typing import TYPE_CHECKING
 
 from pidcfg.encoders.dl06.encode import reset_value
+from pidcfg.encoders.mapping import switched_on
 from pidcfg.encoders.maps.dl06 import D01, RESET
-from pidcfg.encoders.plain import switched_on
 from pidcfg.encoders.words import EncodeError, bcd_digits
 from pidcfg.refs import DL06, Decision
 from pidcfg.schemas.base import decimal_text
