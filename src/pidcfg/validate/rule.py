@@ -66,6 +66,10 @@ class Rule:
     since: str
     doc: str
     check: Check | None = None
+    ignorable: bool = True
+    """Whether a comment, a baseline or an option may take away what it finds."""
+    unusable: bool = False
+    """Whether a file that has the fault cannot be read at all."""
 
     @property
     def title(self) -> str:
