@@ -47,7 +47,7 @@ def block_beyond_bank(view: LoopView) -> Iterator[Finding]:
         last = LAST[extent.prefix]
         if extent.last > last:
             latest = last - (extent.last - extent.first)
-            yield view.find(extent.key, block=extent.key, extent=extent, prefix=extent.prefix, last=last, latest=latest)
+            yield view.at(extent.key, block=extent.key, extent=extent, prefix=extent.prefix, last=last, latest=latest)
 
 
 @error("PID302", AREAS, "{block} {extent} of {loop} overlaps {other_extent} of {other}")
@@ -61,7 +61,7 @@ def blocks_overlap(context: ClickContext) -> Iterator[Finding]:
     remember.
     """
     for second, mine, first, theirs in overlaps(context.loops):
-        yield second.find(
+        yield second.at(
             mine.key, block=mine.key, extent=mine, loop=second.loop.name, other_extent=theirs, other=first.loop.name
         )
 
@@ -75,7 +75,7 @@ def too_many_loops(context: ClickContext) -> Iterator[Finding]:
     Fix: move the loop to another PLC, and to a file of its own.
     """
     if len(context.loops) > LOOPS:
-        yield context.loops[LOOPS].find_key(number=LOOPS + 1, count=len(context.loops), limit=LOOPS)
+        yield context.loops[LOOPS].at_key(number=LOOPS + 1, count=len(context.loops), limit=LOOPS)
 
 
 @error("PID304", PWM, "{bit} is already the PWM output of {other}: two loops would switch it")
@@ -92,5 +92,5 @@ def pwm_output_shared(context: ClickContext) -> Iterator[Finding]:
         if pwm is None:
             continue
         if pwm.bit in first:
-            yield view.find("output", "pwm", "bit", bit=pwm.bit, other=first[pwm.bit])
+            yield view.at("output", "pwm", "bit", bit=pwm.bit, other=first[pwm.bit])
         first.setdefault(pwm.bit, view.loop.name)

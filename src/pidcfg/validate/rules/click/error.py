@@ -61,7 +61,7 @@ def squared_error_in_squared_units(view: LoopView) -> Iterator[Finding]:
     """
     full = saturating_error(view)
     if view.squared and full is not None:
-        yield view.find(
+        yield view.at(
             "error",
             "curve",
             gain=view.loop.tuning.proportional_gain,
@@ -87,7 +87,7 @@ def deadband_of_squared_error(view: LoopView) -> Iterator[Finding]:
     """
     width, value = half_width(view), view.held("deadband")
     if view.squared and width is not None and value is not None and width != value:
-        yield view.find(
+        yield view.at(
             "error", "deadband", value=view.loop.error.deadband, width=approximate(view, width), linear=view.eu(value)
         )
 
@@ -103,7 +103,7 @@ def deadband_of_zero(view: LoopView) -> Iterator[Finding]:
     """
     if view.deadband_on and view.held("deadband") == 0:
         key = "deadband_enabled" if view.loop.error.deadband is None else "deadband"
-        yield view.find("error", key, value=view.shown("deadband"))
+        yield view.at("error", key, value=view.shown("deadband"))
 
 
 @per_loop
@@ -123,7 +123,7 @@ def deadband_spans_range(view: LoopView) -> Iterator[Finding]:
     """
     width = half_width(view)
     if width is not None and width >= view.span:
-        yield view.find("error", "deadband", width=approximate(view, width), span=view.eu(view.span))
+        yield view.at("error", "deadband", width=approximate(view, width), span=view.eu(view.span))
 
 
 @warning(
@@ -146,9 +146,7 @@ def deadband_reaches_alarm(context: ClickContext) -> Iterator[Finding]:
             continue
         for name, distance in _distances(view):
             if 0 < distance <= width:
-                yield view.find(
-                    "error", "deadband", width=approximate(view, width), alarm=name, limit=view.eu(distance)
-                )
+                yield view.at("error", "deadband", width=approximate(view, width), alarm=name, limit=view.eu(distance))
                 break
 
 
@@ -173,6 +171,6 @@ def deadband_switched_off(view: LoopView) -> Iterator[Finding]:
     Fix: remove `deadband_enabled: false`, or the deadband.
     """
     if view.loop.error.deadband and not view.deadband_on:
-        yield view.find(
+        yield view.at(
             "error", "deadband_enabled", value=view.shown("deadband"), register=view.register("deadband_enable")
         )

@@ -55,7 +55,7 @@ def nickname_too_long(view: LoopView) -> Iterator[Finding]:
     too_long = [suffix for suffix in by_length() if len(name) + len(suffix) > LONGEST]
     if too_long:
         example = name[:LEAST_LEFT] + "…" if len(name) > LONGEST else name
-        yield view.find(
+        yield view.at(
             "name",
             length=len(name),
             count=len(too_long),
@@ -78,9 +78,9 @@ def name_not_usable_in_nicknames(view: LoopView) -> Iterator[Finding]:
     name = view.loop.name
     wrong = sorted(c for c in set(name) if c in FORBIDDEN or not c.isascii())
     if wrong:
-        yield view.find("name", name=name, reason=f"{' '.join(wrong)} {'is' if len(wrong) == 1 else 'are'} refused")
+        yield view.at("name", name=name, reason=f"{' '.join(wrong)} {'is' if len(wrong) == 1 else 'are'} refused")
     elif name.startswith("_"):
-        yield view.find("name", name=name, reason="it begins with an underscore")
+        yield view.at("name", name=name, reason="it begins with an underscore")
 
 
 @warning("PID307", D131, "{mine} of this loop and {theirs} of loop {other} are one nickname")
@@ -102,5 +102,5 @@ def nicknames_collide(context: ClickContext) -> Iterator[Finding]:
             clash = clash or owners.get(nickname.lower())
         if clash is not None and clash[1] != name:
             mine = own[clash[0].lower()][0]
-            yield view.find("name", mine=mine, theirs=clash[0], other=clash[1])
+            yield view.at("name", mine=mine, theirs=clash[0], other=clash[1])
         owners |= own

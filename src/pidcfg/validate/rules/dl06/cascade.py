@@ -53,7 +53,7 @@ def unknown_major_loop(context: Dl06Context) -> Iterator[Finding]:
         name = view.loop.cascade_from
         if name is not None and name not in names:
             near = difflib.get_close_matches(name, names, n=1, cutoff=0.6)
-            yield view.find("cascade_from", fix=f"did you mean {near[0]}?" if near else None, name=name)
+            yield view.at("cascade_from", fix=f"did you mean {near[0]}?" if near else None, name=name)
 
 
 @error("PID257", POINTER, "the remote set point of {name} is its own output in {word}")
@@ -66,7 +66,7 @@ def loop_cascaded_to_itself(context: Dl06Context) -> Iterator[Finding]:
     """
     for view in context.loops:
         if context.majors[view.index] == view.index:
-            yield view.find(link_key(view), name=view.loop.name, word=view.v("output"))
+            yield view.at(link_key(view), name=view.loop.name, word=view.v("output"))
 
 
 def link_key(view: LoopView) -> str:
@@ -89,7 +89,7 @@ def cascade_cycle(context: Dl06Context) -> Iterator[Finding]:
         if len(circle) > 1 and not reported.intersection(circle):
             reported.update(circle)
             names = [context.loops[i].loop.name for i in (*circle, view.index)]
-            yield view.find(link_key(view), circle=" from ".join(names), plc_effect="the loops stay in Manual")
+            yield view.at(link_key(view), circle=" from ".join(names), plc_effect="the loops stay in Manual")
 
 
 def _circle(start: int, majors: tuple[int | None, ...]) -> list[int]:
@@ -114,7 +114,7 @@ def cascade_format_mismatch(context: Dl06Context) -> Iterator[Finding]:
         written, read = major.scales["output"].format.name, minor.scales["pv"].format.name
         if written != read:
             key = ("pv", "format") if "format" in minor.loop.pv.model_fields_set else (link_key(minor),)
-            yield minor.find(
+            yield minor.at(
                 *key, minor=minor.loop.name, format=read, major=major.loop.name, other=written, word=major.v("output")
             )
 
@@ -134,7 +134,7 @@ def cascade_range_mismatch(context: Dl06Context) -> Iterator[Finding]:
         if (written is None) != (read is None):
             yield _one_range(major, minor)
         elif written is not None and read is not None and (written != read or not same_unit):
-            yield major.find(
+            yield major.at(
                 "output",
                 "range" if written != read else "unit",
                 minor=minor.loop.name,
@@ -180,7 +180,7 @@ def cascade_into_square_root(context: Dl06Context) -> Iterator[Finding]:
     for major, minor in context.cascades:
         most, top = major.counts("output_high"), minor.scales["sp"].full
         if minor.loop.pv.square_root and most is not None and most > round(top):
-            yield minor.find(
+            yield minor.at(
                 "pv",
                 "square_root",
                 minor=minor.loop.name,
@@ -204,7 +204,7 @@ def shared_major_loop(context: Dl06Context) -> Iterator[Finding]:
     first: dict[int, str] = {}
     for major, minor in context.cascades:
         if major.index in first:
-            yield minor.find(link_key(minor), major=major.loop.name, first=first[major.index], name=minor.loop.name)
+            yield minor.at(link_key(minor), major=major.loop.name, first=first[major.index], name=minor.loop.name)
         first.setdefault(major.index, minor.loop.name)
 
 
@@ -221,7 +221,7 @@ def two_remote_setpoints(context: Dl06Context) -> Iterator[Finding]:
         if loop.cascade_from is not None and loop.remote_setpoint is not None and major is not None:
             output = loop_start(context.config.plc, major) + OUTPUT_OFFSET
             if output != loop.remote_setpoint:
-                yield view.find(
+                yield view.at(
                     "remote_setpoint",
                     address=v_name(loop.remote_setpoint),
                     major=loop.cascade_from,
@@ -244,4 +244,4 @@ def remote_setpoint_not_an_output(context: Dl06Context) -> Iterator[Finding]:
         address = view.loop.remote_setpoint
         if address is not None and view.loop.cascade_from is None and address not in outputs:
             first, last = context.table
-            yield view.find("remote_setpoint", address=v_name(address), table=f"{v_name(first)}-{v_name(last)}")
+            yield view.at("remote_setpoint", address=v_name(address), table=f"{v_name(first)}-{v_name(last)}")

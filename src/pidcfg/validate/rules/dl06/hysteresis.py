@@ -63,7 +63,7 @@ def hysteresis_of_zero(view: LoopView) -> Iterator[Finding]:
     Fix: give at least one count; 0.1 % to 5 % of the range is the feature table's advice.
     """
     if view.loop.alarms.hysteresis is not None and in_use(view) == 0:
-        yield view.find("alarms", "hysteresis", value=view.shown("hysteresis"), least=span_text(view, 1))
+        yield view.at("alarms", "hysteresis", value=view.shown("hysteresis"), least=span_text(view, 1))
 
 
 @per_loop
@@ -78,7 +78,7 @@ def hysteresis_wide(view: LoopView) -> Iterator[Finding]:
     counts = in_use(view)
     if counts is not None and span_share(view, WIDEST) < counts <= span_share(view, LARGEST):
         limit = span_text(view, span_share(view, WIDEST))
-        yield view.find("alarms", "hysteresis", value=view.shown("hysteresis"), limit=limit)
+        yield view.at("alarms", "hysteresis", value=view.shown("hysteresis"), limit=limit)
 
 
 @per_loop
@@ -93,7 +93,7 @@ def hysteresis_beyond_range(view: LoopView) -> Iterator[Finding]:
     counts = in_use(view)
     if counts is not None and counts > span_share(view, LARGEST):
         limit = span_text(view, span_share(view, LARGEST))
-        yield view.find("alarms", "hysteresis", value=view.shown("hysteresis"), limit=limit)
+        yield view.at("alarms", "hysteresis", value=view.shown("hysteresis"), limit=limit)
 
 
 @per_loop
@@ -109,7 +109,7 @@ def hysteresis_swallows_deviation_alarm(view: LoopView) -> Iterator[Finding]:
     yellow, counts = view.counts("deviation_yellow"), view.counts("hysteresis")
     if view.deviation_alarms and yellow and counts is not None and counts >= yellow:
         key = "hysteresis" if view.loop.alarms.hysteresis is not None else "deviation"
-        yield view.find(
+        yield view.at(
             "alarms",
             key,
             value=view.shown("hysteresis"),
@@ -134,9 +134,7 @@ def hysteresis_spans_normal_zone(view: LoopView) -> Iterator[Finding]:
     """
     words = view.holds("pv_low", "pv_high", "hysteresis")
     if view.pv_alarms and words and 0 < words[1] - words[0] <= words[2] <= span_share(view, LARGEST):
-        yield view.find(
-            "alarms", "hysteresis", value=view.shown("hysteresis"), zone=span_text(view, words[1] - words[0])
-        )
+        yield view.at("alarms", "hysteresis", value=view.shown("hysteresis"), zone=span_text(view, words[1] - words[0]))
 
 
 @per_loop
@@ -149,7 +147,7 @@ def hysteresis_not_given(view: LoopView) -> Iterator[Finding]:
     Fix: give `alarms.hysteresis`, 0.1 % to 5 % of the range.
     """
     if view.loop.alarms.hysteresis is None and in_use(view) is not None:
-        yield view.find("alarms", "hysteresis", least=span_text(view, 1))
+        yield view.at("alarms", "hysteresis", least=span_text(view, 1))
 
 
 @per_loop
@@ -167,4 +165,4 @@ def hysteresis_without_effect(view: LoopView) -> Iterator[Finding]:
     Fix: remove it, or switch on the alarms it was meant for.
     """
     if view.loop.alarms.hysteresis is not None and not view.pv_alarms and not view.deviation_alarms:
-        yield view.find("alarms", "hysteresis", value=view.shown("hysteresis"))
+        yield view.at("alarms", "hysteresis", value=view.shown("hysteresis"))

@@ -57,7 +57,7 @@ def ramp_target_outside_setpoint_limits(view: LoopView) -> Iterator[Finding]:
     limits = view.holds("setpoint_low", "setpoint_high") if view.pairs and view.setpoint_limited else []
     for pair in running(view) if limits else []:
         if pair.target is not None and not limits[0] <= pair.target <= limits[1]:
-            yield view.find(
+            yield view.at(
                 "ramp_soak",
                 "steps",
                 pair.index,
@@ -81,7 +81,7 @@ def first_ramp_without_length(view: LoopView) -> Iterator[Finding]:
     pairs, given = running(view), view.loop.setpoint.value
     if pairs and given is not None and pairs[0].target is not None and pairs[0].target == view.counts("setpoint"):
         value = view.text(pairs[0].step.ramp_to, "sp", pairs[0].target)
-        yield view.find("ramp_soak", "steps", 0, "ramp_to", value=value)
+        yield view.at("ramp_soak", "steps", 0, "ramp_to", value=value)
 
 
 @per_loop
@@ -99,7 +99,7 @@ def profile_ends_early(view: LoopView) -> Iterator[Finding]:
     used = [pair.index for pair in pairs if pair.slope != 0 or pair.target != 0 or pair.soak != 0]
     stop = len(running(view))
     if used and stop <= used[-1]:
-        yield view.find("ramp_soak", "steps", stop, "slope", lost=steps_text(stop, used[-1]))
+        yield view.at("ramp_soak", "steps", stop, "slope", lost=steps_text(stop, used[-1]))
 
 
 @per_loop
@@ -122,7 +122,7 @@ def slope_rounded(view: LoopView) -> Iterator[Finding]:
             continue
         change = exact / pair.slope - 1
         if abs(pair.slope - exact) > ROUNDING * exact:
-            yield view.find(
+            yield view.at(
                 "ramp_soak",
                 "steps",
                 pair.index,
@@ -161,7 +161,7 @@ def ramp_within_one_sample(view: LoopView) -> Iterator[Finding]:
             continue
         time = abs(at - start) / float(pair.slope)
         if 0 < time <= float(view.loop.sample_rate):
-            yield view.find(
+            yield view.at(
                 "ramp_soak",
                 "steps",
                 pair.index,
@@ -186,7 +186,7 @@ def soak_of_zero(view: LoopView) -> Iterator[Finding]:
     """
     for pair in running(view):
         if pair.soak == 0:
-            yield view.find("ramp_soak", "steps", pair.index, "soak", steps=steps_text(pair.index, pair.index))
+            yield view.at("ramp_soak", "steps", pair.index, "soak", steps=steps_text(pair.index, pair.index))
 
 
 @per_loop
@@ -211,6 +211,6 @@ def ramp_target_in_alarm(view: LoopView) -> Iterator[Finding]:
         if not points[0] <= raw <= points[1]:
             alarm = "low" if raw < points[0] else "high"
             value = view.text(pair.step.ramp_to, "sp", pair.target)
-            yield view.find(
+            yield view.at(
                 "ramp_soak", "steps", pair.index, "ramp_to", value=value, alarm=alarm, limit=view.shown(f"pv_{alarm}")
             )

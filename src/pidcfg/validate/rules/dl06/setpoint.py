@@ -39,7 +39,7 @@ def setpoint_limits_not_ascending(view: LoopView) -> Iterator[Finding]:
     """
     limits = view.holds("setpoint_low", "setpoint_high")
     if view.setpoint_limited and limits and limits[0] >= limits[1]:
-        yield view.find("setpoint", "limits", 1, high=view.shown("setpoint_high"), low=view.shown("setpoint_low"))
+        yield view.at("setpoint", "limits", 1, high=view.shown("setpoint_high"), low=view.shown("setpoint_low"))
 
 
 @per_loop
@@ -60,7 +60,7 @@ def setpoint_outside_limits(view: LoopView) -> Iterator[Finding]:
     if view.loop.setpoint.value is None or not view.setpoint_limited or not words or words[0] >= words[2]:
         return
     if not words[0] <= words[1] <= words[2]:
-        yield view.find(
+        yield view.at(
             "setpoint",
             "value",
             value=view.shown("setpoint"),
@@ -79,7 +79,7 @@ def setpoint_limits_switched_off(view: LoopView) -> Iterator[Finding]:
     Fix: remove `limits_enabled: false`, or the limits.
     """
     if view.loop.setpoint.limits is not None and not view.setpoint_limited:
-        yield view.find(
+        yield view.at(
             "setpoint",
             "limits_enabled",
             word=view.v("mode_setting_2"),
@@ -109,7 +109,7 @@ def setpoint_replaced_on_transfer(context: Dl06Context) -> Iterator[Finding]:
     ]
     if found:
         first, *others = found
-        yield once(first.find("setpoint", "value", value=first.shown("setpoint")), [view.loop.name for view in others])
+        yield once(first.at("setpoint", "value", value=first.shown("setpoint")), [view.loop.name for view in others])
 
 
 @per_loop
@@ -124,7 +124,7 @@ def setpoint_left_at_zero(view: LoopView) -> Iterator[Finding]:
     """
     loop = view.loop
     if loop.mode == "auto" and loop.bumpless == "II" and loop.setpoint.value is None:
-        yield view.find("setpoint", word=view.v("setpoint"), zero=view.eu(0, "sp"))
+        yield view.at("setpoint", word=view.v("setpoint"), zero=view.eu(0, "sp"))
 
 
 @per_loop
@@ -139,7 +139,7 @@ def deadband_of_zero(view: LoopView) -> Iterator[Finding]:
     error = view.loop.error
     if deadband_on(view) and view.counts("deadband") == 0:
         key = "deadband_enabled" if error.deadband is None else "deadband"
-        yield view.find("error", key, value=view.shown("deadband"))
+        yield view.at("error", key, value=view.shown("deadband"))
 
 
 def deadband_on(view: LoopView) -> bool:
@@ -167,7 +167,7 @@ def deadband_reaches_alarm(context: Dl06Context) -> Iterator[Finding]:
         for name, distance in _distances(view):
             if 0 < distance <= width:
                 scale = view.scales["pv"]
-                yield view.find(
+                yield view.at(
                     "error",
                     "deadband",
                     value=view.shown("deadband"),

@@ -59,7 +59,7 @@ def independent_loop_without_transfer(context: Dl06Context) -> Iterator[Finding]
             missing.insert(0, "pv")
         if reasons:
             words = " and ".join(view.v(key) for key in missing)
-            yield view.find("independent_of_cpu_mode", missing=" and ".join(reasons), words=words)
+            yield view.at("independent_of_cpu_mode", missing=" and ".join(reasons), words=words)
 
 
 @per_loop
@@ -76,7 +76,7 @@ def transfer_source_outside_memory(view: LoopView) -> Iterator[Finding]:
     if transfer is None or transfer.address is None:
         return
     if not any(low <= transfer.address <= high for low, high in CPU.transfer_sources):
-        yield view.find(
+        yield view.at(
             "pv",
             "transfer",
             "address",
@@ -97,9 +97,7 @@ def output_transferred_to_memory(view: LoopView) -> Iterator[Finding]:
     """
     transfer = view.loop.output.transfer
     if transfer is not None and transfer.address is not None:
-        yield view.find(
-            "output", "transfer", "address", address=v_name(transfer.address), word=view.v("output_transfer")
-        )
+        yield view.at("output", "transfer", "address", address=v_name(transfer.address), word=view.v("output_transfer"))
 
 
 @error("PID292", SOURCES, "slot {slot}, channel {channel} is already the output of {other}")
@@ -116,7 +114,7 @@ def output_channel_written_twice(context: Dl06Context) -> Iterator[Finding]:
         if channel is None:
             continue
         if channel in first:
-            yield view.find_key("output", "transfer", slot=channel[0], channel=channel[1], other=first[channel])
+            yield view.at_key("output", "transfer", slot=channel[0], channel=channel[1], other=first[channel])
         first.setdefault(channel, view.loop.name)
 
 
@@ -141,7 +139,7 @@ def channel_read_and_written(context: Dl06Context) -> Iterator[Finding]:
     for view in context.loops:
         channel = channel_of(view.loop.output.transfer)
         if channel is not None and channel in read:
-            yield view.find_key("output", "transfer", slot=channel[0], channel=channel[1], other=read[channel])
+            yield view.at_key("output", "transfer", slot=channel[0], channel=channel[1], other=read[channel])
 
 
 @warning("PID294", SOURCES, "the PV's source {address} is {what}")
@@ -156,7 +154,7 @@ def pv_source_in_pid_table(context: Dl06Context) -> Iterator[Finding]:
     for view in context.loops:
         transfer = view.loop.pv.transfer
         if transfer is not None and transfer.address is not None and (what := _in_tables(context, transfer.address)):
-            yield view.find("pv", "transfer", "address", address=v_name(transfer.address), what=what)
+            yield view.at("pv", "transfer", "address", address=v_name(transfer.address), what=what)
 
 
 def _in_tables(context: Dl06Context, address: int) -> str:
@@ -200,6 +198,6 @@ def slot_counted_two_ways(context: Dl06Context) -> Iterator[Finding]:
 def _slot(view: LoopView, key: str, slot: int, channel: int) -> Finding:
     word = view.block.encoded.words[LOOP_TABLE.offset(f"{key}_transfer")]
     shown = "" if channel <= 9 else f", and channel {channel} is stored as {channel:02X} hex"
-    return view.find_key(
+    return view.at_key(
         key, "transfer", word=view.v(f"{key}_transfer"), digits=f"{word:04X}", slot=slot, hexadecimal=shown
     )

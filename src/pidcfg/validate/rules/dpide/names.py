@@ -26,7 +26,7 @@ def name_without_symbols(view: LoopView) -> Iterator[Finding]:
     """
     reason = unusable(view.loop.name)
     if reason is not None:
-        yield view.find("name", reason=reason)
+        yield view.at("name", reason=reason)
 
 
 @info("PID772", D256, "its symbols would be those of loop {other}, such as {symbol}")
@@ -45,4 +45,4 @@ def symbols_collide(context: DpideContext) -> Iterator[Finding]:
             symbol = identifier(name, "SV")
             other = owners.setdefault(symbol.casefold(), name)
             if other != name:
-                yield view.find("name", other=other, symbol=symbol)
+                yield view.at("name", other=other, symbol=symbol)

@@ -49,4 +49,4 @@ def action_against_description(view: LoopView) -> Iterator[Finding]:
     """
     purpose, meaning, other = MEANING[view.loop.action]
     if spoken_of(view.loop) == {purpose}:
-        yield view.find("action", action=view.loop.action, meaning=meaning, purpose=purpose, other=other)
+        yield view.at("action", action=view.loop.action, meaning=meaning, purpose=purpose, other=other)

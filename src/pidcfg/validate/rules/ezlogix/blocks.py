@@ -39,7 +39,7 @@ def block_beyond_bank(view: LoopView) -> Iterator[Finding]:
     for extent in view.extents:
         last = LAST[extent.prefix]
         if extent.last > last:
-            yield view.find(
+            yield view.at(
                 extent.key,
                 block=extent.key,
                 extent=extent,
@@ -59,7 +59,7 @@ def blocks_overlap(context: EzlogixContext) -> Iterator[Finding]:
     Fix: leave 32 registers and 8 discretes to every loop.
     """
     for second, mine, first, theirs in overlaps(context.loops):
-        yield second.find(
+        yield second.at(
             mine.key, block=mine.key, extent=mine, loop=second.loop.name, other_extent=theirs, other=first.loop.name
         )
 
@@ -73,4 +73,4 @@ def too_many_loops(context: EzlogixContext) -> Iterator[Finding]:
     Fix: move the loop to another PLC, and to a file of its own.
     """
     if len(context.loops) > LOOPS:
-        yield context.loops[LOOPS].find_key(number=LOOPS + 1, count=len(context.loops), limit=LOOPS)
+        yield context.loops[LOOPS].at_key(number=LOOPS + 1, count=len(context.loops), limit=LOOPS)

@@ -55,7 +55,7 @@ def tag_in_register_block(context: EzlogixContext) -> Iterator[Finding]:
             if found is None or (what == "CV" and context.inner(view) is not None):
                 continue
             consequence = "the loop overwrites it" if what == "CV" else "it is no measurement"
-            yield view.find(
+            yield view.at(
                 place,
                 "tag",
                 what=what,
@@ -112,7 +112,7 @@ def output_tag_shared(context: EzlogixContext) -> Iterator[Finding]:
     for view in context.loops:
         output = view.loop.output
         if output.tag in first:
-            yield view.find("output", "tag", tag=output.tag, what="CV tag", other=first[output.tag])
+            yield view.at("output", "tag", tag=output.tag, what="CV tag", other=first[output.tag])
         first.setdefault(output.tag, view.loop.name)
         if output.pulse is None:
             continue
@@ -135,7 +135,7 @@ def pv_is_own_cv(view: LoopView) -> Iterator[Finding]:
     Fix: give the PV the register that holds the measurement.
     """
     if view.loop.pv.tag == view.loop.output.tag:
-        yield view.find("output", "tag", tag=view.loop.output.tag)
+        yield view.at("output", "tag", tag=view.loop.output.tag)
 
 
 def same_pv(context: EzlogixContext) -> Iterator[tuple[LoopView, LoopView]]:
@@ -155,7 +155,7 @@ def pv_tag_shared(context: EzlogixContext) -> Iterator[Finding]:
     """
     for first, second in same_pv(context):
         if first.loop.action == second.loop.action:
-            yield second.find("pv", "tag", tag=second.loop.pv.tag, other=first.loop.name, action=second.loop.action)
+            yield second.at("pv", "tag", tag=second.loop.pv.tag, other=first.loop.name, action=second.loop.action)
 
 
 @warning(
@@ -178,7 +178,7 @@ def set_points_crossed(context: EzlogixContext) -> Iterator[Finding]:
         if same_scale and heating.setpoint is not None and cooling.setpoint is not None:
             high, low = heating.setpoint, cooling.setpoint
             if high > low:
-                yield second.find(
+                yield second.at(
                     "setpoint",
                     "value",
                     tag=second.loop.pv.tag,
@@ -213,4 +213,4 @@ def logical_tag_while_stopped(context: EzlogixContext) -> Iterator[Finding]:
         unheard = logical(context, output.tag) and output.pulse is None and output.tag != pv
         parts = [f"its PV {pv} stands still"] * frozen + [f"its CV {output.tag} reaches no output"] * unheard
         if parts:
-            yield view.find("pv" if frozen else "output", "tag", tags=" and ".join(parts))
+            yield view.at("pv" if frozen else "output", "tag", tags=" and ".join(parts))

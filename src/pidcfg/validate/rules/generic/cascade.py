@@ -42,7 +42,7 @@ def unknown_cascade_source(context: GenericContext) -> Iterator[Finding]:
         source = view.loop.setpoint.source
         if source is not None and source not in context.by_name:
             near = nearest(source, context.by_name)
-            yield view.find("setpoint", "source", source=source, cure=f"; did you mean {near}?" if near else "")
+            yield view.at("setpoint", "source", source=source, cure=f"; did you mean {near}?" if near else "")
 
 
 @per_loop
@@ -55,7 +55,7 @@ def cascade_to_itself(view: LoopView) -> Iterator[Finding]:
     Fix: write the name of the master.
     """
     if view.loop.setpoint.source == view.loop.name:
-        yield view.find("setpoint", "source", name=view.loop.name)
+        yield view.at("setpoint", "source", name=view.loop.name)
 
 
 @error("PID833", D302, "the cascade goes in a ring: {names}")
@@ -70,7 +70,7 @@ def cascade_ring(context: GenericContext) -> Iterator[Finding]:
         ring = ring_of(context, view)
         first = len(ring) > 1 and view.index == min(context.by_name[name].index for name in ring)
         if first:
-            yield view.find("setpoint", "source", names=" - ".join([*ring, ring[0]]))
+            yield view.at("setpoint", "source", names=" - ".join([*ring, ring[0]]))
 
 
 @per_loop
@@ -83,7 +83,7 @@ def cascade_without_source(view: LoopView) -> Iterator[Finding]:
     Fix: write `setpoint: {source: …}` with the master's name, or `mode: auto`.
     """
     if view.loop.mode == "cascade" and view.loop.setpoint.source is None:
-        yield view.find("mode")
+        yield view.at("mode")
 
 
 @warning("PID835", D302, "the output of {master} has the range {low} to {high}, this PV {own_low} to {own_high}")
@@ -102,7 +102,7 @@ def cascade_scales_differ(context: GenericContext) -> Iterator[Finding]:
             continue
         theirs, own = master.loop.output.range, view.loop.pv.range
         if theirs != own:
-            yield view.find(
+            yield view.at(
                 "setpoint",
                 "source",
                 master=master.loop.name,
