@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Generic, Protocol, TypeVar
 
 from pidcfg.schemas.base import decimal_text
-from pidcfg.validate.rule import Finding
+from pidcfg.validate.rule import Finding, Named
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -20,12 +20,26 @@ DIGITS = 12
 Pair = tuple["Decimal", "Decimal"]
 
 
-class Named(Protocol):
-    """A loop of any vendor."""
+class Placed(Protocol):
+    """A loop in its file, where findings are made."""
 
     @property
     def name(self) -> str:
-        """Its name, which is unique in the file."""
+        """The loop's name."""
+
+    def at(
+        self,
+        *path: str | int,
+        plc_effect: str | None = None,
+        severity: Severity | None = None,
+        fix: str | None = None,
+        basis: Basis | None = None,
+        **values: object,
+    ) -> Finding:
+        """A finding at a place below the loop."""
+
+    def at_key(self, *path: str | int, plc_effect: str | None = None, **values: object) -> Finding:
+        """A finding at a key."""
 
 
 LoopT = TypeVar("LoopT", bound=Named)
@@ -40,6 +54,11 @@ class View(Generic[LoopT]):
 
     index: int
     loop: LoopT
+
+    @property
+    def name(self) -> str:
+        """The loop's name."""
+        return self.loop.name
 
     def at(
         self,

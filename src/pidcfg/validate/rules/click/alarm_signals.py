@@ -6,6 +6,7 @@ from decimal import Decimal
 from typing import TYPE_CHECKING
 
 from pidcfg.refs import CLICK, Decision
+from pidcfg.validate.ideas import alarms
 from pidcfg.validate.rule import error, info, per_loop, warning
 from pidcfg.validate.views import number_text
 
@@ -96,9 +97,7 @@ def hysteresis_spans_normal_zone(view: LoopView) -> Iterator[Finding]:
 
     Fix: make the hysteresis much smaller than the distance from low to high.
     """
-    points = view.holds("pv_low", "pv_high", "hysteresis")
-    if view.pv_alarms and points and 0 < points[1] - points[0] <= points[2]:
-        yield view.at("alarms", "hysteresis", value=view.eu(points[2]), zone=view.eu(points[1] - points[0]))
+    return alarms.hysteresis_spans_normal_zone(view)
 
 
 @per_loop

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 from pidcfg.diagnostics import Severity
 from pidcfg.refs import CLICK, Decision
+from pidcfg.validate.ideas.alarms import alarm_beyond
 from pidcfg.validate.rule import Finding, per_loop, warning
 from pidcfg.validate.rules.click.setpoint import effective, written
 
@@ -159,12 +160,12 @@ def setpoint_in_alarm(view: LoopView) -> Iterator[Finding]:
 
     Fix: move the set point or the alarm.
     """
-    setpoint, points = written(view), view.holds("pv_low", "pv_high")
-    if not view.pv_alarms or setpoint is None or not points or points[0] >= points[1]:
+    setpoint = written(view)
+    if setpoint is None:
         return
     setpoint = effective(view, setpoint)
-    if not points[0] <= setpoint <= points[1]:
-        alarm = "low" if setpoint < points[0] else "high"
+    alarm = alarm_beyond(view, setpoint)
+    if alarm is not None:
         yield view.at("setpoint", "value", value=view.eu(setpoint), alarm=alarm, limit=view.shown(f"pv_{alarm}"))
 
 

@@ -17,7 +17,7 @@ from pidcfg.encoders.maps.click import BLOCKS, ERRORS
 from pidcfg.encoders.plain import switched_on
 from pidcfg.encoders.regmap import decode_one
 from pidcfg.schemas.click import ClickFile, Loop
-from pidcfg.validate.extents import Extent, extents_of
+from pidcfg.validate.ideas.blocks import Extent, extents_of
 from pidcfg.validate.views import Context, View, complete, with_unit
 
 if TYPE_CHECKING:
@@ -84,6 +84,10 @@ class LoopView(View[Loop]):
     def eu(self, value: Decimal) -> str:
         """A number in the PV's unit."""
         return with_unit(value, self.loop.pv.unit)
+
+    def distance(self, value: Decimal) -> str:
+        """A difference in the PV's unit."""
+        return self.eu(value)
 
     def co(self, value: Decimal) -> str:
         """A number in the output's unit."""

@@ -51,7 +51,7 @@ def nickname_too_long(view: LoopView) -> Iterator[Finding]:
 
     Fix: choose a name of at most 6 characters.
     """
-    name = view.loop.name
+    name = view.name
     too_long = [suffix for suffix in by_length() if len(name) + len(suffix) > LONGEST]
     if too_long:
         example = name[:LEAST_LEFT] + "…" if len(name) > LONGEST else name
@@ -75,7 +75,7 @@ def name_not_usable_in_nicknames(view: LoopView) -> Iterator[Finding]:
     Fix: write the tag with letters, digits, blanks and underscores: `FIC101`. The tag on the drawing can stand in
     `description`.
     """
-    name = view.loop.name
+    name = view.name
     wrong = sorted(c for c in set(name) if c in FORBIDDEN or not c.isascii())
     if wrong:
         yield view.at("name", name=name, reason=f"{' '.join(wrong)} {'is' if len(wrong) == 1 else 'are'} refused")
@@ -94,7 +94,7 @@ def nicknames_collide(context: ClickContext) -> Iterator[Finding]:
     """
     owners: dict[str, tuple[str, str]] = {}
     for view in context.loops:
-        name, own = view.loop.name, {}
+        name, own = view.name, {}
         clash = None
         for suffix in SUFFIXES.values():
             nickname = name + suffix

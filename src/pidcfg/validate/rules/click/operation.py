@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from pidcfg.refs import CLICK
 from pidcfg.schemas.click import D100, EFFECT
-from pidcfg.validate.rule import error, info, once, per_loop, warning
+from pidcfg.validate.rule import error, info, per_loop, reported_once, warning
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -111,7 +111,5 @@ def auto_is_not_downloaded(context: ClickContext) -> Iterator[Finding]:
 
     Fix: let the ladder program set the request once the plant is ready, or tell the operators.
     """
-    found = [view for view in context.loops if view.loop.mode == "auto" and not view.errors]
-    if found:
-        first, *others = found
-        yield once(first.at("mode", register=first.register("auto_request")), [view.loop.name for view in others])
+    waiting = [view for view in context.loops if view.loop.mode == "auto" and not view.errors]
+    return reported_once(waiting, lambda view: view.at("mode", register=view.register("auto_request")))

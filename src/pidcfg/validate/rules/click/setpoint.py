@@ -8,7 +8,8 @@ from pidcfg.diagnostics import Severity
 from pidcfg.encoders.maps.click import SETPOINT_CROSSED
 from pidcfg.refs import CLICK, Decision
 from pidcfg.schemas.click import EFFECT
-from pidcfg.validate.rule import Finding, error, info, once, per_loop, warning
+from pidcfg.validate.ideas import setpoints
+from pidcfg.validate.rule import Finding, error, info, per_loop, warning
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -236,14 +237,7 @@ def setpoint_replaced_by_pv(context: ClickContext) -> Iterator[Finding]:
 
     Fix: let the operator or the ladder program write the set point after the change to Auto, or take `bumpless: 2`.
     """
-    found = [
-        view
-        for view in context.loops
-        if view.loop.mode == "auto" and view.loop.bumpless == 1 and view.loop.setpoint.value is not None
-    ]
-    if found:
-        first, *others = found
-        yield once(first.at("setpoint", "value", value=first.shown("setpoint")), [view.loop.name for view in others])
+    return setpoints.setpoint_replaced_by_pv(context.loops, bumpless=1)
 
 
 @per_loop

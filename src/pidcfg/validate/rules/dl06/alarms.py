@@ -10,6 +10,7 @@ from pidcfg.diagnostics import Severity
 from pidcfg.encoders.plain import switched_on
 from pidcfg.refs import DL06, Decision
 from pidcfg.schemas.base import decimal_text
+from pidcfg.validate.ideas.alarms import alarm_beyond
 from pidcfg.validate.rule import Finding, error, per_loop, warning
 from pidcfg.validate.rules.dl06.context import counts_text
 
@@ -263,12 +264,12 @@ def setpoint_in_alarm(view: LoopView) -> Iterator[Finding]:
 
     Fix: move the set point or the alarm.
     """
-    setpoint, low, high = (view.counts(name) for name in ("setpoint", "pv_low", "pv_high"))
-    if not view.pv_alarms or view.loop.setpoint.value is None or setpoint is None or low is None or high is None:
+    setpoint = view.counts("setpoint")
+    if view.loop.setpoint.value is None or setpoint is None:
         return
-    raw = setpoint * abs(setpoint) if view.loop.pv.square_root else setpoint
-    if low < high and not low <= raw <= high:
-        alarm = "low" if raw < low else "high"
+    raw = view.raw(setpoint)
+    alarm = alarm_beyond(view, raw)
+    if alarm is not None:
         squared = f", a raw PV of {counts_text(raw)}," if view.loop.pv.square_root else ""
         yield view.at(
             "setpoint", "value", value=view.shown("setpoint") + squared, alarm=alarm, limit=view.shown(f"pv_{alarm}")

@@ -143,6 +143,10 @@ class LoopView(View[Loop]):
         """Counts as a position in the user's unit."""
         return self.text(self.scales[scale].value(counts), scale, counts)
 
+    def distance(self, counts: int) -> str:
+        """Counts as a difference on the PV's scale in the user's unit."""
+        return self.text(self.scales["pv"].span_value(counts), "pv", counts)
+
     def v(self, name: str) -> str:
         """The address of one of the loop's registers: ``V2013``."""
         return v_name(loop_start(self.config.plc, self.index) + WORDS[name].offset)
@@ -179,9 +183,23 @@ class LoopView(View[Loop]):
         return switched_on(self.loop.pv.filter_enabled, self.loop.pv.filter)
 
     @property
+    def deadband_on(self) -> bool:
+        """Whether the deadband's bit is set."""
+        return switched_on(self.loop.error.deadband_enabled, self.loop.error.deadband)
+
+    @property
+    def derivative_limited(self) -> bool:
+        """Whether the derivative gain limit's bit is set."""
+        return switched_on(self.loop.derivative_gain_limit_enabled, self.loop.derivative_gain_limit)
+
+    @property
     def setpoint_limited(self) -> bool:
         """Whether the set point limits' bit is set."""
         return switched_on(self.loop.setpoint.limits_enabled, self.loop.setpoint.limits)
+
+    def raw(self, setpoint: int) -> int:
+        """The counts of the PV at a set point: its square where the PV's root is taken."""
+        return setpoint * abs(setpoint) if self.loop.pv.square_root else setpoint
 
     @property
     def bipolar(self) -> bool:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from pidcfg.refs import DL06, Decision
 from pidcfg.schemas.base import decimal_text
+from pidcfg.validate.ideas.alarms import alarm_beyond
 from pidcfg.validate.rule import Finding, error, info, per_loop, warning
 
 if TYPE_CHECKING:
@@ -203,13 +204,9 @@ def ramp_target_in_alarm(view: LoopView) -> Iterator[Finding]:
 
     Fix: move the alarm beyond the highest (or lowest) step of the profile.
     """
-    points = view.holds("pv_low", "pv_high") if view.pairs and view.pv_alarms else []
-    for pair in running(view) if points and points[0] < points[1] else []:
-        if pair.target is None:
-            continue
-        raw = pair.target * abs(pair.target) if view.loop.pv.square_root else pair.target
-        if not points[0] <= raw <= points[1]:
-            alarm = "low" if raw < points[0] else "high"
+    for pair in running(view):
+        alarm = None if pair.target is None else alarm_beyond(view, view.raw(pair.target))
+        if alarm is not None:
             value = view.text(pair.step.ramp_to, "sp", pair.target)
             yield view.at(
                 "ramp_soak", "steps", pair.index, "ramp_to", value=value, alarm=alarm, limit=view.shown(f"pv_{alarm}")

@@ -108,7 +108,7 @@ def ramp_soak_tables_overlap(context: Dl06Context) -> Iterator[Finding]:
         if first <= end and last >= start:
             other = next(v for v, f, _ in tables(context) if f == first)
             yield view.at(
-                "ramp_soak", "table", words=between((start, end)), other=other.loop.name, theirs=between((first, last))
+                "ramp_soak", "table", words=between((start, end)), other=other.name, theirs=between((first, last))
             )
 
 

@@ -11,7 +11,7 @@ from pidcfg.encoders.plain import switched_on
 from pidcfg.encoders.words import EncodeError, bcd_digits
 from pidcfg.refs import DL06, Decision
 from pidcfg.schemas.base import decimal_text
-from pidcfg.validate.rule import Finding, error, info, once, per_loop, warning
+from pidcfg.validate.rule import Finding, error, info, per_loop, reported_once, warning
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -56,20 +56,22 @@ def reset_has_two_readings(context: Dl06Context) -> Iterator[Finding]:
     the warning goes away with it.
     """
     if "reset_decimals" in context.config.plc.model_fields_set:
-        return
-    found = [(view, digits) for view in context.loops if (digits := reset_digits(view)) is not None]
-    if found:
-        view, digits = found[0]
-        first = view.at(
-            "tuning",
-            "reset",
-            value=decimal_text(reset_value(view.loop)),
-            unit=reset_unit(view),
-            digits=f"{digits:04}",
-            one=digits * RESET[1].step,
-            two=digits * RESET[2].step,
-        )
-        yield once(first, [other.loop.name for other, _ in found[1:]])
+        return iter(())
+    return reported_once([view for view in context.loops if reset_digits(view) is not None], _two_readings)
+
+
+def _two_readings(view: LoopView) -> Finding:
+    """The two times that the reset word of a loop may mean."""
+    digits = reset_digits(view) or 0
+    return view.at(
+        "tuning",
+        "reset",
+        value=decimal_text(reset_value(view.loop)),
+        unit=reset_unit(view),
+        digits=f"{digits:04}",
+        one=digits * RESET[1].step,
+        two=digits * RESET[2].step,
+    )
 
 
 def reset_digits(view: LoopView) -> int | None:

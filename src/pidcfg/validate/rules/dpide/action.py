@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from pidcfg.encoders.maps.dpide import D255
 from pidcfg.refs import Decision
-from pidcfg.validate.purpose import spoken_of
+from pidcfg.validate.ideas.purpose import spoken_of
 from pidcfg.validate.rule import per_loop, warning
 
 if TYPE_CHECKING:

@@ -39,7 +39,7 @@ class Held(NamedTuple):
     @property
     def name(self) -> str:
         """What a message calls it."""
-        return f"{self.view.loop.name}.{self.operand}"
+        return f"{self.view.name}.{self.operand}"
 
     @property
     def path(self) -> tuple[str, ...]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from pidcfg.refs import EZLOGIX, Decision
-from pidcfg.validate.purpose import spoken_of
+from pidcfg.validate.ideas.purpose import spoken_of
 from pidcfg.validate.rule import per_loop, warning
 
 if TYPE_CHECKING:

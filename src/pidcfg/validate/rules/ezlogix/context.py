@@ -16,7 +16,7 @@ from pidcfg.encoders.image import Block, Encoding
 from pidcfg.encoders.maps.ezlogix import BLOCKS, R_BLOCK
 from pidcfg.encoders.regmap import decode_one
 from pidcfg.schemas.ezlogix import REGISTERS, EzlogixFile, Loop
-from pidcfg.validate.extents import Extent, extents_of
+from pidcfg.validate.ideas.blocks import Extent, extents_of
 from pidcfg.validate.views import Context, View, complete, with_unit
 
 if TYPE_CHECKING:

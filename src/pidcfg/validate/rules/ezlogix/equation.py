@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from pidcfg.refs import EZLOGIX, Decision
 from pidcfg.schemas.base import decimal_text
-from pidcfg.validate.rule import error, info, once, per_loop, warning
+from pidcfg.validate.rule import error, info, per_loop, reported_once, warning
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -59,11 +59,8 @@ def velocity_is_not_incremental(context: EzlogixContext) -> Iterator[Finding]:
     Fix: nothing; but try a new loop with derivative in Manual and Auto on a harmless process. While the PV rises fast
     the CV must rise with `action: direct` (cooling), and fall with `action: reverse` (heating).
     """
-    found = [view for view in context.loops if view.loop.algorithm == "velocity" and view.held("derivative_time")]
-    if found:
-        first, *others = found
-        sign = "+" if first.loop.action == "direct" else "-"
-        yield once(first.at("algorithm", sign=sign), [view.loop.name for view in others])
+    moving = [view for view in context.loops if view.loop.algorithm == "velocity" and view.held("derivative_time")]
+    return reported_once(moving, lambda view: view.at("algorithm", sign="+" if view.loop.action == "direct" else "-"))
 
 
 @per_loop

@@ -36,7 +36,7 @@ def name_not_usable_in_tags(context: EzlogixContext) -> Iterator[Finding]:
     """
     variable = next(iter(VARIABLES.values()))
     for view in context.loops:
-        tag = tag_name(context.config.plc.tag_names, view.index + 1, view.loop.name, variable)
+        tag = tag_name(context.config.plc.tag_names, view.index + 1, view.name, variable)
         if not TAG.fullmatch(tag):
             yield view.at("name", tag=tag)
 
@@ -52,7 +52,7 @@ def tags_collide(context: EzlogixContext) -> Iterator[Finding]:
     """
     owners: dict[str, str] = {}
     for view in context.loops:
-        name = view.loop.name
+        name = view.name
         tags = {
             tag.casefold(): tag
             for variable in VARIABLES.values()

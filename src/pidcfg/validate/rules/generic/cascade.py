@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 from pidcfg.encoders.generic.decisions import D302
 from pidcfg.schemas.names import nearest
+from pidcfg.validate.ideas.cascades import rings
 from pidcfg.validate.rule import error, per_loop, warning
 
 if TYPE_CHECKING:
@@ -18,16 +19,6 @@ if TYPE_CHECKING:
 def master_of(context: GenericContext, view: LoopView) -> LoopView | None:
     """The loop whose output is this one's set point."""
     return context.by_name.get(view.loop.setpoint.source or "")
-
-
-def ring_of(context: GenericContext, view: LoopView) -> list[str]:
-    """The loops on the way from master to master back to this one; empty when the way ends elsewhere."""
-    names: list[str] = []
-    at: LoopView | None = view
-    while at is not None and at.loop.name not in names:
-        names.append(at.loop.name)
-        at = master_of(context, at)
-    return names if at is not None and at.loop.name == view.loop.name else []
 
 
 @error("PID831", D302, "there is no loop {source}{cure}")
@@ -54,8 +45,8 @@ def cascade_to_itself(view: LoopView) -> Iterator[Finding]:
 
     Fix: write the name of the master.
     """
-    if view.loop.setpoint.source == view.loop.name:
-        yield view.at("setpoint", "source", name=view.loop.name)
+    if view.loop.setpoint.source == view.name:
+        yield view.at("setpoint", "source", name=view.name)
 
 
 @error("PID833", D302, "the cascade goes in a ring: {names}")
@@ -66,11 +57,11 @@ def cascade_ring(context: GenericContext) -> Iterator[Finding]:
 
     Fix: take `source` from the outermost loop.
     """
-    for view in context.loops:
-        ring = ring_of(context, view)
-        first = len(ring) > 1 and view.index == min(context.by_name[name].index for name in ring)
-        if first:
-            yield view.at("setpoint", "source", names=" - ".join([*ring, ring[0]]))
+    masters = [master_of(context, view) for view in context.loops]
+    for ring in rings([None if master is None else master.index for master in masters]):
+        if len(ring) > 1:
+            names = " - ".join(context.loops[i].name for i in (*ring, ring[0]))
+            yield context.loops[ring[0]].at("setpoint", "source", names=names)
 
 
 @per_loop

@@ -46,4 +46,4 @@ class GenericContext(Context[GenericFile, NamedEncoding]):
     @cached_property
     def by_name(self) -> dict[str, LoopView]:
         """The loops by their names; of two with the same one the first."""
-        return {view.loop.name: view for view in reversed(self.loops)}
+        return {view.name: view for view in reversed(self.loops)}

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from pidcfg.refs import NEXTOPID
+from pidcfg.validate.ideas.cascades import rings
 from pidcfg.validate.rule import Finding, error, info, per_pid, warning
 from pidcfg.validate.rules.nextopid.links import D218
 from pidcfg.validate.views import number_text
@@ -30,21 +31,11 @@ def cascade_in_a_circle(context: NextopidContext) -> Iterator[Finding]:
 
     Fix: wire SP_CASC of the outermost loop to something else, or leave it out.
     """
-    masters = {link.slave.number: link.master for link in context.network.links}
-    done: set[int] = set()
-    for start in context.pids:
-        way: dict[int, BlockView] = {}
-        view: BlockView | None = start
-        while view is not None and view.number not in way and view.number not in done:
-            way[view.number] = view
-            view = masters.get(view.number)
-        done |= set(way)
-        if view is not None and view.number in way:
-            members = list(way.values())[list(way).index(view.number) :]
-            first = min(range(len(members)), key=lambda i: members[i].number)
-            names = [own.name for own in (*members[first:], *members[: first + 1])]
-            text = " follows ".join(names if len(names) <= MOST_NAMES else [*names[:MOST_NAMES], "…"])
-            yield members[first].at("SP_CASC", name=names[0], way=text)
+    masters = {link.slave.number: link.master.number for link in context.network.links}
+    for ring in rings([masters.get(view.number) for view in context.views]):
+        names = [context.views[i].name for i in (*ring, ring[0])]
+        way = " follows ".join(names if len(names) <= MOST_NAMES else [*names[:MOST_NAMES], "…"])
+        yield context.views[ring[0]].at("SP_CASC", name=names[0], way=way)
 
 
 @error(
