@@ -26,7 +26,7 @@ from pidcfg.scenario.charts import charts_of
 from pidcfg.schemas.document import field_texts, models_of
 from pidcfg.sim.run import Settings
 from pidcfg.source import read_document
-from pidcfg.validate.pages import all_rules
+from pidcfg.validate.catalog import rules
 from pidcfg.vendors import VENDORS, Vendor
 
 if TYPE_CHECKING:
@@ -88,7 +88,7 @@ def reactor() -> str:
 
 def codes() -> str:
     """Codes and titles of the rules for shells, which wait for no rule to be loaded."""
-    return "".join(f"{rule.code}\t{rule.title}\n" for rule in all_rules().values())
+    return "".join(f"{rule.code}\t{rule.title}\n" for rule in rules().values())
 
 
 def commands() -> str:

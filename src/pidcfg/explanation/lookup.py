@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Any
 from pidcfg.explanation.direction import ASKED, find
 from pidcfg.explanation.page import Page
 from pidcfg.explanation.question import Asked, Thing, ThingError, thing_of
+from pidcfg.validate.catalog import CODE, rules
+from pidcfg.validate.pages import as_data, page
 from pidcfg.vendors import VENDORS
 
 if TYPE_CHECKING:
@@ -16,7 +18,6 @@ if TYPE_CHECKING:
 
     from pidcfg.refs import Decision
 
-RULE = re.compile(r"PID[0-9]{3}", re.IGNORECASE)
 DECISION = re.compile(r"D0?([0-9]{1,3})", re.IGNORECASE)
 Decisions = "Callable[[], Sequence[Decision]]"
 
@@ -56,14 +57,11 @@ def _decisions(thing: Thing, decisions: Callable[[], Sequence[Decision]]) -> lis
 def _rule(thing: Thing) -> list[Page]:
     """A rule, which has no content either."""
     code = thing.name.upper()
-    if thing.value is not None or not RULE.fullmatch(code):
+    if thing.value is not None or not CODE.fullmatch(code):
         return []
-    from pidcfg.validate.pages import all_rules, as_data, page
-
-    rules = all_rules()
-    rule = rules.get(code)
+    rule = rules(code).get(code)
     if rule is None:
-        near = difflib.get_close_matches(code, rules, n=1)
+        near = difflib.get_close_matches(code, rules(), n=1)
         raise ThingError(f"no rule {code}" + (f"; did you mean {near[0]}?" if near else "; 'pidcfg rule' lists all"))
     return [Page("rule", rule.code, rule.title, reference=str(rule.basis), markdown=page(rule), extra=as_data(rule))]
 

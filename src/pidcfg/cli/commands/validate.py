@@ -102,9 +102,9 @@ def command(
 
 def exit_code(found: list[Diagnostic], *, strict: bool = False) -> Exit:
     """Unusable input outweighs findings: CI must not mistake a file that was not read for one that was checked."""
-    from pidcfg.validate.codes import UNUSABLE
+    from pidcfg.validate.catalog import unusable
 
-    if any(d.code in UNUSABLE for d in found):
+    if any(map(unusable, found)):
         return Exit.UNUSABLE
     worst = max((d.severity for d in found), default=Severity.INFO)
     return Exit.FOUND if worst is Severity.ERROR or (strict and worst is Severity.WARNING) else Exit.OK

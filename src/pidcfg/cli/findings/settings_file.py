@@ -88,14 +88,13 @@ def _value(key: str, value: Any, file: _File) -> Any:
 
 def _codes(key: str, value: Any, file: _File) -> list[str]:
     """Codes or their beginnings."""
-    from pidcfg.validate.pages import all_rules
+    from pidcfg.validate.catalog import rules
 
     if not isinstance(value, list) or not all(isinstance(code, str) for code in value):
         file.refuse(key, f"{key} must be a list of codes", f"write {key} = {KEYS['select'].example}")
-    rules = list(all_rules())
     for code in value:
-        if not code.strip() or not any(rule.startswith(code.upper()) for rule in rules):
-            near = nearest(code.upper(), rules)
+        if not code.strip() or not rules(code.upper()):
+            near = nearest(code.upper(), rules())
             cure = f"did you mean {near}?" if near else "'pidcfg rule' lists all"
             file.refuse(key, f"no rule begins with {code!r}", cure, code)
     return [code.upper() for code in value]

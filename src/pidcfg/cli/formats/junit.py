@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING
 from xml.etree import ElementTree as ET
 
 from pidcfg.cli.formats.findings import shown, told
-from pidcfg.validate.codes import UNUSABLE
-from pidcfg.validate.pages import all_rules
+from pidcfg.validate.catalog import rule_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
@@ -43,14 +42,14 @@ def junit(findings: Findings) -> str:
 
 def _cases(found: Sequence[Diagnostic], findings: Findings) -> Iterable[Case]:
     """A finding fails its case if it fails the run; one that does not is told in the case's output."""
-    rules = all_rules()
     for code in dict.fromkeys(d.code for d in found):
         own = [d for d in found if d.code == code]
         failed = [d for d in own if d.severity >= findings.fails]
         entries = tuple(entry(d) for d in failed)
         output = "\n\n".join(block(d) for d in own if d not in failed)
-        name = f"{code} {rules[code].name}"
-        yield Case(name, errors=entries, output=output) if code in UNUSABLE else Case(name, entries, output=output)
+        rule = rule_of(code)
+        name = f"{code} {rule.name}"
+        yield Case(name, errors=entries, output=output) if rule.unusable else Case(name, entries, output=output)
 
 
 def entry(d: Diagnostic) -> tuple[str, str, str]:

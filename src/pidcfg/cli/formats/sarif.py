@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Any
 from pidcfg import __version__
 from pidcfg.cli.formats.findings import STDIN, fingerprints, told, uri
 from pidcfg.diagnostics import START, Diagnostic, Edit, Severity, Span
-from pidcfg.validate.pages import all_rules, page
+from pidcfg.validate.catalog import rule_of
+from pidcfg.validate.pages import page
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -25,7 +26,6 @@ FINGERPRINT = "pidcfgFinding/v1"
 
 def sarif(findings: Findings) -> str:
     """One run, with the rules that found something."""
-    rules = all_rules()
     hidden = [d for d, _ in findings.suppressed]
     told_of = replace(findings, found=[*findings.found, *hidden])
     used = sorted({d.code for d in told_of.found})
@@ -33,7 +33,9 @@ def sarif(findings: Findings) -> str:
     prints = fingerprints(told_of)
     why = [None] * len(findings.found) + [_suppression(reason) for _, reason in findings.suppressed]
     run = {
-        "tool": {"driver": {"name": "pidcfg", "version": __version__, "rules": [_rule(rules[code]) for code in used]}},
+        "tool": {
+            "driver": {"name": "pidcfg", "version": __version__, "rules": [_rule(rule_of(code)) for code in used]}
+        },
         "originalUriBaseIds": {BASE: {"description": {"text": "The checkout, or the folder that pidcfg ran in."}}},
         "columnKind": "unicodeCodePoints",
         "results": [
