@@ -33,7 +33,7 @@ MAY_IMPORT = {
     "tuning":       "refs limits schemas encoders vendors cli",
     "validate":     "refs limits diagnostics document source comments aliases schemas encoders vendors conversion "
                     "tuning",
-    "explanation":  "refs schemas encoders vendors validate",
+    "explanation":  "refs diagnostics schemas encoders vendors validate",
     "sim":          "refs schemas encoders tuning",
     "pictures":     "",
     "report":       "refs limits diagnostics document schemas encoders vendors conversion differences validate sim "
@@ -59,7 +59,8 @@ ONLY_IN = {
     "jinja2":        "pictures report",
     "markupsafe":    "report",
     "xlsxwriter":    "report",
-    "pydantic":      "schemas encoders vendors validate sim tuning conversion differences report cli.commands.schema",
+    "pydantic":      "schemas encoders vendors validate sim tuning conversion differences explanation report "
+                     "cli.commands.schema",
     "pydantic_core": "schemas encoders vendors validate sim",
     "importlib":     "vendors cli sim.compile explanation.decisions __init__",
     # imports by name: the tables above cannot see them
@@ -102,7 +103,6 @@ LONG_MODULES = {
     "encoders.maps":            "tables",
     "conversion.from_neutral.click": "to be divided",
     "differences.meaning":      "to be divided",
-    "explanation.find_parameter": "to be divided",
     "schemas.base":             "a table: one parser for every type of field",
     "schemas.dl06":             "a table: one field for every word and bit",
     "schemas.click":            "a table: one field for every register",
