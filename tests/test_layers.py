@@ -28,12 +28,12 @@ MAY_IMPORT = {
     "schemas":      "refs",
     "encoders":     "refs paths schemas",
     "vendors":      "refs schemas encoders",
-    "conversion":   "refs diagnostics limits document source comments schemas encoders vendors",
+    "conversion":   "refs paths diagnostics limits document source comments schemas encoders vendors",
     "differences":  "refs schemas encoders vendors conversion",
     "tuning":       "refs limits schemas encoders vendors cli",
     "validate":     "refs limits diagnostics document source comments aliases schemas encoders vendors conversion "
                     "tuning",
-    "explanation":  "refs schemas encoders vendors validate",
+    "explanation":  "refs paths schemas encoders vendors validate",
     "sim":          "refs schemas encoders tuning",
     "pictures":     "",
     "report":       "refs limits diagnostics document schemas encoders vendors conversion differences validate sim "

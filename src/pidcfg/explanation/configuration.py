@@ -5,14 +5,15 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from pidcfg.encoders.image import Block, Encoding, route
+from pidcfg.encoders.image import Block, Encoding
 from pidcfg.explanation.page import Origin, Page
 from pidcfg.explanation.register_page import Found
+from pidcfg.paths import steps
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
 
-    from pidcfg.encoders.named import Entry
+    from pidcfg.encoders.parameters import Entry
     from pidcfg.encoders.regmap import RegisterMap, Word
     from pidcfg.explanation.values import Setting
     from pidcfg.validate.engine import Checked
@@ -70,7 +71,7 @@ class Configured:
         """A register; a word of many choices has an origin for each that the file gives."""
         rows = [row for row in block.table.bits if row.offset == word.offset and row.access == "setting"]
         paths = [path for path in (word.path, *(row.path for row in rows)) if path is not None]
-        origins = [o for path in paths if (o := self.origin(route(block.place, path), block.loop))]
+        origins = [o for path in paths if (o := self.origin((*block.place, *steps(path)), block.loop))]
         raw = block.encoded.words[word.offset]
         return Found(block.table, word, block.loop, raw, self._setting(block), tuple(origins))
 
@@ -87,7 +88,7 @@ class Configured:
         for key in ("loops", "blocks", "signals"):
             for i, item in enumerate(data.get(key) or ()):
                 if isinstance(item, dict) and item.get("name") == entry.address.removesuffix(f".{entry.field}"):
-                    origin = self.origin(route((key, i), entry.field), entry.loop)
+                    origin = self.origin((key, i, *steps(entry.field)), entry.loop)
                     return replace(page, loop=entry.loop, origins=(origin,) if origin else ())
         return replace(page, loop=entry.loop)
 

@@ -8,7 +8,7 @@ from decimal import Decimal
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from pidcfg.encoders.named import read, shown
+from pidcfg.encoders.parameters import read, shown
 from pidcfg.explanation.contents import NUMBER
 from pidcfg.explanation.devices import device_pages
 from pidcfg.explanation.page import Page, Point, Value
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping, Sequence
 
     from pidcfg.encoders.meanings import Code, Meaning
-    from pidcfg.encoders.named import Content, Entry, Parameter, ParameterTable
+    from pidcfg.encoders.parameters import Content, Entry, Parameter, ParameterTable
     from pidcfg.explanation.direction import Direction
 
 DEVICE = re.compile(r"([A-Z]+)([0-9]{1,6})")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from pidcfg.encoders.named import read, shown
+from pidcfg.encoders.parameters import read, shown
 from pidcfg.explanation.annotate import Line
 from pidcfg.explanation.parameter_texts import title_of
 from pidcfg.schemas.iec import Wire
@@ -12,7 +12,7 @@ from pidcfg.schemas.iec import Wire
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
 
-    from pidcfg.encoders.named import Content
+    from pidcfg.encoders.parameters import Content
     from pidcfg.explanation.find_parameter import NamedBook
 
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from pidcfg.encoders.named import Content, Entry, Parameter, ParameterTable
+    from pidcfg.encoders.parameters import Content, Entry, Parameter, ParameterTable
     from pidcfg.schemas.iec import IecType
 
 

@@ -8,7 +8,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 from pidcfg.encoders.dpide.encode import values_of
-from pidcfg.encoders.named import store
+from pidcfg.encoders.parameters import store
 from pidcfg.encoders.words import EncodeError
 from pidcfg.schemas.base import decimal_text
 from pidcfg.schemas.dpide import LONGEST_CYCLE, SHORTEST_CYCLE
@@ -16,7 +16,7 @@ from pidcfg.validate.rule import Finding
 
 if TYPE_CHECKING:
     from pidcfg.diagnostics import Path
-    from pidcfg.encoders.named import Content, NamedEncoding
+    from pidcfg.encoders.parameters import Content, ProgramEncoding
     from pidcfg.schemas.dpide import DpideFile, Loop
 
 DIGITS = 12
@@ -119,7 +119,7 @@ class DpideContext:
     """A configuration with its encoding, and its loops one by one."""
 
     config: DpideFile
-    encoding: NamedEncoding
+    encoding: ProgramEncoding
 
     @cached_property
     def loops(self) -> tuple[LoopView, ...]:

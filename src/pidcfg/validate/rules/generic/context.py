@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from decimal import Decimal
 
     from pidcfg.diagnostics import Path
-    from pidcfg.encoders.named import NamedEncoding
+    from pidcfg.encoders.parameters import ProgramEncoding
     from pidcfg.schemas.generic import GenericFile, Loop
 
 DIGITS = 12
@@ -71,7 +71,7 @@ class GenericContext:
     """A configuration with its encoding, and its loops one by one."""
 
     config: GenericFile
-    encoding: NamedEncoding
+    encoding: ProgramEncoding
 
     @cached_property
     def loops(self) -> tuple[LoopView, ...]:
