@@ -17,7 +17,7 @@ from pidcfg.encoders.maps import click_meanings, dl06_meanings, dpide_meanings, 
 from pidcfg.encoders.maps.click import ERRORS
 from pidcfg.encoders.maps.dl06 import LOOP_TABLE, SETUP_WORDS
 from pidcfg.encoders.maps.nextopid import BLOCK_TYPES
-from pidcfg.encoders.named import ParameterTable
+from pidcfg.encoders.parameters import ParameterTable
 from pidcfg.encoders.regmap import RegisterMap
 from pidcfg.explanation.decisions import all_decisions
 from pidcfg.explanation.lookup import explain

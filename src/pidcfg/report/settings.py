@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, get_args
 
 from pydantic import BaseModel
 
-from pidcfg.encoders.named import ParameterTable
+from pidcfg.encoders.parameters import ParameterTable
 from pidcfg.report.content import Group, Setting
 from pidcfg.report.texts import SIDES, cell, unit_text
 from pidcfg.schemas.base import UNIT_WORDS, Duration, Minutes, Quantity, Seconds

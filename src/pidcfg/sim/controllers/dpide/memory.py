@@ -20,7 +20,7 @@ from pidcfg.sim.plc import TICKS
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, MutableSequence, Sequence
 
-    from pidcfg.encoders.named import Program
+    from pidcfg.encoders.parameters import Program
 
 
 @dataclass(frozen=True, slots=True)

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
     from decimal import Decimal
 
-    from pidcfg.encoders.named import Content, Parameter, Program
+    from pidcfg.encoders.parameters import Content, Parameter, Program
 
 BUFFERED = ("ControlDelay", "ControlDelayLag")
 SHOWN = ("PV", "MV", "IntegralAction")

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING
 
-from pidcfg.encoders.named import NamedEncoding
+from pidcfg.encoders.parameters import ProgramEncoding
 from pidcfg.schemas.generic import GenericFile, Loop
 from pidcfg.validate.views import Context, View, with_unit
 
@@ -35,7 +35,7 @@ class LoopView(View[Loop]):
 
 
 @dataclass(frozen=True)
-class GenericContext(Context[GenericFile, NamedEncoding]):
+class GenericContext(Context[GenericFile, ProgramEncoding]):
     """A configuration with its encoding, and its loops one by one."""
 
     @cached_property

@@ -13,7 +13,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 from pidcfg.encoders.maps.nextopid import LOOP_TYPES
-from pidcfg.encoders.named import store
+from pidcfg.encoders.parameters import store
 from pidcfg.encoders.words import EncodeError
 from pidcfg.refs import Decision
 from pidcfg.schemas.iec import Timed, Wire
@@ -22,8 +22,8 @@ from pidcfg.validate.rules.nextopid.view import BlockView, Known
 
 if TYPE_CHECKING:
     from pidcfg.diagnostics import Path
-    from pidcfg.encoders.named import Parameter
     from pidcfg.encoders.nextopid.encode import NextopidEncoding
+    from pidcfg.encoders.parameters import Parameter
     from pidcfg.schemas.iec import IecType
     from pidcfg.schemas.nextopid import NextopidFile
 
