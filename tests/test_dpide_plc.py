@@ -138,7 +138,7 @@ def test_names_signals_and_scales():
     assert plc.goals == ["manual", "auto"]
     assert plc.scales == [(20.0, 400.0, 1 << 20)] * 2
     assert plc.rises == [True, False]
-    assert plc.modes == ("manual", "auto", "autotune", "off")
+    assert tuple(plc.modes) == ("manual", "auto", "autotune", "off")
     assert (plc.flags, plc.problems, plc.scan_time(0.001)) == ({}, [], None)
 
 
