@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import inspect
 import re
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
@@ -26,7 +26,7 @@ class Finding:
     """One fault: where it stands, the values of the rule's message, and what differs from the label."""
 
     path: Path
-    values: dict[str, Any] = field(default_factory=dict)
+    values: Mapping[str, object] = field(default_factory=dict)
     key: bool = False
     plc_effect: str | None = None
     severity: Severity | None = None
@@ -152,11 +152,6 @@ per_pid = _each("pids")
 """As `per_loop`, for checks of a PID block."""
 
 
-def finding(*path: str | int, **values: Any) -> Finding:
-    """A finding at a path, with the values of the message."""
-    return Finding(path, values)
-
-
-def at_key(*path: str | int, **values: Any) -> Finding:
-    """A finding that points at the key rather than at its value."""
-    return Finding(path, values, key=True)
+def finding(*path: str | int, plc_effect: str | None = None, key: bool = False, **values: object) -> Finding:
+    """A finding at a path, with the values of the message; ``key``: it points at the key rather than at the value."""
+    return Finding(path, values, key=key, plc_effect=plc_effect)

@@ -12,7 +12,7 @@ from pidcfg.refs import Decision
 from pidcfg.schemas.base import decimal_text
 from pidcfg.schemas.limits import Limits
 from pidcfg.validate.ideas.duplicates import repeats
-from pidcfg.validate.rule import Finding, at_key, error, finding, warning
+from pidcfg.validate.rule import Finding, error, finding, warning
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -211,7 +211,7 @@ def no_loops(context: Any) -> Iterator[Finding]:
     Fix: add a loop, or leave the file out.
     """
     if not context.config.loops:
-        yield at_key("loops")
+        yield finding("loops", key=True)
 
 
 def _text(value: Any) -> str:

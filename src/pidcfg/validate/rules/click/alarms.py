@@ -70,15 +70,16 @@ def pv_alarms_out_of_order(view: LoopView) -> Iterator[Finding]:
     for below, above in wrong_pairs(view):
         if given(view, below) and given(view, above):
             effect = "every PV is in alarm" if always(below) else f"{_inner(below, above)} comes last"
-            values = {
-                "above": above,
-                "below": below,
-                "high": view.shown(f"pv_{above}"),
-                "low": view.shown(f"pv_{below}"),
-                "effect": effect,
-            }
-            yield Finding(
-                ("loops", view.index, "alarms", "pv", above), values, severity=Severity.ERROR if always(below) else None
+            yield view.at(
+                "alarms",
+                "pv",
+                above,
+                severity=Severity.ERROR if always(below) else None,
+                above=above,
+                below=below,
+                high=view.shown(f"pv_{above}"),
+                low=view.shown(f"pv_{below}"),
+                effect=effect,
             )
 
 
@@ -107,9 +108,16 @@ def _incomplete(view: LoopView, missing: list[str]) -> Finding:
     severity, effect = _consequence(view, missing)
     one = len(missing) == 1
     registers = " and ".join(view.register(f"pv_{point}") for point in missing)
-    values = {"missing": f"{' and '.join(missing)} {'is' if one else 'are'}", "holds": "holds" if one else "hold"}
-    values |= {"registers": registers, "effect": effect}
-    return Finding(("loops", view.index, "alarms", "pv", missing[0]), values, severity=severity)
+    return view.at(
+        "alarms",
+        "pv",
+        missing[0],
+        severity=severity,
+        missing=f"{' and '.join(missing)} {'is' if one else 'are'}",
+        registers=registers,
+        holds="holds" if one else "hold",
+        effect=effect,
+    )
 
 
 def _consequence(view: LoopView, missing: list[str]) -> tuple[Severity, str]:

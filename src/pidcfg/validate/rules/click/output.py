@@ -102,8 +102,8 @@ def output_limit_beyond_full(view: LoopView) -> Iterator[Finding]:
     if high is None or high <= FULL:
         return
     if view.loop.output.pwm is not None:
-        values = {"high": view.co(high), "effect": "the pulses are on all the time from 100 % on"}
-        yield Finding(("loops", view.index, "output", "limits", 1), values, severity=Severity.WARNING)
+        effect = "the pulses are on all the time from 100 % on"
+        yield view.at("output", "limits", 1, severity=Severity.WARNING, high=view.co(high), effect=effect)
     elif percent(view):
         yield view.at("output", "limits", 1, high=view.co(high), effect="more than 100 % wants a unit of its own")
 

@@ -8,8 +8,7 @@ from pidcfg.diagnostics import Severity
 from pidcfg.encoders.maps.click import SETPOINT_CROSSED
 from pidcfg.refs import CLICK, Decision
 from pidcfg.schemas.click import EFFECT
-from pidcfg.validate.ideas import setpoints
-from pidcfg.validate.rule import Finding, error, info, per_loop, warning
+from pidcfg.validate.rule import Finding, error, info, per_loop, reported_once, warning
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -80,18 +79,16 @@ def setpoint_limits_crossed(view: LoopView) -> Iterator[Finding]:
     both_given = all(view.given(f"setpoint_{end}") is not None for end in ENDS)
     if both_given and ends and ends[0] > ends[1]:
         active = crossed(view)
-        registers = {"low_register": view.register("setpoint_lower"), "high_register": view.register("setpoint_upper")}
-        values = {
-            "low": view.eu(ends[0]),
-            "high": view.eu(ends[1]),
-            **registers,
-            "when": "" if active else ": error 23 as soon as both are enabled",
-        }
-        yield Finding(
-            ("loops", view.index, "setpoint", "lower_limit"),
-            values,
+        yield view.at(
+            "setpoint",
+            "lower_limit",
             plc_effect=CROSSED_EFFECT if active else None,
             severity=None if active else Severity.INFO,
+            low=view.eu(ends[0]),
+            low_register=view.register("setpoint_lower"),
+            high=view.eu(ends[1]),
+            high_register=view.register("setpoint_upper"),
+            when="" if active else ": error 23 as soon as both are enabled",
         )
 
 
@@ -237,7 +234,12 @@ def setpoint_replaced_by_pv(context: ClickContext) -> Iterator[Finding]:
 
     Fix: let the operator or the ladder program write the set point after the change to Auto, or take `bumpless: 2`.
     """
-    return setpoints.setpoint_replaced_by_pv(context.loops, bumpless=1)
+    replaced = [
+        view
+        for view in context.loops
+        if view.loop.mode == "auto" and view.loop.bumpless == 1 and view.loop.setpoint.value is not None
+    ]
+    return reported_once(replaced, lambda view: view.at("setpoint", "value", value=view.shown("setpoint")))
 
 
 @per_loop

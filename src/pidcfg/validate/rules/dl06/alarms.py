@@ -119,17 +119,16 @@ def _incomplete(view: LoopView, missing: list[str]) -> Finding:
     }[severity]
     verb = "is" if len(missing) == 1 else "are"
     words = " and ".join(view.v(f"pv_{key}") for key in missing)
-    values = {
-        "missing": f"{' and '.join(missing)} {verb}",
-        "words": f"{words} {verb}",
-        "zero": view.eu(0),
-        "effect": effect,
-    }
-    return Finding(
-        ("loops", view.index, "alarms", "pv", missing[0]),
-        values,
-        severity=severity,
+    return view.at(
+        "alarms",
+        "pv",
+        missing[0],
         plc_effect=stays_in_manual(view) if broken else None,
+        severity=severity,
+        missing=f"{' and '.join(missing)} {verb}",
+        words=f"{words} {verb}",
+        zero=view.eu(0),
+        effect=effect,
     )
 
 

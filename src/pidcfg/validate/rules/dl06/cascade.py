@@ -135,14 +135,15 @@ def cascade_range_mismatch(context: Dl06Context) -> Iterator[Finding]:
 
 def _one_range(major: LoopView, minor: LoopView) -> Finding:
     """Only one side has a scale: it cannot be compared, and the other side's values are raw counts."""
-    path = ("loops", major.index, "output") if major.loop.output.range is None else ("loops", minor.index, "pv")
-    values = {
-        "minor": minor.name,
-        "major": major.name,
-        "read": _scale_text(minor.loop.pv),
-        "written": _scale_text(major.loop.output),
-    }
-    return Finding(path, values, key=True, severity=Severity.WARNING)
+    view, part = (major, "output") if major.loop.output.range is None else (minor, "pv")
+    return view.at_key(
+        part,
+        severity=Severity.WARNING,
+        minor=minor.name,
+        major=major.name,
+        read=_scale_text(minor.loop.pv),
+        written=_scale_text(major.loop.output),
+    )
 
 
 def _scale_text(part: Pv | Output) -> str:
@@ -170,12 +171,7 @@ def cascade_into_square_root(context: Dl06Context) -> Iterator[Finding]:
         most, top = major.counts("output_high"), minor.scales["sp"].full
         if minor.loop.pv.square_root and most is not None and most > round(top):
             yield minor.at(
-                "pv",
-                "square_root",
-                minor=minor.name,
-                top=round(top),
-                major=major.name,
-                most=major.shown("output_high"),
+                "pv", "square_root", minor=minor.name, top=round(top), major=major.name, most=major.shown("output_high")
             )
 
 

@@ -45,12 +45,7 @@ def major_loop_stuck_in_manual(context: Dl06Context) -> Iterator[Finding]:
         if minor.loop.mode != "cascade" and major.loop.mode != "manual":
             effect = f"bit 0 of {major.v('mode_and_alarm_status')} ({major.name} in Manual) stays on"
             yield minor.at(
-                "mode",
-                plc_effect=effect,
-                mode=minor.loop.mode,
-                name=minor.name,
-                major=major.name,
-                goal=major.loop.mode,
+                "mode", plc_effect=effect, mode=minor.loop.mode, name=minor.name, major=major.name, goal=major.loop.mode
             )
 
 
@@ -117,11 +112,7 @@ def major_loop_faster_than_minor(context: Dl06Context) -> Iterator[Finding]:
         slow, fast = minor.loop.sample_rate, major.loop.sample_rate
         if fast < slow:
             yield major.at(
-                "sample_rate",
-                major=major.name,
-                fast=decimal_text(fast),
-                minor=minor.name,
-                slow=decimal_text(slow),
+                "sample_rate", major=major.name, fast=decimal_text(fast), minor=minor.name, slow=decimal_text(slow)
             )
 
 

@@ -126,8 +126,8 @@ def ramp_soak_without_steps(view: LoopView) -> Iterator[Finding]:
     if profile is not None and profile.enabled and not profile.steps:
         empty = profile.steps is not None
         what = "its profile is empty" if empty else f"the file does not write the table at {v_name(profile.table)}"
-        path = ("loops", view.index, "ramp_soak", "steps" if empty else "table")
-        yield Finding(path, {"what": what}, severity=None if empty else Severity.INFO)
+        place, severity = ("steps", None) if empty else ("table", Severity.INFO)
+        yield view.at("ramp_soak", place, severity=severity, what=what)
 
 
 @per_loop

@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from pidcfg.refs import DL06, Decision
-from pidcfg.validate.ideas import alarms, setpoints
-from pidcfg.validate.rule import Finding, error, info, per_loop, warning
+from pidcfg.validate.ideas import alarms
+from pidcfg.validate.rule import Finding, error, info, per_loop, reported_once, warning
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -102,7 +102,12 @@ def setpoint_replaced_on_transfer(context: Dl06Context) -> Iterator[Finding]:
 
     Fix: let the operator or the ladder program write the set point after the change to Auto, or take Bumpless II.
     """
-    return setpoints.setpoint_replaced_by_pv(context.loops, bumpless="I")
+    replaced = [
+        view
+        for view in context.loops
+        if view.loop.mode == "auto" and view.loop.bumpless == "I" and view.loop.setpoint.value is not None
+    ]
+    return reported_once(replaced, lambda view: view.at("setpoint", "value", value=view.shown("setpoint")))
 
 
 @per_loop

@@ -65,11 +65,8 @@ def loop_table_outside_lower_memory(context: Dl06Context) -> Iterator[Finding]:
     Fix: start the table between V1200 and V7340 (V2000 is the manual's example), or between V10000 and V17740.
     """
     if context.setup.flags & OUTSIDE_LOWER:
-        yield Finding(
-            TABLE,
-            {"start": v_name(context.setup.start), "allowed": between(CPU.lower), "upper": v_name(CPU.upper[0])},
-            plc_effect="V7642 bit 0",
-        )
+        start, upper = v_name(context.setup.start), v_name(CPU.upper[0])
+        yield finding(*TABLE, plc_effect="V7642 bit 0", start=start, allowed=between(CPU.lower), upper=upper)
 
 
 @error("PID202", POINTER, "the loop table starts at {start}, outside {allowed}")
@@ -82,9 +79,8 @@ def loop_table_outside_upper_memory(context: Dl06Context) -> Iterator[Finding]:
     Fix: start the table between V10000 and V17740, low enough for all its loops (40 octal words each).
     """
     if context.setup.flags & OUTSIDE_UPPER:
-        yield Finding(
-            TABLE, {"start": v_name(context.setup.start), "allowed": between(CPU.upper)}, plc_effect="V7642 bit 1"
-        )
+        start = v_name(context.setup.start)
+        yield finding(*TABLE, plc_effect="V7642 bit 1", start=start, allowed=between(CPU.upper))
 
 
 @error("PID203", FLAGS, "V7641 would hold {count} loops; the {cpu} calculates at most {limit}")
@@ -97,11 +93,8 @@ def more_loops_than_the_cpu_has(context: Dl06Context) -> Iterator[Finding]:
     """
     if context.setup.flags & TOO_MANY:
         written = context.config.plc.number_of_loops is not None
-        yield Finding(
-            COUNT if written else ("loops", CPU.loops),
-            {"count": context.count, "cpu": CPU.title, "limit": CPU.loops},
-            plc_effect="V7642 bit 2",
-        )
+        place = COUNT if written else ("loops", CPU.loops)
+        yield finding(*place, plc_effect="V7642 bit 2", count=context.count, cpu=CPU.title, limit=CPU.loops)
 
 
 @error("PID204", FLAGS, "the loop table of {loops} occupies {words}, past the boundary at {limit}")
@@ -114,25 +107,15 @@ def loop_table_crosses_the_boundary(context: Dl06Context) -> Iterator[Finding]:
     Fix: use an address closer to V1200, as the manual says: n loops need 40 octal words each, so 8 loops start at V7200
     at the latest, 5 loops at V7340.
     """
+    limit = v_name(CPU.lower_end)
     if context.setup.flags & STRADDLES:
-        words = (
-            between(context.counted) if context.setup.count <= CPU.loops else f"words from {v_name(context.table[0])}"
-        )
-        yield Finding(
-            TABLE,
-            {"loops": loops_text(context.setup.count), "words": words, "limit": v_name(CPU.lower_end)},
-            plc_effect="V7642 bit 3",
-        )
+        count, begin = context.setup.count, v_name(context.table[0])
+        words = between(context.counted) if count <= CPU.loops else f"words from {begin}"
+        yield finding(*TABLE, plc_effect="V7642 bit 3", loops=loops_text(count), words=words, limit=limit)
     elif CPU.lower[0] <= context.table[0] <= CPU.lower[1] and context.table[1] > CPU.lower_end:
-        yield Finding(
-            TABLE,
-            {
-                "loops": f"the {len(context.loops)} listed loops",
-                "words": between(context.table),
-                "limit": v_name(CPU.lower_end),
-            },
-            plc_effect="not shown in V7642, which counts the loops of V7641",
-        )
+        effect = "not shown in V7642, which counts the loops of V7641"
+        loops = f"the {len(context.loops)} listed loops"
+        yield finding(*TABLE, plc_effect=effect, loops=loops, words=between(context.table), limit=limit)
 
 
 @error("PID205", D10, "the loop table of {loops} occupies {words}, but memory ends at {limit}")
@@ -146,11 +129,8 @@ def loop_table_beyond_memory(context: Dl06Context) -> Iterator[Finding]:
     """
     start, last = max(context.counted, context.table)
     if CPU.upper[0] <= start <= CPU.upper[1] and last > CPU.upper_end:
-        yield Finding(
-            TABLE,
-            {"loops": loops_text(context.setup.count), "words": between((start, last)), "limit": v_name(CPU.upper_end)},
-            plc_effect="not shown in V7642",
-        )
+        loops, words = loops_text(context.setup.count), between((start, last))
+        yield finding(*TABLE, plc_effect="not shown in V7642", loops=loops, words=words, limit=v_name(CPU.upper_end))
 
 
 @warning("PID206", D11, "the loop table of {loops} occupies {words} and reaches into the non-volatile words {limit}")

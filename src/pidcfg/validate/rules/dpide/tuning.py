@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from pidcfg.diagnostics import Severity
@@ -118,8 +117,8 @@ def time_as_a_gain(view: LoopView) -> Iterator[Finding]:
     if isinstance(view.loop.Ti_Ki, Timed):
         yield view.at("Ti_Ki", operand="Ti_Ki", gain="the gain Ki in 1/s")
     if isinstance(view.loop.Td_Kd, Timed):
-        found = view.at("Td_Kd", operand="Td_Kd", gain="the gain Kd: Kp times the derivative time in s")
-        yield replace(found, severity=Severity.WARNING)
+        gain = "the gain Kd: Kp times the derivative time in s"
+        yield view.at("Td_Kd", severity=Severity.WARNING, operand="Td_Kd", gain=gain)
 
 
 @per_loop

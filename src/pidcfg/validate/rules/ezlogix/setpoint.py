@@ -143,8 +143,8 @@ def deadband_wide(view: LoopView) -> Iterator[Finding]:
     scale = view.scales["sp"]
     furthest = max(limits[1] - scale.zero, scale.top - limits[0])
     if deadband > furthest:
-        values = {"deadband": view.pv_distance(deadband), "consequence": "no error is that large, the loop rests"}
-        yield Finding(("loops", view.index, "deadband"), values, severity=Severity.ERROR)
+        consequence = "no error is that large, the loop rests"
+        yield view.at("deadband", severity=Severity.ERROR, deadband=view.pv_distance(deadband), consequence=consequence)
     elif deadband * WIDE > scale.top - scale.zero:
         share = f"{100 * deadband / (scale.top - scale.zero):.0f}"
         yield view.at(

@@ -91,15 +91,17 @@ def cv_writes_set_point(context: EzlogixContext) -> Iterator[Finding]:
         cv, sp = view.cv_limits, inner.setpoint_limits
         if cv is not None and sp is not None:
             beyond = cv[0] < sp[0] or cv[1] > sp[1]
-            values = {
-                "tag": view.loop.output.tag,
-                "inner": inner.name,
-                "low": cv[0],
-                "high": cv[1],
-                "inner_low": sp[0],
-                "inner_high": sp[1],
-            }
-            yield Finding(("loops", view.index, "output", "tag"), values, severity=Severity.WARNING if beyond else None)
+            yield view.at(
+                "output",
+                "tag",
+                severity=Severity.WARNING if beyond else None,
+                tag=view.loop.output.tag,
+                inner=inner.name,
+                low=cv[0],
+                high=cv[1],
+                inner_low=sp[0],
+                inner_high=sp[1],
+            )
 
 
 @error("PID406", CV_TAG, "{tag} is already the {what} of {other}: two loops would write it")

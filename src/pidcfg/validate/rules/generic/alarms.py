@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
@@ -46,8 +45,16 @@ def alarm_points_out_of_order(view: LoopView) -> Iterator[Finding]:
     """
     for (lower, below), (upper, above) in pairwise(given(view.loop.alarms.pv, POINTS)):
         if above <= below:
-            found = view.at("alarms", "pv", upper, upper=upper, above=view.pv(above), lower=lower, below=view.pv(below))
-            yield replace(found, severity=severity_of(above, below))
+            yield view.at(
+                "alarms",
+                "pv",
+                upper,
+                severity=severity_of(above, below),
+                upper=upper,
+                above=view.pv(above),
+                lower=lower,
+                below=view.pv(below),
+            )
 
 
 @per_loop
@@ -61,8 +68,10 @@ def deviation_points_out_of_order(view: LoopView) -> Iterator[Finding]:
     """
     for (_, below), (_, above) in pairwise(given(view.loop.alarms.deviation, DEVIATIONS)):
         if above <= below:
-            found = view.at("alarms", "deviation", "high_high", above=view.pv(above), below=view.pv(below))
-            yield replace(found, severity=severity_of(above, below))
+            severity = severity_of(above, below)
+            yield view.at(
+                "alarms", "deviation", "high_high", severity=severity, above=view.pv(above), below=view.pv(below)
+            )
 
 
 @per_loop

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from decimal import Decimal
 
     from pidcfg.validate.rules.nextopid.context import NextopidContext
-    from pidcfg.validate.rules.nextopid.view import BlockView
+    from pidcfg.validate.rules.nextopid.program import BlockView
 
 START = NEXTOPID.at("chapter 4: AutoTune")
 PARAMETERS = NEXTOPID.at("chapter 4: AutoTuneParam")
@@ -92,15 +92,15 @@ def auto_tuning_step_beyond_limits(context: NextopidContext) -> Iterator[Finding
         start = min(max(start, mv[0]), mv[1])
         for target, limit, bit in ((start - step, "MinMV", "LOW"), (start + step, "MaxMV", "HIGH")):
             if target < mv[0] or target > mv[1]:
-                values = {
-                    "start": view.shown("ManualMV"),
-                    "target": number_text(target),
-                    "unit": view.unit("MV"),
-                    "limit": limit,
-                    "end": view.shown(limit),
-                }
-                place = (*view.own.place, "AutoTuneParam", "PercAmpMV")
-                yield Finding(place, values, plc_effect=f"AutoTuneResult.MV_TOO_{bit}")
+                yield view.at(
+                    "AutoTuneParam.PercAmpMV",
+                    f"AutoTuneResult.MV_TOO_{bit}",
+                    start=view.shown("ManualMV"),
+                    target=number_text(target),
+                    unit=view.unit("MV"),
+                    limit=limit,
+                    end=view.shown(limit),
+                )
 
 
 @warning(

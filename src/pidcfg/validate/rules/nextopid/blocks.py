@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from pidcfg.encoders.maps.nextopid import MOST_SAMPLES
 from pidcfg.refs import NEXTOPID, Decision
 from pidcfg.validate.rule import error, info, warning
+from pidcfg.validate.rules.nextopid.program import TIME_CONSTANTS
 from pidcfg.validate.views import number_text
 
 if TYPE_CHECKING:
@@ -35,7 +36,6 @@ ROUNDING = Decimal("1e-6")
 DELAYS = ("ControlDelay", "ControlDelayLag")
 LAGS = ("ControlLag", "ControlDelayLag")
 LIMITED = (*LAGS, "ControlLeadLag")
-TIMES = {"ControlLowFilter": "Tc", "ControlLag": "Tc", "ControlDelayLag": "Tc", "ControlLeadLag": "Tlag"}
 
 
 @error("PID642", DELAY, "DelayTime {time} is {count} samples of {sample} s; the block holds 100, that is {most} s")
@@ -92,8 +92,8 @@ def time_constant_not_positive(context: NextopidContext) -> Iterator[Finding]:
 
     Fix: give a time above 0, or leave the block out.
     """
-    for view in context.of(*TIMES):
-        key = TIMES[view.type]
+    for view in context.of(*TIME_CONSTANTS):
+        key = TIME_CONSTANTS[view.type]
         time = view.number_of(key)
         if time is not None and time <= 0:
             yield view.at(key, "Error", key=key, time=view.shown(key))

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from pidcfg.validate.rules.nextopid.context import NextopidContext
-    from pidcfg.validate.rules.nextopid.view import BlockView
+    from pidcfg.validate.rules.nextopid.program import BlockView
 
 CASCADE = NEXTOPID.at("chapter 16: Cascade Configurations, Special Connections")
 CASC = NEXTOPID.at("chapter 2: CASC")

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
     from pidcfg.validate.rule import Finding
     from pidcfg.validate.rules.nextopid.context import NextopidContext
-    from pidcfg.validate.rules.nextopid.view import BlockView
+    from pidcfg.validate.rules.nextopid.program import BlockView
 
 CASCADE = NEXTOPID.at("chapter 16: Cascade Configurations, Special Connections")
 ERRORS = NEXTOPID.at("chapter 2: ErrBits")
@@ -46,7 +46,7 @@ def sources(context: NextopidContext, number: int) -> set[int]:
     if found is None:
         return set()
     view, row = found
-    keys = [row.name] if row.access == "input" else [] if view.is_pid else [own.name for own in view.own.kind.inputs]
+    keys = [row.name] if row.access == "input" else [] if view.is_pid else [own.name for own in view.placed.kind.inputs]
     wires = (view.wire(key) for key in keys)
     return {number for wire in wires if wire is not None for number in wire.signals}
 

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from pidcfg.validate.rule import Finding
     from pidcfg.validate.rules.nextopid.context import NextopidContext
     from pidcfg.validate.rules.nextopid.links import Link
-    from pidcfg.validate.rules.nextopid.view import BlockView
+    from pidcfg.validate.rules.nextopid.program import BlockView
 
 CASCADE = NEXTOPID.at("chapter 16: Cascade Configurations, Special Connections")
 MASTER_INPUTS = ("TRK_IN", "Windup_H_IN", "Windup_L_IN")

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
     from pidcfg.validate.rule import Finding
     from pidcfg.validate.rules.nextopid.context import NextopidContext
-    from pidcfg.validate.rules.nextopid.view import BlockView
+    from pidcfg.validate.rules.nextopid.program import BlockView
 
 DISABLE_P = NEXTOPID.at("chapter 2: DisableP")
 INDEP = NEXTOPID.at("chapter 2: Indep")

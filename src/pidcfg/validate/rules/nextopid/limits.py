@@ -9,6 +9,7 @@ from pidcfg.diagnostics import Severity
 from pidcfg.refs import NEXTOPID
 from pidcfg.schemas.nextopid import D201
 from pidcfg.validate.rule import error, info, per_pid, warning
+from pidcfg.validate.rules.nextopid.known import all_known
 from pidcfg.validate.views import number_text
 
 if TYPE_CHECKING:
@@ -16,7 +17,7 @@ if TYPE_CHECKING:
 
     from pidcfg.validate.rule import Finding
     from pidcfg.validate.rules.nextopid.context import NextopidContext
-    from pidcfg.validate.rules.nextopid.view import BlockView
+    from pidcfg.validate.rules.nextopid.program import BlockView
 
 ERRORS = NEXTOPID.at("chapter 2: ErrBits")
 WARNINGS = NEXTOPID.at("chapter 2: WarnBits")
@@ -32,9 +33,7 @@ def mv_limits_crossed(view: BlockView) -> Iterator[Finding]:
 
     Fix: give MaxMV the larger of the two values.
     """
-    low, high = view.number_of("MinMV"), view.number_of("MaxMV")
-    if low is not None and high is not None and high <= low:
-        yield view.at("MaxMV", "ErrBits.MaxMinMV", high=view.shown("MaxMV"), low=view.shown("MinMV"))
+    return crossed(view, "MinMV", "MaxMV", "ErrBits.MaxMinMV")
 
 
 @error("PID611", ERRORS, "MaxPV {high} is not above MinPV {low}")
@@ -46,9 +45,7 @@ def pv_limits_crossed(context: NextopidContext) -> Iterator[Finding]:
     Fix: give MaxPV the larger of the two values.
     """
     for view in context.controllers:
-        low, high = view.number_of("MinPV"), view.number_of("MaxPV")
-        if low is not None and high is not None and high <= low:
-            yield view.at("MaxPV", "ErrBits.MaxMinPV", high=view.shown("MaxPV"), low=view.shown("MinPV"))
+        yield from crossed(view, "MinPV", "MaxPV", "ErrBits.MaxMinPV")
 
 
 @per_pid
@@ -66,6 +63,13 @@ def gain_not_positive(view: BlockView) -> Iterator[Finding]:
         wanted = "a value above 0" if indep is False else "0 or more"
         form = "dependent" if indep is False else "independent"
         yield view.at("Kp", "ErrBits.Kp", gain=view.shown("Kp"), form=form, wanted=wanted)
+
+
+def crossed(view: BlockView, low: str, high: str, effect: str) -> Iterator[Finding]:
+    """A finding at the higher one of two limits that leave no room between them."""
+    ends = view.number_of(low), view.number_of(high)
+    if all_known(ends) and ends[1] <= ends[0]:
+        yield view.at(high, effect, high=view.shown(high), low=view.shown(low))
 
 
 def outside(view: BlockView, key: str, low: str, high: str) -> tuple[str, str] | None:

@@ -13,8 +13,7 @@ from pidcfg.validate.rules.nextopid.paths import SELECTORS
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
-    from pidcfg.validate.rules.nextopid.context import NextopidContext
-    from pidcfg.validate.rules.nextopid.view import BlockView
+    from pidcfg.validate.rules.nextopid.program import BlockView, Program
 
 D218 = Decision(
     218,
@@ -56,7 +55,7 @@ class Fault(NamedTuple):
 class Network:
     """All cascades and overrides of a configuration."""
 
-    def __init__(self, context: NextopidContext) -> None:
+    def __init__(self, context: Program) -> None:
         self.context = context
         self.links = list(self._links())
         self.legs = list(self._legs())

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
     from pidcfg.validate.rule import Finding
     from pidcfg.validate.rules.nextopid.context import NextopidContext
-    from pidcfg.validate.rules.nextopid.view import BlockView
+    from pidcfg.validate.rules.nextopid.program import BlockView
 
 OVERRIDE = NEXTOPID.at("chapter 16: Override Configurations")
 SELECTOR = NEXTOPID.at("chapters 13 and 14: MV1, MV2")

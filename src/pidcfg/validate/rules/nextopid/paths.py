@@ -17,8 +17,7 @@ if TYPE_CHECKING:
     from decimal import Decimal
 
     from pidcfg.schemas.expressions import Expression
-    from pidcfg.validate.rules.nextopid.context import NextopidContext
-    from pidcfg.validate.rules.nextopid.view import BlockView
+    from pidcfg.validate.rules.nextopid.program import BlockView, Program
 
 Sign = int | None
 Item = tuple[Sign, Sign]
@@ -92,7 +91,7 @@ def _pair(op: int, a: Item, b: Item) -> Item:
 class Ring:
     """The way from a loop's MV to its PV."""
 
-    context: NextopidContext
+    context: Program
     loop: BlockView
     processes: list[BlockView] = field(default_factory=list)
     passed: set[int] = field(default_factory=set)
@@ -122,9 +121,9 @@ class Ring:
         view, key = found[0], found[1].name
         low, high = ("Min_OutVar", "Max_OutVar") if key == "OutVar" else ("MinMV", "MaxMV")
         if (
-            key in view.own.kind.model.model_fields
+            key in view.placed.kind.model.model_fields
             or key not in {"OutVar", "MV"}
-            or low not in view.own.kind.model.model_fields
+            or low not in view.placed.kind.model.model_fields
         ):
             return None
         ends = view.number_of(low), view.number_of(high)
@@ -149,7 +148,7 @@ class Ring:
 
     def _through(self, view: BlockView, key: str) -> Sign:
         """The answer of a parameter: of an input that of its wire, of an output that of the block."""
-        if key in view.own.kind.model.model_fields:
+        if key in view.placed.kind.model.model_fields:
             return self._wired(view, key)
         if view.is_pid:
             return self._other_loop(view, key)

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 from pidcfg.refs import NEXTOPID, Decision
 from pidcfg.validate.rule import Finding, error, warning
+from pidcfg.validate.rules.nextopid.known import value_text
 from pidcfg.validate.rules.nextopid.paths import Ring
-from pidcfg.validate.rules.nextopid.view import value_text
 from pidcfg.validate.views import number_text
 
 if TYPE_CHECKING:

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 from pidcfg.diagnostics import Severity
 from pidcfg.refs import NEXTOPID, Decision
 from pidcfg.validate.rule import error, warning
-from pidcfg.validate.rules.nextopid.view import ON_OFF
+from pidcfg.validate.rules.nextopid.limits import crossed
+from pidcfg.validate.rules.nextopid.program import ON_OFF
 from pidcfg.validate.views import number_text
 
 if TYPE_CHECKING:
@@ -16,7 +17,7 @@ if TYPE_CHECKING:
 
     from pidcfg.validate.rule import Finding
     from pidcfg.validate.rules.nextopid.context import NextopidContext
-    from pidcfg.validate.rules.nextopid.view import BlockView
+    from pidcfg.validate.rules.nextopid.program import BlockView
 
 SWITCH = NEXTOPID.at("chapter 6: ControlON_OFF")
 PULSES = NEXTOPID.at("chapter 7: Error")
@@ -106,9 +107,7 @@ def pulse_limits_crossed(context: NextopidContext) -> Iterator[Finding]:
     Fix: give MaxMV the larger of the two values.
     """
     for view in context.of(PULSE):
-        low, high = view.number_of("MinMV"), view.number_of("MaxMV")
-        if low is not None and high is not None and high <= low:
-            yield view.at("MaxMV", "Error", high=view.shown("MaxMV"), low=view.shown("MinMV"))
+        yield from crossed(view, "MinMV", "MaxMV", "Error")
 
 
 @warning("PID652", D216, "Period {period} cycles: the output has steps of {percent} %")

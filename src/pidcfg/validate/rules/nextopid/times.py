@@ -9,13 +9,14 @@ from typing import TYPE_CHECKING
 from pidcfg.refs import NEXTOPID, Decision
 from pidcfg.schemas.nextopid import LONGEST_SAMPLE, SHORTEST_INTEGRAL
 from pidcfg.validate.rule import Finding, error, info, per_pid, warning
+from pidcfg.validate.rules.nextopid.program import TIME_CONSTANTS
 from pidcfg.validate.views import number_text
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from pidcfg.validate.rules.nextopid.context import NextopidContext
-    from pidcfg.validate.rules.nextopid.view import BlockView
+    from pidcfg.validate.rules.nextopid.program import BlockView
 
 ERRORS = NEXTOPID.at("chapter 2: ErrBits, and SampleTime")
 INTEGRAL = NEXTOPID.at("chapter 2: Ti_Ki")
@@ -37,7 +38,6 @@ NOISE = Decimal("0.001")
 JOLT = Decimal("0.1")
 """Of the MV range."""
 LONG_STROKE = Decimal(600)
-LAGS = {"ControlLowFilter": "Tc", "ControlLag": "Tc", "ControlDelayLag": "Tc", "ControlLeadLag": "Tlag"}
 
 
 @per_pid
@@ -62,7 +62,7 @@ def sample_time_not_positive(context: NextopidContext) -> Iterator[Finding]:
 
     Fix: give the interval of the cyclic task.
     """
-    places = [("plc", "sample_time")] + [(*v.own.place, "sample_time") for v in context.controllers]
+    places = [("plc", "sample_time")] + [(*v.placed.place, "sample_time") for v in context.controllers]
     times = [context.config.plc.sample_time] + [v.item.sample_time for v in context.controllers]
     for place, time in zip(places, times, strict=True):
         if time is not None and time <= 0:
@@ -120,8 +120,8 @@ def lag_below_sample_time(context: NextopidContext) -> Iterator[Finding]:
 
     Fix: give several sample times, or leave the block out.
     """
-    for view in context.of(*LAGS):
-        key = LAGS[view.type]
+    for view in context.of(*TIME_CONSTANTS):
+        key = TIME_CONSTANTS[view.type]
         time = view.number_of(key)
         if time is not None and 0 < time < view.sample_time:
             yield view.at(key, key=key, time=view.shown(key), sample=number_text(view.sample_time))

@@ -33,8 +33,8 @@ def wired_value_out_of_range(context: NextopidContext) -> Iterator[Finding]:
     Fix: give the signal another first value, or limit it on its way.
     """
     for view in context.views:
-        for row, _ in view.own.given():
-            limits = limits_at(view.own.kind.model, row.name)
+        for row, _ in view.placed.given():
+            limits = limits_at(view.placed.kind.model, row.name)
             value = view.number_of(row.name) if limits and "." not in row.name and view.is_wired(row.name) else None
             if limits is not None and value is not None and not limits.holds(value):
                 allowed = f"{limits.low} or more" if limits.high is None else f"{limits.low} to {limits.high}"
@@ -51,7 +51,7 @@ def wired_value_does_not_fit_int(context: NextopidContext) -> Iterator[Finding]:
     Fix: give the signal in the units of the INT controller, or use the REAL one.
     """
     for view in context.views:
-        for row, _ in view.own.given():
+        for row, _ in view.placed.given():
             value = view.number_of(row.name) if row.type is INT and view.is_wired(row.name) else None
             taken = None if value is None else min(max(value, LOW), HIGH).to_integral_value(ROUND_HALF_EVEN)
             if value is None or taken is None or value == taken:

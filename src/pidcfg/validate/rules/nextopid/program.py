@@ -1,60 +1,62 @@
-"""A block or loop as the NextoPID rules see it: what is known of its parameters, and how people write that."""
+"""The blocks and loops of a NextoPID program as the rules see them: what is known of their parameters, and their wires.
+
+A literal is known. Of a wire the value is known where it is nothing but a name: of a signal, whose first value counts
+and is quoted as such, or of another block's parameter that has a value (D208). All other wires are judged by nobody.
+"""
 
 from __future__ import annotations
 
+from bisect import bisect_right
 from dataclasses import dataclass
 from decimal import Decimal
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeGuard
+from typing import TYPE_CHECKING, Any
 
 from pidcfg.encoders.maps.nextopid import LOOP_TYPES
+from pidcfg.encoders.nextopid.encode import NextopidEncoding
 from pidcfg.paths import steps
 from pidcfg.schemas.iec import Wire
-from pidcfg.schemas.nextopid import SHORTEST_INTEGRAL
+from pidcfg.schemas.nextopid import SHORTEST_INTEGRAL, NextopidFile
 from pidcfg.validate.rule import Finding
-from pidcfg.validate.views import number_text
+from pidcfg.validate.rules.nextopid.known import Known, all_known, held, value_text
+from pidcfg.validate.views import Context
 
 if TYPE_CHECKING:
     from pidcfg.diagnostics import Path, Severity
+    from pidcfg.encoders.named import Parameter
     from pidcfg.encoders.nextopid.encode import Placed
     from pidcfg.schemas.expressions import Expression
-    from pidcfg.validate.rules.nextopid.context import NextopidContext
 
 PV_KEYS = frozenset(("SP", "SP_CASC", "PV", "MaxPV", "MinPV", "DeadBand"))
 MV_KEYS = frozenset(("MV", "MaxMV", "MinMV", "ManualMV", "BIAS", "TRK_VAL", "MaxVarMV"))
 TIMES = frozenset(("Tfd", "Tc", "Tlead", "Tlag", "DelayTime"))
 ON_OFF = "ControlON_OFF"
-
-
-class Known(NamedTuple):
-    """The value of a parameter, and in words where it is from, if not from the parameter itself."""
-
-    value: Any
-    source: str = ""
+TIME_CONSTANTS = {"ControlLowFilter": "Tc", "ControlLag": "Tc", "ControlDelayLag": "Tc", "ControlLeadLag": "Tlag"}
+"""The parameter of filters and lags that is their time constant."""
 
 
 @dataclass(frozen=True)
 class BlockView:
     """A block or loop, its place in the file, and what is known of its parameters."""
 
-    context: NextopidContext
+    context: Program
     number: int
-    own: Placed
+    placed: Placed
 
     @property
     def name(self) -> str:
         """The instance's name."""
-        return self.own.item.name
+        return self.placed.item.name
 
     @property
     def type(self) -> str:
         """The block's type."""
-        return self.own.kind.name
+        return self.placed.kind.name
 
     @property
     def item(self) -> Any:
         """The block as the schema has it."""
-        return self.own.item
+        return self.placed.item
 
     @property
     def is_pid(self) -> bool:
@@ -106,7 +108,7 @@ class BlockView:
     def time_place(self) -> Path:
         """Where the interval of its calls is written."""
         own = getattr(self.item, "sample_time", None) is not None
-        return (*self.own.place, "sample_time") if own else ("plc", "sample_time")
+        return (*self.placed.place, "sample_time") if own else ("plc", "sample_time")
 
     @cached_property
     def mv_limits(self) -> tuple[Decimal, Decimal] | None:
@@ -171,16 +173,97 @@ class BlockView:
         self, key: str, /, plc_effect: str | None = None, severity: Severity | None = None, **values: Any
     ) -> Finding:
         """A finding at one of its keys."""
-        return Finding((*self.own.place, *steps(key)), values, plc_effect=plc_effect, severity=severity)
+        return Finding((*self.placed.place, *steps(key)), values, plc_effect=plc_effect, severity=severity)
 
 
-def all_known(values: tuple[Decimal | None, ...]) -> TypeGuard[tuple[Decimal, ...]]:
-    """Whether none of some values is unknown."""
-    return None not in values
+@dataclass(frozen=True)
+class Program(Context[NextopidFile, NextopidEncoding]):
+    """A configuration with its encoding, and its blocks one by one."""
 
+    @cached_property
+    def views(self) -> tuple[BlockView, ...]:
+        """All blocks, then all loops, in the order of the file."""
+        return tuple(BlockView(self, i, own) for i, own in enumerate(self.encoding.items))
 
-def value_text(value: object) -> str:
-    """A number or a switch as people write it."""
-    if isinstance(value, bool):
-        return "TRUE" if value else "FALSE"
-    return number_text(Decimal(str(value)))
+    @cached_property
+    def pids(self) -> tuple[BlockView, ...]:
+        """The PID controllers."""
+        return tuple(view for view in self.views if view.is_pid)
+
+    @cached_property
+    def controllers(self) -> tuple[BlockView, ...]:
+        """All controllers, with those that switch."""
+        return tuple(view for view in self.views if view.type in LOOP_TYPES)
+
+    def of(self, *types: str) -> list[BlockView]:
+        """The blocks of some types."""
+        return [view for view in self.views if view.type in types]
+
+    @cached_property
+    def names(self) -> tuple[str, ...]:
+        """The name of everything that has a number; of two blocks with one name both."""
+        layout = self.encoding.layout
+        inner = (f"{own.name}.{row.name}" for own in layout.instances for row in own.kind.table.rows)
+        return (*layout.signals, *inner)
+
+    @cached_property
+    def _bases(self) -> list[int]:
+        """The number of each block's first parameter."""
+        return [own.base for own in self.encoding.layout.instances]
+
+    @cached_property
+    def _rows(self) -> dict[str, dict[str, int]]:
+        """Where the parameters of each type stand among its rows."""
+        kinds = {own.kind.name: own.kind for own in self.encoding.items}
+        return {name: {row.name: i for i, row in enumerate(kind.table.rows)} for name, kind in kinds.items()}
+
+    def number(self, view: BlockView, key: str) -> int:
+        """The number of a parameter."""
+        return self._bases[view.number] + self._rows[view.type][key]
+
+    def owner(self, number: int) -> tuple[BlockView, Parameter] | None:
+        """The block and the parameter that a number stands for; None: a signal."""
+        i = bisect_right(self._bases, number) - 1
+        if i < 0:
+            return None
+        return self.views[i], self.views[i].placed.kind.table.rows[number - self._bases[i]]
+
+    def pid_output(self, number: int) -> BlockView | None:
+        """The PID controller whose MV a number is."""
+        found = self.owner(number)
+        return found[0] if found is not None and found[0].is_pid and found[1].name == "MV" else None
+
+    @cached_property
+    def _found(self) -> dict[int, Known | None]:
+        """What has been asked for already."""
+        return {}
+
+    def known(self, number: int) -> Known | None:
+        """The value of a signal or parameter, as far as it is in the file."""
+        if number not in self._found:
+            self._found[number] = self._look_up(number)
+        return self._found[number]
+
+    def _look_up(self, number: int) -> Known | None:
+        source = ""
+        seen: set[int] = set()
+        while number not in seen:
+            seen.add(number)
+            found = self.owner(number)
+            if found is None:
+                return self._first_value(self.names[number])
+            view, row = found
+            value = getattr(view.item, row.name, None) if row.access == "input" else None
+            if not isinstance(value, Wire):
+                content = held(row.type, value)
+                return None if content is None else Known(content, source)
+            expression = view.wire(row.name)
+            if expression is None or expression.signal is None:
+                return None
+            number = expression.signal
+            source = f" (of {self.names[number]})"
+        return None
+
+    def _first_value(self, name: str) -> Known | None:
+        content = held(self.encoding.layout.signals[name], self.config.signals[name])
+        return None if content is None else Known(content, f" (first value of {name})")
