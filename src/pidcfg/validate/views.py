@@ -98,6 +98,11 @@ def complete(values: Iterable[Value | None]) -> list[Value]:
     return known if len(known) == len(found) else []
 
 
+def value_or_switch(part: object, key: str) -> str:
+    """The key to point at where a feature is on: its value's, or that of its switch where no value is given."""
+    return key if getattr(part, key) is not None else f"{key}_enabled"
+
+
 def number_text(value: Decimal) -> str:
     """A number as people write it; more than 12 digits are shortened."""
     text = decimal_text(value)

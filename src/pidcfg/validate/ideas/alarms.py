@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import TYPE_CHECKING, Generic, Protocol, TypeVar
 
 from pidcfg.validate.views import Placed
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Sequence
     from decimal import Decimal
 
     from pidcfg.validate.rule import Finding
 
+PV_POINTS = ("low_low", "low", "high", "high_high")
+"""The alarm points of the PV, from below."""
 Number = TypeVar("Number", int, "Decimal")
 """What registers hold: counts, or numbers in the PV's unit."""
 
@@ -42,6 +45,16 @@ class AlarmView(Placed, Protocol, Generic[Number]):
 
     def distance(self, value: Number) -> str:
         """A distance on the PV's scale as a message quotes it."""
+
+
+def neighbours_out_of_order(
+    view: AlarmView[Number], prefix: str, points: Sequence[str] = PV_POINTS
+) -> Iterator[tuple[str, str, bool]]:
+    """Neighbouring alarm points that do not ascend, and whether they are equal."""
+    for low, high in pairwise(points):
+        words = view.holds(f"{prefix}_{low}", f"{prefix}_{high}")
+        if words and words[0] >= words[1]:
+            yield low, high, words[0] == words[1]
 
 
 def alarm_beyond(view: AlarmView[Number], value: Number) -> str | None:

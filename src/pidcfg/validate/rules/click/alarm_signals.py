@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from pidcfg.refs import CLICK, Decision
 from pidcfg.validate.ideas import alarms
 from pidcfg.validate.rule import error, info, per_loop, warning
-from pidcfg.validate.views import number_text
+from pidcfg.validate.views import number_text, value_or_switch
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -134,7 +134,7 @@ def rate_of_change_alarm_always_on(view: LoopView) -> Iterator[Finding]:
     """
     limit = view.held("rate_of_change")
     if view.rate_alarm and limit is not None and limit <= 0:
-        key = "rate_of_change_enabled" if view.loop.alarms.rate_of_change is None else "rate_of_change"
+        key = value_or_switch(view.loop.alarms, "rate_of_change")
         yield view.at("alarms", key, value=rate_text(view))
 
 

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from pidcfg.diagnostics import Severity
 from pidcfg.refs import CLICK, Decision
-from pidcfg.validate.ideas.alarms import alarm_beyond
+from pidcfg.validate.ideas.alarms import PV_POINTS, alarm_beyond, neighbours_out_of_order
 from pidcfg.validate.rule import Finding, per_loop, warning
 from pidcfg.validate.rules.click.setpoint import effective, written
 
@@ -32,8 +32,6 @@ D143 = Decision(
     "A PV alarm that lies further outside the PV's range than the range is wide is taken for a mistaken unit.",
     "The range is that of the process, not of the sensor: alarms for a failed sensor stand outside it on purpose.",
 )
-POINTS = ("low_low", "low", "high", "high_high")
-PAIRS = (("low_low", "low"), ("low", "high"), ("high", "high_high"))
 DEVIATIONS = ("high", "high_high")
 
 
@@ -44,9 +42,8 @@ def given(view: LoopView, point: str) -> bool:
 
 def wrong_pairs(view: LoopView) -> Iterator[tuple[str, str]]:
     """Neighbours of the PV alarms in the wrong order; low and high may not even be equal."""
-    for below, above in PAIRS:
-        points = view.holds(f"pv_{below}", f"pv_{above}")
-        if points and (points[0] > points[1] or (below == "low" and points[0] == points[1])):
+    for below, above, equal in neighbours_out_of_order(view, "pv"):
+        if always(below) or not equal:
             yield below, above
 
 
@@ -99,7 +96,7 @@ def pv_alarms_incomplete(view: LoopView) -> Iterator[Finding]:
 
     Fix: give all four. An alarm that is not wanted goes where the PV cannot get.
     """
-    missing = [point for point in POINTS if not given(view, point)] if view.pv_alarms else []
+    missing = [point for point in PV_POINTS if not given(view, point)] if view.pv_alarms else []
     if missing:
         yield _incomplete(view, missing)
 
@@ -147,7 +144,7 @@ def pv_alarm_far_outside_range(view: LoopView) -> Iterator[Finding]:
     Fix: correct the alarm, or `pv.range`.
     """
     low, high = view.loop.pv.range
-    for point in POINTS if view.pv_alarms else ():
+    for point in PV_POINTS if view.pv_alarms else ():
         value = view.held(f"pv_{point}")
         if value is not None and given(view, point) and not low - view.span <= value <= high + view.span:
             yield view.at(

@@ -9,6 +9,7 @@ from pidcfg.refs import CLICK, Decision
 from pidcfg.schemas.base import decimal_text
 from pidcfg.validate.rule import info, per_loop, warning
 from pidcfg.validate.rules.click.context import NO_LIMIT
+from pidcfg.validate.views import value_or_switch
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -72,7 +73,7 @@ def derivative_limited_to_nothing(view: LoopView) -> Iterator[Finding]:
     """
     loop, limit = view.loop, view.loop.derivative_gain_limit
     if view.derivative_limited and not limit and loop.tuning.derivative_gain > 0:
-        key = "derivative_gain_limit_enabled" if limit is None else "derivative_gain_limit"
+        key = value_or_switch(loop, "derivative_gain_limit")
         yield view.at(key, limit="no value" if limit is None else 0, gain=decimal_text(loop.tuning.derivative_gain))
 
 

@@ -10,6 +10,7 @@ from pidcfg.refs import CLICK, Decision
 from pidcfg.schemas.base import decimal_text
 from pidcfg.validate.rule import error, info, per_loop, warning
 from pidcfg.validate.rules.click.context import NO_LIMIT
+from pidcfg.validate.views import value_or_switch
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -73,7 +74,7 @@ def filter_without_effect(view: LoopView) -> Iterator[Finding]:
     if view.filtered and view.held("filter") == NO_LIMIT:
         yield view.at(
             "pv",
-            "filter_enabled" if pv.filter is None else "filter",
+            value_or_switch(pv, "filter"),
             value="no constant, which is 100 %" if pv.filter is None else "100 %",
         )
 

@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 from decimal import Decimal
-from itertools import pairwise
 from typing import TYPE_CHECKING
 
 from pidcfg.diagnostics import Severity
 from pidcfg.encoders.plain import switched_on
 from pidcfg.refs import DL06, Decision
 from pidcfg.schemas.base import decimal_text
-from pidcfg.validate.ideas.alarms import alarm_beyond
+from pidcfg.validate.ideas.alarms import PV_POINTS, alarm_beyond, neighbours_out_of_order
 from pidcfg.validate.rule import Finding, error, per_loop, warning
 from pidcfg.validate.rules.dl06.context import counts_text
+from pidcfg.validate.views import value_or_switch
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -40,7 +40,6 @@ D21 = Decision(
 )
 COARSE = Decimal("0.1")
 
-PV_POINTS = ("low_low", "low", "high", "high_high")
 DEVIATION_POINTS = ("yellow", "red")
 
 
@@ -49,18 +48,9 @@ def stays_in_manual(view: LoopView) -> str:
     return view.status(10, "alarm programming error") + ": the loop stays in Manual"
 
 
-def wrong_pairs(view: LoopView, group: str, prefix: str, points: tuple[str, ...]) -> Iterator[tuple[str, str, bool]]:
-    """Neighbours whose counts do not ascend, and whether both are given."""
-    part = getattr(view.loop.alarms, group)
-    for low, high in pairwise(points):
-        words = view.holds(f"{prefix}_{low}", f"{prefix}_{high}")
-        if words and words[0] >= words[1]:
-            yield low, high, getattr(part, low) is not None and getattr(part, high) is not None
-
-
-def order_finding(view: LoopView, group: str, prefix: str, low: str, high: str) -> Finding:
+def order_finding(view: LoopView, group: str, low: str, high: str) -> Finding:
     """Two alarm points in the wrong order, both with their addresses."""
-    below, above = f"{prefix}_{low}", f"{prefix}_{high}"
+    below, above = f"{group}_{low}", f"{group}_{high}"
     shown = {name: f"{view.shown(name)} in {view.v(name)}" for name in (below, above)}
     return view.at(
         "alarms",
@@ -86,9 +76,14 @@ def pv_alarms_out_of_order(view: LoopView) -> Iterator[Finding]:
     range.
     """
     if view.pv_alarms:
-        for low, high, given in wrong_pairs(view, "pv", "pv", PV_POINTS):
-            if given:
-                yield order_finding(view, "pv", "pv", low, high)
+        for low, high, _ in neighbours_out_of_order(view, "pv"):
+            if both_given(view, low, high):
+                yield order_finding(view, "pv", low, high)
+
+
+def both_given(view: LoopView, low: str, high: str) -> bool:
+    """Whether the file gives two alarm points of the PV; others are 0 counts."""
+    return view.given(f"pv_{low}") is not None and view.given(f"pv_{high}") is not None
 
 
 @per_loop
@@ -104,13 +99,13 @@ def pv_alarms_incomplete(view: LoopView) -> Iterator[Finding]:
     """
     if not view.pv_alarms:
         return
-    missing = [key for key in PV_POINTS if getattr(view.loop.alarms.pv, key) is None]
+    missing = [key for key in PV_POINTS if view.given(f"pv_{key}") is None]
     if missing:
         yield _incomplete(view, missing)
 
 
 def _incomplete(view: LoopView, missing: list[str]) -> Finding:
-    broken = any(not given for *_, given in wrong_pairs(view, "pv", "pv", PV_POINTS))
+    broken = any(not both_given(view, low, high) for low, high, _ in neighbours_out_of_order(view, "pv"))
     severity = Severity.ERROR if broken else Severity.WARNING if view.bipolar else Severity.INFO
     effect = {
         Severity.ERROR: "the order is broken",
@@ -143,8 +138,8 @@ def deviation_alarms_out_of_order(view: LoopView) -> Iterator[Finding]:
     Fix: give both limits, red at least one count above yellow.
     """
     if view.deviation_alarms:
-        for low, high, _ in wrong_pairs(view, "deviation", "deviation", DEVIATION_POINTS):
-            yield order_finding(view, "deviation", "deviation", low, high)
+        for low, high, _ in neighbours_out_of_order(view, "deviation", DEVIATION_POINTS):
+            yield order_finding(view, "deviation", low, high)
 
 
 @per_loop
@@ -178,11 +173,9 @@ def rate_of_change_limit_of_zero(view: LoopView) -> Iterator[Finding]:
     Fix: sample more slowly, use the 15-bit format, or raise the limit.
     """
     if rate_alarm_on(view) and view.counts("rate_of_change") == 0:
-        rate = view.loop.alarms.rate_of_change
-        key = "rate_of_change_enabled" if rate is None else "rate_of_change"
         yield view.at(
             "alarms",
-            key,
+            value_or_switch(view.loop.alarms, "rate_of_change"),
             value=rate_text(view),
             exact=f"{float(exact_rate(view)):.2g}",
             sample=decimal_text(view.loop.sample_rate),

@@ -6,8 +6,9 @@ from typing import TYPE_CHECKING
 
 from pidcfg.refs import DL06, Decision
 from pidcfg.schemas.base import decimal_text
+from pidcfg.validate.ideas.alarms import PV_POINTS
 from pidcfg.validate.rule import Finding, info, per_loop, warning
-from pidcfg.validate.rules.dl06.alarms import PV_POINTS
+from pidcfg.validate.views import value_or_switch
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -44,7 +45,7 @@ def filter_without_effect(view: LoopView) -> Iterator[Finding]:
     """
     pv = view.loop.pv
     if view.filtered and "filter" not in view.misfits and not STRONGEST <= view.digits("filter") <= WEAKEST:
-        key = "filter_enabled" if pv.filter is None else "filter"
+        key = value_or_switch(pv, "filter")
         yield view.at("pv", key, value="no constant" if pv.filter is None else f"k = {decimal_text(pv.filter)}")
 
 
@@ -108,4 +109,4 @@ def filter_without_auto_transfer(view: LoopView) -> Iterator[Finding]:
     """
     pv = view.loop.pv
     if view.filtered and pv.transfer is None:
-        yield view.at("pv", "filter_enabled" if pv.filter is None else "filter", word=view.v("pv"))
+        yield view.at("pv", value_or_switch(pv, "filter"), word=view.v("pv"))

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 from pidcfg.encoders.maps.dl06 import D16
 from pidcfg.encoders.words import nearest
 from pidcfg.refs import DL06, Decision
+from pidcfg.validate.ideas.alarms import PV_POINTS
 from pidcfg.validate.rule import Finding, info, per_loop, warning
 
 if TYPE_CHECKING:
@@ -64,7 +65,7 @@ def square_root_alarm_scale(view: LoopView) -> Iterator[Finding]:
     if not view.loop.pv.square_root or not view.pv_alarms or view.bipolar:
         return
     full = view.scales["pv"].format.maximum
-    held = {key: view.counts(f"pv_{key}") for key in ("low_low", "low", "high", "high_high")}
+    held = {key: view.counts(f"pv_{key}") for key in PV_POINTS}
     shares = {key: counts / full for key, counts in held.items() if counts is not None and 0 < counts < full}
     texts = {key: (f"{100 * share**0.5:.0f}", f"{100 * share:.0f}") for key, share in shares.items()}
     for key in list(texts)[:1]:

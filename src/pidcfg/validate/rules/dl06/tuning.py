@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING
 
 from pidcfg.encoders.dl06.encode import reset_value
 from pidcfg.encoders.maps.dl06 import D01, RESET
-from pidcfg.encoders.plain import switched_on
 from pidcfg.encoders.words import EncodeError, bcd_digits
 from pidcfg.refs import DL06, Decision
 from pidcfg.schemas.base import decimal_text
 from pidcfg.validate.rule import Finding, error, info, per_loop, reported_once, warning
+from pidcfg.validate.views import value_or_switch
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -190,9 +190,8 @@ def derivative_limited_to_nothing(view: LoopView) -> Iterator[Finding]:
     Fix: give `derivative_gain_limit` a value from 1 to 20 (8 to 10 is usual), or switch the limit off.
     """
     loop, limit = view.loop, view.loop.derivative_gain_limit
-    on = switched_on(loop.derivative_gain_limit_enabled, limit)
-    if on and not limit and loop.tuning.rate > 0:
-        key = "derivative_gain_limit_enabled" if limit is None else "derivative_gain_limit"
+    if view.derivative_limited and not limit and loop.tuning.rate > 0:
+        key = value_or_switch(loop, "derivative_gain_limit")
         yield view.at(key, limit="no value" if limit is None else 0, rate=decimal_text(loop.tuning.rate))
 
 
@@ -206,7 +205,7 @@ def derivative_limit_without_rate(view: LoopView) -> Iterator[Finding]:
     Fix: set the rate, or remove the limit.
     """
     loop, limit = view.loop, view.loop.derivative_gain_limit
-    if limit and loop.tuning.rate == 0 and switched_on(loop.derivative_gain_limit_enabled, limit):
+    if limit and loop.tuning.rate == 0 and view.derivative_limited:
         yield view.at("derivative_gain_limit", limit=decimal_text(limit))
 
 
@@ -226,8 +225,8 @@ def derivative_without_limit_or_filter(view: LoopView) -> Iterator[Finding]:
     Fix: set `derivative_gain_limit` (1 to 20), filter the PV, or sample more slowly.
     """
     loop, sample = view.loop, view.loop.sample_rate
-    limited = switched_on(loop.derivative_gain_limit_enabled, loop.derivative_gain_limit)
-    if sample > 0 and loop.tuning.rate > LARGEST_LIMIT * sample and not limited and not view.filtered:
+    strong = sample > 0 and loop.tuning.rate > LARGEST_LIMIT * sample
+    if strong and not view.derivative_limited and not view.filtered:
         times = loop.tuning.rate / sample
         spans = Decimal(view.scales["output"].format.span) / view.scales["pv"].format.span
         counts = times * (loop.tuning.gain or 1) * spans

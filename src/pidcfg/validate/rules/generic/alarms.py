@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 
 from pidcfg.diagnostics import Severity
 from pidcfg.schemas.generic import D280
+from pidcfg.validate.ideas.alarms import PV_POINTS
 from pidcfg.validate.rule import error, per_loop, warning
-from pidcfg.validate.views import number_text, outside
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -18,8 +18,6 @@ if TYPE_CHECKING:
     from pidcfg.validate.rule import Finding
     from pidcfg.validate.rules.generic.context import LoopView
 
-POINTS = ("low_low", "low", "high", "high_high")
-"""Points of the PV, from below."""
 DEVIATIONS = ("high", "high_high")
 
 
@@ -43,7 +41,7 @@ def alarm_points_out_of_order(view: LoopView) -> Iterator[Finding]:
 
     Fix: write low_low < low < high < high_high; leave out what is not wanted.
     """
-    for (lower, below), (upper, above) in pairwise(given(view.loop.alarms.pv, POINTS)):
+    for (lower, below), (upper, above) in pairwise(given(view.loop.alarms.pv, PV_POINTS)):
         if above <= below:
             yield view.at(
                 "alarms",
@@ -83,9 +81,5 @@ def alarm_point_outside_range(view: LoopView) -> Iterator[Finding]:
 
     Fix: write a point inside `pv.range`, or leave it out.
     """
-    span = view.loop.pv.range
-    for name, value in given(view.loop.alarms.pv, POINTS):
-        if outside(value, span):
-            yield view.at(
-                "alarms", "pv", name, name=name, value=view.pv(value), low=number_text(span[0]), high=view.pv(span[1])
-            )
+    for name, value in given(view.loop.alarms.pv, PV_POINTS):
+        yield from view.pv_outside("alarms", "pv", name, value=value, ends=view.loop.pv.range)

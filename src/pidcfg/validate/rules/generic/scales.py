@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 from pidcfg.encoders.generic.decisions import D299
 from pidcfg.schemas.generic import D280
 from pidcfg.validate.rule import error, per_loop, warning
-from pidcfg.validate.views import number_text, outside
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -26,10 +25,8 @@ def output_limits_outside_range(view: LoopView) -> Iterator[Finding]:
 
     Fix: write limits inside `output.range`, or correct the range.
     """
-    span = view.loop.output.range
     for i, end in enumerate(view.loop.output.limits or ()):
-        if outside(end, span):
-            yield view.at("output", "limits", i, value=view.out(end), low=number_text(span[0]), high=view.out(span[1]))
+        yield from view.output_outside("output", "limits", i, value=end, ends=view.loop.output.range)
 
 
 @per_loop
@@ -41,10 +38,8 @@ def set_point_limits_outside_range(view: LoopView) -> Iterator[Finding]:
 
     Fix: write limits inside `pv.range`, or correct the range.
     """
-    span = view.loop.pv.range
     for i, end in enumerate(view.loop.setpoint.limits or ()):
-        if outside(end, span):
-            yield view.at("setpoint", "limits", i, value=view.pv(end), low=number_text(span[0]), high=view.pv(span[1]))
+        yield from view.pv_outside("setpoint", "limits", i, value=end, ends=view.loop.pv.range)
 
 
 @per_loop
@@ -58,11 +53,9 @@ def set_point_out_of_reach(view: LoopView) -> Iterator[Finding]:
     Fix: correct the set point, its limits or the range.
     """
     value, limits = view.loop.setpoint.value, view.loop.setpoint.limits
-    span, what = (view.loop.pv.range, "the PV's range") if limits is None else (limits, "its limits")
-    if value is not None and outside(value, span):
-        yield view.at(
-            "setpoint", "value", value=view.pv(value), what=what, low=number_text(span[0]), high=view.pv(span[1])
-        )
+    ends, what = (view.loop.pv.range, "the PV's range") if limits is None else (limits, "its limits")
+    if value is not None:
+        yield from view.pv_outside("setpoint", "value", value=value, ends=ends, what=what)
 
 
 @per_loop
@@ -75,10 +68,8 @@ def bias_outside_limits(view: LoopView) -> Iterator[Finding]:
 
     Fix: write a bias between the limits; it is in units of the output.
     """
-    low, high = view.limits
-    bias = view.loop.output.bias
-    if bias and outside(bias, view.limits):
-        yield view.at("output", "bias", value=view.out(bias), low=number_text(low), high=view.out(high))
+    if view.loop.output.bias:
+        yield from view.output_outside("output", "bias", value=view.loop.output.bias, ends=view.limits)
 
 
 @per_loop
@@ -90,10 +81,8 @@ def manual_outside_limits(view: LoopView) -> Iterator[Finding]:
 
     Fix: write a value between the limits; it is in units of the output.
     """
-    low, high = view.limits
-    value = view.loop.output.manual
-    if value is not None and outside(value, view.limits):
-        yield view.at("output", "manual", value=view.out(value), low=number_text(low), high=view.out(high))
+    if view.loop.output.manual is not None:
+        yield from view.output_outside("output", "manual", value=view.loop.output.manual, ends=view.limits)
 
 
 @per_loop
