@@ -38,7 +38,9 @@ class Finding:
     """Further loops that it concerns, where it is reported once."""
 
 
-Check = Callable[[Any], Iterator[Finding]]
+Findings = Iterator[Finding]
+"""What a check yields."""
+Check = Callable[[Any], Findings]
 
 
 FIRST_VERSION = "0.1"
@@ -58,7 +60,7 @@ class Named(Protocol):
 LoopT = TypeVar("LoopT", bound=Named)
 
 
-def reported_once(views: Sequence[LoopT], finding_of: Callable[[LoopT], Finding]) -> Iterator[Finding]:
+def reported_once(views: Sequence[LoopT], finding_of: Callable[[LoopT], Finding]) -> Findings:
     """The finding of the first of some loops; its message names the ``others``."""
     if views:
         others = tuple(view.name for view in views[1:])
@@ -137,7 +139,7 @@ def _each(attribute: str) -> Callable[[Rule], Rule]:
         if check is None:
             raise TypeError(f"{rule.code} has no check")
 
-        def every(context: Any) -> Iterator[Finding]:
+        def every(context: Any) -> Findings:
             for view in getattr(context, attribute):
                 yield from check(view)
 

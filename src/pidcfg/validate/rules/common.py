@@ -12,7 +12,7 @@ from pidcfg.refs import Decision
 from pidcfg.schemas.base import decimal_text
 from pidcfg.schemas.limits import Limits
 from pidcfg.validate.ideas.duplicates import repeats
-from pidcfg.validate.rule import Finding, error, finding, warning
+from pidcfg.validate.rule import Finding, Findings, error, finding, warning
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -99,7 +99,7 @@ def _between(low: Decimal | str | None, high: Decimal | str | None, unit: str) -
 
 
 @error("PID101", D09, "{key} is {value}{unit}; allowed is {allowed}")
-def value_out_of_range(context: Any) -> Iterator[Finding]:
+def value_out_of_range(context: Any) -> Findings:
     """A number lies outside the limits that the manual gives its parameter.
 
     Why: the PLC rejects it, or does something that the manual does not say.
@@ -129,7 +129,7 @@ def unit_of(misfit: Misfit) -> str:
 
 
 @error("PID102", D09, "{field} is {value}{unit}, but its word holds {allowed}")
-def value_exceeds_word(context: Any) -> Iterator[Finding]:
+def value_exceeds_word(context: Any) -> Findings:
     """A value does not fit the register that holds it.
 
     Why: the register has no digits or bits for it, so the loop would run with another value.
@@ -143,7 +143,7 @@ def value_exceeds_word(context: Any) -> Iterator[Finding]:
 
 
 @error("PID103", D06, "{field} is {value}{unit}, which {effect}")
-def rounds_onto_off_code(context: Any) -> Iterator[Finding]:
+def rounds_onto_off_code(context: Any) -> Findings:
     """A value is so small or large that its register would hold the code for "off".
 
     Why: the term would be switched off, or with a gain of 0 the integral would act at gain 1: not what was written.
@@ -157,7 +157,7 @@ def rounds_onto_off_code(context: Any) -> Iterator[Finding]:
 
 
 @error("PID104", D07, "{field} is {value}, but raw counts are whole numbers")
-def fractional_counts(context: Any) -> Iterator[Finding]:
+def fractional_counts(context: Any) -> Findings:
     """A raw value is not a whole number of counts.
 
     Why: a register holds whole counts only, and a raw value is meant exactly.
@@ -169,7 +169,7 @@ def fractional_counts(context: Any) -> Iterator[Finding]:
 
 
 @warning("PID105", D07, "{field} {value}{unit} is stored as {stored}{unit}, {percent} % off")
-def rounded_value(context: Any) -> Iterator[Finding]:
+def rounded_value(context: Any) -> Findings:
     """A value is stored more than 1 % off, because its register has too few digits.
 
     Why: the loop runs with the stored value, not with the one in the file.
@@ -191,7 +191,7 @@ def rounded_value(context: Any) -> Iterator[Finding]:
 
 
 @error("PID106", D08, "the name {name} is already used by loop {first}")
-def duplicate_loop_name(context: Any) -> Iterator[Finding]:
+def duplicate_loop_name(context: Any) -> Findings:
     """Two loops have the same name.
 
     Why: cascade links, scenarios and reports could mean either.
@@ -203,7 +203,7 @@ def duplicate_loop_name(context: Any) -> Iterator[Finding]:
 
 
 @warning("PID107", D09, "the list of loops is empty")
-def no_loops(context: Any) -> Iterator[Finding]:
+def no_loops(context: Any) -> Findings:
     """A configuration without a single loop.
 
     Why: the PLC's loop task is turned off, and nothing is controlled.

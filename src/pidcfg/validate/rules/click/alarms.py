@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from pidcfg.diagnostics import Severity
 from pidcfg.refs import CLICK, Decision
 from pidcfg.validate.ideas.alarms import PV_POINTS, alarm_beyond, neighbours_out_of_order
-from pidcfg.validate.rule import Finding, per_loop, warning
+from pidcfg.validate.rule import Finding, Findings, per_loop, warning
 from pidcfg.validate.rules.click.setpoint import effective, written
 
 if TYPE_CHECKING:
@@ -54,7 +54,7 @@ def always(below: str) -> bool:
 
 @per_loop
 @warning("PID371", ABSOLUTE, "{above} is {high}, not above {below}, {low}: {effect}")
-def pv_alarms_out_of_order(view: LoopView) -> Iterator[Finding]:
+def pv_alarms_out_of_order(view: LoopView) -> Findings:
     """The PV alarm points are not in the order low_low, low, high, high_high.
 
     Why: a low alarm that is not below the high one leaves no PV without an alarm (an error). With an inner point beyond
@@ -87,7 +87,7 @@ def _inner(below: str, above: str) -> str:
 
 @per_loop
 @warning("PID372", D142, "{missing} not given: {registers} {holds} 0, and one bit enables all four PV alarms: {effect}")
-def pv_alarms_incomplete(view: LoopView) -> Iterator[Finding]:
+def pv_alarms_incomplete(view: LoopView) -> Findings:
     """Some of the four PV alarms are given, and the others are 0.
 
     Why: Cn+12 enables low_low, low, high and high_high together. A point that is left out is 0: a high alarm at 0 is on
@@ -135,7 +135,7 @@ def _consequence(view: LoopView, missing: list[str]) -> tuple[Severity, str]:
     D143,
     "{point} is {value}, further outside the PV's range {low} to {high} than the range is wide: it never trips",
 )
-def pv_alarm_far_outside_range(view: LoopView) -> Iterator[Finding]:
+def pv_alarm_far_outside_range(view: LoopView) -> Findings:
     """A PV alarm lies far outside the range of the process.
 
     Why: it watches nothing. Alarms just outside the range catch a failed sensor; one this far away usually has another
@@ -158,7 +158,7 @@ def pv_alarm_far_outside_range(view: LoopView) -> Iterator[Finding]:
     ABSOLUTE,
     "the set point {value} is beyond the {alarm} alarm at {limit}: on its set point the loop is in alarm",
 )
-def setpoint_in_alarm(view: LoopView) -> Iterator[Finding]:
+def setpoint_in_alarm(view: LoopView) -> Findings:
     """The set point lies beyond a PV alarm point.
 
     Why: a loop that controls well then stands in alarm, and operators learn to ignore it.
@@ -184,7 +184,7 @@ def deviation_points(view: LoopView) -> dict[str, Decimal]:
 @warning(
     "PID375", D142, "the {point} deviation alarm is {value}: it is on whenever the PV is not exactly on the set point"
 )
-def deviation_alarm_of_zero(view: LoopView) -> Iterator[Finding]:
+def deviation_alarm_of_zero(view: LoopView) -> Findings:
     """A deviation alarm is 0 or negative, given so or left out.
 
     Why: one bit enables both deviation alarms. With 0 the alarm is on nearly all the time, and operators learn to
@@ -204,7 +204,7 @@ def deviation_alarm_of_zero(view: LoopView) -> Iterator[Finding]:
     DEVIATION,
     "the high deviation alarm {high} is above the high_high one, {high_high}: high_high comes first",
 )
-def deviation_alarms_out_of_order(view: LoopView) -> Iterator[Finding]:
+def deviation_alarms_out_of_order(view: LoopView) -> Findings:
     """The high deviation alarm is further from the set point than the high-high one.
 
     Why: the emergency then comes before the warning that should announce it.
@@ -228,7 +228,7 @@ def deviation_alarms_out_of_order(view: LoopView) -> Iterator[Finding]:
     DEVIATION,
     "the {point} deviation alarm {value} is more than the PV's whole range of {span}: it never trips",
 )
-def deviation_alarm_beyond_range(view: LoopView) -> Iterator[Finding]:
+def deviation_alarm_beyond_range(view: LoopView) -> Findings:
     """A deviation alarm is wider than the PV's range.
 
     Why: with a set point in the range the PV cannot be that far away. The alarm watches nothing; often an absolute

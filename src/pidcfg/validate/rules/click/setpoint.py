@@ -8,10 +8,9 @@ from pidcfg.diagnostics import Severity
 from pidcfg.encoders.maps.click import SETPOINT_CROSSED
 from pidcfg.refs import CLICK, Decision
 from pidcfg.schemas.click import EFFECT
-from pidcfg.validate.rule import Finding, error, info, per_loop, reported_once, warning
+from pidcfg.validate.rule import Findings, error, info, per_loop, reported_once, warning
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
     from decimal import Decimal
 
     from pidcfg.validate.rules.click.context import ClickContext, LoopView
@@ -67,7 +66,7 @@ def written(view: LoopView) -> Decimal | None:
     D132,
     "the lower set point limit {low} in {low_register} is above the upper limit {high} in {high_register}{when}",
 )
-def setpoint_limits_crossed(view: LoopView) -> Iterator[Finding]:
+def setpoint_limits_crossed(view: LoopView) -> Findings:
     """The lower set point limit is above the upper one.
 
     Why: with both enabled the PLC reports error 23 and keeps the loop in Manual. With one of them switched off that
@@ -94,7 +93,7 @@ def setpoint_limits_crossed(view: LoopView) -> Iterator[Finding]:
 
 @per_loop
 @error("PID312", LIMITS, "the {end} set point limit is enabled without a value: {register} holds 0, and {consequence}")
-def setpoint_limit_without_value(view: LoopView) -> Iterator[Finding]:
+def setpoint_limit_without_value(view: LoopView) -> Findings:
     """A set point limit is enabled, but not given.
 
     Why: its register holds 0, and the PLC writes the limit over every set point beyond it. The help demands a value
@@ -119,7 +118,7 @@ def setpoint_limit_without_value(view: LoopView) -> Iterator[Finding]:
 
 @per_loop
 @warning("PID313", LIMITS, "both set point limits are {value}: there is no other set point")
-def setpoint_limits_equal(view: LoopView) -> Iterator[Finding]:
+def setpoint_limits_equal(view: LoopView) -> Findings:
     """Both set point limits are enabled, and equal.
 
     Why: the PLC writes the nearer limit over every set point, so an operator's entry jumps back as if the display were
@@ -136,7 +135,7 @@ def setpoint_limits_equal(view: LoopView) -> Iterator[Finding]:
 @warning(
     "PID314", LIMITS, "the set point {value} is {side} its {end} limit: the PLC writes {limit} over it in {register}"
 )
-def setpoint_outside_limits(view: LoopView) -> Iterator[Finding]:
+def setpoint_outside_limits(view: LoopView) -> Findings:
     """The set point lies outside its own limits.
 
     Why: an enabled limit does not only act inside the calculation. The PLC changes the set point in its register, and
@@ -163,7 +162,7 @@ def setpoint_outside_limits(view: LoopView) -> Iterator[Finding]:
 
 @per_loop
 @warning("PID315", RANGE, "the set point {value} is outside the process range {low} to {high}")
-def setpoint_outside_range(view: LoopView) -> Iterator[Finding]:
+def setpoint_outside_range(view: LoopView) -> Findings:
     """The set point is a value that the process does not reach.
 
     Why: the PV's range is what the process reaches at 0 % and at 100 % of the output. For a set point beyond it the
@@ -185,7 +184,7 @@ def setpoint_outside_range(view: LoopView) -> Iterator[Finding]:
     "the {end} set point limit {value} is outside the process range {low} to {high}: it lets set points pass "
     "that the process does not reach",
 )
-def setpoint_limit_outside_range(view: LoopView) -> Iterator[Finding]:
+def setpoint_limit_outside_range(view: LoopView) -> Findings:
     """A set point limit lies outside the process range.
 
     Why: limits are there to prevent an entry outside the limits of the process. One that lies beyond the range prevents
@@ -203,7 +202,7 @@ def setpoint_limit_outside_range(view: LoopView) -> Iterator[Finding]:
 
 @per_loop
 @info("PID317", LIMITS, "the {end} set point limit {value} is stored, but {register} is off: it limits nothing")
-def setpoint_limit_switched_off(view: LoopView) -> Iterator[Finding]:
+def setpoint_limit_switched_off(view: LoopView) -> Findings:
     """A set point limit is given, but not enabled.
 
     Why: its register shows up in every listing; without the enable bit it guards nothing.
@@ -226,7 +225,7 @@ def setpoint_limit_switched_off(view: LoopView) -> Iterator[Finding]:
     TRANSFER,
     "the set point {value} is replaced by the PV when the loop goes from Manual to Auto (bumpless 1){others}",
 )
-def setpoint_replaced_by_pv(context: ClickContext) -> Iterator[Finding]:
+def setpoint_replaced_by_pv(context: ClickContext) -> Findings:
     """The set point of the file does not survive the change to Auto.
 
     Why: bumpless mode 1 makes set point and PV equal at that moment, so that the output need not move. It is reported
@@ -244,7 +243,7 @@ def setpoint_replaced_by_pv(context: ClickContext) -> Iterator[Finding]:
 
 @per_loop
 @warning("PID319", TRANSFER, "no set point is given: with bumpless 2 the loop goes to Auto with {register} at {zero}")
-def setpoint_left_at_zero(view: LoopView) -> Iterator[Finding]:
+def setpoint_left_at_zero(view: LoopView) -> Findings:
     """A loop with bumpless mode 2 is meant for Auto, and nothing gives its set point.
 
     Why: the register is downloaded as 0, and mode 2 does not make it equal to the PV. The loop drives the process

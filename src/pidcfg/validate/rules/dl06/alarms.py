@@ -3,21 +3,15 @@
 from __future__ import annotations
 
 from decimal import Decimal
-from typing import TYPE_CHECKING
 
 from pidcfg.diagnostics import Severity
 from pidcfg.encoders.plain import switched_on
 from pidcfg.refs import DL06, Decision
 from pidcfg.schemas.base import decimal_text
 from pidcfg.validate.ideas.alarms import PV_POINTS, alarm_beyond, neighbours_out_of_order
-from pidcfg.validate.rule import Finding, error, per_loop, warning
-from pidcfg.validate.rules.dl06.context import counts_text
+from pidcfg.validate.rule import Finding, Findings, error, per_loop, warning
+from pidcfg.validate.rules.dl06.context import LoopView, counts_text
 from pidcfg.validate.views import value_or_switch
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from pidcfg.validate.rules.dl06.context import LoopView
 
 ERROR = DL06.at("Alarm Programming Error")
 ABSOLUTE = DL06.at("PV Absolute Value Alarms")
@@ -66,7 +60,7 @@ def order_finding(view: LoopView, group: str, low: str, high: str) -> Finding:
 
 @per_loop
 @error("PID242", ERROR, "{above} is {high}, not above {below}, {low}")
-def pv_alarms_out_of_order(view: LoopView) -> Iterator[Finding]:
+def pv_alarms_out_of_order(view: LoopView) -> Findings:
     """The PV alarm points do not ascend: the PLC wants low_low < low < high < high_high.
 
     Why: the comparison is made on the words. Points that differ in the file but round to the same counts are as wrong
@@ -88,7 +82,7 @@ def both_given(view: LoopView, low: str, high: str) -> bool:
 
 @per_loop
 @error("PID243", D20, "{missing} not given, so {words} {zero}, and one bit enables all four PV alarms: {effect}")
-def pv_alarms_incomplete(view: LoopView) -> Iterator[Finding]:
+def pv_alarms_incomplete(view: LoopView) -> Findings:
     """Some of the four PV alarms are given, and the others count as 0.
 
     Why: bit 12 of +00 enables low_low, low, high and high_high together. A point that is left out is 0 counts: it
@@ -129,7 +123,7 @@ def _incomplete(view: LoopView, missing: list[str]) -> Finding:
 
 @per_loop
 @error("PID244", ERROR, "{above} is {high}, not above {below}, {low}")
-def deviation_alarms_out_of_order(view: LoopView) -> Iterator[Finding]:
+def deviation_alarms_out_of_order(view: LoopView) -> Findings:
     """The red deviation limit is not above the yellow one.
 
     Why: yellow is the caution, red the strong error, and the PLC wants yellow < red in counts. Otherwise it sets the
@@ -144,7 +138,7 @@ def deviation_alarms_out_of_order(view: LoopView) -> Iterator[Finding]:
 
 @per_loop
 @warning("PID245", D20, "the yellow deviation limit is {value}: a PV one count off the set point is an alarm")
-def deviation_alarm_of_zero(view: LoopView) -> Iterator[Finding]:
+def deviation_alarm_of_zero(view: LoopView) -> Findings:
     """The yellow deviation limit is 0 counts, given so or left out.
 
     Why: one bit enables both deviation alarms. With 0 the yellow one is on nearly all the time, and operators learn to
@@ -164,7 +158,7 @@ def deviation_alarm_of_zero(view: LoopView) -> Iterator[Finding]:
     "the rate-of-change limit {value} is {exact} counts a sample of {sample} s and is stored as 0: every "
     "change of the PV alarms; one count a sample is {least} /min",
 )
-def rate_of_change_limit_of_zero(view: LoopView) -> Iterator[Finding]:
+def rate_of_change_limit_of_zero(view: LoopView) -> Findings:
     """The rate-of-change limit is less than half a count per sample and rounds to 0.
 
     Why: the limit is specified in PV counts per sample period. At 50 ms one count is already 1200 counts a minute:
@@ -217,7 +211,7 @@ def per_minute(view: LoopView) -> str:
     "the rate-of-change limit {value} is {exact} counts a sample of {sample} s and is stored as {counts}, "
     "{percent} % off; one count a sample is {least} /min",
 )
-def rate_of_change_limit_coarse(view: LoopView) -> Iterator[Finding]:
+def rate_of_change_limit_coarse(view: LoopView) -> Findings:
     """The rate-of-change limit is so few counts per sample that rounding changes it by more than a tenth.
 
     Why: an excessively fast sample rate diminishes the resolution of this alarm, because its value is the change per
@@ -248,7 +242,7 @@ def rate_of_change_limit_coarse(view: LoopView) -> Iterator[Finding]:
     TROUBLE,
     "the set point {value} is beyond the {alarm} alarm at {limit}: on its set point the loop is in alarm",
 )
-def setpoint_in_alarm(view: LoopView) -> Iterator[Finding]:
+def setpoint_in_alarm(view: LoopView) -> Findings:
     """The set point lies beyond a PV alarm point.
 
     Why: a loop that controls well then stands in alarm. While a PV alarm exists, the loop will not go into Automatic

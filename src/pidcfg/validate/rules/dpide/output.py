@@ -6,13 +6,10 @@ from typing import TYPE_CHECKING
 
 from pidcfg.encoders.maps.dpide import TABLE
 from pidcfg.refs import DPIDE
-from pidcfg.validate.rule import error, info, per_loop, warning
+from pidcfg.validate.rule import Findings, error, info, per_loop, warning
 from pidcfg.validate.views import number_text
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from pidcfg.validate.rule import Finding
     from pidcfg.validate.rules.dpide.context import LoopView
 
 
@@ -20,7 +17,7 @@ if TYPE_CHECKING:
 @warning(
     "PID741", TABLE, "MV_MAX {highest} is below MV_MIN {lowest}: the PLC swaps them, MV goes from {highest} to {lowest}"
 )
-def limits_swapped(view: LoopView) -> Iterator[Finding]:
+def limits_swapped(view: LoopView) -> Findings:
     """The highest MV is below the lowest.
 
     Why: the PLC exchanges the two, so the loop runs; it does not turn the direction round.
@@ -34,7 +31,7 @@ def limits_swapped(view: LoopView) -> Iterator[Finding]:
 
 @per_loop
 @error("PID742", TABLE, "MV_MAX and MV_MIN are both {limit}: MV cannot move")
-def limits_equal(view: LoopView) -> Iterator[Finding]:
+def limits_equal(view: LoopView) -> Findings:
     """The highest MV is the lowest.
 
     Why: MV is that number, whatever the PV does.
@@ -48,7 +45,7 @@ def limits_equal(view: LoopView) -> Iterator[Finding]:
 
 @per_loop
 @warning("PID743", TABLE, "MOUT {mout} is outside {low} to {high}: in manual MV is {used}")
-def manual_output_outside_limits(view: LoopView) -> Iterator[Finding]:
+def manual_output_outside_limits(view: LoopView) -> Findings:
     """The output of manual is outside the limits.
 
     Why: the limits hold in manual too; MV is the nearest of them.
@@ -75,7 +72,7 @@ def manual_output_outside_limits(view: LoopView) -> Iterator[Finding]:
     DPIDE.at("The PID algorithm"),
     "BIAS {bias} is outside {low} to {high}: with PV at SV the output stands at its limit",
 )
-def feed_forward_outside_limits(view: LoopView) -> Iterator[Finding]:
+def feed_forward_outside_limits(view: LoopView) -> Findings:
     """The feed forward alone drives the output to a limit.
 
     Why: BIAS is added to the three terms. Beyond a limit they must first undo the rest of it before MV moves at all.
@@ -89,7 +86,7 @@ def feed_forward_outside_limits(view: LoopView) -> Iterator[Finding]:
 
 @per_loop
 @warning("PID745", TABLE, "{operand} {limit} is outside the output's range of {low} to {high}")
-def limits_beyond_output(view: LoopView) -> Iterator[Finding]:
+def limits_beyond_output(view: LoopView) -> Findings:
     """A limit of MV lies beyond what the output can do.
 
     Why: the actuator stands at its end while MV goes on. The integral goes on with it, and needs as long to come back.
@@ -107,7 +104,7 @@ def limits_beyond_output(view: LoopView) -> Iterator[Finding]:
 
 @per_loop
 @info("PID746", TABLE, "MV is 0 while PID_RUN is FALSE, which is outside its limits {low} to {high}")
-def stop_outside_limits(view: LoopView) -> Iterator[Finding]:
+def stop_outside_limits(view: LoopView) -> Findings:
     """A loop that is stopped writes an output that lies outside its limits.
 
     Why: with PID_RUN FALSE the instruction resets MV to 0 and does not look at the limits. Where 0 is not off, the

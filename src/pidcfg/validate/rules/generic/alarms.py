@@ -8,14 +8,12 @@ from typing import TYPE_CHECKING
 from pidcfg.diagnostics import Severity
 from pidcfg.schemas.generic import D280
 from pidcfg.validate.ideas.alarms import PV_POINTS
-from pidcfg.validate.rule import error, per_loop, warning
+from pidcfg.validate.rule import Findings, error, per_loop, warning
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
     from decimal import Decimal
 
     from pidcfg.schemas.base import Model
-    from pidcfg.validate.rule import Finding
     from pidcfg.validate.rules.generic.context import LoopView
 
 DEVIATIONS = ("high", "high_high")
@@ -33,7 +31,7 @@ def severity_of(lower: Decimal, upper: Decimal) -> Severity:
 
 @per_loop
 @error("PID811", D280, "{upper} {above} is not above {lower} {below}")
-def alarm_points_out_of_order(view: LoopView) -> Iterator[Finding]:
+def alarm_points_out_of_order(view: LoopView) -> Findings:
     """The alarm points of the PV do not ascend from low_low to high_high.
 
     Why: crossed points are on where nothing is wrong, or the severe alarm comes before the mild one. Equal points make
@@ -57,7 +55,7 @@ def alarm_points_out_of_order(view: LoopView) -> Iterator[Finding]:
 
 @per_loop
 @error("PID812", D280, "high_high {above} is not above high {below}")
-def deviation_points_out_of_order(view: LoopView) -> Iterator[Finding]:
+def deviation_points_out_of_order(view: LoopView) -> Findings:
     """The second alarm point of the deviation is not above the first one.
 
     Why: the severe alarm comes before the mild one, or together with it.
@@ -74,7 +72,7 @@ def deviation_points_out_of_order(view: LoopView) -> Iterator[Finding]:
 
 @per_loop
 @warning("PID813", D280, "the alarm point {name} {value} is outside the PV's range, {low} to {high}")
-def alarm_point_outside_range(view: LoopView) -> Iterator[Finding]:
+def alarm_point_outside_range(view: LoopView) -> Findings:
     """An alarm point of the PV lies outside the PV's range.
 
     Why: the PV is not measured there: the alarm never comes, or is always on.

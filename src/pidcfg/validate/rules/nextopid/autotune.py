@@ -6,11 +6,10 @@ from decimal import ROUND_HALF_EVEN
 from typing import TYPE_CHECKING
 
 from pidcfg.refs import NEXTOPID, Decision
-from pidcfg.validate.rule import Finding, error, info, warning
+from pidcfg.validate.rule import Findings, error, info, warning
 from pidcfg.validate.views import number_text
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
     from decimal import Decimal
 
     from pidcfg.validate.rules.nextopid.context import NextopidContext
@@ -48,7 +47,7 @@ def step_of(view: BlockView) -> Decimal | None:
 
 
 @error("PID656", PARAMETERS, "AutoTune is {how}, but AutoTuneParam is not given: all of it is 0")
-def auto_tuning_without_parameters(context: NextopidContext) -> Iterator[Finding]:
+def auto_tuning_without_parameters(context: NextopidContext) -> Findings:
     """The auto-tuning can be started, and has no parameters.
 
     Why: amplitude, hysteresis, safety limit and cycles are 0 then, which are all out of range: it ends at once with an
@@ -63,7 +62,7 @@ def auto_tuning_without_parameters(context: NextopidContext) -> Iterator[Finding
 
 
 @warning("PID657", START, "AutoTune is {value}: the auto-tuning begins with the first cycle")
-def auto_tuning_at_start(context: NextopidContext) -> Iterator[Finding]:
+def auto_tuning_at_start(context: NextopidContext) -> Findings:
     """The auto-tuning starts with the program.
 
     Why: a process that has just been started is not steady, and MV is switched up and down before anybody looks.
@@ -77,7 +76,7 @@ def auto_tuning_at_start(context: NextopidContext) -> Iterator[Finding]:
 
 
 @warning("PID658", RESULT, "from ManualMV {start} the auto-tuning would step to {target}{unit}, beyond {limit} {end}")
-def auto_tuning_step_beyond_limits(context: NextopidContext) -> Iterator[Finding]:
+def auto_tuning_step_beyond_limits(context: NextopidContext) -> Findings:
     """The step of the auto-tuning does not fit between MV and its limit.
 
     Why: MV is switched between both sides of where it stood. Where one of them is beyond a limit, the auto-tuning ends
@@ -108,7 +107,7 @@ def auto_tuning_step_beyond_limits(context: NextopidContext) -> Iterator[Finding
     D217,
     "PercMaxPeakPV {peak} % is not above twice PercHystPV {hysteresis} %: the peaks are too low or too high",
 )
-def auto_tuning_peaks_without_room(context: NextopidContext) -> Iterator[Finding]:
+def auto_tuning_peaks_without_room(context: NextopidContext) -> Findings:
     """The peaks of PV can only be too low or too high.
 
     Why: below twice the hysteresis the peaks cannot be trusted, and beyond PercMaxPeakPV the auto-tuning is aborted.
@@ -125,7 +124,7 @@ def auto_tuning_peaks_without_room(context: NextopidContext) -> Iterator[Finding
 
 
 @warning("PID660", D217, "PercAmpMV {percent} % is a step of {step}, and MV is an INT: {effect}")
-def auto_tuning_step_not_whole(context: NextopidContext) -> Iterator[Finding]:
+def auto_tuning_step_not_whole(context: NextopidContext) -> Findings:
     """The step of the auto-tuning is none that an INT can make.
 
     Why: MV has whole numbers only. The step is rounded to the nearest one, and a step that rounds to 0 ends the
@@ -147,7 +146,7 @@ def auto_tuning_step_not_whole(context: NextopidContext) -> Iterator[Finding]:
 
 
 @info("PID661", MODE, "the auto-tuning tunes a {mode} controller, and the loop has {terms}")
-def auto_tuning_of_other_terms(context: NextopidContext) -> Iterator[Finding]:
+def auto_tuning_of_other_terms(context: NextopidContext) -> Findings:
     """The auto-tuning tunes another kind of controller than the loop is.
 
     Why: a gain that was made for P alone is too high beside an integral; a result for PI says nothing of the

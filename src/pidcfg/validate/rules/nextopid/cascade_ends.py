@@ -6,13 +6,12 @@ from typing import TYPE_CHECKING
 
 from pidcfg.refs import NEXTOPID
 from pidcfg.schemas.nextopid import LONGEST_SAMPLE
-from pidcfg.validate.rule import warning
+from pidcfg.validate.rule import Findings, warning
 from pidcfg.validate.rules.nextopid.cascade_wires import MASTER_INPUTS
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from pidcfg.validate.rule import Finding
     from pidcfg.validate.rules.nextopid.context import NextopidContext
     from pidcfg.validate.rules.nextopid.program import BlockView
 
@@ -56,7 +55,7 @@ def sources(context: NextopidContext, number: int) -> set[int]:
     CASCADE,
     "{master}.MV is the set point of {slave} through {block}, and {missing} of {master} {verb} not wired",
 )
-def master_behind_a_block_not_connected(context: NextopidContext) -> Iterator[Finding]:
+def master_behind_a_block_not_connected(context: NextopidContext) -> Findings:
     """A master that reaches its slave through another block does not learn what becomes of it.
 
     Why: with a selector or a filter between them it is a cascade all the same. While the slave is at a limit, or does
@@ -102,7 +101,7 @@ def error_bit(view: BlockView) -> str | None:
     ERRORS,
     "{slave} is in error from its first call; its TRK_OUT stays FALSE, and {master} believes that it follows",
 )
-def slave_in_error(context: NextopidContext) -> Iterator[Finding]:
+def slave_in_error(context: NextopidContext) -> Findings:
     """The slave of a cascade is not executed, and does not say so to its master.
 
     Why: a block with an error bit keeps its outputs, and TRK_OUT begins as FALSE, which means that the slave follows.

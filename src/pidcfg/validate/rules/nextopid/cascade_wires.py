@@ -5,15 +5,11 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from pidcfg.refs import NEXTOPID
-from pidcfg.validate.rule import error, warning
-from pidcfg.validate.rules.nextopid.links import fault_of
+from pidcfg.validate.rule import Findings, error, warning
+from pidcfg.validate.rules.nextopid.links import Link, fault_of
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from pidcfg.validate.rule import Finding
     from pidcfg.validate.rules.nextopid.context import NextopidContext
-    from pidcfg.validate.rules.nextopid.links import Link
     from pidcfg.validate.rules.nextopid.program import BlockView
 
 CASCADE = NEXTOPID.at("chapter 16: Cascade Configurations, Special Connections")
@@ -22,7 +18,7 @@ SLAVE_OUTPUTS = ("TRK_OUT", "Windup_H_OUT", "Windup_L_OUT")
 
 
 @error("PID668", CASCADE, "{loop} is {role}: TRK_IN must come from {slave}.TRK_OUT, and is {found}")
-def tracking_not_connected(context: NextopidContext) -> Iterator[Finding]:
+def tracking_not_connected(context: NextopidContext) -> Findings:
     """A master does not learn when its slave leaves it.
 
     Why: while the slave is in manual or follows its own SP, the master's integral runs to a limit. When the slave comes
@@ -45,7 +41,7 @@ def tracking_not_connected(context: NextopidContext) -> Iterator[Finding]:
 
 
 @error("PID669", CASCADE, "{loop} is {role}: TRK_VAL must be {slave}.PV{scaled}, and is {found}")
-def tracking_value_not_slave_pv(context: NextopidContext) -> Iterator[Finding]:
+def tracking_value_not_slave_pv(context: NextopidContext) -> Findings:
     """A master does not track the PV of its slave.
 
     Why: while tracking, MV is TRK_VAL. Only if that is the slave's PV does the slave come back to cascade mode without
@@ -82,7 +78,7 @@ def _tracks(master: BlockView, link: Link) -> bool:
 
 
 @error("PID670", CASCADE, "{loop} is {role}: Windup_{side}_IN must come from {slave}.Windup_{side}_OUT, and is {found}")
-def windup_not_connected(context: NextopidContext) -> Iterator[Finding]:
+def windup_not_connected(context: NextopidContext) -> Findings:
     """A master does not learn that its slave cannot do more.
 
     Why: while the slave's MV is at a limit, the master's integral runs on, and the way back takes as long. Crossed, the
@@ -110,7 +106,7 @@ def windup_not_connected(context: NextopidContext) -> Iterator[Finding]:
 
 
 @warning("PID671", CASCADE, "{loop} is only slave, of {master}: its {key} must be FALSE, and is {found}")
-def slave_with_connections_of_a_master(context: NextopidContext) -> Iterator[Finding]:
+def slave_with_connections_of_a_master(context: NextopidContext) -> Findings:
     """The innermost loop of a cascade has the connections of a master.
 
     Why: it has no slave. While TRK_IN is TRUE its MV is TRK_VAL, and the process is not controlled; the windup inputs
@@ -133,7 +129,7 @@ def slave_with_connections_of_a_master(context: NextopidContext) -> Iterator[Fin
     CASCADE,
     "{master} is only master, of {slave}: its {output} must not be connected, and {reader}.{key} reads it",
 )
-def outputs_of_a_master_connected(context: NextopidContext) -> Iterator[Finding]:
+def outputs_of_a_master_connected(context: NextopidContext) -> Findings:
     """The outputs that are for a master are taken from a loop that has none.
 
     Why: TRK_OUT of the outermost loop is TRUE all the time, since it is never in cascade mode.

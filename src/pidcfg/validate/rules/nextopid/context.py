@@ -9,11 +9,10 @@ from typing import TYPE_CHECKING
 from pidcfg.refs import Decision
 from pidcfg.schemas.iec import Timed
 from pidcfg.validate.rules.nextopid.links import Network
-from pidcfg.validate.rules.nextopid.program import Program
+from pidcfg.validate.rules.nextopid.program import BlockView, Program
 
 if TYPE_CHECKING:
     from pidcfg.diagnostics import Path
-    from pidcfg.validate.rules.nextopid.program import BlockView
 
 D208 = Decision(
     208,

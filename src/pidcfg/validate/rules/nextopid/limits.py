@@ -8,14 +8,11 @@ from typing import TYPE_CHECKING
 from pidcfg.diagnostics import Severity
 from pidcfg.refs import NEXTOPID
 from pidcfg.schemas.nextopid import D201
-from pidcfg.validate.rule import error, info, per_pid, warning
+from pidcfg.validate.rule import Finding, Findings, error, info, per_pid, warning
 from pidcfg.validate.rules.nextopid.known import all_known
 from pidcfg.validate.views import number_text
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from pidcfg.validate.rule import Finding
     from pidcfg.validate.rules.nextopid.context import NextopidContext
     from pidcfg.validate.rules.nextopid.program import BlockView
 
@@ -26,7 +23,7 @@ SCALE = NEXTOPID.at("chapter 2: MaxMV, MinMV")
 
 @per_pid
 @error("PID610", ERRORS, "MaxMV {high} is not above MinMV {low}")
-def mv_limits_crossed(view: BlockView) -> Iterator[Finding]:
+def mv_limits_crossed(view: BlockView) -> Findings:
     """MaxMV is not above MinMV.
 
     Why: the block stops with an error bit, and MV stays where it is.
@@ -37,7 +34,7 @@ def mv_limits_crossed(view: BlockView) -> Iterator[Finding]:
 
 
 @error("PID611", ERRORS, "MaxPV {high} is not above MinPV {low}")
-def pv_limits_crossed(context: NextopidContext) -> Iterator[Finding]:
+def pv_limits_crossed(context: NextopidContext) -> Findings:
     """MaxPV is not above MinPV.
 
     Why: the block stops with an error bit, and MV stays where it is.
@@ -50,7 +47,7 @@ def pv_limits_crossed(context: NextopidContext) -> Iterator[Finding]:
 
 @per_pid
 @error("PID612", ERRORS, "Kp is {gain}; the {form} form needs {wanted}")
-def gain_not_positive(view: BlockView) -> Iterator[Finding]:
+def gain_not_positive(view: BlockView) -> Findings:
     """The proportional gain is 0 or negative.
 
     Why: the block stops with an error bit. The direction of control is not made with the sign of the gain, and an
@@ -65,7 +62,7 @@ def gain_not_positive(view: BlockView) -> Iterator[Finding]:
         yield view.at("Kp", "ErrBits.Kp", gain=view.shown("Kp"), form=form, wanted=wanted)
 
 
-def crossed(view: BlockView, low: str, high: str, effect: str) -> Iterator[Finding]:
+def crossed(view: BlockView, low: str, high: str, effect: str) -> Findings:
     """A finding at the higher one of two limits that leave no room between them."""
     ends = view.number_of(low), view.number_of(high)
     if all_known(ends) and ends[1] <= ends[0]:
@@ -94,7 +91,7 @@ def beyond(
 
 
 @warning("PID615", WARNINGS, "SP {value} is {side} {limit} {end}: the block controls at {end}")
-def set_point_outside_pv_limits(context: NextopidContext) -> Iterator[Finding]:
+def set_point_outside_pv_limits(context: NextopidContext) -> Findings:
     """The set point is outside MinPV..MaxPV.
 
     Why: the block limits it without asking, and controls at the limit instead.
@@ -110,7 +107,7 @@ def set_point_outside_pv_limits(context: NextopidContext) -> Iterator[Finding]:
 
 @per_pid
 @warning("PID616", WARNINGS, "SP_CASC {value} is {side} {limit} {end}: cascade mode controls at {end}")
-def cascade_set_point_outside_pv_limits(view: BlockView) -> Iterator[Finding]:
+def cascade_set_point_outside_pv_limits(view: BlockView) -> Findings:
     """The set point of the cascade mode is outside MinPV..MaxPV.
 
     Why: in cascade mode the block limits it without asking, and controls at the limit instead.
@@ -125,7 +122,7 @@ def cascade_set_point_outside_pv_limits(view: BlockView) -> Iterator[Finding]:
 
 @per_pid
 @warning("PID617", WARNINGS, "ManualMV {value} is {side} {limit} {end}: manual mode puts out {end}")
-def manual_mv_outside_limits(view: BlockView) -> Iterator[Finding]:
+def manual_mv_outside_limits(view: BlockView) -> Findings:
     """The output of manual mode is outside MinMV..MaxMV.
 
     Why: MV is limited in manual mode as well. Where ManualMV is not given it is 0, which may lie below MinMV.
@@ -140,7 +137,7 @@ def manual_mv_outside_limits(view: BlockView) -> Iterator[Finding]:
 
 @per_pid
 @warning("PID618", WARNINGS, "BIAS {value} is {side} {limit} {end}: {effect}")
-def bias_outside_limits(view: BlockView) -> Iterator[Finding]:
+def bias_outside_limits(view: BlockView) -> Findings:
     """The offset alone drives MV to its limit.
 
     Why: BIAS is added to MV. Without an integral it is the output at zero error; outside the limits MV stays at one of
@@ -159,7 +156,7 @@ def bias_outside_limits(view: BlockView) -> Iterator[Finding]:
 
 @per_pid
 @warning("PID619", WARNINGS, "TRK_VAL {value} is {side} {limit} {end}: tracking puts out {end}")
-def tracking_value_outside_limits(view: BlockView) -> Iterator[Finding]:
+def tracking_value_outside_limits(view: BlockView) -> Findings:
     """The output of tracking mode is outside MinMV..MaxMV.
 
     Why: MV follows TRK_VAL while TRK_IN is TRUE, but not beyond its limits: the return from tracking is then a bump.
@@ -173,7 +170,7 @@ def tracking_value_outside_limits(view: BlockView) -> Iterator[Finding]:
 
 @per_pid
 @warning("PID620", D201, "{key} {value} is outside output.range {low} to {high}: {percent} % of the output")
-def output_range_narrower_than_limits(view: BlockView) -> Iterator[Finding]:
+def output_range_narrower_than_limits(view: BlockView) -> Findings:
     """MV can go beyond the scale of the output.
 
     Why: `output.range` says what 0 % and 100 % are. An MV beyond it is more than the valve can do: the integral goes on
@@ -198,7 +195,7 @@ def output_range_narrower_than_limits(view: BlockView) -> Iterator[Finding]:
 
 @per_pid
 @info("PID621", D201, "without output.range, MinMV {low} counts as 0 % and MaxMV {high} as 100 % of the output")
-def output_scale_assumed(view: BlockView) -> Iterator[Finding]:
+def output_scale_assumed(view: BlockView) -> Findings:
     """Nothing says what 0 % and 100 % of the output are.
 
     Why: MinMV and MaxMV are limits. A valve that is limited to 20..80 % has another scale, and tuning rules, reports

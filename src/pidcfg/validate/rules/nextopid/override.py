@@ -6,15 +6,12 @@ from typing import TYPE_CHECKING
 
 from pidcfg.diagnostics import Severity
 from pidcfg.refs import NEXTOPID, Decision
-from pidcfg.validate.rule import error, info, per_pid, warning
+from pidcfg.validate.rule import Findings, error, info, per_pid, warning
 from pidcfg.validate.rules.nextopid.links import D218, fault_of
 from pidcfg.validate.rules.nextopid.paths import SELECTORS
 from pidcfg.validate.views import number_text
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from pidcfg.validate.rule import Finding
     from pidcfg.validate.rules.nextopid.context import NextopidContext
     from pidcfg.validate.rules.nextopid.program import BlockView
 
@@ -39,7 +36,7 @@ D219 = Decision(
 
 
 @error("PID675", SELECTOR, "MV1 and MV2 of {selector} are both {loop}.MV")
-def selector_of_one_loop(context: NextopidContext) -> Iterator[Finding]:
+def selector_of_one_loop(context: NextopidContext) -> Findings:
     """A selector compares a loop with itself.
 
     Why: the second loop, the one that was to protect the plant, has no say.
@@ -52,7 +49,7 @@ def selector_of_one_loop(context: NextopidContext) -> Iterator[Finding]:
 
 
 @error("PID676", OVERRIDE, "OVERR of {loop}, {input} of {selector}, must come from {selector}.{output}, and is {found}")
-def override_not_connected(context: NextopidContext) -> Iterator[Finding]:
+def override_not_connected(context: NextopidContext) -> Findings:
     """A loop does not learn that another one has the valve.
 
     Why: its integral winds up while the other loop controls; when it is needed, it comes late. Crossed, the loop that
@@ -78,7 +75,7 @@ def override_not_connected(context: NextopidContext) -> Iterator[Finding]:
 
 
 @error("PID677", OVERRIDE, "TRK_VAL of {loop}, overridden by {selector}, must be {selector}.MV, and is {found}")
-def override_value_not_selected_mv(context: NextopidContext) -> Iterator[Finding]:
+def override_value_not_selected_mv(context: NextopidContext) -> Findings:
     """An overridden loop does not know the MV that controls in its stead.
 
     Why: its integral is calculated back to TRK_VAL. If that is not the selected MV the loop comes back with a bump, or
@@ -99,7 +96,7 @@ def override_value_not_selected_mv(context: NextopidContext) -> Iterator[Finding
 
 
 @info("PID678", D219, "{selector} holds PV of {first} {side} its SP and PV of {second} {other_side}: Direct differs")
-def selector_of_opposite_loops(context: NextopidContext) -> Iterator[Finding]:
+def selector_of_opposite_loops(context: NextopidContext) -> Findings:
     """Two loops that act in opposite directions share a valve.
 
     Why: the smaller MV keeps PV of a reverse loop at or below its set point, and PV of a direct loop at or above; the
@@ -124,7 +121,7 @@ def selector_of_opposite_loops(context: NextopidContext) -> Iterator[Finding]:
 
 
 @warning("PID679", OVERRIDE, "{selector} compares MV of {first} ({limits}) with MV of {second} ({others})")
-def override_limits_differ(context: NextopidContext) -> Iterator[Finding]:
+def override_limits_differ(context: NextopidContext) -> Findings:
     """Two loops of an override have different limits of MV.
 
     Why: both move the same valve. The selector compares their numbers: with other limits, or another scale, one of them
@@ -150,7 +147,7 @@ def _range(loop: BlockView) -> str:
 
 
 @warning("PID680", D218, "OVERR is {found}, but {what}")
-def override_without_selector(context: NextopidContext) -> Iterator[Finding]:
+def override_without_selector(context: NextopidContext) -> Findings:
     """A loop is overridden by nothing.
 
     Why: while OVERR is TRUE the integral is calculated back to TRK_VAL, which is 0 when it is not given. The loop then
@@ -172,7 +169,7 @@ def override_without_selector(context: NextopidContext) -> Iterator[Finding]:
 
 
 @info("PID681", D219, "{loop} has no integral: OVERR and TRK_VAL change nothing in it")
-def override_without_integral(context: NextopidContext) -> Iterator[Finding]:
+def override_without_integral(context: NextopidContext) -> Findings:
     """A loop of an override has no integral.
 
     Why: override works on the integral alone. Without one the loop takes the valve at a fixed distance from its set
@@ -188,7 +185,7 @@ def override_without_integral(context: NextopidContext) -> Iterator[Finding]:
 
 @per_pid
 @info("PID682", BIAS, "BIAS is added to MV as it is: Direct TRUE does not turn its sign")
-def bias_of_a_direct_loop(view: BlockView) -> Iterator[Finding]:
+def bias_of_a_direct_loop(view: BlockView) -> Findings:
     """A loop with direct control has a feed-forward.
 
     Why: Direct negates the actions of the loop, not BIAS. A feed-forward that was calculated for the other sign doubles
@@ -201,7 +198,7 @@ def bias_of_a_direct_loop(view: BlockView) -> Iterator[Finding]:
 
 
 @info("PID683", BIAS, "{source} may go from {low} to {high}, and MV has only {limits}")
-def feed_forward_beyond_mv(context: NextopidContext) -> Iterator[Finding]:
+def feed_forward_beyond_mv(context: NextopidContext) -> Findings:
     """A feed-forward can be larger than the whole range of MV.
 
     Why: BIAS then holds MV at a limit, whatever the loop calculates, and the integral works against it.

@@ -5,14 +5,12 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from pidcfg.refs import NEXTOPID, Decision
-from pidcfg.validate.rule import Finding, error, warning
+from pidcfg.validate.rule import Finding, Findings, error, warning
 from pidcfg.validate.rules.nextopid.known import value_text
 from pidcfg.validate.rules.nextopid.paths import Ring
 from pidcfg.validate.views import number_text
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
     from pidcfg.validate.rules.nextopid.context import NextopidContext
 
 GAIN = NEXTOPID.at("chapter 10: Gs, and chapter 2: Direct")
@@ -32,7 +30,7 @@ D212 = Decision(
     GAIN,
     "Direct is {direct}, but PV {moves} when MV rises, through {process} with Gs {gain}: it must be {wanted}",
 )
-def wrong_direction_of_control(context: NextopidContext) -> Iterator[Finding]:
+def wrong_direction_of_control(context: NextopidContext) -> Findings:
     """The direction of control does not fit the process that is wired to the loop.
 
     Why: the loop drives its PV away from the set point, and MV to one of its limits: a heater runs to full power and
@@ -68,7 +66,7 @@ def _is_wrong(ring: Ring) -> bool:
     SAMPLE_TIME,
     "a sample time of {sample} s is not below a tenth of the time constant {constant} s of {process}",
 )
-def sample_time_long_for_the_process(context: NextopidContext) -> Iterator[Finding]:
+def sample_time_long_for_the_process(context: NextopidContext) -> Findings:
     """The loop is calculated too seldom for the process that is wired to it.
 
     Why: the manual asks for less than a tenth of the time constant. With a longer sample time the loop sees its own

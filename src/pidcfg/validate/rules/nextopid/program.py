@@ -13,7 +13,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 from pidcfg.encoders.maps.nextopid import LOOP_TYPES
-from pidcfg.encoders.nextopid.encode import NextopidEncoding
+from pidcfg.encoders.nextopid.encode import NextopidEncoding, Placed
 from pidcfg.paths import steps
 from pidcfg.schemas.iec import Wire
 from pidcfg.schemas.nextopid import SHORTEST_INTEGRAL, NextopidFile
@@ -24,7 +24,6 @@ from pidcfg.validate.views import Context
 if TYPE_CHECKING:
     from pidcfg.diagnostics import Path, Severity
     from pidcfg.encoders.named import Parameter
-    from pidcfg.encoders.nextopid.encode import Placed
     from pidcfg.schemas.expressions import Expression
 
 PV_KEYS = frozenset(("SP", "SP_CASC", "PV", "MaxPV", "MinPV", "DeadBand"))
