@@ -34,7 +34,7 @@ class Finding:
     basis: Basis | None = None
     offset: int | None = None
     """The character (0-based) that is meant within a value; None: all of it."""
-    also: tuple[str, ...] = ()
+    other_loops: tuple[str, ...] = ()
     """Further loops that it concerns, where it is reported once."""
 
 
@@ -67,7 +67,7 @@ def reported_once(views: Sequence[LoopT], finding_of: Callable[[LoopT], Finding]
         more = f" and {len(others) - MOST_NAMES} more" if len(others) > MOST_NAMES else ""
         text = f", as in {', '.join(others[:MOST_NAMES])}{more}" if others else ""
         first = finding_of(views[0])
-        yield replace(first, also=others, values={**first.values, "others": text})
+        yield replace(first, other_loops=others, values={**first.values, "others": text})
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,8 +94,8 @@ class Rule:
 
     def part(self, heading: str) -> str:
         """One part of the documentation (``Why`` or ``Fix``) as a single paragraph; empty when there is none."""
-        found = re.search(rf"^{heading}:\s*(.*?)(?=^\w+:|\Z)", self.doc, re.DOTALL | re.MULTILINE)
-        return " ".join(found.group(1).split()) if found else ""
+        match = re.search(rf"^{heading}:\s*(.*?)(?=^\w+:|\Z)", self.doc, re.DOTALL | re.MULTILINE)
+        return " ".join(match.group(1).split()) if match else ""
 
     @property
     def fields(self) -> set[str]:
