@@ -176,8 +176,8 @@ def setpoint_in_alarm(view: LoopView) -> Findings:
 
 def deviation_points(view: LoopView) -> dict[str, Decimal]:
     """The deviation alarms by their keys, as far as they are on and fit their registers."""
-    found = {key: view.held(f"deviation_{key}") for key in DEVIATIONS} if view.deviation_alarms else {}
-    return {key: value for key, value in found.items() if value is not None}
+    points = {key: view.held(f"deviation_{key}") for key in DEVIATIONS} if view.deviation_alarms else {}
+    return {key: value for key, value in points.items() if value is not None}
 
 
 @per_loop

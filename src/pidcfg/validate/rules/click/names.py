@@ -91,13 +91,13 @@ def nicknames_collide(context: ClickContext) -> Findings:
     """
     owners: dict[str, tuple[str, str]] = {}
     for view in context.loops:
-        name, own = view.name, {}
+        name, nicknames = view.name, {}
         clash = None
         for suffix in SUFFIXES.values():
             nickname = name + suffix
-            own[nickname.lower()] = (nickname, name)
+            nicknames[nickname.lower()] = (nickname, name)
             clash = clash or owners.get(nickname.lower())
         if clash is not None and clash[1] != name:
-            mine = own[clash[0].lower()][0]
+            mine = nicknames[clash[0].lower()][0]
             yield view.at("name", mine=mine, theirs=clash[0], other=clash[1])
-        owners |= own
+        owners |= nicknames

@@ -32,8 +32,8 @@ CROSSED_EFFECT = f"{EFFECT}{SETPOINT_CROSSED}"
 
 def limits_on(view: LoopView) -> dict[str, Decimal]:
     """The limits that are enabled and hold a value."""
-    found = {end: view.held(f"setpoint_{end}") for end in ENDS if view.setpoint_limited(end)}
-    return {end: value for end, value in found.items() if value is not None}
+    limits = {end: view.held(f"setpoint_{end}") for end in ENDS if view.setpoint_limited(end)}
+    return {end: value for end, value in limits.items() if value is not None}
 
 
 def crossed(view: LoopView) -> bool:

@@ -41,9 +41,9 @@ def dead_band_covers_range(view: LoopView) -> Findings:
 
     Fix: write a band that is small against the range; mind the unit.
     """
-    span, found = view.loop.pv.range, view.held("ERR_DBW", "SV")
-    if span is not None and found and abs(found[0]) >= max(found[1] - span[0], span[1] - found[1]):
-        yield view.at("ERR_DBW", value=number_text(abs(found[0])), low=number_text(span[0]), high=view.pv(span[1]))
+    span, values = view.loop.pv.range, view.held("ERR_DBW", "SV")
+    if span is not None and values and abs(values[0]) >= max(values[1] - span[0], span[1] - values[1]):
+        yield view.at("ERR_DBW", value=number_text(abs(values[0])), low=number_text(span[0]), high=view.pv(span[1]))
 
 
 @per_loop

@@ -150,9 +150,9 @@ def is_written(item: Held) -> bool:
 
 def _conflict_with_output(first: Held, second: Held, outputs: list[Held]) -> str | None:
     """An MV may drive another loop."""
-    own = first.view is second.view
+    same_loop = first.view is second.view
     if len(outputs) > 1:
         return "are both written"
     output, reader = outputs[0], second if outputs[0] is first else first
-    drives = output.operand == "MV" and reader.operand in {"SV", "BIAS", "MOUT"} and not own
+    drives = output.operand == "MV" and reader.operand in {"SV", "BIAS", "MOUT"} and not same_loop
     return None if drives else f"would be an operand that {output.operand} overwrites"

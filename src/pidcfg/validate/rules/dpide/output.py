@@ -24,9 +24,9 @@ def limits_swapped(view: LoopView) -> Findings:
 
     Fix: exchange them in the file. For cooling write `PID_DIR: false`.
     """
-    found = view.held("MV_MIN", "MV_MAX")
-    if found and found[1] < found[0]:
-        yield view.at("MV_MAX", highest=number_text(found[1]), lowest=number_text(found[0]))
+    limits = view.held("MV_MIN", "MV_MAX")
+    if limits and limits[1] < limits[0]:
+        yield view.at("MV_MAX", highest=number_text(limits[1]), lowest=number_text(limits[0]))
 
 
 @per_loop
@@ -38,9 +38,9 @@ def limits_equal(view: LoopView) -> Findings:
 
     Fix: write the limits of the actuator.
     """
-    found = view.held("MV_MIN", "MV_MAX")
-    if found and found[0] == found[1]:
-        yield view.at("MV_MAX", limit=view.mv(found[0]))
+    limits = view.held("MV_MIN", "MV_MAX")
+    if limits and limits[0] == limits[1]:
+        yield view.at("MV_MAX", limit=view.mv(limits[0]))
 
 
 @per_loop
@@ -52,17 +52,17 @@ def manual_output_outside_limits(view: LoopView) -> Findings:
 
     Fix: write a MOUT inside the limits.
     """
-    found, limits = view.held("MOUT"), view.limits
-    told = view.loop.PID_MAN or (view.gives("MOUT") and not view.loop.MOUT_AUTO)
-    if found and limits and told and not limits[0] <= found[0] <= limits[1]:
+    output, limits = view.held("MOUT"), view.limits
+    stated = view.loop.PID_MAN or (view.gives("MOUT") and not view.loop.MOUT_AUTO)
+    if output and limits and stated and not limits[0] <= output[0] <= limits[1]:
         low, high = limits
         place = "MOUT" if view.gives("MOUT") else "PID_MAN"
         yield view.at(
             place,
-            mout=number_text(found[0]),
+            mout=number_text(output[0]),
             low=number_text(low),
             high=number_text(high),
-            used=view.mv(min(max(found[0], low), high)),
+            used=view.mv(min(max(output[0], low), high)),
         )
 
 
@@ -79,9 +79,9 @@ def feed_forward_outside_limits(view: LoopView) -> Findings:
 
     Fix: write a BIAS inside the limits.
     """
-    found, limits = view.held("BIAS"), view.limits
-    if found and limits and view.gives("BIAS") and not limits[0] <= found[0] <= limits[1]:
-        yield view.at("BIAS", bias=number_text(found[0]), low=number_text(limits[0]), high=number_text(limits[1]))
+    bias, limits = view.held("BIAS"), view.limits
+    if bias and limits and view.gives("BIAS") and not limits[0] <= bias[0] <= limits[1]:
+        yield view.at("BIAS", bias=number_text(bias[0]), low=number_text(limits[0]), high=number_text(limits[1]))
 
 
 @per_loop
@@ -95,10 +95,10 @@ def limits_beyond_output(view: LoopView) -> Findings:
     """
     span = view.loop.output.range
     for name in ("MV_MAX", "MV_MIN"):
-        found = view.held(name)
-        if span is not None and found and not span[0] <= found[0] <= span[1]:
+        limit = view.held(name)
+        if span is not None and limit and not span[0] <= limit[0] <= span[1]:
             yield view.at(
-                name, operand=name, limit=number_text(found[0]), low=number_text(span[0]), high=view.mv(span[1])
+                name, operand=name, limit=number_text(limit[0]), low=number_text(span[0]), high=view.mv(span[1])
             )
 
 

@@ -22,9 +22,9 @@ def set_point_outside_range(view: LoopView) -> Findings:
 
     Fix: correct SV, or `pv.range`; both must be in the same unit.
     """
-    span, found = view.loop.pv.range, view.held("SV")
-    if span is not None and found and not span[0] <= found[0] <= span[1]:
-        yield view.at("SV", sv=number_text(found[0]), low=number_text(span[0]), high=view.pv(span[1]))
+    span, target = view.loop.pv.range, view.held("SV")
+    if span is not None and target and not span[0] <= target[0] <= span[1]:
+        yield view.at("SV", sv=number_text(target[0]), low=number_text(span[0]), high=view.pv(span[1]))
 
 
 @per_loop

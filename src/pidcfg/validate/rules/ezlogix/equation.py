@@ -216,18 +216,18 @@ def derivative_amplifies_counts(view: LoopView) -> Findings:
 
     Fix: lengthen the sample rate, or shorten the derivative time.
     """
-    found = view.holds("proportional_gain", "derivative_time", "sample_rate")
-    if not found or not found[2]:
+    terms = view.holds("proportional_gain", "derivative_time", "sample_rate")
+    if not terms or not terms[2]:
         return
-    counts = (found[0] or Decimal(1)) * found[1] / found[2]
+    counts = (terms[0] or Decimal(1)) * terms[1] / terms[2]
     if counts > TENTH:
         yield view.at(
             "tuning",
             "derivative_time",
             counts=f"{counts:.0f}",
-            gain=decimal_text(found[0]),
-            derivative=decimal_text(found[1]),
-            sample=decimal_text(found[2]),
+            gain=decimal_text(terms[0]),
+            derivative=decimal_text(terms[1]),
+            sample=decimal_text(terms[2]),
         )
 
 

@@ -57,9 +57,9 @@ def cv_limits_not_ascending(view: LoopView) -> Findings:
     Fix: write the low limit first; 0 and 4095 counts when `limits` is left out. The direction of control is the loop's
     `action`, not the order of the limits.
     """
-    found = view.all_counts("cv_low", "cv_high")
-    if found and found[0] >= found[1]:
-        yield view.at("output", "limits", low=view.cv(found[0]), high=view.cv(found[1]))
+    limits = view.all_counts("cv_low", "cv_high")
+    if limits and limits[0] >= limits[1]:
+        yield view.at("output", "limits", low=view.cv(limits[0]), high=view.cv(limits[1]))
 
 
 @per_loop
@@ -82,7 +82,7 @@ def anti_windup_blind_to_limits(view: LoopView) -> Findings:
     if limits is None or limits == (0, CV_FULL) or looks_like_percent(view):
         return
     if view.loop.anti_windup and view.integrates:
-        held = [view.cv(own) for own, end in zip(limits, (0, CV_FULL), strict=True) if own != end]
+        held = [view.cv(limit) for limit, end in zip(limits, (0, CV_FULL), strict=True) if limit != end]
         yield view.at("output", "limits", limits=" or ".join(held))
 
 

@@ -42,9 +42,9 @@ def set_point_limits_crossed(view: LoopView) -> Findings:
 
     Fix: write the low limit first.
     """
-    found = view.all_counts("setpoint_low", "setpoint_high")
-    if found and found[0] > found[1]:
-        yield view.at("setpoint", "limits", low=view.pv(found[0]), high=view.pv(found[1]))
+    limits = view.all_counts("setpoint_low", "setpoint_high")
+    if limits and limits[0] > limits[1]:
+        yield view.at("setpoint", "limits", low=view.pv(limits[0]), high=view.pv(limits[1]))
 
 
 @per_loop

@@ -52,8 +52,8 @@ def tag_in_register_block(context: EzlogixContext) -> Findings:
     """
     for view in context.loops:
         for what, tag, place in (("PV", view.loop.pv.tag, "pv"), ("CV", view.loop.output.tag, "output")):
-            found = context.owner(tag)
-            if found is None or (what == "CV" and context.inner(view) is not None):
+            owner = context.owner(tag)
+            if owner is None or (what == "CV" and context.inner(view) is not None):
                 continue
             consequence = "the loop overwrites it" if what == "CV" else "it is no measurement"
             yield view.at(
@@ -61,8 +61,8 @@ def tag_in_register_block(context: EzlogixContext) -> Findings:
                 "tag",
                 what=what,
                 tag=tag,
-                register=NAMES[found[1]],
-                owner=found[0].loop.name,
+                register=NAMES[owner[1]],
+                owner=owner[0].loop.name,
                 consequence=consequence,
             )
 

@@ -88,14 +88,14 @@ def cascade_scales_differ(context: GenericContext) -> Findings:
         master = master_of(context, view)
         if master is None or master is view:
             continue
-        theirs, own = master.loop.output.range, view.loop.pv.range
-        if theirs != own:
+        output, pv = master.loop.output.range, view.loop.pv.range
+        if output != pv:
             yield view.at(
                 "setpoint",
                 "source",
                 master=master.loop.name,
-                low=theirs[0],
-                high=master.out(theirs[1]),
-                own_low=own[0],
-                own_high=view.pv(own[1]),
+                low=output[0],
+                high=master.out(output[1]),
+                own_low=pv[0],
+                own_high=view.pv(pv[1]),
             )

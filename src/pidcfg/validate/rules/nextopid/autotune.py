@@ -133,12 +133,12 @@ def auto_tuning_step_not_whole(context: NextopidContext) -> Findings:
     Fix: raise PercAmpMV, or give MV a larger scale such as 0 to 30000.
     """
     for view in context.of(WHOLE):
-        step, made = wanted_step(view), step_of(view)
-        if step is not None and made is not None and step != made:
-            effect = f"the step is {number_text(made)}" if made else "the auto-tuning ends with an error"
+        step, rounded = wanted_step(view), step_of(view)
+        if step is not None and rounded is not None and step != rounded:
+            effect = f"the step is {number_text(rounded)}" if rounded else "the auto-tuning ends with an error"
             yield view.at(
                 "AutoTuneParam.PercAmpMV",
-                None if made else "AutoTuneResult.Bad_PercAmpMV",
+                None if rounded else "AutoTuneResult.Bad_PercAmpMV",
                 percent=number_text(view.item.AutoTuneParam.PercAmpMV),
                 step=number_text(step),
                 effect=effect,

@@ -48,8 +48,8 @@ def two_masters(context: NextopidContext) -> Findings:
 
     Fix: choose one, or put a selector between them and wire it as an override.
     """
-    for own in context.network.links_of_slave.values():
-        masters, view = [link.master.name for link in own], own[0].slave
+    for links in context.network.links_of_slave.values():
+        masters, view = [link.master.name for link in links], links[0].slave
         if len(masters) > 1:
             yield view.at("SP_CASC", slave=view.name, masters=" and ".join(masters))
 
@@ -67,9 +67,9 @@ def several_slaves(context: NextopidContext) -> Findings:
 
     Fix: let the special connections come from the slave that matters, and switch the slaves together.
     """
-    for master, own in context.network.masters():
-        if len(own) > 1:
-            yield master.at("name", master=master.name, slaves=" and ".join(link.slave.name for link in own))
+    for master, links in context.network.masters():
+        if len(links) > 1:
+            yield master.at("name", master=master.name, slaves=" and ".join(link.slave.name for link in links))
 
 
 @info("PID665", CASCADE, "CASC is FALSE: {loop}{role} never follows SP_CASC, {source}")
@@ -110,10 +110,10 @@ def master_in_cascade_mode(context: NextopidContext) -> Findings:
 
     Fix: remove CASC. If SP_CASC is a ratio on purpose, leave it.
     """
-    for master, own in context.network.masters():
+    for master, links in context.network.masters():
         if master.may_be_on("CASC") and master.given("SP_CASC") and context.network.role(master) == "only master":
             value = "wired" if master.is_wired("CASC") else "TRUE"
-            yield master.at("CASC", loop=master.name, slave=own[0].slave.name, value=value)
+            yield master.at("CASC", loop=master.name, slave=links[0].slave.name, value=value)
 
 
 @warning("PID673", LIMITS, "{key} {mine} of the master {master} is beyond {limit} {theirs} of its slave {slave}")
@@ -127,10 +127,10 @@ def master_range_beyond_slave(context: NextopidContext) -> Findings:
     """
     for link in context.network.links:
         for key, limit, way in (("MinMV", "MinPV", -1), ("MaxMV", "MaxPV", 1)):
-            mine, theirs = link.master.number_of(key), link.slave.number_of(limit)
-            if mine is None or theirs is None or link.master.mv_limits is None or link.slave.pv_limits is None:
+            mv, pv = link.master.number_of(key), link.slave.number_of(limit)
+            if mv is None or pv is None or link.master.mv_limits is None or link.slave.pv_limits is None:
                 continue
-            if link.exact and (mine - theirs) * way > 0:
+            if link.exact and (mv - pv) * way > 0:
                 yield link.master.at(
                     key,
                     f"{link.slave.name}.WarnBits.SP_CASC_{limit}",

@@ -25,15 +25,15 @@ def far_masters(context: NextopidContext, slave: BlockView) -> Iterator[tuple[Bl
     first = slave.wire("SP_CASC")
     direct = frozenset() if first is None else first.signals
     for start in sorted(direct):
-        found = context.owner(start)
-        if found is None or found[0].is_pid:
+        block = context.owner(start)
+        if block is None or block[0].is_pid:
             continue
         waiting, seen = [start], {start}
         while waiting:
             number = waiting.pop()
             master = context.pid_output(number)
             if master is not None and number not in direct and master.number != slave.number:
-                yield master, found[0].name
+                yield master, block[0].name
             fresh = sources(context, number) - seen
             seen |= fresh
             waiting += sorted(fresh)
@@ -41,11 +41,12 @@ def far_masters(context: NextopidContext, slave: BlockView) -> Iterator[tuple[Bl
 
 def sources(context: NextopidContext, number: int) -> set[int]:
     """What a value is made of: the wire of an input; of an output of a block that is no loop all its wires."""
-    found = context.owner(number)
-    if found is None:
+    parameter = context.owner(number)
+    if parameter is None:
         return set()
-    view, row = found
-    keys = [row.name] if row.access == "input" else [] if view.is_pid else [own.name for own in view.placed.kind.inputs]
+    view, row = parameter
+    inputs = [] if view.is_pid else [inner.name for inner in view.placed.kind.inputs]
+    keys = [row.name] if row.access == "input" else inputs
     wires = (view.wire(key) for key in keys)
     return {number for wire in wires if wire is not None for number in wire.signals}
 
@@ -64,12 +65,12 @@ def master_behind_a_block_not_connected(context: NextopidContext) -> Findings:
     Fix: wire TRK_IN to TRK_OUT of the slave, and Windup_H_IN and Windup_L_IN to its windup outputs; behind a selector
     also OVERR and TRK_VAL.
     """
-    told: set[tuple[int, int]] = set()
+    reported: set[tuple[int, int]] = set()
     for slave in context.pids:
         for master, block in far_masters(context, slave):
             missing = [key for key in MASTER_INPUTS if not master.is_wired(key)]
-            if missing and (master.number, slave.number) not in told:
-                told.add((master.number, slave.number))
+            if missing and (master.number, slave.number) not in reported:
+                reported.add((master.number, slave.number))
                 yield master.at(
                     missing[0],
                     master=master.name,

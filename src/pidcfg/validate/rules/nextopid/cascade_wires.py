@@ -26,8 +26,8 @@ def tracking_not_connected(context: NextopidContext) -> Findings:
 
     Fix: wire TRK_IN to TRK_OUT of the slave.
     """
-    for master, own in context.network.masters():
-        fault = fault_of(master, "TRK_IN", {f"{link.slave.name}.TRK_OUT" for link in own})
+    for master, links in context.network.masters():
+        fault = fault_of(master, "TRK_IN", {f"{link.slave.name}.TRK_OUT" for link in links})
         if fault is not None:
             yield master.at(
                 "TRK_IN",
@@ -35,7 +35,7 @@ def tracking_not_connected(context: NextopidContext) -> Findings:
                 fault.severity,
                 loop=master.name,
                 role=context.network.role(master),
-                slave=own[0].slave.name,
+                slave=links[0].slave.name,
                 found=fault.text,
             )
 
@@ -49,8 +49,8 @@ def tracking_value_not_slave_pv(context: NextopidContext) -> Findings:
 
     Fix: wire TRK_VAL to what the slave's PV is wired to, or to the slave's PV itself.
     """
-    for master, own in context.network.masters():
-        if any(_tracks(master, link) for link in own):
+    for master, links in context.network.masters():
+        if any(_tracks(master, link) for link in links):
             continue
         fault = fault_of(master, "TRK_VAL", set())
         if fault is not None:
@@ -60,21 +60,21 @@ def tracking_value_not_slave_pv(context: NextopidContext) -> Findings:
                 fault.severity,
                 loop=master.name,
                 role=context.network.role(master),
-                slave=own[0].slave.name,
-                scaled="" if own[0].exact else ", scaled back",
+                slave=links[0].slave.name,
+                scaled="" if links[0].exact else ", scaled back",
                 found=fault.text,
             )
 
 
 def _tracks(master: BlockView, link: Link) -> bool:
     """Whether TRK_VAL is the slave's PV; behind a scaled set point, whether it is made of it."""
-    own, pv = master.wire("TRK_VAL"), link.slave.wire("PV")
-    if own is None:
+    tracked, pv = master.wire("TRK_VAL"), link.slave.wire("PV")
+    if tracked is None:
         return False
     number = master.context.number(link.slave, "PV")
     if not link.exact:
-        return number in own.signals or (pv is not None and bool(own.signals & pv.signals))
-    return own.signal == number or (pv is not None and (own.code, own.constants) == (pv.code, pv.constants))
+        return number in tracked.signals or (pv is not None and bool(tracked.signals & pv.signals))
+    return tracked.signal == number or (pv is not None and (tracked.code, tracked.constants) == (pv.code, pv.constants))
 
 
 @error("PID670", CASCADE, "{loop} is {role}: Windup_{side}_IN must come from {slave}.Windup_{side}_OUT, and is {found}")
@@ -87,19 +87,19 @@ def windup_not_connected(context: NextopidContext) -> Findings:
 
     Fix: wire H to H and L to L.
     """
-    for master, own in context.network.masters():
+    for master, links in context.network.masters():
         for side, other in (("H", "L"), ("L", "H")):
             key = f"Windup_{side}_IN"
-            fault = fault_of(master, key, {f"{link.slave.name}.Windup_{side}_OUT" for link in own})
+            fault = fault_of(master, key, {f"{link.slave.name}.Windup_{side}_OUT" for link in links})
             if fault is not None:
-                crossed = master.source(key) in {f"{link.slave.name}.Windup_{other}_OUT" for link in own}
+                crossed = master.source(key) in {f"{link.slave.name}.Windup_{other}_OUT" for link in links}
                 yield master.at(
                     key,
                     None,
                     fault.severity,
                     loop=master.name,
                     role=context.network.role(master),
-                    slave=own[0].slave.name,
+                    slave=links[0].slave.name,
                     side=side,
                     found=f"{fault.text}: crossed" if crossed else fault.text,
                 )
@@ -120,8 +120,8 @@ def slave_with_connections_of_a_master(context: NextopidContext) -> Findings:
         for key in MASTER_INPUTS:
             if link.slave.may_be_on(key):
                 wire = link.slave.wire(key)
-                found = f"wired to {wire.text}" if wire is not None else "TRUE"
-                yield link.slave.at(key, loop=link.slave.name, master=link.master.name, key=key, found=found)
+                state = f"wired to {wire.text}" if wire is not None else "TRUE"
+                yield link.slave.at(key, loop=link.slave.name, master=link.master.name, key=key, found=state)
 
 
 @warning(
@@ -136,7 +136,7 @@ def outputs_of_a_master_connected(context: NextopidContext) -> Findings:
 
     Fix: take the wire away.
     """
-    for master, own in context.network.masters():
+    for master, links in context.network.masters():
         if context.network.role(master) != "only master":
             continue
         for output in SLAVE_OUTPUTS:
@@ -146,7 +146,7 @@ def outputs_of_a_master_connected(context: NextopidContext) -> Findings:
                     yield context.views[i].at(
                         key,
                         master=master.name,
-                        slave=own[0].slave.name,
+                        slave=links[0].slave.name,
                         output=output,
                         reader=context.views[i].name,
                         key=key,

@@ -80,13 +80,13 @@ def outside(view: BlockView, key: str, low: str, high: str) -> tuple[str, str] |
 def beyond(
     view: BlockView,
     key: str,
-    found: tuple[str, str],
+    end: tuple[str, str],
     plc_effect: str | None,
     severity: Severity | None = None,
     **values: str,
 ) -> Finding:
     """A finding about a parameter beyond a limit."""
-    values |= {"value": view.shown(key), "side": found[1], "limit": found[0], "end": view.shown(found[0])}
+    values |= {"value": view.shown(key), "side": end[1], "limit": end[0], "end": view.shown(end[0])}
     return view.at(key, plc_effect, severity, **values)
 
 
@@ -99,10 +99,10 @@ def set_point_outside_pv_limits(context: NextopidContext) -> Findings:
     Fix: correct the set point, or widen the limits.
     """
     for view in context.controllers:
-        found = outside(view, "SP", "MinPV", "MaxPV")
-        if found is not None:
+        end = outside(view, "SP", "MinPV", "MaxPV")
+        if end is not None:
             in_use = not view.is_pid or view.is_wired("CASC") or not view.is_on("CASC")
-            yield beyond(view, "SP", found, f"WarnBits.SP_{found[0]}" if in_use else None)
+            yield beyond(view, "SP", end, f"WarnBits.SP_{end[0]}" if in_use else None)
 
 
 @per_pid
@@ -114,10 +114,10 @@ def cascade_set_point_outside_pv_limits(view: BlockView) -> Findings:
 
     Fix: correct the value, or widen the limits.
     """
-    found = outside(view, "SP_CASC", "MinPV", "MaxPV")
-    if found is not None and view.given("SP_CASC"):
-        effect = f"WarnBits.SP_CASC_{found[0]}" if view.may_be_on("CASC") else None
-        yield beyond(view, "SP_CASC", found, effect)
+    end = outside(view, "SP_CASC", "MinPV", "MaxPV")
+    if end is not None and view.given("SP_CASC"):
+        effect = f"WarnBits.SP_CASC_{end[0]}" if view.may_be_on("CASC") else None
+        yield beyond(view, "SP_CASC", end, effect)
 
 
 @per_pid
@@ -129,10 +129,10 @@ def manual_mv_outside_limits(view: BlockView) -> Findings:
 
     Fix: give a ManualMV inside the limits.
     """
-    found = outside(view, "ManualMV", "MinMV", "MaxMV")
-    if found is not None and (view.given("ManualMV") or view.may_be_on("Manual")):
-        effect = f"WarnBits.MV_{found[0]}" if view.may_be_on("Manual") else None
-        yield beyond(view, "ManualMV", found, effect)
+    end = outside(view, "ManualMV", "MinMV", "MaxMV")
+    if end is not None and (view.given("ManualMV") or view.may_be_on("Manual")):
+        effect = f"WarnBits.MV_{end[0]}" if view.may_be_on("Manual") else None
+        yield beyond(view, "ManualMV", end, effect)
 
 
 @per_pid
@@ -145,13 +145,13 @@ def bias_outside_limits(view: BlockView) -> Findings:
 
     Fix: give the output that holds the set point.
     """
-    found = outside(view, "BIAS", "MinMV", "MaxMV")
+    end = outside(view, "BIAS", "MinMV", "MaxMV")
     integral = view.integral
-    if found is None or not view.given("BIAS") or integral is None:
+    if end is None or not view.given("BIAS") or integral is None:
         return
     effect = "only the integral brings MV back" if integral else "without an error MV stays at its limit"
     severity = Severity.INFO if integral else None
-    yield beyond(view, "BIAS", found, f"WarnBits.MV_{found[0]}", severity, effect=effect)
+    yield beyond(view, "BIAS", end, f"WarnBits.MV_{end[0]}", severity, effect=effect)
 
 
 @per_pid
@@ -163,9 +163,9 @@ def tracking_value_outside_limits(view: BlockView) -> Findings:
 
     Fix: give a TRK_VAL inside the limits, or widen them.
     """
-    found = outside(view, "TRK_VAL", "MinMV", "MaxMV")
-    if found is not None and view.given("TRK_VAL") and view.may_be_on("TRK_IN"):
-        yield beyond(view, "TRK_VAL", found, f"WarnBits.MV_{found[0]}")
+    end = outside(view, "TRK_VAL", "MinMV", "MaxMV")
+    if end is not None and view.given("TRK_VAL") and view.may_be_on("TRK_IN"):
+        yield beyond(view, "TRK_VAL", end, f"WarnBits.MV_{end[0]}")
 
 
 @per_pid

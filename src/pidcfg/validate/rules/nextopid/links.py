@@ -83,8 +83,8 @@ class Network:
 
     def masters(self) -> Iterator[tuple[BlockView, list[Link]]]:
         """The masters, each with its slaves; what is its own master is none."""
-        for number, own in self.links_of_master.items():
-            slaves = [link for link in own if link.slave.number != number]
+        for number, links in self.links_of_master.items():
+            slaves = [link for link in links if link.slave.number != number]
             if slaves:
                 yield slaves[0].master, slaves
 
@@ -97,37 +97,37 @@ class Network:
 
     def pairs(self) -> Iterator[tuple[BlockView, Leg, Leg]]:
         """The selectors that have one loop at each input."""
-        for own in self.legs_of_selector.values():
-            if [leg.number for leg in own] == [1, 2]:
-                yield own[0].selector, own[0], own[1]
+        for legs in self.legs_of_selector.values():
+            if [leg.number for leg in legs] == [1, 2]:
+                yield legs[0].selector, legs[0], legs[1]
 
     @cached_property
     def _next(self) -> dict[str, list[str]]:
         """The MV of the selectors that read a name."""
-        found: dict[str, list[str]] = defaultdict(list)
+        readers: dict[str, list[str]] = defaultdict(list)
         for selector in self.context.of(*SELECTORS):
             for source in (selector.source("MV1"), selector.source("MV2")):
                 if source is not None:
-                    found[source].append(f"{selector.name}.MV")
-        return found
+                    readers[source].append(f"{selector.name}.MV")
+        return readers
 
     def behind(self, selector: BlockView) -> set[str]:
         """The names of the MV that a selector, or one behind it, selects."""
-        found: set[str] = set()
+        names: set[str] = set()
         waiting = [f"{selector.name}.MV"]
         while waiting:
             name = waiting.pop()
-            if name not in found:
-                found.add(name)
+            if name not in names:
+                names.add(name)
                 waiting += self._next.get(name, [])
-        return found
+        return names
 
 
 def _grouped(rows: list[Row], key: Callable[[Row], int]) -> dict[int, list[Row]]:
-    found: dict[int, list[Row]] = {}
+    groups: dict[int, list[Row]] = {}
     for row in rows:
-        found.setdefault(key(row), []).append(row)
-    return found
+        groups.setdefault(key(row), []).append(row)
+    return groups
 
 
 def fault_of(view: BlockView, key: str, wanted: set[str]) -> Fault | None:

@@ -57,9 +57,9 @@ def override_not_connected(context: NextopidContext) -> Findings:
 
     Fix: wire OVERR of the loop at MV1 to OVERR1, and of the one at MV2 to OVERR2.
     """
-    for own in context.network.legs_of_loop.values():
-        leg = own[0]
-        fault = fault_of(leg.loop, "OVERR", {f"{other.selector.name}.OVERR{other.number}" for other in own})
+    for legs in context.network.legs_of_loop.values():
+        leg = legs[0]
+        fault = fault_of(leg.loop, "OVERR", {f"{other.selector.name}.OVERR{other.number}" for other in legs})
         if fault is not None:
             crossed = leg.loop.source("OVERR") == f"{leg.selector.name}.OVERR{3 - leg.number}"
             yield leg.loop.at(
@@ -83,9 +83,9 @@ def override_value_not_selected_mv(context: NextopidContext) -> Findings:
 
     Fix: wire TRK_VAL to MV of the selector; not to MV of the other loop, which may be overridden itself.
     """
-    for own in context.network.legs_of_loop.values():
-        leg = own[0]
-        wanted = set().union(*(context.network.behind(other.selector) for other in own))
+    for legs in context.network.legs_of_loop.values():
+        leg = legs[0]
+        wanted = set().union(*(context.network.behind(other.selector) for other in legs))
         fault = fault_of(leg.loop, "TRK_VAL", wanted)
         wire = leg.loop.wire("TRK_VAL")
         reads = wire is not None and {context.names[number] for number in wire.signals} & wanted
@@ -130,8 +130,8 @@ def override_limits_differ(context: NextopidContext) -> Findings:
     Fix: give both loops the same MinMV and MaxMV.
     """
     for selector, first, second in context.network.pairs():
-        mine, theirs = first.loop.mv_limits, second.loop.mv_limits
-        if mine and theirs and mine != theirs and first.exact and second.exact:
+        one, other = first.loop.mv_limits, second.loop.mv_limits
+        if one and other and one != other and first.exact and second.exact:
             yield selector.at(
                 "MV2",
                 selector=selector.name,
@@ -160,12 +160,12 @@ def override_without_selector(context: NextopidContext) -> Findings:
             continue
         wire = view.wire("OVERR")
         owner = None if wire is None or wire.signal is None else context.owner(wire.signal)
-        found = "TRUE" if wire is None else f"wired to {wire.text}"
+        state = "TRUE" if wire is None else f"wired to {wire.text}"
         if owner is not None and owner[0].type in SELECTORS:
             what = f"{owner[0].name} does not read {view.name}.MV"
-            yield view.at("OVERR", None, Severity.ERROR, found=found, what=what)
+            yield view.at("OVERR", None, Severity.ERROR, found=state, what=what)
         elif not view.given("TRK_VAL"):
-            yield view.at("OVERR", found=found, what="TRK_VAL, the MV that controls instead, is not given")
+            yield view.at("OVERR", found=state, what="TRK_VAL, the MV that controls instead, is not given")
 
 
 @info("PID681", D219, "{loop} has no integral: OVERR and TRK_VAL change nothing in it")
@@ -177,8 +177,8 @@ def override_without_integral(context: NextopidContext) -> Findings:
 
     Fix: nothing, or give Ti_Ki.
     """
-    for own in context.network.legs_of_loop.values():
-        loop = own[0].loop
+    for legs in context.network.legs_of_loop.values():
+        loop = legs[0].loop
         if loop.integral == 0:
             yield loop.at("Ti_Ki", loop=loop.name)
 

@@ -112,13 +112,13 @@ class Ring:
 
     def _value(self, number: int) -> Sign:
         """The sign of what a name holds: of a value, or of the limits of an output. The 0 of a signal tells nothing."""
-        found = self.context.owner(number)
+        owner = self.context.owner(number)
         known = self.context.known(number)
         if known is not None and not isinstance(known.value, bool):
             return sign_of(known.value) or None
-        if found is None:
+        if owner is None:
             return None
-        view, key = found[0], found[1].name
+        view, key = owner[0], owner[1].name
         low, high = ("Min_OutVar", "Max_OutVar") if key == "OutVar" else ("MinMV", "MaxMV")
         if (
             key in view.placed.kind.model.model_fields
@@ -132,10 +132,10 @@ class Ring:
     def _answer(self, number: int) -> Sign:
         if number in self._answers:
             return self._answers[number]
-        found = self.context.owner(number)
-        if found is None:
+        owner = self.context.owner(number)
+        if owner is None:
             return 0
-        view, row = found
+        view, row = owner
         if view is self.loop and row.name == "MV":
             return 1
         if number in self._waiting or len(self._waiting) > DEEPEST:

@@ -44,7 +44,7 @@ def wrong_direction_of_control(context: NextopidContext) -> Findings:
         if any(other in wrong and number not in wrong[other].passed for other in ring.passed):
             continue  # the loop inside is wrong; what that makes of this one is its echo
         view, direct = ring.loop, ring.loop.is_on("Direct")
-        process = next((own for own in ring.processes if (own.number_of("Gs") or 0) < 0), ring.processes[0])
+        process = next((block for block in ring.processes if (block.number_of("Gs") or 0) < 0), ring.processes[0])
         yield view.at(
             "Direct",
             direct=view.shown("Direct"),
@@ -77,7 +77,7 @@ def sample_time_long_for_the_process(context: NextopidContext) -> Findings:
     for view in context.pids:
         ring = Ring(context, view)
         ring.sign()
-        slowest = max(ring.processes, key=lambda own: own.number_of("Tc") or 0, default=None)
+        slowest = max(ring.processes, key=lambda block: block.number_of("Tc") or 0, default=None)
         constant = None if slowest is None else slowest.number_of("Tc")
         if slowest is not None and constant is not None and 0 < constant <= 10 * view.sample_time:
             yield Finding(

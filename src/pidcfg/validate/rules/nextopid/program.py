@@ -72,13 +72,13 @@ class BlockView:
 
     def number_of(self, key: str) -> Decimal | None:
         """The value of a numeric parameter."""
-        found = self.known(key)
-        return None if found is None else Decimal(found.value)
+        known = self.known(key)
+        return None if known is None else Decimal(known.value)
 
     def is_on(self, key: str) -> bool | None:
         """The value of a switch; None: it is wired to what nobody knows."""
-        found = self.known(key)
-        return None if found is None else bool(found.value)
+        known = self.known(key)
+        return None if known is None else bool(known.value)
 
     def may_be_on(self, key: str) -> bool:
         """Whether a switch is on, or can be switched on by a wire that has a meaning."""
@@ -100,14 +100,14 @@ class BlockView:
     @cached_property
     def sample_time(self) -> Decimal:
         """The interval of its calls in s."""
-        own: Decimal | None = getattr(self.item, "sample_time", None)
-        return self.context.config.plc.sample_time if own is None else own
+        time: Decimal | None = getattr(self.item, "sample_time", None)
+        return self.context.config.plc.sample_time if time is None else time
 
     @property
     def time_place(self) -> Path:
         """Where the interval of its calls is written."""
-        own = getattr(self.item, "sample_time", None) is not None
-        return (*self.placed.place, "sample_time") if own else ("plc", "sample_time")
+        has_time = getattr(self.item, "sample_time", None) is not None
+        return (*self.placed.place, "sample_time") if has_time else ("plc", "sample_time")
 
     @cached_property
     def mv_limits(self) -> tuple[Decimal, Decimal] | None:
@@ -165,8 +165,8 @@ class BlockView:
 
     def shown(self, key: str) -> str:
         """The value of a parameter with unit and origin; only where it is known."""
-        found = self.known(key)
-        return "unknown" if found is None else f"{value_text(found.value)}{self.unit(key)}{found.source}"
+        known = self.known(key)
+        return "unknown" if known is None else f"{value_text(known.value)}{self.unit(key)}{known.source}"
 
     def at(
         self, key: str, /, plc_effect: str | None = None, severity: Severity | None = None, **values: Any
@@ -202,18 +202,18 @@ class Program(Context[NextopidFile, NextopidEncoding]):
     def names(self) -> tuple[str, ...]:
         """The name of everything that has a number; of two blocks with one name both."""
         layout = self.encoding.layout
-        inner = (f"{own.name}.{row.name}" for own in layout.instances for row in own.kind.table.rows)
+        inner = (f"{instance.name}.{row.name}" for instance in layout.instances for row in instance.kind.table.rows)
         return (*layout.signals, *inner)
 
     @cached_property
     def _bases(self) -> list[int]:
         """The number of each block's first parameter."""
-        return [own.base for own in self.encoding.layout.instances]
+        return [instance.base for instance in self.encoding.layout.instances]
 
     @cached_property
     def _rows(self) -> dict[str, dict[str, int]]:
         """Where the parameters of each type stand among its rows."""
-        kinds = {own.kind.name: own.kind for own in self.encoding.items}
+        kinds = {placed.kind.name: placed.kind for placed in self.encoding.items}
         return {name: {row.name: i for i, row in enumerate(kind.table.rows)} for name, kind in kinds.items()}
 
     def number(self, view: BlockView, key: str) -> int:
@@ -248,10 +248,10 @@ class Program(Context[NextopidFile, NextopidEncoding]):
         seen: set[int] = set()
         while number not in seen:
             seen.add(number)
-            found = self.owner(number)
-            if found is None:
+            owner = self.owner(number)
+            if owner is None:
                 return self._first_value(self.names[number])
-            view, row = found
+            view, row = owner
             value = getattr(view.item, row.name, None) if row.access == "input" else None
             if not isinstance(value, Wire):
                 content = held(row.type, value)

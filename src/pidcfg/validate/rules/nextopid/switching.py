@@ -72,11 +72,16 @@ def switch_point_out_of_reach(context: NextopidContext) -> Findings:
     Fix: lower DeadBand, move SP away from the limit, or widen the limits of PV.
     """
     for view in context.of(ON_OFF):
-        found, band, pv, direct = (view.known("SP"), view.number_of("DeadBand"), view.pv_limits, view.is_on("Direct"))
-        if found is None or band is None or pv is None or direct is None or band <= 0:
+        sp, band, pv, direct = (
+            view.known("SP"),
+            view.number_of("DeadBand"),
+            view.pv_limits,
+            view.is_on("Direct"),
+        )
+        if sp is None or band is None or pv is None or direct is None or band <= 0:
             continue
-        point = min(max(found.value, pv[0]), pv[1])
-        severity = Severity.WARNING if found.source else None
+        point = min(max(sp.value, pv[0]), pv[1])
+        severity = Severity.WARNING if sp.source else None
         for value, limit, side in ((point - band, "MinPV", "below"), (point + band, "MaxPV", "above")):
             if value <= pv[0] or value >= pv[1]:
                 what = "on" if (side == "above") == direct else "off"
@@ -90,7 +95,7 @@ def switch_point_out_of_reach(context: NextopidContext) -> Findings:
                     point=text,
                     limit=limit,
                     end=view.shown(limit),
-                    source=found.source.replace("(", "(SP: ", 1),
+                    source=sp.source.replace("(", "(SP: ", 1),
                 )
 
 
@@ -139,10 +144,10 @@ def pulse_range_differs_from_loop(context: NextopidContext) -> Findings:
     for view in context.of(PULSE):
         loop = driver(view, "MV") if view.mv_limits else None
         for key, way in (("MinMV", -1), ("MaxMV", 1)):
-            mine = view.number_of(key)
-            theirs = None if loop is None else loop.number_of(key)
-            if loop is not None and mine is not None and theirs is not None and mine != theirs:
-                beyond = (theirs - mine) * way > 0
+            own_limit = view.number_of(key)
+            loop_limit = None if loop is None else loop.number_of(key)
+            if loop is not None and own_limit is not None and loop_limit is not None and own_limit != loop_limit:
+                beyond = (loop_limit - own_limit) * way > 0
                 effect = "the pulses do not follow beyond it" if beyond else "the pulses never reach the end"
                 yield view.at(
                     key,

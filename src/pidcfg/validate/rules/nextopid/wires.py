@@ -71,7 +71,7 @@ def wire_without_meaning(context: NextopidContext) -> Findings:
 def _meant(context: NextopidContext, text: str, error: WireError) -> str:
     """The cure; for ``NAME.Parameter`` the nearest parameter of the block, if there is such a block."""
     word = re.match(r"(\w+)\.(\w[\w.]*)", text[error.offset :])
-    kinds = {own.item.name: own.kind for own in context.encoding.items}
+    kinds = {placed.item.name: placed.kind for placed in context.encoding.items}
     if word is None or word.group(1) not in kinds or word.group() in context.encoding.layout.types:
         return error.cure
     near = nearest(word.group(2), [row.name for row in kinds[word.group(1)].table.rows])
@@ -174,8 +174,8 @@ def named(context: NextopidContext) -> Iterator[tuple[str, str, Path]]:
     yield "the program", context.config.plc.program, ("plc", "program")
     for name in context.config.signals:
         yield "the signal", name, ("signals", name)
-    for own in context.encoding.items:
-        yield "the loop" if own.is_loop else "the block", own.item.name, (*own.place, "name")
+    for placed in context.encoding.items:
+        yield "the loop" if placed.is_loop else "the block", placed.item.name, (*placed.place, "name")
 
 
 def _read(context: NextopidContext) -> set[str]:
