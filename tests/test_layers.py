@@ -36,8 +36,8 @@ MAY_IMPORT = {
     "explanation":  "refs diagnostics schemas encoders vendors validate",
     "sim":          "refs schemas encoders tuning",
     "pictures":     "",
-    "report":       "refs limits diagnostics document schemas encoders vendors conversion differences validate sim "
-                    "pictures",
+    "report":       "refs limits diagnostics document schemas encoders vendors conversion differences validate "
+                    "explanation sim pictures",
     "scenario":     "refs limits diagnostics document source schemas encoders vendors conversion differences validate "
                     "sim pictures cli",
     "cli":          "*",

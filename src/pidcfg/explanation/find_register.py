@@ -9,12 +9,11 @@ from typing import TYPE_CHECKING
 from pidcfg.encoders.regmap import scale_of
 from pidcfg.encoders.spaces import SINGLE
 from pidcfg.explanation.book import Record
-from pidcfg.explanation.configuration import Placement
 from pidcfg.explanation.contents import raw_of
 from pidcfg.explanation.page import Page, Value
 from pidcfg.explanation.question import ADDRESS, OFFSET, Question, QuestionError
 from pidcfg.explanation.registers import RegisterRecord, Registers, word_at
-from pidcfg.explanation.values import UNKNOWN, is_before_root
+from pidcfg.explanation.values import UNKNOWN, Placement, is_before_root
 from pidcfg.paths import steps
 
 if TYPE_CHECKING:
@@ -47,15 +46,9 @@ class RegisterBook(Registers):
     def index(self) -> dict[str, list[RegisterRecord]]:
         """Registers and choices by all their names, in small letters."""
         index: dict[str, list[RegisterRecord]] = {}
-        for block in self.blocks:
-            for word in block.table.words:
-                for name in {text.lower() for text in (word.name, word.path or word.name, word.title)}:
-                    index.setdefault(name, []).append(self.record(block.table, word))
-            for row in block.table.bits:
-                for name in {text.lower() for text in (row.path or row.title, row.title)}:
-                    if row.access != "reserved":
-                        word = word_at(block.table, row.offset)
-                        index.setdefault(name, []).append(self.record(block.table, word, row.bits[0]))
+        for record in self.registers:
+            for name in record.names:
+                index.setdefault(name, []).append(record)
         for alias, name in self.aliases.items():
             index.setdefault(alias.lower(), [record for record in index[name] if record.kind == "register"])
         return index
@@ -92,7 +85,7 @@ class RegisterBook(Registers):
         """What would make the answer better, and what the file and the given content have to do with each other."""
         if placement.scaling is None and content is not None and scale_of(placement.word.codec):
             yield "with --in FILE the value is shown in engineering units"
-        if self.root is not None and is_before_root(placement.word, placement.scaling or UNKNOWN):
+        if self.root is not None and is_before_root(placement.word, (placement.scaling or UNKNOWN).scales):
             before = "this word and its number in the file are about the PV before"
             yield f"the loop takes the PV's root; {before}: {self.root}"
         if placement.raw is not None and content not in {None, placement.raw}:

@@ -84,16 +84,6 @@ class Parameters(Book):
     """What is special about a content."""
 
     @property
-    def records(self) -> Iterator[Record]:
-        """Parameters and structures of every block, the blocks, and the words of the parameter that has several."""
-        for key, table in self.tables.items():
-            yield self.block(key)
-            yield from (self.record([key], row) for row in table.rows)
-            yield from (self.group(group, rows, [key]) for group in self.groups if (rows := members(group, table)))
-        if self.words:
-            yield from (self.word(number) for number in range(self.words.last + 1))
-
-    @property
     def spellings(self) -> dict[str, str]:
         """All names that can be asked for, in small letters, with their spelling."""
         rows = (row.name for table in self.tables.values() for row in table.rows)
@@ -240,5 +230,5 @@ def title_of(row: Parameter, text: str) -> str:
 
 def known_unit(unit: str, units: Mapping[str, str]) -> str:
     """A unit in the loop's own units; none where it depends on something else."""
-    text = unit_text(unit, units)
+    text = unit_text(unit, units, "/")
     return "" if "," in unit or text in SIDES else text

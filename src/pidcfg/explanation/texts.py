@@ -82,10 +82,10 @@ def units_of(loop: object) -> dict[str, str]:
     return {side: str(unit) for side in SIDES if (unit := value_at(loop, (side, "unit")))}
 
 
-def unit_text(unit: str, units: Mapping[str, str], nested: str = "/") -> str:
-    """A unit of a table with the loop's own for ``pv`` and ``output``: ``pv/s`` is ``degC/s``.
+def unit_text(unit: str, units: Mapping[str, str], nested: str = " per ") -> str:
+    """A unit of a table with the loop's own for ``pv`` and ``output``: ``pv/s`` is ``degC/s``, or ``m3/h per s``.
 
-    ``nested`` divides where a part is a quotient itself: " per " gives ``m3/h per s``.
+    ``nested`` divides where a part is a quotient itself.
     """
     if " per " in unit:
         return " per ".join(unit_text(part, units, nested) for part in unit.split(" per "))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import groupby
 from typing import TYPE_CHECKING, Any
 
@@ -10,19 +10,21 @@ from pidcfg.diagnostics import path_text
 from pidcfg.encoders.named import shown
 from pidcfg.encoders.regmap import Bits
 from pidcfg.encoders.words import DecodeError
+from pidcfg.explanation.texts import unit_text
 from pidcfg.report import content
 from pidcfg.report.roots import word_before_root
 from pidcfg.report.settings import CHOICE
-from pidcfg.report.texts import cell, unit_text
+from pidcfg.report.texts import cell
 from pidcfg.schemas.base import Quantity
 from pidcfg.schemas.iec import Wire
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Mapping
+    from collections.abc import Iterator, Mapping
 
     from pidcfg.encoders.image import Block, Encoding
     from pidcfg.encoders.named import Entry, Program
     from pidcfg.encoders.regmap import Word
+    from pidcfg.explanation.find_parameter import ParameterBook
 
 THE_PLC = "the PLC"
 AS_PV = "as the PV"
@@ -167,33 +169,21 @@ def bit_numbers(row: Bits) -> str:
     return ", ".join(map(str, reversed(row.bits))) if len(row.bits) < 5 else f"{row.bits[-1]} to {row.bits[0]}"
 
 
-@dataclass(frozen=True, slots=True)
-class Sense:
-    """What the parameters of a block mean and are counted in, by name."""
-
-    meanings: Mapping[str, str]
-    units: Mapping[str, str]
-
-    def meaning(self, name: str) -> str:
-        """A parameter's meaning; a member of a structure goes by its last name."""
-        return self.meanings.get(name) or self.meanings.get(name.rpartition(".")[2], "")
+def parameters_of(
+    program: Program, loop: str | None, book: ParameterBook, units: Mapping[str, str] | None = None
+) -> tuple[content.Parameter, ...]:
+    """The named parameters of one loop (None: of what is no loop); ``units``: the loop's, else those of the table."""
+    return tuple(_parameter(entry, program, book, units) for entry in program.cells if entry.loop == loop)
 
 
-def parameters_of(program: Program, loop: str | None, sense: Callable[[str], Sense]) -> tuple[content.Parameter, ...]:
-    """The named parameters of one loop (None: of what is no loop); ``sense``: of a block by its name."""
-    return tuple(_parameter(entry, sense(_owner(entry))) for entry in program.cells if entry.loop == loop)
-
-
-def _owner(entry: Entry) -> str:
-    """The block that a parameter belongs to; empty for a signal."""
-    return entry.address.removesuffix(entry.field).removesuffix(".")
-
-
-def _parameter(entry: Entry, sense: Sense) -> content.Parameter:
+def _parameter(
+    entry: Entry, program: Program, book: ParameterBook, units: Mapping[str, str] | None
+) -> content.Parameter:
+    place = book.row_of(entry.address, program.settings)
+    meaning, unit = (book.text(place[1], place[2]), place[2].unit) if place else ("", "")
     if isinstance(entry.raw, Wire):
         text, unit = f":= {entry.raw.text}", ""
     else:
-        unit = "" if isinstance(entry.raw, bool) else sense.units.get(entry.field, "")
         text = shown(entry.type, entry.raw)
-    meaning, device = sense.meaning(entry.field), entry.device or ""
-    return content.Parameter(entry.address, entry.type.name, text, unit, meaning, device)
+        unit = "" if isinstance(entry.raw, bool) else unit if units is None else units.get(entry.field, "")
+    return content.Parameter(entry.address, entry.type.name, text, unit, meaning, entry.device or "")
