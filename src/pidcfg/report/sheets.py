@@ -11,7 +11,7 @@ from pidcfg.report.facts import facts, held_setpoint
 from pidcfg.report.roots import settings_before_root, with_shares
 from pidcfg.report.settings import NOWHERE, groups_of, sides, table_units
 from pidcfg.report.texts import text
-from pidcfg.report.words import blocks_of, parameters_of, places_of
+from pidcfg.report.words import Words, parameters_of, places_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
@@ -30,7 +30,7 @@ def plc_sheet(checked: Checked, number: int, findings: Sequence[Diagnostic]) -> 
     config, vendor, doc, encoding = checked.config, checked.vendor, checked.document, checked.encoding
     anchor = f"plc-{number}"
     if config is None or vendor is None or encoding is None or not has_image(encoding):
-        return PlcSheet(doc.file, anchor, "", "", vendor.title if vendor else "", (), (), (), (), (), ())
+        return PlcSheet(file=doc.file, anchor=anchor, name="", description="", vendor=vendor.title if vendor else "")
     image: Any = encoding.image
     named = isinstance(image, Program)
     loops = neutral(checked)
@@ -41,7 +41,7 @@ def plc_sheet(checked: Checked, number: int, findings: Sequence[Diagnostic]) -> 
         description=config.description or "",
         vendor=vendor.title,
         groups=groups_of(config, vendor, doc.data, {}),
-        blocks=() if named else blocks_of(encoding, None, {}, {}, {}),
+        blocks=() if named else Words(encoding).blocks(None),
         parameters=parameters_of(image, None, book_of(vendor)) if named else (),
         outside=tuple(flat({key: value for key, value in image.plc.items() if key not in ELSEWHERE})),
         checklist=vendor.load("checklist")(config),
@@ -89,7 +89,7 @@ def _loop_sheet(
         anchor=anchor,
         facts=tuple(facts(vendor, loop, neutral_loop, groups, held)),
         groups=with_shares(groups, rooted, pv_unit),
-        blocks=() if named else blocks_of(encoding, i, sides(loop), settled, book_of(vendor).writers),
+        blocks=() if named else Words(encoding, sides(loop), settled, book_of(vendor).writers).blocks(i),
         parameters=parameters_of(image, loop.name, book_of(vendor), units) if named else (),
         outside=tuple((key, value) for key, value in flat(outside) if not key.startswith((DEVICES, *PLACES))),
         findings=tuple(d for d in findings if loop.name in {d.loop, *d.also} and d.file == checked.document.file),
@@ -107,7 +107,7 @@ def neutral(checked: Checked) -> list[Mapping[str, Any]]:
     """The loops in the neutral form, as far as the configuration says it; empty where it has errors."""
     if checked.failed or checked.vendor is None:
         return [{}] * len(checked.config.loops)
-    return [found.loop for found in checked.vendor.load("to_neutral")(checked.config)]
+    return [result.loop for result in checked.vendor.load("to_neutral")(checked.config)]
 
 
 def flat(data: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, str]]:
