@@ -26,7 +26,7 @@ from pidcfg.explanation.render import as_json, as_text
 from pidcfg.explanation.texts import annotations_in
 from pidcfg.schemas.document import models_of
 from pidcfg.sim.controllers.ezlogix import autotune as ezlogix_autotune
-from pidcfg.validate.pages import all_rules
+from pidcfg.validate.catalog import rules
 from pidcfg.vendors import VENDORS
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
@@ -281,7 +281,7 @@ def every_meaning():
 
 
 def test_every_rule_that_a_meaning_names_exists():
-    assert {rule for meaning in every_meaning() for rule in meaning.rules} <= set(all_rules())
+    assert {rule for meaning in every_meaning() for rule in meaning.rules} <= set(rules())
 
 
 @pytest.mark.parametrize(
@@ -442,7 +442,7 @@ def test_a_block_must_be_an_address_and_hold_the_thing():
 def test_rules_and_decisions():
     from pidcfg.validate.pages import page
 
-    assert run("pid242").output == page(all_rules()["PID242"])
+    assert run("pid242").output == page(rules()["PID242"])
     assert run("D46").output.startswith("# D46 alarms are strict\n\nOn when the PV is beyond")
     assert run("d9999").exit_code == 2
 

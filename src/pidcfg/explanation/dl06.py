@@ -26,7 +26,7 @@ from pidcfg.encoders.maps.dl06 import (
     TABLE_POINTER,
 )
 from pidcfg.encoders.maps.dl06_meanings import BITS, WORDS, WRITERS
-from pidcfg.encoders.plain import read_settings, unnamed
+from pidcfg.encoders.settings import default_name, read_settings
 from pidcfg.encoders.words import DecodeError, bcd_digits
 from pidcfg.explanation.annotate import Start
 from pidcfg.explanation.book import Direction
@@ -140,7 +140,7 @@ def claims(listing: Listing, options: Mapping[str, Any]) -> Iterator[tuple[int, 
     table = LOOP_TABLES[int(decimals or plc.reset_decimals)]
     profiles = []
     for i in range(_count(words, loops, options)):
-        settings = loops[i] if i < len(loops) else LoopSettings(loop=unnamed(i))
+        settings = loops[i] if i < len(loops) else LoopSettings(loop=default_name(i))
         start = pointer + i * table.size
         raw = [words.get(start + n, 0) for n in range(table.size)]
         scaling = _scaling(raw, settings)._replace(stated=stated)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from pidcfg.encoders.ezlogix.encode import scales_of
 from pidcfg.encoders.maps.ezlogix import BLOCKS, R_BLOCK, S_BLOCK, SPACE, VARIABLES
 from pidcfg.encoders.maps.ezlogix_meanings import CODES, WORDS
-from pidcfg.encoders.plain import read_settings
+from pidcfg.encoders.settings import read_settings
 from pidcfg.encoders.words import SIGN
 from pidcfg.explanation.annotate import Start, block_claims
 from pidcfg.explanation.book import Direction, Series

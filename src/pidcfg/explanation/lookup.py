@@ -10,6 +10,8 @@ from pidcfg.explanation.direction import ACTION, find
 from pidcfg.explanation.page import Page
 from pidcfg.explanation.question import Question, QuestionError
 from pidcfg.explanation.registers import Registers
+from pidcfg.validate.catalog import CODE, rules
+from pidcfg.validate.pages import as_data, page
 from pidcfg.vendors import VENDORS
 
 if TYPE_CHECKING:
@@ -18,7 +20,6 @@ if TYPE_CHECKING:
     from pidcfg.explanation.book import Book
     from pidcfg.refs import Decision
 
-RULE = re.compile(r"PID[0-9]{3}", re.IGNORECASE)
 DECISION = re.compile(r"D0?([0-9]{1,3})", re.IGNORECASE)
 
 
@@ -71,14 +72,11 @@ def _decision(question: Question, decisions: Callable[[], Sequence[Decision]]) -
 def _rule(question: Question) -> list[Page]:
     """A rule, which has no content either."""
     code = question.name.upper()
-    if question.value is not None or not RULE.fullmatch(code):
+    if question.value is not None or not CODE.fullmatch(code):
         return []
-    from pidcfg.validate.pages import all_rules, as_data, page
-
-    rules = all_rules()
-    rule = rules.get(code)
+    rule = rules(code).get(code)
     if rule is None:
-        near = difflib.get_close_matches(code, rules, n=1)
+        near = difflib.get_close_matches(code, rules(), n=1)
         raise QuestionError(f"no rule {code}" + (f"; did you mean {near[0]}?" if near else "; 'pidcfg rule' lists all"))
     return [Page("rule", rule.code, rule.title, reference=str(rule.basis), markdown=page(rule), extra=as_data(rule))]
 
