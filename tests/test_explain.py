@@ -23,8 +23,7 @@ from pidcfg.explanation.decisions import all_decisions
 from pidcfg.explanation.lookup import explain
 from pidcfg.explanation.question import Question, QuestionError
 from pidcfg.explanation.render import as_json, as_text
-from pidcfg.explanation.texts import annotations_in
-from pidcfg.schemas.document import models_of
+from pidcfg.schemas.document import models_in
 from pidcfg.sim.controllers.ezlogix import autotune as ezlogix_autotune
 from pidcfg.validate.catalog import rules
 from pidcfg.vendors import VENDORS
@@ -693,7 +692,7 @@ def test_the_action_of_a_loop_of_a_file():
 def leaves(model, before=""):
     """The paths of all keys of a model."""
     for key, field in model.model_fields.items():
-        below = [m for m in models_of(model) if m is not model and m in annotations_in(field.annotation)]
+        below = [m for m in models_in(field.annotation) if m is not model]
         for inner in below:
             yield from leaves(inner, f"{before}{key}.")
         if not below:

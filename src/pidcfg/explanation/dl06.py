@@ -55,11 +55,11 @@ RESET_UNIT = LOOP_TABLE.word("reset").unit
 RESET_UNITS = {"seconds": "s", "minutes": "min"}
 
 
-def special(word: Word, raw: int, scaling: Scaling) -> str | None:  # noqa: ARG001 - the signature of all vendors' own
+def special(word: Word, raw: int, _scaling: Scaling) -> str:
     """Words that hold an address or a channel."""
     if word.codec is ADDRESS:
         return v_name(raw) if raw else "0: points nowhere"
-    return _transfer(word.codec.decode(raw), reads=word.name == PV_TRANSFER) if isinstance(word.codec, Source) else None
+    return _transfer(word.codec.decode(raw), reads=word.name == PV_TRANSFER) if isinstance(word.codec, Source) else ""
 
 
 def _transfer(source: tuple[int, int, int] | int | None, *, reads: bool) -> str:

@@ -53,10 +53,10 @@ def listed_scaling(settings: Mapping[str, Any], starts: Mapping[str, int], words
     return _scaling(Ends(pv, output), root=bool(words.get(starts.get("discretes", 0) + ROOT)))
 
 
-def special(word: Word, raw: int, scaling: Scaling) -> str | None:
+def special(word: Word, raw: int, scaling: Scaling) -> str:
     """The error is a signed number of counts (D169), of the root where the loop takes it."""
     if word is not ERROR:
-        return None
+        return ""
     scale = scaling.scales.get("sp")
     return f"{raw - 0x10000 if raw & SIGN else raw} counts of the {'root of the PV' if scale and scale.root else 'PV'}"
 

@@ -55,11 +55,6 @@ class ParameterRecord(Record):
     row: Parameter
 
 
-def no_remark(row: Parameter, raw: Content) -> str:  # noqa: ARG001 - the signature of a vendor's own
-    """For vendors whose contents speak for themselves."""
-    return ""
-
-
 @dataclass(frozen=True, kw_only=True)
 class Parameters(Book):
     """The tables of a vendor whose parameters have names and types."""
@@ -80,7 +75,7 @@ class Parameters(Book):
     states: Mapping[tuple[str, bool], str] = field(default_factory=dict)
     """What TRUE and FALSE choose, by the parameter."""
     words: Words | None = None
-    remark: Callable[[Parameter, Content], str] = no_remark
+    remark: Callable[[Parameter, Content], str] | None = None
     """What is special about a content."""
 
     @property
@@ -177,7 +172,7 @@ class Parameters(Book):
             return "true" if raw else "false"
         if isinstance(raw, str):
             return raw
-        remark = self.remark(row, raw)
+        remark = self.remark(row, raw) if self.remark else ""
         text = f"{decimal_text(Decimal(repr(raw)))} {known_unit(row.unit, units)}".rstrip()
         return f"{text} ({remark})" if remark else text
 

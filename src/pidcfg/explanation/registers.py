@@ -17,11 +17,7 @@ from pidcfg.explanation.values import (
     Placement,
     Scaling,
     bits_text,
-    is_before_root,
-    no_remark,
-    nothing_special,
     text_of,
-    unit_of,
 )
 from pidcfg.vendors import VENDORS
 
@@ -80,11 +76,6 @@ class RegisterRecord(Record):
         return {name.lower() for name in names}
 
 
-def in_counts(word: Word, raw: int) -> str:  # noqa: ARG001 - the signature of a vendor's own
-    """Counts of which no more is known."""
-    return f"{raw} counts"
-
-
 @dataclass(frozen=True, kw_only=True)
 class Registers(Book):
     """The tables of a vendor whose memory has addresses."""
@@ -100,11 +91,12 @@ class Registers(Book):
     """Scales and units of a loop of a configuration."""
     claims: Callable[[Listing, Mapping[str, Any]], Iterator[tuple[int, Placement]]]
     """What each address of a listing is."""
-    special: Callable[[Word, int, Scaling], str | None] = nothing_special
-    remark: Callable[[Word, int, Scaling], str] = no_remark
+    special: Callable[[Word, int, Scaling], str] | None = None
+    """A content in words, for registers of no common kind; empty for the others."""
+    remark: Callable[[Word, int, Scaling], str] | None = None
     """What is doubtful about a content."""
-    unscaled: Callable[[Word, int], str] = in_counts
-    """What a content is whose scale is not known."""
+    unscaled: Callable[[Word, int], str] | None = None
+    """What a content is whose scale is not known; counts where there is no more to say."""
     unstored: Mapping[str, str] = field(default_factory=dict)
     """Keys that no register holds, and where they are set."""
     starts: tuple[Start, ...] = ()
@@ -208,10 +200,6 @@ class Registers(Book):
         """Whether a register that is shown in hexadecimal holds counts in binary, not in BCD."""
         return self.hexadecimal and scale_of(word.codec) is not None and "BCD" not in word.codec.notation
 
-    def unit(self, word: Word, scaling: Scaling) -> str:
-        """A register's unit; of a word before the root, that of what it is compared with."""
-        return "the signal before the root" if is_before_root(word, scaling.scales) else unit_of(word, scaling.units)
-
     def kind(self, table: RegisterMap) -> Kind:
         """What the registers of a block hold."""
         prefix = next((b.prefix for b in self.blocks if b.table.title == table.title), self.space.banks[0].prefix)
@@ -242,8 +230,9 @@ class Registers(Book):
 
     def saying(self, word: Word, raw: int, scaling: Scaling) -> str:
         """A content in words, with what is doubtful about it; raises `DecodeError` where it is no value."""
-        text = text_of(word, raw, scaling, self.special) or self.unscaled(word, raw)
-        remark = self.remark(word, raw, scaling) or self._outside(word, raw)
+        text = (self.special(word, raw, scaling) if self.special else "") or text_of(word, raw, scaling)
+        text = text or (self.unscaled(word, raw) if self.unscaled else f"{raw} counts")
+        remark = (self.remark(word, raw, scaling) if self.remark else "") or self._outside(word, raw)
         return f"{text} ({remark})" if remark else text
 
     def _outside(self, word: Word, raw: int) -> str:

@@ -12,7 +12,7 @@ from pidcfg.explanation.texts import unit_text
 from pidcfg.schemas.base import Quantity, decimal_text
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Mapping
+    from collections.abc import Iterable, Mapping
 
     from pidcfg.encoders.regmap import Bits, RegisterMap, Word
     from pidcfg.encoders.scales import Scale
@@ -51,16 +51,6 @@ class Placement(NamedTuple):
     """What stands before its name in a listing."""
 
 
-def nothing_special(word: Word, raw: int, scaling: Scaling) -> str | None:  # noqa: ARG001 - the signature of a vendor's own
-    """For vendors whose registers are all of the common kinds."""
-    return None
-
-
-def no_remark(word: Word, raw: int, scaling: Scaling) -> str:  # noqa: ARG001 - the signature of a vendor's own
-    """For vendors whose contents speak for themselves."""
-    return ""
-
-
 def is_before_root(word: Word, scales: Mapping[str, Scale]) -> bool:
     """Whether a word is compared with the PV of which the loop takes the root."""
     root = scales.get("sp")
@@ -83,11 +73,8 @@ def unit_of(word: Word, units: Mapping[str, str]) -> str:
     return unit_text(word.unit, {**UNIT_NAMES, **units}, "/")
 
 
-def text_of(word: Word, raw: int, scaling: Scaling, special: Callable[[Word, int, Scaling], str | None]) -> str:
+def text_of(word: Word, raw: int, scaling: Scaling) -> str:
     """A content in words, empty where the scale is not known; raises `DecodeError` where it is no value."""
-    text = special(word, raw, scaling)
-    if text is not None:
-        return text
     scale = scale_of(word.codec)
     if scale is not None and scale not in scaling.scales:
         return ""
