@@ -47,6 +47,18 @@ class Words(NamedTuple):
         """The number of the last word."""
         return self.rows[-1][1]
 
+    def record(self, number: int) -> Record:
+        """One of the words, from 0 to the last."""
+        title, text = next((title, text) for first, last, title, text in self.rows if first <= number <= last)
+        return Record(
+            kind="register",
+            name=f"{self.name}+{number}",
+            title=title,
+            detail=text,
+            notation="a double word (two registers)",
+            basis=self.basis,
+        )
+
 
 @dataclass(frozen=True, kw_only=True)
 class ParameterRecord(Record):
@@ -140,21 +152,6 @@ class Parameters(Book):
             by="the block: outputs, only to be read",
             meaning=group.meaning,
             parts=tuple(Part.of(row, meaning) for row, meaning in zip(bits, meanings, strict=True)),
-        )
-
-    def word(self, number: int) -> Record:
-        """One word of the parameter that takes several."""
-        words = self.words
-        if words is None:
-            raise LookupError(f"no parameter of {self.title} takes several words")
-        title, text = next((row[2], row[3]) for row in words.rows if row[0] <= number <= row[1])
-        return Record(
-            kind="register",
-            name=f"{words.name}+{number}",
-            title=title,
-            detail=text,
-            notation="a double word (two registers)",
-            basis=words.basis,
         )
 
     def value(self, row: Parameter, raw: Content | Wire, units: Mapping[str, str]) -> Value:
