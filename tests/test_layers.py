@@ -36,8 +36,8 @@ MAY_IMPORT = {
     "explanation":  "refs diagnostics schemas encoders vendors validate",
     "sim":          "refs schemas encoders tuning",
     "pictures":     "",
-    "report":       "refs limits diagnostics document schemas encoders vendors conversion differences validate sim "
-                    "pictures",
+    "report":       "refs limits diagnostics document schemas encoders vendors conversion differences validate "
+                    "explanation sim pictures",
     "scenario":     "refs limits diagnostics document source schemas encoders vendors conversion differences validate "
                     "sim pictures cli",
     "cli":          "*",
@@ -115,10 +115,6 @@ CIRCLES = {
     "cli.findings":            "cli.commands.validate cli.findings.corrections cli.findings.policy "
                                "cli.findings.settings cli.findings.settings_file",
     "cli.formats":             "cli.formats.simulation_text scenario.charts",
-    "explanation":             "explanation.annotate explanation.configuration explanation.contents "
-                               "explanation.direction explanation.find_register explanation.question "
-                               "explanation.register_page explanation.unstored_keys",
-    "explanation.find_parameter": "explanation.devices explanation.find_parameter explanation.parameter_listing",
     "validate.rules.nextopid": "validate.rules.nextopid.context validate.rules.nextopid.links "
                                "validate.rules.nextopid.paths validate.rules.nextopid.view",
 }
