@@ -114,7 +114,7 @@ MODULES = {
     "--help":            STARTS,
     "completion --help": f"{STARTS} cli.commands cli.commands.completion cli.terminal.console",
     "validate --help":   f"{STARTS} {REPORTS} {READS} cli.commands.validate cli.findings cli.findings.settings "
-                         "cli.formats.findings cli.formats.reporters",
+                         "cli.findings.settings_keys cli.formats.findings cli.formats.reporters",
     "convert --help":    f"{STARTS} {REPORTS} {READS} cli.commands.convert cli.commands.decode cli.extras "
                          f"cli.files.plots {OF_VENDORS}",
     "encode --help":     f"{STARTS} cli.commands cli.commands.encode cli.options cli.terminal.console "
@@ -137,13 +137,7 @@ LONG_MODULES = {
 
 CIRCLES = {
     # package that has one     modules of which some know each other in a circle
-    "cli.findings":            "cli.commands.validate cli.findings.corrections cli.findings.policy "
-                               "cli.findings.settings cli.findings.settings_file",
     "cli.formats":             "cli.formats.simulation_text scenario.charts",
-    "explanation":             "explanation.annotate explanation.configuration explanation.contents "
-                               "explanation.direction explanation.find_register explanation.question "
-                               "explanation.register_page explanation.unstored_keys",
-    "explanation.find_parameter": "explanation.devices explanation.find_parameter explanation.parameter_listing",
     "validate.rules.nextopid": "validate.rules.nextopid.context validate.rules.nextopid.links "
                                "validate.rules.nextopid.paths validate.rules.nextopid.view",
 }
@@ -342,6 +336,11 @@ def loaded_by(code):
     return set(last[1:])
 
 
+def modules_of_pidcfg(loaded):
+    """Those of pidcfg among some modules, named below it."""
+    return {name.removeprefix("pidcfg.") for name in loaded if name.startswith("pidcfg.")}
+
+
 def loaded_by_command(command):
     """The modules that a command has imported when it ends."""
     return loaded_by(f"""
@@ -366,8 +365,33 @@ def test_a_command_loads_only_what_it_needs(command):
 
 @pytest.mark.parametrize("command", MODULES)
 def test_a_command_imports_the_modules_that_it_needs_and_no_other(command):
-    loaded = {name.removeprefix("pidcfg.") for name in loaded_by_command(command) if name.startswith("pidcfg.")}
+    loaded = modules_of_pidcfg(loaded_by_command(command))
     assert sorted(loaded) == sorted({*MODULES[command].split()})
+
+
+ONE_FINDING = """
+from pidcfg.cli.formats import render
+from pidcfg.cli.formats.findings import Findings
+from pidcfg.diagnostics import Diagnostic, Severity
+render("sarif", Findings([Diagnostic({!r}, Severity.ERROR, "message", "file.yaml")], {{}}))
+import sys
+"""
+SARIF = (
+    "cli cli.formats cli.formats.findings cli.formats.format cli.formats.sarif diagnostics refs "
+    "validate validate.catalog validate.codes validate.pages validate.rule vendors"
+)
+
+
+def test_a_finding_as_sarif_imports_its_rule_and_no_other():
+    loaded = modules_of_pidcfg(loaded_by(ONE_FINDING.format("PID001")))
+    assert sorted(loaded) == sorted(SARIF.split())
+
+
+@pytest.mark.parametrize("vendor", VENDORS)
+def test_a_finding_as_sarif_imports_the_rules_of_one_vendor(vendor):
+    code = min(VENDORS[vendor].load("rules").keys() - VENDORS[MEETING_PLACE].load("rules").keys(), default="PID101")
+    loaded = modules_of_pidcfg(loaded_by(ONE_FINDING.format(code)))
+    assert not [module for module in loaded if vendor_of(module) not in {None, vendor}]
 
 
 @pytest.mark.parametrize("vendor", VENDORS.values(), ids=list(VENDORS))
