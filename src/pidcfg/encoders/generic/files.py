@@ -7,12 +7,9 @@ from typing import TYPE_CHECKING
 from pidcfg.encoders.parameter_files import parameter_listings
 
 if TYPE_CHECKING:
-    from pidcfg.encoders.files import DecodeOption
     from pidcfg.schemas.generic import GenericFile
 
 FORMATS = parameter_listings("parameter listing")
-DECODE_OPTIONS: tuple[DecodeOption, ...] = ()
-"""A listing says everything."""
 
 
 def checklist(config: GenericFile) -> tuple[str, ...]:
