@@ -20,6 +20,7 @@ MAY_IMPORT = {
     "globs":        "",
     "paths":        "",
     "writer":       "",
+    "reader":       "",
     "diagnostics":  "refs",
     "document":     "refs limits diagnostics",
     "source":       "refs limits diagnostics document",
@@ -28,9 +29,10 @@ MAY_IMPORT = {
     "schemas":      "refs",
     "encoders":     "refs schemas",
     "vendors":      "refs schemas encoders",
+    "listings":     "limits encoders vendors writer",
     "conversion":   "refs diagnostics limits document source comments schemas encoders vendors",
     "differences":  "refs schemas encoders vendors conversion",
-    "tuning":       "refs limits schemas encoders vendors cli",
+    "tuning":       "refs limits schemas encoders vendors listings",
     "validate":     "refs limits diagnostics document source comments aliases schemas encoders vendors conversion "
                     "tuning",
     "explanation":  "refs schemas encoders vendors validate",
@@ -38,17 +40,19 @@ MAY_IMPORT = {
     "pictures":     "",
     "report":       "refs limits diagnostics document schemas encoders vendors conversion differences validate sim "
                     "pictures",
-    "scenario":     "refs limits diagnostics document source schemas encoders vendors conversion differences validate "
-                    "sim pictures cli",
+    "scenario":     "refs limits reader diagnostics document source schemas encoders vendors listings conversion "
+                    "differences validate sim pictures",
+    "results":      "limits reader writer diagnostics document source schemas encoders vendors listings conversion "
+                    "differences tuning validate explanation sim scenario",
     "cli":          "*",
-    "api":          "refs limits diagnostics document source schemas encoders vendors conversion tuning validate sim",
+    "api":          "limits reader document encoders vendors explanation tuning validate sim scenario results",
     "__init__":     "api",
     "__main__":     "cli",
 }
 
 ONLY_IN = {
     # package       modules that may import it
-    "click":         "cli tuning.record",
+    "click":         "cli",
     "rich":          "cli.terminal",
     "ruamel":        "source writer",
     "intelhex":      "encoders.ihex",
@@ -59,9 +63,10 @@ ONLY_IN = {
     "jinja2":        "pictures report",
     "markupsafe":    "report",
     "xlsxwriter":    "report",
-    "pydantic":      "schemas encoders vendors validate sim tuning conversion differences report cli.commands.schema",
+    "pydantic":      "schemas encoders vendors validate sim tuning conversion differences report results "
+                     "cli.commands.schema",
     "pydantic_core": "schemas encoders vendors validate sim",
-    "importlib":     "vendors cli sim.compile explanation.decisions __init__",
+    "importlib":     "vendors cli sim.compile explanation.decisions results.schemas __init__",
     # imports by name: the tables above cannot see them
 }
 

@@ -11,8 +11,8 @@ from pidcfg.pictures.chart import Bar, Chart, Line, Mark, Panel, Strip
 if TYPE_CHECKING:
     from collections.abc import Collection, Mapping, Sequence
 
-    from pidcfg.cli.formats.simulation_text import Outcome
     from pidcfg.pictures.chart import Role, Side
+    from pidcfg.scenario.outcome import Outcome
     from pidcfg.sim.plc import Plc
     from pidcfg.sim.recording import Recording
     from pidcfg.sim.report import LoopReport, Period, Report, Verdict

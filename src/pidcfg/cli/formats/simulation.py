@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
 
     from pidcfg.cli.formats.junit import Case
-    from pidcfg.cli.formats.simulation_text import Outcome
+    from pidcfg.scenario.outcome import Outcome
     from pidcfg.sim.report import Report, Verdict
 
 FORMATS = ("text", "json", "sarif", "github", "gitlab", "junit")
