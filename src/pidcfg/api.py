@@ -265,13 +265,12 @@ def explain(
     ``config``: a configuration, for the loop and the line that set a register. Raises `ValueError` for what nothing is
     known of.
     """
-    from pidcfg.explanation.question import Asked
     from pidcfg.results.explanations import explained
     from pidcfg.results.sources import checked_of
 
     family = None if vendor is None else vendor_named(vendor).key
     checked = None if config is None else checked_of(config, name, files, limits)
-    return explained(things, family, Asked(loop, tuple(blocks)), checked)
+    return explained(things, family, tuple(blocks), checked, loop=loop)
 
 
 def check_text(text: str | bytes, file: str = "<text>") -> Checked:

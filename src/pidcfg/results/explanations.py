@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from pidcfg.explanation.configuration import Configured
 from pidcfg.explanation.decisions import all_decisions
 from pidcfg.explanation.lookup import check_starts, explain, forms
+from pidcfg.explanation.question import Question
 from pidcfg.explanation.render import as_data
 from pidcfg.results.arguments import ArgumentError
 from pidcfg.results.findings import Data, errors_in, findings_data
@@ -19,7 +20,6 @@ if TYPE_CHECKING:
     from pidcfg.diagnostics import Diagnostic
     from pidcfg.document import Document
     from pidcfg.explanation.page import Page
-    from pidcfg.explanation.question import Asked
     from pidcfg.validate.engine import Checked
 
 Example = tuple[str, str, str]
@@ -47,20 +47,24 @@ class ExplainResult:
         return as_data(self.pages, self.examples) if self.ok else findings_data(errors_in(self.findings))
 
 
-def explained(things: Sequence[str], vendor: str | None, question: Asked, checked: Checked | None) -> ExplainResult:
+def explained(
+    things: Sequence[str], vendor: str | None, blocks: tuple[str, ...], checked: Checked | None, *, loop: bool
+) -> ExplainResult:
     """Every reading of every thing; with a configuration, in its vendor's terms."""
-    document = None if checked is None else checked.document
-    family = None
+    document = configured = family = None
     if checked is not None:
+        document = checked.document
         if checked.encoding is None or checked.vendor is None:
             return ExplainResult(findings=checked.findings, document=document)
-        family = checked.vendor.key
+        family, configured = checked.vendor.key, Configured(checked)
         if vendor not in {None, family}:
             raise ArgumentError(f"`config` is of vendor {family}, not {vendor}", "config")
-        question = replace(question, config=Configured(checked))
     vendors = list(VENDORS) if (key := vendor or family) is None else [key]
     if not things:
         return ExplainResult(examples=tuple(forms(vendors)), document=document)
-    check_starts(question.starts, vendors)
-    pages = [page for thing in things for page in explain(thing, question, vendors, all_decisions)]
+    check_starts(blocks, vendors)
+    pages = []
+    for thing in things:
+        question = Question.of(thing, loop=loop, starts=blocks, config=configured)
+        pages += explain(question, vendors, all_decisions)
     return ExplainResult(tuple(pages), document=document)

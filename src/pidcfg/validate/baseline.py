@@ -13,13 +13,14 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from pidcfg.diagnostics import Diagnostic, Severity, Span
-from pidcfg.validate.codes import D317, LIVING, ignorable
+from pidcfg.validate.catalog import ignorable
+from pidcfg.validate.codes import D317, SUPPRESSION
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 
 VERSION = 1
-OWN_CODES = frozenset(rule.code for rule in LIVING)
+NEVER_KNOWN = frozenset(rule.code for rule in SUPPRESSION)
 """What is wrong with ignores and with the baseline itself is mended, not kept."""
 COUNTED_LOOP = re.compile(r"^loops\[\d+\]")
 
@@ -55,7 +56,7 @@ def entry(found: Diagnostic, file_of: Callable[[str], str]) -> Entry:
 
 def enters(found: Diagnostic) -> bool:
     """Whether a finding may be in a baseline."""
-    return ignorable(found) and found.code not in OWN_CODES
+    return ignorable(found) and found.code not in NEVER_KNOWN
 
 
 def compare(

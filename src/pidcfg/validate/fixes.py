@@ -14,7 +14,8 @@ from typing import TYPE_CHECKING, Any
 from pidcfg.diagnostics import Edit
 from pidcfg.document import LINE_BREAK, Plain
 from pidcfg.refs import Decision
-from pidcfg.validate.codes import READING, SCHEMA, UNUSABLE, ignorable
+from pidcfg.validate.catalog import ignorable, unusable
+from pidcfg.validate.codes import READING, SCHEMA
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -110,7 +111,7 @@ class Fixer:
         """All corrections together, or those that can be proven one by one."""
         if state.doc.data is None:
             return self._quoted(state)
-        if any(d.code in UNUSABLE for d in state.found):
+        if any(map(unusable, state.found)):
             return state, []
         candidates = list(_apart(d for d in state.found if d.edits and self.wanted(d)))
         after = self._attempt(state, candidates) if candidates else None

@@ -10,7 +10,7 @@ import inspect
 import re
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
 from pidcfg.diagnostics import Severity
 
@@ -43,15 +43,29 @@ Check = Callable[[Any], Iterator[Finding]]
 
 FIRST_VERSION = "0.1"
 """The version that has all the rules there are."""
-NAMED = 8
+MOST_NAMES = 8
 """Loops that a message names before it only counts."""
 
 
-def once(found: Finding, others: Sequence[str]) -> Finding:
-    """A finding that is reported once for several loops; its message names the ``others``."""
-    more = f" and {len(others) - NAMED} more" if len(others) > NAMED else ""
-    text = f", as in {', '.join(others[:NAMED])}{more}" if others else ""
-    return replace(found, also=tuple(others), values={**found.values, "others": text})
+class Named(Protocol):
+    """A loop, which has a name."""
+
+    @property
+    def name(self) -> str:
+        """Its name, which is unique in the file."""
+
+
+LoopT = TypeVar("LoopT", bound=Named)
+
+
+def reported_once(views: Sequence[LoopT], finding_of: Callable[[LoopT], Finding]) -> Iterator[Finding]:
+    """The finding of the first of some loops; its message names the ``others``."""
+    if views:
+        others = tuple(view.name for view in views[1:])
+        more = f" and {len(others) - MOST_NAMES} more" if len(others) > MOST_NAMES else ""
+        text = f", as in {', '.join(others[:MOST_NAMES])}{more}" if others else ""
+        first = finding_of(views[0])
+        yield replace(first, also=others, values={**first.values, "others": text})
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,6 +80,10 @@ class Rule:
     since: str
     doc: str
     check: Check | None = None
+    ignorable: bool = True
+    """Whether a comment, a baseline or an option may take away what it finds."""
+    unusable: bool = False
+    """Whether a file that has the fault cannot be read at all."""
 
     @property
     def title(self) -> str:

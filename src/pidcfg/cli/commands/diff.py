@@ -22,7 +22,6 @@ if TYPE_CHECKING:
 
 UNREADABLE, UNSAID = "PID041", "PID042"
 """A listing that cannot be read; a configuration that does not say what its values mean."""
-FORMATS = ("text", "json", "markdown")
 EPILOG = options.examples(
     "pidcfg diff main.yaml branch.yaml",
     "pidcfg diff reactor.yaml upload.hex --vendor dl06",
@@ -40,8 +39,8 @@ EPILOG = options.examples(
     type=click.Choice(list(VENDORS)),
     help="The PLC family of a memory listing, where the other side does not tell.",
 )
-@report_options.report_format(*FORMATS)
-@report_options.report_files(*FORMATS)
+@report_options.report_format("diff")
+@report_options.report_files("diff")
 @plots.OVERLAY
 @options.FORCE
 @click.option("--exit-code", "exits", is_flag=True, help="Exit 1 when there are differences.")

@@ -73,14 +73,14 @@ def command(
     Without a THING, lists what can be asked for.
     """
     from pidcfg.api import explain
-    from pidcfg.explanation.question import ThingError
+    from pidcfg.explanation.question import QuestionError
     from pidcfg.explanation.render import as_text, forms_text
 
     configuration = None if config is None else _configuration(config, limits)
     try:
         with usage({"config": str(config)}):
             result = explain(*things, vendor=vendor, loop=loop, blocks=blocks, config=configuration, limits=limits)
-    except ThingError as error:
+    except QuestionError as error:
         note(f"Error: {error}")
         note("'pidcfg explain' without arguments shows what can be asked for.")
         click.get_current_context().exit(Exit.UNUSABLE)

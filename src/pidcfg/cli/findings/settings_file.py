@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, NoReturn
 import click
 
 from pidcfg.cli.findings.settings import LARGEST, PER_FILE, relative
+from pidcfg.cli.formats import formats_of
 from pidcfg.globs import UP
 from pidcfg.schemas.document import DIALECT
 from pidcfg.schemas.names import nearest
@@ -88,14 +89,13 @@ def _value(key: str, value: Any, file: _File) -> Any:
 
 def _codes(key: str, value: Any, file: _File) -> list[str]:
     """Codes or their beginnings."""
-    from pidcfg.validate.pages import all_rules
+    from pidcfg.validate.catalog import rules
 
     if not isinstance(value, list) or not all(isinstance(code, str) for code in value):
         file.refuse(key, f"{key} must be a list of codes", f"write {key} = {KEYS['select'].example}")
-    rules = list(all_rules())
     for code in value:
-        if not code.strip() or not any(rule.startswith(code.upper()) for rule in rules):
-            near = nearest(code.upper(), rules)
+        if not code.strip() or not rules(code.upper()):
+            near = nearest(code.upper(), rules())
             cure = f"did you mean {near}?" if near else "'pidcfg rule' lists all"
             file.refuse(key, f"no rule begins with {code!r}", cure, code)
     return [code.upper() for code in value]
@@ -107,9 +107,8 @@ def _switch(key: str, value: Any, file: _File) -> bool:
     return value
 
 
-def _choice(choices: Callable[[], tuple[str, ...]]) -> Callable[[str, Any, _File], str]:
+def _choice(words: tuple[str, ...]) -> Callable[[str, Any, _File], str]:
     def choice(key: str, value: Any, file: _File) -> str:
-        words = choices()
         if not isinstance(value, str) or value not in words:
             near = nearest(str(value), words)
             cure = f"did you mean {near}?" if near else None
@@ -117,14 +116,6 @@ def _choice(choices: Callable[[], tuple[str, ...]]) -> Callable[[str, Any, _File
         return value
 
     return choice
-
-
-def formats() -> tuple[str, ...]:
-    """The formats of the command."""
-    from pidcfg.cli.commands.validate import command
-
-    (option,) = (param for param in command.params if param.name == "fmt")
-    return tuple(getattr(option.type, "choices", ()))
 
 
 def _path(key: str, value: Any, file: _File) -> str:
@@ -160,8 +151,8 @@ def _per_file(key: str, value: Any, file: _File) -> dict[str, list[str]]:
 CHECKS: dict[str, Callable[[str, Any, _File], Any]] = {
     "codes": _codes,
     "switch": _switch,
-    "severity": _choice(lambda: SEVERITIES),
-    "format": _choice(formats),
+    "severity": _choice(SEVERITIES),
+    "format": _choice(formats_of("validate")),
     "path": _path,
     "table": _per_file,
 }
@@ -189,7 +180,7 @@ def settings_schema() -> dict[str, Any]:
         "codes": codes,
         "switch": {"type": "boolean"},
         "severity": {"enum": list(SEVERITIES)},
-        "format": {"enum": list(formats())},
+        "format": {"enum": list(formats_of("validate"))},
         "path": {"type": "string", "minLength": 1},
         "table": {"type": "object", "additionalProperties": codes},
     }

@@ -9,6 +9,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from pidcfg.cli.files.plots import in_characters
+from pidcfg.cli.formats.markdown import cell
 from pidcfg.conversion.ledger import WORST
 from pidcfg.conversion.pipeline import text_of
 
@@ -91,11 +92,6 @@ def _cells(change: Change) -> str:
     told = "; ".join(part for part in (error, change.note) if part)
     values = (change.kind, change.field, text_of(change.source), text_of(change.target), told)
     return f"| {' | '.join(cell(value) for value in values)} |"
-
-
-def cell(text: str) -> str:
-    """Text that stays in its cell of a Markdown table."""
-    return text.replace("|", "\\|").replace("\n", " ").replace("<", "&lt;")
 
 
 def _line(change: Change) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from typing import TYPE_CHECKING
 
-from pidcfg.cli.formats.conversion import cell
+from pidcfg.cli.formats.markdown import cell
 from pidcfg.conversion.pipeline import text_of
 
 if TYPE_CHECKING:

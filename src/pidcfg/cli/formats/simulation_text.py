@@ -158,6 +158,3 @@ def json_v1(outcomes: Sequence[Outcome]) -> str:
 def worst(outcomes: Sequence[Outcome]) -> Severity:
     """The most severe finding of all scenarios."""
     return max((d.severity for outcome in outcomes for d in outcome.findings), default=Severity.INFO)
-
-
-REPORTERS = {"text": text, "json": json_v1}

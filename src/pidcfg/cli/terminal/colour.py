@@ -12,6 +12,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from pidcfg.validate.catalog import CODE
+
 if TYPE_CHECKING:
     from collections.abc import Callable
 
@@ -38,11 +40,11 @@ PATTERNS = tuple(
     re.compile(pattern)
     for pattern in (
         # a finding: its place, its line of the file with a caret, and what belongs to it
-        rf"^(?P<place>\S.*?:\d+(?::\d+)?:) {SEVERITY} (?P<code>PID\d+)",
+        rf"^(?P<place>\S.*?:\d+(?::\d+)?:) {SEVERITY} (?P<code>{CODE.pattern})",
         r"^(?P<gutter> *\d+ \|)",
         r"^(?P<gutter>      \|)\s+(?P<caret>\^+)$",
         r"^      (?P<label>= (?:PLC|see|cure):)",
-        rf"^(?P<code>PID\d+)  {SEVERITY} +(?P<dim>\S+)",
+        rf"^(?P<code>{CODE.pattern})  {SEVERITY} +(?P<dim>\S+)",
         # the line that counts them
         r"^\d+ files? checked: (?:(?P<bad>[1-9]\d* errors?)|0 errors), (?:(?P<doubtful>[1-9]\d* warnings?)|0 warnings)",
         # a simulation

@@ -11,6 +11,7 @@ from pydantic import BaseModel
 from pidcfg.refs import Decision
 from pidcfg.schemas.base import decimal_text
 from pidcfg.schemas.limits import Limits
+from pidcfg.validate.ideas.duplicates import repeats
 from pidcfg.validate.rule import Finding, at_key, error, finding, warning
 
 if TYPE_CHECKING:
@@ -197,11 +198,8 @@ def duplicate_loop_name(context: Any) -> Iterator[Finding]:
 
     Fix: rename one of them.
     """
-    first: dict[str, int] = {}
-    for i, loop in enumerate(context.config.loops):
-        if loop.name in first:
-            yield finding("loops", i, "name", name=loop.name, first=first[loop.name] + 1)
-        first.setdefault(loop.name, i)
+    for name, i, first in repeats((loop.name, i) for i, loop in enumerate(context.config.loops)):
+        yield finding("loops", i, "name", name=name, first=first + 1)
 
 
 @warning("PID107", D09, "the list of loops is empty")

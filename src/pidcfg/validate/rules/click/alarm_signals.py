@@ -6,8 +6,9 @@ from decimal import Decimal
 from typing import TYPE_CHECKING
 
 from pidcfg.refs import CLICK, Decision
+from pidcfg.validate.ideas import alarms
 from pidcfg.validate.rule import error, info, per_loop, warning
-from pidcfg.validate.rules.click.context import number_text
+from pidcfg.validate.views import number_text
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -55,7 +56,7 @@ def alarms_without_hysteresis(view: LoopView) -> Iterator[Finding]:
     Fix: give `alarms.hysteresis`, a little more than the PV's noise.
     """
     if (view.pv_alarms or view.deviation_alarms) and view.held("hysteresis") == 0:
-        yield view.find("alarms", "hysteresis", value=view.shown("hysteresis"))
+        yield view.at("alarms", "hysteresis", value=view.shown("hysteresis"))
 
 
 @error(
@@ -78,7 +79,7 @@ def hysteresis_swallows_deviation_alarm(context: ClickContext) -> Iterator[Findi
         for key in ("high", "high_high"):
             limit = view.held(f"deviation_{key}")
             if limit is not None and 0 < limit <= hysteresis:
-                yield view.find("alarms", "hysteresis", value=view.eu(hysteresis), point=key, limit=view.eu(limit))
+                yield view.at("alarms", "hysteresis", value=view.eu(hysteresis), point=key, limit=view.eu(limit))
                 break
 
 
@@ -96,9 +97,7 @@ def hysteresis_spans_normal_zone(view: LoopView) -> Iterator[Finding]:
 
     Fix: make the hysteresis much smaller than the distance from low to high.
     """
-    points = view.holds("pv_low", "pv_high", "hysteresis")
-    if view.pv_alarms and points and 0 < points[1] - points[0] <= points[2]:
-        yield view.find("alarms", "hysteresis", value=view.eu(points[2]), zone=view.eu(points[1] - points[0]))
+    return alarms.hysteresis_spans_normal_zone(view)
 
 
 @per_loop
@@ -115,7 +114,7 @@ def hysteresis_without_effect(view: LoopView) -> Iterator[Finding]:
     Fix: remove it, or switch on the alarms it was meant for.
     """
     if view.loop.alarms.hysteresis and not view.pv_alarms and not view.deviation_alarms:
-        yield view.find("alarms", "hysteresis", value=view.shown("hysteresis"))
+        yield view.at("alarms", "hysteresis", value=view.shown("hysteresis"))
 
 
 def rate_text(view: LoopView) -> str:
@@ -136,7 +135,7 @@ def rate_of_change_alarm_always_on(view: LoopView) -> Iterator[Finding]:
     limit = view.held("rate_of_change")
     if view.rate_alarm and limit is not None and limit <= 0:
         key = "rate_of_change_enabled" if view.loop.alarms.rate_of_change is None else "rate_of_change"
-        yield view.find("alarms", key, value=rate_text(view))
+        yield view.at("alarms", key, value=rate_text(view))
 
 
 @per_loop
@@ -156,7 +155,7 @@ def rate_of_change_finer_than_pv(view: LoopView) -> Iterator[Finding]:
     """
     limit, step = view.held("rate_of_change"), resolution(view)
     if view.rate_alarm and limit is not None and 0 < limit < step:
-        yield view.find(
+        yield view.at(
             "alarms", "rate_of_change", value=rate_text(view), stored=number_text(limit), step=f"{float(step):.3g}"
         )
 
@@ -177,9 +176,7 @@ def rate_of_change_never_reached(view: LoopView) -> Iterator[Finding]:
     """
     limit = view.held("rate_of_change")
     if view.rate_alarm and limit is not None and limit > view.span:
-        yield view.find(
-            "alarms", "rate_of_change", value=rate_text(view), stored=view.eu(limit), span=view.eu(view.span)
-        )
+        yield view.at("alarms", "rate_of_change", value=rate_text(view), stored=view.eu(limit), span=view.eu(view.span))
 
 
 @per_loop
@@ -199,9 +196,9 @@ def alarms_switched_off(view: LoopView) -> Iterator[Finding]:
     for key, title, register, on in groups:
         group = getattr(alarms, key)
         if not on and group is not None and any(v is not None for k, v in group if k != "enabled"):
-            yield view.find("alarms", key, "enabled", alarms=title, register=view.register(register))
+            yield view.at("alarms", key, "enabled", alarms=title, register=view.register(register))
     if alarms.rate_of_change is not None and not view.rate_alarm:
-        yield view.find(
+        yield view.at(
             "alarms",
             "rate_of_change_enabled",
             alarms="rate-of-change limits",

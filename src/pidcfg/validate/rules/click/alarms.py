@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 from pidcfg.diagnostics import Severity
 from pidcfg.refs import CLICK, Decision
+from pidcfg.validate.ideas.alarms import alarm_beyond
 from pidcfg.validate.rule import Finding, per_loop, warning
 from pidcfg.validate.rules.click.setpoint import effective, written
 
@@ -141,7 +142,7 @@ def pv_alarm_far_outside_range(view: LoopView) -> Iterator[Finding]:
     for point in POINTS if view.pv_alarms else ():
         value = view.held(f"pv_{point}")
         if value is not None and given(view, point) and not low - view.span <= value <= high + view.span:
-            yield view.find(
+            yield view.at(
                 "alarms", "pv", point, point=point, value=view.eu(value), low=view.eu(low), high=view.eu(high)
             )
 
@@ -159,13 +160,13 @@ def setpoint_in_alarm(view: LoopView) -> Iterator[Finding]:
 
     Fix: move the set point or the alarm.
     """
-    setpoint, points = written(view), view.holds("pv_low", "pv_high")
-    if not view.pv_alarms or setpoint is None or not points or points[0] >= points[1]:
+    setpoint = written(view)
+    if setpoint is None:
         return
     setpoint = effective(view, setpoint)
-    if not points[0] <= setpoint <= points[1]:
-        alarm = "low" if setpoint < points[0] else "high"
-        yield view.find("setpoint", "value", value=view.eu(setpoint), alarm=alarm, limit=view.shown(f"pv_{alarm}"))
+    alarm = alarm_beyond(view, setpoint)
+    if alarm is not None:
+        yield view.at("setpoint", "value", value=view.eu(setpoint), alarm=alarm, limit=view.shown(f"pv_{alarm}"))
 
 
 def deviation_points(view: LoopView) -> dict[str, Decimal]:
@@ -189,7 +190,7 @@ def deviation_alarm_of_zero(view: LoopView) -> Iterator[Finding]:
     """
     for key, value in deviation_points(view).items():
         if value <= 0:
-            yield view.find("alarms", "deviation", key, point=key, value=view.shown(f"deviation_{key}"))
+            yield view.at("alarms", "deviation", key, point=key, value=view.shown(f"deviation_{key}"))
 
 
 @per_loop
@@ -207,7 +208,7 @@ def deviation_alarms_out_of_order(view: LoopView) -> Iterator[Finding]:
     """
     points = deviation_points(view)
     if len(points) == len(DEVIATIONS) and points["high"] > points["high_high"] > 0:
-        yield view.find(
+        yield view.at(
             "alarms",
             "deviation",
             "high_high",
@@ -232,4 +233,4 @@ def deviation_alarm_beyond_range(view: LoopView) -> Iterator[Finding]:
     """
     for key, value in deviation_points(view).items():
         if value > view.span:
-            yield view.find("alarms", "deviation", key, point=key, value=view.eu(value), span=view.eu(view.span))
+            yield view.at("alarms", "deviation", key, point=key, value=view.eu(value), span=view.eu(view.span))

@@ -44,7 +44,7 @@ def autotune_drops_derivative(view: LoopView) -> Iterator[Finding]:
     """
     gain = view.loop.tuning.derivative_gain
     if view.loop.autotune.type == "PI" and gain > 0:
-        yield view.find("autotune", "type", gain=decimal_text(gain))
+        yield view.at("autotune", "type", gain=decimal_text(gain))
 
 
 @per_loop
@@ -60,7 +60,7 @@ def autotune_between_narrow_limits(view: LoopView) -> Iterator[Finding]:
     limits = view.holds("output_lower", "output_upper")
     planned = "autotune" in view.loop.model_fields_set and view.loop.autotune.method == "closed"
     if planned and limits and 0 <= limits[0] < limits[1] and (limits[0] > FULL[0] or limits[1] < FULL[1]):
-        yield view.find("autotune", "method", low=view.co(limits[0]), high=view.co(limits[1]))
+        yield view.at("autotune", "method", low=view.co(limits[0]), high=view.co(limits[1]))
 
 
 @per_loop
@@ -79,7 +79,7 @@ def stored_output_outside_limits(view: LoopView) -> Iterator[Finding]:
         inside = not limits or limits[0] >= limits[1] or value is None or limits[0] <= value <= limits[1]
         if getattr(view.loop.state, name) is not None and value is not None and not inside:
             effect = OUTSIDE[name]
-            yield view.find(
+            yield view.at(
                 "state",
                 name,
                 effect=effect,
@@ -102,4 +102,4 @@ def stored_pv_differs_from_raw(view: LoopView) -> Iterator[Finding]:
     """
     state = view.loop.state
     if state.pv is not None and state.raw_pv is not None and state.pv != state.raw_pv and not view.filtered:
-        yield view.find("state", "pv", pv=view.eu(state.pv), raw=view.eu(state.raw_pv))
+        yield view.at("state", "pv", pv=view.eu(state.pv), raw=view.eu(state.raw_pv))

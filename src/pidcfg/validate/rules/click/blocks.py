@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING
 
 from pidcfg.encoders.maps.click import LOOPS, SPACE
 from pidcfg.refs import CLICK, Decision
-from pidcfg.validate.extents import overlaps
+from pidcfg.validate.ideas import blocks
+from pidcfg.validate.ideas.duplicates import repeats
 from pidcfg.validate.rule import error, per_loop
 
 if TYPE_CHECKING:
@@ -43,11 +44,7 @@ def block_beyond_bank(view: LoopView) -> Iterator[Finding]:
 
     Fix: let the block begin no later than C1961, DS4486 or DF476.
     """
-    for extent in view.extents:
-        last = LAST[extent.prefix]
-        if extent.last > last:
-            latest = last - (extent.last - extent.first)
-            yield view.find(extent.key, block=extent.key, extent=extent, prefix=extent.prefix, last=last, latest=latest)
+    return blocks.block_beyond_bank(view, LAST)
 
 
 @error("PID302", AREAS, "{block} {extent} of {loop} overlaps {other_extent} of {other}")
@@ -60,10 +57,7 @@ def blocks_overlap(context: ClickContext) -> Iterator[Finding]:
     Fix: leave 40 C bits, 15 DS registers and 25 DF registers to every loop. Steps of 100 in all three banks are easy to
     remember.
     """
-    for second, mine, first, theirs in overlaps(context.loops):
-        yield second.find(
-            mine.key, block=mine.key, extent=mine, loop=second.loop.name, other_extent=theirs, other=first.loop.name
-        )
+    return blocks.blocks_overlap(context.loops)
 
 
 @error("PID303", D130, "loop {number} of {count}: a CLICK PLC calculates at most {limit} loops")
@@ -74,8 +68,7 @@ def too_many_loops(context: ClickContext) -> Iterator[Finding]:
 
     Fix: move the loop to another PLC, and to a file of its own.
     """
-    if len(context.loops) > LOOPS:
-        yield context.loops[LOOPS].find_key(number=LOOPS + 1, count=len(context.loops), limit=LOOPS)
+    return blocks.too_many_loops(context.loops, LOOPS)
 
 
 @error("PID304", PWM, "{bit} is already the PWM output of {other}: two loops would switch it")
@@ -86,11 +79,6 @@ def pwm_output_shared(context: ClickContext) -> Iterator[Finding]:
 
     Fix: give each loop a discrete output of its own.
     """
-    first: dict[str, str] = {}
-    for view in context.loops:
-        pwm = view.loop.output.pwm
-        if pwm is None:
-            continue
-        if pwm.bit in first:
-            yield view.find("output", "pwm", "bit", bit=pwm.bit, other=first[pwm.bit])
-        first.setdefault(pwm.bit, view.loop.name)
+    pulsed = ((view.loop.output.pwm.bit, view) for view in context.loops if view.loop.output.pwm is not None)
+    for bit, view, first in repeats(pulsed):
+        yield view.at("output", "pwm", "bit", bit=bit, other=first.name)

@@ -73,7 +73,7 @@ def derivative_limited_to_nothing(view: LoopView) -> Iterator[Finding]:
     loop, limit = view.loop, view.loop.derivative_gain_limit
     if view.derivative_limited and not limit and loop.tuning.derivative_gain > 0:
         key = "derivative_gain_limit_enabled" if limit is None else "derivative_gain_limit"
-        yield view.find(key, limit="no value" if limit is None else 0, gain=decimal_text(loop.tuning.derivative_gain))
+        yield view.at(key, limit="no value" if limit is None else 0, gain=decimal_text(loop.tuning.derivative_gain))
 
 
 @per_loop
@@ -87,7 +87,7 @@ def derivative_limit_without_derivative(view: LoopView) -> Iterator[Finding]:
     """
     limit = limit_in_use(view)
     if limit and view.loop.tuning.derivative_gain == 0:
-        yield view.find("derivative_gain_limit", limit=decimal_text(limit))
+        yield view.at("derivative_gain_limit", limit=decimal_text(limit))
 
 
 @per_loop
@@ -110,7 +110,7 @@ def derivative_without_limit_or_filter(view: LoopView) -> Iterator[Finding]:
         times = tuning.derivative_gain / sample
         if times > TYPICAL[1]:
             moves = f"{float(times * tuning.proportional_gain):.3g} {view.loop.output.unit or '%'}"
-            yield view.find(
+            yield view.at(
                 "tuning",
                 "derivative_gain",
                 gain=decimal_text(tuning.derivative_gain),
@@ -137,7 +137,7 @@ def derivative_limit_untypical(view: LoopView) -> Iterator[Finding]:
         effect = "little of the derivative is left" if limit < TYPICAL[0] else "much of the noise passes"
         if limit >= NO_LIMIT:
             effect = "100 filters nothing"
-        yield view.find("derivative_gain_limit", limit=decimal_text(limit), effect=effect)
+        yield view.at("derivative_gain_limit", limit=decimal_text(limit), effect=effect)
 
 
 @per_loop
@@ -152,7 +152,7 @@ def derivative_exceeds_reset(view: LoopView) -> Iterator[Finding]:
     """
     tuning = view.loop.tuning
     if view.integrates and tuning.reset_time < 2 * tuning.derivative_gain and view.sound(*TIMES):
-        yield view.find(
+        yield view.at(
             "tuning",
             "derivative_gain",
             gain=decimal_text(tuning.derivative_gain),
@@ -181,4 +181,4 @@ def setpoint_step_kicks_output(view: LoopView) -> Iterator[Finding]:
     step = STEP * view.span
     kick = tuning.proportional_gain * tuning.derivative_gain / sample * step
     if kick >= FULL:
-        yield view.find("tuning", "derivative_gain", step=view.eu(step), kick=f"{float(kick):.4g}")
+        yield view.at("tuning", "derivative_gain", step=view.eu(step), kick=f"{float(kick):.4g}")

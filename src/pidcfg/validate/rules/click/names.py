@@ -51,11 +51,11 @@ def nickname_too_long(view: LoopView) -> Iterator[Finding]:
 
     Fix: choose a name of at most 6 characters.
     """
-    name = view.loop.name
+    name = view.name
     too_long = [suffix for suffix in by_length() if len(name) + len(suffix) > LONGEST]
     if too_long:
         example = name[:LEAST_LEFT] + "…" if len(name) > LONGEST else name
-        yield view.find(
+        yield view.at(
             "name",
             length=len(name),
             count=len(too_long),
@@ -75,12 +75,12 @@ def name_not_usable_in_nicknames(view: LoopView) -> Iterator[Finding]:
     Fix: write the tag with letters, digits, blanks and underscores: `FIC101`. The tag on the drawing can stand in
     `description`.
     """
-    name = view.loop.name
+    name = view.name
     wrong = sorted(c for c in set(name) if c in FORBIDDEN or not c.isascii())
     if wrong:
-        yield view.find("name", name=name, reason=f"{' '.join(wrong)} {'is' if len(wrong) == 1 else 'are'} refused")
+        yield view.at("name", name=name, reason=f"{' '.join(wrong)} {'is' if len(wrong) == 1 else 'are'} refused")
     elif name.startswith("_"):
-        yield view.find("name", name=name, reason="it begins with an underscore")
+        yield view.at("name", name=name, reason="it begins with an underscore")
 
 
 @warning("PID307", D131, "{mine} of this loop and {theirs} of loop {other} are one nickname")
@@ -94,7 +94,7 @@ def nicknames_collide(context: ClickContext) -> Iterator[Finding]:
     """
     owners: dict[str, tuple[str, str]] = {}
     for view in context.loops:
-        name, own = view.loop.name, {}
+        name, own = view.name, {}
         clash = None
         for suffix in SUFFIXES.values():
             nickname = name + suffix
@@ -102,5 +102,5 @@ def nicknames_collide(context: ClickContext) -> Iterator[Finding]:
             clash = clash or owners.get(nickname.lower())
         if clash is not None and clash[1] != name:
             mine = own[clash[0].lower()][0]
-            yield view.find("name", mine=mine, theirs=clash[0], other=clash[1])
+            yield view.at("name", mine=mine, theirs=clash[0], other=clash[1])
         owners |= own

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from pidcfg.refs import CLICK
 from pidcfg.schemas.click import D100, EFFECT
-from pidcfg.validate.rule import error, info, once, per_loop, warning
+from pidcfg.validate.rule import error, info, per_loop, reported_once, warning
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -43,7 +43,7 @@ def action_not_verified(view: LoopView) -> Iterator[Finding]:
     """
     action = view.loop.action
     if not view.loop.action_verified:
-        yield view.find(
+        yield view.at(
             "action",
             register=view.register("action"),
             bit=int(action == "reverse"),
@@ -70,7 +70,7 @@ def several_pid_errors(view: LoopView) -> Iterator[Finding]:
     if len(view.errors) > 1:
         first, *more = view.errors
         others = ", then ".join(str(error.number) for error in more)
-        yield view.find_key(
+        yield view.at_key(
             plc_effect=effect(first.number),
             register=view.register("error_code"),
             shown=f"error {first.number} ({first.title})",
@@ -89,7 +89,7 @@ def auto_with_pid_error(view: LoopView) -> Iterator[Finding]:
     """
     if view.loop.mode == "auto" and len(view.errors) == 1:
         error = view.errors[0]
-        yield view.find(
+        yield view.at(
             "mode",
             plc_effect=effect(error.number),
             number=error.number,
@@ -111,7 +111,5 @@ def auto_is_not_downloaded(context: ClickContext) -> Iterator[Finding]:
 
     Fix: let the ladder program set the request once the plant is ready, or tell the operators.
     """
-    found = [view for view in context.loops if view.loop.mode == "auto" and not view.errors]
-    if found:
-        first, *others = found
-        yield once(first.find("mode", register=first.register("auto_request")), [view.loop.name for view in others])
+    waiting = [view for view in context.loops if view.loop.mode == "auto" and not view.errors]
+    return reported_once(waiting, lambda view: view.at("mode", register=view.register("auto_request")))

@@ -11,7 +11,7 @@ from pidcfg.refs import CLICK, Decision
 from pidcfg.schemas.base import decimal_text
 from pidcfg.schemas.click import EFFECT, ERRORS
 from pidcfg.validate.rule import Finding, error, info, per_loop, warning
-from pidcfg.validate.rules.click.context import number_text
+from pidcfg.validate.views import number_text
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -54,7 +54,7 @@ def output_upper_limit_zero(view: LoopView) -> Iterator[Finding]:
     """
     high = view.held("output_upper")
     if high is not None and high <= 0:
-        yield view.find("output", "limits", 1, high=view.co(high), register=view.register("output"))
+        yield view.at("output", "limits", 1, high=view.co(high), register=view.register("output"))
 
 
 @per_loop
@@ -69,7 +69,7 @@ def output_limits_not_ascending(view: LoopView) -> Iterator[Finding]:
     """
     limits = view.holds("output_lower", "output_upper")
     if limits and limits[0] >= limits[1] > 0:
-        yield view.find("output", "limits", 1, high=view.co(limits[1]), low=view.co(limits[0]))
+        yield view.at("output", "limits", 1, high=view.co(limits[1]), low=view.co(limits[0]))
 
 
 @per_loop
@@ -84,7 +84,7 @@ def output_lower_limit_negative(view: LoopView) -> Iterator[Finding]:
     """
     low = view.held("output_lower")
     if low is not None and low < 0:
-        yield view.find("output", "limits", 0, plc_effect=f"{EFFECT}{OUTPUT_BELOW_ZERO}", low=view.co(low))
+        yield view.at("output", "limits", 0, plc_effect=f"{EFFECT}{OUTPUT_BELOW_ZERO}", low=view.co(low))
 
 
 @per_loop
@@ -105,7 +105,7 @@ def output_limit_beyond_full(view: LoopView) -> Iterator[Finding]:
         values = {"high": view.co(high), "effect": "the pulses are on all the time from 100 % on"}
         yield Finding(("loops", view.index, "output", "limits", 1), values, severity=Severity.WARNING)
     elif percent(view):
-        yield view.find("output", "limits", 1, high=view.co(high), effect="more than 100 % wants a unit of its own")
+        yield view.at("output", "limits", 1, high=view.co(high), effect="more than 100 % wants a unit of its own")
 
 
 @per_loop
@@ -120,7 +120,7 @@ def output_limit_looks_like_fraction(view: LoopView) -> Iterator[Finding]:
     """
     limits = view.holds("output_lower", "output_upper")
     if limits and limits[0] < limits[1] and 0 < limits[1] <= 1 and (percent(view) or view.loop.output.pwm):
-        yield view.find("output", "limits", 1, high=view.co(limits[1]))
+        yield view.at("output", "limits", 1, high=view.co(limits[1]))
 
 
 @per_loop
@@ -139,7 +139,7 @@ def pwm_period_beyond_reset(view: LoopView) -> Iterator[Finding]:
     """
     pwm, reset = view.loop.output.pwm, view.loop.tuning.reset_time
     if pwm is not None and reset < pwm.period and view.sound("reset_time", "pwm_period"):
-        yield view.find("output", "pwm", "period", period=decimal_text(pwm.period), reset=decimal_text(reset))
+        yield view.at("output", "pwm", "period", period=decimal_text(pwm.period), reset=decimal_text(reset))
 
 
 @per_loop
@@ -159,7 +159,7 @@ def pwm_period_below_sample_rate(view: LoopView) -> Iterator[Finding]:
     """
     pwm, sample = view.loop.output.pwm, view.loop.sample_rate
     if pwm is not None and pwm.period < sample and view.sound("sample_rate", "pwm_period"):
-        yield view.find(
+        yield view.at(
             "output",
             "pwm",
             "period",

@@ -56,7 +56,7 @@ def pv_range_without_width(view: LoopView) -> Iterator[Finding]:
     if ends and ends[0] == ends[1]:
         registers = f"{view.register('pv_lower')} and {view.register('pv_upper')}"
         low, high = map(decimal_text, view.loop.pv.range)
-        yield view.find("pv", "range", low=low, high=high, registers=registers)
+        yield view.at("pv", "range", low=low, high=high, registers=registers)
 
 
 @per_loop
@@ -71,7 +71,7 @@ def filter_without_effect(view: LoopView) -> Iterator[Finding]:
     """
     pv = view.loop.pv
     if view.filtered and view.held("filter") == NO_LIMIT:
-        yield view.find(
+        yield view.at(
             "pv",
             "filter_enabled" if pv.filter is None else "filter",
             value="no constant, which is 100 %" if pv.filter is None else "100 %",
@@ -95,7 +95,7 @@ def filter_lags(view: LoopView) -> Iterator[Finding]:
     """
     tau, reset = time_constant(view), view.loop.tuning.reset_time
     if tau is not None and tau * SHARE > reset and view.sound("reset_time", "sample_rate"):
-        yield view.find(
+        yield view.at(
             "pv",
             "filter",
             constant=view.loop.pv.filter,
@@ -116,4 +116,4 @@ def filter_switched_off(view: LoopView) -> Iterator[Finding]:
     """
     pv = view.loop.pv
     if pv.filter is not None and pv.filter != NO_LIMIT and not view.filtered:
-        yield view.find("pv", "filter_enabled", constant=Decimal(pv.filter), register=view.register("filter_enable"))
+        yield view.at("pv", "filter_enabled", constant=Decimal(pv.filter), register=view.register("filter_enable"))

@@ -8,7 +8,8 @@ from pidcfg.diagnostics import Severity
 from pidcfg.encoders.maps.click import SETPOINT_CROSSED
 from pidcfg.refs import CLICK, Decision
 from pidcfg.schemas.click import EFFECT
-from pidcfg.validate.rule import Finding, error, info, once, per_loop, warning
+from pidcfg.validate.ideas import setpoints
+from pidcfg.validate.rule import Finding, error, info, per_loop, warning
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -109,7 +110,7 @@ def setpoint_limit_without_value(view: LoopView) -> Iterator[Finding]:
         consequence = f"set points {'below' if end == 'lower' else 'above'} 0 are replaced by 0"
         if broken:
             consequence = "the limits are crossed"
-        yield view.find(
+        yield view.at(
             "setpoint",
             f"{end}_limit_enabled",
             plc_effect=CROSSED_EFFECT if broken else None,
@@ -131,7 +132,7 @@ def setpoint_limits_equal(view: LoopView) -> Iterator[Finding]:
     """
     ends = limits_on(view)
     if len(ends) == len(ENDS) and ends["lower"] == ends["upper"] and not missing(view):
-        yield view.find("setpoint", "upper_limit", value=view.shown("setpoint_upper"))
+        yield view.at("setpoint", "upper_limit", value=view.shown("setpoint_upper"))
 
 
 @per_loop
@@ -152,7 +153,7 @@ def setpoint_outside_limits(view: LoopView) -> Iterator[Finding]:
     kept = effective(view, value)
     if kept != value:
         end, side = ("lower", "below") if kept > value else ("upper", "above")
-        yield view.find(
+        yield view.at(
             "setpoint",
             "value",
             value=view.shown("setpoint"),
@@ -177,9 +178,7 @@ def setpoint_outside_range(view: LoopView) -> Iterator[Finding]:
     value = written(view)
     low, high = view.loop.pv.range
     if value is not None and not low <= effective(view, value) <= high:
-        yield view.find(
-            "setpoint", "value", value=view.eu(effective(view, value)), low=view.eu(low), high=view.eu(high)
-        )
+        yield view.at("setpoint", "value", value=view.eu(effective(view, value)), low=view.eu(low), high=view.eu(high))
 
 
 @per_loop
@@ -200,7 +199,7 @@ def setpoint_limit_outside_range(view: LoopView) -> Iterator[Finding]:
     low, high = view.loop.pv.range
     for end, value in limits_on(view).items():
         if view.given(f"setpoint_{end}") is not None and not low <= value <= high:
-            yield view.find(
+            yield view.at(
                 "setpoint", f"{end}_limit", end=end, value=view.eu(value), low=view.eu(low), high=view.eu(high)
             )
 
@@ -216,7 +215,7 @@ def setpoint_limit_switched_off(view: LoopView) -> Iterator[Finding]:
     """
     for end in ENDS:
         if view.given(f"setpoint_{end}") is not None and not view.setpoint_limited(end):
-            yield view.find(
+            yield view.at(
                 "setpoint",
                 f"{end}_limit_enabled",
                 end=end,
@@ -238,14 +237,7 @@ def setpoint_replaced_by_pv(context: ClickContext) -> Iterator[Finding]:
 
     Fix: let the operator or the ladder program write the set point after the change to Auto, or take `bumpless: 2`.
     """
-    found = [
-        view
-        for view in context.loops
-        if view.loop.mode == "auto" and view.loop.bumpless == 1 and view.loop.setpoint.value is not None
-    ]
-    if found:
-        first, *others = found
-        yield once(first.find("setpoint", "value", value=first.shown("setpoint")), [view.loop.name for view in others])
+    return setpoints.setpoint_replaced_by_pv(context.loops, bumpless=1)
 
 
 @per_loop
@@ -261,4 +253,4 @@ def setpoint_left_at_zero(view: LoopView) -> Iterator[Finding]:
     loop = view.loop
     setpoint = view.held("setpoint")
     if loop.mode == "auto" and loop.bumpless == 2 and loop.setpoint.value is None and setpoint is not None:
-        yield view.find("setpoint", register=view.register("setpoint"), zero=view.eu(effective(view, setpoint)))
+        yield view.at("setpoint", register=view.register("setpoint"), zero=view.eu(effective(view, setpoint)))

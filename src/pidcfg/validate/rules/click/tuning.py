@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 from pidcfg.refs import CLICK, Decision
 from pidcfg.schemas.base import decimal_text
 from pidcfg.validate.rule import info, per_loop, warning
-from pidcfg.validate.rules.click.context import NO_INTEGRAL, number_text
+from pidcfg.validate.rules.click.context import NO_INTEGRAL
+from pidcfg.validate.views import number_text
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -62,7 +63,7 @@ def integral_faster_than_proportional(view: LoopView) -> Iterator[Finding]:
     """
     reset, sample = view.loop.tuning.reset_time, view.loop.sample_rate
     if reset < sample and view.sound("reset_time", "sample_rate"):
-        yield view.find(
+        yield view.at(
             "tuning",
             "reset_time",
             reset=decimal_text(reset),
@@ -86,7 +87,7 @@ def integral_as_good_as_off(view: LoopView) -> Iterator[Finding]:
     Fix: nothing, if a loop without an integral (or a very slow process) is meant; otherwise shorten the reset time.
     """
     if view.loop.tuning.reset_time >= NO_INTEGRAL and view.sound("reset_time"):
-        yield view.find("tuning", "reset_time", reset=decimal_text(view.loop.tuning.reset_time))
+        yield view.at("tuning", "reset_time", reset=decimal_text(view.loop.tuning.reset_time))
 
 
 @per_loop
@@ -106,7 +107,7 @@ def gain_acts_like_a_switch(view: LoopView) -> Iterator[Finding]:
     """
     error = saturating_error(view)
     if error is not None and error * BAND < view.span and view.sound("proportional_gain"):
-        yield view.find(
+        yield view.at(
             "tuning",
             "proportional_gain",
             gain=number_text(view.loop.tuning.proportional_gain),
@@ -127,7 +128,7 @@ def gain_moves_nothing(view: LoopView) -> Iterator[Finding]:
     gain, width = view.loop.tuning.proportional_gain, view.span
     moves = gain * (width * width if view.squared else width)
     if moves < 1 and view.sound("proportional_gain"):
-        yield view.find(
+        yield view.at(
             "tuning", "proportional_gain", gain=number_text(gain), span=view.eu(width), moves=f"{float(moves):.2g} %"
         )
 
@@ -154,7 +155,7 @@ def windup_not_prevented(view: LoopView) -> Iterator[Finding]:
     """
     if view.integrates and view.sound("reset_time") and not view.loop.freeze_bias and travel(view) is not None:
         low, high = view.loop.output.limits
-        yield view.find(
+        yield view.at(
             "freeze_bias", low=view.co(low), high=view.co(high), reset=decimal_text(view.loop.tuning.reset_time)
         )
 
@@ -170,4 +171,4 @@ def freeze_without_integral(view: LoopView) -> Iterator[Finding]:
     Fix: nothing, or leave `freeze_bias` out.
     """
     if view.loop.freeze_bias and view.loop.tuning.reset_time >= NO_INTEGRAL:
-        yield view.find("freeze_bias", reset=decimal_text(view.loop.tuning.reset_time))
+        yield view.at("freeze_bias", reset=decimal_text(view.loop.tuning.reset_time))

@@ -7,9 +7,10 @@ from itertools import pairwise
 from typing import TYPE_CHECKING
 
 from pidcfg.diagnostics import Severity
-from pidcfg.encoders.plain import switched_on
+from pidcfg.encoders.mapping import switched_on
 from pidcfg.refs import DL06, Decision
 from pidcfg.schemas.base import decimal_text
+from pidcfg.validate.ideas.alarms import alarm_beyond
 from pidcfg.validate.rule import Finding, error, per_loop, warning
 from pidcfg.validate.rules.dl06.context import counts_text
 
@@ -60,8 +61,17 @@ def wrong_pairs(view: LoopView, group: str, prefix: str, points: tuple[str, ...]
 def order_finding(view: LoopView, group: str, prefix: str, low: str, high: str) -> Finding:
     """Two alarm points in the wrong order, both with their addresses."""
     below, above = f"{prefix}_{low}", f"{prefix}_{high}"
-    shown = {key: f"{view.shown(name)} in {view.v(name)}" for key, name in (("high", above), ("low", below))}
-    return view.find("alarms", group, high, plc_effect=stays_in_manual(view), above=high, below=low, **shown)
+    shown = {name: f"{view.shown(name)} in {view.v(name)}" for name in (below, above)}
+    return view.at(
+        "alarms",
+        group,
+        high,
+        plc_effect=stays_in_manual(view),
+        above=high,
+        below=low,
+        high=shown[above],
+        low=shown[below],
+    )
 
 
 @per_loop
@@ -150,7 +160,7 @@ def deviation_alarm_of_zero(view: LoopView) -> Iterator[Finding]:
     """
     words = view.holds("deviation_yellow", "deviation_red")
     if view.deviation_alarms and words and words[0] == 0 < words[1]:
-        yield view.find("alarms", "deviation", "yellow", value=view.shown("deviation_yellow"))
+        yield view.at("alarms", "deviation", "yellow", value=view.shown("deviation_yellow"))
 
 
 @per_loop
@@ -171,7 +181,7 @@ def rate_of_change_limit_of_zero(view: LoopView) -> Iterator[Finding]:
     if rate_alarm_on(view) and view.counts("rate_of_change") == 0:
         rate = view.loop.alarms.rate_of_change
         key = "rate_of_change_enabled" if rate is None else "rate_of_change"
-        yield view.find(
+        yield view.at(
             "alarms",
             key,
             value=rate_text(view),
@@ -228,7 +238,7 @@ def rate_of_change_limit_coarse(view: LoopView) -> Iterator[Finding]:
         exact = exact_rate(view)
         error = abs(counts - exact) / exact
         if error > COARSE:
-            yield view.find(
+            yield view.at(
                 "alarms",
                 "rate_of_change",
                 value=rate_text(view),
@@ -254,13 +264,13 @@ def setpoint_in_alarm(view: LoopView) -> Iterator[Finding]:
 
     Fix: move the set point or the alarm.
     """
-    setpoint, low, high = (view.counts(name) for name in ("setpoint", "pv_low", "pv_high"))
-    if not view.pv_alarms or view.loop.setpoint.value is None or setpoint is None or low is None or high is None:
+    setpoint = view.counts("setpoint")
+    if view.loop.setpoint.value is None or setpoint is None:
         return
-    raw = setpoint * abs(setpoint) if view.loop.pv.square_root else setpoint
-    if low < high and not low <= raw <= high:
-        alarm = "low" if raw < low else "high"
+    raw = view.raw(setpoint)
+    alarm = alarm_beyond(view, raw)
+    if alarm is not None:
         squared = f", a raw PV of {counts_text(raw)}," if view.loop.pv.square_root else ""
-        yield view.find(
+        yield view.at(
             "setpoint", "value", value=view.shown("setpoint") + squared, alarm=alarm, limit=view.shown(f"pv_{alarm}")
         )

@@ -44,7 +44,7 @@ def autotune_start_preset(view: LoopView) -> Iterator[Finding]:
     Fix: remove `start`; start auto-tuning from the programming software or the ladder program.
     """
     if view.loop.autotune.start:
-        yield view.find("autotune", "start", word=view.v("mode_setting_2"))
+        yield view.at("autotune", "start", word=view.v("mode_setting_2"))
 
 
 @per_loop
@@ -60,7 +60,7 @@ def autotune_in_wrong_mode(view: LoopView) -> Iterator[Finding]:
     tune, mode = view.loop.autotune, view.loop.mode
     wanted = "manual" if tune.method == "open" else "auto"
     if tune.start and mode != wanted:
-        yield view.find("autotune", "method", method=tune.method, mode=mode, wanted=wanted)
+        yield view.at("autotune", "method", method=tune.method, mode=mode, wanted=wanted)
 
 
 @per_loop
@@ -79,7 +79,7 @@ def autotune_between_narrow_limits(view: LoopView) -> Iterator[Finding]:
     if "autotune" not in view.loop.model_fields_set or view.loop.autotune.method != "closed" or not limits:
         return
     if limits[0] > ends.minimum or limits[1] < ends.maximum:
-        yield view.find_key("autotune", low=view.shown("output_low"), high=view.shown("output_high"))
+        yield view.at_key("autotune", low=view.shown("output_low"), high=view.shown("output_high"))
 
 
 @per_loop
@@ -101,4 +101,4 @@ def autotune_start_condition(view: LoopView) -> Iterator[Finding]:
         condition = f"open-loop auto-tuning starts only with the PV at least {apart} {side} the set point"
         if view.loop.autotune.method == "closed":
             condition = f"closed-loop auto-tuning wants PV and set point within 5 % of full scale ({apart})"
-        yield view.find_key("autotune", condition=condition)
+        yield view.at_key("autotune", condition=condition)

@@ -43,13 +43,13 @@ def major_loop_stuck_in_manual(context: Dl06Context) -> Iterator[Finding]:
     """
     for major, minor in context.cascades:
         if minor.loop.mode != "cascade" and major.loop.mode != "manual":
-            effect = f"bit 0 of {major.v('mode_and_alarm_status')} ({major.loop.name} in Manual) stays on"
-            yield minor.find(
+            effect = f"bit 0 of {major.v('mode_and_alarm_status')} ({major.name} in Manual) stays on"
+            yield minor.at(
                 "mode",
                 plc_effect=effect,
                 mode=minor.loop.mode,
-                name=minor.loop.name,
-                major=major.loop.name,
+                name=minor.name,
+                major=major.name,
                 goal=major.loop.mode,
             )
 
@@ -69,7 +69,7 @@ def cascade_mode_without_major(view: LoopView) -> Iterator[Finding]:
     Fix: write `mode: auto` for the outermost loop, or name the major loop of an inner one in `cascade_from`.
     """
     if view.loop.mode == "cascade" and view.loop.cascade_from is None and view.loop.remote_setpoint is None:
-        yield view.find("mode", word=view.v("remote_setpoint"))
+        yield view.at("mode", word=view.v("remote_setpoint"))
 
 
 @warning(
@@ -87,7 +87,7 @@ def major_loop_left_in_manual(context: Dl06Context) -> Iterator[Finding]:
     """
     for major, minor in context.cascades:
         if major.loop.mode == "manual" and minor.loop.mode == "cascade":
-            yield major.find("mode", minor=minor.loop.name)
+            yield major.at("mode", minor=minor.name)
 
 
 @info("PID268", CASCADED, "mode is {mode}, so {name} keeps its own set point, and the output of {major} leads nowhere")
@@ -101,7 +101,7 @@ def idle_cascade(context: Dl06Context) -> Iterator[Finding]:
     """
     for major, minor in context.cascades:
         if minor.loop.mode != "cascade" and major.loop.mode == "manual":
-            yield minor.find("mode", mode=minor.loop.mode, name=minor.loop.name, major=major.loop.name)
+            yield minor.at("mode", mode=minor.loop.mode, name=minor.name, major=major.name)
 
 
 @warning("PID269", INTRODUCTION, "{major} samples every {fast} s, faster than its minor loop {minor} with {slow} s")
@@ -116,11 +116,11 @@ def major_loop_faster_than_minor(context: Dl06Context) -> Iterator[Finding]:
     for major, minor in context.cascades:
         slow, fast = minor.loop.sample_rate, major.loop.sample_rate
         if fast < slow:
-            yield major.find(
+            yield major.at(
                 "sample_rate",
-                major=major.loop.name,
+                major=major.name,
                 fast=decimal_text(fast),
-                minor=minor.loop.name,
+                minor=minor.name,
                 slow=decimal_text(slow),
             )
 
@@ -141,11 +141,11 @@ def cascade_rates_close(context: Dl06Context) -> Iterator[Finding]:
     for major, minor in context.cascades:
         slow, fast = major.loop.sample_rate, minor.loop.sample_rate
         if 0 < fast <= slow < RATIO * fast:
-            yield major.find(
+            yield major.at(
                 "sample_rate",
-                major=major.loop.name,
+                major=major.name,
                 slow=decimal_text(slow),
-                minor=minor.loop.name,
+                minor=minor.name,
                 fast=decimal_text(fast),
                 ratio=f"{slow / fast:.3g}",
                 limit=RATIO,
@@ -170,10 +170,10 @@ def cascade_output_beyond_setpoint_limits(context: Dl06Context) -> Iterator[Find
         if not minor.setpoint_limited or minor.loop.pv.square_root or not output or not setpoint:
             continue
         if output[0] < setpoint[0] or output[1] > setpoint[1]:
-            yield major.find(
+            yield major.at(
                 "output",
                 "limits",
-                minor=minor.loop.name,
+                minor=minor.name,
                 low=major.eu(output[0], "output"),
                 high=major.eu(output[1], "output"),
                 least=minor.eu(setpoint[0], "sp"),
@@ -197,6 +197,4 @@ def cascade_output_also_transferred(context: Dl06Context) -> Iterator[Finding]:
     for major, minor in context.cascades:
         transfer = major.loop.output.transfer
         if transfer is not None and transfer.slot is not None:
-            yield major.find_key(
-                "output", "transfer", minor=minor.loop.name, slot=transfer.slot, channel=transfer.channel
-            )
+            yield major.at_key("output", "transfer", minor=minor.name, slot=transfer.slot, channel=transfer.channel)

@@ -48,7 +48,7 @@ def velocity_form_with_bumpless_two(view: LoopView) -> Iterator[Finding]:
     Fix: write `bumpless: I`, or take the position form.
     """
     if view.loop.algorithm == "velocity" and view.loop.bumpless == "II":
-        yield view.find("bumpless")
+        yield view.at("bumpless")
 
 
 @per_loop
@@ -75,7 +75,7 @@ def freeze_never_reached(view: LoopView) -> Iterator[Finding]:
     ):
         ends = view.scales["output"].format
         if limits[0] > ends.minimum or limits[1] < ends.maximum:
-            yield view.find(
+            yield view.at(
                 "bias_freeze",
                 low=view.shown("output_low"),
                 high=view.shown("output_high"),
@@ -94,4 +94,4 @@ def freeze_in_velocity_form(view: LoopView) -> Iterator[Finding]:
     Fix: remove `bias_freeze`, or take the position form.
     """
     if view.loop.bias_freeze and view.loop.algorithm == "velocity":
-        yield view.find("bias_freeze")
+        yield view.at("bias_freeze")

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from pidcfg.encoders.words import nearest
 from pidcfg.refs import DL06, Decision
+from pidcfg.validate.ideas import alarms
 from pidcfg.validate.rule import Finding, error, info, per_loop, warning
 
 if TYPE_CHECKING:
@@ -47,11 +48,6 @@ def span_share(view: LoopView, share: Decimal) -> int:
     return nearest(share * view.scales["pv"].format.span)
 
 
-def span_text(view: LoopView, counts: int) -> str:
-    """A distance on the PV scale."""
-    return view.text(view.scales["pv"].span_value(counts), "pv", counts)
-
-
 @per_loop
 @error("PID249", HYSTERESIS, "hysteresis is {value}; its range begins at {least}")
 def hysteresis_of_zero(view: LoopView) -> Iterator[Finding]:
@@ -63,7 +59,7 @@ def hysteresis_of_zero(view: LoopView) -> Iterator[Finding]:
     Fix: give at least one count; 0.1 % to 5 % of the range is the feature table's advice.
     """
     if view.loop.alarms.hysteresis is not None and in_use(view) == 0:
-        yield view.find("alarms", "hysteresis", value=view.shown("hysteresis"), least=span_text(view, 1))
+        yield view.at("alarms", "hysteresis", value=view.shown("hysteresis"), least=view.distance(1))
 
 
 @per_loop
@@ -77,8 +73,8 @@ def hysteresis_wide(view: LoopView) -> Iterator[Finding]:
     """
     counts = in_use(view)
     if counts is not None and span_share(view, WIDEST) < counts <= span_share(view, LARGEST):
-        limit = span_text(view, span_share(view, WIDEST))
-        yield view.find("alarms", "hysteresis", value=view.shown("hysteresis"), limit=limit)
+        limit = view.distance(span_share(view, WIDEST))
+        yield view.at("alarms", "hysteresis", value=view.shown("hysteresis"), limit=limit)
 
 
 @per_loop
@@ -92,8 +88,8 @@ def hysteresis_beyond_range(view: LoopView) -> Iterator[Finding]:
     """
     counts = in_use(view)
     if counts is not None and counts > span_share(view, LARGEST):
-        limit = span_text(view, span_share(view, LARGEST))
-        yield view.find("alarms", "hysteresis", value=view.shown("hysteresis"), limit=limit)
+        limit = view.distance(span_share(view, LARGEST))
+        yield view.at("alarms", "hysteresis", value=view.shown("hysteresis"), limit=limit)
 
 
 @per_loop
@@ -109,7 +105,7 @@ def hysteresis_swallows_deviation_alarm(view: LoopView) -> Iterator[Finding]:
     yellow, counts = view.counts("deviation_yellow"), view.counts("hysteresis")
     if view.deviation_alarms and yellow and counts is not None and counts >= yellow:
         key = "hysteresis" if view.loop.alarms.hysteresis is not None else "deviation"
-        yield view.find(
+        yield view.at(
             "alarms",
             key,
             value=view.shown("hysteresis"),
@@ -132,11 +128,7 @@ def hysteresis_spans_normal_zone(view: LoopView) -> Iterator[Finding]:
 
     Fix: make the hysteresis much smaller than the distance from low to high.
     """
-    words = view.holds("pv_low", "pv_high", "hysteresis")
-    if view.pv_alarms and words and 0 < words[1] - words[0] <= words[2] <= span_share(view, LARGEST):
-        yield view.find(
-            "alarms", "hysteresis", value=view.shown("hysteresis"), zone=span_text(view, words[1] - words[0])
-        )
+    return alarms.hysteresis_spans_normal_zone(view, span_share(view, LARGEST))
 
 
 @per_loop
@@ -149,7 +141,7 @@ def hysteresis_not_given(view: LoopView) -> Iterator[Finding]:
     Fix: give `alarms.hysteresis`, 0.1 % to 5 % of the range.
     """
     if view.loop.alarms.hysteresis is None and in_use(view) is not None:
-        yield view.find("alarms", "hysteresis", least=span_text(view, 1))
+        yield view.at("alarms", "hysteresis", least=view.distance(1))
 
 
 @per_loop
@@ -167,4 +159,4 @@ def hysteresis_without_effect(view: LoopView) -> Iterator[Finding]:
     Fix: remove it, or switch on the alarms it was meant for.
     """
     if view.loop.alarms.hysteresis is not None and not view.pv_alarms and not view.deviation_alarms:
-        yield view.find("alarms", "hysteresis", value=view.shown("hysteresis"))
+        yield view.at("alarms", "hysteresis", value=view.shown("hysteresis"))

@@ -36,7 +36,7 @@ def output_limits_crossed(view: LoopView) -> Iterator[Finding]:
     Fix: write the lower limit first. The direction of control is the loop's `action`, not the order of the limits.
     """
     if (limits := view.holds("output_low", "output_high")) and limits[0] > limits[1]:
-        yield view.find("output", "limits", 1, high=view.shown("output_high"), low=view.shown("output_low"))
+        yield view.at("output", "limits", 1, high=view.shown("output_high"), low=view.shown("output_low"))
 
 
 @per_loop
@@ -51,7 +51,7 @@ def output_limits_equal(view: LoopView) -> Iterator[Finding]:
     """
     limits = view.holds("output_low", "output_high")
     if limits and limits[0] == limits[1] and not pinned_to_zero(limits):
-        yield view.find("output", "limits", 1, low=view.shown("output_low"), high=view.shown("output_high"))
+        yield view.at("output", "limits", 1, low=view.shown("output_low"), high=view.shown("output_high"))
 
 
 def pinned_to_zero(limits: list[int]) -> bool:
@@ -71,7 +71,7 @@ def output_upper_limit_zero(view: LoopView) -> Iterator[Finding]:
     """
     limits = view.holds("output_low", "output_high")
     if limits and limits[0] <= limits[1] and pinned_to_zero(limits):
-        yield view.find("output", "limits", 1, high=view.shown("output_high"), word=view.v("output"))
+        yield view.at("output", "limits", 1, high=view.shown("output_high"), word=view.v("output"))
 
 
 @per_loop
@@ -87,7 +87,7 @@ def bipolar_format_for_positive_range(view: LoopView) -> Iterator[Finding]:
     for key, part in (("pv", view.loop.pv), ("output", view.loop.output)):
         scale = view.scales[key]
         if part.range is not None and part.range[0] >= 0 and scale.format.minimum < 0:
-            yield view.find(
+            yield view.at(
                 key,
                 "range",
                 low=decimal_text(part.range[0]),

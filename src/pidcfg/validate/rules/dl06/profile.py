@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from pidcfg.refs import DL06, Decision
 from pidcfg.schemas.base import decimal_text
+from pidcfg.validate.ideas.alarms import alarm_beyond
 from pidcfg.validate.rule import Finding, error, info, per_loop, warning
 
 if TYPE_CHECKING:
@@ -57,7 +58,7 @@ def ramp_target_outside_setpoint_limits(view: LoopView) -> Iterator[Finding]:
     limits = view.holds("setpoint_low", "setpoint_high") if view.pairs and view.setpoint_limited else []
     for pair in running(view) if limits else []:
         if pair.target is not None and not limits[0] <= pair.target <= limits[1]:
-            yield view.find(
+            yield view.at(
                 "ramp_soak",
                 "steps",
                 pair.index,
@@ -81,7 +82,7 @@ def first_ramp_without_length(view: LoopView) -> Iterator[Finding]:
     pairs, given = running(view), view.loop.setpoint.value
     if pairs and given is not None and pairs[0].target is not None and pairs[0].target == view.counts("setpoint"):
         value = view.text(pairs[0].step.ramp_to, "sp", pairs[0].target)
-        yield view.find("ramp_soak", "steps", 0, "ramp_to", value=value)
+        yield view.at("ramp_soak", "steps", 0, "ramp_to", value=value)
 
 
 @per_loop
@@ -99,7 +100,7 @@ def profile_ends_early(view: LoopView) -> Iterator[Finding]:
     used = [pair.index for pair in pairs if pair.slope != 0 or pair.target != 0 or pair.soak != 0]
     stop = len(running(view))
     if used and stop <= used[-1]:
-        yield view.find("ramp_soak", "steps", stop, "slope", lost=steps_text(stop, used[-1]))
+        yield view.at("ramp_soak", "steps", stop, "slope", lost=steps_text(stop, used[-1]))
 
 
 @per_loop
@@ -122,7 +123,7 @@ def slope_rounded(view: LoopView) -> Iterator[Finding]:
             continue
         change = exact / pair.slope - 1
         if abs(pair.slope - exact) > ROUNDING * exact:
-            yield view.find(
+            yield view.at(
                 "ramp_soak",
                 "steps",
                 pair.index,
@@ -161,7 +162,7 @@ def ramp_within_one_sample(view: LoopView) -> Iterator[Finding]:
             continue
         time = abs(at - start) / float(pair.slope)
         if 0 < time <= float(view.loop.sample_rate):
-            yield view.find(
+            yield view.at(
                 "ramp_soak",
                 "steps",
                 pair.index,
@@ -186,7 +187,7 @@ def soak_of_zero(view: LoopView) -> Iterator[Finding]:
     """
     for pair in running(view):
         if pair.soak == 0:
-            yield view.find("ramp_soak", "steps", pair.index, "soak", steps=steps_text(pair.index, pair.index))
+            yield view.at("ramp_soak", "steps", pair.index, "soak", steps=steps_text(pair.index, pair.index))
 
 
 @per_loop
@@ -203,14 +204,10 @@ def ramp_target_in_alarm(view: LoopView) -> Iterator[Finding]:
 
     Fix: move the alarm beyond the highest (or lowest) step of the profile.
     """
-    points = view.holds("pv_low", "pv_high") if view.pairs and view.pv_alarms else []
-    for pair in running(view) if points and points[0] < points[1] else []:
-        if pair.target is None:
-            continue
-        raw = pair.target * abs(pair.target) if view.loop.pv.square_root else pair.target
-        if not points[0] <= raw <= points[1]:
-            alarm = "low" if raw < points[0] else "high"
+    for pair in running(view):
+        alarm = None if pair.target is None else alarm_beyond(view, view.raw(pair.target))
+        if alarm is not None:
             value = view.text(pair.step.ramp_to, "sp", pair.target)
-            yield view.find(
+            yield view.at(
                 "ramp_soak", "steps", pair.index, "ramp_to", value=value, alarm=alarm, limit=view.shown(f"pv_{alarm}")
             )

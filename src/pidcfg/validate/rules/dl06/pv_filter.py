@@ -45,7 +45,7 @@ def filter_without_effect(view: LoopView) -> Iterator[Finding]:
     pv = view.loop.pv
     if view.filtered and "filter" not in view.misfits and not STRONGEST <= view.digits("filter") <= WEAKEST:
         key = "filter_enabled" if pv.filter is None else "filter"
-        yield view.find("pv", key, value="no constant" if pv.filter is None else f"k = {decimal_text(pv.filter)}")
+        yield view.at("pv", key, value="no constant" if pv.filter is None else f"k = {decimal_text(pv.filter)}")
 
 
 @per_loop
@@ -64,7 +64,7 @@ def filter_leaves_an_offset(view: LoopView) -> Iterator[Finding]:
     offset = 10 // (2 * tenths)
     if offset * THOUSANDTH >= view.scales["pv"].format.span:
         text = view.text(view.scales["pv"].span_value(offset), "pv", offset)
-        yield view.find("pv", "filter", k=f"0.{tenths}", offset=text)
+        yield view.at("pv", "filter", k=f"0.{tenths}", offset=text)
 
 
 @per_loop
@@ -87,7 +87,7 @@ def filtered_alarm_at_end_of_scale(view: LoopView) -> Iterator[Finding]:
             ends.minimum,
             ends.maximum,
         }:
-            yield view.find("alarms", "pv", key, alarm=key, value=view.shown(f"pv_{key}"))
+            yield view.at("alarms", "pv", key, alarm=key, value=view.shown(f"pv_{key}"))
 
 
 @per_loop
@@ -108,4 +108,4 @@ def filter_without_auto_transfer(view: LoopView) -> Iterator[Finding]:
     """
     pv = view.loop.pv
     if view.filtered and pv.transfer is None:
-        yield view.find("pv", "filter_enabled" if pv.filter is None else "filter", word=view.v("pv"))
+        yield view.at("pv", "filter_enabled" if pv.filter is None else "filter", word=view.v("pv"))

@@ -52,7 +52,7 @@ def ramp_soak_table_outside_user_memory(context: Dl06Context) -> Iterator[Findin
     for view, first, last in tables(context):
         flags = check_ramp_soak(first)
         if flags and flags != TABLE_IN_SYSTEM:
-            yield view.find(
+            yield view.at(
                 "ramp_soak",
                 "table",
                 plc_effect=error_bit(view, flags),
@@ -72,7 +72,7 @@ def ramp_soak_table_in_system_memory(context: Dl06Context) -> Iterator[Finding]:
     """
     for view, first, _ in tables(context):
         if check_ramp_soak(first) == TABLE_IN_SYSTEM:
-            yield view.find(
+            yield view.at(
                 "ramp_soak",
                 "table",
                 plc_effect=error_bit(view, TABLE_IN_SYSTEM),
@@ -92,7 +92,7 @@ def ramp_soak_table_in_loop_table(context: Dl06Context) -> Iterator[Finding]:
     start, end = context.table
     for view, first, last in tables(context):
         if first <= end and last >= start:
-            yield view.find("ramp_soak", "table", words=between((first, last)), table=between((start, end)))
+            yield view.at("ramp_soak", "table", words=between((first, last)), table=between((start, end)))
 
 
 @error("PID277", TABLE, "the ramp/soak table {words} overlaps that of {other}, {theirs}")
@@ -107,8 +107,8 @@ def ramp_soak_tables_overlap(context: Dl06Context) -> Iterator[Finding]:
     for (_, first, last), (view, start, end) in combinations(tables(context), 2):
         if first <= end and last >= start:
             other = next(v for v, f, _ in tables(context) if f == first)
-            yield view.find(
-                "ramp_soak", "table", words=between((start, end)), other=other.loop.name, theirs=between((first, last))
+            yield view.at(
+                "ramp_soak", "table", words=between((start, end)), other=other.name, theirs=between((first, last))
             )
 
 
@@ -142,7 +142,7 @@ def ramp_soak_switched_off(view: LoopView) -> Iterator[Finding]:
     """
     profile = view.loop.ramp_soak
     if profile is not None and profile.steps and not profile.enabled:
-        yield view.find("ramp_soak", "enabled", word=view.v("mode_setting_1"), flags=view.v("ramp_soak_flags"))
+        yield view.at("ramp_soak", "enabled", word=view.v("mode_setting_1"), flags=view.v("ramp_soak_flags"))
 
 
 @warning("PID280", TROUBLE, "the ramp/soak generator is on, but mode is cascade: the set point comes from {source}")
@@ -159,7 +159,7 @@ def ramp_soak_in_cascade(context: Dl06Context) -> Iterator[Finding]:
         if profile is not None and profile.enabled and view.loop.mode == "cascade":
             major = context.majors[view.index]
             source = view.v("remote_setpoint") if major is None else context.loops[major].loop.name
-            yield view.find_key("ramp_soak", source=source)
+            yield view.at_key("ramp_soak", source=source)
 
 
 @per_loop
@@ -174,4 +174,4 @@ def ramp_soak_control_preset(view: LoopView) -> Iterator[Finding]:
     """
     profile = view.loop.ramp_soak
     if profile is not None and profile.request != "none":
-        yield view.find("ramp_soak", "request", request=profile.request, word=view.v("ramp_soak_flags"))
+        yield view.at("ramp_soak", "request", request=profile.request, word=view.v("ramp_soak_flags"))

@@ -236,6 +236,6 @@ def sample_rate_too_fast_for_loop_count(context: Dl06Context) -> Iterator[Findin
         return
     for view in context.loops:
         if Decimal(CPU.fast_rate) <= view.loop.sample_rate < limit:
-            yield view.find(
+            yield view.at(
                 "sample_rate", value=decimal_text(view.loop.sample_rate), loops=loops_text(context.count), limit=limit
             )

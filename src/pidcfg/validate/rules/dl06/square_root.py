@@ -43,7 +43,7 @@ def square_root_rescales_setpoint(view: LoopView) -> Iterator[Finding]:
     """
     if view.loop.pv.square_root:
         top = nearest(view.scales["sp"].full)
-        yield view.find("pv", "square_root", word=view.v("setpoint"), top=top, step=f"{100 / top:.2g}")
+        yield view.at("pv", "square_root", word=view.v("setpoint"), top=top, step=f"{100 / top:.2g}")
 
 
 @per_loop
@@ -69,7 +69,7 @@ def square_root_alarm_scale(view: LoopView) -> Iterator[Finding]:
     texts = {key: (f"{100 * share**0.5:.0f}", f"{100 * share:.0f}") for key, share in shares.items()}
     for key in list(texts)[:1]:
         more = [f"{other} at {flow} %, not {percent} %" for other, (flow, percent) in texts.items() if other != key]
-        yield view.find(
+        yield view.at(
             "alarms",
             "pv",
             key,
@@ -97,7 +97,7 @@ def square_root_without_setpoint_limits(view: LoopView) -> Iterator[Finding]:
     Fix: give `setpoint.limits`.
     """
     if view.loop.pv.square_root and not view.setpoint_limited:
-        yield view.find("pv", "square_root", word=view.v("setpoint"), top=nearest(view.scales["sp"].full))
+        yield view.at("pv", "square_root", word=view.v("setpoint"), top=nearest(view.scales["sp"].full))
 
 
 @per_loop
@@ -110,4 +110,4 @@ def square_root_of_signed_signal(view: LoopView) -> Iterator[Finding]:
     Fix: use a unipolar format for a differential-pressure signal.
     """
     if view.loop.pv.square_root and view.bipolar:
-        yield view.find("pv", "square_root", format=view.loop.pv.format)
+        yield view.at("pv", "square_root", format=view.loop.pv.format)

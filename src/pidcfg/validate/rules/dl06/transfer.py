@@ -8,7 +8,8 @@ from pidcfg.encoders.dl06.encode import LOOP_SIZE
 from pidcfg.encoders.maps.dl06 import CPU, D03, LOOP_TABLE
 from pidcfg.refs import DL06
 from pidcfg.schemas.octal import v_name
-from pidcfg.validate.rule import Finding, error, info, once, per_loop, warning
+from pidcfg.validate.ideas.duplicates import repeats
+from pidcfg.validate.rule import Finding, error, info, per_loop, reported_once, warning
 from pidcfg.validate.rules.dl06.ramp_soak import tables
 from pidcfg.validate.rules.dl06.setup import between
 
@@ -59,7 +60,7 @@ def independent_loop_without_transfer(context: Dl06Context) -> Iterator[Finding]
             missing.insert(0, "pv")
         if reasons:
             words = " and ".join(view.v(key) for key in missing)
-            yield view.find("independent_of_cpu_mode", missing=" and ".join(reasons), words=words)
+            yield view.at("independent_of_cpu_mode", missing=" and ".join(reasons), words=words)
 
 
 @per_loop
@@ -76,7 +77,7 @@ def transfer_source_outside_memory(view: LoopView) -> Iterator[Finding]:
     if transfer is None or transfer.address is None:
         return
     if not any(low <= transfer.address <= high for low, high in CPU.transfer_sources):
-        yield view.find(
+        yield view.at(
             "pv",
             "transfer",
             "address",
@@ -97,9 +98,7 @@ def output_transferred_to_memory(view: LoopView) -> Iterator[Finding]:
     """
     transfer = view.loop.output.transfer
     if transfer is not None and transfer.address is not None:
-        yield view.find(
-            "output", "transfer", "address", address=v_name(transfer.address), word=view.v("output_transfer")
-        )
+        yield view.at("output", "transfer", "address", address=v_name(transfer.address), word=view.v("output_transfer"))
 
 
 @error("PID292", SOURCES, "slot {slot}, channel {channel} is already the output of {other}")
@@ -110,14 +109,9 @@ def output_channel_written_twice(context: Dl06Context) -> Iterator[Finding]:
 
     Fix: correct the slot or channel of one of them.
     """
-    first: dict[tuple[int, int], str] = {}
-    for view in context.loops:
-        channel = channel_of(view.loop.output.transfer)
-        if channel is None:
-            continue
-        if channel in first:
-            yield view.find_key("output", "transfer", slot=channel[0], channel=channel[1], other=first[channel])
-        first.setdefault(channel, view.loop.name)
+    rows = ((channel_of(view.loop.output.transfer), view) for view in context.loops)
+    for channel, view, first in repeats((channel, view) for channel, view in rows if channel is not None):
+        yield view.at_key("output", "transfer", slot=channel[0], channel=channel[1], other=first.name)
 
 
 @info(
@@ -137,11 +131,11 @@ def channel_read_and_written(context: Dl06Context) -> Iterator[Finding]:
     for view in context.loops:
         channel = channel_of(view.loop.pv.transfer)
         if channel is not None:
-            read.setdefault(channel, view.loop.name)
+            read.setdefault(channel, view.name)
     for view in context.loops:
         channel = channel_of(view.loop.output.transfer)
         if channel is not None and channel in read:
-            yield view.find_key("output", "transfer", slot=channel[0], channel=channel[1], other=read[channel])
+            yield view.at_key("output", "transfer", slot=channel[0], channel=channel[1], other=read[channel])
 
 
 @warning("PID294", SOURCES, "the PV's source {address} is {what}")
@@ -156,7 +150,7 @@ def pv_source_in_pid_table(context: Dl06Context) -> Iterator[Finding]:
     for view in context.loops:
         transfer = view.loop.pv.transfer
         if transfer is not None and transfer.address is not None and (what := _in_tables(context, transfer.address)):
-            yield view.find("pv", "transfer", "address", address=v_name(transfer.address), what=what)
+            yield view.at("pv", "transfer", "address", address=v_name(transfer.address), what=what)
 
 
 def _in_tables(context: Dl06Context, address: int) -> str:
@@ -167,7 +161,7 @@ def _in_tables(context: Dl06Context, address: int) -> str:
         word = next(word for word in LOOP_TABLE.words if word.offset == offset)
         return f"word +{offset:02o} ({word.title}) of loop {index + 1}"
     owner = next((view for view, start, end in tables(context) if start <= address <= end), None)
-    return "" if owner is None else f"in the ramp/soak table of {owner.loop.name}"
+    return "" if owner is None else f"in the ramp/soak table of {owner.name}"
 
 
 @info(
@@ -185,21 +179,24 @@ def slot_counted_two_ways(context: Dl06Context) -> Iterator[Finding]:
 
     Fix: nothing, once the first download has shown that the PV follows the right terminal.
     """
-    found = [
-        (view, key, channel)
-        for view in context.loops
-        for key, transfer in (("pv", view.loop.pv.transfer), ("output", view.loop.output.transfer))
-        if (channel := channel_of(transfer)) is not None
-    ]
-    if found:
-        view, key, channel = found[0]
-        names = dict.fromkeys(other.loop.name for other, _, _ in found)
-        yield once(_slot(view, key, *channel), [name for name in names if name != view.loop.name])
+    first: dict[str, LoopView] = {}
+    for view in context.loops:
+        if _channels(view):
+            first.setdefault(view.name, view)
+    return reported_once(list(first.values()), _slot)
 
 
-def _slot(view: LoopView, key: str, slot: int, channel: int) -> Finding:
+def _channels(view: LoopView) -> list[tuple[str, tuple[int, int]]]:
+    """What of a loop is transferred from or to a channel, with its slot and channel."""
+    transfers = (("pv", view.loop.pv.transfer), ("output", view.loop.output.transfer))
+    return [(key, channel) for key, transfer in transfers if (channel := channel_of(transfer)) is not None]
+
+
+def _slot(view: LoopView) -> Finding:
+    """What the word of a loop's first channel holds."""
+    key, (slot, channel) = _channels(view)[0]
     word = view.block.encoded.words[LOOP_TABLE.offset(f"{key}_transfer")]
     shown = "" if channel <= 9 else f", and channel {channel} is stored as {channel:02X} hex"
-    return view.find_key(
+    return view.at_key(
         key, "transfer", word=view.v(f"{key}_transfer"), digits=f"{word:04X}", slot=slot, hexadecimal=shown
     )

@@ -6,12 +6,12 @@ from decimal import Decimal
 from typing import TYPE_CHECKING
 
 from pidcfg.encoders.dl06.encode import reset_value
+from pidcfg.encoders.mapping import switched_on
 from pidcfg.encoders.maps.dl06 import D01, RESET
-from pidcfg.encoders.plain import switched_on
 from pidcfg.encoders.words import EncodeError, bcd_digits
 from pidcfg.refs import DL06, Decision
 from pidcfg.schemas.base import decimal_text
-from pidcfg.validate.rule import Finding, error, info, once, per_loop, warning
+from pidcfg.validate.rule import Finding, error, info, per_loop, reported_once, warning
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -56,20 +56,22 @@ def reset_has_two_readings(context: Dl06Context) -> Iterator[Finding]:
     the warning goes away with it.
     """
     if "reset_decimals" in context.config.plc.model_fields_set:
-        return
-    found = [(view, digits) for view in context.loops if (digits := reset_digits(view)) is not None]
-    if found:
-        view, digits = found[0]
-        first = view.find(
-            "tuning",
-            "reset",
-            value=decimal_text(reset_value(view.loop)),
-            unit=reset_unit(view),
-            digits=f"{digits:04}",
-            one=digits * RESET[1].step,
-            two=digits * RESET[2].step,
-        )
-        yield once(first, [other.loop.name for other, _ in found[1:]])
+        return iter(())
+    return reported_once([view for view in context.loops if reset_digits(view) is not None], _two_readings)
+
+
+def _two_readings(view: LoopView) -> Finding:
+    """The two times that the reset word of a loop may mean."""
+    digits = reset_digits(view) or 0
+    return view.at(
+        "tuning",
+        "reset",
+        value=decimal_text(reset_value(view.loop)),
+        unit=reset_unit(view),
+        digits=f"{digits:04}",
+        one=digits * RESET[1].step,
+        two=digits * RESET[2].step,
+    )
 
 
 def reset_digits(view: LoopView) -> int | None:
@@ -102,7 +104,7 @@ def reset_is_the_off_code(context: Dl06Context) -> Iterator[Finding]:
         value = reset_value(view.loop)
         if value in view.off_resets:
             step = RESET[context.config.plc.reset_decimals].step
-            yield view.find("tuning", "reset", value=decimal_text(value), unit=reset_unit(view), limit=9998 * step)
+            yield view.at("tuning", "reset", value=decimal_text(value), unit=reset_unit(view), limit=9998 * step)
 
 
 @per_loop
@@ -117,7 +119,7 @@ def gain_of_zero(view: LoopView) -> Iterator[Finding]:
     """
     tuning = view.loop.tuning
     if tuning.gain == 0 and view.reset is not None and not tuning.rate:
-        yield view.find("tuning", "gain", terms="the integral acts")
+        yield view.at("tuning", "gain", terms="the integral acts")
 
 
 @per_loop
@@ -132,7 +134,7 @@ def no_control_term(view: LoopView) -> Iterator[Finding]:
     """
     tuning = view.loop.tuning
     if tuning.gain == 0 and view.reset is None and tuning.rate == 0:
-        yield view.find("tuning", "gain")
+        yield view.at("tuning", "gain")
 
 
 @per_loop
@@ -148,7 +150,7 @@ def derivative_without_proportional(view: LoopView) -> Iterator[Finding]:
     tuning = view.loop.tuning
     if tuning.gain == 0 and tuning.rate > 0:
         terms = "D" if view.reset is None else "ID"
-        yield view.find("tuning", "rate", rate=decimal_text(tuning.rate), terms=terms)
+        yield view.at("tuning", "rate", rate=decimal_text(tuning.rate), terms=terms)
 
 
 @per_loop
@@ -168,7 +170,7 @@ def integral_faster_than_proportional(view: LoopView) -> Iterator[Finding]:
     """
     reset, sample = view.reset, view.loop.sample_rate
     if reset is not None and 0 < reset < sample and "reset" not in view.misfits:
-        yield view.find(
+        yield view.at(
             "tuning", "reset", reset=decimal_text(reset), sample=decimal_text(sample), times=f"{sample / reset:.1f}"
         )
 
@@ -191,7 +193,7 @@ def derivative_limited_to_nothing(view: LoopView) -> Iterator[Finding]:
     on = switched_on(loop.derivative_gain_limit_enabled, limit)
     if on and not limit and loop.tuning.rate > 0:
         key = "derivative_gain_limit_enabled" if limit is None else "derivative_gain_limit"
-        yield view.find(key, limit="no value" if limit is None else 0, rate=decimal_text(loop.tuning.rate))
+        yield view.at(key, limit="no value" if limit is None else 0, rate=decimal_text(loop.tuning.rate))
 
 
 @per_loop
@@ -205,7 +207,7 @@ def derivative_limit_without_rate(view: LoopView) -> Iterator[Finding]:
     """
     loop, limit = view.loop, view.loop.derivative_gain_limit
     if limit and loop.tuning.rate == 0 and switched_on(loop.derivative_gain_limit_enabled, limit):
-        yield view.find("derivative_gain_limit", limit=decimal_text(limit))
+        yield view.at("derivative_gain_limit", limit=decimal_text(limit))
 
 
 @per_loop
@@ -229,7 +231,7 @@ def derivative_without_limit_or_filter(view: LoopView) -> Iterator[Finding]:
         times = loop.tuning.rate / sample
         spans = Decimal(view.scales["output"].format.span) / view.scales["pv"].format.span
         counts = times * (loop.tuning.gain or 1) * spans
-        yield view.find(
+        yield view.at(
             "tuning",
             "rate",
             rate=decimal_text(loop.tuning.rate),

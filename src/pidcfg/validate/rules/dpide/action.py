@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from pidcfg.encoders.maps.dpide import D255
 from pidcfg.refs import Decision
-from pidcfg.validate.purpose import spoken_of
+from pidcfg.validate.ideas.purpose import spoken_of
 from pidcfg.validate.rule import per_loop, warning
 
 if TYPE_CHECKING:
@@ -42,7 +42,7 @@ def choice_not_given(view: LoopView) -> Iterator[Finding]:
     """
     for operand, (meaning, other) in CHOICES.items():
         if not view.gives(operand):
-            yield view.find_key(operand=operand, meaning=meaning, other=other)
+            yield view.at_key(operand=operand, meaning=meaning, other=other)
 
 
 @per_loop
@@ -64,4 +64,4 @@ def direction_against_description(view: LoopView) -> Iterator[Finding]:
     purpose = "cooling" if forward else "heating"
     if view.gives("PID_DIR") and spoken_of(view.loop) == {purpose}:
         direction, other = ("TRUE (forward)", "FALSE") if forward else ("FALSE (reverse)", "TRUE")
-        yield view.find("PID_DIR", direction=direction, purpose=purpose, other=other)
+        yield view.at("PID_DIR", direction=direction, purpose=purpose, other=other)

@@ -5,30 +5,18 @@ from __future__ import annotations
 from dataclasses import dataclass
 from decimal import Decimal
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
 
 from pidcfg.encoders.dpide.encode import values_of
-from pidcfg.encoders.named import store
+from pidcfg.encoders.named import Content, NamedEncoding, store
 from pidcfg.encoders.words import EncodeError
-from pidcfg.schemas.base import decimal_text
-from pidcfg.schemas.dpide import LONGEST_CYCLE, SHORTEST_CYCLE
-from pidcfg.validate.rule import Finding
-
-if TYPE_CHECKING:
-    from pidcfg.diagnostics import Path
-    from pidcfg.encoders.named import Content, NamedEncoding
-    from pidcfg.schemas.dpide import DpideFile, Loop
-
-DIGITS = 12
-"""More of a number than a message shows."""
+from pidcfg.schemas.dpide import LONGEST_CYCLE, SHORTEST_CYCLE, DpideFile, Loop
+from pidcfg.validate.views import Context, View, with_unit
 
 
 @dataclass(frozen=True)
-class LoopView:
+class LoopView(View[Loop]):
     """A loop, its place in the file, and what its operands hold."""
 
-    index: int
-    loop: Loop
     interrupt_task: int | None
 
     @cached_property
@@ -94,39 +82,12 @@ class LoopView:
         """A number of the output with its unit."""
         return with_unit(value, self.loop.output.unit)
 
-    def find(self, *path: str | int, **values: Any) -> Finding:
-        """A finding below this loop."""
-        return Finding(("loops", self.index, *path), values)
-
-    def find_key(self, *path: str | int, **values: Any) -> Finding:
-        """A finding that points at a key: what it opens is a block of lines."""
-        return Finding(("loops", self.index, *path), values, key=True)
-
-
-def with_unit(value: Decimal, unit: str | None) -> str:
-    """A number as people write it, with its unit."""
-    return f"{number_text(value)} {unit}" if unit else number_text(value)
-
-
-def number_text(value: Decimal) -> str:
-    """A number as people write it; more than 12 digits are shortened."""
-    text = decimal_text(value)
-    return text if len(text) <= DIGITS else f"{float(value):.6g}"
-
 
 @dataclass(frozen=True)
-class DpideContext:
+class DpideContext(Context[DpideFile, NamedEncoding]):
     """A configuration with its encoding, and its loops one by one."""
-
-    config: DpideFile
-    encoding: NamedEncoding
 
     @cached_property
     def loops(self) -> tuple[LoopView, ...]:
         """The loops in the order of the file."""
         return tuple(LoopView(i, loop, self.config.plc.interrupt_task) for i, loop in enumerate(self.config.loops))
-
-    @property
-    def explained(self) -> frozenset[Path]:
-        """No limit of DPIDE is explained better elsewhere."""
-        return frozenset()

@@ -38,7 +38,7 @@ def cycle_out_of_range(view: LoopView) -> Iterator[Finding]:
     cycle = view.loop.CYCLE
     used = min(max(cycle, SHORTEST_CYCLE), LONGEST_CYCLE)
     if used != cycle and view.held("CYCLE") and view.interrupt_task is None:
-        yield view.find("CYCLE", cycle=cycle, used=used)
+        yield view.at("CYCLE", cycle=cycle, used=used)
 
 
 @per_loop
@@ -56,7 +56,7 @@ def cycle_overridden(view: LoopView) -> Iterator[Finding]:
     instruction stands in a cyclic task.
     """
     if view.interrupt_task is not None and view.interrupt_task != view.loop.CYCLE:
-        yield view.find("CYCLE", cycle=view.loop.CYCLE, interval=view.interrupt_task)
+        yield view.at("CYCLE", cycle=view.loop.CYCLE, interval=view.interrupt_task)
 
 
 @per_loop
@@ -71,4 +71,4 @@ def cycle_shorter_than_scan(view: LoopView) -> Iterator[Finding]:
     say so in `plc.interrupt_task`.
     """
     if SHORTEST_CYCLE <= view.loop.CYCLE < SHORT_CYCLE and view.interrupt_task is None:
-        yield view.find("CYCLE", cycle=view.loop.CYCLE)
+        yield view.at("CYCLE", cycle=view.loop.CYCLE)

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 from pidcfg.encoders.maps.dpide import REMARKS, TABLE
 from pidcfg.validate.rule import info, per_loop, warning
-from pidcfg.validate.rules.dpide.context import number_text
 from pidcfg.validate.rules.dpide.derivative import derivative_of
+from pidcfg.validate.views import number_text
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -26,7 +26,7 @@ def negative_dead_band(view: LoopView) -> Iterator[Finding]:
     Fix: write 0 to switch it off, else the number without its sign.
     """
     if view.loop.ERR_DBW < 0:
-        yield view.find("ERR_DBW", value=number_text(view.loop.ERR_DBW))
+        yield view.at("ERR_DBW", value=number_text(view.loop.ERR_DBW))
 
 
 @per_loop
@@ -46,7 +46,7 @@ def dead_band_covers_range(view: LoopView) -> Iterator[Finding]:
     """
     span, found = view.loop.pv.range, view.held("ERR_DBW", "SV")
     if span is not None and found and abs(found[0]) >= max(found[1] - span[0], span[1] - found[1]):
-        yield view.find("ERR_DBW", value=number_text(abs(found[0])), low=number_text(span[0]), high=view.pv(span[1]))
+        yield view.at("ERR_DBW", value=number_text(abs(found[0])), low=number_text(span[0]), high=view.pv(span[1]))
 
 
 @per_loop
@@ -62,4 +62,4 @@ def dead_band_kick(view: LoopView) -> Iterator[Finding]:
     if any(view.held("ERR_DBW")):
         kicks = not view.loop.PID_DE and derivative_of(view) > 0
         effect = "the derivative kicks MV" if kicks else "MV jumps with it"
-        yield view.find("ERR_DBW", value=view.pv(abs(view.held("ERR_DBW")[0])), effect=effect)
+        yield view.at("ERR_DBW", value=view.pv(abs(view.held("ERR_DBW")[0])), effect=effect)

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 from pidcfg.encoders.maps.dpide import TABLE
 from pidcfg.refs import Decision
 from pidcfg.validate.rule import info, per_loop, warning
-from pidcfg.validate.rules.dpide.context import number_text
 from pidcfg.validate.rules.dpide.tuning import FORMULAS, is_dead, tunes_itself
+from pidcfg.validate.views import number_text
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -51,9 +51,7 @@ def derivative_unsmoothed(view: LoopView) -> Iterator[Finding]:
         return
     ratio = view.times[1] / view.cycle
     if ratio > MOST:
-        yield view.find(
-            "Td_Kd", time=number_text(view.times[1]), ratio=number_text(ratio), cycle=number_text(view.cycle)
-        )
+        yield view.at("Td_Kd", time=number_text(view.times[1]), ratio=number_text(ratio), cycle=number_text(view.cycle))
 
 
 @per_loop
@@ -68,7 +66,7 @@ def derivative_above_integral(view: LoopView) -> Iterator[Finding]:
     """
     integral, derivative = view.times or (Decimal(0), Decimal(0))
     if 0 < integral < derivative and not tunes_itself(view):
-        yield view.find("Td_Kd", derivative=number_text(derivative), integral=number_text(integral))
+        yield view.at("Td_Kd", derivative=number_text(derivative), integral=number_text(integral))
 
 
 @per_loop
@@ -84,7 +82,7 @@ def derivative_smoothed_away(view: LoopView) -> Iterator[Finding]:
     """
     time, smoothing = (view.times or (Decimal(0), Decimal(0)))[1], view.coefficient("Tf")
     if 0 < time < smoothing and not tunes_itself(view):
-        yield view.find("Tf", tf=number_text(smoothing), time=number_text(time))
+        yield view.at("Tf", tf=number_text(smoothing), time=number_text(time))
 
 
 @per_loop
@@ -97,7 +95,7 @@ def smoothing_without_derivative(view: LoopView) -> Iterator[Finding]:
     Fix: leave it out; filter the PV in the program if it is noisy.
     """
     if view.coefficient("Tf") and view.held("Td_Kd") and not view.coefficient("Td_Kd") and not tunes_itself(view):
-        yield view.find("Tf")
+        yield view.at("Tf")
 
 
 @per_loop
@@ -111,4 +109,4 @@ def set_point_kick(view: LoopView) -> Iterator[Finding]:
     Fix: write `PID_DE: true`, unless SV only ever moves slowly.
     """
     if not view.loop.PID_DE and derivative_of(view):
-        yield view.find("PID_DE") if view.gives("PID_DE") else view.find("Td_Kd")
+        yield view.at("PID_DE") if view.gives("PID_DE") else view.at("Td_Kd")

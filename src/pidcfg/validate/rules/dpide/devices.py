@@ -39,7 +39,7 @@ class Held(NamedTuple):
     @property
     def name(self) -> str:
         """What a message calls it."""
-        return f"{self.view.loop.name}.{self.operand}"
+        return f"{self.view.name}.{self.operand}"
 
     @property
     def path(self) -> tuple[str, ...]:
@@ -75,7 +75,7 @@ def device_beyond_bank(context: DpideContext) -> Iterator[Finding]:
     for item in held(context):
         place = item.place
         if place.bank == "D" and place.last > LAST_REGISTER:
-            yield item.view.find(
+            yield item.view.at(
                 *item.path,
                 operand=item.operand,
                 place=place,
@@ -96,7 +96,7 @@ def integral_block_overlaps(context: DpideContext) -> Iterator[Finding]:
     """
     for first, second in overlapping(context):
         if "I_MV" in {first.operand, second.operand}:
-            yield second.view.find(
+            yield second.view.at(
                 *second.path, mine=second.name, place=second.place, other=first.name, other_place=first.place
             )
 
@@ -115,7 +115,7 @@ def devices_collide(context: DpideContext) -> Iterator[Finding]:
     for first, second in overlapping(context):
         reason = None if "I_MV" in {first.operand, second.operand} else conflict(first, second)
         if reason is not None:
-            yield second.view.find(
+            yield second.view.at(
                 *second.path,
                 mine=second.name,
                 place=second.place,

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from pidcfg.encoders.dpide.symbols import D256, identifier, unusable
+from pidcfg.validate.ideas.duplicates import repeats
 from pidcfg.validate.rule import info, per_loop
 
 if TYPE_CHECKING:
@@ -24,9 +25,9 @@ def name_without_symbols(view: LoopView) -> Iterator[Finding]:
 
     Fix: rename the loop with at most 10 characters, beginning with a letter, if the symbol table is wanted.
     """
-    reason = unusable(view.loop.name)
+    reason = unusable(view.name)
     if reason is not None:
-        yield view.find("name", reason=reason)
+        yield view.at("name", reason=reason)
 
 
 @info("PID772", D256, "its symbols would be those of loop {other}, such as {symbol}")
@@ -38,11 +39,7 @@ def symbols_collide(context: DpideContext) -> Iterator[Finding]:
 
     Fix: rename one of them, if the symbol table is wanted.
     """
-    owners: dict[str, str] = {}
-    for view in context.loops:
-        name = view.loop.name
-        if unusable(name) is None:
-            symbol = identifier(name, "SV")
-            other = owners.setdefault(symbol.casefold(), name)
-            if other != name:
-                yield view.find("name", other=other, symbol=symbol)
+    usable = [view for view in context.loops if unusable(view.name) is None]
+    for _, view, first in repeats((identifier(view.name, "SV").casefold(), view) for view in usable):
+        if first.name != view.name:
+            yield view.at("name", other=first.name, symbol=identifier(view.name, "SV"))

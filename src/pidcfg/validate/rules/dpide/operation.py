@@ -36,7 +36,7 @@ def unknown_mode(view: LoopView) -> Iterator[Finding]:
     Fix: write 0, 1 or 2.
     """
     if view.held("PID_MODE") and view.loop.PID_MODE not in MODES:
-        yield view.find("PID_MODE", mode=view.loop.PID_MODE)
+        yield view.at("PID_MODE", mode=view.loop.PID_MODE)
 
 
 @per_loop
@@ -50,7 +50,7 @@ def autotune_as_a_number(view: LoopView) -> Iterator[Finding]:
     Fix: give PID_MODE a device: `devices: {PID_MODE: D104}`.
     """
     if view.loop.PID_MODE == AUTOTUNE and not view.has_device("PID_MODE"):
-        yield view.find("PID_MODE")
+        yield view.at("PID_MODE")
 
 
 @per_loop
@@ -65,7 +65,7 @@ def tuned_coefficients_without_devices(view: LoopView) -> Iterator[Finding]:
     """
     bare = [name for name in WRITTEN[1:] if not view.has_device(name)]
     if view.loop.PID_MODE == AUTOTUNE and bare:
-        yield view.find("PID_MODE", names=", ".join(bare), have="has" if len(bare) == 1 else "have")
+        yield view.at("PID_MODE", names=", ".join(bare), have="has" if len(bare) == 1 else "have")
 
 
 @per_loop
@@ -80,7 +80,7 @@ def tunes_at_once(view: LoopView) -> Iterator[Finding]:
     """
     if view.loop.PID_MODE == AUTOTUNE and view.loop.PID_RUN and view.limits is not None:
         low, high = view.limits
-        yield view.find("PID_MODE", low=view.mv(low), high=view.mv(high))
+        yield view.at("PID_MODE", low=view.mv(low), high=view.mv(high))
 
 
 @per_loop
@@ -93,7 +93,7 @@ def never_runs(view: LoopView) -> Iterator[Finding]:
     Fix: leave PID_RUN out, which is TRUE, or give it a device: `devices: {PID_RUN: M10}`.
     """
     if not view.loop.PID_RUN and not view.has_device("PID_RUN"):
-        yield view.find("PID_RUN")
+        yield view.at("PID_RUN")
 
 
 @per_loop
@@ -107,7 +107,7 @@ def always_in_manual(view: LoopView) -> Iterator[Finding]:
     """
     if view.loop.PID_MAN and view.loop.PID_MODE != AUTOTUNE and not view.has_device("PID_MAN"):
         low, high = view.limits or (view.loop.MOUT, view.loop.MOUT)
-        yield view.find("PID_MAN", mout=decimal_text(min(max(view.loop.MOUT, low), high)))
+        yield view.at("PID_MAN", mout=decimal_text(min(max(view.loop.MOUT, low), high)))
 
 
 @per_loop
@@ -120,7 +120,7 @@ def manual_during_autotune(view: LoopView) -> Iterator[Finding]:
     Fix: write `PID_MODE: 0` to hold the output, or `PID_MAN: false` to tune.
     """
     if view.loop.PID_MAN and view.loop.PID_MODE == AUTOTUNE:
-        yield view.find("PID_MAN")
+        yield view.at("PID_MAN")
 
 
 def may_be_manual(view: LoopView) -> bool:
@@ -143,7 +143,7 @@ def bump_after_manual(view: LoopView) -> Iterator[Finding]:
     Fix: write `PID_MODE: 2`, if the jump matters.
     """
     if view.loop.PID_MODE == 0 and may_be_manual(view) and not view.has_device("PID_MODE"):
-        yield view.find("PID_MODE") if view.gives("PID_MODE") else view.find_key()
+        yield view.at("PID_MODE") if view.gives("PID_MODE") else view.at_key()
 
 
 @per_loop
@@ -158,4 +158,4 @@ def bump_into_manual(view: LoopView) -> Iterator[Finding]:
     """
     follows = view.loop.MOUT_AUTO or view.has_device("MOUT_AUTO") or view.mout_is_mv
     if view.has_device("PID_MAN") and not follows:
-        yield view.find("MOUT_AUTO") if view.gives("MOUT_AUTO") else view.find_key()
+        yield view.at("MOUT_AUTO") if view.gives("MOUT_AUTO") else view.at_key()

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from pidcfg.encoders.maps.dpide import TABLE
 from pidcfg.refs import DPIDE
 from pidcfg.validate.rule import error, info, per_loop, warning
-from pidcfg.validate.rules.dpide.context import number_text
+from pidcfg.validate.views import number_text
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -29,7 +29,7 @@ def limits_swapped(view: LoopView) -> Iterator[Finding]:
     """
     found = view.held("MV_MIN", "MV_MAX")
     if found and found[1] < found[0]:
-        yield view.find("MV_MAX", highest=number_text(found[1]), lowest=number_text(found[0]))
+        yield view.at("MV_MAX", highest=number_text(found[1]), lowest=number_text(found[0]))
 
 
 @per_loop
@@ -43,7 +43,7 @@ def limits_equal(view: LoopView) -> Iterator[Finding]:
     """
     found = view.held("MV_MIN", "MV_MAX")
     if found and found[0] == found[1]:
-        yield view.find("MV_MAX", limit=view.mv(found[0]))
+        yield view.at("MV_MAX", limit=view.mv(found[0]))
 
 
 @per_loop
@@ -60,7 +60,7 @@ def manual_output_outside_limits(view: LoopView) -> Iterator[Finding]:
     if found and limits and told and not limits[0] <= found[0] <= limits[1]:
         low, high = limits
         place = "MOUT" if view.gives("MOUT") else "PID_MAN"
-        yield view.find(
+        yield view.at(
             place,
             mout=number_text(found[0]),
             low=number_text(low),
@@ -84,7 +84,7 @@ def feed_forward_outside_limits(view: LoopView) -> Iterator[Finding]:
     """
     found, limits = view.held("BIAS"), view.limits
     if found and limits and view.gives("BIAS") and not limits[0] <= found[0] <= limits[1]:
-        yield view.find("BIAS", bias=number_text(found[0]), low=number_text(limits[0]), high=number_text(limits[1]))
+        yield view.at("BIAS", bias=number_text(found[0]), low=number_text(limits[0]), high=number_text(limits[1]))
 
 
 @per_loop
@@ -100,7 +100,7 @@ def limits_beyond_output(view: LoopView) -> Iterator[Finding]:
     for name in ("MV_MAX", "MV_MIN"):
         found = view.held(name)
         if span is not None and found and not span[0] <= found[0] <= span[1]:
-            yield view.find(
+            yield view.at(
                 name, operand=name, limit=number_text(found[0]), low=number_text(span[0]), high=view.mv(span[1])
             )
 
@@ -118,4 +118,4 @@ def stop_outside_limits(view: LoopView) -> Iterator[Finding]:
     """
     if view.limits is not None and not view.limits[0] <= 0 <= view.limits[1]:
         low, high = view.limits
-        yield view.find("MV_MIN" if low > 0 else "MV_MAX", low=number_text(low), high=view.mv(high))
+        yield view.at("MV_MIN" if low > 0 else "MV_MAX", low=number_text(low), high=view.mv(high))

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 from pidcfg.encoders.maps.dpide import TABLE
 from pidcfg.validate.rule import per_loop, warning
-from pidcfg.validate.rules.dpide.context import number_text
 from pidcfg.validate.rules.dpide.operation import D259
+from pidcfg.validate.views import number_text
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -27,7 +27,7 @@ def set_point_outside_range(view: LoopView) -> Iterator[Finding]:
     """
     span, found = view.loop.pv.range, view.held("SV")
     if span is not None and found and not span[0] <= found[0] <= span[1]:
-        yield view.find("SV", sv=number_text(found[0]), low=number_text(span[0]), high=view.pv(span[1]))
+        yield view.at("SV", sv=number_text(found[0]), low=number_text(span[0]), high=view.pv(span[1]))
 
 
 @per_loop
@@ -40,4 +40,4 @@ def process_value_as_a_number(view: LoopView) -> Iterator[Finding]:
     Fix: leave PV out, or give it the device where the measured value stands: `devices: {PV: D100}`.
     """
     if view.held("PV") and not view.has_device("PV"):
-        yield view.find("PV", pv=view.pv(view.held("PV")[0]))
+        yield view.at("PV", pv=view.pv(view.held("PV")[0]))

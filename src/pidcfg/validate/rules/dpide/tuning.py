@@ -10,7 +10,7 @@ from pidcfg.encoders.maps.dpide import TABLE
 from pidcfg.refs import DPIDE
 from pidcfg.schemas.iec import Timed
 from pidcfg.validate.rule import error, info, per_loop, warning
-from pidcfg.validate.rules.dpide.context import number_text
+from pidcfg.validate.views import number_text
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -57,7 +57,7 @@ def dead_controller(view: LoopView) -> Iterator[Finding]:
     of each other. For cooling write `PID_DIR: false`, not a negative gain.
     """
     if is_dead(view) and not tunes_itself(view):
-        yield view.find("Kc_Kp", gain=number_text(view.loop.Kc_Kp))
+        yield view.at("Kc_Kp", gain=number_text(view.loop.Kc_Kp))
 
 
 @per_loop
@@ -70,7 +70,7 @@ def no_term(view: LoopView) -> Iterator[Finding]:
     Fix: write gains above 0. For cooling write `PID_DIR: false`, not negative gains.
     """
     if has_no_term(view) and not tunes_itself(view):
-        yield view.find("Kc_Kp")
+        yield view.at("Kc_Kp")
 
 
 @per_loop
@@ -85,7 +85,7 @@ def negative_coefficient(view: LoopView) -> Iterator[Finding]:
     for name in COEFFICIENTS:
         value = getattr(view.loop, name)
         if value < 0 and not (name == "Kc_Kp" and (is_dead(view) or has_no_term(view))):
-            yield view.find(name, operand=name, value=number_text(value), effect=EFFECTS[name])
+            yield view.at(name, operand=name, value=number_text(value), effect=EFFECTS[name])
 
 
 @per_loop
@@ -98,7 +98,7 @@ def no_integral(view: LoopView) -> Iterator[Finding]:
     Fix: nothing, if a steady error is acceptable. Otherwise write Ti or Ki.
     """
     if view.held("Ti_Ki") == [0] and not (is_dead(view) or has_no_term(view) or tunes_itself(view)):
-        yield view.find("Ti_Ki")
+        yield view.at("Ti_Ki")
 
 
 @per_loop
@@ -116,9 +116,9 @@ def time_as_a_gain(view: LoopView) -> Iterator[Finding]:
     if view.loop.PID_EQ:
         return
     if isinstance(view.loop.Ti_Ki, Timed):
-        yield view.find("Ti_Ki", operand="Ti_Ki", gain="the gain Ki in 1/s")
+        yield view.at("Ti_Ki", operand="Ti_Ki", gain="the gain Ki in 1/s")
     if isinstance(view.loop.Td_Kd, Timed):
-        found = view.find("Td_Kd", operand="Td_Kd", gain="the gain Kd: Kp times the derivative time in s")
+        found = view.at("Td_Kd", operand="Td_Kd", gain="the gain Kd: Kp times the derivative time in s")
         yield replace(found, severity=Severity.WARNING)
 
 
@@ -140,7 +140,7 @@ def integral_faster_than_cycle(view: LoopView) -> Iterator[Finding]:
     time = view.times[0]
     if 0 < time < view.cycle:
         other = "a gain Ki (PID_EQ FALSE)" if view.loop.PID_EQ else "a time Ti (PID_EQ TRUE)"
-        yield view.find("Ti_Ki", time=number_text(time), cycle=number_text(view.cycle), other=other)
+        yield view.at("Ti_Ki", time=number_text(time), cycle=number_text(view.cycle), other=other)
 
 
 @per_loop
@@ -154,4 +154,4 @@ def no_proportional(view: LoopView) -> Iterator[Finding]:
     """
     alone = not view.loop.PID_EQ and view.held("Kc_Kp") == [0] and not has_no_term(view)
     if alone and not tunes_itself(view):
-        yield view.find("Kc_Kp", gain=number_text(view.loop.Kc_Kp))
+        yield view.at("Kc_Kp", gain=number_text(view.loop.Kc_Kp))

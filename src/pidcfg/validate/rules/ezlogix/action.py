@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from pidcfg.refs import EZLOGIX, Decision
-from pidcfg.validate.purpose import spoken_of
+from pidcfg.validate.ideas.purpose import spoken_of
 from pidcfg.validate.rule import per_loop, warning
 
 if TYPE_CHECKING:
@@ -49,4 +49,4 @@ def action_against_description(view: LoopView) -> Iterator[Finding]:
     """
     purpose, meaning, other = MEANING[view.loop.action]
     if spoken_of(view.loop) == {purpose}:
-        yield view.find("action", action=view.loop.action, meaning=meaning, purpose=purpose, other=other)
+        yield view.at("action", action=view.loop.action, meaning=meaning, purpose=purpose, other=other)

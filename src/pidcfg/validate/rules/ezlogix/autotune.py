@@ -42,7 +42,7 @@ def autotune_timeout_zero(view: LoopView) -> Iterator[Finding]:
     Fix: give several times the time that the process needs to answer a step; the dialog's own value is 600 s.
     """
     if view.loop.autotune.timeout == 0:
-        yield view.find("autotune", "timeout")
+        yield view.at("autotune", "timeout")
 
 
 @per_loop
@@ -62,7 +62,7 @@ def autotune_timeout_below_integral_time(view: LoopView) -> Iterator[Finding]:
     """
     timeout, times = view.loop.autotune.timeout, view.holds("integral_time", "sample_rate")
     if times and SAMPLES * times[1] <= timeout < times[0]:
-        yield view.find_key("tuning", timeout=timeout, integral=decimal_text(times[0]))
+        yield view.at_key("tuning", timeout=timeout, integral=decimal_text(times[0]))
 
 
 @per_loop
@@ -77,7 +77,7 @@ def autotune_timeout_few_samples(view: LoopView) -> Iterator[Finding]:
     """
     timeout, sample = view.loop.autotune.timeout, view.held("sample_rate")
     if sample is not None and 0 < timeout < SAMPLES * sample:
-        yield view.find("sample_rate", timeout=timeout, sample=decimal_text(sample))
+        yield view.at("sample_rate", timeout=timeout, sample=decimal_text(sample))
 
 
 @per_loop
@@ -94,7 +94,7 @@ def autotune_pi_drops_derivative(view: LoopView) -> Iterator[Finding]:
     """
     derivative = view.held("derivative_time")
     if view.loop.autotune.type == "PI" and derivative:
-        yield view.find("autotune", "type", derivative=decimal_text(derivative))
+        yield view.at("autotune", "type", derivative=decimal_text(derivative))
 
 
 @per_loop
@@ -110,7 +110,7 @@ def autotune_step_impossible(view: LoopView) -> Iterator[Finding]:
     """
     limits = view.cv_limits
     if limits is not None and limits[0] + TENTH > limits[1] and not looks_like_percent(view):
-        yield view.find(
+        yield view.at(
             "output",
             "limits",
             plc_effect="autotune status 5",

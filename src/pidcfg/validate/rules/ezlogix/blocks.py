@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from pidcfg.encoders.maps.ezlogix import LOOPS, SPACE
 from pidcfg.refs import EZLOGIX
 from pidcfg.schemas.ezlogix import D152
-from pidcfg.validate.extents import overlaps
+from pidcfg.validate.ideas import blocks
 from pidcfg.validate.rule import error, per_loop
 
 if TYPE_CHECKING:
@@ -36,17 +36,7 @@ def block_beyond_bank(view: LoopView) -> Iterator[Finding]:
 
     Fix: let the block begin lower.
     """
-    for extent in view.extents:
-        last = LAST[extent.prefix]
-        if extent.last > last:
-            yield view.find(
-                extent.key,
-                block=extent.key,
-                extent=extent,
-                prefix=extent.prefix,
-                last=last,
-                latest=last - (extent.last - extent.first),
-            )
+    return blocks.block_beyond_bank(view, LAST)
 
 
 @error("PID402", BLOCK, "{block} {extent} of {loop} overlaps {other_extent} of {other}")
@@ -58,10 +48,7 @@ def blocks_overlap(context: EzlogixContext) -> Iterator[Finding]:
 
     Fix: leave 32 registers and 8 discretes to every loop.
     """
-    for second, mine, first, theirs in overlaps(context.loops):
-        yield second.find(
-            mine.key, block=mine.key, extent=mine, loop=second.loop.name, other_extent=theirs, other=first.loop.name
-        )
+    return blocks.blocks_overlap(context.loops)
 
 
 @error("PID403", COUNT, "loop {number} of {count}: an EZLogix PLC calculates at most {limit} loops")
@@ -72,5 +59,4 @@ def too_many_loops(context: EzlogixContext) -> Iterator[Finding]:
 
     Fix: move the loop to another PLC, and to a file of its own.
     """
-    if len(context.loops) > LOOPS:
-        yield context.loops[LOOPS].find_key(number=LOOPS + 1, count=len(context.loops), limit=LOOPS)
+    return blocks.too_many_loops(context.loops, LOOPS)

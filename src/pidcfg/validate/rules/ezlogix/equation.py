@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from pidcfg.refs import EZLOGIX, Decision
 from pidcfg.schemas.base import decimal_text
-from pidcfg.validate.rule import error, info, once, per_loop, warning
+from pidcfg.validate.rule import error, info, per_loop, reported_once, warning
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -59,11 +59,8 @@ def velocity_is_not_incremental(context: EzlogixContext) -> Iterator[Finding]:
     Fix: nothing; but try a new loop with derivative in Manual and Auto on a harmless process. While the PV rises fast
     the CV must rise with `action: direct` (cooling), and fall with `action: reverse` (heating).
     """
-    found = [view for view in context.loops if view.loop.algorithm == "velocity" and view.held("derivative_time")]
-    if found:
-        first, *others = found
-        sign = "+" if first.loop.action == "direct" else "-"
-        yield once(first.find("algorithm", sign=sign), [view.loop.name for view in others])
+    moving = [view for view in context.loops if view.loop.algorithm == "velocity" and view.held("derivative_time")]
+    return reported_once(moving, lambda view: view.at("algorithm", sign="+" if view.loop.action == "direct" else "-"))
 
 
 @per_loop
@@ -77,7 +74,7 @@ def velocity_without_derivative(view: LoopView) -> Iterator[Finding]:
     Fix: write `algorithm: position`, or leave it if the autotune is to set a derivative time.
     """
     if view.loop.algorithm == "velocity" and view.held("derivative_time") == 0:
-        yield view.find("algorithm")
+        yield view.at("algorithm")
 
 
 @per_loop
@@ -97,7 +94,7 @@ def gain_zero_with_integral(view: LoopView) -> Iterator[Finding]:
     terms = view.holds("proportional_gain", "integral_time", "derivative_time")
     if terms and terms[0] == 0 and terms[1] > 0:
         names = "integral and derivative time" if terms[2] > 0 else "an integral time"
-        yield view.find("tuning", "proportional_gain", terms=names)
+        yield view.at("tuning", "proportional_gain", terms=names)
 
 
 @per_loop
@@ -113,7 +110,7 @@ def no_control_term(view: LoopView) -> Iterator[Finding]:
     terms = view.holds("proportional_gain", "integral_time", "derivative_time")
     if terms and terms[0] == 0 and terms[1] == 0:
         left = "the derivative alone holds no set point" if terms[2] > 0 else "no term is left, the CV never moves"
-        yield view.find("tuning", "proportional_gain", left=left)
+        yield view.at("tuning", "proportional_gain", left=left)
 
 
 @per_loop
@@ -133,7 +130,7 @@ def proportional_without_offset(view: LoopView) -> Iterator[Finding]:
     """
     gain, reset, offset = view.held("proportional_gain"), view.held("integral_time"), view.counts("cv_offset")
     if gain and reset == 0 and offset == 0:
-        yield view.find_key("tuning")
+        yield view.at_key("tuning")
 
 
 def at_defaults(view: LoopView) -> bool:
@@ -158,7 +155,7 @@ def integral_time_below_sample_rate(view: LoopView) -> Iterator[Finding]:
     """
     times = view.holds("integral_time", "sample_rate")
     if times and 0 < times[0] < times[1] and not at_defaults(view):
-        yield view.find(
+        yield view.at(
             "tuning",
             "integral_time",
             integral=decimal_text(times[0]),
@@ -184,7 +181,7 @@ def derivative_time_below_sample_rate(view: LoopView) -> Iterator[Finding]:
     """
     times = view.holds("derivative_time", "sample_rate")
     if times and 0 < times[0] < times[1] and not at_defaults(view):
-        yield view.find(
+        yield view.at(
             "tuning",
             "derivative_time",
             derivative=decimal_text(times[0]),
@@ -204,7 +201,7 @@ def dialog_default_times(view: LoopView) -> Iterator[Finding]:
     Fix: give times that fit the process, or switch the terms off until it is tuned.
     """
     if at_defaults(view):
-        yield view.find("tuning", "integral_time")
+        yield view.at("tuning", "integral_time")
 
 
 @per_loop
@@ -227,7 +224,7 @@ def derivative_amplifies_counts(view: LoopView) -> Iterator[Finding]:
         return
     counts = (found[0] or Decimal(1)) * found[1] / found[2]
     if counts > TENTH:
-        yield view.find(
+        yield view.at(
             "tuning",
             "derivative_time",
             counts=f"{counts:.0f}",
@@ -248,4 +245,4 @@ def sample_rate_of_zero(view: LoopView) -> Iterator[Finding]:
     Fix: give a tenth of the process's time constant or less; 1 s for temperatures, 0.1 to 0.5 s for flows.
     """
     if view.loop.sample_rate == 0:
-        yield view.find("sample_rate")
+        yield view.at("sample_rate")

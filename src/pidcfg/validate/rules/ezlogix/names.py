@@ -36,9 +36,9 @@ def name_not_usable_in_tags(context: EzlogixContext) -> Iterator[Finding]:
     """
     variable = next(iter(VARIABLES.values()))
     for view in context.loops:
-        tag = tag_name(context.config.plc.tag_names, view.index + 1, view.loop.name, variable)
+        tag = tag_name(context.config.plc.tag_names, view.index + 1, view.name, variable)
         if not TAG.fullmatch(tag):
-            yield view.find("name", tag=tag)
+            yield view.at("name", tag=tag)
 
 
 @warning("PID412", D182, "the tag {tag} of this loop is also one of loop {other}")
@@ -52,7 +52,7 @@ def tags_collide(context: EzlogixContext) -> Iterator[Finding]:
     """
     owners: dict[str, str] = {}
     for view in context.loops:
-        name = view.loop.name
+        name = view.name
         tags = {
             tag.casefold(): tag
             for variable in VARIABLES.values()
@@ -60,5 +60,5 @@ def tags_collide(context: EzlogixContext) -> Iterator[Finding]:
         }
         clash = next((key for key in tags if owners.get(key, name) != name), None)
         if clash is not None:
-            yield view.find("name", tag=tags[clash], other=owners[clash])
+            yield view.at("name", tag=tags[clash], other=owners[clash])
         owners = {**dict.fromkeys(tags, name), **owners}

@@ -62,7 +62,7 @@ def cv_limits_not_ascending(view: LoopView) -> Iterator[Finding]:
     """
     found = view.all_counts("cv_low", "cv_high")
     if found and found[0] >= found[1]:
-        yield view.find("output", "limits", low=view.cv(found[0]), high=view.cv(found[1]))
+        yield view.at("output", "limits", low=view.cv(found[0]), high=view.cv(found[1]))
 
 
 @per_loop
@@ -86,7 +86,7 @@ def anti_windup_blind_to_limits(view: LoopView) -> Iterator[Finding]:
         return
     if view.loop.anti_windup and view.integrates:
         held = [view.cv(own) for own, end in zip(limits, (0, CV_FULL), strict=True) if own != end]
-        yield view.find("output", "limits", limits=" or ".join(held))
+        yield view.at("output", "limits", limits=" or ".join(held))
 
 
 @per_loop
@@ -101,7 +101,7 @@ def output_never_off(view: LoopView) -> Iterator[Finding]:
     """
     low = view.cv_limits[0] if view.cv_limits is not None else 0
     if low and not left_out(view, low):
-        yield view.find("output", "limits", low=view.cv(low), percent=f"{100 * low / DUTY_FULL:.3g}")
+        yield view.at("output", "limits", low=view.cv(low), percent=f"{100 * low / DUTY_FULL:.3g}")
 
 
 @per_loop
@@ -119,7 +119,7 @@ def offset_outside_limits(view: LoopView) -> Iterator[Finding]:
     if offset is None or limits is None or default or (offset == 0 and view.integrates):
         return
     if not limits[0] <= offset <= limits[1]:
-        yield view.find("output", "offset", offset=view.cv(offset), low=view.cv(limits[0]), high=view.cv(limits[1]))
+        yield view.at("output", "offset", offset=view.cv(offset), low=view.cv(limits[0]), high=view.cv(limits[1]))
 
 
 @per_loop
@@ -134,7 +134,7 @@ def offset_beside_integral(view: LoopView) -> Iterator[Finding]:
     """
     offset, limits = view.counts("cv_offset"), view.cv_limits
     if offset and view.integrates and limits is not None and limits[0] <= offset <= limits[1]:
-        yield view.find("output", "offset", offset=view.cv(offset))
+        yield view.at("output", "offset", offset=view.cv(offset))
 
 
 @per_loop
@@ -152,7 +152,7 @@ def integral_without_anti_windup(view: LoopView) -> Iterator[Finding]:
     Fix: `anti_windup: true`, the dialog's own choice.
     """
     if not view.loop.anti_windup and view.integrates:
-        yield view.find("anti_windup", integral=decimal_text(view.held("integral_time") or Decimal(0)))
+        yield view.at("anti_windup", integral=decimal_text(view.held("integral_time") or Decimal(0)))
 
 
 @per_loop
@@ -167,4 +167,4 @@ def cv_limit_looks_like_percent(view: LoopView) -> Iterator[Finding]:
     """
     if looks_like_percent(view) and view.cv_limits is not None:
         high = view.cv_limits[1]
-        yield view.find("output", "limits", high=high, percent=f"{100 * high / CV_FULL:.2g}")
+        yield view.at("output", "limits", high=high, percent=f"{100 * high / CV_FULL:.2g}")

@@ -11,8 +11,8 @@ from pidcfg.refs import EZLOGIX, Decision
 from pidcfg.schemas.base import decimal_text
 from pidcfg.schemas.ezlogix import CV_FULL
 from pidcfg.validate.rule import error, info, per_loop, warning
-from pidcfg.validate.rules.ezlogix.context import number_text
 from pidcfg.validate.rules.ezlogix.equation import at_defaults
+from pidcfg.validate.views import number_text
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -101,7 +101,7 @@ def cycle_time_of_zero(view: LoopView) -> Iterator[Finding]:
     """
     pulse = view.loop.output.pulse
     if pulse is not None and pulse.cycle_time == 0:
-        yield view.find("output", "pulse", "cycle_time", tag=pulse.tag)
+        yield view.at("output", "pulse", "cycle_time", tag=pulse.tag)
 
 
 @error(
@@ -120,7 +120,7 @@ def minimum_times_exceed_cycle(context: EzlogixContext) -> Iterator[Finding]:
     """
     for view, p in pulses(context):
         if p.broken and not p.never_on and not p.never_off:
-            yield view.find(
+            yield view.at(
                 "output",
                 "pulse",
                 "cycle_time",
@@ -140,7 +140,7 @@ def output_never_on(context: EzlogixContext) -> Iterator[Finding]:
     """
     for view, p in pulses(context):
         if p.never_on and view.loop.output.pulse is not None:
-            yield view.find(
+            yield view.at(
                 "output",
                 "pulse",
                 "min_on",
@@ -161,7 +161,7 @@ def output_always_on(context: EzlogixContext) -> Iterator[Finding]:
     """
     for view, p in pulses(context):
         if p.never_off and view.loop.output.pulse is not None:
-            yield view.find(
+            yield view.at(
                 "output",
                 "pulse",
                 "min_off",
@@ -186,7 +186,7 @@ def low_limit_pulse_left_out(context: EzlogixContext) -> Iterator[Finding]:
     """
     for view, p in pulses(context):
         if p.low > 0 and not p.broken and not p.pulsed(p.low):
-            yield view.find(
+            yield view.at(
                 "output", "pulse", "min_on", low=view.cv(p.low), on=seconds(p.on(p.low)), min_on=decimal_text(p.min_on)
             )
 
@@ -206,7 +206,7 @@ def high_limit_gap_left_out(context: EzlogixContext) -> Iterator[Finding]:
     """
     for view, p in pulses(context):
         if p.high < CV_FULL and not p.broken and p.full(p.high):
-            yield view.find(
+            yield view.at(
                 "output",
                 "pulse",
                 "min_off",
@@ -228,7 +228,7 @@ def cycle_below_sample_rate(context: EzlogixContext) -> Iterator[Finding]:
     for view, p in pulses(context):
         sample = view.held("sample_rate")
         if sample is not None and p.cycle < sample:
-            yield view.find("output", "pulse", "cycle_time", cycle=decimal_text(p.cycle), sample=decimal_text(sample))
+            yield view.at("output", "pulse", "cycle_time", cycle=decimal_text(p.cycle), sample=decimal_text(sample))
 
 
 @warning(
@@ -248,9 +248,7 @@ def cycle_beyond_integral_time(context: EzlogixContext) -> Iterator[Finding]:
         integral, sample = view.held("integral_time"), view.held("sample_rate")
         slow = integral and sample is not None and sample <= integral and not at_defaults(view)
         if slow and integral and p.cycle > integral:
-            yield view.find(
-                "output", "pulse", "cycle_time", cycle=decimal_text(p.cycle), integral=decimal_text(integral)
-            )
+            yield view.at("output", "pulse", "cycle_time", cycle=decimal_text(p.cycle), integral=decimal_text(integral))
 
 
 @info("PID473", D192, "a cycle of {cycle} s is up to {times} million pulses a year: for solid-state outputs only")
@@ -265,7 +263,7 @@ def cycle_wears_relays(context: EzlogixContext) -> Iterator[Finding]:
     for view, p in pulses(context):
         if p.cycle < SPARING:
             times = YEAR / p.cycle / MILLION
-            yield view.find("output", "pulse", "cycle_time", cycle=decimal_text(p.cycle), times=f"{float(times):.3g}")
+            yield view.at("output", "pulse", "cycle_time", cycle=decimal_text(p.cycle), times=f"{float(times):.3g}")
 
 
 def seconds(value: Decimal) -> str:

@@ -8,7 +8,7 @@ from pidcfg.encoders.maps.ezlogix import D154
 from pidcfg.refs import EZLOGIX, Decision
 from pidcfg.schemas.ezlogix import CV_FULL, D150
 from pidcfg.validate.rule import error, info, per_loop, warning
-from pidcfg.validate.rules.ezlogix.context import number_text
+from pidcfg.validate.views import number_text
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -49,7 +49,7 @@ def square_root_rescales_set_point(view: LoopView) -> Iterator[Finding]:
     """
     if view.loop.pv.square_root and view.scales["pv"].format.minimum == 0:
         top = view.scales["sp"].top
-        yield view.find("pv", "square_root", register=view.register("setpoint"), top=top, step=f"{100 / top:.2g}")
+        yield view.at("pv", "square_root", register=view.register("setpoint"), top=top, step=f"{100 / top:.2g}")
 
 
 @per_loop
@@ -71,7 +71,7 @@ def square_root_of_offset_counts(view: LoopView) -> Iterator[Finding]:
     form = view.scales["pv"].format
     if view.loop.pv.square_root and form.minimum:
         place = ("pv", "counts")
-        yield view.find(*place, low=form.minimum, root=f"{form.minimum**0.5:.0f}", top=f"{form.maximum**0.5:.0f}")
+        yield view.at(*place, low=form.minimum, root=f"{form.minimum**0.5:.0f}", top=f"{form.maximum**0.5:.0f}")
 
 
 @per_loop
@@ -86,7 +86,7 @@ def square_root_of_offset_range(view: LoopView) -> Iterator[Finding]:
     """
     pv = view.loop.pv
     if pv.square_root and pv.range is not None and pv.range[0] != 0:
-        yield view.find("pv", "range", low=f"{number_text(pv.range[0])} {pv.unit or ''}".strip())
+        yield view.at("pv", "range", low=f"{number_text(pv.range[0])} {pv.unit or ''}".strip())
 
 
 @per_loop
@@ -101,4 +101,4 @@ def counts_beyond_cv(view: LoopView) -> Iterator[Finding]:
     """
     span = view.scales["pv"].format.span
     if span > MUCH * CV_FULL:
-        yield view.find("pv", "counts", span=span, times=f"{span / CV_FULL:.3g}")
+        yield view.at("pv", "counts", span=span, times=f"{span / CV_FULL:.3g}")

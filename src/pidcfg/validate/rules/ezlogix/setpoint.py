@@ -46,7 +46,7 @@ def set_point_limits_crossed(view: LoopView) -> Iterator[Finding]:
     """
     found = view.all_counts("setpoint_low", "setpoint_high")
     if found and found[0] > found[1]:
-        yield view.find("setpoint", "limits", low=view.pv(found[0]), high=view.pv(found[1]))
+        yield view.at("setpoint", "limits", low=view.pv(found[0]), high=view.pv(found[1]))
 
 
 @per_loop
@@ -65,7 +65,7 @@ def set_point_limits_zero(view: LoopView) -> Iterator[Finding]:
     Fix: give the limits of the process, or leave `setpoint.limits` out, which stores the ends of the PV's counts.
     """
     if pinned(view):
-        yield view.find("setpoint", "limits", register=view.register("setpoint"))
+        yield view.at("setpoint", "limits", register=view.register("setpoint"))
 
 
 @per_loop
@@ -79,7 +79,7 @@ def set_point_limits_equal(view: LoopView) -> Iterator[Finding]:
     """
     limits = view.setpoint_limits
     if limits is not None and limits[0] == limits[1] and not pinned(view):
-        yield view.find("setpoint", "limits", value=view.pv(limits[0]))
+        yield view.at("setpoint", "limits", value=view.pv(limits[0]))
 
 
 @per_loop
@@ -95,7 +95,7 @@ def set_point_outside_limits(view: LoopView) -> Iterator[Finding]:
     if view.loop.setpoint.value is None or value is None or kept in {None, value} or pinned(view):
         return
     side, end = ("below", "low") if value < (kept or 0) else ("above", "high")
-    yield view.find(
+    yield view.at(
         "setpoint",
         "value",
         value=view.pv(value),
@@ -124,7 +124,7 @@ def set_point_left_at_zero(context: EzlogixContext) -> Iterator[Finding]:
         if view.loop.mode != "auto" or view.loop.setpoint.value is not None or view.index in context.driven:
             continue
         if view.setpoint is not None and not pinned(view):
-            yield view.find("mode", register=view.register("setpoint"), value=view.pv(view.setpoint))
+            yield view.at("mode", register=view.register("setpoint"), value=view.pv(view.setpoint))
 
 
 @per_loop
@@ -147,7 +147,7 @@ def deadband_wide(view: LoopView) -> Iterator[Finding]:
         yield Finding(("loops", view.index, "deadband"), values, severity=Severity.ERROR)
     elif deadband * WIDE > scale.top - scale.zero:
         share = f"{100 * deadband / (scale.top - scale.zero):.0f}"
-        yield view.find(
+        yield view.at(
             "deadband",
             deadband=view.pv_distance(deadband),
             consequence=f"errors of up to {share} % of the PV's span are not corrected",
@@ -167,4 +167,4 @@ def deadband_without_effect(view: LoopView) -> Iterator[Finding]:
     counts = view.counts("deadband")
     given = view.loop.deadband.value > 0 and not view.loop.pv.square_root
     if given and counts is not None and counts <= 1:
-        yield view.find("deadband", counts="1 count" if counts else "0 counts")
+        yield view.at("deadband", counts="1 count" if counts else "0 counts")

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from pidcfg.diagnostics import Severity
 from pidcfg.refs import EZLOGIX, Decision
+from pidcfg.validate.ideas.duplicates import repeats
 from pidcfg.validate.rule import Finding, error, info, per_loop, warning
 from pidcfg.validate.rules.ezlogix.context import PLACES, register_number
 
@@ -36,6 +37,7 @@ D181 = Decision(
     "above the cooling one, and an info when both act in the same direction.",
     "The manual does not say. Between crossed set points both outputs are on and work against each other.",
 )
+CV = "CV tag"
 NAMES = {offset: name for name, offset in PLACES.items()}
 
 
@@ -55,7 +57,7 @@ def tag_in_register_block(context: EzlogixContext) -> Iterator[Finding]:
             if found is None or (what == "CV" and context.inner(view) is not None):
                 continue
             consequence = "the loop overwrites it" if what == "CV" else "it is no measurement"
-            yield view.find(
+            yield view.at(
                 place,
                 "tag",
                 what=what,
@@ -91,7 +93,7 @@ def cv_writes_set_point(context: EzlogixContext) -> Iterator[Finding]:
             beyond = cv[0] < sp[0] or cv[1] > sp[1]
             values = {
                 "tag": view.loop.output.tag,
-                "inner": inner.loop.name,
+                "inner": inner.name,
                 "low": cv[0],
                 "high": cv[1],
                 "inner_low": sp[0],
@@ -108,21 +110,18 @@ def output_tag_shared(context: EzlogixContext) -> Iterator[Finding]:
 
     Fix: give each loop outputs of its own. Where one actuator serves two loops, let the ladder program choose.
     """
-    first: dict[str, str] = {}
+    for tag, (view, what), (first, _) in repeats(_written(context)):
+        place = ("output", "tag") if what == CV else ("output", "pulse", "tag")
+        yield view.at(*place, basis=None if what == CV else OUTPUT_TAG, tag=tag, what=what, other=first.name)
+
+
+def _written(context: EzlogixContext) -> Iterator[tuple[str, tuple[LoopView, str]]]:
+    """The tags that loops write, with what they are."""
     for view in context.loops:
         output = view.loop.output
-        if output.tag in first:
-            yield view.find("output", "tag", tag=output.tag, what="CV tag", other=first[output.tag])
-        first.setdefault(output.tag, view.loop.name)
-        if output.pulse is None:
-            continue
-        if output.pulse.tag in first:
-            yield Finding(
-                ("loops", view.index, "output", "pulse", "tag"),
-                {"tag": output.pulse.tag, "what": "control output", "other": first[output.pulse.tag]},
-                basis=OUTPUT_TAG,
-            )
-        first.setdefault(output.pulse.tag, view.loop.name)
+        yield output.tag, (view, CV)
+        if output.pulse is not None:
+            yield output.pulse.tag, (view, "control output")
 
 
 @per_loop
@@ -135,7 +134,7 @@ def pv_is_own_cv(view: LoopView) -> Iterator[Finding]:
     Fix: give the PV the register that holds the measurement.
     """
     if view.loop.pv.tag == view.loop.output.tag:
-        yield view.find("output", "tag", tag=view.loop.output.tag)
+        yield view.at("output", "tag", tag=view.loop.output.tag)
 
 
 def same_pv(context: EzlogixContext) -> Iterator[tuple[LoopView, LoopView]]:
@@ -155,7 +154,7 @@ def pv_tag_shared(context: EzlogixContext) -> Iterator[Finding]:
     """
     for first, second in same_pv(context):
         if first.loop.action == second.loop.action:
-            yield second.find("pv", "tag", tag=second.loop.pv.tag, other=first.loop.name, action=second.loop.action)
+            yield second.at("pv", "tag", tag=second.loop.pv.tag, other=first.name, action=second.loop.action)
 
 
 @warning(
@@ -178,12 +177,12 @@ def set_points_crossed(context: EzlogixContext) -> Iterator[Finding]:
         if same_scale and heating.setpoint is not None and cooling.setpoint is not None:
             high, low = heating.setpoint, cooling.setpoint
             if high > low:
-                yield second.find(
+                yield second.at(
                     "setpoint",
                     "value",
                     tag=second.loop.pv.tag,
-                    heating=heating.loop.name,
-                    cooling=cooling.loop.name,
+                    heating=heating.name,
+                    cooling=cooling.name,
                     high=high,
                     low=low,
                 )
@@ -213,4 +212,4 @@ def logical_tag_while_stopped(context: EzlogixContext) -> Iterator[Finding]:
         unheard = logical(context, output.tag) and output.pulse is None and output.tag != pv
         parts = [f"its PV {pv} stands still"] * frozen + [f"its CV {output.tag} reaches no output"] * unheard
         if parts:
-            yield view.find("pv" if frozen else "output", "tag", tags=" and ".join(parts))
+            yield view.at("pv" if frozen else "output", "tag", tags=" and ".join(parts))

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from pidcfg.diagnostics import Severity
 from pidcfg.schemas.generic import D280
 from pidcfg.validate.rule import error, per_loop, warning
-from pidcfg.validate.rules.generic.context import number_text, outside
+from pidcfg.validate.views import number_text, outside
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -46,9 +46,7 @@ def alarm_points_out_of_order(view: LoopView) -> Iterator[Finding]:
     """
     for (lower, below), (upper, above) in pairwise(given(view.loop.alarms.pv, POINTS)):
         if above <= below:
-            found = view.find(
-                "alarms", "pv", upper, upper=upper, above=view.pv(above), lower=lower, below=view.pv(below)
-            )
+            found = view.at("alarms", "pv", upper, upper=upper, above=view.pv(above), lower=lower, below=view.pv(below))
             yield replace(found, severity=severity_of(above, below))
 
 
@@ -63,7 +61,7 @@ def deviation_points_out_of_order(view: LoopView) -> Iterator[Finding]:
     """
     for (_, below), (_, above) in pairwise(given(view.loop.alarms.deviation, DEVIATIONS)):
         if above <= below:
-            found = view.find("alarms", "deviation", "high_high", above=view.pv(above), below=view.pv(below))
+            found = view.at("alarms", "deviation", "high_high", above=view.pv(above), below=view.pv(below))
             yield replace(found, severity=severity_of(above, below))
 
 
@@ -79,6 +77,6 @@ def alarm_point_outside_range(view: LoopView) -> Iterator[Finding]:
     span = view.loop.pv.range
     for name, value in given(view.loop.alarms.pv, POINTS):
         if outside(value, span):
-            yield view.find(
+            yield view.at(
                 "alarms", "pv", name, name=name, value=view.pv(value), low=number_text(span[0]), high=view.pv(span[1])
             )

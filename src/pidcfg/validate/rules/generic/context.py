@@ -4,29 +4,21 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from pidcfg.schemas.base import decimal_text
-from pidcfg.validate.rule import Finding
+from pidcfg.encoders.named import NamedEncoding
+from pidcfg.schemas.generic import GenericFile, Loop
+from pidcfg.validate.views import Context, View, with_unit
 
 if TYPE_CHECKING:
     from decimal import Decimal
 
-    from pidcfg.diagnostics import Path
-    from pidcfg.encoders.named import NamedEncoding
-    from pidcfg.schemas.generic import GenericFile, Loop
-
-DIGITS = 12
-"""More of a number than a message shows."""
-Pair = tuple["Decimal", "Decimal"]
+    from pidcfg.validate.views import Pair
 
 
 @dataclass(frozen=True)
-class LoopView:
+class LoopView(View[Loop]):
     """A loop and its place in the file."""
-
-    index: int
-    loop: Loop
 
     @property
     def limits(self) -> Pair:
@@ -41,37 +33,10 @@ class LoopView:
         """A number of the output with its unit."""
         return with_unit(value, self.loop.output.unit)
 
-    def find(self, *path: str | int, **values: Any) -> Finding:
-        """A finding below this loop."""
-        return Finding(("loops", self.index, *path), values)
-
-    def find_key(self, *path: str | int, **values: Any) -> Finding:
-        """A finding that points at a key: what it opens is a block of lines."""
-        return Finding(("loops", self.index, *path), values, key=True)
-
-
-def with_unit(value: Decimal, unit: str | None) -> str:
-    """A number as people write it, with its unit."""
-    return f"{number_text(value)} {unit}" if unit else number_text(value)
-
-
-def number_text(value: Decimal) -> str:
-    """A number as people write it; more than 12 digits are shortened."""
-    text = decimal_text(value)
-    return text if len(text) <= DIGITS else f"{float(value):.6g}"
-
-
-def outside(value: Decimal, pair: Pair) -> bool:
-    """Whether a number is not between two others."""
-    return not pair[0] <= value <= pair[1]
-
 
 @dataclass(frozen=True)
-class GenericContext:
+class GenericContext(Context[GenericFile, NamedEncoding]):
     """A configuration with its encoding, and its loops one by one."""
-
-    config: GenericFile
-    encoding: NamedEncoding
 
     @cached_property
     def loops(self) -> tuple[LoopView, ...]:
@@ -81,9 +46,4 @@ class GenericContext:
     @cached_property
     def by_name(self) -> dict[str, LoopView]:
         """The loops by their names; of two with the same one the first."""
-        return {view.loop.name: view for view in reversed(self.loops)}
-
-    @property
-    def explained(self) -> frozenset[Path]:
-        """No limit is explained better elsewhere."""
-        return frozenset()
+        return {view.name: view for view in reversed(self.loops)}

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from pidcfg.encoders.generic.decisions import D303
 from pidcfg.validate.rule import error, warning
-from pidcfg.validate.rules.generic.context import number_text
+from pidcfg.validate.views import number_text
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -33,7 +33,7 @@ def no_pulse_period(context: GenericContext) -> Iterator[Finding]:
     """
     for view, pulse in pulsed(context):
         if pulse.period == 0:
-            yield view.find("output", "pulse", "period")
+            yield view.at("output", "pulse", "period")
 
 
 @warning("PID842", D303, "the pulses' period {period} s is shorter than sample_time {sample} s")
@@ -47,7 +47,7 @@ def pulse_period_below_sample_time(context: GenericContext) -> Iterator[Finding]
     """
     for view, pulse in pulsed(context):
         if 0 < pulse.period < view.loop.sample_time:
-            yield view.find(
+            yield view.at(
                 "output", "pulse", "period", period=number_text(pulse.period), sample=number_text(view.loop.sample_time)
             )
 
@@ -62,7 +62,7 @@ def pulse_without_room(context: GenericContext) -> Iterator[Finding]:
     """
     for view, pulse in pulsed(context):
         if pulse.period and pulse.min_on + pulse.min_off > pulse.period:
-            yield view.find(
+            yield view.at(
                 "output",
                 "pulse",
                 "period",

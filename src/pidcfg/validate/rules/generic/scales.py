@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from pidcfg.encoders.generic.decisions import D299
 from pidcfg.schemas.generic import D280
 from pidcfg.validate.rule import error, per_loop, warning
-from pidcfg.validate.rules.generic.context import number_text, outside
+from pidcfg.validate.views import number_text, outside
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -29,9 +29,7 @@ def output_limits_outside_range(view: LoopView) -> Iterator[Finding]:
     span = view.loop.output.range
     for i, end in enumerate(view.loop.output.limits or ()):
         if outside(end, span):
-            yield view.find(
-                "output", "limits", i, value=view.out(end), low=number_text(span[0]), high=view.out(span[1])
-            )
+            yield view.at("output", "limits", i, value=view.out(end), low=number_text(span[0]), high=view.out(span[1]))
 
 
 @per_loop
@@ -46,9 +44,7 @@ def set_point_limits_outside_range(view: LoopView) -> Iterator[Finding]:
     span = view.loop.pv.range
     for i, end in enumerate(view.loop.setpoint.limits or ()):
         if outside(end, span):
-            yield view.find(
-                "setpoint", "limits", i, value=view.pv(end), low=number_text(span[0]), high=view.pv(span[1])
-            )
+            yield view.at("setpoint", "limits", i, value=view.pv(end), low=number_text(span[0]), high=view.pv(span[1]))
 
 
 @per_loop
@@ -64,7 +60,7 @@ def set_point_out_of_reach(view: LoopView) -> Iterator[Finding]:
     value, limits = view.loop.setpoint.value, view.loop.setpoint.limits
     span, what = (view.loop.pv.range, "the PV's range") if limits is None else (limits, "its limits")
     if value is not None and outside(value, span):
-        yield view.find(
+        yield view.at(
             "setpoint", "value", value=view.pv(value), what=what, low=number_text(span[0]), high=view.pv(span[1])
         )
 
@@ -82,7 +78,7 @@ def bias_outside_limits(view: LoopView) -> Iterator[Finding]:
     low, high = view.limits
     bias = view.loop.output.bias
     if bias and outside(bias, view.limits):
-        yield view.find("output", "bias", value=view.out(bias), low=number_text(low), high=view.out(high))
+        yield view.at("output", "bias", value=view.out(bias), low=number_text(low), high=view.out(high))
 
 
 @per_loop
@@ -97,7 +93,7 @@ def manual_outside_limits(view: LoopView) -> Iterator[Finding]:
     low, high = view.limits
     value = view.loop.output.manual
     if value is not None and outside(value, view.limits):
-        yield view.find("output", "manual", value=view.out(value), low=number_text(low), high=view.out(high))
+        yield view.at("output", "manual", value=view.out(value), low=number_text(low), high=view.out(high))
 
 
 @per_loop
@@ -111,7 +107,7 @@ def square_root_off_zero(view: LoopView) -> Iterator[Finding]:
     Fix: write a range from 0, or `square_root: false` if the transmitter takes the root.
     """
     if view.loop.pv.square_root and view.loop.pv.range[0] != 0:
-        yield view.find("pv", "range", low=view.pv(view.loop.pv.range[0]))
+        yield view.at("pv", "range", low=view.pv(view.loop.pv.range[0]))
 
 
 @per_loop
@@ -124,4 +120,4 @@ def output_cannot_move(view: LoopView) -> Iterator[Finding]:
     Fix: leave `max_rate` out where the change is not limited, or write a rate above 0.
     """
     if view.loop.output.max_rate == 0:
-        yield view.find("output", "max_rate")
+        yield view.at("output", "max_rate")

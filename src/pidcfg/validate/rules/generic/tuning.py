@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from pidcfg.encoders.generic.decisions import D299
 from pidcfg.schemas.generic import D280
 from pidcfg.validate.rule import error, per_loop, warning
-from pidcfg.validate.rules.generic.context import number_text
+from pidcfg.validate.views import number_text
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -32,7 +32,7 @@ def no_sample_time(view: LoopView) -> Iterator[Finding]:
     Fix: write a time above 0, for example a tenth of the shortest time of the loop.
     """
     if view.loop.sample_time == 0:
-        yield view.find("sample_time")
+        yield view.at("sample_time")
 
 
 @warning("PID822", D299, "sample_time {sample} s is longer than a tenth of {name}, {time} s")
@@ -48,7 +48,7 @@ def sample_time_too_long(context: GenericContext) -> Iterator[Finding]:
         for name in ("integral_time", "derivative_time"):
             time, sample = getattr(view.loop.tuning, name), view.loop.sample_time
             if 0 < SHARE * time < sample:
-                yield view.find("sample_time", sample=number_text(sample), name=name, time=number_text(time))
+                yield view.at("sample_time", sample=number_text(sample), name=name, time=number_text(time))
                 break
 
 
@@ -63,7 +63,7 @@ def derivative_longer_than_integral(view: LoopView) -> Iterator[Finding]:
     """
     tuning = view.loop.tuning
     if 0 < tuning.integral_time < tuning.derivative_time:
-        yield view.find(
+        yield view.at(
             "tuning",
             "derivative_time",
             derivative=number_text(tuning.derivative_time),
@@ -81,7 +81,7 @@ def gain_of_zero(view: LoopView) -> Iterator[Finding]:
     Fix: write a gain above 0. Without a proportional action write `proportional: false` and keep the gain.
     """
     if view.loop.tuning.gain == 0:
-        yield view.find("tuning", "gain")
+        yield view.at("tuning", "gain")
 
 
 @per_loop
@@ -95,7 +95,7 @@ def no_action_at_all(view: LoopView) -> Iterator[Finding]:
     """
     tuning = view.loop.tuning
     if not (tuning.proportional or tuning.integral_time or tuning.derivative_time):
-        yield view.find("tuning", "proportional")
+        yield view.at("tuning", "proportional")
 
 
 @per_loop
@@ -109,4 +109,4 @@ def deadband_covers_range(view: LoopView) -> Iterator[Finding]:
     """
     low, high = view.loop.pv.range
     if view.loop.deadband >= high - low:
-        yield view.find("deadband", value=view.pv(view.loop.deadband), low=number_text(low), high=view.pv(high))
+        yield view.at("deadband", value=view.pv(view.loop.deadband), low=number_text(low), high=view.pv(high))

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from pidcfg.refs import NEXTOPID, Decision
 from pidcfg.validate.rule import Finding, error, info, warning
-from pidcfg.validate.rules.nextopid.view import number_text
+from pidcfg.validate.views import number_text
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -59,7 +59,7 @@ def auto_tuning_without_parameters(context: NextopidContext) -> Iterator[Finding
     for view in tuning(context):
         if view.item.AutoTuneParam is None and view.may_be_on("AutoTune"):
             how = "wired" if view.is_wired("AutoTune") else "TRUE"
-            yield view.find("AutoTune", "AutoTuneResult.Bad_PercAmpMV", how=how)
+            yield view.at("AutoTune", "AutoTuneResult.Bad_PercAmpMV", how=how)
 
 
 @warning("PID657", START, "AutoTune is {value}: the auto-tuning begins with the first cycle")
@@ -73,7 +73,7 @@ def auto_tuning_at_start(context: NextopidContext) -> Iterator[Finding]:
     """
     for view in tuning(context):
         if view.is_on("AutoTune") and view.item.AutoTuneParam is not None:
-            yield view.find("AutoTune", value=view.shown("AutoTune"))
+            yield view.at("AutoTune", value=view.shown("AutoTune"))
 
 
 @warning("PID658", RESULT, "from ManualMV {start} the auto-tuning would step to {target}{unit}, beyond {limit} {end}")
@@ -119,7 +119,7 @@ def auto_tuning_peaks_without_room(context: NextopidContext) -> Iterator[Finding
         param = view.item.AutoTuneParam
         if param is not None and 0 < param.PercMaxPeakPV <= 2 * param.PercHystPV:
             peak, hysteresis = number_text(param.PercMaxPeakPV), number_text(param.PercHystPV)
-            yield view.find(
+            yield view.at(
                 "AutoTuneParam.PercMaxPeakPV", "AutoTuneResult.PEAK_TOO_LOW", peak=peak, hysteresis=hysteresis
             )
 
@@ -137,7 +137,7 @@ def auto_tuning_step_not_whole(context: NextopidContext) -> Iterator[Finding]:
         step, made = wanted_step(view), step_of(view)
         if step is not None and made is not None and step != made:
             effect = f"the step is {number_text(made)}" if made else "the auto-tuning ends with an error"
-            yield view.find(
+            yield view.at(
                 "AutoTuneParam.PercAmpMV",
                 None if made else "AutoTuneResult.Bad_PercAmpMV",
                 percent=number_text(view.item.AutoTuneParam.PercAmpMV),
@@ -159,6 +159,6 @@ def auto_tuning_of_other_terms(context: NextopidContext) -> Iterator[Finding]:
         param = view.item.AutoTuneParam
         if param is not None and view.integral and "I" not in param.Mode:
             terms = "an integral and a derivative" if view.derivative else "an integral"
-            yield view.find("AutoTuneParam.Mode", mode=param.Mode, terms=terms)
+            yield view.at("AutoTuneParam.Mode", mode=param.Mode, terms=terms)
         elif param is not None and view.derivative and "D" not in param.Mode:
-            yield view.find("AutoTuneParam.Mode", mode=param.Mode, terms="a derivative")
+            yield view.at("AutoTuneParam.Mode", mode=param.Mode, terms="a derivative")

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from pidcfg.encoders.maps.nextopid import MOST_SAMPLES
 from pidcfg.refs import NEXTOPID, Decision
 from pidcfg.validate.rule import error, info, warning
-from pidcfg.validate.rules.nextopid.view import number_text
+from pidcfg.validate.views import number_text
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -49,7 +49,7 @@ def delay_too_long(context: NextopidContext) -> Iterator[Finding]:
     for view in context.of(*DELAYS):
         time, sample = view.number_of("DelayTime"), view.sample_time
         if time is not None and sample > 0 and time > MOST_SAMPLES * sample:
-            yield view.find(
+            yield view.at(
                 "DelayTime",
                 "Error",
                 time=view.shown("DelayTime"),
@@ -70,7 +70,7 @@ def delay_between_samples(context: NextopidContext) -> Iterator[Finding]:
     for view in context.of(*DELAYS):
         time, sample = view.number_of("DelayTime"), view.sample_time
         if time is not None and time > 0 and sample > 0 and _is_between(time / sample):
-            yield view.find(
+            yield view.at(
                 "DelayTime",
                 time=view.shown("DelayTime"),
                 sample=number_text(sample),
@@ -96,7 +96,7 @@ def time_constant_not_positive(context: NextopidContext) -> Iterator[Finding]:
         key = TIMES[view.type]
         time = view.number_of(key)
         if time is not None and time <= 0:
-            yield view.find(key, "Error", key=key, time=view.shown(key))
+            yield view.at(key, "Error", key=key, time=view.shown(key))
 
 
 @error("PID645", LIMITS, "Min_OutVar {low} is above Max_OutVar {high}")
@@ -110,7 +110,7 @@ def output_limits_crossed(context: NextopidContext) -> Iterator[Finding]:
     for view in context.of(*LIMITED):
         low, high = view.number_of("Min_OutVar"), view.number_of("Max_OutVar")
         if low is not None and high is not None and low > high:
-            yield view.find(
+            yield view.at(
                 "Min_OutVar",
                 "Error" if view.type in LAGS else None,
                 low=view.shown("Min_OutVar"),
@@ -131,7 +131,7 @@ def output_pinned(context: NextopidContext) -> Iterator[Finding]:
         low, high = view.number_of("Min_OutVar"), view.number_of("Max_OutVar")
         if low is not None and low == high:
             how = "" if view.given("Min_OutVar") or view.given("Max_OutVar") else ", as they are when not given"
-            yield view.find("Max_OutVar", value=view.shown("Max_OutVar"), how=how)
+            yield view.at("Max_OutVar", value=view.shown("Max_OutVar"), how=how)
 
 
 @error("PID647", LIMITS, "Init_OutVar {value} is {side} {limit} {end}")
@@ -147,7 +147,7 @@ def initial_output_outside_limits(context: NextopidContext) -> Iterator[Finding]
         if value is None or low is None or high is None or low >= high or low <= value <= high:
             continue
         side, limit = ("below", "Min_OutVar") if value < low else ("above", "Max_OutVar")
-        yield view.find(
+        yield view.at(
             "Init_OutVar", "Error", value=view.shown("Init_OutVar"), side=side, limit=limit, end=view.shown(limit)
         )
 
@@ -165,4 +165,4 @@ def gain_of_zero(context: NextopidContext) -> Iterator[Finding]:
         if view.number_of(key) == 0:
             known = view.known(key)
             how = ", as it is when not given" if not view.given(key) else known.source if known else ""
-            yield view.find(key, key=key, how=how)
+            yield view.at(key, key=key, how=how)

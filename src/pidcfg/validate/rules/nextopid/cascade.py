@@ -5,9 +5,10 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from pidcfg.refs import NEXTOPID
+from pidcfg.validate.ideas.cascades import rings
 from pidcfg.validate.rule import Finding, error, info, per_pid, warning
 from pidcfg.validate.rules.nextopid.links import D218
-from pidcfg.validate.rules.nextopid.view import number_text
+from pidcfg.validate.views import number_text
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -30,21 +31,11 @@ def cascade_in_a_circle(context: NextopidContext) -> Iterator[Finding]:
 
     Fix: wire SP_CASC of the outermost loop to something else, or leave it out.
     """
-    masters = {link.slave.number: link.master for link in context.network.links}
-    done: set[int] = set()
-    for start in context.pids:
-        way: dict[int, BlockView] = {}
-        view: BlockView | None = start
-        while view is not None and view.number not in way and view.number not in done:
-            way[view.number] = view
-            view = masters.get(view.number)
-        done |= set(way)
-        if view is not None and view.number in way:
-            members = list(way.values())[list(way).index(view.number) :]
-            first = min(range(len(members)), key=lambda i: members[i].number)
-            names = [own.name for own in (*members[first:], *members[: first + 1])]
-            text = " follows ".join(names if len(names) <= MOST_NAMES else [*names[:MOST_NAMES], "…"])
-            yield members[first].find("SP_CASC", name=names[0], way=text)
+    masters = {link.slave.number: link.master.number for link in context.network.links}
+    for ring in rings([masters.get(view.number) for view in context.views]):
+        names = [context.views[i].name for i in (*ring, ring[0])]
+        way = " follows ".join(names if len(names) <= MOST_NAMES else [*names[:MOST_NAMES], "…"])
+        yield context.views[ring[0]].at("SP_CASC", name=names[0], way=way)
 
 
 @error(
@@ -62,7 +53,7 @@ def two_masters(context: NextopidContext) -> Iterator[Finding]:
     for own in context.network.links_of_slave.values():
         masters, view = [link.master.name for link in own], own[0].slave
         if len(masters) > 1:
-            yield view.find("SP_CASC", slave=view.name, masters=" and ".join(masters))
+            yield view.at("SP_CASC", slave=view.name, masters=" and ".join(masters))
 
 
 @warning(
@@ -80,7 +71,7 @@ def several_slaves(context: NextopidContext) -> Iterator[Finding]:
     """
     for master, own in context.network.masters():
         if len(own) > 1:
-            yield master.find("name", master=master.name, slaves=" and ".join(link.slave.name for link in own))
+            yield master.at("name", master=master.name, slaves=" and ".join(link.slave.name for link in own))
 
 
 @info("PID665", CASCADE, "CASC is FALSE: {loop}{role} never follows SP_CASC, {source}")
@@ -96,9 +87,7 @@ def never_in_cascade_mode(context: NextopidContext) -> Iterator[Finding]:
         expression = view.wire("SP_CASC")
         if expression is not None and view.is_on("CASC") is False and not view.is_wired("CASC"):
             role = context.network.role(view)
-            yield view.find(
-                "CASC", loop=view.name, role=f" ({role})" if "slave" in role else "", source=expression.text
-            )
+            yield view.at("CASC", loop=view.name, role=f" ({role})" if "slave" in role else "", source=expression.text)
 
 
 @per_pid
@@ -112,7 +101,7 @@ def cascade_mode_without_set_point(view: BlockView) -> Iterator[Finding]:
     """
     if not view.given("SP_CASC") and view.may_be_on("CASC"):
         value = "wired" if view.is_wired("CASC") else "TRUE"
-        yield view.find("CASC", value=value, unit=view.unit("SP"))
+        yield view.at("CASC", value=value, unit=view.unit("SP"))
 
 
 @warning("PID667", CASCADE, "{loop} is only master, of {slave}: its CASC must be FALSE, and is {value}")
@@ -126,7 +115,7 @@ def master_in_cascade_mode(context: NextopidContext) -> Iterator[Finding]:
     for master, own in context.network.masters():
         if master.may_be_on("CASC") and master.given("SP_CASC") and context.network.role(master) == "only master":
             value = "wired" if master.is_wired("CASC") else "TRUE"
-            yield master.find("CASC", loop=master.name, slave=own[0].slave.name, value=value)
+            yield master.at("CASC", loop=master.name, slave=own[0].slave.name, value=value)
 
 
 @warning("PID673", LIMITS, "{key} {mine} of the master {master} is beyond {limit} {theirs} of its slave {slave}")
@@ -144,7 +133,7 @@ def master_range_beyond_slave(context: NextopidContext) -> Iterator[Finding]:
             if mine is None or theirs is None or link.master.mv_limits is None or link.slave.pv_limits is None:
                 continue
             if link.exact and (mine - theirs) * way > 0:
-                yield link.master.find(
+                yield link.master.at(
                     key,
                     f"{link.slave.name}.WarnBits.SP_CASC_{limit}",
                     key=key,

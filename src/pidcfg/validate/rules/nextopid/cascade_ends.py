@@ -71,7 +71,7 @@ def master_behind_a_block_not_connected(context: NextopidContext) -> Iterator[Fi
             missing = [key for key in MASTER_INPUTS if not master.is_wired(key)]
             if missing and (master.number, slave.number) not in told:
                 told.add((master.number, slave.number))
-                yield master.find(
+                yield master.at(
                     missing[0],
                     master=master.name,
                     slave=slave.name,
@@ -113,6 +113,6 @@ def slave_in_error(context: NextopidContext) -> Iterator[Finding]:
     for link in context.network.links:
         bit = error_bit(link.slave)
         if bit is not None and link.master.number != link.slave.number:
-            yield link.slave.find(
+            yield link.slave.at(
                 "SP_CASC", f"{link.slave.name}.ErrBits.{bit}", slave=link.slave.name, master=link.master.name
             )

@@ -33,7 +33,7 @@ def tracking_not_connected(context: NextopidContext) -> Iterator[Finding]:
     for master, own in context.network.masters():
         fault = fault_of(master, "TRK_IN", {f"{link.slave.name}.TRK_OUT" for link in own})
         if fault is not None:
-            yield master.find(
+            yield master.at(
                 "TRK_IN",
                 None,
                 fault.severity,
@@ -58,7 +58,7 @@ def tracking_value_not_slave_pv(context: NextopidContext) -> Iterator[Finding]:
             continue
         fault = fault_of(master, "TRK_VAL", set())
         if fault is not None:
-            yield master.find(
+            yield master.at(
                 "TRK_VAL",
                 None,
                 fault.severity,
@@ -97,7 +97,7 @@ def windup_not_connected(context: NextopidContext) -> Iterator[Finding]:
             fault = fault_of(master, key, {f"{link.slave.name}.Windup_{side}_OUT" for link in own})
             if fault is not None:
                 crossed = master.source(key) in {f"{link.slave.name}.Windup_{other}_OUT" for link in own}
-                yield master.find(
+                yield master.at(
                     key,
                     None,
                     fault.severity,
@@ -125,7 +125,7 @@ def slave_with_connections_of_a_master(context: NextopidContext) -> Iterator[Fin
             if link.slave.may_be_on(key):
                 wire = link.slave.wire(key)
                 found = f"wired to {wire.text}" if wire is not None else "TRUE"
-                yield link.slave.find(key, loop=link.slave.name, master=link.master.name, key=key, found=found)
+                yield link.slave.at(key, loop=link.slave.name, master=link.master.name, key=key, found=found)
 
 
 @warning(
@@ -147,7 +147,7 @@ def outputs_of_a_master_connected(context: NextopidContext) -> Iterator[Finding]
             number = context.number(master, output)
             for (i, key), wire in context.encoding.wires.items():
                 if number in wire.signals and not (key in MASTER_INPUTS and context.network.role(context.views[i])):
-                    yield context.views[i].find(
+                    yield context.views[i].at(
                         key,
                         master=master.name,
                         slave=own[0].slave.name,

@@ -38,7 +38,7 @@ def no_control_term(view: BlockView) -> Iterator[Finding]:
     if view.proportional == 0 and view.integral == 0 and not dependent_zero:
         left = "the derivative alone holds no set point" if view.derivative else "MV never moves"
         key = "DisableP" if view.is_on("Indep") is False else "Kp"
-        yield view.find(key, left=left)
+        yield view.at(key, left=left)
 
 
 @per_pid
@@ -51,7 +51,7 @@ def disable_p_ignored(view: BlockView) -> Iterator[Finding]:
     Fix: write `Kp: 0`, which leaves Ki and Kd alone in the independent form.
     """
     if view.is_on("DisableP") and view.is_on("Indep") and view.number_of("Kp"):
-        yield view.find("DisableP", gain=view.shown("Kp"))
+        yield view.at("DisableP", gain=view.shown("Kp"))
 
 
 @error("PID637", D202, "{key} is {time} s, a time, but with Indep TRUE it is the gain {gain}")
@@ -66,7 +66,7 @@ def time_as_gain(context: NextopidContext) -> Iterator[Finding]:
     for view in context.pids:
         for key, gain in (("Ti_Ki", "Ki"), ("Td_Kd", "Kd")):
             if context.has_time_as_gain(view, key):
-                yield view.find(key, key=key, time=view.shown(key), gain=gain)
+                yield view.at(key, key=key, time=view.shown(key), gain=gain)
 
 
 @per_pid
@@ -79,7 +79,7 @@ def form_from_a_wire(view: BlockView) -> Iterator[Finding]:
     Fix: write `true` or `false`.
     """
     if view.wire("Indep") is not None:
-        yield view.find("Indep")
+        yield view.at("Indep")
 
 
 @per_pid
@@ -93,7 +93,7 @@ def proportional_without_bias(view: BlockView) -> Iterator[Finding]:
     Fix: give the MV that holds the set point as BIAS, or an integral time.
     """
     if view.proportional and view.integral == 0 and view.number_of("BIAS") == 0:
-        yield view.find("Ti_Ki", bias=view.shown("BIAS"))
+        yield view.at("Ti_Ki", bias=view.shown("BIAS"))
 
 
 @per_pid
@@ -114,7 +114,7 @@ def derivative_of_the_error(view: BlockView) -> Iterator[Finding]:
     if view.is_on("DerivEr") and gain and pv and mv and view.sample_time > 0:
         time = max(view.sample_time, view.number_of("Tfd") or Decimal(0))
         percent = gain * (pv[1] - pv[0]) / time / (mv[1] - mv[0])
-        yield view.find("DerivEr", percent=f"{float(percent):.3g}")
+        yield view.at("DerivEr", percent=f"{float(percent):.3g}")
 
 
 @per_pid
@@ -129,4 +129,4 @@ def dead_band_as_wide_as_the_range(view: BlockView) -> Iterator[Finding]:
     """
     band, pv = view.number_of("DeadBand"), view.pv_limits
     if band is not None and pv is not None and band >= pv[1] - pv[0]:
-        yield view.find("DeadBand", band=view.shown("DeadBand"), low=view.shown("MinPV"), high=view.shown("MaxPV"))
+        yield view.at("DeadBand", band=view.shown("DeadBand"), low=view.shown("MinPV"), high=view.shown("MaxPV"))

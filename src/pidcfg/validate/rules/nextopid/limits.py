@@ -9,7 +9,7 @@ from pidcfg.diagnostics import Severity
 from pidcfg.refs import NEXTOPID
 from pidcfg.schemas.nextopid import D201
 from pidcfg.validate.rule import error, info, per_pid, warning
-from pidcfg.validate.rules.nextopid.view import number_text
+from pidcfg.validate.views import number_text
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -34,7 +34,7 @@ def mv_limits_crossed(view: BlockView) -> Iterator[Finding]:
     """
     low, high = view.number_of("MinMV"), view.number_of("MaxMV")
     if low is not None and high is not None and high <= low:
-        yield view.find("MaxMV", "ErrBits.MaxMinMV", high=view.shown("MaxMV"), low=view.shown("MinMV"))
+        yield view.at("MaxMV", "ErrBits.MaxMinMV", high=view.shown("MaxMV"), low=view.shown("MinMV"))
 
 
 @error("PID611", ERRORS, "MaxPV {high} is not above MinPV {low}")
@@ -48,7 +48,7 @@ def pv_limits_crossed(context: NextopidContext) -> Iterator[Finding]:
     for view in context.controllers:
         low, high = view.number_of("MinPV"), view.number_of("MaxPV")
         if low is not None and high is not None and high <= low:
-            yield view.find("MaxPV", "ErrBits.MaxMinPV", high=view.shown("MaxPV"), low=view.shown("MinPV"))
+            yield view.at("MaxPV", "ErrBits.MaxMinPV", high=view.shown("MaxPV"), low=view.shown("MinPV"))
 
 
 @per_pid
@@ -65,7 +65,7 @@ def gain_not_positive(view: BlockView) -> Iterator[Finding]:
     if gain is not None and (gain < 0 or (gain == 0 and indep is False)):
         wanted = "a value above 0" if indep is False else "0 or more"
         form = "dependent" if indep is False else "independent"
-        yield view.find("Kp", "ErrBits.Kp", gain=view.shown("Kp"), form=form, wanted=wanted)
+        yield view.at("Kp", "ErrBits.Kp", gain=view.shown("Kp"), form=form, wanted=wanted)
 
 
 def outside(view: BlockView, key: str, low: str, high: str) -> tuple[str, str] | None:
@@ -86,7 +86,7 @@ def beyond(
 ) -> Finding:
     """A finding about a parameter beyond a limit."""
     values |= {"value": view.shown(key), "side": found[1], "limit": found[0], "end": view.shown(found[0])}
-    return view.find(key, plc_effect, severity, **values)
+    return view.at(key, plc_effect, severity, **values)
 
 
 @warning("PID615", WARNINGS, "SP {value} is {side} {limit} {end}: the block controls at {end}")
@@ -182,7 +182,7 @@ def output_range_narrower_than_limits(view: BlockView) -> Iterator[Finding]:
         value = view.number_of(key)
         if scale is not None and value is not None and not scale[0] <= value <= scale[1]:
             percent = (value - scale[0]) / (scale[1] - scale[0]) * 100
-            yield view.find(
+            yield view.at(
                 key,
                 key=key,
                 value=view.shown(key),
@@ -203,4 +203,4 @@ def output_scale_assumed(view: BlockView) -> Iterator[Finding]:
     Fix: give `output.range` where the limits are not the ends of the scale.
     """
     if view.item.output.range is None and view.mv_limits not in {None, (Decimal(0), Decimal(100))}:
-        yield view.find("MaxMV", low=view.shown("MinMV"), high=view.shown("MaxMV"))
+        yield view.at("MaxMV", low=view.shown("MinMV"), high=view.shown("MaxMV"))

@@ -9,7 +9,7 @@ from pidcfg.refs import NEXTOPID, Decision
 from pidcfg.validate.rule import error, info, per_pid, warning
 from pidcfg.validate.rules.nextopid.links import D218, fault_of
 from pidcfg.validate.rules.nextopid.paths import SELECTORS
-from pidcfg.validate.rules.nextopid.view import number_text
+from pidcfg.validate.views import number_text
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -48,7 +48,7 @@ def selector_of_one_loop(context: NextopidContext) -> Iterator[Finding]:
     """
     for selector, first, second in context.network.pairs():
         if first.loop is second.loop:
-            yield selector.find("MV2", selector=selector.name, loop=first.loop.name)
+            yield selector.at("MV2", selector=selector.name, loop=first.loop.name)
 
 
 @error("PID676", OVERRIDE, "OVERR of {loop}, {input} of {selector}, must come from {selector}.{output}, and is {found}")
@@ -65,7 +65,7 @@ def override_not_connected(context: NextopidContext) -> Iterator[Finding]:
         fault = fault_of(leg.loop, "OVERR", {f"{other.selector.name}.OVERR{other.number}" for other in own})
         if fault is not None:
             crossed = leg.loop.source("OVERR") == f"{leg.selector.name}.OVERR{3 - leg.number}"
-            yield leg.loop.find(
+            yield leg.loop.at(
                 "OVERR",
                 None,
                 fault.severity,
@@ -93,7 +93,7 @@ def override_value_not_selected_mv(context: NextopidContext) -> Iterator[Finding
         wire = leg.loop.wire("TRK_VAL")
         reads = wire is not None and {context.names[number] for number in wire.signals} & wanted
         if fault is not None and not (reads and not leg.exact):
-            yield leg.loop.find(
+            yield leg.loop.at(
                 "TRK_VAL", None, fault.severity, loop=leg.loop.name, selector=leg.selector.name, found=fault.text
             )
 
@@ -113,7 +113,7 @@ def selector_of_opposite_loops(context: NextopidContext) -> Iterator[Finding]:
         if None not in modes and modes[0] != modes[1]:
             smaller = selector.type == "ControlSelectMin"
             sides = ["above" if bool(mode) == smaller else "below" for mode in modes]
-            yield selector.find(
+            yield selector.at(
                 "type",
                 selector=selector.name,
                 first=first.loop.name,
@@ -135,7 +135,7 @@ def override_limits_differ(context: NextopidContext) -> Iterator[Finding]:
     for selector, first, second in context.network.pairs():
         mine, theirs = first.loop.mv_limits, second.loop.mv_limits
         if mine and theirs and mine != theirs and first.exact and second.exact:
-            yield selector.find(
+            yield selector.at(
                 "MV2",
                 selector=selector.name,
                 first=first.loop.name,
@@ -166,9 +166,9 @@ def override_without_selector(context: NextopidContext) -> Iterator[Finding]:
         found = "TRUE" if wire is None else f"wired to {wire.text}"
         if owner is not None and owner[0].type in SELECTORS:
             what = f"{owner[0].name} does not read {view.name}.MV"
-            yield view.find("OVERR", None, Severity.ERROR, found=found, what=what)
+            yield view.at("OVERR", None, Severity.ERROR, found=found, what=what)
         elif not view.given("TRK_VAL"):
-            yield view.find("OVERR", found=found, what="TRK_VAL, the MV that controls instead, is not given")
+            yield view.at("OVERR", found=found, what="TRK_VAL, the MV that controls instead, is not given")
 
 
 @info("PID681", D219, "{loop} has no integral: OVERR and TRK_VAL change nothing in it")
@@ -183,7 +183,7 @@ def override_without_integral(context: NextopidContext) -> Iterator[Finding]:
     for own in context.network.legs_of_loop.values():
         loop = own[0].loop
         if loop.integral == 0:
-            yield loop.find("Ti_Ki", loop=loop.name)
+            yield loop.at("Ti_Ki", loop=loop.name)
 
 
 @per_pid
@@ -197,7 +197,7 @@ def bias_of_a_direct_loop(view: BlockView) -> Iterator[Finding]:
     Fix: check that a disturbance that needs more MV raises BIAS.
     """
     if view.is_wired("BIAS") and view.is_on("Direct"):
-        yield view.find("BIAS")
+        yield view.at("BIAS")
 
 
 @info("PID683", BIAS, "{source} may go from {low} to {high}, and MV has only {limits}")
@@ -221,7 +221,7 @@ def feed_forward_beyond_mv(context: NextopidContext) -> Iterator[Finding]:
         low, high = owner[0].number_of("Min_OutVar"), owner[0].number_of("Max_OutVar")
         span = mv[1] - mv[0]
         if low is not None and high is not None and (low < -span or high > span):
-            yield view.find(
+            yield view.at(
                 "BIAS",
                 source=f"{owner[0].name}.OutVar",
                 low=number_text(low),

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING
 from pidcfg.refs import NEXTOPID, Decision
 from pidcfg.validate.rule import Finding, error, warning
 from pidcfg.validate.rules.nextopid.paths import Ring
-from pidcfg.validate.rules.nextopid.view import number_text
+from pidcfg.validate.rules.nextopid.view import value_text
+from pidcfg.validate.views import number_text
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -46,13 +47,13 @@ def wrong_direction_of_control(context: NextopidContext) -> Iterator[Finding]:
             continue  # the loop inside is wrong; what that makes of this one is its echo
         view, direct = ring.loop, ring.loop.is_on("Direct")
         process = next((own for own in ring.processes if (own.number_of("Gs") or 0) < 0), ring.processes[0])
-        yield view.find(
+        yield view.at(
             "Direct",
             direct=view.shown("Direct"),
             moves="falls" if direct is False else "rises",
             process=process.name,
             gain=process.shown("Gs"),
-            wanted=number_text(not direct),
+            wanted=value_text(not direct),
         )
 
 

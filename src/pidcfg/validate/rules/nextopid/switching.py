@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 from pidcfg.diagnostics import Severity
 from pidcfg.refs import NEXTOPID, Decision
 from pidcfg.validate.rule import error, warning
-from pidcfg.validate.rules.nextopid.view import ON_OFF, number_text
+from pidcfg.validate.rules.nextopid.view import ON_OFF
+from pidcfg.validate.views import number_text
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -54,7 +55,7 @@ def on_off_dead_band_not_positive(context: NextopidContext) -> Iterator[Finding]
         band = view.number_of("DeadBand")
         if band is not None and band <= 0:
             silent = "" if band < 0 else ", though the block reports only values below 0"
-            yield view.find(
+            yield view.at(
                 "DeadBand", None if band == 0 else "ErrBits.DeadBand", band=view.shown("DeadBand"), silent=silent
             )
 
@@ -83,7 +84,7 @@ def switch_point_out_of_reach(context: NextopidContext) -> Iterator[Finding]:
             if value <= pv[0] or value >= pv[1]:
                 what = "on" if (side == "above") == direct else "off"
                 text = f"{number_text(value)}{view.unit('SP')}"
-                yield view.find(
+                yield view.at(
                     "DeadBand",
                     None,
                     severity,
@@ -107,7 +108,7 @@ def pulse_limits_crossed(context: NextopidContext) -> Iterator[Finding]:
     for view in context.of(PULSE):
         low, high = view.number_of("MinMV"), view.number_of("MaxMV")
         if low is not None and high is not None and high <= low:
-            yield view.find("MaxMV", "Error", high=view.shown("MaxMV"), low=view.shown("MinMV"))
+            yield view.at("MaxMV", "Error", high=view.shown("MaxMV"), low=view.shown("MinMV"))
 
 
 @warning("PID652", D216, "Period {period} cycles: the output has steps of {percent} %")
@@ -122,7 +123,7 @@ def coarse_pulses(context: NextopidContext) -> Iterator[Finding]:
     for view in context.of(PULSE):
         period = view.item.Period
         if 0 < period < FEWEST_CYCLES:
-            yield view.find("Period", period=period, percent=f"{100 / period:.3g}")
+            yield view.at("Period", period=period, percent=f"{100 / period:.3g}")
 
 
 def driver(view: BlockView, key: str) -> BlockView | None:
@@ -148,7 +149,7 @@ def pulse_range_differs_from_loop(context: NextopidContext) -> Iterator[Finding]
             if loop is not None and mine is not None and theirs is not None and mine != theirs:
                 beyond = (theirs - mine) * way > 0
                 effect = "the pulses do not follow beyond it" if beyond else "the pulses never reach the end"
-                yield view.find(
+                yield view.at(
                     key,
                     "Warning" if beyond else None,
                     key=key,
@@ -170,7 +171,7 @@ def split_point_out_of_range(context: NextopidContext) -> Iterator[Finding]:
     for view in context.of(SPLITTER):
         point = view.number_of("SPLIT")
         if point is not None and not 0 < point < FULL:
-            yield view.find("SPLIT", "Error", point=view.shown("SPLIT"))
+            yield view.at("SPLIT", "Error", point=view.shown("SPLIT"))
 
 
 @error("PID655", SPLIT, "MV is in % of 0 to 100, but {what}{effect}")
@@ -186,11 +187,11 @@ def split_range_not_in_percent(context: NextopidContext) -> Iterator[Finding]:
         loop, value = driver(view, "MV"), view.number_of("MV")
         limits = None if loop is None else loop.mv_limits
         if value is not None and not 0 <= value <= FULL:
-            yield view.find("MV", "Error", what=f"it is {view.shown('MV')}", effect=ZEROES)
+            yield view.at("MV", "Error", what=f"it is {view.shown('MV')}", effect=ZEROES)
         elif loop is not None and limits is not None and limits != (Decimal(0), FULL):
             beyond = limits[0] < 0 or limits[1] > FULL
             what = f"{loop.name} goes from {loop.shown('MinMV')} to {loop.shown('MaxMV')}"
-            yield view.find(
+            yield view.at(
                 "MV",
                 "Error" if beyond else None,
                 None if beyond else Severity.WARNING,

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from pidcfg.refs import NEXTOPID, Decision
 from pidcfg.schemas.nextopid import LONGEST_SAMPLE, SHORTEST_INTEGRAL
 from pidcfg.validate.rule import Finding, error, info, per_pid, warning
-from pidcfg.validate.rules.nextopid.view import number_text
+from pidcfg.validate.views import number_text
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -81,7 +81,7 @@ def sample_time_not_a_multiple(context: NextopidContext) -> Iterator[Finding]:
     task = context.config.plc.sample_time
     for view in context.controllers:
         if task > 0 and view.sample_time > 0 and (Fraction(view.sample_time) / Fraction(task)).denominator > 1:
-            yield view.find("sample_time", time=number_text(view.sample_time), task=number_text(task))
+            yield view.at("sample_time", time=number_text(view.sample_time), task=number_text(task))
 
 
 @warning("PID627", D213, "a sample time of {time} s is below 1 ms, the resolution of the PLC's clock")
@@ -109,7 +109,7 @@ def derivative_filter_below_sample_time(view: BlockView) -> Iterator[Finding]:
     """
     time = view.number_of("Tfd")
     if time is not None and 0 < time < view.sample_time and view.derivative:
-        yield view.find("Tfd", time=view.shown("Tfd"), sample=number_text(view.sample_time))
+        yield view.at("Tfd", time=view.shown("Tfd"), sample=number_text(view.sample_time))
 
 
 @info("PID629", D213, "{key} {time} is shorter than the sample time of {sample} s: the output follows within a cycle")
@@ -124,7 +124,7 @@ def lag_below_sample_time(context: NextopidContext) -> Iterator[Finding]:
         key = LAGS[view.type]
         time = view.number_of(key)
         if time is not None and 0 < time < view.sample_time:
-            yield view.find(key, key=key, time=view.shown(key), sample=number_text(view.sample_time))
+            yield view.at(key, key=key, time=view.shown(key), sample=number_text(view.sample_time))
 
 
 @per_pid
@@ -138,7 +138,7 @@ def integral_time_below_1_ms(view: BlockView) -> Iterator[Finding]:
     """
     time = view.number_of("Ti_Ki")
     if view.is_on("Indep") is False and time is not None and 0 < time < SHORTEST_INTEGRAL:
-        yield view.find("Ti_Ki", time=view.shown("Ti_Ki"))
+        yield view.at("Ti_Ki", time=view.shown("Ti_Ki"))
 
 
 @warning(
@@ -162,7 +162,7 @@ def integral_time_below_sample_time(context: NextopidContext) -> Iterator[Findin
         time = gain / rate
         if time < view.sample_time:
             how = " (Kp / Ki)" if view.is_on("Indep") else ""
-            yield view.find(
+            yield view.at(
                 "Ti_Ki",
                 time=f"{float(time):.4g}",
                 how=how,
@@ -192,7 +192,7 @@ def derivative_without_filter(context: NextopidContext) -> Iterator[Finding]:
             continue
         jolt = gain * (pv[1] - pv[0]) * NOISE / view.sample_time / (mv[1] - mv[0])
         if jolt > JOLT:
-            yield view.find("Td_Kd", percent=f"{float(jolt) * 100:.3g}")
+            yield view.at("Td_Kd", percent=f"{float(jolt) * 100:.3g}")
 
 
 @per_pid
@@ -209,7 +209,7 @@ def slow_mv(view: BlockView) -> Iterator[Finding]:
     if rate is not None and rate > 0 and mv is not None:
         time = (mv[1] - mv[0]) / rate * view.sample_time
         if time > LONG_STROKE:
-            yield view.find(
+            yield view.at(
                 "MaxVarMV", rate=view.shown("MaxVarMV"), sample=number_text(view.sample_time), time=f"{float(time):.4g}"
             )
 
@@ -225,4 +225,4 @@ def mv_rate_without_effect(view: BlockView) -> Iterator[Finding]:
     """
     rate, mv = view.number_of("MaxVarMV"), view.mv_limits
     if rate is not None and mv is not None and rate >= mv[1] - mv[0]:
-        yield view.find("MaxVarMV", rate=view.shown("MaxVarMV"))
+        yield view.at("MaxVarMV", rate=view.shown("MaxVarMV"))

@@ -8,10 +8,11 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeGuard
 
 from pidcfg.encoders.maps.nextopid import LOOP_TYPES
-from pidcfg.schemas.base import decimal_text
+from pidcfg.paths import steps
 from pidcfg.schemas.iec import Wire
 from pidcfg.schemas.nextopid import SHORTEST_INTEGRAL
 from pidcfg.validate.rule import Finding
+from pidcfg.validate.views import number_text
 
 if TYPE_CHECKING:
     from pidcfg.diagnostics import Path, Severity
@@ -164,13 +165,13 @@ class BlockView:
     def shown(self, key: str) -> str:
         """The value of a parameter with unit and origin; only where it is known."""
         found = self.known(key)
-        return "unknown" if found is None else f"{number_text(found.value)}{self.unit(key)}{found.source}"
+        return "unknown" if found is None else f"{value_text(found.value)}{self.unit(key)}{found.source}"
 
-    def find(
+    def at(
         self, key: str, /, plc_effect: str | None = None, severity: Severity | None = None, **values: Any
     ) -> Finding:
         """A finding at one of its keys."""
-        return Finding((*self.own.place, *key.split(".")), values, plc_effect=plc_effect, severity=severity)
+        return Finding((*self.own.place, *steps(key)), values, plc_effect=plc_effect, severity=severity)
 
 
 def all_known(values: tuple[Decimal | None, ...]) -> TypeGuard[tuple[Decimal, ...]]:
@@ -178,9 +179,8 @@ def all_known(values: tuple[Decimal | None, ...]) -> TypeGuard[tuple[Decimal, ..
     return None not in values
 
 
-def number_text(value: Any) -> str:
-    """A value as people write it; more than 12 digits are shortened."""
+def value_text(value: object) -> str:
+    """A number or a switch as people write it."""
     if isinstance(value, bool):
         return "TRUE" if value else "FALSE"
-    text = decimal_text(Decimal(value))
-    return text if len(text) <= 12 else f"{float(value):.6g}"
+    return number_text(Decimal(str(value)))

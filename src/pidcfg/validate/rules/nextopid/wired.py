@@ -11,7 +11,7 @@ from pidcfg.schemas.iec import INT
 from pidcfg.schemas.limits import limits_at
 from pidcfg.validate.rule import error
 from pidcfg.validate.rules.nextopid.context import D208
-from pidcfg.validate.rules.nextopid.view import number_text
+from pidcfg.validate.views import number_text
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -38,7 +38,7 @@ def wired_value_out_of_range(context: NextopidContext) -> Iterator[Finding]:
             value = view.number_of(row.name) if limits and "." not in row.name and view.is_wired(row.name) else None
             if limits is not None and value is not None and not limits.holds(value):
                 allowed = f"{limits.low} or more" if limits.high is None else f"{limits.low} to {limits.high}"
-                yield view.find(row.name, limits.effect, key=row.name, value=view.shown(row.name), allowed=allowed)
+                yield view.at(row.name, limits.effect, key=row.name, value=view.shown(row.name), allowed=allowed)
 
 
 @error("PID614", INTEGERS, "{key} is an INT and wired to {value}: {problem}")
@@ -58,7 +58,7 @@ def wired_value_does_not_fit_int(context: NextopidContext) -> Iterator[Finding]:
                 continue
             fits = LOW <= value <= HIGH
             problem = f"{'its decimals are lost' if fits else 'it does not fit'}, {number_text(taken)} is taken"
-            yield view.find(
+            yield view.at(
                 row.name,
                 severity=Severity.WARNING if fits else None,
                 key=row.name,

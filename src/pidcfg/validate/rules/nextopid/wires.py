@@ -91,7 +91,7 @@ def ring_without_delay(context: NextopidContext) -> Iterator[Finding]:
         names = [context.views[i].name for i in ring]
         several = f"{', '.join(names[:-1])} and {names[-1]} feed each other"
         text = f"{names[0]} feeds itself" if len(names) == 1 else several
-        yield context.views[ring[0]].find("name", names=text)
+        yield context.views[ring[0]].at("name", names=text)
 
 
 @error("PID603", BLOCKS, "{name} is the library's own {taken}")
@@ -166,7 +166,7 @@ def unused_output(context: NextopidContext) -> Iterator[Finding]:
     read = _read(context)
     for view in context.of(*PASSIVE):
         if f"{view.name}.OutVar" not in read:
-            yield view.find("name", name=view.name)
+            yield view.at("name", name=view.name)
 
 
 def named(context: NextopidContext) -> Iterator[tuple[str, str, Path]]:
