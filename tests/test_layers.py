@@ -118,11 +118,6 @@ CIRCLES = {
     # package that has one     modules of which some know each other in a circle
     "cli.findings":            "cli.commands.validate cli.findings.corrections cli.findings.policy "
                                "cli.findings.settings cli.findings.settings_file",
-    "cli.formats":             "cli.formats.simulation_text scenario.charts",
-    "explanation":             "explanation.annotate explanation.configuration explanation.contents "
-                               "explanation.direction explanation.find_register explanation.question "
-                               "explanation.register_page explanation.unstored_keys",
-    "explanation.find_parameter": "explanation.devices explanation.find_parameter explanation.parameter_listing",
     "validate.rules.nextopid": "validate.rules.nextopid.context validate.rules.nextopid.links "
                                "validate.rules.nextopid.paths validate.rules.nextopid.view",
 }

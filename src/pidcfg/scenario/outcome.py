@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
     from pidcfg.document import Document
     from pidcfg.limits import Limits
-    from pidcfg.scenario.charts import Axes
+    from pidcfg.scenario.axes import Axes
     from pidcfg.scenario.load import Loaded
     from pidcfg.sim.recording import Recording
     from pidcfg.sim.report import Report
@@ -76,7 +76,7 @@ def simulate_document(
 
 def recorded(loaded: Loaded) -> tuple[dict[str, Axes], Recording]:
     """What the loops' signals are called, and where they will be recorded."""
-    from pidcfg.scenario.charts import axes_of, signals_of
+    from pidcfg.scenario.axes import axes_of, signals_of
     from pidcfg.sim.recording import Recording
 
     axes = axes_of(loaded.plc(), loaded.image.settings)

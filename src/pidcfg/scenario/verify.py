@@ -214,7 +214,7 @@ def _run(side: Tested, plants: Sequence[Plant], way: Way) -> list[tuple[list[flo
 
     A PV is what the loop controls: where the PLC tells the signal before the root, its root.
     """
-    from pidcfg.scenario.charts import root_of
+    from pidcfg.scenario.axes import root_of
 
     plc: Plc = side.vendor.module("controller").load(side.image)
     trend = trend_of(side.vendor, side.image, scenario_of(side, plants, plc, way))
