@@ -237,6 +237,25 @@ def test_packages_from_outside_are_known_to_the_modules_that_need_them():
     assert not breaches, report(breaches)
 
 
+CALLS = ("check", "encode", "decode", "convert", "diff", "simulate", "tune", "explain")
+TYPES_AND_TEXTS = (
+    *("cli", "api", "results", "limits", "diagnostics", "document", "vendors", "source.Document"),
+    *("encoders.files", "encoders.listing.ListingError", "explanation.question.QuestionError", "explanation.render"),
+    *("scenario.outcome.Outcome", "sim.engine.EngineName", "tuning.rules"),
+    *("validate.catalog.unusable", "validate.engine.is_scenario"),
+)
+"""What a command needs beside the call of its name: arguments, results, what prints them; nothing that does work."""
+
+
+@pytest.mark.parametrize("call", CALLS)
+def test_a_command_makes_the_call_of_its_name_and_no_other(call):
+    module = "cli.commands.validate" if call == "check" else f"cli.commands.{call}"
+    names = [name.removeprefix("pidcfg.") for name, _ in imports(TREES[module]) if name.startswith("pidcfg.")]
+    assert [name for name in names if not within(name, TYPES_AND_TEXTS)] == []
+    through = TREES["cli.findings.collect"] if call == "check" else TREES[module]
+    assert {name for name, _ in imports(through) if name.startswith("pidcfg.api.")} == {f"pidcfg.api.{call}"}
+
+
 MEETING_PLACE = "generic"
 """The neutral form, which every vendor may know."""
 

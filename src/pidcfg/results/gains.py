@@ -7,7 +7,7 @@ from math import isinf
 from typing import TYPE_CHECKING, TypedDict
 
 from pidcfg.results.arguments import ArgumentError
-from pidcfg.tuning.rules import METHODS, Cycle, Form, Gains, Method, Process
+from pidcfg.tuning.rules import METHODS, Cycle, Form, Gains, Method, Process, TuningError
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -186,7 +186,7 @@ def usable(name: str, value: float) -> float:
 
 
 def computed(name: str, form: Form, numbers: Mapping[str, float]) -> TuneResult:
-    """The result of a rule; raises `ArgumentError` where a number is missing, `ValueError` beyond the rule's range."""
+    """The result of a rule; raises `ArgumentError` where a number is missing, `TuningError` beyond the rule's range."""
     method = METHODS[name]
     if form not in method.forms:
         raise ArgumentError(f"{name} has no rule for {form}; it has {' and '.join(method.forms)}")
@@ -201,7 +201,7 @@ def computed(name: str, form: Form, numbers: Mapping[str, float]) -> TuneResult:
     try:
         gains = method.gains(form, process, cycle)
     except (ValueError, OverflowError) as error:
-        raise ValueError(f"{name}: {error}") from None
+        raise TuningError(f"{name}: {error}") from None
     return TuneResult(method, form, numbers, gains, tuple(warnings(process)) if method.of_process else ())
 
 

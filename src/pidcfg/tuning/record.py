@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 from pidcfg.encoders.listing import ListingError
 from pidcfg.listings import listing_text
 from pidcfg.tuning.identify import Found, Record, RecordError, identify
+from pidcfg.tuning.rules import TuningError
 
 if TYPE_CHECKING:
     from pidcfg.limits import Limits
@@ -16,7 +17,7 @@ if TYPE_CHECKING:
 COLUMNS = 3
 
 
-class UnreadableRecordError(ValueError):
+class UnreadableRecordError(TuningError):
     """A record that tells no process, with its name and line."""
 
 

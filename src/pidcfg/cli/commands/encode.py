@@ -10,7 +10,8 @@ from pidcfg.cli import options
 from pidcfg.cli.arguments import usage
 from pidcfg.cli.main import Exit
 from pidcfg.cli.terminal.console import echo, echo_json, note
-from pidcfg.encoders.files import CONFLICT
+from pidcfg.encoders.files import CONFLICT, UnwritableError
+from pidcfg.encoders.listing import ListingError
 from pidcfg.vendors import format_names
 
 if TYPE_CHECKING:
@@ -57,7 +58,7 @@ def command(
     try:
         with usage():
             result = encode(configuration, fmt, into=data, into_name=name, allow_errors=allow_errors, limits=limits)
-    except ValueError as error:
+    except (UnwritableError, ListingError) as error:
         raise click.ClickException(f"{file}: {error}") from None
     if result.kind is None:
         show_errors(result.findings, result.document, fmt)

@@ -11,7 +11,7 @@ import click
 from pidcfg.cli import options
 from pidcfg.cli.arguments import usage
 from pidcfg.cli.terminal.console import echo_json, note, show
-from pidcfg.tuning.rules import METHODS
+from pidcfg.tuning.rules import METHODS, TuningError
 from pidcfg.vendors import VENDORS
 
 if TYPE_CHECKING:
@@ -97,7 +97,7 @@ def command(
                 limits=limits,
                 **numbers,
             )
-    except ValueError as error:
+    except TuningError as error:
         raise click.ClickException(str(error)) from None
     in_order = {name: result.numbers[name] for name in numbers if name in result.numbers}  # of the command line
     result = replace(result, numbers=in_order)
