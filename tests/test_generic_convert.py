@@ -50,8 +50,8 @@ def test_every_field_that_is_given_says_where_it_goes():
     (loop,) = to_neutral(file_of(FULL))
     pairs = {f"{path}.{i}" for path in WHOLE for i in range(2)}
 
-    assert sorted(entry.field for entry in loop.said) == sorted({*leaves(Loop), *WHOLE} - pairs - {*NOTHING_LOST})
-    assert all(entry.to == (entry.field,) for entry in loop.said)
+    assert sorted(entry.path for entry in loop.fields) == sorted({*leaves(Loop), *WHOLE} - pairs - {*NOTHING_LOST})
+    assert all(entry.to == (entry.path,) for entry in loop.fields)
     assert not loop.missing
 
 

@@ -12,7 +12,9 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from pydantic import BaseModel
 
-from pidcfg.conversion.pipeline import ConvertError, at, generic_file, number_of, shown
+from pidcfg.conversion.ledger import ConvertError
+from pidcfg.conversion.pipeline import generic_file
+from pidcfg.conversion.values import number_of, shown
 from pidcfg.differences.common_scale import normal, on_the_same_scale
 from pidcfg.differences.parameters import SIGNALS, is_own, own_of
 from pidcfg.differences.vendor_fields import own_risk, unsaid
@@ -21,7 +23,7 @@ from pidcfg.schemas.iec import Wire
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
 
-    from pidcfg.conversion.ledger import Neutral, Said
+    from pidcfg.conversion.ledger import NeutralLoop, SourceField
     from pidcfg.differences.parameters import Own
     from pidcfg.schemas.generic import Loop
     from pidcfg.vendors import Vendor
@@ -94,23 +96,23 @@ class Side:
 def side_of(config: Any, vendor: Vendor) -> Side:
     """A configuration as its PLC holds it; raises `ConvertError` where it does not say what its values mean."""
     image = vendor.encoder(config).image
-    held = vendor.model.model_validate(vendor.load("decode")(image.words, image.settings, image.plc).data)
-    found: list[Neutral] = vendor.load("to_neutral")(held)
+    held: Any = vendor.model.model_validate(vendor.load("decode")(image.words, image.settings, image.plc).data)
+    found: list[NeutralLoop] = vendor.load("to_neutral")(held)
     missing = [entry for loop in found for entry in loop.missing]
     whole = [loop for loop in found if not loop.missing]
-    names = tuple(at(held, loop.missing[0].path[:2]).name if loop.missing else loop.loop["name"] for loop in found)
+    names = tuple(loop.name for loop in held.loops)
     own = own_of(image, names, found)
     if missing and own is None:
         raise ConvertError(missing)
     made = iter(generic_file(held, whole).loops if whole else ())
     loops = tuple(None if loop.missing else next(made) for loop in found)
-    beside = tuple({entry.field: entry.value for entry in loop.said if _is_own(entry)} for loop in found)
+    beside = tuple({entry.path: entry.value for entry in loop.fields if _is_own(entry)} for loop in found)
     if own is None:
         beside = tuple(fields | unsaid(held, i, found[i]) for i, fields in enumerate(beside))
     return Side(vendor, names, loops, beside, own)
 
 
-def _is_own(entry: Said) -> bool:
+def _is_own(entry: SourceField) -> bool:
     return not entry.to
 
 

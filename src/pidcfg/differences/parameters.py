@@ -14,7 +14,7 @@ from pidcfg.encoders.named import Program
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
 
-    from pidcfg.conversion.ledger import Neutral
+    from pidcfg.conversion.ledger import NeutralLoop
 
 SIGNALS = "signals"
 """Where values that belong to no block are listed."""
@@ -48,7 +48,7 @@ class Own:
         )
 
 
-def own_of(image: object, names: Sequence[str], loops: Sequence[Neutral]) -> Own | None:
+def own_of(image: object, names: Sequence[str], loops: Sequence[NeutralLoop]) -> Own | None:
     """The named parameters of an image; None: it has registers, which the neutral form has to explain."""
     if not isinstance(image, Program):
         return None
@@ -62,9 +62,9 @@ def own_of(image: object, names: Sequence[str], loops: Sequence[Neutral]) -> Own
         words.setdefault(owner, {})[address.removeprefix(f"{owner}.")] = content
     became: dict[tuple[str, str], frozenset[tuple[int, str]]] = {}
     for i, loop in enumerate(loops):
-        for said in loop.said:
-            place = _place(said.field, names[i], words)
-            became[place] = became.get(place, frozenset()) | {(i, name) for name in said.to}
+        for field in loop.fields:
+            place = _place(field.path, names[i], words)
+            became[place] = became.get(place, frozenset()) | {(i, name) for name in field.to}
     return Own(words, became)
 
 

@@ -6,27 +6,27 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from pydantic import BaseModel
 
-from pidcfg.conversion.ledger import CARRIED
-from pidcfg.conversion.pipeline import shown
+from pidcfg.conversion.ledger import COMMON
+from pidcfg.conversion.values import shown
 
 if TYPE_CHECKING:
-    from pidcfg.conversion.ledger import Neutral
+    from pidcfg.conversion.ledger import NeutralLoop
 
 PLACES = ("loop_table", "registers", "discretes", "bits", "integers", "floats", "device")
 LIVE = ("tag", "format", "transfer", "counts", "pwm", "curve")
 """Words of keys that say which signal is read or driven, and what its counts mean."""
 
 
-def unsaid(held: Any, i: int, loop: Neutral) -> dict[str, Any]:
+def unsaid(held: Any, i: int, loop: NeutralLoop) -> dict[str, Any]:
     """What a vendor with registers knows of a loop that no neutral field says: places, tags, formats."""
-    said = [entry.field for entry in loop.said]
+    said = [field.path for field in loop.fields]
     fields = leaves(held.loops[i])
     if i == 0 and hasattr(held, "plc"):
         fields |= {f"plc.{key}": value for key, value in leaves(held.plc).items()}
     return {
         key: value
         for key, value in fields.items()
-        if key not in CARRIED and not any(_related(key, field) for field in said)
+        if key not in COMMON and not any(_related(key, field) for field in said)
     }
 
 

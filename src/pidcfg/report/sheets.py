@@ -110,7 +110,7 @@ def neutral(checked: Checked) -> list[Mapping[str, Any]]:
     """The loops in the neutral form, as far as the configuration says it; empty where it has errors."""
     if checked.failed or checked.vendor is None:
         return [{}] * len(checked.config.loops)
-    return [found.loop for found in checked.vendor.load("to_neutral")(checked.config)]
+    return [loop.data for loop in checked.vendor.load("to_neutral")(checked.config)]
 
 
 def sense_of(vendor: Vendor, kind: str | None, units: Mapping[str, str] | None = None) -> Sense:

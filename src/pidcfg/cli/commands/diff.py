@@ -222,7 +222,7 @@ def as_text(before: str, after: str, found: list[Compared]) -> str:
 
 
 def _row(d: Difference) -> str:
-    from pidcfg.conversion.pipeline import text_of
+    from pidcfg.conversion.values import text_of
 
     note_text = f"  ({d.note})" if d.note else ""
     return f"  {d.risk:<8}  {d.field}: {text_of(d.before)} -> {text_of(d.after)}{note_text}"
@@ -231,7 +231,7 @@ def _row(d: Difference) -> str:
 def as_markdown(before: str, after: str, found: list[Compared]) -> str:
     """Tables for a pull request."""
     from pidcfg.cli.formats.conversion import cell
-    from pidcfg.conversion.pipeline import text_of
+    from pidcfg.conversion.values import text_of
 
     lines = [f"### PID loops: `{before}` to `{after}`"]
     for entry in found:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from pidcfg.conversion.ledger import WORST
-from pidcfg.conversion.pipeline import shown, text_of
+from pidcfg.conversion.values import shown, text_of
 from pidcfg.scenario.verify import as_data
 from pidcfg.scenario.verify import as_text as verified_text
 
