@@ -15,7 +15,9 @@ import pytest
 from pidcfg import check_file, check_text
 from pidcfg.cli.commands import diff
 from pidcfg.conversion.pipeline import ConvertError
-from pidcfg.differences.meaning import RISKS, compare, side_of
+from pidcfg.differences.meaning import compare
+from pidcfg.differences.result import RISKS
+from pidcfg.differences.side import side_of
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 TANK = (EXAMPLES / "click/tank.yaml").read_text("utf-8")
@@ -151,7 +153,7 @@ def test_json_says_what_a_comparison_lacks(monkeypatch, capsys):
     def refuse(*_):
         raise ConvertError([lacking])
 
-    monkeypatch.setattr("pidcfg.differences.meaning.side_of", refuse)
+    monkeypatch.setattr("pidcfg.differences.side.side_of", refuse)
     with pytest.raises(click.ClickException, match="does not say what its values mean"):
         diff._side("a.yaml", None, None, "json")
     (found,) = json.loads(capsys.readouterr().out)["findings"]

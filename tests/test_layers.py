@@ -100,7 +100,6 @@ LOADS = {
 LONG_MODULES = {
     # module or package         why it may have more than 300 lines
     "encoders.maps":            "tables",
-    "differences.meaning":      "to be divided",
     "explanation.find_parameter": "to be divided",
     "schemas.base":             "a table: one parser for every type of field",
     "schemas.dl06":             "a table: one field for every word and bit",

@@ -10,7 +10,7 @@ from pidcfg.cli.terminal.console import note
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from pidcfg.differences.meaning import Side
+    from pidcfg.differences.side import Side
     from pidcfg.pictures.chart import Chart
     from pidcfg.vendors import Vendor
 

@@ -20,7 +20,8 @@ from pidcfg.vendors import VENDORS
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from pidcfg.differences.meaning import Compared, Difference, Side
+    from pidcfg.differences.result import Compared, Difference
+    from pidcfg.differences.side import Side
     from pidcfg.limits import Limits
     from pidcfg.vendors import Vendor
 
@@ -167,7 +168,7 @@ def _merged(under: Mapping[str, Any], over: Mapping[str, Any]) -> dict[str, Any]
 
 def _side(name: str, config: Any, vendor: Vendor, fmt: str) -> Side:
     from pidcfg.conversion.pipeline import ConvertError
-    from pidcfg.differences.meaning import side_of
+    from pidcfg.differences.side import side_of
 
     try:
         return side_of(config, vendor)
@@ -183,7 +184,7 @@ def _side(name: str, config: Any, vendor: Vendor, fmt: str) -> Side:
 
 def summary(found: list[Compared]) -> dict[str, int]:
     """Differences by risk, and loops by status."""
-    from pidcfg.differences.meaning import RISKS
+    from pidcfg.differences.result import RISKS
 
     count = Counter(difference.risk for entry in found for difference in entry.differences)
     statuses = Counter(entry.status for entry in found)

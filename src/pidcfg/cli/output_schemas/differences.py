@@ -6,7 +6,7 @@ from typing import get_args
 
 from pidcfg.cli.output_schemas import findings
 from pidcfg.cli.output_schemas.parts import VERSION, Schema, anything, count, listing, record, text
-from pidcfg.differences.meaning import RISKS, Status
+from pidcfg.differences.result import RISKS, Status
 
 
 def schema() -> Schema:
