@@ -58,12 +58,12 @@ def text(outcomes: Sequence[Outcome]) -> str:
 
 def _section(outcome: Outcome) -> str:
     report = outcome.report
-    found = findings_text(outcome.findings, outcome.documents).rstrip("\n")
+    findings = findings_text(outcome.findings, outcome.documents).rstrip("\n")
     if report is None:
-        return f"{outcome.file}: cannot run\n\n{found}\n"
+        return f"{outcome.file}: cannot run\n\n{findings}\n"
     parts = [
         _head(outcome, report),
-        found and f"{found}\n",
+        findings and f"{findings}\n",
         _happenings(report),
         _tables(report),
         _flags(report),
@@ -98,9 +98,9 @@ def _happenings(report: Report) -> str:
     rows = [(event.at, event.loop or "", f"event: {event.text}") for event in report.events]
     for name, loop in report.loops.items():
         for change in loop.modes:
-            asked = "" if change.requested in (None, change.mode) else f" (requested {change.requested})"
+            requested = "" if change.requested in (None, change.mode) else f" (requested {change.requested})"
             reason = f": {change.reason}" if change.reason else ""
-            rows.append((change.at, name, f"mode {change.mode}{asked}{reason}"))
+            rows.append((change.at, name, f"mode {change.mode}{requested}{reason}"))
         for alarm in loop.alarms:
             until = "on at the end" if alarm.cleared is None else f"until {alarm.cleared:g} s"
             rows.append((alarm.at, name, f"alarm {alarm.alarm}, {until}"))
@@ -131,7 +131,7 @@ def _number(value: float | None, unit: str) -> str:
 def _flags(report: Report) -> str:
     rows = []
     for name, loop in report.loops.items():
-        on = [flag for flag, seen in loop.flags.items() if seen]
+        on = [flag for flag, was_set in loop.flags.items() if was_set]
         if on:
             rows.append((name, ", ".join(on)))
         if loop.autotune is not None:
@@ -202,7 +202,8 @@ def _run(outcome: Outcome) -> dict[str, Any]:
         "plc_flags": dict(report.plc_flags) if report else {},
         "loops": {name: _loop(loop) for name, loop in report.loops.items()} if report else {},
         "signals": {
-            name: {"min": seen.low, "max": seen.high, "final": seen.final} for name, seen in report.signals.items()
+            name: {"min": values.low, "max": values.high, "final": values.final}
+            for name, values in report.signals.items()
         }
         if report
         else {},
