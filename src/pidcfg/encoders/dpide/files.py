@@ -9,13 +9,13 @@ from pidcfg.encoders.dpide.operands import read_csv_devices, read_json_devices, 
 from pidcfg.encoders.dpide.symbols import COLUMNS, ENCODING, read_symbols, write_symbols
 from pidcfg.encoders.files import FileKind, columns
 from pidcfg.encoders.maps.dpide import OUTSIDE, WRITTEN
-from pidcfg.encoders.named_files import named_listings
+from pidcfg.encoders.parameter_files import parameter_listings
 from pidcfg.schemas.dpide_devices import place_of
 
 if TYPE_CHECKING:
     from pidcfg.schemas.dpide import DpideFile, Loop
 
-PLAIN = named_listings("operand listing")
+PLAIN = parameter_listings("operand listing")
 FORMATS = {
     "text": PLAIN["text"],
     "csv": replace(PLAIN["csv"], read=read_csv_devices),

@@ -7,11 +7,11 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from pidcfg.encoders.files import FileKind
-from pidcfg.encoders.named_files import named_listings
 from pidcfg.encoders.nextopid.plcopen import write_plcopen
 from pidcfg.encoders.nextopid.plcopen_read import read_plcopen
 from pidcfg.encoders.nextopid.st_read import read_st, with_zeros
 from pidcfg.encoders.nextopid.st_write import write_st
+from pidcfg.encoders.parameter_files import parameter_listings
 from pidcfg.schemas.base import decimal_text
 
 if TYPE_CHECKING:
@@ -34,7 +34,7 @@ def looks_like_xml(text: str) -> bool:
     return text.lstrip("\ufeff \t\r\n").startswith("<")
 
 
-LISTINGS = named_listings("parameter listing")
+LISTINGS = parameter_listings("parameter listing")
 FORMATS = {
     **LISTINGS,
     "json": replace(
