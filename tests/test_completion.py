@@ -16,7 +16,7 @@ from click.testing import CliRunner
 from pidcfg.cli.commands import completion
 from pidcfg.cli.completion import candidates, shells
 from pidcfg.cli.main import COMMANDS, COMPLETE, cli
-from pidcfg.validate.pages import all_rules
+from pidcfg.validate.catalog import rules
 from pidcfg.vendors import VENDORS, format_names
 
 ROOT = Path(__file__).parents[1]
@@ -93,9 +93,9 @@ def test_options_and_choices(offered):
 
 
 def test_rule_codes_with_their_titles(complete, offered):
-    rules = all_rules()
-    assert offered("pidcfg rule ") == list(rules)
-    assert complete("pidcfg rule pid101") == f"plain,PID101\t{rules['PID101'].title}\n"
+    table = rules()
+    assert offered("pidcfg rule ") == list(table)
+    assert complete("pidcfg rule pid101") == f"plain,PID101\t{table['PID101'].title}\n"
     assert offered("pidcfg validate --ignore PID101,PID10")[0] == "PID101,PID102"
     assert offered("pidcfg validate --select=PID220") == ["--select=PID220"]
 
@@ -215,7 +215,7 @@ def test_the_command_prints_what_click_would(shell, monkeypatch):
 
 
 def test_how_each_shell_gets_its_answer(folder, complete):
-    title = all_rules()["PID242"].title
+    title = rules()["PID242"].title
     assert complete("pidcfg rule PID242", "zsh") == f"plain\nPID242\n{title}\n"
     assert complete("pidcfg rule PID242", "powershell") == f"plain\nPID242\n{title}\n"
     assert complete("pidcfg validate my", "zsh") == "path\nmy loops.yaml\n_\n"
@@ -269,7 +269,7 @@ def test_bash(folder, environment):
         "complete -o nosort -F _pidcfg pidcfg",
         "reactor.scenario.yaml",
         "json",
-        " ".join(code for code in all_rules() if code.startswith("PID24")),
+        " ".join(rules("PID24")),
     ]
 
 
@@ -383,7 +383,7 @@ def test_fish(folder, environment):
     assert run.stdout.splitlines() == [
         "reactor.scenario.yaml",
         "--format=json",
-        f"PID242\t{all_rules()['PID242'].title}",
+        f"PID242\t{rules()['PID242'].title}",
     ]
 
 

@@ -13,7 +13,7 @@ from pydantic_core import PydanticCustomError
 from dpide_rig import PLAIN, Rig, program_of
 from pidcfg.encoders.dpide.encode import encode
 from pidcfg.encoders.maps.dpide import ROWS
-from pidcfg.encoders.named import Entry, Program
+from pidcfg.encoders.parameters import Entry, Program
 from pidcfg.schemas.base import Quantity
 from pidcfg.schemas.dpide import DpideFile
 from pidcfg.schemas.iec import Wire

@@ -5,6 +5,8 @@ from __future__ import annotations
 import json
 import re
 import shlex
+import subprocess
+import sys
 from pathlib import Path
 
 import jsonschema
@@ -17,16 +19,17 @@ from pidcfg.encoders.maps import click_meanings, dl06_meanings, dpide_meanings, 
 from pidcfg.encoders.maps.click import ERRORS
 from pidcfg.encoders.maps.dl06 import LOOP_TABLE, SETUP_WORDS
 from pidcfg.encoders.maps.nextopid import BLOCK_TYPES
-from pidcfg.encoders.named import ParameterTable
+from pidcfg.encoders.parameters import ParameterTable
 from pidcfg.encoders.regmap import RegisterMap
 from pidcfg.explanation.decisions import all_decisions
 from pidcfg.explanation.lookup import explain
-from pidcfg.explanation.question import Asked, ThingError
+from pidcfg.explanation.question import Question, QuestionError
 from pidcfg.explanation.render import as_json, as_text
-from pidcfg.explanation.texts import _inside
-from pidcfg.schemas.document import models_of
+from pidcfg.explanation.texts import unit_text, units_of
+from pidcfg.schemas.document import models_in
 from pidcfg.sim.controllers.ezlogix import autotune as ezlogix_autotune
-from pidcfg.validate.pages import all_rules
+from pidcfg.source import read_document
+from pidcfg.validate.catalog import rules
 from pidcfg.vendors import VENDORS
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
@@ -35,7 +38,7 @@ ALL = list(VENDORS)
 
 def pages(text, *, vendor=None, loop=False, starts=()):
     """The explanations of a thing."""
-    return explain(text, Asked(loop, tuple(starts)), [vendor] if vendor else ALL, all_decisions)
+    return explain(Question.of(text, loop=loop, starts=tuple(starts)), [vendor] if vendor else ALL, all_decisions)
 
 
 def run(*args):
@@ -135,6 +138,40 @@ def test_all_tables_of_all_vendors_are_in_their_books():
                 assert table in book.tables.values(), (key, table.title)
 
 
+@pytest.mark.parametrize("vendor", ALL)
+def test_every_name_that_is_offered_is_explained_in_both_spellings(vendor):
+    book = VENDORS[vendor].load("explainer")
+    for small, name in book.spellings.items():
+        assert [page.title for page in pages(small, vendor=vendor)] == [
+            page.title for page in pages(name, vendor=vendor)
+        ]
+
+
+@pytest.mark.parametrize(
+    ("unit", "text", "divided"),
+    [
+        ("pv", "m3/h", "m3/h"),
+        ("pv/s", "m3/h/s", "m3/h per s"),
+        ("output/pv", "%/m3/h", "% per m3/h"),
+        ("output per pv/s", "% per m3/h/s", "% per m3/h per s"),
+        ("s or min", "s or min", "s or min"),
+        ("", "", ""),
+    ],
+)
+def test_a_unit_is_told_in_the_words_of_the_loop(unit, text, divided):
+    units = units_of({"pv": {"unit": "m3/h"}, "output": {"unit": "%"}, "setpoint": {"unit": "x"}})
+    assert units == {"pv": "m3/h", "output": "%"}
+    assert unit_text(unit, units, "/") == text
+    assert unit_text(unit, units) == divided
+
+
+def test_units_are_those_of_a_model_too_and_none_where_none_is_said():
+    path = EXAMPLES / "click/tank.yaml"
+    (loop,) = VENDORS["click"].model.model_validate(read_document(path.read_bytes(), path.name).data).loops
+    assert units_of(loop) == {"pv": "degF", "output": "%"}
+    assert units_of({"pv": {}, "output": "OR1"}) == {}
+
+
 def test_every_status_bit_of_the_dl06_has_a_meaning():
     rows = [
         (table, row) for table in (SETUP_WORDS, LOOP_TABLE) for row in table.bits if row.access in {"status", "request"}
@@ -165,9 +202,9 @@ def test_every_switch_that_tells_what_true_is_has_both_states():
     for key in ("nextopid", "dpide", "generic"):
         book = VENDORS[key].load("explainer")
         switches = [(table, row) for table, rows in book.tables.items() for row in rows.rows if row.type.kind == "bool"]
-        names = {row.name for table, row in switches if book.meaning(table, row).startswith(("TRUE", "FALSE"))}
+        names = {row.name for table, row in switches if book.text(table, row).startswith(("TRUE", "FALSE"))}
         assert names
-        assert {(name, state) for name in names for state in (True, False)} <= set(book.states or {})
+        assert {(name, state) for name in names for state in (True, False)} <= set(book.states)
     assert {page.title.partition(" [")[0] for page in pages("Direct=FALSE")} == {"a switch"}
     result = run("Direct=FALSE", "PID_MAN=1", "PID_DIR=0", "PID_MODE=2")
     assert not re.search(r"TRUE: TRUE|FALSE: TRUE|\n  off ", result.output)
@@ -275,13 +312,13 @@ def every_meaning():
         *ezlogix_meanings.WORDS.values(),
         *nextopid_meanings.BITS.values(),
         *nextopid_meanings.GROUPS.values(),
-        *nextopid_meanings.OWN_BITS.values(),
+        *nextopid_meanings.BLOCK_BITS.values(),
         *(c.meaning for m in (click_meanings, ezlogix_meanings, dpide_meanings) for c in m.CODES),
     ]
 
 
 def test_every_rule_that_a_meaning_names_exists():
-    assert {rule for meaning in every_meaning() for rule in meaning.rules} <= set(all_rules())
+    assert {rule for meaning in every_meaning() for rule in meaning.rules} <= set(rules())
 
 
 @pytest.mark.parametrize(
@@ -420,7 +457,7 @@ def test_a_name_that_several_vendors_have_is_explained_for_each():
     ],
 )
 def test_what_cannot_be_explained_is_one_clear_error(thing, message):
-    with pytest.raises(ThingError) as error:
+    with pytest.raises(QuestionError) as error:
         pages(thing)
     assert message in str(error.value)
     result = run(thing)
@@ -442,7 +479,7 @@ def test_a_block_must_be_an_address_and_hold_the_thing():
 def test_rules_and_decisions():
     from pidcfg.validate.pages import page
 
-    assert run("pid242").output == page(all_rules()["PID242"])
+    assert run("pid242").output == page(rules()["PID242"])
     assert run("D46").output.startswith("# D46 alarms are strict\n\nOn when the PV is beyond")
     assert run("d9999").exit_code == 2
 
@@ -670,7 +707,7 @@ def pages_or_none(thing, vendor):
     """The explanations; none where there is none."""
     try:
         return pages(thing, vendor=vendor)
-    except ThingError:
+    except QuestionError:
         return []
 
 
@@ -693,7 +730,7 @@ def test_the_action_of_a_loop_of_a_file():
 def leaves(model, before=""):
     """The paths of all keys of a model."""
     for key, field in model.model_fields.items():
-        below = [m for m in models_of(model) if m is not model and m in _inside(field.annotation)]
+        below = [m for m in models_in(field.annotation) if m is not model]
         for inner in below:
             yield from leaves(inner, f"{before}{key}.")
         if not below:
@@ -710,8 +747,8 @@ def test_every_key_is_in_a_register_or_told(vendor):
     held = {row.path for block in book.blocks for row in (*block.table.words, *block.table.bits) if row.path}
     for path in {leaf.removeprefix("loops.") for leaf in leaves(VENDORS[vendor].model)}:
         in_register = any(f"{p}.".startswith(f"{path}.") or path.startswith(f"{p}.") for p in held)
-        assert in_register != (path in book.beside) or path.startswith(ELSEWHERE), path
-    for path in book.beside:
+        assert in_register != (path in book.unstored) or path.startswith(ELSEWHERE), path
+    for path in book.unstored:
         assert [page.holds for page in pages(path, vendor=vendor) if page.holds], path
 
 
@@ -727,8 +764,26 @@ def test_keys_that_no_register_holds(thing, keys):
     found = pages(thing)
     assert [page.key for page in found] == keys
     assert {page.by for page in found} == {"stands in no register: set it in the PID dialog"}
-    with pytest.raises(ThingError, match="stands in no register"):
+    with pytest.raises(QuestionError, match="stands in no register"):
         pages(f"{thing}=1")
+
+
+def test_a_question_about_one_vendor_imports_no_other_and_no_rule():
+    code = """
+import sys
+from pidcfg.cli.main import main
+sys.argv = ["pidcfg", "explain", "V7642=0008", "--vendor", "dl06"]
+try:
+    main()
+finally:
+    print(*(name for name in sys.modules if name.startswith("pidcfg.")), file=sys.stderr)
+"""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    modules = done.stderr.splitlines()[-1].split()
+    assert "pidcfg.explanation.dl06" in modules
+    others = [*(vendor for vendor in VENDORS if vendor != "dl06"), "parameters", "find_parameter", "configuration"]
+    assert not [name for name in modules if name.rpartition(".")[2] in others]
+    assert not [name for name in modules if name.startswith(("pidcfg.validate.rules", "pidcfg.validate.engine"))]
 
 
 # --- several readings ------------------------------------------------------------------------------------------------
@@ -750,7 +805,7 @@ def test_a_content_takes_the_readings_that_it_fits_and_each_once(thing, titles):
 
 
 def test_a_content_that_fits_no_reading_is_an_error():
-    with pytest.raises(ThingError, match=r"a word of 0 to 65535; .*true or false"):
+    with pytest.raises(QuestionError, match=r"a word of 0 to 65535; .*true or false"):
         pages("Base+3=70000")
 
 

@@ -10,9 +10,9 @@ from living_rig import GOOD, TWICE, run
 from pidcfg.comments import comments_in
 from pidcfg.diagnostics import Severity
 from pidcfg.source import read_document
-from pidcfg.validate.codes import LIVING
+from pidcfg.validate.catalog import rules
+from pidcfg.validate.codes import SUPPRESSION
 from pidcfg.validate.engine import check_document
-from pidcfg.validate.pages import all_rules
 from pidcfg.validate.suppression import suppress
 
 ALARMS = "    alarms: {pv: {low_low: 15, low: 15, high: 15, high_high: 90}}"
@@ -187,8 +187,8 @@ def test_a_text_that_can_be_read_in_two_ways_is_reported_whole():
 
 
 def test_each_remark_about_an_ignore_has_a_page_and_is_a_warning():
-    assert {rule.code for rule in LIVING} <= set(all_rules())
-    assert {rule.severity for rule in LIVING} == {Severity.WARNING}
+    assert {rule.code for rule in SUPPRESSION} <= set(rules())
+    assert {rule.severity for rule in SUPPRESSION} == {Severity.WARNING}
 
 
 # --- the command ------------------------------------------------------------------------------------------------------

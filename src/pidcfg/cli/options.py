@@ -25,11 +25,10 @@ class Words(click.ParamType[list[str], str | list[str]]):
             return value
         codes = [code.strip().upper() for code in value.split(",") if code.strip()]
         if codes:
-            from pidcfg.validate.pages import all_rules
+            from pidcfg.validate.catalog import rules
 
-            known = list(all_rules())
             for code in codes:
-                if not any(rule.startswith(code) for rule in known):
+                if not rules(code):
                     self.fail(f"no rule begins with {code!r}; 'pidcfg rule' lists all", param, ctx)
         return codes
 
@@ -97,7 +96,7 @@ FORCE = click.option("--force", is_flag=True, help="Overwrite a file that differ
 
 def chosen(found: list[Diagnostic], select: list[str], ignore: list[str]) -> list[Diagnostic]:
     """The findings that the options leave; what keeps a file from being used cannot be ignored."""
-    from pidcfg.validate.codes import ignorable
+    from pidcfg.validate.catalog import ignorable
 
     return [d for d in found if not ignorable(d) or named(d.code, select, ignore)]
 

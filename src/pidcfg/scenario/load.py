@@ -17,7 +17,8 @@ from pidcfg.sim.feedback import wrong_actions
 from pidcfg.sim.prepare import options, prepare
 from pidcfg.sim.rest import initial_values, rest
 from pidcfg.source import read_document
-from pidcfg.validate.codes import SCENARIO_KINDS, UNUSABLE
+from pidcfg.validate.catalog import unusable
+from pidcfg.validate.codes import SCENARIO_KINDS
 from pidcfg.validate.engine import check_document, is_scenario
 from pidcfg.validate.schema import read_model
 from pidcfg.vendors import VENDORS
@@ -94,7 +95,7 @@ def load(doc: Document, limits: Limits) -> Loaded:
 
 def unreadable(found: Iterable[Diagnostic]) -> bool:
     """Whether a text can be read in more than one way, such as a key that stands twice: what runs would be a guess."""
-    return any(d.code in UNUSABLE for d in found)
+    return any(map(unusable, found))
 
 
 def check_scenario(doc: Document, limits: Limits) -> list[Diagnostic]:
@@ -156,7 +157,7 @@ def _use_configuration(loaded: Loaded, entry: Input, limits: Limits) -> None:
         return
     checked = check_document(doc, limits)
     if unreadable(checked.findings):
-        first = next(d for d in checked.findings if d.code in UNUSABLE)
+        first = next(d for d in checked.findings if unusable(d))
         cure = f"run 'pidcfg validate {loaded.config}'"
         loaded.refuse(f"{loaded.config}: line {first.span.line}: {first.message}", cure)
         return

@@ -1,16 +1,15 @@
-"""Codes of everything that can be wrong with the text or the schema of a file, before any rule runs.
+"""Rules about any file: what can be wrong with its text, its keys, its comments or its scenario.
 
-Rows only: what a reader or a schema type reports by kind is given its code, its explanation and its exit status here.
-``UNUSABLE`` codes mean that the text could not be read as a document (exit code 2); the others are findings (exit 1).
+Rows only: what a reader or a schema type reports by kind is given its code and its explanation here.
 """
 
 from __future__ import annotations
 
 from dataclasses import replace
 
-from pidcfg.diagnostics import Diagnostic, Severity
+from pidcfg.diagnostics import Severity
 from pidcfg.refs import Decision
-from pidcfg.validate.rule import Rule
+from pidcfg.validate.rule import FIRST_VERSION, Rule
 
 D05 = Decision(
     5,
@@ -39,46 +38,43 @@ D317 = Decision(
     "has to look at.",
 )
 
-UNUSABLE = frozenset(f"PID{n:03d}" for n in range(1, 15)) | {"PID040", "PID041"}
-
-
-FIRST_RULE = "PID1"
-"""Codes from here on come from rules over a configuration that could be read."""
-
-
-def ignorable(found: Diagnostic) -> bool:
-    """Whether a user may do without a finding: not of what keeps a file from being read, or its words from being made."""
-    return found.code >= FIRST_RULE or found.severity is not Severity.ERROR
-
 
 def _row(code: str, name: str, title: str, why: str, fix: str, severity: Severity = Severity.ERROR) -> Rule:
-    return Rule(code, name, severity, "{text}", D05, "0.1", f"{title}\n\nWhy: {why}\n\nFix: {fix}")
+    """A fault that cannot be ignored where it is an error: without curing it there is no configuration."""
+    doc = f"{title}\n\nWhy: {why}\n\nFix: {fix}"
+    return Rule(code, name, severity, "{text}", D05, FIRST_VERSION, doc, ignorable=severity is not Severity.ERROR)
 
 
-def _kept(code: str, name: str, title: str, why: str, fix: str, basis: Decision = D315) -> Rule:
+def _unreadable(code: str, name: str, title: str, why: str, fix: str) -> Rule:
+    """A fault that keeps a text from being read as a document: exit code 2."""
+    return replace(_row(code, name, title, why, fix), unusable=True)
+
+
+def _remark(code: str, name: str, title: str, why: str, fix: str, basis: Decision = D315) -> Rule:
+    """A warning about what a user has said of findings."""
     return replace(_row(code, name, title, why, fix, Severity.WARNING), basis=basis)
 
 
 # fmt: off
 READING = (
-    _row("PID001", "not-yaml", "The text is not YAML.", "A file that cannot be read cannot be checked.", "Correct the place that the message points at; indentation and missing quotes are the usual causes."),
-    _row("PID002", "not-utf8", "The file is not UTF-8.", "Another encoding would change names and units silently.", "Save the file as UTF-8."),
-    _row("PID003", "control-character", "The file holds a control character.", "NUL and its like have no place in text and break the tools that follow.", "Delete the character."),
-    _row("PID004", "duplicate-key", "A key stands twice in one mapping.", "YAML readers take the first or the last of them, so two people see two different set-ups.", "Keep one."),
-    _row("PID005", "empty-file", "The file is empty.", "There is nothing to check, which is never what was meant.", "Start from `pidcfg init`."),
-    _row("PID006", "not-a-mapping", "The file is a list or a single value.", "A configuration is a mapping of keys to values.", "Begin with the line `pidcfg: 1`."),
-    _row("PID007", "several-documents", "The file holds several YAML documents.", "It would not be clear which of them is downloaded.", "Put each into a file of its own."),
-    _row("PID008", "complex-key", "A key is a list, a mapping, an alias or missing.", "Keys of this format are plain words.", "Write `key: value`."),
-    _row("PID009", "merge-key", "The file uses a merge key (`<<`).", "Merging hides where a value comes from, and YAML 1.2 has dropped it.", "Write the keys out, or alias a whole value."),
-    _row("PID010", "tag", "The file uses a tag (`!…`).", "The key decides what a value is; a tag could only contradict it.", "Delete the tag."),
-    _row("PID011", "directive", "The file has a YAML directive (`%…`).", "YAML 1.1 reads numbers and booleans differently.", "Delete the line; files are YAML 1.2."),
-    _row("PID012", "bad-alias", "An alias names no anchor above it, or itself.", "It has no value.", "Define the anchor above its use, or write the value out."),
-    _row("PID013", "limit", "The file is larger, deeper or longer than the limits.", "Limits keep a hostile or broken file from taking the machine.", "Split the file, or raise the limit by an option of the command."),
-    _row("PID014", "tab", "A tab is used for indentation.", "YAML forbids it, since editors show tabs at different widths.", "Indent with spaces."),
-    _row("PID040", "unreadable", "A file cannot be opened.", "It is missing, a folder without configurations, or not permitted.", "Check the path."),
+    _unreadable("PID001", "not-yaml", "The text is not YAML.", "A file that cannot be read cannot be checked.", "Correct the place that the message points at; indentation and missing quotes are the usual causes."),
+    _unreadable("PID002", "not-utf8", "The file is not UTF-8.", "Another encoding would change names and units silently.", "Save the file as UTF-8."),
+    _unreadable("PID003", "control-character", "The file holds a control character.", "NUL and its like have no place in text and break the tools that follow.", "Delete the character."),
+    _unreadable("PID004", "duplicate-key", "A key stands twice in one mapping.", "YAML readers take the first or the last of them, so two people see two different set-ups.", "Keep one."),
+    _unreadable("PID005", "empty-file", "The file is empty.", "There is nothing to check, which is never what was meant.", "Start from `pidcfg init`."),
+    _unreadable("PID006", "not-a-mapping", "The file is a list or a single value.", "A configuration is a mapping of keys to values.", "Begin with the line `pidcfg: 1`."),
+    _unreadable("PID007", "several-documents", "The file holds several YAML documents.", "It would not be clear which of them is downloaded.", "Put each into a file of its own."),
+    _unreadable("PID008", "complex-key", "A key is a list, a mapping, an alias or missing.", "Keys of this format are plain words.", "Write `key: value`."),
+    _unreadable("PID009", "merge-key", "The file uses a merge key (`<<`).", "Merging hides where a value comes from, and YAML 1.2 has dropped it.", "Write the keys out, or alias a whole value."),
+    _unreadable("PID010", "tag", "The file uses a tag (`!…`).", "The key decides what a value is; a tag could only contradict it.", "Delete the tag."),
+    _unreadable("PID011", "directive", "The file has a YAML directive (`%…`).", "YAML 1.1 reads numbers and booleans differently.", "Delete the line; files are YAML 1.2."),
+    _unreadable("PID012", "bad-alias", "An alias names no anchor above it, or itself.", "It has no value.", "Define the anchor above its use, or write the value out."),
+    _unreadable("PID013", "limit", "The file is larger, deeper or longer than the limits.", "Limits keep a hostile or broken file from taking the machine.", "Split the file, or raise the limit by an option of the command."),
+    _unreadable("PID014", "tab", "A tab is used for indentation.", "YAML forbids it, since editors show tabs at different widths.", "Indent with spaces."),
+    _unreadable("PID040", "unreadable", "A file cannot be opened.", "It is missing, a folder without configurations, or not permitted.", "Check the path."),
 )
 LISTING = (
-    _row("PID041", "bad-listing", "A memory listing cannot be read, or its words are no configuration.", "A missing or impossible word would have to be guessed.", "Export the listing again, or name its format with --from and what it lacks with the options of `pidcfg decode`."),
+    _unreadable("PID041", "bad-listing", "A memory listing cannot be read, or its words are no configuration.", "A missing or impossible word would have to be guessed.", "Export the listing again, or name its format with --from and what it lacks with the options of `pidcfg decode`."),
     _row("PID042", "not-convertible", "A configuration does not say what its conversion needs.", "A range, a sample time or a form that is guessed is a wrong gain.", "Add the key that the message names."),
 )
 SCHEMA = (
@@ -101,15 +97,15 @@ SCHEMA = (
     _row("PID036", "too-many-items", "A list has more items than there is room for.", "The table in the PLC has a fixed size.", "Remove items."),
     _row("PID037", "no-value", "A key has no value.", "An empty value is neither a number nor a default.", "Give a value, or remove the key."),
 )
-LIVING = (
-    _kept("PID043", "unused-ignore", "A comment ignores findings that are not there.", "It would hide the next one of its kind that comes to this line.", "Delete the comment, or the code; `--fix` does it."),
-    _kept("PID044", "ignore-of-unknown-code", "A comment ignores a code that no rule has.", "It ignores nothing, and somebody believes it does.", "Correct the code; `pidcfg rule` lists all. Codes are written in full."),
-    _kept("PID045", "malformed-ignore", "A comment begins like an ignore but cannot be read as one.", "It ignores nothing. An ignore without codes would hide everything that comes to its line.", "Write `# pidcfg: ignore[PID211] reason`."),
-    _kept("PID046", "ignore-without-reason", "A comment ignores a finding and does not say why.", "Whoever reads the file next cannot tell a decision from an oversight.", "Write the reason behind the bracket."),
-    _kept("PID047", "not-ignorable", "A comment ignores an error that cannot be ignored.", "Without it there is no configuration: nothing else in the file has been checked.", "Correct the error, and delete the comment."),
-    _kept("PID048", "stale-baseline-entry", "A baseline knows a finding that no longer occurs.", "It would hide the same finding when it comes back.", "Run `pidcfg validate` on the same paths with `--shrink-baseline`.", D317),
+SUPPRESSION = (
+    _remark("PID043", "unused-ignore", "A comment ignores findings that are not there.", "It would hide the next one of its kind that comes to this line.", "Delete the comment, or the code; `--fix` does it."),
+    _remark("PID044", "ignore-of-unknown-code", "A comment ignores a code that no rule has.", "It ignores nothing, and somebody believes it does.", "Correct the code; `pidcfg rule` lists all. Codes are written in full."),
+    _remark("PID045", "malformed-ignore", "A comment begins like an ignore but cannot be read as one.", "It ignores nothing. An ignore without codes would hide everything that comes to its line.", "Write `# pidcfg: ignore[PID211] reason`."),
+    _remark("PID046", "ignore-without-reason", "A comment ignores a finding and does not say why.", "Whoever reads the file next cannot tell a decision from an oversight.", "Write the reason behind the bracket."),
+    _remark("PID047", "not-ignorable", "A comment ignores an error that cannot be ignored.", "Without it there is no configuration: nothing else in the file has been checked.", "Correct the error, and delete the comment."),
+    _remark("PID048", "stale-baseline-entry", "A baseline knows a finding that no longer occurs.", "It would hide the same finding when it comes back.", "Run `pidcfg validate` on the same paths with `--shrink-baseline`.", D317),
 )
-"""What is wrong with what a user has said about findings."""
+"""What is wrong with what a user has said about findings, in comments and baselines."""
 SCENARIO = (
     _row("PID050", "unknown-name", "A scenario names a loop, signal, alarm, mode or key that its configuration does not have.", "The event or expectation would concern nothing.", "Correct the spelling; the message suggests the nearest name."),
     _row("PID051", "bad-expression", "An expression of signals cannot be read.", "Only numbers, declared names, + - * /, parentheses and min, max, abs, sqrt have a meaning.", "Correct the character that the message points at."),

@@ -4,19 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from pidcfg.validate.codes import LISTING, LIVING, READING, SCENARIO, SCHEMA
-from pidcfg.vendors import VENDORS
-
 if TYPE_CHECKING:
     from pidcfg.validate.rule import Rule
-
-
-def all_rules() -> dict[str, Rule]:
-    """Every code there is, in order."""
-    found = {rule.code: rule for rule in (*READING, *LISTING, *SCHEMA, *LIVING, *SCENARIO)}
-    for vendor in VENDORS.values():
-        found |= vendor.load("rules")
-    return dict(sorted(found.items()))
 
 
 def as_data(rule: Rule) -> dict[str, Any]:

@@ -16,11 +16,11 @@ from pidcfg.aliases import Places
 from pidcfg.comments import comments_in
 from pidcfg.diagnostics import Diagnostic, Edit, Severity, Span
 from pidcfg.schemas.names import nearest
-from pidcfg.validate.codes import D315, UNUSABLE, ignorable
-from pidcfg.validate.pages import all_rules
+from pidcfg.validate.catalog import CODE, ignorable, rules, unusable
+from pidcfg.validate.codes import D315
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Sequence
+    from collections.abc import Iterator, Sequence
 
     from pidcfg.comments import Comment
     from pidcfg.document import Document
@@ -33,7 +33,6 @@ DIRECTIVE = re.compile(
 WORD = "ignore"
 ONE = "put it first, with all its codes in one bracket"
 FORM = "write # pidcfg: ignore[PID211] reason"
-CODE = re.compile(r"PID\d{3}")
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,7 +66,7 @@ class _Ignore:
 
 def suppress(found: Sequence[Diagnostic], doc: Document) -> Suppressed:
     """Takes the findings that the comments of a file ignore out of them."""
-    if not HINT.search(doc.text) or any(d.code in UNUSABLE for d in found):
+    if not HINT.search(doc.text) or any(map(unusable, found)):
         return Suppressed(list(found))
     ignores, problems = _read(doc)
     kept: list[Diagnostic] = []
@@ -82,7 +81,7 @@ def suppress(found: Sequence[Diagnostic], doc: Document) -> Suppressed:
         else:
             used.add((match[0], d.code))
             ignored.append(Ignored(d, match[1].reason))
-    whole = all(ignorable(d) for d in found)
+    whole = all(map(ignorable, found))
     for i, ignore in enumerate(ignores):
         mine = {code for index, code in used if index == i}
         problems += _remarks(ignore, mine, doc, checked=whole)
@@ -131,13 +130,12 @@ def _part(comment: Comment, start: int, end: int) -> Span:
 
 def _remarks(ignore: _Ignore, used: set[str], doc: Document, *, checked: bool) -> Iterator[Diagnostic]:
     """What is wrong with one comment; ``checked``: every rule has seen the file, so that unused is unused."""
-    rules = all_rules() if set(ignore.codes) - used else {}
     unused = []
     for code in (c for c in ignore.codes if c not in used):
-        rule = rules.get(code)
+        rule = rules(code).get(code)
         if rule is None:
-            yield _unknown(code, rules, doc, ignore)
-        elif code < "PID1" and rule.severity is Severity.ERROR:
+            yield _unknown(code, doc, ignore)
+        elif not rule.ignorable:
             yield _problem("PID047", f"{code} ({rule.name}) cannot be ignored", doc, ignore.span, "correct the error")
         elif checked:
             unused.append(code)
@@ -155,11 +153,11 @@ def _remarks(ignore: _Ignore, used: set[str], doc: Document, *, checked: bool) -
         )
 
 
-def _unknown(code: str, rules: Iterable[str], doc: Document, ignore: _Ignore) -> Diagnostic:
+def _unknown(code: str, doc: Document, ignore: _Ignore) -> Diagnostic:
     """A code that no rule has: misspelt, or only the beginning of one."""
-    if any(rule.startswith(code) for rule in rules):
+    if rules(code):
         return _problem("PID044", f"{code} is only the beginning of a code", doc, ignore.span, "write it in full")
-    near = nearest(code, rules) if CODE.fullmatch(code) else None
+    near = nearest(code, rules()) if CODE.fullmatch(code) else None
     cure = f"did you mean {near}?" if near else "'pidcfg rule' lists all"
     return _problem("PID044", f"no rule is called {code!r}", doc, ignore.span, cure)
 

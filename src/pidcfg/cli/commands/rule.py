@@ -22,19 +22,18 @@ EPILOG = options.examples("pidcfg rule", "pidcfg rule PID101", "pidcfg rule PID2
 @options.output_format("text", "json")
 def command(code: str | None, fmt: str) -> None:
     """Explain the rule CODE, or list those whose code begins so, or all."""
-    from pidcfg.validate.pages import all_rules
+    from pidcfg.validate.catalog import rules
 
-    rules = all_rules()
-    wanted = (code or "").upper()
-    if wanted in rules:
-        _one(rules[wanted], fmt)
+    begin = (code or "").upper()
+    listed = rules(begin)
+    if begin in listed:
+        _one(listed[begin], fmt)
         return
-    listed = [rule for key, rule in rules.items() if key.startswith(wanted)]
     if not listed:
-        near = difflib.get_close_matches(wanted, rules, n=1)
+        near = difflib.get_close_matches(begin, rules(), n=1)
         cure = f"did you mean {near[0]}?" if near else "'pidcfg rule' lists all"
         raise click.ClickException(f"no rule begins with {code}; {cure}")
-    _list(listed, fmt)
+    _list(list(listed.values()), fmt)
 
 
 def _one(rule: Rule, fmt: str) -> None:

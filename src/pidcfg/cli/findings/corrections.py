@@ -26,7 +26,7 @@ from pidcfg.cli.terminal.console import echo, note
 from pidcfg.cli.terminal.progress import progress
 from pidcfg.diagnostics import ordered
 from pidcfg.source import read_document
-from pidcfg.validate.codes import UNUSABLE
+from pidcfg.validate.catalog import unusable
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -58,8 +58,8 @@ def fixing(inputs: Sequence[Input], limits: Limits, rules: Rules, ctx: click.Con
         _exactly("".join(difference(entry.name, entry.data, fixed.data) for entry, fixed in changed))
         if not quiet:
             note(f"{total} would be corrected")
-        unusable = any(d.code in UNUSABLE for _, fixed in done for d in fixed.left)
-        ctx.exit(Exit.UNUSABLE if unusable else Exit.FOUND if changed else Exit.OK)
+        unread = any(unusable(d) for _, fixed in done for d in fixed.left)
+        ctx.exit(Exit.UNUSABLE if unread else Exit.FOUND if changed else Exit.OK)
     if piped:
         sys.stdout.buffer.write(done[0][1].data)
     else:

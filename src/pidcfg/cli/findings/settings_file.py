@@ -1,7 +1,4 @@
-"""What a settings file may say: keys, types and codes, and the complaint with line and column where it says otherwise.
-
-The JSON Schema for editors is made of the same table.
-"""
+"""The check of a settings file: keys, types and codes, and the complaint with line and column."""
 
 from __future__ import annotations
 
@@ -11,47 +8,14 @@ from typing import TYPE_CHECKING, Any, NamedTuple, NoReturn
 
 import click
 
-from pidcfg.cli.findings.settings import LARGEST, PER_FILE, relative
+from pidcfg.cli.files.identity import relative
+from pidcfg.cli.findings.settings_keys import ALIASES, KEYS, LARGEST, REFUSED, SEVERITIES
+from pidcfg.cli.formats import formats_of
 from pidcfg.globs import UP
-from pidcfg.schemas.document import DIALECT
 from pidcfg.schemas.names import nearest
 
 if TYPE_CHECKING:
     from collections.abc import Callable
-
-
-class Key(NamedTuple):
-    """One key: its kind, what it does, and an example."""
-
-    kind: str
-    text: str
-    example: str
-
-
-# fmt: off
-KEYS = {
-    "select": Key("codes", "Only rules whose code begins so.", '["PID2", "PID101"]'),
-    "ignore": Key("codes", "Rules whose code begins so are left out.", '["PID220"]'),
-    "severity": Key("severity", "Findings of this severity and above are shown.", '"warning"'),
-    "strict": Key("switch", "Exit 1 on warnings too.", "true"),
-    "format": Key("format", "How the result is printed.", '"text"'),
-    "baseline": Key("path", "A file of known findings, below the folder of the settings file.", '"known.json"'),
-    PER_FILE: Key(
-        "table", "Patterns of paths below the folder of the settings file, and the rules left out there.",
-        '{"old/**" = ["PID222"]}',
-    ),
-}
-"""All there is."""
-REFUSED = {
-    "limit": "limits on untrusted input are raised on the command line only (--limit)",
-    "limits": "limits on untrusted input are raised on the command line only (--limit)",
-    "output": "files to write are named on the command line only (--output)",
-    "fix": "files are changed only when the command line says so (--fix)",
-}
-"""Keys that somebody may look for, and why there are none."""
-# fmt: on
-SEVERITIES = ("error", "warning", "info")
-ALIASES = {key.replace("-", "_"): key for key in KEYS}
 
 
 class _File(NamedTuple):
@@ -88,14 +52,13 @@ def _value(key: str, value: Any, file: _File) -> Any:
 
 def _codes(key: str, value: Any, file: _File) -> list[str]:
     """Codes or their beginnings."""
-    from pidcfg.validate.pages import all_rules
+    from pidcfg.validate.catalog import rules
 
     if not isinstance(value, list) or not all(isinstance(code, str) for code in value):
         file.refuse(key, f"{key} must be a list of codes", f"write {key} = {KEYS['select'].example}")
-    rules = list(all_rules())
     for code in value:
-        if not code.strip() or not any(rule.startswith(code.upper()) for rule in rules):
-            near = nearest(code.upper(), rules)
+        if not code.strip() or not rules(code.upper()):
+            near = nearest(code.upper(), rules())
             cure = f"did you mean {near}?" if near else "'pidcfg rule' lists all"
             file.refuse(key, f"no rule begins with {code!r}", cure, code)
     return [code.upper() for code in value]
@@ -107,9 +70,8 @@ def _switch(key: str, value: Any, file: _File) -> bool:
     return value
 
 
-def _choice(choices: Callable[[], tuple[str, ...]]) -> Callable[[str, Any, _File], str]:
+def _choice(words: tuple[str, ...]) -> Callable[[str, Any, _File], str]:
     def choice(key: str, value: Any, file: _File) -> str:
-        words = choices()
         if not isinstance(value, str) or value not in words:
             near = nearest(str(value), words)
             cure = f"did you mean {near}?" if near else None
@@ -117,14 +79,6 @@ def _choice(choices: Callable[[], tuple[str, ...]]) -> Callable[[str, Any, _File
         return value
 
     return choice
-
-
-def formats() -> tuple[str, ...]:
-    """The formats of the command."""
-    from pidcfg.cli.commands.validate import command
-
-    (option,) = (param for param in command.params if param.name == "fmt")
-    return tuple(getattr(option.type, "choices", ()))
 
 
 def _path(key: str, value: Any, file: _File) -> str:
@@ -160,8 +114,8 @@ def _per_file(key: str, value: Any, file: _File) -> dict[str, list[str]]:
 CHECKS: dict[str, Callable[[str, Any, _File], Any]] = {
     "codes": _codes,
     "switch": _switch,
-    "severity": _choice(lambda: SEVERITIES),
-    "format": _choice(formats),
+    "severity": _choice(SEVERITIES),
+    "format": _choice(formats_of("validate")),
     "path": _path,
     "table": _per_file,
 }
@@ -172,32 +126,11 @@ def locate(text: str, table: str, key: str, value: str | None = None) -> tuple[i
     begin = re.search(rf"^[ \t]*\[[ \t]*{re.escape(table)}\b", text, re.MULTILINE) if table else None
     start = begin.start() if begin else 0
     quoted = rf"(?:\"{re.escape(key)}\"|'{re.escape(key)}'|(?<![\w-]){re.escape(key)})"
-    found = re.compile(rf"{quoted}(?=[ \t]*[=.\]])").search(text, start)
-    if found is None:
+    match = re.compile(rf"{quoted}(?=[ \t]*[=.\]])").search(text, start)
+    if match is None:
         return 0, 0
-    at = found.start()
+    at = match.start()
     if value is not None:
-        at = max(at, text.find(value, found.end()))
+        at = max(at, text.find(value, match.end()))
     before = text[:at].split("\n")
     return len(before), len(before[-1]) + 1
-
-
-def settings_schema() -> dict[str, Any]:
-    """The JSON Schema of ``pidcfg.toml``, for editors."""
-    codes = {"type": "array", "items": {"type": "string", "pattern": "^[Pp][Ii][Dd][0-9]{0,3}$"}}
-    kinds: dict[str, dict[str, Any]] = {
-        "codes": codes,
-        "switch": {"type": "boolean"},
-        "severity": {"enum": list(SEVERITIES)},
-        "format": {"enum": list(formats())},
-        "path": {"type": "string", "minLength": 1},
-        "table": {"type": "object", "additionalProperties": codes},
-    }
-    properties = {key: {**kinds[row.kind], "description": row.text} for key, row in KEYS.items()}
-    return {
-        "$schema": DIALECT,
-        "type": "object",
-        "properties": properties,
-        "additionalProperties": False,
-        "title": "pidcfg settings",
-    }

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pidcfg.cli.output_schemas.parts import VERSION, Schema, count, listing, or_null, record, text
 from pidcfg.diagnostics import Severity
+from pidcfg.validate.catalog import CODE
 
 
 def schema() -> Schema:
@@ -26,7 +27,11 @@ def finding() -> Schema:
     """One finding."""
     return record(
         "One finding.",
-        code={"description": "The rule; pidcfg rule CODE explains it.", "type": "string", "pattern": "^PID[0-9]{3}$"},
+        code={
+            "description": "The rule; pidcfg rule CODE explains it.",
+            "type": "string",
+            "pattern": f"^{CODE.pattern}$",
+        },
         severity=text("How bad it is.", *(severity.label for severity in reversed(Severity))),
         message=text("What is wrong, with the value."),
         file=text("The file as it was named, with forward slashes; <stdin> for standard input."),

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from pidcfg.encoders.maps.click import BLOCKS, SPACE
-from pidcfg.encoders.plain import unnamed
+from pidcfg.encoders.settings import default_name
 from pidcfg.encoders.spaces import SINGLE
 from pidcfg.schemas.click import BITS, FLOATS, INTEGERS
 from pidcfg.sim.controllers.click.errors import nearest_allowed
@@ -74,7 +74,7 @@ def loop_of(words: Mapping[int, int], index: int, own: Mapping[str, Any]) -> Loo
     starts = {key: BANKS[key].parse(own[key]) for key in BLOCKS}
     found = {row.name: words.get(SPACE.number(prefix, starts[key] + row.offset), 0) for key, prefix, row in ROWS}
     output = own.get("output") or {}
-    name = str(own.get("loop", unnamed(index)))
+    name = str(own.get("loop", default_name(index)))
     return Loop(
         name, own.get("mode", "manual"), own.get("setpoint") is not False, output.get("pwm") is not None, starts, found
     )

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from pidcfg.encoders.maps.dpide import ROWS
-from pidcfg.encoders.plain import read_settings
+from pidcfg.encoders.settings import read_settings
 from pidcfg.schemas.dpide import PlcSettings, Scale
 from pidcfg.sim.controllers.dpide import state as bits
 from pidcfg.sim.controllers.dpide.modes import enter
@@ -19,7 +19,7 @@ from pidcfg.sim.plc import Plc
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, MutableSequence, Sequence
 
-    from pidcfg.encoders.named import Program
+    from pidcfg.encoders.parameters import Program
 
 
 @dataclass(frozen=True, slots=True)

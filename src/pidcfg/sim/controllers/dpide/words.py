@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from pidcfg.encoders.maps.dpide import ROWS
-from pidcfg.encoders.named import shown
+from pidcfg.encoders.parameters import shown
 from pidcfg.schemas.dpide import LONGEST_CYCLE, SHORTEST_CYCLE
 from pidcfg.sim.controllers.dpide.equation import coefficients
 from pidcfg.sim.controllers.dpide.setting import PID_MODES

@@ -27,7 +27,7 @@ from pidcfg.sim.terms import clamp
 if TYPE_CHECKING:
     from collections.abc import Mapping, MutableSequence, Sequence
 
-    from pidcfg.encoders.named import Program
+    from pidcfg.encoders.parameters import Program
     from pidcfg.schemas.base import Quantity
 
 

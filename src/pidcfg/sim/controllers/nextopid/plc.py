@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from pidcfg.encoders.maps.nextopid import BLOCK_TYPES
-from pidcfg.encoders.named import Parameter, shortest
+from pidcfg.encoders.parameters import Parameter, shortest
 from pidcfg.schemas.iec import Wire
 from pidcfg.sim.controllers.nextopid import modes, report
 from pidcfg.sim.controllers.nextopid.memory import SHOWN, Memory, Options, number_of
@@ -18,7 +18,7 @@ from pidcfg.sim.plc import COUNTS
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, MutableSequence, Sequence
 
-    from pidcfg.encoders.named import Content, Program
+    from pidcfg.encoders.parameters import Content, Program
     from pidcfg.schemas.base import Quantity
 
 

@@ -7,12 +7,9 @@ from typing import TYPE_CHECKING
 
 from pidcfg.refs import CLICK, Decision
 from pidcfg.schemas.base import decimal_text
-from pidcfg.validate.rule import info, per_loop
+from pidcfg.validate.rule import Findings, info, per_loop
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from pidcfg.validate.rule import Finding
     from pidcfg.validate.rules.click.context import LoopView
 
 TUNING = CLICK.at("PID Autotuning")
@@ -34,7 +31,7 @@ OUTSIDE = {
 
 @per_loop
 @info("PID391", D146, "autotune.type is PI, but derivative_gain is {gain} s: an autotune would tune a loop without it")
-def autotune_drops_derivative(view: LoopView) -> Iterator[Finding]:
+def autotune_drops_derivative(view: LoopView) -> Findings:
     """An autotune for P and I is chosen for a loop with a derivative.
 
     Why: gains that were found for PI do not fit a loop that has a derivative as well; whether the PLC sets it to 0 is
@@ -44,12 +41,12 @@ def autotune_drops_derivative(view: LoopView) -> Iterator[Finding]:
     """
     gain = view.loop.tuning.derivative_gain
     if view.loop.autotune.type == "PI" and gain > 0:
-        yield view.find("autotune", "type", gain=decimal_text(gain))
+        yield view.at("autotune", "type", gain=decimal_text(gain))
 
 
 @per_loop
 @info("PID392", OUTPUT, "a closed-loop autotune moves the output between {low} and {high} only")
-def autotune_between_narrow_limits(view: LoopView) -> Iterator[Finding]:
+def autotune_between_narrow_limits(view: LoopView) -> Findings:
     """A closed-loop autotune is planned for a loop with narrowed output limits.
 
     Why: the output stays within its limits during the autotune too. Narrow ones make the PV's swing smaller, so that
@@ -60,12 +57,12 @@ def autotune_between_narrow_limits(view: LoopView) -> Iterator[Finding]:
     limits = view.holds("output_lower", "output_upper")
     planned = "autotune" in view.loop.model_fields_set and view.loop.autotune.method == "closed"
     if planned and limits and 0 <= limits[0] < limits[1] and (limits[0] > FULL[0] or limits[1] < FULL[1]):
-        yield view.find("autotune", "method", low=view.co(limits[0]), high=view.co(limits[1]))
+        yield view.at("autotune", "method", low=view.co(limits[0]), high=view.co(limits[1]))
 
 
 @per_loop
 @info("PID393", OUTPUT, "{register} holds {value}, outside the output limits {low} to {high}: {effect}")
-def stored_output_outside_limits(view: LoopView) -> Iterator[Finding]:
+def stored_output_outside_limits(view: LoopView) -> Findings:
     """The output or bias that is stored lies outside the output limits.
 
     Why: the limits have no effect in Manual, so the output may stand there. On the change to Auto the bias takes the
@@ -79,7 +76,7 @@ def stored_output_outside_limits(view: LoopView) -> Iterator[Finding]:
         inside = not limits or limits[0] >= limits[1] or value is None or limits[0] <= value <= limits[1]
         if getattr(view.loop.state, name) is not None and value is not None and not inside:
             effect = OUTSIDE[name]
-            yield view.find(
+            yield view.at(
                 "state",
                 name,
                 effect=effect,
@@ -92,7 +89,7 @@ def stored_output_outside_limits(view: LoopView) -> Iterator[Finding]:
 
 @per_loop
 @info("PID394", RAW, "state.pv is {pv} and state.raw_pv is {raw}, but without a filter both are the same")
-def stored_pv_differs_from_raw(view: LoopView) -> Iterator[Finding]:
+def stored_pv_differs_from_raw(view: LoopView) -> Findings:
     """PV and raw PV differ in a loop without a filter.
 
     Why: when the filter is off the PV equals the raw PV, so one of the two values is from another time. The PLC writes
@@ -102,4 +99,4 @@ def stored_pv_differs_from_raw(view: LoopView) -> Iterator[Finding]:
     """
     state = view.loop.state
     if state.pv is not None and state.raw_pv is not None and state.pv != state.raw_pv and not view.filtered:
-        yield view.find("state", "pv", pv=view.eu(state.pv), raw=view.eu(state.raw_pv))
+        yield view.at("state", "pv", pv=view.eu(state.pv), raw=view.eu(state.raw_pv))

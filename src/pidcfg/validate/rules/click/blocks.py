@@ -6,13 +6,11 @@ from typing import TYPE_CHECKING
 
 from pidcfg.encoders.maps.click import LOOPS, SPACE
 from pidcfg.refs import CLICK, Decision
-from pidcfg.validate.extents import overlaps
-from pidcfg.validate.rule import error, per_loop
+from pidcfg.validate.ideas import blocks
+from pidcfg.validate.ideas.duplicates import repeats
+from pidcfg.validate.rule import Findings, error, per_loop
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from pidcfg.validate.rule import Finding
     from pidcfg.validate.rules.click.context import ClickContext, LoopView
 
 AREAS = CLICK.at("C, DS and DF memory areas")
@@ -35,7 +33,7 @@ LAST = {bank.prefix: bank.last for bank in SPACE.banks}
     "{block} would occupy {extent}, but the bank ends at {prefix}{last}: it may begin at {prefix}{latest} at "
     "the latest",
 )
-def block_beyond_bank(view: LoopView) -> Iterator[Finding]:
+def block_beyond_bank(view: LoopView) -> Findings:
     """A block of registers reaches past the end of its bank.
 
     Why: a loop needs 40 consecutive C bits, 15 consecutive DS registers and 25 consecutive DF registers. What lies past
@@ -43,15 +41,11 @@ def block_beyond_bank(view: LoopView) -> Iterator[Finding]:
 
     Fix: let the block begin no later than C1961, DS4486 or DF476.
     """
-    for extent in view.extents:
-        last = LAST[extent.prefix]
-        if extent.last > last:
-            latest = last - (extent.last - extent.first)
-            yield view.find(extent.key, block=extent.key, extent=extent, prefix=extent.prefix, last=last, latest=latest)
+    return blocks.block_beyond_bank(view, LAST)
 
 
 @error("PID302", AREAS, "{block} {extent} of {loop} overlaps {other_extent} of {other}")
-def blocks_overlap(context: ClickContext) -> Iterator[Finding]:
+def blocks_overlap(context: ClickContext) -> Findings:
     """Two loops share registers.
 
     Why: each loop writes its own output, error number and alarm bits into its block, and reads its tuning from there.
@@ -60,37 +54,28 @@ def blocks_overlap(context: ClickContext) -> Iterator[Finding]:
     Fix: leave 40 C bits, 15 DS registers and 25 DF registers to every loop. Steps of 100 in all three banks are easy to
     remember.
     """
-    for second, mine, first, theirs in overlaps(context.loops):
-        yield second.find(
-            mine.key, block=mine.key, extent=mine, loop=second.loop.name, other_extent=theirs, other=first.loop.name
-        )
+    return blocks.blocks_overlap(context.loops)
 
 
 @error("PID303", D130, "loop {number} of {count}: a CLICK PLC calculates at most {limit} loops")
-def too_many_loops(context: ClickContext) -> Iterator[Finding]:
+def too_many_loops(context: ClickContext) -> Findings:
     """The file has more loops than the PLC.
 
     Why: the programming software offers eight loops; nothing calculates a ninth one.
 
     Fix: move the loop to another PLC, and to a file of its own.
     """
-    if len(context.loops) > LOOPS:
-        yield context.loops[LOOPS].find_key(number=LOOPS + 1, count=len(context.loops), limit=LOOPS)
+    return blocks.too_many_loops(context.loops, LOOPS)
 
 
 @error("PID304", PWM, "{bit} is already the PWM output of {other}: two loops would switch it")
-def pwm_output_shared(context: ClickContext) -> Iterator[Finding]:
+def pwm_output_shared(context: ClickContext) -> Findings:
     """Two loops pulse the same discrete output.
 
     Why: both write the bit, and what the actuator sees is neither loop's output.
 
     Fix: give each loop a discrete output of its own.
     """
-    first: dict[str, str] = {}
-    for view in context.loops:
-        pwm = view.loop.output.pwm
-        if pwm is None:
-            continue
-        if pwm.bit in first:
-            yield view.find("output", "pwm", "bit", bit=pwm.bit, other=first[pwm.bit])
-        first.setdefault(pwm.bit, view.loop.name)
+    pulsed = ((view.loop.output.pwm.bit, view) for view in context.loops if view.loop.output.pwm is not None)
+    for bit, view, first in repeats(pulsed):
+        yield view.at("output", "pwm", "bit", bit=bit, other=first.name)

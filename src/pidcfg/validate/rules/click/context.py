@@ -9,21 +9,16 @@ from __future__ import annotations
 from dataclasses import dataclass
 from decimal import Decimal
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from pidcfg.encoders.click.encode import deviation_alarms_on, pv_alarms_on, values_of
-from pidcfg.encoders.maps.click import BLOCKS, ERRORS
-from pidcfg.encoders.plain import switched_on
+from pidcfg.encoders.image import Block, Encoding
+from pidcfg.encoders.mapping import switched_on
+from pidcfg.encoders.maps.click import BLOCKS, ERRORS, PidError
 from pidcfg.encoders.regmap import decode_one
-from pidcfg.schemas.base import decimal_text
-from pidcfg.validate.extents import Extent, extents_of
-from pidcfg.validate.rule import Finding
-
-if TYPE_CHECKING:
-    from pidcfg.diagnostics import Path
-    from pidcfg.encoders.image import Block, Encoding
-    from pidcfg.encoders.maps.click import PidError
-    from pidcfg.schemas.click import ClickFile, Loop
+from pidcfg.schemas.click import ClickFile, Loop
+from pidcfg.validate.ideas.blocks import Extent, extents_of
+from pidcfg.validate.views import Context, View, complete, with_unit
 
 PLACES = {word.name: (i, word) for i, (_, table) in enumerate(BLOCKS.values()) for word in table.words}
 """Each register's block, counted in the order of the banks, and its row."""
@@ -35,11 +30,9 @@ NO_INTEGRAL = Decimal(1000)
 
 
 @dataclass(frozen=True)
-class LoopView:
+class LoopView(View[Loop]):
     """A loop, its place in the file, and what its registers hold."""
 
-    index: int
-    loop: Loop
     blocks: tuple[Block, ...]
 
     @cached_property
@@ -71,8 +64,7 @@ class LoopView:
 
     def holds(self, *names: str) -> list[Decimal]:
         """The numbers of several registers; empty as soon as one does not fit (which another rule reports)."""
-        found = [value for name in names if (value := self.held(name)) is not None]
-        return found if len(found) == len(names) else []
+        return complete(map(self.held, names))
 
     def register(self, name: str) -> str:
         """The address of one of the loop's registers: ``DF107``."""
@@ -88,19 +80,15 @@ class LoopView:
 
     def eu(self, value: Decimal) -> str:
         """A number in the PV's unit."""
-        return f"{number_text(value)} {self.loop.pv.unit}" if self.loop.pv.unit else number_text(value)
+        return with_unit(value, self.loop.pv.unit)
+
+    def distance(self, value: Decimal) -> str:
+        """A difference in the PV's unit."""
+        return self.eu(value)
 
     def co(self, value: Decimal) -> str:
         """A number in the output's unit."""
-        return f"{number_text(value)} {self.loop.output.unit or '%'}"
-
-    def find(self, *path: str | int, plc_effect: str | None = None, **values: Any) -> Finding:
-        """A finding below this loop."""
-        return Finding(("loops", self.index, *path), values, plc_effect=plc_effect)
-
-    def find_key(self, *path: str | int, plc_effect: str | None = None, **values: Any) -> Finding:
-        """A finding that points at a key: what it opens is a block of lines."""
-        return Finding(("loops", self.index, *path), values, key=True, plc_effect=plc_effect)
+        return with_unit(value, self.loop.output.unit or "%")
 
     @property
     def extents(self) -> tuple[Extent, ...]:
@@ -178,26 +166,12 @@ class LoopView:
         return high - low
 
 
-def number_text(value: Decimal) -> str:
-    """A number as people write it; more than 12 digits are shortened."""
-    text = decimal_text(value)
-    return text if len(text) <= 12 else f"{float(value):.6g}"
-
-
 @dataclass(frozen=True)
-class ClickContext:
+class ClickContext(Context[ClickFile, Encoding]):
     """A configuration with its encoding, and its loops one by one."""
-
-    config: ClickFile
-    encoding: Encoding
 
     @cached_property
     def loops(self) -> tuple[LoopView, ...]:
         """The loops in the order of the file."""
         count, blocks = len(BLOCKS), self.encoding.blocks
         return tuple(LoopView(i, loop, blocks[i * count : (i + 1) * count]) for i, loop in enumerate(self.config.loops))
-
-    @cached_property
-    def explained(self) -> frozenset[Path]:
-        """Places whose limits a rule of CLICK's own explains better than the rules for every vendor."""
-        return frozenset()

@@ -6,15 +6,13 @@ from decimal import Decimal
 from typing import TYPE_CHECKING
 
 from pidcfg.refs import CLICK, Decision
-from pidcfg.validate.rule import error, info, per_loop, warning
+from pidcfg.validate.ideas import alarms
+from pidcfg.validate.rule import Findings, error, info, per_loop, warning
 from pidcfg.validate.rules.click.setpoint import effective, written
 from pidcfg.validate.rules.click.tuning import approximate, saturating_error
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from pidcfg.validate.rule import Finding
-    from pidcfg.validate.rules.click.context import ClickContext, LoopView
+    from pidcfg.validate.rules.click.context import LoopView
 
 SQUARED = CLICK.at("Error Squared Option")
 DEADBAND = CLICK.at("Error Deadband Option")
@@ -51,7 +49,7 @@ def half_width(view: LoopView) -> Decimal | None:
     "the gain of {gain} is % per squared unit: as strong as linear at an error of {one}, weaker below; {full} "
     "drives the output through its limits",
 )
-def squared_error_in_squared_units(view: LoopView) -> Iterator[Finding]:
+def squared_error_in_squared_units(view: LoopView) -> Findings:
     """The error is squared, so the gain is in % per squared unit of the PV.
 
     Why: the square is not divided by the range. The effective gain is Kp·|e|: it depends on the unit of the PV even
@@ -61,7 +59,7 @@ def squared_error_in_squared_units(view: LoopView) -> Iterator[Finding]:
     """
     full = saturating_error(view)
     if view.squared and full is not None:
-        yield view.find(
+        yield view.at(
             "error",
             "curve",
             gain=view.loop.tuning.proportional_gain,
@@ -77,7 +75,7 @@ def squared_error_in_squared_units(view: LoopView) -> Iterator[Finding]:
     "the deadband {value} is compared with the squared error: no control action up to {width} around the set "
     "point, not {linear}",
 )
-def deadband_of_squared_error(view: LoopView) -> Iterator[Finding]:
+def deadband_of_squared_error(view: LoopView) -> Findings:
     """A deadband is used together with the squared error.
 
     Why: the error is squared first, so the deadband counts in squared units. 4 means 2 units around the set point, and
@@ -87,23 +85,21 @@ def deadband_of_squared_error(view: LoopView) -> Iterator[Finding]:
     """
     width, value = half_width(view), view.held("deadband")
     if view.squared and width is not None and value is not None and width != value:
-        yield view.find(
+        yield view.at(
             "error", "deadband", value=view.loop.error.deadband, width=approximate(view, width), linear=view.eu(value)
         )
 
 
 @per_loop
 @warning("PID353", DEADBAND, "the error deadband is on with {value}: it ignores nothing")
-def deadband_of_zero(view: LoopView) -> Iterator[Finding]:
+def deadband_of_zero(view: LoopView) -> Findings:
     """The error deadband is on, but its register holds 0.
 
     Why: a deadband that is enabled without a value is 0, and the output follows every noise of the PV.
 
     Fix: give a deadband, or switch it off.
     """
-    if view.deadband_on and view.held("deadband") == 0:
-        key = "deadband_enabled" if view.loop.error.deadband is None else "deadband"
-        yield view.find("error", key, value=view.shown("deadband"))
+    return alarms.deadband_of_zero(view)
 
 
 @per_loop
@@ -113,7 +109,7 @@ def deadband_of_zero(view: LoopView) -> Iterator[Finding]:
     "the error deadband reaches {width} to either side, as far as the PV's whole range of {span}: no error is "
     "ever acted on",
 )
-def deadband_spans_range(view: LoopView) -> Iterator[Finding]:
+def deadband_spans_range(view: LoopView) -> Findings:
     """The error deadband is as wide as the PV's range.
 
     Why: with a set point in the range no PV of the range leaves the deadband. The loop takes no control action at all,
@@ -123,16 +119,17 @@ def deadband_spans_range(view: LoopView) -> Iterator[Finding]:
     """
     width = half_width(view)
     if width is not None and width >= view.span:
-        yield view.find("error", "deadband", width=approximate(view, width), span=view.eu(view.span))
+        yield view.at("error", "deadband", width=approximate(view, width), span=view.eu(view.span))
 
 
+@per_loop
 @warning(
     "PID355",
     D139,
     "the error deadband reaches {width} to either side, not less than the {limit} from the set point to the "
     "{alarm} alarm",
 )
-def deadband_reaches_alarm(context: ClickContext) -> Iterator[Finding]:
+def deadband_reaches_alarm(view: LoopView) -> Findings:
     """The error deadband reaches as far as an alarm.
 
     Why: inside the deadband no control action is taken. The PV may drift into the alarm, and the loop does nothing
@@ -140,32 +137,19 @@ def deadband_reaches_alarm(context: ClickContext) -> Iterator[Finding]:
 
     Fix: make the deadband narrower than the deviation alarms and the distance to the low and high alarms.
     """
-    for view in context.loops:
-        width = half_width(view)
-        if width is None or width >= view.span:
-            continue
-        for name, distance in _distances(view):
-            if 0 < distance <= width:
-                yield view.find(
-                    "error", "deadband", width=approximate(view, width), alarm=name, limit=view.eu(distance)
-                )
-                break
-
-
-def _distances(view: LoopView) -> Iterator[tuple[str, Decimal]]:
-    """How far the alarms are from the set point."""
-    if view.deviation_alarms and (limit := view.held("deviation_high")):
-        yield "deviation", limit
-    words, setpoint = view.holds("pv_low", "pv_high"), written(view)
-    if view.pv_alarms and words and setpoint is not None:
-        setpoint = effective(view, setpoint)
-        yield "low", setpoint - words[0]
-        yield "high", words[1] - setpoint
+    width, setpoint = half_width(view), written(view)
+    if width is not None and width < view.span:
+        setpoint = None if setpoint is None else effective(view, setpoint)
+        alarm = alarms.alarm_within(view, width, setpoint, ("deviation", "deviation_high"))
+        if alarm is not None:
+            yield view.at(
+                "error", "deadband", width=approximate(view, width), alarm=alarm[0], limit=view.distance(alarm[1])
+            )
 
 
 @per_loop
 @info("PID356", DEADBAND, "a deadband of {value} is stored, but {register} is off: every error is acted on")
-def deadband_switched_off(view: LoopView) -> Iterator[Finding]:
+def deadband_switched_off(view: LoopView) -> Findings:
     """A deadband is given, but not enabled.
 
     Why: its register shows up in every listing; without the enable bit it ignores nothing.
@@ -173,6 +157,6 @@ def deadband_switched_off(view: LoopView) -> Iterator[Finding]:
     Fix: remove `deadband_enabled: false`, or the deadband.
     """
     if view.loop.error.deadband and not view.deadband_on:
-        yield view.find(
+        yield view.at(
             "error", "deadband_enabled", value=view.shown("deadband"), register=view.register("deadband_enable")
         )

@@ -3,18 +3,12 @@
 from __future__ import annotations
 
 from decimal import Decimal
-from typing import TYPE_CHECKING
 
 from pidcfg.refs import CLICK, Decision
 from pidcfg.schemas.base import decimal_text
-from pidcfg.validate.rule import info, per_loop, warning
-from pidcfg.validate.rules.click.context import NO_INTEGRAL, number_text
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from pidcfg.validate.rule import Finding
-    from pidcfg.validate.rules.click.context import LoopView
+from pidcfg.validate.rule import Findings, info, per_loop, warning
+from pidcfg.validate.rules.click.context import NO_INTEGRAL, LoopView
+from pidcfg.validate.views import number_text
 
 RESET = CLICK.at("Integral or Reset Time (DFn+06)")
 FREEZE = CLICK.at("Freeze Bias (Anti-Windup) (Cn+05)")
@@ -52,7 +46,7 @@ def saturating_error(view: LoopView) -> Decimal | None:
     "reset_time is {reset} s, shorter than the sample_rate of {sample} s: each sample integrates {times} times "
     "the proportional action",
 )
-def integral_faster_than_proportional(view: LoopView) -> Iterator[Finding]:
+def integral_faster_than_proportional(view: LoopView) -> Findings:
     """The reset time is shorter than the time between two samples.
 
     Why: the error is multiplied by Kp·Ts/Ti each sample. With Ti below Ts the integral answers an error more strongly
@@ -62,7 +56,7 @@ def integral_faster_than_proportional(view: LoopView) -> Iterator[Finding]:
     """
     reset, sample = view.loop.tuning.reset_time, view.loop.sample_rate
     if reset < sample and view.sound("reset_time", "sample_rate"):
-        yield view.find(
+        yield view.at(
             "tuning",
             "reset_time",
             reset=decimal_text(reset),
@@ -77,7 +71,7 @@ def integral_faster_than_proportional(view: LoopView) -> Iterator[Finding]:
     RESET,
     "reset_time is {reset} s: from about 1000 s on there is as good as no integral, and an error may stay",
 )
-def integral_as_good_as_off(view: LoopView) -> Iterator[Finding]:
+def integral_as_good_as_off(view: LoopView) -> Findings:
     """The reset time is 1000 s or more.
 
     Why: the integral cannot be switched off; a very long reset time is how the help removes its effect. The output then
@@ -86,7 +80,7 @@ def integral_as_good_as_off(view: LoopView) -> Iterator[Finding]:
     Fix: nothing, if a loop without an integral (or a very slow process) is meant; otherwise shorten the reset time.
     """
     if view.loop.tuning.reset_time >= NO_INTEGRAL and view.sound("reset_time"):
-        yield view.find("tuning", "reset_time", reset=decimal_text(view.loop.tuning.reset_time))
+        yield view.at("tuning", "reset_time", reset=decimal_text(view.loop.tuning.reset_time))
 
 
 @per_loop
@@ -96,7 +90,7 @@ def integral_as_good_as_off(view: LoopView) -> Iterator[Finding]:
     "proportional_gain {gain} drives the output through its limits at an error of {error}, less than 1 % of "
     "the PV's range",
 )
-def gain_acts_like_a_switch(view: LoopView) -> Iterator[Finding]:
+def gain_acts_like_a_switch(view: LoopView) -> Findings:
     """The proportional gain is so high that the smallest error saturates the output.
 
     Why: the gain is in % of output per unit of the PV (with `squared`, per unit squared): it depends on the unit, and
@@ -106,7 +100,7 @@ def gain_acts_like_a_switch(view: LoopView) -> Iterator[Finding]:
     """
     error = saturating_error(view)
     if error is not None and error * BAND < view.span and view.sound("proportional_gain"):
-        yield view.find(
+        yield view.at(
             "tuning",
             "proportional_gain",
             gain=number_text(view.loop.tuning.proportional_gain),
@@ -116,7 +110,7 @@ def gain_acts_like_a_switch(view: LoopView) -> Iterator[Finding]:
 
 @per_loop
 @info("PID334", D134, "proportional_gain {gain}: an error of the whole range ({span}) moves the output by {moves} only")
-def gain_moves_nothing(view: LoopView) -> Iterator[Finding]:
+def gain_moves_nothing(view: LoopView) -> Findings:
     """The proportional gain is so low that no error moves the output by 1 %.
 
     Why: the gain multiplies all three terms, so integral and derivative are as weak. The gain is in % of output per
@@ -127,7 +121,7 @@ def gain_moves_nothing(view: LoopView) -> Iterator[Finding]:
     gain, width = view.loop.tuning.proportional_gain, view.span
     moves = gain * (width * width if view.squared else width)
     if moves < 1 and view.sound("proportional_gain"):
-        yield view.find(
+        yield view.at(
             "tuning", "proportional_gain", gain=number_text(gain), span=view.eu(width), moves=f"{float(moves):.2g} %"
         )
 
@@ -144,7 +138,7 @@ def approximate(view: LoopView, value: Decimal) -> str:
     FREEZE,
     "freeze_bias is off: while the output stands at {low} or {high}, the integral with reset_time {reset} s goes on",
 )
-def windup_not_prevented(view: LoopView) -> Iterator[Finding]:
+def windup_not_prevented(view: LoopView) -> Findings:
     """A loop integrates while its output is at a limit.
 
     Why: as long as there is an error the bias keeps growing, although the output cannot follow. After a start-up or a
@@ -154,14 +148,14 @@ def windup_not_prevented(view: LoopView) -> Iterator[Finding]:
     """
     if view.integrates and view.sound("reset_time") and not view.loop.freeze_bias and travel(view) is not None:
         low, high = view.loop.output.limits
-        yield view.find(
+        yield view.at(
             "freeze_bias", low=view.co(low), high=view.co(high), reset=decimal_text(view.loop.tuning.reset_time)
         )
 
 
 @per_loop
 @info("PID336", FREEZE, "freeze_bias is on, but reset_time {reset} s leaves as good as no integral to stop")
-def freeze_without_integral(view: LoopView) -> Iterator[Finding]:
+def freeze_without_integral(view: LoopView) -> Findings:
     """The anti-windup is on for a loop without an integral.
 
     Why: it stops the integral at the limits of the output; with a reset time of 1000 s and more there is none to speak
@@ -170,4 +164,4 @@ def freeze_without_integral(view: LoopView) -> Iterator[Finding]:
     Fix: nothing, or leave `freeze_bias` out.
     """
     if view.loop.freeze_bias and view.loop.tuning.reset_time >= NO_INTEGRAL:
-        yield view.find("freeze_bias", reset=decimal_text(view.loop.tuning.reset_time))
+        yield view.at("freeze_bias", reset=decimal_text(view.loop.tuning.reset_time))

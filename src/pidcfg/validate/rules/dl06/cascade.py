@@ -10,10 +10,11 @@ from pidcfg.encoders.dl06.encode import OUTPUT_OFFSET, loop_start
 from pidcfg.refs import DL06, Decision
 from pidcfg.schemas.base import decimal_text
 from pidcfg.schemas.octal import v_name
-from pidcfg.validate.rule import Finding, error, warning
+from pidcfg.validate.ideas.cascades import rings
+from pidcfg.validate.ideas.duplicates import repeats
+from pidcfg.validate.rule import Finding, Findings, error, warning
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
     from decimal import Decimal
 
     from pidcfg.schemas.dl06 import Output, Pv
@@ -40,7 +41,7 @@ D25 = Decision(
 
 
 @error("PID256", POINTER, "cascade_from names {name}, but no loop of the file has this name")
-def unknown_major_loop(context: Dl06Context) -> Iterator[Finding]:
+def unknown_major_loop(context: Dl06Context) -> Findings:
     """`cascade_from` names a loop that does not exist.
 
     Why: without the address of the major loop's output the pointer in +32 would be 0, and the loop would have no set
@@ -53,11 +54,11 @@ def unknown_major_loop(context: Dl06Context) -> Iterator[Finding]:
         name = view.loop.cascade_from
         if name is not None and name not in names:
             near = difflib.get_close_matches(name, names, n=1, cutoff=0.6)
-            yield view.find("cascade_from", fix=f"did you mean {near[0]}?" if near else None, name=name)
+            yield view.at("cascade_from", fix=f"did you mean {near[0]}?" if near else None, name=name)
 
 
 @error("PID257", POINTER, "the remote set point of {name} is its own output in {word}")
-def loop_cascaded_to_itself(context: Dl06Context) -> Iterator[Finding]:
+def loop_cascaded_to_itself(context: Dl06Context) -> Findings:
     """A loop is its own major loop.
 
     Why: its output would become its set point: the loop chases itself to a limit.
@@ -66,7 +67,7 @@ def loop_cascaded_to_itself(context: Dl06Context) -> Iterator[Finding]:
     """
     for view in context.loops:
         if context.majors[view.index] == view.index:
-            yield view.find(link_key(view), name=view.loop.name, word=view.v("output"))
+            yield view.at(link_key(view), name=view.name, word=view.v("output"))
 
 
 def link_key(view: LoopView) -> str:
@@ -75,7 +76,7 @@ def link_key(view: LoopView) -> str:
 
 
 @error("PID258", CASCADED, "the cascade goes in a circle: {circle}")
-def cascade_cycle(context: Dl06Context) -> Iterator[Finding]:
+def cascade_cycle(context: Dl06Context) -> Findings:
     """Loops give each other their set points in a circle.
 
     Why: a cascade has one outermost loop, which runs in Auto. In a circle there is none: each loop waits for its minor
@@ -83,26 +84,15 @@ def cascade_cycle(context: Dl06Context) -> Iterator[Finding]:
 
     Fix: remove one of the links.
     """
-    reported: set[int] = set()
-    for view in context.loops:
-        circle = _circle(view.index, context.majors)
-        if len(circle) > 1 and not reported.intersection(circle):
-            reported.update(circle)
-            names = [context.loops[i].loop.name for i in (*circle, view.index)]
-            yield view.find(link_key(view), circle=" from ".join(names), plc_effect="the loops stay in Manual")
-
-
-def _circle(start: int, majors: tuple[int | None, ...]) -> list[int]:
-    """The loops from ``start`` back to it along the cascade; empty when the way leads elsewhere."""
-    way, at = [start], majors[start]
-    while at is not None and at not in way:
-        way.append(at)
-        at = majors[at]
-    return way if at == start else []
+    for ring in rings(context.majors):
+        if len(ring) > 1:
+            view = context.loops[ring[0]]
+            circle = " from ".join(context.loops[i].name for i in (*ring, ring[0]))
+            yield view.at(link_key(view), circle=circle, plc_effect="the loops stay in Manual")
 
 
 @error("PID259", CASCADED, "{minor} reads {format}, but {major} writes its output to {word} as {other}")
-def cascade_format_mismatch(context: Dl06Context) -> Iterator[Finding]:
+def cascade_format_mismatch(context: Dl06Context) -> Findings:
     """Major and minor loop of a cascade use different data formats.
 
     Why: the minor loop reads the major loop's output word as its set point, count for count. 4095 is full scale in 12
@@ -114,13 +104,11 @@ def cascade_format_mismatch(context: Dl06Context) -> Iterator[Finding]:
         written, read = major.scales["output"].format.name, minor.scales["pv"].format.name
         if written != read:
             key = ("pv", "format") if "format" in minor.loop.pv.model_fields_set else (link_key(minor),)
-            yield minor.find(
-                *key, minor=minor.loop.name, format=read, major=major.loop.name, other=written, word=major.v("output")
-            )
+            yield minor.at(*key, minor=minor.name, format=read, major=major.name, other=written, word=major.v("output"))
 
 
 @error("PID260", D24, "{minor} reads the output of {major} as {read}, but {major} writes it as {written}")
-def cascade_range_mismatch(context: Dl06Context) -> Iterator[Finding]:
+def cascade_range_mismatch(context: Dl06Context) -> Findings:
     """The major loop's output range differs from the minor loop's PV range.
 
     Why: counts pass, not engineering values. If the major loop's 100 % is 60 m3/h and the minor loop's is 50, a demand
@@ -134,11 +122,11 @@ def cascade_range_mismatch(context: Dl06Context) -> Iterator[Finding]:
         if (written is None) != (read is None):
             yield _one_range(major, minor)
         elif written is not None and read is not None and (written != read or not same_unit):
-            yield major.find(
+            yield major.at(
                 "output",
                 "range" if written != read else "unit",
-                minor=minor.loop.name,
-                major=major.loop.name,
+                minor=minor.name,
+                major=major.name,
                 read=_range_text(read, minor.loop.pv.unit),
                 written=_range_text(written, major.loop.output.unit),
             )
@@ -146,14 +134,15 @@ def cascade_range_mismatch(context: Dl06Context) -> Iterator[Finding]:
 
 def _one_range(major: LoopView, minor: LoopView) -> Finding:
     """Only one side has a scale: it cannot be compared, and the other side's values are raw counts."""
-    path = ("loops", major.index, "output") if major.loop.output.range is None else ("loops", minor.index, "pv")
-    values = {
-        "minor": minor.loop.name,
-        "major": major.loop.name,
-        "read": _scale_text(minor.loop.pv),
-        "written": _scale_text(major.loop.output),
-    }
-    return Finding(path, values, key=True, severity=Severity.WARNING)
+    view, part = (major, "output") if major.loop.output.range is None else (minor, "pv")
+    return view.at_key(
+        part,
+        severity=Severity.WARNING,
+        minor=minor.name,
+        major=major.name,
+        read=_scale_text(minor.loop.pv),
+        written=_scale_text(major.loop.output),
+    )
 
 
 def _scale_text(part: Pv | Output) -> str:
@@ -169,7 +158,7 @@ def _range_text(ends: tuple[Decimal, Decimal], unit: str | None) -> str:
     D25,
     "{minor} takes the square root of its PV, so its set point ends at {top} counts; {major} writes up to {most}",
 )
-def cascade_into_square_root(context: Dl06Context) -> Iterator[Finding]:
+def cascade_into_square_root(context: Dl06Context) -> Findings:
     """The minor loop of a cascade extracts the square root of its PV.
 
     Why: the set point of such a loop runs from 0 to the root of the span, the output of the major loop over the whole
@@ -180,20 +169,15 @@ def cascade_into_square_root(context: Dl06Context) -> Iterator[Finding]:
     for major, minor in context.cascades:
         most, top = major.counts("output_high"), minor.scales["sp"].full
         if minor.loop.pv.square_root and most is not None and most > round(top):
-            yield minor.find(
-                "pv",
-                "square_root",
-                minor=minor.loop.name,
-                top=round(top),
-                major=major.loop.name,
-                most=major.shown("output_high"),
+            yield minor.at(
+                "pv", "square_root", minor=minor.name, top=round(top), major=major.name, most=major.shown("output_high")
             )
 
 
 @warning(
     "PID262", SOURCES, "{major} is already the major loop of {first}; {name} takes the same output as its set point"
 )
-def shared_major_loop(context: Dl06Context) -> Iterator[Finding]:
+def shared_major_loop(context: Dl06Context) -> Findings:
     """Two minor loops have the same major loop.
 
     Why: each of them takes the major loop to Manual when it leaves Cascade, and each, on going to Cascade with Bumpless
@@ -201,15 +185,12 @@ def shared_major_loop(context: Dl06Context) -> Iterator[Finding]:
 
     Fix: give each minor loop a major loop of its own, or split the output in the ladder program.
     """
-    first: dict[int, str] = {}
-    for major, minor in context.cascades:
-        if major.index in first:
-            yield minor.find(link_key(minor), major=major.loop.name, first=first[major.index], name=minor.loop.name)
-        first.setdefault(major.index, minor.loop.name)
+    for major, minor, first in repeats((major.index, minor) for major, minor in context.cascades):
+        yield minor.at(link_key(minor), major=context.loops[major].name, first=first.name, name=minor.name)
 
 
 @error("PID263", POINTER, "remote_setpoint is {address}, but cascade_from {major} points {word} at {output}")
-def two_remote_setpoints(context: Dl06Context) -> Iterator[Finding]:
+def two_remote_setpoints(context: Dl06Context) -> Findings:
     """`cascade_from` and `remote_setpoint` name different words.
 
     Why: there is one pointer (+32). The loop can follow one of them only, and the file says both.
@@ -221,7 +202,7 @@ def two_remote_setpoints(context: Dl06Context) -> Iterator[Finding]:
         if loop.cascade_from is not None and loop.remote_setpoint is not None and major is not None:
             output = loop_start(context.config.plc, major) + OUTPUT_OFFSET
             if output != loop.remote_setpoint:
-                yield view.find(
+                yield view.at(
                     "remote_setpoint",
                     address=v_name(loop.remote_setpoint),
                     major=loop.cascade_from,
@@ -231,7 +212,7 @@ def two_remote_setpoints(context: Dl06Context) -> Iterator[Finding]:
 
 
 @error("PID264", POINTER, "remote_setpoint {address} is not the output word (+05) of a loop of the table {table}")
-def remote_setpoint_not_an_output(context: Dl06Context) -> Iterator[Finding]:
+def remote_setpoint_not_an_output(context: Dl06Context) -> Findings:
     """The remote set point pointer does not point at the output of another loop.
 
     Why: the pointer must be the address of the major loop's output: start of its table plus 5. With another word, mode
@@ -244,4 +225,4 @@ def remote_setpoint_not_an_output(context: Dl06Context) -> Iterator[Finding]:
         address = view.loop.remote_setpoint
         if address is not None and view.loop.cascade_from is None and address not in outputs:
             first, last = context.table
-            yield view.find("remote_setpoint", address=v_name(address), table=f"{v_name(first)}-{v_name(last)}")
+            yield view.at("remote_setpoint", address=v_name(address), table=f"{v_name(first)}-{v_name(last)}")

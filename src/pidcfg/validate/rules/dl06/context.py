@@ -23,19 +23,19 @@ from pidcfg.encoders.dl06.encode import (
     values_of,
 )
 from pidcfg.encoders.dl06.setup import Setup, check_setup
+from pidcfg.encoders.image import Block, Encoding
+from pidcfg.encoders.mapping import switched_on
 from pidcfg.encoders.maps.dl06 import CPU, LOOP_TABLE, RESET
-from pidcfg.encoders.plain import switched_on
 from pidcfg.encoders.regmap import scale_of
 from pidcfg.encoders.scales import Position, Scale
 from pidcfg.encoders.words import bcd_digits, bcd_word
 from pidcfg.schemas.base import Quantity, decimal_text
+from pidcfg.schemas.dl06 import Dl06File, Loop, RampSoakStep
 from pidcfg.schemas.octal import v_name
-from pidcfg.validate.rule import Finding
+from pidcfg.validate.views import Context, View, complete
 
 if TYPE_CHECKING:
     from pidcfg.diagnostics import Path
-    from pidcfg.encoders.image import Block, Encoding
-    from pidcfg.schemas.dl06 import Dl06File, Loop, RampSoakStep
 
 WORDS = {word.name: word for word in LOOP_TABLE.words}
 NINES = 9999
@@ -58,12 +58,10 @@ class Pair:
 
 
 @dataclass(frozen=True)
-class LoopView:
+class LoopView(View[Loop]):
     """A loop, its place in the file and in memory, and what its words hold."""
 
     config: Dl06File
-    index: int
-    loop: Loop
     block: Block
     steps: tuple[Block, ...]
 
@@ -104,8 +102,7 @@ class LoopView:
 
     def holds(self, *names: str) -> list[int]:
         """The counts of several registers; empty as soon as one of them does not fit (which another rule reports)."""
-        found = [count for name in names if (count := self.counts(name)) is not None]
-        return found if len(found) == len(names) else []
+        return complete(map(self.counts, names))
 
     @cached_property
     def pairs(self) -> tuple[Pair, ...]:
@@ -146,17 +143,13 @@ class LoopView:
         """Counts as a position in the user's unit."""
         return self.text(self.scales[scale].value(counts), scale, counts)
 
+    def distance(self, counts: int) -> str:
+        """Counts as a difference on the PV's scale in the user's unit."""
+        return self.text(self.scales["pv"].span_value(counts), "pv", counts)
+
     def v(self, name: str) -> str:
         """The address of one of the loop's registers: ``V2013``."""
         return v_name(loop_start(self.config.plc, self.index) + WORDS[name].offset)
-
-    def find(self, *path: str | int, plc_effect: str | None = None, fix: str | None = None, **values: Any) -> Finding:
-        """A finding below this loop."""
-        return Finding(("loops", self.index, *path), values, plc_effect=plc_effect, fix=fix)
-
-    def find_key(self, *path: str | int, **values: Any) -> Finding:
-        """A finding that points at a key: what it opens is a block of lines."""
-        return Finding(("loops", self.index, *path), values, key=True)
 
     def status(self, bit: int, meaning: str) -> str:
         """An effect that the loop's status word +06 shows."""
@@ -190,9 +183,23 @@ class LoopView:
         return switched_on(self.loop.pv.filter_enabled, self.loop.pv.filter)
 
     @property
+    def deadband_on(self) -> bool:
+        """Whether the deadband's bit is set."""
+        return switched_on(self.loop.error.deadband_enabled, self.loop.error.deadband)
+
+    @property
+    def derivative_limited(self) -> bool:
+        """Whether the derivative gain limit's bit is set."""
+        return switched_on(self.loop.derivative_gain_limit_enabled, self.loop.derivative_gain_limit)
+
+    @property
     def setpoint_limited(self) -> bool:
         """Whether the set point limits' bit is set."""
         return switched_on(self.loop.setpoint.limits_enabled, self.loop.setpoint.limits)
+
+    def raw(self, setpoint: int) -> int:
+        """The counts of the PV at a set point: its square where the PV's root is taken."""
+        return setpoint * abs(setpoint) if self.loop.pv.square_root else setpoint
 
     @property
     def bipolar(self) -> bool:
@@ -201,11 +208,8 @@ class LoopView:
 
 
 @dataclass(frozen=True)
-class Dl06Context:
+class Dl06Context(Context[Dl06File, Encoding]):
     """A configuration, its image, and its loops one by one."""
-
-    config: Dl06File
-    encoding: Encoding
 
     @cached_property
     def loops(self) -> tuple[LoopView, ...]:
@@ -214,7 +218,7 @@ class Dl06Context:
         steps: dict[int, list[Block]] = {i: [] for i in range(len(loops))}
         for block in blocks[len(loops) : -1]:
             steps[int(block.place[1])].append(block)
-        return tuple(LoopView(self.config, i, loop, blocks[i], tuple(steps[i])) for i, loop in enumerate(loops))
+        return tuple(LoopView(i, loop, self.config, blocks[i], tuple(steps[i])) for i, loop in enumerate(loops))
 
     @property
     def count(self) -> int:

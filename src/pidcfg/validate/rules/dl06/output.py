@@ -6,11 +6,9 @@ from typing import TYPE_CHECKING
 
 from pidcfg.refs import DL06, Decision
 from pidcfg.schemas.base import decimal_text
-from pidcfg.validate.rule import Finding, error, per_loop, warning
+from pidcfg.validate.rule import Findings, error, per_loop, warning
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
     from pidcfg.validate.rules.dl06.context import LoopView
 
 LIMITS = DL06.at("Control Output Configuration")
@@ -28,7 +26,7 @@ D15 = Decision(
 
 @per_loop
 @error("PID224", LIMITS, "the upper output limit {high} is below the lower limit {low}")
-def output_limits_crossed(view: LoopView) -> Iterator[Finding]:
+def output_limits_crossed(view: LoopView) -> Findings:
     """The upper output limit is below the lower one.
 
     Why: every output is outside one of the limits; what the CPU writes is not documented, and the actuator sits still.
@@ -36,12 +34,12 @@ def output_limits_crossed(view: LoopView) -> Iterator[Finding]:
     Fix: write the lower limit first. The direction of control is the loop's `action`, not the order of the limits.
     """
     if (limits := view.holds("output_low", "output_high")) and limits[0] > limits[1]:
-        yield view.find("output", "limits", 1, high=view.shown("output_high"), low=view.shown("output_low"))
+        yield view.at("output", "limits", 1, high=view.shown("output_high"), low=view.shown("output_low"))
 
 
 @per_loop
 @error("PID225", CHECKS, "the output limits {low} and {high} are equal for the PLC: the output cannot move")
-def output_limits_equal(view: LoopView) -> Iterator[Finding]:
+def output_limits_equal(view: LoopView) -> Findings:
     """The two output limits are the same number of counts.
 
     Why: the output is pinned. The manual's open-loop test says: make sure that the limits are not equal to each other.
@@ -51,7 +49,7 @@ def output_limits_equal(view: LoopView) -> Iterator[Finding]:
     """
     limits = view.holds("output_low", "output_high")
     if limits and limits[0] == limits[1] and not pinned_to_zero(limits):
-        yield view.find("output", "limits", 1, low=view.shown("output_low"), high=view.shown("output_high"))
+        yield view.at("output", "limits", 1, low=view.shown("output_low"), high=view.shown("output_high"))
 
 
 def pinned_to_zero(limits: list[int]) -> bool:
@@ -61,7 +59,7 @@ def pinned_to_zero(limits: list[int]) -> bool:
 
 @per_loop
 @error("PID226", TROUBLE, "the upper output limit is {high}, so {word} stays 0 whatever the error is")
-def output_upper_limit_zero(view: LoopView) -> Iterator[Finding]:
+def output_upper_limit_zero(view: LoopView) -> Findings:
     """The upper output limit is 0 counts.
 
     Why: "the control output stays at zero constantly in Automatic Mode" has this as its first cause in the manual's
@@ -71,12 +69,12 @@ def output_upper_limit_zero(view: LoopView) -> Iterator[Finding]:
     """
     limits = view.holds("output_low", "output_high")
     if limits and limits[0] <= limits[1] and pinned_to_zero(limits):
-        yield view.find("output", "limits", 1, high=view.shown("output_high"), word=view.v("output"))
+        yield view.at("output", "limits", 1, high=view.shown("output_high"), word=view.v("output"))
 
 
 @per_loop
 @warning("PID227", D15, "{low} is {counts} counts in the {format} format: a signal of 0 counts would read as {middle}")
-def bipolar_format_for_positive_range(view: LoopView) -> Iterator[Finding]:
+def bipolar_format_for_positive_range(view: LoopView) -> Findings:
     """A bipolar data format is scaled with a range that has no negative values.
 
     Why: the low end of the range stands for the negative end of the format. An analog module that delivers 0 to 4095
@@ -87,7 +85,7 @@ def bipolar_format_for_positive_range(view: LoopView) -> Iterator[Finding]:
     for key, part in (("pv", view.loop.pv), ("output", view.loop.output)):
         scale = view.scales[key]
         if part.range is not None and part.range[0] >= 0 and scale.format.minimum < 0:
-            yield view.find(
+            yield view.at(
                 key,
                 "range",
                 low=decimal_text(part.range[0]),

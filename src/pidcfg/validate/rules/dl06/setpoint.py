@@ -4,13 +4,11 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from pidcfg.encoders.plain import switched_on
 from pidcfg.refs import DL06, Decision
-from pidcfg.validate.rule import Finding, error, info, once, per_loop, warning
+from pidcfg.validate.ideas import alarms
+from pidcfg.validate.rule import Findings, error, info, per_loop, reported_once, warning
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
     from pidcfg.validate.rules.dl06.context import Dl06Context, LoopView
 
 LIMITS = DL06.at("Setpoint (SP) Limits")
@@ -29,7 +27,7 @@ D18 = Decision(
 
 @per_loop
 @error("PID228", LIMITS, "the upper set point limit {high} is not above the lower limit {low}")
-def setpoint_limits_not_ascending(view: LoopView) -> Iterator[Finding]:
+def setpoint_limits_not_ascending(view: LoopView) -> Findings:
     """The set point limits are on, and the upper one is equal to or below the lower one.
 
     Why: the calculation applies the limits before each sample; limits that are equal pin the set point, crossed ones
@@ -39,7 +37,7 @@ def setpoint_limits_not_ascending(view: LoopView) -> Iterator[Finding]:
     """
     limits = view.holds("setpoint_low", "setpoint_high")
     if view.setpoint_limited and limits and limits[0] >= limits[1]:
-        yield view.find("setpoint", "limits", 1, high=view.shown("setpoint_high"), low=view.shown("setpoint_low"))
+        yield view.at("setpoint", "limits", 1, high=view.shown("setpoint_high"), low=view.shown("setpoint_low"))
 
 
 @per_loop
@@ -48,7 +46,7 @@ def setpoint_limits_not_ascending(view: LoopView) -> Iterator[Finding]:
     LIMITS,
     "the set point {value} is outside the limits {low} to {high}: the loop controls to the nearer limit",
 )
-def setpoint_outside_limits(view: LoopView) -> Iterator[Finding]:
+def setpoint_outside_limits(view: LoopView) -> Findings:
     """The set point lies outside the loop's own set point limits.
 
     Why: any value may be written to +02, and the word keeps it; the limit is applied inside the calculation only. The
@@ -60,7 +58,7 @@ def setpoint_outside_limits(view: LoopView) -> Iterator[Finding]:
     if view.loop.setpoint.value is None or not view.setpoint_limited or not words or words[0] >= words[2]:
         return
     if not words[0] <= words[1] <= words[2]:
-        yield view.find(
+        yield view.at(
             "setpoint",
             "value",
             value=view.shown("setpoint"),
@@ -71,7 +69,7 @@ def setpoint_outside_limits(view: LoopView) -> Iterator[Finding]:
 
 @per_loop
 @info("PID230", LIMITS, "set point limits {low} and {high} are stored, but bit 3 of {word} is off: they limit nothing")
-def setpoint_limits_switched_off(view: LoopView) -> Iterator[Finding]:
+def setpoint_limits_switched_off(view: LoopView) -> Findings:
     """Set point limits are given, but not enabled.
 
     Why: the words +26 and +27 hold them, so they show up in every listing; without the enable bit they guard nothing.
@@ -79,7 +77,7 @@ def setpoint_limits_switched_off(view: LoopView) -> Iterator[Finding]:
     Fix: remove `limits_enabled: false`, or the limits.
     """
     if view.loop.setpoint.limits is not None and not view.setpoint_limited:
-        yield view.find(
+        yield view.at(
             "setpoint",
             "limits_enabled",
             word=view.v("mode_setting_2"),
@@ -93,7 +91,7 @@ def setpoint_limits_switched_off(view: LoopView) -> Iterator[Finding]:
     TROUBLE,
     "the set point {value} is replaced by the PV when the loop goes from Manual to Auto (Bumpless I){others}",
 )
-def setpoint_replaced_on_transfer(context: Dl06Context) -> Iterator[Finding]:
+def setpoint_replaced_on_transfer(context: Dl06Context) -> Findings:
     """The set point of the file does not survive the change to Auto.
 
     Why: Bumpless Transfer I makes the set point equal to the PV at that moment. "The loop setpoint appears to be
@@ -102,19 +100,17 @@ def setpoint_replaced_on_transfer(context: Dl06Context) -> Iterator[Finding]:
 
     Fix: let the operator or the ladder program write the set point after the change to Auto, or take Bumpless II.
     """
-    found = [
+    replaced = [
         view
         for view in context.loops
         if view.loop.mode == "auto" and view.loop.bumpless == "I" and view.loop.setpoint.value is not None
     ]
-    if found:
-        first, *others = found
-        yield once(first.find("setpoint", "value", value=first.shown("setpoint")), [view.loop.name for view in others])
+    return reported_once(replaced, lambda view: view.at("setpoint", "value", value=view.shown("setpoint")))
 
 
 @per_loop
 @warning("PID232", BUMPLESS, "no set point is given: with Bumpless II the loop goes to Auto with {word} at {zero}")
-def setpoint_left_at_zero(view: LoopView) -> Iterator[Finding]:
+def setpoint_left_at_zero(view: LoopView) -> Findings:
     """A loop with Bumpless Transfer II is meant for Auto, and nothing gives its set point.
 
     Why: the word is downloaded as 0. Type II does not copy the PV to it (type I would), so the loop drives the process
@@ -124,35 +120,28 @@ def setpoint_left_at_zero(view: LoopView) -> Iterator[Finding]:
     """
     loop = view.loop
     if loop.mode == "auto" and loop.bumpless == "II" and loop.setpoint.value is None:
-        yield view.find("setpoint", word=view.v("setpoint"), zero=view.eu(0, "sp"))
+        yield view.at("setpoint", word=view.v("setpoint"), zero=view.eu(0, "sp"))
 
 
 @per_loop
 @warning("PID233", DEADBAND, "the error deadband is on with {value}: it ignores nothing")
-def deadband_of_zero(view: LoopView) -> Iterator[Finding]:
+def deadband_of_zero(view: LoopView) -> Findings:
     """The error deadband is on, but its word holds 0 counts.
 
     Why: a deadband narrower than half a count of the data format is stored as 0, and a bit without a value means 0 too.
 
     Fix: give a deadband of at least one count, or switch it off.
     """
-    error = view.loop.error
-    if deadband_on(view) and view.counts("deadband") == 0:
-        key = "deadband_enabled" if error.deadband is None else "deadband"
-        yield view.find("error", key, value=view.shown("deadband"))
+    return alarms.deadband_of_zero(view)
 
 
-def deadband_on(view: LoopView) -> bool:
-    """Whether the deadband's bit is set."""
-    return switched_on(view.loop.error.deadband_enabled, view.loop.error.deadband)
-
-
+@per_loop
 @warning(
     "PID234",
     D18,
     "the error deadband of {value} is not less than the distance {limit} from the set point to the {alarm} alarm",
 )
-def deadband_reaches_alarm(context: Dl06Context) -> Iterator[Finding]:
+def deadband_reaches_alarm(view: LoopView) -> Findings:
     """The error deadband is as wide as the distance from the set point to an alarm.
 
     Why: inside the deadband the error counts as zero and the output stays where it is. The PV may drift into the alarm,
@@ -160,28 +149,11 @@ def deadband_reaches_alarm(context: Dl06Context) -> Iterator[Finding]:
 
     Fix: make the deadband narrower than the yellow deviation limit and the distance to the low and high alarms.
     """
-    for view in context.loops:
-        width = view.counts("deadband")
-        if not deadband_on(view) or not width or view.loop.pv.square_root:
-            continue
-        for name, distance in _distances(view):
-            if 0 < distance <= width:
-                scale = view.scales["pv"]
-                yield view.find(
-                    "error",
-                    "deadband",
-                    value=view.shown("deadband"),
-                    alarm=name,
-                    limit=view.text(scale.span_value(distance), "pv", distance),
-                )
-                break
-
-
-def _distances(view: LoopView) -> Iterator[tuple[str, int]]:
-    """How far the alarms are from the set point, in counts."""
-    if view.deviation_alarms and (yellow := view.counts("deviation_yellow")):
-        yield "yellow deviation", yellow
-    words = view.holds("pv_low", "setpoint", "pv_high")
-    if view.pv_alarms and words and view.loop.setpoint.value is not None:
-        yield "low", words[1] - words[0]
-        yield "high", words[2] - words[1]
+    width = view.counts("deadband")
+    if view.deadband_on and width and not view.loop.pv.square_root:
+        setpoint = None if view.loop.setpoint.value is None else view.counts("setpoint")
+        alarm = alarms.alarm_within(view, width, setpoint, ("yellow deviation", "deviation_yellow"))
+        if alarm is not None:
+            yield view.at(
+                "error", "deadband", value=view.shown("deadband"), alarm=alarm[0], limit=view.distance(alarm[1])
+            )

@@ -8,13 +8,12 @@ from pidcfg.encoders.dl06.encode import LOOP_SIZE
 from pidcfg.encoders.maps.dl06 import CPU, D03, LOOP_TABLE
 from pidcfg.refs import DL06
 from pidcfg.schemas.octal import v_name
-from pidcfg.validate.rule import Finding, error, info, once, per_loop, warning
+from pidcfg.validate.ideas.duplicates import repeats
+from pidcfg.validate.rule import Finding, Findings, error, info, per_loop, reported_once, warning
 from pidcfg.validate.rules.dl06.ramp_soak import tables
 from pidcfg.validate.rules.dl06.setup import between
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
     from pidcfg.schemas.dl06 import Transfer
     from pidcfg.validate.rules.dl06.context import Dl06Context, LoopView
 
@@ -35,7 +34,7 @@ def channel_of(transfer: Transfer | None) -> tuple[int, int] | None:
 @warning(
     "PID289", MODES, "the loop is independent of the CPU mode, but {missing}: in Program mode nothing moves {words}"
 )
-def independent_loop_without_transfer(context: Dl06Context) -> Iterator[Finding]:
+def independent_loop_without_transfer(context: Dl06Context) -> Findings:
     """A loop is to run while the CPU is in Program mode, without direct access to the channels of PV and output.
 
     Why: in Program mode the ladder program stands still, and with it the copying of analog values. The loop would go on
@@ -59,12 +58,12 @@ def independent_loop_without_transfer(context: Dl06Context) -> Iterator[Finding]
             missing.insert(0, "pv")
         if reasons:
             words = " and ".join(view.v(key) for key in missing)
-            yield view.find("independent_of_cpu_mode", missing=" and ".join(reasons), words=words)
+            yield view.at("independent_of_cpu_mode", missing=" and ".join(reasons), words=words)
 
 
 @per_loop
 @error("PID290", FROM_MEMORY, "the PV's source {address} is outside {allowed}")
-def transfer_source_outside_memory(view: LoopView) -> Iterator[Finding]:
+def transfer_source_outside_memory(view: LoopView) -> Findings:
     """The PV is transferred from a V-memory word that the manual does not allow.
 
     Why: the transfer reads V400-V677, V1200-V7377 and V10000-V17777 only; elsewhere lie timers, system words and words
@@ -76,7 +75,7 @@ def transfer_source_outside_memory(view: LoopView) -> Iterator[Finding]:
     if transfer is None or transfer.address is None:
         return
     if not any(low <= transfer.address <= high for low, high in CPU.transfer_sources):
-        yield view.find(
+        yield view.at(
             "pv",
             "transfer",
             "address",
@@ -87,7 +86,7 @@ def transfer_source_outside_memory(view: LoopView) -> Iterator[Finding]:
 
 @per_loop
 @error("PID291", TRANSFER, "output.transfer names {address}, but {word} holds slot and channel only")
-def output_transferred_to_memory(view: LoopView) -> Iterator[Finding]:
+def output_transferred_to_memory(view: LoopView) -> Findings:
     """The output is to be transferred to a V-memory word.
 
     Why: a V-memory address is an option of the PV's word (+36) alone. In the output's word (+37) its digits would be
@@ -97,27 +96,20 @@ def output_transferred_to_memory(view: LoopView) -> Iterator[Finding]:
     """
     transfer = view.loop.output.transfer
     if transfer is not None and transfer.address is not None:
-        yield view.find(
-            "output", "transfer", "address", address=v_name(transfer.address), word=view.v("output_transfer")
-        )
+        yield view.at("output", "transfer", "address", address=v_name(transfer.address), word=view.v("output_transfer"))
 
 
 @error("PID292", SOURCES, "slot {slot}, channel {channel} is already the output of {other}")
-def output_channel_written_twice(context: Dl06Context) -> Iterator[Finding]:
+def output_channel_written_twice(context: Dl06Context) -> Findings:
     """Two loops transfer their outputs to the same channel.
 
     Why: the loop that is calculated last wins; the actuator jumps between two outputs, and neither loop controls.
 
     Fix: correct the slot or channel of one of them.
     """
-    first: dict[tuple[int, int], str] = {}
-    for view in context.loops:
-        channel = channel_of(view.loop.output.transfer)
-        if channel is None:
-            continue
-        if channel in first:
-            yield view.find_key("output", "transfer", slot=channel[0], channel=channel[1], other=first[channel])
-        first.setdefault(channel, view.loop.name)
+    rows = ((channel_of(view.loop.output.transfer), view) for view in context.loops)
+    for channel, view, first in repeats((channel, view) for channel, view in rows if channel is not None):
+        yield view.at_key("output", "transfer", slot=channel[0], channel=channel[1], other=first.name)
 
 
 @info(
@@ -125,7 +117,7 @@ def output_channel_written_twice(context: Dl06Context) -> Iterator[Finding]:
     SELECT,
     "slot {slot}, channel {channel} is also the PV of {other}: right only for a combined input/output module",
 )
-def channel_read_and_written(context: Dl06Context) -> Iterator[Finding]:
+def channel_read_and_written(context: Dl06Context) -> Findings:
     """An output goes to the slot and channel from which a PV is read.
 
     Why: a module either measures or drives, except for the combination modules, which count inputs and outputs from 1
@@ -137,15 +129,15 @@ def channel_read_and_written(context: Dl06Context) -> Iterator[Finding]:
     for view in context.loops:
         channel = channel_of(view.loop.pv.transfer)
         if channel is not None:
-            read.setdefault(channel, view.loop.name)
+            read.setdefault(channel, view.name)
     for view in context.loops:
         channel = channel_of(view.loop.output.transfer)
         if channel is not None and channel in read:
-            yield view.find_key("output", "transfer", slot=channel[0], channel=channel[1], other=read[channel])
+            yield view.at_key("output", "transfer", slot=channel[0], channel=channel[1], other=read[channel])
 
 
 @warning("PID294", SOURCES, "the PV's source {address} is {what}")
-def pv_source_in_pid_table(context: Dl06Context) -> Iterator[Finding]:
+def pv_source_in_pid_table(context: Dl06Context) -> Findings:
     """The PV is transferred from a word of the loop table or of a ramp/soak table.
 
     Why: those words are settings or results of loops, not measurements. Usually the word that the analog module writes
@@ -156,7 +148,7 @@ def pv_source_in_pid_table(context: Dl06Context) -> Iterator[Finding]:
     for view in context.loops:
         transfer = view.loop.pv.transfer
         if transfer is not None and transfer.address is not None and (what := _in_tables(context, transfer.address)):
-            yield view.find("pv", "transfer", "address", address=v_name(transfer.address), what=what)
+            yield view.at("pv", "transfer", "address", address=v_name(transfer.address), what=what)
 
 
 def _in_tables(context: Dl06Context, address: int) -> str:
@@ -167,7 +159,7 @@ def _in_tables(context: Dl06Context, address: int) -> str:
         word = next(word for word in LOOP_TABLE.words if word.offset == offset)
         return f"word +{offset:02o} ({word.title}) of loop {index + 1}"
     owner = next((view for view, start, end in tables(context) if start <= address <= end), None)
-    return "" if owner is None else f"in the ramp/soak table of {owner.loop.name}"
+    return "" if owner is None else f"in the ramp/soak table of {owner.name}"
 
 
 @info(
@@ -176,7 +168,7 @@ def _in_tables(context: Dl06Context, address: int) -> str:
     "{word} holds {digits}: slot {slot} by the manual's table (1 to 4), but its text counts slots from "
     "0{hexadecimal}{others}",
 )
-def slot_counted_two_ways(context: Dl06Context) -> Iterator[Finding]:
+def slot_counted_two_ways(context: Dl06Context) -> Findings:
     """The manual counts the slots of the option cards in two ways.
 
     Why: its table says 1 to 4; its text says that slot 1 is the second slot and slot 0 is adjacent to the CPU. The file
@@ -185,21 +177,24 @@ def slot_counted_two_ways(context: Dl06Context) -> Iterator[Finding]:
 
     Fix: nothing, once the first download has shown that the PV follows the right terminal.
     """
-    found = [
-        (view, key, channel)
-        for view in context.loops
-        for key, transfer in (("pv", view.loop.pv.transfer), ("output", view.loop.output.transfer))
-        if (channel := channel_of(transfer)) is not None
-    ]
-    if found:
-        view, key, channel = found[0]
-        names = dict.fromkeys(other.loop.name for other, _, _ in found)
-        yield once(_slot(view, key, *channel), [name for name in names if name != view.loop.name])
+    first: dict[str, LoopView] = {}
+    for view in context.loops:
+        if _channels(view):
+            first.setdefault(view.name, view)
+    return reported_once(list(first.values()), _slot)
 
 
-def _slot(view: LoopView, key: str, slot: int, channel: int) -> Finding:
+def _channels(view: LoopView) -> list[tuple[str, tuple[int, int]]]:
+    """What of a loop is transferred from or to a channel, with its slot and channel."""
+    transfers = (("pv", view.loop.pv.transfer), ("output", view.loop.output.transfer))
+    return [(key, channel) for key, transfer in transfers if (channel := channel_of(transfer)) is not None]
+
+
+def _slot(view: LoopView) -> Finding:
+    """What the word of a loop's first channel holds."""
+    key, (slot, channel) = _channels(view)[0]
     word = view.block.encoded.words[LOOP_TABLE.offset(f"{key}_transfer")]
     shown = "" if channel <= 9 else f", and channel {channel} is stored as {channel:02X} hex"
-    return view.find_key(
+    return view.at_key(
         key, "transfer", word=view.v(f"{key}_transfer"), digits=f"{word:04X}", slot=slot, hexadecimal=shown
     )

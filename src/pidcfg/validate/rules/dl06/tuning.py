@@ -7,15 +7,13 @@ from typing import TYPE_CHECKING
 
 from pidcfg.encoders.dl06.encode import reset_value
 from pidcfg.encoders.maps.dl06 import D01, RESET
-from pidcfg.encoders.plain import switched_on
 from pidcfg.encoders.words import EncodeError, bcd_digits
 from pidcfg.refs import DL06, Decision
 from pidcfg.schemas.base import decimal_text
-from pidcfg.validate.rule import Finding, error, info, once, per_loop, warning
+from pidcfg.validate.rule import Finding, Findings, error, info, per_loop, reported_once, warning
+from pidcfg.validate.views import value_or_switch
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
     from pidcfg.validate.rules.dl06.context import Dl06Context, LoopView
 
 TERMS = DL06.at("P-I-D Loop Terms")
@@ -46,7 +44,7 @@ LARGEST_LIMIT = 20
     "reset {value} {unit} is stored as {digits}: {one} {unit} by the manual's feature table (xxx.x), "
     "{two} {unit} by its text (xx.xx){others}",
 )
-def reset_has_two_readings(context: Dl06Context) -> Iterator[Finding]:
+def reset_has_two_readings(context: Dl06Context) -> Findings:
     """The manual contradicts itself about the decimals of the reset word, and the file takes no side.
 
     Why: the feature table says 0.1 to 999.8, the text says that all three gains are xx.xx. The wrong reading makes the
@@ -56,20 +54,22 @@ def reset_has_two_readings(context: Dl06Context) -> Iterator[Finding]:
     the warning goes away with it.
     """
     if "reset_decimals" in context.config.plc.model_fields_set:
-        return
-    found = [(view, digits) for view in context.loops if (digits := reset_digits(view)) is not None]
-    if found:
-        view, digits = found[0]
-        first = view.find(
-            "tuning",
-            "reset",
-            value=decimal_text(reset_value(view.loop)),
-            unit=reset_unit(view),
-            digits=f"{digits:04}",
-            one=digits * RESET[1].step,
-            two=digits * RESET[2].step,
-        )
-        yield once(first, [other.loop.name for other, _ in found[1:]])
+        return iter(())
+    return reported_once([view for view in context.loops if reset_digits(view) is not None], _two_readings)
+
+
+def _two_readings(view: LoopView) -> Finding:
+    """The two times that the reset word of a loop may mean."""
+    digits = reset_digits(view) or 0
+    return view.at(
+        "tuning",
+        "reset",
+        value=decimal_text(reset_value(view.loop)),
+        unit=reset_unit(view),
+        digits=f"{digits:04}",
+        one=digits * RESET[1].step,
+        two=digits * RESET[2].step,
+    )
 
 
 def reset_digits(view: LoopView) -> int | None:
@@ -90,7 +90,7 @@ def reset_unit(view: LoopView) -> str:
     TERMS,
     "reset {value} {unit} is stored as 9999, which switches the integral term off; the largest reset is {limit} {unit}",
 )
-def reset_is_the_off_code(context: Dl06Context) -> Iterator[Finding]:
+def reset_is_the_off_code(context: Dl06Context) -> Findings:
     """A reset time is written as a number that the PLC takes for "no integral": 999.9, or 9999 as in the manual's text.
 
     Why: the word 9999 removes the integrator. As a number it looks like a very slow integral, and the loop keeps an
@@ -102,12 +102,12 @@ def reset_is_the_off_code(context: Dl06Context) -> Iterator[Finding]:
         value = reset_value(view.loop)
         if value in view.off_resets:
             step = RESET[context.config.plc.reset_decimals].step
-            yield view.find("tuning", "reset", value=decimal_text(value), unit=reset_unit(view), limit=9998 * step)
+            yield view.at("tuning", "reset", value=decimal_text(value), unit=reset_unit(view), limit=9998 * step)
 
 
 @per_loop
 @info("PID213", D12, "gain is 0: no proportional term; {terms} as if the gain were 1")
-def gain_of_zero(view: LoopView) -> Iterator[Finding]:
+def gain_of_zero(view: LoopView) -> Findings:
     """The gain is 0: the other terms act as if it were 1.
 
     Why: by the printed formula Ki = Kc·Ts/Ti a gain of 0 would switch everything off, yet the manual offers it for
@@ -117,12 +117,12 @@ def gain_of_zero(view: LoopView) -> Iterator[Finding]:
     """
     tuning = view.loop.tuning
     if tuning.gain == 0 and view.reset is not None and not tuning.rate:
-        yield view.find("tuning", "gain", terms="the integral acts")
+        yield view.at("tuning", "gain", terms="the integral acts")
 
 
 @per_loop
 @error("PID214", SUBSET, "gain 0, reset off and rate 0 s: no term is left, and the output never moves")
-def no_control_term(view: LoopView) -> Iterator[Finding]:
+def no_control_term(view: LoopView) -> Findings:
     """Proportional, integral and derivative terms are all switched off.
 
     Why: in Auto the output stays where Manual left it, whatever the error is; the loop looks alive and controls
@@ -132,12 +132,12 @@ def no_control_term(view: LoopView) -> Iterator[Finding]:
     """
     tuning = view.loop.tuning
     if tuning.gain == 0 and view.reset is None and tuning.rate == 0:
-        yield view.find("tuning", "gain")
+        yield view.at("tuning", "gain")
 
 
 @per_loop
 @warning("PID215", SUBSET, "rate is {rate} s with gain 0: {terms} alone is not among P, PI, PD, PID and I")
-def derivative_without_proportional(view: LoopView) -> Iterator[Finding]:
+def derivative_without_proportional(view: LoopView) -> Findings:
     """Derivative alone, or integral and derivative without proportional.
 
     Why: the manual recommends none but P, PI, PD, PID and I, because most other combinations are inherently unstable: a
@@ -148,7 +148,7 @@ def derivative_without_proportional(view: LoopView) -> Iterator[Finding]:
     tuning = view.loop.tuning
     if tuning.gain == 0 and tuning.rate > 0:
         terms = "D" if view.reset is None else "ID"
-        yield view.find("tuning", "rate", rate=decimal_text(tuning.rate), terms=terms)
+        yield view.at("tuning", "rate", rate=decimal_text(tuning.rate), terms=terms)
 
 
 @per_loop
@@ -158,7 +158,7 @@ def derivative_without_proportional(view: LoopView) -> Iterator[Finding]:
     "reset is {reset} s, shorter than the sample_rate of {sample} s: each sample integrates {times} times the "
     "proportional action",
 )
-def integral_faster_than_proportional(view: LoopView) -> Iterator[Finding]:
+def integral_faster_than_proportional(view: LoopView) -> Findings:
     """The reset time is shorter than the time between two samples.
 
     Why: Ki = Kc·Ts/Ti then exceeds Kc: the integral answers an error more strongly than the proportional term within
@@ -168,7 +168,7 @@ def integral_faster_than_proportional(view: LoopView) -> Iterator[Finding]:
     """
     reset, sample = view.reset, view.loop.sample_rate
     if reset is not None and 0 < reset < sample and "reset" not in view.misfits:
-        yield view.find(
+        yield view.at(
             "tuning", "reset", reset=decimal_text(reset), sample=decimal_text(sample), times=f"{sample / reset:.1f}"
         )
 
@@ -179,7 +179,7 @@ def integral_faster_than_proportional(view: LoopView) -> Iterator[Finding]:
     DERIVATIVE_LIMIT,
     "the derivative gain limit is on with {limit}, so rate {rate} s has no effect; the limit's range is 1 to 20",
 )
-def derivative_limited_to_nothing(view: LoopView) -> Iterator[Finding]:
+def derivative_limited_to_nothing(view: LoopView) -> Findings:
     """The derivative gain limit is on, but its word holds 0.
 
     Why: the manual accepts 0 to 20 in one place and says 1 to 20 in another. A limit of 0 leaves no derivative, which
@@ -188,15 +188,14 @@ def derivative_limited_to_nothing(view: LoopView) -> Iterator[Finding]:
     Fix: give `derivative_gain_limit` a value from 1 to 20 (8 to 10 is usual), or switch the limit off.
     """
     loop, limit = view.loop, view.loop.derivative_gain_limit
-    on = switched_on(loop.derivative_gain_limit_enabled, limit)
-    if on and not limit and loop.tuning.rate > 0:
-        key = "derivative_gain_limit_enabled" if limit is None else "derivative_gain_limit"
-        yield view.find(key, limit="no value" if limit is None else 0, rate=decimal_text(loop.tuning.rate))
+    if view.derivative_limited and not limit and loop.tuning.rate > 0:
+        key = value_or_switch(loop, "derivative_gain_limit")
+        yield view.at(key, limit="no value" if limit is None else 0, rate=decimal_text(loop.tuning.rate))
 
 
 @per_loop
 @info("PID218", DERIVATIVE_LIMIT, "derivative_gain_limit is {limit}, but rate is 0 s: there is no derivative to limit")
-def derivative_limit_without_rate(view: LoopView) -> Iterator[Finding]:
+def derivative_limit_without_rate(view: LoopView) -> Findings:
     """A derivative gain limit is set for a loop without a derivative term.
 
     Why: it does nothing; usually the rate was meant to be set, or was taken out during tuning.
@@ -204,8 +203,8 @@ def derivative_limit_without_rate(view: LoopView) -> Iterator[Finding]:
     Fix: set the rate, or remove the limit.
     """
     loop, limit = view.loop, view.loop.derivative_gain_limit
-    if limit and loop.tuning.rate == 0 and switched_on(loop.derivative_gain_limit_enabled, limit):
-        yield view.find("derivative_gain_limit", limit=decimal_text(limit))
+    if limit and loop.tuning.rate == 0 and view.derivative_limited:
+        yield view.at("derivative_gain_limit", limit=decimal_text(limit))
 
 
 @per_loop
@@ -215,7 +214,7 @@ def derivative_limit_without_rate(view: LoopView) -> Iterator[Finding]:
     "rate {rate} s is {times} samples of {sample} s: one count of noise moves the output by {counts} counts "
     "for a sample, and neither derivative_gain_limit nor pv.filter is on",
 )
-def derivative_without_limit_or_filter(view: LoopView) -> Iterator[Finding]:
+def derivative_without_limit_or_filter(view: LoopView) -> Findings:
     """A strong derivative acts on an unfiltered PV without a gain limit.
 
     Why: a change of the PV within one sample is multiplied by Kr = Kc·Td/Ts. The derivative reacts badly to noise, and
@@ -224,12 +223,12 @@ def derivative_without_limit_or_filter(view: LoopView) -> Iterator[Finding]:
     Fix: set `derivative_gain_limit` (1 to 20), filter the PV, or sample more slowly.
     """
     loop, sample = view.loop, view.loop.sample_rate
-    limited = switched_on(loop.derivative_gain_limit_enabled, loop.derivative_gain_limit)
-    if sample > 0 and loop.tuning.rate > LARGEST_LIMIT * sample and not limited and not view.filtered:
+    strong = sample > 0 and loop.tuning.rate > LARGEST_LIMIT * sample
+    if strong and not view.derivative_limited and not view.filtered:
         times = loop.tuning.rate / sample
         spans = Decimal(view.scales["output"].format.span) / view.scales["pv"].format.span
         counts = times * (loop.tuning.gain or 1) * spans
-        yield view.find(
+        yield view.at(
             "tuning",
             "rate",
             rate=decimal_text(loop.tuning.rate),

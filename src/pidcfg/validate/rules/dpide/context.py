@@ -5,47 +5,35 @@ from __future__ import annotations
 from dataclasses import dataclass
 from decimal import Decimal
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
 
 from pidcfg.encoders.dpide.encode import values_of
-from pidcfg.encoders.named import store
+from pidcfg.encoders.parameters import Content, ProgramEncoding, store
 from pidcfg.encoders.words import EncodeError
-from pidcfg.schemas.base import decimal_text
-from pidcfg.schemas.dpide import LONGEST_CYCLE, SHORTEST_CYCLE
-from pidcfg.validate.rule import Finding
-
-if TYPE_CHECKING:
-    from pidcfg.diagnostics import Path
-    from pidcfg.encoders.named import Content, NamedEncoding
-    from pidcfg.schemas.dpide import DpideFile, Loop
-
-DIGITS = 12
-"""More of a number than a message shows."""
+from pidcfg.schemas.dpide import LONGEST_CYCLE, SHORTEST_CYCLE, DpideFile, Loop
+from pidcfg.validate.views import Context, View, with_unit
 
 
 @dataclass(frozen=True)
-class LoopView:
+class LoopView(View[Loop]):
     """A loop, its place in the file, and what its operands hold."""
 
-    index: int
-    loop: Loop
     interrupt_task: int | None
 
     @cached_property
     def contents(self) -> dict[str, Content]:
         """Content by operand; one that its value does not fit is missing (another rule reports it)."""
-        found: dict[str, Content] = {}
+        contents: dict[str, Content] = {}
         for row, value in values_of(self.loop):
             try:
-                found[row.name] = store(row.type, value)
+                contents[row.name] = store(row.type, value)
             except EncodeError:
                 continue
-        return found
+        return contents
 
     def held(self, *operands: str) -> list[Decimal]:
         """The numbers of several operands; empty as soon as one does not fit."""
-        found = [Decimal(repr(self.contents[name])) for name in operands if name in self.contents]
-        return found if len(found) == len(operands) else []
+        values = [Decimal(repr(self.contents[name])) for name in operands if name in self.contents]
+        return values if len(values) == len(operands) else []
 
     def coefficient(self, operand: str) -> Decimal:
         """A coefficient as the PLC uses it: below 0 it counts as 0."""
@@ -70,8 +58,8 @@ class LoopView:
     @cached_property
     def limits(self) -> tuple[Decimal, Decimal] | None:
         """Lowest and highest MV, in order as the PLC uses them; None where they do not fit or leave no room."""
-        found = sorted(self.held("MV_MIN", "MV_MAX"))
-        return (found[0], found[1]) if found and found[0] < found[1] else None
+        limits = sorted(self.held("MV_MIN", "MV_MAX"))
+        return (limits[0], limits[1]) if limits and limits[0] < limits[1] else None
 
     def gives(self, key: str) -> bool:
         """Whether the file has this key."""
@@ -94,39 +82,12 @@ class LoopView:
         """A number of the output with its unit."""
         return with_unit(value, self.loop.output.unit)
 
-    def find(self, *path: str | int, **values: Any) -> Finding:
-        """A finding below this loop."""
-        return Finding(("loops", self.index, *path), values)
-
-    def find_key(self, *path: str | int, **values: Any) -> Finding:
-        """A finding that points at a key: what it opens is a block of lines."""
-        return Finding(("loops", self.index, *path), values, key=True)
-
-
-def with_unit(value: Decimal, unit: str | None) -> str:
-    """A number as people write it, with its unit."""
-    return f"{number_text(value)} {unit}" if unit else number_text(value)
-
-
-def number_text(value: Decimal) -> str:
-    """A number as people write it; more than 12 digits are shortened."""
-    text = decimal_text(value)
-    return text if len(text) <= DIGITS else f"{float(value):.6g}"
-
 
 @dataclass(frozen=True)
-class DpideContext:
+class DpideContext(Context[DpideFile, ProgramEncoding]):
     """A configuration with its encoding, and its loops one by one."""
-
-    config: DpideFile
-    encoding: NamedEncoding
 
     @cached_property
     def loops(self) -> tuple[LoopView, ...]:
         """The loops in the order of the file."""
         return tuple(LoopView(i, loop, self.config.plc.interrupt_task) for i, loop in enumerate(self.config.loops))
-
-    @property
-    def explained(self) -> frozenset[Path]:
-        """No limit of DPIDE is explained better elsewhere."""
-        return frozenset()

@@ -7,14 +7,11 @@ from typing import TYPE_CHECKING
 
 from pidcfg.encoders.maps.dpide import TABLE
 from pidcfg.refs import Decision
-from pidcfg.validate.rule import info, per_loop, warning
-from pidcfg.validate.rules.dpide.context import number_text
+from pidcfg.validate.rule import Findings, info, per_loop, warning
 from pidcfg.validate.rules.dpide.tuning import FORMULAS, is_dead, tunes_itself
+from pidcfg.validate.views import number_text
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from pidcfg.validate.rule import Finding
     from pidcfg.validate.rules.dpide.context import LoopView
 
 D260 = Decision(
@@ -39,7 +36,7 @@ def derivative_of(view: LoopView) -> Decimal:
     "the derivative time of {time} s is {ratio} sampling times of {cycle} s and Tf is 0: noise of the PV is "
     "multiplied by that",
 )
-def derivative_unsmoothed(view: LoopView) -> Iterator[Finding]:
+def derivative_unsmoothed(view: LoopView) -> Findings:
     """A large derivative without smoothing at a short cycle.
 
     Why: the derivative divides the change from cycle to cycle by the sampling time. One digit of noise becomes a large
@@ -51,14 +48,12 @@ def derivative_unsmoothed(view: LoopView) -> Iterator[Finding]:
         return
     ratio = view.times[1] / view.cycle
     if ratio > MOST:
-        yield view.find(
-            "Td_Kd", time=number_text(view.times[1]), ratio=number_text(ratio), cycle=number_text(view.cycle)
-        )
+        yield view.at("Td_Kd", time=number_text(view.times[1]), ratio=number_text(ratio), cycle=number_text(view.cycle))
 
 
 @per_loop
 @warning("PID722", FORMULAS, "the derivative time of {derivative} s is longer than the integral time of {integral} s")
-def derivative_above_integral(view: LoopView) -> Iterator[Finding]:
+def derivative_above_integral(view: LoopView) -> Findings:
     """The derivative time is longer than the integral time.
 
     Why: such a loop swings; by the usual rules the derivative time is a quarter of the integral time. Mostly the two
@@ -68,14 +63,14 @@ def derivative_above_integral(view: LoopView) -> Iterator[Finding]:
     """
     integral, derivative = view.times or (Decimal(0), Decimal(0))
     if 0 < integral < derivative and not tunes_itself(view):
-        yield view.find("Td_Kd", derivative=number_text(derivative), integral=number_text(integral))
+        yield view.at("Td_Kd", derivative=number_text(derivative), integral=number_text(integral))
 
 
 @per_loop
 @warning(
     "PID723", TABLE, "Tf of {tf} s is longer than the derivative time of {time} s: little of the derivative is left"
 )
-def derivative_smoothed_away(view: LoopView) -> Iterator[Finding]:
+def derivative_smoothed_away(view: LoopView) -> Findings:
     """The smoothing is slower than the derivative.
 
     Why: the derivative comes so late that it damps nothing; the loop behaves as without it.
@@ -84,12 +79,12 @@ def derivative_smoothed_away(view: LoopView) -> Iterator[Finding]:
     """
     time, smoothing = (view.times or (Decimal(0), Decimal(0)))[1], view.coefficient("Tf")
     if 0 < time < smoothing and not tunes_itself(view):
-        yield view.find("Tf", tf=number_text(smoothing), time=number_text(time))
+        yield view.at("Tf", tf=number_text(smoothing), time=number_text(time))
 
 
 @per_loop
 @info("PID724", TABLE, "Tf has no effect: there is no derivative to smooth")
-def smoothing_without_derivative(view: LoopView) -> Iterator[Finding]:
+def smoothing_without_derivative(view: LoopView) -> Findings:
     """Tf is given without a derivative.
 
     Why: it smooths the derivative only, not the PV.
@@ -97,12 +92,12 @@ def smoothing_without_derivative(view: LoopView) -> Iterator[Finding]:
     Fix: leave it out; filter the PV in the program if it is noisy.
     """
     if view.coefficient("Tf") and view.held("Td_Kd") and not view.coefficient("Td_Kd") and not tunes_itself(view):
-        yield view.find("Tf")
+        yield view.at("Tf")
 
 
 @per_loop
 @info("PID725", FORMULAS, "PID_DE FALSE: the derivative is of the error, so a new SV kicks MV")
-def set_point_kick(view: LoopView) -> Iterator[Finding]:
+def set_point_kick(view: LoopView) -> Findings:
     """The derivative follows the set point.
 
     Why: with PID_DE FALSE a step of SV is a step of the error; its derivative is a pulse of MV of the gain times the
@@ -111,4 +106,4 @@ def set_point_kick(view: LoopView) -> Iterator[Finding]:
     Fix: write `PID_DE: true`, unless SV only ever moves slowly.
     """
     if not view.loop.PID_DE and derivative_of(view):
-        yield view.find("PID_DE") if view.gives("PID_DE") else view.find("Td_Kd")
+        yield view.at("PID_DE") if view.gives("PID_DE") else view.at("Td_Kd")

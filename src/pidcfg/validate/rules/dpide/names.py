@@ -5,18 +5,16 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from pidcfg.encoders.dpide.symbols import D256, identifier, unusable
-from pidcfg.validate.rule import info, per_loop
+from pidcfg.validate.ideas.duplicates import repeats
+from pidcfg.validate.rule import Findings, info, per_loop
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from pidcfg.validate.rule import Finding
     from pidcfg.validate.rules.dpide.context import DpideContext, LoopView
 
 
 @per_loop
 @info("PID771", D256, "no symbols for ISPSoft can be made of the name: {reason}")
-def name_without_symbols(view: LoopView) -> Iterator[Finding]:
+def name_without_symbols(view: LoopView) -> Findings:
     """The name of a loop gives no symbols.
 
     Why: a symbol has at most 16 letters, digits and underscores and does not begin with a digit.
@@ -24,13 +22,13 @@ def name_without_symbols(view: LoopView) -> Iterator[Finding]:
 
     Fix: rename the loop with at most 10 characters, beginning with a letter, if the symbol table is wanted.
     """
-    reason = unusable(view.loop.name)
+    reason = unusable(view.name)
     if reason is not None:
-        yield view.find("name", reason=reason)
+        yield view.at("name", reason=reason)
 
 
 @info("PID772", D256, "its symbols would be those of loop {other}, such as {symbol}")
-def symbols_collide(context: DpideContext) -> Iterator[Finding]:
+def symbols_collide(context: DpideContext) -> Findings:
     """Two loops have the same symbols.
 
     Why: blanks and signs become underscores, and ISPSoft does not tell capital from small letters; `A-1` and `a_1` are
@@ -38,11 +36,7 @@ def symbols_collide(context: DpideContext) -> Iterator[Finding]:
 
     Fix: rename one of them, if the symbol table is wanted.
     """
-    owners: dict[str, str] = {}
-    for view in context.loops:
-        name = view.loop.name
-        if unusable(name) is None:
-            symbol = identifier(name, "SV")
-            other = owners.setdefault(symbol.casefold(), name)
-            if other != name:
-                yield view.find("name", other=other, symbol=symbol)
+    usable = [view for view in context.loops if unusable(view.name) is None]
+    for _, view, first in repeats((identifier(view.name, "SV").casefold(), view) for view in usable):
+        if first.name != view.name:
+            yield view.at("name", other=first.name, symbol=identifier(view.name, "SV"))

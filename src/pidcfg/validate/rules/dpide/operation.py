@@ -7,12 +7,9 @@ from typing import TYPE_CHECKING
 from pidcfg.encoders.maps.dpide import TABLE, WRITTEN
 from pidcfg.refs import DPIDE, Decision
 from pidcfg.schemas.base import decimal_text
-from pidcfg.validate.rule import error, info, per_loop, warning
+from pidcfg.validate.rule import Findings, error, info, per_loop, warning
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from pidcfg.validate.rule import Finding
     from pidcfg.validate.rules.dpide.context import LoopView
 
 MODES = range(3)
@@ -28,7 +25,7 @@ D259 = Decision(
 
 @per_loop
 @error("PID704", TABLE, "PID_MODE is {mode}; there are 0 (automatic), 1 (autotune) and 2 (automatic, with I_MV)")
-def unknown_mode(view: LoopView) -> Iterator[Finding]:
+def unknown_mode(view: LoopView) -> Findings:
     """PID_MODE is none of the three modes.
 
     Why: the manual does not say what the instruction does with another number.
@@ -36,12 +33,12 @@ def unknown_mode(view: LoopView) -> Iterator[Finding]:
     Fix: write 0, 1 or 2.
     """
     if view.held("PID_MODE") and view.loop.PID_MODE not in MODES:
-        yield view.find("PID_MODE", mode=view.loop.PID_MODE)
+        yield view.at("PID_MODE", mode=view.loop.PID_MODE)
 
 
 @per_loop
 @error("PID705", TABLE, "PID_MODE 1 needs a device, where the PLC writes 0 after tuning")
-def autotune_as_a_number(view: LoopView) -> Iterator[Finding]:
+def autotune_as_a_number(view: LoopView) -> Findings:
     """The autotune is chosen by a number in the program.
 
     Why: when it is done, the PLC sets PID_MODE to 0. It cannot write a number of the program: the software refuses it,
@@ -50,12 +47,12 @@ def autotune_as_a_number(view: LoopView) -> Iterator[Finding]:
     Fix: give PID_MODE a device: `devices: {PID_MODE: D104}`.
     """
     if view.loop.PID_MODE == AUTOTUNE and not view.has_device("PID_MODE"):
-        yield view.find("PID_MODE")
+        yield view.at("PID_MODE")
 
 
 @per_loop
 @warning("PID706", D259, "the autotune writes {names}, which {have} no device")
-def tuned_coefficients_without_devices(view: LoopView) -> Iterator[Finding]:
+def tuned_coefficients_without_devices(view: LoopView) -> Findings:
     """The autotune is chosen, but what it finds has no place to go.
 
     Why: it writes Kc_Kp, Ti_Ki, Td_Kd and Tf. As numbers in the program they stay what they are; in registers that are
@@ -65,12 +62,12 @@ def tuned_coefficients_without_devices(view: LoopView) -> Iterator[Finding]:
     """
     bare = [name for name in WRITTEN[1:] if not view.has_device(name)]
     if view.loop.PID_MODE == AUTOTUNE and bare:
-        yield view.find("PID_MODE", names=", ".join(bare), have="has" if len(bare) == 1 else "have")
+        yield view.at("PID_MODE", names=", ".join(bare), have="has" if len(bare) == 1 else "have")
 
 
 @per_loop
 @info("PID707", TABLE, "PID_MODE 1: the loop tunes as soon as it runs, and swings MV between {low} and {high}")
-def tunes_at_once(view: LoopView) -> Iterator[Finding]:
+def tunes_at_once(view: LoopView) -> Findings:
     """The file starts an autotune.
 
     Why: the instruction switches the output to find out how the process answers, without a ramp. That is right for an
@@ -80,12 +77,12 @@ def tunes_at_once(view: LoopView) -> Iterator[Finding]:
     """
     if view.loop.PID_MODE == AUTOTUNE and view.loop.PID_RUN and view.limits is not None:
         low, high = view.limits
-        yield view.find("PID_MODE", low=view.mv(low), high=view.mv(high))
+        yield view.at("PID_MODE", low=view.mv(low), high=view.mv(high))
 
 
 @per_loop
 @warning("PID708", D259, "PID_RUN is FALSE and has no device: MV stays 0")
-def never_runs(view: LoopView) -> Iterator[Finding]:
+def never_runs(view: LoopView) -> Findings:
     """The algorithm is switched off, and nothing can switch it on.
 
     Why: with PID_RUN FALSE the instruction writes 0 into MV in every scan.
@@ -93,12 +90,12 @@ def never_runs(view: LoopView) -> Iterator[Finding]:
     Fix: leave PID_RUN out, which is TRUE, or give it a device: `devices: {PID_RUN: M10}`.
     """
     if not view.loop.PID_RUN and not view.has_device("PID_RUN"):
-        yield view.find("PID_RUN")
+        yield view.at("PID_RUN")
 
 
 @per_loop
 @warning("PID709", D259, "PID_MAN is TRUE and has no device: the loop stays in manual, MV is {mout}")
-def always_in_manual(view: LoopView) -> Iterator[Finding]:
+def always_in_manual(view: LoopView) -> Findings:
     """The loop is in manual, and nothing can take it out.
 
     Why: MV is MOUT within the limits; the PV has no effect at all.
@@ -107,12 +104,12 @@ def always_in_manual(view: LoopView) -> Iterator[Finding]:
     """
     if view.loop.PID_MAN and view.loop.PID_MODE != AUTOTUNE and not view.has_device("PID_MAN"):
         low, high = view.limits or (view.loop.MOUT, view.loop.MOUT)
-        yield view.find("PID_MAN", mout=decimal_text(min(max(view.loop.MOUT, low), high)))
+        yield view.at("PID_MAN", mout=decimal_text(min(max(view.loop.MOUT, low), high)))
 
 
 @per_loop
 @warning("PID710", DPIDE.at("PID_MAN"), "PID_MAN TRUE has no effect while PID_MODE is 1: the autotune drives MV")
-def manual_during_autotune(view: LoopView) -> Iterator[Finding]:
+def manual_during_autotune(view: LoopView) -> Findings:
     """Manual and the autotune are chosen together.
 
     Why: somebody may rely on manual to hold the output. The autotune does not look at PID_MAN.
@@ -120,7 +117,7 @@ def manual_during_autotune(view: LoopView) -> Iterator[Finding]:
     Fix: write `PID_MODE: 0` to hold the output, or `PID_MAN: false` to tune.
     """
     if view.loop.PID_MAN and view.loop.PID_MODE == AUTOTUNE:
-        yield view.find("PID_MAN")
+        yield view.at("PID_MAN")
 
 
 def may_be_manual(view: LoopView) -> bool:
@@ -134,7 +131,7 @@ def may_be_manual(view: LoopView) -> bool:
     DPIDE.at("PID_MODE"),
     "PID_MODE 0: when PID_MAN becomes FALSE, MV jumps from MOUT to what the algorithm makes",
 )
-def bump_after_manual(view: LoopView) -> Iterator[Finding]:
+def bump_after_manual(view: LoopView) -> Findings:
     """The change from manual to automatic bumps.
 
     Why: with PID_MODE 0 the integral is what it was before manual. PID_MODE 2 works it out of MOUT, so that MV goes on
@@ -143,12 +140,12 @@ def bump_after_manual(view: LoopView) -> Iterator[Finding]:
     Fix: write `PID_MODE: 2`, if the jump matters.
     """
     if view.loop.PID_MODE == 0 and may_be_manual(view) and not view.has_device("PID_MODE"):
-        yield view.find("PID_MODE") if view.gives("PID_MODE") else view.find_key()
+        yield view.at("PID_MODE") if view.gives("PID_MODE") else view.at_key()
 
 
 @per_loop
 @info("PID719", DPIDE.at("MOUT_AUTO"), "MOUT_AUTO is FALSE: when PID_MAN becomes TRUE, MV jumps to MOUT")
-def bump_into_manual(view: LoopView) -> Iterator[Finding]:
+def bump_into_manual(view: LoopView) -> Findings:
     """The change from automatic to manual bumps.
 
     Why: MOUT is whatever was written last. With MOUT_AUTO TRUE, or in the device of MV, it follows MV, and manual
@@ -158,4 +155,4 @@ def bump_into_manual(view: LoopView) -> Iterator[Finding]:
     """
     follows = view.loop.MOUT_AUTO or view.has_device("MOUT_AUTO") or view.mout_is_mv
     if view.has_device("PID_MAN") and not follows:
-        yield view.find("MOUT_AUTO") if view.gives("MOUT_AUTO") else view.find_key()
+        yield view.at("MOUT_AUTO") if view.gives("MOUT_AUTO") else view.at_key()

@@ -5,13 +5,10 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from pidcfg.refs import EZLOGIX, Decision
-from pidcfg.validate.purpose import spoken_of
-from pidcfg.validate.rule import per_loop, warning
+from pidcfg.validate.ideas.purpose import spoken_of
+from pidcfg.validate.rule import Findings, per_loop, warning
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from pidcfg.validate.rule import Finding
     from pidcfg.validate.rules.ezlogix.context import LoopView
 
 ACTION = EZLOGIX.at("Controller Action")
@@ -37,7 +34,7 @@ MEANING = {
     D183,
     "action {action} ({meaning}), but the loop's name or description speaks of {purpose}, which needs {other}",
 )
-def action_against_description(view: LoopView) -> Iterator[Finding]:
+def action_against_description(view: LoopView) -> Findings:
     """The action is the other one than the loop's name or description suggests.
 
     Why: here `action` is the controller's: a heater needs `reverse`, a cooler `direct`. DL06 and CLICK name the
@@ -49,4 +46,4 @@ def action_against_description(view: LoopView) -> Iterator[Finding]:
     """
     purpose, meaning, other = MEANING[view.loop.action]
     if spoken_of(view.loop) == {purpose}:
-        yield view.find("action", action=view.loop.action, meaning=meaning, purpose=purpose, other=other)
+        yield view.at("action", action=view.loop.action, meaning=meaning, purpose=purpose, other=other)

@@ -7,13 +7,10 @@ from typing import TYPE_CHECKING
 from pidcfg.encoders.maps.ezlogix import LOOPS, SPACE
 from pidcfg.refs import EZLOGIX
 from pidcfg.schemas.ezlogix import D152
-from pidcfg.validate.extents import overlaps
-from pidcfg.validate.rule import error, per_loop
+from pidcfg.validate.ideas import blocks
+from pidcfg.validate.rule import Findings, error, per_loop
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from pidcfg.validate.rule import Finding
     from pidcfg.validate.rules.ezlogix.context import EzlogixContext, LoopView
 
 BLOCK = EZLOGIX.at("PID Setup")
@@ -28,7 +25,7 @@ LAST = {bank.prefix: bank.last for bank in SPACE.banks}
     "{block} would occupy {extent}, but there is nothing beyond {prefix}{last}: it may begin at "
     "{prefix}{latest} at the latest",
 )
-def block_beyond_bank(view: LoopView) -> Iterator[Finding]:
+def block_beyond_bank(view: LoopView) -> Findings:
     """A block of registers or discretes reaches past the highest address.
 
     Why: a loop needs 32 consecutive registers and 8 consecutive discretes. What lies past the last address does not
@@ -36,21 +33,11 @@ def block_beyond_bank(view: LoopView) -> Iterator[Finding]:
 
     Fix: let the block begin lower.
     """
-    for extent in view.extents:
-        last = LAST[extent.prefix]
-        if extent.last > last:
-            yield view.find(
-                extent.key,
-                block=extent.key,
-                extent=extent,
-                prefix=extent.prefix,
-                last=last,
-                latest=last - (extent.last - extent.first),
-            )
+    return blocks.block_beyond_bank(view, LAST)
 
 
 @error("PID402", BLOCK, "{block} {extent} of {loop} overlaps {other_extent} of {other}")
-def blocks_overlap(context: EzlogixContext) -> Iterator[Finding]:
+def blocks_overlap(context: EzlogixContext) -> Findings:
     """Two loops share registers or discretes.
 
     Why: each loop reads its gains, limits and mode from its blocks, and writes its error and saturation there. Two
@@ -58,19 +45,15 @@ def blocks_overlap(context: EzlogixContext) -> Iterator[Finding]:
 
     Fix: leave 32 registers and 8 discretes to every loop.
     """
-    for second, mine, first, theirs in overlaps(context.loops):
-        yield second.find(
-            mine.key, block=mine.key, extent=mine, loop=second.loop.name, other_extent=theirs, other=first.loop.name
-        )
+    return blocks.blocks_overlap(context.loops)
 
 
 @error("PID403", COUNT, "loop {number} of {count}: an EZLogix PLC calculates at most {limit} loops")
-def too_many_loops(context: EzlogixContext) -> Iterator[Finding]:
+def too_many_loops(context: EzlogixContext) -> Findings:
     """The file has more loops than the PLC.
 
     Why: the dialog offers eight loops; nothing calculates a ninth one.
 
     Fix: move the loop to another PLC, and to a file of its own.
     """
-    if len(context.loops) > LOOPS:
-        yield context.loops[LOOPS].find_key(number=LOOPS + 1, count=len(context.loops), limit=LOOPS)
+    return blocks.too_many_loops(context.loops, LOOPS)

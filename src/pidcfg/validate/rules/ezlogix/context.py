@@ -9,21 +9,20 @@ from __future__ import annotations
 from dataclasses import dataclass
 from decimal import Decimal
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from pidcfg.encoders.ezlogix.encode import scales_of
+from pidcfg.encoders.image import Block, Encoding
 from pidcfg.encoders.maps.ezlogix import BLOCKS, R_BLOCK
 from pidcfg.encoders.regmap import decode_one
-from pidcfg.schemas.base import Quantity, decimal_text
-from pidcfg.schemas.ezlogix import REGISTERS
-from pidcfg.validate.extents import Extent, extents_of
-from pidcfg.validate.rule import Finding
+from pidcfg.schemas.ezlogix import REGISTERS, EzlogixFile, Loop
+from pidcfg.validate.ideas.blocks import Extent, extents_of
+from pidcfg.validate.views import Context, View, complete, with_unit
 
 if TYPE_CHECKING:
     from pidcfg.diagnostics import Path
-    from pidcfg.encoders.image import Block, Encoding
     from pidcfg.encoders.scales import Scale
-    from pidcfg.schemas.ezlogix import EzlogixFile, Loop
+    from pidcfg.schemas.base import Quantity
 
 PLACES = {word.name: word.offset for word in R_BLOCK.words}
 SETPOINT = PLACES["setpoint"]
@@ -32,11 +31,9 @@ ROOT_PLACES = (("setpoint", "value"), ("setpoint", "limits", 0), ("setpoint", "l
 
 
 @dataclass(frozen=True)
-class LoopView:
+class LoopView(View[Loop]):
     """A loop, its place in the file, and what its registers hold."""
 
-    index: int
-    loop: Loop
     block: Block
 
     @cached_property
@@ -55,8 +52,7 @@ class LoopView:
 
     def all_counts(self, *names: str) -> list[int]:
         """What several registers hold; empty as soon as one value does not fit."""
-        found = [value for name in names if (value := self.counts(name)) is not None]
-        return found if len(found) == len(names) else []
+        return complete(map(self.counts, names))
 
     def held(self, name: str) -> Decimal | None:
         """The number that an unscaled register stands for: seconds, or the gain; None when the value does not fit."""
@@ -65,8 +61,7 @@ class LoopView:
 
     def holds(self, *names: str) -> list[Decimal]:
         """The numbers of several registers; empty as soon as one does not fit."""
-        found = [value for name in names if (value := self.held(name)) is not None]
-        return found if len(found) == len(names) else []
+        return complete(map(self.held, names))
 
     def register(self, name: str) -> str:
         """The address of one of the loop's registers: ``R107``."""
@@ -84,14 +79,6 @@ class LoopView:
         """Counts of the CV as people write them."""
         return shown(self.scales["output"].value(counts), self.loop.output.unit)
 
-    def find(self, *path: str | int, plc_effect: str | None = None, **values: Any) -> Finding:
-        """A finding below this loop."""
-        return Finding(("loops", self.index, *path), values, plc_effect=plc_effect)
-
-    def find_key(self, *path: str | int, **values: Any) -> Finding:
-        """A finding that points at a key: what it opens is a block of lines."""
-        return Finding(("loops", self.index, *path), values, key=True)
-
     @cached_property
     def extents(self) -> tuple[Extent, ...]:
         """The registers of its two blocks."""
@@ -100,14 +87,14 @@ class LoopView:
     @cached_property
     def setpoint_limits(self) -> tuple[int, int] | None:
         """The set point limits in counts; None where they do not fit or are crossed."""
-        found = self.all_counts("setpoint_low", "setpoint_high")
-        return (found[0], found[1]) if found and found[0] <= found[1] else None
+        limits = self.all_counts("setpoint_low", "setpoint_high")
+        return (limits[0], limits[1]) if limits and limits[0] <= limits[1] else None
 
     @cached_property
     def cv_limits(self) -> tuple[int, int] | None:
         """The CV limits in counts; None where they do not fit or leave no room."""
-        found = self.all_counts("cv_low", "cv_high")
-        return (found[0], found[1]) if found and found[0] < found[1] else None
+        limits = self.all_counts("cv_low", "cv_high")
+        return (limits[0], limits[1]) if limits and limits[0] < limits[1] else None
 
     @cached_property
     def setpoint(self) -> int | None:
@@ -125,22 +112,13 @@ class LoopView:
         """Cycle, minimum on and minimum off time in s; None without control output, or where one does not fit."""
         if self.loop.output.pulse is None:
             return None
-        found = self.holds("cycle_time", "min_on", "min_off")
-        return (found[0], found[1], found[2]) if found and found[0] > 0 else None
+        times = self.holds("cycle_time", "min_on", "min_off")
+        return (times[0], times[1], times[2]) if times and times[0] > 0 else None
 
 
 def shown(value: Quantity, unit: str | None) -> str:
     """A quantity with its unit; raw counts say so themselves."""
-    text = number_text(value.value)
-    if value.counts:
-        return f"{text} counts"
-    return f"{text} {unit}" if unit else text
-
-
-def number_text(value: Decimal) -> str:
-    """A number as people write it; more than 12 digits are shortened."""
-    text = decimal_text(value)
-    return text if len(text) <= 12 else f"{float(value):.6g}"
+    return with_unit(value.value, "counts" if value.counts else unit)
 
 
 def register_number(tag: str) -> int | None:
@@ -149,11 +127,8 @@ def register_number(tag: str) -> int | None:
 
 
 @dataclass(frozen=True)
-class EzlogixContext:
+class EzlogixContext(Context[EzlogixFile, Encoding]):
     """A configuration with its encoding, and its loops one by one."""
-
-    config: EzlogixFile
-    encoding: Encoding
 
     @cached_property
     def loops(self) -> tuple[LoopView, ...]:
@@ -178,8 +153,8 @@ class EzlogixContext:
 
     def inner(self, view: LoopView) -> LoopView | None:
         """The loop whose set point register is this loop's CV tag."""
-        found = self.owner(view.loop.output.tag)
-        return found[0] if found is not None and found[1] == SETPOINT and found[0] is not view else None
+        owner = self.owner(view.loop.output.tag)
+        return owner[0] if owner is not None and owner[1] == SETPOINT and owner[0] is not view else None
 
     @cached_property
     def driven(self) -> frozenset[int]:
@@ -190,12 +165,12 @@ class EzlogixContext:
     @cached_property
     def explained(self) -> frozenset[Path]:
         """Places whose limits a rule of EZLogix's own explains better than the rules for every vendor."""
-        found: list[Path] = []
+        places: list[Path] = []
         for i, loop in enumerate(self.config.loops):
             if loop.sample_rate == 0:
-                found.append(("loops", i, "sample_rate"))
+                places.append(("loops", i, "sample_rate"))
             if loop.output.pulse is not None and loop.output.pulse.cycle_time == 0:
-                found.append(("loops", i, "output", "pulse", "cycle_time"))
+                places.append(("loops", i, "output", "pulse", "cycle_time"))
             if loop.pv.square_root and loop.pv.counts is not None and loop.pv.counts[0]:
-                found += [("loops", i, *place) for place in ROOT_PLACES]
-        return frozenset(found)
+                places += [("loops", i, *place) for place in ROOT_PLACES]
+        return frozenset(places)

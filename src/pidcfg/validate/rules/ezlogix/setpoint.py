@@ -6,11 +6,9 @@ from typing import TYPE_CHECKING
 
 from pidcfg.diagnostics import Severity
 from pidcfg.refs import EZLOGIX, Decision
-from pidcfg.validate.rule import Finding, error, info, per_loop, warning
+from pidcfg.validate.rule import Findings, error, info, per_loop, warning
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
     from pidcfg.validate.rules.ezlogix.context import EzlogixContext, LoopView
 
 LOW = EZLOGIX.at("Setpoint Low Limit")
@@ -37,16 +35,16 @@ def pinned(view: LoopView) -> bool:
 
 @per_loop
 @error("PID435", LIMITS, "the low set point limit {low} is above the high limit {high}")
-def set_point_limits_crossed(view: LoopView) -> Iterator[Finding]:
+def set_point_limits_crossed(view: LoopView) -> Findings:
     """The low set point limit is above the high one.
 
     Why: every set point is outside one of them, and is replaced by a limit; by which one, the manual does not say.
 
     Fix: write the low limit first.
     """
-    found = view.all_counts("setpoint_low", "setpoint_high")
-    if found and found[0] > found[1]:
-        yield view.find("setpoint", "limits", low=view.pv(found[0]), high=view.pv(found[1]))
+    limits = view.all_counts("setpoint_low", "setpoint_high")
+    if limits and limits[0] > limits[1]:
+        yield view.at("setpoint", "limits", low=view.pv(limits[0]), high=view.pv(limits[1]))
 
 
 @per_loop
@@ -56,7 +54,7 @@ def set_point_limits_crossed(view: LoopView) -> Iterator[Finding]:
     "both set point limits are 0 counts, as in the dialog of a new loop: {register} becomes 0 whatever is "
     "written to it",
 )
-def set_point_limits_zero(view: LoopView) -> Iterator[Finding]:
+def set_point_limits_zero(view: LoopView) -> Findings:
     """Both set point limits are left at 0.
 
     Why: they do not mean "no limits". A set point above the high limit is set to it, so every set point becomes 0: a
@@ -65,12 +63,12 @@ def set_point_limits_zero(view: LoopView) -> Iterator[Finding]:
     Fix: give the limits of the process, or leave `setpoint.limits` out, which stores the ends of the PV's counts.
     """
     if pinned(view):
-        yield view.find("setpoint", "limits", register=view.register("setpoint"))
+        yield view.at("setpoint", "limits", register=view.register("setpoint"))
 
 
 @per_loop
 @warning("PID437", LIMITS, "both set point limits are {value}: there is no other set point")
-def set_point_limits_equal(view: LoopView) -> Iterator[Finding]:
+def set_point_limits_equal(view: LoopView) -> Findings:
     """Both set point limits are equal.
 
     Why: every entry of an operator jumps back to this one value, as if the display were broken.
@@ -79,12 +77,12 @@ def set_point_limits_equal(view: LoopView) -> Iterator[Finding]:
     """
     limits = view.setpoint_limits
     if limits is not None and limits[0] == limits[1] and not pinned(view):
-        yield view.find("setpoint", "limits", value=view.pv(limits[0]))
+        yield view.at("setpoint", "limits", value=view.pv(limits[0]))
 
 
 @per_loop
 @warning("PID438", LOW, "the set point {value} is {side} its {end} limit: {register} becomes {limit}")
-def set_point_outside_limits(view: LoopView) -> Iterator[Finding]:
+def set_point_outside_limits(view: LoopView) -> Findings:
     """The set point lies outside its own limits.
 
     Why: the PLC sets it to the limit, and the loop controls to another set point than the file says.
@@ -95,7 +93,7 @@ def set_point_outside_limits(view: LoopView) -> Iterator[Finding]:
     if view.loop.setpoint.value is None or value is None or kept in {None, value} or pinned(view):
         return
     side, end = ("below", "low") if value < (kept or 0) else ("above", "high")
-    yield view.find(
+    yield view.at(
         "setpoint",
         "value",
         value=view.pv(value),
@@ -112,7 +110,7 @@ def set_point_outside_limits(view: LoopView) -> Iterator[Finding]:
     "the loop starts in Auto without a set point: {register} is downloaded as 0 counts, and the loop controls "
     "to {value}",
 )
-def set_point_left_at_zero(context: EzlogixContext) -> Iterator[Finding]:
+def set_point_left_at_zero(context: EzlogixContext) -> Findings:
     """A loop starts in Auto, and nothing gives its set point.
 
     Why: the register holds 0, or the low limit that replaces it, until an operator or the ladder program writes it.
@@ -124,12 +122,12 @@ def set_point_left_at_zero(context: EzlogixContext) -> Iterator[Finding]:
         if view.loop.mode != "auto" or view.loop.setpoint.value is not None or view.index in context.driven:
             continue
         if view.setpoint is not None and not pinned(view):
-            yield view.find("mode", register=view.register("setpoint"), value=view.pv(view.setpoint))
+            yield view.at("mode", register=view.register("setpoint"), value=view.pv(view.setpoint))
 
 
 @per_loop
 @warning("PID440", D186, "the deadband is {deadband}: {consequence}")
-def deadband_wide(view: LoopView) -> Iterator[Finding]:
+def deadband_wide(view: LoopView) -> Findings:
     """The deadband is a large part of the PV's span.
 
     Why: an error below it counts as zero, so the PV may wander that far to both sides of the set point. A deadband that
@@ -143,11 +141,11 @@ def deadband_wide(view: LoopView) -> Iterator[Finding]:
     scale = view.scales["sp"]
     furthest = max(limits[1] - scale.zero, scale.top - limits[0])
     if deadband > furthest:
-        values = {"deadband": view.pv_distance(deadband), "consequence": "no error is that large, the loop rests"}
-        yield Finding(("loops", view.index, "deadband"), values, severity=Severity.ERROR)
+        consequence = "no error is that large, the loop rests"
+        yield view.at("deadband", severity=Severity.ERROR, deadband=view.pv_distance(deadband), consequence=consequence)
     elif deadband * WIDE > scale.top - scale.zero:
         share = f"{100 * deadband / (scale.top - scale.zero):.0f}"
-        yield view.find(
+        yield view.at(
             "deadband",
             deadband=view.pv_distance(deadband),
             consequence=f"errors of up to {share} % of the PV's span are not corrected",
@@ -156,7 +154,7 @@ def deadband_wide(view: LoopView) -> Iterator[Finding]:
 
 @per_loop
 @info("PID441", D186, "a deadband stored as {counts} has no effect: errors are whole counts")
-def deadband_without_effect(view: LoopView) -> Iterator[Finding]:
+def deadband_without_effect(view: LoopView) -> Findings:
     """A deadband is so small that it does nothing.
 
     Why: errors below the deadband count as zero. Below one count there is only the error 0, so a deadband of 1 is the
@@ -167,4 +165,4 @@ def deadband_without_effect(view: LoopView) -> Iterator[Finding]:
     counts = view.counts("deadband")
     given = view.loop.deadband.value > 0 and not view.loop.pv.square_root
     if given and counts is not None and counts <= 1:
-        yield view.find("deadband", counts="1 count" if counts else "0 counts")
+        yield view.at("deadband", counts="1 count" if counts else "0 counts")

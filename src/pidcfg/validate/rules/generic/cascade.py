@@ -6,12 +6,10 @@ from typing import TYPE_CHECKING
 
 from pidcfg.encoders.generic.decisions import D302
 from pidcfg.schemas.names import nearest
-from pidcfg.validate.rule import error, per_loop, warning
+from pidcfg.validate.ideas.cascades import rings
+from pidcfg.validate.rule import Findings, error, per_loop, warning
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from pidcfg.validate.rule import Finding
     from pidcfg.validate.rules.generic.context import GenericContext, LoopView
 
 
@@ -20,18 +18,8 @@ def master_of(context: GenericContext, view: LoopView) -> LoopView | None:
     return context.by_name.get(view.loop.setpoint.source or "")
 
 
-def ring_of(context: GenericContext, view: LoopView) -> list[str]:
-    """The loops on the way from master to master back to this one; empty when the way ends elsewhere."""
-    names: list[str] = []
-    at: LoopView | None = view
-    while at is not None and at.loop.name not in names:
-        names.append(at.loop.name)
-        at = master_of(context, at)
-    return names if at is not None and at.loop.name == view.loop.name else []
-
-
 @error("PID831", D302, "there is no loop {source}{cure}")
-def unknown_cascade_source(context: GenericContext) -> Iterator[Finding]:
+def unknown_cascade_source(context: GenericContext) -> Findings:
     """The source of the set point is no loop of the file.
 
     Why: the set point would come from nowhere.
@@ -42,40 +30,40 @@ def unknown_cascade_source(context: GenericContext) -> Iterator[Finding]:
         source = view.loop.setpoint.source
         if source is not None and source not in context.by_name:
             near = nearest(source, context.by_name)
-            yield view.find("setpoint", "source", source=source, cure=f"; did you mean {near}?" if near else "")
+            yield view.at("setpoint", "source", source=source, cure=f"; did you mean {near}?" if near else "")
 
 
 @per_loop
 @error("PID832", D302, "the set point of {name} is its own output")
-def cascade_to_itself(view: LoopView) -> Iterator[Finding]:
+def cascade_to_itself(view: LoopView) -> Findings:
     """A loop is the source of its own set point.
 
     Why: the output would drive the set point, which drives the output.
 
     Fix: write the name of the master.
     """
-    if view.loop.setpoint.source == view.loop.name:
-        yield view.find("setpoint", "source", name=view.loop.name)
+    if view.loop.setpoint.source == view.name:
+        yield view.at("setpoint", "source", name=view.name)
 
 
 @error("PID833", D302, "the cascade goes in a ring: {names}")
-def cascade_ring(context: GenericContext) -> Iterator[Finding]:
+def cascade_ring(context: GenericContext) -> Findings:
     """Loops are each other's masters.
 
     Why: a cascade has an outermost loop with a set point of its own.
 
     Fix: take `source` from the outermost loop.
     """
-    for view in context.loops:
-        ring = ring_of(context, view)
-        first = len(ring) > 1 and view.index == min(context.by_name[name].index for name in ring)
-        if first:
-            yield view.find("setpoint", "source", names=" - ".join([*ring, ring[0]]))
+    masters = [master_of(context, view) for view in context.loops]
+    for ring in rings([None if master is None else master.index for master in masters]):
+        if len(ring) > 1:
+            names = " - ".join(context.loops[i].name for i in (*ring, ring[0]))
+            yield context.loops[ring[0]].at("setpoint", "source", names=names)
 
 
 @per_loop
 @error("PID834", D302, "the mode is cascade, but setpoint.source is not given")
-def cascade_without_source(view: LoopView) -> Iterator[Finding]:
+def cascade_without_source(view: LoopView) -> Findings:
     """A loop is meant to run in cascade and has no master.
 
     Why: there is nothing that its set point could follow.
@@ -83,11 +71,11 @@ def cascade_without_source(view: LoopView) -> Iterator[Finding]:
     Fix: write `setpoint: {source: …}` with the master's name, or `mode: auto`.
     """
     if view.loop.mode == "cascade" and view.loop.setpoint.source is None:
-        yield view.find("mode")
+        yield view.at("mode")
 
 
 @warning("PID835", D302, "the output of {master} has the range {low} to {high}, this PV {own_low} to {own_high}")
-def cascade_scales_differ(context: GenericContext) -> Iterator[Finding]:
+def cascade_scales_differ(context: GenericContext) -> Findings:
     """The master's output and the slave's PV have different ranges.
 
     Why: the master's output is the slave's set point as it is, in units of the slave's PV. A master from 0 to 100 %
@@ -100,14 +88,14 @@ def cascade_scales_differ(context: GenericContext) -> Iterator[Finding]:
         master = master_of(context, view)
         if master is None or master is view:
             continue
-        theirs, own = master.loop.output.range, view.loop.pv.range
-        if theirs != own:
-            yield view.find(
+        output, pv = master.loop.output.range, view.loop.pv.range
+        if output != pv:
+            yield view.at(
                 "setpoint",
                 "source",
                 master=master.loop.name,
-                low=theirs[0],
-                high=master.out(theirs[1]),
-                own_low=own[0],
-                own_high=view.pv(own[1]),
+                low=output[0],
+                high=master.out(output[1]),
+                own_low=pv[0],
+                own_high=view.pv(pv[1]),
             )

@@ -4,34 +4,37 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from pidcfg.schemas.base import decimal_text
-from pidcfg.validate.rule import Finding
+from pidcfg.encoders.parameters import ProgramEncoding
+from pidcfg.schemas.generic import GenericFile, Loop
+from pidcfg.validate.views import Context, Pair, View, number_text, outside, with_unit
 
 if TYPE_CHECKING:
     from decimal import Decimal
 
-    from pidcfg.diagnostics import Path
-    from pidcfg.encoders.named import NamedEncoding
-    from pidcfg.schemas.generic import GenericFile, Loop
-
-DIGITS = 12
-"""More of a number than a message shows."""
-Pair = tuple["Decimal", "Decimal"]
+    from pidcfg.validate.rule import Findings
 
 
 @dataclass(frozen=True)
-class LoopView:
+class LoopView(View[Loop]):
     """A loop and its place in the file."""
-
-    index: int
-    loop: Loop
 
     @property
     def limits(self) -> Pair:
         """Lowest and highest output; the ends of the range where they are not given."""
         return self.loop.output.limits or self.loop.output.range
+
+    def pv_outside(self, *path: str | int, value: Decimal, ends: Pair, what: str = "") -> Findings:
+        """A finding where a number in the PV's unit is not between two others."""
+        if outside(value, ends):
+            low, high = number_text(ends[0]), self.pv(ends[1])
+            yield self.at(*path, name=path[-1], value=self.pv(value), what=what, low=low, high=high)
+
+    def output_outside(self, *path: str | int, value: Decimal, ends: Pair) -> Findings:
+        """A finding where a number in the output's unit is not between two others."""
+        if outside(value, ends):
+            yield self.at(*path, value=self.out(value), low=number_text(ends[0]), high=self.out(ends[1]))
 
     def pv(self, value: Decimal) -> str:
         """A number of the PV with its unit."""
@@ -41,37 +44,10 @@ class LoopView:
         """A number of the output with its unit."""
         return with_unit(value, self.loop.output.unit)
 
-    def find(self, *path: str | int, **values: Any) -> Finding:
-        """A finding below this loop."""
-        return Finding(("loops", self.index, *path), values)
-
-    def find_key(self, *path: str | int, **values: Any) -> Finding:
-        """A finding that points at a key: what it opens is a block of lines."""
-        return Finding(("loops", self.index, *path), values, key=True)
-
-
-def with_unit(value: Decimal, unit: str | None) -> str:
-    """A number as people write it, with its unit."""
-    return f"{number_text(value)} {unit}" if unit else number_text(value)
-
-
-def number_text(value: Decimal) -> str:
-    """A number as people write it; more than 12 digits are shortened."""
-    text = decimal_text(value)
-    return text if len(text) <= DIGITS else f"{float(value):.6g}"
-
-
-def outside(value: Decimal, pair: Pair) -> bool:
-    """Whether a number is not between two others."""
-    return not pair[0] <= value <= pair[1]
-
 
 @dataclass(frozen=True)
-class GenericContext:
+class GenericContext(Context[GenericFile, ProgramEncoding]):
     """A configuration with its encoding, and its loops one by one."""
-
-    config: GenericFile
-    encoding: NamedEncoding
 
     @cached_property
     def loops(self) -> tuple[LoopView, ...]:
@@ -81,9 +57,4 @@ class GenericContext:
     @cached_property
     def by_name(self) -> dict[str, LoopView]:
         """The loops by their names; of two with the same one the first."""
-        return {view.loop.name: view for view in reversed(self.loops)}
-
-    @property
-    def explained(self) -> frozenset[Path]:
-        """No limit is explained better elsewhere."""
-        return frozenset()
+        return {view.name: view for view in reversed(self.loops)}

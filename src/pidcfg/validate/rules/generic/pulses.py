@@ -5,14 +5,13 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from pidcfg.encoders.generic.decisions import D303
-from pidcfg.validate.rule import error, warning
-from pidcfg.validate.rules.generic.context import number_text
+from pidcfg.validate.rule import Findings, error, warning
+from pidcfg.validate.views import number_text
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from pidcfg.schemas.generic import Pulse
-    from pidcfg.validate.rule import Finding
     from pidcfg.validate.rules.generic.context import GenericContext, LoopView
 
 
@@ -24,7 +23,7 @@ def pulsed(context: GenericContext) -> Iterator[tuple[LoopView, Pulse]]:
 
 
 @error("PID841", D303, "the period of the pulses is 0")
-def no_pulse_period(context: GenericContext) -> Iterator[Finding]:
+def no_pulse_period(context: GenericContext) -> Findings:
     """The period of the pulses is 0.
 
     Why: there is no time that the output could be a share of.
@@ -33,11 +32,11 @@ def no_pulse_period(context: GenericContext) -> Iterator[Finding]:
     """
     for view, pulse in pulsed(context):
         if pulse.period == 0:
-            yield view.find("output", "pulse", "period")
+            yield view.at("output", "pulse", "period")
 
 
 @warning("PID842", D303, "the pulses' period {period} s is shorter than sample_time {sample} s")
-def pulse_period_below_sample_time(context: GenericContext) -> Iterator[Finding]:
+def pulse_period_below_sample_time(context: GenericContext) -> Findings:
     """The pulses' period is shorter than the sample time.
 
     Why: several pulses are alike, since the output is calculated less often: the actuator switches more than it needs
@@ -47,13 +46,13 @@ def pulse_period_below_sample_time(context: GenericContext) -> Iterator[Finding]
     """
     for view, pulse in pulsed(context):
         if 0 < pulse.period < view.loop.sample_time:
-            yield view.find(
+            yield view.at(
                 "output", "pulse", "period", period=number_text(pulse.period), sample=number_text(view.loop.sample_time)
             )
 
 
 @error("PID843", D303, "min_on {on} s and min_off {off} s together do not fit into the period, {period} s")
-def pulse_without_room(context: GenericContext) -> Iterator[Finding]:
+def pulse_without_room(context: GenericContext) -> Findings:
     """Shortest pulse and shortest gap are longer together than the period.
 
     Why: no pulse is then both long enough and followed by a gap that is: the output is on or off for whole periods.
@@ -62,7 +61,7 @@ def pulse_without_room(context: GenericContext) -> Iterator[Finding]:
     """
     for view, pulse in pulsed(context):
         if pulse.period and pulse.min_on + pulse.min_off > pulse.period:
-            yield view.find(
+            yield view.at(
                 "output",
                 "pulse",
                 "period",

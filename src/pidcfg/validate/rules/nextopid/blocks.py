@@ -7,13 +7,11 @@ from typing import TYPE_CHECKING
 
 from pidcfg.encoders.maps.nextopid import MOST_SAMPLES
 from pidcfg.refs import NEXTOPID, Decision
-from pidcfg.validate.rule import error, info, warning
-from pidcfg.validate.rules.nextopid.view import number_text
+from pidcfg.validate.rule import Findings, error, info, warning
+from pidcfg.validate.rules.nextopid.program import TIME_CONSTANTS
+from pidcfg.validate.views import number_text
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from pidcfg.validate.rule import Finding
     from pidcfg.validate.rules.nextopid.context import NextopidContext
 
 DELAY = NEXTOPID.at("chapter 9: DelayTime")
@@ -35,11 +33,10 @@ ROUNDING = Decimal("1e-6")
 DELAYS = ("ControlDelay", "ControlDelayLag")
 LAGS = ("ControlLag", "ControlDelayLag")
 LIMITED = (*LAGS, "ControlLeadLag")
-TIMES = {"ControlLowFilter": "Tc", "ControlLag": "Tc", "ControlDelayLag": "Tc", "ControlLeadLag": "Tlag"}
 
 
 @error("PID642", DELAY, "DelayTime {time} is {count} samples of {sample} s; the block holds 100, that is {most} s")
-def delay_too_long(context: NextopidContext) -> Iterator[Finding]:
+def delay_too_long(context: NextopidContext) -> Findings:
     """A delay is longer than 100 samples.
 
     Why: the block has room for 100 samples. With a longer delay it stops with its Error, and its output stands still.
@@ -49,7 +46,7 @@ def delay_too_long(context: NextopidContext) -> Iterator[Finding]:
     for view in context.of(*DELAYS):
         time, sample = view.number_of("DelayTime"), view.sample_time
         if time is not None and sample > 0 and time > MOST_SAMPLES * sample:
-            yield view.find(
+            yield view.at(
                 "DelayTime",
                 "Error",
                 time=view.shown("DelayTime"),
@@ -60,7 +57,7 @@ def delay_too_long(context: NextopidContext) -> Iterator[Finding]:
 
 
 @info("PID643", D214, "DelayTime {time} is {count} samples of {sample} s: it will be {whole} s")
-def delay_between_samples(context: NextopidContext) -> Iterator[Finding]:
+def delay_between_samples(context: NextopidContext) -> Findings:
     """A delay is no whole number of samples.
 
     Why: the block delays by calls. Between two of them there is nothing; the delay is one of the two next to it.
@@ -70,7 +67,7 @@ def delay_between_samples(context: NextopidContext) -> Iterator[Finding]:
     for view in context.of(*DELAYS):
         time, sample = view.number_of("DelayTime"), view.sample_time
         if time is not None and time > 0 and sample > 0 and _is_between(time / sample):
-            yield view.find(
+            yield view.at(
                 "DelayTime",
                 time=view.shown("DelayTime"),
                 sample=number_text(sample),
@@ -85,22 +82,22 @@ def _is_between(samples: Decimal) -> bool:
 
 
 @error("PID644", TIME_CONSTANT, "{key} is {time}; it must be above 0")
-def time_constant_not_positive(context: NextopidContext) -> Iterator[Finding]:
+def time_constant_not_positive(context: NextopidContext) -> Findings:
     """The time constant of a filter or lag is 0 or negative.
 
     Why: the block stops with its Error, and its output stands still. 0 does not mean "no filter".
 
     Fix: give a time above 0, or leave the block out.
     """
-    for view in context.of(*TIMES):
-        key = TIMES[view.type]
+    for view in context.of(*TIME_CONSTANTS):
+        key = TIME_CONSTANTS[view.type]
         time = view.number_of(key)
         if time is not None and time <= 0:
-            yield view.find(key, "Error", key=key, time=view.shown(key))
+            yield view.at(key, "Error", key=key, time=view.shown(key))
 
 
 @error("PID645", LIMITS, "Min_OutVar {low} is above Max_OutVar {high}")
-def output_limits_crossed(context: NextopidContext) -> Iterator[Finding]:
+def output_limits_crossed(context: NextopidContext) -> Findings:
     """The lower limit of an output is above the upper one.
 
     Why: a lag stops with its Error; the output of a lead-lag stays at one of the two.
@@ -110,7 +107,7 @@ def output_limits_crossed(context: NextopidContext) -> Iterator[Finding]:
     for view in context.of(*LIMITED):
         low, high = view.number_of("Min_OutVar"), view.number_of("Max_OutVar")
         if low is not None and high is not None and low > high:
-            yield view.find(
+            yield view.at(
                 "Min_OutVar",
                 "Error" if view.type in LAGS else None,
                 low=view.shown("Min_OutVar"),
@@ -119,7 +116,7 @@ def output_limits_crossed(context: NextopidContext) -> Iterator[Finding]:
 
 
 @error("PID646", D214, "Min_OutVar and Max_OutVar are both {value}{how}: OutVar never moves")
-def output_pinned(context: NextopidContext) -> Iterator[Finding]:
+def output_pinned(context: NextopidContext) -> Findings:
     """The limits of an output leave it a single value.
 
     Why: parameters that are not given are 0, and so the output is 0 for ever: a process that does not answer, or a
@@ -131,11 +128,11 @@ def output_pinned(context: NextopidContext) -> Iterator[Finding]:
         low, high = view.number_of("Min_OutVar"), view.number_of("Max_OutVar")
         if low is not None and low == high:
             how = "" if view.given("Min_OutVar") or view.given("Max_OutVar") else ", as they are when not given"
-            yield view.find("Max_OutVar", value=view.shown("Max_OutVar"), how=how)
+            yield view.at("Max_OutVar", value=view.shown("Max_OutVar"), how=how)
 
 
 @error("PID647", LIMITS, "Init_OutVar {value} is {side} {limit} {end}")
-def initial_output_outside_limits(context: NextopidContext) -> Iterator[Finding]:
+def initial_output_outside_limits(context: NextopidContext) -> Findings:
     """The first output of a lag is outside its limits.
 
     Why: the block stops with its Error. Init_OutVar is 0 when it is not given, which may lie below Min_OutVar.
@@ -147,13 +144,13 @@ def initial_output_outside_limits(context: NextopidContext) -> Iterator[Finding]
         if value is None or low is None or high is None or low >= high or low <= value <= high:
             continue
         side, limit = ("below", "Min_OutVar") if value < low else ("above", "Max_OutVar")
-        yield view.find(
+        yield view.at(
             "Init_OutVar", "Error", value=view.shown("Init_OutVar"), side=side, limit=limit, end=view.shown(limit)
         )
 
 
 @warning("PID648", GAIN, "{key} is 0{how}: the output does not depend on InVar")
-def gain_of_zero(context: NextopidContext) -> Iterator[Finding]:
+def gain_of_zero(context: NextopidContext) -> Findings:
     """The gain of a lag or lead-lag is 0.
 
     Why: the block puts out its offset, or 0. A gain that is not given is 0, not 1.
@@ -165,4 +162,4 @@ def gain_of_zero(context: NextopidContext) -> Iterator[Finding]:
         if view.number_of(key) == 0:
             known = view.known(key)
             how = ", as it is when not given" if not view.given(key) else known.source if known else ""
-            yield view.find(key, key=key, how=how)
+            yield view.at(key, key=key, how=how)

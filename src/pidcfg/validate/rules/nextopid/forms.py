@@ -7,14 +7,11 @@ from typing import TYPE_CHECKING
 
 from pidcfg.refs import NEXTOPID
 from pidcfg.schemas.nextopid import D202
-from pidcfg.validate.rule import error, info, per_pid, warning
+from pidcfg.validate.rule import Findings, error, info, per_pid, warning
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from pidcfg.validate.rule import Finding
     from pidcfg.validate.rules.nextopid.context import NextopidContext
-    from pidcfg.validate.rules.nextopid.view import BlockView
+    from pidcfg.validate.rules.nextopid.program import BlockView
 
 DISABLE_P = NEXTOPID.at("chapter 2: DisableP")
 INDEP = NEXTOPID.at("chapter 2: Indep")
@@ -25,7 +22,7 @@ DEAD_BAND = NEXTOPID.at("chapter 2: DeadBand")
 
 @per_pid
 @warning("PID635", DISABLE_P, "neither a proportional nor an integral term is on: {left}")
-def no_control_term(view: BlockView) -> Iterator[Finding]:
+def no_control_term(view: BlockView) -> Findings:
     """Nothing holds the set point.
 
     Why: with DisableP and no integral, or with Kp and Ki 0 in the independent form, MV stays at BIAS whatever the error
@@ -38,12 +35,12 @@ def no_control_term(view: BlockView) -> Iterator[Finding]:
     if view.proportional == 0 and view.integral == 0 and not dependent_zero:
         left = "the derivative alone holds no set point" if view.derivative else "MV never moves"
         key = "DisableP" if view.is_on("Indep") is False else "Kp"
-        yield view.find(key, left=left)
+        yield view.at(key, left=left)
 
 
 @per_pid
 @info("PID636", DISABLE_P, "DisableP is ignored with Indep TRUE: Kp {gain} acts")
-def disable_p_ignored(view: BlockView) -> Iterator[Finding]:
+def disable_p_ignored(view: BlockView) -> Findings:
     """DisableP is TRUE, and the gains are independent.
 
     Why: it acts in the dependent form only; the proportional term that was to be off is on.
@@ -51,11 +48,11 @@ def disable_p_ignored(view: BlockView) -> Iterator[Finding]:
     Fix: write `Kp: 0`, which leaves Ki and Kd alone in the independent form.
     """
     if view.is_on("DisableP") and view.is_on("Indep") and view.number_of("Kp"):
-        yield view.find("DisableP", gain=view.shown("Kp"))
+        yield view.at("DisableP", gain=view.shown("Kp"))
 
 
 @error("PID637", D202, "{key} is {time} s, a time, but with Indep TRUE it is the gain {gain}")
-def time_as_gain(context: NextopidContext) -> Iterator[Finding]:
+def time_as_gain(context: NextopidContext) -> Findings:
     """A gain of the independent form is written with a unit of time.
 
     Why: with Indep TRUE, Ti_Ki is the integral gain and Td_Kd the derivative gain. An integral time of 60 s read as a
@@ -66,12 +63,12 @@ def time_as_gain(context: NextopidContext) -> Iterator[Finding]:
     for view in context.pids:
         for key, gain in (("Ti_Ki", "Ki"), ("Td_Kd", "Kd")):
             if context.has_time_as_gain(view, key):
-                yield view.find(key, key=key, time=view.shown(key), gain=gain)
+                yield view.at(key, key=key, time=view.shown(key), gain=gain)
 
 
 @per_pid
 @warning("PID638", INDEP, "Indep is wired: Ti_Ki and Td_Kd are times while it is FALSE and gains while it is TRUE")
-def form_from_a_wire(view: BlockView) -> Iterator[Finding]:
+def form_from_a_wire(view: BlockView) -> Findings:
     """The form of the equation can change while the loop runs.
 
     Why: the same numbers then mean something else: an integral time of 60 s becomes an integral gain of 60.
@@ -79,12 +76,12 @@ def form_from_a_wire(view: BlockView) -> Iterator[Finding]:
     Fix: write `true` or `false`.
     """
     if view.wire("Indep") is not None:
-        yield view.find("Indep")
+        yield view.at("Indep")
 
 
 @per_pid
 @info("PID639", BIAS, "no integral and BIAS {bias}: an error stays as long as the process needs another MV")
-def proportional_without_bias(view: BlockView) -> Iterator[Finding]:
+def proportional_without_bias(view: BlockView) -> Findings:
     """A loop without an integral has no offset.
 
     Why: BIAS is MV at zero error. A heater that has to give 30 % to hold the temperature does so only with the error
@@ -93,7 +90,7 @@ def proportional_without_bias(view: BlockView) -> Iterator[Finding]:
     Fix: give the MV that holds the set point as BIAS, or an integral time.
     """
     if view.proportional and view.integral == 0 and view.number_of("BIAS") == 0:
-        yield view.find("Ti_Ki", bias=view.shown("BIAS"))
+        yield view.at("Ti_Ki", bias=view.shown("BIAS"))
 
 
 @per_pid
@@ -102,7 +99,7 @@ def proportional_without_bias(view: BlockView) -> Iterator[Finding]:
     DERIVATIVE,
     "DerivEr is TRUE: a step of 1 % of the set point moves MV by {percent} % through the derivative",
 )
-def derivative_of_the_error(view: BlockView) -> Iterator[Finding]:
+def derivative_of_the_error(view: BlockView) -> Findings:
     """The derivative acts on the error.
 
     Why: each new set point throws MV, by the derivative gain times the step over the sample time. Most applications
@@ -114,12 +111,12 @@ def derivative_of_the_error(view: BlockView) -> Iterator[Finding]:
     if view.is_on("DerivEr") and gain and pv and mv and view.sample_time > 0:
         time = max(view.sample_time, view.number_of("Tfd") or Decimal(0))
         percent = gain * (pv[1] - pv[0]) / time / (mv[1] - mv[0])
-        yield view.find("DerivEr", percent=f"{float(percent):.3g}")
+        yield view.at("DerivEr", percent=f"{float(percent):.3g}")
 
 
 @per_pid
 @error("PID641", DEAD_BAND, "DeadBand {band} is the whole range of PV, {low} to {high}, or more: MV never moves")
-def dead_band_as_wide_as_the_range(view: BlockView) -> Iterator[Finding]:
+def dead_band_as_wide_as_the_range(view: BlockView) -> Findings:
     """The dead band is so wide that the loop never acts.
 
     Why: PV and set point are limited to MinPV..MaxPV, so the error cannot be larger than that range. While it is inside
@@ -129,4 +126,4 @@ def dead_band_as_wide_as_the_range(view: BlockView) -> Iterator[Finding]:
     """
     band, pv = view.number_of("DeadBand"), view.pv_limits
     if band is not None and pv is not None and band >= pv[1] - pv[0]:
-        yield view.find("DeadBand", band=view.shown("DeadBand"), low=view.shown("MinPV"), high=view.shown("MaxPV"))
+        yield view.at("DeadBand", band=view.shown("DeadBand"), low=view.shown("MinPV"), high=view.shown("MaxPV"))

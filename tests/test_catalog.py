@@ -1,0 +1,104 @@
+"""The catalog of rules: every code is in the group that it begins like, and looking one up imports no other vendor."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from pidcfg.diagnostics import Diagnostic, Severity
+from pidcfg.validate.catalog import CODE, COMMON, FILES, GROUPS, group_of, ignorable, rule_of, rules, unusable
+from pidcfg.validate.codes import READING
+from pidcfg.validate.rules import collect, common
+from pidcfg.vendors import VENDORS
+
+ROOT = Path(__file__).parents[1]
+
+
+def test_every_vendor_has_a_group_and_no_two_groups_share_a_beginning():
+    beginnings = [begin for begins in GROUPS.values() for begin in begins]
+
+    assert {*GROUPS} == {FILES, COMMON, *VENDORS}
+    assert not [(a, b) for a in beginnings for b in beginnings if a != b and a.startswith(b)]
+
+
+@pytest.mark.parametrize("vendor", VENDORS.values(), ids=lambda vendor: vendor.key)
+def test_the_rules_of_a_vendor_have_its_codes(vendor):
+    codes = vendor.load("rules").keys() - collect(common).keys()
+
+    assert codes
+    assert {group_of(code) for code in codes} == {vendor.key}
+
+
+def test_every_rule_is_found_by_its_code():
+    table = rules()
+
+    assert list(table) == sorted(table)
+    assert all(CODE.fullmatch(code) and rule_of(code) is rule for code, rule in table.items())
+    assert len(table) == len(collect(common)) + sum(
+        len(rules(b)) for g, bs in GROUPS.items() if g != COMMON for b in bs
+    )
+
+
+@pytest.mark.parametrize(
+    ("begin", "least", "groups"),
+    [
+        ("", 400, set(GROUPS)),
+        ("PID", 400, set(GROUPS)),
+        ("PID24", 10, {"dl06"}),
+        ("PID314", 1, {"click"}),
+        ("PID3140", 0, set()),
+        ("PID9", 0, set()),
+        ("high", 0, set()),
+    ],
+)
+def test_rules_are_listed_by_the_beginning_of_their_codes(begin, least, groups):
+    found = rules(begin)
+
+    assert len(found) >= least
+    assert {group_of(code) for code in found} == groups
+
+
+@pytest.mark.parametrize("code", ["PID999", "PID9", "", "D46"])
+def test_what_is_no_code_has_no_rule(code):
+    with pytest.raises(KeyError):
+        rule_of(code)
+
+
+@pytest.mark.parametrize(("code", "vendor"), [("PID314", "click"), ("PID001", None), ("PID101", None)])
+def test_looking_up_a_rule_imports_the_rules_of_its_vendor_alone(code, vendor):
+    program = f"""
+import sys
+from pidcfg.validate.catalog import rule_of
+assert rule_of({code!r}).code == {code!r}
+print(*sorted({{name.split(".")[3] for name in sys.modules if name.startswith("pidcfg.validate.rules.")}}))
+"""
+    run = subprocess.run([sys.executable, "-c", program], cwd=ROOT, capture_output=True, text=True, check=True)
+
+    assert set(run.stdout.split()) <= {"common", vendor}
+
+
+def test_only_errors_of_a_file_itself_cannot_be_ignored():
+    fixed = {rule.code for rule in rules().values() if not rule.ignorable}
+
+    assert {group_of(code) for code in fixed} == {FILES}
+    assert all(rule.ignorable == (rule.severity is not Severity.ERROR) for rule in rules("PID0").values())
+
+
+@pytest.mark.parametrize(
+    ("code", "severity", "may"),
+    [
+        ("PID020", Severity.ERROR, False),
+        ("PID020", Severity.WARNING, True),
+        ("PID054", Severity.WARNING, True),
+        ("PID242", Severity.ERROR, True),
+    ],
+)
+def test_a_finding_may_be_ignored_unless_its_rule_forbids_it_and_it_is_an_error(code, severity, may):
+    assert ignorable(Diagnostic(code, severity, "", "")) is may
+
+
+def test_a_text_that_cannot_be_read_is_unusable_and_nothing_else():
+    found = {code for code in rules() if unusable(Diagnostic(code, Severity.ERROR, "", ""))}
+
+    assert found == {rule.code for rule in READING} | {"PID041"}
