@@ -12,6 +12,7 @@ from types import SimpleNamespace
 import click
 import pytest
 
+import pidcfg as pidcfg_package
 from pidcfg import check_file, check_text
 from pidcfg.cli.commands import diff
 from pidcfg.conversion.pipeline import ConvertError
@@ -151,9 +152,10 @@ def test_json_says_what_a_comparison_lacks(monkeypatch, capsys):
     def refuse(*_):
         raise ConvertError([lacking])
 
-    monkeypatch.setattr("pidcfg.differences.meaning.side_of", refuse)
-    with pytest.raises(click.ClickException, match="does not say what its values mean"):
-        diff._side("a.yaml", None, None, "json")
+    monkeypatch.setattr("pidcfg.results.differences.side_of", refuse)
+    result = pidcfg_package.diff(REACTOR, REACTOR, names=("a.yaml", "b.yaml"))
+    with pytest.raises(click.ClickException, match=r"a\.yaml does not say what its values mean"):
+        diff.refuse(result, "json")
     (found,) = json.loads(capsys.readouterr().out)["findings"]
     assert (found["code"], found["message"], found["path"]) == ("PID042", "it has no range", "loops[0].pv")
 

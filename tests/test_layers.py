@@ -20,6 +20,7 @@ MAY_IMPORT = {
     "globs":        "",
     "paths":        "",
     "writer":       "",
+    "reader":       "",
     "diagnostics":  "refs",
     "document":     "refs limits diagnostics",
     "source":       "refs limits diagnostics document",
@@ -28,9 +29,10 @@ MAY_IMPORT = {
     "schemas":      "refs",
     "encoders":     "refs paths schemas",
     "vendors":      "refs schemas encoders",
+    "listings":     "limits encoders vendors writer",
     "conversion":   "refs diagnostics limits document source comments schemas encoders vendors",
     "differences":  "refs schemas encoders vendors conversion",
-    "tuning":       "refs limits schemas encoders vendors cli",
+    "tuning":       "refs limits schemas encoders vendors listings",
     "validate":     "refs limits diagnostics document source comments aliases schemas encoders vendors conversion "
                     "tuning",
     "explanation":  "refs diagnostics schemas encoders vendors validate",
@@ -38,17 +40,19 @@ MAY_IMPORT = {
     "pictures":     "",
     "report":       "refs limits diagnostics document schemas encoders vendors conversion differences validate "
                     "explanation sim pictures",
-    "scenario":     "refs limits diagnostics document source schemas encoders vendors conversion differences validate "
-                    "sim pictures cli",
+    "scenario":     "refs limits reader diagnostics document source schemas encoders vendors listings conversion "
+                    "differences validate sim pictures",
+    "results":      "limits reader writer diagnostics document source schemas encoders vendors listings conversion "
+                    "differences tuning validate explanation sim scenario",
     "cli":          "*",
-    "api":          "refs limits diagnostics document source schemas encoders vendors conversion tuning validate sim",
+    "api":          "limits reader document encoders vendors explanation tuning validate sim scenario results",
     "__init__":     "api",
     "__main__":     "cli",
 }
 
 ONLY_IN = {
     # package       modules that may import it
-    "click":         "cli tuning.record",
+    "click":         "cli",
     "rich":          "cli.terminal",
     "ruamel":        "source writer",
     "intelhex":      "encoders.ihex",
@@ -59,10 +63,10 @@ ONLY_IN = {
     "jinja2":        "pictures report",
     "markupsafe":    "report",
     "xlsxwriter":    "report",
-    "pydantic":      "schemas encoders vendors validate sim tuning conversion differences explanation report "
+    "pydantic":      "schemas encoders vendors validate sim tuning conversion differences explanation report results "
                      "cli.commands.schema",
     "pydantic_core": "schemas encoders vendors validate sim",
-    "importlib":     "vendors cli sim.compile explanation.decisions __init__",
+    "importlib":     "vendors cli sim.compile explanation.decisions results.schemas __init__",
     # imports by name: the tables above cannot see them
 }
 
@@ -137,7 +141,6 @@ LONG_MODULES = {
 
 CIRCLES = {
     # package that has one     modules of which some know each other in a circle
-    "cli.formats":             "cli.formats.simulation_text scenario.charts",
     "validate.rules.nextopid": "validate.rules.nextopid.context validate.rules.nextopid.links "
                                "validate.rules.nextopid.paths validate.rules.nextopid.view",
 }
@@ -255,6 +258,25 @@ def test_packages_from_outside_are_known_to_the_modules_that_need_them():
                     f"{module}:{line} imports {name}; {package} belongs to {ONLY_IN.get(package, 'nobody')}"
                 )
     assert not breaches, report(breaches)
+
+
+CALLS = ("check", "encode", "decode", "convert", "diff", "simulate", "tune", "explain")
+TYPES_AND_TEXTS = (
+    *("cli", "api", "results", "limits", "diagnostics", "document", "vendors", "source.Document"),
+    *("encoders.files", "encoders.listing.ListingError", "explanation.question.QuestionError", "explanation.render"),
+    *("scenario.outcome.Outcome", "sim.engine.EngineName", "tuning.rules"),
+    *("validate.catalog.unusable", "validate.engine.is_scenario"),
+)
+"""What a command needs beside the call of its name: arguments, results, what prints them; nothing that does work."""
+
+
+@pytest.mark.parametrize("call", CALLS)
+def test_a_command_makes_the_call_of_its_name_and_no_other(call):
+    module = "cli.commands.validate" if call == "check" else f"cli.commands.{call}"
+    names = [name.removeprefix("pidcfg.") for name, _ in imports(TREES[module]) if name.startswith("pidcfg.")]
+    assert [name for name in names if not within(name, TYPES_AND_TEXTS)] == []
+    through = TREES["cli.findings.collect"] if call == "check" else TREES[module]
+    assert {name for name, _ in imports(through) if name.startswith("pidcfg.api.")} == {f"pidcfg.api.{call}"}
 
 
 MEETING_PLACE = "generic"

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from pidcfg.cli import options
-from pidcfg.cli.output_schemas import OUTPUTS, output_schema
 from pidcfg.cli.terminal.console import echo_json, show
+from pidcfg.results.schemas import OUTPUTS, output_schema
 from pidcfg.vendors import VENDORS
 
 if TYPE_CHECKING:

@@ -17,8 +17,8 @@ from typing import TYPE_CHECKING, Any
 import click
 from click.shell_completion import CompletionItem
 
-from pidcfg.cli.files.inputs import SUFFIXES
 from pidcfg.limits import DEFAULT, Limits
+from pidcfg.reader import SUFFIXES
 from pidcfg.vendors import VENDORS, format_names
 
 if TYPE_CHECKING:
