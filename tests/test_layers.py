@@ -139,12 +139,6 @@ LONG_MODULES = {
     "schemas.nextopid":         "a table: one field for every parameter of fourteen blocks",
 }
 
-CIRCLES = {
-    # package that has one     modules of which some know each other in a circle
-    "validate.rules.nextopid": "validate.rules.nextopid.context validate.rules.nextopid.links "
-                               "validate.rules.nextopid.paths validate.rules.nextopid.view",
-}
-
 LONG_FUNCTIONS = {
     # function                     why it may have more than 50 lines
     "sim.controllers.dl06.scan.sample": "a kernel: one sample in the order of the manual; a call costs ten operations",
@@ -234,12 +228,9 @@ def test_imports_point_down_and_never_up():
 
 
 def test_no_modules_import_each_other_in_a_circle():
-    known = [set(modules.split()) for modules in CIRCLES.values()]
     present = circles({module: set(imported_modules(module)) for module in TREES})
-    breaches = [" ".join(sorted(circle)) for circle in present if not any(circle <= modules for modules in known)]
+    breaches = [" ".join(sorted(circle)) for circle in present]
     assert not breaches, report(breaches)
-    gone = [name for name, modules in CIRCLES.items() if not any(c <= set(modules.split()) for c in present)]
-    assert not gone, f"no circle any more: {gone}"
 
 
 def test_a_circle_is_seen_however_long_it_is():
