@@ -13,6 +13,7 @@ from typing import Any
 
 from pidcfg.encoders.regmap import Bits, RegisterMap, Word
 from pidcfg.encoders.words import EncodeError
+from pidcfg.paths import dotted
 from pidcfg.schemas.base import parse_flag, parse_number, refuse
 
 Row = Word | Bits
@@ -44,8 +45,7 @@ class Keys:
 
     def find(self, path: tuple[str, ...]) -> list[Row]:
         """The registers behind a key: one, or both ends of a pair of limits; refuses what cannot be set."""
-        key = ".".join(path)
-        key = self.short.get(key, key)
+        key = self.short.get(dotted(path), dotted(path))
         if key in self.events:
             refuse("set_key", f"{key} is an event of its own", help=f"write {self.events[key]}: in place of set:")
         if key in self.rows:
