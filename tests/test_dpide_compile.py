@@ -12,6 +12,7 @@ from pidcfg.sim.compile import compiled
 from pidcfg.sim.controllers.dpide import state as bits
 from pidcfg.sim.controllers.dpide.report import SIGNALS
 from pidcfg.sim.controllers.dpide.scan import INLINED, KERNELS, load, scan
+from pidcfg.sim.records import NEVER
 
 PLCS = 220
 SEGMENTS, STEPS = 5, 250
@@ -85,7 +86,7 @@ def random_event(rng, plc, i, sig):
         plc.autotune(i, "cancel")
     elif kind == 6:
         plc.program(sig)
-        plc.run(plc.st[i].due // BASE * BASE if plc.st[i].due < bits.NEVER else 0)
+        plc.run(plc.st[i].due // BASE * BASE if plc.st[i].due < NEVER else 0)
     else:
         key, value = rng.choice(
             [

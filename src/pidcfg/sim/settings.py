@@ -60,6 +60,13 @@ class Keys:
         cure = f"did you mean {near[0]}?" if near else "write a key of the loop's configuration"
         return refuse("set_key", f"{key!r} is nothing that can be set in a running loop", help=cure)
 
+    def check(self, path: tuple[str, ...], value: object, encode: Callable[[Row, Any], int]) -> object:
+        """The parsed value of a key; a ``PydanticCustomError`` says why its registers cannot hold it."""
+        rows = self.find(path)
+        parsed = self.parse(rows, value)
+        check_fit(rows, parsed, encode)
+        return parsed
+
     def parse(self, rows: list[Row], value: object) -> object:
         """The value of a key as its registers take it; of a pair both."""
         if len(rows) == 1:
