@@ -16,7 +16,9 @@ import pidcfg as pidcfg_package
 from pidcfg import check_file, check_text
 from pidcfg.cli.commands import diff
 from pidcfg.conversion.pipeline import ConvertError
-from pidcfg.differences.meaning import RISKS, compare, side_of
+from pidcfg.differences.meaning import compare
+from pidcfg.differences.result import RISKS
+from pidcfg.differences.side import side_of
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 TANK = (EXAMPLES / "click/tank.yaml").read_text("utf-8")

@@ -130,8 +130,6 @@ MODULES = {
 LONG_MODULES = {
     # module or package         why it may have more than 300 lines
     "encoders.maps":            "tables",
-    "conversion.from_neutral.click": "to be divided",
-    "differences.meaning":      "to be divided",
     "schemas.base":             "a table: one parser for every type of field",
     "schemas.dl06":             "a table: one field for every word and bit",
     "schemas.click":            "a table: one field for every register",

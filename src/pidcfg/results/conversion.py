@@ -7,7 +7,8 @@ from pathlib import PurePath
 from typing import TYPE_CHECKING
 
 from pidcfg.conversion.comments import comments, with_comments
-from pidcfg.conversion.pipeline import ConvertError, convert, shown
+from pidcfg.conversion.pipeline import ConvertError, convert
+from pidcfg.conversion.values import shown
 from pidcfg.diagnostics import Diagnostic, Severity
 from pidcfg.results.arguments import vendor_options
 from pidcfg.results.findings import Data, errors_in, findings_data

@@ -9,7 +9,9 @@ from typing import TYPE_CHECKING, Any
 
 from pidcfg.conversion.pipeline import ConvertError
 from pidcfg.diagnostics import Diagnostic, Severity
-from pidcfg.differences.meaning import RISKS, Compared, Side, compare, side_of
+from pidcfg.differences.meaning import compare
+from pidcfg.differences.result import RISKS, Compared
+from pidcfg.differences.side import Side, side_of
 from pidcfg.document import Document, Node
 from pidcfg.encoders.listing import ListingError
 from pidcfg.listings import decode_listing, read_listing

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
 
-    from pidcfg.differences.meaning import Side
+    from pidcfg.differences.side import Side
     from pidcfg.pictures.chart import Chart
     from pidcfg.vendors import Vendor
 

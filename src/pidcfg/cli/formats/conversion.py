@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from pidcfg.cli.files.plots import in_characters
 from pidcfg.cli.formats.markdown import cell
 from pidcfg.conversion.ledger import WORST
-from pidcfg.conversion.pipeline import text_of
+from pidcfg.conversion.values import text_of
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

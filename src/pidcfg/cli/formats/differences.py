@@ -6,10 +6,10 @@ import json
 from typing import TYPE_CHECKING
 
 from pidcfg.cli.formats.markdown import cell
-from pidcfg.conversion.pipeline import text_of
+from pidcfg.conversion.values import text_of
 
 if TYPE_CHECKING:
-    from pidcfg.differences.meaning import Difference
+    from pidcfg.differences.result import Difference
     from pidcfg.results.differences import DiffResult
 
 

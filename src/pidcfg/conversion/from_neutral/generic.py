@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from pidcfg.conversion.ledger import Put, Target
+from pidcfg.conversion.ledger import TargetField, TargetFile
 from pidcfg.conversion.to_neutral.generic import fields, plain
 
 if TYPE_CHECKING:
@@ -13,7 +13,6 @@ if TYPE_CHECKING:
     from pidcfg.schemas.generic import GenericFile
 
 
-def from_neutral(file: GenericFile, options: Mapping[str, Any]) -> Target:  # noqa: ARG001 - there is nothing to choose
+def from_neutral(file: GenericFile, options: Mapping[str, Any]) -> TargetFile:  # noqa: ARG001 - nothing to choose
     """The file as it is."""
-    data = plain(file)
-    return Target(data, [[Put(path, path) for path, _ in fields(loop)] for loop in file.loops])
+    return TargetFile(plain(file), [[TargetField(path, path) for path, _ in fields(loop)] for loop in file.loops])

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import get_args
 
-from pidcfg.differences.meaning import RISKS, Status
+from pidcfg.differences.result import RISKS, Status
 from pidcfg.results.schemas import findings
 from pidcfg.results.schemas.parts import VERSION, Schema, anything, count, listing, record, text
 
