@@ -24,7 +24,7 @@ from pidcfg.sim.controllers.click.pwm import pulse
 from pidcfg.sim.controllers.click.state import AUTO, FIRST, GOAL, NAN, PID_ERROR, REQUEST, TUNING, Config, State
 from pidcfg.sim.terms import clamp, finite, single
 
-__all__ = ["INLINED", "KERNELS", "Click", "Config", "Options", "State", "load", "sample", "scan"]
+__all__ = ["INLINED", "Click", "Config", "Options", "State", "load", "sample", "scan"]
 
 
 def control(c: Config, s: State, sig: list[float]) -> None:
@@ -92,7 +92,5 @@ def scan(tick: int, cfg: list[Config], st: list[State], aux: list[float], sig: l
             sig[c.sig_pwm] = pulse(c, s, tick)
 
 
-KERNELS = (scan,)
-"""Where the compiler begins; what these call follows by itself."""
 INLINED = (scan, sample, calculate)
 """The hot path of compiled code."""

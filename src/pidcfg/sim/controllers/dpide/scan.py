@@ -31,7 +31,7 @@ from pidcfg.sim.controllers.dpide.state import (
 )
 from pidcfg.sim.terms import finite, single
 
-__all__ = ["INLINED", "KERNELS", "Config", "Dpide", "Options", "State", "load", "sample", "scan"]
+__all__ = ["INLINED", "Config", "Dpide", "Options", "State", "load", "sample", "scan"]
 
 
 def by_hand(c: Config, s: State) -> None:
@@ -96,7 +96,5 @@ def scan(tick: int, cfg: list[Config], st: list[State], aux: list[float], sig: l
             sample(i, cfg, st, sig)
 
 
-KERNELS = (scan,)
-"""Where the compiler begins; what these call follows by itself."""
 INLINED = (scan, sample, calculate, derivative, effective, fetch, show)
 """The hot path of compiled code."""

@@ -21,7 +21,7 @@ from pidcfg.sim.controllers.nextopid.selectors import select_max, select_min, sp
 from pidcfg.sim.controllers.nextopid.state import Config, State
 from pidcfg.sim.controllers.nextopid.wires import value_of, wire_in
 
-__all__ = ["INLINED", "KERNELS", "Config", "Nextopid", "Options", "State", "call", "load", "scan"]
+__all__ = ["INLINED", "Config", "Nextopid", "Options", "State", "call", "load", "scan"]
 
 
 def call(c: Config, s: State, aux: list[float], sig: list[float]) -> None:
@@ -81,7 +81,5 @@ def scan(tick: int, cfg: list[Config], st: list[State], aux: list[float], sig: l
             call(c, s, aux, sig)
 
 
-KERNELS = (scan,)
-"""Where the compiler begins; what these call follows by itself."""
 INLINED = (scan, wire_in, value_of)
 """The hot path of compiled code."""
