@@ -5,7 +5,14 @@ from __future__ import annotations
 import struct
 from dataclasses import astuple, fields
 
-from pidcfg.sim.compile import records, vector, write_back
+import numpy as np
+
+from pidcfg.sim.compile import records, write_back
+
+
+def vector(values):
+    """A list of floats for a compiled kernel."""
+    return np.array(values, np.float64)
 
 
 def words(cfg, st, aux, sig):

@@ -12,6 +12,8 @@ import sys
 import tempfile
 from pathlib import Path
 
+from pidcfg.cli.formats import formats_of, load
+
 EXAMPLES = Path(__file__).parents[1] / "examples"
 LISTINGS = {"text": "txt", "csv": "csv", "json": "json", "modbus": "modbus.csv"}
 IMAGES = {
@@ -38,16 +40,6 @@ IMAGES = {
     "generic/boiler": {"text": "txt", "csv": "csv", "json": "json"},
 }
 """Each example by its path below ``examples``, and the ends of the files for each format."""
-SIMULATED = {
-    "text": "txt",
-    "json": "json",
-    "sarif": "sarif",
-    "github": "github",
-    "gitlab": "gitlab.json",
-    "junit": "xml",
-}
-"""Formats of ``simulate``, and the ends of their golden files."""
-VALIDATED = {**SIMULATED, "concise": "concise"}
 TREND_EVERY = {
     "dl06/reactor": 50,
     "dl06/oven": 60,
@@ -124,6 +116,11 @@ REPORTS = Path(__file__).parent / "data" / "formats"
 """What the reports of a file with mistakes and of a run that fails look like in each format."""
 
 
+def report_name(command: str, fmt: str) -> str:
+    """The name of a committed report of `validate` or `simulate`."""
+    return f"{'oven' if command == 'validate' else 'fails'}.{load(fmt).ending}"
+
+
 def reports() -> dict[str, bytes]:
     """The committed reports by file name; the commands run in the folder of what they are about."""
     with tempfile.TemporaryDirectory() as name:
@@ -131,9 +128,8 @@ def reports() -> dict[str, bytes]:
         copies = (EXAMPLES / "mistakes" / "oven.yaml", REPORTS / "fails.scenario.yaml", REPORTS / "flow.yaml")
         for path in copies:
             (folder / path.name).write_bytes(path.read_bytes())
-        for file, ends in (("oven.yaml", VALIDATED), ("fails.scenario.yaml", SIMULATED)):
-            command = "validate" if file == "oven.yaml" else "simulate"
-            options = [f"--output={fmt}={file.partition('.')[0]}.{end}" for fmt, end in ends.items()]
+        for command, file in (("validate", "oven.yaml"), ("simulate", "fails.scenario.yaml")):
+            options = [f"--output={fmt}={report_name(command, fmt)}" for fmt in formats_of(command)]
             arguments = [sys.executable, "-m", "pidcfg", command, file, *options]
             result = subprocess.run(arguments, cwd=folder, capture_output=True, check=False)
             if result.returncode != 1:

@@ -1,25 +1,25 @@
 """Compiled kernels: the same source through numba gives the same bits, over random loops with every feature."""
 
-from __future__ import annotations
-
 import random
 import struct
+from collections.abc import MutableSequence, Sequence
 from dataclasses import dataclass
+from typing import Generic, NamedTuple, TypeVar
 
 import numpy as np
 import pytest
 
-from compile_rig import advance
+from compile_rig import advance, vector
 from pidcfg.sim.compile import (
     bind,
     cache_folder,
     compiled,
     fingerprint,
     kept,
+    on_lists,
     reachable,
     record_type,
     records,
-    vector,
     write_back,
 )
 from pidcfg.sim.controllers.dl06 import scan as dl06
@@ -177,6 +177,37 @@ def test_records_carry_every_field_there_and_back():
     assert record_type(Point) == np.dtype([("x", np.float64), ("n", np.int64)])
     assert points == [Point(1.1, 3), Point(-1.5, -(2**60))]
     assert len(records([], Point)) == 0
+
+
+Item = TypeVar("Item")
+
+
+class Group(NamedTuple, Generic[Item]):
+    by: int
+    points: MutableSequence[Item]
+    only_read: Sequence[float]
+    written: MutableSequence[float]
+    whole: MutableSequence[int]
+    none: MutableSequence[Point]
+
+
+def moves(start: int, group: Group[Item], more: MutableSequence[float]) -> int:
+    """Writes all that it gets (kernel)."""
+    by, points, only_read, written, whole, none = group
+    for i in range(len(points)):
+        points[i].n += by
+    only_read[0] = written[0] = more[0] = 7.5
+    whole[0] += 1
+    return start + len(none)
+
+
+def test_a_compiled_kernel_is_called_with_lists_and_groups_of_them_and_writes_what_may_be_written():
+    group = Group(2, [Point(0.5, 1), Point(0.0, 2**60)], [1.0], [1.0], [3], [])
+    more = [0.0, 1.0]
+
+    assert on_lists(compiled([moves])[moves], moves, {Item: Point})(5, group, more) == 5
+    assert group == Group(2, [Point(0.5, 3), Point(0.0, 2**60 + 2)], [1.0], [7.5], [4], [])
+    assert more == [7.5, 1.0]
 
 
 def one(x):

@@ -21,9 +21,9 @@ from pidcfg.encoders.named import ParameterTable
 from pidcfg.encoders.regmap import RegisterMap
 from pidcfg.explanation.decisions import all_decisions
 from pidcfg.explanation.lookup import explain
-from pidcfg.explanation.question import Asked, ThingError
+from pidcfg.explanation.question import Question, QuestionError
 from pidcfg.explanation.render import as_json, as_text
-from pidcfg.explanation.texts import _inside
+from pidcfg.explanation.texts import annotations_in
 from pidcfg.schemas.document import models_of
 from pidcfg.sim.controllers.ezlogix import autotune as ezlogix_autotune
 from pidcfg.validate.catalog import rules
@@ -35,7 +35,7 @@ ALL = list(VENDORS)
 
 def pages(text, *, vendor=None, loop=False, starts=()):
     """The explanations of a thing."""
-    return explain(text, Asked(loop, tuple(starts)), [vendor] if vendor else ALL, all_decisions)
+    return explain(Question.of(text, loop=loop, starts=tuple(starts)), [vendor] if vendor else ALL, all_decisions)
 
 
 def run(*args):
@@ -165,9 +165,9 @@ def test_every_switch_that_tells_what_true_is_has_both_states():
     for key in ("nextopid", "dpide", "generic"):
         book = VENDORS[key].load("explainer")
         switches = [(table, row) for table, rows in book.tables.items() for row in rows.rows if row.type.kind == "bool"]
-        names = {row.name for table, row in switches if book.meaning(table, row).startswith(("TRUE", "FALSE"))}
+        names = {row.name for table, row in switches if book.text(table, row).startswith(("TRUE", "FALSE"))}
         assert names
-        assert {(name, state) for name in names for state in (True, False)} <= set(book.states or {})
+        assert {(name, state) for name in names for state in (True, False)} <= set(book.states)
     assert {page.title.partition(" [")[0] for page in pages("Direct=FALSE")} == {"a switch"}
     result = run("Direct=FALSE", "PID_MAN=1", "PID_DIR=0", "PID_MODE=2")
     assert not re.search(r"TRUE: TRUE|FALSE: TRUE|\n  off ", result.output)
@@ -275,7 +275,7 @@ def every_meaning():
         *ezlogix_meanings.WORDS.values(),
         *nextopid_meanings.BITS.values(),
         *nextopid_meanings.GROUPS.values(),
-        *nextopid_meanings.OWN_BITS.values(),
+        *nextopid_meanings.BLOCK_BITS.values(),
         *(c.meaning for m in (click_meanings, ezlogix_meanings, dpide_meanings) for c in m.CODES),
     ]
 
@@ -420,7 +420,7 @@ def test_a_name_that_several_vendors_have_is_explained_for_each():
     ],
 )
 def test_what_cannot_be_explained_is_one_clear_error(thing, message):
-    with pytest.raises(ThingError) as error:
+    with pytest.raises(QuestionError) as error:
         pages(thing)
     assert message in str(error.value)
     result = run(thing)
@@ -670,7 +670,7 @@ def pages_or_none(thing, vendor):
     """The explanations; none where there is none."""
     try:
         return pages(thing, vendor=vendor)
-    except ThingError:
+    except QuestionError:
         return []
 
 
@@ -693,7 +693,7 @@ def test_the_action_of_a_loop_of_a_file():
 def leaves(model, before=""):
     """The paths of all keys of a model."""
     for key, field in model.model_fields.items():
-        below = [m for m in models_of(model) if m is not model and m in _inside(field.annotation)]
+        below = [m for m in models_of(model) if m is not model and m in annotations_in(field.annotation)]
         for inner in below:
             yield from leaves(inner, f"{before}{key}.")
         if not below:
@@ -710,8 +710,8 @@ def test_every_key_is_in_a_register_or_told(vendor):
     held = {row.path for block in book.blocks for row in (*block.table.words, *block.table.bits) if row.path}
     for path in {leaf.removeprefix("loops.") for leaf in leaves(VENDORS[vendor].model)}:
         in_register = any(f"{p}.".startswith(f"{path}.") or path.startswith(f"{p}.") for p in held)
-        assert in_register != (path in book.beside) or path.startswith(ELSEWHERE), path
-    for path in book.beside:
+        assert in_register != (path in book.unstored) or path.startswith(ELSEWHERE), path
+    for path in book.unstored:
         assert [page.holds for page in pages(path, vendor=vendor) if page.holds], path
 
 
@@ -727,7 +727,7 @@ def test_keys_that_no_register_holds(thing, keys):
     found = pages(thing)
     assert [page.key for page in found] == keys
     assert {page.by for page in found} == {"stands in no register: set it in the PID dialog"}
-    with pytest.raises(ThingError, match="stands in no register"):
+    with pytest.raises(QuestionError, match="stands in no register"):
         pages(f"{thing}=1")
 
 
@@ -750,7 +750,7 @@ def test_a_content_takes_the_readings_that_it_fits_and_each_once(thing, titles):
 
 
 def test_a_content_that_fits_no_reading_is_an_error():
-    with pytest.raises(ThingError, match=r"a word of 0 to 65535; .*true or false"):
+    with pytest.raises(QuestionError, match=r"a word of 0 to 65535; .*true or false"):
         pages("Base+3=70000")
 
 

@@ -7,6 +7,7 @@ import json
 import os
 import re
 import sys
+from importlib import import_module
 from pathlib import Path, PureWindowsPath
 from xml.etree import ElementTree as ET
 
@@ -15,10 +16,12 @@ import junitparser
 import pytest
 from click.testing import CliRunner
 
+import golden
 from pidcfg.cli import formats
 from pidcfg.cli.formats import findings as basics
 from pidcfg.cli.formats import report_options
 from pidcfg.cli.formats.findings import Findings
+from pidcfg.cli.formats.format import Kind
 from pidcfg.cli.formats.simulation import render_runs
 from pidcfg.cli.formats.simulation_text import Outcome
 from pidcfg.cli.main import cli
@@ -35,7 +38,8 @@ SARIF = jsonschema.Draft202012Validator(
     json.loads((DATA / "sarif" / "sarif-2.1.0.json").read_text("utf-8")),
     format_checker=jsonschema.Draft202012Validator.FORMAT_CHECKER,
 )
-MACHINE = ("json", "sarif", "gitlab", "junit")
+VALIDATE = formats.formats_of("validate")
+MACHINE = [fmt for fmt in VALIDATE if formats.load(fmt).kind in {Kind.JSON, Kind.XML}]
 AWKWARD = "my ovens/100 %, #2 ü.yaml"
 NASTY = "50 %, a: b\r\nsecond :: line, with \x1b[31m <tag> & \x00 \ud800"
 
@@ -195,16 +199,16 @@ def test_sarif_carries_fixes():
 def test_names_are_relative_to_the_checkout_that_ci_names(folder, monkeypatch, variable):
     (folder / "loops").mkdir()
     monkeypatch.chdir(folder / "loops")
-    assert basics.shown("x.yaml") == "x.yaml"
+    assert basics.display_name("x.yaml") == "x.yaml"
     monkeypatch.setenv(variable, str(folder))
-    assert basics.shown("x.yaml") == "loops/x.yaml"
+    assert basics.display_name("x.yaml") == "loops/x.yaml"
     monkeypatch.setenv(variable, str(folder / "elsewhere"))
-    assert basics.shown("x.yaml") == "x.yaml", "we do not run inside of it"
+    assert basics.display_name("x.yaml") == "x.yaml", "we do not run inside of it"
 
 
 def test_a_file_name_that_no_system_takes_is_shown_as_it_is():
-    assert basics.shown("a\0b") in {"a\0b", "/a\0b"}
-    assert basics.inside(f"/{chr(0)}") is None
+    assert basics.display_name("a\0b") in {"a\0b", "/a\0b"}
+    assert basics.path_in_checkout(f"/{chr(0)}") is None
 
 
 def test_fingerprints_stay_when_lines_and_loops_are_inserted_above(oven):
@@ -251,7 +255,7 @@ def test_what_a_failed_expectation_measured_is_not_its_fingerprint():
 def test_backslashes_of_windows(oven):  # pragma: no cover
     (oven.parent / "sub").mkdir()
     oven.rename(oven.parent / "sub" / "oven.yaml")
-    for fmt in (*formats.FORMATS, "text"):
+    for fmt in VALIDATE:
         assert "sub/oven.yaml" in run("validate", "sub\\oven.yaml", "--format", fmt).stdout
 
 
@@ -365,12 +369,13 @@ def test_junit_is_xml_whatever_a_message_holds(folder):
 
 # --- the command -----------------------------------------------------------------------------------------------------
 
+READERS = {Kind.JSON: json.loads, Kind.XML: ET.fromstring, Kind.PLAIN: str, Kind.LINES: str}
 READ = {
-    "json": json.loads,
+    **{fmt: READERS[formats.load(fmt).kind] for fmt in VALIDATE},
     "sarif": lambda text: SARIF.validate(json.loads(text)),
-    "gitlab": json.loads,
     "junit": suites,
 }
+"""What reads each format, and complains of what is none."""
 
 
 @pytest.mark.parametrize("fmt", MACHINE)
@@ -389,28 +394,27 @@ def test_standard_output_is_one_document_even_if_nothing_can_be_read(folder, fmt
     assert quiet.stdout == result.stdout
 
 
-@pytest.mark.parametrize("fmt", formats.FORMATS)
+@pytest.mark.parametrize("fmt", VALIDATE)
 def test_quiet_says_nothing_of_files_that_are_fine(folder, fmt):
     (folder / "a.yaml").write_text((ROOT / "examples/dl06/flow.yaml").read_text("utf-8"), "utf-8")
     result = run("validate", "a.yaml", "-q", "--format", fmt, "--severity", "error")
     assert (result.exit_code, result.stderr) == (0, "")
-    assert bool(result.stdout) == (fmt in MACHINE)
+    assert result.stdout == rendered(fmt, files=["a.yaml"])
 
 
 def test_totals_follow_formats_for_people(oven):
-    for fmt in formats.FOR_PEOPLE:
+    for fmt in sorted({*VALIDATE} - {*MACHINE}):
         assert run("validate", "oven.yaml", "--format", fmt).stderr.startswith("1 file checked: 2 errors")
 
 
-@pytest.mark.parametrize("fmt", formats.FORMATS)
+@pytest.mark.parametrize("fmt", VALIDATE)
 def test_names_that_need_care(folder, fmt):
     path = folder / AWKWARD
     path.parent.mkdir()
     path.write_text(MISTAKE, "utf-8")
     result = run("validate", "my ovens", "--format", fmt)
     assert result.exit_code == 1
-    if fmt in READ:
-        READ[fmt](result.stdout)
+    READ[fmt](result.stdout)
     names = {"sarif": "my%20ovens/100%20%25%2C%20%232%20%C3%BC.yaml", "github": "my ovens/100 %25%2C #2 ü.yaml"}
     assert names.get(fmt, AWKWARD) in result.stdout
 
@@ -425,11 +429,11 @@ def test_github_is_the_format_in_github_actions_unless_another_is_named(oven, mo
 
 
 def test_further_formats_go_to_files_beside_what_is_printed(oven, folder):
-    options = [f"--output={fmt}={fmt}.out" for fmt in formats.FORMATS]
+    options = [f"--output={fmt}={fmt}.out" for fmt in VALIDATE]
     result = run("validate", "oven.yaml", *options)
     assert result.exit_code == 1
     assert result.stdout == run("validate", "oven.yaml").stdout
-    for fmt in formats.FORMATS:
+    for fmt in VALIDATE:
         printed = run("validate", "oven.yaml", "--format", fmt).stdout
         assert (folder / f"{fmt}.out").read_text("utf-8") == printed, fmt
 
@@ -443,7 +447,7 @@ def test_reports_are_written_anew_on_every_run_and_for_unusable_input(oven, fold
 
 
 BAD_REPORTS = {
-    "pdf=x": "'pdf=x'; write FORMAT=PATH with one of text, concise, json, sarif, github, gitlab, junit",
+    "pdf=x": "'pdf=x'; write FORMAT=PATH with one of " + ", ".join(VALIDATE),
     "x.json": "write FORMAT=PATH",
     "json=": "names no file; --format json prints",
     "json=-": "names no file; --format json prints",
@@ -501,12 +505,12 @@ def test_a_file_that_cannot_be_written_leaves_none_and_the_result_is_printed(ove
 def test_a_name_that_is_no_utf8_can_be_reported(folder):
     found = diagnostic(file="a\udcff.yaml")
     report_options.write_reports(
-        tuple(report_options.Report(fmt, fmt) for fmt in formats.FORMATS),
+        tuple(report_options.Report(fmt, fmt) for fmt in VALIDATE),
         lambda fmt: formats.render(fmt, Findings([found], {})),
     )
-    for fmt in formats.FORMATS:
+    for fmt in VALIDATE:
         text = (folder / fmt).read_text("utf-8")
-        READ.get(fmt, str)(text)
+        READ[fmt](text)
     assert "a%FF.yaml" in (folder / "sarif").read_text("utf-8")
 
 
@@ -706,6 +710,33 @@ def test_convert_prints_one_document_of_json_for_a_file_it_cannot_use(pair):
     assert (result.exit_code, json.loads(result.stdout)["findings"][0]["code"]) == (2, "PID001")
 
 
+# --- every format ----------------------------------------------------------------------------------------------------
+
+
+def test_every_module_with_a_format_is_in_the_table():
+    modules = {path.stem for path in Path(formats.__file__).parent.glob("*.py")} - {"__init__"}
+    found = {name for name in modules if hasattr(import_module(f"{formats.__name__}.{name}"), "FORMAT")}
+    assert found == set(formats.FORMATS)
+    assert len({formats.load(name).ending for name in formats.FORMATS}) == len(formats.FORMATS)
+
+
+@pytest.mark.parametrize("fmt", formats.FORMATS)
+def test_every_format_is_documented_and_its_golden_files_can_be_read(fmt):
+    commands = ", ".join(f"`{command}`" for command in formats.FORMATS[fmt])
+    assert f"| `{fmt}` | {formats.load(fmt).purpose} | {commands} |\n" in PAGE
+    for command in {"validate", "simulate"} & {*formats.FORMATS[fmt]}:
+        text = (golden.REPORTS / golden.report_name(command, fmt)).read_text("utf-8")
+        assert text
+        READ[fmt](text)
+
+
+@pytest.mark.parametrize("command", ["validate", "simulate", "diff"])
+def test_commands_offer_the_formats_of_the_table(command):
+    for option in ("--format", "--output"):
+        result = run(command, "x", option, "none=x" if option == "--output" else "none")
+        assert ", ".join(formats.formats_of(command)) in re.sub(r"[\s']+", " ", result.stderr).replace(" ,", ",")
+
+
 # --- the documentation -----------------------------------------------------------------------------------------------
 
 PAGE = (ROOT / "docs" / "output-formats.md").read_text("utf-8")
@@ -713,8 +744,6 @@ RUNS = re.findall(r"```console\n\$ (pidcfg [^\n]*)\n", PAGE)
 
 
 def test_the_page_names_every_format_and_schema():
-    assert {line.split("--format ")[1].split()[0] for line in RUNS} >= set(formats.FORMATS) - {"text", "json"}
-    for name in (*formats.FORMATS, "markdown"):
-        assert f"| `{name}` |" in PAGE
+    assert {line.split("--format ")[1].split()[0] for line in RUNS} >= {"concise", "sarif", "github", "gitlab", "junit"}
     for name in OUTPUTS:
         assert f"[`pidcfg schema {name}`](schemas/{name}.schema.json)" in PAGE

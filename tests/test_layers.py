@@ -26,14 +26,14 @@ MAY_IMPORT = {
     "comments":     "refs limits diagnostics document source",
     "aliases":      "refs limits diagnostics document source",
     "schemas":      "refs",
-    "encoders":     "refs schemas",
+    "encoders":     "refs paths schemas",
     "vendors":      "refs schemas encoders",
     "conversion":   "refs diagnostics limits document source comments schemas encoders vendors",
     "differences":  "refs schemas encoders vendors conversion",
     "tuning":       "refs limits schemas encoders vendors cli",
     "validate":     "refs limits diagnostics document source comments aliases schemas encoders vendors conversion "
                     "tuning",
-    "explanation":  "refs schemas encoders vendors validate",
+    "explanation":  "refs diagnostics schemas encoders vendors validate",
     "sim":          "refs schemas encoders tuning",
     "pictures":     "",
     "report":       "refs limits diagnostics document schemas encoders vendors conversion differences validate sim "
@@ -59,7 +59,8 @@ ONLY_IN = {
     "jinja2":        "pictures report",
     "markupsafe":    "report",
     "xlsxwriter":    "report",
-    "pydantic":      "schemas encoders vendors validate sim tuning conversion differences report cli.commands.schema",
+    "pydantic":      "schemas encoders vendors validate sim tuning conversion differences explanation report "
+                     "cli.commands.schema",
     "pydantic_core": "schemas encoders vendors validate sim",
     "importlib":     "vendors cli sim.compile explanation.decisions __init__",
     # imports by name: the tables above cannot see them
@@ -102,12 +103,22 @@ LONG_MODULES = {
     "encoders.maps":            "tables",
     "conversion.from_neutral.click": "to be divided",
     "differences.meaning":      "to be divided",
-    "explanation.find_parameter": "to be divided",
     "schemas.base":             "a table: one parser for every type of field",
     "schemas.dl06":             "a table: one field for every word and bit",
     "schemas.click":            "a table: one field for every register",
     "schemas.ezlogix":          "a table: one field for every register",
     "schemas.nextopid":         "a table: one field for every parameter of fourteen blocks",
+}
+
+CIRCLES = {
+    # package that has one     modules of which some know each other in a circle
+    "cli.findings":            "cli.commands.validate cli.findings.corrections cli.findings.policy "
+                               "cli.findings.settings cli.findings.settings_file",
+    "cli.formats":             "cli.formats.simulation_text scenario.charts",
+    "explanation":             "explanation.annotate explanation.configuration explanation.contents "
+                               "explanation.direction explanation.find_register explanation.question "
+                               "explanation.register_page explanation.unstored_keys",
+    "explanation.find_parameter": "explanation.devices explanation.find_parameter explanation.parameter_listing",
 }
 
 LONG_FUNCTIONS = {
@@ -156,6 +167,30 @@ def within(module, parts):
     return any(module == part or module.startswith(f"{part}.") for part in parts)
 
 
+def imported_modules(module):
+    """The modules of pidcfg that one imports, wherever in it, also those that are imported for their types alone."""
+    for name, _ in imports(TREES[module]):
+        target = name.removeprefix("pidcfg.")
+        while target and target not in TREES:
+            target = target.rpartition(".")[0]
+        if name.startswith("pidcfg.") and target and target != module:
+            yield target
+
+
+def circles(graph):
+    """Every largest set of modules of which each can be reached from each."""
+    reached = {module: {module} for module in graph}
+    growing = True
+    while growing:
+        growing = False
+        for module, there in reached.items():
+            wider = there.union(*(reached[target] for near in there for target in graph[near]))
+            growing |= len(wider) > len(there)
+            reached[module] = wider
+    groups = {frozenset(other for other in reached[module] if module in reached[other]) for module in graph}
+    return [group for group in groups if len(group) > 1]
+
+
 def report(breaches):
     """One line for each breach, ready to be read in a CI log."""
     return "\n" + "\n".join(breaches)
@@ -172,6 +207,21 @@ def test_imports_point_down_and_never_up():
             elif name.startswith("pidcfg.") and not within(name.removeprefix("pidcfg."), (*allowed, "__version__")):
                 breaches.append(f"{module}:{line} imports {name}; {part} may see only {', '.join(allowed)}")
     assert not breaches, report(breaches)
+
+
+def test_no_modules_import_each_other_in_a_circle():
+    known = [set(modules.split()) for modules in CIRCLES.values()]
+    present = circles({module: set(imported_modules(module)) for module in TREES})
+    breaches = [" ".join(sorted(circle)) for circle in present if not any(circle <= modules for modules in known)]
+    assert not breaches, report(breaches)
+    gone = [name for name, modules in CIRCLES.items() if not any(c <= set(modules.split()) for c in present)]
+    assert not gone, f"no circle any more: {gone}"
+
+
+def test_a_circle_is_seen_however_long_it_is():
+    graph = {"a": {"b"}, "b": {"c"}, "c": {"a", "d"}, "d": {"e"}, "e": {"d"}, "f": {"a", "d"}}
+    assert set(circles(graph)) == {frozenset("abc"), frozenset("de")}
+    assert circles({"a": {"b", "c"}, "b": {"c"}, "c": set()}) == []
 
 
 def test_packages_from_outside_are_known_to_the_modules_that_need_them():

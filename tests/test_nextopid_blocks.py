@@ -13,8 +13,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from compile_rig import vector
 from nextopid_blocks_rig import IN_FLOAT32, UNTOUCHED, Block, call
-from pidcfg.sim.compile import compiled, records, vector, write_back
+from pidcfg.sim.compile import compiled, records, write_back
 from pidcfg.sim.controllers.nextopid import block_decisions, slots
 from pidcfg.sim.controllers.nextopid.state import AUTO_MODE, ERROR_BASE, MANUAL_MODE, Config, State
 from pidcfg.sim.terms import single

@@ -41,6 +41,12 @@ def test_sections_that_are_there_are_kept_and_items_of_lists_are_reached():
     assert data == {"a": {"b": 1, "c": 2}, "l": [{"x": 3}]}
 
 
+def test_a_list_that_stands_where_a_section_belongs_gives_way():
+    data = {"output": [1]}
+    put(data, ("output", "unit"), "%")
+    assert data == {"output": {"unit": "%"}}
+
+
 @pytest.mark.parametrize("path", [("b",), ("a", "b"), ("l", 5), ("l", "x"), ("a", 0, "c")])
 def test_where_there_is_nothing_there_is_none(path):
     data = {"a": None, "l": [1]}

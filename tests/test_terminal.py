@@ -168,7 +168,7 @@ def test_a_page_is_formatted_where_colour_is_wanted():
 
 WORK = """
 import sys, threading, time
-from pidcfg.cli import progress
+from pidcfg.cli.terminal import progress
 from pidcfg.cli.terminal.console import echo, note
 progress.AFTER = 0
 {before}

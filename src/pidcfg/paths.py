@@ -6,6 +6,7 @@ Models are anything with attributes; nothing of pydantic is imported here.
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -50,8 +51,9 @@ def has_key(data: Any, path: Sequence[str | int]) -> bool:
 def put(data: dict[str, Any], path: Sequence[str | int], value: Any) -> None:
     """Sets a value in plain data; mappings on the way are made as needed, items of lists must be there."""
     here: Any = data
-    for step in path[:-1]:
-        if isinstance(here, dict) and not isinstance(here.get(str(step)), dict | list):
+    for step, below in pairwise(path):
+        kinds = dict if isinstance(below, str) else dict | list
+        if isinstance(here, dict) and not isinstance(here.get(str(step)), kinds):
             here[str(step)] = {}
         here = here[step]
     here[path[-1]] = value

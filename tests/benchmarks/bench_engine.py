@@ -13,7 +13,9 @@ import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from pidcfg.sim.compile import compiled, records, vector
+import numpy as np
+
+from pidcfg.sim.compile import compiled, records
 from pidcfg.sim.controllers.dl06.equation import coefficients
 from pidcfg.sim.controllers.dl06.scan import INLINED, Config, State, scan
 from pidcfg.sim.controllers.dl06.state import AUTO
@@ -64,10 +66,10 @@ def python(loops: int, steps: int) -> tuple[float, float]:
 def numba(loops: int, steps: int, kernel: Callable[..., Any]) -> tuple[float, float]:
     """Seconds and checksum of a compiled run, compilation left out."""
     cfg, st, sig = setup(loops)
-    c, s, g = records(cfg, Config), records(st, State), vector(sig)
-    kernel(0, c, s, vector([0.0]), g)
+    c, s, g = records(cfg, Config), records(st, State), np.array(sig)
+    kernel(0, c, s, np.array([0.0]), g)
     started = time.perf_counter()
-    kernel(steps, c, s, vector([0.0]), g)
+    kernel(steps, c, s, np.array([0.0]), g)
     return time.perf_counter() - started, checksum(g.tolist(), [(r["bias"].item(), r["out"].item()) for r in s])
 
 

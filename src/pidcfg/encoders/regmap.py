@@ -192,9 +192,13 @@ class RegisterMap:
             if word.path is not None and values.get(word.path) is not None:
                 self._encode_word(word, values[word.path], scales, image)
         for row in self.bits:
-            if row.path is not None and row.path in values:
+            if row.path is not None and values.get(row.path) is not None:
                 image.words[row.offset] |= row.encode(values[row.path])
         return image
+
+    def held(self, values: Mapping[str, Any], scales: Mapping[str, Scale]) -> dict[str, Any]:
+        """What the words of the block hold of values by path."""
+        return self.decode(self.encode(values, scales).words, scales)
 
     @staticmethod
     def _encode_word(word: Word, value: Any, scales: Mapping[str, Scale], image: Encoded) -> None:

@@ -95,6 +95,11 @@ class Scale:
         """Counts at 100 %."""
         return self.zero + nearest(self.full)
 
+    @property
+    def ends(self) -> tuple[Quantity, Quantity]:
+        """The counts at both ends."""
+        return Quantity(Decimal(self.zero), counts=True), Quantity(Decimal(self.top), counts=True)
+
     def position(self, quantity: Quantity) -> Decimal:
         """Counts of a value on the scale, not yet rounded."""
         if quantity.counts or self.range is None:

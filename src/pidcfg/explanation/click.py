@@ -7,38 +7,29 @@ from typing import TYPE_CHECKING, Any
 from pidcfg.encoders.maps.click import BLOCKS, C_BLOCK, DF_BLOCK, DS_BLOCK, SPACE, SUFFIXES
 from pidcfg.encoders.maps.click_meanings import CODES, DOUBTS, WORDS, WRITERS
 from pidcfg.explanation.annotate import Claim, Start, block_claims
-from pidcfg.explanation.direction import Direction
-from pidcfg.explanation.find_register import Block, RegisterBook, Series
-from pidcfg.explanation.unstored_keys import DIALOG, FILE
-from pidcfg.explanation.values import Setting
+from pidcfg.explanation.book import Direction, Series
+from pidcfg.explanation.find_register import RegisterBook
+from pidcfg.explanation.registers import DIALOG, FILE, Block
+from pidcfg.explanation.texts import units_of
+from pidcfg.explanation.values import Scaling
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
-    from pidcfg.schemas.click import Loop
+    from pidcfg.encoders.listing import Listing
 
 
-def setting_of(loop: Loop, config: object) -> Setting:  # noqa: ARG001 - the signature of all vendors' own
-    """The units of a loop of a configuration; its registers are engineering units already."""
-    return Setting({}, {key: unit for key, unit in (("pv", loop.pv.unit), ("output", loop.output.unit)) if unit})
+def scaling_of(loop: object, _config: object = None) -> Scaling:
+    """The units of a loop, by its configuration or beside a listing; its registers are engineering units already."""
+    return Scaling({}, units_of(loop))
 
 
-def claims(
-    words: Mapping[int, int], settings: Any, plc: Mapping[str, Any], options: Mapping[str, Any]
-) -> Iterator[tuple[int, Claim]]:
+def claims(listing: Listing, options: Mapping[str, Any]) -> Iterator[tuple[int, Claim]]:
     """What each address of a listing is, by the blocks that stand beside it or are named by options."""
-    del words, plc
-    for own, blocks in block_claims(settings, options, BLOCKS, SPACE, "LOOP{}"):
-        known = Setting({}, {key: str(own[key]["unit"]) for key in ("pv", "output") if _has_unit(own.get(key))})
-        for loop, start, table in blocks:
-            yield from ((start + word.offset, Claim(table, word, loop, known)) for word in table.words)
+    return block_claims(listing, options, BLOCKS, SPACE, "LOOP{}", scaling_of)
 
 
-def _has_unit(part: Any) -> bool:
-    return isinstance(part, dict) and bool(part.get("unit"))
-
-
-BESIDE = {
+UNSTORED = {
     **dict.fromkeys(("bits", "integers", "floats", "output.pwm.bit"), DIALOG),
     **dict.fromkeys(
         ("name", "description", "mode", "action_verified", "pv.input_range", "pv.unit", "output.unit"), FILE
@@ -48,7 +39,6 @@ BESIDE = {
 
 EXPLAINER = RegisterBook(
     key="click",
-    title="AutomationDirect CLICK",
     space=SPACE,
     blocks=(
         Block("C", C_BLOCK, "C101", ("c", "cn")),
@@ -56,9 +46,8 @@ EXPLAINER = RegisterBook(
         Block("DF", DF_BLOCK, "DF101", ("df", "dfn")),
     ),
     words=WORDS,
-    bits={},
     series=(
-        Series(("ck", "clickerror", "piderror", "error"), "PID error", CODES, "a number that the help does not list"),
+        Series("PID error", CODES, "a number that the help does not list", ("ck", "clickerror", "piderror", "error")),
     ),
     forms=(
         ("a PID error number", "CK27"),
@@ -67,11 +56,11 @@ EXPLAINER = RegisterBook(
         ("an offset in a block", "Cn+33"),
         ("a nickname", "TANK1_PID_ErrorCode=200"),
     ),
-    settings=setting_of,
+    scaling=scaling_of,
     direction=Direction("action", "the process's", {"direct": "direct", "forward": "direct", "reverse": "reverse"}),
-    beside=BESIDE,
+    unstored=UNSTORED,
     starts=tuple(Start(key, prefix, f"{prefix}101") for key, (prefix, _) in BLOCKS.items()),
-    remark=lambda word, _raw, _known: DOUBTS.get(word.name, ""),
+    remark=lambda word, _raw, _scaling: DOUBTS.get(word.name, ""),
     writers=WRITERS,
     claims=claims,
     aliases={suffix: name for name, suffix in SUFFIXES.items()},

@@ -1,21 +1,35 @@
-"""A configuration beside the question: which loop and which line sets a register, and to what."""
+"""The configuration that a question is about: which loop and which line sets a register, and to what."""
 
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
+from pidcfg.diagnostics import path_text
 from pidcfg.encoders.image import Block, Encoding, route
 from pidcfg.explanation.page import Origin, Page
-from pidcfg.explanation.register_page import Found
+from pidcfg.explanation.texts import units_of
+from pidcfg.paths import has_key, steps, value_at
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
 
     from pidcfg.encoders.named import Entry
     from pidcfg.encoders.regmap import RegisterMap, Word
-    from pidcfg.explanation.values import Setting
+    from pidcfg.explanation.values import Scaling
+    from pidcfg.paths import Path
     from pidcfg.validate.engine import Checked
+
+
+class Placement(NamedTuple):
+    """A register in its place: its row, the loop, the content in the configuration, and what makes values of it."""
+
+    table: RegisterMap
+    word: Word
+    loop: str | None = None
+    raw: int | None = None
+    scaling: Scaling | None = None
+    origins: tuple[Origin, ...] = ()
 
 
 class Configured:
@@ -42,44 +56,40 @@ class Configured:
     def settings(self) -> Sequence[Mapping[str, Any]]:
         """What stands beside the parameters."""
         encoding: Any = self.checked.encoding
-        found: Sequence[Mapping[str, Any]] = encoding.image.settings
-        return found
+        settings: Sequence[Mapping[str, Any]] = encoding.image.settings
+        return settings
 
     def units(self, loop: str | None) -> dict[str, str]:
         """The units of a loop's PV and output."""
-        own = next((entry for entry in self.settings if entry.get("loop") == loop), {})
-        parts = {key: own.get(key) for key in ("pv", "output")}
-        return {key: str(part["unit"]) for key, part in parts.items() if isinstance(part, dict) and part.get("unit")}
+        return units_of(next((entry for entry in self.settings if entry.get("loop") == loop), {}))
 
-    def at(self, number: int) -> Found | None:
+    def at(self, number: int) -> Placement | None:
         """The register at an address; where blocks overlap, the later wins."""
-        for block in reversed(self.blocks):
-            offset = number - block.start
-            if 0 <= offset < block.table.size:
-                return self._found(block, next(w for w in block.table.words if w.offset == offset))
-        return None
+        block = next((b for b in reversed(self.blocks) if 0 <= number - b.start < b.table.size), None)
+        return None if block is None else self._placement(block, number - block.start)
 
-    def named(self, table: RegisterMap, word: Word, loop: str | None) -> Iterator[tuple[Found, int]]:
+    def named(self, table: RegisterMap, word: Word, loop: str | None) -> Iterator[tuple[Placement, int]]:
         """A register in every block of its kind, or in that of one loop, with its addresses."""
         for block in self.blocks:
             if block.table.title == table.title and loop in {None, block.loop}:
-                row = next(w for w in block.table.words if w.offset == word.offset)
-                yield self._found(block, row), block.start + word.offset
+                yield self._placement(block, word.offset), block.start + word.offset
 
-    def _found(self, block: Block, word: Word) -> Found:
+    def _placement(self, block: Block, offset: int) -> Placement:
         """A register; a word of many choices has an origin for each that the file gives."""
-        rows = [row for row in block.table.bits if row.offset == word.offset and row.access == "setting"]
+        word = next(w for w in block.table.words if w.offset == offset)
+        rows = [row for row in block.table.bits if row.offset == offset and row.access == "setting"]
         paths = [path for path in (word.path, *(row.path for row in rows)) if path is not None]
         origins = [o for path in paths if (o := self.origin(route(block.place, path), block.loop))]
-        raw = block.encoded.words[word.offset]
-        return Found(block.table, word, block.loop, raw, self._setting(block), tuple(origins))
+        return Placement(
+            block.table, word, block.loop, block.encoded.words[offset], self._scaling(block), tuple(origins)
+        )
 
-    def _setting(self, block: Block) -> Setting | None:
+    def _scaling(self, block: Block) -> Scaling | None:
         loops, vendor = self.checked.config.loops, self.checked.vendor
         if vendor is None or len(block.place) < 2 or block.place[0] != "loops" or not isinstance(block.place[1], int):
             return None
-        found: Setting = vendor.load("explainer").settings(loops[block.place[1]], self.checked.config)
-        return found
+        scaling: Scaling = vendor.load("explainer").scaling(loops[block.place[1]], self.checked.config)
+        return scaling
 
     def with_origin(self, page: Page, entry: Entry) -> Page:
         """A parameter's page with its loop and the line that gives it."""
@@ -91,14 +101,18 @@ class Configured:
                     return replace(page, loop=entry.loop, origins=(origin,) if origin else ())
         return replace(page, loop=entry.loop)
 
-    def origin(self, path: tuple[str | int, ...], loop: str | None) -> Origin | None:
+    def origins(self, key: str, *, in_loops: bool) -> list[Origin]:
+        """The lines that give a key, of every loop or of the file."""
+        path = steps(key)
+        if not in_loops:
+            return [origin] if (origin := self.origin(path, None)) else []
+        lines = [self.origin(("loops", i, *path), loop) for i, loop in enumerate(self.loops)]
+        return [origin for origin in lines if origin]
+
+    def origin(self, path: Path, loop: str | None) -> Origin | None:
         """Where a key stands in the file; None where the file does not give it."""
-        value: Any = self.document.data
-        for step in path:
-            try:
-                value = value[step]
-            except (KeyError, IndexError, TypeError):
-                return None
+        if not has_key(self.document.data, path):
+            return None
         span = self.document.locate(path)
-        key = "".join(f"[{step}]" if isinstance(step, int) else f".{step}" for step in path).lstrip(".")
-        return Origin(self.document.file, span.line, span.column, loop, key, str(value))
+        text = str(value_at(self.document.data, path))
+        return Origin(self.document.file, span.line, span.column, loop, path_text(path), text)

@@ -1,24 +1,32 @@
-"""A content as a person writes it, to the raw content of a register."""
+"""A content as a person writes it, to the raw content of a register or parameter."""
 
 from __future__ import annotations
 
 import re
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from pidcfg.encoders.spaces import SINGLE
-from pidcfg.explanation.question import HEX, MARKED_HEX, ThingError
+from pidcfg.encoders.named import read
+from pidcfg.explanation.question import QuestionError
 
 if TYPE_CHECKING:
+    from pidcfg.encoders.named import Content, Parameter
     from pidcfg.encoders.spaces import Kind
-    from pidcfg.explanation.find_register import RegisterBook
-    from pidcfg.explanation.page import Page
-    from pidcfg.explanation.question import Thing
+    from pidcfg.schemas.iec import IecType
 
+HEX = re.compile(r"(?:0[xX]|16#)?([0-9A-Fa-f]{1,8})[hH]?")
+MARKED_HEX = re.compile(r"(?:0[xX]|16#)([0-9A-Fa-f]{1,8})")
 NUMBER = re.compile(r"[-+]?(?:[0-9]{1,40}\.?[0-9]{0,40}|\.[0-9]{1,40})(?:[eE][-+]?[0-9]{1,3})?")
-HEXADECIMAL_FROM = 10
-"""Smaller numbers are the same in both notations."""
+MOST_DIGITS = 11
 STATES = {"on": True, "true": True, "off": False, "false": False}
+SWITCH_STATES = {**STATES, "1": True, "0": False}
+
+
+def whole(text: str, highest: int) -> int | None:
+    """A whole number in decimal, or in hexadecimal when it is marked (0x0005, 16#0005)."""
+    marked = MARKED_HEX.fullmatch(text)
+    decimal = int(text) if text.isdecimal() and len(text) <= MOST_DIGITS else None
+    number = int(marked.group(1), 16) if marked else decimal
+    return number if number is not None and number <= highest else None
 
 
 def raw_of(text: str, kind: Kind, name: str, *, hexadecimal: bool) -> int:
@@ -30,29 +38,46 @@ def raw_of(text: str, kind: Kind, name: str, *, hexadecimal: bool) -> int:
     if marked:
         raw = int(marked.group(1), 16)
         if raw > kind.highest:
-            raise ThingError(f"{name}={text}: {kind.name} content has up to {kind.digits} hexadecimal digits")
+            raise QuestionError(f"{name}={text}: {kind.name} content has up to {kind.digits} hexadecimal digits")
         return raw
-    value = STATES.get(text.lower())
-    if value is None and NUMBER.fullmatch(text) and not hexadecimal:
+    if hexadecimal:
+        raise QuestionError(
+            f"{name}={text}: the value is not up to {kind.digits} hexadecimal digits, like 0402 or 0x0402"
+        )
+    value: bool | int | float | None = STATES.get(text.lower())
+    if value is None and NUMBER.fullmatch(text):
         number = float(text)
-        value = int(number) if number == number // 1 and kind.digits != 8 else number  # type: ignore[assignment]
-    read = None if value is None or hexadecimal else kind.read(value)
-    if read is None:
-        wanted = f"up to {kind.digits} hexadecimal digits, like 0402 or 0x0402" if hexadecimal else kind.holds
-        digits = None if hexadecimal else HEX.fullmatch(text)
+        value = int(number) if number == number // 1 and kind.digits != 8 else number
+    content = None if value is None else kind.read(value)
+    if content is None:
+        digits = HEX.fullmatch(text)
         hint = f"; hexadecimal digits are written 0x{digits.group(1)}" if digits and not text.isdecimal() else ""
-        raise ThingError(f"{name}={text}: the value is not {wanted}{hint}")
-    return read
+        raise QuestionError(f"{name}={text}: the value is not {kind.holds}{hint}")
+    return content
 
 
-def read_in_base(page: Page, thing: Thing, book: RegisterBook) -> Page:
-    """A page of a content whose decimal digits are another number where a listing shows them, with a note on that."""
-    text = thing.value
-    if text is None or book.hexadecimal or page.value is None or not text.isdecimal() or int(text) < HEXADECIMAL_FROM:
-        return page
-    kind = next((bank.kind for bank in book.space.banks if type(bank.kind.show(0)) is type(page.value.raw)), None)
-    if kind is None or len(text) > kind.digits or (kind is SINGLE and len(text) < kind.digits):
-        return page
-    other = kind.text(int(text, 16))
-    note = f"read as decimal; the listing's hex {text} is {other}: write 0x{text}"
-    return replace(page, notes=(*page.notes, note))
+def content_of(row: Parameter, text: str) -> Content:
+    """The content of a parameter that ``text`` writes."""
+    value: object = None
+    if row.type.kind == "bool":
+        value = SWITCH_STATES.get(text.lower())
+    elif row.type.kind == "word":
+        value = next((w for w in row.type.words if text.upper() in {w.upper(), w.upper().rpartition("_")[2]}), None)
+    elif row.type.kind == "whole":
+        signed = text.lstrip("+-").isdecimal() and len(text) <= MOST_DIGITS
+        value = int(text) if signed else whole(text, row.type.high)
+    elif NUMBER.fullmatch(text):
+        value = float(text)
+    content = read(row.type, value)
+    if content is None:
+        raise QuestionError(f"{row.name}={text}: the value is not one of {contents_text(row.type)}")
+    return content
+
+
+def contents_text(kind: IecType) -> str:
+    """What a parameter of a type holds."""
+    if kind.kind == "bool":
+        return "TRUE and FALSE"
+    if kind.kind == "word":
+        return ", ".join(kind.words)
+    return f"{kind.name} ({kind.low} to {kind.high})" if kind.kind == "whole" else f"{kind.name}, a finite number"

@@ -2,86 +2,74 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from pidcfg.explanation.page import Value
-from pidcfg.explanation.question import Thing
 from pidcfg.vendors import VENDORS
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
+    from collections.abc import Iterator
 
+    from pidcfg.explanation.book import Book, Direction
     from pidcfg.explanation.page import Page
-    from pidcfg.explanation.question import Asked
+    from pidcfg.explanation.question import Question
 
-ASKED = "action"
+ACTION = "action"
 """What people ask for, whatever the vendor's key is called."""
 RISES = {True: "the PV rises with the output (heating)", False: "the PV falls when the output rises (cooling)"}
 
 
-@dataclass(frozen=True, slots=True)
-class Direction:
-    """A vendor's key for the direction, whose action its words name, and how each word is set."""
-
-    key: str
-    whose: str
-    words: Mapping[str, str]
-    """Each word as `pidcfg.encoders.tuned.Tuned` has it, which says whether that is heating."""
-
-
-def find(vendor: str, thing: Thing, asked: Asked) -> list[Page]:
-    """What a thing is with a vendor; words for the direction lead to the key that sets it."""
-    book = VENDORS[vendor].load("explainer")
-    own: Direction = book.direction
-    head, dot, last = thing.name.rpartition(".")
-    word = _word(own, last, thing.value)
-    if word is None and (last.lower() != ASKED or thing.value is not None):
-        pages: list[Page] = book.find(thing, asked)
-    else:
-        pages = book.find(Thing(thing.text, f"{head}{dot}{own.key}", None), asked)
-    return [_told(page, vendor, own, word) for page in pages]
+def find(vendor: str, question: Question) -> list[Page]:
+    """What a question is about with a vendor; words for the direction lead to the key that sets it."""
+    book: Book = VENDORS[vendor].load("explainer")
+    head, dot, last = question.name.rpartition(".")
+    word = _word(book.direction, last, question.value)
+    if word is not None or (last.lower() == ACTION and question.value is None):
+        question = replace(question, name=f"{head}{dot}{book.direction.key}", value=None)
+    return [_with_direction(page, vendor, book.direction, word) for page in book.find(question)]
 
 
-def _word(own: Direction, last: str, value: str | None) -> str | None:
-    """The word that was asked for: ``reverse``, or ``action=reverse``."""
-    name = last.lower()
+def _word(direction: Direction, last: str, value: str | None) -> str | None:
+    """The word that a question is about: ``reverse``, or ``action=reverse``."""
+    name, key = last.lower(), direction.key.lower()
     if value is None:
-        return name if name in own.words and name != own.key.lower() else None
-    return value.lower() if name in {ASKED, own.key.lower()} and value.lower() in own.words else None
+        return name if name in direction.words and name != key else None
+    return value.lower() if name in {ACTION, key} and value.lower() in direction.words else None
 
 
-def _told(page: Page, vendor: str, own: Direction, word: str | None) -> Page:
+def _with_direction(page: Page, vendor: str, direction: Direction, word: str | None) -> Page:
     """A page of the direction with what its words mean here and elsewhere."""
-    if own.key not in {page.key, *(point.key for point in page.points)}:
+    if direction.key not in {page.key, *(point.key for point in page.points)}:
         return page
     if word is not None and not page.origins:
         page = replace(page, value=Value(word, word, RISES[heats(vendor)[word]]), points=())
-    if page.value is not None and not page.value.text and page.value.shown in own.words:
+    if page.value is not None and not page.value.text and page.value.shown in direction.words:
         page = replace(page, value=page.value._replace(text=RISES[heats(vendor)[page.value.shown]]))
-    return replace(page, notes=(*page.notes, *_notes(vendor, own)))
+    return replace(page, notes=(*page.notes, *_notes(vendor, direction)))
 
 
 def heats(vendor: str) -> dict[str, bool]:
     """Whether the PV rises with the output, by the vendor's words."""
-    own: Direction = VENDORS[vendor].load("explainer").direction
+    book: Book = VENDORS[vendor].load("explainer")
     heating = VENDORS[vendor].load("tuned").heating
-    return {word: content == heating for word, content in own.words.items()}
+    return {word: content == heating for word, content in book.direction.words.items()}
 
 
-def _notes(vendor: str, own: Direction) -> Iterator[str]:
-    mine = heats(vendor)
-    if not mine:
+def _notes(vendor: str, direction: Direction) -> Iterator[str]:
+    """Whose action the words name, and the vendors with whom a word means the same or the opposite."""
+    words = heats(vendor)
+    if not words:
         return
-    meant = "; ".join(f"{word}: {RISES[heating]}" for word, heating in mine.items())
-    yield f"the word names {own.whose} action. {meant}"
+    texts = "; ".join(f"{word}: {RISES[heating]}" for word, heating in words.items())
+    yield f"the word names {direction.whose} action. {texts}"
     same: list[str] = []
     opposite: list[str] = []
-    for other in VENDORS:
-        theirs = heats(other)
-        shared = [word for word in mine if word in theirs]
-        if other != vendor and shared:
-            (same if all(mine[w] == theirs[w] for w in shared) else opposite).append(VENDORS[other].title)
+    for key, other in VENDORS.items():
+        meanings = heats(key)
+        shared = [word for word in words if word in meanings]
+        if key != vendor and shared:
+            (same if all(words[w] == meanings[w] for w in shared) else opposite).append(other.title)
     if opposite:
-        told = f"; the same: {', '.join(same)}" if same else ""
-        yield f"the same word means the opposite with {', '.join(opposite)}{told}"
+        agreeing = f"; the same: {', '.join(same)}" if same else ""
+        yield f"the same word means the opposite with {', '.join(opposite)}{agreeing}"

@@ -26,13 +26,14 @@ from pidcfg.encoders.maps.dl06 import (
     TABLE_POINTER,
 )
 from pidcfg.encoders.maps.dl06_meanings import BITS, WORDS, WRITERS
-from pidcfg.encoders.plain import read_settings, unnamed
+from pidcfg.encoders.settings import default_name, read_settings
 from pidcfg.encoders.words import DecodeError, bcd_digits
 from pidcfg.explanation.annotate import Claim, Start
-from pidcfg.explanation.direction import Direction
-from pidcfg.explanation.find_register import Block, RegisterBook
-from pidcfg.explanation.unstored_keys import FILE
-from pidcfg.explanation.values import UNKNOWN, Setting, special_code, unit_of
+from pidcfg.explanation.book import Direction
+from pidcfg.explanation.find_register import RegisterBook
+from pidcfg.explanation.registers import FILE, Block
+from pidcfg.explanation.texts import units_of
+from pidcfg.explanation.values import UNKNOWN, Scaling, special_code, unit_of
 from pidcfg.schemas.base import decimal_text
 from pidcfg.schemas.dl06 import LoopSettings, PlcSettings, Transfer
 from pidcfg.schemas.limits import limits_at
@@ -41,6 +42,7 @@ from pidcfg.schemas.octal import v_name
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
+    from pidcfg.encoders.listing import Listing
     from pidcfg.encoders.regmap import Word
     from pidcfg.schemas.dl06 import Dl06File, Loop
 
@@ -53,7 +55,7 @@ RESET_UNIT = LOOP_TABLE.word("reset").unit
 RESET_UNITS = {"seconds": "s", "minutes": "min"}
 
 
-def special(word: Word, raw: int, known: Setting) -> str | None:  # noqa: ARG001 - the signature of all vendors' own
+def special(word: Word, raw: int, scaling: Scaling) -> str | None:  # noqa: ARG001 - the signature of all vendors' own
     """Words that hold an address or a channel."""
     if word.codec is ADDRESS:
         return v_name(raw) if raw else "0: points nowhere"
@@ -72,7 +74,7 @@ def _transfer(source: tuple[int, int, int] | int | None, *, reads: bool) -> str:
         allowed = ", ".join(f"{v_name(first)} to {v_name(last)}" for first, last in CPU.transfer_sources)
         return f"{v_name(source)}: not allowed, only {allowed}"
     parts = dict(zip(("base", "slot", "channel"), source, strict=True))
-    limits = {key: found for key in parts if (found := limits_at(Transfer, key)) is not None}
+    limits = {key: bound for key in parts if (bound := limits_at(Transfer, key)) is not None}
     wrong = [
         f"{key} {bound.low}" + (f" to {bound.high}" if bound.high != bound.low else "")
         for key, bound in limits.items()
@@ -82,12 +84,12 @@ def _transfer(source: tuple[int, int, int] | int | None, *, reads: bool) -> str:
     return f"{', '.join(f'{key} {value}' for key, value in parts.items())}: {does}"
 
 
-def remark(word: Word, raw: int, known: Setting) -> str:
+def remark(word: Word, raw: int, scaling: Scaling) -> str:
     """A reset time that may have another decimal, and filter constants that switch the filter off."""
     if word.codec is FILTER and FILTER.decode(raw) > FILTER_FULL:
         return "above 1 the filter is switched off"
-    if word.codec is RESET[1] and not special_code(RESET[1], raw) and RESET_DECIMALS not in known.stated:
-        other = f"{decimal_text(RESET[2].decode(raw))} {unit_of(word, known.units)}"
+    if word.codec is RESET[1] and not special_code(RESET[1], raw) and RESET_DECIMALS not in scaling.stated:
+        other = f"{decimal_text(RESET[2].decode(raw))} {unit_of(word, scaling.units)}"
         return f"{other} if the word has two decimals: D{D01.number:02d}"
     return ""
 
@@ -110,45 +112,41 @@ def unscaled(word: Word, raw: int) -> str:
     return f"of the data format's range: {', '.join(shares)}"
 
 
-def setting_of(loop: Loop, config: Dl06File) -> Setting:
+def scaling_of(loop: Loop, config: Dl06File) -> Scaling:
     """The scales and units of a loop of a configuration."""
-    stated = frozenset(config.plc.model_fields_set)
-    return Setting(scales_of(loop), _units(loop.pv.unit, loop.output.unit, loop.tuning.reset_unit), stated)
+    return Scaling(scales_of(loop), _units(loop, loop.tuning.reset_unit), frozenset(config.plc.model_fields_set))
 
 
-def _units(pv: str | None, output: str | None, reset: str) -> dict[str, str]:
+def _units(loop: object, reset: str) -> dict[str, str]:
     """The loop's own units; that of the reset time is a choice of bits."""
-    given = (("pv", pv), ("output", output), (RESET_UNIT, RESET_UNITS[reset]))
-    return {key: unit for key, unit in given if unit}
+    return {**units_of(loop), RESET_UNIT: RESET_UNITS[reset]}
 
 
-def claims(
-    words: Mapping[int, int], settings: Any, plc: Mapping[str, Any], options: Mapping[str, Any]
-) -> Iterator[tuple[int, Claim]]:
+def claims(listing: Listing, options: Mapping[str, Any]) -> Iterator[tuple[int, Claim]]:
     """What each address of a listing is: set-up words, loop tables, then the ramp/soak tables they point at.
 
     Where they overlap, the first counts: a pointer that is wrong hides no loop.
     """
     for word in SETUP_WORDS.words:
         yield TABLE_POINTER + word.offset, Claim(SETUP_WORDS, word, "", UNKNOWN)
-    loops = [read_settings(LoopSettings, entry, f"settings[{i}]") for i, entry in enumerate(settings)]
+    words = listing.words
+    loops = [read_settings(LoopSettings, entry, f"settings[{i}]") for i, entry in enumerate(listing.settings)]
     pointer = options.get("loop_table", words.get(TABLE_POINTER))
     if pointer is None:
         return
-    file = read_settings(PlcSettings, plc or {}, "plc")
-    chosen = options.get(RESET_DECIMALS)
-    decimals = int(chosen or file.reset_decimals)
-    stated = frozenset(file.model_fields_set | ({RESET_DECIMALS} if chosen else set()))
-    table = LOOP_TABLES[decimals]
+    plc = read_settings(PlcSettings, listing.plc or {}, "plc")
+    decimals = options.get(RESET_DECIMALS)
+    stated = frozenset(plc.model_fields_set | ({RESET_DECIMALS} if decimals else set()))
+    table = LOOP_TABLES[int(decimals or plc.reset_decimals)]
     profiles = []
     for i in range(_count(words, loops, options)):
-        beside = loops[i] if i < len(loops) else LoopSettings(loop=unnamed(i))
+        settings = loops[i] if i < len(loops) else LoopSettings(loop=default_name(i))
         start = pointer + i * table.size
         raw = [words.get(start + n, 0) for n in range(table.size)]
-        known = _setting(raw, beside)._replace(stated=stated)
+        scaling = _scaling(raw, settings)._replace(stated=stated)
         for word in table.words:
-            yield start + word.offset, Claim(table, word, beside.loop, known)
-        profiles.append(_ramp_soak(raw[table.offset("ramp_soak_table")], beside.loop, known))
+            yield start + word.offset, Claim(table, word, settings.loop, scaling)
+        profiles.append(_ramp_soak(raw[table.offset("ramp_soak_table")], settings.loop, scaling))
     for profile in profiles:
         yield from profile
 
@@ -159,27 +157,27 @@ def _count(words: Mapping[int, int], loops: list[LoopSettings], options: Mapping
         stored = bcd_digits(words.get(LOOP_COUNT, 0))
     except DecodeError:
         stored = CPU.loops
-    given = options.get("number_of_loops")
-    return int(given) if given is not None else len(loops) or stored
+    number = options.get("number_of_loops")
+    return int(number) if number is not None else len(loops) or stored
 
 
-def _setting(raw: list[int], beside: LoopSettings) -> Setting:
+def _scaling(raw: list[int], settings: LoopSettings) -> Scaling:
     bits = {
         path: LOOP_TABLE.bit(path).decode(raw[LOOP_TABLE.bit(path).offset])
         for path in ("pv.format", "output.format", "pv.square_root", "tuning.reset_unit")
     }
-    ranges = beside.pv.range, beside.output.range
-    found = scales(bits["pv.format"], bits["output.format"], ranges, root=bits["pv.square_root"])
-    return Setting(found, _units(beside.pv.unit, beside.output.unit, bits["tuning.reset_unit"]))
+    ranges = settings.pv.range, settings.output.range
+    loop_scales = scales(bits["pv.format"], bits["output.format"], ranges, root=bits["pv.square_root"])
+    return Scaling(loop_scales, _units(settings, bits["tuning.reset_unit"]))
 
 
-def _ramp_soak(table: int, loop: str, known: Setting) -> Iterator[tuple[int, Claim]]:
+def _ramp_soak(table: int, loop: str, scaling: Scaling) -> Iterator[tuple[int, Claim]]:
     if not table:
         return
     for step in range(RAMP_SOAK_PAIRS):
         for word in RAMP_SOAK_PAIR.words:
             number = table + step * RAMP_SOAK_PAIR.size + word.offset
-            yield number, Claim(RAMP_SOAK_PAIR, word, loop, known, f"ramp_soak[{step}].")
+            yield number, Claim(RAMP_SOAK_PAIR, word, loop, scaling, f"ramp_soak[{step}].")
 
 
 LATE = {
@@ -191,17 +189,10 @@ REGIONS = (
     (*CPU.system, "a word of the system's parameters"),
     (0, 0o177777, "a word of V-memory"),
 )
-BESIDE = dict.fromkeys(
+UNSTORED = dict.fromkeys(
     (
-        "plc.reset_decimals",
-        "plc.derivative",
-        "name",
-        "description",
-        "mode",
-        "pv.range",
-        "pv.unit",
-        "output.range",
-        "output.unit",
+        *("plc.reset_decimals", "plc.derivative", "name", "description", "mode"),
+        *("pv.range", "pv.unit", "output.range", "output.unit"),
     ),
     FILE,
 )
@@ -209,7 +200,6 @@ BESIDE = dict.fromkeys(
 
 EXPLAINER = RegisterBook(
     key="dl06",
-    title="AutomationDirect DirectLOGIC DL06",
     space=SPACE,
     blocks=(
         Block("V", SETUP_WORDS, v_name(TABLE_POINTER), (), fixed=True),
@@ -218,7 +208,6 @@ EXPLAINER = RegisterBook(
     ),
     words=WORDS,
     bits=BITS,
-    series=(),
     forms=(
         ("a word, hexadecimal content", "V7642=0008"),
         ("its bit", "V7642.3"),
@@ -227,9 +216,9 @@ EXPLAINER = RegisterBook(
         ("a word of a ramp/soak table", "ramp+02"),
         ("a register by its name or key", "gain"),
     ),
-    settings=setting_of,
+    scaling=scaling_of,
     direction=Direction("action", "the process's", {"direct": "direct", "reverse": "reverse"}),
-    beside=BESIDE,
+    unstored=UNSTORED,
     starts=(Start("loop_table", "V", "V2000", TABLE_POINTER), Start("number_of_loops", "V", "1", LOOP_COUNT)),
     claims=claims,
     special=special,

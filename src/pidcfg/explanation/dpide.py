@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any
 from pidcfg.encoders.dpide.decode import split as split_name
 from pidcfg.encoders.maps.dpide import D254, DPIDE_TABLE, ROWS
 from pidcfg.encoders.maps.dpide_meanings import CODES, INTEGRAL, STATES, WRITERS
-from pidcfg.explanation.direction import Direction
-from pidcfg.explanation.find_parameter import NamedBook
-from pidcfg.explanation.texts import key_text
+from pidcfg.explanation.book import Direction, Series
+from pidcfg.explanation.find_parameter import ParameterBook
+from pidcfg.explanation.parameters import Words
 from pidcfg.schemas.dpide import LONGEST_CYCLE, SHORTEST_CYCLE
 
 if TYPE_CHECKING:
@@ -45,11 +45,9 @@ def remark(row: Parameter, raw: Content) -> str:
     return ""
 
 
-EXPLAINER = NamedBook(
+EXPLAINER = ParameterBook(
     key="dpide",
-    title="Delta AS",
     tables={NAME: DPIDE_TABLE},
-    text=lambda _, name: key_text("dpide", name),
     forms=(
         ("an operand, with its value", "PID_MODE=2"),
         ("an operand of the instruction", "DPIDE.ERR_DBW"),
@@ -57,9 +55,9 @@ EXPLAINER = NamedBook(
     ),
     split=split,
     direction=Direction("PID_DIR", "the process's", {"forward": "PID_DIR TRUE", "reverse": "PID_DIR FALSE"}),
-    codes=CODES,
+    series=(Series("mode", CODES),),
     states=STATES,
     writers=WRITERS,
     remark=remark,
-    parts=("I_MV", INTEGRAL, str(D254)),
+    words=Words("I_MV", INTEGRAL, str(D254)),
 )

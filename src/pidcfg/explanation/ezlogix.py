@@ -2,65 +2,70 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from pidcfg.encoders.ezlogix.encode import scales_of
 from pidcfg.encoders.maps.ezlogix import BLOCKS, R_BLOCK, S_BLOCK, SPACE, VARIABLES
 from pidcfg.encoders.maps.ezlogix_meanings import CODES, WORDS
-from pidcfg.encoders.plain import read_settings
+from pidcfg.encoders.settings import read_settings
 from pidcfg.encoders.words import SIGN
 from pidcfg.explanation.annotate import Claim, Start, block_claims
-from pidcfg.explanation.direction import Direction
-from pidcfg.explanation.find_register import Block, RegisterBook, Series
-from pidcfg.explanation.unstored_keys import DIALOG, FILE
-from pidcfg.explanation.values import Setting
+from pidcfg.explanation.book import Direction, Series
+from pidcfg.explanation.find_register import RegisterBook
+from pidcfg.explanation.registers import DIALOG, FILE, Block
+from pidcfg.explanation.texts import units_of
+from pidcfg.explanation.values import Scaling
 from pidcfg.schemas.ezlogix import OutputSettings, PvSettings
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
+    from pidcfg.encoders.listing import Listing
     from pidcfg.encoders.regmap import Word
     from pidcfg.schemas.ezlogix import Loop
-    from pidcfg.schemas.ezlogix import Output as OutputSection
-    from pidcfg.schemas.ezlogix import Pv as PvSection
 
 ERROR = R_BLOCK.word("error")
 ROOT = S_BLOCK.offset("square_root")
 
 
-def setting_of(loop: Loop, config: object) -> Setting:  # noqa: ARG001 - the signature of all vendors' own
+@dataclass(frozen=True, slots=True)
+class Ends:
+    """PV and output of a loop, as a listing says them."""
+
+    pv: PvSettings
+    output: OutputSettings
+
+
+def scaling_of(loop: Loop, _config: object) -> Scaling:
     """The scales and units of a loop of a configuration."""
-    return _setting(loop.pv, loop.output, root=loop.pv.square_root)
+    return _scaling(loop, root=loop.pv.square_root)
 
 
-def _setting(pv: PvSection | PvSettings, output: OutputSection | OutputSettings, *, root: bool) -> Setting:
-    units = {key: part.unit for key, part in (("pv", pv), ("output", output)) if part.unit}
-    return Setting(scales_of(pv, output, root=root), units)
+def _scaling(loop: Loop | Ends, *, root: bool) -> Scaling:
+    return Scaling(scales_of(loop.pv, loop.output, root=root), units_of(loop))
 
 
-def claims(
-    words: Mapping[int, int], settings: Any, plc: Mapping[str, Any], options: Mapping[str, Any]
-) -> Iterator[tuple[int, Claim]]:
+def claims(listing: Listing, options: Mapping[str, Any]) -> Iterator[tuple[int, Claim]]:
     """What each address of a listing is, by the blocks that stand beside it or are named by options."""
-    del plc
-    for own, blocks in block_claims(settings, options, BLOCKS, SPACE, "LOOP-{}"):
-        pv = read_settings(PvSettings, {"tag": "IR1", **own.get("pv", {})}, "settings.pv")
-        output = read_settings(OutputSettings, {"tag": "OR1", **own.get("output", {})}, "settings.output")
-        discretes = next((start for _, start, table in blocks if table is S_BLOCK), 0)
-        known = _setting(pv, output, root=bool(words.get(discretes + ROOT)))
-        for loop, start, table in blocks:
-            yield from ((start + word.offset, Claim(table, word, loop, known)) for word in table.words)
+
+    def scaling(settings: Mapping[str, Any], starts: Mapping[str, int]) -> Scaling:
+        pv = read_settings(PvSettings, {"tag": "IR1", **settings.get("pv", {})}, "settings.pv")
+        output = read_settings(OutputSettings, {"tag": "OR1", **settings.get("output", {})}, "settings.output")
+        return _scaling(Ends(pv, output), root=bool(listing.words.get(starts.get("discretes", 0) + ROOT)))
+
+    return block_claims(listing, options, BLOCKS, SPACE, "LOOP-{}", scaling)
 
 
-def special(word: Word, raw: int, known: Setting) -> str | None:
+def special(word: Word, raw: int, scaling: Scaling) -> str | None:
     """The error is a signed number of counts (D169), of the root where the loop takes it."""
     if word is not ERROR:
         return None
-    scale = known.scales.get("sp")
+    scale = scaling.scales.get("sp")
     return f"{raw - 0x10000 if raw & SIGN else raw} counts of the {'root of the PV' if scale and scale.root else 'PV'}"
 
 
-BESIDE = {
+UNSTORED = {
     **dict.fromkeys(
         (
             "registers",
@@ -83,17 +88,15 @@ BESIDE = {
 
 EXPLAINER = RegisterBook(
     key="ezlogix",
-    title="EZAutomation EZLogix",
     space=SPACE,
     blocks=(
         Block("R", R_BLOCK, "R101", ("base", "basereg", "registerbase", "r")),
         Block("S", S_BLOCK, "S101", ("base", "discretebase", "s")),
     ),
     words=WORDS,
-    bits={},
     series=(
         Series(
-            ("at", "autotune", "autotunestatus"), "autotune status", CODES, "a number that the manual does not list"
+            "autotune status", CODES, "a number that the manual does not list", ("at", "autotune", "autotunestatus")
         ),
     ),
     forms=(
@@ -103,9 +106,9 @@ EXPLAINER = RegisterBook(
         ("an offset from the base", "Base+12=5"),
         ("a tag's variable", "ATStatus=5"),
     ),
-    settings=setting_of,
+    scaling=scaling_of,
     direction=Direction("action", "the controller's", {"direct": "direct", "reverse": "reverse"}),
-    beside=BESIDE,
+    unstored=UNSTORED,
     starts=tuple(Start(key, prefix, f"{prefix}101") for key, (prefix, _) in BLOCKS.items()),
     claims=claims,
     special=special,

@@ -1,291 +1,292 @@
-"""Explanations of vendors whose memory has addresses: words, bits, offsets, numbers and names, from their tables."""
+"""Finds what a question is about with a vendor whose memory has addresses: by address, offset, number, name or key."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-from decimal import Decimal
+from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING
 
-from pidcfg.encoders.regmap import decode_one, scale_of
-from pidcfg.explanation.annotate import HEADS, as_text, register_lines
-from pidcfg.explanation.contents import raw_of, read_in_base
-from pidcfg.explanation.question import ADDRESS, OFFSET, Asked, Thing, ThingError
-from pidcfg.explanation.register_page import Found, code_page, page_of
-from pidcfg.explanation.texts import key_limits, limits_text
-from pidcfg.explanation.unstored_keys import beside_pages
-from pidcfg.explanation.values import Setting, no_remark, nothing_special, text_of
+from pidcfg.encoders.regmap import scale_of
+from pidcfg.encoders.spaces import SINGLE
+from pidcfg.explanation.book import Record
+from pidcfg.explanation.configuration import Placement
+from pidcfg.explanation.contents import raw_of
+from pidcfg.explanation.page import Page, Value
+from pidcfg.explanation.question import ADDRESS, OFFSET, Question, QuestionError
+from pidcfg.explanation.registers import RegisterRecord, Registers, word_at
+from pidcfg.explanation.values import UNKNOWN, is_before_root
+from pidcfg.paths import steps
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Mapping, Sequence
+    from collections.abc import Iterator
 
-    from pidcfg.encoders.meanings import Code, Meaning
-    from pidcfg.encoders.regmap import Bits, RegisterMap, Word
-    from pidcfg.encoders.spaces import Space
-    from pidcfg.explanation.annotate import Claim, Start
-    from pidcfg.explanation.direction import Direction
-    from pidcfg.explanation.page import Page
-    from pidcfg.refs import Basis
+    from pidcfg.encoders.spaces import Bank, Kind
+    from pidcfg.explanation.book import Series
+    from pidcfg.explanation.registers import Block
 
 HIGHEST_BIT = 15
+MOST_DIGITS = 5
+"""Of a number that a PLC shows."""
+SEPARATORS = str.maketrans("", "", " -_")
+HEXADECIMAL_FROM = 10
+"""Smaller numbers are the same in both notations."""
+PLC = "plc."
+"""What keys begin with that are about the file and no loop."""
 
 
-@dataclass(frozen=True, slots=True)
-class Block:
-    """A block of registers: its bank, its rows, and where it begins in the manual's or the starter file's example.
+@dataclass(frozen=True, kw_only=True)
+class RegisterBook(Registers):
+    """The tables of a vendor whose memory has addresses, and how its registers are asked for."""
 
-    ``heads``: what the manual writes before an offset; ``repeat``: how often the block follows itself.
-    """
-
-    prefix: str
-    table: RegisterMap
-    start: str
-    heads: tuple[str, ...]
-    repeat: int = 1
-    fixed: bool = False
-    """It always begins there."""
-    mentioned: bool = True
-    """``--loop`` looks in it."""
-
-    @property
-    def length(self) -> int:
-        """Registers from its start to the end of its last repetition."""
-        return self.table.size * self.repeat
-
-
-def in_counts(word: Word, raw: int) -> str:  # noqa: ARG001 - the signature of a vendor's own
-    """Counts of which no more is known."""
-    return f"{raw} counts"
-
-
-class Series(NamedTuple):
-    """Numbers of one kind: how they are written (``CK27``), and how they are called."""
-
-    heads: tuple[str, ...]
-    name: str
-    codes: Sequence[Code]
-    other: str
-    """What a number means that is not among them."""
-
-
-@dataclass(frozen=True)
-class RegisterBook:
-    """Everything that can be said about a vendor's registers; the tables say it."""
-
-    key: str
-    title: str
-    space: Space
-    blocks: tuple[Block, ...]
-    words: Mapping[str, Meaning]
-    bits: Mapping[tuple[str, int], Meaning]
-    series: tuple[Series, ...]
-    forms: tuple[tuple[str, str], ...]
-    """What can be asked for, and an example of each."""
-    settings: Callable[[Any, Any], Setting]
-    """Scales and units of a loop of a configuration."""
-    direction: Direction
-    """The words for the direction of control."""
-    claims: Callable[..., Iterator[tuple[int, Claim]]]
-    """What each address of a listing is."""
-    special: Callable[[Word, int, Setting], str | None] = nothing_special
-    remark: Callable[[Word, int, Setting], str] = no_remark
-    """What is doubtful about a content."""
-    beside: Mapping[str, str] = field(default_factory=dict)
-    """Keys that no register holds, and where they are set."""
-    starts: tuple[Start, ...] = ()
-    """Options that say where the loops of a listing begin."""
-    root: Basis | None = None
-    """Why a loop that takes the root of its PV has words that are about the PV before."""
-    writers: Mapping[str, str] | None = None
-    """Who writes a word, where it is not only the PLC."""
-    unscaled: Callable[[Word, int], str] = in_counts
-    late: Mapping[str, str] | None = None
-    """What the manual's column "Read on the Fly" means."""
-    hexadecimal: bool = False
-    """Contents are shown in hexadecimal."""
-    aliases: Mapping[str, str] | None = None
-    """Other names of registers, in small letters."""
-    regions: tuple[tuple[int, int, str], ...] = ()
-    """Parts of the memory, for addresses that no block has."""
-
-    def says(self, word: Word, raw: int, known: Setting) -> str:
-        """A content in words, with what is doubtful about it; raises `DecodeError` where it is no value."""
-        text = text_of(word, raw, known, self.special) or self.unscaled(word, raw)
-        remark = self.remark(word, raw, known) or self._outside(word, raw)
-        return f"{text} ({remark})" if remark else text
-
-    def _outside(self, word: Word, raw: int) -> str:
-        """What the manual allows, where a number is none of it."""
-        limits = key_limits(self.key, word.path) if word.path and scale_of(word.codec) is None else None
-        value = decode_one(word.codec, raw, {}) if limits is not None else None
-        return limits_text(limits) if limits and isinstance(value, Decimal) and not limits.holds(value) else ""
-
-    def find(self, thing: Thing, asked: Asked) -> list[Page]:
-        """What a thing is with this vendor; empty when it is nothing."""
-        found = self._address(thing, asked) or self._offset(thing) or self._code(thing) or self._name(thing, asked)
-        return [read_in_base(page, thing, self) for page in found] or beside_pages(self, thing, asked)
+    def find(self, question: Question) -> list[Page]:
+        """What the question is about with this vendor; empty when it is nothing."""
+        pages = self._address(question) or self._offset(question) or self._number(question) or self._name(question)
+        return [self._with_base(page, question) for page in pages] or self._unstored(question)
 
     @cached_property
-    def names(self) -> dict[str, list[tuple[Block, Word, Bits | None]]]:
+    def index(self) -> dict[str, list[RegisterRecord]]:
         """Registers and choices by all their names, in small letters."""
-        found: dict[str, list[tuple[Block, Word, Bits | None]]] = {}
+        index: dict[str, list[RegisterRecord]] = {}
         for block in self.blocks:
             for word in block.table.words:
                 for name in {text.lower() for text in (word.name, word.path or word.name, word.title)}:
-                    found.setdefault(name, []).append((block, word, None))
+                    index.setdefault(name, []).append(self.record(block.table, word))
             for row in block.table.bits:
-                word = next(w for w in block.table.words if w.offset == row.offset)
                 for name in {text.lower() for text in (row.path or row.title, row.title)}:
                     if row.access != "reserved":
-                        found.setdefault(name, []).append((block, word, row))
-        for alias, name in (self.aliases or {}).items():
-            others = [entry for entry in found[name] if entry[2] is None]
-            found.setdefault(alias.lower(), others)
-        return found
+                        word = word_at(block.table, row.offset)
+                        index.setdefault(name, []).append(self.record(block.table, word, row.bits[0]))
+        for alias, name in self.aliases.items():
+            index.setdefault(alias.lower(), [record for record in index[name] if record.kind == "register"])
+        return index
 
-    def _address(self, thing: Thing, asked: Asked) -> list[Page]:
+    @property
+    def spellings(self) -> dict[str, str]:
+        """All names that can be asked for, in small letters, with their spelling."""
+        return {name: name for name in (*self.index, *(path.rpartition(".")[2] for path in self.unstored))}
+
+    def _page(self, placement: Placement, name: str, raw: int | None, bit: int | None = None) -> Page:
+        """A register, or one bit of it, in its place, with its content where there is one."""
+        record = self.record(placement.table, placement.word, bit)
+        choice = record.parts[0].bits if bit is not None and record.parts else None
+        content = placement.raw if raw is None else raw
+        points = tuple(
+            part.point(content)
+            for part in record.parts
+            if part.bits and (part.bits.access != "reserved" or bit is not None or (content or 0) & part.bits.mask)
+        )
+        scaling = placement.scaling or UNKNOWN
+        code = None if content is None else self.code(record.word.name, content)
+        value = None if content is None else self.value(record, content, scaling, bits=bool(points))
+        return replace(
+            self.page(record, value, points, code),
+            name=name if bit is None else f"{name}.{bit}",
+            unit=self.unit(record.word, scaling),
+            loop=placement.loop if placement.raw is not None else None,
+            place=f"{record.table.at(record.word.offset)} of {placement.loop}" if placement.loop else "",
+            origins=tuple(o for o in placement.origins if choice is None or o.key.endswith(choice.path or "-")),
+            notes=tuple(self._notes(placement, name, content)),
+        )
+
+    def _notes(self, placement: Placement, name: str, content: int | None) -> Iterator[str]:
+        """What would make the answer better, and what the file and the given content have to do with each other."""
+        if placement.scaling is None and content is not None and scale_of(placement.word.codec):
+            yield "with --in FILE the value is shown in engineering units"
+        if self.root is not None and is_before_root(placement.word, placement.scaling or UNKNOWN):
+            before = "this word and its number in the file are about the PV before"
+            yield f"the loop takes the PV's root; {before}: {self.root}"
+        if placement.raw is not None and content not in {None, placement.raw}:
+            stored = f"{placement.raw:04X}" if self.hexadecimal else placement.raw
+            yield f"the file sets {name} to {stored}"
+
+    def _raw(self, question: Question, kind: Kind, name: str) -> int | None:
+        """The content that a question gives."""
+        return None if question.value is None else raw_of(question.value, kind, name, hexadecimal=self.hexadecimal)
+
+    def _with_base(self, page: Page, question: Question) -> Page:
+        """A note on a content whose decimal digits are another number where a listing shows them."""
+        text = question.value
+        if (
+            text is None
+            or self.hexadecimal
+            or page.value is None
+            or not text.isdecimal()
+            or int(text) < HEXADECIMAL_FROM
+        ):
+            return page
+        kind = next((b.kind for b in self.space.banks if type(b.kind.show(0)) is type(page.value.raw)), None)
+        if kind is None or len(text) > kind.digits or (kind is SINGLE and len(text) < kind.digits):
+            return page
+        other = kind.text(int(text, 16))
+        note = f"read as decimal; the listing's hex {text} is {other}: write 0x{text}"
+        return replace(page, notes=(*page.notes, note))
+
+    def _bank(self, prefix: str) -> Bank | None:
+        return next((bank for bank in self.space.banks if bank.prefix == prefix), None)
+
+    def _address(self, question: Question) -> list[Page]:
         """``V7642``, ``DF106``, ``V7642.3``."""
-        written = ADDRESS.fullmatch(thing.name)
-        bank = next((b for b in self.space.banks if written and b.prefix == written.group(1).upper()), None)
-        if written is None or bank is None:
+        match = ADDRESS.fullmatch(question.name)
+        bank = self._bank(match.group(1).upper()) if match else None
+        if match is None or bank is None:
             return []
-        name = f"{bank.prefix}{written.group(2)}"
+        name = f"{bank.prefix}{match.group(2)}"
         number = self.space.parse(name)
         if number is None:
-            ends = f"{self.space.name(self.space.number(bank.prefix, n))}" if (n := bank.first) else f"{bank.prefix}0"
+            first = self.space.name(self.space.number(bank.prefix, bank.first)) if bank.first else f"{bank.prefix}0"
             last = self.space.name(self.space.number(bank.prefix, bank.last))
-            kind = "octal digits, " if bank.octal else ""
-            raise ThingError(f"{thing.name} is no address of the {self.title}: {kind}{ends} to {last}")
-        found, bit = self._at(number, asked), self._bit(written.group(3), number)
-        raw = (
-            None
-            if thing.value is None
-            else raw_of(thing.value, self.space.kind(number), name, hexadecimal=self.hexadecimal)
-        )
-        if found is None:
-            return [self._elsewhere(name, number, raw, asked)]
-        return [page_of(self, found, self.space.name(number), raw, bit)]
+            digits = "octal digits, " if bank.octal else ""
+            raise QuestionError(f"{question.name} is no address of the {self.title}: {digits}{first} to {last}")
+        placement, bit = self._at(number, question), self._bit(match.group(3), self.space.kind(number))
+        raw = self._raw(question, self.space.kind(number), name)
+        if placement is None:
+            return [self._elsewhere(name, number, raw, question)]
+        return [self._page(placement, self.space.name(number), raw, bit)]
 
-    def _at(self, number: int, asked: Asked) -> Found | None:
+    def _at(self, number: int, question: Question) -> Placement | None:
         """The register at an address: as the configuration says, of a block that always is there, or of one named."""
-        if asked.config is not None and (found := asked.config.at(number)) is not None:
-            return found
-        for block, start in self._starts(asked):
+        placement = question.config.at(number) if question.config is not None else None
+        if placement is not None:
+            return placement
+        for block, start in self._starts(question):
             if start <= number < start + block.length:
                 index, offset = divmod(number - start, block.table.size)
                 loop = f"loop {index + 1} of a table at {self.space.name(start)}" if block.repeat > 1 else None
-                word = next(w for w in block.table.words if w.offset == offset)
-                return Found(block.table, word, loop)
+                return Placement(block.table, word_at(block.table, offset), loop)
         return None
 
-    def _starts(self, asked: Asked) -> Iterator[tuple[Block, int]]:
+    def _starts(self, question: Question) -> Iterator[tuple[Block, int]]:
         """Blocks with the addresses at which they begin."""
-        named = [number for text in asked.starts if (number := self.space.parse(text.upper())) is not None]
+        named = [number for text in question.starts if (number := self.space.parse(text.upper())) is not None]
         for block in self.blocks:
             example = self.space.parse(block.start)
             if block.fixed and example is not None:
                 yield block, example
             if not block.mentioned or block.fixed or example is None:
                 continue
-            given = [n for n in named if self.space.place(n)[0].prefix == block.prefix]
-            yield from ((block, number) for number in given)
-            if asked.loop and not given:
-                yield block, example
+            starts = [n for n in named if self.space.place(n)[0].prefix == block.prefix]
+            yield from ((block, number) for number in starts or [example] * question.loop)
 
-    def _elsewhere(self, name: str, number: int, raw: int | None, asked: Asked) -> Page:
-        """An address that no known block has."""
-        from pidcfg.explanation.register_page import unknown_page
-
-        starts = [
-            (block, start)
-            for block, start in self._starts(asked)
-            if not block.fixed and block.prefix == self.space.place(number)[0].prefix
-        ]
-        if starts:
-            spans = ", ".join(f"{self.space.name(s)} to {self.space.name(s + b.length - 1)}" for b, s in starts)
-            raise ThingError(
+    def _elsewhere(self, name: str, number: int, raw: int | None, question: Question) -> Page:
+        """An address that no known block has: only the part of the memory is known."""
+        bank, n = self.space.place(number)
+        blocks = [(b, start) for b, start in self._starts(question) if not b.fixed and b.prefix == bank.prefix]
+        if blocks:
+            spans = ", ".join(f"{self.space.name(s)} to {self.space.name(s + b.length - 1)}" for b, s in blocks)
+            raise QuestionError(
                 f"{name} lies outside the registers of the loops ({spans}); "
                 "name the start of the block with --block ADDRESS"
             )
-        return unknown_page(self, name, number, raw)
+        region = next((text for first, last, text in self.regions if first <= n <= last), "")
+        examples = ", ".join(b.start for b in self.blocks if b.prefix == bank.prefix and not b.fixed and b.mentioned)
+        hint = (
+            f"what it holds depends on where the loops begin: --loop takes {examples}, --block ADDRESS another start, "
+            "--in FILE a configuration"
+        )
+        title = region or f"a register of bank {bank.prefix}"
+        record = Record(kind="register", name=name, title=title, notation=bank.kind.holds)
+        page = self.page(record, None if raw is None else self._plain_value(bank.kind, raw))
+        return page if "system" in region else replace(page, notes=(hint,))
 
-    def _offset(self, thing: Thing) -> list[Page]:
+    def _plain_value(self, kind: Kind, raw: int) -> Value:
+        """A content of which nothing is known but the number."""
+        shown = self.shown(kind, raw)
+        return Value(kind.show(raw), shown, f"decimal {raw}" if self.hexadecimal else shown)
+
+    def _offset(self, question: Question) -> list[Page]:
         """``addr+06.10``, ``Cn+12``, ``Base+5``: in the notation of the vendor's manual."""
-        written = OFFSET.fullmatch(thing.name)
-        if written is None:
+        match = OFFSET.fullmatch(question.name)
+        if match is None:
             return []
-        head = "".join(c for c in written.group(1).lower() if c.isalnum())
+        head = "".join(c for c in match.group(1).lower() if c.isalnum())
         pages, problems = [], []
         for block in self.blocks:
-            if head not in block.heads:
+            bank = self._bank(block.prefix)
+            if head not in block.heads or bank is None:
                 continue
-            bank = next(b for b in self.space.banks if b.prefix == block.prefix)
-            digits = written.group(2)
+            digits = match.group(2)
             if bank.octal and not set(digits) <= set("01234567"):
-                raise ThingError(f"{thing.name}: offsets of the {self.title} are octal; {digits} has a digit above 7")
+                raise QuestionError(
+                    f"{question.name}: offsets of the {self.title} are octal; {digits} has a digit above 7"
+                )
             offset = int(digits, 8 if bank.octal else 10)
             length = block.length if block.repeat > 1 and not block.mentioned else block.table.size
             if offset >= length:
-                problems.append(f"{thing.name}: the block ends at {block.table.at(length - 1)}")
+                problems.append(f"{question.name}: the block ends at {block.table.at(length - 1)}")
                 continue
-            row = next(w for w in block.table.words if w.offset == offset % block.table.size)
-            name, number = block.table.at(offset), self.space.number(block.prefix, bank.first)
+            placement = Placement(block.table, word_at(block.table, offset % block.table.size))
+            name = block.table.at(offset)
             try:
-                raw = (
-                    None if thing.value is None else raw_of(thing.value, bank.kind, name, hexadecimal=self.hexadecimal)
-                )
-                pages.append(page_of(self, Found(block.table, row), name, raw, self._bit(written.group(3), number)))
-            except ThingError as error:
+                raw, bit = self._raw(question, bank.kind, name), self._bit(match.group(3), bank.kind)
+                pages.append(self._page(placement, name, raw, bit))
+            except QuestionError as error:
                 problems.append(str(error))
         if problems and not pages:
-            raise ThingError("; ".join(dict.fromkeys(problems)))
+            raise QuestionError("; ".join(dict.fromkeys(problems)))
         return pages
 
-    def _bit(self, text: str | None, number: int) -> int | None:
+    @staticmethod
+    def _bit(text: str | None, kind: Kind) -> int | None:
         """The number of a bit, decimal as all the manuals write it."""
         if text is None:
             return None
-        highest = min(HIGHEST_BIT, 4 * self.space.kind(number).digits - 1)
-        if self.space.kind(number).digits == 1 or int(text) > highest:
-            wide = self.space.kind(number).name
-            raise ThingError(
-                f"bit {text}: {'a word has the bits 0 to 15' if highest == HIGHEST_BIT else f'a {wide} has no bits'}"
-            )
+        highest = min(HIGHEST_BIT, 4 * kind.digits - 1)
+        if kind.digits == 1 or int(text) > highest:
+            limit = "a word has the bits 0 to 15" if highest == HIGHEST_BIT else f"a {kind.name} has no bits"
+            raise QuestionError(f"bit {text}: {limit}")
         return int(text)
 
-    def _code(self, thing: Thing) -> list[Page]:
+    def _number(self, question: Question) -> list[Page]:
         """``CK27``: a number that the PLC shows."""
-        text = thing.name.lower().replace(" ", "").replace("-", "").replace("_", "")
+        text = question.name.lower().translate(SEPARATORS)
         for series in self.series:
             for head in series.heads:
                 digits = text.removeprefix(head)
-                if text.startswith(head) and digits.isdecimal() and len(digits) < 6:
-                    return [code_page(self, series, int(digits))]
+                if text.startswith(head) and digits.isdecimal() and len(digits) <= MOST_DIGITS:
+                    return [self._number_page(series, int(digits))]
         return []
 
-    def _name(self, thing: Thing, asked: Asked) -> list[Page]:
+    def _number_page(self, series: Series, number: int) -> Page:
+        page = self.page(self.number(series, number))
+        numbers = [code.number for code in series.codes]
+        known = f"numbers that are known: {', '.join(map(str, numbers))}"
+        return page if number in numbers else replace(page, notes=(known,))
+
+    def _name(self, question: Question) -> list[Page]:
         """A register's or choice's own name, with each loop of the configuration that has it."""
-        loop, _, rest = thing.name.partition(".")
-        loops = asked.config.loops if asked.config is not None else ()
-        wanted, only = (rest, loop) if rest and loop in loops else (thing.name, None)
-        found = self.names.get(wanted.lower()) or self._suffixed(wanted.lower())
+        name, loop = question.name_and_loop
         pages = []
-        for block, word, row in found:
-            places: list[tuple[Found, int | None]] = [(Found(block.table, word), None)]
-            if asked.config is not None:
-                places = [*asked.config.named(block.table, word, only)] or places
-            for known, number in places:
-                name = word.name if number is None else self.space.name(number)
-                kind = next(b.kind for b in self.space.banks if b.prefix == block.prefix)
-                raw = None if thing.value is None else raw_of(thing.value, kind, name, hexadecimal=self.hexadecimal)
-                pages.append(page_of(self, known, name, raw, None if row is None else row.bits[0]))
+        for record in self.index.get(name.lower()) or self._nicknamed(name.lower()):
+            placements = [(Placement(record.table, record.word), record.word.name)]
+            if question.config is not None:
+                in_file = question.config.named(record.table, record.word, loop)
+                placements = [(p, self.space.name(number)) for p, number in in_file] or placements
+            for placement, shown in placements:
+                raw = self._raw(question, self.kind(record.table), shown)
+                pages.append(self._page(placement, shown, raw, record.bit))
         return pages
 
-    def _suffixed(self, name: str) -> list[tuple[Block, Word, Bits | None]]:
+    def _nicknamed(self, name: str) -> list[RegisterRecord]:
         """A nickname: the loop's name and a suffix."""
-        fits = [alias for alias in self.aliases or {} if alias.startswith("_") and name.endswith(alias.lower())]
-        return self.names[max(fits, key=len).lower()] if fits else []
+        suffixes = [alias for alias in self.aliases if alias.startswith("_") and name.endswith(alias.lower())]
+        return self.index[max(suffixes, key=len).lower()] if suffixes else []
 
-    def annotate(self, listing: Any, options: Mapping[str, Any]) -> str:
-        """A listing with a meaning beside every word."""
-        return as_text([*register_lines(self, listing.words, listing.settings, listing.plc, options)], HEADS)
+    def _unstored(self, question: Question) -> list[Page]:
+        """A key that no register holds by its path, its last part or its section, once for each loop that gives it."""
+        name, loop = question.name_and_loop
+        key = name.lower()
+        paths = [path for path in self.unstored if key == path]
+        paths = paths or [path for path in self.unstored if path.endswith(f".{key}")]
+        paths = paths or [path for path in self.unstored if key in steps(path)[:-1]]
+        if paths and question.value is not None:
+            raise QuestionError(f"{question.text}: {paths[0]} {self.unstored[paths[0]]}; it has no content to explain")
+        return [page for path in paths for page in self._unstored_pages(path, question, loop)]
+
+    def _unstored_pages(self, path: str, question: Question, loop: str | None) -> Iterator[Page]:
+        page = self.page(self.unstored_record(path))
+        origins = question.config.origins(path, in_loops=not path.startswith(PLC)) if question.config else []
+        for at in [origin for origin in origins if loop in {None, origin.loop}]:
+            name = f"{at.loop}.{path}" if at.loop else path
+            yield replace(page, name=name, value=Value(at.text, at.text), loop=at.loop, origins=(at,))
+        if not any(loop in {None, origin.loop} for origin in origins):
+            yield page

@@ -6,9 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 from pidcfg.encoders.maps.generic import LOOP_TABLE
 from pidcfg.encoders.maps.generic import split as split_name
-from pidcfg.explanation.direction import Direction
-from pidcfg.explanation.find_parameter import NamedBook
-from pidcfg.explanation.texts import key_text
+from pidcfg.explanation.book import Direction
+from pidcfg.explanation.find_parameter import ParameterBook
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -27,11 +26,9 @@ def split(name: str, settings: Sequence[Mapping[str, Any]]) -> tuple[str, str | 
     return loop, NAME if path else None, path
 
 
-EXPLAINER = NamedBook(
+EXPLAINER = ParameterBook(
     key="generic",
-    title="Neutral form",
     tables={NAME: LOOP_TABLE},
-    text=lambda _, name: key_text("generic", name),
     forms=(("a field of the neutral form", "generic.tuning.gain"),),
     split=split,
     direction=Direction("output_raises_pv", "the process's", {}),

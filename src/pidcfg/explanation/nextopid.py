@@ -2,29 +2,16 @@
 
 from __future__ import annotations
 
-from functools import cache
 from typing import TYPE_CHECKING, Any
 
 from pidcfg.encoders.maps.nextopid import BLOCK_TYPES
-from pidcfg.encoders.maps.nextopid_meanings import BITS, D325, GROUPS, OWN_BITS, STATES
-from pidcfg.explanation.direction import Direction
-from pidcfg.explanation.find_parameter import Group, NamedBook
-from pidcfg.schemas.document import field_texts, models_of
+from pidcfg.encoders.maps.nextopid_meanings import BITS, BLOCK_BITS, D325, GROUPS, STATES
+from pidcfg.explanation.book import Direction
+from pidcfg.explanation.find_parameter import ParameterBook
+from pidcfg.explanation.parameters import Group
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
-
-
-@cache
-def _texts(block: str) -> dict[str, str]:
-    model = BLOCK_TYPES[block].model
-    own = {key: text for found in reversed(models_of(model)) for key, text in field_texts(found).items()}
-    return own | field_texts(model)
-
-
-def text(block: str, name: str) -> str:
-    """What an input is, from the schema of its block."""
-    return _texts(block).get(name.rpartition(".")[2], "")
 
 
 def split(name: str, settings: Sequence[Mapping[str, Any]]) -> tuple[str, str | None, str]:
@@ -34,11 +21,10 @@ def split(name: str, settings: Sequence[Mapping[str, Any]]) -> tuple[str, str | 
     return loop, kind if isinstance(kind, str) else None, parameter
 
 
-EXPLAINER = NamedBook(
+EXPLAINER = ParameterBook(
     key="nextopid",
-    title="Altus NextoPID",
     tables={name: kind.table for name, kind in BLOCK_TYPES.items()},
-    text=text,
+    schemas={name: kind.model for name, kind in BLOCK_TYPES.items()},
     forms=(
         ("a structure of bits, with its value", "ErrBits=0x0005"),
         ("one of its bits", "ErrBits.Kp"),
@@ -49,7 +35,7 @@ EXPLAINER = NamedBook(
     direction=Direction("Direct", "the controller's", {"direct": "Direct TRUE", "reverse": "Direct FALSE"}),
     groups=tuple(Group(name, meaning, lambda row: row.type.kind == "bool") for name, meaning in GROUPS.items()),
     bits=BITS,
-    own_bits=OWN_BITS,
+    block_bits=BLOCK_BITS,
     states=STATES,
     counted=str(D325),
 )

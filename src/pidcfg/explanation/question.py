@@ -1,54 +1,50 @@
-"""What was asked: a name, perhaps with a content, and what is known of the loops around it."""
+"""A question: a name, perhaps with a content, and what is known of the loops around it."""
 
 from __future__ import annotations
 
 import re
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from pidcfg.explanation.configuration import Configured
 
 ADDRESS = re.compile(r"([A-Za-z]{1,2})([0-9]{1,9})(?:\.([0-9]{1,3}))?")
 OFFSET = re.compile(r"([A-Za-z/ ()]*)\+ ?([0-9]{1,3})\)?(?:\.([0-9]{1,3}))?")
-HEX = re.compile(r"(?:0[xX]|16#)?([0-9A-Fa-f]{1,8})[hH]?")
-MARKED_HEX = re.compile(r"(?:0[xX]|16#)([0-9A-Fa-f]{1,8})")
 LONGEST = 80
 
 
-class ThingError(ValueError):
+class QuestionError(ValueError):
     """Something that cannot be explained: what is wrong with it, and what to write instead."""
 
 
-class Thing(NamedTuple):
-    """One thing to explain: its name and the content given to it."""
+@dataclass(frozen=True, slots=True)
+class Question:
+    """One thing to explain: its name, the content given to it, and what the options say of the loops."""
 
     text: str
     name: str
-    value: str | None
-
-
-@dataclass(frozen=True, slots=True)
-class Asked:
-    """What the command line says beside the things: where loops begin, and a configuration."""
-
+    value: str | None = None
     loop: bool = False
+    """Whether loops begin where the example does."""
     starts: tuple[str, ...] = ()
+    """Addresses at which blocks of registers begin."""
     config: Configured | None = None
 
+    @classmethod
+    def of(
+        cls, text: str, *, loop: bool = False, starts: tuple[str, ...] = (), config: Configured | None = None
+    ) -> Question:
+        """``V7642=0008`` in its two parts; raises `QuestionError` where it has no name, or an empty content."""
+        name, equals, value = text.partition("=")
+        if not name.strip() or len(text) > LONGEST or not text.isprintable():
+            raise QuestionError(f"{text[:LONGEST]!r} is not a name, NAME.BIT or NAME=VALUE")
+        if equals and not value.strip():
+            raise QuestionError(f"{text!r} has no value behind its '='")
+        return cls(text.strip(), name.strip(), value.strip() if equals else None, loop, starts, config)
 
-def thing_of(text: str) -> Thing:
-    """``V7642=0008`` in its two parts."""
-    name, equals, value = text.partition("=")
-    if not name.strip() or len(text) > LONGEST or not text.isprintable():
-        raise ThingError(f"{text[:LONGEST]!r} is not a name, NAME.BIT or NAME=VALUE")
-    if equals and not value.strip():
-        raise ThingError(f"{text!r} has no value behind its '='")
-    return Thing(text.strip(), name.strip(), value.strip() if equals else None)
-
-
-def whole(text: str, highest: int) -> int | None:
-    """A whole number in decimal, or in hexadecimal when it is marked (0x0005, 16#0005)."""
-    marked = MARKED_HEX.fullmatch(text)
-    number = int(marked.group(1), 16) if marked else int(text) if text.isdecimal() and len(text) < 12 else None
-    return number if number is not None and number <= highest else None
+    @property
+    def name_and_loop(self) -> tuple[str, str | None]:
+        """``TIC-101.gain`` as name and loop, where the configuration has that loop."""
+        loop, _, rest = self.name.partition(".")
+        return (rest, loop) if rest and self.config is not None and loop in self.config.loops else (self.name, None)

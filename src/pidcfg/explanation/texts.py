@@ -1,35 +1,65 @@
-"""What a key of a configuration is, from the text below its field in the schema."""
+"""What a key of a configuration is, from the text below its field in the schema, and units in the words of a loop."""
 
 from __future__ import annotations
 
 from functools import cache
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
+from pidcfg.paths import value_at
 from pidcfg.schemas.document import field_texts, models_of
 from pidcfg.schemas.limits import Limits, limits_at
-from pidcfg.vendors import VENDORS
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from pydantic import BaseModel
+
+SIDES = ("pv", "output")
+"""The two ends of a loop, which have units of their own."""
 
 
 @cache
-def key_text(vendor: str, path: str) -> str:
+def texts_of(model: type[BaseModel]) -> Mapping[str, str]:
+    """The text below each field of a model."""
+    return field_texts(model)
+
+
+@cache
+def key_text(file: type[BaseModel], path: str) -> str:
     """The text of a key by its path, wherever in the file it stands; its section's where it has none of its own."""
-    file = VENDORS[vendor].model
     steps = [step for step in path.split(".") if not step.isdigit()]
     while steps:
-        for found in models_of(file):
-            text = _walked(found, steps)
+        for model in models_of(file):
+            text = _text_below(model, steps)
             if text:
                 return text
         steps.pop()
     return ""
 
 
+def _text_below(model: type[BaseModel], steps: list[str]) -> str:
+    """The text of the last key, if the keys lead through the model."""
+    field = model.model_fields.get(steps[0])
+    if field is None:
+        return ""
+    if len(steps) == 1:
+        return texts_of(model).get(steps[0], "")
+    inside = annotations_in(field.annotation)
+    sections = (m for m in models_of(model) if m is not model and m in inside and steps[1] in m.model_fields)
+    return next((text for section in sections if (text := _text_below(section, steps[1:]))), "")
+
+
+def annotations_in(annotation: Any) -> list[Any]:
+    """An annotation and all that it is made of."""
+    args = getattr(annotation, "__args__", ())
+    return [annotation, *(inner for arg in args for inner in annotations_in(arg))]
+
+
 @cache
-def key_limits(vendor: str, path: str) -> Limits | None:
+def key_limits(file: type[BaseModel], path: str) -> Limits | None:
     """What the manual allows for the number at a key of a loop, or of the file; None where it says nothing."""
-    file = VENDORS[vendor].model
-    found = limits_at(file, f"loops.{path}")
-    return limits_at(file, path) if found is None and path.partition(".")[0] in file.model_fields else found
+    limits = limits_at(file, f"loops.{path}")
+    return limits_at(file, path) if limits is None and path.partition(".")[0] in file.model_fields else limits
 
 
 def limits_text(limits: Limits) -> str:
@@ -39,29 +69,25 @@ def limits_text(limits: Limits) -> str:
     return f"not allowed: above {limits.high}" if limits.low is None else f"not within {limits.low} to {limits.high}"
 
 
-def _walked(model: Any, steps: list[str]) -> str:
-    """The text of the last key, if the keys lead through the model."""
-    own = model.model_fields.get(steps[0])
-    if own is None:
-        return ""
-    if len(steps) == 1:
-        return _texts(model).get(steps[0], "")
-    below = [m for m in models_of(model) if m is not model]
-    return next(
-        (
-            text
-            for m in below
-            if steps[1] in m.model_fields and m in _inside(own.annotation) and (text := _walked(m, steps[1:]))
-        ),
-        "",
-    )
+def first_sentence(text: str) -> str:
+    """A text up to where it goes into details."""
+    for at in range(1, len(text) - 1):
+        if text[at : at + 2] in {"; ", ". ", ": "} and text.count("(", 0, at) == text.count(")", 0, at):
+            return text[:at]
+    return text.removesuffix(".")
 
 
-def _inside(annotation: Any) -> list[Any]:
-    args = getattr(annotation, "__args__", ())
-    return [annotation, *(inner for arg in args for inner in _inside(arg))]
+def units_of(loop: object) -> dict[str, str]:
+    """The units of PV and output that a loop, or what a listing says of one, gives."""
+    return {side: str(unit) for side in SIDES if (unit := value_at(loop, (side, "unit")))}
 
 
-@cache
-def _texts(model: Any) -> dict[str, str]:
-    return field_texts(model)
+def unit_text(unit: str, units: Mapping[str, str], nested: str = "/") -> str:
+    """A unit of a table with the loop's own for ``pv`` and ``output``: ``pv/s`` is ``degC/s``.
+
+    ``nested`` divides where a part is a quotient itself: " per " gives ``m3/h per s``.
+    """
+    if " per " in unit:
+        return " per ".join(unit_text(part, units, nested) for part in unit.split(" per "))
+    parts = [units.get(part, part) for part in unit.split("/")]
+    return (nested if len(parts) > 1 and any("/" in part for part in parts) else "/").join(parts)

@@ -55,7 +55,8 @@ def plc_sheet(checked: Checked, number: int, findings: Sequence[Diagnostic]) -> 
 
 def writers_of(vendor: Vendor) -> Mapping[str, str]:
     """Who writes a register that is not the PLC's alone, by its name."""
-    return vendor.load("explainer").writers or {}
+    writers: Mapping[str, str] = vendor.load("explainer").writers
+    return writers
 
 
 def has_image(encoding: Any) -> bool:

@@ -13,11 +13,12 @@ from __future__ import annotations
 import hashlib
 import os
 import sys
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, MutableSequence, Sequence
 from dataclasses import fields
+from functools import cache
 from pathlib import Path
 from types import FunctionType
-from typing import Any
+from typing import Any, get_args, get_origin, get_type_hints
 
 import numba
 import numpy as np
@@ -136,14 +137,52 @@ def write_back(array: np.ndarray[Any, np.dtype[np.void]], objects: Sequence[Any]
             setattr(item, name, value)
 
 
-def vector(values: Sequence[float]) -> np.ndarray[Any, np.dtype[np.float64]]:
-    """A list of floats as an array."""
-    return np.array(values, np.float64)
+# --- calls -----------------------------------------------------------------------------------------------------------
 
 
-def integers(values: Sequence[int]) -> np.ndarray[Any, np.dtype[np.int64]]:
-    """A list of whole numbers as an array."""
-    return np.array(values, np.int64)
+def on_lists(function: Kernel, original: Kernel, vendor: Mapping[Any, type]) -> Kernel:
+    """A compiled kernel that is called with lists of objects, as its original is.
+
+    The original's annotations say what becomes of each argument; ``vendor`` has the classes of its type variables.
+    """
+    kinds = [kind for name, kind in get_type_hints(original).items() if name != "return"]
+
+    def call(*arguments: Any) -> int:
+        arrays = [to_arrays(kind, value, vendor) for kind, value in zip(kinds, arguments, strict=True)]
+        result = function(*arrays)
+        for kind, array, value in zip(kinds, arrays, arguments, strict=True):
+            from_arrays(kind, array, value)
+        return int(result)
+
+    return call
+
+
+def to_arrays(kind: Any, value: Any, vendor: Mapping[Any, type]) -> Any:
+    """An argument for a compiled kernel: a sequence as an array, a group with each of its fields so."""
+    if parts := group_fields(kind):
+        return type(value)(*(to_arrays(part, item, vendor) for part, item in zip(parts, value, strict=True)))
+    if kind is int:
+        return value
+    (item,) = get_args(kind)
+    return np.array(value, TYPES[item.__name__]) if item in {int, float} else records(value, vendor.get(item, item))
+
+
+def from_arrays(kind: Any, array: Any, value: Any) -> None:
+    """What a compiled kernel has written into the arrays of an argument, back into its lists."""
+    if parts := group_fields(kind):
+        for part, columns, item in zip(parts, array, value, strict=True):
+            from_arrays(part, columns, item)
+    elif get_origin(kind) is MutableSequence and array.dtype.names is not None:
+        write_back(array, value)
+    elif get_origin(kind) is MutableSequence:
+        value[:] = array.tolist()
+
+
+@cache
+def group_fields(kind: Any) -> list[Any]:
+    """The types of a named tuple's fields; nothing for another type."""
+    group = get_origin(kind) or kind
+    return list(get_type_hints(group).values()) if hasattr(group, "_fields") else []
 
 
 # --- cache -----------------------------------------------------------------------------------------------------------

@@ -6,17 +6,16 @@ The data stay lists; a compiled run copies them into arrays and back for each ca
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from inspect import signature
 from types import FunctionType
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 from pidcfg.sim import kernel
-from pidcfg.sim.kernel import LOG_COLUMNS, LOG_ROWS, Channel, Span
+from pidcfg.sim.kernel import LOG_COLUMNS, LOG_ROWS, Log, Loops, Meters, Span, World
 from pidcfg.sim.metrics import Band, Gauge, Meter, measure_loop
-from pidcfg.sim.plants import Plant, step_plants
+from pidcfg.sim.plants import step_plants
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, MutableSequence
 
     from pidcfg.sim.network import Network
     from pidcfg.sim.plc import Controller, Plc
@@ -61,11 +60,10 @@ class Machine:
     bands: list[Band]
     gauges: list[Gauge]
     shown: list[int]
-    run: Callable[..., int]
-    settle_run: Callable[..., int]
+    kernels: Kernels
     stack: list[float] = field(default_factory=list)
     log: list[int] = field(default_factory=list)
-    head: list[int] = field(default_factory=lambda: [0, 0, 0])
+    counts: list[int] = field(default_factory=lambda: [0, 0, 0])
     noise: list[float] = field(default_factory=list)
     trend: list[float] = field(default_factory=list)
 
@@ -75,101 +73,46 @@ class Machine:
 
     def advance(self, k: int, last: int, zero: int, every: int, noise_from: int) -> int:
         """`kernel.advance` with this run's data."""
-        net, plc = self.net, self.plc
-        return self.run(
-            k,
-            last,
-            zero,
-            self.step,
-            every,
-            noise_from,
-            len(net.noisy) if self.noise else 0,
-            net.plants,
-            net.channels,
-            net.delay,
-            self.noise,
-            net.sig,
-            net.pool.code,
-            net.pool.constants,
-            self.stack,
-            plc.cfg,
-            plc.st,
-            plc.aux,
-            self.meters,
-            self.bands,
-            self.gauges,
-            self.log,
-            self.head,
-            self.shown,
-            self.trend,
-        )
+        meters = Meters(self.meters, self.bands, self.gauges)
+        log = Log(self.log, self.trend, self.counts, self.shown, every)
+        return self.kernels.advance(k, last, zero, self._world(noise_from), self._loops(), meters, log)
 
     def settle(self, k: int, last: int, spans: list[Span]) -> int:
         """`kernel.settle` with this run's data."""
-        net, plc = self.net, self.plc
-        return self.settle_run(
-            k,
-            last,
-            self.step,
-            net.plants,
-            net.channels,
-            net.delay,
-            net.sig,
-            net.pool.code,
-            net.pool.constants,
-            self.stack,
-            plc.cfg,
-            plc.st,
-            plc.aux,
-            spans,
-        )
+        return self.kernels.settle(k, last, self._world(0), self._loops(), spans)
+
+    def _world(self, noise_from: int) -> World:
+        net, pool = self.net, self.net.pool
+        columns = len(net.noisy) if self.noise else 0
+        signals = net.delay, net.sig, pool.code, pool.constants, self.stack
+        return World(self.step, net.plants, net.channels, *signals, self.noise, columns, noise_from)
+
+    def _loops(self) -> Loops[Any, Any]:
+        return Loops(self.plc.cfg, self.plc.st, self.plc.aux)
 
 
-def python_kernels(controller: Controller) -> tuple[Callable[..., int], Callable[..., int]]:
-    """`kernel.advance` and `kernel.settle` with the vendor's ``scan`` in the place of the empty one."""
+class Kernels(NamedTuple):
+    """`kernel.advance` and `kernel.settle` with a vendor's ``scan``."""
+
+    advance: Callable[[int, int, int, World, Loops[Any, Any], Meters, Log], int]
+    settle: Callable[[int, int, World, Loops[Any, Any], MutableSequence[Span]], int]
+
+
+def python_kernels(controller: Controller) -> Kernels:
+    """The vendor's ``scan`` in the place of the empty one."""
     names = {**vars(kernel), "scan": controller.scan}
-    advance = FunctionType(kernel.advance.__code__, names, "advance")
-    return advance, FunctionType(kernel.settle.__code__, names, "settle")
+    return Kernels(*(FunctionType(f.__code__, names, f.__name__) for f in ENTRIES))
 
 
-RECORDS = {"plants": Plant, "channels": Channel, "meters": Meter, "bands": Band, "gauges": Gauge, "spans": Span}
-"""Arguments of the kernels that are lists of objects; the vendor's cfg and st come to these."""
-WHOLE = ("code", "log", "head", "shown")
-"""Arguments that are lists of integers; other lists hold floats."""
 HOT = (step_plants, measure_loop)
 """Kernels whose calls would cost more than their code takes room."""
 ENTRIES = (kernel.advance, kernel.settle)
-READ_ONLY = ("cfg", "code", "constants", "shown", "noise")
 
 
-def numba_kernels(controller: Controller) -> tuple[Callable[..., int], Callable[..., int]]:
+def numba_kernels(controller: Controller) -> Kernels:
     """The same two, compiled, each call between copies of its data into arrays and back."""
     from pidcfg.sim import compile as compiler
 
     built = compiler.compiled(ENTRIES, {kernel.scan: controller.scan}, (*controller.INLINED, *HOT))
-    kinds = {**RECORDS, "cfg": controller.Config, "st": controller.State}
-
-    def to_array(name: str, value: Any) -> Any:
-        if name in kinds:
-            return compiler.records(value, kinds[name])
-        if isinstance(value, list):
-            return compiler.integers(value) if name in WHOLE else compiler.vector(value)
-        return value
-
-    def wrapped(original: Callable[..., int]) -> Callable[..., int]:
-        names = signature(original).parameters
-        function = built[original]
-
-        def call(*arguments: Any) -> int:
-            arrays = [to_array(name, value) for name, value in zip(names, arguments, strict=True)]
-            result = function(*arrays)
-            for name, array, value in zip(names, arrays, arguments, strict=True):
-                if name in kinds and name not in READ_ONLY:
-                    compiler.write_back(array, value)
-                elif isinstance(value, list) and name not in READ_ONLY:
-                    value[:] = array.tolist()
-            return int(result)
-
-        return call
-
-    return wrapped(kernel.advance), wrapped(kernel.settle)
+    vendor = {kernel.Config: controller.Config, kernel.State: controller.State}
+    return Kernels(*(compiler.on_lists(built[f], f, vendor) for f in ENTRIES))

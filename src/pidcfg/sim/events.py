@@ -120,7 +120,7 @@ class Agenda:
                 late.append(f"{'.'.join(keys)}: {effect}")
             changed |= keys in SETPOINT and sig[config.sig_sp] != present
         if changed:
-            self.machine.head[2] += 1
+            self.machine.counts[2] += 1
             begin_step(self.machine.meters[loop], k, before, -(-config.period // self.step), sig)
         return "; ".join(late) or None
 

@@ -4,17 +4,17 @@ Everything here and below is a plain function on lists of flat objects and of nu
 same source. ``scan`` is the vendor's; see `pidcfg.sim.engine` for how it takes its place.
 """
 
-from __future__ import annotations
-
+from collections.abc import MutableSequence, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any, Generic, NamedTuple, TypeVar
 
 from pidcfg.sim.expressions import evaluate
 from pidcfg.sim.metrics import Band, Gauge, Meter, measure_loop, read_gauges, watch_bands
 from pidcfg.sim.plants import Plant, add_noise, step_plants
 
-if TYPE_CHECKING:
-    from collections.abc import MutableSequence, Sequence
+Config = TypeVar("Config")
+State = TypeVar("State")
+"""The vendor's records of a loop."""
 
 LOG_ROWS = 256
 """Changes that are kept before Python has to look at them."""
@@ -48,6 +48,58 @@ class Span:
     low: float = 0.0
     high: float = 0.0
     total: float = 0.0
+
+
+# Groups of arguments: a `MutableSequence` is written by the kernels, a `Sequence` only read (see `pidcfg.sim.engine`).
+
+
+class World(NamedTuple):
+    """What surrounds the controllers: plants, channels and signals."""
+
+    step: int
+    """Ticks of a base step."""
+    plants: MutableSequence[Plant]
+    channels: MutableSequence[Channel]
+    delay: MutableSequence[float]
+    """The delay lines of all plants."""
+    sig: MutableSequence[float]
+    code: Sequence[int]
+    """Expressions, with their constants, and the stack that they are evaluated on."""
+    constants: Sequence[float]
+    stack: MutableSequence[float]
+    noise: Sequence[float]
+    """Standard normal numbers, ``columns`` for each base step from ``noise_from`` on."""
+    columns: int
+    noise_from: int
+
+
+class Loops(NamedTuple, Generic[Config, State]):
+    """The controllers: what `pidcfg.sim.plc.Plc` has under the same names."""
+
+    cfg: Sequence[Config]
+    st: MutableSequence[State]
+    aux: MutableSequence[float]
+
+
+class Meters(NamedTuple):
+    """What is measured."""
+
+    loops: MutableSequence[Meter]
+    bands: MutableSequence[Band]
+    gauges: MutableSequence[Gauge]
+
+
+class Log(NamedTuple):
+    """What is written down."""
+
+    rows: MutableSequence[int]
+    trend: MutableSequence[float]
+    counts: MutableSequence[int]
+    """Rows of the log, rows of the trend, and set-point events so far."""
+    shown: Sequence[int]
+    """The signals of a row of the trend."""
+    every: int
+    """Base steps between two rows of the trend; 0: there is none."""
 
 
 def scan(
@@ -88,61 +140,36 @@ def read_channels(
 
 
 def write_log(
-    k: int, st: Sequence[Any], meters: Sequence[Meter], log: MutableSequence[int], head: MutableSequence[int]
+    k: int, st: Sequence[Any], meters: Sequence[Meter], rows: MutableSequence[int], counts: MutableSequence[int]
 ) -> None:
     """A row for every loop whose status changed or that has something to say (kernel)."""
     for i in range(len(meters)):
         s = st[i]
         m = meters[i]
         if s.status != m.status or s.notice != 0 or s.aux_status != m.aux_status:
-            at = head[0] * LOG_COLUMNS
-            log[at] = k
-            log[at + 1] = i
-            log[at + 2] = s.status
-            log[at + 3] = s.aux_status
-            log[at + 4] = s.notice
-            head[0] += 1
+            at = counts[0] * LOG_COLUMNS
+            rows[at] = k
+            rows[at + 1] = i
+            rows[at + 2] = s.status
+            rows[at + 3] = s.aux_status
+            rows[at + 4] = s.notice
+            counts[0] += 1
             m.status = s.status
             m.aux_status = s.aux_status
             s.notice = 0
 
 
-def advance(
-    k: int,
-    last: int,
-    zero: int,
-    tick: int,
-    every: int,
-    noise_from: int,
-    columns: int,
-    plants: Sequence[Plant],
-    channels: Sequence[Channel],
-    delay: MutableSequence[float],
-    noise: Sequence[float],
-    sig: MutableSequence[float],
-    code: Sequence[int],
-    constants: Sequence[float],
-    stack: MutableSequence[float],
-    cfg: Sequence[Any],
-    st: Sequence[Any],
-    aux: MutableSequence[float],
-    meters: Sequence[Meter],
-    bands: Sequence[Band],
-    gauges: Sequence[Gauge],
-    log: MutableSequence[int],
-    head: MutableSequence[int],
-    shown: Sequence[int],
-    trend: MutableSequence[float],
-) -> int:
+def advance(k: int, last: int, zero: int, world: World, loops: Loops[Any, Any], meters: Meters, log: Log) -> int:
     """Base steps ``k`` to ``last`` − 1 of the run; returns the next one, early when the log is full (kernel).
 
-    Time 0 is base step ``zero`` (what lies before is the pre-roll); ``noise`` begins at ``noise_from``. Every n-th base
-    step, n being ``every``, the signals ``shown`` go to ``trend`` (0: never). ``head`` counts the rows of log and of
-    trend, and the set-point events so far.
+    Time 0 is base step ``zero``; what lies before is the pre-roll.
     """
-    loops = len(meters)
-    room = len(log) // LOG_COLUMNS - loops
-    while k < last and head[0] <= room:
+    tick, plants, channels, delay, sig, code, constants, stack, noise, columns, noise_from = world
+    cfg, st, aux = loops
+    loop_meters, bands, gauges = meters
+    rows, trend, counts, shown, every = log
+    room = len(rows) // LOG_COLUMNS - len(loop_meters)
+    while k < last and counts[0] <= room:
         if k > 0:
             step_plants(k, plants, delay, sig, code, constants, stack)
         if columns > 0:
@@ -151,39 +178,26 @@ def advance(
             read_channels(k, channels, sig, code, constants, stack)
         scan(k * tick, cfg, st, aux, sig)
         now = k - zero
-        for i in range(loops):
-            measure_loop(now, meters[i], sig)
-        if head[2] > 0:
-            watch_bands(now, bands, meters, sig)
+        for i in range(len(loop_meters)):
+            measure_loop(now, loop_meters[i], sig)
+        if counts[2] > 0:
+            watch_bands(now, bands, loop_meters, sig)
         if len(gauges) > 0:
             read_gauges(now, gauges, sig)
-        write_log(now, st, meters, log, head)
+        write_log(now, st, loop_meters, rows, counts)
         if every > 0 and now % every == 0:
-            at = head[1] * len(shown)
+            at = counts[1] * len(shown)
             for i in range(len(shown)):
                 trend[at + i] = sig[shown[i]]
-            head[1] += 1
+            counts[1] += 1
         k += 1
     return k
 
 
-def settle(
-    k: int,
-    last: int,
-    tick: int,
-    plants: Sequence[Plant],
-    channels: Sequence[Channel],
-    delay: MutableSequence[float],
-    sig: MutableSequence[float],
-    code: Sequence[int],
-    constants: Sequence[float],
-    stack: MutableSequence[float],
-    cfg: Sequence[Any],
-    st: Sequence[Any],
-    aux: MutableSequence[float],
-    spans: Sequence[Span],
-) -> int:
+def settle(k: int, last: int, world: World, loops: Loops[Any, Any], spans: MutableSequence[Span]) -> int:
     """One window of the pre-roll: base steps ``k`` to ``last`` − 1 without noise, events, metrics and log (kernel)."""
+    tick, plants, channels, delay, sig, code, constants, stack, _, _, _ = world
+    cfg, st, aux = loops
     first = k
     while k < last:
         if k > 0:

@@ -34,7 +34,7 @@ class Plc(Protocol):
     cfg: Sequence[Any]
     """The runner reads of each loop ``period`` (in ticks, as at the start) and the signals ``sig_in``, ``sig_pv``,
     ``sig_sp``, ``sig_out``, ``sig_bias``."""
-    st: Sequence[Any]
+    st: MutableSequence[Any]
     """The runner reads ``status`` (bits by name in `alarm_bits` and `flag_bits`), ``aux_status`` (`aux_bits`) and
     ``notice``, a refusal or an override since its last look as a number that `describe` knows; 0: none."""
     aux: MutableSequence[float]

@@ -1,11 +1,83 @@
-"""What the loops of every vendor know, as flat records that each vendor's `State` extends.
+"""What the loops of every vendor know, as flat records that each vendor's `Config` and `State` extend.
 
-Ints and floats only: the same fields become a NumPy record for numba.
+Ints and floats only: the same fields become a NumPy record for numba. A field that is nothing but what a
+register (or a parameter) holds names it by `register`, and `read_registers` fills it; what is calculated stands in a
+vendor's ``words``.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field, fields
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator, Mapping
+
+Number = TypeVar("Number", int, float)
+
+
+class Register(NamedTuple):
+    """What a field of a record is made of."""
+
+    field: str
+    whole: bool
+    default: Any
+    name: str
+    equals: Any
+    enabled: str | None
+
+
+def register(name: str, default: Number, *, equals: Any = None, enabled: str | None = None) -> Number:
+    """A field that holds what a register does.
+
+    It keeps its ``default`` where the register has no value or another one, ``enabled``, is off. With ``equals`` it is
+    1 where the register has that value, else 0.
+    """
+    made: Number = field(default=default, metadata={"name": name, "equals": equals, "enabled": enabled})
+    return made
+
+
+def registers(record: Any) -> Iterator[Register]:
+    """The fields of a record, or of its class, that are made of registers."""
+    for f in fields(record):
+        if f.metadata:
+            yield Register(f.name, f.type in {int, "int"}, f.default, **f.metadata)
+
+
+def read_registers(record: Any, values: Mapping[str, Any], real: Callable[[Any], float] = float) -> None:
+    """Fills the fields of a record that are made of registers, from the registers' values by name."""
+    for row in registers(record):
+        value = values.get(row.name) if row.enabled is None or values[row.enabled] else None
+        if value is None:
+            number = row.default
+        elif row.equals is not None:
+            number = int(value == row.equals)
+        else:
+            number = int(value) if row.whole else real(value)
+        setattr(record, row.field, number)
+
+
+def register_values(record: Any) -> dict[str, float]:
+    """What the registers hold that the fields of a record are made of, by name."""
+    return {row.name: getattr(record, row.field) for row in registers(record)}
+
+
+@dataclass(slots=True)
+class LoopConfig:
+    """What the runner reads of a loop; a vendor's own fields follow. Changed only between two segments of a run."""
+
+    period: int = 100_000
+    """Sample rate in ticks, as at the start."""
+    halt: int = 0
+    """The loop is not calculated."""
+    # slots of the signal vector
+    sig_in: int = 0
+    """What the plant writes."""
+    sig_pv: int = 1
+    sig_sp: int = 2
+    """The set point in force."""
+    sig_out: int = 3
+    sig_bias: int = 4
 
 
 @dataclass(slots=True)

@@ -118,7 +118,7 @@ class _Run:
         gauges += [w for w in watches.values() if isinstance(w, Gauge)]
         engine = choose(settings.engine, (last + 1) * len(meters), controller)
         kernels = numba_kernels(controller) if engine == "numba" else python_kernels(controller)
-        machine = Machine(net, plc, step, meters, bands, gauges, list(net.names.values()), *kernels)
+        machine = Machine(net, plc, step, meters, bands, gauges, list(net.names.values()), kernels)
         journal = Journal(plc, step / TICKS)
         agenda = Agenda(scenario, plc, net, machine, journal, step)
         notes = [Note(0.0, None, f"word without a value: {problem}") for problem in plc.problems]
@@ -181,12 +181,12 @@ class _Run:
             machine.trend = [0.0] * (((stop - k) // every + 1) * len(machine.shown))
         while k < stop:
             k = machine.advance(k, stop, self.zero, every, first)
-            self.journal.take(machine.log, machine.head[0])
+            self.journal.take(machine.log, machine.counts[0])
             if self.trend is not None:
-                self.trend.take(machine.trend, machine.head[1], every)
+                self.trend.take(machine.trend, machine.counts[1], every)
             if recording is not None:
-                recording.take(machine.trend, machine.head[1])
-            machine.head[:2] = [0, 0]
+                recording.take(machine.trend, machine.counts[1])
+            machine.counts[:2] = [0, 0]
         self._report_progress(k - self.zero)
 
     def _look_at_rates(self, k: int) -> None:

@@ -68,7 +68,7 @@ def percent(ctx: click.Context, param: click.Parameter, text: str | None) -> flo
     show_default=True,
     help="How the report is printed: text on stderr, JSON on stdout.",
 )
-@report_options.report_files("text", "json", "markdown", flag="--report-output")
+@report_options.report_files("convert", flag="--report-output")
 @click.option("--verify", is_flag=True, help="Run both sides on the same plants and report how far they lie apart.")
 @click.option(
     "--max-deviation",

@@ -24,7 +24,6 @@ if TYPE_CHECKING:
     from pidcfg.limits import Limits
     from pidcfg.vendors import Vendor
 
-FORMATS = ("text", "json", "markdown")
 EPILOG = options.examples(
     "pidcfg diff main.yaml branch.yaml",
     "pidcfg diff reactor.yaml upload.hex --vendor dl06",
@@ -42,8 +41,8 @@ EPILOG = options.examples(
     type=click.Choice(list(VENDORS)),
     help="The PLC family of a memory listing, where the other side does not tell.",
 )
-@report_options.report_format(*FORMATS)
-@report_options.report_files(*FORMATS)
+@report_options.report_format("diff")
+@report_options.report_files("diff")
 @plots.OVERLAY
 @options.FORCE
 @click.option("--exit-code", "exits", is_flag=True, help="Exit 1 when there are differences.")
@@ -230,7 +229,7 @@ def _row(d: Difference) -> str:
 
 def as_markdown(before: str, after: str, found: list[Compared]) -> str:
     """Tables for a pull request."""
-    from pidcfg.cli.formats.conversion import cell
+    from pidcfg.cli.formats.markdown import cell
     from pidcfg.conversion.pipeline import text_of
 
     lines = [f"### PID loops: `{before}` to `{after}`"]

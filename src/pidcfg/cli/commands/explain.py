@@ -71,7 +71,7 @@ def command(
     """
     from pidcfg.explanation.decisions import all_decisions
     from pidcfg.explanation.lookup import check_starts, explain, forms
-    from pidcfg.explanation.question import Asked, ThingError
+    from pidcfg.explanation.question import Question, QuestionError
     from pidcfg.explanation.render import as_json, as_text, forms_text
 
     configured = None if config is None else _configured(config, limits)
@@ -85,9 +85,11 @@ def command(
         return
     try:
         check_starts(blocks, vendors)
-        asked = Asked(loop, blocks, configured)
-        pages = [page for thing in things for page in explain(thing, asked, vendors, all_decisions)]
-    except ThingError as error:
+        pages = []
+        for thing in things:
+            question = Question.of(thing, loop=loop, starts=blocks, config=configured)
+            pages += explain(question, vendors, all_decisions)
+    except QuestionError as error:
         note(f"Error: {error}")
         note("'pidcfg explain' without arguments shows what can be asked for.")
         click.get_current_context().exit(Exit.UNUSABLE)

@@ -13,7 +13,7 @@ from pidcfg.cli.extras import need
 from pidcfg.cli.files import plots
 from pidcfg.cli.files.inputs import read_inputs
 from pidcfg.cli.formats import report_options
-from pidcfg.cli.formats.simulation import FORMATS, render_runs
+from pidcfg.cli.formats.simulation import render_runs
 from pidcfg.cli.main import Exit
 from pidcfg.cli.terminal.console import note
 from pidcfg.cli.terminal.progress import LINE
@@ -41,8 +41,8 @@ EPILOG = options.examples(
 
 @click.command("simulate", epilog=EPILOG)
 @click.argument("paths", nargs=-1, required=True, metavar="SCENARIO...")
-@report_options.report_format(*FORMATS)
-@report_options.report_files(*FORMATS)
+@report_options.report_format("simulate")
+@report_options.report_files("simulate")
 @click.option("--csv", "csv", type=click.Path(dir_okay=False), help="Write the trend: time and one column a signal.")
 @click.option(
     "--every", type=click.IntRange(1), default=1, show_default=True, help="Rows of the trend: one every N base steps."
@@ -94,7 +94,7 @@ def command(
         raise click.UsageError(f"--csv takes one scenario, not {len(scenarios)}")
     report_options.refuse_inputs(reports, () if csv is None else (csv,), "is where the trend goes")
     report_options.refuse_outputs((csv, *plot, *(report.path for report in reports)), files_of(scenarios))
-    if fmt not in report_options.PLAIN_FORMATS and plots.TERMINAL in plot:
+    if fmt != "text" and plots.TERMINAL in plot:
         raise click.UsageError(f"--plot - and --format {fmt} would both go to standard output; name a file")
     if plot_loops and not plot:
         raise click.UsageError("--plot-loop needs --plot")

@@ -9,7 +9,7 @@ import click
 from pidcfg.cli import options
 from pidcfg.cli.files.inputs import STDIN, gather
 from pidcfg.cli.findings import settings
-from pidcfg.cli.formats import FORMATS, render, report_options
+from pidcfg.cli.formats import render, report_options
 from pidcfg.cli.formats.findings import Findings
 from pidcfg.cli.formats.reporters import summary
 from pidcfg.cli.main import Exit
@@ -31,8 +31,8 @@ EPILOG = options.examples(
 
 @click.command("validate", epilog=EPILOG)
 @click.argument("paths", nargs=-1, required=True, is_eager=True, callback=settings.take)
-@report_options.report_format(*FORMATS)
-@report_options.report_files(*FORMATS)
+@report_options.report_format("validate")
+@report_options.report_files("validate")
 @click.option("--skip-foreign", is_flag=True, help="Leave out named files without a pidcfg key, as folders do.")
 @options.SELECT
 @options.IGNORE
@@ -95,7 +95,7 @@ def command(
     remarks = [f"{entry.name}: {entry.remark}" for entry in gathered if entry.remark is not None]
     for remark in () if quiet else (*remarks, *left.remarks):
         note(remark)
-    if not quiet or left.hides or (settings.of(ctx).file is not None and len(shown.found) < len(left.kept)):
+    if not quiet or left.hides or (settings.of(ctx).file is not None and len(shown.reported) < len(left.kept)):
         note(summary(left.kept, len(documents), skipped) + left.counts + settings.of(ctx).mention)
     ctx.exit(exit_code(left.kept, strict=strict))
 

@@ -11,7 +11,7 @@ import click
 
 from pidcfg.cli.files.inputs import document, gather, read_input
 from pidcfg.document import Document, Node
-from pidcfg.encoders.plain import read_settings
+from pidcfg.encoders.settings import read_settings
 from pidcfg.encoders.words import DecodeError
 from pidcfg.report.content import SourceFile
 from pidcfg.report.runs import Run

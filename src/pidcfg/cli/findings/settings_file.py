@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, NoReturn
 import click
 
 from pidcfg.cli.findings.settings import LARGEST, PER_FILE, relative
+from pidcfg.cli.formats import formats_of
 from pidcfg.globs import UP
 from pidcfg.schemas.document import DIALECT
 from pidcfg.schemas.names import nearest
@@ -106,9 +107,8 @@ def _switch(key: str, value: Any, file: _File) -> bool:
     return value
 
 
-def _choice(choices: Callable[[], tuple[str, ...]]) -> Callable[[str, Any, _File], str]:
+def _choice(words: tuple[str, ...]) -> Callable[[str, Any, _File], str]:
     def choice(key: str, value: Any, file: _File) -> str:
-        words = choices()
         if not isinstance(value, str) or value not in words:
             near = nearest(str(value), words)
             cure = f"did you mean {near}?" if near else None
@@ -116,14 +116,6 @@ def _choice(choices: Callable[[], tuple[str, ...]]) -> Callable[[str, Any, _File
         return value
 
     return choice
-
-
-def formats() -> tuple[str, ...]:
-    """The formats of the command."""
-    from pidcfg.cli.commands.validate import command
-
-    (option,) = (param for param in command.params if param.name == "fmt")
-    return tuple(getattr(option.type, "choices", ()))
 
 
 def _path(key: str, value: Any, file: _File) -> str:
@@ -159,8 +151,8 @@ def _per_file(key: str, value: Any, file: _File) -> dict[str, list[str]]:
 CHECKS: dict[str, Callable[[str, Any, _File], Any]] = {
     "codes": _codes,
     "switch": _switch,
-    "severity": _choice(lambda: SEVERITIES),
-    "format": _choice(formats),
+    "severity": _choice(SEVERITIES),
+    "format": _choice(formats_of("validate")),
     "path": _path,
     "table": _per_file,
 }
@@ -188,7 +180,7 @@ def settings_schema() -> dict[str, Any]:
         "codes": codes,
         "switch": {"type": "boolean"},
         "severity": {"enum": list(SEVERITIES)},
-        "format": {"enum": list(formats())},
+        "format": {"enum": list(formats_of("validate"))},
         "path": {"type": "string", "minLength": 1},
         "table": {"type": "object", "additionalProperties": codes},
     }

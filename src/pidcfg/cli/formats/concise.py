@@ -5,16 +5,20 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from pidcfg.cli.formats.findings import sentence
+from pidcfg.cli.formats.format import Format, Kind
 from pidcfg.cli.formats.reporters import UNPRINTABLE
 
 if TYPE_CHECKING:
     from pidcfg.cli.formats.findings import Findings
 
 
-def concise(findings: Findings) -> str:
+def findings_concise(findings: Findings) -> str:
     """``file:line:column: severity CODE message [loop]``."""
     rows = (
         f"{d.file}:{d.span.line}:{d.span.column}: {d.severity.label} {d.code} {' '.join(sentence(d).split())}"
-        for d in findings.found
+        for d in findings.reported
     )
     return "".join(UNPRINTABLE.sub("\N{REPLACEMENT CHARACTER}", row).replace("\n", " ") + "\n" for row in rows)
+
+
+FORMAT = Format("people and editors: one line a finding", "concise", Kind.PLAIN, findings_concise)

@@ -7,6 +7,7 @@ from collections import Counter
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from pidcfg.cli.formats.markdown import cell
 from pidcfg.conversion.ledger import WORST
 from pidcfg.conversion.pipeline import shown, text_of
 from pidcfg.scenario.verify import as_data
@@ -117,11 +118,6 @@ def _cells(change: Change) -> str:
     told = "; ".join(part for part in (error, change.note) if part)
     values = (change.kind, change.field, text_of(change.source), text_of(change.target), told)
     return f"| {' | '.join(cell(value) for value in values)} |"
-
-
-def cell(text: str) -> str:
-    """Text that stays in its cell of a Markdown table."""
-    return text.replace("|", "\\|").replace("\n", " ").replace("<", "&lt;")
 
 
 def _line(change: Change) -> str:

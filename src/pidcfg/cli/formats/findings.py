@@ -21,7 +21,7 @@ STDIN = "<stdin>"
 """The name of standard input in reports."""
 CHECKOUTS = ("GITHUB_WORKSPACE", "CI_PROJECT_DIR")
 """Variables in which a CI system names the folder of its checkout, which the names in its formats are relative to."""
-PASSING = re.compile(r"\bline \d+|\b[A-Z]{1,3}\d+\b|; measured: .*", re.DOTALL)
+VOLATILE = re.compile(r"\bline \d+|\b[A-Z]{1,3}\d+\b|; measured: .*", re.DOTALL)
 """What differs in a message between runs of the same fault: line numbers, registers that move when a loop is inserted
 above, what was measured."""
 CHARACTERS = 32
@@ -32,7 +32,7 @@ CHARACTERS = 32
 class Findings:
     """What was found in which files; ``documents`` has every file that was looked at, also those without findings."""
 
-    found: Sequence[Diagnostic]
+    reported: Sequence[Diagnostic]
     documents: Documents
     fails: Severity = Severity.ERROR
     """From which severity on a finding fails the run."""
@@ -42,7 +42,7 @@ class Findings:
     @property
     def files(self) -> list[str]:
         """Every file, in the order in which it was looked at."""
-        return list(dict.fromkeys([*self.documents, *(d.file for d in self.found)]))
+        return list(dict.fromkeys([*self.documents, *(d.file for d in self.reported)]))
 
 
 def checkout() -> Path:
@@ -55,7 +55,7 @@ def checkout() -> Path:
     return here
 
 
-def inside(file: str) -> str | None:
+def path_in_checkout(file: str) -> str | None:
     """A file's name relative to the checkout, with forward slashes; None for one outside of it."""
     root = checkout()
     path = Path(os.path.abspath(file))  # noqa: PTH100 - a link keeps its name
@@ -67,16 +67,16 @@ def inside(file: str) -> str | None:
     return path.relative_to(root).as_posix() if path.is_relative_to(root) else None
 
 
-def shown(file: str) -> str:
+def display_name(file: str) -> str:
     """A file's name relative to the checkout, or as it was given when it lies outside."""
-    return file if file == STDIN else inside(file) or file
+    return file if file == STDIN else path_in_checkout(file) or file
 
 
 def uri(file: str) -> tuple[str, bool]:
     """A file as a URI reference, and whether it is relative to the checkout."""
     if file == STDIN:
         return "stdin", False
-    name = inside(file)
+    name = path_in_checkout(file)
     if name is None and Path(file).is_absolute():
         return Path(file).as_uri(), False
     from urllib.parse import quote
@@ -93,20 +93,22 @@ def fingerprints(findings: Findings) -> list[str]:
     import hashlib
 
     seen: Counter[str] = Counter()
-    named = {d.file for d in findings.found}
+    named = {d.file for d in findings.reported}
     rows = {file: doc.lines for file, doc in findings.documents.items() if file in named}
     prints = []
-    for d in findings.found:
+    for d in findings.reported:
         steps = [step for step in d.path if isinstance(step, str)]
-        value = _written(d.span, rows.get(d.file, []))
-        key = "\0".join((d.code, shown(d.file), d.loop or "", ".".join(steps), value, PASSING.sub("", d.message)))
+        value = _source_text(d.span, rows.get(d.file, []))
+        key = "\0".join(
+            (d.code, display_name(d.file), d.loop or "", ".".join(steps), value, VOLATILE.sub("", d.message))
+        )
         seen[key] += 1
         digest = hashlib.sha256(f"{key}\0{seen[key]}".encode("utf-8", "backslashreplace"))
         prints.append(digest.hexdigest()[:CHARACTERS])
     return prints
 
 
-def _written(span: Span, rows: Sequence[str]) -> str:
+def _source_text(span: Span, rows: Sequence[str]) -> str:
     """The text at a place, within one line."""
     if span.line != span.end_line or not 0 < span.line <= len(rows):
         return ""
@@ -118,7 +120,7 @@ def sentence(d: Diagnostic) -> str:
     return f"{d.message} [{d.loop}]" if d.loop and d.loop not in d.message else d.message
 
 
-def told(d: Diagnostic) -> list[str]:
+def details(d: Diagnostic) -> list[str]:
     """Everything that a finding says, line by line."""
     rows = (("PLC", d.plc_effect), ("see", d.reference), ("cure", d.help))
     return [sentence(d), *(f"{label}: {text}" for label, text in rows if text)]

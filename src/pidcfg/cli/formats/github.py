@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from pidcfg.cli.formats.findings import STDIN, shown, told
+from pidcfg.cli.formats.findings import STDIN, details, display_name
+from pidcfg.cli.formats.format import Format, Kind
 from pidcfg.cli.formats.reporters import UNPRINTABLE
 from pidcfg.diagnostics import Diagnostic, Severity
 
@@ -16,9 +17,9 @@ DATA = {"%": "%25", "\r": "%0D", "\n": "%0A"}
 PROPERTY = {**DATA, ":": "%3A", ",": "%2C"}
 
 
-def github(findings: Findings) -> str:
+def findings_github(findings: Findings) -> str:
     """One command a finding."""
-    return "".join(f"{_command(d)}\n" for d in findings.found)
+    return "".join(f"{_command(d)}\n" for d in findings.reported)
 
 
 def _command(d: Diagnostic) -> str:
@@ -27,15 +28,18 @@ def _command(d: Diagnostic) -> str:
     values["title"] = f"pidcfg {d.code}{loop}"
     properties = ",".join(f"{key}={escaped(value, PROPERTY)}" for key, value in values.items())
     place = f"{d.file}:{d.span.line}:{d.span.column}: " if d.file == STDIN else ""
-    return f"::{COMMANDS[d.severity]} {properties}::{escaped(place + chr(10).join(told(d)), DATA)}"
+    return f"::{COMMANDS[d.severity]} {properties}::{escaped(place + chr(10).join(details(d)), DATA)}"
 
 
 def _place(d: Diagnostic) -> dict[str, str]:
     """GitHub takes a column only together with a single line."""
-    values = {"file": shown(d.file), "line": str(d.span.line), "endLine": str(d.span.end_line)}
+    values = {"file": display_name(d.file), "line": str(d.span.line), "endLine": str(d.span.end_line)}
     return values | ({"col": str(d.span.column)} if d.span.line == d.span.end_line else {})
 
 
 def escaped(text: str, table: dict[str, str]) -> str:
     """Text whose special characters are written as GitHub's runner reads them back; other control characters go."""
     return UNPRINTABLE.sub("\N{REPLACEMENT CHARACTER}", "".join(table.get(c, c) for c in text))
+
+
+FORMAT = Format("annotations in GitHub Actions; the default there", "github", Kind.LINES, findings_github)

@@ -5,7 +5,8 @@ from __future__ import annotations
 import json
 from typing import TYPE_CHECKING
 
-from pidcfg.cli.formats.findings import STDIN, fingerprints, sentence, shown
+from pidcfg.cli.formats.findings import STDIN, display_name, fingerprints, sentence
+from pidcfg.cli.formats.format import Format, Kind
 from pidcfg.diagnostics import Severity
 
 if TYPE_CHECKING:
@@ -14,7 +15,7 @@ if TYPE_CHECKING:
 SEVERITIES = {Severity.ERROR: "major", Severity.WARNING: "minor", Severity.INFO: "info"}
 
 
-def gitlab(findings: Findings) -> str:
+def findings_gitlab(findings: Findings) -> str:
     """A list of issues."""
     rows = [
         {
@@ -23,10 +24,13 @@ def gitlab(findings: Findings) -> str:
             "fingerprint": fingerprint,
             "severity": SEVERITIES[d.severity],
             "location": {
-                "path": "stdin" if d.file == STDIN else shown(d.file),
+                "path": "stdin" if d.file == STDIN else display_name(d.file),
                 "lines": {"begin": d.span.line, "end": d.span.end_line},
             },
         }
-        for d, fingerprint in zip(findings.found, fingerprints(findings), strict=True)
+        for d, fingerprint in zip(findings.reported, fingerprints(findings), strict=True)
     ]
     return json.dumps(rows, indent=2, ensure_ascii=False) + "\n"
+
+
+FORMAT = Format("GitLab's Code Quality report", "gitlab.json", Kind.JSON, findings_gitlab)

@@ -3,19 +3,25 @@
 from __future__ import annotations
 
 import re
+from collections import Counter
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 from xml.etree import ElementTree as ET
 
-from pidcfg.cli.formats.findings import shown, told
+from pidcfg.cli.formats.findings import details, display_name
+from pidcfg.cli.formats.format import Format, Kind
+from pidcfg.diagnostics import Severity
 from pidcfg.validate.catalog import rule_of
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping, Sequence
+    from collections.abc import Iterator, Mapping, Sequence
 
     from pidcfg.cli.formats.findings import Findings
+    from pidcfg.cli.formats.simulation_text import Outcome
     from pidcfg.diagnostics import Diagnostic
 
+RUN = "the run is sound"
+"""The test case of what is no expectation: findings, and errors on the way."""
 NO_XML = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 """Characters that XML 1.0 cannot hold, not even escaped."""
 
@@ -31,40 +37,77 @@ class Case:
     output: str = ""
 
 
-def junit(findings: Findings) -> str:
-    """A suite a file and a case a rule that found something in it; a file without findings has one case that passes."""
+def findings_junit(findings: Findings) -> str:
+    """A suite a file and a case a rule that it breaks; a file without findings has one case that passes."""
     suites = {}
     for file in findings.files:
-        own = [d for d in findings.found if d.file == file]
-        suites[shown(file)] = list(_cases(own, findings)) or [Case("no findings")]
-    return document("pidcfg validate", suites)
+        reported = [d for d in findings.reported if d.file == file]
+        suites[display_name(file)] = list(_rule_cases(reported, findings.fails)) or [Case("no findings")]
+    return _document("pidcfg validate", suites)
 
 
-def _cases(found: Sequence[Diagnostic], findings: Findings) -> Iterable[Case]:
-    """A finding fails its case if it fails the run; one that does not is told in the case's output."""
-    for code in dict.fromkeys(d.code for d in found):
-        own = [d for d in found if d.code == code]
-        failed = [d for d in own if d.severity >= findings.fails]
-        entries = tuple(entry(d) for d in failed)
-        output = "\n\n".join(block(d) for d in own if d not in failed)
+def _rule_cases(reported: Sequence[Diagnostic], fails: Severity) -> Iterator[Case]:
+    """A case a rule: findings that fail the run fail it, the others stand in its output."""
+    for code in dict.fromkeys(d.code for d in reported):
+        of_rule = [d for d in reported if d.code == code]
+        failing = [d for d in of_rule if d.severity >= fails]
         rule = rule_of(code)
-        name = f"{code} {rule.name}"
-        yield Case(name, errors=entries, output=output) if rule.unusable else Case(name, entries, output=output)
+        yield _case(f"{code} {rule.name}", of_rule, failing, unusable=rule.unusable)
 
 
-def entry(d: Diagnostic) -> tuple[str, str, str]:
+def runs_junit(outcomes: Sequence[Outcome], fails: Severity) -> str:
+    """A suite a scenario: whether the run is sound, then each expectation."""
+    suites = {display_name(o.file): [_soundness(o, fails), *_expectations(o)] for o in outcomes}
+    return _document("pidcfg simulate", suites)
+
+
+def _soundness(outcome: Outcome, fails: Severity) -> Case:
+    """Fails as the run does: on errors of the scenario, and on those of its configuration when nothing is expected."""
+    from pidcfg.cli.formats.simulation import run_errors
+
+    def fails_run(d: Diagnostic) -> bool:
+        judged = d.file == outcome.file or outcome.unjudged or fails < Severity.ERROR
+        return judged and d.severity >= fails
+
+    diagnostics = [*outcome.findings, *run_errors(outcome)]
+    return _case(RUN, diagnostics, list(filter(fails_run, diagnostics)), unusable=outcome.report is None)
+
+
+def _expectations(outcome: Outcome) -> Iterator[Case]:
+    """A case an expectation; the same one twice is numbered."""
+    from pidcfg.cli.formats.simulation import failed_expectation
+    from pidcfg.cli.formats.simulation_text import value_text
+
+    seen: Counter[str] = Counter()
+    for i, verdict in enumerate(() if outcome.report is None else outcome.report.expectations):
+        seen[verdict.text] += 1
+        name = verdict.text if seen[verdict.text] == 1 else f"{verdict.text} ({seen[verdict.text]})"
+        if verdict.passed:
+            yield Case(name, output=f"measured: {value_text(verdict.value)}")
+        else:
+            yield Case(name, (_entry(failed_expectation(outcome, i, verdict)),))
+
+
+def _case(name: str, diagnostics: Sequence[Diagnostic], failing: Sequence[Diagnostic], *, unusable: bool) -> Case:
+    """What fails a case is its failure, or its error where nothing could be judged; the rest is its output."""
+    entries = tuple(_entry(d) for d in failing)
+    output = "\n\n".join(_block(d) for d in diagnostics if d not in failing)
+    return Case(name, errors=entries, output=output) if unusable else Case(name, entries, output=output)
+
+
+def _entry(d: Diagnostic) -> tuple[str, str, str]:
     """A finding as kind, message and text of a failure."""
-    return (f"{d.severity.label} {d.code}", f"{d.span.line}:{d.span.column}: {d.message}", block(d))
+    return (f"{d.severity.label} {d.code}", f"{d.span.line}:{d.span.column}: {d.message}", _block(d))
 
 
-def block(d: Diagnostic) -> str:
+def _block(d: Diagnostic) -> str:
     """A finding with its place, in lines."""
-    first, *rest = told(d)
-    place = f"{shown(d.file)}:{d.span.line}:{d.span.column}"
+    first, *rest = details(d)
+    place = f"{display_name(d.file)}:{d.span.line}:{d.span.column}"
     return "\n".join([f"{place}: {d.severity.label} {d.code}: {first}", *(f"  {line}" for line in rest)])
 
 
-def document(name: str, suites: Mapping[str, Sequence[Case]]) -> str:
+def _document(name: str, suites: Mapping[str, Sequence[Case]]) -> str:
     """The whole file; suites by name, whose name is also the class of their cases."""
     root = ET.Element("testsuites", {"name": name, **_totals([case for cases in suites.values() for case in cases])})
     for title, cases in suites.items():
@@ -79,8 +122,7 @@ def _add(suite: ET.Element, title: str, case: Case) -> None:
     node = ET.SubElement(suite, "testcase", {"classname": _legal(title), "name": _legal(case.name)})
     for tag, entries in (("error", case.errors), ("failure", case.failures)):
         for kind, message, text in entries:
-            found = ET.SubElement(node, tag, {"message": _legal(message), "type": kind})
-            found.text = _legal(text)
+            ET.SubElement(node, tag, {"message": _legal(message), "type": kind}).text = _legal(text)
     if case.output:
         ET.SubElement(node, "system-out").text = _legal(case.output)
 
@@ -92,3 +134,6 @@ def _totals(cases: Sequence[Case]) -> dict[str, str]:
 
 def _legal(text: str) -> str:
     return NO_XML.sub("", text)
+
+
+FORMAT = Format("test reports of nearly every CI system", "xml", Kind.XML, findings_junit, runs_junit)

@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, NamedTuple
 import click
 
 from pidcfg.cli.files.identity import identity, one_file, was_read
+from pidcfg.cli.formats import formats_of, load
+from pidcfg.cli.formats.format import Kind
 from pidcfg.cli.terminal.console import echo, echo_json, echo_xml, note, show
 
 if TYPE_CHECKING:
@@ -18,10 +20,7 @@ if TYPE_CHECKING:
 
 CONFIGURATIONS = {".yaml", ".yml", ".toml"}
 """How files end that people write: a report never takes the place of one."""
-JSON_FORMATS = frozenset({"json", "sarif", "gitlab"})
-XML_FORMATS = frozenset({"junit"})
-PLAIN_FORMATS = frozenset({"text", "concise"})
-"""What people read: in colour where that is wanted."""
+PRINTERS = {Kind.PLAIN: show, Kind.LINES: echo, Kind.JSON: echo_json, Kind.XML: echo_xml}
 
 
 class Report(NamedTuple):
@@ -31,8 +30,9 @@ class Report(NamedTuple):
     path: str
 
 
-def report_format(*names: str) -> Decorator:
-    """``--format``; where none is named, the first one, or GitHub's in a job of GitHub Actions."""
+def report_format(command: str) -> Decorator:
+    """``--format`` of a command; where none is named, the first one, or GitHub's in a job of GitHub Actions."""
+    names = formats_of(command)
     automatic = "github" in names
 
     def named(ctx: click.Context, param: click.Parameter, value: str | None) -> str:
@@ -51,8 +51,9 @@ def report_format(*names: str) -> Decorator:
     )
 
 
-def report_files(*names: str, flag: str = "--output") -> Decorator:
-    """``--output FORMAT=PATH``, as often as wanted."""
+def report_files(command: str, flag: str = "--output") -> Decorator:
+    """``--output FORMAT=PATH`` of a command, as often as wanted."""
+    names = formats_of(command)
 
     def parsed(ctx: click.Context, param: click.Parameter, values: Sequence[str]) -> tuple[Report, ...]:
         try:
@@ -148,7 +149,6 @@ def deliver(
 
     ``aside``: on standard error, since standard output has something else.
     """
-    kinds = ((JSON_FORMATS, echo_json), (XML_FORMATS, echo_xml), (PLAIN_FORMATS, show))
-    put = next((put for names, put in kinds if fmt in names), echo)
-    (note if aside else put)(render(fmt))
+    put = note if aside else PRINTERS[load(fmt).kind]
+    put(render(fmt))
     write_reports(reports, render, others, force=force)

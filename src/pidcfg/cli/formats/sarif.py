@@ -7,7 +7,8 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from pidcfg import __version__
-from pidcfg.cli.formats.findings import STDIN, fingerprints, told, uri
+from pidcfg.cli.formats.findings import STDIN, details, fingerprints, uri
+from pidcfg.cli.formats.format import Format, Kind
 from pidcfg.diagnostics import START, Diagnostic, Edit, Severity, Span
 from pidcfg.validate.catalog import rule_of
 from pidcfg.validate.pages import page
@@ -24,14 +25,14 @@ BASE = "%SRCROOT%"
 FINGERPRINT = "pidcfgFinding/v1"
 
 
-def sarif(findings: Findings) -> str:
+def findings_sarif(findings: Findings) -> str:
     """One run, with the rules that found something."""
     hidden = [d for d, _ in findings.suppressed]
-    told_of = replace(findings, found=[*findings.found, *hidden])
-    used = sorted({d.code for d in told_of.found})
+    every = replace(findings, reported=[*findings.reported, *hidden])
+    used = sorted({d.code for d in every.reported})
     numbers = {code: i for i, code in enumerate(used)}
-    prints = fingerprints(told_of)
-    why = [None] * len(findings.found) + [_suppression(reason) for _, reason in findings.suppressed]
+    prints = fingerprints(every)
+    why = [None] * len(findings.reported) + [_suppression(reason) for _, reason in findings.suppressed]
     run = {
         "tool": {
             "driver": {"name": "pidcfg", "version": __version__, "rules": [_rule(rule_of(code)) for code in used]}
@@ -40,7 +41,7 @@ def sarif(findings: Findings) -> str:
         "columnKind": "unicodeCodePoints",
         "results": [
             _result(d, numbers[d.code], key) | ({"suppressions": [reason]} if reason else {})
-            for d, key, reason in zip(told_of.found, prints, why, strict=True)
+            for d, key, reason in zip(every.reported, prints, why, strict=True)
         ],
     }
     document = {"$schema": SCHEMA, "version": "2.1.0", "runs": [run]}
@@ -67,7 +68,7 @@ def _result(d: Diagnostic, number: int, fingerprint: str) -> dict[str, Any]:
         "ruleId": d.code,
         "ruleIndex": number,
         "level": LEVELS[d.severity],
-        "message": {"text": "\n".join(told(d))},
+        "message": {"text": "\n".join(details(d))},
         "locations": [location],
         "partialFingerprints": {FINGERPRINT: fingerprint},
         **({"fixes": [_fix(d, d.edits)]} if d.edits else {}),
@@ -103,8 +104,8 @@ def _region(span: Span) -> dict[str, int]:
 def _logical(d: Diagnostic) -> list[dict[str, str]]:
     """The key that is meant, and the loop that it belongs to."""
     last = next((step for step in reversed(d.path) if isinstance(step, str)), "")
-    found = [{"name": last, "fullyQualifiedName": d.where, "kind": "property"}]
-    return [*found, {"name": d.loop, "kind": "object"}] if d.loop else found
+    key = {"name": last, "fullyQualifiedName": d.where, "kind": "property"}
+    return [key, {"name": d.loop, "kind": "object"}] if d.loop else [key]
 
 
 def _fix(d: Diagnostic, edits: Sequence[Edit]) -> dict[str, Any]:
@@ -117,3 +118,6 @@ def _replaced(span: Span) -> dict[str, int]:
     """An edit's place, which may be the very beginning of a file."""
     place = (span.line, span.column, span.end_line, span.end_column)
     return dict(zip(("startLine", "startColumn", "endLine", "endColumn"), place, strict=True))
+
+
+FORMAT = Format("GitHub code scanning, Azure DevOps, editors: SARIF 2.1.0", "sarif", Kind.JSON, findings_sarif)

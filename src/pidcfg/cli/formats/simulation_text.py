@@ -256,6 +256,3 @@ def _finding(d: Diagnostic) -> dict[str, Any]:
 def worst(outcomes: Sequence[Outcome]) -> Severity:
     """The most severe finding of all scenarios."""
     return max((d.severity for outcome in outcomes for d in outcome.findings), default=Severity.INFO)
-
-
-REPORTERS = {"text": text, "json": json_v1}

@@ -22,7 +22,7 @@ from pidcfg.conversion.ledger import Target
 from pidcfg.conversion.to_neutral.click import FOLLOWS, NO_FILTER, NO_INTEGRAL, OUTPUT, RAISES
 from pidcfg.encoders.click.files import DECODE_OPTIONS
 from pidcfg.encoders.maps.click import BLOCKS
-from pidcfg.encoders.plain import present
+from pidcfg.encoders.values import present
 from pidcfg.encoders.words import nearest
 from pidcfg.refs import Decision
 from pidcfg.schemas.base import decimal_text

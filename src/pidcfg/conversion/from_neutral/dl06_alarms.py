@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from pidcfg.conversion.arithmetic import number, product
 from pidcfg.conversion.to_neutral.dl06_scales import distance, short, squared
-from pidcfg.encoders.plain import quantity
+from pidcfg.encoders.values import quantity
 from pidcfg.encoders.words import nearest
 from pidcfg.refs import Decision
 from pidcfg.schemas.base import Quantity, decimal_text

@@ -9,7 +9,7 @@ from pidcfg.conversion.ledger import Put, Target
 from pidcfg.conversion.to_neutral.dpide import BACK_CALCULATED, DEAD_BAND, HELD, MS
 from pidcfg.conversion.unmatched import ALARMS, dropped
 from pidcfg.encoders.dpide.files import DECODE_OPTIONS
-from pidcfg.encoders.plain import present
+from pidcfg.encoders.values import present
 from pidcfg.encoders.words import nearest
 from pidcfg.refs import Decision
 from pidcfg.schemas.base import plain_number

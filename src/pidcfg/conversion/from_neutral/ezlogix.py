@@ -13,7 +13,8 @@ from pidcfg.conversion.to_neutral.ezlogix import ACTS_ON, FULL, RAISES, SETPOINT
 from pidcfg.encoders.ezlogix.files import DECODE_OPTIONS
 from pidcfg.encoders.files import DecodeOption
 from pidcfg.encoders.maps.ezlogix import BLOCKS
-from pidcfg.encoders.plain import listed, present
+from pidcfg.encoders.settings import listed
+from pidcfg.encoders.values import present
 from pidcfg.encoders.words import nearest
 from pidcfg.refs import Decision
 from pidcfg.schemas.base import decimal_text

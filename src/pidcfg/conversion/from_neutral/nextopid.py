@@ -15,7 +15,7 @@ from pidcfg.conversion.ledger import Put, Target
 from pidcfg.conversion.to_neutral.nextopid import HELD
 from pidcfg.conversion.unmatched import ALARMS, dropped
 from pidcfg.encoders.nextopid.files import DECODE_OPTIONS
-from pidcfg.encoders.plain import present
+from pidcfg.encoders.values import present
 from pidcfg.encoders.words import nearest
 from pidcfg.refs import Decision
 from pidcfg.schemas.base import decimal_text

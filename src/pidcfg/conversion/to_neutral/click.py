@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from pidcfg.conversion.arithmetic import HUNDRED, ZERO, filter_time, product, quotient, rounded, width
 from pidcfg.conversion.builder import Teller, given
 from pidcfg.encoders.click.encode import deviation_alarms_on, pv_alarms_on
-from pidcfg.encoders.plain import switched_on
+from pidcfg.encoders.mapping import switched_on
 from pidcfg.refs import Decision
 from pidcfg.schemas.base import decimal_text
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from pidcfg.conversion.ledger import Missing, Neutral, Said
 from pidcfg.conversion.to_neutral.dl06_scales import position
-from pidcfg.encoders.plain import switched_on
+from pidcfg.encoders.mapping import switched_on
 from pidcfg.schemas.base import Quantity, decimal_text
 
 if TYPE_CHECKING:

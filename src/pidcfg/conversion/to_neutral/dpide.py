@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from pidcfg.conversion.arithmetic import ZERO, dependent
 from pidcfg.conversion.ledger import Missing, Neutral, Said
-from pidcfg.encoders.plain import present
+from pidcfg.encoders.values import present
 from pidcfg.refs import Decision
 from pidcfg.schemas.base import plain_number
 from pidcfg.schemas.dpide import LONGEST_CYCLE, SHORTEST_CYCLE

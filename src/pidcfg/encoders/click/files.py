@@ -12,7 +12,7 @@ from pidcfg.encoders.click.nickname_loops import read_nicknames
 from pidcfg.encoders.files import DecodeOption, FileKind, columns, first_line, listings
 from pidcfg.encoders.maps.click import SPACE
 from pidcfg.encoders.modbus import Place
-from pidcfg.encoders.plain import address_of, listed
+from pidcfg.encoders.settings import address_of, listed
 from pidcfg.schemas.click import BITS, FLOATS, INTEGERS, parse_output_bit
 
 if TYPE_CHECKING:

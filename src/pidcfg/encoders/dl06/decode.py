@@ -8,11 +8,13 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from pidcfg.encoders.blocks import LoopBlock
 from pidcfg.encoders.dl06.encode import LOOP_SIZE, OUTPUT_OFFSET, STATED
-from pidcfg.encoders.dl06.sections import LoopReader
+from pidcfg.encoders.dl06.loop_reader import LoopReader
 from pidcfg.encoders.image import Decoded
-from pidcfg.encoders.maps.dl06 import LOOP_COUNT, LOOP_TABLES, TABLE_POINTER
-from pidcfg.encoders.plain import Data, present, read_settings, unnamed
+from pidcfg.encoders.maps.dl06 import LOOP_COUNT, LOOP_TABLES, SPACE, TABLE_POINTER
+from pidcfg.encoders.settings import default_name, read_settings
+from pidcfg.encoders.values import Data, present
 from pidcfg.encoders.words import DecodeError, bcd_digits
 from pidcfg.schemas.dl06 import LoopSettings, PlcSettings
 from pidcfg.schemas.octal import v_name
@@ -34,32 +36,31 @@ def decode(
     of a word that is missing or is no value.
     """
     options = options or {}
-    loops = [read_settings(LoopSettings, entry, f"settings[{i}]") for i, entry in enumerate(settings)]
+    entries = [read_settings(LoopSettings, entry, f"settings[{i}]") for i, entry in enumerate(settings)]
     plc_settings = read_settings(PlcSettings, plc or {}, "plc")
-    pointer = _given(options, "loop_table", words.get(TABLE_POINTER), f"{v_name(TABLE_POINTER)} (--loop-table)")
-    count = _count(options, words, loops)
+    pointer = _option(options, "loop_table", words.get(TABLE_POINTER), f"{v_name(TABLE_POINTER)} (--loop-table)")
+    count = _count(options, words, entries)
     decimals = int(options.get("reset_decimals") or plc_settings.reset_decimals)
-    readers = [_reader(words, loops, pointer, i, decimals) for i in range(count)]
-    names = {r.start + OUTPUT_OFFSET: r.name for r in readers}
+    loops = [_reader(words, entries, pointer, i, decimals) for i in range(count)]
+    names = {loop.block.start + OUTPUT_OFFSET: loop.block.loop for loop in loops}
     data: Data = {"pidcfg": 1, "vendor": "dl06"}
     data |= present({"name": plc_settings.name, "description": plc_settings.description})
     stated = {key: getattr(plc_settings, key) for key in STATED if key in plc_settings.model_fields_set}
     if options.get("reset_decimals"):
         stated["reset_decimals"] = decimals
     data["plc"] = _plc_data(pointer, words, count) | stated
-    data["loops"] = [r.data(words, names) for r in readers]
-    notes = [note for r in readers for note in r.notes]
-    if "reset_decimals" not in stated and any(r.word("reset") for r in readers):
+    data["loops"] = [loop.data(words, names) for loop in loops]
+    notes = [note for loop in loops for note in loop.notes]
+    if "reset_decimals" not in stated and any(loop.block.word("reset") for loop in loops):
         notes.append("the reset words are read with 1 decimal (decision D01); --reset-decimals 2 reads them with two")
     return Decoded(data, tuple(notes))
 
 
-def _given(options: Mapping[str, Any], key: str, stored: int | None, what: str) -> int:
-    value = options.get(key)
-    found = stored if value is None else value
-    if found is None:
-        raise DecodeError(f"the listing does not hold {what}")
-    return int(found)
+def _option(options: Mapping[str, Any], key: str, stored: int | None, title: str) -> int:
+    value = stored if options.get(key) is None else options[key]
+    if value is None:
+        raise DecodeError(f"the listing does not hold {title}")
+    return int(value)
 
 
 def _count(options: Mapping[str, Any], words: Mapping[int, int], settings: Sequence[LoopSettings]) -> int:
@@ -71,7 +72,7 @@ def _count(options: Mapping[str, Any], words: Mapping[int, int], settings: Seque
         digits = None if stored is None else bcd_digits(stored)
     except DecodeError as error:
         raise DecodeError(f"{v_name(LOOP_COUNT)}: {error}", LOOP_COUNT) from None
-    return _given(options, "number_of_loops", digits, f"{v_name(LOOP_COUNT)} (--number-of-loops)")
+    return _option(options, "number_of_loops", digits, f"{v_name(LOOP_COUNT)} (--number-of-loops)")
 
 
 def _plc_data(pointer: int, words: Mapping[int, int], count: int) -> Data:
@@ -89,6 +90,6 @@ def _reader(
     missing = next((a for a in range(start, start + LOOP_SIZE) if a not in words), None)
     if missing is not None:
         raise DecodeError(f"the listing does not hold {v_name(missing)} of loop {index + 1}")
-    beside = settings[index] if index < len(settings) else LoopSettings(loop=unnamed(index))
-    raw = [words[a] for a in range(start, start + LOOP_SIZE)]
-    return LoopReader(start, LOOP_TABLES[decimals], raw, beside, [])
+    beside = settings[index] if index < len(settings) else LoopSettings(loop=default_name(index))
+    raw = tuple(words[a] for a in range(start, start + LOOP_SIZE))
+    return LoopReader(LoopBlock(beside.loop, SPACE, start, LOOP_TABLES[decimals], raw), beside)

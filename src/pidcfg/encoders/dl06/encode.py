@@ -6,6 +6,8 @@ from decimal import Decimal
 from typing import TYPE_CHECKING, Any
 
 from pidcfg.encoders.image import Block, Encoding, Route
+from pidcfg.encoders.mapping import is_enabled
+from pidcfg.encoders.mapping import values_of as mapped
 from pidcfg.encoders.maps.dl06 import (
     FORMATS,
     LOOP_TABLES,
@@ -15,15 +17,19 @@ from pidcfg.encoders.maps.dl06 import (
     SPACE,
     TABLE_POINTER,
 )
-from pidcfg.encoders.plain import switched_on
 from pidcfg.encoders.scales import Scale
-from pidcfg.schemas.base import Quantity, plain_number
+from pidcfg.encoders.settings import settings_of
+from pidcfg.encoders.values import present
+from pidcfg.schemas.base import Quantity
+from pidcfg.schemas.dl06 import LoopSettings
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    from pidcfg.encoders.values import Data
     from pidcfg.schemas.dl06 import Dl06File, Loop, Plc, RampSoak, Transfer
 
+TABLE = (LOOP_TABLES[1],)
 LOOP_SIZE = LOOP_TABLES[1].size
 OUTPUT_OFFSET = LOOP_TABLES[1].offset("output")
 Range = tuple[Decimal, Decimal] | None
@@ -54,7 +60,8 @@ def scales(pv_format: str, output_format: str | None, ranges: tuple[Range, Range
 def encode(config: Dl06File) -> Encoding:
     """All words: loop tables, ramp/soak tables, then the set-up words, which win where blocks overlap."""
     blocks = (*_loop_blocks(config), *_ramp_soak_blocks(config), _setup_block(config))
-    return Encoding("dl06", blocks, SPACE, _settings(config), _plc_settings(config))
+    settings = tuple(settings_of(LoopSettings, loop) for loop in config.loops)
+    return Encoding("dl06", blocks, SPACE, settings, _plc_settings(config))
 
 
 def _loop_blocks(config: Dl06File) -> list[Block]:
@@ -100,27 +107,39 @@ def _setup_block(config: Dl06File) -> Block:
     return Block((), TABLE_POINTER, SETUP_WORDS, SETUP_WORDS.encode(values, {}))
 
 
-def values_of(config: Dl06File, loop: Loop) -> dict[str, Any]:
+def values_of(config: Dl06File, loop: Loop) -> Data:
     """Every register's value by path, with what follows from what is not given."""
-    scales = scales_of(loop)
-    return {
-        "bumpless": loop.bumpless,
-        "action": loop.action,
-        "algorithm": loop.algorithm,
-        "bias_freeze": loop.bias_freeze,
-        "independent_of_cpu_mode": loop.independent_of_cpu_mode,
-        "sample_rate": loop.sample_rate,
-        "derivative_gain_limit": loop.derivative_gain_limit,
-        "derivative_gain_limit_enabled": switched_on(loop.derivative_gain_limit_enabled, loop.derivative_gain_limit),
+    rate = loop.alarms.rate_of_change
+    values = mapped(loop, TABLE, unset_values(loop))
+    return values | {
+        "tuning.reset": reset_value(loop),
         "remote_setpoint": remote_setpoint(config, loop),
-        **_tuning(loop),
-        **_scaled_values(loop, scales),
-        **_alarm_values(loop),
-        **_ramp_soak_values(loop),
-        "autotune.method": loop.autotune.method,
-        "autotune.type": loop.autotune.type,
-        "autotune.start": loop.autotune.start,
+        "pv.transfer": _transfer(loop.pv.transfer),
+        "output.transfer": _transfer(loop.output.transfer),
+        "alarms.rate_of_change": None if rate is None else rate.per_sample(loop.sample_rate),
     }
+
+
+def unset_values(loop: Loop) -> Data:
+    """What follows for words whose values are not given: the hysteresis of alarms that are on."""
+    on = pv_alarms_on(loop) or deviation_alarms_on(loop)
+    return unset_limits(scales_of(loop)) | ({"alarms.hysteresis": ONE_COUNT} if on else {})
+
+
+def unset_limits(scales: Mapping[str, Scale]) -> Data:
+    """The limits of a set point and an output that have none: the ends of their scales."""
+    parts = {"setpoint": scales["sp"], "output": scales["output"]}
+    return {f"{part}.limits.{i}": end for part, scale in parts.items() for i, end in enumerate(scale.ends)}
+
+
+def pv_alarms_on(loop: Loop) -> bool:
+    """Whether the bit of the four PV alarms is set."""
+    return is_enabled(loop, "alarms.pv.enabled")
+
+
+def deviation_alarms_on(loop: Loop) -> bool:
+    """Whether the bit of the two deviation alarms is set."""
+    return is_enabled(loop, "alarms.deviation.enabled")
 
 
 def reset_value(loop: Loop) -> Decimal:
@@ -141,109 +160,13 @@ def remote_setpoint(config: Dl06File, loop: Loop) -> int | None:
     return loop.remote_setpoint
 
 
-def _tuning(loop: Loop) -> dict[str, Any]:
-    return {
-        "tuning.gain": loop.tuning.gain,
-        "tuning.reset": reset_value(loop),
-        "tuning.reset_unit": loop.tuning.reset_unit,
-        "tuning.rate": loop.tuning.rate,
-    }
-
-
-def _scaled_values(loop: Loop, scales: Mapping[str, Scale]) -> dict[str, Any]:
-    setpoint_limits = loop.setpoint.limits or ends(scales["sp"])
-    output_limits = loop.output.limits or ends(scales["output"])
-    return {
-        "pv.format": loop.pv.format,
-        "pv.square_root": loop.pv.square_root,
-        "pv.filter": loop.pv.filter,
-        "pv.filter_enabled": switched_on(loop.pv.filter_enabled, loop.pv.filter),
-        "pv.transfer": _transfer(loop.pv.transfer),
-        "setpoint.value": loop.setpoint.value,
-        "setpoint.limits.0": setpoint_limits[0],
-        "setpoint.limits.1": setpoint_limits[1],
-        "setpoint.limits_enabled": switched_on(loop.setpoint.limits_enabled, loop.setpoint.limits),
-        "output.format": loop.output.format,
-        "output.limits.0": output_limits[0],
-        "output.limits.1": output_limits[1],
-        "output.transfer": _transfer(loop.output.transfer),
-        "error.curve": loop.error.curve,
-        "error.deadband": loop.error.deadband,
-        "error.deadband_enabled": switched_on(loop.error.deadband_enabled, loop.error.deadband),
-        "state.pv": loop.state.pv,
-        "state.bias": loop.state.bias,
-        "state.output": loop.state.output,
-    }
-
-
-def ends(scale: Scale) -> tuple[Quantity, Quantity]:
-    """The counts at both ends of a scale: what a limit that is not given is encoded as."""
-    return Quantity(Decimal(scale.zero), counts=True), Quantity(Decimal(scale.top), counts=True)
-
-
-def pv_alarms_on(loop: Loop) -> bool:
-    """Whether the bit of the four PV alarms is set."""
-    pv = loop.alarms.pv
-    return pv is not None and switched_on(pv.enabled, pv.low_low, pv.low, pv.high, pv.high_high)
-
-
-def deviation_alarms_on(loop: Loop) -> bool:
-    """Whether the bit of the two deviation alarms is set."""
-    deviation = loop.alarms.deviation
-    return deviation is not None and switched_on(deviation.enabled, deviation.yellow, deviation.red)
-
-
-def _alarm_values(loop: Loop) -> dict[str, Any]:
-    alarms = loop.alarms
-    on_pv, on_deviation = pv_alarms_on(loop), deviation_alarms_on(loop)
-    rate = alarms.rate_of_change
-    hysteresis = alarms.hysteresis
-    if hysteresis is None and (on_pv or on_deviation):
-        hysteresis = ONE_COUNT
-    return {
-        **({f"alarms.pv.{k}": v for k, v in dict(alarms.pv).items()} if alarms.pv else {}),
-        **({f"alarms.deviation.{k}": v for k, v in dict(alarms.deviation).items()} if alarms.deviation else {}),
-        "alarms.pv.enabled": on_pv,
-        "alarms.deviation.enabled": on_deviation,
-        "alarms.rate_of_change": None if rate is None else rate.per_sample(loop.sample_rate),
-        "alarms.rate_of_change_enabled": switched_on(alarms.rate_of_change_enabled, rate),
-        "alarms.hysteresis": hysteresis,
-    }
-
-
-def _ramp_soak_values(loop: Loop) -> dict[str, Any]:
-    profile = loop.ramp_soak
-    if profile is None:
-        return {"ramp_soak.enabled": False}
-    return {
-        "ramp_soak.enabled": profile.enabled,
-        "ramp_soak.table": profile.table,
-        "ramp_soak.request": profile.request,
-    }
-
-
 def _transfer(transfer: Transfer | None) -> tuple[int, int, int] | int | None:
     if transfer is None or transfer.address is not None:
         return None if transfer is None else transfer.address
     return transfer.base, transfer.slot or 0, transfer.channel or 0
 
 
-def _settings(config: Dl06File) -> tuple[Mapping[str, Any], ...]:
-    """What no register holds, one mapping a loop."""
-    return tuple(_loop_settings(loop) for loop in config.loops)
-
-
-def _loop_settings(loop: Loop) -> dict[str, Any]:
-    entry: dict[str, Any] = {"loop": loop.name, "description": loop.description, "mode": loop.mode}
-    for key, part in (("pv", loop.pv), ("output", loop.output)):
-        scale = {"range": part.range and [plain_number(end) for end in part.range], "unit": part.unit}
-        entry[key] = {k: v for k, v in scale.items() if v is not None} or None
-    entry["setpoint"] = False if loop.setpoint.value is None else None
-    return {k: v for k, v in entry.items() if v is not None}
-
-
 def _plc_settings(config: Dl06File) -> dict[str, Any]:
     """What no register holds for the whole file; a choice only when the file has made it."""
-    plc = {"name": config.name, "description": config.description}
     stated = {key: getattr(config.plc, key) for key in STATED if key in config.plc.model_fields_set}
-    return {key: value for key, value in plc.items() if value is not None} | stated
+    return present({"name": config.name, "description": config.description}) | stated

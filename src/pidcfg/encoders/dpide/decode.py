@@ -14,7 +14,8 @@ from pidcfg.encoders.dpide.encode import scaling
 from pidcfg.encoders.image import Decoded
 from pidcfg.encoders.maps.dpide import DPIDE_TABLE, NEEDED, ROWS
 from pidcfg.encoders.named import read, shown
-from pidcfg.encoders.plain import Data, Said, completed, present, read_settings
+from pidcfg.encoders.settings import LoopOption, read_settings, with_options
+from pidcfg.encoders.values import Data, present
 from pidcfg.encoders.words import DecodeError
 from pidcfg.schemas.base import plain_number
 from pidcfg.schemas.dpide import Loop, LoopSettings, PlcSettings
@@ -26,8 +27,8 @@ if TYPE_CHECKING:
 
     from pidcfg.encoders.named import Content, Parameter
 
-SAID = (Said(("device",), "device", "the device of I_MV (30 registers)"),)
-"""What options say when nothing stands beside the operands."""
+LOOP_OPTIONS = (LoopOption(("device",), "device", "the device of I_MV (30 registers)"),)
+"""What options say when no settings stand beside the operands."""
 ALWAYS = frozenset({"PID_EQ", "PID_DIR"})
 """Choices that are written even where they are defaults."""
 SHOWN = 60
@@ -42,7 +43,7 @@ def decode(
     """The configuration that these operands hold; raises `DecodeError` for what is missing or is no value.
 
     ``words`` have names such as ``OVEN.SV``; ``settings`` and ``plc`` are what an encoder put beside them. ``options``:
-    one list for each row of `SAID`, of one entry a loop.
+    one list for each row of `LOOP_OPTIONS`, of one entry a loop.
     """
     plc_settings = read_settings(PlcSettings, plc or {}, "plc")
     entries = list(settings) or [{"loop": name} for name in loop_names(words)]
@@ -50,7 +51,7 @@ def decode(
         raise DecodeError("the listing holds no operand of a DPIDE instruction, such as OVEN.SV")
     own = [
         read_settings(LoopSettings, entry, f"settings[{i}]")
-        for i, entry in enumerate(completed(entries, options or {}, SAID))
+        for i, entry in enumerate(with_options(entries, options or {}, LOOP_OPTIONS))
     ]
     _know_all(words, {loop.loop for loop in own})
     notes: list[str] = []

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 from pidcfg.encoders.maps.dpide import DPIDE_TABLE
 from pidcfg.encoders.named import Entry, NamedEncoding, Program, store
-from pidcfg.encoders.plain import present
 from pidcfg.encoders.regmap import Misfit
+from pidcfg.encoders.values import present
 from pidcfg.encoders.words import EncodeError
 from pidcfg.schemas.base import plain_number
 

@@ -10,7 +10,7 @@ from pidcfg.encoders.dpide.symbols import COLUMNS, ENCODING, read_symbols, write
 from pidcfg.encoders.files import DecodeOption, FileKind, columns
 from pidcfg.encoders.maps.dpide import OUTSIDE, WRITTEN
 from pidcfg.encoders.named_files import named_listings
-from pidcfg.encoders.plain import listed
+from pidcfg.encoders.settings import listed
 from pidcfg.schemas.dpide_devices import parse_register, place_of
 
 if TYPE_CHECKING:

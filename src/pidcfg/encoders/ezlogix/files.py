@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from pidcfg.encoders.ezlogix.tags import merge_tags, read_tags, write_tags
 from pidcfg.encoders.files import DecodeOption, FileKind, columns, listings
 from pidcfg.encoders.maps.ezlogix import SPACE
-from pidcfg.encoders.plain import address_of, listed, one_of
+from pidcfg.encoders.settings import address_of, listed, one_of
 from pidcfg.schemas.ezlogix import DISCRETES, REGISTERS, parse_tag
 
 if TYPE_CHECKING:

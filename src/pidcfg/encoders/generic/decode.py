@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any, get_args
 from pidcfg.encoders.image import Decoded
 from pidcfg.encoders.maps.generic import LOOP_TABLE, NEEDED, PAIRS, ROWS, split
 from pidcfg.encoders.named import read
-from pidcfg.encoders.plain import Data, present, read_settings
+from pidcfg.encoders.settings import read_settings
+from pidcfg.encoders.values import Data, present
 from pidcfg.encoders.words import DecodeError
 from pidcfg.schemas.base import Flag, Model, Name, Text, plain_number
 from pidcfg.schemas.generic import Loop

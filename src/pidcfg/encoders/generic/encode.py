@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 from pidcfg.encoders.image import route
 from pidcfg.encoders.maps.generic import LOOP_TABLE
 from pidcfg.encoders.named import Entry, NamedEncoding, Program, store
-from pidcfg.encoders.plain import present
 from pidcfg.encoders.regmap import Misfit
+from pidcfg.encoders.values import present
 from pidcfg.encoders.words import EncodeError
 
 if TYPE_CHECKING:

@@ -170,6 +170,7 @@ TABLES = (C_BLOCK, DS_BLOCK, DF_BLOCK)
 """The three blocks of a loop, in the order of their banks."""
 BLOCKS = {"bits": ("C", C_BLOCK), "integers": ("DS", DS_BLOCK), "floats": ("DF", DF_BLOCK)}
 """Bank and map of each block, by the key that gives its address."""
+BANKS = {key: prefix for key, (prefix, _) in BLOCKS.items()}
 LOOPS = 8
 UNUSED = {
     "output.pwm.period": Decimal(10),

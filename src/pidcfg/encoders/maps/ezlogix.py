@@ -116,6 +116,7 @@ TABLES = (R_BLOCK, S_BLOCK)
 """The two blocks of a loop, in the order of their banks."""
 BLOCKS = {"registers": ("R", R_BLOCK), "discretes": ("S", S_BLOCK)}
 """Bank and map of each block, by the key that gives its address."""
+BANKS = {key: prefix for key, (prefix, _) in BLOCKS.items()}
 LOOPS = 8
 DUTY_FULL = 4096
 """Counts that are a duty cycle of 100 %."""

@@ -74,7 +74,7 @@ BITS = {
 # fmt: on
 """By the name of the output."""
 
-OWN_BITS = {
+BLOCK_BITS = {
     ("ControlON_OFF", "ErrBits.DeadBand"): Meaning(
         STOPPED, "Set DeadBand above 0: this block has no 0 that means none.", ("PID101",), ERRORS
     ),

@@ -14,7 +14,8 @@ from pydantic import ConfigDict
 from pidcfg.encoders.image import Decoded
 from pidcfg.encoders.maps.nextopid import BLOCK_TYPES, LOOP_TYPES
 from pidcfg.encoders.named import read
-from pidcfg.encoders.plain import Data, present, read_settings
+from pidcfg.encoders.settings import read_settings
+from pidcfg.encoders.values import Data, present
 from pidcfg.encoders.words import DecodeError
 from pidcfg.schemas.base import Integer, Model, Seconds, Text, plain_number
 from pidcfg.schemas.iec import Identifier, Wire

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any, cast
 from pidcfg.encoders.maps.nextopid import BLOCK_TYPES
 from pidcfg.encoders.named import Entry, Parameter, Program, store
 from pidcfg.encoders.nextopid.wiring import PASSES, Layout, Wires
-from pidcfg.encoders.plain import present
 from pidcfg.encoders.regmap import Misfit
+from pidcfg.encoders.values import present
 from pidcfg.encoders.words import EncodeError
 from pidcfg.schemas.base import plain_number
 from pidcfg.schemas.expressions import ExpressionError

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from pidcfg.sim.records import Asked
+from pidcfg.sim.records import Asked, LoopConfig, register
 
 NEVER = 1 << 60
 """A time that does not come."""
@@ -43,82 +43,75 @@ GOAL = 16
 
 
 @dataclass(slots=True)
-class Config:
-    """One loop's registers, decoded. Changed only between two segments of a run."""
+class Config(LoopConfig):
+    """One loop's registers, decoded."""
 
-    period: int = 100_000
-    """Sample rate in ticks, as at the start."""
-    # slots of the signal vector
-    sig_in: int = 0
-    sig_pv: int = 1
-    sig_sp: int = 2
-    sig_out: int = 3
-    sig_bias: int = 4
     sig_error: int = 5
     sig_pwm: int = 6
     # PV, set point and error
-    filtered: int = 0
-    """Cn+11."""
+    filtered: int = register("filter_enable", 0)
     filter: float = 1.0
     """Share of the raw PV that is passed each sample: DSn+08 / 100."""
-    sp_low_on: int = 0
-    sp_low: float = 0.0
-    sp_high_on: int = 0
-    sp_high: float = 0.0
-    squared: int = 0
+    sp_low_on: int = register("setpoint_lower_enable", 0)
+    sp_low: float = register("setpoint_lower", 0.0)
+    sp_high_on: int = register("setpoint_upper_enable", 0)
+    sp_high: float = register("setpoint_upper", 0.0)
+    squared: int = register("error_squared", 0)
     deadband_on: int = 0
-    deadband: float = 0.0
+    deadband: float = register("deadband", 0.0)
     # equation
-    reverse: int = 0
+    reverse: int = register("action", 0)
     bumpless: int = 1
-    freeze: int = 0
-    limited: int = 0
-    """Cn+04: the derivative gain limit is on."""
-    limit: float = 100.0
-    out_low: float = 0.0
-    out_high: float = 100.0
+    freeze: int = register("freeze_bias", 0)
+    limited: int = register("derivative_limit_enable", 0)
+    limit: float = register("derivative_gain_limit", 100.0)
+    out_low: float = register("output_lower", 0.0)
+    out_high: float = register("output_upper", 100.0)
     # alarms; a group that is off has limits that nothing reaches
-    low_low: float = -UNBOUNDED
-    low: float = -UNBOUNDED
-    high: float = UNBOUNDED
-    high_high: float = UNBOUNDED
-    deviation_high: float = UNBOUNDED
-    deviation_high_high: float = UNBOUNDED
-    rate_of_change: float = UNBOUNDED
-    hysteresis: float = 0.0
+    low_low: float = register("pv_low_low", -UNBOUNDED, enabled="pv_alarm_enable")
+    low: float = register("pv_low", -UNBOUNDED, enabled="pv_alarm_enable")
+    high: float = register("pv_high", UNBOUNDED, enabled="pv_alarm_enable")
+    high_high: float = register("pv_high_high", UNBOUNDED, enabled="pv_alarm_enable")
+    deviation_high: float = register("deviation_high", UNBOUNDED, enabled="deviation_alarm_enable")
+    deviation_high_high: float = register("deviation_high_high", UNBOUNDED, enabled="deviation_alarm_enable")
+    rate_of_change: float = register("rate_of_change", UNBOUNDED, enabled="rate_alarm_enable")
+    hysteresis: float = register("hysteresis", 0.0)
     # pulse width modulation
     pwm: int = 0
     """The output drives a discrete output."""
     pwm_period: int = 10_000_000
     """In ticks."""
     # autotune
-    tune_closed: int = 0
-    tune_pi: int = 0
-    tune_hysteresis: float = 1.0
-    """DFn+21 in %."""
+    tune_closed: int = register("autotune_method", 0)
+    tune_pi: int = register("autotune_type", 0)
+    tune_hysteresis: float = register("autotune_hysteresis", 1.0)
     tune_buffer: int = -1
     """Offset in `aux` of `reaction_curve.POINTS` floats."""
-    pv_low: float = 0.0
+    pv_low: float = register("pv_lower", 0.0)
     """PV lower and upper limit, the process's range for the whole range of the output."""
-    pv_high: float = 100.0
+    pv_high: float = register("pv_upper", 100.0)
 
 
 @dataclass(slots=True)
 class State(Asked):
     """One loop's registers and memory that the controller writes."""
 
-    sample_ms: int = 100
-    """DSn+05."""
-    busy: int = FIRST
-    """What has to be attended to, as a set of bits; 0 in quiet operation."""
+    # registers
+    sample_ms: int = register("sample_rate", 100)
+    sp: float = register("setpoint", 0.0)
+    raw: float = register("raw_pv", 0.0)
+    pv: float = register("pv", 0.0)
+    bias: float = register("bias", 0.0)
+    out: float = register("output", 0.0)
+    gain: float = register("proportional_gain", 1.0)
+    reset: float = register("reset_time", 1.0)
+    rate: float = register("derivative_gain", 0.0)
     error: int = 0
     """Row of the table of PID errors that is active, the lowest, from 1; 0: none."""
     number: float = 0.0
     """Its number, DSn+00."""
-    # registers
-    bias: float = 0.0
-    raw: float = 0.0
-    reset: float = 1.0
+    busy: int = FIRST
+    """What has to be attended to, as a set of bits; 0 in quiet operation."""
     # factors made of them
     lag: float = 1.0
     """Of the derivative's filter, Ts / (Ts + Td / limit)."""

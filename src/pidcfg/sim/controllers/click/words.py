@@ -7,12 +7,13 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from pidcfg.encoders.maps.click import BLOCKS, SPACE
-from pidcfg.encoders.plain import unnamed
+from pidcfg.encoders.settings import default_name
 from pidcfg.encoders.spaces import SINGLE
 from pidcfg.schemas.click import BITS, FLOATS, INTEGERS
 from pidcfg.sim.controllers.click.errors import nearest_allowed
 from pidcfg.sim.controllers.click.state import DEVIATION_ALARMS, PV_ALARMS, RATE_OF_CHANGE, UNBOUNDED
 from pidcfg.sim.plc import TICKS
+from pidcfg.sim.records import read_registers, register_values
 from pidcfg.sim.terms import single
 
 if TYPE_CHECKING:
@@ -26,20 +27,6 @@ ROWS = [
 ]
 """Every register that means something: its block, its bank and its row."""
 MILLISECOND = TICKS // 1000
-STATE = {
-    "setpoint": "sp",
-    "bias": "bias",
-    "output": "out",
-    "raw_pv": "raw",
-    "pv": "pv",
-    "proportional_gain": "gain",
-    "reset_time": "reset",
-    "derivative_gain": "rate",
-    "sample_rate": "sample_ms",
-}
-"""Registers that the controller writes too, and where `State` has them."""
-MEASURED = ("raw_pv", "pv")
-"""Registers that only the controller writes."""
 
 
 def float_of(raw: int) -> float:
@@ -72,8 +59,7 @@ class Loop:
 
     def absorb(self, s: State) -> None:
         """Put what the controller has written into the registers."""
-        for name, field in STATE.items():
-            value = getattr(s, field)
+        for name, value in register_values(s).items():
             self.words[name] = value & 0xFFFF if isinstance(value, int) else bits_of(value)
 
 
@@ -88,7 +74,7 @@ def loop_of(words: Mapping[int, int], index: int, own: Mapping[str, Any]) -> Loo
     starts = {key: BANKS[key].parse(own[key]) for key in BLOCKS}
     found = {row.name: words.get(SPACE.number(prefix, starts[key] + row.offset), 0) for key, prefix, row in ROWS}
     output = own.get("output") or {}
-    name = str(own.get("loop", unnamed(index)))
+    name = str(own.get("loop", default_name(index)))
     return Loop(
         name, own.get("mode", "manual"), own.get("setpoint") is not False, output.get("pwm") is not None, starts, found
     )
@@ -96,33 +82,11 @@ def loop_of(words: Mapping[int, int], index: int, own: Mapping[str, Any]) -> Loo
 
 def configure(c: Config, n: Mapping[str, float]) -> None:
     """Everything in a loop's `Config` that follows from its registers."""
-    c.filtered = int(n["filter_enable"])
+    read_registers(c, n)
     c.filter = single(nearest_allowed("filter", n["filter"]) / 100.0)
-    c.sp_low_on, c.sp_low = int(n["setpoint_lower_enable"]), n["setpoint_lower"]
-    c.sp_high_on, c.sp_high = int(n["setpoint_upper_enable"]), n["setpoint_upper"]
-    c.squared = int(n["error_squared"])
-    c.deadband = n["deadband"]
     c.deadband_on = int(n["deadband_enable"] and c.deadband > 0.0)
-    c.reverse = int(n["action"])
     c.bumpless = 2 if n["bumpless_mode"] else 1
-    c.freeze = int(n["freeze_bias"])
-    c.limited, c.limit = int(n["derivative_limit_enable"]), float(n["derivative_gain_limit"])
-    c.out_low, c.out_high = n["output_lower"], n["output_upper"]
     c.pwm_period = int(nearest_allowed("pwm_period", n["pwm_period"])) * TICKS
-    c.tune_closed, c.tune_pi = int(n["autotune_method"]), int(n["autotune_type"])
-    c.tune_hysteresis = n["autotune_hysteresis"]
-    c.pv_low, c.pv_high = n["pv_lower"], n["pv_upper"]
-    _alarms(c, n)
-
-
-def _alarms(c: Config, n: Mapping[str, float]) -> None:
-    pv, deviation, rate = n["pv_alarm_enable"], n["deviation_alarm_enable"], n["rate_alarm_enable"]
-    c.low_low, c.low = (n[name] if pv else -UNBOUNDED for name in ("pv_low_low", "pv_low"))
-    c.high, c.high_high = (n[name] if pv else UNBOUNDED for name in ("pv_high", "pv_high_high"))
-    c.deviation_high = n["deviation_high"] if deviation else UNBOUNDED
-    c.deviation_high_high = n["deviation_high_high"] if deviation else UNBOUNDED
-    c.rate_of_change = n["rate_of_change"] if rate else UNBOUNDED
-    c.hysteresis = n["hysteresis"]
 
 
 def alarms_off(n: Mapping[str, float]) -> int:
@@ -134,8 +98,7 @@ def alarms_off(n: Mapping[str, float]) -> int:
 
 def write_state(s: State, n: Mapping[str, float]) -> None:
     """The registers that the controller writes too, as they stand in memory; the sample rate within its limits."""
-    for name, field in STATE.items():
-        setattr(s, field, n[name])
+    read_registers(s, n)
     s.period = sample_ticks(n["sample_rate"])
     s.status &= ~alarms_off(n)
     s.quiet_low, s.quiet_high = UNBOUNDED, -UNBOUNDED

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 from pidcfg.encoders.dl06.setup import Setup, check_setup
 from pidcfg.encoders.maps.dl06 import CPU, LOOP_COUNT, LOOP_TABLE, RAMP_SOAK_SIZE, TABLE_POINTER
-from pidcfg.encoders.plain import unnamed
+from pidcfg.encoders.settings import default_name
 from pidcfg.sim.controllers.dl06 import modes as dl06_modes
 from pidcfg.sim.controllers.dl06 import state as bits
 from pidcfg.sim.controllers.dl06.equation import coefficients
@@ -77,7 +77,7 @@ class Memory:
         return check_setup(self._words.get(TABLE_POINTER, 0), self._words.get(LOOP_COUNT, 0))
 
     def _loop(self, i: int, image: Image) -> Loop:
-        own = {"loop": unnamed(i), **(image.settings[i] if i < len(image.settings) else {})}
+        own = {"loop": default_name(i), **(image.settings[i] if i < len(image.settings) else {})}
         decimals = int(image.plc.get("reset_decimals", 1))
         start = self._words.get(TABLE_POINTER, 0) + i * LOOP_TABLE.size
         loop, problems = loop_of(self._words, start, own, decimals)

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from pidcfg.sim.records import Asked
+from pidcfg.sim.records import Asked, LoopConfig, register
 
 NEVER = 1 << 60
 """A time that does not come."""
@@ -67,27 +67,18 @@ TRIP = 4096
 
 
 @dataclass(slots=True)
-class Config:
-    """One loop's words, decoded. Changed only between two segments of a run."""
+class Config(LoopConfig):
+    """One loop's words, decoded."""
 
     period: int = 50_000
-    """Sample rate in ticks."""
     slow: int = 0
     """Sample rate above 2 s and scans have a length: at most one such loop a scan."""
-    halt: int = 0
-    """The loop does not run: the loop task is off, or its sample rate is 0."""
-    independent: int = 0
-    """Bit 15 of +00: the loop does not follow the CPU's mode."""
+    independent: int = register("independent_of_cpu_mode", 0)
     sees_pv: int = 0
     """+36 fetches the PV from a module, without the ladder program."""
     drives: int = 0
     """+37 carries the output to a module, without the ladder program."""
-    # slots of the signal vector, and the ends of the ranges in engineering units
-    sig_in: int = 0
-    sig_pv: int = 1
-    sig_sp: int = 2
-    sig_out: int = 3
-    sig_bias: int = 4
+    # ends of the ranges in engineering units
     pv_low: float = 0.0
     pv_width: float = 4095.0
     pv_min: float = 0.0
@@ -101,31 +92,29 @@ class Config:
     # PV, set point and error
     filter: float = 1.0
     """Filter constant k; 1 is none."""
-    root: int = 0
-    """Square-root extract."""
+    root: int = register("pv.square_root", 0)
     span: float = 4095.0
     """What an error is divided by: the PV's span, or its root."""
     curved: int = 0
     """Any of root, squared, deadband: the error is not simply SP - PV."""
-    squared: int = 0
+    squared: int = register("error.curve", 0, equals="squared")
     deadband: float = 0.0
     """As a fraction of the span."""
-    sp_min: float = -UNBOUNDED
-    sp_max: float = UNBOUNDED
+    sp_min: float = register("setpoint.limits.0", -UNBOUNDED, enabled="setpoint.limits_enabled")
+    sp_max: float = register("setpoint.limits.1", UNBOUNDED, enabled="setpoint.limits_enabled")
     major: int = -1
     """Index of the loop whose output is the remote set point; -1: the pointer names no output of this table."""
     # equation
     special: int = 0
     """Not simply the position form of a linear error: `equation.calculate` is needed."""
-    velocity: int = 0
-    reverse: int = 0
+    velocity: int = register("algorithm", 0, equals="velocity")
+    reverse: int = register("action", 0, equals="reverse")
     bumpless: int = 1
-    freeze: int = 0
+    freeze: int = register("bias_freeze", 0)
     on_pv: int = 0
     """The derivative acts on the PV."""
-    limit: float = 0.0
-    """Derivative gain limit, when `limited`."""
-    limited: int = 0
+    limited: int = register("derivative_gain_limit_enabled", 0)
+    limit: float = register("derivative_gain_limit", 0.0)
     step_bias: int = 0
     m_low: float = 0.0
     """Output limits, within the data range."""
@@ -133,23 +122,23 @@ class Config:
     interlock: int = 1
     """A PV alarm refuses a request for Auto."""
     # alarms; a group that is off has thresholds that nothing reaches
-    low_low: float = -UNBOUNDED
-    low: float = -UNBOUNDED
-    high: float = UNBOUNDED
-    high_high: float = UNBOUNDED
-    yellow: float = UNBOUNDED
-    red: float = UNBOUNDED
-    rate_of_change: float = UNBOUNDED
-    hysteresis: float = 0.0
+    low_low: float = register("alarms.pv.low_low", -UNBOUNDED, enabled="alarms.pv.enabled")
+    low: float = register("alarms.pv.low", -UNBOUNDED, enabled="alarms.pv.enabled")
+    high: float = register("alarms.pv.high", UNBOUNDED, enabled="alarms.pv.enabled")
+    high_high: float = register("alarms.pv.high_high", UNBOUNDED, enabled="alarms.pv.enabled")
+    yellow: float = register("alarms.deviation.yellow", UNBOUNDED, enabled="alarms.deviation.enabled")
+    red: float = register("alarms.deviation.red", UNBOUNDED, enabled="alarms.deviation.enabled")
+    rate_of_change: float = register("alarms.rate_of_change", UNBOUNDED, enabled="alarms.rate_of_change_enabled")
+    hysteresis: float = register("alarms.hysteresis", 0.0)
     # ramp/soak
-    rs_enabled: int = 0
+    rs_enabled: int = register("ramp_soak.enabled", 0)
     rs_table: int = -1
     """Offset of the table in `aux`: target, slope/s, soak seconds, deviation for each of 8 pairs; -1: none."""
     rs_fault: int = 0
     """Bits of +35 that a start reports."""
     # auto-tune
-    tune_open: int = 0
-    tune_pi: int = 0
+    tune_open: int = register("autotune.method", 0, equals="open")
+    tune_pi: int = register("autotune.type", 0, equals="PI")
     tune_buffer: int = -1
     """Offset in `aux` of `tune_open.POINTS` floats."""
     reset_unit: float = 1.0

@@ -15,8 +15,10 @@ from pidcfg.encoders.maps.dl06 import CPU, FORMATS, LOOP_TABLE, LOOP_TABLES, RAM
 from pidcfg.encoders.regmap import Bits, RegisterMap, Word, decode_one
 from pidcfg.encoders.scales import Scale
 from pidcfg.encoders.words import DecodeError
-from pidcfg.sim.controllers.dl06.state import MUTE, STOPPED, UNBOUNDED, Config, State
+from pidcfg.schemas.base import Quantity
+from pidcfg.sim.controllers.dl06.state import MUTE, STOPPED, Config, State
 from pidcfg.sim.plc import TICKS
+from pidcfg.sim.records import read_registers
 from pidcfg.sim.terms import clamp, nearest
 
 Values = Mapping[str, Any]
@@ -68,25 +70,18 @@ def counts(value: Any) -> float:
 
 def configure(c: Config, v: Values, reset_decimals: int, loops: int) -> None:
     """Everything in a loop's `Config` that follows from its own words; ``loops`` run together (sample rates: D51)."""
+    read_registers(c, {path: value.value if isinstance(value, Quantity) else value for path, value in v.items()})
     _scales(c, v)
-    _error(c, v)
-    _alarms(c, v)
-    c.velocity = int(v["algorithm"] == "velocity")
-    c.reverse = int(v["action"] == "reverse")
     c.bumpless = 1 if v["bumpless"] == "I" else 2
-    c.freeze = int(v["bias_freeze"])
-    c.limited = int(v["derivative_gain_limit_enabled"])
-    c.limit = float(v["derivative_gain_limit"])
     c.m_low = clamp(counts(v["output.limits.0"]), c.out_min, c.out_max)
     c.m_high = clamp(counts(v["output.limits.1"]), c.out_min, c.out_max)
+    c.span = sqrt(c.pv_span) if c.root else c.pv_span
+    c.deadband = counts(v["error.deadband"]) / c.span if v["error.deadband_enabled"] else 0.0
+    c.curved = int(c.root or c.squared or c.deadband > 0.0)
     c.special = int(c.velocity or c.curved or c.on_pv or c.step_bias)
-    c.independent = int(v["independent_of_cpu_mode"])
     c.sees_pv = int(isinstance(v["pv.transfer"], tuple))
     c.drives = int(isinstance(v["output.transfer"], tuple))
-    c.rs_enabled = int(v["ramp_soak.enabled"])
     c.rs_fault = check_ramp_soak(v["ramp_soak.table"])
-    c.tune_open = int(v["autotune.method"] == "open")
-    c.tune_pi = int(v["autotune.type"] == "PI")
     c.reset_unit = 60.0 if v["tuning.reset_unit"] == "minutes" else 1.0
     c.reset_step = float(RESET[reset_decimals].step)
     c.least_period = ticks(CPU.fast_rate if loops <= CPU.fast_loops else CPU.slow_rate)
@@ -107,29 +102,8 @@ def _scales(c: Config, v: Values) -> None:
     c.filter = k if v["pv.filter_enabled"] and 0.0 < k <= 1.0 else 1.0
 
 
-def _error(c: Config, v: Values) -> None:
-    c.root = int(v["pv.square_root"])
-    c.span = sqrt(c.pv_span) if c.root else c.pv_span
-    c.squared = int(v["error.curve"] == "squared")
-    c.deadband = counts(v["error.deadband"]) / c.span if v["error.deadband_enabled"] else 0.0
-    c.curved = int(c.root or c.squared or c.deadband > 0.0)
-    limited = v["setpoint.limits_enabled"]
-    c.sp_min = counts(v["setpoint.limits.0"]) if limited else -UNBOUNDED
-    c.sp_max = counts(v["setpoint.limits.1"]) if limited else UNBOUNDED
-
-
 PV_LIMITS = ("low_low", "low", "high", "high_high")
 DEVIATION_LIMITS = ("yellow", "red")
-
-
-def _alarms(c: Config, v: Values) -> None:
-    for name in PV_LIMITS:
-        off = -UNBOUNDED if name.startswith("low") else UNBOUNDED
-        setattr(c, name, counts(v[f"alarms.pv.{name}"]) if v["alarms.pv.enabled"] else off)
-    for name in DEVIATION_LIMITS:
-        setattr(c, name, counts(v[f"alarms.deviation.{name}"]) if v["alarms.deviation.enabled"] else UNBOUNDED)
-    c.rate_of_change = counts(v["alarms.rate_of_change"]) if v["alarms.rate_of_change_enabled"] else UNBOUNDED
-    c.hysteresis = counts(v["alarms.hysteresis"])
 
 
 def alarm_error(v: Values) -> bool:

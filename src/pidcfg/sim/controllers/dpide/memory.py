@@ -7,7 +7,7 @@ from math import gcd
 from typing import TYPE_CHECKING, Any
 
 from pidcfg.encoders.maps.dpide import ROWS
-from pidcfg.encoders.plain import read_settings
+from pidcfg.encoders.settings import read_settings
 from pidcfg.schemas.dpide import PlcSettings, Scale
 from pidcfg.sim.controllers.dpide import state as bits
 from pidcfg.sim.controllers.dpide.modes import enter

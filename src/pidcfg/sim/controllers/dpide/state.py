@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from pidcfg.sim.records import Tuned
+from pidcfg.sim.records import LoopConfig, Tuned, register
 
 NEVER = 1 << 60
 """A time that does not come."""
@@ -37,32 +37,22 @@ STOPPED = 16
 
 
 @dataclass(slots=True)
-class Config:
-    """The operands that an instruction only reads. Changed only between two segments of a run."""
+class Config(LoopConfig):
+    """The operands that an instruction only reads."""
 
-    period: int = 1_000_000
-    """Sampling time in ticks, as at the start."""
-    # slots of the signal vector
-    sig_in: int = 0
-    sig_pv: int = 1
-    sig_sp: int = 2
-    sig_out: int = 3
     sig_mout: int = 4
     sig_bias: int = 5
     """I_MV."""
     sig_error: int = 6
-    manual: int = 0
-    """PID_MAN."""
-    follow: int = 0
-    """MOUT_AUTO."""
+    manual: int = register("PID_MAN", 0)
+    follow: int = register("MOUT_AUTO", 0)
     joined: int = 0
     """MOUT stands in the device of this loop's own MV: both are one value (D266)."""
-    dependent: int = 0
-    """PID_EQ."""
-    of_pv: int = 0
-    """PID_DE: the derivative is that of PV."""
-    forward: int = 0
-    """PID_DIR: E = SV - PV."""
+    dependent: int = register("PID_EQ", 0)
+    of_pv: int = register("PID_DE", 0)
+    """The derivative is that of PV."""
+    forward: int = register("PID_DIR", 0)
+    """E = SV - PV."""
     sv_from: int = -1
     """The loop whose MV stands in the same device as SV (D266), -1: none; likewise the next two."""
     bias_from: int = -1
@@ -76,19 +66,22 @@ class Config:
 
 @dataclass(slots=True)
 class State(Tuned):
-    """What an instruction writes; ``gain``, ``reset`` and ``rate`` are Kc_Kp, Ti_Ki and Td_Kd."""
+    """What an instruction writes."""
 
-    mode: int = 0
-    """PID_MODE."""
+    mode: int = register("PID_MODE", 0)
     mode_before: int = 0
     """PID_MODE before it became 1."""
     wanted: int = AUTO
     """The mode that PID_RUN, PID_MODE and PID_MAN make."""
-    mout: float = 0.0
-    bias: float = 0.0
-    integral: float = 0.0
-    """I_MV."""
-    tf: float = 0.0
+    sp: float = register("SV", 0.0)
+    gain: float = register("Kc_Kp", 1.0)
+    reset: float = register("Ti_Ki", 0.0)
+    rate: float = register("Td_Kd", 0.0)
+    tf: float = register("Tf", 0.0)
+    mout: float = register("MOUT", 0.0)
+    bias: float = register("BIAS", 0.0)
+    integral: float = register("I_MV", 0.0)
+    out: float = register("MV", 0.0)
     # factors
     seconds: float = 1.0
     """Sampling time."""

@@ -11,6 +11,7 @@ from pidcfg.sim.controllers.dpide.equation import coefficients
 from pidcfg.sim.controllers.dpide.setting import PID_MODES
 from pidcfg.sim.controllers.dpide.state import OFF, TUNING
 from pidcfg.sim.plc import TICKS
+from pidcfg.sim.records import read_registers, register_values
 from pidcfg.sim.terms import single
 
 if TYPE_CHECKING:
@@ -22,18 +23,6 @@ if TYPE_CHECKING:
 MILLISECOND = TICKS // 1000
 COUNTS = 1 << 20
 """What the range of a PV counts where something is measured in counts (D279)."""
-SINGLES = {
-    "SV": "sp",
-    "Kc_Kp": "gain",
-    "Ti_Ki": "reset",
-    "Td_Kd": "rate",
-    "Tf": "tf",
-    "MOUT": "mout",
-    "BIAS": "bias",
-    "I_MV": "integral",
-    "MV": "out",
-}
-"""REAL operands that `State` has."""
 NOT_NEGATIVE = ("Kc_Kp", "Ti_Ki", "Td_Kd", "Tf")
 """What is below 0 here counts as 0."""
 Operands = dict[str, float]
@@ -56,22 +45,17 @@ def operands_of(words: Mapping[str, Any], loop: str, problems: list[str]) -> Ope
 
 def configure(c: Config, s: State, operands: Operands, interval: int) -> None:
     """Make the operands what the instruction calculates with; ``interval`` of an interrupt task in ticks, 0: none."""
-    c.manual, c.follow = int(operands["PID_MAN"]), int(operands["MOUT_AUTO"])
-    c.dependent, c.of_pv, c.forward = (int(operands[name]) for name in ("PID_EQ", "PID_DE", "PID_DIR"))
+    read_registers(c, operands)
+    read_registers(s, operands, single)
     c.band = abs(single(operands["ERR_DBW"]))
     c.low, c.high = sorted(single(operands[name]) for name in ("MV_MIN", "MV_MAX"))
-    for name, field in SINGLES.items():
-        setattr(s, field, single(operands[name]))
-    s.mode = int(operands["PID_MODE"])
     s.period = interval or sampling_time(int(operands["CYCLE"]))
     coefficients(c, s)
 
 
 def absorb(operands: Operands, s: State) -> None:
     """Put what the instruction has written into its operands."""
-    for name, field in SINGLES.items():
-        operands[name] = getattr(s, field)
-    operands["PID_MODE"] = s.mode
+    operands |= register_values(s)
 
 
 def sampling_time(cycle: int) -> int:

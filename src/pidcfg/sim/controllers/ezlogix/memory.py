@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from pidcfg.encoders.maps.ezlogix import R_BLOCK, SPACE
-from pidcfg.encoders.plain import read_settings
+from pidcfg.encoders.settings import read_settings
 from pidcfg.schemas.ezlogix import CV_FULL, LoopSettings
 from pidcfg.sim.controllers.ezlogix import state as bits
 from pidcfg.sim.controllers.ezlogix.equation import coefficients

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from pidcfg.sim.records import Heard
+from pidcfg.sim.records import Heard, LoopConfig, register
 
 NEVER = 1 << 60
 """A time that does not come."""
@@ -43,13 +43,9 @@ HELD = 64
 
 
 @dataclass(slots=True)
-class Config:
-    """One loop's registers and dialog. Changed only between two segments of a run."""
+class Config(LoopConfig):
+    """One loop's registers and dialog."""
 
-    period: int = 100_000
-    """Sample rate in ticks."""
-    halt: int = 0
-    """The loop is not calculated: its sample rate is none (D162)."""
     goes_on: int = 0
     """The dialog's "Process PID when PLC is Stopped"."""
     sees_pv: int = 0
@@ -58,15 +54,10 @@ class Config:
     """The CV's tag is an output register, or the control output is enabled."""
     feeds: int = -1
     """The loop whose set point register is this one's CV tag (D177); -1: none."""
-    # slots of the signal vector, and the ends of the ranges in engineering units
-    sig_in: int = 0
-    sig_pv: int = 1
-    sig_sp: int = 2
-    sig_out: int = 3
-    sig_bias: int = 4
     sig_error: int = 5
     sig_status: int = 6
     sig_pulse: int = 7
+    # ends of the ranges in engineering units
     pv_low: float = 0.0
     pv_width: float = 4095.0
     pv_min: float = 0.0
@@ -75,22 +66,21 @@ class Config:
     out_low: float = 0.0
     out_width: float = 4095.0
     # set point and error
-    direct: int = 0
+    direct: int = register("action", 0, equals="direct")
     """The controller's action: direct is E = PV - SP, reverse E = SP - PV."""
-    root: int = 0
+    root: int = register("square_root", 0)
     """The square root of the PV is used (D163)."""
     scale: float = 1.0
     """What makes a difference of roots an error in counts."""
-    deadband: float = 0.0
+    deadband: float = register("deadband", 0.0)
     """On the set point's scale."""
-    sp_low: float = 0.0
-    sp_high: float = 4095.0
+    sp_low: float = register("setpoint_low", 0.0)
+    sp_high: float = register("setpoint_high", 4095.0)
     # equation
-    velocity: int = 0
+    velocity: int = register("algorithm", 0, equals="velocity")
     """The derivative acts on the PV."""
-    anti_windup: int = 0
-    offset: float = 0.0
-    """CV0."""
+    anti_windup: int = register("anti_windup", 0)
+    offset: float = register("cv_offset", 0.0)
     m_low: float = 0.0
     """CV limits, within 0 to 4095."""
     m_high: float = 4095.0
@@ -100,7 +90,7 @@ class Config:
     min_on: int = 0
     min_off: int = 0
     # autotune
-    tune_pi: int = 0
+    tune_pi: int = register("tuning_type", 0)
     timeout: int = 600_000_000
     """In ticks."""
     tune_buffer: int = 0

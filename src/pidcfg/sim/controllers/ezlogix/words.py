@@ -10,6 +10,7 @@ from pidcfg.encoders.ezlogix.encode import scales_of
 from pidcfg.encoders.maps.ezlogix import BLOCKS, LEAST_SAMPLE_RATE, R_BLOCK, S_BLOCK, SPACE
 from pidcfg.schemas.ezlogix import CV_FULL, TAG, LoopSettings
 from pidcfg.sim.plc import TICKS
+from pidcfg.sim.records import read_registers
 from pidcfg.sim.terms import clamp
 
 if TYPE_CHECKING:
@@ -39,6 +40,12 @@ class Loop:
     def bit(self, name: str) -> int:
         """The state of a discrete."""
         return int(self.discretes[S_BLOCK.offset(name)] != 0)
+
+    def values(self) -> dict[str, Any]:
+        """What registers and discretes hold, in counts, and what the dialog says, by name."""
+        discretes = {row.name: self.bit(row.name) for row in S_BLOCK.words}
+        dialog = {"action": self.own.action, "algorithm": self.own.algorithm}
+        return {row.name: self.word(row.name) for row in R_BLOCK.words} | discretes | dialog
 
     def time(self, name: str) -> Decimal:
         """A time in seconds."""
@@ -80,23 +87,18 @@ def ticks(seconds: Any) -> int:
 def configure(c: Config, loop: Loop, *, goes_on: bool) -> None:
     """A loop's `Config`; values beyond the manual's ranges are taken as they are (D171)."""
     own = loop.own
+    read_registers(c, loop.values())
     low, high = own.pv.counts or (0, CV_FULL)
     c.pv_min, c.pv_max, c.pv_span = float(low), float(high), float(high - low)
     c.pv_low, c.pv_width = ends(own.pv.range, c.pv_min, c.pv_span)
     c.out_low, c.out_width = ends(own.output.range, 0.0, float(CV_FULL))
-    c.halt = int(loop.word("sample_rate") < LEAST_SAMPLE_RATE)
+    c.halt = int(loop.word("sample_rate") < LEAST_SAMPLE_RATE)  # a sample rate below 0.05 s is none (D162)
     c.period = UNKNOWN_PERIOD if c.halt else ticks(loop.time("sample_rate"))
     c.goes_on = int(goes_on)
     c.sees_pv = int(own.pv.tag.startswith("IR"))
     c.drives = int(own.output.tag.startswith("OR") or own.output.pulse is not None)
-    c.direct, c.velocity = int(own.action == "direct"), int(own.algorithm == "velocity")
-    c.root = loop.bit("square_root")
     c.scale = sqrt(c.pv_span) if c.root else 1.0
-    c.deadband = float(loop.word("deadband"))
-    c.sp_low, c.sp_high = float(loop.word("setpoint_low")), float(loop.word("setpoint_high"))
     c.m_low, c.m_high = (clamp(float(loop.word(name)), 0.0, float(CV_FULL)) for name in ("cv_low", "cv_high"))
-    c.offset = float(loop.word("cv_offset"))
-    c.anti_windup, c.tune_pi = loop.bit("anti_windup"), loop.bit("tuning_type")
     c.timeout = ticks(loop.word("autotune_timeout"))
     c.cycle = 0 if own.output.pulse is None else ticks(loop.time("cycle_time"))
     c.min_on, c.min_off = ticks(loop.time("min_on")), ticks(loop.time("min_off"))

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from pidcfg.sim.records import LoopState
+from pidcfg.sim.records import LoopConfig, LoopState, register
 
 # `State.status`
 MANUAL, AUTO, CASCADE = 1, 2, 4
@@ -39,52 +39,41 @@ NOWHERE = float("inf")
 
 
 @dataclass(slots=True)
-class Config:
-    """What a loop only reads. Changed only between two segments of a run."""
+class Config(LoopConfig):
+    """What a loop only reads."""
 
-    period: int = 1_000_000
-    """Sample time in ticks, as at the start."""
-    # slots of the signal vector
-    sig_in: int = 0
-    sig_pv: int = 1
-    sig_sp: int = 2
-    sig_out: int = 3
-    sig_bias: int = 4
     sig_pulse: int = 5
-    raises: int = 1
-    proportional: int = 1
-    of_error: int = 0
-    """The derivative acts on the error."""
-    root: int = 0
-    windup: int = 0
+    raises: int = register("output_raises_pv", 1)
+    proportional: int = register("tuning.proportional", 1)
+    of_error: int = register("tuning.derivative_on", 0, equals="error")
+    root: int = register("pv.square_root", 0)
+    windup: int = register("anti_windup", 0, equals=False)
     """There is no anti-windup."""
     source: int = -1
     """The master's number; -1: none."""
     slave: int = -1
     """Number of the first loop whose master this one is; -1: none."""
     pulses: int = 0
-    base: float = 0.0
-    """PV at 0 %."""
+    base: float = register("pv.range.0", 0.0)
     span: float = 1.0
-    sp_low: float = -NOWHERE
-    sp_high: float = NOWHERE
+    sp_low: float = register("setpoint.limits.0", -NOWHERE)
+    sp_high: float = register("setpoint.limits.1", NOWHERE)
     low: float = 0.0
     high: float = 100.0
-    band: float = 0.0
-    out_base: float = 0.0
-    """Output at 0 %."""
+    band: float = register("deadband", 0.0)
+    out_base: float = register("output.range.0", 0.0)
     out_span: float = 100.0
     rate_limit: float = NOWHERE
     """Fastest change of OUT in a sample."""
-    low_low_at: float = -NOWHERE
-    low_at: float = -NOWHERE
-    high_at: float = NOWHERE
-    high_high_at: float = NOWHERE
-    deviation_at: float = NOWHERE
-    deviation_2_at: float = NOWHERE
+    low_low_at: float = register("alarms.pv.low_low", -NOWHERE)
+    low_at: float = register("alarms.pv.low", -NOWHERE)
+    high_at: float = register("alarms.pv.high", NOWHERE)
+    high_high_at: float = register("alarms.pv.high_high", NOWHERE)
+    deviation_at: float = register("alarms.deviation.high", NOWHERE)
+    deviation_2_at: float = register("alarms.deviation.high_high", NOWHERE)
     rate_at: float = NOWHERE
     """Fastest change of the PV in a sample."""
-    hysteresis: float = 0.0
+    hysteresis: float = register("alarms.hysteresis", 0.0)
     cycle: float = 0.0
     """Period of the pulses in ticks; likewise the next two."""
     min_on: float = 0.0
@@ -95,11 +84,14 @@ class Config:
 class State(LoopState):
     """What a loop writes; ``kp``, ``ki`` and ``kd`` are the factors of the error, its sum and its difference."""
 
+    gain: float = register("tuning.gain", 0.0)
+    reset: float = register("tuning.integral_time", 0.0)
+    rate: float = register("tuning.derivative_time", 0.0)
     wanted: int = AUTO
     """The mode that was asked for last."""
     manual: float = 0.0
     """OUT in manual."""
-    bias: float = 0.0
+    bias: float = register("output.bias", 0.0)
     integral: float = 0.0
     pv_share: float = 1.0
     """What the PV's filter takes of a difference; likewise that of the derivative."""

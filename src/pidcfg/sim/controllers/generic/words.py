@@ -9,6 +9,7 @@ from pidcfg.encoders.maps.generic import ROWS
 from pidcfg.encoders.named import read
 from pidcfg.sim.controllers.generic.state import NOWHERE
 from pidcfg.sim.plc import TICKS
+from pidcfg.sim.records import read_registers
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -40,19 +41,6 @@ DEFAULTS: Fields = {
     "output.pulse.min_on": 0.0,
     "output.pulse.min_off": 0.0,
 }
-POINTS = {
-    "alarms.pv.low_low": "low_low_at",
-    "alarms.pv.low": "low_at",
-    "alarms.pv.high": "high_at",
-    "alarms.pv.high_high": "high_high_at",
-    "alarms.deviation.high": "deviation_at",
-    "alarms.deviation.high_high": "deviation_2_at",
-    "setpoint.limits.0": "sp_low",
-    "setpoint.limits.1": "sp_high",
-}
-"""Fields of `Config` that are out of reach where nothing is given."""
-BELOW = ("low_low_at", "low_at", "sp_low")
-"""Those of them that are reached from above."""
 
 
 def fields_of(words: Mapping[str, Any], loop: str, needed: tuple[str, ...], problems: list[str]) -> Fields:
@@ -86,30 +74,24 @@ def first_of(f: Fields, *paths: str) -> float:
 
 def configure(c: Config, s: State, f: Fields) -> None:
     """Make the parameters what the loop calculates with."""
+    read_registers(c, f)
     s.period = ticks(f["sample_time"])
     seconds = s.period / TICKS
-    c.raises, c.proportional = int(f["output_raises_pv"]), int(f["tuning.proportional"])
-    c.of_error = int(f["tuning.derivative_on"] == "error")
-    c.root, c.windup = int(f["pv.square_root"]), int(not f["anti_windup"])
-    c.base, c.span = f["pv.range.0"], (f["pv.range.1"] - f["pv.range.0"]) or 1.0
-    c.out_base, c.out_span = f["output.range.0"], (f["output.range.1"] - f["output.range.0"]) or 1.0
+    c.span = (f["pv.range.1"] - f["pv.range.0"]) or 1.0
+    c.out_span = (f["output.range.1"] - f["output.range.0"]) or 1.0
     c.low = first_of(f, "output.limits.0", "output.range.0")
     c.high = first_of(f, "output.limits.1", "output.range.1")
-    c.band, c.hysteresis = f["deadband"], f["alarms.hysteresis"]
     c.rate_limit = f.get("output.max_rate", NOWHERE) * seconds
     c.rate_at = f.get("alarms.rate_of_change", NOWHERE) * seconds
-    for path, name in POINTS.items():
-        setattr(c, name, f.get(path, -NOWHERE if name in BELOW else NOWHERE))
     c.pulses = int(f.get("output.pulse.period", 0.0) > 0.0)
     c.cycle = float(ticks(f.get("output.pulse.period", 1.0)))
     c.min_on, c.min_off = f["output.pulse.min_on"] * TICKS, f["output.pulse.min_off"] * TICKS
     factors(s, f, seconds)
-    s.bias = f["output.bias"]
 
 
 def factors(s: State, f: Fields, seconds: float) -> None:
     """Of the equation and its filters."""
-    s.gain, s.reset, s.rate = f["tuning.gain"], f["tuning.integral_time"], f["tuning.derivative_time"]
+    read_registers(s, f)
     s.kp = s.gain
     s.ki = s.gain * seconds / s.reset if s.reset > 0.0 else 0.0
     s.kd = s.gain * s.rate / seconds

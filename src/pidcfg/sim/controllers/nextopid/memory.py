@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, NamedTuple
 from pidcfg.encoders.maps.nextopid import BLOCK_TYPES, MOST_SAMPLES
 from pidcfg.encoders.nextopid.decode import ItemSettings, PlcSettings, read_item
 from pidcfg.encoders.nextopid.wiring import Layout, Wires
-from pidcfg.encoders.plain import read_settings
+from pidcfg.encoders.settings import read_settings
 from pidcfg.encoders.words import DecodeError
 from pidcfg.schemas.expressions import CONSTANT, SIGNAL, Expression, ExpressionError
 from pidcfg.schemas.iec import BOOL, REAL, IecType, Wire

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from pidcfg.sim.records import Tuned
+from pidcfg.sim.records import LoopConfig, Tuned
 
 # `State.status`: the mode reached
 MANUAL_MODE, AUTO_MODE, CASCADE_MODE, TRACKING_MODE, TUNING_MODE, OVERRIDDEN = 1, 2, 4, 8, 16, 32
@@ -19,7 +19,7 @@ ERROR_BASE = 64
 
 
 @dataclass(slots=True)
-class Config:
+class Config(LoopConfig):
     """One block of the program."""
 
     kind: int = 0
@@ -28,10 +28,8 @@ class Config:
     """Slot of its first parameter."""
     turn: int = 0
     """Of the record at this place of the list: which block is executed in this turn."""
-    period: int = 100_000
-    """Interval of its calls in ticks."""
     ts: float = 0.1
-    """The same in s, single precision: what the block measures as SampleTime."""
+    """The period in s, single precision: what the block measures as SampleTime."""
     whole: int = 0
     """Parameters are INT: MV is rounded."""
     wires: int = 0
@@ -41,12 +39,6 @@ class Config:
     """How many of its wires, the first ones, are renewed before the first block of a cycle is called."""
     buffer: int = 0
     """Where its delay line begins in the shared vector."""
-    sig_in: int = 0
-    """Slot that the plant writes, likewise slots that the runner reads: PV, set point in force, MV, BIAS."""
-    sig_pv: int = 0
-    sig_sp: int = 0
-    sig_out: int = 0
-    sig_bias: int = 0
 
 
 @dataclass(slots=True)

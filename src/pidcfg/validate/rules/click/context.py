@@ -13,8 +13,8 @@ from typing import Any
 
 from pidcfg.encoders.click.encode import deviation_alarms_on, pv_alarms_on, values_of
 from pidcfg.encoders.image import Block, Encoding
+from pidcfg.encoders.mapping import switched_on
 from pidcfg.encoders.maps.click import BLOCKS, ERRORS, PidError
-from pidcfg.encoders.plain import switched_on
 from pidcfg.encoders.regmap import decode_one
 from pidcfg.schemas.click import ClickFile, Loop
 from pidcfg.validate.ideas.blocks import Extent, extents_of

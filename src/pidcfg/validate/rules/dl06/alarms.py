@@ -5,7 +5,7 @@ from __future__ import annotations
 from decimal import Decimal
 
 from pidcfg.diagnostics import Severity
-from pidcfg.encoders.plain import switched_on
+from pidcfg.encoders.mapping import switched_on
 from pidcfg.refs import DL06, Decision
 from pidcfg.schemas.base import decimal_text
 from pidcfg.validate.ideas.alarms import PV_POINTS, alarm_beyond, neighbours_out_of_order

@@ -24,8 +24,8 @@ from pidcfg.encoders.dl06.encode import (
 )
 from pidcfg.encoders.dl06.setup import Setup, check_setup
 from pidcfg.encoders.image import Block, Encoding
+from pidcfg.encoders.mapping import switched_on
 from pidcfg.encoders.maps.dl06 import CPU, LOOP_TABLE, RESET
-from pidcfg.encoders.plain import switched_on
 from pidcfg.encoders.regmap import scale_of
 from pidcfg.encoders.scales import Position, Scale
 from pidcfg.encoders.words import bcd_digits, bcd_word

@@ -1,0 +1,139 @@
+"""What no register holds of a loop and stands beside the registers in a listing, or is said by options."""
+
+from __future__ import annotations
+
+from copy import deepcopy
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
+
+from pydantic import BaseModel, ValidationError
+
+from pidcfg.encoders.mapping import NOTHING, fields
+from pidcfg.encoders.values import plain, present
+from pidcfg.encoders.words import DecodeError
+from pidcfg.paths import dotted, given_fields, has_key, put
+from pidcfg.schemas.base import Model
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping, Sequence
+
+    from pidcfg.encoders.values import Data
+    from pidcfg.schemas.addresses import BankRange
+
+S = TypeVar("S", bound=BaseModel)
+
+
+def default_name(index: int) -> str:
+    """What a loop is called whose listing does not say its name, counted from 0."""
+    return f"LOOP-{index + 1}"
+
+
+def read_settings(model: type[S], entry: Mapping[str, Any], place: str) -> S:
+    """Settings from beside the words, as strictly as from a file."""
+    try:
+        return model.model_validate(entry)
+    except ValidationError as error:
+        first = error.errors(include_url=False)[0]
+        raise DecodeError(f"{place}: {dotted(first['loc'])}: {first['msg']}") from None
+
+
+class LoopOption(NamedTuple):
+    """An option for what a listing may lack, one text a loop: the key in the settings, the option, what it says."""
+
+    path: tuple[str, ...]
+    option: str
+    title: str
+    needed: bool = True
+
+
+def with_options(
+    settings: Sequence[Mapping[str, Any]],
+    options: Mapping[str, Any],
+    rows: Sequence[LoopOption],
+    name: Callable[[int], str] = default_name,
+) -> list[dict[str, Any]]:
+    """The settings of each loop with what options say; what neither says and is needed is asked for.
+
+    The number of loops is that of the settings, or of the longest option; an option that is shorter than that speaks
+    of no loop in particular, and is refused unless it says one thing for all.
+    """
+    count = len(settings) or max((len(options.get(row.option) or ()) for row in rows), default=0)
+    loops = [deepcopy(dict(settings[i])) if settings else {"loop": name(i)} for i in range(count)]
+    for row in rows:
+        texts = options.get(row.option)
+        if texts is not None and len(texts) not in {1, count}:
+            flag = row.option.replace("_", "-")
+            raise DecodeError(f"--{flag} names {len(texts)} for {count} loops; give one for each, with commas between")
+        for i, loop in enumerate(loops):
+            if texts is not None:
+                put(loop, row.path, texts[0] if len(texts) == 1 else texts[i])
+    if not loops:
+        raise _missing(rows[0], "")
+    for loop in loops:
+        for row in rows:
+            if row.needed and not has_key(loop, row.path):
+                raise _missing(row, f" of {loop.get('loop', 'a loop')}")
+    return loops
+
+
+def _missing(row: LoopOption, whose: str) -> DecodeError:
+    return DecodeError(f"the listing does not say {row.title}{whose}; give --{row.option.replace('_', '-')}")
+
+
+def listed(read: Callable[[str], object]) -> Callable[[str], list[object] | None]:
+    """A reader of options that say one thing a loop, with commas between; None when ``read`` refuses one."""
+
+    def values(text: str) -> list[object] | None:
+        try:
+            return [read(part.strip()) for part in text.split(",")]
+        except ValueError:
+            return None
+
+    return values
+
+
+def one_of(*words: str) -> Callable[[str], str]:
+    """A reader of options that are one of some words."""
+
+    def word(text: str) -> str:
+        if text not in words:
+            raise ValueError(text)
+        return text
+
+    return word
+
+
+def address_of(bank: BankRange) -> Callable[[str], str]:
+    """A reader of addresses of one bank, as settings have them."""
+    return lambda text: f"{bank.prefix}{bank.parse(text)}"
+
+
+def settings_of(
+    model: type[Model], loop: Any, banks: Mapping[str, str] = NOTHING, explicit: frozenset[str] = frozenset()
+) -> Data:
+    """What no register of a loop holds: the fields that ``model`` has of it, as far as they are given.
+
+    ``banks``: prefixes of the addresses at which its blocks begin; ``explicit``: fields whose absence says something.
+    The set point's register holds 0 where a file leaves the set point to the operator, so that this stands here too.
+    """
+    entry = {"loop": loop.name, **_settings(model, loop, explicit, "")}
+    entry |= {key: f"{prefix}{entry[key]}" for key, prefix in banks.items()}
+    return entry | present({"setpoint": False if loop.setpoint.value is None else None})
+
+
+def _settings(model: type[Model], part: Any, explicit: frozenset[str], above: str) -> Data:
+    data: Data = {}
+    for field in fields(model):
+        path, value = above + field.key, getattr(part, field.key, None)
+        if field.section is not None and value is not None:
+            value = _settings(field.section, value, explicit, f"{path}.") or None
+        if path in explicit or not (value is None or value is False or isinstance(value, Model)):
+            data[field.key] = plain(value)
+    return data
+
+
+def settings_values(settings: Any, banks: Mapping[str, str] = NOTHING) -> Data:
+    """What stands beside the registers of a loop as values of its fields, by path."""
+    values = {dotted(path): value for path, value in given_fields(settings)}
+    del values["loop"]
+    values.pop("setpoint", None)
+    return {"name": settings.loop, **values, **{key: f"{prefix}{values[key]}" for key, prefix in banks.items()}}

@@ -1,0 +1,228 @@
+"""The walk of a register map, on a loop with one field of each kind: what follows, and what is left out."""
+
+from decimal import Decimal
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from pidcfg.encoders.mapping import default_of, defaults_of, file_data, is_enabled, values_of
+from pidcfg.encoders.regmap import Bits, RegisterMap, Word
+from pidcfg.encoders.settings import settings_of, settings_values
+from pidcfg.encoders.words import FLAG, Choice, Implied
+from pidcfg.refs import CLICK
+from pidcfg.schemas.base import Flag, Integer, Model, Name, Number, Range, Text
+
+BASIS = CLICK.at("PV Alarm")
+WHOLE = Implied(least=-1000, most=1000)
+
+
+class Pair(Model):
+    limits: Range | None = None
+    limits_enabled: Flag | None = None
+
+
+class Alarms(Model):
+    low: Number | None = None
+    high: Number | None = None
+    enabled: Flag | None = None
+
+
+class Pulse(Model):
+    bit: Text
+    period: Integer = 10
+
+
+class Output(Model):
+    unit: Text | None = None
+    pulse: Pulse | None = None
+    limits: Range = (Decimal(0), Decimal(100))
+
+
+class Loop(Model):
+    name: Name
+    gain: Number
+    mode: str = "manual"
+    verified: Flag = False
+    setpoint: Pair = Pair()
+    alarms: Alarms | None = None
+    output: Output = Output()
+    hysteresis: Number = Decimal(1)
+
+
+class PulseSettings(Model):
+    bit: Text
+
+
+class OutputSettings(Model):
+    unit: Text | None = None
+    pulse: PulseSettings | None = None
+
+
+class LoopSettings(Model):
+    loop: Name
+    output: OutputSettings = OutputSettings()
+    verified: Flag = False
+
+
+PATHS = {
+    "gain": WHOLE,
+    "mode": Choice({0: "manual", 1: "auto"}),
+    "setpoint.limits.0": WHOLE,
+    "setpoint.limits.1": WHOLE,
+    "setpoint.limits_enabled": FLAG,
+    "alarms.low": WHOLE,
+    "alarms.high": WHOLE,
+    "output.limits.0": WHOLE,
+    "output.limits.1": WHOLE,
+    "output.pulse.period": WHOLE,
+    "hysteresis": WHOLE,
+}
+TABLE = RegisterMap(
+    title="Test",
+    size=len(PATHS) + 1,
+    words=tuple(
+        Word(n, path.replace(".", "_"), path, codec, "", path, "-", BASIS)
+        for n, (path, codec) in enumerate(PATHS.items())
+    ),
+    bits=(Bits(len(PATHS), (3,), "alarms.enabled", {0: False, 1: True}, "Alarms"),),
+)
+UNSET = {"output.pulse.period": Decimal(7), "setpoint.limits.0": Decimal(5), "setpoint.limits.1": Decimal(50)}
+
+
+def loop_of(**data):
+    return Loop.model_validate({"name": "L", "gain": 2, **data})
+
+
+def back(loop, always=frozenset()):
+    """A loop as a file gives it, from its registers and its settings."""
+    words = TABLE.encode(values_of(loop, [TABLE], UNSET), {}).words
+    settings = LoopSettings(
+        loop=loop.name,
+        verified=loop.verified,
+        output=OutputSettings(unit=loop.output.unit, pulse=loop.output.pulse and PulseSettings(bit="Y1")),
+    )
+    values = settings_values(settings) | TABLE.decode(words, {})
+    return file_data(Loop, values, TABLE.held(defaults_of(Loop, [TABLE], UNSET), {}), always)
+
+
+NUMBERS = st.integers(-9, 9)
+PAIRS = st.tuples(st.integers(-9, 0), st.integers(1, 9)).map(list)
+LOOPS = st.fixed_dictionaries(
+    {"gain": NUMBERS},
+    optional={
+        "mode": st.sampled_from(["manual", "auto"]),
+        "verified": st.booleans(),
+        "setpoint": st.fixed_dictionaries({}, optional={"limits": PAIRS, "limits_enabled": st.booleans()}),
+        "alarms": st.fixed_dictionaries({}, optional={"low": NUMBERS, "high": NUMBERS, "enabled": st.booleans()}),
+        "output": st.fixed_dictionaries(
+            {},
+            optional={
+                "unit": st.just("%"),
+                "limits": PAIRS,
+                "pulse": st.fixed_dictionaries({"bit": st.just("Y1")}, optional={"period": NUMBERS}),
+            },
+        ),
+        "hysteresis": NUMBERS,
+    },
+)
+
+
+@given(LOOPS)
+def test_a_file_gives_the_registers_that_it_was_read_from(data):
+    loop = loop_of(**data)
+    again = loop_of(**back(loop))
+    assert TABLE.encode(values_of(again, [TABLE], UNSET), {}) == TABLE.encode(values_of(loop, [TABLE], UNSET), {})
+
+
+@given(LOOPS)
+def test_a_file_is_in_the_order_of_its_schema_and_none_is_shorter(data):
+    written = back(loop_of(**data))
+    assert list(written) == [key for key in Loop.model_fields if key in written]
+    assert back(loop_of(**written)) == written
+
+
+@pytest.mark.parametrize(
+    ("data", "path", "on"),
+    [
+        ({}, "setpoint.limits_enabled", False),
+        ({"setpoint": {"limits": [1, 2]}}, "setpoint.limits_enabled", True),
+        ({"setpoint": {"limits": [1, 2], "limits_enabled": False}}, "setpoint.limits_enabled", False),
+        ({"setpoint": {"limits_enabled": True}}, "setpoint.limits_enabled", True),
+        ({}, "alarms.enabled", False),
+        ({"alarms": {}}, "alarms.enabled", False),
+        ({"alarms": {"low": 0}}, "alarms.enabled", True),
+        ({"alarms": {"low": 1, "enabled": False}}, "alarms.enabled", False),
+    ],
+)
+def test_an_enable_bit_follows_from_its_value_unless_it_is_given(data, path, on):
+    assert is_enabled(loop_of(**data), path) is on
+    assert values_of(loop_of(**data), [TABLE])[path] is on
+
+
+def test_a_value_that_is_not_given_is_its_default_then_what_the_map_says():
+    values = values_of(loop_of(), [TABLE], UNSET)
+    assert values["hysteresis"] == 1
+    assert (values["output.limits.0"], values["output.limits.1"]) == (0, 100)
+    assert (values["setpoint.limits.0"], values["setpoint.limits.1"]) == (5, 50)
+    assert values["output.pulse.period"] == 7
+    assert values["alarms.low"] is None
+    assert TABLE.decode(TABLE.encode(values, {}).words, {})["alarms.low"] == 0
+
+
+@pytest.mark.parametrize(
+    ("data", "written"),
+    [
+        ({}, {}),
+        ({"mode": "manual", "hysteresis": 1, "output": {"limits": [0, 100]}}, {}),
+        ({"hysteresis": 0}, {"hysteresis": 0}),
+        ({"setpoint": {"limits": [5, 50], "limits_enabled": False}}, {}),
+        ({"setpoint": {"limits": [5, 50]}}, {"setpoint": {"limits": [5, 50]}}),
+        ({"alarms": {"high": 3}}, {"alarms": {"low": 0, "high": 3}}),
+        ({"alarms": {"high": 3, "enabled": False}}, {"alarms": {"high": 3, "enabled": False}}),
+        (
+            {"output": {"unit": "%", "pulse": {"bit": "Y1", "period": 10}}},
+            {"output": {"unit": "%", "pulse": {"bit": "Y1"}}},
+        ),
+        ({"verified": True}, {"verified": True}),
+    ],
+)
+def test_what_is_a_default_is_left_out(data, written):
+    assert back(loop_of(**data)) == {"name": "L", "gain": 2, **written}
+
+
+def test_some_fields_are_written_although_they_are_defaults():
+    always = frozenset({"mode", "output.pulse.period"})
+    assert back(loop_of(), always) == {"name": "L", "gain": 2, "mode": "manual"}
+    pulse = {"output": {"pulse": {"bit": "Y1"}}}
+    assert back(loop_of(**pulse), always)["output"]["pulse"]["period"] == 10
+
+
+@pytest.mark.parametrize(
+    ("path", "default"),
+    [
+        ("gain", None),
+        ("mode", "manual"),
+        ("output.limits.1", Decimal(100)),
+        ("output.pulse.period", 10),
+        ("alarms.low", None),
+        ("setpoint.limits.0", None),
+    ],
+)
+def test_defaults_are_found_by_path(path, default):
+    assert default_of(Loop, path) == default
+
+
+def test_settings_are_what_no_register_holds():
+    class WithSetpoint(Loop):
+        setpoint: object = None
+
+    loop = loop_of(output={"unit": "%", "pulse": {"bit": "Y1"}})
+    setpoint = type("Setpoint", (), {"value": None})
+    loop = WithSetpoint.model_construct(**dict(loop) | {"setpoint": setpoint})
+    entry = {"loop": "L", "output": {"unit": "%", "pulse": {"bit": "Y1"}}, "setpoint": False}
+    assert settings_of(LoopSettings, loop) == entry
+    loop = loop.model_copy(update={"output": Output()})
+    assert settings_of(LoopSettings, loop) == {"loop": "L", "setpoint": False}
+    explicit = {"loop": "L", "output": {"pulse": None}, "setpoint": False}
+    assert settings_of(LoopSettings, loop, explicit=frozenset({"output.pulse"})) == explicit
