@@ -19,7 +19,7 @@ from pidcfg.cli.formats import FORMATS, load
 from pidcfg.cli.main import COMMANDS, cli
 from pidcfg.cli.output_schemas import OUTPUTS
 from pidcfg.encoders.maps.dl06 import READ_LATE
-from pidcfg.encoders.named import ParameterTable
+from pidcfg.encoders.parameters import ParameterTable
 from pidcfg.limits import DEFAULT
 from pidcfg.pictures.draw import svg
 from pidcfg.refs import Ref

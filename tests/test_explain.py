@@ -5,6 +5,8 @@ from __future__ import annotations
 import json
 import re
 import shlex
+import subprocess
+import sys
 from pathlib import Path
 
 import jsonschema
@@ -17,15 +19,16 @@ from pidcfg.encoders.maps import click_meanings, dl06_meanings, dpide_meanings, 
 from pidcfg.encoders.maps.click import ERRORS
 from pidcfg.encoders.maps.dl06 import LOOP_TABLE, SETUP_WORDS
 from pidcfg.encoders.maps.nextopid import BLOCK_TYPES
-from pidcfg.encoders.named import ParameterTable
+from pidcfg.encoders.parameters import ParameterTable
 from pidcfg.encoders.regmap import RegisterMap
 from pidcfg.explanation.decisions import all_decisions
 from pidcfg.explanation.lookup import explain
 from pidcfg.explanation.question import Question, QuestionError
 from pidcfg.explanation.render import as_json, as_text
-from pidcfg.explanation.texts import annotations_in
-from pidcfg.schemas.document import models_of
+from pidcfg.explanation.texts import unit_text, units_of
+from pidcfg.schemas.document import models_in
 from pidcfg.sim.controllers.ezlogix import autotune as ezlogix_autotune
+from pidcfg.source import read_document
 from pidcfg.validate.catalog import rules
 from pidcfg.vendors import VENDORS
 
@@ -133,6 +136,40 @@ def test_all_tables_of_all_vendors_are_in_their_books():
             else:
                 assert isinstance(table, ParameterTable)
                 assert table in book.tables.values(), (key, table.title)
+
+
+@pytest.mark.parametrize("vendor", ALL)
+def test_every_name_that_is_offered_is_explained_in_both_spellings(vendor):
+    book = VENDORS[vendor].load("explainer")
+    for small, name in book.spellings.items():
+        assert [page.title for page in pages(small, vendor=vendor)] == [
+            page.title for page in pages(name, vendor=vendor)
+        ]
+
+
+@pytest.mark.parametrize(
+    ("unit", "text", "divided"),
+    [
+        ("pv", "m3/h", "m3/h"),
+        ("pv/s", "m3/h/s", "m3/h per s"),
+        ("output/pv", "%/m3/h", "% per m3/h"),
+        ("output per pv/s", "% per m3/h/s", "% per m3/h per s"),
+        ("s or min", "s or min", "s or min"),
+        ("", "", ""),
+    ],
+)
+def test_a_unit_is_told_in_the_words_of_the_loop(unit, text, divided):
+    units = units_of({"pv": {"unit": "m3/h"}, "output": {"unit": "%"}, "setpoint": {"unit": "x"}})
+    assert units == {"pv": "m3/h", "output": "%"}
+    assert unit_text(unit, units, "/") == text
+    assert unit_text(unit, units) == divided
+
+
+def test_units_are_those_of_a_model_too_and_none_where_none_is_said():
+    path = EXAMPLES / "click/tank.yaml"
+    (loop,) = VENDORS["click"].model.model_validate(read_document(path.read_bytes(), path.name).data).loops
+    assert units_of(loop) == {"pv": "degF", "output": "%"}
+    assert units_of({"pv": {}, "output": "OR1"}) == {}
 
 
 def test_every_status_bit_of_the_dl06_has_a_meaning():
@@ -693,7 +730,7 @@ def test_the_action_of_a_loop_of_a_file():
 def leaves(model, before=""):
     """The paths of all keys of a model."""
     for key, field in model.model_fields.items():
-        below = [m for m in models_of(model) if m is not model and m in annotations_in(field.annotation)]
+        below = [m for m in models_in(field.annotation) if m is not model]
         for inner in below:
             yield from leaves(inner, f"{before}{key}.")
         if not below:
@@ -729,6 +766,24 @@ def test_keys_that_no_register_holds(thing, keys):
     assert {page.by for page in found} == {"stands in no register: set it in the PID dialog"}
     with pytest.raises(QuestionError, match="stands in no register"):
         pages(f"{thing}=1")
+
+
+def test_a_question_about_one_vendor_imports_no_other_and_no_rule():
+    code = """
+import sys
+from pidcfg.cli.main import main
+sys.argv = ["pidcfg", "explain", "V7642=0008", "--vendor", "dl06"]
+try:
+    main()
+finally:
+    print(*(name for name in sys.modules if name.startswith("pidcfg.")), file=sys.stderr)
+"""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    modules = done.stderr.splitlines()[-1].split()
+    assert "pidcfg.explanation.dl06" in modules
+    others = [*(vendor for vendor in VENDORS if vendor != "dl06"), "parameters", "find_parameter", "configuration"]
+    assert not [name for name in modules if name.rpartition(".")[2] in others]
+    assert not [name for name in modules if name.startswith(("pidcfg.validate.rules", "pidcfg.validate.engine"))]
 
 
 # --- several readings ------------------------------------------------------------------------------------------------

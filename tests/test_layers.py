@@ -36,8 +36,8 @@ MAY_IMPORT = {
     "explanation":  "refs diagnostics schemas encoders vendors validate",
     "sim":          "refs schemas encoders tuning",
     "pictures":     "",
-    "report":       "refs limits diagnostics document schemas encoders vendors conversion differences validate sim "
-                    "pictures",
+    "report":       "refs limits diagnostics document schemas encoders vendors conversion differences validate "
+                    "explanation sim pictures",
     "scenario":     "refs limits diagnostics document source schemas encoders vendors conversion differences validate "
                     "sim pictures cli",
     "cli":          "*",
@@ -71,6 +71,9 @@ LOADS = {
     "--version":                                      "",
     "--help":                                         "",
     "validate --help":                                "",
+    "convert --help":                                 "",
+    "decode --help":                                  "",
+    "encode --help":                                  "",
     "rule PID101":                                    "pydantic",
     "explain V7642=0008":                             "pydantic",
     "init --vendor dl06":                             "",
@@ -98,6 +101,28 @@ LOADS = {
     "encode src/pidcfg/starters/click.yaml --format nickname-csv":  "pydantic ruamel pyclickplc pymodbus",
 }
 
+STARTS = "cli cli.main cli.terminal cli.terminal.colour cli.terminal.glyphs cli.terminal.progress"
+REPORTS = (
+    "cli.commands cli.options cli.terminal.console diagnostics limits "
+    "cli.files cli.files.identity cli.formats cli.formats.format cli.formats.report_options"
+)
+READS = "cli.files.folders cli.files.inputs document source"
+OF_VENDORS = "vendors encoders encoders.options " + " ".join(f"encoders.{v} encoders.{v}.options" for v in VENDORS)
+MODULES = {
+    # command            every module of pidcfg that it imports
+    "--version":         STARTS,
+    "--help":            STARTS,
+    "completion --help": f"{STARTS} cli.commands cli.commands.completion cli.terminal.console",
+    "validate --help":   f"{STARTS} {REPORTS} {READS} cli.commands.validate cli.findings cli.findings.settings "
+                         "cli.findings.settings_keys cli.formats.findings cli.formats.reporters",
+    "convert --help":    f"{STARTS} {REPORTS} {READS} cli.commands.convert cli.commands.decode cli.extras "
+                         f"cli.files.plots {OF_VENDORS}",
+    "encode --help":     f"{STARTS} cli.commands cli.commands.encode cli.options cli.terminal.console "
+                         f"diagnostics limits {OF_VENDORS}",
+    "decode --help":     f"{STARTS} {READS} cli.commands cli.options cli.terminal.console diagnostics limits cli.files "
+                         f"cli.files.folders cli.files.identity cli.commands.decode {OF_VENDORS}",
+}
+
 LONG_MODULES = {
     # module or package         why it may have more than 300 lines
     "encoders.maps":            "tables",
@@ -112,13 +137,7 @@ LONG_MODULES = {
 
 CIRCLES = {
     # package that has one     modules of which some know each other in a circle
-    "cli.findings":            "cli.commands.validate cli.findings.corrections cli.findings.policy "
-                               "cli.findings.settings cli.findings.settings_file",
     "cli.formats":             "cli.formats.simulation_text scenario.charts",
-    "explanation":             "explanation.annotate explanation.configuration explanation.contents "
-                               "explanation.direction explanation.find_register explanation.question "
-                               "explanation.register_page explanation.unstored_keys",
-    "explanation.find_parameter": "explanation.devices explanation.find_parameter explanation.parameter_listing",
 }
 
 LONG_FUNCTIONS = {
@@ -307,21 +326,22 @@ def test_functions_are_short():
 
 
 def loaded_by(code):
-    """The slow packages that a Python program has imported when it ends."""
-    tail = f"\nprint('loaded', *(name for name in {HEAVY} if name in sys.modules), file=sys.stderr)"
+    """The modules that a Python program has imported when it ends."""
+    tail = "\nprint('loaded', *sys.modules, file=sys.stderr)"
     run = subprocess.run([sys.executable, "-c", code + tail], cwd=ROOT, capture_output=True, text=True, check=False)
     last = run.stderr.splitlines()[-1].split()
     assert last[0] == "loaded", run.stderr
     return set(last[1:])
 
 
-def test_the_command_starts_without_any_slow_package():
-    assert loaded_by("import sys, pidcfg.cli.main") == set()
+def modules_of_pidcfg(loaded):
+    """Those of pidcfg among some modules, named below it."""
+    return {name.removeprefix("pidcfg.") for name in loaded if name.startswith("pidcfg.")}
 
 
-@pytest.mark.parametrize("command", LOADS)
-def test_a_command_loads_only_what_it_needs(command):
-    code = f"""
+def loaded_by_command(command):
+    """The modules that a command has imported when it ends."""
+    return loaded_by(f"""
 import sys
 from pidcfg.cli.main import main
 sys.argv = ["pidcfg", *{command.split()}]
@@ -329,5 +349,49 @@ try:
     main()
 except SystemExit as end:
     assert not end.code, end.code
+""")
+
+
+def test_the_command_starts_without_any_slow_package():
+    assert loaded_by("import sys, pidcfg.cli.main").isdisjoint(HEAVY)
+
+
+@pytest.mark.parametrize("command", LOADS)
+def test_a_command_loads_only_what_it_needs(command):
+    assert loaded_by_command(command) & {*HEAVY} <= {*LOADS[command].split()}
+
+
+@pytest.mark.parametrize("command", MODULES)
+def test_a_command_imports_the_modules_that_it_needs_and_no_other(command):
+    loaded = modules_of_pidcfg(loaded_by_command(command))
+    assert sorted(loaded) == sorted({*MODULES[command].split()})
+
+
+ONE_FINDING = """
+from pidcfg.cli.formats import render
+from pidcfg.cli.formats.findings import Findings
+from pidcfg.diagnostics import Diagnostic, Severity
+render("sarif", Findings([Diagnostic({!r}, Severity.ERROR, "message", "file.yaml")], {{}}))
+import sys
 """
-    assert loaded_by(code) <= set(LOADS[command].split())
+SARIF = (
+    "cli cli.formats cli.formats.findings cli.formats.format cli.formats.sarif diagnostics refs "
+    "validate validate.catalog validate.codes validate.pages validate.rule vendors"
+)
+
+
+def test_a_finding_as_sarif_imports_its_rule_and_no_other():
+    loaded = modules_of_pidcfg(loaded_by(ONE_FINDING.format("PID001")))
+    assert sorted(loaded) == sorted(SARIF.split())
+
+
+@pytest.mark.parametrize("vendor", VENDORS)
+def test_a_finding_as_sarif_imports_the_rules_of_one_vendor(vendor):
+    code = min(VENDORS[vendor].load("rules").keys() - VENDORS[MEETING_PLACE].load("rules").keys(), default="PID101")
+    loaded = modules_of_pidcfg(loaded_by(ONE_FINDING.format(code)))
+    assert not [module for module in loaded if vendor_of(module) not in {None, vendor}]
+
+
+@pytest.mark.parametrize("vendor", VENDORS.values(), ids=list(VENDORS))
+def test_the_names_of_formats_that_help_reads_are_those_of_the_formats(vendor):
+    assert vendor.load("format_names") == tuple(vendor.load("formats"))

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
     from pydantic import BaseModel
 
-    from pidcfg.encoders.image import Route
+    from pidcfg.paths import Path
     from pidcfg.schemas.addresses import BankRange
 
 
@@ -40,7 +40,7 @@ def set_at(data: dict[str, Any], path: str, value: Any) -> None:
 class Teller:
     """Fills a neutral loop from a vendor's; ``place`` is where that loop stands in its file."""
 
-    place: Route
+    place: Path
     neutral: Neutral = field(default_factory=lambda: Neutral({}))
 
     def keep(self, path: str, value: Any, to: str, became: Any, note: str = "", *, assumed: bool = False) -> None:

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping
     from decimal import Decimal
 
-    from pidcfg.encoders.image import Route
+    from pidcfg.paths import Path
 
 Kind = Literal["exact", "rounded", "clamped", "dropped", "assumed"]
 WORST: tuple[Kind, ...] = ("exact", "rounded", "assumed", "clamped", "dropped")
@@ -61,7 +61,7 @@ class Put:
 class Missing:
     """What the source must say before it can be converted: the key to add, where, and why."""
 
-    path: Route
+    path: Path
     key: str
     message: str
 
@@ -81,7 +81,7 @@ class Target:
 
     data: dict[str, Any]
     puts: list[list[Put]]
-    items: list[Route] = field(default_factory=list)
+    items: list[Path] = field(default_factory=list)
     """Where each loop stands in ``data``; as a rule ``("loops", i)``."""
 
 

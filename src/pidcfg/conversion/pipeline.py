@@ -24,7 +24,7 @@ from pidcfg.schemas.rates import Rate
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
 
-    from pidcfg.encoders.image import Route
+    from pidcfg.paths import Path
     from pidcfg.vendors import Vendor
 
 EXACT = 2e-7
@@ -104,7 +104,7 @@ def settled(made: Target, target: Vendor) -> list[dict[str, Stored]]:
         for place, puts in zip(places, made.puts, strict=True)
     ]
     meant = [{put.field: (put.exact, put.held) for put in puts if put.exact and put.held} for puts in made.puts]
-    notes: dict[Route, Stored] = {}
+    notes: dict[Path, Stored] = {}
     for _ in range(2):  # a clamped value is encoded again
         encoding = target.encoder(_validated(target, made.data))
         for path, misfit in encoding.misfits:
@@ -140,7 +140,7 @@ def _validated(target: Vendor, data: dict[str, Any]) -> Any:
         raise ConvertError([Missing(place, str(place[-1]), f"{'.'.join(map(str, place))}: {text}")]) from None
 
 
-def _within_limits(made: Target, target: Vendor, places: list[Route], notes: dict[Route, Stored]) -> None:
+def _within_limits(made: Target, target: Vendor, places: list[Path], notes: dict[Path, Stored]) -> None:
     """Brings numbers within what the manual allows."""
     model = _validated(target, made.data)
     for place, puts in zip(places, made.puts, strict=True):
@@ -159,7 +159,7 @@ def _within_limits(made: Target, target: Vendor, places: list[Route], notes: dic
                 notes[path] = Stored(plain_number(bound), "clamped", note=f"allowed is {limits.low} to {limits.high}")
 
 
-def _limits(item: Any, path: Route) -> Limits | None:
+def _limits(item: Any, path: Path) -> Limits | None:
     """The limits of a field, found on the way through the models."""
     for i, key in enumerate(path):
         if not isinstance(item, BaseModel) or key not in type(item).model_fields:
@@ -184,7 +184,7 @@ def _decoded(target: Vendor, data: dict[str, Any]) -> Any:
     return target.model.model_validate(back.data)
 
 
-def _held(data: dict[str, Any], path: Route, wanted: Any, held: Any) -> Stored:
+def _held(data: dict[str, Any], path: Path, wanted: Any, held: Any) -> Stored:
     """What the memory holds of a field; the file gets it where it differs, unless it is a text such as ``500 ms``."""
     written = at(data, path)
     number, back = number_of(wanted), number_of(at(held, path))
@@ -210,17 +210,17 @@ def _meant(written: Any, wanted: Decimal, held: Decimal) -> Stored:
 # --- paths and numbers -----------------------------------------------------------------------------------------------
 
 
-def path_of(field: str) -> Route:
+def path_of(field: str) -> Path:
     """``setpoint.limits.0`` as keys and indices."""
     return tuple(int(step) if step.isdigit() else step for step in field.split(".")) if field else ()
 
 
-def route_of(place: Route, field: str) -> Route:
+def route_of(place: Path, field: str) -> Path:
     """Where a field of a loop stands in the file; with ``/`` before it, it is one of the file."""
     return path_of(field[1:]) if field.startswith("/") else (*place, *path_of(field))
 
 
-def at(data: Any, path: Route) -> Any:
+def at(data: Any, path: Path) -> Any:
     """What stands at a path of plain data or of models; None where there is nothing."""
     for step in path:
         if isinstance(data, dict):
@@ -234,7 +234,7 @@ def at(data: Any, path: Route) -> Any:
     return data
 
 
-def put_at(data: Any, path: Route, value: Any) -> None:
+def put_at(data: Any, path: Path, value: Any) -> None:
     """Replaces what stands at a path."""
     parent = at(data, path[:-1])
     parent[path[-1]] = value

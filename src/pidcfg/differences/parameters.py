@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from pidcfg.encoders.named import Program
+from pidcfg.encoders.parameters import Program
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence

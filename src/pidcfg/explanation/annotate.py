@@ -6,12 +6,13 @@ from textwrap import wrap
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from pidcfg.encoders.words import DecodeError
+from pidcfg.explanation.values import Placement
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping, Sequence
 
     from pidcfg.encoders.listing import Listing
-    from pidcfg.encoders.regmap import RegisterMap, Word
+    from pidcfg.encoders.regmap import RegisterMap
     from pidcfg.encoders.spaces import Space
     from pidcfg.explanation.values import Scaling
 
@@ -20,16 +21,6 @@ NARROWEST = 40
 """Columns that a meaning has at least."""
 RIGHT = frozenset({"hex", "value"})
 """Columns of numbers."""
-
-
-class Claim(NamedTuple):
-    """What an address of a listing is: its row, the loop, and the scales and units of that loop."""
-
-    table: RegisterMap
-    word: Word
-    loop: str
-    scaling: Scaling
-    prefix: str = ""
 
 
 class Start(NamedTuple):
@@ -54,16 +45,16 @@ class Line(NamedTuple):
 
 
 def block_claims(
-    listing: Listing,
-    options: Mapping[str, Any],
     blocks: Mapping[str, tuple[str, RegisterMap]],
     space: Space,
     unnamed: str,
-    scaling_of: Callable[[Mapping[str, Any], Mapping[str, int]], Scaling],
-) -> Iterator[tuple[int, Claim]]:
+    scaling_of: Callable[[Mapping[str, Any], Mapping[str, int], Mapping[int, int]], Scaling],
+    listing: Listing,
+    options: Mapping[str, Any],
+) -> Iterator[tuple[int, Placement]]:
     """The registers of each loop's blocks that begin where an option says, or what stands beside the listing.
 
-    ``scaling_of``: of what the listing says of a loop, and the starts of the loop's blocks.
+    ``scaling_of``: of what the listing says of a loop, of the starts of the loop's blocks, and of all words.
     """
     count = len(listing.settings) or max((len(options.get(key) or ()) for key in blocks), default=0)
     for i in range(count):
@@ -71,17 +62,17 @@ def block_claims(
         loop = str(settings.get("loop", unnamed.format(i + 1)))
         starts = {}
         for key in blocks:
-            given = list(options.get(key) or ())
-            text = given[0] if len(given) == 1 and count > 1 else given[i] if i < len(given) else settings.get(key)
+            named = list(options.get(key) or ())
+            text = named[0] if len(named) == 1 and count > 1 else named[i] if i < len(named) else settings.get(key)
             start = space.parse(text) if isinstance(text, str) else None
             if start is not None:
                 starts[key] = start
             elif text is not None:
                 raise DecodeError(f"settings[{i}]: {key}: {text!r} is not the address of a block")
-        scaling = scaling_of(settings, starts)
+        scaling = scaling_of(settings, starts, listing.words)
         for key, start in starts.items():
-            _, table = blocks[key]
-            yield from ((start + word.offset, Claim(table, word, loop, scaling)) for word in table.words)
+            table = blocks[key][1]
+            yield from ((start + word.offset, Placement(table, word, loop, scaling)) for word in table.words)
 
 
 def unclaimed(prefix: str, missing: Sequence[Start]) -> str:

@@ -136,11 +136,6 @@ class Book(ABC):
 
     @property
     @abstractmethod
-    def records(self) -> Iterator[Record]:
-        """Everything that the tables have a row for."""
-
-    @property
-    @abstractmethod
     def spellings(self) -> Mapping[str, str]:
         """All names that can be asked for, in small letters, with their spelling."""
 

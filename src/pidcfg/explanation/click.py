@@ -2,31 +2,21 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from functools import partial
 
 from pidcfg.encoders.maps.click import BLOCKS, C_BLOCK, DF_BLOCK, DS_BLOCK, SPACE, SUFFIXES
 from pidcfg.encoders.maps.click_meanings import CODES, DOUBTS, WORDS, WRITERS
-from pidcfg.explanation.annotate import Claim, Start, block_claims
+from pidcfg.explanation.annotate import Start, block_claims
 from pidcfg.explanation.book import Direction, Series
 from pidcfg.explanation.find_register import RegisterBook
 from pidcfg.explanation.registers import DIALOG, FILE, Block
 from pidcfg.explanation.texts import units_of
 from pidcfg.explanation.values import Scaling
 
-if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
 
-    from pidcfg.encoders.listing import Listing
-
-
-def scaling_of(loop: object, _config: object = None) -> Scaling:
+def scaling_of(loop: object, *_others: object) -> Scaling:
     """The units of a loop, by its configuration or beside a listing; its registers are engineering units already."""
     return Scaling({}, units_of(loop))
-
-
-def claims(listing: Listing, options: Mapping[str, Any]) -> Iterator[tuple[int, Claim]]:
-    """What each address of a listing is, by the blocks that stand beside it or are named by options."""
-    return block_claims(listing, options, BLOCKS, SPACE, "LOOP{}", scaling_of)
 
 
 UNSTORED = {
@@ -62,6 +52,6 @@ EXPLAINER = RegisterBook(
     starts=tuple(Start(key, prefix, f"{prefix}101") for key, (prefix, _) in BLOCKS.items()),
     remark=lambda word, _raw, _scaling: DOUBTS.get(word.name, ""),
     writers=WRITERS,
-    claims=claims,
+    claims=partial(block_claims, BLOCKS, SPACE, "LOOP{}", scaling_of),
     aliases={suffix: name for name, suffix in SUFFIXES.items()},
 )

@@ -24,11 +24,11 @@ def all_decisions() -> list[Decision]:
 
 def placed_decisions() -> list[tuple[str, Decision]]:
     """Every decision with the first module that names it, in the order of their numbers."""
-    found: dict[int, tuple[str, Decision]] = {}
+    places: dict[int, tuple[str, Decision]] = {}
     for module, decision in _everywhere():
-        if found.setdefault(decision.number, (module, decision))[1] is not decision:
+        if places.setdefault(decision.number, (module, decision))[1] is not decision:
             raise SameNumberError(f"two decisions have the number D{decision.number:02d}")
-    return [found[number] for number in sorted(found)]
+    return [places[number] for number in sorted(places)]
 
 
 def _everywhere() -> Iterator[tuple[str, Decision]]:

@@ -28,12 +28,12 @@ from pidcfg.encoders.maps.dl06 import (
 from pidcfg.encoders.maps.dl06_meanings import BITS, WORDS, WRITERS
 from pidcfg.encoders.settings import default_name, read_settings
 from pidcfg.encoders.words import DecodeError, bcd_digits
-from pidcfg.explanation.annotate import Claim, Start
+from pidcfg.explanation.annotate import Start
 from pidcfg.explanation.book import Direction
 from pidcfg.explanation.find_register import RegisterBook
 from pidcfg.explanation.registers import FILE, Block
 from pidcfg.explanation.texts import units_of
-from pidcfg.explanation.values import UNKNOWN, Scaling, special_code, unit_of
+from pidcfg.explanation.values import UNKNOWN, Placement, Scaling, special_code, unit_of
 from pidcfg.schemas.base import decimal_text
 from pidcfg.schemas.dl06 import LoopSettings, PlcSettings, Transfer
 from pidcfg.schemas.limits import limits_at
@@ -55,11 +55,11 @@ RESET_UNIT = LOOP_TABLE.word("reset").unit
 RESET_UNITS = {"seconds": "s", "minutes": "min"}
 
 
-def special(word: Word, raw: int, scaling: Scaling) -> str | None:  # noqa: ARG001 - the signature of all vendors' own
+def special(word: Word, raw: int, _scaling: Scaling) -> str:
     """Words that hold an address or a channel."""
     if word.codec is ADDRESS:
         return v_name(raw) if raw else "0: points nowhere"
-    return _transfer(word.codec.decode(raw), reads=word.name == PV_TRANSFER) if isinstance(word.codec, Source) else None
+    return _transfer(word.codec.decode(raw), reads=word.name == PV_TRANSFER) if isinstance(word.codec, Source) else ""
 
 
 def _transfer(source: tuple[int, int, int] | int | None, *, reads: bool) -> str:
@@ -122,13 +122,13 @@ def _units(loop: object, reset: str) -> dict[str, str]:
     return {**units_of(loop), RESET_UNIT: RESET_UNITS[reset]}
 
 
-def claims(listing: Listing, options: Mapping[str, Any]) -> Iterator[tuple[int, Claim]]:
+def claims(listing: Listing, options: Mapping[str, Any]) -> Iterator[tuple[int, Placement]]:
     """What each address of a listing is: set-up words, loop tables, then the ramp/soak tables they point at.
 
     Where they overlap, the first counts: a pointer that is wrong hides no loop.
     """
     for word in SETUP_WORDS.words:
-        yield TABLE_POINTER + word.offset, Claim(SETUP_WORDS, word, "", UNKNOWN)
+        yield TABLE_POINTER + word.offset, Placement(SETUP_WORDS, word, "", UNKNOWN)
     words = listing.words
     loops = [read_settings(LoopSettings, entry, f"settings[{i}]") for i, entry in enumerate(listing.settings)]
     pointer = options.get("loop_table", words.get(TABLE_POINTER))
@@ -145,7 +145,7 @@ def claims(listing: Listing, options: Mapping[str, Any]) -> Iterator[tuple[int, 
         raw = [words.get(start + n, 0) for n in range(table.size)]
         scaling = _scaling(raw, settings)._replace(stated=stated)
         for word in table.words:
-            yield start + word.offset, Claim(table, word, settings.loop, scaling)
+            yield start + word.offset, Placement(table, word, settings.loop, scaling)
         profiles.append(_ramp_soak(raw[table.offset("ramp_soak_table")], settings.loop, scaling))
     for profile in profiles:
         yield from profile
@@ -171,13 +171,13 @@ def _scaling(raw: list[int], settings: LoopSettings) -> Scaling:
     return Scaling(loop_scales, _units(settings, bits["tuning.reset_unit"]))
 
 
-def _ramp_soak(table: int, loop: str, scaling: Scaling) -> Iterator[tuple[int, Claim]]:
+def _ramp_soak(table: int, loop: str, scaling: Scaling) -> Iterator[tuple[int, Placement]]:
     if not table:
         return
     for step in range(RAMP_SOAK_PAIRS):
         for word in RAMP_SOAK_PAIR.words:
             number = table + step * RAMP_SOAK_PAIR.size + word.offset
-            yield number, Claim(RAMP_SOAK_PAIR, word, loop, scaling, f"ramp_soak[{step}].")
+            yield number, Placement(RAMP_SOAK_PAIR, word, loop, scaling, prefix=f"ramp_soak[{step}].")
 
 
 LATE = {

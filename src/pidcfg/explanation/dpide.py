@@ -15,7 +15,7 @@ from pidcfg.schemas.dpide import LONGEST_CYCLE, SHORTEST_CYCLE
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from pidcfg.encoders.named import Content, Parameter
+    from pidcfg.encoders.parameters import Content, Parameter
 
 NAME = "DPIDE"
 TERMS = {
@@ -26,7 +26,7 @@ TERMS = {
 """The terms that a coefficient of 0 switches off."""
 
 
-def split(name: str, settings: Sequence[Mapping[str, Any]]) -> tuple[str, str | None, str]:  # noqa: ARG001 - one kind of block
+def split(name: str, _settings: Sequence[Mapping[str, Any]]) -> tuple[str, str | None, str]:
     """``OVEN.SV`` to its loop, the instruction and the operand."""
     loop, operand = split_name(name)
     return loop, NAME if operand in ROWS else None, operand

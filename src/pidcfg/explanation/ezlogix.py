@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from pidcfg.encoders.ezlogix.encode import scales_of
@@ -10,7 +11,7 @@ from pidcfg.encoders.maps.ezlogix import BLOCKS, R_BLOCK, S_BLOCK, SPACE, VARIAB
 from pidcfg.encoders.maps.ezlogix_meanings import CODES, WORDS
 from pidcfg.encoders.settings import read_settings
 from pidcfg.encoders.words import SIGN
-from pidcfg.explanation.annotate import Claim, Start, block_claims
+from pidcfg.explanation.annotate import Start, block_claims
 from pidcfg.explanation.book import Direction, Series
 from pidcfg.explanation.find_register import RegisterBook
 from pidcfg.explanation.registers import DIALOG, FILE, Block
@@ -19,9 +20,8 @@ from pidcfg.explanation.values import Scaling
 from pidcfg.schemas.ezlogix import OutputSettings, PvSettings
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
+    from collections.abc import Mapping
 
-    from pidcfg.encoders.listing import Listing
     from pidcfg.encoders.regmap import Word
     from pidcfg.schemas.ezlogix import Loop
 
@@ -46,21 +46,17 @@ def _scaling(loop: Loop | Ends, *, root: bool) -> Scaling:
     return Scaling(scales_of(loop.pv, loop.output, root=root), units_of(loop))
 
 
-def claims(listing: Listing, options: Mapping[str, Any]) -> Iterator[tuple[int, Claim]]:
-    """What each address of a listing is, by the blocks that stand beside it or are named by options."""
-
-    def scaling(settings: Mapping[str, Any], starts: Mapping[str, int]) -> Scaling:
-        pv = read_settings(PvSettings, {"tag": "IR1", **settings.get("pv", {})}, "settings.pv")
-        output = read_settings(OutputSettings, {"tag": "OR1", **settings.get("output", {})}, "settings.output")
-        return _scaling(Ends(pv, output), root=bool(listing.words.get(starts.get("discretes", 0) + ROOT)))
-
-    return block_claims(listing, options, BLOCKS, SPACE, "LOOP-{}", scaling)
+def listed_scaling(settings: Mapping[str, Any], starts: Mapping[str, int], words: Mapping[int, int]) -> Scaling:
+    """The scales and units of a loop of a listing."""
+    pv = read_settings(PvSettings, {"tag": "IR1", **settings.get("pv", {})}, "settings.pv")
+    output = read_settings(OutputSettings, {"tag": "OR1", **settings.get("output", {})}, "settings.output")
+    return _scaling(Ends(pv, output), root=bool(words.get(starts.get("discretes", 0) + ROOT)))
 
 
-def special(word: Word, raw: int, scaling: Scaling) -> str | None:
+def special(word: Word, raw: int, scaling: Scaling) -> str:
     """The error is a signed number of counts (D169), of the root where the loop takes it."""
     if word is not ERROR:
-        return None
+        return ""
     scale = scaling.scales.get("sp")
     return f"{raw - 0x10000 if raw & SIGN else raw} counts of the {'root of the PV' if scale and scale.root else 'PV'}"
 
@@ -110,7 +106,7 @@ EXPLAINER = RegisterBook(
     direction=Direction("action", "the controller's", {"direct": "direct", "reverse": "reverse"}),
     unstored=UNSTORED,
     starts=tuple(Start(key, prefix, f"{prefix}101") for key, (prefix, _) in BLOCKS.items()),
-    claims=claims,
+    claims=partial(block_claims, BLOCKS, SPACE, "LOOP-{}", listed_scaling),
     special=special,
     aliases={variable: name for name, variable in VARIABLES.items()},
 )

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
     from pidcfg.encoders.meanings import Meaning
-    from pidcfg.encoders.named import Content, Entry, Parameter, ParameterTable
+    from pidcfg.encoders.parameters import Content, Entry, Parameter, ParameterTable
     from pidcfg.explanation.configuration import Configured
     from pidcfg.explanation.parameters import Group
     from pidcfg.schemas.iec import Wire
@@ -110,7 +110,7 @@ class ParameterBook(Parameters):
             return
         number = (int(register.group(2)) - int(first.group(2))) // 2
         if 0 < number <= self.words.last:
-            page = self.page(self.word(number))
+            page = self.page(self.words.record(number))
             yield replace(page, name=question.name.upper(), loop=entry.loop, place=f"{page.name} of {entry.loop}")
 
     def _word(self, name: str) -> list[Page]:
@@ -121,7 +121,7 @@ class ParameterBook(Parameters):
         if int(digits[:6]) > self.words.last:
             last = self.words.last
             raise QuestionError(f"{name}: {self.words.name} takes {last + 1} double words, +0 to +{last}")
-        return [self.page(self.word(int(digits)))]
+        return [self.page(self.words.record(int(digits)))]
 
     def _group(self, tables: Mapping[str, ParameterTable], name: str, question: Question) -> list[Page]:
         """``ErrBits`` and ``ErrBits=0x0005``, for each kind of block whose bits differ."""

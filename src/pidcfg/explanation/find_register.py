@@ -9,12 +9,11 @@ from typing import TYPE_CHECKING
 from pidcfg.encoders.regmap import scale_of
 from pidcfg.encoders.spaces import SINGLE
 from pidcfg.explanation.book import Record
-from pidcfg.explanation.configuration import Placement
 from pidcfg.explanation.contents import raw_of
 from pidcfg.explanation.page import Page, Value
 from pidcfg.explanation.question import ADDRESS, OFFSET, Question, QuestionError
 from pidcfg.explanation.registers import RegisterRecord, Registers, word_at
-from pidcfg.explanation.values import UNKNOWN, is_before_root
+from pidcfg.explanation.values import UNKNOWN, Placement, is_before_root, unit_of
 from pidcfg.paths import steps
 
 if TYPE_CHECKING:
@@ -25,6 +24,8 @@ if TYPE_CHECKING:
     from pidcfg.explanation.registers import Block
 
 HIGHEST_BIT = 15
+BEFORE_ROOT = "the signal before the root"
+"""The unit of what is compared with the PV of which the loop takes the root."""
 MOST_DIGITS = 5
 """Of a number that a PLC shows."""
 SEPARATORS = str.maketrans("", "", " -_")
@@ -47,15 +48,9 @@ class RegisterBook(Registers):
     def index(self) -> dict[str, list[RegisterRecord]]:
         """Registers and choices by all their names, in small letters."""
         index: dict[str, list[RegisterRecord]] = {}
-        for block in self.blocks:
-            for word in block.table.words:
-                for name in {text.lower() for text in (word.name, word.path or word.name, word.title)}:
-                    index.setdefault(name, []).append(self.record(block.table, word))
-            for row in block.table.bits:
-                for name in {text.lower() for text in (row.path or row.title, row.title)}:
-                    if row.access != "reserved":
-                        word = word_at(block.table, row.offset)
-                        index.setdefault(name, []).append(self.record(block.table, word, row.bits[0]))
+        for record in self.registers:
+            for name in record.names:
+                index.setdefault(name, []).append(record)
         for alias, name in self.aliases.items():
             index.setdefault(alias.lower(), [record for record in index[name] if record.kind == "register"])
         return index
@@ -81,7 +76,7 @@ class RegisterBook(Registers):
         return replace(
             self.page(record, value, points, code),
             name=name if bit is None else f"{name}.{bit}",
-            unit=self.unit(record.word, scaling),
+            unit=BEFORE_ROOT if is_before_root(record.word, scaling.scales) else unit_of(record.word, scaling.units),
             loop=placement.loop if placement.raw is not None else None,
             place=f"{record.table.at(record.word.offset)} of {placement.loop}" if placement.loop else "",
             origins=tuple(o for o in placement.origins if choice is None or o.key.endswith(choice.path or "-")),
@@ -92,7 +87,7 @@ class RegisterBook(Registers):
         """What would make the answer better, and what the file and the given content have to do with each other."""
         if placement.scaling is None and content is not None and scale_of(placement.word.codec):
             yield "with --in FILE the value is shown in engineering units"
-        if self.root is not None and is_before_root(placement.word, placement.scaling or UNKNOWN):
+        if self.root is not None and is_before_root(placement.word, (placement.scaling or UNKNOWN).scales):
             before = "this word and its number in the file are about the PV before"
             yield f"the loop takes the PV's root; {before}: {self.root}"
         if placement.raw is not None and content not in {None, placement.raw}:
@@ -184,14 +179,12 @@ class RegisterBook(Registers):
             "--in FILE a configuration"
         )
         title = region or f"a register of bank {bank.prefix}"
-        record = Record(kind="register", name=name, title=title, notation=bank.kind.holds)
-        page = self.page(record, None if raw is None else self._plain_value(bank.kind, raw))
+        page = self.page(Record(kind="register", name=name, title=title, notation=bank.kind.holds))
+        if raw is not None:
+            shown = self.shown(bank.kind, raw)
+            value = Value(bank.kind.show(raw), shown, f"decimal {raw}" if self.hexadecimal else shown)
+            page = replace(page, value=value)
         return page if "system" in region else replace(page, notes=(hint,))
-
-    def _plain_value(self, kind: Kind, raw: int) -> Value:
-        """A content of which nothing is known but the number."""
-        shown = self.shown(kind, raw)
-        return Value(kind.show(raw), shown, f"decimal {raw}" if self.hexadecimal else shown)
 
     def _offset(self, question: Question) -> list[Page]:
         """``addr+06.10``, ``Cn+12``, ``Base+5``: in the notation of the vendor's manual."""

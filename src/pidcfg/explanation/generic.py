@@ -20,7 +20,7 @@ STATES = {
 """What a switch chooses."""
 
 
-def split(name: str, settings: Sequence[Mapping[str, Any]]) -> tuple[str, str | None, str]:  # noqa: ARG001 - one kind of loop
+def split(name: str, _settings: Sequence[Mapping[str, Any]]) -> tuple[str, str | None, str]:
     """``TIC-101.tuning.gain`` to its loop and field."""
     loop, path = split_name(name)
     return loop, NAME if path else None, path

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from decimal import Decimal
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
-from pidcfg.encoders.named import read, shown
+from pidcfg.encoders.parameters import read, shown
 from pidcfg.encoders.regmap import Bits
 from pidcfg.explanation.annotate import Line
 from pidcfg.explanation.book import WRITERS, Book, Part, Record
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
     from pidcfg.encoders.listing import Listing
     from pidcfg.encoders.meanings import Meaning
-    from pidcfg.encoders.named import Content, Parameter, ParameterTable
+    from pidcfg.encoders.parameters import Content, Parameter, ParameterTable
 
 ACCESS = {"input": "setting", "output": "status"}
 
@@ -47,17 +47,24 @@ class Words(NamedTuple):
         """The number of the last word."""
         return self.rows[-1][1]
 
+    def record(self, number: int) -> Record:
+        """One of the words, from 0 to the last."""
+        title, text = next((title, text) for first, last, title, text in self.rows if first <= number <= last)
+        return Record(
+            kind="register",
+            name=f"{self.name}+{number}",
+            title=title,
+            detail=text,
+            notation="a double word (two registers)",
+            basis=self.basis,
+        )
+
 
 @dataclass(frozen=True, kw_only=True)
 class ParameterRecord(Record):
     """A parameter of blocks in which it is the same."""
 
     row: Parameter
-
-
-def no_remark(row: Parameter, raw: Content) -> str:  # noqa: ARG001 - the signature of a vendor's own
-    """For vendors whose contents speak for themselves."""
-    return ""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -80,18 +87,8 @@ class Parameters(Book):
     states: Mapping[tuple[str, bool], str] = field(default_factory=dict)
     """What TRUE and FALSE choose, by the parameter."""
     words: Words | None = None
-    remark: Callable[[Parameter, Content], str] = no_remark
+    remark: Callable[[Parameter, Content], str] | None = None
     """What is special about a content."""
-
-    @property
-    def records(self) -> Iterator[Record]:
-        """Parameters and structures of every block, the blocks, and the words of the parameter that has several."""
-        for key, table in self.tables.items():
-            yield self.block(key)
-            yield from (self.record([key], row) for row in table.rows)
-            yield from (self.group(group, rows, [key]) for group in self.groups if (rows := members(group, table)))
-        if self.words:
-            yield from (self.word(number) for number in range(self.words.last + 1))
 
     @property
     def spellings(self) -> dict[str, str]:
@@ -157,21 +154,6 @@ class Parameters(Book):
             parts=tuple(Part.of(row, meaning) for row, meaning in zip(bits, meanings, strict=True)),
         )
 
-    def word(self, number: int) -> Record:
-        """One word of the parameter that takes several."""
-        words = self.words
-        if words is None:
-            raise LookupError(f"no parameter of {self.title} takes several words")
-        title, text = next((row[2], row[3]) for row in words.rows if row[0] <= number <= row[1])
-        return Record(
-            kind="register",
-            name=f"{words.name}+{number}",
-            title=title,
-            detail=text,
-            notation="a double word (two registers)",
-            basis=words.basis,
-        )
-
     def value(self, row: Parameter, raw: Content | Wire, units: Mapping[str, str]) -> Value:
         """A content as the programming language writes it, and what it says."""
         if isinstance(raw, Wire):
@@ -187,7 +169,7 @@ class Parameters(Book):
             return "true" if raw else "false"
         if isinstance(raw, str):
             return raw
-        remark = self.remark(row, raw)
+        remark = self.remark(row, raw) if self.remark else ""
         text = f"{decimal_text(Decimal(repr(raw)))} {known_unit(row.unit, units)}".rstrip()
         return f"{text} ({remark})" if remark else text
 
@@ -240,5 +222,5 @@ def title_of(row: Parameter, text: str) -> str:
 
 def known_unit(unit: str, units: Mapping[str, str]) -> str:
     """A unit in the loop's own units; none where it depends on something else."""
-    text = unit_text(unit, units)
+    text = unit_text(unit, units, "/")
     return "" if "," in unit or text in SIDES else text

@@ -13,13 +13,11 @@ from pidcfg.explanation.book import WRITERS, Book, Part, Record
 from pidcfg.explanation.page import Value
 from pidcfg.explanation.texts import key_limits, key_text, limits_text
 from pidcfg.explanation.values import (
+    UNKNOWN,
+    Placement,
     Scaling,
     bits_text,
-    is_before_root,
-    no_remark,
-    nothing_special,
     text_of,
-    unit_of,
 )
 from pidcfg.vendors import VENDORS
 
@@ -31,7 +29,7 @@ if TYPE_CHECKING:
     from pidcfg.encoders.listing import Listing
     from pidcfg.encoders.meanings import Meaning
     from pidcfg.encoders.spaces import Kind, Space
-    from pidcfg.explanation.annotate import Claim, Start
+    from pidcfg.explanation.annotate import Start
     from pidcfg.explanation.book import Series
     from pidcfg.refs import Basis
 
@@ -71,10 +69,11 @@ class RegisterRecord(Record):
     word: Word
     bit: int | None = None
 
-
-def in_counts(word: Word, raw: int) -> str:  # noqa: ARG001 - the signature of a vendor's own
-    """Counts of which no more is known."""
-    return f"{raw} counts"
+    @property
+    def names(self) -> set[str]:
+        """Its names, in small letters; a bit's do not say the register."""
+        names = {self.title, self.key or self.title, *([self.name] if self.bit is None else [])}
+        return {name.lower() for name in names}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -90,13 +89,14 @@ class Registers(Book):
     """Meanings of bits, by the register and the lowest bit of the row."""
     scaling: Callable[[Any, Any], Scaling]
     """Scales and units of a loop of a configuration."""
-    claims: Callable[[Listing, Mapping[str, Any]], Iterator[tuple[int, Claim]]]
+    claims: Callable[[Listing, Mapping[str, Any]], Iterator[tuple[int, Placement]]]
     """What each address of a listing is."""
-    special: Callable[[Word, int, Scaling], str | None] = nothing_special
-    remark: Callable[[Word, int, Scaling], str] = no_remark
+    special: Callable[[Word, int, Scaling], str] | None = None
+    """A content in words, for registers of no common kind; empty for the others."""
+    remark: Callable[[Word, int, Scaling], str] | None = None
     """What is doubtful about a content."""
-    unscaled: Callable[[Word, int], str] = in_counts
-    """What a content is whose scale is not known."""
+    unscaled: Callable[[Word, int], str] | None = None
+    """What a content is whose scale is not known; counts where there is no more to say."""
     unstored: Mapping[str, str] = field(default_factory=dict)
     """Keys that no register holds, and where they are set."""
     starts: tuple[Start, ...] = ()
@@ -118,14 +118,13 @@ class Registers(Book):
         return VENDORS[self.key].model
 
     @property
-    def records(self) -> Iterator[Record]:
-        """Registers and choices of bits, numbers that they show, and keys that no register holds."""
+    def registers(self) -> Iterator[RegisterRecord]:
+        """Registers and their choices of bits, block by block."""
         for block in self.blocks:
             yield from (self.record(block.table, word) for word in block.table.words)
             for row in block.table.bits:
-                yield self.record(block.table, word_at(block.table, row.offset), row.bits[0])
-        yield from (self.number(series, code.number) for series in self.series for code in series.codes)
-        yield from map(self.unstored_record, self.unstored)
+                if row.access != "reserved":
+                    yield self.record(block.table, word_at(block.table, row.offset), row.bits[0])
 
     def record(self, table: RegisterMap, word: Word, bit: int | None = None) -> RegisterRecord:
         """A register, or one of its bits."""
@@ -201,10 +200,6 @@ class Registers(Book):
         """Whether a register that is shown in hexadecimal holds counts in binary, not in BCD."""
         return self.hexadecimal and scale_of(word.codec) is not None and "BCD" not in word.codec.notation
 
-    def unit(self, word: Word, scaling: Scaling) -> str:
-        """A register's unit; of a word before the root, that of what it is compared with."""
-        return "the signal before the root" if is_before_root(word, scaling) else unit_of(word, scaling.units)
-
     def kind(self, table: RegisterMap) -> Kind:
         """What the registers of a block hold."""
         prefix = next((b.prefix for b in self.blocks if b.table.title == table.title), self.space.banks[0].prefix)
@@ -235,8 +230,9 @@ class Registers(Book):
 
     def saying(self, word: Word, raw: int, scaling: Scaling) -> str:
         """A content in words, with what is doubtful about it; raises `DecodeError` where it is no value."""
-        text = text_of(word, raw, scaling, self.special) or self.unscaled(word, raw)
-        remark = self.remark(word, raw, scaling) or self._outside(word, raw)
+        text = (self.special(word, raw, scaling) if self.special else "") or text_of(word, raw, scaling)
+        text = text or (self.unscaled(word, raw) if self.unscaled else f"{raw} counts")
+        remark = (self.remark(word, raw, scaling) if self.remark else "") or self._outside(word, raw)
         return f"{text} ({remark})" if remark else text
 
     def _outside(self, word: Word, raw: int) -> str:
@@ -248,7 +244,7 @@ class Registers(Book):
     def lines(self, listing: Listing, options: Mapping[str, Any]) -> Iterator[Line]:
         """Every word of a listing with its meaning, in the order of the addresses."""
         words: dict[int, int] = listing.words
-        claims: dict[int, Claim] = {}
+        claims: dict[int, Placement] = {}
         for number, claim in self.claims(listing, options):
             claims.setdefault(number, claim)
         placed = {self.space.place(number)[0].prefix for number, claim in claims.items() if claim.loop}
@@ -260,7 +256,7 @@ class Registers(Book):
             content = (self.space.name(number), kind.hex(raw), kind.text(raw))
             if number in claims:
                 claim = claims[number]
-                text = self._line_text(self.record(claim.table, claim.word), raw, claim.scaling)
+                text = self._line_text(self.record(claim.table, claim.word), raw, claim.scaling or UNKNOWN)
                 yield Line(*content, claim.loop or "-", claim.prefix + claim.word.name, text)
             else:
                 yield Line(*content, "-", "-", unclaimed(self.space.place(number)[0].prefix, missing))

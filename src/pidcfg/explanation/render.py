@@ -31,9 +31,9 @@ def _lines(page: Page) -> Iterator[str]:
     if page.meaning:
         yield from _meaning("it means", page.meaning)
     for point in page.points:
-        if _told(point, page):
+        if _is_listed(point, page):
             yield from _point(point)
-    off = [p.label.removeprefix("bit ") for p in page.points if p.label.startswith("bit") and not _told(p, page)]
+    off = [p.label.removeprefix("bit ") for p in page.points if p.label.startswith("bit") and not _is_listed(p, page)]
     yield from row("off", numbers(off))
     yield from row("holds", page.holds)
     yield from row("unit", page.unit)
@@ -62,7 +62,7 @@ def numbers(labels: Sequence[str]) -> str:
     return ", ".join([*single, *others])
 
 
-def _told(point: Point, page: Page) -> bool:
+def _is_listed(point: Point, page: Page) -> bool:
     """A bit that is off is only counted, where a value was given."""
     return page.value is None or point.active or point.state not in {"off", ""}
 
@@ -121,7 +121,7 @@ def _data(page: Page) -> dict[str, Any]:
         "value": None
         if value is None
         else {"raw": value.raw, "shown": value.shown, "text": value.text or None, "problem": value.problem or None},
-        **_said(page.meaning),
+        **_meaning_data(page.meaning),
         "bits": [
             {
                 "bit": p.label,
@@ -129,7 +129,7 @@ def _data(page: Page) -> dict[str, Any]:
                 "state": p.state or None,
                 "active": p.active,
                 "key": p.key,
-                **_said(p.meaning),
+                **_meaning_data(p.meaning),
             }
             for p in page.points
         ],
@@ -151,7 +151,7 @@ def _data(page: Page) -> dict[str, Any]:
     }
 
 
-def _said(meaning: Meaning | None) -> dict[str, Any]:
+def _meaning_data(meaning: Meaning | None) -> dict[str, Any]:
     return {
         "meaning": meaning.effect if meaning else None,
         "cure": (meaning.cure or None) if meaning else None,

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from functools import cache
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from pidcfg.paths import value_at
-from pidcfg.schemas.document import field_texts, models_of
+from pidcfg.schemas.document import field_texts, models_in, models_of
 from pidcfg.schemas.limits import Limits, limits_at
 
 if TYPE_CHECKING:
@@ -44,15 +44,8 @@ def _text_below(model: type[BaseModel], steps: list[str]) -> str:
         return ""
     if len(steps) == 1:
         return texts_of(model).get(steps[0], "")
-    inside = annotations_in(field.annotation)
-    sections = (m for m in models_of(model) if m is not model and m in inside and steps[1] in m.model_fields)
+    sections = (section for section in models_in(field.annotation) if section is not model)
     return next((text for section in sections if (text := _text_below(section, steps[1:]))), "")
-
-
-def annotations_in(annotation: Any) -> list[Any]:
-    """An annotation and all that it is made of."""
-    args = getattr(annotation, "__args__", ())
-    return [annotation, *(inner for arg in args for inner in annotations_in(arg))]
 
 
 @cache
@@ -82,10 +75,10 @@ def units_of(loop: object) -> dict[str, str]:
     return {side: str(unit) for side in SIDES if (unit := value_at(loop, (side, "unit")))}
 
 
-def unit_text(unit: str, units: Mapping[str, str], nested: str = "/") -> str:
-    """A unit of a table with the loop's own for ``pv`` and ``output``: ``pv/s`` is ``degC/s``.
+def unit_text(unit: str, units: Mapping[str, str], nested: str = " per ") -> str:
+    """A unit of a table with the loop's own for ``pv`` and ``output``: ``pv/s`` is ``degC/s``, or ``m3/h per s``.
 
-    ``nested`` divides where a part is a quotient itself: " per " gives ``m3/h per s``.
+    ``nested`` divides where a part is a quotient itself.
     """
     if " per " in unit:
         return " per ".join(unit_text(part, units, nested) for part in unit.split(" per "))

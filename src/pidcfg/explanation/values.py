@@ -12,10 +12,11 @@ from pidcfg.explanation.texts import unit_text
 from pidcfg.schemas.base import Quantity, decimal_text
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Mapping
+    from collections.abc import Iterable, Mapping
 
-    from pidcfg.encoders.regmap import Bits, Word
+    from pidcfg.encoders.regmap import Bits, RegisterMap, Word
     from pidcfg.encoders.scales import Scale
+    from pidcfg.explanation.page import Origin
 
 PERCENT = Decimal(100)
 MOST_CHOICES = 5
@@ -36,32 +37,44 @@ class Scaling(NamedTuple):
 UNKNOWN = Scaling({}, {})
 
 
-def nothing_special(word: Word, raw: int, scaling: Scaling) -> str | None:  # noqa: ARG001 - the signature of a vendor's own
-    """For vendors whose registers are all of the common kinds."""
-    return None
+class Placement(NamedTuple):
+    """A register in its place: its row, the loop, and what makes values of it."""
+
+    table: RegisterMap
+    word: Word
+    loop: str | None = None
+    scaling: Scaling | None = None
+    raw: int | None = None
+    """Its content in the configuration."""
+    origins: tuple[Origin, ...] = ()
+    prefix: str = ""
+    """What stands before its name in a listing."""
 
 
-def no_remark(word: Word, raw: int, scaling: Scaling) -> str:  # noqa: ARG001 - the signature of a vendor's own
-    """For vendors whose contents speak for themselves."""
-    return ""
-
-
-def is_before_root(word: Word, scaling: Scaling) -> bool:
+def is_before_root(word: Word, scales: Mapping[str, Scale]) -> bool:
     """Whether a word is compared with the PV of which the loop takes the root."""
-    root = scaling.scales.get("sp")
+    root = scales.get("sp")
     return scale_of(word.codec) == "pv" and root is not None and root.root
+
+
+def share_before_root(word: Word, raw: int, scales: Mapping[str, Scale]) -> tuple[Decimal, Decimal | None]:
+    """What a word before the root is: percent of the signal, and the PV at which the signal has it.
+
+    There is no such PV for a difference, nor without a range.
+    """
+    pv, root = scales["pv"], scales["sp"]
+    if not isinstance(word.codec, Position):
+        return PERCENT * raw / pv.format.span, None
+    return before_root(pv, root, pv.format.codec.decode(raw))
 
 
 def unit_of(word: Word, units: Mapping[str, str]) -> str:
     """A register's unit in the loop's own units: ``degC`` for ``pv``; ``PV units`` where they are not known."""
-    return unit_text(word.unit, {**UNIT_NAMES, **units})
+    return unit_text(word.unit, {**UNIT_NAMES, **units}, "/")
 
 
-def text_of(word: Word, raw: int, scaling: Scaling, special: Callable[[Word, int, Scaling], str | None]) -> str:
+def text_of(word: Word, raw: int, scaling: Scaling) -> str:
     """A content in words, empty where the scale is not known; raises `DecodeError` where it is no value."""
-    text = special(word, raw, scaling)
-    if text is not None:
-        return text
     scale = scale_of(word.codec)
     if scale is not None and scale not in scaling.scales:
         return ""
@@ -84,7 +97,7 @@ def special_code(codec: Any, raw: int) -> str:
 
 def _quantity(word: Word, value: Any, raw: int, scaling: Scaling) -> str:
     scale = scaling.scales[str(scale_of(word.codec))]
-    if is_before_root(word, scaling):
+    if is_before_root(word, scaling.scales):
         return _before_root(word, raw, scaling)
     bcd = getattr(word.codec, "bcd", None)
     if bcd is not None and (code := special_code(bcd, raw)):
@@ -97,10 +110,7 @@ def _quantity(word: Word, value: Any, raw: int, scaling: Scaling) -> str:
 
 def _before_root(word: Word, raw: int, scaling: Scaling) -> str:
     """Percent of the signal, and for a position on it the value that the signal means: its root."""
-    scale, root = scaling.scales["pv"], scaling.scales["sp"]
-    if not isinstance(word.codec, Position):
-        return f"{float(PERCENT * raw / scale.format.span):.4g} % of the signal before the root"
-    share, value = before_root(scale, root, scale.format.codec.decode(raw))
+    share, value = share_before_root(word, raw, scaling.scales)
     reached = "" if value is None else f" ({float(value):.4g} {unit_of(word, scaling.units)})"
     return f"{float(share):.4g} % of the signal before the root{reached}"
 

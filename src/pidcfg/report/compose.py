@@ -27,13 +27,13 @@ def compose(
     findings: Sequence[Diagnostic],
 ) -> Content:
     """The whole report; ``findings`` are those of all files."""
-    found = tuple(sorted(ordered(list(findings)), key=lambda d: -d.severity))
+    all_findings = tuple(sorted(ordered(list(findings)), key=lambda d: -d.severity))
     return Content(
         title=title,
         files=tuple(files),
-        plcs=tuple(plc_sheet(checked, i, found) for i, checked in enumerate(configurations, start=1)),
+        plcs=tuple(plc_sheet(checked, i, all_findings) for i, checked in enumerate(configurations, start=1)),
         runs=tuple(run_sheet(run, i) for i, run in enumerate(runs, start=1)),
-        findings=found,
+        findings=all_findings,
     )
 
 

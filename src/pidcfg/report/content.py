@@ -116,38 +116,37 @@ class Parameter:
     device: str = ""
 
 
-@dataclass(frozen=True, slots=True)
-class LoopSheet:
-    """Everything about one loop of a configuration."""
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Sheet:
+    """What a loop and a PLC have in common."""
 
     name: str
     description: str
     anchor: str
+    groups: tuple[Group, ...] = ()
+    blocks: tuple[Block, ...] = ()
+    parameters: tuple[Parameter, ...] = ()
+    outside: tuple[tuple[str, str], ...] = ()
+    """What no register holds."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LoopSheet(Sheet):
+    """Everything about one loop of a configuration."""
+
     facts: tuple[tuple[str, str], ...]
     """What a reader wants to see first: mode, action, set point, the three terms."""
-    groups: tuple[Group, ...]
-    blocks: tuple[Block, ...]
-    parameters: tuple[Parameter, ...]
-    outside: tuple[tuple[str, str], ...]
-    """What no register holds."""
     findings: tuple[Diagnostic, ...]
 
 
-@dataclass(frozen=True, slots=True)
-class PlcSheet:
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PlcSheet(Sheet):
     """One configuration: what holds for the PLC, and its loops."""
 
     file: str
-    anchor: str
-    name: str
-    description: str
     vendor: str
-    groups: tuple[Group, ...]
-    blocks: tuple[Block, ...]
-    parameters: tuple[Parameter, ...]
-    outside: tuple[tuple[str, str], ...]
-    checklist: tuple[str, ...]
-    loops: tuple[LoopSheet, ...]
+    checklist: tuple[str, ...] = ()
+    loops: tuple[LoopSheet, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -168,7 +167,7 @@ class Expectation:
 
     text: str
     passed: bool
-    found: str
+    value: str
 
 
 @dataclass(frozen=True, slots=True)

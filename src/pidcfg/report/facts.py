@@ -6,7 +6,9 @@ from decimal import Decimal
 from typing import TYPE_CHECKING, Any
 
 from pidcfg.encoders.words import DecodeError
-from pidcfg.report.texts import SIDES, number, text, unit_text
+from pidcfg.explanation.texts import unit_text
+from pidcfg.paths import steps, value_at
+from pidcfg.report.texts import SIDES, number, text
 from pidcfg.schemas.iec import Wire
 
 if TYPE_CHECKING:
@@ -33,20 +35,20 @@ def facts(
     vendor: Vendor, loop: Any, neutral: Mapping[str, Any], groups: Sequence[Group], held: Mapping[str, str]
 ) -> Iterator[tuple[str, str]]:
     """The facts of a loop; ``neutral``: its neutral form or nothing, ``held``: what registers hold, as text."""
-    units = {side: at(neutral, f"{side}.unit") or "" for side in SIDES}
+    units = {side: value_at(neutral, (side, "unit")) or "" for side in SIDES}
     settings = {setting.path: setting for group in groups for setting in group.settings}
     for title, path, unit, keys in FIRST:
-        value, own = at(neutral, path), next((settings[key] for key in keys if key in settings), None)
-        if path in held and own is not None and own.unit == "counts":
+        value = value_at(neutral, steps(path))
+        setting = next((settings[key] for key in keys if key in settings), None)
+        if path in held and setting is not None and setting.unit == "counts":
             yield title, held[path]
         elif isinstance(value, str | int | float | list | tuple | Decimal):
             shown = " to ".join(map(brief, value)) if isinstance(value, list | tuple) else brief(value)
             yield title, f"{shown} {unit_text(unit, units)}".rstrip()
-        elif own is not None:
-            yield title, quantity(own)
-    said = direction(vendor, loop)
-    if said:
-        yield "Direction", said
+        elif setting is not None:
+            yield title, quantity(setting)
+    if rises := direction(vendor, loop):
+        yield "Direction", rises
     yield from tuning(vendor, loop, settings)
 
 
@@ -108,10 +110,3 @@ def label(path: str) -> str:
     last = path.removesuffix(".value").rpartition(".")[2]
     words = last.replace("_", " ")
     return words[:1].upper() + words[1:] if last.islower() else last
-
-
-def at(data: Any, path: str) -> Any:
-    """A value of nested data by its path."""
-    for step in path.split("."):
-        data = data.get(step) if isinstance(data, dict) else None
-    return data

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
-from pidcfg.encoders.scales import Distance, Position, before_root
+from pidcfg.explanation.values import is_before_root, share_before_root
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -40,44 +40,37 @@ class BeforeRoot:
 
 def word_before_root(word: Word, block: Block, raw: int) -> BeforeRoot | None:
     """A content before the root; None where the word is about something else."""
-    pv, root = block.scales.get("pv"), block.scales.get("sp")
-    codec = word.codec
-    if pv is None or root is None or not root.root or not isinstance(codec, Position | Distance) or codec.scale != "pv":
+    if not is_before_root(word, block.scales):
         return None
-    if isinstance(codec, Distance):
-        return BeforeRoot(_short(100 * raw / pv.full), None, word.unit.partition("/")[2])
-    percent, value = before_root(pv, root, pv.format.codec.decode(raw))
-    return BeforeRoot(_short(percent), value)
-
-
-def _short(percent: Decimal) -> Decimal:
-    return round(percent, 2)
+    percent, value = share_before_root(word, raw, block.scales)
+    return BeforeRoot(round(percent, 2), value, word.unit.partition("/")[2])
 
 
 def settings_before_root(encoding: Encoding, loop: int) -> dict[str, BeforeRoot]:
     """The settings of a loop, by its number, that are compared with the signal before the root."""
-    found = {}
+    settings = {}
     for block in encoding.blocks:
         if block.place == ("loops", loop):
             for word in block.table.words:
                 before = word_before_root(word, block, encoding.image.words.get(block.start + word.offset, 0))
                 if before is not None and word.path is not None:
-                    found[word.path] = before
-    return found
+                    settings[word.path] = before
+    return settings
 
 
-def told(groups: tuple[Group, ...], rooted: Mapping[str, BeforeRoot], unit: str) -> tuple[Group, ...]:
+def with_shares(groups: tuple[Group, ...], rooted: Mapping[str, BeforeRoot], unit: str) -> tuple[Group, ...]:
     """The settings with what they mean before the root; ``unit``: that of the PV."""
     return tuple(
-        replace(group, settings=tuple(_told(s, rooted.get(s.path), unit) for s in group.settings)) for group in groups
+        replace(group, settings=tuple(_with_share(s, rooted.get(s.path), unit) for s in group.settings))
+        for group in groups
     )
 
 
-def _told(setting: Setting, before: BeforeRoot | None, unit: str) -> Setting:
+def _with_share(setting: Setting, before: BeforeRoot | None, unit: str) -> Setting:
     if before is None:
         return setting
     reached = before.reached(unit)
-    own = f"{setting.unit} {LINEAR}" if setting.unit == unit else setting.unit
+    linear = f"{setting.unit} {LINEAR}" if setting.unit == unit else setting.unit
     per = f" per {before.per}" if before.per else ""
     meaning = f"{setting.meaning} Compared with the signal before the root: {before.percent} % of it{per}"
-    return replace(setting, unit=own, meaning=f"{meaning}{f', {reached}' if reached else ''}.")
+    return replace(setting, unit=linear, meaning=f"{meaning}{f', {reached}' if reached else ''}.")

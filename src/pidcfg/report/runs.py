@@ -64,7 +64,7 @@ def run_sheet(run: Run, number: int) -> RunSheet:
         signals=tuple((name, seen.low, seen.high, seen.final) for name, seen in report.signals.items()),
         flags=tuple((name, on) for name, loop in report.loops.items() if (on := flags_on(loop))),
         autotunes=tuple(autotunes(report)),
-        expectations=tuple(Expectation(v.text, v.passed, found(v.value)) for v in report.expectations),
+        expectations=tuple(Expectation(v.text, v.passed, measured_text(v.value)) for v in report.expectations),
         charts=run.charts,
         before_root=tuple(run.before_root.items()),
     )
@@ -125,10 +125,10 @@ def autotunes(report: Report) -> Iterator[tuple[str, str, tuple[tuple[str, float
             yield name, str(loop.autotune["status"]), tuple(loop.autotune["results"].items())
 
 
-def found(value: Any) -> str:
+def measured_text(value: Any) -> str:
     """What was measured, as text."""
     if isinstance(value, list | tuple):
-        return " to ".join(found(part) for part in value)
+        return " to ".join(measured_text(part) for part in value)
     if isinstance(value, float):
         return measured(value)
     return "none" if value is None else text(value)

@@ -9,11 +9,13 @@ from typing import TYPE_CHECKING, Any, get_args
 
 from pydantic import BaseModel
 
-from pidcfg.encoders.named import ParameterTable
+from pidcfg.diagnostics import path_text
+from pidcfg.encoders.parameters import ParameterTable
+from pidcfg.explanation.texts import texts_of, unit_text, units_of
+from pidcfg.paths import Path, value_at
 from pidcfg.report.content import Group, Setting
-from pidcfg.report.texts import SIDES, cell, unit_text
+from pidcfg.report.texts import SIDES, cell
 from pidcfg.schemas.base import UNIT_WORDS, Duration, Minutes, Quantity, Seconds
-from pidcfg.schemas.document import field_texts
 from pidcfg.schemas.iec import Wire
 from pidcfg.schemas.limits import Limits
 from pidcfg.schemas.rates import Rate
@@ -41,33 +43,32 @@ TIMES = {get_args(Seconds)[1]: "s", get_args(Minutes)[1]: "min"}
 class Leaf:
     """A value of a model: its path, the model that has it, and whether the file says it."""
 
-    path: str
+    path: Path
     value: Any
     model: BaseModel
     key: str
     given: bool
 
+    @property
+    def text(self) -> str:
+        """Its path as text: ``steps[0].slope``."""
+        return path_text(self.path)
 
-@cache
-def texts_of(model: type[BaseModel]) -> Mapping[str, str]:
-    """The documentation of each field."""
-    return field_texts(model)
 
-
-def leaves(model: BaseModel, prefix: str = "", *, given: bool = True) -> Iterator[Leaf]:
+def leaves(model: BaseModel, above: Path = (), *, given: bool = True) -> Iterator[Leaf]:
     """Every value of a model that is one, in the order of its fields."""
     for key in type(model).model_fields:
-        value, said = getattr(model, key), given and key in model.model_fields_set
-        path = f"{prefix}{key}"
+        value, written = getattr(model, key), given and key in model.model_fields_set
+        path = (*above, key)
         if isinstance(value, BaseModel):
-            yield from leaves(value, f"{path}.", given=said)
+            yield from leaves(value, path, given=written)
         elif isinstance(value, tuple) and value and all(isinstance(part, BaseModel) for part in value):
             for i, part in enumerate(value):
-                yield from leaves(part, f"{path}[{i}].", given=said)
+                yield from leaves(part, (*path, i), given=written)
         elif hasattr(value, "items"):
-            yield from (Leaf(f"{path}.{name}", part, model, key, said) for name, part in value.items())
+            yield from (Leaf((*path, name), part, model, key, written) for name, part in value.items())
         elif value not in (None, ()):
-            yield Leaf(path, value, model, key, said)
+            yield Leaf(path, value, model, key, written)
 
 
 def table_units(vendor: Vendor, units: Mapping[str, str]) -> dict[str, str]:
@@ -78,7 +79,7 @@ def table_units(vendor: Vendor, units: Mapping[str, str]) -> dict[str, str]:
 @cache
 def tabled(vendor: Vendor) -> Mapping[str, str]:
     """The units of the vendor's registers and parameters by the path of their value."""
-    found: dict[str, str] = {}
+    units: dict[str, str] = {}
     for table in vendor.load("registers"):
         if isinstance(table, ParameterTable):
             rows = [(row.name, row.unit) for row in table.rows]
@@ -86,13 +87,13 @@ def tabled(vendor: Vendor) -> Mapping[str, str]:
             rows = [(word.path, word.unit) for word in table.words if word.path is not None]
         for path, unit in rows:
             if unit:
-                found.setdefault(path, unit)
-    return found
+                units.setdefault(path, unit)
+    return units
 
 
-def sides(loop: Any) -> dict[str, str]:
-    """The units of PV and output, as far as the loop has those sections and says them."""
-    return {side: getattr(getattr(loop, side, None), "unit", None) or word for side, word in SIDES.items()}
+def sides(loop: object) -> dict[str, str]:
+    """The units of PV and output; words for those that the loop does not say."""
+    return {**SIDES, **units_of(loop)}
 
 
 def _raw(leaf: Leaf, unit: str, loop: Any) -> bool:
@@ -107,13 +108,13 @@ def _raw(leaf: Leaf, unit: str, loop: Any) -> bool:
 def unit_of(leaf: Leaf, loop: Any, vendor: Vendor) -> str:
     """The unit of a setting as a reader needs it, with nothing left to be chosen."""
     value, units = leaf.value, sides(loop)
-    beside = getattr(leaf.model, f"{leaf.key}_unit", None)
+    chosen = getattr(leaf.model, f"{leaf.key}_unit", None)
     duration = value if isinstance(value, Duration) else getattr(value, "duration", None)
     if isinstance(duration, Duration):
-        return duration.unit or UNIT_WORDS.get(str(beside), "") or _tabled(leaf, vendor)
+        return duration.unit or UNIT_WORDS.get(str(chosen), "") or _tabled(leaf, vendor)
     if isinstance(value, Rate):
         return unit_text(f"pv/{value.per}", {**units, "pv": "counts"} if value.counts else units)
-    if isinstance(value, bool | str | Wire) and not leaf.path.endswith(RANGES):
+    if isinstance(value, bool | str | Wire) and not leaf.text.endswith(RANGES):
         return ""
     unit = _tabled(leaf, vendor)
     if _raw(leaf, unit, loop):
@@ -125,28 +126,28 @@ def _tuned(leaf: Leaf, vendor: Vendor) -> str:
     """The unit of one of the three terms, where the vendor's tables leave it open."""
     tuned = vendor.load("tuned")
     keys = [tuned.key(name) for name in tuned.names]
-    if leaf.path == keys[0]:
+    if leaf.text == keys[0]:
         return GAINS.get(tuned.gain_unit, "")
     form = getattr(tuned, "dependent", None)
     chosen = getattr(leaf.model, form[0], None) if form else None
-    if leaf.path not in keys or not isinstance(chosen, bool):
+    if leaf.text not in keys or not isinstance(chosen, bool):
         return ""
-    return "s" if form is None or chosen is form[1] else OF_GAINS[keys.index(leaf.path)]
+    return "s" if form is None or chosen is form[1] else OF_GAINS[keys.index(leaf.text)]
 
 
 def _tabled(leaf: Leaf, vendor: Vendor) -> str:
     """The unit by the vendor's tables, then by the limits of the field, then by its type."""
-    table, short = tabled(vendor), leaf.path.rpartition("].")[2]
-    found = next((table[path] for path in (leaf.path, f"{leaf.path}.0", short) if path in table), "")
-    found = _tuned(leaf, vendor) or found
-    if found:
-        return found
+    table, text = tabled(vendor), leaf.text
+    places = (text, f"{text}.0", text.rpartition("].")[2])
+    unit = _tuned(leaf, vendor) or next((table[place] for place in places if place in table), "")
+    if unit:
+        return unit
     field = type(leaf.model).model_fields[leaf.key]
     limits = next((m for m in field.metadata if isinstance(m, Limits) and m.unit), None)
     if limits is not None:
         return limits.unit
     if leaf.key in RANGES:
-        return leaf.path.split(".")[-2]
+        return str(leaf.path[-2])
     return next((TIMES[m] for m in field.metadata if _is_time(m)), "")
 
 
@@ -160,7 +161,7 @@ def setting(leaf: Leaf, loop: Any, vendor: Vendor, written: Any, place: str) -> 
     address = spelled and not _counted(written.strip("-"))
     value = str(written) if address else shown(leaf)
     unit = "" if address else unit_of(leaf, loop, vendor)
-    return Setting(leaf.path, value, unit, texts_of(type(leaf.model)).get(leaf.key, ""), leaf.given, place)
+    return Setting(leaf.text, value, unit, texts_of(type(leaf.model)).get(leaf.key, ""), leaf.given, place)
 
 
 def _counted(text: str) -> bool:
@@ -179,27 +180,15 @@ def shown(leaf: Leaf) -> Any:
 
 def groups_of(model: BaseModel, vendor: Vendor, data: Any, places: Mapping[str, str]) -> tuple[Group, ...]:
     """The settings of a model by its sections; ``data``: the same as it stands in the file."""
-    found: dict[str, list[Setting]] = {}
+    sections: dict[str, list[Setting]] = {}
     for leaf in leaves(model):
-        section, dot, _ = leaf.path.partition(".")
-        if section.partition("[")[0] not in HEADING:
-            written = _written(data, leaf.path)
-            key = section if dot else ""
-            found.setdefault(key, []).append(setting(leaf, model, vendor, written, places.get(leaf.path, "")))
+        if leaf.path[0] not in HEADING:
+            section, dot, _ = leaf.text.partition(".")
+            written = value_at(data, leaf.path)
+            row = setting(leaf, model, vendor, written, places.get(leaf.text, ""))
+            sections.setdefault(section if dot else "", []).append(row)
     texts = texts_of(type(model))
     return tuple(
         Group(key, texts.get(key.partition("[")[0], key).rstrip(".") if key else GENERAL, tuple(settings))
-        for key, settings in sorted(found.items(), key=lambda item: bool(item[0]))
+        for key, settings in sorted(sections.items(), key=lambda item: bool(item[0]))
     )
-
-
-def _written(data: Any, path: str) -> Any:
-    """What the file has at a path."""
-    for step in path.replace("[", ".").replace("]", "").split("."):
-        if isinstance(data, dict):
-            data = data.get(step)
-        elif isinstance(data, list) and step.isdigit() and int(step) < len(data):
-            data = data[int(step)]
-        else:
-            return None
-    return data

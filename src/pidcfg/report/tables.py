@@ -10,7 +10,7 @@ from pidcfg.report.runs import METRIC_TITLES
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from pidcfg.report.content import Block, Content, Group, Parameter, Value
+    from pidcfg.report.content import Content, Sheet, Value
 
 Row = tuple["Value", ...]
 
@@ -53,90 +53,40 @@ def _files(content: Content) -> Iterator[Row]:
 
 def _findings(content: Content) -> Iterator[Row]:
     for d in content.findings:
-        yield (
-            d.severity.label,
-            d.code,
-            d.file,
-            d.span.line,
-            d.span.column,
-            d.loop,
-            d.where,
-            d.message,
-            d.plc_effect,
-            d.reference,
-            d.help,
-        )
+        place = (d.file, d.span.line, d.span.column, d.loop, d.where)
+        yield d.severity.label, d.code, *place, d.message, d.plc_effect, d.reference, d.help
+
+
+def _sheets(content: Content) -> Iterator[tuple[str, str, Sheet]]:
+    """Every configuration and each of its loops, with the file and the loop's name."""
+    for plc in content.plcs:
+        yield plc.file, "", plc
+        yield from ((plc.file, loop.name, loop) for loop in plc.loops)
 
 
 def _settings(content: Content) -> Iterator[Row]:
-    for plc in content.plcs:
-        yield from _group_rows(plc.file, "", plc.groups)
-        for loop in plc.loops:
-            yield from _group_rows(plc.file, loop.name, loop.groups)
-
-
-def _group_rows(file: str, loop: str, groups: Sequence[Group]) -> Iterator[Row]:
-    for group in groups:
-        for s in group.settings:
-            yield file, loop, s.path, s.value, s.unit, "file" if s.given else "default", s.meaning, None
+    for *place, sheet in _sheets(content):
+        for s in (setting for group in sheet.groups for setting in group.settings):
+            yield *place, s.path, s.value, s.unit, "file" if s.given else "default", s.meaning, None
 
 
 def _words(content: Content) -> Iterator[Row]:
-    for plc in content.plcs:
-        yield from _block_rows(plc.file, "", plc.blocks)
-        for loop in plc.loops:
-            yield from _block_rows(plc.file, loop.name, loop.blocks)
-
-
-def _block_rows(file: str, loop: str, blocks: Sequence[Block]) -> Iterator[Row]:
-    for block in blocks:
-        for r in block.registers:
-            yield (
-                file,
-                loop,
-                block.title,
-                r.address,
-                r.name,
-                None,
-                f"0x{r.hex}" if r.hex else "",
-                r.decimal,
-                r.value,
-                r.unit,
-                r.meaning,
-                r.owner,
-            )
+    for *place, sheet in _sheets(content):
+        for title, r in ((block.title, register) for block in sheet.blocks for register in block.registers):
+            register = (*place, title, r.address, r.name)
+            raw = f"0x{r.hex}" if r.hex else ""
+            yield *register, None, raw, r.decimal, r.value, r.unit, r.meaning, r.owner
             for bit in r.bits:
-                yield (
-                    file,
-                    loop,
-                    block.title,
-                    r.address,
-                    r.name,
-                    bit.bits,
-                    None,
-                    bit.state,
-                    bit.value,
-                    None,
-                    bit.meaning,
-                    bit.owner,
-                )
+                yield *register, bit.bits, None, bit.state, bit.value, None, bit.meaning, bit.owner
 
 
 def _parameters(content: Content) -> Iterator[Row]:
-    for plc in content.plcs:
-        yield from _parameter_rows(plc.file, "", plc.parameters)
-        for loop in plc.loops:
-            yield from _parameter_rows(plc.file, loop.name, loop.parameters)
-
-
-def _parameter_rows(file: str, loop: str, parameters: Sequence[Parameter]) -> Iterator[Row]:
-    yield from ((file, loop, p.name, p.type, p.content, p.unit, p.device, p.meaning) for p in parameters)
+    for *place, sheet in _sheets(content):
+        yield from ((*place, p.name, p.type, p.content, p.unit, p.device, p.meaning) for p in sheet.parameters)
 
 
 def _outside(content: Content) -> Iterator[Row]:
-    for plc in content.plcs:
-        yield from ((plc.file, "", key, value) for key, value in plc.outside)
-        yield from ((plc.file, loop.name, key, value) for loop in plc.loops for key, value in loop.outside)
+    yield from ((*place, *row) for *place, sheet in _sheets(content) for row in sheet.outside)
 
 
 def _checks(content: Content) -> Iterator[Row]:
@@ -146,7 +96,7 @@ def _checks(content: Content) -> Iterator[Row]:
 def _expectations(content: Content) -> Iterator[Row]:
     for run in content.runs:
         yield from (
-            (run.file, run.title, e.text, "passed" if e.passed else "FAILED", e.found) for e in run.expectations
+            (run.file, run.title, e.text, "passed" if e.passed else "FAILED", e.value) for e in run.expectations
         )
 
 

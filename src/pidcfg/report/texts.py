@@ -9,22 +9,11 @@ from pidcfg.schemas.base import Duration, Quantity, decimal_text
 from pidcfg.schemas.iec import Wire
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from pidcfg.report.content import Value
 
 SIDES = {"pv": "PV unit", "output": "output unit"}
 """What stands for the unit of a side that has none."""
 TINY, MILLION, HUGE = 1e-15, 1e6, 1e15
-
-
-def unit_text(unit: str, units: Mapping[str, str]) -> str:
-    """A unit of a table with the loop's own for ``pv`` and ``output``: ``pv/s`` is ``degC/s``, or ``m3/h per s``."""
-    if " per " in unit:
-        return " per ".join(unit_text(part, units) for part in unit.split(" per "))
-    parts = [units.get(part, part) for part in unit.split("/")]
-    nested = len(parts) > 1 and any("/" in part for part in parts)
-    return (" per " if nested else "/").join(parts)
 
 
 def cell(value: Any) -> Value:

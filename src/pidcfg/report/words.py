@@ -2,27 +2,29 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field
 from itertools import groupby
 from typing import TYPE_CHECKING, Any
 
 from pidcfg.diagnostics import path_text
-from pidcfg.encoders.named import shown
+from pidcfg.encoders.parameters import shown
 from pidcfg.encoders.regmap import Bits
 from pidcfg.encoders.words import DecodeError
+from pidcfg.explanation.texts import unit_text
 from pidcfg.report import content
 from pidcfg.report.roots import word_before_root
 from pidcfg.report.settings import CHOICE
-from pidcfg.report.texts import cell, unit_text
+from pidcfg.report.texts import cell as cell_of
 from pidcfg.schemas.base import Quantity
 from pidcfg.schemas.iec import Wire
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Mapping
+    from collections.abc import Iterator, Mapping
 
-    from pidcfg.encoders.image import Block, Encoding
-    from pidcfg.encoders.named import Entry, Program
+    from pidcfg.encoders.image import Block, Cell, Encoding
+    from pidcfg.encoders.parameters import Entry, Program
     from pidcfg.encoders.regmap import Word
+    from pidcfg.explanation.find_parameter import ParameterBook
 
 THE_PLC = "the PLC"
 AS_PV = "as the PV"
@@ -31,20 +33,17 @@ AS_PV = "as the PV"
 
 def places_of(encoding: Encoding, loop: int) -> dict[str, str]:
     """Where the registers of a loop, by its number, hold each setting, by its path; a pair of limits has two."""
-    found: dict[str, list[str]] = {}
+    places: dict[str, list[str]] = {}
     for block in encoding.blocks:
-        if not _belongs(block, loop):
-            continue
-        prefix = path_text(block.place[2:])
         rows: tuple[Word | Bits, ...] = (*block.table.words, *block.table.bits)
-        for row in rows:
+        for row in rows if _belongs(block, loop) else ():
             if row.path is not None:
-                path = f"{prefix}.{row.path}" if prefix else row.path
+                path = path_text((*block.place[2:], row.path)).removesuffix(".0").removesuffix(".1")
                 name = encoding.space.name(block.start + row.offset)
                 plural = "s" if isinstance(row, Bits) and len(row.bits) > 1 else ""
                 numbers = f" bit{plural} {bit_numbers(row)}" if isinstance(row, Bits) else ""
-                found.setdefault(path.removesuffix(".0").removesuffix(".1"), []).append(name + numbers)
-    return {path: ", ".join(names) for path, names in found.items()}
+                places.setdefault(path, []).append(name + numbers)
+    return {path: ", ".join(names) for path, names in places.items()}
 
 
 def _belongs(block: Block, loop: int | None) -> bool:
@@ -52,99 +51,81 @@ def _belongs(block: Block, loop: int | None) -> bool:
     return block.loop is None if loop is None else block.place[:2] == ("loops", loop)
 
 
-def blocks_of(
-    encoding: Encoding,
-    number: int | None,
-    units: Mapping[str, str],
-    settled: Mapping[str, str],
-    writers: Mapping[str, str],
-) -> tuple[content.Block, ...]:
-    """The blocks of one loop, by its number (None: of the PLC); ``settled``: units by path, which leave no choice.
+@dataclass(frozen=True, slots=True)
+class Words:
+    """The registers of a configuration, as one loop or the PLC sees them."""
 
-    ``writers``: who writes a status register that is not the PLC's alone, by its name.
-    """
-    found: dict[str, list[content.Register]] = {}
-    for block in encoding.blocks:
-        if _belongs(block, number):
-            rows = found.setdefault(block.table.title, [])
-            rows += _registers(block, encoding, {**units, "": ""}, settled, writers)
-    return tuple(content.Block(title, tuple(rows)) for title, rows in found.items() if rows)
+    encoding: Encoding
+    units: Mapping[str, str] = field(default_factory=dict)
+    settled: Mapping[str, str] = field(default_factory=dict)
+    """Units by path, which leave no choice."""
+    writers: Mapping[str, str] = field(default_factory=dict)
+    """Who writes a status register that is not the PLC's alone, by its name."""
 
+    def blocks(self, loop: int | None) -> tuple[content.Block, ...]:
+        """The blocks of one loop, by its number (None: of the PLC)."""
+        blocks: dict[str, list[content.Register]] = {}
+        for block in self.encoding.blocks:
+            if _belongs(block, loop):
+                blocks.setdefault(block.table.title, []).extend(self._registers(block))
+        return tuple(content.Block(title, tuple(rows)) for title, rows in blocks.items() if rows)
 
-def _registers(
-    block: Block,
-    encoding: Encoding,
-    units: Mapping[str, str],
-    settled: Mapping[str, str],
-    writers: Mapping[str, str],
-) -> Iterator[content.Register]:
-    memory = encoding.image.words
-    owned = {cell.number - block.start for cell in block.cells(encoding.space)}
-    words = [w for w in block.table.words if w.offset in owned]
-    for reserved, run in groupby(words, key=lambda w: w.access == "reserved" and not memory[block.start + w.offset]):
-        rows = list(run)
-        if reserved:
-            yield _reserved(rows, block, encoding)
-        else:
-            for word in rows:
-                register = _register(word, block, encoding, memory[block.start + word.offset], units, settled)
-                yield replace(register, by=writers.get(word.name, THE_PLC) if word.access == "status" else "")
+    def _registers(self, block: Block) -> Iterator[content.Register]:
+        """The registers of a block; reserved ones that hold nothing stand together."""
+        cells = {cell.number - block.start: cell for cell in block.cells(self.encoding.space)}
+        memory = self.encoding.image.words
+        rows = [(word, memory[block.start + word.offset]) for word in block.table.words if word.offset in cells]
+        for reserved, run in groupby(rows, key=lambda row: row[0].access == "reserved" and not row[1]):
+            if reserved:
+                words = [word for word, _ in run]
+                first, last = (cells[words[i].offset] for i in (0, -1))
+                address = first.address if first is last else f"{first.address} to {last.address}"
+                title = words[0].title
+                yield content.Register(address, "", first.kind.hex(0), 0, None, "", title, "reserved")
+            else:
+                yield from (self._register(word, block, cells[word.offset], raw) for word, raw in run)
 
+    def _register(self, word: Word, block: Block, cell: Cell, raw: int) -> content.Register:
+        every = tuple(_bits(row, raw) for row in block.table.bits if row.offset == word.offset)
+        value, unit = (None, "") if every or word.access == "status" else self._value(word, block, raw)
+        if value is not None and not unit and not isinstance(value, str):
+            open_ = not word.unit or CHOICE.search(word.unit)
+            unit = self.settled.get(str(word.path), "") if open_ else unit_text(word.unit, self.units)
+        meaning, before = word.title, word_before_root(word, block, raw)
+        if before is not None and word.access == "setting":
+            value, unit, reached = before.percent, before.unit, before.reached(self.units["pv"])
+            meaning += f", {reached}" if reached else ""
+        return content.Register(
+            address=cell.address,
+            name=cell.field,
+            hex=cell.kind.hex(raw),
+            decimal=cell.kind.show(raw) + 0,
+            value=value,
+            unit=unit,
+            meaning=meaning,
+            owner=word.access,
+            bits=tuple(bit for bit in every if bit.owner == "setting" or set(bit.state) != {"0"}),
+            by=self.writers.get(word.name, THE_PLC) if word.access == "status" else "",
+        )
 
-def _reserved(rows: list[Word], block: Block, encoding: Encoding) -> content.Register:
-    """A run of registers that mean nothing."""
-    first, last = (encoding.space.name(block.start + rows[i].offset) for i in (0, -1))
-    address = first if first == last else f"{first} to {last}"
-    kind = encoding.space.kind(block.start + rows[0].offset)
-    return content.Register(address, "", kind.hex(0), 0, None, "", rows[0].title, "reserved")
-
-
-def _register(
-    word: Word, block: Block, encoding: Encoding, raw: int, units: Mapping[str, str], settled: Mapping[str, str]
-) -> content.Register:
-    number = block.start + word.offset
-    kind = encoding.space.kind(number)
-    every = tuple(_bits(row, raw) for row in block.table.bits if row.offset == word.offset)
-    bits = tuple(bit for bit in every if bit.owner == "setting" or set(bit.state) != {"0"})
-    value, unit = (None, "") if every or word.access == "status" else _value(word, block, encoding, raw)
-    if value is not None and not unit and not isinstance(value, str):
-        open_ = not word.unit or CHOICE.search(word.unit)
-        unit = settled.get(str(word.path), "") if open_ else unit_text(word.unit, dict(units))
-    meaning, before = word.title, word_before_root(word, block, raw)
-    if before is not None and word.access == "setting":
-        value, unit, reached = before.percent, before.unit, before.reached(units["pv"])
-        meaning += f", {reached}" if reached else ""
-    return content.Register(
-        encoding.space.name(number),
-        block.prefix + word.name,
-        kind.hex(raw),
-        kind.show(raw) + 0,
-        value,
-        unit,
-        meaning,
-        word.access,
-        bits,
-    )
-
-
-def _value(word: Word, block: Block, encoding: Encoding, raw: int) -> tuple[content.Value, str]:
-    """What the PLC reads in a register, in engineering units; counts where there is no range."""
-    spelled = getattr(word.codec, "spelled", None)
-    if spelled is not None:
-        return spelled(raw, encoding.space.name), ""
-    try:
-        value: Any = block.table.decode_word(word, raw, block.scales)
-    except DecodeError:
-        return "no value", ""
-    step, off = getattr(word.codec, "step", None), getattr(word.codec, "off", ())
-    if off and step and value / step in off:
-        return getattr(word.codec, "special", "off"), ""
-    scale = block.scales.get(getattr(word.codec, "scale", ""))
-    if isinstance(value, Quantity) and (value.counts or scale is None or scale.range is None):
-        return value.value, "counts"
-    if isinstance(value, bool):
-        return "on" if value else "off", ""
-    return (None if word.access == "reserved" else cell(value)), ""
+    def _value(self, word: Word, block: Block, raw: int) -> tuple[content.Value, str]:
+        """What the PLC reads in a register, in engineering units; counts where there is no range."""
+        spelled = getattr(word.codec, "spelled", None)
+        if spelled is not None:
+            return spelled(raw, self.encoding.space.name), ""
+        try:
+            value: Any = block.table.decode_word(word, raw, block.scales)
+        except DecodeError:
+            return "no value", ""
+        step, off = getattr(word.codec, "step", None), getattr(word.codec, "off", ())
+        if off and step and value / step in off:
+            return getattr(word.codec, "special", "off"), ""
+        scale = block.scales.get(getattr(word.codec, "scale", ""))
+        if isinstance(value, Quantity) and (value.counts or scale is None or scale.range is None):
+            return value.value, "counts"
+        if isinstance(value, bool):
+            return "on" if value else "off", ""
+        return (None if word.access == "reserved" else cell_of(value)), ""
 
 
 def _bits(row: Bits, raw: int) -> content.Bit:
@@ -167,33 +148,21 @@ def bit_numbers(row: Bits) -> str:
     return ", ".join(map(str, reversed(row.bits))) if len(row.bits) < 5 else f"{row.bits[-1]} to {row.bits[0]}"
 
 
-@dataclass(frozen=True, slots=True)
-class Sense:
-    """What the parameters of a block mean and are counted in, by name."""
-
-    meanings: Mapping[str, str]
-    units: Mapping[str, str]
-
-    def meaning(self, name: str) -> str:
-        """A parameter's meaning; a member of a structure goes by its last name."""
-        return self.meanings.get(name) or self.meanings.get(name.rpartition(".")[2], "")
+def parameters_of(
+    program: Program, loop: str | None, book: ParameterBook, units: Mapping[str, str] | None = None
+) -> tuple[content.Parameter, ...]:
+    """The named parameters of one loop (None: of what is no loop); ``units``: the loop's, else those of the table."""
+    return tuple(_parameter(entry, program, book, units) for entry in program.cells if entry.loop == loop)
 
 
-def parameters_of(program: Program, loop: str | None, sense: Callable[[str], Sense]) -> tuple[content.Parameter, ...]:
-    """The named parameters of one loop (None: of what is no loop); ``sense``: of a block by its name."""
-    return tuple(_parameter(entry, sense(_owner(entry))) for entry in program.cells if entry.loop == loop)
-
-
-def _owner(entry: Entry) -> str:
-    """The block that a parameter belongs to; empty for a signal."""
-    return entry.address.removesuffix(entry.field).removesuffix(".")
-
-
-def _parameter(entry: Entry, sense: Sense) -> content.Parameter:
+def _parameter(
+    entry: Entry, program: Program, book: ParameterBook, units: Mapping[str, str] | None
+) -> content.Parameter:
+    place = book.row_of(entry.address, program.settings)
+    meaning, unit = (book.text(place[1], place[2]), place[2].unit) if place else ("", "")
     if isinstance(entry.raw, Wire):
         text, unit = f":= {entry.raw.text}", ""
     else:
-        unit = "" if isinstance(entry.raw, bool) else sense.units.get(entry.field, "")
         text = shown(entry.type, entry.raw)
-    meaning, device = sense.meaning(entry.field), entry.device or ""
-    return content.Parameter(entry.address, entry.type.name, text, unit, meaning, device)
+        unit = "" if isinstance(entry.raw, bool) else unit if units is None else units.get(entry.field, "")
+    return content.Parameter(entry.address, entry.type.name, text, unit, meaning, entry.device or "")

@@ -45,15 +45,16 @@ def models_of(model: type[BaseModel], seen: dict[type[BaseModel], None] | None =
     if model not in seen:
         seen[model] = None
         for field in model.model_fields.values():
-            for inner in _inside(field.annotation):
+            for inner in models_in(field.annotation):
                 models_of(inner, seen)
     return seen
 
 
-def _inside(annotation: Any) -> list[type[BaseModel]]:
+def models_in(annotation: Any) -> list[type[BaseModel]]:
+    """The models that an annotation names."""
     if isinstance(annotation, type) and issubclass(annotation, BaseModel):
         return [annotation]
-    return [m for inner in getattr(annotation, "__args__", ()) for m in _inside(inner)]
+    return [m for inner in getattr(annotation, "__args__", ()) for m in models_in(inner)]
 
 
 def _describe(definition: dict[str, Any], model: type[BaseModel] | None) -> None:

@@ -9,7 +9,6 @@ import click
 from pidcfg.cli import options
 from pidcfg.cli.main import Exit
 from pidcfg.cli.terminal.console import echo, echo_json, note
-from pidcfg.encoders.files import CONFLICT
 from pidcfg.vendors import format_names, format_of
 
 if TYPE_CHECKING:
@@ -48,7 +47,7 @@ def command(
     """Write the PLC's memory for the configuration FILE (- for standard input): every word with its address."""
     from pidcfg.cli.commands.validate import exit_code
     from pidcfg.cli.findings.collect import one_configuration, show_errors
-    from pidcfg.encoders.files import UnwritableError
+    from pidcfg.encoders.files import CONFLICT, UnwritableError
     from pidcfg.encoders.listing import ListingError
 
     checked = one_configuration(file, limits)

@@ -20,7 +20,6 @@ from pidcfg.conversion.arithmetic import (
 from pidcfg.conversion.builder import Builder, chosen, given, starts
 from pidcfg.conversion.ledger import Target
 from pidcfg.conversion.to_neutral.click import FOLLOWS, NO_FILTER, NO_INTEGRAL, OUTPUT, RAISES
-from pidcfg.encoders.click.files import DECODE_OPTIONS
 from pidcfg.encoders.maps.click import BLOCKS
 from pidcfg.encoders.values import present
 from pidcfg.encoders.words import nearest
@@ -47,8 +46,6 @@ D288 = Decision(
     "with it, so that integral and derivative act as strongly as before.",
     "The gain stands before all three terms and cannot be 0.",
 )
-CONVERT_OPTIONS = DECODE_OPTIONS
-"""Where the blocks of the loops begin, and the discrete outputs of their pulses."""
 BANKS = {"bits": BITS, "integers": INTEGERS, "floats": FLOATS}
 ACTIONS = {raises: action for action, raises in RAISES.items()}
 MODES = {follows: mode for mode, follows in FOLLOWS.items()}

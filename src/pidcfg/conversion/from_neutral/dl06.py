@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 from pidcfg.conversion.arithmetic import ZERO, filter_share, gain_limit, number, product, quotient, width
 from pidcfg.conversion.from_neutral.dl06_alarms import put_alarms
 from pidcfg.conversion.from_neutral.dl06_loop import Writer
-from pidcfg.conversion.from_neutral.dl06_options import CONVERT_OPTIONS
 from pidcfg.conversion.ledger import Missing, Put, Target
 from pidcfg.conversion.pipeline import ConvertError
 from pidcfg.conversion.to_neutral.dl06 import FOLLOWS
@@ -31,8 +30,6 @@ D281 = Decision(
     "loop of which neither is said gets type I.",
     "A loop that nobody has given a set point yet stays where it is; type II would drive it towards 0 counts.",
 )
-__all__ = ["CONVERT_OPTIONS", "from_neutral"]
-
 TYPES = {follows: kind for kind, follows in FOLLOWS.items()}
 LOOP_TABLE = 0o2000
 DATA_FORMAT = "12-bit unipolar"

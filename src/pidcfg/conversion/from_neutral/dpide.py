@@ -8,7 +8,6 @@ from pidcfg.conversion.arithmetic import ZERO, number
 from pidcfg.conversion.ledger import Put, Target
 from pidcfg.conversion.to_neutral.dpide import BACK_CALCULATED, DEAD_BAND, HELD, MS
 from pidcfg.conversion.unmatched import ALARMS, dropped
-from pidcfg.encoders.dpide.files import DECODE_OPTIONS
 from pidcfg.encoders.values import present
 from pidcfg.encoders.words import nearest
 from pidcfg.refs import Decision
@@ -39,7 +38,6 @@ D298 = Decision(
 )
 BLOCK = 30
 """Registers of an I_MV block."""
-CONVERT_OPTIONS = tuple(row for row in DECODE_OPTIONS if row.key == "device")
 COMPARE, PULSES = "compare PV in the program", "use GPWM behind the instruction"
 NO_TWIN = {
     "setpoint.limits.0": "limit SV in the program",

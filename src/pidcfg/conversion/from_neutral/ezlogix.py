@@ -10,15 +10,12 @@ from pidcfg.conversion.builder import Builder, chosen, given, starts
 from pidcfg.conversion.ledger import Missing, Target
 from pidcfg.conversion.pipeline import ConvertError
 from pidcfg.conversion.to_neutral.ezlogix import ACTS_ON, FULL, RAISES, SETPOINT
-from pidcfg.encoders.ezlogix.files import DECODE_OPTIONS
-from pidcfg.encoders.files import DecodeOption
 from pidcfg.encoders.maps.ezlogix import BLOCKS
-from pidcfg.encoders.settings import listed
 from pidcfg.encoders.values import present
 from pidcfg.encoders.words import nearest
 from pidcfg.refs import Decision
 from pidcfg.schemas.base import decimal_text
-from pidcfg.schemas.ezlogix import CV_FULL, DISCRETES, REGISTERS, parse_counts
+from pidcfg.schemas.ezlogix import CV_FULL, DISCRETES, REGISTERS
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -31,19 +28,6 @@ D291 = Decision(
     "`pv.counts` of a converted loop is [0, 4095], unless --pv-counts says otherwise; the gain is worked out with it.",
     "No other controller tells how many counts the new input module makes, and the gain is in counts per count.",
 )
-PLACES = ("registers", "discretes", "pv_tag", "cv_tag", "output_tag")
-
-
-def _counts(text: str) -> tuple[int, int]:
-    low, _, high = text.partition("-")
-    return parse_counts([int(low), int(high)])
-
-
-CONVERT_OPTIONS = (
-    *(row for row in DECODE_OPTIONS if row.key in PLACES),
-    DecodeOption("pv_counts", "LOW-HIGH,…", "Counts at both ends of each loop's PV range.", "0-32767", listed(_counts)),
-)
-"""Where blocks and tags go, and how many counts the PV has."""
 BANKS = {"registers": REGISTERS, "discretes": DISCRETES}
 ACTIONS = {raises: action for action, raises in RAISES.items()}
 ALGORITHMS = {what: algorithm for algorithm, what in ACTS_ON.items()}

@@ -10,11 +10,7 @@ from pidcfg.conversion.to_neutral.generic import fields, plain
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from pidcfg.encoders.files import DecodeOption
     from pidcfg.schemas.generic import GenericFile
-
-CONVERT_OPTIONS: tuple[DecodeOption, ...] = ()
-"""There are no places to choose."""
 
 
 def from_neutral(file: GenericFile, options: Mapping[str, Any]) -> Target:  # noqa: ARG001 - there is nothing to choose

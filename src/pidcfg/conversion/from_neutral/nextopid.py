@@ -14,7 +14,6 @@ from pidcfg.conversion.from_neutral.nextopid_task import Task, task_of
 from pidcfg.conversion.ledger import Put, Target
 from pidcfg.conversion.to_neutral.nextopid import HELD
 from pidcfg.conversion.unmatched import ALARMS, dropped
-from pidcfg.encoders.nextopid.files import DECODE_OPTIONS
 from pidcfg.encoders.values import present
 from pidcfg.encoders.words import nearest
 from pidcfg.refs import Decision
@@ -32,8 +31,6 @@ D294 = Decision(
     "SP is MinPV where the PV rises with the output, else MaxPV; reported as assumed.",
     "SP must be given. A loop that nobody has given a set point must not open its valve.",
 )
-CONVERT_OPTIONS = tuple(row for row in DECODE_OPTIONS if row.key == "sample_time")
-"""The interval of the task."""
 KEYS = (
     "name",
     "type",

@@ -7,7 +7,7 @@ from decimal import Decimal
 from functools import cached_property
 
 from pidcfg.encoders.dpide.encode import values_of
-from pidcfg.encoders.named import Content, NamedEncoding, store
+from pidcfg.encoders.parameters import Content, ProgramEncoding, store
 from pidcfg.encoders.words import EncodeError
 from pidcfg.schemas.dpide import LONGEST_CYCLE, SHORTEST_CYCLE, DpideFile, Loop
 from pidcfg.validate.views import Context, View, with_unit
@@ -84,7 +84,7 @@ class LoopView(View[Loop]):
 
 
 @dataclass(frozen=True)
-class DpideContext(Context[DpideFile, NamedEncoding]):
+class DpideContext(Context[DpideFile, ProgramEncoding]):
     """A configuration with its encoding, and its loops one by one."""
 
     @cached_property

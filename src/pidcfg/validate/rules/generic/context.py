@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING
 
-from pidcfg.encoders.named import NamedEncoding
+from pidcfg.encoders.parameters import ProgramEncoding
 from pidcfg.schemas.generic import GenericFile, Loop
 from pidcfg.validate.views import Context, Pair, View, number_text, outside, with_unit
 
@@ -46,7 +46,7 @@ class LoopView(View[Loop]):
 
 
 @dataclass(frozen=True)
-class GenericContext(Context[GenericFile, NamedEncoding]):
+class GenericContext(Context[GenericFile, ProgramEncoding]):
     """A configuration with its encoding, and its loops one by one."""
 
     @cached_property

@@ -5,7 +5,7 @@ from __future__ import annotations
 from decimal import Decimal
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeGuard
 
-from pidcfg.encoders.named import store
+from pidcfg.encoders.parameters import store
 from pidcfg.encoders.words import EncodeError
 from pidcfg.validate.views import number_text
 

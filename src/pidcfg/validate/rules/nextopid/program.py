@@ -23,7 +23,7 @@ from pidcfg.validate.views import Context
 
 if TYPE_CHECKING:
     from pidcfg.diagnostics import Path, Severity
-    from pidcfg.encoders.named import Parameter
+    from pidcfg.encoders.parameters import Parameter
     from pidcfg.schemas.expressions import Expression
 
 PV_KEYS = frozenset(("SP", "SP_CASC", "PV", "MaxPV", "MinPV", "DeadBand"))
