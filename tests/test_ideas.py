@@ -14,8 +14,7 @@ from pidcfg.validate.ideas.alarms import (
 )
 from pidcfg.validate.ideas.blocks import Extent, block_beyond_bank, blocks_overlap, too_many_loops
 from pidcfg.validate.ideas.cascades import rings
-from pidcfg.validate.ideas.duplicates import repeats
-from pidcfg.validate.rule import MOST_NAMES, reported_once
+from pidcfg.validate.ideas.duplicates import MOST_NAMES, repeats, reported_once
 from pidcfg.validate.views import View, complete, number_text, value_or_switch, with_unit
 
 

@@ -8,9 +8,9 @@ from __future__ import annotations
 
 import inspect
 import re
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any, Protocol, TypeVar
+from typing import TYPE_CHECKING, Any
 
 from pidcfg.diagnostics import Severity
 
@@ -41,33 +41,8 @@ class Finding:
 Findings = Iterator[Finding]
 """What a check yields."""
 Check = Callable[[Any], Findings]
-
-
 FIRST_VERSION = "0.1"
 """The version that has all the rules there are."""
-MOST_NAMES = 8
-"""Loops that a message names before it only counts."""
-
-
-class Named(Protocol):
-    """A loop, which has a name."""
-
-    @property
-    def name(self) -> str:
-        """Its name, which is unique in the file."""
-
-
-LoopT = TypeVar("LoopT", bound=Named)
-
-
-def reported_once(views: Sequence[LoopT], finding_of: Callable[[LoopT], Finding]) -> Findings:
-    """The finding of the first of some loops; its message names the ``others``."""
-    if views:
-        others = tuple(view.name for view in views[1:])
-        more = f" and {len(others) - MOST_NAMES} more" if len(others) > MOST_NAMES else ""
-        text = f", as in {', '.join(others[:MOST_NAMES])}{more}" if others else ""
-        first = finding_of(views[0])
-        yield replace(first, other_loops=others, values={**first.values, "others": text})
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Generic, Protocol, TypeVar
 
 from pidcfg.schemas.base import decimal_text
-from pidcfg.validate.rule import Finding, Named
+from pidcfg.validate.rule import Finding
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
@@ -18,6 +18,14 @@ if TYPE_CHECKING:
 DIGITS = 12
 """More of a number than a message shows."""
 Pair = tuple["Decimal", "Decimal"]
+
+
+class Named(Protocol):
+    """A loop of any vendor."""
+
+    @property
+    def name(self) -> str:
+        """Its name, which is unique in the file."""
 
 
 class Placed(Protocol):

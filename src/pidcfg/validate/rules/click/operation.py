@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING
 
 from pidcfg.refs import CLICK
 from pidcfg.schemas.click import D100, EFFECT
-from pidcfg.validate.rule import Findings, error, info, per_loop, reported_once, warning
+from pidcfg.validate.ideas.duplicates import reported_once
+from pidcfg.validate.rule import Findings, error, info, per_loop, warning
 
 if TYPE_CHECKING:
     from pidcfg.validate.rules.click.context import ClickContext, LoopView

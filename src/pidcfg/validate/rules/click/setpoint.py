@@ -8,7 +8,8 @@ from pidcfg.diagnostics import Severity
 from pidcfg.encoders.maps.click import SETPOINT_CROSSED
 from pidcfg.refs import CLICK, Decision
 from pidcfg.schemas.click import EFFECT
-from pidcfg.validate.rule import Findings, error, info, per_loop, reported_once, warning
+from pidcfg.validate.ideas.duplicates import reported_once
+from pidcfg.validate.rule import Findings, error, info, per_loop, warning
 
 if TYPE_CHECKING:
     from decimal import Decimal

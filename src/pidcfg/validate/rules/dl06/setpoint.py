@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING
 
 from pidcfg.refs import DL06, Decision
 from pidcfg.validate.ideas import alarms
-from pidcfg.validate.rule import Findings, error, info, per_loop, reported_once, warning
+from pidcfg.validate.ideas.duplicates import reported_once
+from pidcfg.validate.rule import Findings, error, info, per_loop, warning
 
 if TYPE_CHECKING:
     from pidcfg.validate.rules.dl06.context import Dl06Context, LoopView

@@ -8,8 +8,8 @@ from pidcfg.encoders.dl06.encode import LOOP_SIZE
 from pidcfg.encoders.maps.dl06 import CPU, D03, LOOP_TABLE
 from pidcfg.refs import DL06
 from pidcfg.schemas.octal import v_name
-from pidcfg.validate.ideas.duplicates import repeats
-from pidcfg.validate.rule import Finding, Findings, error, info, per_loop, reported_once, warning
+from pidcfg.validate.ideas.duplicates import repeats, reported_once
+from pidcfg.validate.rule import Finding, Findings, error, info, per_loop, warning
 from pidcfg.validate.rules.dl06.ramp_soak import tables
 from pidcfg.validate.rules.dl06.setup import between
 

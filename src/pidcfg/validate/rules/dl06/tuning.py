@@ -10,7 +10,8 @@ from pidcfg.encoders.maps.dl06 import D01, RESET
 from pidcfg.encoders.words import EncodeError, bcd_digits
 from pidcfg.refs import DL06, Decision
 from pidcfg.schemas.base import decimal_text
-from pidcfg.validate.rule import Finding, Findings, error, info, per_loop, reported_once, warning
+from pidcfg.validate.ideas.duplicates import reported_once
+from pidcfg.validate.rule import Finding, Findings, error, info, per_loop, warning
 from pidcfg.validate.views import value_or_switch
 
 if TYPE_CHECKING:

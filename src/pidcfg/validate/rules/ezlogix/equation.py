@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING
 
 from pidcfg.refs import EZLOGIX, Decision
 from pidcfg.schemas.base import decimal_text
-from pidcfg.validate.rule import Findings, error, info, per_loop, reported_once, warning
+from pidcfg.validate.ideas.duplicates import reported_once
+from pidcfg.validate.rule import Findings, error, info, per_loop, warning
 
 if TYPE_CHECKING:
     from pidcfg.validate.rules.ezlogix.context import EzlogixContext, LoopView
