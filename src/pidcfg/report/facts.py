@@ -6,8 +6,10 @@ from decimal import Decimal
 from typing import TYPE_CHECKING, Any
 
 from pidcfg.encoders.words import DecodeError
+from pidcfg.explanation.direction import PV_RISES
 from pidcfg.explanation.texts import unit_text
 from pidcfg.paths import steps, value_at
+from pidcfg.report.roots import loop_words
 from pidcfg.report.texts import SIDES, number, text
 from pidcfg.schemas.iec import Wire
 
@@ -26,7 +28,6 @@ FIRST = (
     ("Sample time", "sample_time", "s", ("sample_time", "sample_rate", "CYCLE")),
 )
 """Each with the field of the neutral loop that says it, its unit, and the vendors' own keys, for a loop without one."""
-HEATING, COOLING = "PV rises when the output rises (as in heating)", "PV falls when the output rises (as in cooling)"
 FORMS = {True: "dependent: Ti and Td are times", False: "independent: Ki and Kd are gains"}
 WIRED = "the program chooses it: "
 
@@ -54,13 +55,12 @@ def facts(
 
 def direction(vendor: Vendor, loop: Any) -> str:
     """Where the PV goes when the output rises, by the loop's own word for its action; empty where nobody knows."""
-    heating = str(vendor.load("tuned").heating)
-    key, _, state = heating.replace(":", "").rpartition(" ")
-    value = getattr(loop, key or "action", None)
+    key, heating = vendor.load("explainer").direction.key, vendor.load("tuned").heating.rpartition(" ")[2]
+    value = getattr(loop, key, None)
     if isinstance(value, Wire):
         return f"{WIRED}{key} := {value.text}"
     if isinstance(value, bool | str):
-        return HEATING if str(value).lower() == state.lower() else COOLING
+        return PV_RISES[str(value).lower() == heating.lower()]
     return ""
 
 
@@ -82,16 +82,14 @@ def tuning(vendor: Vendor, loop: Any, settings: Mapping[str, Setting]) -> Iterat
 def held_setpoint(encoding: Encoding, loop: int, unit: str) -> dict[str, str]:
     """The set point that the register of a loop, by its number, holds, as the shortest value that is stored so."""
     path = "setpoint.value"
-    for block in encoding.blocks:
-        word = next((w for w in block.table.words if w.path == path), None)
-        if block.place == ("loops", loop) and word is not None:
-            scale, raw = block.scales.get(str(getattr(word.codec, "scale", ""))), encoding.image.words
-            if scale is not None and scale.range is not None:
-                try:
-                    value = block.table.decode_word(word, raw[block.start + word.offset], block.scales)
-                except DecodeError:
-                    return {}
-                return {path: f"{text(value)} {'' if value.counts else unit}".rstrip()}
+    for block, word, raw in loop_words(encoding, loop):
+        scale = block.scales.get(str(getattr(word.codec, "scale", "")))
+        if word.path == path and scale is not None and scale.range is not None:
+            try:
+                value = block.table.decode_word(word, raw, block.scales)
+            except DecodeError:
+                return {}
+            return {path: f"{text(value)} {'' if value.counts else unit}".rstrip()}
     return {}
 
 
@@ -106,7 +104,7 @@ def quantity(setting: Setting) -> str:
 
 
 def label(path: str) -> str:
-    """A key as a label: the manual's names stay, ours become words."""
+    """A key as a label: the manual's names stay, others become words."""
     last = path.removesuffix(".value").rpartition(".")[2]
     words = last.replace("_", " ")
     return words[:1].upper() + words[1:] if last.islower() else last
