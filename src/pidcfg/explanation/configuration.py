@@ -6,7 +6,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from pidcfg.diagnostics import path_text
-from pidcfg.encoders.image import Block, Encoding, route
+from pidcfg.encoders.image import Block, Encoding
 from pidcfg.explanation.page import Origin, Page
 from pidcfg.explanation.texts import units_of
 from pidcfg.explanation.values import Placement
@@ -69,7 +69,7 @@ class Configured:
         word = next(w for w in block.table.words if w.offset == offset)
         rows = [row for row in block.table.bits if row.offset == offset and row.access == "setting"]
         paths = [path for path in (word.path, *(row.path for row in rows)) if path is not None]
-        origins = [o for path in paths if (o := self.origin(route(block.place, path), block.loop))]
+        origins = [o for path in paths if (o := self.origin((*block.place, *steps(path)), block.loop))]
         raw = block.encoded.words[offset]
         return Placement(block.table, word, block.loop, self._scaling(block), raw, tuple(origins))
 
@@ -86,7 +86,7 @@ class Configured:
         for key in ("loops", "blocks", "signals"):
             for i, item in enumerate(data.get(key) or ()):
                 if isinstance(item, dict) and item.get("name") == entry.address.removesuffix(f".{entry.field}"):
-                    origin = self.origin(route((key, i), entry.field), entry.loop)
+                    origin = self.origin((key, i, *steps(entry.field)), entry.loop)
                     return replace(page, loop=entry.loop, origins=(origin,) if origin else ())
         return replace(page, loop=entry.loop)
 

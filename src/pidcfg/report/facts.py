@@ -33,16 +33,16 @@ WIRED = "the program chooses it: "
 
 
 def facts(
-    vendor: Vendor, loop: Any, neutral: Mapping[str, Any], groups: Sequence[Group], held: Mapping[str, str]
+    vendor: Vendor, loop: Any, neutral: Mapping[str, Any], groups: Sequence[Group], stored: Mapping[str, str]
 ) -> Iterator[tuple[str, str]]:
-    """The facts of a loop; ``neutral``: its neutral form or nothing, ``held``: what registers hold, as text."""
+    """The facts of a loop; ``neutral``: its neutral form or nothing, ``stored``: what registers hold, as text."""
     units = {side: value_at(neutral, (side, "unit")) or "" for side in SIDES}
     settings = {setting.path: setting for group in groups for setting in group.settings}
     for title, path, unit, keys in FIRST:
         value = value_at(neutral, steps(path))
         setting = next((settings[key] for key in keys if key in settings), None)
-        if path in held and setting is not None and setting.unit == "counts":
-            yield title, held[path]
+        if path in stored and setting is not None and setting.unit == "counts":
+            yield title, stored[path]
         elif isinstance(value, str | int | float | list | tuple | Decimal):
             shown = " to ".join(map(brief, value)) if isinstance(value, list | tuple) else brief(value)
             yield title, f"{shown} {unit_text(unit, units)}".rstrip()
@@ -79,7 +79,7 @@ def tuning(vendor: Vendor, loop: Any, settings: Mapping[str, Setting]) -> Iterat
             yield label(name), quantity(settings[path])
 
 
-def held_setpoint(encoding: Encoding, loop: int, unit: str) -> dict[str, str]:
+def stored_setpoint(encoding: Encoding, loop: int, unit: str) -> dict[str, str]:
     """The set point that the register of a loop, by its number, holds, as the shortest value that is stored so."""
     path = "setpoint.value"
     for block, word, raw in loop_words(encoding, loop):

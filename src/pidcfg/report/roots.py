@@ -60,10 +60,10 @@ def settings_before_root(encoding: Encoding, loop: int) -> dict[str, BeforeRoot]
     return {path: share for path, share in shares if path is not None and share is not None}
 
 
-def with_shares(groups: tuple[Group, ...], rooted: Mapping[str, BeforeRoot], unit: str) -> tuple[Group, ...]:
+def with_shares(groups: tuple[Group, ...], shares: Mapping[str, BeforeRoot], unit: str) -> tuple[Group, ...]:
     """The settings with what they mean before the root; ``unit``: that of the PV."""
     return tuple(
-        replace(group, settings=tuple(_with_share(s, rooted.get(s.path), unit) for s in group.settings))
+        replace(group, settings=tuple(_with_share(s, shares.get(s.path), unit) for s in group.settings))
         for group in groups
     )
 
