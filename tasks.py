@@ -1,11 +1,12 @@
 """Set up, show and test pidcfg with nothing but Python: `python tasks.py demo`, `python tasks.py test`.
 
-demo    install pidcfg into .venv, validate and simulate the example reactor
-test    install everything and run all tests; further arguments go to pytest
-docs    build the documentation site into build/site
-check   ruff, mypy --strict, the import rules, the generated docs
-bench   print the benchmarks: speed of the command and of the simulation
-lock    renew requirements/*.txt from pyproject.toml
+demo      install pidcfg into .venv, validate and simulate the example reactor
+test      install everything and run all tests; further arguments go to pytest
+docs      build the documentation site into build/site
+generate  renew everything that is generated: pages, schemas, messages, golden files; --check only says what differs
+check     ruff, mypy --strict, the import rules, and whether what is generated is up to date
+bench     print the benchmarks: speed of the command and of the simulation
+lock      renew requirements/*.txt from pyproject.toml
 
 Runs on Windows, macOS and Linux. A second run is quick: what is installed is remembered in .venv.
 """
@@ -32,6 +33,7 @@ REQUIREMENTS = ROOT / "requirements"
 REACTOR = "examples/dl06/reactor.yaml"
 SCENARIO = "examples/dl06/reactor.scenario.yaml"
 
+GENERATED = "tests/generated.py"
 SITE = ("-m", "sphinx", "-E", "-W", "--keep-going", "-q", "-d", "build/doctrees")
 """Sphinx from source folder to site, as offline as everything else."""
 
@@ -191,12 +193,18 @@ def check() -> None:
         ("-m", "ruff", "format", "--check", "."),
         ("-m", "mypy", "--strict"),
         ("-m", "pytest", "-q", "tests/test_layers.py"),
-        ("docs/generate.py", "--check"),
+        (GENERATED, "--check"),
     )
     failed = [" ".join(step) for step in steps if run(PYTHON, *step)]
     if failed:
         sys.exit("failed: " + "; ".join(failed))
     print("all checks passed")
+
+
+def generate(*arguments: str) -> None:
+    """Write anew what is generated and differs, or the parts of it that the arguments name."""
+    prepare("test")
+    must(PYTHON, GENERATED, *arguments)
 
 
 def docs() -> None:
@@ -231,6 +239,7 @@ TASKS: dict[str, Callable[..., None]] = {
     "demo": demo,
     "test": test,
     "docs": docs,
+    "generate": generate,
     "check": check,
     "bench": bench,
     "lock": lock,
@@ -240,7 +249,7 @@ TASKS: dict[str, Callable[..., None]] = {
 def main(arguments: list[str]) -> None:
     """Run the named task."""
     name, *rest = arguments or ["help"]
-    if name not in TASKS or (rest and name != "test"):
+    if name not in TASKS or (rest and name not in {"test", "generate"}):
         sys.exit(__doc__)
     os.environ["PYTHONUTF8"] = "1"
     TASKS[name](*rest)

@@ -51,6 +51,7 @@ ORDER = {
         "scenarios",
         "settings",
         "output-formats",
+        "From Python <api>",
         "rules",
         "exit-codes",
         "dependencies",

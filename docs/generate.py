@@ -13,17 +13,17 @@ import click
 from rule_pages import decisions, rule_pages
 
 from pidcfg.cli.commands.schema import document_schema
-from pidcfg.cli.commands.simulate import simulate_document
 from pidcfg.cli.files.plots import heading
 from pidcfg.cli.formats import FORMATS, load
 from pidcfg.cli.main import COMMANDS, cli
-from pidcfg.cli.output_schemas import OUTPUTS
 from pidcfg.encoders.maps.dl06 import READ_LATE
-from pidcfg.encoders.named import ParameterTable
+from pidcfg.encoders.parameters import ParameterTable
 from pidcfg.limits import DEFAULT
 from pidcfg.pictures.draw import svg
 from pidcfg.refs import Ref
+from pidcfg.results.schemas import OUTPUTS
 from pidcfg.scenario.charts import charts_of
+from pidcfg.scenario.outcome import simulate_document
 from pidcfg.schemas.document import field_texts, models_of
 from pidcfg.sim.run import Settings
 from pidcfg.source import read_document

@@ -1,7 +1,4 @@
-"""What every rule says about its case files; ``python tests/case_messages.py`` writes it anew.
-
-Read the difference before committing it: messages are what a user sees in a CI log.
-"""
+"""What every rule says about its case files, which is what a user sees in a CI log; `generated` writes it anew."""
 
 from __future__ import annotations
 
@@ -28,7 +25,3 @@ def lines(case: Path) -> list[str]:
 def messages() -> str:
     """All of them, in the order of the files."""
     return "".join(f"{line}\n" for case in sorted(FOLDER.glob("*.yaml")) for line in lines(case))
-
-
-if __name__ == "__main__":
-    GOLDEN.write_text(messages(), "utf-8", newline="\n")

@@ -7,8 +7,7 @@ from dataclasses import fields
 
 from pidcfg.sim.controllers.dl06 import state as bits
 from pidcfg.sim.controllers.dl06.equation import coefficients
-from pidcfg.sim.controllers.dl06.report import describe
-from pidcfg.sim.controllers.dl06.scan import Config, State, scan
+from pidcfg.sim.controllers.dl06.scan import Config, Dl06, State, scan
 from pidcfg.sim.controllers.dl06.tune_open import POINTS
 from pidcfg.sim.controllers.dl06.tune_results import WANTED
 from pidcfg.sim.plc import TICKS
@@ -84,7 +83,7 @@ class Rig:
             self.tick += round(self.base * TICKS)
             for i, s in enumerate(self.st):
                 if s.notice:
-                    self.log.append((i, "; ".join(filter(None, describe(s.notice)))))
+                    self.log.append((i, "; ".join(filter(None, Dl06.describe(s.notice)))))
                     s.notice = 0
 
     def run(self, seconds):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import random
 
 from pidcfg.encoders.maps.dpide import ROWS
-from pidcfg.encoders.named import Entry, Program, store
+from pidcfg.encoders.parameters import Entry, Program, store
 from pidcfg.sim.controllers.dpide.scan import Options, load, scan
 from pidcfg.sim.plc import TICKS
 from rig_plants import Fixed

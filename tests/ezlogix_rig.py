@@ -10,8 +10,8 @@ from pidcfg.schemas.ezlogix import EzlogixFile
 from pidcfg.sim.controllers.ezlogix import state as bits
 from pidcfg.sim.controllers.ezlogix.autotune import OFF, ON
 from pidcfg.sim.controllers.ezlogix.equation import coefficients
-from pidcfg.sim.controllers.ezlogix.report import MODES, SIGNALS, describe
-from pidcfg.sim.controllers.ezlogix.scan import Config, State, load, scan
+from pidcfg.sim.controllers.ezlogix.report import MODES, SIGNALS
+from pidcfg.sim.controllers.ezlogix.scan import Config, Ezlogix, State, load, scan
 from pidcfg.sim.plc import TICKS
 from pidcfg.sim.reaction_curve import POINTS
 from rig_plants import Fixed
@@ -84,7 +84,7 @@ class Rig:
             self.tick += round(self.base * TICKS)
             for s in self.st:
                 if s.notice:
-                    self.log.append("; ".join(filter(None, describe(s.notice))))
+                    self.log.append("; ".join(filter(None, Ezlogix.describe(s.notice))))
                     s.notice = 0
 
     def run(self, seconds):

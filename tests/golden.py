@@ -1,7 +1,4 @@
-"""The committed images, trends and reports of the examples; ``python tests/golden.py`` writes them anew.
-
-Read the difference before committing it: a golden file says what the words and the trend were when somebody looked.
-"""
+"""The committed images, trends and reports of the examples, and reports in every format; `generated` renews them."""
 
 from __future__ import annotations
 
@@ -137,15 +134,13 @@ def reports() -> dict[str, bytes]:
         return {path.name: path.read_bytes() for path in sorted(folder.iterdir()) if path.suffix != ".yaml"}
 
 
-def main() -> None:
-    """Writes every golden file."""
-    for file, data in reports().items():
-        (REPORTS / file).write_bytes(data)
-    for example in IMAGES:
-        for file, data in (images(example) | run(example)).items():
-            golden(example, file).parent.mkdir(exist_ok=True)
-            golden(example, file).write_bytes(data)
+def report_files() -> dict[Path, bytes]:
+    """The committed reports by their paths."""
+    return {REPORTS / file: data for file, data in reports().items()}
 
 
-if __name__ == "__main__":
-    main()
+def example_files() -> dict[Path, bytes]:
+    """The committed images, trends and reports of all examples by their paths."""
+    return {
+        golden(example, file): data for example in IMAGES for file, data in (images(example) | run(example)).items()
+    }

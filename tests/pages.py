@@ -3,6 +3,9 @@
 ``python tests/pages.py docs/tutorial.md`` renews the outputs of a page that are no longer true, and adds the exit codes
 that it lacks. Read what changed before you commit it: an output is what somebody looked at.
 
+A block of the language ``python`` with ``>>>`` in it is a session of Python; those of a page go on from one to the
+next.
+
 A block of the language ``console`` is a session: ``$ `` begins a command, a ``\\`` at its end continues it, and what
 follows is what the terminal shows (or standard output alone). A line ``...`` stands for lines that are left out, and a
 command that nothing follows is only run; so a block without ``$ `` is nothing but commands. A command that does not end
@@ -112,6 +115,15 @@ def steps(block: Block) -> Iterator[Step]:
         while prompt and at < len(block.lines) and not block.lines[at].startswith(prompt):
             at += 1
         yield Step(command, block.begin + first, block.begin + at, block.lines[first:at], block.indent)
+
+
+def python_session(text: str) -> str:
+    """The blocks of a page that are sessions of Python, at the lines where they stand."""
+    lines = [""] * len(text.splitlines())
+    for block in blocks(text):
+        if block.language == "python" and any(line.startswith(">>> ") for line in block.lines):
+            lines[block.begin : block.begin + len(block.lines)] = block.lines
+    return "\n".join(lines).rstrip()
 
 
 # --- following a page ------------------------------------------------------------------------------------------------

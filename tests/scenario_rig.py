@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 from pidcfg.schemas.base import Quantity, parse_number
 from pidcfg.schemas.scenario import Scenario
-from pidcfg.sim.plc import LoopsOnly
+from pidcfg.sim.plc import Plc as BasePlc
 from pidcfg.sim.prepare import prepare
 from pidcfg.sim.report import ScanTime
 from pidcfg.sim.run import Settings, simulate
@@ -56,8 +56,8 @@ def scan(tick, cfg, st, _aux, sig):
 
 
 @dataclass(slots=True)
-class Plc(LoopsOnly):
-    """Implements `pidcfg.sim.plc.Plc` for loops A and B."""
+class Plc(BasePlc):
+    """A PLC with the loops A and B."""
 
     loops: list[str]
     cfg: list[Config]

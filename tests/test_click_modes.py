@@ -11,7 +11,8 @@ from hypothesis import strategies as st
 from click_rig import Rig, image_of, poked
 from pidcfg.encoders.image import Image
 from pidcfg.encoders.maps.click import ERRORS
-from pidcfg.sim.controllers.click.report import ALARM_BITS, FLAG_BITS, describe, requested
+from pidcfg.sim.controllers.click.report import ALARM_BITS, FLAG_BITS
+from pidcfg.sim.controllers.click.scan import Click
 from pidcfg.sim.controllers.click.state import ALARMS
 from pidcfg.sim.notices import noticed
 from rig_plants import Fixed
@@ -297,13 +298,13 @@ def test_a_bias_that_is_no_number_comes_from_an_output_that_is_none():
 def test_a_notice_knows_what_was_requested():
     number = noticed(noticed(0, 2, 100 + 12), 0, 4)
 
-    assert requested(number) == "auto"
-    assert describe(number) == (
+    assert Click.requested(number) == "auto"
+    assert Click.describe(number) == (
         "refused: PID error 27: reset time (DFn+06) is not within 0.01 to 6000 s",
         "no PID error any more",
     )
-    assert requested(4) is None
-    assert describe(0) == ("", "")
+    assert Click.requested(4) is None
+    assert Click.describe(0) == ("", "")
 
 
 # --- STOP and RUN ----------------------------------------------------------------------------------------------------

@@ -122,7 +122,7 @@ def test_names_signals_and_scales():
     assert plc.goals == ["auto", "manual"]
     assert [scale[:2] for scale in plc.scales] == [(0.0, 100.0)] * 2
     assert plc.flags == {"DS1": 0, "DS16": 0}
-    assert plc.modes == ("manual", "auto", "autotune")
+    assert tuple(plc.modes) == ("manual", "auto", "autotune")
     assert plc.scan_time(0.001) is None
 
 

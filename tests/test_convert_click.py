@@ -13,7 +13,8 @@ import neutral_strategies
 from click_strategies import configurations
 from neutral_strategies import leaves, neutral_files, unheard
 from pidcfg.conversion.from_neutral.click import from_neutral
-from pidcfg.conversion.pipeline import ConvertError, Stored, convert, settled
+from pidcfg.conversion.pipeline import ConvertError, convert
+from pidcfg.conversion.settle import settled
 from pidcfg.conversion.to_neutral.click import NOTHING_LOST, to_neutral
 from pidcfg.diagnostics import Severity
 from pidcfg.encoders.click.encode import encode
@@ -105,12 +106,12 @@ def neutral(loop: dict):
     """The neutral loop of a CLICK loop."""
     found = to_neutral(click(loop))[0]
     assert found.missing == []
-    return GenericFile.model_validate({"pidcfg": 1, "vendor": "generic", "loops": [found.loop]}).loops[0]
+    return GenericFile.model_validate({"pidcfg": 1, "vendor": "generic", "loops": [found.data]}).loops[0]
 
 
 def lost(loop: dict) -> dict[str, str]:
     """What a CLICK loop loses, by field, with the advice."""
-    return {said.field: said.note for said in to_neutral(click(loop))[0].said if not said.to}
+    return {field.path: field.note for field in to_neutral(click(loop))[0].fields if not field.to}
 
 
 def one(loop: dict, **options) -> Loop:
@@ -120,12 +121,12 @@ def one(loop: dict, **options) -> Loop:
 
 def puts(loop: dict) -> list:
     """What became of each neutral field."""
-    return from_neutral(generic(loop), {}).puts[0]
+    return from_neutral(generic(loop), {}).fields[0]
 
 
 def dropped(loop: dict) -> dict[str, str]:
     """The neutral fields that find no place, with the advice."""
-    return {put.of: put.note for put in puts(loop) if not put.field}
+    return {put.of: put.note for put in puts(loop) if not put.path}
 
 
 # --- action and gains ------------------------------------------------------------------------------------------------
@@ -156,7 +157,7 @@ def test_only_the_longest_reset_time_is_no_integral(reset, integral):
     assert one({"tuning": {"integral_time": Decimal(integral)}}).tuning.reset_time == Decimal(str(reset))
 
 
-def stored(loop: dict) -> dict[str, Stored]:
+def stored(loop: dict) -> dict:
     """What the registers hold of each field of a converted loop."""
     return settled(from_neutral(generic(loop), {}), CLICK)[0]
 
@@ -284,7 +285,7 @@ def test_a_filter_that_is_switched_off_is_none():
 )
 def test_the_sample_rate_is_whole_milliseconds_within_the_limits(time, text, clamped):
     made = from_neutral(generic({"sample_time": Decimal(time)}), {})
-    [put] = [put for put in made.puts[0] if put.of == "sample_time"]
+    [put] = [put for put in made.fields[0] if put.of == "sample_time"]
     assert made.data["loops"][0]["sample_rate"] == text
     assert (put.clamped, put.exact) == (clamped, Decimal(time))
 
@@ -298,7 +299,7 @@ def test_a_squared_error_is_dropped_with_the_gain_of_a_full_error():
     assert found.tuning.gain == 100  # 0.5 * 200 * 200 = 100 * 200
     assert found.deadband == 2
     assert "error.curve" in lost(loop)
-    said = {said.field: said for said in to_neutral(click(loop))[0].said}
+    said = {field.path: field for field in to_neutral(click(loop))[0].fields}
     assert said["tuning.proportional_gain"].assumed
     assert said["error.deadband"].assumed
 
@@ -317,10 +318,10 @@ def test_the_deadband_goes_over_and_one_that_is_off_does_not():
 def test_the_range_of_the_process_is_taken_for_the_instruments_and_said_so():
     data = {**PLAIN, "pv": {"range": [40, 140]}}
     found = to_neutral(ClickFile.model_validate({"pidcfg": 1, "vendor": "click", "loops": [data]}))[0]
-    [said] = [said for said in found.said if said.field == "pv.range"]
-    assert said.assumed
-    assert "pv.input_range" in said.note
-    assert found.loop["pv"]["range"] == [40, 140]
+    [field] = [field for field in found.fields if field.path == "pv.range"]
+    assert field.assumed
+    assert "pv.input_range" in field.note
+    assert found.data["pv"]["range"] == [40, 140]
 
 
 def test_the_range_of_the_instrument_is_used_where_it_is_given():
@@ -329,7 +330,7 @@ def test_the_range_of_the_instrument_is_used_where_it_is_given():
     assert "autotune" in lost(loop)["pv.range"]
     back = one({"pv": {"range": [-328, 1562]}}).pv
     assert (back.range, back.input_range) == ((-328, 1562), (-328, 1562))
-    [put] = [put for put in puts({}) if put.field == "pv.range"]
+    [put] = [put for put in puts({}) if put.path == "pv.range"]
     assert put.assumed
 
 
@@ -360,7 +361,7 @@ def test_a_limit_that_is_on_without_a_value_is_0():
 
 
 def test_a_limit_that_is_not_given_is_the_end_of_the_range_and_said_so():
-    said = {said.field: said for said in to_neutral(click({"setpoint": {"lower_limit": 10}}))[0].said}
+    said = {field.path: field for field in to_neutral(click({"setpoint": {"lower_limit": 10}}))[0].fields}
     assert said["setpoint.upper_limit"].assumed
     assert not said["setpoint.lower_limit"].assumed
 
@@ -401,7 +402,7 @@ def test_the_bumpless_mode_is_the_type_of_a_dl06(mode, kind, follows):
 def test_the_bumpless_mode_that_is_not_given_counts_as_given():
     loop = {key: value for key, value in PLAIN.items() if key != "bumpless"} | {"name": "L1"}
     config = ClickFile.model_validate({"pidcfg": 1, "vendor": "click", "loops": [loop]})
-    assert to_neutral(config)[0].loop["setpoint"]["follows_pv"] is True
+    assert to_neutral(config)[0].data["setpoint"]["follows_pv"] is True
 
 
 @pytest.mark.parametrize("target", ["ezlogix", "nextopid", "dpide"])
@@ -416,7 +417,7 @@ def test_a_set_point_that_follows_the_pv_is_lost_where_there_is_no_such_thing(ta
 def test_a_cascade_is_wired_in_the_program():
     file = generic({}, {"setpoint": {"source": "L1"}, "mode": "cascade", "pv": {"range": [0, 50]}})
     made = from_neutral(file, {})
-    [put] = [put for put in made.puts[1] if put.of == "setpoint.source"]
+    [put] = [put for put in made.fields[1] if put.of == "setpoint.source"]
     assert "DF9 of L1" in put.note
     assert "0 to 50" in put.note
     assert "DF26" in put.note
@@ -432,14 +433,14 @@ def test_output_values_are_rescaled_to_per_cent():
     loop = made.data["loops"][0]
     assert loop["output"] == {"limits": [5, 50]}
     assert loop["state"] == {"output": 25, "bias": 50}
-    [put] = [put for put in made.puts[0] if put.of == "output.range"]
+    [put] = [put for put in made.fields[0] if put.of == "output.range"]
     assert "4 to 20 mA" in put.note
 
 
 def test_limits_of_the_output_stay_within_0_and_100_per_cent():
     made = from_neutral(generic({"output": {"range": [0, 50], "limits": [-5, 40]}}), {})
     assert made.data["loops"][0]["output"]["limits"] == [0, 80]
-    assert [put.clamped for put in made.puts[0] if put.field.startswith("output.limits.")] == [True, False]
+    assert [put.clamped for put in made.fields[0] if put.path.startswith("output.limits.")] == [True, False]
 
 
 def test_a_bias_without_an_integral_is_set_by_hand():
@@ -517,7 +518,7 @@ def test_a_point_that_is_not_given_is_told_where_its_0_matters():
 def test_alarms_that_are_not_wanted_are_out_of_reach(wanted, points):
     found = one({"alarms": {"pv": wanted}}).alarms.pv
     assert (found.low_low, found.low, found.high, found.high_high) == points
-    chosen = {put.field for put in puts({"alarms": {"pv": wanted}}) if put.of is None and "alarms" in put.field}
+    chosen = {put.path for put in puts({"alarms": {"pv": wanted}}) if put.of is None and "alarms" in put.path}
     assert chosen == {f"alarms.pv.{key}" for key in ("low_low", "low", "high", "high_high") if key not in wanted}
 
 
@@ -571,7 +572,7 @@ def test_pulse_outputs_do_not_meet():
 
 def test_every_field_is_said_or_known_to_be_none_of_anybodys_business():
     loop = click(EVERYTHING).loops[0]
-    spoken = {said.field for said in to_neutral(click(EVERYTHING))[0].said}
+    spoken = {field.path for field in to_neutral(click(EVERYTHING))[0].fields}
     assert leaves(loop) == spoken | NOTHING_LOST
     assert spoken & NOTHING_LOST == set()
 
@@ -586,10 +587,10 @@ def test_the_report_says_what_became_of_every_field():
 
 def test_every_neutral_field_is_put_somewhere_or_dropped_by_name():
     file = generic({}, neutral_strategies.EVERYTHING)
-    assert unheard(file, from_neutral(file, {}).puts[1]) == set()
+    assert unheard(file, from_neutral(file, {}).fields[1]) == set()
     linear = merged(neutral_strategies.EVERYTHING, {"tuning": {"proportional": True, "derivative_time": 0}})
     file = generic({}, linear)
-    assert unheard(file, from_neutral(file, {}).puts[1]) <= {"tuning.proportional"}
+    assert unheard(file, from_neutral(file, {}).fields[1]) <= {"tuning.proportional"}
 
 
 def effective(config: ClickFile) -> dict:
@@ -617,16 +618,16 @@ def test_there_and_back_are_the_same_registers(config):
     found = to_neutral(config)
     assume(not any(loop.missing for loop in found))
     made = from_neutral(
-        GenericFile.model_validate({"pidcfg": 1, "vendor": "generic", "loops": [n.loop for n in found]}), {}
+        GenericFile.model_validate({"pidcfg": 1, "vendor": "generic", "loops": [n.data for n in found]}), {}
     )
     back = ClickFile.model_validate(made.data)
     there, again = effective(config), effective(back)
-    for neutral_loop, placed, loop in zip(found, made.puts, config.loops, strict=True):
+    for neutral_loop, placed, loop in zip(found, made.fields, config.loops, strict=True):
         changed = {
-            said.field for said in neutral_loop.said if (not said.to or said.assumed) and said.field not in ASIDE
+            field.path for field in neutral_loop.fields if (not field.to or field.assumed) and field.path not in ASIDE
         }
-        changed |= {put.of for put in placed if not put.field or put.clamped}
-        changed |= {put.field for put in placed if put.of is None and "alarms" in put.field}
+        changed |= {put.of for put in placed if not put.path or put.clamped}
+        changed |= {put.path for put in placed if put.of is None and "alarms" in put.path}
         if changed:
             continue
         different = {

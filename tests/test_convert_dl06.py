@@ -12,11 +12,13 @@ from hypothesis import strategies as st
 import neutral_strategies
 from dl06_strategies import FORMAT_NAMES, configurations
 from neutral_strategies import neutral_files, unheard
-from pidcfg.conversion.from_neutral.dl06 import CONVERT_OPTIONS, from_neutral
-from pidcfg.conversion.pipeline import ConvertError, convert, settled
+from pidcfg.conversion.from_neutral.dl06 import from_neutral
+from pidcfg.conversion.pipeline import ConvertError, convert
+from pidcfg.conversion.settle import settled
 from pidcfg.conversion.to_neutral.dl06 import NOTHING_LOST, to_neutral
 from pidcfg.diagnostics import Severity
 from pidcfg.encoders.dl06.encode import encode, reset_value, scales_of
+from pidcfg.encoders.dl06.options import CONVERT_OPTIONS
 from pidcfg.encoders.maps.dl06 import LOOP_TABLE
 from pidcfg.schemas.base import Quantity
 from pidcfg.schemas.dl06 import Dl06File, Loop
@@ -63,18 +65,18 @@ def neutral(loop: dict, **plc):
     """The neutral loop of a DL06 loop, as its model has it."""
     found = to_neutral(dl06(loop, **plc))[0]
     assert found.missing == []
-    return GenericFile.model_validate({"pidcfg": 1, "vendor": "generic", "loops": [found.loop]}).loops[0]
+    return GenericFile.model_validate({"pidcfg": 1, "vendor": "generic", "loops": [found.data]}).loops[0]
 
 
 def lost(loop: dict, **plc) -> dict[str, str]:
     """What a DL06 loop loses, by field, with the advice."""
-    return {said.field: said.note for said in to_neutral(dl06(loop, **plc))[0].said if not said.to}
+    return {field.path: field.note for field in to_neutral(dl06(loop, **plc))[0].fields if not field.to}
 
 
 def target(*loops: dict, **options):
     """The DL06 file of neutral loops, and what happened to each neutral field of the first."""
     made = from_neutral(generic(*loops), options)
-    return Dl06File.model_validate(made.data), made.puts[0]
+    return Dl06File.model_validate(made.data), made.fields[0]
 
 
 def one(loop: dict, **options):
@@ -84,12 +86,12 @@ def one(loop: dict, **options):
 
 def dropped(*loops: dict, **options) -> dict[str, str]:
     """The neutral fields of the first loop that find no place, with the advice."""
-    return {put.of: put.note for put in target(*loops, **options)[1] if not put.field}
+    return {put.of: put.note for put in target(*loops, **options)[1] if not put.path}
 
 
 def clamped(loop: dict, **options) -> set[str]:
     """The fields that the DL06 cannot hold as they are."""
-    return {put.field for put in target(loop, **options)[1] if put.clamped}
+    return {put.path for put in target(loop, **options)[1] if put.clamped}
 
 
 def convert_neutral(loop: dict) -> dict:
@@ -320,7 +322,7 @@ def test_filter_and_rate_of_change_count_in_the_samples_that_the_word_holds():
 
 def test_a_missing_range_names_the_key():
     found = to_neutral(dl06({}, {"pv": {"unit": "degC"}}))[1].missing
-    assert [(m.path, m.key) for m in found] == [(("loops", 1, "pv", "range"), "range")]
+    assert [m.path for m in found] == [("loops", 1, "pv", "range")]
     assert "add pv.range" in found[0].message
 
 
@@ -333,11 +335,11 @@ def test_limits_that_do_not_ascend_are_named():
 
 def test_an_output_without_a_range_is_percent_and_its_values_are_counts():
     found = to_neutral(dl06({"output": {"limits": [0, 4095]}, "tuning": {"gain": 2}}))[0]
-    said = next(s for s in found.said if s.field == "output.range")
-    assert said.assumed
-    assert found.loop["output"]["range"] == [0, 100]
-    assert found.loop["output"]["limits"] == [0, 100]
-    assert found.loop["tuning"]["gain"] == 1
+    field = next(s for s in found.fields if s.path == "output.range")
+    assert field.assumed
+    assert found.data["output"]["range"] == [0, 100]
+    assert found.data["output"]["limits"] == [0, 100]
+    assert found.data["tuning"]["gain"] == 1
 
 
 def test_counts_are_engineering_values():
@@ -536,7 +538,7 @@ def test_the_set_point_becomes_the_pv_with_bumpless_one():
     ]
     loops = [{"setpoint": {"follows_pv": follows}} for follows in (True, False)]
     assert [one(loop).bumpless for loop in (*loops, {})] == ["I", "II", "I"]
-    assert [next(p.of for p in target(loop)[1] if p.field == "bumpless") for loop in (*loops, {})] == [
+    assert [next(p.of for p in target(loop)[1] if p.path == "bumpless") for loop in (*loops, {})] == [
         "setpoint.follows_pv",
         "setpoint.follows_pv",
         None,
@@ -555,7 +557,7 @@ MINOR = {"mode": "cascade", "pv": {"range": [0, 50]}, "output": {"range": [0, 10
 
 def test_a_cascade_is_a_link_by_name_or_by_pointer():
     for link in ({"cascade_from": "L2"}, {"remote_setpoint": "V2045"}):
-        assert to_neutral(dl06({**MINOR, **link}, {"mode": "auto"}))[0].loop["setpoint"]["source"] == "L2"
+        assert to_neutral(dl06({**MINOR, **link}, {"mode": "auto"}))[0].data["setpoint"]["source"] == "L2"
     assert "V3000" in lost({"remote_setpoint": "V3000"})["remote_setpoint"]
     made = target({**MINOR, "setpoint": {"source": "L2"}}, {"mode": "auto"})[0]
     assert (made.loops[0].cascade_from, made.loops[0].mode) == ("L2", "cascade")
@@ -595,7 +597,7 @@ def test_options_say_where_and_for_which_cpu():
     config, puts = target({}, **options)
     assert (config.plc.loop_table, config.plc.reset_decimals, config.plc.derivative) == (0o3000, 2, "pv")
     assert config.loops[0].pv.format == "15-bit unipolar"
-    assert any(put.of is None and put.field == "/plc.loop_table" for put in puts)
+    assert any(put.of is None and put.path == "/plc.loop_table" for put in puts)
     change = next(c for c in back_and_forth(dl06({})).loops[0][1] if c.field == "/plc.loop_table")
     assert (change.kind, change.target) == ("assumed", "V2000")
     assert read["data_format"]("14-bit") is None
@@ -627,7 +629,7 @@ def test_eight_loops_and_no_faster_than_they_can():
 def test_no_neutral_field_goes_unheard(part, change):
     whole = neutral_strategies.EVERYTHING
     file = generic({"name": "L0", "mode": "manual"}, {**whole, part: {**whole[part], **change}})
-    silent = unheard(file, from_neutral(file, {}).puts[1])
+    silent = unheard(file, from_neutral(file, {}).fields[1])
     assert silent - {f"{part}.{key}" for key in change} == set()
 
 
@@ -644,7 +646,7 @@ def test_any_neutral_loop_makes_a_valid_file(file):
         raise
     codes = error_codes(made.data)
     assert [code for code in codes if not code.startswith(EXCUSED)] == [], data
-    again = [loop.loop for loop in to_neutral(Dl06File.model_validate(made.data))]
+    again = [loop.data for loop in to_neutral(Dl06File.model_validate(made.data))]
     for loop, back, held in zip(file.loops, again, stored, strict=True):
         assert back["output_raises_pv"] is loop.output_raises_pv
         if loop.tuning.proportional and "clamped" not in {held[f"tuning.{key}"].kind for key in ("gain", "reset")}:
@@ -719,7 +721,7 @@ def leaves(model, prefix: str = ""):
 
 def test_nothing_is_forgotten():
     config = dl06(EVERYTHING, {"mode": "auto", "output": {"range": [0, 50]}})
-    said = {s.field for s in to_neutral(config)[0].said}
+    said = {s.path for s in to_neutral(config)[0].fields}
     known = set(leaves(config.loops[0]))
     assert len(known) > 50
     spoken = {path for path in known for field in said if path == field or path.startswith(f"{field}.")}

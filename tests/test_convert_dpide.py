@@ -11,11 +11,12 @@ from hypothesis import strategies as st
 
 from dpide_strategies import configurations
 from pidcfg.conversion.arithmetic import dependent, independent
-from pidcfg.conversion.from_neutral.dpide import CONVERT_OPTIONS, from_neutral
+from pidcfg.conversion.from_neutral.dpide import from_neutral
 from pidcfg.conversion.pipeline import ConvertError, convert, neutral_loops
 from pidcfg.conversion.to_neutral.dpide import NOTHING_LOST, to_neutral
 from pidcfg.diagnostics import Severity
 from pidcfg.encoders.dpide.encode import encode
+from pidcfg.encoders.dpide.options import CONVERT_OPTIONS
 from pidcfg.schemas.dpide import DpideFile, Loop
 from pidcfg.schemas.generic import GenericFile
 from pidcfg.schemas.generic import Loop as NeutralLoop
@@ -88,12 +89,12 @@ def neutral(loop: dict[str, Any], **file: Any) -> NeutralLoop:
 
 def notes(loop: dict[str, Any], **file: Any) -> dict[str, str]:
     """What is said of each operand."""
-    return {said.field: said.note for said in to_neutral(dpide(loop, **file))[0].said}
+    return {field.path: field.note for field in to_neutral(dpide(loop, **file))[0].fields}
 
 
 def lost(loop: dict[str, Any]) -> set[str]:
     """The operands that go nowhere."""
-    return {said.field for said in to_neutral(dpide(loop))[0].said if not said.to}
+    return {field.path for field in to_neutral(dpide(loop))[0].fields if not field.to}
 
 
 def one(loop: dict[str, Any], **options: Any) -> Loop:
@@ -103,7 +104,7 @@ def one(loop: dict[str, Any], **options: Any) -> Loop:
 
 def dropped(loop: dict[str, Any]) -> set[str]:
     """The neutral fields that find no place."""
-    return {put.of or "" for put in from_neutral(generic(loop), {}).puts[0] if not put.field}
+    return {put.of or "" for put in from_neutral(generic(loop), {}).fields[0] if not put.path}
 
 
 def changes(config: DpideFile) -> dict[str, Any]:
@@ -172,13 +173,13 @@ def test_limits_are_not_the_scale():
     assert (output.range, output.limits) == ((0, 100), (10, 90))
     config = dpide({"output": {}})
     assert neutral_loops(config, DPIDE)[0].loops[0].output.range == (10, 90)
-    assert {said.field for said in to_neutral(config)[0].said if said.assumed} == {"output.range"}
+    assert {field.path for field in to_neutral(config)[0].fields if field.assumed} == {"output.range"}
 
 
 def test_swapped_limits_are_those_of_the_plc():
     output = neutral({"MV_MAX": 10, "MV_MIN": 90}).output
     assert output.limits == (10, 90)
-    said = {entry.field: entry.to for entry in to_neutral(dpide({"MV_MAX": 10, "MV_MIN": 90}))[0].said}
+    said = {entry.path: entry.to for entry in to_neutral(dpide({"MV_MAX": 10, "MV_MIN": 90}))[0].fields}
     assert (said["MV_MAX"], said["MV_MIN"]) == (("output.limits.0",), ("output.limits.1",))
 
 
@@ -208,10 +209,14 @@ def test_the_dead_band_counts_without_its_sign():
     assert neutral({"ERR_DBW": -0.5}).deadband == Decimal("0.5")
 
 
-@pytest.mark.parametrize(("loop", "key"), [({"pv": {}}, "pv.range"), ({"MV_MAX": 5, "MV_MIN": 5}, "MV_MAX")])
-def test_what_is_missing_is_asked_for(loop, key):
+@pytest.mark.parametrize(
+    ("loop", "path", "text"),
+    [({"pv": {}}, (), "add pv.range"), ({"MV_MAX": 5, "MV_MIN": 5}, ("MV_MAX",), "MV_MAX and MV_MIN")],
+)
+def test_what_is_missing_is_asked_for(loop, path, text):
     found = to_neutral(dpide({}, loop))
-    assert [entry.key for entry in found[1].missing] == [key]
+    assert [entry.path for entry in found[1].missing] == [("loops", 1, *path)]
+    assert text in found[1].missing[0].message
     assert found[0].missing == []
     with pytest.raises(ConvertError, match="L2"):
         convert(dpide({}, loop), DPIDE, DPIDE, {})
@@ -219,7 +224,7 @@ def test_what_is_missing_is_asked_for(loop, key):
 
 def test_every_operand_is_spoken_of():
     config = dpide(FULL)
-    spoken = {said.field for said in to_neutral(config)[0].said} | set(NOTHING_LOST)
+    spoken = {field.path for field in to_neutral(config)[0].fields} | set(NOTHING_LOST)
     leaves = {name for name in Loop.model_fields if name not in {"pv", "output"}}
     assert leaves | {"pv.range", "pv.unit", "output.range", "output.unit"} <= spoken
     assert set(FULL) >= set(Loop.model_fields)
@@ -263,7 +268,7 @@ def test_what_else_there_is_goes_over():
 def test_without_a_set_point_the_output_is_least(raises, value):
     assert value == one({"setpoint": {}, "output_raises_pv": raises}).SV
     made = from_neutral(generic({"setpoint": {}}), {})
-    assert [put.of for put in made.puts[0] if put.field == "SV"] == [None]
+    assert [put.of for put in made.fields[0] if put.path == "SV"] == [None]
 
 
 @pytest.mark.parametrize(
@@ -272,7 +277,7 @@ def test_without_a_set_point_the_output_is_least(raises, value):
 )
 def test_the_cycle_is_whole_milliseconds_in_its_limits(time, cycle, clamped):
     made = from_neutral(generic({"sample_time": time}), {})
-    put = next(put for put in made.puts[0] if put.field == "CYCLE")
+    put = next(put for put in made.fields[0] if put.path == "CYCLE")
     assert (made.data["loops"][0]["CYCLE"], put.clamped) == (cycle, clamped)
 
 
@@ -303,12 +308,12 @@ def test_a_rounded_cycle_is_reported():
 )
 def test_what_has_no_twin_is_dropped_with_advice(loop, path):
     assert dropped(loop) == path
-    assert all(put.note for put in from_neutral(generic(loop), {}).puts[0] if not put.field)
+    assert all(put.note for put in from_neutral(generic(loop), {}).fields[0] if not put.path)
 
 
 def test_a_cascade_is_linked_by_hand():
     made = from_neutral(generic({"mode": "cascade"}), {})
-    put = next(put for put in made.puts[0] if put.of == "mode")
+    put = next(put for put in made.fields[0] if put.of == "mode")
     assert (put.assumed, made.data["loops"][0]["PID_MAN"]) == (True, False)
     assert "link" in put.note
 
@@ -354,7 +359,7 @@ def test_any_configuration_is_asked_about_or_is_a_neutral_one(config):
         loop = config.loops[i]
         assert bool(found.missing) == (loop.pv.range is None or loop.MV_MAX == loop.MV_MIN)
         if not found.missing:
-            data = {"pidcfg": 1, "vendor": "generic", "loops": [found.loop]}
+            data = {"pidcfg": 1, "vendor": "generic", "loops": [found.data]}
             assert GenericFile.model_validate(data).loops[0].output_raises_pv is loop.PID_DIR
 
 

@@ -12,11 +12,13 @@ from hypothesis import strategies as st
 import neutral_strategies
 from ezlogix_strategies import configurations
 from neutral_strategies import leaves, neutral_files, unheard
-from pidcfg.conversion.from_neutral.ezlogix import CONVERT_OPTIONS, from_neutral
-from pidcfg.conversion.pipeline import ConvertError, Stored, convert, settled
+from pidcfg.conversion.from_neutral.ezlogix import from_neutral
+from pidcfg.conversion.pipeline import ConvertError, convert
+from pidcfg.conversion.settle import settled
 from pidcfg.conversion.to_neutral.ezlogix import NOTHING_LOST, to_neutral
 from pidcfg.diagnostics import Severity
 from pidcfg.encoders.ezlogix.encode import encode
+from pidcfg.encoders.ezlogix.options import CONVERT_OPTIONS
 from pidcfg.schemas.ezlogix import EzlogixFile, Loop
 from pidcfg.schemas.generic import GenericFile
 from pidcfg.source import read_document
@@ -92,13 +94,13 @@ def neutral(*loops: dict):
     """The last neutral loop of EZLogix loops."""
     found = to_neutral(ezlogix(*loops))
     assert [loop.missing for loop in found] == [[]] * len(loops)
-    data = {"pidcfg": 1, "vendor": "generic", "loops": [loop.loop for loop in found]}
+    data = {"pidcfg": 1, "vendor": "generic", "loops": [loop.data for loop in found]}
     return GenericFile.model_validate(data).loops[-1]
 
 
 def lost(*loops: dict, **plc) -> dict[str, str]:
     """What the last EZLogix loop loses, by field, with the advice."""
-    return {said.field: said.note for said in to_neutral(ezlogix(*loops, **plc))[-1].said if not said.to}
+    return {field.path: field.note for field in to_neutral(ezlogix(*loops, **plc))[-1].fields if not field.to}
 
 
 def one(loop: dict, **options) -> Loop:
@@ -108,10 +110,10 @@ def one(loop: dict, **options) -> Loop:
 
 def dropped(loop: dict, **options) -> dict[str, str]:
     """The neutral fields that find no place, with the advice."""
-    return {put.of: put.note for put in from_neutral(generic(loop), options).puts[0] if not put.field}
+    return {put.of: put.note for put in from_neutral(generic(loop), options).fields[0] if not put.path}
 
 
-def stored(loop: dict) -> dict[str, Stored]:
+def stored(loop: dict) -> dict:
     """What the registers hold of each field of a converted loop."""
     return settled(from_neutral(generic(loop), {}), EZLOGIX)[0]
 
@@ -147,11 +149,11 @@ def test_a_gain_in_counts_per_count_is_one_in_units(pv, counts, output, gain):
 def test_without_a_range_of_the_output_it_is_per_cent_and_that_is_said():
     loop = ezlogix({"output": {"range": None, "limits": [0, 2047.5 * 2]}})
     found = to_neutral(loop)[0]
-    assert found.loop["output"]["range"] == [0, 100]
-    assert found.loop["output"]["limits"] == [0, 100]
-    assert found.loop["output"]["unit"] == "%"
-    assert found.loop["tuning"]["gain"] == Decimal("1.25")
-    assert {said.field for said in found.said if said.assumed} == {"output.range", "output.unit"}
+    assert found.data["output"]["range"] == [0, 100]
+    assert found.data["output"]["limits"] == [0, 100]
+    assert found.data["output"]["unit"] == "%"
+    assert found.data["tuning"]["gain"] == Decimal("1.25")
+    assert {field.path for field in found.fields if field.assumed} == {"output.range", "output.unit"}
     assert neutral({}).output.unit is None
     assert neutral({"output": {"range": None, "unit": "Hz"}}).output.unit == "Hz"
 
@@ -277,7 +279,7 @@ def test_output_limits_that_do_not_ascend_must_be_mended_first():
 )
 def test_the_offset_is_a_place_on_the_scale_of_the_output(span, offset, integral, bias):
     loop = {"output": {"range": span, "offset": offset}, "tuning": {"integral_time": integral}}
-    assert to_neutral(ezlogix(loop))[0].loop["output"].get("bias") == bias
+    assert to_neutral(ezlogix(loop))[0].data["output"].get("bias") == bias
 
 
 def test_the_bias_becomes_the_offset_and_none_is_0_counts():
@@ -359,8 +361,8 @@ def test_a_source_of_the_set_point_becomes_the_other_loops_cv_tag():
     outer, inner = made.data["loops"]
     assert outer["output"]["tag"] == "R34"
     assert (inner["registers"], inner["mode"]) == ("R33", "auto")
-    assert not [put for put in made.puts[1] if not put.field]
-    back = to_neutral(EzlogixFile.model_validate(made.data))[1].loop
+    assert not [put for put in made.fields[1] if not put.path]
+    back = to_neutral(EzlogixFile.model_validate(made.data))[1].data
     assert (back["setpoint"]["source"], back["mode"]) == ("L1", "cascade")
 
 
@@ -375,8 +377,8 @@ def test_a_source_of_the_set_point_becomes_the_other_loops_cv_tag():
 )
 def test_a_cascade_that_no_tag_can_make_is_programmed(inner, options):
     made = from_neutral(generic({}, inner), options)
-    [put] = [put for put in made.puts[1] if put.of == "setpoint.source"]
-    assert not put.field
+    [put] = [put for put in made.fields[1] if put.of == "setpoint.source"]
+    assert not put.path
     assert "R34" in put.note
     assert made.data["loops"][0]["output"]["tag"] == (options.get("cv_tag") or ["OR1"])[0]
 
@@ -384,7 +386,7 @@ def test_a_cascade_that_no_tag_can_make_is_programmed(inner, options):
 def test_one_output_feeds_one_set_point():
     made = from_neutral(generic({}, {"setpoint": {"source": "L1"}}, {"setpoint": {"source": "L1"}}), {})
     assert made.data["loops"][0]["output"]["tag"] == "R34"
-    assert [put.of for put in made.puts[2] if not put.field] == ["setpoint.source"]
+    assert [put.of for put in made.fields[2] if not put.path] == ["setpoint.source"]
 
 
 # --- places ----------------------------------------------------------------------------------------------------------
@@ -428,17 +430,17 @@ def test_options_that_do_not_fit_the_loops_are_refused():
 
 
 def test_every_field_is_said_or_known_to_be_none_of_anybodys_business():
-    spoken = {said.field for said in to_neutral(ezlogix(EVERYTHING))[0].said}
+    spoken = {field.path for field in to_neutral(ezlogix(EVERYTHING))[0].fields}
     assert leaves(ezlogix(EVERYTHING).loops[0]) == spoken | NOTHING_LOST
     assert spoken & NOTHING_LOST == set()
 
 
 def test_every_neutral_field_is_put_somewhere_or_dropped_by_name():
     file = generic({}, neutral_strategies.EVERYTHING)
-    assert unheard(file, from_neutral(file, {}).puts[1]) == set()
+    assert unheard(file, from_neutral(file, {}).fields[1]) == set()
     linear = merged(neutral_strategies.EVERYTHING, {"tuning": {"proportional": True, "derivative_time": 0}})
     file = generic({}, linear)
-    assert unheard(file, from_neutral(file, {}).puts[1]) <= {"tuning.proportional"}
+    assert unheard(file, from_neutral(file, {}).fields[1]) <= {"tuning.proportional"}
 
 
 def cells(config: EzlogixFile) -> dict:
@@ -456,12 +458,12 @@ def cells(config: EzlogixFile) -> dict:
 def test_there_and_back_are_the_same_registers(config):
     found = to_neutral(config)
     assume(not any(loop.missing for loop in found))
-    file = GenericFile.model_validate({"pidcfg": 1, "vendor": "generic", "loops": [n.loop for n in found]})
+    file = GenericFile.model_validate({"pidcfg": 1, "vendor": "generic", "loops": [n.data for n in found]})
     counts = [loop.pv.counts or (0, 4095) for loop in config.loops]
     made = from_neutral(file, {"pv_counts": counts})
     there, again = cells(config), cells(EzlogixFile.model_validate(made.data))
     for neutral_loop, loop in zip(found, config.loops, strict=True):
-        gone = {said.field for said in neutral_loop.said if not said.to}
+        gone = {field.path for field in neutral_loop.fields if not field.to}
         different = {key for (name, key), raw in there.items() if name == loop.name and again[name, key] != raw}
         assert different <= ({"setpoint_low", "setpoint_high"} if "setpoint.limits" in gone else set())
 
@@ -506,5 +508,5 @@ def test_gain_and_action_survive_the_way_through_the_plc(raises, counts, span):
     loop = {"output_raises_pv": raises, "tuning": {"gain": gain}, "output": {"range": span}}
     made = from_neutral(generic(loop), {})
     assert made.data["loops"][0]["action"] == ("reverse" if raises else "direct")
-    back = to_neutral(EzlogixFile.model_validate(made.data))[0].loop
+    back = to_neutral(EzlogixFile.model_validate(made.data))[0].data
     assert (float(back["tuning"]["gain"]), back["output_raises_pv"]) == (pytest.approx(float(gain)), raises)

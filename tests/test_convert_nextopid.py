@@ -12,12 +12,13 @@ from hypothesis import strategies as st
 
 from nextopid_networks import network
 from nextopid_strategies import configurations
-from pidcfg.conversion.from_neutral.nextopid import CONVERT_OPTIONS, from_neutral
+from pidcfg.conversion.from_neutral.nextopid import from_neutral
 from pidcfg.conversion.from_neutral.nextopid_names import Names
 from pidcfg.conversion.from_neutral.nextopid_task import common_step, task_of
 from pidcfg.conversion.pipeline import Converted, convert, neutral_loops
 from pidcfg.conversion.to_neutral.nextopid import NOTHING_LOST, to_neutral
 from pidcfg.diagnostics import Severity
+from pidcfg.encoders.nextopid.options import CONVERT_OPTIONS
 from pidcfg.schemas.generic import GenericFile
 from pidcfg.schemas.generic import Loop as NeutralLoop
 from pidcfg.schemas.nextopid import NextopidFile, PidaReal, PidaTuneReal, TuneParam
@@ -77,7 +78,7 @@ def neutral(*loops: dict[str, Any], **file: Any) -> NeutralLoop:
 
 def said(*loops: dict[str, Any], **file: Any) -> dict[str, Any]:
     """What is said of each parameter of the first loop."""
-    return {entry.field: entry for entry in to_neutral(nextopid(*loops, **file))[0].said}
+    return {entry.path: entry for entry in to_neutral(nextopid(*loops, **file))[0].fields}
 
 
 def lost(*loops: dict[str, Any], **file: Any) -> dict[str, str]:
@@ -104,7 +105,7 @@ def report(converted: Converted, loop: int = 0) -> dict[str, Any]:
 
 def dropped(*loops: dict[str, Any]) -> set[str]:
     """The neutral fields of the first loop that find no place; all have an advice."""
-    puts = [put for put in from_neutral(generic(*loops), {}).puts[0] if not put.field]
+    puts = [put for put in from_neutral(generic(*loops), {}).fields[0] if not put.path]
     assert all(put.note for put in puts)
     return {put.of or "" for put in puts}
 
@@ -270,13 +271,13 @@ def test_a_wired_setting_takes_its_first_value(key, wire, path, value):
 @pytest.mark.parametrize("key", ["Kp", "Ti_Ki", "Td_Kd", "MinMV", "MaxMV", "MinPV", "MaxPV"])
 def test_what_nobody_knows_is_asked_for(key):
     found = to_neutral(nextopid({}, {key: "L1.MV"}))[1]
-    assert [(entry.path, entry.key) for entry in found.missing] == [(("loops", 1, key), key)]
+    assert [entry.path for entry in found.missing] == [("loops", 1, key)]
     assert "L1.MV" in found.missing[0].message
 
 
 @pytest.mark.parametrize("key", ["Direct", "Indep", "DisableP"])
 def test_a_form_that_nobody_knows_is_asked_for(key):
-    assert [entry.key for entry in to_neutral(nextopid({}, {key: "L1.TRK_OUT"}))[1].missing] == [key]
+    assert [entry.path[-1] for entry in to_neutral(nextopid({}, {key: "L1.TRK_OUT"}))[1].missing] == [key]
 
 
 @pytest.mark.parametrize("key", ["SP", "ManualMV", "MaxVarMV", "DeadBand", "Tfd", "Manual", "CASC", "BIAS", "SP_CASC"])
@@ -303,8 +304,8 @@ def test_a_wired_bias_is_a_feed_forward():
 
 
 def test_limits_without_room_are_asked_for():
-    assert [entry.key for entry in to_neutral(nextopid({"MaxPV": 0}))[0].missing] == ["MaxPV"]
-    assert [entry.key for entry in to_neutral(nextopid({"MaxMV": "Two"}))[0].missing] == ["MaxPV"]
+    assert [entry.path[-1] for entry in to_neutral(nextopid({"MaxPV": 0}))[0].missing] == ["MaxPV"]
+    assert [entry.path[-1] for entry in to_neutral(nextopid({"MaxMV": "Two"}))[0].missing] == ["MaxPV"]
 
 
 # --- modes and cascades ----------------------------------------------------------------------------------------------
@@ -324,7 +325,7 @@ def test_a_cascade_is_a_source(casc, mode):
     master, slave = neutral_loops(config, NEXTOPID)[0].loops
     assert (slave.setpoint.source, slave.setpoint.value, slave.mode, master.mode) == ("L1", 50, mode, "auto")
     assert (master.output.range, master.output.limits) == ((0, 200), (20, 180))
-    assert [entry.field for found in to_neutral(config) for entry in found.said if not entry.to] == []
+    assert [entry.path for found in to_neutral(config) for entry in found.fields if not entry.to] == []
 
 
 def test_the_pv_of_the_slave_is_the_scale_of_the_master():
@@ -338,14 +339,14 @@ def test_the_pv_of_the_slave_is_the_scale_of_the_master():
 def test_what_is_not_the_mv_of_a_master_is_no_link(wire):
     config = nextopid({}, {"SP_CASC": wire, "CASC": True})
     found = to_neutral(config)[1]
-    assert found.loop["setpoint"] == {"value": 50}
-    assert found.loop["mode"] == "auto"
-    assert wire in next(entry.note for entry in found.said if entry.field == "SP_CASC" and not entry.to)
+    assert found.data["setpoint"] == {"value": 50}
+    assert found.data["mode"] == "auto"
+    assert wire in next(entry.note for entry in found.fields if entry.path == "SP_CASC" and not entry.to)
 
 
 def test_of_two_scales_of_one_master_the_first_counts():
     slaves = [{"SP_CASC": "L1.MV", "CASC": True}, {"SP_CASC": "L1.MV", "CASC": True, "MaxPV": 100}]
-    loops = [found.loop for found in to_neutral(nextopid(SPECIAL, *slaves))]
+    loops = [found.data for found in to_neutral(nextopid(SPECIAL, *slaves))]
     assert [loop["setpoint"].get("source") for loop in loops] == [None, "L1", None]
 
 
@@ -491,7 +492,7 @@ def test_other_blocks_and_signals_are_dropped_with_their_expressions():
     loops = ({}, {"BIAS": "D.OutVar"}, {"SP": "Two"})
     found = to_neutral(nextopid(*loops, blocks=BLOCKS[1:2]))
     assert lost(*loops, blocks=BLOCKS[1:2]) == {}
-    of_second = {entry.field: entry.note for entry in found[1].said if not entry.to}
+    of_second = {entry.path: entry.note for entry in found[1].fields if not entry.to}
     assert set(of_second) == {"BIAS", "blocks.D", "signals.Two"}
     assert "InVar Two" in of_second["blocks.D"]
 
@@ -499,7 +500,7 @@ def test_other_blocks_and_signals_are_dropped_with_their_expressions():
 def test_a_block_that_nobody_reads_is_of_whom_it_reads():
     split = {"name": "S", "type": "ControlSplitRange", "MV": "L2.MV", "SPLIT": 50, "Mode": 1}
     found = to_neutral(nextopid({}, {}, blocks=[split, BLOCKS[1]]))
-    assert [[entry.field for entry in own.said if not entry.to] for own in found] == [
+    assert [[entry.path for entry in own.fields if not entry.to] for own in found] == [
         ["blocks.D", "signals.Two"],
         ["blocks.S"],
     ]
@@ -508,7 +509,7 @@ def test_a_block_that_nobody_reads_is_of_whom_it_reads():
 def test_a_block_is_of_the_loop_that_reads_it_not_of_those_behind():
     loops = ({}, {"TRK_VAL": "L3.MV", "OVERR": "Run"}, {"BIAS": "D.OutVar"})
     found = to_neutral(nextopid(*loops, blocks=BLOCKS[1:2]))
-    assert [any(entry.field == "blocks.D" for entry in own.said) for own in found] == [False, False, True]
+    assert [any(entry.path == "blocks.D" for entry in own.fields) for own in found] == [False, False, True]
 
 
 def test_an_on_off_controller_is_no_pid():
@@ -737,5 +738,5 @@ def test_any_program_is_asked_about_or_is_a_neutral_one(config):
     assert len(found) == len(config.loops)
     for own, loop in zip(found, config.loops, strict=True):
         if not own.missing:
-            data = {"pidcfg": 1, "vendor": "generic", "loops": [own.loop]}
+            data = {"pidcfg": 1, "vendor": "generic", "loops": [own.data]}
             assert GenericFile.model_validate(data).loops[0].name == loop.name

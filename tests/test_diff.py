@@ -12,10 +12,13 @@ from types import SimpleNamespace
 import click
 import pytest
 
+import pidcfg as pidcfg_package
 from pidcfg import check_file, check_text
 from pidcfg.cli.commands import diff
 from pidcfg.conversion.pipeline import ConvertError
-from pidcfg.differences.meaning import RISKS, compare, side_of
+from pidcfg.differences.meaning import compare
+from pidcfg.differences.result import RISKS
+from pidcfg.differences.side import side_of
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 TANK = (EXAMPLES / "click/tank.yaml").read_text("utf-8")
@@ -151,9 +154,10 @@ def test_json_says_what_a_comparison_lacks(monkeypatch, capsys):
     def refuse(*_):
         raise ConvertError([lacking])
 
-    monkeypatch.setattr("pidcfg.differences.meaning.side_of", refuse)
-    with pytest.raises(click.ClickException, match="does not say what its values mean"):
-        diff._side("a.yaml", None, None, "json")
+    monkeypatch.setattr("pidcfg.results.differences.side_of", refuse)
+    result = pidcfg_package.diff(REACTOR, REACTOR, names=("a.yaml", "b.yaml"))
+    with pytest.raises(click.ClickException, match=r"a\.yaml does not say what its values mean"):
+        diff.refuse(result, "json")
     (found,) = json.loads(capsys.readouterr().out)["findings"]
     assert (found["code"], found["message"], found["path"]) == ("PID042", "it has no range", "loops[0].pv")
 

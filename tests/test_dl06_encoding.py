@@ -13,7 +13,9 @@ from dl06_strategies import configurations, loop_words
 from pidcfg.encoders.dl06.decode import decode
 from pidcfg.encoders.dl06.encode import encode
 from pidcfg.encoders.dl06.files import FORMATS
+from pidcfg.encoders.dl06.options import DATA_FORMATS
 from pidcfg.encoders.files import kind_of
+from pidcfg.encoders.maps.dl06 import FORMATS as FORMATS_OF_DATA
 from pidcfg.encoders.maps.dl06 import LOOP_TABLE, RAMP_SOAK_PAIR, SETUP_WORDS
 from pidcfg.encoders.words import DecodeError
 from pidcfg.schemas.dl06 import Dl06File
@@ -46,6 +48,10 @@ def words(*loops: dict, **plc) -> dict[int, int]:
 def example(name: str) -> Dl06File:
     """An example file as a model."""
     return Dl06File.model_validate(read_document((EXAMPLES / name).read_bytes(), name).data)
+
+
+def test_the_data_formats_of_a_conversion_are_those_of_the_registers():
+    assert tuple(FORMATS_OF_DATA) == DATA_FORMATS
 
 
 def test_four_loops_from_v2000_end_at_v2177():

@@ -7,13 +7,13 @@ import pytest
 from dl06_rig import Rig
 from pidcfg.sim.controllers.dl06 import state as bits
 from pidcfg.sim.controllers.dl06.modes import REASONS
-from pidcfg.sim.controllers.dl06.report import describe, mode_name, requested
+from pidcfg.sim.controllers.dl06.scan import Dl06
 from pidcfg.sim.notices import NOTICES, REASON_BITS, notices
 from rig_plants import FirstOrder, Fixed
 
 
 def mode(rig, i=0):
-    return mode_name(rig.st[i].status)
+    return Dl06.mode(rig.st[i].status)
 
 
 def reasons(rig):
@@ -447,7 +447,7 @@ def test_a_notice_knows_what_was_requested():
     number = (bits.CASCADE << REASON_BITS | 3) * NOTICES + 12
 
     assert notices(number) == [(bits.CASCADE, 3), (0, 12)]
-    assert requested(number) == "cascade"
-    assert describe(number) == (f"{REASONS[3]}; {REASONS[12]}", "")
-    assert requested(12) is None
-    assert describe(0) == ("", "")
+    assert Dl06.requested(number) == "cascade"
+    assert Dl06.describe(number) == (f"{REASONS[3]}; {REASONS[12]}", "")
+    assert Dl06.requested(12) is None
+    assert Dl06.describe(0) == ("", "")

@@ -12,16 +12,17 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from dpide_strategies import configurations
-from pidcfg.cli.files.listings import decode_listing
 from pidcfg.encoders.dpide.decode import decode
 from pidcfg.encoders.dpide.encode import encode
-from pidcfg.encoders.dpide.files import DECODE_OPTIONS, FORMATS, checklist
+from pidcfg.encoders.dpide.files import FORMATS, checklist
 from pidcfg.encoders.dpide.operands import COLUMNS
+from pidcfg.encoders.dpide.options import DECODE_OPTIONS
 from pidcfg.encoders.dpide.symbols import LONGEST_LOOP
 from pidcfg.encoders.files import UnwritableError, kind_of
 from pidcfg.encoders.listing import ListingError
 from pidcfg.encoders.maps.dpide import ROWS
 from pidcfg.encoders.words import DecodeError
+from pidcfg.listings import decode_listing
 from pidcfg.schemas.dpide import DpideFile
 from pidcfg.vendors import VENDORS
 from test_dpide_encoding import configuration

@@ -13,7 +13,7 @@ from pydantic_core import PydanticCustomError
 from dpide_rig import PLAIN, Rig, program_of
 from pidcfg.encoders.dpide.encode import encode
 from pidcfg.encoders.maps.dpide import ROWS
-from pidcfg.encoders.named import Entry, Program
+from pidcfg.encoders.parameters import Entry, Program
 from pidcfg.schemas.base import Quantity
 from pidcfg.schemas.dpide import DpideFile
 from pidcfg.schemas.iec import Wire
@@ -138,7 +138,7 @@ def test_names_signals_and_scales():
     assert plc.goals == ["manual", "auto"]
     assert plc.scales == [(20.0, 400.0, 1 << 20)] * 2
     assert plc.rises == [True, False]
-    assert plc.modes == ("manual", "auto", "autotune", "off")
+    assert tuple(plc.modes) == ("manual", "auto", "autotune", "off")
     assert (plc.flags, plc.problems, plc.scan_time(0.001)) == ({}, [], None)
 
 

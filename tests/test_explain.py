@@ -19,12 +19,12 @@ from pidcfg.encoders.maps import click_meanings, dl06_meanings, dpide_meanings, 
 from pidcfg.encoders.maps.click import ERRORS
 from pidcfg.encoders.maps.dl06 import LOOP_TABLE, SETUP_WORDS
 from pidcfg.encoders.maps.nextopid import BLOCK_TYPES
-from pidcfg.encoders.named import ParameterTable
+from pidcfg.encoders.parameters import ParameterTable
 from pidcfg.encoders.regmap import RegisterMap
 from pidcfg.explanation.decisions import all_decisions
 from pidcfg.explanation.lookup import explain
 from pidcfg.explanation.question import Question, QuestionError
-from pidcfg.explanation.render import as_json, as_text
+from pidcfg.explanation.render import as_data, as_text
 from pidcfg.explanation.texts import unit_text, units_of
 from pidcfg.schemas.document import models_in
 from pidcfg.sim.controllers.ezlogix import autotune as ezlogix_autotune
@@ -592,7 +592,7 @@ def test_the_layout_of_the_json(things):
 
 
 def test_json_keeps_every_field():
-    (page,) = json.loads(as_json(pages("V7642=0008")))["explanations"]
+    (page,) = as_data(pages("V7642=0008"))["explanations"]
     assert page["value"] == {"raw": 8, "shown": "0008", "text": None, "problem": None}
     assert [(b["bit"], b["state"], b["active"]) for b in page["bits"]][2:] == [
         ("bit 2", "off", False),

@@ -149,7 +149,7 @@ def test_what_the_runner_asks():
 
     assert (machine.base, machine.periods) == (100_000, [200_000, 500_000])
     assert (machine.running, machine.flags, machine.alarm_bits, machine.aux_bits) == (True, {}, {}, {})
-    assert (machine.out_name, machine.modes, machine.options) == ("CV", ("manual", "auto"), ())
+    assert (machine.out_name, tuple(machine.modes), machine.options) == ("CV", ("manual", "auto"), ())
     assert machine.commands == {"ramp_soak": (), "autotune": ("start", "cancel"), "plc": ("stop", "run")}
     assert (machine.pulses, machine.rises) == (("O",), [True, True])
     assert plc({"action": "direct"}).rises == [False]

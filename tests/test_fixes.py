@@ -19,7 +19,7 @@ from pidcfg.diagnostics import Edit, Severity, Span
 from pidcfg.document import Plain
 from pidcfg.source import read_document
 from pidcfg.validate.engine import check_document
-from pidcfg.validate.fixes import Fixer, alike, splice
+from pidcfg.validate.fixes import Fixer, same_but_quotes, splice
 from pidcfg.validate.spelling import all_keys, clear_match, is_slip, keys_of, models_below, slips
 from pidcfg.validate.suppression import suppress
 from pidcfg.vendors import VENDORS
@@ -230,9 +230,9 @@ def test_quotes_do_not_help_a_text_that_is_broken_elsewhere():
 
 
 def test_quotes_must_leave_the_same_text_whatever_is_in_them():
-    assert alike({"a": ["%", Plain("1")]}, {"a": [Plain("xxx"), Plain("1")]})
+    assert same_but_quotes({"a": ["%", Plain("1")]}, {"a": [Plain("xxx"), Plain("1")]})
     for twin in ({"a": [Plain("xx"), Plain("1")]}, {"a": [Plain("xxx"), Plain("2")]}, {"b": []}, {"a": [Plain("xxx")]}):
-        assert not alike({"a": ["%", Plain("1")]}, twin)
+        assert not same_but_quotes({"a": ["%", Plain("1")]}, twin)
 
 
 def test_keys_of_opposite_meaning_are_never_chosen_between():

@@ -23,12 +23,12 @@ from pidcfg.cli.formats import report_options
 from pidcfg.cli.formats.findings import Findings
 from pidcfg.cli.formats.format import Kind
 from pidcfg.cli.formats.simulation import render_runs
-from pidcfg.cli.formats.simulation_text import Outcome
 from pidcfg.cli.main import cli
-from pidcfg.cli.output_schemas import OUTPUTS
 from pidcfg.cli.terminal.console import echo_json, echo_xml
 from pidcfg.diagnostics import Diagnostic, Edit, Severity, Span
 from pidcfg.document import Document, Node
+from pidcfg.results.schemas import OUTPUTS
+from pidcfg.scenario.outcome import Outcome
 from pidcfg.sim.report import Note, Report
 
 ROOT = Path(__file__).parents[1]

@@ -9,7 +9,7 @@ import pytest
 from pydantic_core import PydanticCustomError
 
 from generic_rig import Rig
-from pidcfg.encoders.named import Program
+from pidcfg.encoders.parameters import Program
 from pidcfg.sim.controllers.generic.scan import load
 from rig_plants import FirstOrder
 

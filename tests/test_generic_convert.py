@@ -5,9 +5,10 @@ from __future__ import annotations
 from hypothesis import given, settings
 
 from generic_rig import configurations, file_of
-from pidcfg.conversion.from_neutral.generic import CONVERT_OPTIONS, from_neutral
+from pidcfg.conversion.from_neutral.generic import from_neutral
 from pidcfg.conversion.pipeline import convert, neutral_loops
 from pidcfg.conversion.to_neutral.generic import NOTHING_LOST, WHOLE, to_neutral
+from pidcfg.encoders.generic.options import CONVERT_OPTIONS
 from pidcfg.schemas.generic import GenericFile, Loop
 from pidcfg.vendors import VENDORS
 from test_generic_encoding import leaves
@@ -50,8 +51,8 @@ def test_every_field_that_is_given_says_where_it_goes():
     (loop,) = to_neutral(file_of(FULL))
     pairs = {f"{path}.{i}" for path in WHOLE for i in range(2)}
 
-    assert sorted(entry.field for entry in loop.said) == sorted({*leaves(Loop), *WHOLE} - pairs - {*NOTHING_LOST})
-    assert all(entry.to == (entry.field,) for entry in loop.said)
+    assert sorted(entry.path for entry in loop.fields) == sorted({*leaves(Loop), *WHOLE} - pairs - {*NOTHING_LOST})
+    assert all(entry.to == (entry.path,) for entry in loop.fields)
     assert not loop.missing
 
 

@@ -14,9 +14,10 @@ from pydantic import BaseModel
 from generic_rig import PLAIN, configurations, file_of
 from pidcfg.encoders.generic.decode import decode
 from pidcfg.encoders.generic.encode import encode
-from pidcfg.encoders.generic.files import DECODE_OPTIONS, FORMATS, checklist
+from pidcfg.encoders.generic.files import FORMATS, checklist
+from pidcfg.encoders.generic.options import DECODE_OPTIONS
 from pidcfg.encoders.maps.generic import NEEDED, ROWS, TUNED, split
-from pidcfg.encoders.named import TYPES, store
+from pidcfg.encoders.parameters import TYPES, store
 from pidcfg.encoders.words import DecodeError
 from pidcfg.schemas.generic import GenericFile, Loop
 from pidcfg.schemas.iec import LREAL, Wire

@@ -20,6 +20,7 @@ MAY_IMPORT = {
     "globs":        "",
     "paths":        "",
     "writer":       "",
+    "reader":       "",
     "diagnostics":  "refs",
     "document":     "refs limits diagnostics",
     "source":       "refs limits diagnostics document",
@@ -28,9 +29,10 @@ MAY_IMPORT = {
     "schemas":      "refs",
     "encoders":     "refs paths schemas",
     "vendors":      "refs schemas encoders",
+    "listings":     "limits encoders vendors writer",
     "conversion":   "refs diagnostics limits document source comments schemas encoders vendors",
     "differences":  "refs schemas encoders vendors conversion",
-    "tuning":       "refs limits schemas encoders vendors cli",
+    "tuning":       "refs limits schemas encoders vendors listings",
     "validate":     "refs limits diagnostics document source comments aliases schemas encoders vendors conversion "
                     "tuning",
     "explanation":  "refs diagnostics schemas encoders vendors validate",
@@ -38,17 +40,19 @@ MAY_IMPORT = {
     "pictures":     "",
     "report":       "refs limits diagnostics document schemas encoders vendors conversion differences validate "
                     "explanation sim pictures",
-    "scenario":     "refs limits diagnostics document source schemas encoders vendors conversion differences validate "
-                    "sim pictures cli",
+    "scenario":     "refs limits reader diagnostics document source schemas encoders vendors listings conversion "
+                    "differences validate sim pictures",
+    "results":      "limits reader writer diagnostics document source schemas encoders vendors listings conversion "
+                    "differences tuning validate explanation sim scenario",
     "cli":          "*",
-    "api":          "refs limits diagnostics document source schemas encoders vendors conversion tuning validate sim",
+    "api":          "limits reader document encoders vendors explanation tuning validate sim scenario results",
     "__init__":     "api",
     "__main__":     "cli",
 }
 
 ONLY_IN = {
     # package       modules that may import it
-    "click":         "cli tuning.record",
+    "click":         "cli",
     "rich":          "cli.terminal",
     "ruamel":        "source writer",
     "intelhex":      "encoders.ihex",
@@ -59,10 +63,10 @@ ONLY_IN = {
     "jinja2":        "pictures report",
     "markupsafe":    "report",
     "xlsxwriter":    "report",
-    "pydantic":      "schemas encoders vendors validate sim tuning conversion differences explanation report "
+    "pydantic":      "schemas encoders vendors validate sim tuning conversion differences explanation report results "
                      "cli.commands.schema",
     "pydantic_core": "schemas encoders vendors validate sim",
-    "importlib":     "vendors cli sim.compile explanation.decisions __init__",
+    "importlib":     "vendors cli sim.compile explanation.decisions results.schemas __init__",
     # imports by name: the tables above cannot see them
 }
 
@@ -71,6 +75,9 @@ LOADS = {
     "--version":                                      "",
     "--help":                                         "",
     "validate --help":                                "",
+    "convert --help":                                 "",
+    "decode --help":                                  "",
+    "encode --help":                                  "",
     "rule PID101":                                    "pydantic",
     "explain V7642=0008":                             "pydantic",
     "init --vendor dl06":                             "",
@@ -98,11 +105,31 @@ LOADS = {
     "encode src/pidcfg/starters/click.yaml --format nickname-csv":  "pydantic ruamel pyclickplc pymodbus",
 }
 
+STARTS = "cli cli.main cli.terminal cli.terminal.colour cli.terminal.glyphs cli.terminal.progress"
+REPORTS = (
+    "cli.commands cli.options cli.terminal.console diagnostics limits "
+    "cli.files cli.files.identity cli.formats cli.formats.format cli.formats.report_options"
+)
+READS = "cli.files.folders cli.files.inputs document source"
+OF_VENDORS = "vendors encoders encoders.options " + " ".join(f"encoders.{v} encoders.{v}.options" for v in VENDORS)
+MODULES = {
+    # command            every module of pidcfg that it imports
+    "--version":         STARTS,
+    "--help":            STARTS,
+    "completion --help": f"{STARTS} cli.commands cli.commands.completion cli.terminal.console",
+    "validate --help":   f"{STARTS} {REPORTS} {READS} cli.commands.validate cli.findings cli.findings.settings "
+                         "cli.findings.settings_keys cli.formats.findings cli.formats.reporters",
+    "convert --help":    f"{STARTS} {REPORTS} {READS} cli.commands.convert cli.commands.decode cli.extras "
+                         f"cli.files.plots {OF_VENDORS}",
+    "encode --help":     f"{STARTS} cli.commands cli.commands.encode cli.options cli.terminal.console "
+                         f"diagnostics limits {OF_VENDORS}",
+    "decode --help":     f"{STARTS} {READS} cli.commands cli.options cli.terminal.console diagnostics limits cli.files "
+                         f"cli.files.folders cli.files.identity cli.commands.decode {OF_VENDORS}",
+}
+
 LONG_MODULES = {
     # module or package         why it may have more than 300 lines
     "encoders.maps":            "tables",
-    "conversion.from_neutral.click": "to be divided",
-    "differences.meaning":      "to be divided",
     "schemas.base":             "a table: one parser for every type of field",
     "schemas.dl06":             "a table: one field for every word and bit",
     "schemas.click":            "a table: one field for every register",
@@ -112,9 +139,6 @@ LONG_MODULES = {
 
 CIRCLES = {
     # package that has one     modules of which some know each other in a circle
-    "cli.findings":            "cli.commands.validate cli.findings.corrections cli.findings.policy "
-                               "cli.findings.settings cli.findings.settings_file",
-    "cli.formats":             "cli.formats.simulation_text scenario.charts",
     "validate.rules.nextopid": "validate.rules.nextopid.context validate.rules.nextopid.links "
                                "validate.rules.nextopid.paths validate.rules.nextopid.view",
 }
@@ -234,6 +258,25 @@ def test_packages_from_outside_are_known_to_the_modules_that_need_them():
     assert not breaches, report(breaches)
 
 
+CALLS = ("check", "encode", "decode", "convert", "diff", "simulate", "tune", "explain")
+TYPES_AND_TEXTS = (
+    *("cli", "api", "results", "limits", "diagnostics", "document", "vendors", "source.Document"),
+    *("encoders.files", "encoders.listing.ListingError", "explanation.question.QuestionError", "explanation.render"),
+    *("scenario.outcome.Outcome", "sim.engine.EngineName", "tuning.rules"),
+    *("validate.catalog.unusable", "validate.engine.is_scenario"),
+)
+"""What a command needs beside the call of its name: arguments, results, what prints them; nothing that does work."""
+
+
+@pytest.mark.parametrize("call", CALLS)
+def test_a_command_makes_the_call_of_its_name_and_no_other(call):
+    module = "cli.commands.validate" if call == "check" else f"cli.commands.{call}"
+    names = [name.removeprefix("pidcfg.") for name, _ in imports(TREES[module]) if name.startswith("pidcfg.")]
+    assert [name for name in names if not within(name, TYPES_AND_TEXTS)] == []
+    through = TREES["cli.findings.collect"] if call == "check" else TREES[module]
+    assert {name for name, _ in imports(through) if name.startswith("pidcfg.api.")} == {f"pidcfg.api.{call}"}
+
+
 MEETING_PLACE = "generic"
 """The neutral form, which every vendor may know."""
 
@@ -305,21 +348,22 @@ def test_functions_are_short():
 
 
 def loaded_by(code):
-    """The slow packages that a Python program has imported when it ends."""
-    tail = f"\nprint('loaded', *(name for name in {HEAVY} if name in sys.modules), file=sys.stderr)"
+    """The modules that a Python program has imported when it ends."""
+    tail = "\nprint('loaded', *sys.modules, file=sys.stderr)"
     run = subprocess.run([sys.executable, "-c", code + tail], cwd=ROOT, capture_output=True, text=True, check=False)
     last = run.stderr.splitlines()[-1].split()
     assert last[0] == "loaded", run.stderr
     return set(last[1:])
 
 
-def test_the_command_starts_without_any_slow_package():
-    assert loaded_by("import sys, pidcfg.cli.main") == set()
+def modules_of_pidcfg(loaded):
+    """Those of pidcfg among some modules, named below it."""
+    return {name.removeprefix("pidcfg.") for name in loaded if name.startswith("pidcfg.")}
 
 
-@pytest.mark.parametrize("command", LOADS)
-def test_a_command_loads_only_what_it_needs(command):
-    code = f"""
+def loaded_by_command(command):
+    """The modules that a command has imported when it ends."""
+    return loaded_by(f"""
 import sys
 from pidcfg.cli.main import main
 sys.argv = ["pidcfg", *{command.split()}]
@@ -327,5 +371,49 @@ try:
     main()
 except SystemExit as end:
     assert not end.code, end.code
+""")
+
+
+def test_the_command_starts_without_any_slow_package():
+    assert loaded_by("import sys, pidcfg.cli.main").isdisjoint(HEAVY)
+
+
+@pytest.mark.parametrize("command", LOADS)
+def test_a_command_loads_only_what_it_needs(command):
+    assert loaded_by_command(command) & {*HEAVY} <= {*LOADS[command].split()}
+
+
+@pytest.mark.parametrize("command", MODULES)
+def test_a_command_imports_the_modules_that_it_needs_and_no_other(command):
+    loaded = modules_of_pidcfg(loaded_by_command(command))
+    assert sorted(loaded) == sorted({*MODULES[command].split()})
+
+
+ONE_FINDING = """
+from pidcfg.cli.formats import render
+from pidcfg.cli.formats.findings import Findings
+from pidcfg.diagnostics import Diagnostic, Severity
+render("sarif", Findings([Diagnostic({!r}, Severity.ERROR, "message", "file.yaml")], {{}}))
+import sys
 """
-    assert loaded_by(code) <= set(LOADS[command].split())
+SARIF = (
+    "cli cli.formats cli.formats.findings cli.formats.format cli.formats.sarif diagnostics refs "
+    "validate validate.catalog validate.codes validate.pages validate.rule vendors"
+)
+
+
+def test_a_finding_as_sarif_imports_its_rule_and_no_other():
+    loaded = modules_of_pidcfg(loaded_by(ONE_FINDING.format("PID001")))
+    assert sorted(loaded) == sorted(SARIF.split())
+
+
+@pytest.mark.parametrize("vendor", VENDORS)
+def test_a_finding_as_sarif_imports_the_rules_of_one_vendor(vendor):
+    code = min(VENDORS[vendor].load("rules").keys() - VENDORS[MEETING_PLACE].load("rules").keys(), default="PID101")
+    loaded = modules_of_pidcfg(loaded_by(ONE_FINDING.format(code)))
+    assert not [module for module in loaded if vendor_of(module) not in {None, vendor}]
+
+
+@pytest.mark.parametrize("vendor", VENDORS.values(), ids=list(VENDORS))
+def test_the_names_of_formats_that_help_reads_are_those_of_the_formats(vendor):
+    assert vendor.load("format_names") == tuple(vendor.load("formats"))

@@ -103,6 +103,8 @@ def back(loop, always=frozenset()):
         output=OutputSettings(unit=loop.output.unit, pulse=loop.output.pulse and PulseSettings(bit="Y1")),
     )
     values = settings_values(settings) | TABLE.decode(words, {})
+    if loop.output.pulse is None:
+        values["output.pulse"] = None
     return file_data(Loop, values, TABLE.held(defaults_of(Loop, [TABLE], UNSET), {}), always)
 
 

@@ -13,7 +13,6 @@ from hypothesis import strategies as st
 
 from nextopid_networks import DATA, NETWORKS, OVERRIDE, fault, network
 from nextopid_strategies import EXPRESSIONS, PLACE, configurations
-from pidcfg.cli.files.listings import decode_listing
 from pidcfg.encoders.files import UnwritableError
 from pidcfg.encoders.listing import ListingError
 from pidcfg.encoders.nextopid.decode import decode
@@ -24,6 +23,7 @@ from pidcfg.encoders.nextopid.st_lex import tokens_of
 from pidcfg.encoders.nextopid.st_read import read_st, with_zeros
 from pidcfg.encoders.nextopid.st_values import Wiring
 from pidcfg.encoders.nextopid.st_write import write_st
+from pidcfg.listings import decode_listing
 from pidcfg.schemas.expressions import MAX_LENGTH, parse
 from pidcfg.schemas.iec import REAL, Wire
 from pidcfg.schemas.nextopid import NextopidFile

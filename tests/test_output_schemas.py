@@ -11,7 +11,7 @@ import pytest
 from click.testing import CliRunner
 
 from pidcfg.cli.main import cli
-from pidcfg.cli.output_schemas import OUTPUTS, output_schema
+from pidcfg.results.schemas import OUTPUTS, output_schema
 from pidcfg.vendors import VENDORS
 
 ROOT = Path(__file__).parents[1]

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import doctest
 import json
 import re
 
 import jsonschema
 import pytest
 
-from pages import NOT_RUN, PAGES, ROOT, blocks, follow, skipped, steps, unlike, workshop
+from pages import NOT_RUN, PAGES, ROOT, blocks, follow, python_session, skipped, steps, unlike, workshop
 from shell import captured, pidcfg
 
 TEXTS = {page: path.read_text("utf-8") for page, path in PAGES.items()}
@@ -29,6 +30,16 @@ def test_commands_print_what_is_shown(page, tmp_path):
             assert not wrong or not unlike(step.shown, out), f"{where}\n{wrong}\n\n{terminal}"
         told = int(after[1]) if after and after[0].command == "echo $?" else 0
         assert code == told, f"{where}\nends with {code}, which the page does not tell\n\n{terminal}"
+
+
+@pytest.mark.parametrize("page", [page for page, text in TEXTS.items() if python_session(text)])
+def test_python_prints_what_is_shown(page, tmp_path):
+    session = doctest.DocTestParser().get_doctest(python_session(TEXTS[page]), {}, page, page, 0)
+    wrong: list[str] = []
+    with workshop(TEXTS[page], tmp_path):
+        doctest.DocTestRunner(optionflags=doctest.ELLIPSIS).run(session, out=wrong.append)
+    assert session.examples
+    assert not wrong, "".join(wrong)
 
 
 def test_what_is_not_run_has_a_reason_and_is_on_a_page():

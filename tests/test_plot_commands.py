@@ -12,10 +12,10 @@ from xml.etree import ElementTree as ET
 
 import pytest
 
-from pidcfg.cli.commands.simulate import simulate_document
 from pidcfg.cli.main import main
 from pidcfg.limits import DEFAULT
 from pidcfg.scenario.charts import charts_of
+from pidcfg.scenario.outcome import simulate_document
 from pidcfg.sim.recording import POINTS, Recording
 from pidcfg.sim.run import Settings
 from pidcfg.source import read_document

@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from living_rig import GOOD, TWICE, run
 from pidcfg.cli.commands.schema import document_schema
 from pidcfg.cli.findings.settings import candidates
-from pidcfg.cli.findings.settings_file import KEYS, REFUSED
+from pidcfg.cli.findings.settings_keys import KEYS, REFUSED
 from pidcfg.globs import matches
 
 

@@ -174,7 +174,7 @@ def test_a_failing_check_does_not_hide_the_others(tasks, monkeypatch):
     with pytest.raises(SystemExit) as end:
         tasks.main(["check"])
 
-    assert end.value.code == "failed: -m ruff format --check .; -m mypy --strict; docs/generate.py --check"
+    assert end.value.code == "failed: -m ruff format --check .; -m mypy --strict; tests/generated.py --check"
 
 
 def test_the_site_is_built_without_a_saved_state_and_warnings_are_errors(tasks, monkeypatch):

@@ -11,9 +11,9 @@ from pathlib import Path
 
 import pytest
 
-from pidcfg.cli.commands.simulate import simulate_document
 from pidcfg.limits import DEFAULT
-from pidcfg.scenario.load import shortened
+from pidcfg.reader import shortened
+from pidcfg.scenario.outcome import simulate_document
 from pidcfg.sim.run import Settings
 from pidcfg.source import read_document
 

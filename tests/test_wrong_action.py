@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from pidcfg.cli.commands.simulate import simulate_document
 from pidcfg.limits import DEFAULT
+from pidcfg.scenario.outcome import simulate_document
 from pidcfg.sim.feedback import answer, wrong_actions
 from pidcfg.sim.prepare import prepare
 from pidcfg.sim.rest import initial_values, rest

@@ -9,10 +9,37 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from pidcfg.api import check_file, check_text, decode_words
+    from pidcfg.api import (
+        check,
+        check_file,
+        check_text,
+        convert,
+        decode,
+        decode_words,
+        diff,
+        encode,
+        explain,
+        load,
+        simulate,
+        tune,
+    )
 
 __version__ = "0.1.0"
-__all__ = ["__version__", "check_file", "check_text", "decode_words"]
+__all__ = [
+    "__version__",
+    "check",
+    "check_file",
+    "check_text",
+    "convert",
+    "decode",
+    "decode_words",
+    "diff",
+    "encode",
+    "explain",
+    "load",
+    "simulate",
+    "tune",
+]
 
 
 def __getattr__(name: str) -> Any:

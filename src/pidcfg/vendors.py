@@ -57,7 +57,8 @@ PARTS = {
     "context": "validate.rules.{key}.context:{Key}Context",
     "rules": "validate.rules.{key}:RULES",
     "formats": "encoders.{key}.files:FORMATS",
-    "decode_options": "encoders.{key}.files:DECODE_OPTIONS",
+    "format_names": "encoders.{key}.options:FORMATS",
+    "decode_options": "encoders.{key}.options:DECODE_OPTIONS",
     "checklist": "encoders.{key}.files:checklist",
     "controller": "sim.controllers.{key}.scan:load",
     "registers": "encoders.maps.{key}:TABLES",
@@ -65,7 +66,7 @@ PARTS = {
     "explainer": "explanation.{key}:EXPLAINER",
     "to_neutral": "conversion.to_neutral.{key}:to_neutral",
     "from_neutral": "conversion.from_neutral.{key}:from_neutral",
-    "convert_options": "conversion.from_neutral.{key}:CONVERT_OPTIONS",
+    "convert_options": "encoders.{key}.options:CONVERT_OPTIONS",
 }
 """Module and name of every part of a vendor; the same for all."""
 
@@ -84,7 +85,7 @@ VENDORS = {
 
 def format_names() -> list[str]:
     """The file formats of all vendors, each once."""
-    return list(dict.fromkeys(name for vendor in VENDORS.values() for name in vendor.load("formats")))
+    return list(dict.fromkeys(name for vendor in VENDORS.values() for name in vendor.load("format_names")))
 
 
 def format_of(vendor: Vendor, name: str) -> Any:

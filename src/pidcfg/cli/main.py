@@ -124,7 +124,7 @@ class LazyGroup(click.Group):
         if cmd_name not in COMMANDS:
             return None
         LINE.label = cmd_name
-        command = colour.understood(import_module(COMMANDS[cmd_name][0]).command)
+        command = colour.with_option(import_module(COMMANDS[cmd_name][0]).command)
         if COMPLETE in os.environ:
             from pidcfg.cli.completion.candidates import completed
 

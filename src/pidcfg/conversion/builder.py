@@ -1,116 +1,153 @@
-"""How adapters fill a neutral loop and a target's loop, saying of each field what it became."""
+"""How a conversion fills a neutral loop and a target's file, recording what each field became."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from decimal import Decimal
 from itertools import count as counter
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NoReturn
 
-from pidcfg.conversion.ledger import Missing, Neutral, Put, Said
-from pidcfg.conversion.pipeline import ConvertError
+from pidcfg.conversion.arithmetic import number
+from pidcfg.conversion.ledger import ConvertError, Missing, NeutralLoop, SourceField, TargetField, TargetFile
+from pidcfg.encoders.values import present
+from pidcfg.paths import put, steps
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable, Iterable, Sequence
 
     from pydantic import BaseModel
 
-    from pidcfg.encoders.image import Route
+    from pidcfg.conversion.same import Same
     from pidcfg.schemas.addresses import BankRange
-
-
-def given(model: BaseModel | None, *path: str) -> bool:
-    """Whether the file gives a field, by its path below a model."""
-    item: Any = model
-    for key in path:
-        if item is None or key not in item.model_fields_set:
-            return False
-        item = getattr(item, key)
-    return item is not None
-
-
-def set_at(data: dict[str, Any], path: str, value: Any) -> None:
-    """Sets a value below sections, which are made as needed."""
-    *sections, last = path.split(".")
-    for key in sections:
-        data = data.setdefault(key, {})
-    data[last] = value
+    from pidcfg.schemas.generic import GenericFile
 
 
 @dataclass(slots=True)
-class Teller:
-    """Fills a neutral loop from a vendor's; ``place`` is where that loop stands in its file."""
+class NeutralBuilder:
+    """Fills a neutral loop from a vendor's: the one at ``index`` of its file."""
 
-    place: Route
-    neutral: Neutral = field(default_factory=lambda: Neutral({}))
+    index: int
+    loop: NeutralLoop = field(default_factory=NeutralLoop)
 
-    def keep(self, path: str, value: Any, to: str, became: Any, note: str = "", *, assumed: bool = False) -> None:
-        """A field of the source and the neutral field that it became."""
-        set_at(self.neutral.loop, to, became)
-        self.say(path, value, to, note=note, assumed=assumed)
+    def put(self, path: str, value: Any, to: str, became: Any, note: str = "", *, assumed: bool = False) -> None:
+        """A field of the source with its value, and the neutral field with what it became."""
+        self.set(to, became)
+        self.mark(path, value, to, note=note, assumed=assumed)
 
-    def say(self, path: str, value: Any, *to: str, note: str = "", assumed: bool = False) -> None:
-        """A field of the source and the neutral fields that it is part of, which are set elsewhere."""
-        self.neutral.said.append(Said(path, value, to, note, assumed))
+    def same(self, row: Same, value: Any) -> None:
+        """A field that keeps its value."""
+        self.put(row.path, value, row.to or row.path, row.becomes(value), row.note)
 
-    def lose(self, path: str, value: Any, note: str) -> None:
+    def set(self, to: str, value: Any) -> None:
+        """A neutral field alone; the fields of the source that it comes from are marked."""
+        put(self.loop.data, steps(to), value)
+
+    def mark(self, path: str, value: Any, *to: str, note: str = "", assumed: bool = False) -> None:
+        """A field of the source that is part of neutral fields which are set elsewhere."""
+        self.loop.fields.append(SourceField(path, value, to, note, assumed))
+
+    def drop(self, path: str, value: Any, note: str) -> None:
         """A field that the neutral form does not have, and what to program instead."""
-        self.neutral.said.append(Said(path, value, note=note))
+        self.loop.fields.append(SourceField(path, value, note=note))
 
-    def miss(self, path: str, message: str) -> None:
-        """What the source must say first."""
-        route = tuple(path.split("."))
-        self.neutral.missing.append(Missing((*self.place, *route), route[-1], message))
+    def drop_choices(self, path: str, section: BaseModel, note: str) -> None:
+        """The fields of a section that are not at their defaults."""
+        for key, row in type(section).model_fields.items():
+            value = getattr(section, key)
+            if value != row.default:
+                self.drop(f"{path}.{key}", value, note)
+
+    def need(self, path: str, message: str) -> None:
+        """What the source must say first, by its path below the loop; empty: the loop."""
+        self.loop.missing.append(Missing(("loops", self.index, *steps(path)), message))
 
 
 @dataclass(slots=True)
-class Builder:
-    """Fills a loop of the target."""
+class TargetBuilder:
+    """Fills a loop of the target: the one at ``index`` of its file."""
 
+    index: int = 0
     data: dict[str, Any] = field(default_factory=dict)
-    puts: list[Put] = field(default_factory=list)
+    fields: list[TargetField] = field(default_factory=list)
 
-    def put(self, path: str, value: Any, of: str | None, note: str = "", **how: Any) -> None:
-        """A field of the target, and the neutral field that it came from; None: chosen here. ``how``: see `Put`."""
-        set_at(self.data, path, value)
-        self.puts.append(Put(path, of, note, **how))
+    def put(self, path: str, value: Any, of: str | None, note: str = "", **details: Any) -> None:
+        """A field of the target, and the neutral field that it came from; None: chosen here.
 
-    def mark(self, path: str, of: str, note: str = "", **how: Any) -> None:
-        """A field that is set otherwise carries this neutral field too."""
-        self.puts.append(Put(path, of, note, **how))
+        Decimals become plain numbers without the noise of their last digits; ``details``: see `TargetField`.
+        """
+        put(self.data, steps(path), _plain(value))
+        self.mark(path, of, note, **details)
+
+    def same(self, row: Same, value: Any) -> None:
+        """A field that keeps its value."""
+        self.put(row.to or row.path, row.becomes(value), row.path, row.note)
+
+    def pair(self, path: str, ends: Sequence[Decimal], of: str) -> None:
+        """Two limits, each of which may be rounded or clamped."""
+        put(self.data, steps(path), _plain(ends))
+        for i in range(2):
+            self.mark(f"{path}.{i}", f"{of}.{i}")
+
+    def mark(self, path: str, of: str | None, note: str = "", **details: Any) -> None:
+        """A field that is set otherwise holds this neutral field too."""
+        self.fields.append(TargetField(path, of, note, **details))
 
     def drop(self, of: str, note: str) -> None:
         """A neutral field that the target does not have, and what to program instead."""
-        self.puts.append(Put("", of, note))
+        self.mark("", of, note)
+
+    def drop_all(self, unmatched: Iterable[tuple[str, str]]) -> None:
+        """Neutral fields that the target does not have, each with its note."""
+        for of, note in unmatched:
+            self.drop(of, note)
+
+    def refuse(self, path: str, message: str) -> NoReturn:
+        """Ends the conversion for a value that the target cannot have at all."""
+        raise ConvertError([Missing(("loops", self.index, *steps(path)), message)])
+
+
+def target_file(vendor: str, file: GenericFile, builders: Sequence[TargetBuilder], **sections: Any) -> TargetFile:
+    """The target's file of its loops; empty ``sections`` are left out."""
+    data = {"pidcfg": 1, "vendor": vendor} | present({"name": file.name, "description": file.description})
+    data |= {key: section for key, section in sections.items() if section}
+    return TargetFile({**data, "loops": [b.data for b in builders]}, [b.fields for b in builders])
+
+
+def _plain(value: Any) -> Any:
+    """A value as a file has it."""
+    if isinstance(value, tuple | list):
+        return [_plain(item) for item in value]
+    return number(value) if isinstance(value, Decimal) else value
 
 
 def starts(bank: BankRange, size: int, count: int, wanted: Sequence[str]) -> list[int]:
     """Where the blocks of each loop begin: as wanted, the others behind the last one without overlapping any."""
-    _not_too_many(wanted, count)
-    found = [bank.parse(address) for address in wanted]
-    start = found[-1] + size if found else bank.first
-    while len(found) < count:
-        clash = next((other for other in found if abs(other - start) < size), None)
+    _refuse_too_many(wanted, count)
+    places = [bank.parse(address) for address in wanted]
+    start = places[-1] + size if places else bank.first
+    while len(places) < count:
+        clash = next((other for other in places if abs(other - start) < size), None)
         if clash is None:
-            found.append(start)
+            places.append(start)
         start = (start if clash is None else clash) + size
-    top = max(found, default=bank.first)
+    top = max(places, default=bank.first)
     if top + size - 1 > bank.last:
-        raise _unplaced(f"{size} addresses from {bank.prefix}{top} on do not end by {bank.prefix}{bank.last}")
-    return found
+        raise _no_place(f"{size} addresses from {bank.prefix}{top} on do not end by {bank.prefix}{bank.last}")
+    return places
 
 
-def chosen(wanted: Sequence[str | None], count: int, free: Callable[[int], str]) -> list[str]:
+def names(wanted: Sequence[str | None], count: int, free: Callable[[int], str]) -> list[str]:
     """One name a loop: as wanted, the others the first that are free, counted from 1."""
-    _not_too_many(wanted, count)
+    _refuse_too_many(wanted, count)
     unused = (name for n in counter(1) if (name := free(n)) not in wanted)
-    given_names = [*wanted, *[None] * (count - len(wanted))]
-    return [next(unused) if name is None else name for name in given_names]
+    all_wanted = [*wanted, *[None] * (count - len(wanted))]
+    return [next(unused) if name is None else name for name in all_wanted]
 
 
-def _not_too_many(wanted: Sequence[str | None], count: int) -> None:
+def _refuse_too_many(wanted: Sequence[str | None], count: int) -> None:
     if len(wanted) > count:
-        raise _unplaced(f"{', '.join(str(name) for name in wanted)}: that is {len(wanted)} for {count} of the loops")
+        raise _no_place(f"{', '.join(str(name) for name in wanted)}: that is {len(wanted)} for {count} of the loops")
 
 
-def _unplaced(message: str) -> ConvertError:
-    return ConvertError([Missing(("loops",), "loops", message)])
+def _no_place(message: str) -> ConvertError:
+    return ConvertError([Missing(("loops",), message)])

@@ -1,7 +1,7 @@
 """Cascades that hand the output on as a position: 0 to 100 % of the outer loop's output are 0 to 100 % of the inner PV.
 
 In the neutral form the source's output is the set point itself. Where the two ranges differ, the outer loop's output is
-therefore told in the inner loop's units, with its gain (D305).
+therefore given in the inner loop's units, with its gain (D305).
 """
 
 from __future__ import annotations
@@ -11,12 +11,13 @@ from decimal import Decimal
 from typing import TYPE_CHECKING, Any
 
 from pidcfg.conversion.arithmetic import product, quotient, rescaled, rounded, width
+from pidcfg.paths import value_at
 from pidcfg.refs import Decision
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Sequence
 
-    from pidcfg.conversion.ledger import Neutral
+    from pidcfg.conversion.ledger import NeutralLoop
 
 D305 = Decision(
     305,
@@ -27,37 +28,37 @@ D305 = Decision(
 )
 
 
-def told_in_inner_units(loops: list[Neutral]) -> list[Neutral]:
+def outputs_in_inner_units(loops: list[NeutralLoop]) -> list[NeutralLoop]:
     """The loops, each source of a set point on the scale of the PV that it commands."""
-    by_name = {entry.loop.get("name"): entry for entry in loops}
+    by_name = {loop.data.get("name"): loop for loop in loops}
     for inner in loops:
-        outer = by_name.get(inner.loop.get("setpoint", {}).get("source"))
-        if outer is not None and "output" in outer.loop and "pv" in inner.loop:
-            _retell(outer, [Decimal(str(end)) for end in inner.loop["pv"]["range"]], inner.loop["name"])
+        outer = by_name.get(value_at(inner.data, ("setpoint", "source")))
+        if outer is not None and "output" in outer.data and "pv" in inner.data:
+            _rescale(outer, [Decimal(str(end)) for end in inner.data["pv"]["range"]], inner.data["name"])
     return loops
 
 
-def _retell(outer: Neutral, span: list[Decimal], name: str) -> None:
+def _rescale(outer: NeutralLoop, span: list[Decimal], inner: str) -> None:
     """The outer loop's output on another scale."""
-    output = outer.loop["output"]
-    own = [Decimal(str(end)) for end in output["range"]]
-    if own == span:
+    output, tuning = outer.data["output"], outer.data["tuning"]
+    present = [Decimal(str(end)) for end in output["range"]]
+    if present == span:
         return
-    factor = quotient(width(span), width(own))
-    outer.loop["tuning"]["gain"] = rounded(product(Decimal(str(outer.loop["tuning"]["gain"])), factor))
+    factor = quotient(width(span), width(present))
+    tuning["gain"] = rounded(product(Decimal(str(tuning["gain"])), factor))
     output["range"] = span
     for key in ("bias", "manual"):
         if key in output:
-            output[key] = _moved(output[key], own, span)
+            output[key] = _moved(output[key], present, span)
     if "limits" in output:
-        output["limits"] = [_moved(end, own, span) for end in output["limits"]]
+        output["limits"] = [_moved(end, present, span) for end in output["limits"]]
     output.pop("unit", None)
-    note = f"it commands {name}: told in the units of its PV"
-    outer.said[:] = [
-        replace(entry, note=note) if "output.range" in entry.to or "output.unit" in entry.to else entry
-        for entry in outer.said
+    note = f"it commands {inner}: told in the units of its PV"
+    outer.fields[:] = [
+        replace(field, note=note) if "output.range" in field.to or "output.unit" in field.to else field
+        for field in outer.fields
     ]
 
 
-def _moved(value: Any, own: Iterable[Decimal], span: Iterable[Decimal]) -> Decimal:
-    return rounded(rescaled(Decimal(str(value)), list(own), list(span)))
+def _moved(value: Any, source: Sequence[Decimal], target: Sequence[Decimal]) -> Decimal:
+    return rounded(rescaled(Decimal(str(value)), source, target))

@@ -1,8 +1,8 @@
 """What became of every field: the two halves of a conversion, and the report that they make together.
 
-An adapter's `to_neutral` says of each field of its vendor which neutral fields it went to (`Said`), its `from_neutral`
-of each neutral field where it was put (`Put`). `changes` joins them: a field that went nowhere is dropped, and nobody
-can forget one without a test noticing.
+A vendor's `to_neutral` lists for each of its fields the neutral fields that it went to (`SourceField`), `from_neutral`
+for each neutral field where it was put (`TargetField`). `changes` joins the two lists: a field that went nowhere is
+dropped, and nobody can forget one without a test noticing.
 """
 
 from __future__ import annotations
@@ -11,26 +11,28 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Literal
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Mapping
+    from collections.abc import Callable, Iterator, Mapping, Sequence
     from decimal import Decimal
 
-    from pidcfg.encoders.image import Route
+    from pidcfg.paths import Path
 
 Kind = Literal["exact", "rounded", "clamped", "dropped", "assumed"]
 WORST: tuple[Kind, ...] = ("exact", "rounded", "assumed", "clamped", "dropped")
 """From harmless to harmful."""
 LOSSES = frozenset(("clamped", "dropped"))
 """What needs leave."""
+COMMON = ("name", "description")
+"""Fields of every loop, which a vendor need not list."""
 
 
 @dataclass(frozen=True, slots=True)
-class Said:
+class SourceField:
     """A field of the source: its path below the loop, its value as people write it, and the neutral fields it became.
 
     Without any it is dropped, and ``note`` says what to program by hand instead; ``assumed``: the file does not say it.
     """
 
-    field: str
+    path: str
     value: Any
     to: tuple[str, ...] = ()
     note: str = ""
@@ -38,51 +40,56 @@ class Said:
 
 
 @dataclass(frozen=True, slots=True)
-class Put:
+class TargetField:
     """A field of the target: its path below the loop (after ``/``: of the file), and the neutral field it came from.
 
-    ``of`` None: nothing of the source says it, so it is assumed. An empty ``field``: the target has no such thing, the
+    ``of`` None: nothing of the source says it, so it is assumed. An empty ``path``: the target has no such thing, the
     neutral field is dropped, and ``note`` says what to program by hand instead.
     """
 
-    field: str
+    path: str
     of: str | None
     note: str = ""
     assumed: bool = False
     exact: Decimal | None = None
     """What was wanted, where the file holds less: a whole number, or a text with a unit that is rounded already."""
     clamped: bool = False
-    """Brought within what the target allows by the adapter."""
+    """Brought within what the target allows by the conversion itself."""
     held: Decimal | None = None
     """What the file then means, in the unit of ``exact``, where its own number does not say it."""
 
 
 @dataclass(frozen=True, slots=True)
 class Missing:
-    """What the source must say before it can be converted: the key to add, where, and why."""
+    """What the source must say before it can be converted: where, and why."""
 
-    path: Route
-    key: str
+    path: Path
     message: str
 
 
-@dataclass(slots=True)
-class Neutral:
-    """One loop on its way: its neutral data, and what each of its fields became."""
+class ConvertError(Exception):
+    """A configuration that cannot be converted as it is; each problem names the key."""
 
-    loop: dict[str, Any]
-    said: list[Said] = field(default_factory=list)
+    def __init__(self, missing: list[Missing]) -> None:
+        super().__init__("; ".join(entry.message for entry in missing))
+        self.missing = missing
+
+
+@dataclass(slots=True)
+class NeutralLoop:
+    """One loop of the source: its neutral data, and what each of its fields became."""
+
+    data: dict[str, Any] = field(default_factory=dict)
+    fields: list[SourceField] = field(default_factory=list)
     missing: list[Missing] = field(default_factory=list)
 
 
 @dataclass(slots=True)
-class Target:
+class TargetFile:
     """A vendor's file as plain data, and where the neutral fields of each loop were put."""
 
     data: dict[str, Any]
-    puts: list[list[Put]]
-    items: list[Route] = field(default_factory=list)
-    """Where each loop stands in ``data``; as a rule ``("loops", i)``."""
+    fields: list[list[TargetField]]
 
 
 @dataclass(frozen=True, slots=True)
@@ -107,59 +114,64 @@ class Stored:
     note: str = ""
 
 
-CARRIED = ("name", "description")
-"""What goes with every loop, without a word from the adapters."""
-
-
 def changes(
-    said: list[Said], puts: list[Put], stored: Mapping[str, Stored], idle: Callable[[str], bool] = lambda _: False
+    source: Sequence[SourceField],
+    target: Sequence[TargetField],
+    stored: Mapping[str, Stored],
+    is_default: Callable[[str], bool] = lambda _: False,
 ) -> Iterator[Change]:
-    """Every field of the source, then what the target has beside them.
+    """Every field of the source, then what the target has besides.
 
-    ``idle`` tells of a neutral field whether it is what a loop is like without it: nothing is lost with it.
+    ``is_default``: whether a neutral field says what a loop is like without it, so that nothing is lost with it.
     """
-    by_neutral: dict[str, list[Put]] = {}
-    for put in puts:
+    by_neutral: dict[str, list[TargetField]] = {}
+    for put in target:
         by_neutral.setdefault(put.of or "", []).append(put)
-    for entry in said:
-        if entry.field not in CARRIED or entry.field in by_neutral:
-            yield from _of_field(entry, by_neutral, stored, idle)
-    spoken = {name for entry in said for name in entry.to}
-    for name, found in by_neutral.items():
-        if not any(_same(name, other) for other in spoken):
-            for put in found:
-                if put.field and (put.assumed or not (name in CARRIED or (put.of is not None and idle(put.of)))):
-                    held = stored.get(put.field, Stored(None))
-                    note = "; ".join(text for text in (put.note, held.note) if text)
-                    kind = _worst("assumed", held.kind, _own(put))
-                    yield Change(put.field, kind, None, held.value, held.error_percent, note)
+    for entry in source:
+        if entry.path not in COMMON or entry.path in by_neutral:
+            yield from _of_field(entry, by_neutral, stored, is_default)
+    from_source = {name for entry in source for name in entry.to}
+    for name, puts in by_neutral.items():
+        if any(overlap(name, other) for other in from_source):
+            continue
+        for put in puts:
+            if put.path and (put.assumed or not (name in COMMON or (put.of is not None and is_default(put.of)))):
+                held = stored.get(put.path, Stored(None))
+                kind = _worst("assumed", held.kind, _kind(put))
+                yield Change(put.path, kind, None, held.value, held.error_percent, _joined(put.note, held.note))
 
 
 def _of_field(
-    entry: Said, by_neutral: Mapping[str, list[Put]], stored: Mapping[str, Stored], idle: Callable[[str], bool]
+    entry: SourceField,
+    by_neutral: Mapping[str, list[TargetField]],
+    stored: Mapping[str, Stored],
+    is_default: Callable[[str], bool],
 ) -> Iterator[Change]:
     if not entry.to:
-        yield Change(entry.field, "dropped", entry.value, None, note=entry.note)
+        yield Change(entry.path, "dropped", entry.value, None, note=entry.note)
         return
-    places = [put for name in entry.to for of, found in by_neutral.items() if _same(name, of) for put in found]
-    if not places:
-        kind: Kind = "exact" if all(idle(name) for name in entry.to) else "dropped"
+    puts = [put for name in entry.to for of, group in by_neutral.items() if overlap(name, of) for put in group]
+    if not puts:
+        kind: Kind = "exact" if all(is_default(name) for name in entry.to) else "dropped"
         note = entry.note or ("" if kind == "exact" else "the target has no such field")
-        yield Change(entry.field, kind, entry.value, None, note=note)
-    for put in places:
-        held = stored.get(put.field, Stored(None)) if put.field else Stored(None, "dropped")
+        yield Change(entry.path, kind, entry.value, None, note=note)
+    for put in puts:
+        held = stored.get(put.path, Stored(None)) if put.path else Stored(None, "dropped")
         assumed: Kind = "assumed" if entry.assumed or put.assumed else "exact"
-        note = "; ".join(text for text in (entry.note, put.note, held.note) if text)
-        yield Change(
-            entry.field, _worst(assumed, held.kind, _own(put)), entry.value, held.value, held.error_percent, note
-        )
+        note = _joined(entry.note, put.note, held.note)
+        kind = _worst(assumed, held.kind, _kind(put))
+        yield Change(entry.path, kind, entry.value, held.value, held.error_percent, note)
 
 
-def _own(put: Put) -> Kind:
+def _kind(put: TargetField) -> Kind:
     return "clamped" if put.clamped else "exact"
 
 
-def _same(name: str, other: str) -> bool:
+def _joined(*notes: str) -> str:
+    return "; ".join(note for note in notes if note)
+
+
+def overlap(name: str, other: str) -> bool:
     """Whether two neutral fields are one, or one is an end of the other: ``output.limits`` and ``output.limits.0``."""
     return name == other or f"{name}.".startswith(f"{other}.") or f"{other}.".startswith(f"{name}.")
 

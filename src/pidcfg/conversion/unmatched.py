@@ -1,4 +1,4 @@
-"""Neutral fields without a twin in a vendor: which of them a loop has, so that none is lost silently."""
+"""Neutral fields that a vendor does not have: which of them a loop gives, so that none is lost silently."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from pydantic import BaseModel
 
-from pidcfg.conversion.ledger import Put
+from pidcfg.paths import steps
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -28,12 +28,12 @@ HARMLESS = {"setpoint.follows_pv": False}
 """Values that are no default and still ask nothing of a target that has no such field."""
 
 
-def dropped(loop: Loop, notes: Mapping[str, str]) -> Iterator[Put]:
-    """What of these fields the loop says (more than its default), with what to program instead."""
+def unmatched(loop: Loop, notes: Mapping[str, str]) -> Iterator[tuple[str, str]]:
+    """Those of these fields that a loop gives (with more than the default), with what to program instead."""
     for path, note in notes.items():
-        value, default = found(loop, path)
+        value, default = _value_and_default(loop, path)
         if value is not None and value != default and not harmless(path, value):
-            yield Put("", path, note)
+            yield path, note
 
 
 def harmless(path: str, value: Any) -> bool:
@@ -41,15 +41,15 @@ def harmless(path: str, value: Any) -> bool:
     return path in HARMLESS and HARMLESS[path] == value
 
 
-def found(loop: Loop, path: str) -> tuple[Any, Any]:
+def _value_and_default(loop: Loop, path: str) -> tuple[Any, Any]:
     """A field's value and its default; None where nothing stands on the way."""
     value: Any = loop
     default: Any = None
-    for step in path.split("."):
+    for step in steps(path):
         if value is None:
             return None, None
-        if step.isdigit():
-            value, default = value[int(step)], None
+        if isinstance(step, int):
+            value, default = value[step], None
         else:
             field = type(value).model_fields[step] if isinstance(value, BaseModel) else None
             default = None if field is None or field.is_required() else field.default

@@ -16,16 +16,16 @@ ON_THE_SCALE = ("output.limits.0", "output.limits.1", "output.bias", "output.man
 
 def normal(loop: Flat) -> Flat:
     """Without a proportional action the gain is 1, and the times make up for it; no derivative acts on nothing."""
-    found = dict(loop)
-    gain = found["tuning.gain"]
-    if not found["tuning.proportional"] and gain:
-        found["tuning.gain"] = Decimal(1)
-        found["tuning.integral_time"] = rounded(quotient(found["tuning.integral_time"], gain))
-        found["tuning.derivative_time"] = rounded(product(found["tuning.derivative_time"], gain))
-    if not found["tuning.derivative_time"]:
+    values = dict(loop)
+    gain = values["tuning.gain"]
+    if not values["tuning.proportional"] and gain:
+        values["tuning.gain"] = Decimal(1)
+        values["tuning.integral_time"] = rounded(quotient(values["tuning.integral_time"], gain))
+        values["tuning.derivative_time"] = rounded(product(values["tuning.derivative_time"], gain))
+    if not values["tuning.derivative_time"]:
         for key in ("tuning.derivative_on", "tuning.derivative_filter"):
-            found.pop(key, None)
-    return found
+            values.pop(key, None)
+    return values
 
 
 def on_the_same_scale(one: Flat, two: Flat) -> Flat:
@@ -33,13 +33,13 @@ def on_the_same_scale(one: Flat, two: Flat) -> Flat:
     first, second = ([Decimal(loop[end]) for end in ENDS] for loop in (one, two))
     if first == second:
         return two
-    found = dict(two)
+    values = dict(two)
     factor = quotient(width(first), width(second))
-    found["tuning.gain"] = rounded(product(found["tuning.gain"], factor))
+    values["tuning.gain"] = rounded(product(values["tuning.gain"], factor))
     for key in ON_THE_SCALE:
-        value = found.get(key)
+        value = values.get(key)
         if value is not None and not isinstance(value, Quantity):
-            found[key] = rounded(rescaled(Decimal(value), second, first))
-    if found.get("output.max_rate") is not None:
-        found["output.max_rate"] = rounded(product(found["output.max_rate"], factor))
-    return found | dict(zip(ENDS, first, strict=True))
+            values[key] = rounded(rescaled(Decimal(value), second, first))
+    if values.get("output.max_rate") is not None:
+        values["output.max_rate"] = rounded(product(values["output.max_rate"], factor))
+    return values | dict(zip(ENDS, first, strict=True))

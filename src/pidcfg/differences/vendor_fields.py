@@ -1,53 +1,61 @@
-"""What a vendor with registers says of a loop that no neutral field does: places, tags, formats."""
+"""Fields of a vendor with registers that the neutral form does not have: places, tags, formats."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
 
 from pydantic import BaseModel
 
-from pidcfg.conversion.ledger import CARRIED
-from pidcfg.conversion.pipeline import shown
+from pidcfg.conversion.ledger import COMMON, overlap
+from pidcfg.conversion.values import shown
+from pidcfg.differences.result import Difference
+from pidcfg.paths import dotted
 
 if TYPE_CHECKING:
-    from pidcfg.conversion.ledger import Neutral
+    from collections.abc import Iterator, Mapping
+
+    from pidcfg.conversion.ledger import NeutralLoop
+    from pidcfg.differences.result import Risk
+    from pidcfg.paths import Path
 
 PLACES = ("loop_table", "registers", "discretes", "bits", "integers", "floats", "device")
 LIVE = ("tag", "format", "transfer", "counts", "pwm", "curve")
 """Words of keys that say which signal is read or driven, and what its counts mean."""
 
 
-def unsaid(held: Any, i: int, loop: Neutral) -> dict[str, Any]:
-    """What a vendor with registers knows of a loop that no neutral field says: places, tags, formats."""
-    said = [entry.field for entry in loop.said]
-    fields = leaves(held.loops[i])
-    if i == 0 and hasattr(held, "plc"):
-        fields |= {f"plc.{key}": value for key, value in leaves(held.plc).items()}
+def vendor_fields(config: Any, i: int, loop: NeutralLoop) -> dict[str, Any]:
+    """The fields of a loop that no neutral field says, as text; those of the PLC stand with the first loop."""
+    fields = dict(_fields(config.loops[i]))
+    if i == 0 and hasattr(config, "plc"):
+        fields |= dict(_fields(config.plc, ("plc",)))
     return {
         key: value
         for key, value in fields.items()
-        if key not in CARRIED and not any(_related(key, field) for field in said)
+        if key not in COMMON and not any(overlap(key, row.path) for row in loop.fields)
     }
 
 
-def _related(one: str, two: str) -> bool:
-    return one == two or one.startswith(f"{two}.") or two.startswith(f"{one}.")
-
-
-def leaves(model: BaseModel, prefix: str = "") -> dict[str, Any]:
-    """Every value of a vendor's own model by its path, as text."""
-    found: dict[str, Any] = {}
+def _fields(model: BaseModel, above: Path = ()) -> Iterator[tuple[str, str]]:
+    """Every value of a model by its path, defaults too."""
     for name in type(model).model_fields:
         value = getattr(model, name)
         if isinstance(value, BaseModel):
-            found |= leaves(value, f"{prefix}{name}.")
+            yield from _fields(value, (*above, name))
         elif value is not None:
-            found[f"{prefix}{name}"] = str(shown(value))
-    return found
+            yield dotted((*above, name)), str(shown(value))
 
 
-def own_risk(key: str) -> Literal["high", "medium", "low"]:
-    """How grave a difference of the vendor's own words is: of what the PV and the output are, or of a place only."""
+def differences_of_fields(before: Mapping[str, Any], after: Mapping[str, Any]) -> list[Difference]:
+    """What differs between the fields of two loops of one vendor."""
+    return [
+        Difference(key, _risk(key), shown(before.get(key)), shown(after.get(key)))
+        for key in {**before, **after}
+        if before.get(key) != after.get(key)
+    ]
+
+
+def _risk(key: str) -> Risk:
+    """How grave a difference of a vendor's field is: of what the PV and the output are, or of a place only."""
     if key.rpartition(".")[2] in PLACES:
         return "low"
     return "high" if any(word in key for word in LIVE) else "medium"

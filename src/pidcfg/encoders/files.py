@@ -46,19 +46,6 @@ class FileKind:
     """Whether every register has its value in it."""
 
 
-@dataclass(frozen=True, slots=True)
-class DecodeOption:
-    """What a listing may lack and the command line then says: ``read`` gives None for a text that makes no sense."""
-
-    key: str
-    metavar: str
-    title: str
-    example: str
-    read: Callable[[str], Any]
-    needed: bool = False
-    """No register holds it: a listing with nothing beside it cannot be read without this option."""
-
-
 def kind_of(text: str, kinds: dict[str, FileKind]) -> FileKind | None:
     """The format that a text is in, by its first characters; None when it looks like none."""
     return next((kind for kind in kinds.values() if kind.looks_like(text)), None)

@@ -7,6 +7,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 from pidcfg.encoders.spaces import WORD, Kind
+from pidcfg.paths import steps
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -14,9 +15,7 @@ if TYPE_CHECKING:
     from pidcfg.encoders.regmap import Access, Encoded, Misfit, RegisterMap, Rounded
     from pidcfg.encoders.scales import Scale
     from pidcfg.encoders.spaces import Space
-
-Route = tuple[str | int, ...]
-"""Keys and indices from the root of a configuration."""
+    from pidcfg.paths import Path
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,7 +65,7 @@ class Image:
 class Block:
     """A register block at its address, and the place in the configuration that it comes from."""
 
-    place: Route
+    place: Path
     start: int
     table: RegisterMap
     encoded: Encoded
@@ -109,9 +108,9 @@ class Encoding:
         return Image(self.vendor, tuple(cells[a] for a in sorted(cells)), self.settings, self.plc)
 
     @cached_property
-    def misfits(self) -> tuple[tuple[Route, Misfit], ...]:
+    def misfits(self) -> tuple[tuple[Path, Misfit], ...]:
         """Values that their registers cannot hold, each with its place."""
-        return tuple((route(b.place, m.path), m) for b in self.blocks for m in b.encoded.misfits)
+        return tuple(((*b.place, *steps(m.path)), m) for b in self.blocks for m in b.encoded.misfits)
 
     @property
     def whole(self) -> bool:
@@ -120,9 +119,9 @@ class Encoding:
         return inside and not self.misfits
 
     @cached_property
-    def rounded(self) -> tuple[tuple[Route, Rounded], ...]:
+    def rounded(self) -> tuple[tuple[Path, Rounded], ...]:
         """Values that their registers hold only rounded, each with its place."""
-        return tuple((route(b.place, r.path), r) for b in self.blocks for r in b.encoded.rounded)
+        return tuple(((*b.place, *steps(r.path)), r) for b in self.blocks for r in b.encoded.rounded)
 
 
 @dataclass(frozen=True, slots=True)
@@ -131,8 +130,3 @@ class Decoded:
 
     data: dict[str, Any]
     notes: tuple[str, ...] = ()
-
-
-def route(prefix: Route, path: str) -> Route:
-    """A register's path below ``prefix``: ``setpoint.limits.0`` to ``(…, "setpoint", "limits", 0)``."""
-    return (*prefix, *(int(p) if p.isdigit() else p for p in path.split(".")))

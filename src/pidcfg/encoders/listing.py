@@ -19,7 +19,7 @@ from pidcfg.encoders.image import Cell, Image
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
-    from pidcfg.encoders.named import Program
+    from pidcfg.encoders.parameters import Program
     from pidcfg.encoders.spaces import Kind, Space
 
 COLUMNS = ("address", "hex", "value", "loop", "field")

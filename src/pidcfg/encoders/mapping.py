@@ -112,15 +112,14 @@ def file_data(
 
     ``values`` are by path, of registers and of what no register holds. Required fields are always given, and those
     named in ``always``; of the others those that differ from ``unset``, or from the schema's default where that says
-    nothing. An optional section is left out as a whole where a field that it requires has no value.
+    nothing. A section that has a value of its own is not walked; where that is None it is left out.
     """
     data: Data = {}
     for field in fields(model):
         path = above + field.key
         if field.section is not None and path not in values:
             section = file_data(field.section, values, unset, always, f"{path}.")
-            if section and all(inner.key in section for inner in fields(field.section) if inner.required):
-                data[field.key] = section
+            data |= {field.key: section} if section else {}
         elif field.key.endswith(ENABLED):
             has_value = data if field.key == ENABLED else field.key.removesuffix(f"_{ENABLED}") in data
             if has_value and not values[path]:

@@ -17,7 +17,6 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
 
     from pidcfg.encoders.values import Data
-    from pidcfg.schemas.addresses import BankRange
 
 S = TypeVar("S", bound=BaseModel)
 
@@ -77,34 +76,6 @@ def with_options(
 
 def _missing(row: LoopOption, whose: str) -> DecodeError:
     return DecodeError(f"the listing does not say {row.title}{whose}; give --{row.option.replace('_', '-')}")
-
-
-def listed(read: Callable[[str], object]) -> Callable[[str], list[object] | None]:
-    """A reader of options that say one thing a loop, with commas between; None when ``read`` refuses one."""
-
-    def values(text: str) -> list[object] | None:
-        try:
-            return [read(part.strip()) for part in text.split(",")]
-        except ValueError:
-            return None
-
-    return values
-
-
-def one_of(*words: str) -> Callable[[str], str]:
-    """A reader of options that are one of some words."""
-
-    def word(text: str) -> str:
-        if text not in words:
-            raise ValueError(text)
-        return text
-
-    return word
-
-
-def address_of(bank: BankRange) -> Callable[[str], str]:
-    """A reader of addresses of one bank, as settings have them."""
-    return lambda text: f"{bank.prefix}{bank.parse(text)}"
 
 
 def settings_of(

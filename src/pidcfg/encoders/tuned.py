@@ -6,14 +6,14 @@ from dataclasses import dataclass
 from decimal import Decimal
 from typing import TYPE_CHECKING, Literal, Protocol, cast, get_args
 
-from pidcfg.encoders.named import store
+from pidcfg.encoders.parameters import store
 from pidcfg.schemas.document import models_of
 from pidcfg.schemas.limits import limits_at
 
 if TYPE_CHECKING:
     from pydantic import BaseModel
 
-    from pidcfg.encoders.named import ParameterTable
+    from pidcfg.encoders.parameters import ParameterTable
     from pidcfg.encoders.regmap import Codec, RegisterMap
     from pidcfg.schemas.limits import Limits
 

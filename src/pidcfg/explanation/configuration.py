@@ -15,7 +15,7 @@ from pidcfg.paths import has_key, steps, value_at
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
 
-    from pidcfg.encoders.named import Entry
+    from pidcfg.encoders.parameters import Entry
     from pidcfg.encoders.regmap import RegisterMap, Word
     from pidcfg.explanation.values import Scaling
     from pidcfg.paths import Path

@@ -5,11 +5,11 @@ from __future__ import annotations
 import re
 from typing import TYPE_CHECKING
 
-from pidcfg.encoders.named import read
+from pidcfg.encoders.parameters import read
 from pidcfg.explanation.question import QuestionError
 
 if TYPE_CHECKING:
-    from pidcfg.encoders.named import Content, Parameter
+    from pidcfg.encoders.parameters import Content, Parameter
     from pidcfg.encoders.spaces import Kind
     from pidcfg.schemas.iec import IecType
 

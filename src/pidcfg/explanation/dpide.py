@@ -15,7 +15,7 @@ from pidcfg.schemas.dpide import LONGEST_CYCLE, SHORTEST_CYCLE
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from pidcfg.encoders.named import Content, Parameter
+    from pidcfg.encoders.parameters import Content, Parameter
 
 NAME = "DPIDE"
 TERMS = {

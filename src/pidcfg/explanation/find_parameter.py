@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
     from pidcfg.encoders.meanings import Meaning
-    from pidcfg.encoders.named import Content, Entry, Parameter, ParameterTable
+    from pidcfg.encoders.parameters import Content, Entry, Parameter, ParameterTable
     from pidcfg.explanation.configuration import Configured
     from pidcfg.explanation.parameters import Group
     from pidcfg.schemas.iec import Wire

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from decimal import Decimal
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
-from pidcfg.encoders.named import read, shown
+from pidcfg.encoders.parameters import read, shown
 from pidcfg.encoders.regmap import Bits
 from pidcfg.explanation.annotate import Line
 from pidcfg.explanation.book import WRITERS, Book, Part, Record
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
     from pidcfg.encoders.listing import Listing
     from pidcfg.encoders.meanings import Meaning
-    from pidcfg.encoders.named import Content, Parameter, ParameterTable
+    from pidcfg.encoders.parameters import Content, Parameter, ParameterTable
 
 ACCESS = {"input": "setting", "output": "status"}
 

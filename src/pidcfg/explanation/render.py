@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from textwrap import wrap
 from typing import TYPE_CHECKING, Any
 
@@ -104,11 +103,10 @@ def forms_text(rows: Sequence[tuple[str, str, str]]) -> str:
     return "\n".join(lines) + "\n"
 
 
-def as_json(pages: Sequence[Page], forms: Sequence[tuple[str, str, str]] = ()) -> str:
+def as_data(pages: Sequence[Page], forms: Sequence[tuple[str, str, str]] = ()) -> dict[str, Any]:
     """The layout of the public interface, spelled out key by key."""
     rows = [{"example": example, "what": what, "vendor": vendor or None} for example, what, vendor in forms]
-    document = {"version": 1, "explanations": [_data(page) for page in pages], **({"forms": rows} if rows else {})}
-    return json.dumps(document, indent=2, ensure_ascii=False) + "\n"
+    return {"version": 1, "explanations": [_data(page) for page in pages], **({"forms": rows} if rows else {})}
 
 
 def _data(page: Page) -> dict[str, Any]:

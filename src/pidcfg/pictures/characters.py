@@ -108,8 +108,8 @@ def _gutter(text: str, signs: Signs) -> str:
 
 def _panel(chart: Chart, panel: Panel, columns: int, height: int, signs: Signs) -> list[str]:
     """What the panel shows, then its rows."""
-    wanted = sorted(panel.lines, key=_layer)
-    spans = [(line, spans_of(line, *chart.ends, columns)) for line in wanted]
+    layered = sorted(panel.lines, key=_layer)
+    spans = [(line, spans_of(line, *chart.ends, columns)) for line in layered]
     values = [v for _, cells in spans for cell in cells if cell for v in cell]
     low, high = min(values, default=0.0), max(values, default=0.0)
     grid = [[" "] * columns for _ in range(height)]
@@ -139,12 +139,12 @@ def _head(chart: Chart, panel: Panel, columns: int, signs: Signs) -> list[str]:
     return [f"{'':{signs.gutter + 2}}{_cut(row, columns, signs)}".rstrip() for row in rows]
 
 
-def _legend(wanted: Sequence[Line], chart: Chart, signs: Signs) -> str:
+def _legend(layered: Sequence[Line], chart: Chart, signs: Signs) -> str:
     """The signs of the lines; in an overlay of both sides by name."""
     names = {
-        signs.lines[line.side or line.role]: plain(line.name if line.side is None else line.side) for line in wanted
+        signs.lines[line.side or line.role]: plain(line.name if line.side is None else line.side) for line in layered
     }
-    if chart.sides and any(line.side for line in wanted):
+    if chart.sides and any(line.side for line in layered):
         names |= {
             signs.lines["before"]: _cut(plain(chart.sides[0]), SIDE, signs),
             signs.lines["after"]: _cut(plain(chart.sides[1]), SIDE, signs),
@@ -175,38 +175,38 @@ def _vertical(grid: list[list[str]], column: int, sign: str) -> None:
 
 def spans_of(line: Line, begin: float, end: float, columns: int) -> list[tuple[float, float] | None]:
     """Lowest and highest value in each column's time; where there is none, the line goes on from before."""
-    found: list[tuple[float, float] | None] = [None] * columns
+    spans: list[tuple[float, float] | None] = [None] * columns
     points = [(t, v) for t, v in zip(*drawable(line), strict=True) if begin <= t <= end]
     for time, value in points:
         column = _column(time, begin, end, columns)
-        low, high = found[column] or (value, value)
-        found[column] = min(low, value), max(high, value)
+        low, high = spans[column] or (value, value)
+        spans[column] = min(low, value), max(high, value)
     if line.role in HELD:
-        _hold(found, points, begin, end)
+        _hold(spans, points, begin, end)
     else:
-        _join(found, points, begin, end)
-    return found
+        _join(spans, points, begin, end)
+    return spans
 
 
 def _hold(
-    found: list[tuple[float, float] | None], points: Sequence[tuple[float, float]], begin: float, end: float
+    spans: list[tuple[float, float] | None], points: Sequence[tuple[float, float]], begin: float, end: float
 ) -> None:
     """Columns between two values of a signal that keeps its value."""
     for i, (time, value) in enumerate(points):
         until = points[i + 1][0] if i + 1 < len(points) else end
-        for column in range(_column(time, begin, end, len(found)) + 1, _column(until, begin, end, len(found))):
-            found[column] = value, value
+        for column in range(_column(time, begin, end, len(spans)) + 1, _column(until, begin, end, len(spans))):
+            spans[column] = value, value
 
 
 def _join(
-    found: list[tuple[float, float] | None], points: Sequence[tuple[float, float]], begin: float, end: float
+    spans: list[tuple[float, float] | None], points: Sequence[tuple[float, float]], begin: float, end: float
 ) -> None:
     """Columns between two values of a signal that moves from one to the other."""
     for (t0, v0), (t1, v1) in pairwise(points):
-        first, last = (_column(t, begin, end, len(found)) for t in (t0, t1))
+        first, last = (_column(t, begin, end, len(spans)) for t in (t0, t1))
         for column in range(first + 1, last):
             value = v0 + (v1 - v0) * (column - first) / (last - first)
-            found[column] = value, value
+            spans[column] = value, value
 
 
 # --- strips and text -------------------------------------------------------------------------------------------------

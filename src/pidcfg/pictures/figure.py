@@ -6,7 +6,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from pidcfg.pictures.layout import KEY, LABEL, LINE, MARGIN, POINTS, RIGHT, TITLE, key_rows, letters_in, numbered, sheet
-from pidcfg.pictures.strips import draw_marks, draw_strips
+from pidcfg.pictures.strips import draw_marks, draw_strips, label
 from pidcfg.pictures.style import (
     BEFORE,
     GREY,
@@ -17,9 +17,9 @@ from pidcfg.pictures.style import (
     SIZES,
     WARNING,
     drawable,
-    pattern,
     pen_of,
     shortened,
+    stroke,
     unit_of_time,
     with_unit,
 )
@@ -116,15 +116,8 @@ def _draw_key(figure: Figure, plan: Sheet, place: Place) -> None:
         left, top = (MARGIN, i * KEY) if rows > 1 else (MARGIN + i * wide, 0.0)
         top += (place.key or 0.0) + KEY / 2
         pen = BEFORE if side == "before" else PENS["pv", "after"]
-        piece = Line2D(
-            [left / plan.width, (left + 0.35) / plan.width],
-            [1 - top / plan.height] * 2,
-            color=pen.colour,
-            linewidth=pen.width,
-            linestyle=pattern(pen),
-            gid=f"key {side}",
-        )
-        figure.add_artist(piece)
+        ends, height = [left / plan.width, (left + 0.35) / plan.width], 1 - top / plan.height
+        figure.add_artist(Line2D(ends, [height, height], gid=f"key {side}", **stroke(pen)))
         text = shortened(f"{side}: {name}", letters_in(wide - 0.5, SIZES["small"]))
         _text(figure, plan, left + 0.42, top, text, gid=f"side {side}")
 
@@ -153,8 +146,8 @@ def _draw_panel(axes: Axes, panel: Panel, box: Box, chart: Chart) -> None:
     axes.set_ylim(*_limits(panel))
     axes.yaxis.set_major_locator(MaxNLocator(5, steps=[1, 2, 2.5, 5, 10], min_n_ticks=2))
     axes.yaxis.set_major_formatter(FuncFormatter(_number))
-    label = shortened(with_unit(panel.title, panel.unit), letters_in(box.height, SIZES["label"]))
-    axes.set_ylabel(label, size=SIZES["label"], color=INK, gid="axis value")
+    title = shortened(with_unit(panel.title, panel.unit), letters_in(box.height, SIZES["label"]))
+    axes.set_ylabel(title, size=SIZES["label"], color=INK, gid="axis value")
     axes.yaxis.set_label_coords(-LABEL / box.width, 0.5)
     names: dict[str, tuple[float, str]] = {}
     for layer, line in enumerate(sorted(panel.lines, key=_layer), start=3):
@@ -165,9 +158,7 @@ def _draw_panel(axes: Axes, panel: Panel, box: Box, chart: Chart) -> None:
         axes.plot(
             [t / size for t in times],
             values,
-            color=pen.colour,
-            linewidth=pen.width,
-            linestyle=pattern(pen),
+            **stroke(pen),
             drawstyle="steps-post" if line.role in HELD else "default",
             gid=f"line {line.role} {line.side or 'only'}",
             marker="o" if len(times) == 1 else "",
@@ -196,29 +187,19 @@ def _limits(panel: Panel) -> tuple[float, float]:
 def _name_lines(axes: Axes, names: dict[str, tuple[float, str]], points: float) -> None:
     """The names of the lines at their right ends, pushed apart where they would cover each other."""
     low, high = axes.get_ylim()
-    wanted = sorted(((value - low) / (high - low) * points, name, colour) for name, (value, colour) in names.items())
+    names_at = sorted(((value - low) / (high - low) * points, name, colour) for name, (value, colour) in names.items())
     letters = letters_in(RIGHT - 0.06, SIZES["small"])
-    for at, (_, name, colour) in zip(spread([w[0] for w in wanted], points), wanted, strict=True):
-        axes.annotate(
-            shortened(name, letters),
-            (1.0, at / points),
-            xycoords="axes fraction",
-            xytext=(4, 0),
-            va="center",
-            textcoords="offset points",
-            size=SIZES["small"],
-            color=colour,
-            weight="bold",
-            gid="name",
-        )
+    for at, (_, name, colour) in zip(spread([place for place, *_ in names_at], points), names_at, strict=True):
+        look = {"xycoords": "axes fraction", "color": colour, "weight": "bold"}
+        label(axes, shortened(name, letters), (1.0, at / points), (4, 0), gid="name", **look)
 
 
 def spread(places: Sequence[float], room: float) -> list[float]:
     """Ascending places, moved as little as needed to be apart, and within the room as far as it allows."""
-    found: list[float] = []
+    moved: list[float] = []
     for place in places:
-        found.append(max(place, found[-1] + APART if found else place))
-    for i in range(len(found) - 1, -1, -1):
-        ceiling = room if i == len(found) - 1 else found[i + 1] - APART
-        found[i] = min(found[i], ceiling)
-    return found
+        moved.append(max(place, moved[-1] + APART if moved else place))
+    for i in range(len(moved) - 1, -1, -1):
+        ceiling = room if i == len(moved) - 1 else moved[i + 1] - APART
+        moved[i] = min(moved[i], ceiling)
+    return moved

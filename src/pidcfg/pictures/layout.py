@@ -132,14 +132,14 @@ def explained(chart: Chart) -> list[str]:
     """What each mark is, as far as there is room (failures always), and the notes."""
     marks = numbered(chart)
     left_out = [number for number, mark in marks if mark.kind == "event"][LISTED:]
-    found = []
+    lines = []
     for number, mark in marks:
         what = "failed: " if mark.kind == "failure" else ""
         if number not in left_out:
-            found.append(f"{number} at {moment(chart, mark.at)}: {what}{plain(mark.label)}")
+            lines.append(f"{number} at {moment(chart, mark.at)}: {what}{plain(mark.label)}")
     if left_out:
-        found.append(f"and {len(left_out)} more events")
-    return [*found, *map(plain, chart.notes)]
+        lines.append(f"and {len(left_out)} more events")
+    return [*lines, *map(plain, chart.notes)]
 
 
 def _wrapped(text: str, letters: int) -> list[str]:

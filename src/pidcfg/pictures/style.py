@@ -7,12 +7,15 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import isfinite
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from matplotlib.typing import LineStyleType as LineStyle
 
     from pidcfg.pictures.chart import Chart, Line, Strip, StripKind
+
+    Look = dict[str, Any]
+    """Properties of a text or a line, by the library's names for them."""
 
 BLACK, INK, GREY, PALE, FIELD = "#000000", "#222222", "#707070", "#d9d9d9", "#f7f7f7"
 BLUE, GREEN, VERMILION, PURPLE, ORANGE, SKY = "#0072B2", "#007A5A", "#D55E00", "#CC79A7", "#E69F00", "#56B4E9"
@@ -55,6 +58,11 @@ def pen_of(line: Line, *, overlaid: bool) -> Pen:
 def pattern(pen: Pen) -> LineStyle:
     """A pen's dashes as the library takes them: relative to its width."""
     return (0, tuple(dash / pen.width for dash in pen.dashes)) if pen.dashes else "-"
+
+
+def stroke(pen: Pen) -> Look:
+    """A pen as the library draws a line with it."""
+    return {"color": pen.colour, "linewidth": pen.width, "linestyle": pattern(pen)}
 
 
 HELD = {"setpoint", "output"}

@@ -44,22 +44,22 @@ def finished(text: str, title: str, description: str) -> str:
 
 def _references(root: ET.Element) -> set[str]:
     """Identifiers that something refers to."""
-    found: set[str] = set()
+    names: set[str] = set()
     for element in root.iter():
         for key, value in element.attrib.items():
-            found |= set(REFERENCE.findall(value))
+            names |= set(REFERENCE.findall(value))
             if key in {"href", f"{{{XLINK}}}href"} and value.startswith("#"):
-                found.add(value[1:])
-    return found
+                names.add(value[1:])
+    return names
 
 
 def _name(element: ET.Element, prefix: str, used: set[str]) -> None:
     """Identifiers that are needed get the prefix, names of parts become classes, the rest goes."""
-    own = element.attrib.pop("id", None)
-    if own is not None and own in used:
-        element.set("id", prefix + own)
-    elif own is not None and own.split(" ")[0] in CLASSES:
-        element.set("class", own)
+    name = element.attrib.pop("id", None)
+    if name is not None and name in used:
+        element.set("id", prefix + name)
+    elif name is not None and name.split(" ")[0] in CLASSES:
+        element.set("class", name)
     for key, value in list(element.attrib.items()):
         if key in {"href", f"{{{XLINK}}}href"} and value.startswith("#"):
             element.set(key, f"#{prefix}{value[1:]}")

@@ -22,21 +22,21 @@ def described(charts: Iterable[Chart]) -> str:
 
 def _chart(chart: Chart) -> str:
     begin, end = chart.ends
-    said = [f"{plain(chart.title)}, from {moment(chart, begin)} to {moment(chart, end)}."]
+    sentences = [f"{plain(chart.title)}, from {moment(chart, begin)} to {moment(chart, end)}."]
     if chart.sides:
-        said.append(f"Before is {plain(chart.sides[0])}, after is {plain(chart.sides[1])}.")
+        sentences.append(f"Before is {plain(chart.sides[0])}, after is {plain(chart.sides[1])}.")
     for panel in chart.panels:
         lines = "; ".join(_line(line) for line in panel.lines)
-        said.append(f"{plain(with_unit(panel.title, panel.unit))}: {lines}.")
+        sentences.append(f"{plain(with_unit(panel.title, panel.unit))}: {lines}.")
     for strip in chart.strips:
         bars = [f"{plain(bar.label)} from {moment(chart, bar.begin)} to {moment(chart, bar.end)}" for bar in strip.bars]
         if bars:
-            said.append(f"{plain(strip.title)}: {_some(bars)}.")
+            sentences.append(f"{plain(strip.title)}: {_some(bars)}.")
     marks = [f"{plain(mark.label)} at {moment(chart, mark.at)}" for mark in chart.marks if mark.kind == "event"]
     failures = [f"{plain(mark.label)} at {moment(chart, mark.at)}" for mark in chart.marks if mark.kind == "failure"]
-    said += [f"Events: {_some(marks)}."] if marks else []
-    said += [f"Failed: {_some(failures)}."] if failures else []
-    return " ".join([*said, *(f"{plain(note)}." for note in chart.notes)])
+    sentences += [f"Events: {_some(marks)}."] if marks else []
+    sentences += [f"Failed: {_some(failures)}."] if failures else []
+    return " ".join([*sentences, *(f"{plain(note)}." for note in chart.notes)])
 
 
 def _line(line: Line) -> str:

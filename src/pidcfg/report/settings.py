@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, get_args
 from pydantic import BaseModel
 
 from pidcfg.diagnostics import path_text
-from pidcfg.encoders.named import ParameterTable
+from pidcfg.encoders.parameters import ParameterTable
 from pidcfg.explanation.texts import texts_of, unit_text, units_of
 from pidcfg.paths import Path, value_at
 from pidcfg.report.content import Group, Setting

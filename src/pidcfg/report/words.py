@@ -7,7 +7,7 @@ from itertools import groupby
 from typing import TYPE_CHECKING, Any
 
 from pidcfg.diagnostics import path_text
-from pidcfg.encoders.named import shown
+from pidcfg.encoders.parameters import shown
 from pidcfg.encoders.regmap import Bits
 from pidcfg.encoders.words import DecodeError
 from pidcfg.explanation.texts import unit_text
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
     from pidcfg.encoders.image import Block, Cell, Encoding
-    from pidcfg.encoders.named import Entry, Program
+    from pidcfg.encoders.parameters import Entry, Program
     from pidcfg.encoders.regmap import Word
     from pidcfg.explanation.find_parameter import ParameterBook
 

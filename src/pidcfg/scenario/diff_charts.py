@@ -5,23 +5,27 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from pidcfg.cli.terminal.console import note
-
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Callable, Iterator, Sequence
 
-    from pidcfg.differences.meaning import Side
+    from pidcfg.differences.side import Side
     from pidcfg.pictures.chart import Chart
     from pidcfg.vendors import Vendor
 
 
-def charts_of(sides: tuple[Side, Side], sources: Sequence[tuple[Any, Vendor]], names: tuple[str, str]) -> list[Chart]:
-    """A chart for each loop that both sides have and that can be run; notes say what cannot, and why."""
+def charts_of(
+    sides: tuple[Side, Side],
+    sources: Sequence[tuple[Any, Vendor]],
+    names: tuple[str, str],
+    note: Callable[[str], None],
+    progress: Callable[[float], None] | None = None,
+) -> list[Chart]:
+    """A chart for each loop that both sides have and that can be run; ``note`` is told what cannot, and why."""
     from pidcfg.conversion.pipeline import ConvertError
     from pidcfg.scenario.verify import verify
     from pidcfg.sim.run import UnusableError
 
-    pairs = list(_drawable(*sides))
+    pairs = list(_drawable(*sides, note))
     if not pairs:
         note("not drawn: no loop of both sides can be run on the same plant")
         return []
@@ -29,7 +33,11 @@ def charts_of(sides: tuple[Side, Side], sources: Sequence[tuple[Any, Vendor]], n
     before, after = (f"{Path(name).name} ({vendor.key})" for name, (_, vendor) in zip(names, sources, strict=True))
     try:
         found = verify(
-            (first, one, first.encoder(one).image), (second, two, second.encoder(two).image), (before, after), pairs
+            (first, one, first.encoder(one).image),
+            (second, two, second.encoder(two).image),
+            (before, after),
+            pairs,
+            progress,
         )
     except ConvertError as error:
         note(f"not drawn: {error.missing[0].message}")
@@ -40,7 +48,7 @@ def charts_of(sides: tuple[Side, Side], sources: Sequence[tuple[Any, Vendor]], n
     return []
 
 
-def _drawable(before: Side, after: Side) -> Iterator[tuple[int, int]]:
+def _drawable(before: Side, after: Side, note: Callable[[str], None]) -> Iterator[tuple[int, int]]:
     """The places of loops with a neutral form on both sides, whose PVs have the same unit."""
     from pidcfg.differences.meaning import matched
 

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from pathlib import Path
+from pathlib import PurePath
 from typing import TYPE_CHECKING, Any, cast
 
-from pidcfg.cli.files.inputs import STDIN, SUFFIXES, read_input
-from pidcfg.cli.files.listings import read_listing
 from pidcfg.diagnostics import Diagnostic, Severity, Span, ordered
 from pidcfg.encoders.listing import ListingError
 from pidcfg.encoders.words import DecodeError
+from pidcfg.listings import read_listing
+from pidcfg.reader import DISK, SUFFIXES, Reader, refusal
 from pidcfg.schemas.scenario import Scenario
 from pidcfg.schemas.scenario_fields import whole
 from pidcfg.sim.feedback import wrong_actions
@@ -26,7 +26,6 @@ from pidcfg.vendors import VENDORS
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from pidcfg.cli.files.inputs import Input
     from pidcfg.encoders.listing import Listing
     from pidcfg.limits import Limits
     from pidcfg.sim.plc import Controller, Plc
@@ -36,6 +35,7 @@ if TYPE_CHECKING:
 
 HEAD = 1000
 """Bytes of a listing in which the name of its vendor stands, if at all."""
+STDIN = "-"
 SEVERITIES = {severity.label: severity for severity in Severity}
 
 
@@ -80,17 +80,22 @@ class Loaded:
         self.findings = ordered([*self.findings, *(place(problem, self.document) for problem in problems)])
 
 
-def load(doc: Document, limits: Limits) -> Loaded:
+def load(doc: Document, limits: Limits, reader: Reader = DISK) -> Loaded:
     """Reads a scenario and what it names; ``findings`` say why it cannot run, if so."""
     loaded = Loaded(doc, list(doc.problems), documents={doc.file: doc})
     if doc.data is None or unreadable(doc.problems):
         return loaded
-    scenario, errors = read_model(Scenario, replace(doc, data=cast("dict[str, Any]", whole(doc.data))))
-    loaded.findings = ordered([*doc.problems, *errors])
+    scenario, loaded.findings = read_scenario(doc)
     loaded.scenario = scenario
     if scenario is not None:
-        _read_config(loaded, scenario, limits)
+        _read_config(loaded, scenario, limits, reader)
     return loaded
+
+
+def read_scenario(doc: Document) -> tuple[Scenario | None, list[Diagnostic]]:
+    """The typed content of a scenario file, and what is wrong with its text and its keys."""
+    scenario, errors = read_model(Scenario, replace(doc, data=cast("dict[str, Any]", whole(doc.data))))
+    return scenario, ordered([*doc.problems, *errors])
 
 
 def unreadable(found: Iterable[Diagnostic]) -> bool:
@@ -98,9 +103,9 @@ def unreadable(found: Iterable[Diagnostic]) -> bool:
     return any(map(unusable, found))
 
 
-def check_scenario(doc: Document, limits: Limits) -> list[Diagnostic]:
+def check_scenario(doc: Document, limits: Limits, reader: Reader = DISK) -> list[Diagnostic]:
     """All findings of a scenario file; those of its configuration are reported with the configuration."""
-    loaded = load(doc, limits)
+    loaded = load(doc, limits, reader)
     if loaded.scenario is not None and loaded.image is not None:
         plc = loaded.plc()
         net = prepare(loaded.scenario, plc)
@@ -123,34 +128,26 @@ def place(problem: Problem, doc: Document) -> Diagnostic:
     return Diagnostic(code, severity, problem.message, doc.file, span, problem.path, problem.loop, help=problem.help)
 
 
-def _read_config(loaded: Loaded, scenario: Scenario, limits: Limits) -> None:
+def _read_config(loaded: Loaded, scenario: Scenario, limits: Limits, reader: Reader) -> None:
     """The configuration or listing, relative to the scenario."""
-    folder = Path() if loaded.document.file == "<stdin>" else Path(loaded.document.file).parent
-    loaded.config = shortened(folder / scenario.config).as_posix()
+    loaded.config = reader.beside(loaded.document.file, scenario.config)
     if scenario.config == STDIN:
         loaded.refuse(f"{scenario.config} is no file", "name a configuration or a memory listing")
         return
-    entry = read_input(loaded.config, limits)
-    if entry.problem is not None:
-        loaded.refuse(entry.problem, "the path is relative to the scenario file")
-    elif Path(loaded.config).suffix.lower() in SUFFIXES:
-        _use_configuration(loaded, entry, limits)
+    try:
+        data = reader.read(loaded.config, limits.file_bytes + 1)
+    except (OSError, ValueError) as error:
+        loaded.refuse(refusal(loaded.config, error), "the path is relative to the scenario file")
+        return
+    if PurePath(loaded.config).suffix.lower() in SUFFIXES:
+        _use_configuration(loaded, data, limits)
     else:
-        _use_listing(loaded, entry, limits)
+        _use_listing(loaded, data, limits)
 
 
-def shortened(path: Path) -> Path:
-    """The path without ``folder/..``, where the folder is one and no link: behind a link ``..`` is somewhere else."""
-    found = Path()
-    for part in path.parts:
-        steps_back = part == ".." and found.name not in {"", ".."}
-        found = found.parent if steps_back and found.is_dir() and not found.is_symlink() else found / part
-    return found
-
-
-def _use_configuration(loaded: Loaded, entry: Input, limits: Limits) -> None:
+def _use_configuration(loaded: Loaded, data: bytes, limits: Limits) -> None:
     """Encodes a configuration; errors that the PLC survives do not keep it from running."""
-    doc = read_document(entry.data, entry.name, limits)
+    doc = read_document(data, loaded.config, limits)
     loaded.documents[doc.file] = doc
     if is_scenario(doc):
         loaded.refuse(f"{loaded.config} is a scenario", "name the configuration that it runs")
@@ -170,7 +167,7 @@ def _use_configuration(loaded: Loaded, entry: Input, limits: Limits) -> None:
     loaded.vendor, loaded.image = checked.vendor, checked.encoding.image
 
 
-def _use_listing(loaded: Loaded, entry: Input, limits: Limits) -> None:
+def _use_listing(loaded: Loaded, data: bytes, limits: Limits) -> None:
     """Takes the words of a memory listing as they are, once what stands beside them is known to be sound.
 
     The vendor is the one that can read it; of those that cannot, the one that it names, or that got furthest, says why.
@@ -178,9 +175,9 @@ def _use_listing(loaded: Loaded, entry: Input, limits: Limits) -> None:
     wrong: list[tuple[bool, int, ListingError]] = []
     for vendor in VENDORS.values():
         try:
-            listing = read_listing(entry, vendor, limits)
+            listing = read_listing(data, vendor, limits)
         except ListingError as error:
-            wrong.append((vendor.key.encode() in entry.data[:HEAD], error.line, error))
+            wrong.append((vendor.key.encode() in data[:HEAD], error.line, error))
             continue
         _use_words(loaded, vendor, listing)
         return

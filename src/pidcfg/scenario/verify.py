@@ -9,15 +9,13 @@ from __future__ import annotations
 
 import csv
 import io
-import sys
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal
 
-from pidcfg.cli.terminal.progress import progress
 from pidcfg.refs import Decision
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Sequence
 
     from pidcfg.pictures.chart import Chart
     from pidcfg.schemas.generic import Loop
@@ -174,12 +172,13 @@ def verify(
     target: tuple[Vendor, Any, Any],
     names: tuple[str, str] = ("source", "result"),
     pairs: Sequence[tuple[int, int]] | None = None,
+    progress: Callable[[float], None] | None = None,
 ) -> list[Verified]:
     """Each side is a vendor, a configuration and its image; ``names``: what charts call them.
 
     ``pairs``: the places of the loops that are compared, on both sides; not given, all loops, in the same order on
     both. Loops run by themselves. Slaves that are linked on both sides are compared so, since in some PLCs a link
-    cannot be cut; masters with slaves that follow at once.
+    cannot be cut; masters with slaves that follow at once. ``progress`` is called with the share that is done.
     """
     from pidcfg.conversion.pipeline import neutral_loops
     from pidcfg.scenario.overlays import overlay
@@ -193,10 +192,12 @@ def verify(
     longest = max(plant.time for plant in plants)
     masters = {loop.setpoint.source for loop in sides[0].loops} - {None}
     ways: tuple[Way, ...] = ("alone", "linked", "ideal") if masters else ("alone",)
-    rounds = progress([(way, side) for way in ways for side in sides], "simulating both sides", len(ways) * len(sides))
+    rounds = [(way, side) for way in ways for side in sides]
     runs: dict[Way, list[list[tuple[list[float], list[float]]]]] = {way: [] for way in ways}
-    for way, side in rounds:
+    for done, (way, side) in enumerate(rounds, start=1):
         runs[way].append(_run(side, plants, way))
+        if progress is not None:
+            progress(done / len(rounds))
     found = []
     for i, (loop, other) in enumerate(zip(*(side.loops for side in sides), strict=True)):
         linked = loop.setpoint.source is not None and other.setpoint.source is not None
@@ -213,7 +214,7 @@ def _run(side: Tested, plants: Sequence[Plant], way: Way) -> list[tuple[list[flo
 
     A PV is what the loop controls: where the PLC tells the signal before the root, its root.
     """
-    from pidcfg.scenario.charts import root_of
+    from pidcfg.scenario.axes import root_of
 
     plc: Plc = side.vendor.module("controller").load(side.image)
     trend = trend_of(side.vendor, side.image, scenario_of(side, plants, plc, way))
@@ -253,28 +254,3 @@ def _compared(
         iae[1] / iae[0] if iae[0] else None,
         chart,
     )
-
-
-def as_text(found: list[Verified]) -> str:
-    """What was found, loop by loop, with a picture of each for the terminal that stderr is."""
-    from pidcfg.cli.files.plots import in_characters
-
-    lines = ["verified by simulation: a step of the set point, then a disturbance"]
-    for entry in found:
-        ratio = "" if entry.iae_ratio is None else f", ratio of IAE {entry.iae_ratio:.4g}"
-        apart = f"PV at most {entry.pv_percent:.3g} % of its range apart, output {entry.output_percent:.3g} %"
-        lines += [f"\n{entry.loop}: {apart}{ratio}", in_characters(replace(entry.chart, title=""), sys.stderr)]
-    return "\n".join(lines) + "\n"
-
-
-def as_data(found: list[Verified]) -> list[dict[str, Any]]:
-    """The same for JSON."""
-    return [
-        {
-            "loop": entry.loop,
-            "pv_percent": round(entry.pv_percent, 6),
-            "output_percent": round(entry.output_percent, 6),
-            "iae_ratio": None if entry.iae_ratio is None else round(entry.iae_ratio, 6),
-        }
-        for entry in found
-    ]

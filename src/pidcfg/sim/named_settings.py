@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, cast
 
-from pidcfg.encoders.named import Content, Parameter, ParameterTable, store
+from pidcfg.encoders.parameters import Content, Parameter, ParameterTable, store
 from pidcfg.encoders.words import EncodeError
 from pidcfg.schemas.base import Quantity, parse_flag, parse_integer, parse_number, refuse
 from pidcfg.schemas.names import nearest

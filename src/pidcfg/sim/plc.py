@@ -7,9 +7,12 @@ the program-to-run transition.
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Collection, Iterable, Mapping, MutableSequence, Sequence
-from math import ceil
+from math import ceil, gcd
 from typing import TYPE_CHECKING, Any, Protocol
+
+from pidcfg.sim.notices import notices
 
 if TYPE_CHECKING:
     from decimal import Decimal
@@ -19,6 +22,8 @@ if TYPE_CHECKING:
 
 TICKS = 1_000_000
 """Ticks in a second."""
+COUNTS = 1 << 20
+"""What the range of a PV counts where the PLC has floats: finer than any transmitter."""
 
 Scan = Callable[[int, Sequence[Any], Sequence[Any], MutableSequence[float], MutableSequence[float]], None]
 
@@ -28,152 +33,207 @@ def steps_until(time: Decimal, step: int) -> int:
     return -(-ceil(time * TICKS) // step)
 
 
-class Plc(Protocol):
-    """A PLC as loaded from its words, ready for the program-to-run transition."""
+class Plc(ABC):
+    """A PLC as loaded from its words, ready for the program-to-run transition.
+
+    Each vendor's is made of this one; what has a value here is what most PLCs say.
+    """
 
     cfg: Sequence[Any]
-    """The runner reads of each loop ``period`` (in ticks, as at the start) and the signals ``sig_in``, ``sig_pv``,
-    ``sig_sp``, ``sig_out``, ``sig_bias``."""
+    """Of each loop a `LoopConfig`."""
     st: MutableSequence[Any]
-    """The runner reads ``status`` (bits by name in `alarm_bits` and `flag_bits`), ``aux_status`` (`aux_bits`) and
-    ``notice``, a refusal or an override since its last look as a number that `describe` knows; 0: none."""
+    """Of each loop a `LoopState`: the runner reads ``status`` (bits by name in `alarm_bits` and `flag_bits`),
+    ``aux_status`` (`aux_bits`) and ``notice``, a refusal or an override since its last look as a number that `describe`
+    knows; 0: none."""
     aux: MutableSequence[float]
-    sig: Sequence[float]
+    sig: MutableSequence[float]
     """The value of every signal at the start; the runner works on a copy that it hands to ``scan``."""
-    signals: Sequence[str]
+    signals: MutableSequence[str]
     """The name of every signal, ``TIC-101.PV``; the ones that are nobody's business are empty."""
     loops: Sequence[str]
     """In the order of ``cfg`` and ``st``."""
+    goals: Sequence[str]
+    """For each loop the mode it is meant to reach."""
     scales: Sequence[tuple[float, float, int]]
     """For each loop its PV at 0 % and 100 % in engineering units, and the counts between."""
-    longest: float
-    """The longest time of a block of the PLC's program, in s; what the pre-roll has to wait for."""
-    roots: Sequence[float | None]
+    roots: Sequence[float | None] = ()
     """For each loop whose signals are those before the PLC takes the root of its PV, where the PV's counts begin, as a
     share of the span; None for another loop, nothing where no PLC of the vendor tells them so."""
-    outputs: Sequence[tuple[float, float]]
-    """For each loop the value of its output signal at 0 % and 100 %; empty where the configuration's range says it."""
-    rises: Sequence[bool]
-    """For each loop whether its action takes for granted that the PV rises with the output."""
-    pulses: Sequence[str]
+    longest = 0.0
+    """The longest time of a block of the PLC's program, in s; what the pre-roll has to wait for."""
+    pulses: Sequence[str] = ()
     """Names of the signals that follow the output as pulses."""
-    inputs: Mapping[str, int]
+    inputs: Mapping[str, int] = {}
     """Signals from outside that are no loop's PV, by name: events may set them, plants may be wired to them."""
-    wired: Collection[str]
+    wired: Collection[str] = ()
     """Loops whose PV comes from within the PLC's program: no plant is wired to it."""
-    inlets: Mapping[str, str]
+    inlets: Mapping[str, str] = {}
     """For loops whose PV the program only filters, the one of `inputs` that it filters."""
     out_name: str
     """What the vendor calls a loop's output: OUT, CV, CO, MV."""
-    modes: Sequence[str]
-    """Every mode by the vendor's name."""
-    goals: Sequence[str]
-    """For each loop the mode it is meant to reach."""
-    base: int
-    """The greatest common step of the sample rates, in ticks."""
-    periods: Sequence[int]
-    """The present sample rate of each loop, in ticks; 0: the loop is not calculated."""
-    running: bool
-    """Whether the loop task runs; a set-up error stops it."""
-    flags: Mapping[str, int]
-    """Error registers by name, ``V7642``."""
-    word_of_flags: str
-    """How the vendor writes their content, as a format: ``0x{:04X}``."""
-    alarm_bits: Mapping[str, int]
+    modes: Mapping[str, int]
+    """Every mode by the vendor's name, as a mask of ``status``."""
+    word_of_flags = "{}"
+    """How the vendor writes the content of an error register, as a format: ``0x{:04X}``."""
+    alarm_bits: Mapping[str, int] = {}
     """Alarms by name, as masks of ``status``, in order of severity."""
-    flag_bits: Mapping[str, int]
+    flag_bits: Mapping[str, int] = {}
     """Other conditions by name, as masks of ``status``."""
-    aux_bits: Mapping[str, int]
+    aux_bits: Mapping[str, int] = {}
     """Conditions by name, as masks of ``aux_status``."""
-
-    options: Sequence[str]
+    options: Sequence[str] = ()
     """What a scenario may choose about it, by the keys of ``plc``."""
-    commands: Mapping[str, Sequence[str]]
+    commands: Mapping[str, Sequence[str]] = {"ramp_soak": (), "autotune": (), "plc": ()}
     """What the events ``ramp_soak``, ``autotune`` and ``plc`` may say; nothing where the PLC has no such thing."""
-    problems: Sequence[str]
+    problems: Sequence[str] = ()
     """Words that are no value of their format, and what they are taken for."""
-    tuned_names: Sequence[str]
+    tuned_names: Sequence[str] = ()
     """What auto-tune finds, by the vendor's names of the parameters."""
+    reasons: Mapping[int, str]
+    """What a notice's reason is in words."""
+    about_mode: Collection[int] = ()
+    """Reasons that concern the mode."""
+
+    @property
+    def base(self) -> int:
+        """The greatest common step of the sample rates, in ticks."""
+        return gcd(*(c.period for c in self.cfg if not c.halt)) or TICKS
+
+    @property
+    def periods(self) -> Sequence[int]:
+        """The present sample rate of each loop, in ticks; 0: the loop is not calculated."""
+        return [0 if c.halt else s.period for c, s in zip(self.cfg, self.st, strict=True)]
+
+    @property
+    def running(self) -> bool:
+        """Whether the loop task runs; a set-up error stops it."""
+        return True
+
+    @property
+    def flags(self) -> Mapping[str, int]:
+        """Error registers by name, ``V7642``."""
+        return {}
+
+    @property
+    def outputs(self) -> Sequence[tuple[float, float]]:
+        """For each loop the value of its output signal at 0 % and 100 %; empty where the configuration says it."""
+        return ()
+
+    @property
+    @abstractmethod
+    def rises(self) -> Sequence[bool]:
+        """For each loop whether its action takes for granted that the PV rises with the output."""
+
+    def place_loops(self, config: type[Any], state: type[Any], signals: Mapping[str, str], aux: int = 0) -> None:
+        """The records of all loops, their ``signals`` by the field that has the slot, and ``aux`` floats for each."""
+        self.cfg = [config() for _ in self.loops]
+        self.st = [state() for _ in self.loops]
+        self.aux = [0.0] * (len(self.loops) * aux)
+        self.sig = [0.0] * (len(self.loops) * len(signals))
+        self.signals = [f"{loop}.{name}" if name else "" for loop in self.loops for name in signals.values()]
+        for i, c in enumerate(self.cfg):
+            for slot, field in enumerate(signals, i * len(signals)):
+                setattr(c, field, slot)
+
+    # --- what the log tells ------------------------------------------------------------------------------------------
+
+    @classmethod
+    def mode(cls, status: int) -> str:
+        """The mode that a status word tells."""
+        return next((name for name, bit in cls.modes.items() if status & bit), "manual")
+
+    @classmethod
+    def profile_step(cls, aux_status: int) -> str:  # noqa: ARG003 - most PLCs have no profiles
+        """The step of a set-point profile that an auxiliary status tells, for people; empty: none."""
+        return ""
+
+    @classmethod
+    def requested(cls, notice: int) -> str | None:
+        """The mode that was asked for when a notice was left; None: nobody asked."""
+        modes = [mode for mode, _ in notices(notice) if mode]
+        return cls.mode(modes[-1]) if modes else None
+
+    @classmethod
+    def describe(cls, notice: int) -> tuple[str, str]:
+        """What happened in words: to the mode (a refusal, an override), and apart from it; empty: nothing."""
+        texts: tuple[list[str], list[str]] = [], []
+        for requested, reason in notices(notice):
+            texts[not cls.is_about_mode(requested, reason)].append(cls.reasons[reason])
+        return "; ".join(texts[0]), "; ".join(texts[1])
+
+    @classmethod
+    def is_about_mode(cls, requested: int, reason: int) -> bool:  # noqa: ARG003 - some vendors look at the request
+        """Whether a notice concerns the mode."""
+        return reason in cls.about_mode
 
     def faults(self) -> Iterable[tuple[int, str, str]]:
         """Expressions of the PLC's program that had no value: the tick of the first time, where, and why."""
+        return ()
 
-    def check_input(self, name: str, value: object) -> float:
+    # --- the operator ------------------------------------------------------------------------------------------------
+
+    def check_input(self, name: str, value: object) -> float:  # noqa: ARG002 - most PLCs have no such signal
         """The value of one of `inputs` as an event gives it; raises ``PydanticCustomError`` for an unusable one."""
+        raise KeyError(name)
 
-    def mode(self, status: int) -> str:
-        """The mode that a status word tells."""
-
-    def profile_step(self, aux_status: int) -> str:
-        """The step of a set-point profile that an auxiliary status tells, for people; empty: none."""
-
-    def requested(self, notice: int) -> str | None:
-        """The mode that was asked for when a notice was left; None: nobody asked."""
-
-    def describe(self, notice: int) -> tuple[str, str]:
-        """What happened in words: to the mode (a refusal, an override), and apart from it; empty: nothing."""
-
+    @abstractmethod
     def set_output(self, loop: int, value: Quantity, sig: MutableSequence[float]) -> None:
         """The output that a loop in Manual starts with."""
 
+    @abstractmethod
     def check_set(self, loop: int, path: tuple[str, ...], value: object) -> object:
         """The value of a ``set`` event as `set` takes it; raises ``PydanticCustomError`` for one that is unusable.
 
         Every vendor knows the keys ``output``, the output itself, and ``setpoint`` (or ``setpoint.value``).
         """
 
-    def period_set(self, loop: int, path: tuple[str, ...], value: object) -> int:
+    @abstractmethod
+    def period_set(self, loop: int, path: tuple[str, ...], value: Any) -> int:
         """The sample rate in ticks that `set` makes of a checked value; 0: the key is something else."""
 
-    def set(self, loop: int, path: tuple[str, ...], value: object, sig: MutableSequence[float]) -> str | None:
+    @abstractmethod
+    def set(self, loop: int, path: tuple[str, ...], value: Any, sig: MutableSequence[float]) -> str | None:
         """Writes a parameter by its key in the configuration; returns why it has no effect yet, if so."""
 
+    @abstractmethod
     def request(self, loop: int, mode: str) -> None:
         """A one-shot mode request."""
 
-    def ramp_soak(self, loop: int, command: str) -> None:
+    def ramp_soak(self, loop: int, command: str) -> None:  # noqa: B027 - most PLCs have no profiles
         """One of ``commands["ramp_soak"]``."""
 
-    def autotune(self, loop: int, command: str) -> None:
+    def autotune(self, loop: int, command: str) -> None:  # noqa: B027 - the neutral form has none
         """One of ``commands["autotune"]``."""
 
-    def tuned(self, loop: int) -> Mapping[str, Any] | None:
+    def tuned(self, loop: int) -> Mapping[str, Any] | None:  # noqa: ARG002 - as above
         """``done``, ``error``, ``status`` and ``results`` of a loop's auto-tune; None when there was none."""
+        return None
 
-    def program(self, sig: MutableSequence[float]) -> None:
+    # --- the CPU -----------------------------------------------------------------------------------------------------
+
+    def program(self, sig: MutableSequence[float]) -> None:  # noqa: B027 - some have no switch
         """The CPU stops (program mode): loops stop, except those that are independent of the CPU mode."""
 
-    def scan_time(self, without_loops: float) -> ScanTime | None:
-        """How long a scan becomes with the loops that are calculated, in s; None: the vendor does not say."""
-
-    def run(self, tick: int) -> None:
+    def run(self, tick: int) -> None:  # noqa: B027 - as above
         """The program-to-run transition, with the set-up check."""
 
+    def scan_time(self, without_loops: float) -> ScanTime | None:  # noqa: ARG002 - most manuals give no times
+        """How long a scan becomes with the loops that are calculated, in s; None: the vendor does not say."""
+        return None
 
-class LoopsOnly:
-    """What every PLC has whose program is not known: nothing comes from outside but the PVs of its loops."""
 
-    inputs: Mapping[str, int] = {}
-    wired: Collection[str] = ()
-    inlets: Mapping[str, str] = {}
-    longest = 0.0
-    outputs: Sequence[tuple[float, float]] = ()
-    roots: Sequence[float | None] = ()
+class CountsPlc(Plc):
+    """A PLC whose `LoopConfig` has the ends of PV and output in engineering units, and its PV's counts."""
 
-    @staticmethod
-    def profile_step(aux_status: int) -> str:  # noqa: ARG004 - as `Plc` has it
-        """There are no profiles."""
-        return ""
+    def scale_loops(self) -> None:
+        """Makes `scales` and `roots`."""
+        self.scales = [(c.pv_low, c.pv_low + c.pv_width, int(c.pv_span)) for c in self.cfg]
+        self.roots = [c.pv_min / c.pv_span if c.root else None for c in self.cfg]
 
-    @staticmethod
-    def faults() -> Iterable[tuple[int, str, str]]:
-        """Without expressions there are none."""
-        return ()
-
-    @staticmethod
-    def check_input(name: str, _value: object) -> float:
-        """There is none."""
-        raise KeyError(name)
+    @property
+    def outputs(self) -> Sequence[tuple[float, float]]:
+        """Engineering units, counts without a range."""
+        return [(c.out_low, c.out_low + c.out_width) for c in self.cfg]
 
 
 class Controller(Protocol):

@@ -6,12 +6,10 @@ import csv
 from math import isfinite
 from typing import TYPE_CHECKING
 
-import click
-
-from pidcfg.cli.files.inputs import read_input
-from pidcfg.cli.files.listings import listing_text
 from pidcfg.encoders.listing import ListingError
-from pidcfg.tuning.identify import Record
+from pidcfg.listings import listing_text
+from pidcfg.tuning.identify import Found, Record, RecordError, identify
+from pidcfg.tuning.rules import TuningError
 
 if TYPE_CHECKING:
     from pidcfg.limits import Limits
@@ -19,23 +17,36 @@ if TYPE_CHECKING:
 COLUMNS = 3
 
 
-def read_record(name: str, limits: Limits) -> tuple[Record, list[int]]:
-    """The samples of a file and the lines that they stand in; the first three columns count, a header is skipped."""
-    entry = read_input(name, limits)
-    if entry.problem is not None:
-        raise click.ClickException(entry.problem)
-    if len(entry.data) > limits.file_bytes:
-        raise click.ClickException(f"{name} is larger than {limits.file_bytes} bytes; --limit file_bytes=… raises that")
+class UnreadableRecordError(TuningError):
+    """A record that tells no process, with its name and line."""
+
+
+def identified(data: bytes, name: str, limits: Limits) -> tuple[Found, Record]:
+    """The process of a recorded step, and its samples; raises `UnreadableRecordError`."""
+    record, lines = read_record(data, name, limits)
     try:
-        text = listing_text(entry.data)
+        return identify(record), record
+    except RecordError as error:
+        where = name if error.row is None else f"{name}:{lines[error.row]}"
+        raise UnreadableRecordError(f"{where}: {error}; {error.cure}") from None
+
+
+def read_record(data: bytes, name: str, limits: Limits) -> tuple[Record, list[int]]:
+    """The samples of a file and the lines that they stand in; the first three columns count, a header is skipped."""
+    if len(data) > limits.file_bytes:
+        raise UnreadableRecordError(
+            f"{name} is larger than {limits.file_bytes} bytes; --limit file_bytes=… raises that"
+        )
+    try:
+        text = listing_text(data)
     except ListingError as error:
-        raise click.ClickException(f"{name}: {error}") from None
+        raise UnreadableRecordError(f"{name}: {error}") from None
     samples, lines = _samples(name, text)
     if not samples:
-        raise click.ClickException(f"{name} holds no samples")
+        raise UnreadableRecordError(f"{name} holds no samples")
     for line, earlier, later in zip(lines[1:], samples, samples[1:], strict=False):
         if later[0] <= earlier[0]:
-            raise click.ClickException(f"{name}:{line}: the time does not go on ({later[0]:g} after {earlier[0]:g} s)")
+            raise UnreadableRecordError(f"{name}:{line}: the time does not go on ({later[0]:g} after {earlier[0]:g} s)")
     time, output, pv = zip(*samples, strict=True)
     return Record(time, output, pv), lines
 
@@ -51,7 +62,7 @@ def _samples(name: str, text: str) -> tuple[list[tuple[float, ...]], list[int]]:
         if len(cells) < COLUMNS or None in numbers:
             if not samples and all(n is None for n in numbers):
                 continue
-            raise click.ClickException(f"{name}:{line}: {row.strip()[:40]!r} is not time, output and PV")
+            raise UnreadableRecordError(f"{name}:{line}: {row.strip()[:40]!r} is not time, output and PV")
         samples.append(tuple(n for n in numbers if n is not None))
         lines.append(line)
     return samples, lines

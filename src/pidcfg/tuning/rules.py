@@ -51,6 +51,10 @@ D93 = Decision(
 )
 
 
+class TuningError(ValueError):
+    """Numbers, or a recorded step, from which a rule makes no gains."""
+
+
 @dataclass(frozen=True, slots=True)
 class Process:
     """A process: static gain in PV units per unit of the output, time constant, dead time, and the loop around it.

@@ -48,19 +48,19 @@ class Compared:
     stale: list[Entry]
 
 
-def entry(found: Diagnostic, file_of: Callable[[str], str]) -> Entry:
+def entry(finding: Diagnostic, file_of: Callable[[str], str]) -> Entry:
     """A finding as a baseline keeps it."""
-    path = COUNTED_LOOP.sub(lambda _: f"loops[{found.loop}]", found.where) if found.loop else found.where
-    return Entry(found.code, found.severity.label, file_of(found.file), path, found.message)
+    path = COUNTED_LOOP.sub(lambda _: f"loops[{finding.loop}]", finding.where) if finding.loop else finding.where
+    return Entry(finding.code, finding.severity.label, file_of(finding.file), path, finding.message)
 
 
-def enters(found: Diagnostic) -> bool:
+def enters(finding: Diagnostic) -> bool:
     """Whether a finding may be in a baseline."""
-    return ignorable(found) and found.code not in NEVER_KNOWN
+    return ignorable(finding) and finding.code not in NEVER_KNOWN
 
 
 def compare(
-    found: Sequence[Diagnostic],
+    findings: Sequence[Diagnostic],
     chosen: Callable[[Diagnostic], bool],
     entries: Sequence[Entry],
     checked: set[str],
@@ -73,7 +73,7 @@ def compare(
     left = Counter(entries)
     new: list[Diagnostic] = []
     known: list[Diagnostic] = []
-    for d in found:
+    for d in findings:
         key = entry(d, file_of)
         if enters(d) and left[key] > 0:
             left[key] -= 1
@@ -81,7 +81,7 @@ def compare(
                 known.append(d)
         elif chosen(d):
             new.append(d)
-    unread = {file_of(d.file) for d in found if not ignorable(d)}
+    unread = {file_of(d.file) for d in findings if not ignorable(d)}
     seen = checked - unread
     stale = [e for e in entries if e.file in seen and _take(left, e)]
     return Compared(new, known, stale)
@@ -129,13 +129,13 @@ def stale_findings(stale: Sequence[Entry], ignored: Collection[Entry], text: str
     """Entries that no longer occur, or are ``ignored`` by a comment now, as findings at their lines of the file."""
     lines = text.splitlines()
     where = {line.strip().rstrip(","): number for number, line in reversed(list(enumerate(lines, start=1)))}
-    found = []
+    findings = []
     for e in stale:
         line = where.get(json.dumps(e._asdict(), ensure_ascii=False), 1)
         column = len(lines[line - 1]) - len(lines[line - 1].lstrip()) + 1
         gone = "is ignored by a comment now" if e in ignored else "no longer occurs"
         message = f"{e.code} {gone} in {e.file}" + (f" at {e.path}" if e.path else "") + f": {e.message}"
-        found.append(
+        findings.append(
             Diagnostic(
                 "PID048",
                 Severity.WARNING,
@@ -146,4 +146,4 @@ def stale_findings(stale: Sequence[Entry], ignored: Collection[Entry], text: str
                 help="--shrink-baseline removes it",
             )
         )
-    return found
+    return findings

@@ -12,6 +12,7 @@ from pydantic import ValidationError
 
 from pidcfg.diagnostics import Edit, Path, Span
 from pidcfg.document import span_of
+from pidcfg.paths import value_at
 
 if TYPE_CHECKING:
     from pydantic import BaseModel
@@ -28,28 +29,28 @@ UNQUOTED = re.compile(r"[%@`][\w%/.°²³-]*(?=[ \t]*(?:$|[,}\]]|[ \t]#))")
 def of_quotes(doc: Document, span: Span) -> tuple[Edit, ...]:
     """Quotes around a value such as ``%``, whose first character begins nothing in YAML."""
     row = doc.lines[span.line - 1]
-    found = UNQUOTED.match(row, span.column - 1)
-    if found is None or not row[: found.start()].rstrip(" ").endswith((":", "[", ",")):
+    match = UNQUOTED.match(row, span.column - 1)
+    if match is None or not row[: match.start()].rstrip(" ").endswith((":", "[", ",")):
         return ()
-    place = Span(span.line, found.start() + 1, span.line, found.end() + 1)
-    return (Edit(place, f'"{found.group()}"'),)
+    place = Span(span.line, match.start() + 1, span.line, match.end() + 1)
+    return (Edit(place, f'"{match.group()}"'),)
 
 
 def of_value(doc: Document, path: Path, text: str) -> tuple[Edit, ...]:
     """Another text in the place of a value; none where an alias shares it, or where it takes several lines."""
-    found = _at(doc, path)
-    if found is None or not hasattr(found[1].event, "value") or found[1].event.anchor is not None:
+    entry = _at(doc, path)
+    if entry is None or not hasattr(entry[1].event, "value") or entry[1].event.anchor is not None:
         return ()
-    span = span_of(found[1].event)
+    span = span_of(entry[1].event)
     return (Edit(span, text),) if span.line == span.end_line else ()
 
 
 def of_key(doc: Document, path: Path, key: str) -> tuple[Edit, ...]:
     """Another key; quotes stay."""
-    found = _at(doc, path)
-    if found is None or found[0] is None or found[0].anchor is not None:
+    entry = _at(doc, path)
+    if entry is None or entry[0] is None or entry[0].anchor is not None:
         return ()
-    span = span_of(found[0])
+    span = span_of(entry[0])
     quote = doc.lines[span.line - 1][span.column - 1 : span.column]
     return (Edit(span, f"{quote}{key}{quote}" if quote in QUOTES else key),) if span.line == span.end_line else ()
 
@@ -58,21 +59,21 @@ def _at(doc: Document, path: Path) -> tuple[Any, Node] | None:
     """The event of the key and the node of a value."""
     node, key = doc.root, None
     for step in path:
-        found = node.child(step)
-        if found is None:
+        entry = node.child(step)
+        if entry is None:
             return None
-        key, node = found
+        key, node = entry
     return key, node
 
 
 def key_edits(
-    meant: dict[Path, str], faults: list[Any], model: type[BaseModel], doc: Document
+    new_keys: dict[Path, str], faults: list[Any], model: type[BaseModel], doc: Document
 ) -> dict[Path, tuple[Edit, ...]]:
     """The edits of keys that may be renamed: nothing has the new key yet, and its value is right for it."""
-    once = Counter((path[:-1], key) for path, key in meant.items())
-    meant = {path: key for path, key in meant.items() if once[path[:-1], key] == 1}
+    uses = Counter((path[:-1], key) for path, key in new_keys.items())
+    new_keys = {path: key for path, key in new_keys.items() if uses[path[:-1], key] == 1}
     sound: dict[Path, str] = {}
-    waiting, tries = [meant] if meant else [], 0
+    waiting, tries = [new_keys] if new_keys else [], 0
     while waiting and tries < MOST_TRIES:
         some, tries = waiting.pop(), tries + 1
         if _fits(model, doc.data, some, faults):
@@ -83,27 +84,26 @@ def key_edits(
     return {path: edits for path, key in sound.items() if (edits := of_key(doc, path, key))}
 
 
-def _fits(model: type[BaseModel], data: Any, meant: dict[Path, str], faults: list[Any]) -> bool:
+def _fits(model: type[BaseModel], data: Any, new_keys: dict[Path, str], faults: list[Any]) -> bool:
     """Whether data with other keys lose faults, and get none that is new."""
     copy = deepcopy(data)
-    if not all(_rename(copy, path, key) for path, key in meant.items()):
+    if not all(_rename(copy, path, key) for path, key in new_keys.items()):
         return False
     try:
         model.model_validate(copy)
     except ValidationError as error:
         old = {(e["type"], e["loc"]) for e in faults}
         left = [(e["type"], e["loc"]) for e in error.errors(include_url=False)]
-        return old.issuperset(left) and len(left) <= len(faults) - len(meant)
+        return old.issuperset(left) and len(left) <= len(faults) - len(new_keys)
     return True
 
 
 def _rename(data: Any, path: Path, key: str) -> bool:
     """Renames one key, wherever an alias shares its mapping; False where the new key is taken or has no value."""
-    for step in path[:-1]:
-        data = data[step]
-    if path[-1] not in data:
-        return key in data  # renamed through another path to the same mapping
-    if key in data or data[path[-1]] is None:
+    parent = value_at(data, path[:-1])
+    if path[-1] not in parent:
+        return key in parent  # renamed through another path to the same mapping
+    if key in parent or parent[path[-1]] is None:
         return False
-    data[key] = data.pop(path[-1])
+    parent[key] = parent.pop(path[-1])
     return True

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from pidcfg.diagnostics import Edit
 from pidcfg.document import LINE_BREAK, Plain
+from pidcfg.paths import value_at
 from pidcfg.refs import Decision
 from pidcfg.validate.catalog import ignorable, unusable
 from pidcfg.validate.codes import READING, SCHEMA
@@ -60,7 +61,7 @@ class Fixed:
 
 def splice(text: str, edits: Iterable[Edit]) -> str:
     """The text with every edit made; of two that overlap the first one counts."""
-    starts = [0, *(found.end() for found in LINE_BREAK.finditer(text))]
+    starts = [0, *(match.end() for match in LINE_BREAK.finditer(text))]
     parts, at = [], 0
     for begin, end, new in sorted({(*_range(starts, edit.span), edit.text) for edit in edits}):
         if begin >= at:
@@ -80,7 +81,7 @@ class _State:
 
     data: bytes
     doc: Document
-    found: list[Diagnostic]
+    findings: list[Diagnostic]
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,7 +102,7 @@ class Fixer:
                 break
             state = after
             done += fixed
-        return Fixed(state.data, tuple(done), tuple(state.found))
+        return Fixed(state.data, tuple(done), tuple(state.findings))
 
     def _state(self, data: bytes) -> _State:
         doc = self.read(data)
@@ -111,9 +112,9 @@ class Fixer:
         """All corrections together, or those that can be proven one by one."""
         if state.doc.data is None:
             return self._quoted(state)
-        if any(map(unusable, state.found)):
+        if any(map(unusable, state.findings)):
             return state, []
-        candidates = list(_apart(d for d in state.found if d.edits and self.wanted(d)))
+        candidates = list(_apart(d for d in state.findings if d.edits and self.wanted(d)))
         after = self._attempt(state, candidates) if candidates else None
         if after is not None:
             return after, candidates
@@ -130,14 +131,16 @@ class Fixer:
         fixed: list[Diagnostic] = []
         now, other = state, state.doc.text
         while now.doc.data is None and len(fixed) < MOST_ONE_BY_ONE:
-            edits = [edit for d in now.found if self.wanted(d) for edit in d.edits]
-            if len(now.found) != 1 or len(edits) != 1:
+            edits = [edit for d in now.findings if self.wanted(d) for edit in d.edits]
+            if len(now.findings) != 1 or len(edits) != 1:
                 return state, []
-            fixed += now.found
+            fixed += now.findings
             other = splice(other, [Edit(edits[0].span, PLACEHOLDER * len(edits[0].text))])
             now = self._state(self._encoded(state, splice(now.doc.text, edits)))
-        twin = self.read(other.encode())
-        return (now, fixed) if now.doc.data is not None and alike(now.doc.data, twin.data) else (state, [])
+        replaced = self.read(other.encode())
+        return (
+            (now, fixed) if now.doc.data is not None and same_but_quotes(now.doc.data, replaced.data) else (state, [])
+        )
 
     @staticmethod
     def _encoded(state: _State, text: str) -> bytes:
@@ -150,13 +153,13 @@ class Fixer:
             return None
         text = splice(state.doc.text, (edit for d in some for edit in d.edits))
         after = self._state(self._encoded(state, text))
-        return after if proven(state.doc, state.found, some, after.doc, after.found) else None
+        return after if proven(state.doc, state.findings, some, after.doc, after.findings) else None
 
 
-def _apart(found: Iterable[Diagnostic]) -> Iterator[Diagnostic]:
+def _apart(findings: Iterable[Diagnostic]) -> Iterator[Diagnostic]:
     """The findings whose edits do not touch those of one before."""
     taken: list[Span] = []
-    for d in found:
+    for d in findings:
         spans = [edit.span for edit in d.edits]
         if not any(_overlap(a, b) for a in spans for b in taken):
             taken += spans
@@ -169,16 +172,16 @@ def _overlap(a: Span, b: Span) -> bool:
 
 
 def proven(
-    doc: Document, found: Sequence[Diagnostic], fixed: Sequence[Diagnostic], new: Document, after: Sequence[Diagnostic]
+    doc: Document, before: Sequence[Diagnostic], fixed: Sequence[Diagnostic], new: Document, after: Sequence[Diagnostic]
 ) -> bool:
     """Whether a new text says what the old one said but for the corrections, and has no finding that is new."""
     if new.data is None or not same(new.data, expected(doc, fixed)):
         return False
-    old, left = Counter(_key(d) for d in found), Counter(_key(d) for d in after)
+    old, left = Counter(_key(d) for d in before), Counter(_key(d) for d in after)
     gone = Counter(_key(d) for d in fixed)
     if any(left[key] > old[key] - gone[key] for key in gone):
         return False
-    reached = min((_stage(d.code) for d in found if not ignorable(d)), default=LAST_STAGE)
+    reached = min((_stage(d.code) for d in before if not ignorable(d)), default=LAST_STAGE)
     return all(number <= old[key] or _stage(key[0]) > reached for key, number in left.items())
 
 
@@ -195,9 +198,7 @@ def expected(doc: Document, fixed: Iterable[Diagnostic]) -> Any:
     """The data of a file after its corrections, worked out without reading the new text."""
     data = deepcopy(doc.data)
     for d in fixed:
-        parent: Any = data
-        for step in d.path[:-1]:
-            parent = parent[step]
+        parent = value_at(data, d.path[:-1])
         for edit in d.edits if d.path else ():
             if edit.span == doc.locate(d.path):
                 parent[d.path[-1]] = Plain(edit.text)
@@ -206,14 +207,16 @@ def expected(doc: Document, fixed: Iterable[Diagnostic]) -> Any:
     return data
 
 
-def alike(quoted: Any, plain: Any) -> bool:
+def same_but_quotes(quoted: Any, plain: Any) -> bool:
     """Whether data are equal but for quoted words that have a placeholder as long as them and their quotes."""
     if type(plain) is Plain and set(plain) == {PLACEHOLDER} and type(quoted) is str:
         return len(plain) == len(quoted) + 2
     if isinstance(quoted, dict) and isinstance(plain, dict):
-        return quoted.keys() == plain.keys() and all(alike(value, plain[key]) for key, value in quoted.items())
+        return quoted.keys() == plain.keys() and all(
+            same_but_quotes(value, plain[key]) for key, value in quoted.items()
+        )
     if isinstance(quoted, list) and isinstance(plain, list):
-        return len(quoted) == len(plain) and all(map(alike, quoted, plain))
+        return len(quoted) == len(plain) and all(map(same_but_quotes, quoted, plain))
     return same(quoted, plain)
 
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import inspect
 import re
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
@@ -26,7 +26,7 @@ class Finding:
     """One fault: where it stands, the values of the rule's message, and what differs from the label."""
 
     path: Path
-    values: dict[str, Any] = field(default_factory=dict)
+    values: Mapping[str, object] = field(default_factory=dict)
     key: bool = False
     plc_effect: str | None = None
     severity: Severity | None = None
@@ -34,11 +34,13 @@ class Finding:
     basis: Basis | None = None
     offset: int | None = None
     """The character (0-based) that is meant within a value; None: all of it."""
-    also: tuple[str, ...] = ()
+    other_loops: tuple[str, ...] = ()
     """Further loops that it concerns, where it is reported once."""
 
 
-Check = Callable[[Any], Iterator[Finding]]
+Findings = Iterator[Finding]
+"""What a check yields."""
+Check = Callable[[Any], Findings]
 
 
 FIRST_VERSION = "0.1"
@@ -58,14 +60,14 @@ class Named(Protocol):
 LoopT = TypeVar("LoopT", bound=Named)
 
 
-def reported_once(views: Sequence[LoopT], finding_of: Callable[[LoopT], Finding]) -> Iterator[Finding]:
+def reported_once(views: Sequence[LoopT], finding_of: Callable[[LoopT], Finding]) -> Findings:
     """The finding of the first of some loops; its message names the ``others``."""
     if views:
         others = tuple(view.name for view in views[1:])
         more = f" and {len(others) - MOST_NAMES} more" if len(others) > MOST_NAMES else ""
         text = f", as in {', '.join(others[:MOST_NAMES])}{more}" if others else ""
         first = finding_of(views[0])
-        yield replace(first, also=others, values={**first.values, "others": text})
+        yield replace(first, other_loops=others, values={**first.values, "others": text})
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,8 +94,8 @@ class Rule:
 
     def part(self, heading: str) -> str:
         """One part of the documentation (``Why`` or ``Fix``) as a single paragraph; empty when there is none."""
-        found = re.search(rf"^{heading}:\s*(.*?)(?=^\w+:|\Z)", self.doc, re.DOTALL | re.MULTILINE)
-        return " ".join(found.group(1).split()) if found else ""
+        match = re.search(rf"^{heading}:\s*(.*?)(?=^\w+:|\Z)", self.doc, re.DOTALL | re.MULTILINE)
+        return " ".join(match.group(1).split()) if match else ""
 
     @property
     def fields(self) -> set[str]:
@@ -137,7 +139,7 @@ def _each(attribute: str) -> Callable[[Rule], Rule]:
         if check is None:
             raise TypeError(f"{rule.code} has no check")
 
-        def every(context: Any) -> Iterator[Finding]:
+        def every(context: Any) -> Findings:
             for view in getattr(context, attribute):
                 yield from check(view)
 
@@ -152,11 +154,6 @@ per_pid = _each("pids")
 """As `per_loop`, for checks of a PID block."""
 
 
-def finding(*path: str | int, **values: Any) -> Finding:
-    """A finding at a path, with the values of the message."""
-    return Finding(path, values)
-
-
-def at_key(*path: str | int, **values: Any) -> Finding:
-    """A finding that points at the key rather than at its value."""
-    return Finding(path, values, key=True)
+def finding(*path: str | int, plc_effect: str | None = None, key: bool = False, **values: object) -> Finding:
+    """A finding at a path, with the values of the message; ``key``: it points at the key rather than at the value."""
+    return Finding(path, values, key=key, plc_effect=plc_effect)

@@ -9,7 +9,7 @@ from pidcfg.schemas.base import decimal_text
 from pidcfg.validate.rule import Finding, Named
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Callable, Iterable
     from decimal import Decimal
 
     from pidcfg.diagnostics import Path, Severity
@@ -27,19 +27,13 @@ class Placed(Protocol):
     def name(self) -> str:
         """The loop's name."""
 
-    def at(
-        self,
-        *path: str | int,
-        plc_effect: str | None = None,
-        severity: Severity | None = None,
-        fix: str | None = None,
-        basis: Basis | None = None,
-        **values: object,
-    ) -> Finding:
-        """A finding at a place below the loop."""
+    @property
+    def at(self) -> Callable[..., Finding]:
+        """Makes a finding at a place below the loop."""
 
-    def at_key(self, *path: str | int, plc_effect: str | None = None, **values: object) -> Finding:
-        """A finding at a key."""
+    @property
+    def at_key(self) -> Callable[..., Finding]:
+        """Makes a finding at a key."""
 
 
 LoopT = TypeVar("LoopT", bound=Named)
@@ -73,9 +67,15 @@ class View(Generic[LoopT]):
         place = ("loops", self.index, *path)
         return Finding(place, values, plc_effect=plc_effect, severity=severity, fix=fix, basis=basis)
 
-    def at_key(self, *path: str | int, plc_effect: str | None = None, **values: object) -> Finding:
+    def at_key(
+        self,
+        *path: str | int,
+        plc_effect: str | None = None,
+        severity: Severity | None = None,
+        **values: object,
+    ) -> Finding:
         """A finding that points at a key: what it opens is a block of lines."""
-        return Finding(("loops", self.index, *path), values, key=True, plc_effect=plc_effect)
+        return Finding(("loops", self.index, *path), values, key=True, plc_effect=plc_effect, severity=severity)
 
 
 @dataclass(frozen=True)
@@ -96,6 +96,11 @@ def complete(values: Iterable[Value | None]) -> list[Value]:
     found = list(values)
     known = [value for value in found if value is not None]
     return known if len(known) == len(found) else []
+
+
+def value_or_switch(part: object, key: str) -> str:
+    """The key to point at where a feature is on: its value's, or that of its switch where no value is given."""
+    return key if getattr(part, key) is not None else f"{key}_enabled"
 
 
 def number_text(value: Decimal) -> str:

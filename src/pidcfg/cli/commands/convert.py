@@ -2,28 +2,26 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NoReturn
 
 import click
 
 from pidcfg.cli import options
-from pidcfg.cli.commands.decode import read_rows
+from pidcfg.cli.arguments import usage
 from pidcfg.cli.files import plots
 from pidcfg.cli.formats import report_options
 from pidcfg.cli.main import Exit
 from pidcfg.cli.terminal.console import echo, echo_json, note
-from pidcfg.diagnostics import Diagnostic, Severity
+from pidcfg.cli.terminal.progress import LINE
 from pidcfg.vendors import VENDORS
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
 
-    from pidcfg.conversion.pipeline import Converted
     from pidcfg.limits import Limits
-    from pidcfg.scenario.verify import Verified
-    from pidcfg.validate.engine import Checked
-    from pidcfg.vendors import Vendor
+    from pidcfg.results.conversion import ConvertResult
 
 EPILOG = options.examples(
     "pidcfg convert reactor.yaml --to click -o reactor-click.yaml --allow-loss",
@@ -99,50 +97,55 @@ def command(
 
     Exit codes: 0 written, 1 nothing was written because something would be lost or is missing, 2 unusable input.
     """
+    from pidcfg.api import convert
     from pidcfg.cli.commands.validate import exit_code
     from pidcfg.cli.findings.collect import one_configuration, show_errors
-    from pidcfg.cli.formats.conversion import Told
+    from pidcfg.cli.formats.conversion import render, text
 
     if report == "json" and out is None:
         raise click.UsageError("the report and the file would both go to standard output; name the file with -o")
     report_options.refuse_inputs(reports, () if out is None else (out,), "is where the result goes")
     report_options.refuse_outputs((out, *plot, *(entry.path for entry in reports)), (file,))
-    checked = one_configuration(file, limits)
-    status = exit_code(list(checked.findings))
-    if status is not Exit.OK or checked.vendor is None:
-        show_errors(checked, report)
-        note("nothing was written")
-        click.get_current_context().exit(status)
-    to = VENDORS[target]
-    placed = read_rows(to, "convert_options", texts)
-    converted = converted_or_ended(checked, to, placed, report)
-    text = whole_text(checked, converted)
-    result = recheck(text, to, limits)
-    findings = [finding for finding in result.findings if finding.severity is Severity.ERROR]
-    tested = (verify or plot or max_deviation is not None) and not findings
-    verified = sides(checked, result, out) if tested else None
-    told = Told(checked.vendor.key, target, converted, verified)
-    lossy = bool(converted.losses) and not allow_loss
-    apart = max_deviation is not None and told.pv_percent > max_deviation
-    if report == "json":
-        echo_json(told.json())
-    elif shown := told.text(changes=not quiet or lossy, apart=not quiet or apart).strip():
-        note(shown)
-    if findings or lossy or apart:
-        report_options.write_reports(reports, told.render)
-        if findings:
-            refuse(findings, text, to)
-        note(
-            "something would be lost: nothing was written; --allow-loss writes it all the same"
-            if lossy
-            else f"a PV is further apart than {max_deviation:g} % of its range: nothing was written"
+    tested = bool(verify or plot or max_deviation is not None)
+    with usage():
+        result = convert(
+            one_configuration(file, limits), target, verify=tested, limits=limits, options=texts, progress=simulating
         )
-        click.get_current_context().exit(Exit.FOUND)
-    charts = [entry.chart for entry in verified or ()]
-    pictures = plots.drawn(plot, charts, f"{Path(file).name} for {to.title}")
-    files = {**({} if out is None else {out: text}), **pictures}
-    report_options.write_reports(reports, told.render, files, force=force)
-    put(text, out, () if quiet else files)
+    if not result.text:
+        show_errors(result.findings, result.document, report)
+        note("nothing was written")
+        click.get_current_context().exit(exit_code(result.findings))
+    if result.unverified:
+        raise click.ClickException(f"the conversion cannot be verified: {result.unverified}")
+    result = named(result, out)
+    lossy = result.losses and not allow_loss
+    apart = max_deviation is not None and result.pv_percent > max_deviation
+    if report == "json":
+        echo_json(render("json", result))
+    elif shown := text(result, changes=not quiet or lossy, apart=not quiet or apart).strip():
+        note(shown)
+    if not result.ok or lossy or apart:
+        report_options.write_reports(reports, lambda fmt: render(fmt, result))
+        refuse(result, lossy, max_deviation)
+    charts = [loop.chart for loop in result.verified or ()]
+    pictures = plots.drawn(plot, charts, f"{Path(file).name} for {VENDORS[target].title}")
+    files = {**({} if out is None else {out: result.text}), **pictures}
+    report_options.write_reports(reports, lambda fmt: render(fmt, result), files, force=force)
+    put(result.text, out, () if quiet else files)
+
+
+def simulating(share: float) -> None:
+    """What the line on the terminal shows while both sides run."""
+    LINE.update("simulating both sides", share)
+
+
+def named(result: ConvertResult, out: str | None) -> ConvertResult:
+    """The result with charts that call it by the name of its file."""
+    if result.verified is None or out is None:
+        return result
+    name = f"{Path(out).name} ({result.target})"
+    sides = (f"{Path(result.document.file).name} ({result.source})", name)
+    return replace(result, verified=tuple(replace(v, chart=replace(v.chart, sides=sides)) for v in result.verified))
 
 
 def put(text: str, out: str | None, written: Iterable[str]) -> None:
@@ -153,72 +156,17 @@ def put(text: str, out: str | None, written: Iterable[str]) -> None:
         note(f"{name}: written")
 
 
-def sides(checked: Checked, result: Checked, out: str | None) -> list[Verified]:
-    """Both sides on the same plants."""
-    from pidcfg.scenario.verify import verify
-    from pidcfg.sim.run import UnusableError
-
-    both = [
-        (side.vendor, side.config, side.encoding.image)
-        for side in (checked, result)
-        if side.vendor is not None and side.encoding is not None
-    ]
-    names = [
-        f"{Path(name).name} ({vendor.key})"
-        for name, (vendor, _, _) in zip((checked.document.file, out or "result"), both, strict=True)
-    ]
-    try:
-        return verify(both[0], both[1], (names[0], names[1]))
-    except UnusableError as error:
-        raise click.ClickException(f"the conversion cannot be verified: {error}") from None
-
-
-def converted_or_ended(checked: Checked, target: Vendor, placed: dict[str, Any], fmt: str) -> Converted:
-    """The conversion; what the source must say before it ends the command with findings at its keys."""
-    from pidcfg.cli.formats.reporters import json_v1, text
-    from pidcfg.conversion.pipeline import ConvertError, convert
-
-    if checked.vendor is None:
-        raise click.ClickException("the configuration names no vendor")
-    try:
-        return convert(checked.config, checked.vendor, target, placed)
-    except ConvertError as error:
-        doc = checked.document
-        found = [
-            Diagnostic("PID042", Severity.ERROR, entry.message, doc.file, doc.locate(entry.path, key=True), entry.path)
-            for entry in error.missing
-        ]
-        if fmt == "json":
-            echo_json(json_v1(found, {doc.file: doc}))
-        else:
-            note(text(found, {doc.file: doc}).rstrip())
-        note("nothing was written")
-        click.get_current_context().exit(Exit.FOUND)
-
-
-def whole_text(checked: Checked, converted: Converted) -> str:
-    """The file with the comments of the source."""
-    from pidcfg.conversion.comments import comments, with_comments
-    from pidcfg.writer import yaml_text
-
-    head, loops = comments(checked.document, len(converted.loops))
-    return with_comments(yaml_text(converted.data), head, loops)
-
-
-def recheck(text: str, target: Vendor, limits: Limits) -> Checked:
-    """The converted file as anybody would check it."""
-    from pidcfg.source import read_document
-    from pidcfg.validate.engine import check_document
-
-    return check_document(read_document(text.encode(), f"<{target.key}>", limits), limits)
-
-
-def refuse(findings: list[Diagnostic], written: str, target: Vendor) -> None:
-    """Ends the command with what is wrong with the result."""
+def refuse(result: ConvertResult, lossy: bool, max_deviation: float | None) -> NoReturn:
+    """Ends the command with why nothing was written."""
     from pidcfg.cli.formats.reporters import text
-    from pidcfg.source import read_document
+    from pidcfg.results.findings import errors_in
 
-    name = f"<{target.key}>"
-    note(text(findings, {name: read_document(written.encode(), name)}).rstrip())
-    note(f"{target.title} would not take the result: nothing was written")
+    document = result.target_document
+    if not result.ok and document is not None:
+        note(text(errors_in(result.target_findings), {document.file: document}).rstrip())
+        note(f"{VENDORS[result.target].title} would not take the result: nothing was written")
+    elif lossy:
+        note("something would be lost: nothing was written; --allow-loss writes it all the same")
+    else:
+        note(f"a PV is further apart than {max_deviation:g} % of its range: nothing was written")
     click.get_current_context().exit(Exit.FOUND)

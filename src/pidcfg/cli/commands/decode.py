@@ -7,14 +7,14 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from pidcfg.cli import options
+from pidcfg.cli.arguments import usage
 from pidcfg.cli.files.inputs import read_input
 from pidcfg.cli.main import Exit
 from pidcfg.cli.terminal.console import echo, note
-from pidcfg.diagnostics import Diagnostic, Severity, Span
-from pidcfg.vendors import VENDORS, Vendor, format_names
+from pidcfg.vendors import VENDORS, format_names
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
+    from collections.abc import Callable
 
     from pidcfg.limits import Limits
 
@@ -65,49 +65,24 @@ def command(
 
     Several files are read as one listing: an image may be spread over them.
     """
-    from pidcfg.cli.files.listings import annotate_listing, decode_yaml, read_listing, together
+    from pidcfg.api import decode
     from pidcfg.cli.files.outputs import write_files
-    from pidcfg.encoders.listing import ListingError
-
-    entries = [read_input(name, limits) for name in image]
-    listings, entry = [], entries[0]
-    try:
-        for entry in entries:
-            if entry.problem is not None:
-                raise click.ClickException(entry.problem)
-            listings.append(read_listing(entry, VENDORS[vendor], limits, kind))
-        work = annotate_listing if annotate else decode_yaml
-        text, notes = work(together(listings), VENDORS[vendor], read_rows(VENDORS[vendor], "decode_options", texts))
-    except ListingError as error:
-        _fail(entry.name, str(error), Span(error.line, error.column, error.line, error.column + 1))
-    if out is None:
-        echo(text)
-    else:
-        write_files({out: text}, force=force)
-    if not quiet:
-        for line in notes:
-            note(f"note: {line}")
-
-
-def read_rows(vendor: Vendor, column: str, texts: Mapping[str, str | None]) -> dict[str, Any]:
-    """The vendor's own options as values; another vendor's option, or a text that makes no sense, is wrong usage."""
-    rows = {row.key: row for row in vendor.load(column)}
-    values = {}
-    for key, text in texts.items():
-        if text is None:
-            continue
-        option = f"--{key.replace('_', '-')}"
-        if key not in rows:
-            raise click.UsageError(f"{option} is not for {vendor.title}")
-        values[key] = rows[key].read(text)
-        if values[key] is None:
-            raise click.BadParameter(f"{text!r}; write it like {rows[key].example}", param_hint=option)
-    return values
-
-
-def _fail(file: str, message: str, span: Span) -> None:
     from pidcfg.cli.formats.reporters import text
 
-    found = Diagnostic("PID041", Severity.ERROR, message, file, span)
-    note(text([found], {}).rstrip())
-    click.get_current_context().exit(Exit.UNUSABLE)
+    entries = [read_input(name, limits) for name in image]
+    problem = next((entry.problem for entry in entries if entry.problem is not None), None)
+    if problem is not None:
+        raise click.ClickException(problem)
+    data, names = [entry.data for entry in entries], [entry.name for entry in entries]
+    with usage():
+        result = decode(data, vendor, format=kind, annotate=annotate, options=texts, name=names, limits=limits)
+    if not result.text:
+        note(text(result.findings, {}).rstrip())
+        click.get_current_context().exit(Exit.UNUSABLE)
+    if out is None:
+        echo(result.text)
+    else:
+        write_files({out: result.text}, force=force)
+    if not quiet:
+        for line in result.notes:
+            note(f"note: {line}")

@@ -7,16 +7,16 @@ from typing import TYPE_CHECKING
 import click
 
 from pidcfg.cli import options
+from pidcfg.cli.arguments import usage
 from pidcfg.cli.main import Exit
 from pidcfg.cli.terminal.console import echo, echo_json, note
-from pidcfg.encoders.files import CONFLICT
-from pidcfg.vendors import format_names, format_of
+from pidcfg.vendors import format_names
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    from pidcfg.cli.files.inputs import Input
     from pidcfg.encoders.files import FileKind
-    from pidcfg.encoders.image import Image
     from pidcfg.limits import Limits
 
 EPILOG = options.examples(
@@ -46,37 +46,47 @@ def command(
     file: str, fmt: str, out: str | None, force: bool, allow_errors: bool, into: str | None, quiet: bool, limits: Limits
 ) -> None:
     """Write the PLC's memory for the configuration FILE (- for standard input): every word with its address."""
+    from pidcfg.api import encode
     from pidcfg.cli.commands.validate import exit_code
     from pidcfg.cli.findings.collect import one_configuration, show_errors
-    from pidcfg.encoders.files import UnwritableError
+    from pidcfg.encoders.files import CONFLICT, UnwritableError
     from pidcfg.encoders.listing import ListingError
 
-    checked = one_configuration(file, limits)
-    status = exit_code(list(checked.findings))
-    unfit = checked.encoding is None or not checked.encoding.whole
-    if status is not Exit.OK and (unfit or not allow_errors):
-        show_errors(checked, fmt)
-        note("nothing was written")
-        click.get_current_context().exit(status)
-    if checked.encoding is None or checked.vendor is None:
-        raise click.ClickException(f"{file} could not be encoded")
+    configuration = one_configuration(file, limits)
+    other = None if into is None else _other(into, limits)
+    data, name = (None, None) if other is None else (other.data, other.name)
     try:
-        kind = format_of(checked.vendor, fmt)
-    except KeyError as error:
-        raise click.UsageError(error.args[0]) from None
-    checklist = checked.vendor.load("checklist")(checked.config)
-    try:
-        parts, report = _written(kind, checked.encoding.image, checklist, into, limits)
+        with usage():
+            result = encode(configuration, fmt, into=data, into_name=name, allow_errors=allow_errors, limits=limits)
     except (UnwritableError, ListingError) as error:
         raise click.ClickException(f"{file}: {error}") from None
-    names = _put(kind, parts, out, force=force)
-    conflicts = [line for line in report if line.startswith(CONFLICT)]
-    for line in conflicts if quiet else report:
+    if result.kind is None:
+        show_errors(result.findings, result.document, fmt)
+        note("nothing was written")
+        click.get_current_context().exit(exit_code(result.findings))
+    if not result.ok:
+        worst = result.findings[-1]
+        raise click.ClickException(f"{worst.file}:{worst.span.line}:{worst.span.column}: {worst.message}")
+    names = _put(result.kind, result.files, out, force=force)
+    conflicts = [line for line in result.merged if line.startswith(CONFLICT)]
+    for line in conflicts if quiet else result.merged:
         note(line)
     if not quiet:
-        tell(kind, names, checklist, len(checked.encoding.image.cells), out)
+        tell(result.kind, names, result.checklist, len(result.image.cells), out)
     if conflicts:
         click.get_current_context().exit(Exit.FOUND)
+
+
+def _other(name: str, limits: Limits) -> Input:
+    """The file that the format adds to."""
+    from pidcfg.cli.files.inputs import read_input
+
+    entry = read_input(name, limits)
+    if entry.problem is not None:
+        raise click.ClickException(entry.problem)
+    if len(entry.data) > limits.file_bytes:
+        raise click.ClickException(f"{entry.name} is larger than {limits.file_bytes} bytes; raise it with --limit")
+    return entry
 
 
 def tell(kind: FileKind, names: list[str], checklist: tuple[str, ...], values: int, out: str | None) -> None:
@@ -109,30 +119,3 @@ def beside(path: str, suffix: str) -> str:
         return path
     stem, dot, extension = path.rpartition(".")
     return f"{stem}-{suffix}.{extension}" if dot and "/" not in extension else f"{path}-{suffix}"
-
-
-def _written(
-    kind: FileKind, image: Image, checklist: tuple[str, ...], into: str | None, limits: Limits
-) -> tuple[Mapping[str, str], tuple[str, ...]]:
-    """The texts of the format, and a report where they went into a file of the user's."""
-    from pidcfg.cli.files.inputs import read_input
-    from pidcfg.cli.files.listings import exact_text
-    from pidcfg.encoders.listing import ListingError
-
-    if into is None:
-        if kind.needs_into:
-            raise click.UsageError(f"{kind.name} is written into a file of yours; name it with --into")
-        text = kind.write(image, checklist)
-        return ({"": text} if isinstance(text, str) else text), ()
-    if kind.merge is None:
-        raise click.UsageError(f"{kind.name} is not written into another file")
-    entry = read_input(into, limits)
-    if entry.problem is not None:
-        raise click.ClickException(entry.problem)
-    if len(entry.data) > limits.file_bytes:
-        raise click.ClickException(f"{entry.name} is larger than {limits.file_bytes} bytes; raise it with --limit")
-    try:
-        merged, report = kind.merge(image, exact_text(entry.data, kind.encoding))
-    except ListingError as error:
-        raise click.ClickException(f"{entry.name}:{error.line}:{error.column}: {error}") from None
-    return {"": merged}, report

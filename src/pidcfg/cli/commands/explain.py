@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+import json
+from typing import TYPE_CHECKING, NoReturn
 
 import click
 
 from pidcfg.cli import options
+from pidcfg.cli.arguments import usage
 from pidcfg.cli.main import Exit
 from pidcfg.cli.terminal.console import echo_json, markdown, note, show
 from pidcfg.vendors import VENDORS
 
 if TYPE_CHECKING:
-    from pidcfg.explanation.configuration import Configured
+    from pidcfg.document import Document
     from pidcfg.limits import Limits
+    from pidcfg.results.explanations import ExplainResult
 
 EPILOG = options.examples(
     "pidcfg explain V7642=0008",
@@ -69,45 +72,40 @@ def command(
 
     Without a THING, lists what can be asked for.
     """
-    from pidcfg.explanation.decisions import all_decisions
-    from pidcfg.explanation.lookup import check_starts, explain, forms
-    from pidcfg.explanation.question import Question, QuestionError
-    from pidcfg.explanation.render import as_json, as_text, forms_text
+    from pidcfg.api import explain
+    from pidcfg.explanation.question import QuestionError
+    from pidcfg.explanation.render import as_text, forms_text
 
-    configured = None if config is None else _configured(config, limits)
-    own = configured.checked.vendor if configured is not None else None
-    vendors = [vendor] if vendor else list(VENDORS) if own is None else [own.key]
-    if own is not None and vendor not in {None, own.key}:
-        raise click.UsageError(f"{config} is of vendor {own.key}, not {vendor}")
-    if not things:
-        rows = forms(vendors)
-        show(forms_text(rows)) if fmt == "text" else echo_json(as_json([], rows))
-        return
+    configuration = None if config is None else _configuration(config, limits)
     try:
-        check_starts(blocks, vendors)
-        pages = []
-        for thing in things:
-            question = Question.of(thing, loop=loop, starts=blocks, config=configured)
-            pages += explain(question, vendors, all_decisions)
+        with usage({"config": str(config)}):
+            result = explain(*things, vendor=vendor, loop=loop, blocks=blocks, config=configuration, limits=limits)
     except QuestionError as error:
         note(f"Error: {error}")
         note("'pidcfg explain' without arguments shows what can be asked for.")
         click.get_current_context().exit(Exit.UNUSABLE)
+    if not result.ok:
+        _refuse(result, str(config))
     if fmt == "json":
-        echo_json(as_json(pages))
-    elif all(page.markdown for page in pages):
-        markdown(as_text(pages))
+        echo_json(json.dumps(result.to_json(), indent=2, ensure_ascii=False) + "\n")
+    elif not result.pages:
+        show(forms_text(result.examples))
+    elif all(page.markdown for page in result.pages):
+        markdown(as_text(result.pages))
     else:
-        show(as_text(pages))
+        show(as_text(result.pages))
 
 
-def _configured(name: str, limits: Limits) -> Configured:
+def _configuration(name: str, limits: Limits) -> Document:
     """The configuration of ``--in``; one with errors is taken as far as it can be encoded."""
-    from pidcfg.cli.findings.collect import one_configuration, show_errors
-    from pidcfg.explanation.configuration import Configured
+    from pidcfg.cli.findings.collect import one_configuration
 
-    checked = one_configuration(name, limits)
-    if checked.encoding is None or checked.vendor is None:
-        show_errors(checked, "text")
-        raise click.ClickException(f"{name} could not be read")
-    return Configured(checked)
+    return one_configuration(name, limits)
+
+
+def _refuse(result: ExplainResult, name: str) -> NoReturn:
+    """Ends the command with what keeps the configuration from being read."""
+    from pidcfg.cli.findings.collect import show_errors
+
+    show_errors(result.findings, result.document, "text")
+    raise click.ClickException(f"{name} could not be read")

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from pidcfg.cli import options
-from pidcfg.cli.output_schemas import OUTPUTS, output_schema
 from pidcfg.cli.terminal.console import echo_json, show
+from pidcfg.results.schemas import OUTPUTS, output_schema
 from pidcfg.vendors import VENDORS
 
 if TYPE_CHECKING:
@@ -54,7 +54,7 @@ def document_schema(name: str) -> dict[str, Any]:
     if name in OUTPUTS:
         return output_schema(name)
     if name == SETTINGS:
-        from pidcfg.cli.findings.settings_file import settings_schema
+        from pidcfg.cli.findings.settings_keys import settings_schema
 
         return settings_schema()
     from pidcfg.schemas.document import json_schema

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -11,23 +11,21 @@ import click
 from pidcfg.cli import options
 from pidcfg.cli.extras import need
 from pidcfg.cli.files import plots
-from pidcfg.cli.files.inputs import read_inputs
+from pidcfg.cli.files.inputs import FILES, read_inputs
 from pidcfg.cli.formats import report_options
 from pidcfg.cli.formats.simulation import render_runs
 from pidcfg.cli.main import Exit
 from pidcfg.cli.terminal.console import note
 from pidcfg.cli.terminal.progress import LINE
-from pidcfg.diagnostics import Diagnostic, Severity
+from pidcfg.diagnostics import Severity
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Callable, Iterator, Sequence
 
-    from pidcfg.cli.formats.simulation_text import Outcome
     from pidcfg.limits import Limits
-    from pidcfg.scenario.charts import Axes
-    from pidcfg.scenario.load import Loaded
-    from pidcfg.sim.recording import Recording
-    from pidcfg.sim.run import Settings
+    from pidcfg.results.runs import SimulateResult
+    from pidcfg.scenario.outcome import Outcome
+    from pidcfg.sim.engine import EngineName
     from pidcfg.source import Document
 
 EPILOG = options.examples(
@@ -69,7 +67,7 @@ def command(
     every: int,
     plot: tuple[str, ...],
     plot_loops: tuple[str, ...],
-    engine: str,
+    engine: EngineName,
     no_limit: bool,
     force: bool,
     strict: bool,
@@ -81,9 +79,9 @@ def command(
     Exit codes: 0 all hold, 1 a failed expectation (or a configuration with errors of which nothing is expected), 2 a
     scenario that cannot run.
     """
+    from pidcfg.api import simulate
     from pidcfg.cli.files.trend import trend_file
     from pidcfg.cli.formats.simulation_text import verdict_line
-    from pidcfg.sim.run import Settings
 
     if engine == "numba":
         need("numba", "fast")
@@ -100,13 +98,17 @@ def command(
         raise click.UsageError("--plot-loop needs --plot")
     files: dict[str, str | bytes] = {}
     with trend_file(csv, force=force, beside=files) as trend:
-        settings = Settings(
-            engine=engine,  # type: ignore[arg-type]  # one of the choices
+        call = partial(
+            simulate,
+            engine=engine,
             every=every,
-            max_loop_steps=None if no_limit else limits.loop_steps,
             trend=trend,
+            record=bool(plot),
+            max_loop_steps=None if no_limit else limits.loop_steps,
+            files=FILES,
+            limits=limits,
         )
-        outcomes = run_all(scenarios, settings, limits, record=bool(plot))
+        outcomes = [result.outcome for result in run_all(scenarios, call)]
         charts = plots.of_runs(outcomes, plot_loops) if plot else []
         files |= plots.drawn(plot, charts, *plots.heading(outcomes))
         # Told before trend and pictures are put in their places: a file there that differs costs no result.
@@ -121,17 +123,16 @@ def command(
     click.get_current_context().exit(exit_code(outcomes, strict=strict))
 
 
-def run_all(scenarios: Sequence[Document], settings: Settings, limits: Limits, *, record: bool) -> list[Outcome]:
+def run_all(scenarios: Sequence[Document], call: Callable[..., SimulateResult]) -> Iterator[SimulateResult]:
     """Runs the scenarios one after another; the line on the terminal shows how many are done, in shares of a run."""
-    outcomes = []
     for done, doc in enumerate(scenarios):
+        label = f"simulating {Path(doc.file).name}"
 
-        def told(share: float, done: int = done, label: str = Path(doc.file).name) -> None:
-            LINE.update(f"simulating {label}", (done + share) / len(scenarios))
+        def show(share: float, done: int = done, label: str = label) -> None:
+            LINE.update(label, (done + share) / len(scenarios))
 
-        LINE.update(f"simulating {Path(doc.file).name}", done / len(scenarios) if done else None)
-        outcomes.append(simulate_document(doc, replace(settings, progress=told), limits, record=record))
-    return outcomes
+        LINE.update(label, done / len(scenarios) if done else None)
+        yield call(doc, progress=show)
 
 
 def wanted(documents: list[Document], paths: Sequence[str]) -> list[Document]:
@@ -150,41 +151,6 @@ def files_of(scenarios: Sequence[Document]) -> Iterator[str]:
             yield (Path(doc.file).parent / named).as_posix()
 
 
-def simulate_document(doc: Document, settings: Settings, limits: Limits, *, record: bool = False) -> Outcome:
-    """Runs one scenario file; ``record``: with the trend of its loops, for `charts_of`."""
-    from pidcfg.cli.formats.simulation_text import Outcome
-    from pidcfg.scenario.load import load
-    from pidcfg.sim.run import UnusableError, simulate
-    from pidcfg.validate.engine import is_scenario
-
-    if doc.data is not None and not is_scenario(doc):
-        cure = "a scenario begins with 'scenario: …' and names its configuration"
-        found = Diagnostic("PID032", Severity.ERROR, "the file is no scenario", doc.file, help=cure)
-        return Outcome(doc.file, findings=[found], documents={doc.file: doc})
-    loaded = load(doc, limits)
-    if loaded.scenario is None or loaded.image is None:
-        return Outcome(doc.file, loaded.config, None, loaded.findings, loaded.documents)
-    try:
-        axes, recording = recorded(loaded) if record else ({}, None)
-        settings = replace(settings, recording=recording)
-        report = simulate(loaded.scenario, loaded.plc, loaded.controller, settings)
-    except UnusableError as error:
-        loaded.add(error.problems)
-        return Outcome(doc.file, loaded.config, None, loaded.findings, loaded.documents)
-    loaded.add(report.problems)
-    findings, wrong = [*loaded.findings, *loaded.config_errors], bool(loaded.config_errors)
-    return Outcome(doc.file, loaded.config, report, findings, loaded.documents, wrong, recording, axes)
-
-
-def recorded(loaded: Loaded) -> tuple[dict[str, Axes], Recording]:
-    """What the loops' signals are called, and where they will be recorded."""
-    from pidcfg.scenario.charts import axes_of, signals_of
-    from pidcfg.sim.recording import Recording
-
-    axes = axes_of(loaded.plc(), loaded.image.settings)
-    return axes, Recording(signals_of(axes))
-
-
 def exit_code(outcomes: Sequence[Outcome], *, strict: bool = False) -> Exit:
     """A scenario that cannot run outweighs one that fails."""
     from pidcfg.cli.formats.simulation_text import worst
@@ -193,10 +159,3 @@ def exit_code(outcomes: Sequence[Outcome], *, strict: bool = False) -> Exit:
         return Exit.UNUSABLE
     failed = not all(outcome.passed for outcome in outcomes)
     return Exit.FOUND if failed or (strict and worst(outcomes) >= Severity.WARNING) else Exit.OK
-
-
-def check_scenario(doc: Document, limits: Limits) -> list[Diagnostic]:
-    """All findings of a scenario file, for ``validate``."""
-    from pidcfg.scenario import load
-
-    return load.check_scenario(doc, limits)

@@ -3,21 +3,22 @@
 from __future__ import annotations
 
 import json
-from dataclasses import fields
-from typing import TYPE_CHECKING, Any
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, Unpack
 
 import click
 
 from pidcfg.cli import options
+from pidcfg.cli.arguments import usage
 from pidcfg.cli.terminal.console import echo_json, note, show
-from pidcfg.tuning.rules import METHODS, Cycle, Process
+from pidcfg.tuning.rules import METHODS, TuningError
 from pidcfg.vendors import VENDORS
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
+    from collections.abc import Callable
 
     from pidcfg.limits import Limits
-    from pidcfg.tuning.identify import Found, Record
+    from pidcfg.results.gains import Numbers
     from pidcfg.tuning.rules import Form
 
 EPILOG = options.examples(
@@ -25,8 +26,6 @@ EPILOG = options.examples(
     "pidcfg tune --method iae-setpoint --form PI --gain 2 --time-constant 10 --dead-time 1 --sample-time 0.1",
     "pidcfg tune --method zn-closed --ultimate-gain 8 --ultimate-period 4 --for dl06 --pv-range 0 200",
 )
-SAMPLE_SHARE = 10
-"""A sample time should be below this part of the time constant."""
 
 
 def number(name: str, text: str, *, signed: bool = False) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
@@ -75,130 +74,47 @@ def command(
     limits: Limits,
     pv_range: tuple[float, float] | None,
     output_range: tuple[float, float],
-    **numbers: float | None,
+    **numbers: Unpack[Numbers],
 ) -> None:
     """Work out gains from a process (or a recorded step of it), or from its ultimate cycle.
 
     Gains are output units per PV unit, times are seconds.
     """
+    from pidcfg.api import tune
     from pidcfg.cli.formats.tuning import as_text
 
-    found, record = (None, None) if from_csv is None else identified(from_csv, numbers, limits)
-    if vendor is not None and VENDORS[vendor].load("tuned").gain_unit == "span" and pv_range is None:
-        raise click.UsageError(f"{VENDORS[vendor].title} has gains in shares of the span: add --pv-range LOW HIGH")
-    for name, span in (("--pv-range", pv_range), ("--output-range", output_range)):
-        if span is not None and not 0 < span[1] - span[0] < float("inf"):
-            raise click.UsageError(f"{name} does not ascend")
-    result = tuned(method, form, numbers)
-    result |= {"identified": None if found is None else found_data(found)}
-    if vendor is not None:
-        result["for"] = for_vendor(vendor, result, pv_range, output_range)
-    if fmt == "json":
-        echo_json(json.dumps(result, indent=2, ensure_ascii=False) + "\n")
-        return
-    show(as_text(result, found, record))
-
-
-def identified(name: str, numbers: dict[str, float | None], limits: Limits) -> tuple[Found, Record]:
-    """The process of a recorded step; its numbers take the place of options that are not given."""
-    from pidcfg.tuning.identify import RecordError, identify
-    from pidcfg.tuning.record import read_record
-
-    record, lines = read_record(name, limits)
+    record = None if from_csv is None else _record(from_csv, limits)
     try:
-        found = identify(record)
-    except RecordError as error:
-        where = name if error.row is None else f"{name}:{lines[error.row]}"
-        raise click.ClickException(f"{where}: {error}; {error.cure}") from None
-    for key in ("gain", "time_constant", "dead_time"):
-        if numbers[key] is not None:
-            raise click.UsageError(f"--{key.replace('_', '-')} and --from-csv do not go together")
-        numbers[key] = getattr(found.process, key)
-    return found, record
-
-
-def tuned(name: str, form: Form, numbers: dict[str, float | None]) -> dict[str, Any]:
-    """The result of a rule, as JSON prints it."""
-    method = METHODS[name]
-    if form not in method.forms:
-        raise click.UsageError(f"{name} has no rule for {form}; it has {' and '.join(method.forms)}")
-    wanted = ["ultimate_gain", "ultimate_period"] if method.of_ultimate else [n for n in method.needs if n != "delay"]
-    if "delay" in method.needs:
-        wanted.append("dead_time")
-    for key in wanted:
-        if numbers[key] is None:
-            raise click.UsageError(f"{name} needs --{key.replace('_', '-')}")
-    process = Process(**{field.name: abs(numbers[field.name] or 0.0) for field in fields(Process)})
-    cycle = Cycle(numbers["ultimate_gain"] or 0.0, numbers["ultimate_period"] or 0.0)
-    try:
-        gains = method.gains(form, process, cycle)
-    except (ValueError, OverflowError) as error:
-        raise click.ClickException(f"{name}: {error}") from None
-    integral = gains.integral_time < float("inf")
-    return {
-        "version": 1,
-        "method": name,
-        "title": method.title,
-        "form": form,
-        "basis": str(method.basis),
-        "process": {key: value for key, value in numbers.items() if value is not None},
-        "gain": gains.gain,
-        "integral_time": gains.integral_time if integral else None,
-        "derivative_time": gains.derivative_time,
-        "independent": {"kp": gains.gain, "ki": gains.ki if integral else 0.0, "kd": gains.kd},
-        "heating": None if numbers["gain"] is None else numbers["gain"] > 0,
-        "warnings": list(warnings(process)) if method.of_process else [],
-    }
-
-
-def warnings(process: Process) -> Iterator[str]:
-    """What the rules' authors warn of."""
-    if process.dead_time and process.time_constant / process.dead_time < 1:
-        yield "the dead time is longer than the time constant: hard to control, whatever the gains"
-    if process.sample_time and process.sample_time * SAMPLE_SHARE >= process.time_constant:
-        yield "the sample time is not below a tenth of the time constant"
-
-
-def for_vendor(
-    key: str, result: dict[str, Any], pv_range: tuple[float, float] | None, output_range: tuple[float, float]
-) -> dict[str, Any]:
-    """The three numbers as a vendor's registers hold them, and its word for the action."""
-    from pidcfg.tuning.fit import fit
-    from pidcfg.tuning.rules import Gains
-
-    vendor = VENDORS[key]
-    integral = result["integral_time"]
-    gains = Gains(result["gain"], float("inf") if integral is None else integral, result["derivative_time"])
-    low, high = pv_range or (0.0, 1.0)
-    values = fit(gains, vendor, high - low, output_range[1] - output_range[0])
-    words = vendor.load("tuned")
-    for value in values:
+        with usage({"record": "--from-csv", "vendor": "--for"}):
+            result = tune(
+                method,
+                form,
+                record=record,
+                vendor=vendor,
+                pv_range=pv_range,
+                output_range=output_range,
+                name=from_csv,
+                limits=limits,
+                **numbers,
+            )
+    except TuningError as error:
+        raise click.ClickException(str(error)) from None
+    in_order = {name: result.numbers[name] for name in numbers if name in result.numbers}  # of the command line
+    result = replace(result, numbers=in_order)
+    for value in () if result.vendor is None else result.vendor.values:
         if value.problem is not None:
             note(f"{value.key}: {value.problem}")
-    return {
-        "vendor": key,
-        "action": None if result["heating"] is None else words.heating if result["heating"] else words.cooling,
-        "values": [
-            {
-                "key": v.key,
-                "unit": v.unit,
-                "value": float(v.wanted),
-                "stored": None if v.stored is None else float(v.stored),
-                "error_percent": round(v.error_percent, 4),
-                "problem": v.problem,
-            }
-            for v in values
-        ],
-    }
+    if fmt == "json":
+        echo_json(json.dumps(result.to_json(), indent=2, ensure_ascii=False) + "\n")
+    else:
+        show(as_text(result))
 
 
-def found_data(found: Found) -> dict[str, float]:
-    """What was identified, as JSON prints it."""
-    return {
-        "gain": found.process.gain,
-        "time_constant": found.process.time_constant,
-        "dead_time": found.process.dead_time,
-        "step_at": found.at,
-        "noise": found.noise,
-        "misfit_percent": found.misfit * 100,
-    }
+def _record(name: str, limits: Limits) -> bytes:
+    """The bytes of a recorded step."""
+    from pidcfg.cli.files.inputs import read_input
+
+    entry = read_input(name, limits)
+    if entry.problem is not None:
+        raise click.ClickException(entry.problem)
+    return entry.data

@@ -18,6 +18,8 @@ from pidcfg.cli.terminal.progress import progress
 from pidcfg.diagnostics import Diagnostic, Severity
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from pidcfg.limits import Limits
     from pidcfg.source import Document
 
@@ -100,7 +102,7 @@ def command(
     ctx.exit(exit_code(left.kept, strict=strict))
 
 
-def exit_code(found: list[Diagnostic], *, strict: bool = False) -> Exit:
+def exit_code(found: Sequence[Diagnostic], *, strict: bool = False) -> Exit:
     """Unusable input outweighs findings: CI must not mistake a file that was not read for one that was checked."""
     from pidcfg.validate.catalog import unusable
 

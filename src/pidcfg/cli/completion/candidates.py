@@ -17,8 +17,8 @@ from typing import TYPE_CHECKING, Any
 import click
 from click.shell_completion import CompletionItem
 
-from pidcfg.cli.files.inputs import SUFFIXES
 from pidcfg.limits import DEFAULT, Limits
+from pidcfg.reader import SUFFIXES
 from pidcfg.vendors import VENDORS, format_names
 
 if TYPE_CHECKING:
@@ -172,7 +172,7 @@ def explained(ctx: click.Context, typed: str) -> Items:
 def formats(ctx: click.Context, typed: str) -> Items:
     """The formats of the vendor of the file on the line; of all vendors when that cannot be told."""
     vendor = next(filter(None, map(_vendor, words_before(ctx))), None)
-    names = vendor.load("formats") if vendor is not None else format_names()
+    names = vendor.load("format_names") if vendor is not None else format_names()
     return [CompletionItem(name) for name in names if name.startswith(typed)]
 
 

@@ -59,3 +59,11 @@ def files_read(ctx: click.Context) -> set[Identity]:
     """The identities of the command's inputs so far."""
     found: set[Identity] = ctx.meta.setdefault(READ, set())
     return found
+
+
+def relative(file: str, folder: Path) -> str:
+    """A file's path seen from a folder, with forward slashes; as it is where there is no such path."""
+    try:
+        return Path(os.path.relpath(file, folder)).as_posix()
+    except ValueError:
+        return Path(file).as_posix()

@@ -13,15 +13,16 @@ from pidcfg.cli.files.folders import is_ours
 from pidcfg.cli.files.identity import remember
 from pidcfg.cli.terminal.progress import held
 from pidcfg.diagnostics import Diagnostic, Severity
+from pidcfg.reader import SUFFIXES, Disk, refusal
 from pidcfg.source import Document, Node, read_document
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
+    from typing import IO
 
     from pidcfg.limits import Limits
 
 STDIN = "-"
-SUFFIXES = {".yaml", ".yml"}
 
 
 @dataclass(frozen=True, slots=True)
@@ -153,19 +154,27 @@ def _in_folder(path: Path, limits: Limits) -> Input:
     return entry if ours(entry, limits) else Input(name, foreign=True)
 
 
+class RememberedFiles(Disk):
+    """The files of the disk, which no output of this run takes the place of."""
+
+    def opened(self, stream: IO[bytes]) -> None:
+        """Notes the file as an input of the running command."""
+        remember(stream)
+
+
+FILES = RememberedFiles()
+
+
 def read_input(name: str, limits: Limits) -> Input:
-    """The bytes of one file, at most one more than the limit; no output of this run takes its place."""
+    """The bytes of one file or of standard input, at most one more than the limit."""
+    most = limits.file_bytes + 1
     try:
         if name == STDIN:
             if sys.stdin is None:
                 return Input("<stdin>", problem="cannot read standard input: it is closed")
             with held():
-                remember(sys.stdin.buffer)
-                return Input("<stdin>", sys.stdin.buffer.read(limits.file_bytes + 1))
-        with Path(name).open("rb") as stream:
-            remember(stream)
-            return Input(name, stream.read(limits.file_bytes + 1))
-    except OSError as error:
-        return Input(name, problem=f"cannot read {name}: {error.strerror or error}")
-    except ValueError as error:
-        return Input(name, problem=f"cannot read {name!r}: {error}")
+                FILES.opened(sys.stdin.buffer)
+                return Input("<stdin>", sys.stdin.buffer.read(most))
+        return Input(name, FILES.read(name, most))
+    except (OSError, ValueError) as error:
+        return Input(name, problem=refusal(name, error))

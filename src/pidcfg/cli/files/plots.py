@@ -11,13 +11,16 @@ from typing import TYPE_CHECKING, TextIO
 import click
 
 from pidcfg.cli.extras import need
+from pidcfg.cli.terminal.console import note
 from pidcfg.cli.terminal.console import show as print_report
+from pidcfg.cli.terminal.progress import LINE
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from pidcfg.cli.formats.simulation_text import Outcome
     from pidcfg.pictures.chart import Chart
+    from pidcfg.results.differences import DiffResult
+    from pidcfg.scenario.outcome import Outcome
 
 TERMINAL = "-"
 SUFFIXES = (".svg", ".png", ".html")
@@ -92,6 +95,18 @@ def of_runs(outcomes: Sequence[Outcome], loops: Sequence[str]) -> list[Chart]:
             charts = [replace(one, title=f"{outcome.report.scenario}: {one.title}") for one in charts]
         found += charts
     return found
+
+
+def of_sides(result: DiffResult) -> list[Chart]:
+    """Both sides of a comparison on the same plants; notes say which loops cannot be drawn, and why."""
+    from pidcfg.scenario.diff_charts import charts_of
+
+    if result.sides is None or result.sources is None:
+        return []
+    names = (result.before, result.after)
+    return charts_of(
+        result.sides, result.sources, names, note, lambda share: LINE.update("simulating both sides", share)
+    )
 
 
 def heading(outcomes: Sequence[Outcome]) -> tuple[str, list[str]]:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from pidcfg.cli.files.inputs import document, gather, read_input
+from pidcfg.cli.files.inputs import FILES, document, gather, read_input
 from pidcfg.document import Document, Node
 from pidcfg.encoders.settings import read_settings
 from pidcfg.encoders.words import DecodeError
@@ -21,9 +21,9 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     from pidcfg.cli.files.inputs import Input
-    from pidcfg.cli.formats.simulation_text import Outcome
     from pidcfg.diagnostics import Diagnostic
     from pidcfg.limits import Limits
+    from pidcfg.scenario.outcome import Outcome
 
 
 @dataclass(slots=True)
@@ -65,16 +65,16 @@ class Gathered:
 
     def _run(self, doc: Document) -> None:
         """Runs a scenario and takes what it names along."""
-        from pidcfg.cli.commands.simulate import simulate_document
         from pidcfg.scenario.charts import charts_of, signals_before_root
         from pidcfg.scenario.load import load
+        from pidcfg.scenario.outcome import simulate_document
         from pidcfg.sim.run import Settings
 
-        loaded = load(doc, self.limits)
+        loaded = load(doc, self.limits, FILES)
         if loaded.config:
             self._named(loaded)
         settings = Settings(max_loop_steps=self.limits.loop_steps, progress=self.progress)
-        outcome = simulate_document(doc, settings, self.limits, record=self.pictures)
+        outcome = simulate_document(doc, settings, self.limits, FILES, record=self.pictures)
         charts = charts_of(outcome) if outcome.recording is not None else ()
         roots = signals_before_root(outcome)
         self.outcomes.append(outcome)

@@ -1,4 +1,4 @@
-"""One file's findings, whatever kind of file it is."""
+"""The findings of the inputs of a command, and the one configuration that some commands work on."""
 
 from __future__ import annotations
 
@@ -8,10 +8,11 @@ from typing import TYPE_CHECKING
 
 import click
 
-from pidcfg.cli.files.inputs import document, read_inputs
+from pidcfg.api import check
+from pidcfg.cli.files.inputs import FILES, document, read_inputs
 from pidcfg.cli.formats.reporters import json_v1, text
 from pidcfg.cli.terminal.progress import held
-from pidcfg.validate.engine import Checked, check_document, is_scenario
+from pidcfg.validate.engine import is_scenario
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -23,15 +24,6 @@ if TYPE_CHECKING:
 
 MANY, CHUNK = 200, 25
 """From so many files on a process per processor pays for its start; files are handed out so many at a time."""
-
-
-def check_any(doc: Document, limits: Limits) -> list[Diagnostic]:
-    """The findings of a configuration or of a scenario and its configuration."""
-    if is_scenario(doc):
-        from pidcfg.cli.commands.simulate import check_scenario
-
-        return check_scenario(doc, limits)
-    return list(check_document(doc, limits).findings)
 
 
 def check_all(inputs: Sequence[Input], limits: Limits) -> Iterator[tuple[Document, list[Diagnostic]]]:
@@ -50,28 +42,27 @@ def check_all(inputs: Sequence[Input], limits: Limits) -> Iterator[tuple[Documen
 
 def check_input(entry: Input, limits: Limits) -> tuple[Document, list[Diagnostic]]:
     """One input's text and findings; the data are let go, since a report needs the text only."""
-    doc = document(entry, limits)
-    return doc.bare(), check_any(doc, limits)
+    result = check(document(entry, limits), files=FILES, comments=False, limits=limits)
+    return result.document.bare(), list(result.findings)
 
 
-def one_configuration(path: str, limits: Limits) -> Checked:
+def one_configuration(path: str, limits: Limits) -> Document:
     """The single configuration that a command works on; ends the command when the path names none or several."""
     documents = list(read_inputs((path,), limits))
     if len(documents) != 1:
         raise click.ClickException(f"{path} stands for {len(documents)} files; name one configuration")
     if is_scenario(documents[0]):
         raise click.ClickException(f"{path} is a scenario; name the configuration it runs")
-    return check_document(documents[0], limits)
+    return documents[0]
 
 
-def show_errors(checked: Checked, fmt: str) -> None:
+def show_errors(findings: Sequence[Diagnostic], document: Document | None, fmt: str) -> None:
     """The errors of a configuration: in full on stderr, or as the result where JSON was asked for."""
     from pidcfg.cli.terminal.console import echo_json, note
-    from pidcfg.diagnostics import Severity
+    from pidcfg.results.findings import errors_in
 
-    errors = [d for d in checked.findings if d.severity is Severity.ERROR]
-    documents = {checked.document.file: checked.document}
+    documents = {} if document is None else {document.file: document}
     if fmt == "json":
-        echo_json(json_v1(errors, documents))
+        echo_json(json_v1(errors_in(findings), documents))
     else:
-        note(text(errors, documents).rstrip())
+        note(text(errors_in(findings), documents).rstrip())

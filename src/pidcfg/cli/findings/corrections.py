@@ -15,16 +15,16 @@ from typing import TYPE_CHECKING
 import click
 from click.core import ParameterSource
 
-from pidcfg.cli.files.inputs import document
+from pidcfg.cli.files.inputs import FILES, document
 from pidcfg.cli.files.outputs import write_files
 from pidcfg.cli.findings import settings
-from pidcfg.cli.findings.collect import check_any
 from pidcfg.cli.findings.policy import STDIN_NAME, count
 from pidcfg.cli.main import Exit
 from pidcfg.cli.options import named
 from pidcfg.cli.terminal.console import echo, note
 from pidcfg.cli.terminal.progress import progress
 from pidcfg.diagnostics import ordered
+from pidcfg.scenario.outcome import check_any
 from pidcfg.source import read_document
 from pidcfg.validate.catalog import unusable
 
@@ -94,7 +94,7 @@ def _corrected(entry: Input, limits: Limits, rules: Rules, ctx: click.Context) -
     from pidcfg.validate.suppression import suppress
 
     def check(doc: Document) -> list[Diagnostic]:
-        return ordered(suppress(check_any(doc, limits), doc).kept)
+        return ordered(suppress(check_any(doc, limits, FILES), doc).kept)
 
     if entry.problem is not None:
         return Fixed(entry.data, (), tuple(check(document(entry, limits))))

@@ -115,7 +115,7 @@ def _with_baseline(
     rules: Rules,
 ) -> None:
     """Takes known findings out, and reports or removes what no longer occurs; or writes the first baseline."""
-    from pidcfg.cli.findings.settings import relative
+    from pidcfg.cli.files.identity import relative
     from pidcfg.validate.baseline import compare, enters, entry, from_text, stale_findings, to_text, without
 
     name = rules.baseline or ""

@@ -14,6 +14,9 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from pidcfg.cli.files.identity import relative
+from pidcfg.cli.findings.settings_keys import LARGEST, OPTIONS, PER_FILE
+
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
@@ -22,13 +25,9 @@ TABLE = "tool.pidcfg"
 REPOSITORY = ".git"
 HAS_TABLE = re.compile(rb"tool[\"' \t]*\.[\"' \t]*pidcfg|^[ \t]*\[[\"' \t]*tool[\"' \t]*\]", re.MULTILINE)
 """What a shared file must hold before it is read as TOML."""
-LARGEST = 1 << 20
 META, CHOSEN, NONE = "pidcfg.settings", "pidcfg.config", "pidcfg.isolated"
 PARAMETERS = {"format": "fmt"}
 """Keys whose option is kept under another name."""
-PER_FILE = "per-file-ignores"
-FROM_COMMAND_LINE = {"select", "ignore", "severity", "strict", "format", "baseline"}
-"""Keys that are options too."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,14 +61,6 @@ class Settings:
         return [code for pattern, codes in self.per_file_ignores.items() if matches(pattern, path) for code in codes]
 
 
-def relative(file: str, folder: Path) -> str:
-    """A file's path seen from a folder, with forward slashes; as it is where there is no such path."""
-    try:
-        return Path(os.path.relpath(file, folder)).as_posix()
-    except ValueError:
-        return Path(file).as_posix()
-
-
 def of(ctx: click.Context) -> Settings:
     """The settings of the running command."""
     found: Settings = ctx.meta[META]
@@ -86,7 +77,7 @@ def take(ctx: click.Context, param: click.Parameter, paths: tuple[str, ...]) -> 
         raise click.UsageError("--config and --isolated exclude each other", ctx)
     settings = Settings() if isolated or not paths else _settings(paths, config)
     ctx.meta[META] = settings
-    options = {PARAMETERS.get(k, k): v for k, v in settings.values.items() if k in FROM_COMMAND_LINE}
+    options = {PARAMETERS.get(k, k): v for k, v in settings.values.items() if k in OPTIONS}
     ctx.default_map = {**(ctx.default_map or {}), **options}
     return paths
 
@@ -189,7 +180,7 @@ def report(ctx: click.Context) -> str:
     """Which file was used, and what holds now."""
     settings = of(ctx)
     lines = [f"settings file: {settings.file or 'none'}"]
-    for key in sorted(FROM_COMMAND_LINE):
+    for key in sorted(OPTIONS):
         name = PARAMETERS.get(key, key)
         value = ctx.params.get(name)
         source = ctx.get_parameter_source(name)

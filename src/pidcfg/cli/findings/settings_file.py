@@ -1,7 +1,4 @@
-"""What a settings file may say: keys, types and codes, and the complaint with line and column where it says otherwise.
-
-The JSON Schema for editors is made of the same table.
-"""
+"""The check of a settings file: keys, types and codes, and the complaint with line and column."""
 
 from __future__ import annotations
 
@@ -11,48 +8,14 @@ from typing import TYPE_CHECKING, Any, NamedTuple, NoReturn
 
 import click
 
-from pidcfg.cli.findings.settings import LARGEST, PER_FILE, relative
+from pidcfg.cli.files.identity import relative
+from pidcfg.cli.findings.settings_keys import ALIASES, KEYS, LARGEST, REFUSED, SEVERITIES
 from pidcfg.cli.formats import formats_of
 from pidcfg.globs import UP
-from pidcfg.schemas.document import DIALECT
 from pidcfg.schemas.names import nearest
 
 if TYPE_CHECKING:
     from collections.abc import Callable
-
-
-class Key(NamedTuple):
-    """One key: its kind, what it does, and an example."""
-
-    kind: str
-    text: str
-    example: str
-
-
-# fmt: off
-KEYS = {
-    "select": Key("codes", "Only rules whose code begins so.", '["PID2", "PID101"]'),
-    "ignore": Key("codes", "Rules whose code begins so are left out.", '["PID220"]'),
-    "severity": Key("severity", "Findings of this severity and above are shown.", '"warning"'),
-    "strict": Key("switch", "Exit 1 on warnings too.", "true"),
-    "format": Key("format", "How the result is printed.", '"text"'),
-    "baseline": Key("path", "A file of known findings, below the folder of the settings file.", '"known.json"'),
-    PER_FILE: Key(
-        "table", "Patterns of paths below the folder of the settings file, and the rules left out there.",
-        '{"old/**" = ["PID222"]}',
-    ),
-}
-"""All there is."""
-REFUSED = {
-    "limit": "limits on untrusted input are raised on the command line only (--limit)",
-    "limits": "limits on untrusted input are raised on the command line only (--limit)",
-    "output": "files to write are named on the command line only (--output)",
-    "fix": "files are changed only when the command line says so (--fix)",
-}
-"""Keys that somebody may look for, and why there are none."""
-# fmt: on
-SEVERITIES = ("error", "warning", "info")
-ALIASES = {key.replace("-", "_"): key for key in KEYS}
 
 
 class _File(NamedTuple):
@@ -163,32 +126,11 @@ def locate(text: str, table: str, key: str, value: str | None = None) -> tuple[i
     begin = re.search(rf"^[ \t]*\[[ \t]*{re.escape(table)}\b", text, re.MULTILINE) if table else None
     start = begin.start() if begin else 0
     quoted = rf"(?:\"{re.escape(key)}\"|'{re.escape(key)}'|(?<![\w-]){re.escape(key)})"
-    found = re.compile(rf"{quoted}(?=[ \t]*[=.\]])").search(text, start)
-    if found is None:
+    match = re.compile(rf"{quoted}(?=[ \t]*[=.\]])").search(text, start)
+    if match is None:
         return 0, 0
-    at = found.start()
+    at = match.start()
     if value is not None:
-        at = max(at, text.find(value, found.end()))
+        at = max(at, text.find(value, match.end()))
     before = text[:at].split("\n")
     return len(before), len(before[-1]) + 1
-
-
-def settings_schema() -> dict[str, Any]:
-    """The JSON Schema of ``pidcfg.toml``, for editors."""
-    codes = {"type": "array", "items": {"type": "string", "pattern": "^[Pp][Ii][Dd][0-9]{0,3}$"}}
-    kinds: dict[str, dict[str, Any]] = {
-        "codes": codes,
-        "switch": {"type": "boolean"},
-        "severity": {"enum": list(SEVERITIES)},
-        "format": {"enum": list(formats_of("validate"))},
-        "path": {"type": "string", "minLength": 1},
-        "table": {"type": "object", "additionalProperties": codes},
-    }
-    properties = {key: {**kinds[row.kind], "description": row.text} for key, row in KEYS.items()}
-    return {
-        "$schema": DIALECT,
-        "type": "object",
-        "properties": properties,
-        "additionalProperties": False,
-        "title": "pidcfg settings",
-    }

@@ -3,21 +3,21 @@
 from __future__ import annotations
 
 import json
+import sys
 from collections import Counter
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from dataclasses import replace
+from typing import TYPE_CHECKING
 
+from pidcfg.cli.files.plots import in_characters
 from pidcfg.cli.formats.markdown import cell
 from pidcfg.conversion.ledger import WORST
-from pidcfg.conversion.pipeline import shown, text_of
-from pidcfg.scenario.verify import as_data
-from pidcfg.scenario.verify import as_text as verified_text
+from pidcfg.conversion.values import text_of
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from pidcfg.conversion.ledger import Change
-    from pidcfg.conversion.pipeline import Converted
+    from pidcfg.results.conversion import ConvertResult
     from pidcfg.scenario.verify import Verified
 
 TABLE = ("", "| kind | field | before | after | |", "|---|---|---|---|---|")
@@ -25,62 +25,36 @@ WARN_PERCENT = 1.0
 """A value that the target holds further off than this is warned of."""
 
 
-@dataclass(frozen=True, slots=True)
-class Told:
-    """A conversion, and how far its sides lie apart where that was asked for."""
-
-    source: str
-    target: str
-    converted: Converted
-    verified: list[Verified] | None = None
-
-    @property
-    def pv_percent(self) -> float:
-        """How far a PV is off at most, in % of its range."""
-        return max((found.pv_percent for found in self.verified or ()), default=0.0)
-
-    def json(self) -> str:
-        """The public layout."""
-        return as_json(self.source, self.target, self.converted, self.verified)
-
-    def text(self, *, changes: bool = True, apart: bool = True) -> str:
-        """For people: the changes, and the comparison."""
-        parts = [as_text(self.source, self.target, self.converted)] if changes else []
-        return "".join(parts + ([verified_text(self.verified)] if apart and self.verified is not None else []))
-
-    def markdown(self) -> str:
-        """For a pull request."""
-        return as_markdown(self.source, self.target, self.converted, self.verified)
-
-    def render(self, fmt: str) -> str:
-        """One of these formats by its name."""
-        return {"text": self.text, "json": self.json, "markdown": self.markdown}[fmt]()
+def render(fmt: str, result: ConvertResult) -> str:
+    """The report in one of its formats."""
+    return {"text": text, "json": json_v1, "markdown": as_markdown}[fmt](result)
 
 
-def as_json(source: str, target: str, converted: Converted, verified: list[Verified] | None = None) -> str:
-    """The layout of the public interface, version 1."""
-    loops = [{"loop": name, "changes": [_row(change) for change in found]} for name, found in converted.loops]
-    document = {"version": 1, "from": source, "to": target, "loops": loops}
-    if verified is not None:
-        document["verify"] = as_data(verified)
-    return json.dumps(document, indent=2, ensure_ascii=False) + "\n"
+def json_v1(result: ConvertResult) -> str:
+    """The public layout."""
+    return json.dumps(result.to_json(), indent=2, ensure_ascii=False) + "\n"
 
 
-def _row(change: Change) -> dict[str, Any]:
-    return {
-        "field": change.field,
-        "kind": change.kind,
-        "from": shown(change.source),
-        "to": shown(change.target),
-        "error_percent": round(change.error_percent, 6),
-        "note": change.note,
-    }
+def text(result: ConvertResult, *, changes: bool = True, apart: bool = True) -> str:
+    """For people: the changes, and how far both sides lie apart where that was asked for."""
+    parts = [as_text(result)] if changes else []
+    return "".join(parts + ([verified_text(result.verified)] if apart and result.verified is not None else []))
 
 
-def as_text(source: str, target: str, converted: Converted) -> str:
+def verified_text(loops: Sequence[Verified]) -> str:
+    """How far both sides lie apart, loop by loop, with a picture of each for the terminal that stderr is."""
+    lines = ["verified by simulation: a step of the set point, then a disturbance"]
+    for loop in loops:
+        ratio = "" if loop.iae_ratio is None else f", ratio of IAE {loop.iae_ratio:.4g}"
+        apart = f"PV at most {loop.pv_percent:.3g} % of its range apart, output {loop.output_percent:.3g} %"
+        lines += [f"\n{loop.loop}: {apart}{ratio}", in_characters(replace(loop.chart, title=""), sys.stderr)]
+    return "\n".join(lines) + "\n"
+
+
+def as_text(result: ConvertResult) -> str:
     """Every change that is worth reading, loop by loop; what came over exactly and needs no word is counted."""
-    lines = [f"{source} to {target}"]
-    for name, found in converted.loops:
+    lines = [f"{result.source} to {result.target}"]
+    for name, found in result.loops:
         lines.append(f"\n{name}: {_counted(found)}")
         lines += dict.fromkeys(_line(change) for change in _worth_reading(found))
     return "\n".join(lines) + "\n"
@@ -97,17 +71,17 @@ def _worth_reading(found: Sequence[Change]) -> list[Change]:
     return sorted(told, key=lambda change: -WORST.index(change.kind))
 
 
-def as_markdown(source: str, target: str, converted: Converted, verified: list[Verified] | None = None) -> str:
+def as_markdown(result: ConvertResult) -> str:
     """A table a loop, as in ``pidcfg diff --format markdown``."""
-    lines = [f"### PID loops: {source} to {target}"]
-    for name, found in converted.loops:
+    lines = [f"### PID loops: {result.source} to {result.target}"]
+    for name, found in result.loops:
         lines += ["", f"**{cell(name)}**: {_counted(found)}"]
         rows = dict.fromkeys(_cells(change) for change in _worth_reading(found))
         lines += [*TABLE, *rows] if rows else []
-    if verified is not None:
+    if result.verified is not None:
         lines += ["", "**Verified by simulation**: a step of the set point, then a disturbance", ""]
         lines += ["| loop | PV apart, % of its range | output apart, % | ratio of IAE |", "|---|---|---|---|"]
-    for entry in verified or ():
+    for entry in result.verified or ():
         ratio = "-" if entry.iae_ratio is None else f"{entry.iae_ratio:.4g}"
         lines.append(f"| {cell(entry.loop)} | {entry.pv_percent:.3g} | {entry.output_percent:.3g} | {ratio} |")
     return "\n".join(lines) + "\n"

@@ -10,8 +10,8 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     from pidcfg.cli.formats.findings import Findings
-    from pidcfg.cli.formats.simulation_text import Outcome
     from pidcfg.diagnostics import Severity
+    from pidcfg.scenario.outcome import Outcome
 
 
 class Kind(Enum):

@@ -11,8 +11,8 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from pidcfg.cli.formats.findings import Findings
-    from pidcfg.cli.formats.simulation_text import Outcome
     from pidcfg.diagnostics import Severity
+    from pidcfg.scenario.outcome import Outcome
 
 
 def findings_json(findings: Findings) -> str:

@@ -17,8 +17,8 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
 
     from pidcfg.cli.formats.findings import Findings
-    from pidcfg.cli.formats.simulation_text import Outcome
     from pidcfg.diagnostics import Diagnostic
+    from pidcfg.scenario.outcome import Outcome
 
 RUN = "the run is sound"
 """The test case of what is no expectation: findings, and errors on the way."""

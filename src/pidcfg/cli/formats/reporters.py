@@ -1,23 +1,22 @@
-"""Findings as text and as JSON, as many commands print them. JSON is spelled out, so that nothing leaks into it."""
+"""Findings as text and as JSON, as many commands print them."""
 
 from __future__ import annotations
 
 import json
 import re
 from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
 
-from pidcfg.diagnostics import Diagnostic, Severity
+from pidcfg.results.findings import counts, findings_data
 from pidcfg.source import Document
+
+if TYPE_CHECKING:
+    from pidcfg.diagnostics import Diagnostic
 
 Documents = Mapping[str, Document]
 MAX_LINE = 160
 UNPRINTABLE = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f]")
 """What must not reach a terminal from a file."""
-
-
-def counts(found: Sequence[Diagnostic]) -> dict[Severity, int]:
-    """How many findings there are of each severity."""
-    return {s: sum(d.severity is s for d in found) for s in (Severity.ERROR, Severity.WARNING, Severity.INFO)}
 
 
 def text(found: Sequence[Diagnostic], documents: Documents) -> str:
@@ -61,27 +60,4 @@ def summary(found: Sequence[Diagnostic], files: int, skipped: int = 0) -> str:
 
 def json_v1(found: Sequence[Diagnostic], documents: Documents) -> str:
     """The layout of the public interface, version 1."""
-    n = counts(found)
-    rows = [
-        {
-            "code": d.code,
-            "severity": d.severity.label,
-            "message": d.message,
-            "file": d.file,
-            "line": d.span.line,
-            "column": d.span.column,
-            "path": d.where,
-            "loop": d.loop,
-            "plc_effect": d.plc_effect,
-            "reference": d.reference,
-            "help": d.help,
-        }
-        for d in found
-    ]
-    totals = {
-        "files": len(documents),
-        "errors": n[Severity.ERROR],
-        "warnings": n[Severity.WARNING],
-        "infos": n[Severity.INFO],
-    }
-    return json.dumps({"version": 1, "findings": rows, "summary": totals}, indent=2, ensure_ascii=False) + "\n"
+    return json.dumps(findings_data(found, len(documents)), indent=2, ensure_ascii=False) + "\n"

@@ -12,7 +12,7 @@ from pidcfg.diagnostics import START, Diagnostic, Severity
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from pidcfg.cli.formats.simulation_text import Outcome
+    from pidcfg.scenario.outcome import Outcome
     from pidcfg.sim.report import Verdict
 
 

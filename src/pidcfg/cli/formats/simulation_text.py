@@ -3,52 +3,22 @@
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from pidcfg.cli.formats.reporters import text as findings_text
-from pidcfg.diagnostics import Diagnostic, Severity
+from pidcfg.diagnostics import Severity
+from pidcfg.results.runs import runs_data
 from pidcfg.sim.metrics import METRICS
-from pidcfg.sim.report import rounded
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Sequence
 
-    from pidcfg.scenario.charts import Axes
-    from pidcfg.sim.recording import Recording
-    from pidcfg.sim.report import LoopReport, Report
-    from pidcfg.source import Document
+    from pidcfg.scenario.outcome import Outcome
+    from pidcfg.sim.report import Report
 
 SHOWN = 60
 """Lines of the list of happenings; JSON has all of them."""
 METRIC_UNITS = {"overshoot": " %", "settling_time": " s", "rise_time": " s"}
-
-
-@dataclass(frozen=True, slots=True)
-class Outcome:
-    """One scenario file: its findings, and its report when it could run."""
-
-    file: str
-    config: str = ""
-    report: Report | None = None
-    findings: Sequence[Diagnostic] = ()
-    documents: Mapping[str, Document] = field(default_factory=dict)
-    config_errors: bool = False
-    """Whether the configuration has errors; they are among the findings."""
-    recording: Recording | None = None
-    """The trend for a picture, where one is wanted."""
-    axes: Mapping[str, Axes] = field(default_factory=dict)
-    """Names and units of each loop's signals."""
-
-    @property
-    def unjudged(self) -> bool:
-        """Whether a configuration with errors ran and nothing was expected of it."""
-        return self.config_errors and self.report is not None and not self.report.expectations
-
-    @property
-    def passed(self) -> bool:
-        """Whether it ran and everything expected of it holds."""
-        return self.report is not None and self.report.passed and not self.unjudged
 
 
 def text(outcomes: Sequence[Outcome]) -> str:
@@ -181,76 +151,8 @@ def _table(rows: Sequence[Sequence[str]], left: int = 9, right: int = 0) -> str:
 
 
 def json_v1(outcomes: Sequence[Outcome]) -> str:
-    """The public layout, version 1: one object for one scenario, for several a list of them under ``runs``."""
-    data: dict[str, Any]
-    if len(outcomes) == 1:
-        data = {"version": 1, **_run(outcomes[0])}
-    else:
-        runs = [_run(outcome) for outcome in outcomes]
-        data = {"version": 1, "runs": runs, "passed": all(outcome.passed for outcome in outcomes)}
-    return json.dumps(data, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
-
-
-def _run(outcome: Outcome) -> dict[str, Any]:
-    report = outcome.report
-    timing = report.scan_time if report else None
-    scan = {} if timing is None else {"scan_time": dict(zip(timing._fields, map(rounded, timing), strict=True))}
-    return {
-        "scenario": report.scenario if report else None,
-        "file": outcome.file,
-        "engine": report.engine if report else None,
-        "plc_flags": dict(report.plc_flags) if report else {},
-        "loops": {name: _loop(loop) for name, loop in report.loops.items()} if report else {},
-        "signals": {
-            name: {"min": seen.low, "max": seen.high, "final": seen.final} for name, seen in report.signals.items()
-        }
-        if report
-        else {},
-        "expectations": [{"text": v.text, "passed": v.passed, "value": v.value} for v in report.expectations]
-        if report
-        else [],
-        "notes": [{"at": n.at, "loop": n.loop, "text": n.text, "error": n.error} for n in report.notes]
-        if report
-        else [],
-        "findings": [_finding(d) for d in outcome.findings],
-        "passed": outcome.passed,
-        **scan,
-    }
-
-
-def _loop(loop: LoopReport) -> dict[str, Any]:
-    data: dict[str, Any] = {
-        "metrics": {name: loop.metrics.get(name) for name in METRICS},
-        "alarms": [{"alarm": a.alarm, "at": a.at, "cleared": a.cleared} for a in loop.alarms],
-        "modes": [{"at": m.at, "requested": m.requested, "mode": m.mode, "reason": m.reason} for m in loop.modes],
-        "flags": dict(loop.flags),
-        "unlisted": loop.unlisted,
-    }
-    if loop.autotune is not None:
-        tuned = loop.autotune
-        data["autotune"] = {
-            "done": tuned["done"],
-            "error": tuned["error"],
-            "status": tuned["status"],
-            "results": dict(tuned["results"]),
-        }
-    return data
-
-
-def _finding(d: Diagnostic) -> dict[str, Any]:
-    return {
-        "code": d.code,
-        "severity": d.severity.label,
-        "message": d.message,
-        "file": d.file,
-        "line": d.span.line,
-        "column": d.span.column,
-        "path": d.where,
-        "loop": d.loop,
-        "plc_effect": d.plc_effect,
-        "reference": d.reference,
-        "help": d.help,
-    }
+    """The public layout, version 1."""
+    return json.dumps(runs_data(outcomes), indent=2, ensure_ascii=False, allow_nan=False) + "\n"
 
 
 def worst(outcomes: Sequence[Outcome]) -> Severity:

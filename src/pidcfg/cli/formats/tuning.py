@@ -9,16 +9,18 @@ from pidcfg.cli.files.plots import in_characters
 
 if TYPE_CHECKING:
     from pidcfg.pictures.chart import Chart
+    from pidcfg.results.gains import TuneResult
     from pidcfg.tuning.identify import Found, Record
 
 UNITS = {"gain": "", "ultimate_gain": ""}
 
 
-def as_text(result: dict[str, Any], found: Found | None, record: Record | None) -> str:
+def as_text(tuned: TuneResult) -> str:
     """Everything as lines."""
-    lines = []
-    if found is not None and record is not None:
-        lines += [_identified(found), "", in_characters(chart_of(found, record), sys.stdout), ""]
+    result, lines = tuned.to_json(), []
+    if tuned.identified is not None and tuned.record is not None:
+        chart = chart_of(tuned.identified, tuned.record)
+        lines += [_identified(tuned.identified), "", in_characters(chart, sys.stdout), ""]
     process = ", ".join(f"{k.replace('_', ' ')} {v:.6g}{UNITS.get(k, ' s')}" for k, v in result["process"].items())
     lines += [f"{result['method']}, {result['form']}: {result['title']} ({result['basis']})", f"  {process}", ""]
     integral = result["integral_time"]

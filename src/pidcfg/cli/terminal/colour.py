@@ -8,11 +8,10 @@ from __future__ import annotations
 
 import os
 import re
+from functools import cache
 from typing import TYPE_CHECKING, Any
 
 import click
-
-from pidcfg.validate.catalog import CODE
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -36,29 +35,41 @@ STYLES: dict[str, dict[str, Any]] = {
 """How a group of a pattern is drawn; a group that is named after no style is drawn in the colour of its severity."""
 
 SEVERITY = r"(?P<severity>error|warning|info)"
-PATTERNS = tuple(
-    re.compile(pattern)
-    for pattern in (
-        # a finding: its place, its line of the file with a caret, and what belongs to it
-        rf"^(?P<place>\S.*?:\d+(?::\d+)?:) {SEVERITY} (?P<code>{CODE.pattern})",
-        r"^(?P<gutter> *\d+ \|)",
-        r"^(?P<gutter>      \|)\s+(?P<caret>\^+)$",
-        r"^      (?P<label>= (?:PLC|see|cure):)",
-        rf"^(?P<code>{CODE.pattern})  {SEVERITY} +(?P<dim>\S+)",
-        # the line that counts them
-        r"^\d+ files? checked: (?:(?P<bad>[1-9]\d* errors?)|0 errors), (?:(?P<doubtful>[1-9]\d* warnings?)|0 warnings)",
-        # a simulation
-        r"^(?P<head>What happened|Metrics|Signals|Flags|Expectations)$",
-        r"^  (?:(?P<good>passed)|(?P<bad>FAILED))  ",
-        r"^(?:(?P<good>passed:)|(?P<bad>FAILED:)|\S+: (?P<bad_end>cannot run)$)",
-        r"^ +[\d.e+]+ s  .*?  (?:(?P<bad>error:)|(?P<doubtful>alarm \S+),)",
-        # a comparison and a conversion
-        r"^  (?:(?P<bad>critical|high)|(?P<doubtful>medium)|(?P<dim>low|cosmetic)) +\S+:",
-        r"^(?P<head>\S.*?): (?:(?P<added>added)|(?P<bad>removed))$",
-        r"^ (?:!| )(?:(?P<bad>dropped)|(?P<doubtful>clamped|assumed|rounded)|(?P<dim>exact)) +\S+:",
-        r"^(?:(?P<bad>Error:)|(?P<doubtful>warning:|note:))",
+
+
+def _counted(group: str, word: str) -> str:
+    """A pattern of a number of things that stands out unless it is 0."""
+    return rf"(?:(?P<{group}>[1-9]\d* {word}s?)|0 {word}s)"
+
+
+@cache
+def patterns() -> tuple[re.Pattern[str], ...]:
+    """What stands out in a line, by named groups; most commands colour nothing, and need no pattern."""
+    from pidcfg.validate.catalog import CODE
+
+    return tuple(
+        re.compile(pattern)
+        for pattern in (
+            # a finding: its place, its line of the file with a caret, and what belongs to it
+            rf"^(?P<place>\S.*?:\d+(?::\d+)?:) {SEVERITY} (?P<code>{CODE.pattern})",
+            r"^(?P<gutter> *\d+ \|)",
+            r"^(?P<gutter>      \|)\s+(?P<caret>\^+)$",
+            r"^      (?P<label>= (?:PLC|see|cure):)",
+            rf"^(?P<code>{CODE.pattern})  {SEVERITY} +(?P<dim>\S+)",
+            # the line that counts them
+            rf"^\d+ files? checked: {_counted('bad', 'error')}, {_counted('doubtful', 'warning')}",
+            # a simulation
+            r"^(?P<head>What happened|Metrics|Signals|Flags|Expectations)$",
+            r"^  (?:(?P<good>passed)|(?P<bad>FAILED))  ",
+            r"^(?:(?P<good>passed:)|(?P<bad>FAILED:)|\S+: (?P<bad_end>cannot run)$)",
+            r"^ +[\d.e+]+ s  .*?  (?:(?P<bad>error:)|(?P<doubtful>alarm \S+),)",
+            # a comparison and a conversion
+            r"^  (?:(?P<bad>critical|high)|(?P<doubtful>medium)|(?P<dim>low|cosmetic)) +\S+:",
+            r"^(?P<head>\S.*?): (?:(?P<added>added)|(?P<bad>removed))$",
+            r"^ (?:!| )(?:(?P<bad>dropped)|(?P<doubtful>clamped|assumed|rounded)|(?P<dim>exact)) +\S+:",
+            r"^(?:(?P<bad>Error:)|(?P<doubtful>warning:|note:))",
+        )
     )
-)
 
 
 def wanted(stream: Any) -> bool:
@@ -82,18 +93,18 @@ def painted(text: str) -> str:
     """A report with its severities, codes, places, carets and verdicts in colour."""
     lines, severity = [], "error"
     for line in text.split("\n"):
-        found = next(filter(None, (pattern.match(line) for pattern in PATTERNS)), None)
-        if found is not None:
-            severity = found.groupdict().get("severity") or severity
-        lines.append(line if found is None else _line(line, found, severity))
+        match = next(filter(None, (pattern.match(line) for pattern in patterns())), None)
+        if match is not None:
+            severity = match.groupdict().get("severity") or severity
+        lines.append(line if match is None else _line(line, match, severity))
     return "\n".join(lines)
 
 
-def _line(line: str, found: re.Match[str], severity: str) -> str:
+def _line(line: str, match: re.Match[str], severity: str) -> str:
     """One line with the groups of its pattern drawn."""
     out, end = [], 0
-    for name in found.groupdict():
-        start, stop = found.span(name)
+    for name in match.groupdict():
+        start, stop = match.span(name)
         if start < end or start == stop:
             continue
         style = STYLES.get(name.partition("_")[0], SEVERITIES[severity])
@@ -124,7 +135,7 @@ def _choose(ctx: click.Context, param: click.Parameter, value: str) -> None:
         ctx.color = value == "always"
 
 
-def understood(command: click.Command) -> click.Command:
+def with_option(command: click.Command) -> click.Command:
     """A command that takes ``--color`` after its name as well."""
     if not any(param.name == "color" for param in command.params):
         option(hidden=True)(command)

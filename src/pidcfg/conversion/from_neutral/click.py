@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from decimal import Decimal
 from typing import TYPE_CHECKING, Any
 
@@ -17,13 +18,14 @@ from pidcfg.conversion.arithmetic import (
     rescaled,
     width,
 )
-from pidcfg.conversion.builder import Builder, chosen, given, starts
-from pidcfg.conversion.ledger import Target
+from pidcfg.conversion.builder import TargetBuilder, names, starts, target_file
+from pidcfg.conversion.from_neutral.click_alarms import deviation_alarms, pv_alarms
+from pidcfg.conversion.same import Same, take
 from pidcfg.conversion.to_neutral.click import FOLLOWS, NO_FILTER, NO_INTEGRAL, OUTPUT, RAISES
-from pidcfg.encoders.click.files import DECODE_OPTIONS
+from pidcfg.conversion.unmatched import unmatched
 from pidcfg.encoders.maps.click import BLOCKS
-from pidcfg.encoders.values import present
 from pidcfg.encoders.words import nearest
+from pidcfg.paths import is_given
 from pidcfg.refs import Decision
 from pidcfg.schemas.base import decimal_text
 from pidcfg.schemas.click import BITS, DERIVATIVE, FLOATS, GAIN, INTEGERS, RESET, SAMPLE_RATE
@@ -31,15 +33,9 @@ from pidcfg.schemas.click import BITS, DERIVATIVE, FLOATS, GAIN, INTEGERS, RESET
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from pidcfg.schemas.generic import Deviation, GenericFile, Loop, Points
+    from pidcfg.conversion.ledger import TargetFile
+    from pidcfg.schemas.generic import GenericFile, Loop
 
-D287 = Decision(
-    287,
-    "an alarm that is not wanted goes where the PV cannot get",
-    "Of the PV's alarms the outer points go a range's width outside the range, of the deviation's the outer one to the "
-    "width of the range; an inner point that is not wanted goes to the outer one.",
-    "One bit enables all alarms of a group, and a register that is not given is compared like any other.",
-)
 D288 = Decision(
     288,
     "a loop without a proportional action gets the smallest gain",
@@ -47,10 +43,13 @@ D288 = Decision(
     "with it, so that integral and derivative act as strongly as before.",
     "The gain stands before all three terms and cannot be 0.",
 )
-CONVERT_OPTIONS = DECODE_OPTIONS
-"""Where the blocks of the loops begin, and the discrete outputs of their pulses."""
 BANKS = {"bits": BITS, "integers": INTEGERS, "floats": FLOATS}
 ACTIONS = {raises: action for action, raises in RAISES.items()}
+BY_PROGRAM = {
+    "pv.square_root": "take the root in the program, before the raw PV (DFn+11)",
+    "output.max_rate": "limit the change of the output in the program",
+}
+"""Neutral fields that a loop does not have, with what to program instead."""
 MODES = {follows: mode for mode, follows in FOLLOWS.items()}
 LEAST_GAIN, LEAST_RESET = Decimal(str(GAIN.low)), Decimal(str(RESET.low))
 MOST_RATE = Decimal(str(DERIVATIVE.high))
@@ -59,49 +58,53 @@ SETPOINT, OUTPUT_REGISTER = 0, 8
 """Where set point and output stand in the block of floats."""
 
 
-def from_neutral(file: GenericFile, options: Mapping[str, Any]) -> Target:
+@dataclass(frozen=True, slots=True)
+class ClickLoop:
+    """A neutral loop, and where it goes in the PLC."""
+
+    neutral: Loop
+    bit: str
+    """Its discrete output, if it pulses."""
+    milliseconds: int
+    """Its sample rate."""
+    setpoint: str
+    """The register of its set point."""
+    outputs: Mapping[str, str]
+    """The registers of the outputs of all loops, by their names."""
+
+    @property
+    def sample(self) -> Decimal:
+        """The sample rate in s."""
+        return Decimal(self.milliseconds).scaleb(-3)
+
+
+def from_neutral(file: GenericFile, options: Mapping[str, Any]) -> TargetFile:
     """A CLICK file with these loops."""
     count = len(file.loops)
     blocks = {key: starts(BANKS[key], table.size, count, options.get(key) or ()) for key, (_, table) in BLOCKS.items()}
-    pulses = chosen([entry and entry["bit"] for entry in options.get("pwm_bit") or ()], count, "Y{:03d}".format)
+    pulses = names([entry and entry["bit"] for entry in options.get("pwm_bit") or ()], count, "Y{:03d}".format)
+    outputs = {loop.name: f"DF{blocks['floats'][i] + OUTPUT_REGISTER}" for i, loop in enumerate(file.loops)}
     builders = []
     for i, loop in enumerate(file.loops):
-        b = Builder()
-        b.put("name", loop.name, "name")
-        if loop.description is not None:
-            b.put("description", loop.description, "description")
+        b = TargetBuilder(i)
+        take(b, loop, loop, HEAD)
         for key, (prefix, _) in BLOCKS.items():
             b.put(key, f"{prefix}{blocks[key][i]}", None, "" if key in options else "the next free block")
-        _loop(b, loop, pulses[i])
-        if loop.setpoint.source is not None:
-            _cascade(b, loop, {other.name: blocks["floats"][j] for j, other in enumerate(file.loops)})
+        rate = nearest(min(max(loop.sample_time, LEAST_SAMPLE), MOST_SAMPLE).scaleb(3))
+        take(b, loop, ClickLoop(loop, pulses[i], rate, f"DF{blocks['floats'][i] + SETPOINT}", outputs), FIELDS)
         builders.append(b)
-    data = {"pidcfg": 1, "vendor": "click"} | present({"name": file.name, "description": file.description})
-    return Target({**data, "loops": [b.data for b in builders]}, [b.puts for b in builders])
+    return target_file("click", file, builders)
 
 
-def _loop(b: Builder, loop: Loop, bit: str) -> None:
-    b.put("mode", "manual" if loop.mode == "manual" else "auto", "mode")
-    b.put("action", ACTIONS[loop.output_raises_pv], "output_raises_pv")
-    held = min(max(loop.sample_time, LEAST_SAMPLE), MOST_SAMPLE)
-    milliseconds = nearest(held.scaleb(3))
-    b.put("sample_rate", f"{milliseconds} ms", "sample_time", exact=loop.sample_time, clamped=held != loop.sample_time)
-    sample = Decimal(milliseconds).scaleb(-3)
-    _bumpless(b, loop)
-    b.put("freeze_bias", loop.anti_windup, "anti_windup")
-    _tuning(b, loop)
-    _derivative_filter(b, loop)
-    _pv(b, loop, sample)
-    _setpoint(b, loop)
-    _output(b, loop, bit)
-    if loop.deadband:
-        b.put("error.deadband", number(loop.deadband), "deadband")
-    _alarms(b, loop, sample)
+def _sample_rate(b: TargetBuilder, c: ClickLoop) -> None:
+    time = c.neutral.sample_time
+    outside = not LEAST_SAMPLE <= time <= MOST_SAMPLE
+    b.put("sample_rate", f"{c.milliseconds} ms", "sample_time", exact=time, clamped=outside)
 
 
-def _bumpless(b: Builder, loop: Loop) -> None:
+def _bumpless(b: TargetBuilder, c: ClickLoop) -> None:
     """Mode 1 sets the set point to the PV; where nothing is said it stays, if there is one."""
-    setpoint = loop.setpoint
+    setpoint = c.neutral.setpoint
     if setpoint.follows_pv is not None:
         b.put("bumpless", MODES[setpoint.follows_pv], "setpoint.follows_pv")
         return
@@ -112,9 +115,9 @@ def _bumpless(b: Builder, loop: Loop) -> None:
 # --- equation --------------------------------------------------------------------------------------------------------
 
 
-def _tuning(b: Builder, loop: Loop) -> None:
-    tuning = loop.tuning
-    per_cent = quotient(HUNDRED, width(loop.output.range))
+def _tuning(b: TargetBuilder, c: ClickLoop) -> None:
+    tuning = c.neutral.tuning
+    per_cent = quotient(HUNDRED, width(c.neutral.output.range))
     gain, reset, rate = product(tuning.gain, per_cent), tuning.integral_time, tuning.derivative_time
     if not tuning.proportional:
         share = quotient(_smallest_gain(gain, reset, rate), gain) if gain else ONE
@@ -123,10 +126,10 @@ def _tuning(b: Builder, loop: Loop) -> None:
             "tuning.proportional",
             "P cannot be switched off: the gain is the smallest there is, and the times are changed with it",
         )
-    b.put("tuning.proportional_gain", number(gain), "tuning.gain")
+    b.put("tuning.proportional_gain", gain, "tuning.gain")
     longest = "6000 s is the longest reset time, and counts as no integral" if not reset or reset >= NO_INTEGRAL else ""
-    b.put("tuning.reset_time", number(reset or NO_INTEGRAL), "tuning.integral_time", longest)
-    b.put("tuning.derivative_gain", number(rate), "tuning.derivative_time")
+    b.put("tuning.reset_time", reset or NO_INTEGRAL, "tuning.integral_time", longest)
+    b.put("tuning.derivative_gain", rate, "tuning.derivative_time")
     if tuning.derivative_on == "error":
         b.mark("tuning.derivative_gain", "tuning.derivative_on", "it acts on the error")
     elif rate:
@@ -143,8 +146,8 @@ def _smallest_gain(gain: Decimal, reset: Decimal, rate: Decimal) -> Decimal:
     return max(LEAST_GAIN, for_reset, quotient(product(gain, rate), MOST_RATE))
 
 
-def _derivative_filter(b: Builder, loop: Loop) -> None:
-    constant, rate = loop.tuning.derivative_filter, loop.tuning.derivative_time
+def _derivative_filter(b: TargetBuilder, c: ClickLoop) -> None:
+    constant, rate = c.neutral.tuning.derivative_filter, c.neutral.tuning.derivative_time
     if not constant:
         return
     if not rate:
@@ -168,63 +171,32 @@ def _derivative_filter(b: Builder, loop: Loop) -> None:
 # --- PV, set point and output ----------------------------------------------------------------------------------------
 
 
-def _pv(b: Builder, loop: Loop, sample: Decimal) -> None:
-    pv = loop.pv
-    b.put(
-        "pv.range",
-        [number(end) for end in pv.range],
-        "pv.range",
-        assumed=True,
-        note="that of the instrument: write what the process reaches at 0 and 100 % of the output",
-    )
-    b.put("pv.input_range", [number(end) for end in pv.range], "pv.range", "the range of the instrument")
-    if pv.unit is not None:
-        b.put("pv.unit", pv.unit, "pv.unit")
-    if pv.filter:
-        share = product(filter_share(pv.filter, sample), HUNDRED)
-        if nearest(share) >= NO_FILTER:
-            b.drop("pv.filter", f"with a sample rate of {decimal_text(sample)} s such a filter passes everything")
-        else:
-            b.put(
-                "pv.filter",
-                max(nearest(share), 1),
-                "pv.filter",
-                "% of the raw PV that each sample passes",
-                exact=share,
-                clamped=share < ONE,
-            )
-    if pv.square_root:
-        b.drop("pv.square_root", "take the root in the program, before the raw PV (DFn+11)")
+def _pv_range(b: TargetBuilder, c: ClickLoop) -> None:
+    span = c.neutral.pv.range
+    note = "that of the instrument: write what the process reaches at 0 and 100 % of the output"
+    b.put("pv.range", span, "pv.range", note, assumed=True)
+    b.put("pv.input_range", span, "pv.range", "the range of the instrument")
 
 
-def _setpoint(b: Builder, loop: Loop) -> None:
-    setpoint = loop.setpoint
-    if setpoint.value is not None:
-        b.put("setpoint.value", number(setpoint.value), "setpoint.value")
-    if setpoint.limits is not None:
-        for i, end in enumerate(("lower", "upper")):
-            b.put(f"setpoint.{end}_limit", number(setpoint.limits[i]), f"setpoint.limits.{i}")
+def _pv_filter(b: TargetBuilder, c: ClickLoop) -> None:
+    if not c.neutral.pv.filter:
+        return
+    share = product(filter_share(c.neutral.pv.filter, c.sample), HUNDRED)
+    if nearest(share) >= NO_FILTER:
+        b.drop("pv.filter", f"with a sample rate of {decimal_text(c.sample)} s such a filter passes everything")
+    else:
+        note = "% of the raw PV that each sample passes"
+        b.put("pv.filter", max(nearest(share), 1), "pv.filter", note, exact=share, clamped=share < ONE)
 
 
-def _cascade(b: Builder, loop: Loop, floats: Mapping[str, int]) -> None:
-    """What the program does for a loop whose set point is another one's output."""
-    source, own = str(loop.setpoint.source), floats[loop.name]
-    low, high = (decimal_text(end) for end in loop.pv.range)
-    outer = f"DF{floats[source] + OUTPUT_REGISTER} of {source}" if source in floats else f"the output of {source}"
-    b.drop(
-        "setpoint.source",
-        f"scale {outer}, 0 to 100 %, to {low} to {high} in the program, and write it to DF{own + SETPOINT}",
-    )
-
-
-def _output(b: Builder, loop: Loop, bit: str) -> None:
-    output, span = loop.output, loop.output.range
+def _output(b: TargetBuilder, c: ClickLoop) -> None:
+    output, span = c.neutral.output, c.neutral.output.range
     percent = span == OUTPUT
     shown = " to ".join(decimal_text(end) for end in span)
     note = "" if percent else f"0 to 100 % of the output are {shown} {output.unit or ''}".rstrip()
     exact = [rescaled(end, span, OUTPUT) for end in output.limits or span]
     held = [min(max(end, ZERO), HUNDRED) for end in exact]
-    b.put("output.limits", [number(end) for end in held], "output.range", note)
+    b.put("output.limits", held, "output.range", note)
     if output.limits is not None:
         for i in range(2):
             b.mark(f"output.limits.{i}", f"output.limits.{i}", exact=exact[i], clamped=held[i] != exact[i])
@@ -233,79 +205,69 @@ def _output(b: Builder, loop: Loop, bit: str) -> None:
     elif output.unit is not None:
         b.mark("output.limits", "output.unit", note)
     if output.manual is not None:
-        b.put("state.output", number(rescaled(output.manual, span, OUTPUT)), "output.manual")
-    if given(loop, "output", "bias"):
-        share = number(rescaled(output.bias, span, OUTPUT))
-        if loop.tuning.integral_time:
-            b.put("state.bias", share, "output.bias", "Auto begins with the output as it stands in Manual")
-        else:
-            b.drop("output.bias", f"set the output to {share} % in Manual before going to Auto: it becomes the bias")
-    if output.max_rate is not None:
-        b.drop("output.max_rate", "limit the change of the output in the program")
-    if output.pulse is not None:
-        _pulse(b, loop, bit)
+        b.put("state.output", rescaled(output.manual, span, OUTPUT), "output.manual")
+    if is_given(c.neutral, ("output", "bias")):
+        _bias(b, c.neutral, number(rescaled(output.bias, span, OUTPUT)))
 
 
-def _pulse(b: Builder, loop: Loop, bit: str) -> None:
-    pulse = loop.output.pulse
+def _bias(b: TargetBuilder, loop: Loop, percent: float) -> None:
+    if loop.tuning.integral_time:
+        b.put("state.bias", percent, "output.bias", "Auto begins with the output as it stands in Manual")
+    else:
+        b.drop("output.bias", f"set the output to {percent} % in Manual before going to Auto: it becomes the bias")
+
+
+def _pulse(b: TargetBuilder, c: ClickLoop) -> None:
+    pulse = c.neutral.output.pulse
     if pulse is None:
         return
-    b.put("output.pwm.bit", bit, None, "the dialog alone holds it")
-    b.put("output.pwm.period", number(pulse.period), "output.pulse.period")
+    b.put("output.pwm.bit", c.bit, None, "the dialog alone holds it")
+    b.put("output.pwm.period", pulse.period, "output.pulse.period")
     for key, what in (("min_on", "pulses"), ("min_off", "gaps")):
         time = getattr(pulse, key)
         if time:
             b.drop(f"output.pulse.{key}", f"leave {what} shorter than {decimal_text(time)} s out in the program")
 
 
-# --- alarms ----------------------------------------------------------------------------------------------------------
+def _alarms(b: TargetBuilder, c: ClickLoop) -> None:
+    pv_alarms(b, c.neutral)
+    deviation_alarms(b, c.neutral)
+    rate = c.neutral.alarms.rate_of_change
+    if rate is not None:
+        b.put("alarms.rate_of_change", product(rate, c.sample), "alarms.rate_of_change", "per sample")
 
 
-def _alarms(b: Builder, loop: Loop, sample: Decimal) -> None:
-    alarms, span = loop.alarms, loop.pv.range
-    _group(b, "alarms.pv", dict(alarms.pv), _pv_points(alarms.pv, span))
-    _group(b, "alarms.deviation", dict(alarms.deviation), _deviation_points(alarms.deviation, span))
-    if alarms.rate_of_change is not None:
-        b.put(
-            "alarms.rate_of_change",
-            number(product(alarms.rate_of_change, sample)),
-            "alarms.rate_of_change",
-            "per sample",
-        )
-    if alarms.hysteresis:
-        b.put("alarms.hysteresis", number(alarms.hysteresis), "alarms.hysteresis")
+def _without_place(b: TargetBuilder, c: ClickLoop) -> None:
+    """What the program does in place of the loop."""
+    b.drop_all(unmatched(c.neutral, BY_PROGRAM))
+    source = c.neutral.setpoint.source
+    if source is not None:
+        low, high = (decimal_text(end) for end in c.neutral.pv.range)
+        output = f"{c.outputs[source]} of {source}" if source in c.outputs else f"the output of {source}"
+        note = f"scale {output}, 0 to 100 %, to {low} to {high} in the program, and write it to {c.setpoint}"
+        b.drop("setpoint.source", note)
 
 
-def _group(b: Builder, path: str, wanted: Mapping[str, Decimal | None], points: Mapping[str, Decimal]) -> None:
-    """All points of a group, when one of them is wanted."""
-    if all(value is None for value in wanted.values()):
-        return
-    for key, value in points.items():
-        if wanted[key] is None:
-            b.put(f"{path}.{key}", number(value), None, "not wanted: one bit enables all of them")
-        else:
-            b.put(f"{path}.{key}", number(value), f"{path}.{key}")
-
-
-def _pv_points(points: Points, span: tuple[Decimal, Decimal]) -> dict[str, Decimal]:
-    """The four points with those that are not wanted out of reach (D287)."""
-    reach = width(span)
-    low, high = _inner(points.low, points.low_low), _inner(points.high, points.high_high)
-    lowest = span[0] - reach if low is None else min(span[0] - reach, low)
-    highest = span[1] + reach if high is None else max(span[1] + reach, high)
-    return {
-        "low_low": lowest if points.low_low is None else points.low_low,
-        "low": lowest if low is None else low,
-        "high": highest if high is None else high,
-        "high_high": highest if points.high_high is None else points.high_high,
-    }
-
-
-def _deviation_points(points: Deviation, span: tuple[Decimal, Decimal]) -> dict[str, Decimal]:
-    """Both points, the one that is not wanted out of reach or at the other (D287)."""
-    high = _inner(points.high, points.high_high) or ZERO
-    return {"high": high, "high_high": max(width(span), high) if points.high_high is None else points.high_high}
-
-
-def _inner(point: Decimal | None, outer: Decimal | None) -> Decimal | None:
-    return outer if point is None else point
+HEAD = (Same("name"), Same("description"))
+FIELDS = (
+    Same("mode", words={"auto": "auto", "cascade": "auto", "manual": "manual"}),
+    Same("output_raises_pv", "action", ACTIONS),
+    _sample_rate,
+    _bumpless,
+    Same("anti_windup", "freeze_bias"),
+    _tuning,
+    _derivative_filter,
+    _pv_range,
+    Same("pv.unit"),
+    _pv_filter,
+    Same("setpoint.value"),
+    Same("setpoint.limits.0", "setpoint.lower_limit"),
+    Same("setpoint.limits.1", "setpoint.upper_limit"),
+    _output,
+    _pulse,
+    Same("deadband", "error.deadband", if_on=True),
+    _alarms,
+    Same("alarms.hysteresis", if_on=True),
+    _without_place,
+)
+"""Every field in the order of the file."""

@@ -5,14 +5,14 @@ from __future__ import annotations
 from decimal import Decimal
 from typing import TYPE_CHECKING, Any
 
-from pidcfg.conversion.arithmetic import ZERO, filter_share, gain_limit, number, product, quotient, width
-from pidcfg.conversion.from_neutral.dl06_alarms import put_alarms
-from pidcfg.conversion.from_neutral.dl06_loop import Writer
-from pidcfg.conversion.from_neutral.dl06_options import CONVERT_OPTIONS
-from pidcfg.conversion.ledger import Missing, Put, Target
-from pidcfg.conversion.pipeline import ConvertError
-from pidcfg.conversion.to_neutral.dl06 import FOLLOWS
-from pidcfg.conversion.to_neutral.dl06_scales import position
+from pidcfg.conversion.arithmetic import ZERO, filter_share, gain_limit, product, quotient, width
+from pidcfg.conversion.builder import TargetBuilder, target_file
+from pidcfg.conversion.from_neutral.dl06_alarms import alarms
+from pidcfg.conversion.from_neutral.dl06_target import Dl06Target
+from pidcfg.conversion.ledger import ConvertError, Missing
+from pidcfg.conversion.same import Same, take
+from pidcfg.conversion.to_neutral.dl06 import FOLLOWS, RAISES
+from pidcfg.conversion.to_neutral.dl06_scales import position, short
 from pidcfg.encoders.dl06.encode import scales
 from pidcfg.encoders.maps.dl06 import CPU, RESET
 from pidcfg.refs import Decision
@@ -22,6 +22,7 @@ from pidcfg.schemas.octal import v_name
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    from pidcfg.conversion.ledger import TargetFile
     from pidcfg.schemas.generic import GenericFile, Loop
 
 D281 = Decision(
@@ -31,8 +32,7 @@ D281 = Decision(
     "loop of which neither is said gets type I.",
     "A loop that nobody has given a set point yet stays where it is; type II would drive it towards 0 counts.",
 )
-__all__ = ["CONVERT_OPTIONS", "from_neutral"]
-
+ACTIONS = {raises: action for action, raises in RAISES.items()}
 TYPES = {follows: kind for kind, follows in FOLLOWS.items()}
 LOOP_TABLE = 0o2000
 DATA_FORMAT = "12-bit unipolar"
@@ -53,60 +53,44 @@ RATE_LIMIT = "a DL06 does not limit how fast its output moves: limit it in the p
 PULSE = "a DL06 loop has no pulse output: pulse a discrete output in the program, in proportion to the output word"
 
 
-def from_neutral(file: GenericFile, options: Mapping[str, Any]) -> Target:
+def from_neutral(file: GenericFile, options: Mapping[str, Any]) -> TargetFile:
     """The configuration with the exact values, and where each neutral field was put."""
     if len(file.loops) > CPU.loops:
         message = f"the file has {len(file.loops)} loops; a {CPU.title} has {CPU.loops}: divide the file"
-        raise ConvertError([Missing(("loops",), "loops", message)])
+        raise ConvertError([Missing(("loops",), message)])
     start, form = options.get("loop_table"), options.get("data_format") or DATA_FORMAT
     start = LOOP_TABLE if start is None else start
     plc: dict[str, Any] = {"loop_table": v_name(start)}
     plc |= {key: options[key] for key in ("reset_decimals", "derivative") if options.get(key) is not None}
-    writers = [_loop(file, i, plc, form) for i in range(len(file.loops))]
-    if any(put.field == ACTS for w in writers for put in w.puts):
+    builders = [_loop(file, i, plc, form) for i in range(len(file.loops))]
+    if any(field.path == ACTS for b in builders for field in b.fields):
         plc.setdefault("derivative", "error")
-    if writers:
-        writers[0].puts.append(Put("/plc.loop_table", None, "V7640: where the loop table starts"))
-    head = {"pidcfg": 1, "vendor": "dl06", "name": file.name, "description": file.description, "plc": plc}
-    data = {key: value for key, value in head.items() if value is not None}
-    return Target(data | {"loops": [w.data for w in writers]}, [w.puts for w in writers])
+    if builders:
+        builders[0].mark("/plc.loop_table", None, "V7640: where the loop table starts")
+    return target_file("dl06", file, builders, plc=plc)
 
 
-def _loop(file: GenericFile, index: int, plc: Mapping[str, Any], form: str) -> Writer:
+def _loop(file: GenericFile, index: int, plc: Mapping[str, Any], form: str) -> TargetBuilder:
     loop = file.loops[index]
     table = scales(form, None, (loop.pv.range, loop.output.range), root=loop.pv.square_root)
-    least = Decimal(CPU.fast_rate if len(file.loops) <= CPU.fast_loops else CPU.slow_rate)
-    sample = min(max(loop.sample_time, least), SLOWEST)
-    w = Writer(index, loop, table, sample.quantize(HUNDREDTH))
-    _identity(w, file)
-    note = "" if sample == loop.sample_time else f"{len(file.loops)} loops are calculated every {least} to {SLOWEST} s"
-    w.number("sample_rate", sample, "sample_time", note, clamped=bool(note))
-    _form(w)
-    _tuning(w, plc.get("reset_decimals", 1))
-    _derivative(w, plc.get("derivative", "error"))
-    _pv(w, form)
-    _setpoint(w)
-    _output(w)
-    if loop.deadband:
-        w.number("error.deadband", loop.deadband, "deadband")
-    put_alarms(w)
-    return w
+    fastest = Decimal(CPU.fast_rate if len(file.loops) <= CPU.fast_loops else CPU.slow_rate)
+    sample = min(max(loop.sample_time, fastest), SLOWEST).quantize(HUNDREDTH)
+    b = TargetBuilder(index)
+    take(b, loop, Dl06Target(file, loop, plc, form, table, fastest, sample), FIELDS)
+    return b
 
 
-def _identity(w: Writer, file: GenericFile) -> None:
-    loop = w.loop
-    w.put("name", loop.name, "name")
-    if loop.description is not None:
-        w.put("description", loop.description, "description")
-    obstacle = _obstacle(file, loop)
+def _mode(b: TargetBuilder, t: Dl06Target) -> None:
+    """The mode, and where the set point comes from."""
+    loop, obstacle = t.neutral, _obstacle(t.file, t.neutral)
     if loop.mode == "cascade" and (obstacle or loop.setpoint.source is None):
-        w.put("mode", "auto", "mode", "cascade needs a loop that gives the set point", clamped=True)
+        b.put("mode", "auto", "mode", "cascade needs a loop that gives the set point", clamped=True)
     else:
-        w.put("mode", loop.mode, "mode")
+        b.put("mode", loop.mode, "mode")
     if obstacle:
-        w.lost("setpoint.source", obstacle)
+        b.drop("setpoint.source", obstacle)
     elif loop.setpoint.source is not None:
-        w.put("cascade_from", loop.setpoint.source, "setpoint.source")
+        b.put("cascade_from", loop.setpoint.source, "setpoint.source")
 
 
 def _obstacle(file: GenericFile, loop: Loop) -> str:
@@ -127,127 +111,152 @@ def _obstacle(file: GenericFile, loop: Loop) -> str:
     return ""
 
 
-def _form(w: Writer) -> None:
-    """Action and what depends on the form of the equation."""
-    loop, output = w.loop, w.loop.output
-    w.put("action", "direct" if loop.output_raises_pv else "reverse", "output_raises_pv")
-    follows = loop.setpoint.follows_pv
+def _sample_rate(b: TargetBuilder, t: Dl06Target) -> None:
+    wanted = t.neutral.sample_time
+    time = min(max(wanted, t.fastest), SLOWEST)
+    note = "" if time == wanted else f"{len(t.file.loops)} loops are calculated every {t.fastest} to {SLOWEST} s"
+    b.put("sample_rate", time, "sample_time", note, clamped=bool(note))
+
+
+def _bumpless(b: TargetBuilder, t: Dl06Target) -> None:
+    follows = t.neutral.setpoint.follows_pv
     if follows is None:
-        w.put("bumpless", TYPES[True], None, "a change to Auto sets the set point to the PV; II leaves it")
+        b.put("bumpless", TYPES[True], None, "a change to Auto sets the set point to the PV; II leaves it")
     else:
-        w.put("bumpless", TYPES[follows], "setpoint.follows_pv")
+        b.put("bumpless", TYPES[follows], "setpoint.follows_pv")
+
+
+def _anti_windup(b: TargetBuilder, t: Dl06Target) -> None:
+    loop, output = t.neutral, t.neutral.output
     narrow = output.limits is not None and output.limits != output.range
-    w.put("bias_freeze", loop.anti_windup, "anti_windup", FREEZE if loop.anti_windup and narrow else "")
+    b.put("bias_freeze", loop.anti_windup, "anti_windup", FREEZE if loop.anti_windup and narrow else "")
 
 
-def share(w: Writer) -> Decimal:
+def share(loop: Loop) -> Decimal:
     """The gain as a share of the output's span for a share of the PV's."""
-    span = width(w.loop.pv.range), width(w.loop.output.range)
-    return quotient(product(w.loop.tuning.gain, span[0]), span[1])
+    return quotient(product(loop.tuning.gain, width(loop.pv.range)), width(loop.output.range))
 
 
-def _tuning(w: Writer, decimals: int) -> None:
-    tuning, gain = w.loop.tuning, share(w)
+def _tuning(b: TargetBuilder, t: Dl06Target) -> None:
+    tuning, gain = t.neutral.tuning, share(t.neutral)
     time = tuning.integral_time
     if tuning.proportional:
-        w.computed("tuning.gain", gain, "tuning.gain")
+        b.put("tuning.gain", short(gain), "tuning.gain")
     else:
-        w.number("tuning.gain", ZERO, "tuning.proportional")
+        b.put("tuning.gain", ZERO, "tuning.proportional")
         time = quotient(time, gain) if gain else ZERO
     if time and gain:
-        _reset(w, time, decimals)
+        _reset(b, time, t.plc.get("reset_decimals", 1))
     else:
-        w.put("tuning.reset", "off", "tuning.integral_time", NO_TERM if time else "")
+        b.put("tuning.reset", "off", "tuning.integral_time", NO_TERM if time else "")
     if not tuning.proportional:
-        w.also("tuning.reset", "tuning.gain", IN_OTHERS)
+        b.mark("tuning.reset", "tuning.gain", IN_OTHERS)
 
 
-def _reset(w: Writer, time: Decimal, decimals: int) -> None:
+def _reset(b: TargetBuilder, time: Decimal, decimals: int) -> None:
     """The reset time: in seconds where they hold it, else in minutes, at most one digit below the off code."""
     longest = LARGEST_DIGITS * RESET[decimals].step
     unit = "seconds" if time <= longest else "minutes"
     value = time if unit == "seconds" else quotient(time, SECONDS["min"])
     note = "" if value <= longest else f"the longest reset is {longest} min"
-    w.computed("tuning.reset", min(value, longest), "tuning.integral_time", note, clamped=bool(note))
-    w.data["tuning"]["reset_unit"] = unit
+    b.put("tuning.reset", short(min(value, longest)), "tuning.integral_time", note, clamped=bool(note))
+    b.data["tuning"]["reset_unit"] = unit
 
 
-def _derivative(w: Writer, acts: str) -> None:
+def _derivative(b: TargetBuilder, t: Dl06Target) -> None:
     """Rate and derivative gain limit N, whose filter has the time constant Td/N."""
-    tuning, gain = w.loop.tuning, share(w)
+    tuning, gain, acts = t.neutral.tuning, share(t.neutral), t.plc.get("derivative", "error")
     rate = tuning.derivative_time if tuning.proportional else product(tuning.derivative_time, gain)
     if not rate or not gain:
-        w.number("tuning.rate", ZERO, "tuning.derivative_time", NO_TERM if tuning.derivative_time else "")
+        b.put("tuning.rate", ZERO, "tuning.derivative_time", NO_TERM if tuning.derivative_time else "")
         if tuning.derivative_on == "error":  # "pv" is what a neutral loop is like anyway
-            w.also(ACTS, "tuning.derivative_on")
+            b.mark(ACTS, "tuning.derivative_on")
         if tuning.derivative_filter:
-            w.lost("tuning.derivative_filter", NO_RATE)
+            b.drop("tuning.derivative_filter", NO_RATE)
         return
     wrong = f"acts on the {acts}, not on the {tuning.derivative_on}" if acts != tuning.derivative_on else ""
-    w.computed("tuning.rate", rate, "tuning.derivative_time", wrong)
+    b.put("tuning.rate", short(rate), "tuning.derivative_time", wrong)
     if wrong:
         kick = "a step of the set point kicks the output" if acts == "error" else "the set point does not move it"
-        w.lost("tuning.derivative_on", f"the rate {wrong}: {kick}")
+        b.drop("tuning.derivative_on", f"the rate {wrong}: {kick}")
     elif acts == "error":
-        w.also(ACTS, "tuning.derivative_on")
+        b.mark(ACTS, "tuning.derivative_on")
     if tuning.derivative_filter:
-        _filter(w, min(rate, LONGEST_RATE))
+        _derivative_filter(b, tuning.derivative_filter, min(rate, LONGEST_RATE))
 
 
-def _filter(w: Writer, rate: Decimal) -> None:
+def _derivative_filter(b: TargetBuilder, constant: Decimal, rate: Decimal) -> None:
     """The filter's time constant as the whole N that makes Td/N the nearest to it."""
-    constant = w.loop.tuning.derivative_filter
     limit, ratio = gain_limit(rate, constant, LIMITS[1]), quotient(rate, constant)
     clamped = not LIMITS[0] <= ratio <= LIMITS[1]
     note = f"the filter is Td/N with N from {LIMITS[0]} to {LIMITS[1]}: {limit}" if clamped else f"Td/{limit}"
-    w.means(
-        "derivative_gain_limit",
-        limit,
-        "tuning.derivative_filter",
-        note,
-        exact=constant,
-        held=quotient(rate, Decimal(limit)),
-        clamped=clamped,
-    )
+    held = quotient(rate, Decimal(limit))
+    of = "tuning.derivative_filter"
+    b.put("derivative_gain_limit", limit, of, note, exact=constant, held=held, clamped=clamped)
 
 
-def _pv(w: Writer, form: str) -> None:
-    pv = w.loop.pv
-    w.put("pv.range", [number(end) for end in pv.range], "pv.range")
-    if pv.unit is not None:
-        w.put("pv.unit", pv.unit, "pv.unit")
-    w.put("pv.format", form, None, "the data format of the analog module; the output has it too")
-    if pv.square_root:
-        w.put("pv.square_root", pv.square_root, "pv.square_root")
-    if pv.filter:
-        k = filter_share(pv.filter, w.sample)
+def _format(b: TargetBuilder, t: Dl06Target) -> None:
+    b.put("pv.format", t.form, None, "the data format of the analog module; the output has it too")
+
+
+def _pv_filter(b: TargetBuilder, t: Dl06Target) -> None:
+    if t.neutral.pv.filter:
+        k = filter_share(t.neutral.pv.filter, t.sample)
         note = "" if k >= STRONGEST else f"the strongest filter is {STRONGEST} a sample"
-        w.computed("pv.filter", max(k, STRONGEST), "pv.filter", note, clamped=bool(note))
+        b.put("pv.filter", short(max(k, STRONGEST)), "pv.filter", note, clamped=bool(note))
 
 
-def _setpoint(w: Writer) -> None:
-    setpoint = w.loop.setpoint
-    if setpoint.value is not None:
-        w.number("setpoint.value", setpoint.value, "setpoint.value")
-    if setpoint.limits is not None:
-        w.pair("setpoint.limits", setpoint.limits, "setpoint.limits")
+def _setpoint_limits(b: TargetBuilder, t: Dl06Target) -> None:
+    if t.neutral.setpoint.limits is not None:
+        b.pair("setpoint.limits", t.neutral.setpoint.limits, "setpoint.limits")
 
 
-def _output(w: Writer) -> None:
-    output = w.loop.output
-    w.put("output.range", [number(end) for end in output.range], "output.range")
-    if output.unit is not None:
-        w.put("output.unit", output.unit, "output.unit")
-    if output.limits is not None:
-        w.pair("output.limits", output.limits, "output.limits")
+def _output_limits(b: TargetBuilder, t: Dl06Target) -> None:
+    if t.neutral.output.limits is not None:
+        b.pair("output.limits", t.neutral.output.limits, "output.limits")
+
+
+def _bias(b: TargetBuilder, t: Dl06Target) -> None:
+    resting = position(t.scales["output"], Quantity(ZERO, counts=True))
+    bias, integral = t.neutral.output.bias, b.data["tuning"]["reset"] != "off"
+    if bias != (ZERO if integral else resting):
+        b.put("state.bias", bias, "output.bias", BIAS)
+
+
+def _without_place(b: TargetBuilder, t: Dl06Target) -> None:
+    """What the program does in place of the loop."""
+    output = t.neutral.output
     if output.max_rate is not None:
-        w.lost("output.max_rate", RATE_LIMIT)
+        b.drop("output.max_rate", RATE_LIMIT)
     if output.pulse is not None:
         for key in type(output.pulse).model_fields:
-            w.lost(f"output.pulse.{key}", PULSE)
-    if output.manual is not None:
-        w.number("state.output", output.manual, "output.manual")
-    resting = position(w.scales["output"], Quantity(ZERO, counts=True))
-    integral = w.data["tuning"]["reset"] != "off"
-    if output.bias != (ZERO if integral else resting):
-        w.number("state.bias", output.bias, "output.bias", BIAS)
+            b.drop(f"output.pulse.{key}", PULSE)
+
+
+FIELDS = (
+    Same("name"),
+    Same("description"),
+    _mode,
+    _sample_rate,
+    Same("output_raises_pv", "action", ACTIONS),
+    _bumpless,
+    _anti_windup,
+    _tuning,
+    _derivative,
+    Same("pv.range"),
+    Same("pv.unit"),
+    _format,
+    Same("pv.square_root", if_on=True),
+    _pv_filter,
+    Same("setpoint.value"),
+    _setpoint_limits,
+    Same("output.range"),
+    Same("output.unit"),
+    _output_limits,
+    Same("output.manual", "state.output"),
+    _bias,
+    Same("deadband", "error.deadband", if_on=True),
+    alarms,
+    _without_place,
+)
+"""Every field in the order of the file."""

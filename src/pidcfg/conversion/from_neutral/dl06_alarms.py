@@ -6,7 +6,7 @@ from decimal import Decimal
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
-from pidcfg.conversion.arithmetic import number, product
+from pidcfg.conversion.arithmetic import product
 from pidcfg.conversion.to_neutral.dl06_scales import distance, short, squared
 from pidcfg.encoders.values import quantity
 from pidcfg.encoders.words import nearest
@@ -14,7 +14,8 @@ from pidcfg.refs import Decision
 from pidcfg.schemas.base import Quantity, decimal_text
 
 if TYPE_CHECKING:
-    from pidcfg.conversion.from_neutral.dl06_loop import Writer
+    from pidcfg.conversion.builder import TargetBuilder
+    from pidcfg.conversion.from_neutral.dl06_target import Dl06Target
 
 D282 = Decision(
     282,
@@ -32,26 +33,26 @@ END = "at the end of the scale: no PV passes it"
 ROOT = "a DL06 compares the differential pressure with it, not the root"
 
 
-def put_alarms(w: Writer) -> None:
+def alarms(b: TargetBuilder, t: Dl06Target) -> None:
     """All alarms of a loop."""
-    on = _pv_points(w)
-    yellow = _deviations(w)
-    _rate_of_change(w)
-    _hysteresis(w, yellow, on=on or yellow is not None)
+    on = _pv_points(b, t)
+    yellow = _deviations(b, t)
+    _rate_of_change(b, t)
+    _hysteresis(b, t, yellow, on=on or yellow is not None)
 
 
-def _pv_points(w: Writer) -> bool:
+def _pv_points(b: TargetBuilder, t: Dl06Target) -> bool:
     """The four points of the PV; returns whether they are on."""
-    points, scale = w.loop.alarms.pv, w.scales["pv"]
+    points, scale = t.neutral.alarms.pv, t.scales["pv"]
     wanted = {key: value for key in POINTS if (value := getattr(points, key)) is not None}
     if not wanted:
         return False
-    values = {key: squared(scale, v) if w.loop.pv.square_root else v for key, v in wanted.items()}
+    values = {key: squared(scale, v) if t.neutral.pv.square_root else v for key, v in wanted.items()}
     bottom, top = scale.format.minimum, scale.format.maximum
     counts = {key: min(max(nearest(scale.position(Quantity(v))), bottom), top) for key, v in values.items()}
     for key, end in (("low", bottom), ("high", top)):
         if counts.get(key) == end:
-            w.lost(f"alarms.pv.{key}", END)
+            b.drop(f"alarms.pv.{key}", END)
             del counts[key], values[key]
     if not counts:
         return False
@@ -59,13 +60,13 @@ def _pv_points(w: Writer) -> bool:
     for low, high in pairwise(POINTS):
         if places[low] >= places[high]:
             text = " and ".join(f"{key} {decimal_text(wanted[key])}" for key in (low, high) if key in wanted)
-            w.refuse(f"alarms.pv.{high}", f"{text}: {low} must be at least one count below {high}")
+            b.refuse(f"alarms.pv.{high}", f"{t.neutral.name}: {text}: {low} must be at least one count below {high}")
     for key in POINTS:
         if key in values:
-            w.number(f"alarms.pv.{key}", values[key], f"alarms.pv.{key}")
+            b.put(f"alarms.pv.{key}", values[key], f"alarms.pv.{key}")
         else:
             note = INNER if places[key] in {bottom + 1, top - 1} else FILLED
-            w.put(f"alarms.pv.{key}", f"{places[key]} counts", None, note)
+            b.put(f"alarms.pv.{key}", f"{places[key]} counts", None, note)
     return True
 
 
@@ -79,17 +80,17 @@ def _filled(counts: dict[str, int], bottom: int, top: int) -> dict[str, int]:
     return places
 
 
-def _deviations(w: Writer) -> int | None:
+def _deviations(b: TargetBuilder, t: Dl06Target) -> int | None:
     """Yellow and red deviation; returns the counts of yellow when they are on."""
-    deviation, scale = w.loop.alarms.deviation, w.scales["pv"]
+    deviation, scale = t.neutral.alarms.deviation, t.scales["pv"]
     wanted = {"yellow": deviation.high, "red": deviation.high_high}
     neutral = {"yellow": "alarms.deviation.high", "red": "alarms.deviation.high_high"}
     values = {key: value for key, value in wanted.items() if value is not None}
     top = scale.format.maximum
     counts = {key: min(nearest(scale.distance(Quantity(v))), top) for key, v in values.items()}
-    if w.loop.pv.square_root or ("red" not in counts and counts.get("yellow") == top):
+    if t.neutral.pv.square_root or ("red" not in counts and counts.get("yellow") == top):
         for key in values:
-            w.lost(neutral[key], ROOT if w.loop.pv.square_root else END)
+            b.drop(neutral[key], ROOT if t.neutral.pv.square_root else END)
         return None
     if not counts:
         return None
@@ -97,47 +98,47 @@ def _deviations(w: Writer) -> int | None:
     counts.setdefault("yellow", counts["red"] - 1)
     if not 0 <= counts["yellow"] < counts["red"]:
         text = " and ".join(f"{key} {decimal_text(value)}" for key, value in values.items())
-        w.refuse("alarms.deviation.red", f"{text}: yellow must be at least one count below red")
+        b.refuse("alarms.deviation.red", f"{t.neutral.name}: {text}: yellow must be at least one count below red")
     for key in ("yellow", "red"):
         if key in values:
-            w.number(f"alarms.deviation.{key}", values[key], neutral[key])
+            b.put(f"alarms.deviation.{key}", values[key], neutral[key])
         else:
-            w.put(f"alarms.deviation.{key}", f"{counts[key]} counts", None, FILLED)
+            b.put(f"alarms.deviation.{key}", f"{counts[key]} counts", None, FILLED)
     return counts["yellow"]
 
 
-def _rate_of_change(w: Writer) -> None:
-    rate, of = w.loop.alarms.rate_of_change, "alarms.rate_of_change"
+def _rate_of_change(b: TargetBuilder, t: Dl06Target) -> None:
+    rate, of = t.neutral.alarms.rate_of_change, "alarms.rate_of_change"
     if rate is None:
         return
-    change = product(rate, w.sample)
-    if w.loop.pv.square_root:
-        w.lost(of, ROOT)
-    elif (counts := nearest(w.scales["pv"].distance(Quantity(change)))) == 0:
-        w.lost(of, "less than half a count a sample: sample more slowly, or compare over more samples in the program")
+    change = product(rate, t.sample)
+    if t.neutral.pv.square_root:
+        b.drop(of, ROOT)
+    elif (counts := nearest(t.scales["pv"].distance(Quantity(change)))) == 0:
+        b.drop(of, "less than half a count a sample: sample more slowly, or compare over more samples in the program")
     else:
-        held = distance(w.scales["pv"], Quantity(Decimal(counts), counts=True))
-        w.means(of, short(change), of, "per sample", exact=change, held=held)
+        held = distance(t.scales["pv"], Quantity(Decimal(counts), counts=True))
+        b.put(of, short(change), of, "per sample", exact=change, held=held)
 
 
-def _hysteresis(w: Writer, yellow: int | None, *, on: bool) -> None:
+def _hysteresis(b: TargetBuilder, t: Dl06Target, yellow: int | None, *, on: bool) -> None:
     """At least one count, at most 12.5 % of the span, and less than the yellow deviation."""
-    wanted, scale, field = w.loop.alarms.hysteresis, w.scales["pv"], "alarms.hysteresis"
-    if w.loop.pv.square_root:
+    wanted, scale, field = t.neutral.alarms.hysteresis, t.scales["pv"], "alarms.hysteresis"
+    if t.neutral.pv.square_root:
         if wanted:
-            w.lost(field, ROOT)
+            b.drop(field, ROOT)
         return
     if not on:
         if wanted:
-            w.number(field, wanted, field)
+            b.put(field, wanted, field)
         return
     most = nearest(WIDEST * scale.format.span)
     most = most if yellow is None else max(min(most, yellow - 1), 1)
     counts = nearest(scale.distance(Quantity(wanted)))
     if counts < 1:
-        w.put(field, "1 counts", field, "a DL06 wants at least one count", assumed=True)
+        b.put(field, "1 counts", field, "a DL06 wants at least one count", assumed=True)
     elif counts > most:
         held = quantity(scale.span_value(most))
-        w.put(field, held, field, "at most 12.5 % of the span and less than the yellow deviation", clamped=True)
+        b.put(field, held, field, "at most 12.5 % of the span and less than the yellow deviation", clamped=True)
     else:
-        w.put(field, number(wanted), field)
+        b.put(field, wanted, field)

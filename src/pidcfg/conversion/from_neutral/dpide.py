@@ -4,21 +4,22 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from pidcfg.conversion.arithmetic import ZERO, number
-from pidcfg.conversion.ledger import Put, Target
+from pidcfg.conversion.arithmetic import ZERO
+from pidcfg.conversion.builder import TargetBuilder, target_file
+from pidcfg.conversion.same import Same, take
 from pidcfg.conversion.to_neutral.dpide import BACK_CALCULATED, DEAD_BAND, HELD, MS
-from pidcfg.conversion.unmatched import ALARMS, dropped
-from pidcfg.encoders.dpide.files import DECODE_OPTIONS
+from pidcfg.conversion.unmatched import ALARMS, unmatched
 from pidcfg.encoders.values import present
 from pidcfg.encoders.words import nearest
 from pidcfg.refs import Decision
 from pidcfg.schemas.base import plain_number
 from pidcfg.schemas.dpide import LONGEST_CYCLE, SHORTEST_CYCLE
+from pidcfg.schemas.dpide import Loop as Instruction
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
-    from decimal import Decimal
 
+    from pidcfg.conversion.ledger import TargetFile
     from pidcfg.schemas.generic import GenericFile, Loop
 
 D296 = Decision(
@@ -39,9 +40,8 @@ D298 = Decision(
 )
 BLOCK = 30
 """Registers of an I_MV block."""
-CONVERT_OPTIONS = tuple(row for row in DECODE_OPTIONS if row.key == "device")
 COMPARE, PULSES = "compare PV in the program", "use GPWM behind the instruction"
-NO_TWIN = {
+BY_PROGRAM = {
     "setpoint.limits.0": "limit SV in the program",
     "setpoint.limits.1": "limit SV in the program",
     "setpoint.source": "move MV of that loop to SV in the program",
@@ -55,94 +55,101 @@ NO_TWIN = {
 """Neutral fields that a DPIDE does not have, with what to program instead."""
 
 
-def from_neutral(file: GenericFile, options: Mapping[str, Any]) -> Target:
+def from_neutral(file: GenericFile, options: Mapping[str, Any]) -> TargetFile:
     """DPIDE instructions of neutral loops, their I_MV blocks one after the other from D0."""
-    data: dict[str, Any] = {"pidcfg": 1, "vendor": "dpide", **present({"name": file.name})}
-    data |= present({"description": file.description})
-    given = options.get("device") or []
-    loops, puts = [], []
+    devices = options.get("device") or []
+    builders = []
     for i, loop in enumerate(file.loops):
-        device = given[i] if i < len(given) else f"D{i * BLOCK}"
-        loops.append(_instruction(loop, device))
-        puts.append([*_puts(loop), Put("device", None, "" if i < len(given) else "chosen; --device names another")])
-    return Target(data | {"loops": loops}, puts)
+        b = TargetBuilder(i, {"name": loop.name} | present({"description": loop.description}))
+        take(b, loop, loop, FIELDS)
+        note = "" if i < len(devices) else "chosen; --device names another"
+        b.put("device", devices[i] if i < len(devices) else f"D{i * BLOCK}", None, note)
+        b.data = {key: b.data[key] for key in Instruction.model_fields if key in b.data}
+        builders.append(b)
+    return target_file("dpide", file, builders)
 
 
-def _instruction(loop: Loop, device: str) -> dict[str, Any]:
-    """The operands of a loop."""
-    limits, tuning = loop.output.limits or loop.output.range, loop.tuning
-    acts = tuning.proportional
-    integral = tuning.integral_time if acts else (tuning.gain / tuning.integral_time if tuning.integral_time else ZERO)
-    return {
-        "name": loop.name,
-        **present({"description": loop.description}),
-        "device": device,
-        "SV": plain_number(_setpoint(loop)),
-        "PID_MODE": _mode(loop),
-        "PID_MAN": loop.mode == "manual",
-        "CYCLE": _cycle(loop),
-        "Kc_Kp": number(tuning.gain) if acts else 0,
-        "Ti_Ki": number(integral),
-        "Td_Kd": number(tuning.derivative_time if acts else tuning.gain * tuning.derivative_time),
-        "Tf": number(tuning.derivative_filter),
-        "PID_EQ": acts,
-        "PID_DE": tuning.derivative_on == "pv",
-        "PID_DIR": loop.output_raises_pv,
-        "ERR_DBW": number(loop.deadband),
-        "MV_MAX": number(limits[1]),
-        "MV_MIN": number(limits[0]),
-        "MOUT": number(loop.output.manual or ZERO),
-        "BIAS": number(loop.output.bias),
-        "pv": {"range": [*map(plain_number, loop.pv.range)], **present({"unit": loop.pv.unit})},
-        "output": {"range": [*map(plain_number, loop.output.range)], **present({"unit": loop.output.unit})},
-    }
+def _equation(b: TargetBuilder, loop: Loop) -> None:
+    tuning, acts = loop.tuning, loop.tuning.proportional
+    gain, integral, derivative = tuning.gain, tuning.integral_time, tuning.derivative_time
+    form = ""
+    if not acts:
+        form = "in the independent form (PID_EQ FALSE): no proportional action"
+        integral, derivative = gain / integral if integral else ZERO, gain * derivative
+    b.put("Kc_Kp", gain if acts else 0, "tuning.gain")
+    b.put("PID_EQ", acts, "tuning.proportional", form)
+    b.put("Ti_Ki", integral, "tuning.integral_time")
+    b.put("Td_Kd", derivative, "tuning.derivative_time")
+    b.put("PID_DE", tuning.derivative_on == "pv", "tuning.derivative_on")
 
 
-def _setpoint(loop: Loop) -> Decimal:
-    """The set point; the one at which the output is least where there is none (D298)."""
-    return loop.pv.range[not loop.output_raises_pv] if loop.setpoint.value is None else loop.setpoint.value
-
-
-def _mode(loop: Loop) -> int:
-    """Mode 2, unless the derivative kicks (D296)."""
-    kicks = loop.tuning.derivative_on == "error" and loop.tuning.derivative_time and loop.tuning.proportional
-    return 0 if kicks else BACK_CALCULATED
-
-
-def _cycle(loop: Loop) -> int:
+def _cycle(b: TargetBuilder, loop: Loop) -> None:
     """CYCLE in whole ms."""
-    return min(max(nearest(loop.sample_time * MS), SHORTEST_CYCLE), LONGEST_CYCLE)
+    wanted = loop.sample_time * MS
+    cycle = min(max(nearest(wanted), SHORTEST_CYCLE), LONGEST_CYCLE)
+    note = "CYCLE is whole milliseconds" if wanted != cycle else ""
+    clamped = not SHORTEST_CYCLE <= wanted <= LONGEST_CYCLE
+    b.put("CYCLE", cycle, "sample_time", note, exact=wanted, clamped=clamped)
 
 
-def _puts(loop: Loop) -> list[Put]:
-    """Where the neutral fields of a loop went."""
-    cascade, windup = loop.mode == "cascade", "" if loop.anti_windup else HELD
-    form = "" if loop.tuning.proportional else "in the independent form (PID_EQ FALSE): no proportional action"
-    none = "nothing says the set point: at this one the output is least" if loop.setpoint.value is None else ""
-    cycle = loop.sample_time * MS
-    whole = "CYCLE is whole milliseconds" if cycle != _cycle(loop) else ""
-    held = SHORTEST_CYCLE <= cycle <= LONGEST_CYCLE
-    rows = [
-        Put("PID_DIR", "output_raises_pv"),
-        Put("CYCLE", "sample_time", whole, exact=cycle, clamped=not held),
-        Put("Kc_Kp", "tuning.gain"),
-        Put("PID_EQ", "tuning.proportional", form),
-        Put("Ti_Ki", "tuning.integral_time"),
-        Put("Td_Kd", "tuning.derivative_time"),
-        Put("PID_DE", "tuning.derivative_on"),
-        Put("Tf", "tuning.derivative_filter"),
-        Put("MV_MIN", "output.limits.0"),
-        Put("MV_MAX", "output.limits.1"),
-        Put("output.range", "output.range"),
-        Put("pv.range", "pv.range"),
-        Put("BIAS", "output.bias"),
-        Put("PID_MODE", "anti_windup", windup, assumed=not loop.anti_windup),
-        Put("PID_MAN", "mode", "link the loops in the program" if cascade else "", assumed=cascade),
-        Put("MOUT", "output.manual"),
-        Put("pv.unit", "pv.unit"),
-        Put("output.unit", "output.unit"),
-    ]
-    rows.append(Put("SV", None if loop.setpoint.value is None else "setpoint.value", none))
+def _limits(b: TargetBuilder, loop: Loop) -> None:
+    low, high = loop.output.limits or loop.output.range
+    b.put("MV_MIN", low, "output.limits.0")
+    b.put("MV_MAX", high, "output.limits.1")
+
+
+def _ranges(b: TargetBuilder, loop: Loop) -> None:
+    b.put("output.range", [*map(plain_number, loop.output.range)], "output.range")
+    b.put("pv.range", [*map(plain_number, loop.pv.range)], "pv.range")
+
+
+def _modes(b: TargetBuilder, loop: Loop) -> None:
+    """Mode 2, unless the derivative kicks (D296); manual or not."""
+    kicks = loop.tuning.derivative_on == "error" and loop.tuning.derivative_time and loop.tuning.proportional
+    windup = "" if loop.anti_windup else HELD
+    b.put("PID_MODE", 0 if kicks else BACK_CALCULATED, "anti_windup", windup, assumed=not loop.anti_windup)
+    cascade = loop.mode == "cascade"
+    b.put("PID_MAN", loop.mode == "manual", "mode", "link the loops in the program" if cascade else "", assumed=cascade)
+
+
+def _manual(b: TargetBuilder, loop: Loop) -> None:
+    b.put("MOUT", loop.output.manual or ZERO, "output.manual")
+
+
+def _setpoint(b: TargetBuilder, loop: Loop) -> None:
+    """The set point; the one at which the output is least where there is none (D298)."""
+    if loop.setpoint.value is None:
+        note = "nothing says the set point: at this one the output is least"
+        b.put("SV", plain_number(loop.pv.range[not loop.output_raises_pv]), None, note)
+    else:
+        b.put("SV", plain_number(loop.setpoint.value), "setpoint.value")
+
+
+def _deadband(b: TargetBuilder, loop: Loop) -> None:
     if loop.deadband:
-        rows.append(Put("ERR_DBW", "deadband", DEAD_BAND))
-    return [*rows, *dropped(loop, NO_TWIN)]
+        b.put("ERR_DBW", loop.deadband, "deadband", DEAD_BAND)
+    else:
+        b.data["ERR_DBW"] = 0
+
+
+def _without_place(b: TargetBuilder, loop: Loop) -> None:
+    b.drop_all(unmatched(loop, BY_PROGRAM))
+
+
+FIELDS = (
+    Same("output_raises_pv", "PID_DIR"),
+    _cycle,
+    _equation,
+    Same("tuning.derivative_filter", "Tf"),
+    _limits,
+    _ranges,
+    Same("output.bias", "BIAS"),
+    _modes,
+    _manual,
+    Same("pv.unit"),
+    Same("output.unit"),
+    _setpoint,
+    _deadband,
+    _without_place,
+)
+"""Every field in the order of the report."""

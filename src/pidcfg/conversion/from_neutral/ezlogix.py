@@ -2,20 +2,19 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from decimal import Decimal
 from typing import TYPE_CHECKING, Any
 
-from pidcfg.conversion.arithmetic import ZERO, number, product, quotient, rescaled, width
-from pidcfg.conversion.builder import Builder, chosen, given, starts
-from pidcfg.conversion.ledger import Missing, Target
-from pidcfg.conversion.pipeline import ConvertError
+from pidcfg.conversion.arithmetic import ZERO, product, quotient, rescaled, width
+from pidcfg.conversion.builder import TargetBuilder, names, starts, target_file
+from pidcfg.conversion.ledger import ConvertError, Missing
+from pidcfg.conversion.same import Same, take
 from pidcfg.conversion.to_neutral.ezlogix import ACTS_ON, FULL, RAISES, SETPOINT
-from pidcfg.encoders.ezlogix.files import DECODE_OPTIONS
-from pidcfg.encoders.files import DecodeOption
+from pidcfg.conversion.unmatched import unmatched
 from pidcfg.encoders.maps.ezlogix import BLOCKS
-from pidcfg.encoders.settings import listed
-from pidcfg.encoders.values import present
 from pidcfg.encoders.words import nearest
+from pidcfg.paths import is_given
 from pidcfg.refs import Decision
 from pidcfg.schemas.base import decimal_text
 from pidcfg.schemas.ezlogix import CV_FULL, DISCRETES, REGISTERS, parse_counts
@@ -23,6 +22,7 @@ from pidcfg.schemas.ezlogix import CV_FULL, DISCRETES, REGISTERS, parse_counts
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    from pidcfg.conversion.ledger import TargetFile
     from pidcfg.schemas.generic import GenericFile, Loop
 
 D291 = Decision(
@@ -39,84 +39,65 @@ def _counts(text: str) -> tuple[int, int]:
     return parse_counts([int(low), int(high)])
 
 
-CONVERT_OPTIONS = (
-    *(row for row in DECODE_OPTIONS if row.key in PLACES),
-    DecodeOption("pv_counts", "LOW-HIGH,…", "Counts at both ends of each loop's PV range.", "0-32767", listed(_counts)),
-)
-"""Where blocks and tags go, and how many counts the PV has."""
 BANKS = {"registers": REGISTERS, "discretes": DISCRETES}
 ACTIONS = {raises: action for action, raises in RAISES.items()}
+BY_PROGRAM = {
+    "setpoint.follows_pv": "copy the PV into the set point in the program while the loop is in Manual",
+    "output.max_rate": "limit the change of the output in the program, between the CV and its output",
+    "alarms.hysteresis": "switch alarms off in the program when the PV is back by as much",
+}
+"""Neutral fields that a loop does not have, with what to program instead."""
 ALGORITHMS = {what: algorithm for algorithm, what in ACTS_ON.items()}
 
 
-def from_neutral(file: GenericFile, options: Mapping[str, Any]) -> Target:
+@dataclass(frozen=True, slots=True)
+class EzlogixLoop:
+    """A neutral loop, and where it goes in the PLC."""
+
+    neutral: Loop
+    counts: tuple[int, int]
+    """Of the PV at both ends of its range."""
+    pv_tag: str
+    cv_tag: str
+    pulse_tag: str
+    """The discrete output, if it pulses."""
+
+
+def from_neutral(file: GenericFile, options: Mapping[str, Any]) -> TargetFile:
     """An EZLogix file with these loops."""
     count = len(file.loops)
     blocks = {key: starts(BANKS[key], table.size, count, options.get(key) or ()) for key, (_, table) in BLOCKS.items()}
     outputs = [entry and entry["tag"] for entry in options.get("output_tag") or ()]
-    tags = {
-        "pv": chosen(options.get("pv_tag") or (), count, "IR{}".format),
-        "cv": chosen(options.get("cv_tag") or (), count, "OR{}".format),
-        "pulse": chosen(outputs, count, "O{}".format),
-    }
+    pv_tags = names(options.get("pv_tag") or (), count, "IR{}".format)
+    cv_tags = names(options.get("cv_tag") or (), count, "OR{}".format)
+    pulse_tags = names(outputs, count, "O{}".format)
     counts = _pv_counts(options.get("pv_counts") or (), count)
     builders = []
     for i, loop in enumerate(file.loops):
-        b = Builder()
-        b.put("name", loop.name, "name")
-        if loop.description is not None:
-            b.put("description", loop.description, "description")
+        b = TargetBuilder(i)
+        take(b, loop, loop, HEAD)
         for key, (prefix, _) in BLOCKS.items():
             b.put(key, f"{prefix}{blocks[key][i]}", None, "" if key in options else "the next free block")
-        _loop(b, loop, counts[i], {key: names[i] for key, names in tags.items()})
+        take(b, loop, EzlogixLoop(loop, counts[i], pv_tags[i], cv_tags[i], pulse_tags[i]), FIELDS)
         builders.append(b)
     wired = len(options.get("cv_tag") or ())
     _cascades(builders, file.loops, [int(start) for start in blocks["registers"]], counts, wired)
-    data = {"pidcfg": 1, "vendor": "ezlogix"} | present({"name": file.name, "description": file.description})
-    return Target({**data, "loops": [b.data for b in builders]}, [b.puts for b in builders])
+    return target_file("ezlogix", file, builders)
 
 
-def _pv_counts(said: list[tuple[int, int]] | tuple[()], count: int) -> list[tuple[int, int]]:
+def _pv_counts(pairs: list[tuple[int, int]] | tuple[()], count: int) -> list[tuple[int, int]]:
     """The counts of each loop's PV: one pair for all, or one of each (D291)."""
-    if len(said) not in {0, 1, count}:
-        raise ConvertError([Missing(("loops",), "loops", f"{len(said)} ranges of counts for {count} loops")])
-    return list(said) if len(said) == count else [said[0] if said else (0, CV_FULL)] * count
-
-
-def _loop(b: Builder, loop: Loop, counts: tuple[int, int], tags: Mapping[str, str]) -> None:
-    b.put("mode", "manual" if loop.mode == "manual" else "auto", "mode")
-    _algorithm(b, loop)
-    b.put("action", ACTIONS[loop.output_raises_pv], "output_raises_pv")
-    b.put("sample_rate", number(loop.sample_time), "sample_time")
-    _tuning(b, loop, Decimal(counts[1] - counts[0]))
-    _pv(b, loop, counts, tags["pv"])
-    if loop.setpoint.value is not None:
-        b.put("setpoint.value", number(loop.setpoint.value), "setpoint.value")
-    if loop.setpoint.limits is not None:
-        _pair(b, "setpoint.limits", loop.setpoint.limits)
-    if loop.setpoint.follows_pv:
-        b.drop("setpoint.follows_pv", "copy the PV into the set point in the program while the loop is in Manual")
-    _output(b, loop, tags)
-    if loop.deadband:
-        b.put("deadband", number(loop.deadband), "deadband")
-    b.put("anti_windup", loop.anti_windup, "anti_windup")
-    _alarms(b, loop, counts, tags["pv"])
-
-
-def _pair(b: Builder, path: str, ends: tuple[Decimal, Decimal]) -> None:
-    """Both limits, each of which may be rounded or clamped."""
-    section, key = path.split(".")
-    b.data.setdefault(section, {})[key] = [number(end) for end in ends]
-    for i in range(2):
-        b.mark(f"{path}.{i}", f"{path}.{i}")
+    if len(pairs) not in {0, 1, count}:
+        raise ConvertError([Missing(("loops",), f"{len(pairs)} ranges of counts for {count} loops")])
+    return list(pairs) if len(pairs) == count else [pairs[0] if pairs else (0, CV_FULL)] * count
 
 
 # --- equation --------------------------------------------------------------------------------------------------------
 
 
-def _algorithm(b: Builder, loop: Loop) -> None:
-    tuning = loop.tuning
-    if tuning.derivative_time or given(loop, "tuning", "derivative_on"):
+def _algorithm(b: TargetBuilder, e: EzlogixLoop) -> None:
+    tuning = e.neutral.tuning
+    if tuning.derivative_time or is_given(tuning, ("derivative_on",)):
         b.put("algorithm", ALGORITHMS[tuning.derivative_on], "tuning.derivative_on")
     else:
         b.put("algorithm", "position", None, "without a derivative both algorithms are the same")
@@ -126,90 +107,84 @@ def _algorithm(b: Builder, loop: Loop) -> None:
         b.drop("tuning.derivative_filter", "there is no derivative to be filtered")
 
 
-def _tuning(b: Builder, loop: Loop, span: Decimal) -> None:
-    tuning = loop.tuning
-    per_share = quotient(product(tuning.gain, width(loop.pv.range)), width(loop.output.range))
+def _tuning(b: TargetBuilder, e: EzlogixLoop) -> None:
+    tuning, span = e.neutral.tuning, Decimal(e.counts[1] - e.counts[0])
+    per_share = quotient(product(tuning.gain, width(e.neutral.pv.range)), width(e.neutral.output.range))
     gain, integral, derivative = quotient(product(per_share, FULL), span), tuning.integral_time, tuning.derivative_time
     if not gain:
-        b.put(
-            "tuning.proportional_gain",
-            0,
-            "tuning.gain",
-            "gain 0 switches the proportional term off only: the times are off as well",
-        )
+        note = "gain 0 switches the proportional term off only: the times are off as well"
+        b.put("tuning.proportional_gain", 0, "tuning.gain", note)
         integral = derivative = ZERO
     elif tuning.proportional:
-        b.put("tuning.proportional_gain", number(gain), "tuning.gain", "counts per count")
+        b.put("tuning.proportional_gain", gain, "tuning.gain", "counts per count")
     else:
         b.put("tuning.proportional_gain", 0, "tuning.proportional")
         integral, derivative = quotient(integral, gain), product(derivative, gain)
         note = "gain 0 counts as 1 for the other terms: the gain is in the times"
         b.mark("tuning.integral_time" if integral else "tuning.derivative_time", "tuning.gain", note)
-    b.put("tuning.integral_time", number(integral), "tuning.integral_time")
-    b.put("tuning.derivative_time", number(derivative), "tuning.derivative_time")
+    b.put("tuning.integral_time", integral, "tuning.integral_time")
+    b.put("tuning.derivative_time", derivative, "tuning.derivative_time")
 
 
 # --- PV and output ---------------------------------------------------------------------------------------------------
 
 
-def _pv(b: Builder, loop: Loop, counts: tuple[int, int], tag: str) -> None:
-    pv = loop.pv
-    b.put("pv.tag", tag, None, "where the PV stands")
-    b.put("pv.range", [number(end) for end in pv.range], "pv.range")
-    if pv.unit is not None:
-        b.put("pv.unit", pv.unit, "pv.unit")
-    b.put("pv.counts", [*counts], None, "counts of the input at both ends of the range: the gain depends on them")
-    if pv.square_root:
-        b.put("pv.square_root", pv.square_root, "pv.square_root")
-    if pv.filter:
-        time = f"{pv.filter:.4g}"
-        b.drop(
-            "pv.filter",
-            f"filter {tag} in the program with a time constant of {time} s; the R register with the "
-            "result becomes the PV's tag",
-        )
+def _pv_tag(b: TargetBuilder, e: EzlogixLoop) -> None:
+    b.put("pv.tag", e.pv_tag, None, "where the PV stands")
 
 
-def _output(b: Builder, loop: Loop, tags: Mapping[str, str]) -> None:
-    output, full = loop.output, (ZERO, FULL)
-    b.put("output.tag", tags["cv"], None, "where the CV goes")
-    b.put("output.range", [number(end) for end in output.range], "output.range")
+def _pv_counts_of_loop(b: TargetBuilder, e: EzlogixLoop) -> None:
+    b.put("pv.counts", e.counts, None, "counts of the input at both ends of the range: the gain depends on them")
+
+
+def _pv_filter(b: TargetBuilder, e: EzlogixLoop) -> None:
+    if e.neutral.pv.filter:
+        time = f"a time constant of {e.neutral.pv.filter:.4g} s"
+        register = "the R register with the result becomes the PV's tag"
+        b.drop("pv.filter", f"filter {e.pv_tag} in the program with {time}; {register}")
+
+
+def _limits(b: TargetBuilder, e: EzlogixLoop) -> None:
+    if e.neutral.setpoint.limits is not None:
+        b.pair("setpoint.limits", e.neutral.setpoint.limits, "setpoint.limits")
+
+
+def _output(b: TargetBuilder, e: EzlogixLoop) -> None:
+    output = e.neutral.output
+    b.put("output.tag", e.cv_tag, None, "where the CV goes")
+    b.put("output.range", output.range, "output.range")
     if output.unit is not None:
         b.put("output.unit", output.unit, "output.unit")
     if output.limits is not None:
-        _pair(b, "output.limits", output.limits)
-    if given(loop, "output", "bias"):
-        b.put("output.offset", number(output.bias), "output.bias")
+        b.pair("output.limits", output.limits, "output.limits")
+    if is_given(output, ("bias",)):
+        b.put("output.offset", output.bias, "output.bias")
     if output.manual is not None:
-        counts = nearest(rescaled(output.manual, output.range, full))
+        counts = nearest(rescaled(output.manual, output.range, (ZERO, FULL)))
         if counts:
-            b.drop("output.manual", f"write {counts} counts into {tags['cv']} while the loop is in Manual")
+            b.drop("output.manual", f"write {counts} counts into {e.cv_tag} while the loop is in Manual")
         else:
             b.mark("output.tag", "output.manual", "a loop starts with 0 counts")
-    if output.max_rate is not None:
-        b.drop("output.max_rate", "limit the change of the output in the program, between the CV and its output")
     if output.pulse is not None:
-        b.put("output.pulse.tag", tags["pulse"], None, "the discrete output")
-        for key, of in (("cycle_time", "period"), ("min_on", "min_on"), ("min_off", "min_off")):
-            time = getattr(output.pulse, of)
-            if time or key == "cycle_time":
-                b.put(f"output.pulse.{key}", number(time), f"output.pulse.{of}")
+        b.put("output.pulse.tag", e.pulse_tag, None, "the discrete output")
 
 
-def _alarms(b: Builder, loop: Loop, counts: tuple[int, int], tag: str) -> None:
+# --- what the program does -------------------------------------------------------------------------------------------
+
+
+def _alarms(b: TargetBuilder, e: EzlogixLoop) -> None:
     """There are none: what the program compares instead."""
-    alarms = loop.alarms
+    alarms = e.neutral.alarms
     for key, point in dict(alarms.pv).items():
         if point is not None:
-            what = "above" if key.startswith("high") else "below"
-            b.drop(f"alarms.pv.{key}", f"compare {tag} in the program: {what} {_raw(loop, point, counts)} counts")
+            what = f"{'above' if key.startswith('high') else 'below'} {_raw(e.neutral, point, e.counts)} counts"
+            b.drop(f"alarms.pv.{key}", f"compare {e.pv_tag} in the program: {what}")
     for key, point in dict(alarms.deviation).items():
         if point is not None:
             b.drop(f"alarms.deviation.{key}", f"compare the error in the program: beyond {decimal_text(point)}")
     if alarms.rate_of_change is not None:
-        b.drop("alarms.rate_of_change", f"compare {tag} with what it was a sample before in the program")
-    if alarms.hysteresis:
-        b.drop("alarms.hysteresis", "switch alarms off in the program when the PV is back by as much")
+        b.drop("alarms.rate_of_change", f"compare {e.pv_tag} with what it was a sample before in the program")
+    b.drop_all(unmatched(e.neutral, BY_PROGRAM))
 
 
 def _raw(loop: Loop, point: Decimal, counts: tuple[int, int]) -> int:
@@ -224,21 +199,51 @@ def _raw(loop: Loop, point: Decimal, counts: tuple[int, int]) -> int:
 
 
 def _cascades(
-    builders: list[Builder], loops: tuple[Loop, ...], registers: list[int], counts: list[tuple[int, int]], wired: int
+    builders: list[TargetBuilder],
+    loops: tuple[Loop, ...],
+    registers: list[int],
+    counts: list[tuple[int, int]],
+    wired: int,
 ) -> None:
     """Set points that are another loop's output: its CV tag becomes their register (D290)."""
-    names = {loop.name: i for i, loop in enumerate(loops)}
+    numbers = {loop.name: i for i, loop in enumerate(loops)}
     taken = set(range(wired))
     for i, loop in enumerate(loops):
         source = loop.setpoint.source
         if source is None:
             continue
-        register, outer = f"{REGISTERS.prefix}{registers[i] + SETPOINT}", names.get(source)
+        register, outer = f"{REGISTERS.prefix}{registers[i] + SETPOINT}", numbers.get(source)
         if outer is None or outer in taken or loop.pv.square_root or counts[i] != (0, CV_FULL):
             builders[i].drop("setpoint.source", f"scale the CV of {source} in the program and write it to {register}")
             continue
         taken.add(outer)
-        tag = builders[outer].puts.index(next(put for put in builders[outer].puts if put.field == "output.tag"))
-        del builders[outer].puts[tag]
+        fields = builders[outer].fields
+        fields.remove(next(field for field in fields if field.path == "output.tag"))
         builders[outer].put("output.tag", register, None, f"the set point of {loop.name}")
         builders[i].mark("registers", "setpoint.source", f"{register} is the CV tag of {source}")
+
+
+HEAD = (Same("name"), Same("description"))
+FIELDS = (
+    Same("mode", words={"auto": "auto", "cascade": "auto", "manual": "manual"}),
+    _algorithm,
+    Same("output_raises_pv", "action", ACTIONS),
+    Same("sample_time", "sample_rate"),
+    _tuning,
+    _pv_tag,
+    Same("pv.range"),
+    Same("pv.unit"),
+    _pv_counts_of_loop,
+    Same("pv.square_root", if_on=True),
+    _pv_filter,
+    Same("setpoint.value"),
+    _limits,
+    _output,
+    Same("output.pulse.period", "output.pulse.cycle_time"),
+    Same("output.pulse.min_on", if_on=True),
+    Same("output.pulse.min_off", if_on=True),
+    Same("deadband", if_on=True),
+    Same("anti_windup"),
+    _alarms,
+)
+"""Every field in the order of the file."""

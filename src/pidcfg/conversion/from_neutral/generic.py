@@ -4,20 +4,15 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from pidcfg.conversion.ledger import Put, Target
+from pidcfg.conversion.ledger import TargetField, TargetFile
 from pidcfg.conversion.to_neutral.generic import fields, plain
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from pidcfg.encoders.files import DecodeOption
     from pidcfg.schemas.generic import GenericFile
 
-CONVERT_OPTIONS: tuple[DecodeOption, ...] = ()
-"""There are no places to choose."""
 
-
-def from_neutral(file: GenericFile, options: Mapping[str, Any]) -> Target:  # noqa: ARG001 - there is nothing to choose
+def from_neutral(file: GenericFile, options: Mapping[str, Any]) -> TargetFile:  # noqa: ARG001 - nothing to choose
     """The file as it is."""
-    data = plain(file)
-    return Target(data, [[Put(path, path) for path, _ in fields(loop)] for loop in file.loops])
+    return TargetFile(plain(file), [[TargetField(path, path) for path, _ in fields(loop)] for loop in file.loops])

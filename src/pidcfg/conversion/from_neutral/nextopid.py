@@ -7,15 +7,13 @@ from decimal import Decimal
 from typing import TYPE_CHECKING, Any
 
 from pidcfg.conversion.arithmetic import ZERO, independent, number, product, quotient
-from pidcfg.conversion.builder import Builder
+from pidcfg.conversion.builder import TargetBuilder, target_file
 from pidcfg.conversion.from_neutral.nextopid_cascade import link
 from pidcfg.conversion.from_neutral.nextopid_names import Names
 from pidcfg.conversion.from_neutral.nextopid_task import Task, task_of
-from pidcfg.conversion.ledger import Put, Target
+from pidcfg.conversion.same import Same, take
 from pidcfg.conversion.to_neutral.nextopid import HELD
-from pidcfg.conversion.unmatched import ALARMS, dropped
-from pidcfg.encoders.nextopid.files import DECODE_OPTIONS
-from pidcfg.encoders.values import present
+from pidcfg.conversion.unmatched import ALARMS, unmatched
 from pidcfg.encoders.words import nearest
 from pidcfg.refs import Decision
 from pidcfg.schemas.base import decimal_text
@@ -24,6 +22,7 @@ from pidcfg.schemas.nextopid import SHORTEST_INTEGRAL, Controller, PidaReal
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    from pidcfg.conversion.ledger import TargetFile
     from pidcfg.schemas.generic import GenericFile, Loop
 
 D294 = Decision(
@@ -32,8 +31,6 @@ D294 = Decision(
     "SP is MinPV where the PV rises with the output, else MaxPV; reported as assumed.",
     "SP must be given. A loop that nobody has given a set point must not open its valve.",
 )
-CONVERT_OPTIONS = tuple(row for row in DECODE_OPTIONS if row.key == "sample_time")
-"""The interval of the task."""
 KEYS = (
     "name",
     "type",
@@ -49,7 +46,7 @@ PERIODS = (1, 0xFFFF)
 ROUGH = 100
 """Steps of a pulse output below which the report says how to get more."""
 COMPARE = "compare PV in the program"
-NO_TWIN = {
+BY_PROGRAM = {
     "setpoint.follows_pv": "copy PV into SP in the program while Manual is TRUE",
     "pv.square_root": "wire PV to an expression with sqrt",
     "output.pulse.min_on": "drop shorter pulses in the program, behind ControlPWM",
@@ -69,155 +66,181 @@ class Program:
     signals: dict[str, Any] = field(default_factory=dict)
     blocks: list[dict[str, Any]] = field(default_factory=list)
 
+    def add(self, block: dict[str, Any]) -> str:
+        """Adds a block; returns its path in the file."""
+        self.blocks.append(block)
+        return f"/blocks.{len(self.blocks) - 1}"
 
-def from_neutral(file: GenericFile, options: Mapping[str, Any]) -> Target:
+
+@dataclass(frozen=True, slots=True)
+class NextopidLoop:
+    """A neutral loop, and the program that it goes into."""
+
+    neutral: Loop
+    name: str
+    """The instance of its block."""
+    program: Program
+
+    @property
+    def cycles(self) -> int:
+        """The loop runs in every n-th cycle of the task."""
+        return self.program.task.cycles(self.neutral.sample_time)
+
+    @property
+    def time(self) -> Decimal:
+        """The loop's interval in s: a multiple of the task's, as near as can be."""
+        return product(self.program.task.interval, Decimal(self.cycles))
+
+
+def from_neutral(file: GenericFile, options: Mapping[str, Any]) -> TargetFile:
     """A NextoPID file with these loops."""
     program = Program(task_of([loop.sample_time for loop in file.loops], options.get("sample_time")))
     builders = []
-    for loop in file.loops:
-        b = Builder()
+    for i, loop in enumerate(file.loops):
         name = program.names.new(loop.name)
-        b.data = {"name": name, "type": "PIDA_REAL"}
+        b = TargetBuilder(i, {"name": name, "type": "PIDA_REAL"})
         if name != loop.name:
-            b.put("name", name, "name", "an identifier of IEC 61131-3, unique without regard to capitals", assumed=True)
+            b.mark("name", "name", "an identifier of IEC 61131-3, unique without regard to capitals", assumed=True)
         builders.append(b)
     for b, loop in zip(builders, file.loops, strict=True):
-        _loop(b, loop, program)
+        take(b, loop, NextopidLoop(loop, b.data["name"], program), FIELDS)
     link(file, builders)
-    data = {"pidcfg": 1, "vendor": "nextopid"} | present({"name": file.name, "description": file.description})
-    data["plc"] = {"sample_time": number(program.task.interval)}
-    data |= {"signals": program.signals} if program.signals else {}
-    data |= {"blocks": program.blocks} if program.blocks else {}
-    loops = [{key: b.data[key] for key in KEYS if key in b.data} for b in builders]
-    return Target({**data, "loops": loops}, [b.puts for b in builders])
+    for b in builders:
+        b.data = {key: b.data[key] for key in KEYS if key in b.data}
+    plc = {"sample_time": number(program.task.interval)}
+    return target_file("nextopid", file, builders, plc=plc, signals=program.signals, blocks=program.blocks)
 
 
-def _loop(b: Builder, loop: Loop, program: Program) -> None:
-    if loop.description is not None:
-        b.put("description", loop.description, "description")
-    _time(b, loop, program.task)
-    b.put("Direct", not loop.output_raises_pv, "output_raises_pv")
-    if loop.mode != "cascade":
-        b.put("Manual", loop.mode == "manual", "mode")
-    _setpoint(b, loop)
-    _equation(b, loop)
-    _pv(b, loop, program)
-    _output(b, loop, program.task)
-    if loop.output.pulse is not None:
-        _pulses(b, loop, program)
-    if loop.deadband:
-        b.put("DeadBand", number(loop.deadband), "deadband", HELD)
-    if not loop.anti_windup:
-        b.mark("anti_windup", "anti_windup", WINDUP, assumed=True)
-    b.puts += dropped(loop, NO_TWIN)
+def _time(b: TargetBuilder, n: NextopidLoop) -> None:
+    wanted, task = n.neutral.sample_time, n.program.task
+    where, note = "/plc.sample_time", ""
+    if n.time != task.interval:
+        where, note = "sample_time", f"every {n.cycles} cycles of the task"
+        b.data["sample_time"] = number(n.time)
+    b.mark(where, "sample_time", note, exact=wanted, clamped=not task.holds(wanted))
 
 
-def _time(b: Builder, loop: Loop, task: Task) -> None:
-    """The loop's interval: a multiple of the task's, as near as can be."""
-    time = product(task.interval, Decimal(task.cycles(loop.sample_time)))
-    note = f"every {task.cycles(loop.sample_time)} cycles of the task" if time != task.interval else ""
-    where = "/plc.sample_time"
-    clamped = not task.holds(loop.sample_time)
-    if time != task.interval:
-        where = "sample_time"
-        b.data["sample_time"] = number(time)
-    b.puts.append(Put(where, "sample_time", note, exact=loop.sample_time, clamped=clamped))
+def _direction(b: TargetBuilder, n: NextopidLoop) -> None:
+    b.put("Direct", not n.neutral.output_raises_pv, "output_raises_pv")
+    if n.neutral.mode != "cascade":
+        b.put("Manual", n.neutral.mode == "manual", "mode")
 
 
-def _setpoint(b: Builder, loop: Loop) -> None:
-    low, high = loop.pv.range
-    if loop.setpoint.value is None:
-        least = low if loop.output_raises_pv else high
-        b.put("SP", number(least), None, "nothing says the set point: at this one the output is least")
+def _setpoint(b: TargetBuilder, n: NextopidLoop) -> None:
+    setpoint, span = n.neutral.setpoint, n.neutral.pv.range
+    if setpoint.value is None:
+        note = "nothing says the set point: at this one the output is least"
+        b.put("SP", span[not n.neutral.output_raises_pv], None, note)
     else:
-        b.put("SP", number(loop.setpoint.value), "setpoint.value")
-    if loop.setpoint.limits is None:
+        b.put("SP", setpoint.value, "setpoint.value")
+    if setpoint.limits is None:
         return
-    for i, (end, key, inside) in enumerate(zip(loop.setpoint.limits, ("MinPV", "MaxPV"), (1, -1), strict=True)):
-        if (end - loop.pv.range[i]) * inside > 0:
+    for i, (end, key, inside) in enumerate(zip(setpoint.limits, ("MinPV", "MaxPV"), (1, -1), strict=True)):
+        if (end - span[i]) * inside > 0:
             b.drop(f"setpoint.limits.{i}", f"{key} limits the PV too: limit SP in the program")
         else:
-            b.mark(key, f"setpoint.limits.{i}", "" if end == loop.pv.range[i] else f"{key} limits the set point")
+            b.mark(key, f"setpoint.limits.{i}", "" if end == span[i] else f"{key} limits the set point")
 
 
-def _equation(b: Builder, loop: Loop) -> None:
+def _equation(b: TargetBuilder, n: NextopidLoop) -> None:
     """The dependent form; the independent one where an integral time would count as none."""
-    tuning = loop.tuning
+    tuning = n.neutral.tuning
     gain, integral, derivative, acts = tuning.gain, tuning.integral_time, tuning.derivative_time, tuning.proportional
     form = ""
     if ZERO < integral < SHORTEST_INTEGRAL:
         form = f"a gain (Indep TRUE): below {SHORTEST_INTEGRAL} s an integral time counts as none"
         b.data["Indep"] = True
         integral, derivative = independent(gain, integral, derivative)
-        b.put("Kp", number(gain) if acts else 0, "tuning.gain")
+        b.put("Kp", gain if acts else 0, "tuning.gain")
         b.mark("Kp", "tuning.proportional")
     else:
-        b.put("Kp", number(gain), "tuning.gain")
+        b.put("Kp", gain, "tuning.gain")
         b.put("DisableP", not acts, "tuning.proportional")
-    b.put("Ti_Ki", number(integral), "tuning.integral_time", form)
-    b.put("Td_Kd", number(derivative), "tuning.derivative_time")
+    b.put("Ti_Ki", integral, "tuning.integral_time", form)
+    b.put("Td_Kd", derivative, "tuning.derivative_time")
     b.put("DerivEr", tuning.derivative_on == "error", "tuning.derivative_on")
-    if tuning.derivative_filter:
-        b.put("Tfd", number(tuning.derivative_filter), "tuning.derivative_filter")
 
 
-def _pv(b: Builder, loop: Loop, program: Program) -> None:
-    for i, key in enumerate(("MinPV", "MaxPV")):
-        b.put(key, number(loop.pv.range[i]), f"pv.range.{i}")
-    if loop.pv.unit is not None:
-        b.put("pv.unit", loop.pv.unit, "pv.unit")
-    if loop.pv.filter:
-        signal, block = program.names.new(b.data["name"], "_IN"), program.names.new(b.data["name"], "_FILTER")
-        place = len(program.blocks)
+def _pv_filter(b: TargetBuilder, n: NextopidLoop) -> None:
+    """A low-pass filter before the loop."""
+    time, program = n.neutral.pv.filter, n.program
+    if time:
+        signal, block = program.names.new(n.name, "_IN"), program.names.new(n.name, "_FILTER")
         program.signals[signal] = b.data["SP"]
-        program.blocks.append(
-            {"name": block, "type": "ControlLowFilter", "InVar": signal, "Tc": number(loop.pv.filter)}
-        )
-        b.mark(f"/blocks.{place}.Tc", "pv.filter", f"{block}, a block before PV")
+        path = program.add({"name": block, "type": "ControlLowFilter", "InVar": signal, "Tc": number(time)})
+        b.mark(f"{path}.Tc", "pv.filter", f"{block}, a block before PV")
         b.put("PV", f"{block}.OutVar", None, f"{signal} is the PV before its filter: assign it to the analog input")
 
 
-def _output(b: Builder, loop: Loop, task: Task) -> None:
-    output = loop.output
-    limits = output.limits or output.range
-    for i, key in enumerate(("MinMV", "MaxMV")):
-        b.put(key, number(limits[i]), f"output.limits.{i}")
-    b.put("output.range", [number(end) for end in output.range], "output.range")
-    if output.unit is not None:
-        b.put("output.unit", output.unit, "output.unit")
-    if output.bias:
-        b.put("BIAS", number(output.bias), "output.bias")
+def _limits(b: TargetBuilder, n: NextopidLoop) -> None:
+    low, high = n.neutral.output.limits or n.neutral.output.range
+    b.put("MinMV", low, "output.limits.0")
+    b.put("MaxMV", high, "output.limits.1")
+
+
+def _manual(b: TargetBuilder, n: NextopidLoop) -> None:
+    output = n.neutral.output
+    low, high = output.limits or output.range
     if output.manual is not None:
-        b.put("ManualMV", number(output.manual), "output.manual")
-    elif loop.mode == "manual":
-        b.put("ManualMV", number(min(max(ZERO, limits[0]), limits[1])), None, "nothing says the output in manual")
-    if output.max_rate is not None:
-        time = product(task.interval, Decimal(task.cycles(loop.sample_time)))
-        step = product(output.max_rate, time)
-        if step:
-            b.put("MaxVarMV", number(step), "output.max_rate", f"per cycle of {decimal_text(time)} s", exact=step)
-        else:
-            b.drop("output.max_rate", "MaxVarMV 0 is no limit: put the loop into manual to hold its output")
+        b.put("ManualMV", output.manual, "output.manual")
+    elif n.neutral.mode == "manual":
+        b.put("ManualMV", min(max(ZERO, low), high), None, "nothing says the output in manual")
 
 
-def _pulses(b: Builder, loop: Loop, program: Program) -> None:
+def _max_rate(b: TargetBuilder, n: NextopidLoop) -> None:
+    rate = n.neutral.output.max_rate
+    if rate is None:
+        return
+    step = product(rate, n.time)
+    if step:
+        b.put("MaxVarMV", step, "output.max_rate", f"per cycle of {decimal_text(n.time)} s", exact=step)
+    else:
+        b.drop("output.max_rate", "MaxVarMV 0 is no limit: put the loop into manual to hold its output")
+
+
+def _pulses(b: TargetBuilder, n: NextopidLoop) -> None:
     """A ControlPWM behind the loop."""
-    wanted = quotient(loop.output.pulse.period if loop.output.pulse else ZERO, program.task.interval)
+    pulse, interval = n.neutral.output.pulse, n.program.task.interval
+    if pulse is None:
+        return
+    wanted = quotient(pulse.period, interval)
     period = min(max(nearest(wanted), PERIODS[0]), PERIODS[1])
-    name, place = program.names.new(b.data["name"], "_PWM"), len(program.blocks)
-    low, high = (number(end) for end in loop.output.range)
-    program.blocks.append(
-        {
-            "name": name,
-            "type": "ControlPWM",
-            "MV": f"{b.data['name']}.MV",
-            "MaxMV": high,
-            "MinMV": low,
-            "Period": period,
-        }
-    )
-    note = f"{name}, in cycles of the task of {decimal_text(program.task.interval)} s"
+    name = n.program.names.new(n.name, "_PWM")
+    low, high = (number(end) for end in n.neutral.output.range)
+    block = {"name": name, "type": "ControlPWM", "MV": f"{n.name}.MV", "MaxMV": high, "MinMV": low, "Period": period}
+    path = n.program.add(block)
+    note = f"{name}, in cycles of the task of {decimal_text(interval)} s"
     if period < ROUGH:
         note += f": the output has {period} steps; a shorter interval (--sample-time) gives more"
     clamped = not PERIODS[0] <= nearest(wanted) <= PERIODS[1]
-    b.puts.append(Put(f"/blocks.{place}.Period", "output.pulse.period", note, exact=wanted, clamped=clamped))
+    b.mark(f"{path}.Period", "output.pulse.period", note, exact=wanted, clamped=clamped)
+
+
+def _without_place(b: TargetBuilder, n: NextopidLoop) -> None:
+    if not n.neutral.anti_windup:
+        b.mark("anti_windup", "anti_windup", WINDUP, assumed=True)
+    b.drop_all(unmatched(n.neutral, BY_PROGRAM))
+
+
+FIELDS = (
+    Same("description"),
+    _time,
+    _direction,
+    _setpoint,
+    _equation,
+    Same("tuning.derivative_filter", "Tfd", if_on=True),
+    Same("pv.range.0", "MinPV"),
+    Same("pv.range.1", "MaxPV"),
+    Same("pv.unit"),
+    _pv_filter,
+    _limits,
+    Same("output.range"),
+    Same("output.unit"),
+    Same("output.bias", "BIAS", if_on=True),
+    _manual,
+    _max_rate,
+    _pulses,
+    Same("deadband", "DeadBand", if_on=True, note=HELD),
+    _without_place,
+)
+"""Every field in the order of the report."""

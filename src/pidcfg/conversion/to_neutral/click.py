@@ -6,9 +6,11 @@ from decimal import Decimal
 from typing import TYPE_CHECKING
 
 from pidcfg.conversion.arithmetic import HUNDRED, ZERO, filter_time, product, quotient, rounded, width
-from pidcfg.conversion.builder import Teller, given
+from pidcfg.conversion.builder import NeutralBuilder
+from pidcfg.conversion.same import Same, take
 from pidcfg.encoders.click.encode import deviation_alarms_on, pv_alarms_on
 from pidcfg.encoders.mapping import switched_on
+from pidcfg.paths import is_given
 from pidcfg.refs import Decision
 from pidcfg.schemas.base import decimal_text
 
@@ -17,7 +19,7 @@ if TYPE_CHECKING:
 
     from pydantic import BaseModel
 
-    from pidcfg.conversion.ledger import Neutral
+    from pidcfg.conversion.ledger import NeutralLoop
     from pidcfg.schemas.click import ClickFile, Loop
 
 D285 = Decision(
@@ -66,33 +68,28 @@ NOTHING_LOST = frozenset(
 """Where things stand in this PLC, what it writes itself, and switches: they show in what they switch."""
 
 
-def to_neutral(config: ClickFile) -> list[Neutral]:
+def to_neutral(config: ClickFile) -> list[NeutralLoop]:
     """The loops in neutral form, with what became of every field."""
-    return [_loop(i, loop) for i, loop in enumerate(config.loops)]
+    loops = []
+    for i, loop in enumerate(config.loops):
+        b = NeutralBuilder(i)
+        take(b, loop, loop, FIELDS)
+        loops.append(b.loop)
+    return loops
 
 
-def _loop(i: int, loop: Loop) -> Neutral:
-    t = Teller(("loops", i))
-    t.keep("name", loop.name, "name", loop.name)
-    if loop.description is not None:
-        t.keep("description", loop.description, "description", loop.description)
-    t.keep("mode", loop.mode, "mode", loop.mode)
-    t.keep("action", loop.action, "output_raises_pv", RAISES[loop.action])
-    milliseconds = decimal_text(loop.sample_rate.scaleb(3))
-    t.keep("sample_rate", f"{milliseconds} ms", "sample_time", loop.sample_rate)
-    for section in (_tuning, _derivative, _pv, _setpoint, _output, _error, _pv_alarms, _other_alarms, _operation):
-        section(t, loop)
-    return t.neutral
+def _sample_rate(b: NeutralBuilder, loop: Loop) -> None:
+    b.put("sample_rate", f"{decimal_text(loop.sample_rate.scaleb(3))} ms", "sample_time", loop.sample_rate)
 
 
-def _active(t: Teller, model: BaseModel, path: str, unused: Decimal) -> Decimal | None:
+def _active(b: NeutralBuilder, model: BaseModel, path: str, unused: Decimal) -> Decimal | None:
     """A value that has a switch, while it is on; ``unused`` is what its register holds when it is not given."""
     key = path.rpartition(".")[2]
     value, bit = getattr(model, key), getattr(model, f"{key}_enabled")
     if switched_on(bit, value):
         return unused if value is None else Decimal(value)
     if value is not None:
-        t.lose(path, value, SWITCHED_OFF)
+        b.drop(path, value, SWITCHED_OFF)
     return None
 
 
@@ -103,10 +100,10 @@ def _squared(loop: Loop) -> bool:
     return loop.error.curve == "squared"
 
 
-def _tuning(t: Teller, loop: Loop) -> None:
+def _tuning(b: NeutralBuilder, loop: Loop) -> None:
     gain, reset = loop.tuning.proportional_gain, loop.tuning.reset_time
     if _squared(loop):
-        t.keep(
+        b.put(
             "tuning.proportional_gain",
             gain,
             "tuning.gain",
@@ -115,9 +112,9 @@ def _tuning(t: Teller, loop: Loop) -> None:
             note="with the square left out, an error of the whole range moves the output as before",
         )
     else:
-        t.keep("tuning.proportional_gain", gain, "tuning.gain", gain)
+        b.put("tuning.proportional_gain", gain, "tuning.gain", gain)
     off = reset >= NO_INTEGRAL
-    t.keep(
+    b.put(
         "tuning.reset_time",
         reset,
         "tuning.integral_time",
@@ -126,36 +123,36 @@ def _tuning(t: Teller, loop: Loop) -> None:
     )
 
 
-def _derivative(t: Teller, loop: Loop) -> None:
+def _derivative(b: NeutralBuilder, loop: Loop) -> None:
     time = loop.tuning.derivative_gain
-    limit = _active(t, loop, "derivative_gain_limit", ZERO)
+    limit = _active(b, loop, "derivative_gain_limit", ZERO)
     if limit == 0:
-        t.keep("derivative_gain_limit", loop.derivative_gain_limit, "tuning.derivative_time", ZERO)
+        b.put("derivative_gain_limit", loop.derivative_gain_limit, "tuning.derivative_time", ZERO)
         if time:
-            t.lose("tuning.derivative_gain", time, "the derivative gain limit is 0, which switches the derivative off")
+            b.drop("tuning.derivative_gain", time, "the derivative gain limit is 0, which switches the derivative off")
         return
-    t.keep("tuning.derivative_gain", time, "tuning.derivative_time", time)
+    b.put("tuning.derivative_gain", time, "tuning.derivative_time", time)
     if time:
-        t.keep("tuning.derivative_gain", time, "tuning.derivative_on", "error")
+        b.put("tuning.derivative_gain", time, "tuning.derivative_on", "error")
     if limit is None:
         return
     if not time:
-        t.lose("derivative_gain_limit", limit, "there is no derivative to be limited")
+        b.drop("derivative_gain_limit", limit, "there is no derivative to be limited")
         return
     constant = ZERO if limit >= NO_FILTER else rounded(quotient(time, limit))
-    t.keep("derivative_gain_limit", limit, "tuning.derivative_filter", constant)
+    b.put("derivative_gain_limit", limit, "tuning.derivative_filter", constant)
 
 
-def _error(t: Teller, loop: Loop) -> None:
+def _error(b: NeutralBuilder, loop: Loop) -> None:
     if _squared(loop):
-        t.lose(
+        b.drop(
             "error.curve",
             "squared",
             "square the error in the new controller, or tune it anew: small errors now count for more",
         )
-    deadband = _active(t, loop.error, "error.deadband", ZERO)
+    deadband = _active(b, loop.error, "error.deadband", ZERO)
     if deadband is not None and _squared(loop):
-        t.keep(
+        b.put(
             "error.deadband",
             deadband,
             "deadband",
@@ -164,16 +161,16 @@ def _error(t: Teller, loop: Loop) -> None:
             note="the root, since the error is no longer squared",
         )
     elif deadband is not None:
-        t.keep("error.deadband", deadband, "deadband", deadband)
+        b.put("error.deadband", deadband, "deadband", deadband)
 
 
 # --- PV, set point and output ----------------------------------------------------------------------------------------
 
 
-def _pv(t: Teller, loop: Loop) -> None:
+def _pv_range(b: NeutralBuilder, loop: Loop) -> None:
     pv = loop.pv
     if pv.input_range is None:
-        t.keep(
+        b.put(
             "pv.range",
             list(pv.range),
             "pv.range",
@@ -182,24 +179,22 @@ def _pv(t: Teller, loop: Loop) -> None:
             note="the range of the process is taken for that of the instrument; pv.input_range gives the instrument's",
         )
     else:
-        t.keep("pv.input_range", list(pv.input_range), "pv.range", list(pv.input_range))
+        b.put("pv.input_range", list(pv.input_range), "pv.range", list(pv.input_range))
         if pv.range == pv.input_range:
-            t.say("pv.range", list(pv.range), "pv.range")
+            b.mark("pv.range", list(pv.range), "pv.range")
         else:
-            t.lose("pv.range", list(pv.range), "what the process reaches matters to the autotune only")
-    if pv.unit is not None:
-        t.keep("pv.unit", pv.unit, "pv.unit", pv.unit)
-    constant = _active(t, pv, "pv.filter", Decimal(NO_FILTER))
+            b.drop("pv.range", list(pv.range), "what the process reaches matters to the autotune only")
+
+
+def _pv_filter(b: NeutralBuilder, loop: Loop) -> None:
+    constant = _active(b, loop.pv, "pv.filter", Decimal(NO_FILTER))
     if constant is not None:
-        t.keep("pv.filter", constant, "pv.filter", filter_time(quotient(constant, HUNDRED), loop.sample_rate))
+        b.put("pv.filter", constant, "pv.filter", filter_time(quotient(constant, HUNDRED), loop.sample_rate))
 
 
-def _setpoint(t: Teller, loop: Loop) -> None:
-    setpoint = loop.setpoint
-    if setpoint.value is not None:
-        t.keep("setpoint.value", setpoint.value, "setpoint.value", setpoint.value)
-    low = _active(t, setpoint, "setpoint.lower_limit", ZERO)
-    high = _active(t, setpoint, "setpoint.upper_limit", ZERO)
+def _setpoint_limits(b: NeutralBuilder, loop: Loop) -> None:
+    low = _active(b, loop.setpoint, "setpoint.lower_limit", ZERO)
+    high = _active(b, loop.setpoint, "setpoint.upper_limit", ZERO)
     if low is None and high is None:
         return
     fields = {"setpoint.lower_limit": low, "setpoint.upper_limit": high}
@@ -207,79 +202,99 @@ def _setpoint(t: Teller, loop: Loop) -> None:
     if ends[0] >= ends[1]:
         for path, value in fields.items():
             if value is not None:
-                t.lose(path, value, "the limits leave no range of set points; limit it in the program")
+                b.drop(path, value, "the limits leave no range of set points; limit it in the program")
         return
-    t.neutral.loop.setdefault("setpoint", {})["limits"] = ends
+    b.set("setpoint.limits", ends)
     for i, (path, value) in enumerate(fields.items()):
         note = "not given: the end of the PV's range" if value is None else ""
-        t.say(path, value, f"setpoint.limits.{i}", note=note, assumed=value is None)
+        b.mark(path, value, f"setpoint.limits.{i}", note=note, assumed=value is None)
 
 
-def _output(t: Teller, loop: Loop) -> None:
+def _output(b: NeutralBuilder, loop: Loop) -> None:
     output = loop.output
     unit = output.unit or "%"
-    t.keep("output.unit", unit, "output.range", list(OUTPUT))
-    t.keep("output.unit", unit, "output.unit", unit)
+    b.put("output.unit", unit, "output.range", list(OUTPUT))
+    b.put("output.unit", unit, "output.unit", unit)
     low, high = output.limits
     if low >= high:
-        t.miss("output.limits", f"the output limits {low} and {high} do not ascend: write the lower one first")
-    elif given(loop, "output", "limits"):
-        t.keep("output.limits", [low, high], "output.limits", [low, high])
-    if output.pwm is not None:
-        t.keep("output.pwm.period", output.pwm.period, "output.pulse.period", output.pwm.period)
-    for key, of in (("output", "manual"), ("bias", "bias")):
-        value = getattr(loop.state, key)
-        if value is not None:
-            t.keep(f"state.{key}", value, f"output.{of}", value)
+        b.need("output.limits", f"the output limits {low} and {high} do not ascend: write the lower one first")
+    elif is_given(loop, ("output", "limits")):
+        b.put("output.limits", [low, high], "output.limits", [low, high])
 
 
 # --- alarms ----------------------------------------------------------------------------------------------------------
 
 
 def _points(
-    t: Teller, path: str, points: Mapping[str, Decimal | None], *, on: bool, harmless: Mapping[str, bool]
+    b: NeutralBuilder, path: str, points: Mapping[str, Decimal | None], *, on: bool, harmless: Mapping[str, bool]
 ) -> None:
     """The alarms that share a switch; one that is not given is compared with 0 all the same."""
     for key, value in points.items():
         if value is not None and on:
-            t.keep(f"{path}.{key}", value, f"{path}.{key}", value)
+            b.put(f"{path}.{key}", value, f"{path}.{key}", value)
         elif value is not None:
-            t.lose(f"{path}.{key}", value, SWITCHED_OFF)
+            b.drop(f"{path}.{key}", value, SWITCHED_OFF)
         elif on and not harmless[key]:
-            t.lose(f"{path}.{key}", None, "not given: this PLC compares with 0, since one bit enables all")
+            b.drop(f"{path}.{key}", None, "not given: this PLC compares with 0, since one bit enables all")
 
 
-def _pv_alarms(t: Teller, loop: Loop) -> None:
+def _pv_alarms(b: NeutralBuilder, loop: Loop) -> None:
     pv, (low, high) = loop.alarms.pv, loop.pv.range
     if pv is None:
         return
     harmless = {"low_low": low >= 0, "low": low >= 0, "high": high <= 0, "high_high": high <= 0}
     points = {"low_low": pv.low_low, "low": pv.low, "high": pv.high, "high_high": pv.high_high}
-    _points(t, "alarms.pv", points, on=pv_alarms_on(loop), harmless=harmless)
+    _points(b, "alarms.pv", points, on=pv_alarms_on(loop), harmless=harmless)
 
 
-def _other_alarms(t: Teller, loop: Loop) -> None:
-    alarms, deviation = loop.alarms, loop.alarms.deviation
+def _deviation_alarms(b: NeutralBuilder, loop: Loop) -> None:
+    deviation = loop.alarms.deviation
     if deviation is not None:
         points = {"high": deviation.high, "high_high": deviation.high_high}
-        _points(t, "alarms.deviation", points, on=deviation_alarms_on(loop), harmless=dict.fromkeys(points, False))
-    rate = alarms.rate_of_change
-    if switched_on(alarms.rate_of_change_enabled, rate):
+        _points(b, "alarms.deviation", points, on=deviation_alarms_on(loop), harmless=dict.fromkeys(points, False))
+
+
+def _rate_of_change(b: NeutralBuilder, loop: Loop) -> None:
+    rate = loop.alarms.rate_of_change
+    if switched_on(loop.alarms.rate_of_change_enabled, rate):
         change = ZERO if rate is None else rate.per_sample(loop.sample_rate).value
         second = rounded(quotient(change, loop.sample_rate))
-        t.keep("alarms.rate_of_change", ZERO if rate is None else str(rate), "alarms.rate_of_change", second)
+        b.put("alarms.rate_of_change", ZERO if rate is None else str(rate), "alarms.rate_of_change", second)
     elif rate is not None:
-        t.lose("alarms.rate_of_change", str(rate), SWITCHED_OFF)
-    if alarms.hysteresis is not None:
-        t.keep("alarms.hysteresis", alarms.hysteresis, "alarms.hysteresis", alarms.hysteresis)
+        b.drop("alarms.rate_of_change", str(rate), SWITCHED_OFF)
 
 
-# --- operation -------------------------------------------------------------------------------------------------------
+# --- the loop ---------------------------------------------------------------------------------------------------------
 
 
-def _operation(t: Teller, loop: Loop) -> None:
-    t.keep("freeze_bias", loop.freeze_bias, "anti_windup", loop.freeze_bias)
-    t.keep("bumpless", loop.bumpless, "setpoint.follows_pv", FOLLOWS[loop.bumpless])
-    for key, value in dict(loop.autotune).items():
-        if value != type(loop.autotune).model_fields[key].default:
-            t.lose(f"autotune.{key}", value, "choose it when the new controller is tuned")
+def _autotune(b: NeutralBuilder, loop: Loop) -> None:
+    b.drop_choices("autotune", loop.autotune, "choose it when the new controller is tuned")
+
+
+FIELDS = (
+    Same("name"),
+    Same("description"),
+    Same("mode"),
+    Same("action", "output_raises_pv", RAISES),
+    _sample_rate,
+    _tuning,
+    _derivative,
+    _pv_range,
+    Same("pv.unit"),
+    _pv_filter,
+    Same("setpoint.value"),
+    _setpoint_limits,
+    _output,
+    Same("output.pwm.period", "output.pulse.period"),
+    Same("state.output", "output.manual"),
+    Same("state.bias", "output.bias"),
+    _error,
+    _pv_alarms,
+    _deviation_alarms,
+    _rate_of_change,
+    Same("alarms.hysteresis"),
+    Same("freeze_bias", "anti_windup"),
+    Same("bumpless", "setpoint.follows_pv", FOLLOWS),
+    _autotune,
+)
+"""Every field in the order of the report."""

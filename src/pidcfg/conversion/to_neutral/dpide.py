@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 from decimal import Decimal
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, NamedTuple
 
 from pidcfg.conversion.arithmetic import ZERO, dependent
-from pidcfg.conversion.ledger import Missing, Neutral, Said
-from pidcfg.encoders.values import present
+from pidcfg.conversion.builder import NeutralBuilder
+from pidcfg.conversion.same import Same, take
 from pidcfg.refs import Decision
 from pidcfg.schemas.base import plain_number
 from pidcfg.schemas.dpide import LONGEST_CYCLE, SHORTEST_CYCLE
 
 if TYPE_CHECKING:
-    from pidcfg.schemas.dpide import DpideFile
-    from pidcfg.schemas.dpide import Loop as DpideLoop
+    from pidcfg.conversion.ledger import NeutralLoop
+    from pidcfg.schemas.dpide import DpideFile, Loop
 
 D297 = Decision(
     297,
@@ -39,122 +39,120 @@ NOTHING_LOST = {
 """Fields that may come without a line in the report, and why."""
 
 
-def to_neutral(config: DpideFile) -> list[Neutral]:
+def to_neutral(config: DpideFile) -> list[NeutralLoop]:
     """The neutral loops of a configuration."""
-    return [_neutral(loop, i, config.plc.interrupt_task) for i, loop in enumerate(config.loops)]
+    loops = []
+    for i, loop in enumerate(config.loops):
+        b = NeutralBuilder(i)
+        if loop.pv.range is None:
+            b.need("", f"the PV of {loop.name} has no range: add pv.range with its values at 0 % and 100 %")
+        if loop.MV_MAX == loop.MV_MIN:
+            ends = plain_number(loop.MV_MAX)
+            b.need("MV_MAX", f"MV_MAX and MV_MIN of {loop.name} are both {ends}: write the limits of MV")
+        if not b.loop.missing:
+            take(b, loop, Instruction(loop, config.plc.interrupt_task), FIELDS)
+        loops.append(b.loop)
+    return loops
 
 
-def _neutral(loop: DpideLoop, i: int, interval: int | None) -> Neutral:
-    out = Neutral({})
-    if loop.pv.range is None:
-        message = f"the PV of {loop.name} has no range: add pv.range with its values at 0 % and 100 %"
-        out.missing.append(Missing(("loops", i), "pv.range", message))
-    if loop.MV_MAX == loop.MV_MIN:
-        message = f"MV_MAX and MV_MIN of {loop.name} are both {plain_number(loop.MV_MAX)}: write the limits of MV"
-        out.missing.append(Missing(("loops", i, "MV_MAX"), "MV_MAX", message))
-    if out.missing or loop.pv.range is None:
-        return out
-    cycle = interval if interval is not None else min(max(loop.CYCLE, SHORTEST_CYCLE), LONGEST_CYCLE)
-    low, high = sorted((loop.MV_MIN, loop.MV_MAX))
-    scale = loop.output.range or (low, high)
-    out.loop = {
-        "name": loop.name,
-        **present({"description": loop.description}),
-        "mode": "manual" if loop.PID_MAN or not loop.PID_RUN else "auto",
-        "output_raises_pv": loop.PID_DIR,
-        "sample_time": plain_number(Decimal(cycle) / MS),
-        "tuning": _tuning(loop),
-        "pv": {"range": [*map(plain_number, loop.pv.range)], **present({"unit": loop.pv.unit})},
-        "setpoint": {"value": plain_number(loop.SV)},
-        "output": {
-            "range": [*map(plain_number, scale)],
-            **present({"unit": loop.output.unit}),
-            "limits": [plain_number(low), plain_number(high)],
-            "bias": plain_number(loop.BIAS),
-            "manual": plain_number(min(max(loop.MOUT if loop.PID_RUN else ZERO, low), high)),
-        },
-        "deadband": plain_number(abs(loop.ERR_DBW)),
-        "anti_windup": True,
-    }
-    out.said = [*_said(loop), *_said_terms(loop, interval), *_said_output(loop)]
-    return out
+class Instruction(NamedTuple):
+    """A DPIDE instruction in its task."""
+
+    loop: Loop
+    interval: int | None
+    """Of the interrupt task, in ms; None: it is called in every scan."""
 
 
-def _tuning(loop: DpideLoop) -> dict[str, Any]:
+def _mode(b: NeutralBuilder, d: Instruction) -> None:
+    loop = d.loop
+    b.put("PID_MAN", loop.PID_MAN, "mode", "manual" if loop.PID_MAN or not loop.PID_RUN else "auto")
+    b.mark("PID_RUN", loop.PID_RUN, "mode", note="" if loop.PID_RUN else "off: it goes over in manual, with output 0")
+
+
+def _anti_windup(b: NeutralBuilder, d: Instruction) -> None:
+    mode = d.loop.PID_MODE
+    b.set("anti_windup", value=True)
+    if mode == 1:
+        b.drop("PID_MODE", 1, TUNES)
+    else:
+        b.mark("PID_MODE", mode, "anti_windup", note=HELD, assumed=mode != BACK_CALCULATED)
+
+
+def _deadband(b: NeutralBuilder, d: Instruction) -> None:
+    band = d.loop.ERR_DBW
+    b.set("deadband", abs(band))
+    if band:
+        b.mark("ERR_DBW", band, "deadband", note=DEAD_BAND)
+
+
+def _cycle(b: NeutralBuilder, d: Instruction) -> None:
+    cycle, note = min(max(d.loop.CYCLE, SHORTEST_CYCLE), LONGEST_CYCLE), ""
+    if d.interval is not None:
+        cycle, note = d.interval, f"the interrupt task's interval of {d.interval} ms counts"
+    b.put("CYCLE", d.loop.CYCLE, "sample_time", Decimal(cycle) / MS, note)
+
+
+def _equation(b: NeutralBuilder, d: Instruction) -> None:
+    loop = d.loop
     gain, integral, derivative = (max(value, ZERO) for value in (loop.Kc_Kp, loop.Ti_Ki, loop.Td_Kd))
     acts = True
     if not loop.PID_EQ:
         gain, integral, derivative, acts = dependent(gain, integral, derivative)
-    return {
-        "gain": plain_number(gain),
-        "integral_time": plain_number(integral),
-        "derivative_time": plain_number(derivative),
-        "proportional": acts,
-        "derivative_on": "pv" if loop.PID_DE else "error",
-        "derivative_filter": plain_number(max(loop.Tf, ZERO)),
-    }
-
-
-def _said(loop: DpideLoop) -> list[Said]:
-    said = [
-        Said("name", loop.name, ("name",)),
-        *([] if loop.description is None else [Said("description", loop.description, ("description",))]),
-        Said("PID_DIR", loop.PID_DIR, ("output_raises_pv",)),
-        Said("SV", loop.SV, ("setpoint.value",)),
-        Said("PID_MAN", loop.PID_MAN, ("mode",)),
-        Said("PID_RUN", loop.PID_RUN, ("mode",), "" if loop.PID_RUN else "off: it goes over in manual, with output 0"),
-    ]
-    if loop.PID_MODE == 1:
-        said.append(Said("PID_MODE", 1, note=TUNES))
-    else:
-        said.append(Said("PID_MODE", loop.PID_MODE, ("anti_windup",), HELD, assumed=loop.PID_MODE != BACK_CALCULATED))
-    if loop.ERR_DBW:
-        said.append(Said("ERR_DBW", loop.ERR_DBW, ("deadband",), DEAD_BAND))
-    for key in ("pv", "output"):
-        scale = getattr(loop, key)
-        if scale.range is not None:
-            said.append(Said(f"{key}.range", list(scale.range), (f"{key}.range",)))
-        if scale.unit is not None:
-            said.append(Said(f"{key}.unit", scale.unit, (f"{key}.unit",)))
-    return said
-
-
-def _said_terms(loop: DpideLoop, interval: int | None) -> list[Said]:
-    """The operands of the equation."""
-    cycle = "" if interval is None else f"the interrupt task's interval of {interval} ms counts"
-    said = [
-        Said("CYCLE", loop.CYCLE, ("sample_time",), cycle),
-        Said("Kc_Kp", loop.Kc_Kp, ("tuning.gain", "tuning.proportional"), _below_zero(loop.Kc_Kp)),
-        Said("Ti_Ki", loop.Ti_Ki, ("tuning.integral_time",), _below_zero(loop.Ti_Ki)),
-        Said("Td_Kd", loop.Td_Kd, ("tuning.derivative_time",), _below_zero(loop.Td_Kd)),
-        Said("PID_EQ", loop.PID_EQ, ("tuning.gain",)),
-    ]
+    b.set("tuning.gain", gain)
+    b.set("tuning.proportional", acts)
+    b.mark("Kc_Kp", loop.Kc_Kp, "tuning.gain", "tuning.proportional", note=_below_zero(loop.Kc_Kp))
+    b.put("Ti_Ki", loop.Ti_Ki, "tuning.integral_time", integral, _below_zero(loop.Ti_Ki))
+    b.put("Td_Kd", loop.Td_Kd, "tuning.derivative_time", derivative, _below_zero(loop.Td_Kd))
+    b.mark("PID_EQ", loop.PID_EQ, "tuning.gain")
+    b.set("tuning.derivative_on", "pv" if loop.PID_DE else "error")
     if loop.Td_Kd > 0:
-        said.append(Said("PID_DE", loop.PID_DE, ("tuning.derivative_on",)))
+        b.mark("PID_DE", loop.PID_DE, "tuning.derivative_on")
+    b.set("tuning.derivative_filter", max(loop.Tf, ZERO))
     if loop.Tf:
-        said.append(Said("Tf", loop.Tf, ("tuning.derivative_filter",), _below_zero(loop.Tf)))
-    return said
+        b.mark("Tf", loop.Tf, "tuning.derivative_filter", note=_below_zero(loop.Tf))
 
 
 def _below_zero(value: Decimal) -> str:
     return BELOW_ZERO if value < 0 else ""
 
 
-def _said_output(loop: DpideLoop) -> list[Said]:
+def _output(b: NeutralBuilder, d: Instruction) -> None:
     """Limits, and the scale that they stand for where no range is given."""
+    loop = d.loop
+    low, high = sorted((loop.MV_MIN, loop.MV_MAX))
     ends, note = ("output.limits.0", "output.limits.1"), ""
     if loop.MV_MIN > loop.MV_MAX:
         ends, note = ends[::-1], "MV_MIN is above MV_MAX: the PLC swaps them"
-    said = [Said("MV_MIN", loop.MV_MIN, ends[:1], note), Said("MV_MAX", loop.MV_MAX, ends[1:], note)]
+    b.set("output.limits", [low, high])
+    b.mark("MV_MIN", loop.MV_MIN, ends[0], note=note)
+    b.mark("MV_MAX", loop.MV_MAX, ends[1], note=note)
+    b.set("output.manual", min(max(loop.MOUT if loop.PID_RUN else ZERO, low), high))
     if loop.PID_RUN:
-        said.append(Said("MOUT", loop.MOUT, ("output.manual",)))
+        b.mark("MOUT", loop.MOUT, "output.manual")
     elif loop.MOUT:
-        said.append(
-            Said("MOUT", loop.MOUT, note="the loop is off, and its output is 0: write it when you switch it on")
-        )
+        b.drop("MOUT", loop.MOUT, "the loop is off, and its output is 0: write it when you switch it on")
     if loop.output.range is None:
         note = "no output.range is given: MV_MIN and MV_MAX are taken for 0 % and 100 %"
-        said.append(Said("output.range", None, ("output.range",), note, assumed=True))
+        b.put("output.range", None, "output.range", [low, high], note, assumed=True)
+    b.set("output.bias", loop.BIAS)
     if loop.BIAS:
-        said.append(Said("BIAS", loop.BIAS, ("output.bias",)))
-    return said
+        b.mark("BIAS", loop.BIAS, "output.bias")
+
+
+FIELDS = (
+    Same("name"),
+    Same("description"),
+    Same("PID_DIR", "output_raises_pv"),
+    Same("SV", "setpoint.value"),
+    _mode,
+    _anti_windup,
+    _deadband,
+    Same("pv.range"),
+    Same("pv.unit"),
+    Same("output.range"),
+    Same("output.unit"),
+    _cycle,
+    _equation,
+    _output,
+)
+"""Every field in the order of the report."""

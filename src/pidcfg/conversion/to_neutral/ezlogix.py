@@ -7,17 +7,19 @@ from decimal import Decimal
 from typing import TYPE_CHECKING
 
 from pidcfg.conversion.arithmetic import HUNDRED, ONE, ZERO, Span, product, quotient, rounded, width
-from pidcfg.conversion.builder import Teller, given
-from pidcfg.conversion.cascades import told_in_inner_units
+from pidcfg.conversion.builder import NeutralBuilder
+from pidcfg.conversion.cascades import outputs_in_inner_units
+from pidcfg.conversion.same import Same, take
 from pidcfg.encoders.ezlogix.encode import scales_of
 from pidcfg.encoders.maps.ezlogix import R_BLOCK
 from pidcfg.encoders.scales import is_raw
+from pidcfg.paths import is_given
 from pidcfg.refs import Decision
 from pidcfg.schemas.base import EXACT, plain_number
 from pidcfg.schemas.ezlogix import CV_FULL, REGISTERS
 
 if TYPE_CHECKING:
-    from pidcfg.conversion.ledger import Neutral
+    from pidcfg.conversion.ledger import NeutralLoop
     from pidcfg.encoders.scales import Scale
     from pidcfg.schemas.base import Quantity
     from pidcfg.schemas.ezlogix import EzlogixFile, Loop
@@ -59,7 +61,7 @@ NOTHING_LOST = frozenset(
 
 
 @dataclass(slots=True)
-class Scaled:
+class ScaledLoop:
     """A loop with its scales in engineering units."""
 
     loop: Loop
@@ -98,124 +100,125 @@ def distance(value: Quantity, scale: Scale, span: Span) -> Decimal:
     return rounded(quotient(product(value.value, width(span)), scale.full))
 
 
-def to_neutral(config: EzlogixFile) -> list[Neutral]:
+def to_neutral(config: EzlogixFile) -> list[NeutralLoop]:
     """The loops in neutral form, with what became of every field."""
     sources = {loop.output.tag: loop for loop in config.loops}
-    found = []
+    loops = []
     for i, loop in enumerate(config.loops):
-        t = Teller(("loops", i))
-        _loop(t, loop)
+        b = NeutralBuilder(i)
+        take(b, loop, loop, HEAD)
+        if loop.pv.range is None:
+            low, high = loop.pv.counts or (0, CV_FULL)
+            ends = f"the engineering values at {low} and {high} counts of the PV"
+            b.need("pv.range", f"add pv.range: [low, high], {ends}")
+        else:
+            scales = scales_of(loop.pv, loop.output, root=loop.pv.square_root)
+            s = ScaledLoop(loop, scales["sp"], scales["output"], loop.pv.range, loop.output.range or PER_CENT)
+            take(b, loop, s, FIELDS)
         outer = sources.get(f"{REGISTERS.prefix}{loop.registers + SETPOINT}")
         if outer is not None:
-            _cascade(t, loop, outer)
-        if given(config, "plc", "process_when_stopped") and config.plc.process_when_stopped:
-            t.lose("plc.process_when_stopped", value=True, note="a loop of another PLC stands still when it stops")
-        found.append(t.neutral)
-    return told_in_inner_units(found)
+            _cascade(b, loop, outer)
+        if is_given(config, ("plc", "process_when_stopped")) and config.plc.process_when_stopped:
+            b.drop("plc.process_when_stopped", value=True, note="a loop of another PLC stands still when it stops")
+        loops.append(b.loop)
+    return outputs_in_inner_units(loops)
 
 
-def _loop(t: Teller, loop: Loop) -> None:
-    t.keep("name", loop.name, "name", loop.name)
-    if loop.description is not None:
-        t.keep("description", loop.description, "description", loop.description)
-    t.keep("mode", loop.mode, "mode", loop.mode)
-    t.keep("action", loop.action, "output_raises_pv", RAISES[loop.action])
-    t.keep("sample_rate", loop.sample_rate, "sample_time", loop.sample_rate)
-    if loop.pv.range is None:
-        low, high = loop.pv.counts or (0, CV_FULL)
-        t.miss("pv.range", f"add pv.range: [low, high], the engineering values at {low} and {high} counts of the PV")
-        return
-    scales = scales_of(loop.pv, loop.output, root=loop.pv.square_root)
-    s = Scaled(loop, scales["sp"], scales["output"], loop.pv.range, loop.output.range or PER_CENT)
-    for section in (_tuning, _pv, _setpoint, _output, _operation):
-        section(t, s)
-
-
-def _cascade(t: Teller, loop: Loop, outer: Loop) -> None:
+def _cascade(b: NeutralBuilder, loop: Loop, outer: Loop) -> None:
     """The set point register is another loop's CV tag (D290)."""
     tag = outer.output.tag
     if loop.pv.square_root or (loop.pv.counts or (0, CV_FULL)) != (0, CV_FULL):
-        t.lose("registers", tag, f"{outer.name} writes its CV into the set point, in counts: program it with its scale")
+        b.drop("registers", tag, f"{outer.name} writes its CV into the set point, in counts: program it with its scale")
         return
-    t.keep("registers", tag, "setpoint.source", outer.name, f"the CV tag of {outer.name} is the set point")
+    b.put("registers", tag, "setpoint.source", outer.name, f"the CV tag of {outer.name} is the set point")
     if loop.mode == "auto":
-        t.neutral.loop["mode"] = "cascade"
+        b.set("mode", "cascade")
 
 
-def _tuning(t: Teller, s: Scaled) -> None:
+def _gain(b: NeutralBuilder, s: ScaledLoop) -> None:
     tuning = s.loop.tuning
     gain = rounded(product(tuning.proportional_gain or ONE, s.unit_gain))
-    t.keep("tuning.proportional_gain", tuning.proportional_gain, "tuning.gain", gain)
+    b.put("tuning.proportional_gain", tuning.proportional_gain, "tuning.gain", gain)
     if not tuning.proportional_gain:
-        t.keep(
+        b.put(
             "tuning.proportional_gain",
             tuning.proportional_gain,
             "tuning.proportional",
             became=False,
             note="0 removes the proportional term; before the others stands 1 count per count",
         )
-    t.keep("tuning.integral_time", tuning.integral_time, "tuning.integral_time", tuning.integral_time)
-    t.keep("tuning.derivative_time", tuning.derivative_time, "tuning.derivative_time", tuning.derivative_time)
-    t.keep("algorithm", s.loop.algorithm, "tuning.derivative_on", ACTS_ON[s.loop.algorithm])
 
 
-def _pv(t: Teller, s: Scaled) -> None:
-    pv = s.loop.pv
-    t.keep("pv.range", list(s.pv_range), "pv.range", list(s.pv_range))
-    if pv.unit is not None:
-        t.keep("pv.unit", pv.unit, "pv.unit", pv.unit)
-    if pv.square_root:
-        t.keep("pv.square_root", pv.square_root, "pv.square_root", pv.square_root)
-    deadband = distance(s.loop.deadband, s.sp, s.pv_range)
-    t.keep("deadband", _shown(s.loop.deadband), "deadband", deadband)
+def _deadband(b: NeutralBuilder, s: ScaledLoop) -> None:
+    b.put("deadband", _shown(s.loop.deadband), "deadband", distance(s.loop.deadband, s.sp, s.pv_range))
 
 
-def _setpoint(t: Teller, s: Scaled) -> None:
+def _setpoint(b: NeutralBuilder, s: ScaledLoop) -> None:
     setpoint = s.loop.setpoint
     if setpoint.value is not None:
-        t.keep("setpoint.value", _shown(setpoint.value), "setpoint.value", s.setpoint(setpoint.value))
+        b.put("setpoint.value", _shown(setpoint.value), "setpoint.value", s.setpoint(setpoint.value))
     if setpoint.limits is None:
         return
     shown, ends = [_shown(end) for end in setpoint.limits], [s.setpoint(end) for end in setpoint.limits]
     if ends[0] < ends[1]:
-        t.keep("setpoint.limits", shown, "setpoint.limits", ends)
+        b.put("setpoint.limits", shown, "setpoint.limits", ends)
     elif ends[0] == ends[1]:
-        t.lose("setpoint.limits", shown, "both are one value: hold the set point in the program")
+        b.drop("setpoint.limits", shown, "both are one value: hold the set point in the program")
     else:
-        t.miss("setpoint.limits", f"the set point limits {shown[0]} and {shown[1]} do not ascend")
+        b.need("setpoint.limits", f"the set point limits {shown[0]} and {shown[1]} do not ascend")
 
 
-def _output(t: Teller, s: Scaled) -> None:
+def _output(b: NeutralBuilder, s: ScaledLoop) -> None:
     output, span = s.loop.output, list(s.cv_range)
     if output.range is None:
-        t.keep("output.range", None, "output.range", span, "no output.range: 0 to 100 % is assumed", assumed=True)
+        b.put("output.range", None, "output.range", span, "no output.range: 0 to 100 % is assumed", assumed=True)
     else:
-        t.keep("output.range", span, "output.range", span)
+        b.put("output.range", span, "output.range", span)
     unit = "%" if output.unit is None and output.range is None else output.unit
     if unit is not None:
-        t.keep("output.unit", output.unit, "output.unit", unit, assumed=output.unit is None)
-    if given(s.loop, "output", "limits"):
+        b.put("output.unit", output.unit, "output.unit", unit, assumed=output.unit is None)
+    if is_given(s.loop, ("output", "limits")):
         shown, ends = [_shown(end) for end in output.limits], [s.output(end) for end in output.limits]
         if ends[0] >= ends[1]:
-            t.miss("output.limits", f"the CV limits {shown[0]} and {shown[1]} do not ascend")
+            b.need("output.limits", f"the CV limits {shown[0]} and {shown[1]} do not ascend")
         else:
-            t.keep("output.limits", shown, "output.limits", ends)
+            b.put("output.limits", shown, "output.limits", ends)
     offset = s.output(output.offset)
     if offset != span[0] or (span[0] and not s.loop.tuning.integral_time):
-        t.keep("output.offset", _shown(output.offset), "output.bias", offset)
-    if output.pulse is not None:
-        for key, of in (("cycle_time", "period"), ("min_on", "min_on"), ("min_off", "min_off")):
-            time = getattr(output.pulse, key)
-            t.keep(f"output.pulse.{key}", time, f"output.pulse.{of}", time)
+        b.put("output.offset", _shown(output.offset), "output.bias", offset)
 
 
-def _operation(t: Teller, s: Scaled) -> None:
-    t.keep("anti_windup", s.loop.anti_windup, "anti_windup", s.loop.anti_windup)
-    for key, value in dict(s.loop.autotune).items():
-        if value != type(s.loop.autotune).model_fields[key].default:
-            t.lose(f"autotune.{key}", value, "choose it when the new controller is tuned")
+def _autotune(b: NeutralBuilder, s: ScaledLoop) -> None:
+    b.drop_choices("autotune", s.loop.autotune, "choose it when the new controller is tuned")
 
 
 def _shown(value: Quantity) -> int | float | str:
     """A quantity as the file writes it."""
     return f"{value.value} counts" if value.counts else plain_number(value.value)
+
+
+HEAD = (
+    Same("name"),
+    Same("description"),
+    Same("mode"),
+    Same("action", "output_raises_pv", RAISES),
+    Same("sample_rate", "sample_time"),
+)
+FIELDS = (
+    _gain,
+    Same("tuning.integral_time"),
+    Same("tuning.derivative_time"),
+    Same("algorithm", "tuning.derivative_on", ACTS_ON),
+    Same("pv.range"),
+    Same("pv.unit"),
+    Same("pv.square_root", if_on=True),
+    _deadband,
+    _setpoint,
+    _output,
+    Same("output.pulse.cycle_time", "output.pulse.period"),
+    Same("output.pulse.min_on"),
+    Same("output.pulse.min_off"),
+    Same("anti_windup"),
+    _autotune,
+)
+"""Every field in the order of the report."""

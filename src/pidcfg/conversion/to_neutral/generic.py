@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 from pydantic import BaseModel
 
-from pidcfg.conversion.ledger import Neutral, Said
+from pidcfg.conversion.ledger import COMMON, NeutralLoop, SourceField
+from pidcfg.paths import dotted, given_fields
 from pidcfg.schemas.base import plain_number
 
 if TYPE_CHECKING:
@@ -15,36 +16,30 @@ if TYPE_CHECKING:
 
     from pidcfg.schemas.generic import GenericFile, Loop
 
-NOTHING_LOST = ("name", "description")
+NOTHING_LOST = COMMON
 """They go with the loop."""
 WHOLE = ("pv.range", "output.range")
 """Pairs that are one thing: a scale. The others are two limits."""
 
 
-def to_neutral(config: GenericFile) -> list[Neutral]:
+def to_neutral(config: GenericFile) -> list[NeutralLoop]:
     """The loops as they are."""
-    return [Neutral(plain(loop), [Said(path, value, (path,)) for path, value in fields(loop)]) for loop in config.loops]
+    return [
+        NeutralLoop(plain(loop), [SourceField(path, value, (path,)) for path, value in fields(loop)])
+        for loop in config.loops
+    ]
 
 
 def fields(loop: Loop) -> Iterator[tuple[str, Any]]:
-    """Every field that is given, by its path, with its value."""
-    for path, value in _given(loop, ""):
-        if path not in NOTHING_LOST:
-            if isinstance(value, tuple) and path not in WHOLE:
-                yield from ((f"{path}.{i}", end) for i, end in enumerate(value))
-            else:
-                yield path, list(value) if isinstance(value, tuple) else value
-
-
-def _given(model: BaseModel, above: str) -> Iterator[tuple[str, Any]]:
-    for name in type(model).model_fields:
-        value = getattr(model, name)
-        if name not in model.model_fields_set or value is None:
+    """Every field that is given, by its path, with its value; limits as two."""
+    for keys, value in given_fields(loop):
+        path = dotted(keys)
+        if path in NOTHING_LOST:
             continue
-        if isinstance(value, BaseModel):
-            yield from _given(value, f"{above}{name}.")
+        if isinstance(value, tuple) and path not in WHOLE:
+            yield from ((f"{path}.{i}", end) for i, end in enumerate(value))
         else:
-            yield f"{above}{name}", value
+            yield path, value
 
 
 def plain(value: Any) -> Any:

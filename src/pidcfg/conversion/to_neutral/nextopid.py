@@ -1,4 +1,4 @@
-"""NextoPID configurations as neutral loops: what the blocks are set to, and what of the network has a twin."""
+"""NextoPID configurations as neutral loops: what the blocks are set to, and what of the network the loops have, too."""
 
 from __future__ import annotations
 
@@ -6,14 +6,14 @@ from decimal import Decimal
 from typing import TYPE_CHECKING
 
 from pidcfg.conversion.arithmetic import ZERO, dependent, product, quotient
-from pidcfg.conversion.builder import Teller
-from pidcfg.conversion.to_neutral.nextopid_loop import Reader
+from pidcfg.conversion.same import Same, take
 from pidcfg.conversion.to_neutral.nextopid_network import blocks_and_signals
+from pidcfg.conversion.to_neutral.nextopid_parameters import ParameterBuilder
 from pidcfg.conversion.to_neutral.nextopid_wires import Network
 from pidcfg.schemas.nextopid import SHORTEST_INTEGRAL, PidaReal
 
 if TYPE_CHECKING:
-    from pidcfg.conversion.ledger import Neutral
+    from pidcfg.conversion.ledger import NeutralLoop
     from pidcfg.schemas.nextopid import NextopidFile
 
 NOTHING_LOST = {
@@ -43,214 +43,6 @@ NEEDED = {
     "MaxPV": "the scale of the PV",
 }
 """What a loop cannot be converted without."""
-
-
-def to_neutral(config: NextopidFile) -> list[Neutral]:
-    """The neutral loops of a configuration."""
-    network = Network(config)
-    tellers = [Controller(network, i, Teller(("loops", i - network.first_loop))).told() for i in network.loops]
-    if not any(teller.neutral.missing for teller in tellers):
-        blocks_and_signals(network, tellers)
-    return [teller.neutral for teller in tellers]
-
-
-class Controller(Reader):
-    """The parameters of a PID block."""
-
-    def told(self) -> Teller:
-        """The neutral loop, and what became of each parameter."""
-        if not isinstance(self.item, PidaReal) or not self._complete():
-            self._refuse()
-            return self.t
-        t, item = self.t, self.item
-        t.keep("name", item.name, "name", item.name)
-        if item.description is not None:
-            t.keep("description", item.description, "description", item.description)
-        time = item.sample_time
-        where = "plc.sample_time" if time is None else "sample_time"
-        self.time = self.network.config.plc.sample_time if time is None else time
-        t.keep(where, self.time, "sample_time", self.time)
-        self.keep("Direct", "output_raises_pv", not self.is_on("Direct"))
-        self._equation()
-        self._pv()
-        self._modes()
-        self._output()
-        if self.given("DeadBand"):
-            self.number_or_lost("DeadBand", "deadband", "hold MV in the program while the error is small", said=HELD)
-        self._special()
-        return t
-
-    def _complete(self) -> bool:
-        known = all(self.of(key).value is not None for key in NEEDED)
-        return known and all(
-            self.of(low).value < self.of(high).value for low, high in (("MinPV", "MaxPV"), ("MinMV", "MaxMV"))
-        )
-
-    def _refuse(self) -> None:
-        name = self.item.name
-        if not isinstance(self.item, PidaReal):
-            message = f"{name} switches on and off, which is no PID: move it from loops to blocks, and it is left out"
-            self.t.miss("type", message)
-            return
-        for key, what in NEEDED.items():
-            own = self.of(key)
-            if own.value is None:
-                message = f"{key} of {name} is wired to {own.wire}, and nobody knows its value: write {what} itself"
-                self.t.miss(key, message)
-        if not self.t.neutral.missing:
-            self.t.miss("MaxPV", f"{name}: write MinPV below MaxPV, and MinMV below MaxMV")
-
-    def _equation(self) -> None:
-        t, indep, acts = self.t, self.is_on("Indep"), not self.is_on("DisableP")
-        gain, integral, derivative = (max(self.of(key).value, ZERO) for key in ("Kp", "Ti_Ki", "Td_Kd"))
-        note = ""
-        if indep:
-            gain, integral, derivative, acts = dependent(gain, integral, derivative)
-        elif integral < SHORTEST_INTEGRAL:
-            note = "below 0.001 s: no integral" if integral else ""
-            integral = ZERO
-        tuning = {
-            "gain": gain,
-            "integral_time": integral,
-            "derivative_time": derivative,
-            "proportional": acts,
-            "derivative_on": "error" if self.is_on("DerivEr") else "pv",
-        }
-        t.neutral.loop["tuning"] = tuning
-        self.say("Kp", "tuning.gain", *(("tuning.proportional",) if indep else ()))
-        self.say("Ti_Ki", "tuning.integral_time", note=note)
-        self.say("Td_Kd", "tuning.derivative_time")
-        if self.given("Indep"):
-            self.say("Indep", "tuning.gain")
-        if self.given("DisableP"):
-            self.say("DisableP", "tuning.proportional", note="of no effect with Indep TRUE" if indep else "")
-        if derivative:
-            self.say("DerivEr", "tuning.derivative_on")
-        if self.given("Tfd"):
-            self.number_or_lost("Tfd", "tuning.derivative_filter", "filter the derivative in the program")
-
-    def _pv(self) -> None:
-        t, pv = self.t, self.item.pv
-        t.neutral.loop["pv"] = {"range": [self.of("MinPV").value, self.of("MaxPV").value]}
-        self.say("MinPV", "pv.range.0")
-        self.say("MaxPV", "pv.range.1")
-        if pv.unit is not None:
-            t.keep("pv.unit", pv.unit, "pv.unit", pv.unit)
-        own, source = self.network.twins[self.number], self.network.source(self.number, "PV")
-        if own.low_filter is not None:
-            time = self.network.value(own.low_filter, "Tc")
-            place = f"blocks.{self.network.items[own.low_filter].item.name}.Tc"
-            t.keep(place, time.wire or time.value, "pv.filter", time.value, assumed=bool(time.wire))
-            behind = self.network.source(own.low_filter, "InVar")
-            expression = self.network.value(own.low_filter, "InVar").wire
-            if expression and not self._plain(behind):
-                t.lose(f"{place.removesuffix('Tc')}InVar", expression, f"work the PV out in the program: {expression}")
-        elif self.of("PV").wire and not self._plain(source):
-            self.lose("PV", "work it out in the program and give it to the controller")
-
-    def _plain(self, source: str) -> bool:
-        """Whether a name is a signal, or what another loop reads as its PV."""
-        return source in self.network.config.signals or source.endswith(".PV")
-
-    def _modes(self) -> None:
-        """Mode and set point."""
-        t, own, casc = self.t, self.network.twins[self.number], self.is_on("CASC")
-        held = self.is_on("TRK_IN")
-        manual = self.is_on("Manual") or held
-        linked = own.master is not None
-        t.neutral.loop["mode"] = "manual" if manual else "cascade" if casc and linked else "auto"
-        t.neutral.loop.setdefault("setpoint", {})
-        self.switch("Manual", "mode")
-        self.switch("CASC", "mode" if linked else "setpoint.value", "manual comes first" if manual else "")
-        if own.master is not None:
-            master = self.network.items[own.master].item.name
-            t.keep("SP_CASC", self.of("SP_CASC").wire, "setpoint.source", master)
-        elif casc and self._plain_or_literal("SP_CASC"):
-            self.keep("SP_CASC", "setpoint.value", self.of("SP_CASC").value)
-            self.lose("SP", "cascade mode is on, so SP_CASC is the set point: switch between the two in the program")
-            return
-        elif casc:
-            self.lose("SP_CASC", "the set point while CASC is TRUE: work it out in the program")
-        elif self.given("SP_CASC"):
-            self.lose("SP_CASC", "a second set point, in force while CASC is TRUE: switch it in the program")
-        if self.of("SP").value is None:
-            self.lose("SP", "work out the set point in the program")
-        else:
-            self.keep("SP", "setpoint.value", self.of("SP").value)
-
-    def _plain_or_literal(self, key: str) -> bool:
-        """Whether a parameter is a number, or a signal that stands for one."""
-        wired = bool(self.of(key).wire)
-        return not wired or self.network.source(self.number, key) in self.network.config.signals
-
-    def _output(self) -> None:
-        t, item, own = self.t, self.item, self.network.twins[self.number]
-        low, high = self.of("MinMV").value, self.of("MaxMV").value
-        self.t.neutral.loop["output"] = {"limits": [low, high]}
-        self.say("MinMV", "output.limits.0")
-        self.say("MaxMV", "output.limits.1")
-        given = item.output.range
-        scale = own.scale or given or (low, high)
-        if given is not None and list(scale) == list(given):
-            t.keep("output.range", list(given), "output.range", list(given))
-        else:
-            note = "no output.range is given: MinMV and MaxMV are taken for 0 % and 100 %"
-            if own.scale is not None:
-                note = f"0 % and 100 % of {own.reader}"
-            t.keep(
-                "output.range", None if given is None else list(given), "output.range", list(scale), note, assumed=True
-            )
-        if item.output.unit is not None:
-            t.keep("output.unit", item.output.unit, "output.unit", item.output.unit)
-        if own.pwm is not None:
-            place, period = (
-                f"blocks.{self.network.items[own.pwm].item.name}.Period",
-                self.network.value(own.pwm, "Period"),
-            )
-            time = product(Decimal(period.value), self.network.config.plc.sample_time)
-            t.keep(place, period.wire or period.value, "output.pulse.period", time, assumed=bool(period.wire))
-        self._terms()
-
-    def _terms(self) -> None:
-        """What else makes the output."""
-        if self.of("BIAS").wire and self.network.wires[self.number, "BIAS"].signals:
-            self.lose("BIAS", "a feed-forward: add it to the output in the program")
-        elif self.given("BIAS"):
-            self.keep("BIAS", "output.bias", self.of("BIAS").value)
-        if self.is_on("TRK_IN") and self.of("TRK_VAL").value is not None:
-            self.t.neutral.loop["output"]["manual"] = self.of("TRK_VAL").value
-            if self.given("ManualMV"):
-                self.lose("ManualMV", "TRK_IN is on, so TRK_VAL is the output: write it in the program")
-        elif self.of("ManualMV").value is None:
-            self.lose("ManualMV", "work out the output in manual in the program")
-        elif self.given("ManualMV") or self.is_on("Manual"):
-            self.keep("ManualMV", "output.manual", self.of("ManualMV").value)
-        if self.given("MaxVarMV"):
-            self.number_or_lost(
-                "MaxVarMV",
-                "output.max_rate",
-                "limit the change of MV in the program",
-                quotient(Decimal(1), self.time),
-                "per cycle here",
-            )
-
-    def _special(self) -> None:
-        """Connections of cascades and overrides, and the auto-tuning."""
-        own = {self.network.items[j].item.name for j in self.network.twins[self.number].slaves}
-        cascade = {f"{name}.{key}" for name in own for key in ("TRK_OUT", "Windup_H_OUT", "Windup_L_OUT")}
-        tracks = self.network.source(self.number, "TRK_IN") in cascade
-        for key in ("TRK_IN", "Windup_H_IN", "Windup_L_IN", "OVERR"):
-            if self.given(key) and self.network.source(self.number, key) not in cascade:
-                self.lose(key, SPECIAL[key])
-        if self.given("TRK_VAL") and not tracks and (self.given("TRK_IN") or self.given("OVERR")):
-            self.lose("TRK_VAL", "where the output comes from meanwhile")
-        if getattr(self.item, "AutoTune", False):
-            self.lose("AutoTune", "start the auto-tuning as the target does it")
-        if getattr(self.item, "AutoTuneParam", None) is not None:
-            for key, value in self.item.AutoTuneParam.model_dump().items():
-                self.t.lose(f"AutoTuneParam.{key}", value, "set up the auto-tuning of the target")
-
-
 SPECIAL = {
     "TRK_IN": "put the loop into manual in the program, with TRK_VAL as its output",
     "Windup_H_IN": "hold the integral in the program",
@@ -258,3 +50,212 @@ SPECIAL = {
     "OVERR": "select between the controllers in the program, and let the other one's integral follow",
 }
 """What to program in place of a connection."""
+
+
+def to_neutral(config: NextopidFile) -> list[NeutralLoop]:
+    """The neutral loops of a configuration."""
+    network = Network(config)
+    builders = [ParameterBuilder(i - network.first_loop, network=network, number=i) for i in network.loops]
+    for b in builders:
+        if not isinstance(b.item, PidaReal) or not _is_complete(b):
+            _refuse(b)
+        else:
+            take(b, b.item, b.item, FIELDS)
+    if not any(b.loop.missing for b in builders):
+        blocks_and_signals(network, builders)
+    return [b.loop for b in builders]
+
+
+def _is_complete(b: ParameterBuilder) -> bool:
+    known = all(b.value(key).value is not None for key in NEEDED)
+    return known and all(
+        b.value(low).value < b.value(high).value for low, high in (("MinPV", "MaxPV"), ("MinMV", "MaxMV"))
+    )
+
+
+def _refuse(b: ParameterBuilder) -> None:
+    name = b.item.name
+    if not isinstance(b.item, PidaReal):
+        b.need("type", f"{name} switches on and off, which is no PID: move it from loops to blocks, and it is left out")
+        return
+    for key, what in NEEDED.items():
+        value = b.value(key)
+        if value.value is None:
+            b.need(key, f"{key} of {name} is wired to {value.wire}, and nobody knows its value: write {what} itself")
+    if not b.loop.missing:
+        b.need("MaxPV", f"{name}: write MinPV below MaxPV, and MinMV below MaxMV")
+
+
+def _sample_time(b: ParameterBuilder, item: PidaReal) -> None:
+    where = "plc.sample_time" if item.sample_time is None else "sample_time"
+    b.put(where, b.sample_time, "sample_time", b.sample_time)
+
+
+def _direction(b: ParameterBuilder, _: PidaReal) -> None:
+    b.put_parameter("Direct", "output_raises_pv", not b.is_on("Direct"))
+
+
+def _equation(b: ParameterBuilder, _: PidaReal) -> None:
+    indep, acts = b.is_on("Indep"), not b.is_on("DisableP")
+    gain, integral, derivative = (max(b.value(key).value, ZERO) for key in ("Kp", "Ti_Ki", "Td_Kd"))
+    note = ""
+    if indep:
+        gain, integral, derivative, acts = dependent(gain, integral, derivative)
+    elif integral < SHORTEST_INTEGRAL:
+        note = "below 0.001 s: no integral" if integral else ""
+        integral = ZERO
+    b.set("tuning.proportional", acts)
+    b.set("tuning.derivative_on", "error" if b.is_on("DerivEr") else "pv")
+    b.set("tuning.gain", gain)
+    b.mark_parameter("Kp", "tuning.gain", *(("tuning.proportional",) if indep else ()))
+    b.put_parameter("Ti_Ki", "tuning.integral_time", integral, note)
+    b.put_parameter("Td_Kd", "tuning.derivative_time", derivative)
+    if b.is_given("Indep"):
+        b.mark_parameter("Indep", "tuning.gain")
+    if b.is_given("DisableP"):
+        b.mark_parameter("DisableP", "tuning.proportional", note="of no effect with Indep TRUE" if indep else "")
+    if derivative:
+        b.mark_parameter("DerivEr", "tuning.derivative_on")
+    if b.is_given("Tfd"):
+        b.put_number("Tfd", "tuning.derivative_filter", "filter the derivative in the program")
+
+
+def _pv_range(b: ParameterBuilder, _: PidaReal) -> None:
+    b.set("pv.range", [b.value("MinPV").value, b.value("MaxPV").value])
+    b.mark_parameter("MinPV", "pv.range.0")
+    b.mark_parameter("MaxPV", "pv.range.1")
+
+
+def _pv_filter(b: ParameterBuilder, _: PidaReal) -> None:
+    network, number = b.network, b.around.low_filter
+    if number is not None:
+        time, block = network.value(number, "Tc"), f"blocks.{network.items[number].item.name}"
+        b.put(f"{block}.Tc", time.written, "pv.filter", time.value, assumed=bool(time.wire))
+        expression = network.value(number, "InVar").wire
+        if expression and not _is_plain(network, network.source(number, "InVar")):
+            b.drop(f"{block}.InVar", expression, f"work the PV out in the program: {expression}")
+    elif b.value("PV").wire and not _is_plain(network, network.source(b.number, "PV")):
+        b.drop_parameter("PV", "work it out in the program and give it to the controller")
+
+
+def _is_plain(network: Network, source: str) -> bool:
+    """Whether a name is a signal, or what another loop reads as its PV."""
+    return source in network.config.signals or source.endswith(".PV")
+
+
+def _mode(b: ParameterBuilder, _: PidaReal) -> None:
+    linked, manual = b.around.master is not None, b.is_on("Manual") or b.is_on("TRK_IN")
+    b.set("mode", "manual" if manual else "cascade" if b.is_on("CASC") and linked else "auto")
+    b.set("setpoint", {})  # a neutral file shows the section even if nothing is known of it
+    b.mark_switch("Manual", "mode")
+    b.mark_switch("CASC", "mode" if linked else "setpoint.value", "manual comes first" if manual else "")
+
+
+def _setpoint(b: ParameterBuilder, _: PidaReal) -> None:
+    casc = b.is_on("CASC")
+    if b.around.master is not None:
+        master = b.network.items[b.around.master].item.name
+        b.put("SP_CASC", b.value("SP_CASC").wire, "setpoint.source", master)
+    elif casc and _is_number(b, "SP_CASC"):
+        b.put_parameter("SP_CASC", "setpoint.value", b.value("SP_CASC").value)
+        b.drop_parameter("SP", "cascade mode is on, so SP_CASC is the set point: switch between the two in the program")
+        return
+    elif casc:
+        b.drop_parameter("SP_CASC", "the set point while CASC is TRUE: work it out in the program")
+    elif b.is_given("SP_CASC"):
+        b.drop_parameter("SP_CASC", "a second set point, in force while CASC is TRUE: switch it in the program")
+    if b.value("SP").value is None:
+        b.drop_parameter("SP", "work out the set point in the program")
+    else:
+        b.put_parameter("SP", "setpoint.value", b.value("SP").value)
+
+
+def _is_number(b: ParameterBuilder, key: str) -> bool:
+    """Whether a parameter is a number, or a signal that stands for one."""
+    return not b.value(key).wire or b.network.source(b.number, key) in b.network.config.signals
+
+
+def _output(b: ParameterBuilder, item: PidaReal) -> None:
+    low, high = b.value("MinMV").value, b.value("MaxMV").value
+    b.set("output.limits", [low, high])
+    b.mark_parameter("MinMV", "output.limits.0")
+    b.mark_parameter("MaxMV", "output.limits.1")
+    given, scale = item.output.range, b.around.scale or item.output.range or (low, high)
+    if given is not None and scale == given:
+        b.put("output.range", given, "output.range", given)
+    else:
+        note = "no output.range is given: MinMV and MaxMV are taken for 0 % and 100 %"
+        if b.around.scale is not None:
+            note = f"0 % and 100 % of {b.around.reader}"
+        b.put("output.range", given, "output.range", scale, note, assumed=True)
+
+
+def _pulses(b: ParameterBuilder, _: PidaReal) -> None:
+    network, number = b.network, b.around.pwm
+    if number is not None:
+        period = network.value(number, "Period")
+        time = product(Decimal(period.value), network.config.plc.sample_time)
+        path = f"blocks.{network.items[number].item.name}.Period"
+        b.put(path, period.written, "output.pulse.period", time, assumed=bool(period.wire))
+
+
+def _terms(b: ParameterBuilder, _: PidaReal) -> None:
+    """What else makes the output."""
+    if b.value("BIAS").wire and b.network.wires[b.number, "BIAS"].signals:
+        b.drop_parameter("BIAS", "a feed-forward: add it to the output in the program")
+    elif b.is_given("BIAS"):
+        b.put_parameter("BIAS", "output.bias", b.value("BIAS").value)
+    if b.is_on("TRK_IN") and b.value("TRK_VAL").value is not None:
+        b.set("output.manual", b.value("TRK_VAL").value)
+        if b.is_given("ManualMV"):
+            b.drop_parameter("ManualMV", "TRK_IN is on, so TRK_VAL is the output: write it in the program")
+    elif b.value("ManualMV").value is None:
+        b.drop_parameter("ManualMV", "work out the output in manual in the program")
+    elif b.is_given("ManualMV") or b.is_on("Manual"):
+        b.put_parameter("ManualMV", "output.manual", b.value("ManualMV").value)
+    if b.is_given("MaxVarMV"):
+        per_second = quotient(Decimal(1), b.sample_time)
+        instead = "limit the change of MV in the program"
+        b.put_number("MaxVarMV", "output.max_rate", instead, per_second, "per cycle here")
+
+
+def _deadband(b: ParameterBuilder, _: PidaReal) -> None:
+    if b.is_given("DeadBand"):
+        b.put_number("DeadBand", "deadband", "hold MV in the program while the error is small", note=HELD)
+
+
+def _connections(b: ParameterBuilder, item: PidaReal) -> None:
+    """Connections of cascades and overrides, and the auto-tuning."""
+    slaves = {b.network.items[j].item.name for j in b.around.slaves}
+    cascade = {f"{name}.{key}" for name in slaves for key in ("TRK_OUT", "Windup_H_OUT", "Windup_L_OUT")}
+    tracks = b.network.source(b.number, "TRK_IN") in cascade
+    for key in ("TRK_IN", "Windup_H_IN", "Windup_L_IN", "OVERR"):
+        if b.is_given(key) and b.network.source(b.number, key) not in cascade:
+            b.drop_parameter(key, SPECIAL[key])
+    if b.is_given("TRK_VAL") and not tracks and (b.is_given("TRK_IN") or b.is_given("OVERR")):
+        b.drop_parameter("TRK_VAL", "where the output comes from meanwhile")
+    if getattr(item, "AutoTune", False):
+        b.drop_parameter("AutoTune", "start the auto-tuning as the target does it")
+    for key, value in dict(getattr(item, "AutoTuneParam", None) or {}).items():
+        b.drop(f"AutoTuneParam.{key}", value, "set up the auto-tuning of the target")
+
+
+FIELDS = (
+    Same("name"),
+    Same("description"),
+    _sample_time,
+    _direction,
+    _equation,
+    _pv_range,
+    Same("pv.unit"),
+    _pv_filter,
+    _mode,
+    _setpoint,
+    _output,
+    Same("output.unit"),
+    _pulses,
+    _terms,
+    _deadband,
+    _connections,
+)
+"""Every field in the order of the report."""

@@ -5,7 +5,9 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from pidcfg.conversion.builder import Teller
+    from collections.abc import Sequence
+
+    from pidcfg.conversion.builder import NeutralBuilder
     from pidcfg.conversion.to_neutral.nextopid_wires import Network
 
 SETTINGS = frozenset(
@@ -33,11 +35,11 @@ SETTINGS = frozenset(
 )
 """Parameters of a loop whose signals are taken at their first value, or belong to the process."""
 FILTERED = frozenset(("InVar", "Tc", "Period"))
-"""Parameters of a block with a twin, likewise."""
+"""Parameters of a block that the neutral loop has, likewise."""
 
 
-def blocks_and_signals(network: Network, tellers: list[Teller]) -> None:
-    """Says of every block and signal without a twin that it is dropped, to the loop that it works for."""
+def blocks_and_signals(network: Network, builders: Sequence[NeutralBuilder]) -> None:
+    """Drops every block and signal that no loop has, in the report of the loop that it works for."""
     kept = network.kept()
     for j in range(network.first_loop):
         if j in kept:
@@ -45,19 +47,15 @@ def blocks_and_signals(network: Network, tellers: list[Teller]) -> None:
         item = network.items[j].item
         wired = ", ".join(f"{key} {text}" for key, text in network.expressions(j))
         note = f"of {wired}: program it beside the controller" if wired else "program it beside the controller"
-        teller = _of(network, tellers, network.owner_of(j))
-        teller.lose(f"blocks.{item.name}", network.items[j].kind.name, note)
+        builder = builders[network.owner_of(j) - network.first_loop]
+        builder.drop(f"blocks.{item.name}", network.items[j].kind.name, note)
     for name, value in network.config.signals.items():
         lost = next(((i, key) for i, key in network.readers(name) if not _is_kept(network, kept, i, key)), None)
         if lost is not None:
             i, key = lost
             owner = i if i >= network.first_loop else network.owner_of(i)
-            place = f"{network.items[i].item.name}.{key}"
-            _of(network, tellers, owner).lose(f"signals.{name}", value, f"read by {place}, which has no twin")
-
-
-def _of(network: Network, tellers: list[Teller], i: int) -> Teller:
-    return tellers[i - network.first_loop]
+            note = f"read by {network.items[i].item.name}.{key}, which has no twin"
+            builders[owner - network.first_loop].drop(f"signals.{name}", value, note)
 
 
 def _is_kept(network: Network, kept: set[int], i: int, key: str) -> bool:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from decimal import Decimal
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -28,13 +29,10 @@ from pidcfg.schemas.nextopid import LowFilter, OnOff, PidaReal, Pwm
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
-    from decimal import Decimal
 
     from pidcfg.encoders.nextopid.encode import Placed
     from pidcfg.schemas.expressions import Expression
     from pidcfg.schemas.nextopid import NextopidFile
-
-from decimal import Decimal as Number
 
 D292 = Decision(
     292,
@@ -64,7 +62,7 @@ def calculated(expression: Expression, of: Callable[[int], Decimal | None]) -> D
     for i in range(0, len(expression.code), 2):
         op, operand = expression.code[i : i + 2]
         if op == CONSTANT:
-            stack.append(Number(repr(expression.constants[operand])))
+            stack.append(Decimal(repr(expression.constants[operand])))
         elif op == SIGNAL:
             value = of(operand)
             if value is None:
@@ -91,10 +89,23 @@ class Value:
     wire: str = ""
     """The expression that it is wired to; empty: it is not."""
 
+    @property
+    def written(self) -> Any:
+        """What the file says: the expression or the value."""
+        return self.wire or self.value
+
+    def note(self, note: str = "") -> str:
+        """A note, with what a wire is followed to before it."""
+        if not self.wire:
+            return note
+        value = str(self.value).upper() if isinstance(self.value, bool) else self.value
+        text = f"wired to {self.wire}, which is {'not known' if value is None else value} at the start"
+        return f"{text}; {note}" if note else text
+
 
 @dataclass(slots=True)
-class Twins:
-    """What of the network around a loop the neutral form has: numbers of its blocks."""
+class Surroundings:
+    """What of the network around a loop the neutral form has, too: numbers of its blocks."""
 
     low_filter: int | None = None
     pwm: int | None = None
@@ -104,6 +115,13 @@ class Twins:
     reader: str = ""
     """What that is."""
     slaves: list[int] = field(default_factory=list)
+
+    def agrees(self, scale: Span, reader: str) -> bool:
+        """Whether the loop's output can have this range; the first that reads MV decides."""
+        if self.scale is not None and self.scale != scale:
+            return False
+        self.scale, self.reader = scale, self.reader or reader
+        return True
 
 
 class Network:
@@ -148,8 +166,8 @@ class Network:
             return self.config.signals[name]
         if not self.layout.is_input(number):
             return None
-        own, key = self.items[owner].item, name.partition(".")[2]
-        content = getattr(own, key, None)
+        key = name.partition(".")[2]
+        content = getattr(self.items[owner].item, key, None)
         return self._behind(owner, key, seen) if isinstance(content, Wire) else content
 
     def source(self, i: int, key: str) -> str:
@@ -157,56 +175,49 @@ class Network:
         expression = self.wires.get((i, key))
         return "" if expression is None or expression.signal is None else self.names.get(expression.signal, "")
 
-    # --- twins -------------------------------------------------------------------------------------------------------
+    # --- blocks around a loop ----------------------------------------------------------------------------------------
 
     @cached_property
-    def twins(self) -> dict[int, Twins]:
-        """What the neutral form has of each PID loop."""
-        found = {i: Twins() for i in self.loops if isinstance(self.items[i].item, PidaReal)}
-        for i, own in found.items():
-            own.low_filter = self._filter_of(i)
-            self._link(found, i)
-        for i, own in found.items():
-            self._pulses(i, own)
-        return found
+    def around(self) -> dict[int, Surroundings]:
+        """What the neutral form has of each PID loop's surroundings."""
+        around = {i: Surroundings() for i in self.loops if isinstance(self.items[i].item, PidaReal)}
+        for i, blocks in around.items():
+            blocks.low_filter = self._filter_of(i)
+            self._link(around, i)
+        for i, blocks in around.items():
+            self._pulses(i, blocks)
+        return around
 
     def _filter_of(self, i: int) -> int | None:
         name, _, output = self.source(i, "PV").partition(".")
         return next(
             (
                 j
-                for j, own in enumerate(self.items)
-                if own.item.name == name
+                for j, block in enumerate(self.items)
+                if block.item.name == name
                 and output == "OutVar"
-                and isinstance(own.item, LowFilter)
+                and isinstance(block.item, LowFilter)
                 and self.value(j, "Tc").value is not None
             ),
             None,
         )
 
-    def _link(self, found: dict[int, Twins], i: int) -> None:
+    def _link(self, around: dict[int, Surroundings], i: int) -> None:
         """The master whose MV is a loop's set point as it is."""
         source, span = self.source(i, "SP_CASC"), self.span(i, "MinPV", "MaxPV")
-        j = next((j for j in found if f"{self.items[j].item.name}.MV" == source), None)
+        j = next((j for j in around if f"{self.items[j].item.name}.MV" == source), None)
         if j is None or j == i or span is None:
             return
-        if self._agrees(found[j], span, f"the set point of {self.items[i].item.name}"):
-            found[i].master = j
-            found[j].slaves.append(i)
+        if around[j].agrees(span, f"the set point of {self.items[i].item.name}"):
+            around[i].master = j
+            around[j].slaves.append(i)
 
-    def _agrees(self, own: Twins, scale: Span, reader: str) -> bool:
-        """Whether a loop's output can have this range; the first that reads MV decides."""
-        if own.scale is not None and own.scale != scale:
-            return False
-        own.scale, own.reader = scale, own.reader or reader
-        return True
-
-    def _pulses(self, i: int, own: Twins) -> None:
+    def _pulses(self, i: int, around: Surroundings) -> None:
         for j, other in enumerate(self.items):
             if isinstance(other.item, Pwm) and self.source(j, "MV") == f"{self.items[i].item.name}.MV":
                 scale, period = self.span(j, "MinMV", "MaxMV"), self.value(j, "Period").value
-                if period and scale is not None and self._agrees(own, scale, f"the pulses of {other.item.name}"):
-                    own.pwm = j
+                if period and scale is not None and around.agrees(scale, f"the pulses of {other.item.name}"):
+                    around.pwm = j
                     return
 
     def span(self, i: int, low: str, high: str) -> Span | None:
@@ -217,8 +228,8 @@ class Network:
     # --- what else there is ------------------------------------------------------------------------------------------
 
     def kept(self) -> set[int]:
-        """Blocks that have a twin."""
-        return {j for own in self.twins.values() for j in (own.low_filter, own.pwm) if j is not None}
+        """Blocks that the neutral form has, too."""
+        return {j for blocks in self.around.values() for j in (blocks.low_filter, blocks.pwm) if j is not None}
 
     def owner_of(self, j: int) -> int:
         """The loop that a block works for: that reads it, however indirectly, or whose MV it reads; else the first."""
@@ -246,11 +257,11 @@ class Network:
 
 def behind(start: int, waits: list[set[int]], loops: set[int]) -> set[int]:
     """Everything that a block reads, on ways that end at loops."""
-    found: set[int] = set()
+    seen: set[int] = set()
     waiting = list(waits[start])
     while waiting:
         i = waiting.pop()
-        if i not in found:
-            found.add(i)
+        if i not in seen:
+            seen.add(i)
             waiting += () if i in loops else waits[i]
-    return found
+    return seen

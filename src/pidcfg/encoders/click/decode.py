@@ -68,6 +68,8 @@ def _loop(settings: LoopSettings, blocks: Sequence[LoopBlock]) -> Data:
         values |= block.values({})
         unset |= block.table.held(defaults_of(Loop, [block.table], UNUSED), {})
     _check_range(settings, values, blocks[-1])
+    if settings.output.pwm is None:
+        values["output.pwm"] = None
     values["sample_rate"] = f"{decimal_text(values['sample_rate'].scaleb(3))} ms"
     return file_data(Loop, values, unset, ALWAYS | {"setpoint.value"} if settings.setpoint else ALWAYS)
 

@@ -9,11 +9,9 @@ from pidcfg.encoders.click.dataview import read_dataview, write_dataviews
 from pidcfg.encoders.click.dump import merge_dump, read_dump, write_dump
 from pidcfg.encoders.click.nickname_csv import HEADER, merge_nicknames, write_nicknames
 from pidcfg.encoders.click.nickname_loops import read_nicknames
-from pidcfg.encoders.files import DecodeOption, FileKind, columns, first_line, listings
+from pidcfg.encoders.files import FileKind, columns, first_line, listings
 from pidcfg.encoders.maps.click import SPACE
 from pidcfg.encoders.modbus import Place
-from pidcfg.encoders.settings import address_of, listed
-from pidcfg.schemas.click import BITS, FLOATS, INTEGERS, parse_output_bit
 
 if TYPE_CHECKING:
     from pidcfg.schemas.click import ClickFile
@@ -82,39 +80,6 @@ FORMATS = listings(SPACE, "register listing", Numbering()) | {
         whole=False,
     ),
 }
-
-
-def _pwm(text: str) -> dict[str, str] | None:
-    return None if text == "none" else {"bit": parse_output_bit(text)}
-
-
-DECODE_OPTIONS = (
-    DecodeOption("bits", "C,C…", "Where each loop's C bits begin.", "C101,C201", listed(address_of(BITS)), needed=True),
-    DecodeOption(
-        "integers",
-        "DS,DS…",
-        "Where each loop's DS registers begin.",
-        "DS101,DS201",
-        listed(address_of(INTEGERS)),
-        needed=True,
-    ),
-    DecodeOption(
-        "floats",
-        "DF,DF…",
-        "Where each loop's DF registers begin.",
-        "DF101,DF201",
-        listed(address_of(FLOATS)),
-        needed=True,
-    ),
-    DecodeOption(
-        "pwm_bit",
-        "Y|none,…",
-        "The discrete output of each loop's PWM; none: an analog output.",
-        "Y001,none",
-        listed(_pwm),
-        needed=True,
-    ),
-)
 
 
 NEVER_WRITTEN = (

@@ -5,7 +5,7 @@ from __future__ import annotations
 from decimal import Decimal
 from typing import TYPE_CHECKING, Any
 
-from pidcfg.encoders.image import Block, Encoding, Route
+from pidcfg.encoders.image import Block, Encoding
 from pidcfg.encoders.mapping import is_enabled
 from pidcfg.encoders.mapping import values_of as mapped
 from pidcfg.encoders.maps.dl06 import (
@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from pidcfg.encoders.values import Data
+    from pidcfg.paths import Path
     from pidcfg.schemas.dl06 import Dl06File, Loop, Plc, RampSoak, Transfer
 
 TABLE = (LOOP_TABLES[1],)
@@ -91,7 +92,7 @@ def _ramp_soak_table(i: int, loop: Loop, profile: RampSoak) -> list[Block]:
     scales, steps, pairs = scales_of(loop), profile.steps or (), []
     for j in range(RAMP_SOAK_PAIRS):
         values = dict(steps[j]) if j < len(steps) else {}
-        place: Route = ("loops", i, "ramp_soak", "steps", j)
+        place: Path = ("loops", i, "ramp_soak", "steps", j)
         start = profile.table + j * RAMP_SOAK_PAIR.size
         encoded = RAMP_SOAK_PAIR.encode(values, scales) if values else UNUSED_PAIR
         pairs.append(Block(place, start, RAMP_SOAK_PAIR, encoded, loop.name, f"ramp_soak[{j}].", scales))

@@ -4,16 +4,13 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from pidcfg.encoders.files import DecodeOption, FileKind, listings
+from pidcfg.encoders.files import FileKind, listings
 from pidcfg.encoders.ihex import read_ihex, write_ihex
 from pidcfg.encoders.maps.dl06 import SPACE
 from pidcfg.encoders.modbus import Place
 
 if TYPE_CHECKING:
     from pidcfg.schemas.dl06 import Dl06File
-
-
-BCD_DIGITS = 4
 
 
 class Numbering:
@@ -40,19 +37,6 @@ FORMATS = listings(SPACE, "V-memory listing", Numbering()) | {
         carries_comments=False,
     ),
 }
-
-
-def _count(text: str) -> int | None:
-    return int(text) if text.isdecimal() and len(text) <= BCD_DIGITS else None
-
-
-DECODE_OPTIONS = (
-    DecodeOption(
-        "loop_table", "ADDRESS", "Start of the loop table, for a listing without V7640.", "V2000", SPACE.parse
-    ),
-    DecodeOption("number_of_loops", "COUNT", "How many loops, for a listing without V7641.", "4", _count),
-    DecodeOption("reset_decimals", "1|2", "Implied decimals of the reset words.", "1", {"1": 1, "2": 2}.get),
-)
 
 
 def checklist(config: Dl06File) -> tuple[str, ...]:

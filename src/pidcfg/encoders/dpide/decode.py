@@ -7,31 +7,27 @@ on which side the loop acts.
 
 from __future__ import annotations
 
-from decimal import Decimal
 from typing import TYPE_CHECKING, Any
 
-from pidcfg.encoders.dpide.encode import scaling
 from pidcfg.encoders.image import Decoded
+from pidcfg.encoders.mapping import file_data
 from pidcfg.encoders.maps.dpide import DPIDE_TABLE, NEEDED, ROWS
-from pidcfg.encoders.named import read, shown
-from pidcfg.encoders.settings import LoopOption, read_settings, with_options
+from pidcfg.encoders.parameters import content_of, misspelt, shown, value_of
+from pidcfg.encoders.settings import LoopOption, read_settings, settings_values, with_options
 from pidcfg.encoders.values import Data, present
 from pidcfg.encoders.words import DecodeError
-from pidcfg.schemas.base import plain_number
 from pidcfg.schemas.dpide import Loop, LoopSettings, PlcSettings
-from pidcfg.schemas.iec import Wire
-from pidcfg.schemas.names import nearest
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from pidcfg.encoders.named import Content, Parameter
+    from pidcfg.encoders.parameters import Content
+    from pidcfg.schemas.iec import Wire
 
 LOOP_OPTIONS = (LoopOption(("device",), "device", "the device of I_MV (30 registers)"),)
 """What options say when no settings stand beside the operands."""
 ALWAYS = frozenset({"PID_EQ", "PID_DIR"})
 """Choices that are written even where they are defaults."""
-SHOWN = 60
 
 
 def decode(
@@ -80,37 +76,25 @@ def _know_all(words: Mapping[str, Any], loops: set[str]) -> None:
     for name in words:
         loop, operand = split(name)
         if loop in loops and operand not in ROWS:
-            near = nearest(operand, ROWS)
-            cure = f"; did you mean {near}?" if near else ""
-            raise DecodeError(f"{name[:SHOWN]}: {operand[:SHOWN]!r} is not an operand of DPIDE{cure}", name)
+            raise misspelt(name, operand, ROWS, "an operand of DPIDE")
 
 
-def _loop(own: LoopSettings, words: Mapping[str, Content | Wire], notes: list[str]) -> Data:
-    data: Data = {"name": own.loop, **present({"description": own.description}), "device": own.device}
-    data |= {"devices": own.devices.given()} if own.devices.given() else {}
+def _loop(settings: LoopSettings, words: Mapping[str, Content | Wire], notes: list[str]) -> Data:
+    values = settings_values(settings) | {"devices": settings.devices.given() or None}
     for row in DPIDE_TABLE.rows:
-        name = f"{own.loop}.{row.name}"
+        name = f"{settings.loop}.{row.name}"
         if name not in words:
             if row.name in NEEDED:
                 raise DecodeError(f"the listing does not hold {name} ({row.title})")
             continue
-        content = _content(name, row, words[name])
-        if row.name not in Loop.model_fields:
-            notes += [f"{name} = {shown(row.type, content)} ({row.title}) is not carried over"] if content else []
-        elif row.name in ALWAYS or content != Loop.model_fields[row.name].default:
-            data[row.name] = content if isinstance(content, bool) else plain_number(Decimal(repr(content)))
+        content = content_of(name, row, words[name], "an operand of DPIDE")
+        if row.name in Loop.model_fields:
+            values[row.name] = value_of(content)
+        elif content:
+            notes.append(f"{name} = {shown(row.type, content)} ({row.title}) is not carried over")
     notes += [
-        f"{own.loop}: the listing does not hold {key}, which then is FALSE"
+        f"{settings.loop}: the listing does not hold {key}, which then is FALSE"
         for key in sorted(ALWAYS)
-        if f"{own.loop}.{key}" not in words
+        if f"{settings.loop}.{key}" not in words
     ]
-    return data | present({"pv": scaling(own.pv) or None, "output": scaling(own.output) or None})
-
-
-def _content(name: str, row: Parameter, raw: Content | Wire) -> Content:
-    if isinstance(raw, Wire):
-        raise DecodeError(f"{name} is an expression; an operand of DPIDE is a value", name)
-    content = read(row.type, raw)
-    if content is None:
-        raise DecodeError(f"{name}: {raw!r} is not a value of {row.type.name}", name)
-    return content
+    return file_data(Loop, values, always=ALWAYS)

@@ -5,34 +5,31 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from pidcfg.encoders.maps.dpide import DPIDE_TABLE
-from pidcfg.encoders.named import Entry, NamedEncoding, Program, store
-from pidcfg.encoders.regmap import Misfit
+from pidcfg.encoders.parameters import Entry, Program, ProgramEncoding, stored
 from pidcfg.encoders.values import present
-from pidcfg.encoders.words import EncodeError
 from pidcfg.schemas.base import plain_number
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from pidcfg.encoders.image import Route
-    from pidcfg.encoders.named import Content, Parameter
+    from pidcfg.encoders.parameters import Parameter
     from pidcfg.schemas.dpide import DpideFile, Loop, Scale
 
 
-def encode(config: DpideFile) -> NamedEncoding:
+def encode(config: DpideFile) -> ProgramEncoding:
     """All operands of every loop; PV only where it is given, MV never: they are the process's and the PLC's."""
     entries, misfits = [], []
     for i, loop in enumerate(config.loops):
         devices = loop.devices.given() | {"I_MV": loop.device}
         for row, value in values_of(loop):
-            content, misfit = _stored(row, value)
+            content, misfit = stored(row, value)
             entries.append(
                 Entry(f"{loop.name}.{row.name}", row.type, content, row.name, loop.name, devices.get(row.name))
             )
             if misfit is not None:
-                misfits.append((_route(i, row.name), misfit))
+                misfits.append((("loops", i, row.name), misfit))
     program = Program("dpide", tuple(entries), tuple(_settings(loop) for loop in config.loops), _plc(config))
-    return NamedEncoding(program, tuple(misfits))
+    return ProgramEncoding(program, tuple(misfits))
 
 
 def values_of(loop: Loop) -> Iterator[tuple[Parameter, Any]]:
@@ -41,17 +38,6 @@ def values_of(loop: Loop) -> Iterator[tuple[Parameter, Any]]:
         value = 0 if row.name == "I_MV" else getattr(loop, row.name, None)
         if value is not None:
             yield row, value
-
-
-def _stored(row: Parameter, value: Any) -> tuple[Content, Misfit | None]:
-    try:
-        return store(row.type, value), None
-    except EncodeError as error:
-        return row.type.default, Misfit(row.name, row, value, error)
-
-
-def _route(index: int, operand: str) -> Route:
-    return ("loops", index, operand)
 
 
 def _settings(loop: Loop) -> dict[str, Any]:

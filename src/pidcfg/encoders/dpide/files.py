@@ -7,16 +7,15 @@ from typing import TYPE_CHECKING
 
 from pidcfg.encoders.dpide.operands import read_csv_devices, read_json_devices, read_operands, write_operands
 from pidcfg.encoders.dpide.symbols import COLUMNS, ENCODING, read_symbols, write_symbols
-from pidcfg.encoders.files import DecodeOption, FileKind, columns
+from pidcfg.encoders.files import FileKind, columns
 from pidcfg.encoders.maps.dpide import OUTSIDE, WRITTEN
-from pidcfg.encoders.named_files import named_listings
-from pidcfg.encoders.settings import listed
-from pidcfg.schemas.dpide_devices import parse_register, place_of
+from pidcfg.encoders.parameter_files import parameter_listings
+from pidcfg.schemas.dpide_devices import place_of
 
 if TYPE_CHECKING:
     from pidcfg.schemas.dpide import DpideFile, Loop
 
-PLAIN = named_listings("operand listing")
+PLAIN = parameter_listings("operand listing")
 FORMATS = {
     "text": PLAIN["text"],
     "csv": replace(PLAIN["csv"], read=read_csv_devices),
@@ -39,16 +38,6 @@ FORMATS = {
         whole=False,
     ),
 }
-
-DECODE_OPTIONS = (
-    DecodeOption(
-        "device",
-        "D,D…",
-        "Where the 30 registers of each loop's I_MV begin.",
-        "D500,D530",
-        listed(parse_register),
-    ),
-)
 
 
 def checklist(config: DpideFile) -> tuple[str, ...]:

@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING, Any
 from pidcfg.encoders.dpide.decode import split
 from pidcfg.encoders.listing import Listing, ListingError, comments, csv_rows, load_json
 from pidcfg.encoders.maps.dpide import DPIDE_TABLE, OUTSIDE, ROWS
-from pidcfg.encoders.named import shown
-from pidcfg.encoders.named_files import RISKY, content_of, read_csv, read_json
+from pidcfg.encoders.parameter_files import RISKY, content_of, read_csv, read_json
+from pidcfg.encoders.parameters import shown
 from pidcfg.schemas.base import parse_name
 from pidcfg.schemas.dpide_devices import parse_flag_device, parse_register
 from pidcfg.schemas.iec import BOOL
@@ -22,7 +22,7 @@ from pidcfg.schemas.iec import BOOL
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
-    from pidcfg.encoders.named import Entry, Parameter, Program
+    from pidcfg.encoders.parameters import Entry, Parameter, Program
 
 COLUMNS = ("operand", "type", "device", "value", "unit", "description", "loop")
 SAME_TYPE = {"DINT": "DWORD"}

@@ -9,7 +9,7 @@ from pidcfg.encoders.dpide.operands import device_of, unit_of
 from pidcfg.encoders.files import UnwritableError
 from pidcfg.encoders.listing import ListingError
 from pidcfg.encoders.maps.dpide import DPIDE_TABLE, OUTSIDE
-from pidcfg.encoders.named import shown
+from pidcfg.encoders.parameters import shown
 from pidcfg.refs import Decision
 from pidcfg.schemas.dpide_devices import place_of
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
     from typing import Any
 
-    from pidcfg.encoders.named import Parameter, Program
+    from pidcfg.encoders.parameters import Parameter, Program
 
 D256 = Decision(
     256,

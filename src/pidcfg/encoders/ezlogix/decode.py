@@ -79,6 +79,8 @@ def _loop(settings: LoopSettings, registers: LoopBlock, discretes: LoopBlock) ->
     chosen = discretes.values({})
     scales = scales_of(settings.pv, settings.output, root=chosen["pv.square_root"])
     values = settings_values(settings, BANKS) | chosen | registers.values(scales)
+    if settings.output.pulse is None:
+        values["output.pulse"] = None
     for path in TIMES:
         values[path] = values[path] or "off"
     unset = registers.table.held(defaults_of(Loop, [registers.table], unset_limits(scales)), scales)

@@ -5,10 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from pidcfg.encoders.ezlogix.tags import merge_tags, read_tags, write_tags
-from pidcfg.encoders.files import DecodeOption, FileKind, columns, listings
+from pidcfg.encoders.files import FileKind, columns, listings
 from pidcfg.encoders.maps.ezlogix import SPACE
-from pidcfg.encoders.settings import address_of, listed, one_of
-from pidcfg.schemas.ezlogix import DISCRETES, REGISTERS, parse_tag
 
 if TYPE_CHECKING:
     from pidcfg.schemas.ezlogix import EzlogixFile
@@ -24,59 +22,6 @@ FORMATS = listings(SPACE, "register listing") | {
         whole=False,
     ),
 }
-
-
-def _output(text: str) -> dict[str, str] | None:
-    return None if text == "none" else {"tag": parse_tag("O")(text)}
-
-
-DECODE_OPTIONS = (
-    DecodeOption(
-        "registers",
-        "R,R…",
-        "Where each loop's registers begin.",
-        "R100,R132",
-        listed(address_of(REGISTERS)),
-        needed=True,
-    ),
-    DecodeOption(
-        "discretes",
-        "S,S…",
-        "Where each loop's discretes begin.",
-        "S100,S108",
-        listed(address_of(DISCRETES)),
-        needed=True,
-    ),
-    DecodeOption(
-        "action",
-        "direct|reverse,…",
-        "Each loop's controller action; reverse is heating.",
-        "reverse",
-        listed(one_of("direct", "reverse")),
-        needed=True,
-    ),
-    DecodeOption(
-        "algorithm",
-        "position|velocity,…",
-        "Each loop's algorithm.",
-        "position",
-        listed(one_of("position", "velocity")),
-        needed=True,
-    ),
-    DecodeOption(
-        "pv_tag", "IR|R,…", "The tag of each loop's PV.", "IR1,IR2", listed(parse_tag("IR", "R")), needed=True
-    ),
-    DecodeOption(
-        "cv_tag", "OR|R,…", "The tag of each loop's CV.", "OR1,OR2", listed(parse_tag("OR", "R")), needed=True
-    ),
-    DecodeOption(
-        "output_tag",
-        "O|none,…",
-        "The tag of each loop's control output; none: not enabled.",
-        "O1,none",
-        listed(_output),
-    ),
-)
 
 
 def checklist(config: EzlogixFile) -> tuple[str, ...]:

@@ -2,26 +2,23 @@
 
 from __future__ import annotations
 
-from decimal import Decimal
-from typing import TYPE_CHECKING, Any, get_args
+from typing import TYPE_CHECKING, Any
 
 from pidcfg.encoders.image import Decoded
+from pidcfg.encoders.mapping import file_data
 from pidcfg.encoders.maps.generic import LOOP_TABLE, NEEDED, PAIRS, ROWS, split
-from pidcfg.encoders.named import read
+from pidcfg.encoders.parameters import content_of, misspelt, value_of
 from pidcfg.encoders.settings import read_settings
 from pidcfg.encoders.values import Data, present
 from pidcfg.encoders.words import DecodeError
-from pidcfg.schemas.base import Flag, Model, Name, Text, plain_number
+from pidcfg.schemas.base import Flag, Model, Name, Text
 from pidcfg.schemas.generic import Loop
-from pidcfg.schemas.iec import Wire
-from pidcfg.schemas.names import nearest
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
 
-    from pidcfg.encoders.named import Content, Parameter
-
-SHOWN = 60
+    from pidcfg.encoders.parameters import Content
+    from pidcfg.schemas.iec import Wire
 
 
 class Unit(Model):
@@ -98,70 +95,31 @@ def _know_all(words: Mapping[str, Any], loops: set[str]) -> None:
             continue
         loop = next((loop for loop in sorted(loops, key=len, reverse=True) if name.startswith(f"{loop}.")), None)
         if loop is not None:
-            path = name.removeprefix(f"{loop}.")
-            near = nearest(path, ROWS)
-            cure = f"; did you mean {near}?" if near else ""
-            raise DecodeError(f"{name[:SHOWN]}: {path[:SHOWN]!r} is not a field of a loop{cure}", name)
+            raise misspelt(name, name.removeprefix(f"{loop}."), ROWS, "a field of a loop")
 
 
-def _loop(own: LoopSettings, words: Mapping[str, Content | Wire]) -> Data:
-    data: Data = {"name": own.loop, **present({"description": own.description})}
+def _loop(settings: LoopSettings, words: Mapping[str, Content | Wire]) -> Data:
+    values: Data = {"name": settings.loop, "description": settings.description}
     for row in LOOP_TABLE.rows:
-        name = f"{own.loop}.{row.name}"
-        if name not in words:
-            if row.name in NEEDED:
-                raise DecodeError(f"the listing does not hold {name} ({row.title})")
-            continue
-        content = _content(name, row, words[name])
-        if content != _default(row.name):
-            _put(data, row.name, content)
-    for key in PAIRS:
-        _whole(data, own.loop, key)
-    link = present(dict(own.setpoint))
+        name = f"{settings.loop}.{row.name}"
+        if name in words:
+            values[row.name] = value_of(content_of(name, row, words[name], "a field of a neutral loop"))
+        elif row.name in NEEDED:
+            raise DecodeError(f"the listing does not hold {name} ({row.title})")
+    for pair in PAIRS:
+        _check_ends(pair, values, settings.loop)
+    data = file_data(Loop, values)
+    link = present(dict(settings.setpoint))
     if link:
         data.setdefault("setpoint", {}).update(link)
     for key in ("pv", "output"):
-        data[key] |= present({"unit": getattr(own, key).unit})
+        data[key] |= present({"unit": getattr(settings, key).unit})
     return data
 
 
-def _default(path: str) -> Any:
-    """What a field is when it is not given; None: it has no default."""
-    model: Any = Loop
-    steps = path.split(".")
-    for step in steps[:-1]:
-        if step.isdigit() or step not in getattr(model, "model_fields", ()):
-            return None
-        kinds = (model.model_fields[step].annotation, *get_args(model.model_fields[step].annotation))
-        model = next((kind for kind in kinds if isinstance(kind, type) and issubclass(kind, Model)), None)
-    field = getattr(model, "model_fields", {}).get(steps[-1])
-    return None if field is None or field.is_required() else field.default
-
-
-def _put(data: Data, path: str, content: Content) -> None:
-    value = plain_number(Decimal(repr(content))) if type(content) in {int, float} else content
-    keys = path.split(".")
-    for key in keys[:-1]:
-        data = data.setdefault(key, {})
-    data[keys[-1]] = value
-
-
-def _whole(data: Data, loop: str, key: str) -> None:
-    """Makes a pair of its two ends; one alone is refused."""
-    section, name = key.split(".")
-    ends = data.get(section, {}).get(name)
-    if ends is None:
-        return
-    if sorted(ends) != ["0", "1"]:
-        missing = "1" if "0" in ends else "0"
-        raise DecodeError(f"the listing does not hold {loop}.{key}.{missing} ({ROWS[f'{key}.{missing}'].title})")
-    data[section][name] = [ends["0"], ends["1"]]
-
-
-def _content(name: str, row: Parameter, raw: Content | Wire) -> Content:
-    if isinstance(raw, Wire):
-        raise DecodeError(f"{name} is an expression; a field of a neutral loop is a value", name)
-    content = read(row.type, raw)
-    if content is None:
-        raise DecodeError(f"{name}: {raw!r} is not a value of {row.type.name}", name)
-    return content
+def _check_ends(pair: str, values: Data, loop: str) -> None:
+    """Refuses one end of a pair alone."""
+    ends = [f"{pair}.0", f"{pair}.1"]
+    missing = [end for end in ends if end not in values]
+    if len(missing) == 1:
+        raise DecodeError(f"the listing does not hold {loop}.{missing[0]} ({ROWS[missing[0]].title})")

@@ -4,43 +4,36 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from pidcfg.encoders.image import route
 from pidcfg.encoders.maps.generic import LOOP_TABLE
-from pidcfg.encoders.named import Entry, NamedEncoding, Program, store
-from pidcfg.encoders.regmap import Misfit
+from pidcfg.encoders.parameters import Entry, Program, ProgramEncoding, stored
 from pidcfg.encoders.values import present
-from pidcfg.encoders.words import EncodeError
+from pidcfg.paths import steps, value_at
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from pidcfg.encoders.named import Parameter
+    from pidcfg.encoders.parameters import Parameter
     from pidcfg.schemas.generic import GenericFile, Loop
 
 
-def encode(config: GenericFile) -> NamedEncoding:
+def encode(config: GenericFile) -> ProgramEncoding:
     """All fields of every loop that have a value; names, units and texts stand beside them."""
     entries, misfits = [], []
     for i, loop in enumerate(config.loops):
         for row, value in values_of(loop):
-            content = row.type.default
-            try:
-                content = store(row.type, value)
-            except EncodeError as error:
-                misfits.append((route(("loops", i), row.name), Misfit(row.name, row, value, error)))
+            content, misfit = stored(row, value)
             entries.append(Entry(f"{loop.name}.{row.name}", row.type, content, row.name, loop.name))
+            if misfit is not None:
+                misfits.append((("loops", i, *steps(row.name)), misfit))
     settings = tuple(_settings(loop) for loop in config.loops)
     plc = present({"name": config.name, "description": config.description})
-    return NamedEncoding(Program("generic", tuple(entries), settings, plc), tuple(misfits))
+    return ProgramEncoding(Program("generic", tuple(entries), settings, plc), tuple(misfits))
 
 
 def values_of(loop: Loop) -> Iterator[tuple[Parameter, Any]]:
     """Fields with their values; what is not given and has no default is left out."""
     for row in LOOP_TABLE.rows:
-        value: Any = loop
-        for step in row.name.split("."):
-            if value is not None:
-                value = value[int(step)] if step.isdigit() else getattr(value, step)
+        value = value_at(loop, steps(row.name))
         if value is not None:
             yield row, value
 

@@ -4,15 +4,12 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from pidcfg.encoders.named_files import named_listings
+from pidcfg.encoders.parameter_files import parameter_listings
 
 if TYPE_CHECKING:
-    from pidcfg.encoders.files import DecodeOption
     from pidcfg.schemas.generic import GenericFile
 
-FORMATS = named_listings("parameter listing")
-DECODE_OPTIONS: tuple[DecodeOption, ...] = ()
-"""A listing says everything."""
+FORMATS = parameter_listings("parameter listing")
 
 
 def checklist(config: GenericFile) -> tuple[str, ...]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from pidcfg.encoders.named import Parameter, ParameterTable
+from pidcfg.encoders.parameters import Parameter, ParameterTable
 from pidcfg.encoders.tuned import TunedParameters
 from pidcfg.refs import DPIDE, Decision
 from pidcfg.schemas.dpide import D251

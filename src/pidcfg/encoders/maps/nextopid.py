@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, get_args
 
-from pidcfg.encoders.named import Parameter, ParameterTable
+from pidcfg.encoders.parameters import Parameter, ParameterTable
 from pidcfg.encoders.tuned import TunedParameters
 from pidcfg.refs import Decision
 from pidcfg.schemas import nextopid as schema

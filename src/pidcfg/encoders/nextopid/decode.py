@@ -13,10 +13,11 @@ from pydantic import ConfigDict
 
 from pidcfg.encoders.image import Decoded
 from pidcfg.encoders.maps.nextopid import BLOCK_TYPES, LOOP_TYPES
-from pidcfg.encoders.named import read
+from pidcfg.encoders.parameters import read
 from pidcfg.encoders.settings import read_settings
 from pidcfg.encoders.values import Data, present
 from pidcfg.encoders.words import DecodeError
+from pidcfg.paths import put, steps
 from pidcfg.schemas.base import Integer, Model, Seconds, Text, plain_number
 from pidcfg.schemas.iec import Identifier, Wire
 from pidcfg.schemas.nextopid import OutputText, Plc, PvText
@@ -25,7 +26,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from pidcfg.encoders.maps.nextopid import BlockType
-    from pidcfg.encoders.named import Content, Parameter
+    from pidcfg.encoders.parameters import Content
 
 
 REQUIRED = "required"
@@ -124,7 +125,8 @@ def _item(own: ItemSettings, words: Mapping[str, Content | Wire], task: Decimal)
         if content is not None and not isinstance(content, Wire) and read(row.type, content) is None:
             raise DecodeError(f"{own.name}.{row.name}: {content!r} is not a value of {row.type.name}")
         if content is not None and (_kept(kind, row.name) or content != row.type.default):
-            _put(data, row, content)
+            text = str(content).removeprefix("AUTOTUNE_") if row.type.kind == "word" else _plain(content)
+            put(data, steps(row.name), text)
     data |= present({"pv": present({"unit": own.pv.unit}) or None})
     limits = own.output.range
     output = present({"range": limits and [plain_number(end) for end in limits], "unit": own.output.unit})
@@ -137,14 +139,6 @@ def _kept(kind: BlockType, name: str) -> str:
     if field is None or field.default is None:
         return "given"
     return REQUIRED if field.is_required() else ""
-
-
-def _put(data: Data, row: Parameter, content: Content | Wire) -> None:
-    """A content at its key."""
-    *sections, key = row.name.split(".")
-    for section in sections:
-        data = data.setdefault(section, {})
-    data[key] = str(content).removeprefix("AUTOTUNE_") if row.type.kind == "word" else _plain(content)
 
 
 def _plain(content: Content | Wire) -> bool | int | float | str:

@@ -8,11 +8,12 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any, cast
 
 from pidcfg.encoders.maps.nextopid import BLOCK_TYPES
-from pidcfg.encoders.named import Entry, Parameter, Program, store
 from pidcfg.encoders.nextopid.wiring import PASSES, Layout, Wires
+from pidcfg.encoders.parameters import Entry, Parameter, Program, stored
 from pidcfg.encoders.regmap import Misfit
 from pidcfg.encoders.values import present
 from pidcfg.encoders.words import EncodeError
+from pidcfg.paths import steps, value_at
 from pidcfg.schemas.base import plain_number
 from pidcfg.schemas.expressions import ExpressionError
 from pidcfg.schemas.iec import BOOL, REAL, Wire
@@ -21,10 +22,10 @@ from pidcfg.schemas.nextopid import Controller, Plc
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from pidcfg.encoders.image import Route
     from pidcfg.encoders.maps.nextopid import BlockType
-    from pidcfg.encoders.named import Content
+    from pidcfg.encoders.parameters import Content
     from pidcfg.encoders.regmap import Rounded
+    from pidcfg.paths import Path
     from pidcfg.schemas.nextopid import Item, NextopidFile
 
 
@@ -41,7 +42,7 @@ class WireError(EncodeError):
 class Placed:
     """A block of the configuration, with its place in the file."""
 
-    place: Route
+    place: Path
     item: Item
     kind: BlockType
 
@@ -58,9 +59,7 @@ class Placed:
     def given(self) -> Iterator[tuple[Parameter, Any]]:
         """Its inputs with what the file says or the default is; those that are left to the program around have none."""
         for row in self.kind.inputs:
-            value: Any = self.item
-            for key in row.name.split("."):
-                value = None if value is None else getattr(value, key)
+            value = value_at(self.item, steps(row.name))
             if value is not None:
                 yield row, f"AUTOTUNE_{value}" if row.type.kind == "word" else value
 
@@ -82,8 +81,8 @@ class NextopidEncoding:
     wires: Wires
     sample_time: Decimal
     """Interval of the task in s."""
-    misfits: tuple[tuple[Route, Misfit], ...]
-    rounded: tuple[tuple[Route, Rounded], ...] = ()
+    misfits: tuple[tuple[Path, Misfit], ...]
+    rounded: tuple[tuple[Path, Rounded], ...] = ()
 
     @property
     def whole(self) -> bool:
@@ -109,18 +108,22 @@ def encode(config: NextopidFile) -> NextopidEncoding:
     items = placed(config)
     types = {name: BOOL if isinstance(value, bool) else REAL for name, value in config.signals.items()}
     layout = Layout.of(types, [(own.item.name, own.kind) for own in items])
-    misfits: list[tuple[Route, Misfit]] = []
+    misfits: list[tuple[Path, Misfit]] = []
     wires: Wires = {}
     entries = []
     for name, value in config.signals.items():
-        content = _stored(Parameter(name, types[name]), value, ("signals", name), misfits)
+        content, misfit = stored(Parameter(name, types[name]), value)
+        misfits += [] if misfit is None else [(("signals", name), misfit)]
         entries.append(Entry(name, types[name], content, name))
     for i, own in enumerate(items):
         for row, value in own.given():
-            place = (*own.place, *row.name.split("."))
+            place = (*own.place, *steps(row.name))
+            raw: Content | Wire = value
             if isinstance(value, Wire):
-                _wire(layout, wires, (i, row), value, place, misfits)
-            raw = value if isinstance(value, Wire) else _stored(row, value, place, misfits)
+                misfit = _wire(layout, wires, (i, row), value)
+            else:
+                raw, misfit = stored(row, value)
+            misfits += [] if misfit is None else [(place, misfit)]
             entries.append(
                 Entry(f"{own.item.name}.{row.name}", row.type, raw, row.name, own.item.name if own.is_loop else None)
             )
@@ -130,30 +133,16 @@ def encode(config: NextopidFile) -> NextopidEncoding:
     return NextopidEncoding(image, tuple(items), layout, wires, config.plc.sample_time, tuple(misfits))
 
 
-def _stored(row: Parameter, value: Any, place: Route, misfits: list[tuple[Route, Misfit]]) -> Content:
-    try:
-        return store(row.type, value)
-    except EncodeError as error:
-        misfits.append((place, Misfit(row.name, row, value, error)))
-        return row.type.default
-
-
-def _wire(
-    layout: Layout,
-    wires: Wires,
-    key: tuple[int, Parameter],
-    wire: Wire,
-    place: Route,
-    misfits: list[tuple[Route, Misfit]],
-) -> None:
+def _wire(layout: Layout, wires: Wires, key: tuple[int, Parameter], wire: Wire) -> Misfit | None:
     i, row = key
     try:
         wires[i, row.name] = layout.read(row.type, wire.text)
     except ExpressionError as error:
-        misfits.append((place, Misfit(row.name, row, wire.text, WireError(error))))
+        return Misfit(row.name, row, wire.text, WireError(error))
+    return None
 
 
-def _own_wires(layout: Layout, wires: Wires, items: list[Placed]) -> Iterator[tuple[Route, Misfit]]:
+def _own_wires(layout: Layout, wires: Wires, items: list[Placed]) -> Iterator[tuple[Path, Misfit]]:
     """Wires that read an input of their own block which is wired itself (D205)."""
     for (i, name), expression in wires.items():
         own = layout.instances[i]

@@ -4,16 +4,15 @@ from __future__ import annotations
 
 import re
 from dataclasses import replace
-from decimal import Decimal
 from typing import TYPE_CHECKING
 
-from pidcfg.encoders.files import DecodeOption, FileKind
-from pidcfg.encoders.named_files import named_listings
+from pidcfg.encoders.files import FileKind
 from pidcfg.encoders.nextopid.plcopen import write_plcopen
 from pidcfg.encoders.nextopid.plcopen_read import read_plcopen
 from pidcfg.encoders.nextopid.st_read import read_st, with_zeros
 from pidcfg.encoders.nextopid.st_write import write_st
-from pidcfg.schemas.base import decimal_text, parse_seconds
+from pidcfg.encoders.parameter_files import parameter_listings
+from pidcfg.schemas.base import decimal_text
 
 if TYPE_CHECKING:
     from pidcfg.schemas.nextopid import NextopidFile
@@ -35,7 +34,7 @@ def looks_like_xml(text: str) -> bool:
     return text.lstrip("\ufeff \t\r\n").startswith("<")
 
 
-LISTINGS = named_listings("parameter listing")
+LISTINGS = parameter_listings("parameter listing")
 FORMATS = {
     **LISTINGS,
     "json": replace(
@@ -47,19 +46,6 @@ FORMATS = {
     ),
 }
 """A pragma, with which a program may begin, begins like JSON."""
-
-
-def _seconds(text: str) -> Decimal | None:
-    try:
-        time = parse_seconds(Decimal(text) if text.replace(".", "", 1).isdigit() else text)
-    except (ValueError, ArithmeticError):
-        return None
-    return time if time > 0 else None
-
-
-DECODE_OPTIONS = (
-    DecodeOption("sample_time", "TIME", "Interval of the task that calls the blocks.", "100 ms", _seconds),
-)
 
 
 def checklist(config: NextopidFile) -> tuple[str, ...]:

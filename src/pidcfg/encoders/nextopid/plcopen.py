@@ -16,8 +16,8 @@ from pidcfg.encoders.nextopid.st_write import header, literal, statements
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
-    from pidcfg.encoders.named import Content, Program
     from pidcfg.encoders.nextopid.st_program import Variable
+    from pidcfg.encoders.parameters import Content, Program
     from pidcfg.schemas.iec import IecType
 
 NAMESPACE = "http://www.plcopen.org/xml/tc6_0201"

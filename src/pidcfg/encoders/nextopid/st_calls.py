@@ -20,9 +20,9 @@ if TYPE_CHECKING:
     from decimal import Decimal
     from typing import Any
 
-    from pidcfg.encoders.named import Parameter
     from pidcfg.encoders.nextopid.st_parse import Argument
     from pidcfg.encoders.nextopid.st_scope import Item, Scope
+    from pidcfg.encoders.parameters import Parameter
 
 JUMPS = frozenset(("RETURN", "JMP"))
 

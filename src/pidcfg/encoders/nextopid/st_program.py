@@ -24,8 +24,8 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
     from pidcfg.encoders.maps.nextopid import BlockType
-    from pidcfg.encoders.named import Content, Entry, Parameter, Program
     from pidcfg.encoders.nextopid.wiring import Instance
+    from pidcfg.encoders.parameters import Content, Entry, Parameter, Program
     from pidcfg.schemas.iec import IecType
 
 CONVERSIONS = ("INT_TO_REAL", "UINT_TO_REAL", "USINT_TO_REAL", "DINT_TO_REAL", "REAL_TO_INT")

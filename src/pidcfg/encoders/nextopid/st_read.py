@@ -20,12 +20,12 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
     from typing import Any
 
-    from pidcfg.encoders.named import Content, Parameter
     from pidcfg.encoders.nextopid.st_calls import Given
     from pidcfg.encoders.nextopid.st_lex import Token
     from pidcfg.encoders.nextopid.st_parse import Declaration, Initial, Source
     from pidcfg.encoders.nextopid.st_scope import Item
     from pidcfg.encoders.nextopid.wiring import Wires
+    from pidcfg.encoders.parameters import Content, Parameter
 
 FEW = 12
 """Names that a note lists before it only counts."""

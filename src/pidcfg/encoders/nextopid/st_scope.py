@@ -19,9 +19,9 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
 
     from pidcfg.encoders.maps.nextopid import BlockType
-    from pidcfg.encoders.named import Parameter
     from pidcfg.encoders.nextopid.st_lex import Comment, Token
     from pidcfg.encoders.nextopid.st_parse import Declaration, Source
+    from pidcfg.encoders.parameters import Parameter
     from pidcfg.schemas.iec import IecType
 
 LIBRARY = {name.upper(): kind for name, kind in BLOCK_TYPES.items()}

@@ -6,10 +6,10 @@ from dataclasses import dataclass, field
 from decimal import Decimal
 from typing import TYPE_CHECKING
 
-from pidcfg.encoders.named import read
 from pidcfg.encoders.nextopid.st_lex import END, NAME, Token
 from pidcfg.encoders.nextopid.st_parse import Cursor, chain, is_literal
 from pidcfg.encoders.nextopid.st_write import DEEPEST
+from pidcfg.encoders.parameters import read
 from pidcfg.schemas.base import MAX_DIGITS
 from pidcfg.schemas.expressions import (
     ABSOLUTE,
@@ -29,7 +29,7 @@ from pidcfg.schemas.expressions import (
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    from pidcfg.encoders.named import Content
+    from pidcfg.encoders.parameters import Content
     from pidcfg.schemas.iec import IecType
 
 TRUTHS = {"TRUE": True, "FALSE": False}

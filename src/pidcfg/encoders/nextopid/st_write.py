@@ -14,9 +14,9 @@ from pidcfg.schemas.iec import Wire
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
-    from pidcfg.encoders.named import Content, Parameter, Program
     from pidcfg.encoders.nextopid.st_program import Variable
     from pidcfg.encoders.nextopid.wiring import Instance
+    from pidcfg.encoders.parameters import Content, Parameter, Program
     from pidcfg.schemas.expressions import Expression
     from pidcfg.schemas.iec import IecType
 

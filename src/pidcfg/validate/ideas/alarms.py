@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import TYPE_CHECKING, Generic, Protocol, TypeVar
 
 from pidcfg.validate.views import Placed
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Sequence
     from decimal import Decimal
 
-    from pidcfg.validate.rule import Finding
+    from pidcfg.validate.rule import Findings
 
+PV_POINTS = ("low_low", "low", "high", "high_high")
+"""The alarm points of the PV, from below."""
 Number = TypeVar("Number", int, "Decimal")
 """What registers hold: counts, or numbers in the PV's unit."""
 
@@ -44,6 +47,16 @@ class AlarmView(Placed, Protocol, Generic[Number]):
         """A distance on the PV's scale as a message quotes it."""
 
 
+def neighbours_out_of_order(
+    view: AlarmView[Number], prefix: str, points: Sequence[str] = PV_POINTS
+) -> Iterator[tuple[str, str, bool]]:
+    """Neighbouring alarm points that do not ascend, and whether they are equal."""
+    for low, high in pairwise(points):
+        words = view.holds(f"{prefix}_{low}", f"{prefix}_{high}")
+        if words and words[0] >= words[1]:
+            yield low, high, words[0] == words[1]
+
+
 def alarm_beyond(view: AlarmView[Number], value: Number) -> str | None:
     """The PV alarm, low or high, that a value lies beyond; None between them, or where they are off or crossed."""
     points = view.holds("pv_low", "pv_high")
@@ -52,7 +65,7 @@ def alarm_beyond(view: AlarmView[Number], value: Number) -> str | None:
     return "low" if value < points[0] else "high"
 
 
-def deadband_of_zero(view: AlarmView[Number]) -> Iterator[Finding]:
+def deadband_of_zero(view: AlarmView[Number]) -> Findings:
     """A deadband that is on and ignores nothing."""
     if view.deadband_on and view.holds("deadband") == [0]:
         key = "deadband_enabled" if view.given("deadband") is None else "deadband"
@@ -74,7 +87,7 @@ def alarm_within(
     return next(((alarm, distance) for alarm, distance in distances if 0 < distance <= width), None)
 
 
-def hysteresis_spans_normal_zone(view: AlarmView[Number], most: Number | None = None) -> Iterator[Finding]:
+def hysteresis_spans_normal_zone(view: AlarmView[Number], most: Number | None = None) -> Findings:
     """A hysteresis as wide as the zone between low and high alarm; above ``most`` another rule speaks of it."""
     words = view.holds("pv_low", "pv_high", "hysteresis")
     if view.pv_alarms and words and 0 < words[1] - words[0] <= words[2] and (most is None or words[2] <= most):

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, NamedTuple, Protocol
 from pidcfg.validate.views import Placed
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, Sequence
+    from collections.abc import Mapping, Sequence
 
     from pidcfg.encoders.regmap import RegisterMap
-    from pidcfg.validate.rule import Finding
+    from pidcfg.validate.rule import Findings
 
 
 class Extent(NamedTuple):
@@ -40,7 +40,7 @@ def extents_of(loop: object, blocks: Mapping[str, tuple[str, RegisterMap]]) -> t
     return tuple(Extent(key, prefix, start, start + size - 1) for key, prefix, start, size in starts)
 
 
-def block_beyond_bank(view: BlockView, last: Mapping[str, int]) -> Iterator[Finding]:
+def block_beyond_bank(view: BlockView, last: Mapping[str, int]) -> Findings:
     """Blocks of a loop that reach past the last address of their bank; ``last``: it, by bank."""
     for extent in view.extents:
         end = last[extent.prefix]
@@ -49,7 +49,7 @@ def block_beyond_bank(view: BlockView, last: Mapping[str, int]) -> Iterator[Find
             yield view.at(extent.key, block=extent.key, extent=extent, prefix=extent.prefix, last=end, latest=latest)
 
 
-def blocks_overlap(views: Sequence[BlockView]) -> Iterator[Finding]:
+def blocks_overlap(views: Sequence[BlockView]) -> Findings:
     """Each pair of loops whose blocks share registers, at the later one."""
     for first, second in combinations(views, 2):
         for own, other in zip(second.extents, first.extents, strict=True):
@@ -59,7 +59,7 @@ def blocks_overlap(views: Sequence[BlockView]) -> Iterator[Finding]:
                 )
 
 
-def too_many_loops(views: Sequence[Placed], most: int) -> Iterator[Finding]:
+def too_many_loops(views: Sequence[Placed], most: int) -> Findings:
     """The first loop of a file that its PLC has no room for."""
     if len(views) > most:
         yield views[most].at_key(number=most + 1, count=len(views), limit=most)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from decimal import Decimal
 from functools import cache
-from typing import TYPE_CHECKING, Any, get_args
+from typing import TYPE_CHECKING, Any, TypeAlias, get_args
 
 from pydantic import BaseModel
 
@@ -12,13 +12,15 @@ from pidcfg.refs import Decision
 from pidcfg.schemas.base import decimal_text
 from pidcfg.schemas.limits import Limits
 from pidcfg.validate.ideas.duplicates import repeats
-from pidcfg.validate.rule import Finding, at_key, error, finding, warning
+from pidcfg.validate.rule import Finding, Findings, error, finding, warning
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from pidcfg.diagnostics import Path
+    from pidcfg.encoders.image import Encoding
     from pidcfg.encoders.regmap import Misfit
+    from pidcfg.validate.views import Context
 
 D06 = Decision(
     6,
@@ -47,6 +49,7 @@ D09 = Decision(
 )
 
 ROUNDING_WARNING = Decimal("0.01")
+AnyContext: TypeAlias = "Context[Any, Encoding]"
 
 
 @cache
@@ -99,7 +102,7 @@ def _between(low: Decimal | str | None, high: Decimal | str | None, unit: str) -
 
 
 @error("PID101", D09, "{key} is {value}{unit}; allowed is {allowed}")
-def value_out_of_range(context: Any) -> Iterator[Finding]:
+def value_out_of_range(context: AnyContext) -> Findings:
     """A number lies outside the limits that the manual gives its parameter.
 
     Why: the PLC rejects it, or does something that the manual does not say.
@@ -115,11 +118,11 @@ def value_out_of_range(context: Any) -> Iterator[Finding]:
         yield Finding(path, values, basis=limits.basis, plc_effect=limits.effect)
 
 
-def _misfits(context: Any, fault: str) -> Iterator[tuple[Path, Misfit]]:
+def _misfits(context: AnyContext, fault: str) -> Iterator[tuple[Path, Misfit]]:
     """What a register cannot hold for one reason, unless it already breaks the manual's own limits or has a rule."""
-    found = [(path, misfit) for path, misfit in context.encoding.misfits if misfit.error.fault == fault]
-    known = {*context.explained, *(path for path, _, _ in beyond_limits(context.config, ()))} if found else set()
-    yield from ((path, misfit) for path, misfit in found if path not in known)
+    misfits = [(path, misfit) for path, misfit in context.encoding.misfits if misfit.error.fault == fault]
+    reported = {*context.explained, *(path for path, _, _ in beyond_limits(context.config, ()))} if misfits else set()
+    yield from ((path, misfit) for path, misfit in misfits if path not in reported)
 
 
 def unit_of(misfit: Misfit) -> str:
@@ -129,7 +132,7 @@ def unit_of(misfit: Misfit) -> str:
 
 
 @error("PID102", D09, "{field} is {value}{unit}, but its word holds {allowed}")
-def value_exceeds_word(context: Any) -> Iterator[Finding]:
+def value_exceeds_word(context: AnyContext) -> Findings:
     """A value does not fit the register that holds it.
 
     Why: the register has no digits or bits for it, so the loop would run with another value.
@@ -143,7 +146,7 @@ def value_exceeds_word(context: Any) -> Iterator[Finding]:
 
 
 @error("PID103", D06, "{field} is {value}{unit}, which {effect}")
-def rounds_onto_off_code(context: Any) -> Iterator[Finding]:
+def rounds_onto_off_code(context: AnyContext) -> Findings:
     """A value is so small or large that its register would hold the code for "off".
 
     Why: the term would be switched off, or with a gain of 0 the integral would act at gain 1: not what was written.
@@ -157,7 +160,7 @@ def rounds_onto_off_code(context: Any) -> Iterator[Finding]:
 
 
 @error("PID104", D07, "{field} is {value}, but raw counts are whole numbers")
-def fractional_counts(context: Any) -> Iterator[Finding]:
+def fractional_counts(context: AnyContext) -> Findings:
     """A raw value is not a whole number of counts.
 
     Why: a register holds whole counts only, and a raw value is meant exactly.
@@ -169,7 +172,7 @@ def fractional_counts(context: Any) -> Iterator[Finding]:
 
 
 @warning("PID105", D07, "{field} {value}{unit} is stored as {stored}{unit}, {percent} % off")
-def rounded_value(context: Any) -> Iterator[Finding]:
+def rounded_value(context: AnyContext) -> Findings:
     """A value is stored more than 1 % off, because its register has too few digits.
 
     Why: the loop runs with the stored value, not with the one in the file.
@@ -191,7 +194,7 @@ def rounded_value(context: Any) -> Iterator[Finding]:
 
 
 @error("PID106", D08, "the name {name} is already used by loop {first}")
-def duplicate_loop_name(context: Any) -> Iterator[Finding]:
+def duplicate_loop_name(context: AnyContext) -> Findings:
     """Two loops have the same name.
 
     Why: cascade links, scenarios and reports could mean either.
@@ -203,7 +206,7 @@ def duplicate_loop_name(context: Any) -> Iterator[Finding]:
 
 
 @warning("PID107", D09, "the list of loops is empty")
-def no_loops(context: Any) -> Iterator[Finding]:
+def no_loops(context: AnyContext) -> Findings:
     """A configuration without a single loop.
 
     Why: the PLC's loop task is turned off, and nothing is controlled.
@@ -211,7 +214,7 @@ def no_loops(context: Any) -> Iterator[Finding]:
     Fix: add a loop, or leave the file out.
     """
     if not context.config.loops:
-        yield at_key("loops")
+        yield finding("loops", key=True)
 
 
 def _text(value: Any) -> str:

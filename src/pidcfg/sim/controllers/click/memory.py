@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import gcd, isfinite
+from math import isfinite
 from typing import TYPE_CHECKING
 
 from pidcfg.encoders.maps.click import ERRORS
@@ -14,7 +14,7 @@ from pidcfg.sim.controllers.click.errors import lowest_error
 from pidcfg.sim.controllers.click.report import MODES, SIGNALS
 from pidcfg.sim.controllers.click.state import Config, State
 from pidcfg.sim.controllers.click.words import configure, loop_of, shown, write_state
-from pidcfg.sim.plc import TICKS
+from pidcfg.sim.plc import Plc
 from pidcfg.sim.reaction_curve import POINTS
 
 if TYPE_CHECKING:
@@ -36,26 +36,18 @@ class Options:
     """Length of a scan in ticks: the base step; samples come with the next scan."""
 
 
-class Memory:
+class Memory(Plc):
     """The registers of an image, and what the kernels make of them."""
 
-    def __init__(self, image: Image, options: Options) -> None:
-        self._options = options
-        self.problems: list[str] = []
-        """Words that are no value of their format: none, every word of this PLC is one."""
+    cfg: list[Config]
+    st: list[State]
+
+    def __init__(self, image: Image) -> None:
         words = image.words
         self._loops = [loop_of(words, i, own) for i, own in enumerate(image.settings)]
         self.loops = [loop.name for loop in self._loops]
         self.goals = [loop.goal for loop in self._loops]
-        self.cfg = [Config() for _ in self._loops]
-        self.st = [State() for _ in self._loops]
-        self.aux = [0.0] * (len(self._loops) * POINTS)
-        self.sig = [0.0] * (len(self._loops) * len(SIGNALS))
-        self.signals = [
-            f"{loop.name}.{name}" if name and (name != "PWM" or loop.pwm) else ""
-            for loop in self._loops
-            for name in SIGNALS
-        ]
+        self.place_loops(Config, State, SIGNALS, POINTS)
         for i in range(len(self._loops)):
             self._begin(i)
         self.scales = [scale_of(c) for c in self.cfg]
@@ -68,26 +60,20 @@ class Memory:
     @property
     def base(self) -> int:
         """The greatest common step of the sample rates, in ticks; a part of it where pulses need a finer one (D121)."""
-        step = gcd(*(c.period for c in self.cfg)) or TICKS
+        step = super().base
         finest = min((c.pwm_period // PULSES for c in self.cfg if c.pwm), default=step)
         parts = -(-step // finest)
         while step % parts:
             parts += 1
         return step // parts
 
-    @property
-    def periods(self) -> list[int]:
-        """The present sample rate of each loop, in ticks."""
-        return [s.period for s in self.st]
-
     def _begin(self, i: int) -> None:
         """What a loop starts with: the controller's registers, its goal, and its places in the shared vectors."""
         own, c, s = self._loops[i], self.cfg[i], self.st[i]
-        first = i * len(SIGNALS)
-        c.sig_in, c.sig_pv, c.sig_sp, c.sig_out, c.sig_bias = range(first, first + 5)
-        c.sig_error, c.sig_pwm = first + 5, first + 6
         c.tune_buffer = i * POINTS
         c.pwm = int(own.pwm)
+        if not own.pwm:
+            self.signals[c.sig_pwm] = ""
         self._apply(i)
         c.period = s.period
         s.goal = 0 if own.goal == "manual" else MODES[own.goal]

@@ -14,24 +14,15 @@ from pidcfg.sim.controllers.click import modes as click_modes
 from pidcfg.sim.controllers.click import state as bits
 from pidcfg.sim.controllers.click import tune_results as click_tune_results
 from pidcfg.sim.controllers.click.memory import Memory, Options
-from pidcfg.sim.controllers.click.report import (
-    ALARM_BITS,
-    FLAG_BITS,
-    MODES,
-    describe,
-    mode_name,
-    requested,
-)
+from pidcfg.sim.controllers.click.report import ABOUT_MODE, ALARM_BITS, FLAG_BITS, MODES, REASONS
 from pidcfg.sim.controllers.click.setting import KEYS, check_setting, settings_of
 from pidcfg.sim.controllers.click.words import float_of, sample_ticks
-from pidcfg.sim.plc import LoopsOnly
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, MutableSequence, Sequence
 
     from pidcfg.encoders.image import Image
     from pidcfg.schemas.base import Quantity
-    from pidcfg.sim.report import ScanTime
 
 STATUS = {
     click_tune_results.DONE: "done",
@@ -41,14 +32,12 @@ STATUS = {
 """How an autotune went, by `State.tune_done`."""
 
 
-class Click(Memory, LoopsOnly):
-    """A CLICK as loaded from its registers; implements `pidcfg.sim.plc.Plc`."""
+class Click(Memory):
+    """A CLICK as loaded from its registers."""
 
     out_name = "CO"
     pulses = ("PWM",)
-    word_of_flags = "{}"
-    running = True
-    modes = tuple(MODES)
+    modes: Mapping[str, int] = MODES
     options = tuple(f.name for f in fields(Options))
     commands: Mapping[str, Sequence[str]] = {
         "ramp_soak": (),
@@ -58,22 +47,15 @@ class Click(Memory, LoopsOnly):
     tuned_names = ("proportional_gain", "reset_time", "derivative_gain", "sample_rate")
     alarm_bits: Mapping[str, int] = ALARM_BITS
     flag_bits: Mapping[str, int] = FLAG_BITS
-    aux_bits: Mapping[str, int] = {}
-    mode = staticmethod(mode_name)
-    describe = staticmethod(describe)
-    requested = staticmethod(requested)
+    reasons: Mapping[int, str] = REASONS
+    about_mode = ABOUT_MODE
 
-    def __init__(self, image: Image, options: Options) -> None:
-        super().__init__(image, options)
+    def __init__(self, image: Image) -> None:
+        super().__init__(image)
         self._in_run = False
         self.run(0)
 
     # --- the CPU -----------------------------------------------------------------------------------------------------
-
-    @staticmethod
-    def scan_time(without_loops: float) -> ScanTime | None:  # noqa: ARG004 - the help gives no times
-        """Nothing is known."""
-        return None
 
     def run(self, tick: int) -> None:
         """STOP to RUN: loops begin in Manual, with the outputs that their registers hold (D120)."""
@@ -113,9 +95,6 @@ class Click(Memory, LoopsOnly):
             return
         s.request = s.request | bit if bit == bits.TUNING else (s.request & bits.TUNING) | bit
         s.busy |= bits.REQUEST
-
-    def ramp_soak(self, loop: int, command: str) -> None:
-        """There is none."""
 
     def autotune(self, loop: int, command: str) -> None:
         """``start`` sets the autotune request, ``cancel`` clears it."""
@@ -172,6 +151,6 @@ class Click(Memory, LoopsOnly):
         return Decimal(self.st[loop].sample_ms) / 1000
 
 
-def load(image: Image, options: Options | None = None) -> Click:
+def load(image: Image, options: Options | None = None) -> Click:  # noqa: ARG001 - the base step is the runner's
     """The virtual PLC of an image's registers, as it stands at its change from STOP to RUN."""
-    return Click(image, options or Options())
+    return Click(image)

@@ -30,6 +30,7 @@ from pidcfg.sim.controllers.dl06.words import (
     tuning,
     write_state,
 )
+from pidcfg.sim.plc import CountsPlc
 
 if TYPE_CHECKING:
     from collections.abc import MutableSequence
@@ -51,8 +52,11 @@ class Options:
     """What V7641 gets instead of the image's count."""
 
 
-class Memory:
+class Memory(CountsPlc):
     """The words of an image, and what the kernels make of them."""
+
+    cfg: list[Config]
+    st: list[State]
 
     def __init__(self, image: Image, options: Options) -> None:
         self._words, self._options, self._plc = image.words, options, image.plc
@@ -65,11 +69,7 @@ class Memory:
         self._loops = [self._loop(i, image) for i in range(count)]
         self.loops = [loop.name for loop in self._loops]
         self.goals = [loop.goal for loop in self._loops]
-        self.cfg = [Config() for _ in self._loops]
-        self.st = [State() for _ in self._loops]
-        self.aux = [0.0] * (count * (RAMP_SOAK_SIZE + POINTS))
-        self.sig = [0.0] * (count * len(SIGNALS))
-        self.signals = [f"{loop.name}.{name}" if name else "" for loop in self._loops for name in SIGNALS]
+        self.place_loops(Config, State, SIGNALS, RAMP_SOAK_SIZE + POINTS)
         for i in range(count):
             self._begin(i)
 
@@ -87,7 +87,6 @@ class Memory:
     def _begin(self, i: int) -> None:
         """What a loop starts with: the controller's words, its goal, and its places in the shared vectors."""
         c, s, v = self.cfg[i], self.st[i], self._loops[i].values
-        c.sig_in, c.sig_pv, c.sig_sp, c.sig_out, c.sig_bias = (i * len(SIGNALS) + k for k in range(len(SIGNALS)))
         c.rs_table = i * RAMP_SOAK_SIZE
         c.tune_buffer = len(self._loops) * RAMP_SOAK_SIZE + i * POINTS
         c.interlock, c.step_bias = int(self._options.auto_interlock), int(self._options.step_bias)

@@ -6,7 +6,6 @@
 from __future__ import annotations
 
 from dataclasses import fields
-from math import gcd
 from typing import TYPE_CHECKING, Any
 
 from pidcfg.encoders.maps.dl06 import LOOP_TABLE, TABLE_POINTER
@@ -15,21 +14,11 @@ from pidcfg.sim.controllers.dl06 import modes as dl06_modes
 from pidcfg.sim.controllers.dl06 import state as bits
 from pidcfg.sim.controllers.dl06 import timing as dl06_timing
 from pidcfg.sim.controllers.dl06.memory import Memory, Options
-from pidcfg.sim.controllers.dl06.report import (
-    ALARM_BITS,
-    AUX_BITS,
-    COMMANDS,
-    FLAG_BITS,
-    MODES,
-    describe,
-    mode_name,
-    profile_step,
-    requested,
-)
+from pidcfg.sim.controllers.dl06.report import ALARM_BITS, AUX_BITS, COMMANDS, FLAG_BITS, MODES, REASONS
 from pidcfg.sim.controllers.dl06.setting import CASCADE_FROM, find_rows, fits, parse_setting, stored_rate
 from pidcfg.sim.controllers.dl06.state import NEVER
 from pidcfg.sim.controllers.dl06.words import ticks, write_state
-from pidcfg.sim.plc import TICKS, LoopsOnly
+from pidcfg.sim.plc import TICKS
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, MutableSequence, Sequence
@@ -39,13 +28,12 @@ if TYPE_CHECKING:
     from pidcfg.sim.report import ScanTime
 
 
-class Dl06(Memory, LoopsOnly):
-    """A DL06 as loaded from its words; implements `pidcfg.sim.plc.Plc`."""
+class Dl06(Memory):
+    """A DL06 as loaded from its words."""
 
     out_name = "OUT"
-    pulses = ()
     word_of_flags = "0x{:04X}"
-    modes = tuple(MODES)
+    modes: Mapping[str, int] = MODES
     options = tuple(f.name for f in fields(Options))
     commands: Mapping[str, Sequence[str]] = {
         "ramp_soak": tuple(COMMANDS),
@@ -56,24 +44,26 @@ class Dl06(Memory, LoopsOnly):
     alarm_bits: Mapping[str, int] = ALARM_BITS
     flag_bits: Mapping[str, int] = FLAG_BITS
     aux_bits: Mapping[str, int] = AUX_BITS
-    mode = staticmethod(mode_name)
-    describe = staticmethod(describe)
-    requested = staticmethod(requested)
-    profile_step = staticmethod(profile_step)
+    reasons: Mapping[int, str] = REASONS
 
     def __init__(self, image: Image, options: Options) -> None:
         super().__init__(image, options)
         self._in_run = False
         self.run(0)
-        self.scales = [(c.pv_low, c.pv_low + c.pv_width, int(c.pv_span)) for c in self.cfg]
-        self.roots = [c.pv_min / c.pv_span if c.root else None for c in self.cfg]
+        self.scale_loops()
+
+    @classmethod
+    def is_about_mode(cls, requested: int, reason: int) -> bool:
+        """A refusal does when somebody asked, an override always."""
+        return reason in dl06_modes.REASONS and bool(requested or reason > dl06_modes.LAST_REFUSAL)
+
+    @classmethod
+    def profile_step(cls, aux_status: int) -> str:
+        """The step byte of the ramp/soak word: odd steps are ramps, even ones soaks."""
+        step = aux_status // bits.RS_STEP
+        return f"{step} {'ramp' if step % 2 else 'soak'}" if step else ""
 
     # --- the CPU -----------------------------------------------------------------------------------------------------
-
-    @property
-    def outputs(self) -> list[tuple[float, float]]:  # type: ignore[override]  # read only here
-        """What the output shows at 0 % and 100 %: engineering units, counts without a range."""
-        return [(c.out_low, c.out_low + c.out_width) for c in self.cfg]
 
     @property
     def rises(self) -> list[bool]:
@@ -89,16 +79,6 @@ class Dl06(Memory, LoopsOnly):
     def flags(self) -> Mapping[str, int]:
         """V7642."""
         return {"V7642": self._setup.flags}
-
-    @property
-    def base(self) -> int:
-        """The greatest common step of the sample rates, in ticks."""
-        return gcd(*(c.period for c in self.cfg if not c.halt)) or TICKS
-
-    @property
-    def periods(self) -> list[int]:
-        """The present sample rate of each loop, in ticks; 0: it is not calculated."""
-        return [0 if c.halt else s.period for c, s in zip(self.cfg, self.st, strict=True)]
 
     def scan_time(self, without_loops: float) -> ScanTime:
         """The length of a scan with the loops that are calculated, in s."""

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import gcd
 from typing import TYPE_CHECKING, Any
 
 from pidcfg.encoders.maps.dpide import ROWS
@@ -15,12 +14,12 @@ from pidcfg.sim.controllers.dpide.report import SIGNALS
 from pidcfg.sim.controllers.dpide.signals import show
 from pidcfg.sim.controllers.dpide.state import Config, State
 from pidcfg.sim.controllers.dpide.words import MILLISECOND, absorb, configure, operands_of, scale_of
-from pidcfg.sim.plc import TICKS
+from pidcfg.sim.plc import Plc
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, MutableSequence, Sequence
 
-    from pidcfg.encoders.named import Program
+    from pidcfg.encoders.parameters import Program
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,8 +30,11 @@ class Options:
     """Length of a scan in ticks: the base step; calculations come with the next scan."""
 
 
-class Memory:
+class Memory(Plc):
     """The operands of a program, and what the kernels make of them."""
+
+    cfg: list[Config]
+    st: list[State]
 
     def __init__(self, program: Program) -> None:
         words = program.words
@@ -43,32 +45,15 @@ class Memory:
         given: Sequence[Mapping[str, Any]] = program.settings or [{}] * len(self.loops)
         self._devices = [dict(entry.get("devices", {})) for entry in given]
         self._operands = [operands_of(words, loop, self.problems) for loop in self.loops]
-        count = len(self.loops)
-        self.cfg = [Config() for _ in range(count)]
-        self.st = [State() for _ in range(count)]
-        self.aux: list[float] = []
-        self.sig = [0.0] * (count * len(SIGNALS))
-        self.signals = [f"{loop}.{name}" if name else "" for loop in self.loops for name in SIGNALS]
-        for i in range(count):
+        self.place_loops(Config, State, SIGNALS)
+        for i in range(len(self.loops)):
             self._begin(i)
         scales = [read_settings(Scale, entry.get("pv", {}), f"settings[{i}].pv") for i, entry in enumerate(given)]
         self.scales = [scale_of(scale, s.sp) for scale, s in zip(scales, self.st, strict=True)]
 
-    @property
-    def base(self) -> int:
-        """The greatest common step of the sampling times, in ticks."""
-        return gcd(*(c.period for c in self.cfg)) or TICKS
-
-    @property
-    def periods(self) -> list[int]:
-        """The present sampling time of each loop, in ticks."""
-        return [s.period for s in self.st]
-
     def _begin(self, i: int) -> None:
         """What a loop starts with: its operands, the mode that they make, and its places in the shared vectors."""
         c, s = self.cfg[i], self.st[i]
-        first = i * len(SIGNALS)
-        c.sig_in, c.sig_pv, c.sig_sp, c.sig_out, c.sig_mout, c.sig_bias, c.sig_error = range(first, first + 7)
         configure(c, s, self._operands[i], self._interval)
         c.period = s.period
         c.sv_from, c.bias_from, c.mout_from = (self._writer(i, name) for name in ("SV", "BIAS", "MOUT"))

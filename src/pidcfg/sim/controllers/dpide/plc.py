@@ -11,30 +11,24 @@ from pidcfg.sim.controllers.dpide import report
 from pidcfg.sim.controllers.dpide import state as bits
 from pidcfg.sim.controllers.dpide.memory import Memory, Options
 from pidcfg.sim.controllers.dpide.modes import enter
-from pidcfg.sim.controllers.dpide.report import FLAG_BITS, MODES, TUNE_STATUS, describe, mode_name, requested, tell
+from pidcfg.sim.controllers.dpide.report import ABOUT_MODE, FLAG_BITS, MODES, NUMBERED, REASONS, TUNE_STATUS, tell
 from pidcfg.sim.controllers.dpide.setting import KEYS, Seconds, with_mark
 from pidcfg.sim.controllers.dpide.words import effect, sampling_time
-from pidcfg.sim.plc import LoopsOnly
+from pidcfg.sim.notices import notices
 from pidcfg.sim.terms import clamp, single
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, MutableSequence, Sequence
 
-    from pidcfg.encoders.named import Program
+    from pidcfg.encoders.parameters import Program
     from pidcfg.schemas.base import Quantity
-    from pidcfg.sim.report import ScanTime
 
 
-class Dpide(Memory, LoopsOnly):
-    """A Delta AS as loaded from its operands; implements `pidcfg.sim.plc.Plc`."""
+class Dpide(Memory):
+    """A Delta AS as loaded from its operands."""
 
     out_name = "MV"
-    pulses: Sequence[str] = ()
-    inputs: Mapping[str, int] = {}
-    wired: Sequence[str] = ()
-    """Every PV comes from a plant, and nothing else from outside."""
-    word_of_flags = "{}"
-    modes = tuple(MODES)
+    modes: Mapping[str, int] = MODES
     options = tuple(f.name for f in fields(Options))
     commands: Mapping[str, Sequence[str]] = {
         "ramp_soak": (),
@@ -42,19 +36,13 @@ class Dpide(Memory, LoopsOnly):
         "plc": ("stop", "run"),
     }
     tuned_names = ("Kc_Kp", "Ti_Ki", "Td_Kd", "Tf")
-    alarm_bits: Mapping[str, int] = {}
     flag_bits: Mapping[str, int] = FLAG_BITS
-    aux_bits: Mapping[str, int] = {}
-    running = True
-    flags: Mapping[str, int] = {}
-    """There is no set-up error word."""
-    mode = staticmethod(mode_name)
-    describe = staticmethod(describe)
-    requested = staticmethod(requested)
+    reasons: Mapping[int, str] = REASONS
+    about_mode = ABOUT_MODE
 
     def __init__(self, program: Program) -> None:
         super().__init__(program)
-        self.goals = [mode_name(s.status) for s in self.st]
+        self.goals = [self.mode(s.status) for s in self.st]
         self._in_run = True
         self._dependent = [bool(c.dependent) for c in self.cfg]
 
@@ -63,10 +51,11 @@ class Dpide(Memory, LoopsOnly):
         """Forward action: PV rises with MV."""
         return [bool(c.forward) for c in self.cfg]
 
-    @staticmethod
-    def scan_time(_without_loops: float) -> ScanTime | None:
-        """The manual does not say how long a scan becomes."""
-        return None
+    @classmethod
+    def requested(cls, notice: int) -> str | None:
+        """The last mode that was asked for; notices number the modes, whose bits they have no room for."""
+        modes = [mode for mode, _ in notices(notice) if mode]
+        return NUMBERED[modes[-1] - 1] if modes else None
 
     # --- the PLC's switch --------------------------------------------------------------------------------------------
 
@@ -81,7 +70,7 @@ class Dpide(Memory, LoopsOnly):
             mode, s.status = s.status & bits.MODES, (s.status & ~bits.MODES) | bits.OFF
             enter(c, s, mode)
 
-    def program(self, _sig: MutableSequence[float]) -> None:
+    def program(self, sig: MutableSequence[float]) -> None:  # noqa: ARG002 - MV stays as it is
         """The PLC stops: no instruction is executed, and MV stays as it is (D278)."""
         if not self._in_run:
             return
@@ -108,9 +97,6 @@ class Dpide(Memory, LoopsOnly):
             tell(s, report.WAITS_FOR_TUNE, mode)
         elif not self._in_run and s.wanted != s.status & bits.MODES:
             tell(s, report.WAITS_FOR_PLC, mode)
-
-    def ramp_soak(self, loop: int, command: str) -> None:
-        """There is no ramp/soak generator, and no command of it."""
 
     def autotune(self, loop: int, command: str) -> None:
         """``start`` writes 1 to PID_MODE, ``cancel`` what it was before."""
@@ -142,7 +128,7 @@ class Dpide(Memory, LoopsOnly):
         done, error = s.tune_done == dpide_autotune.DONE, s.tune_done == dpide_autotune.FAILED
         status = "running" if running else TUNE_STATUS[s.tune_done]
         if error:
-            status = f"{status}: {report.REASONS[s.tune_reason].partition(': ')[2]}"
+            status = f"{status}: {REASONS[s.tune_reason].partition(': ')[2]}"
         found = dict(zip(self.tuned_names, (s.tune_gain, s.tune_reset, s.tune_rate, s.tune_tf), strict=True))
         return {"done": done, "error": error, "status": status, "results": found if done else {}}
 
@@ -155,11 +141,6 @@ class Dpide(Memory, LoopsOnly):
         if c.joined:
             s.mout = s.out
         self._show(sig)
-
-    @staticmethod
-    def check_input(name: str, value: object) -> float:  # noqa: ARG004 - there is nothing to check
-        """There is no such signal."""
-        return refuse("set_key", f"{name} is no signal from outside")
 
     def check_set(self, loop: int, path: tuple[str, ...], value: object) -> object:
         """The content that a ``set`` event makes of its operand; a ``PydanticCustomError`` says what is wrong."""

@@ -5,13 +5,21 @@ from __future__ import annotations
 from pidcfg.sim.controllers.dpide import autotune as dpide_autotune
 from pidcfg.sim.controllers.dpide import equation as dpide_equation
 from pidcfg.sim.controllers.dpide import state as bits
-from pidcfg.sim.notices import noticed, notices
+from pidcfg.sim.notices import noticed
 
 MODES = {"manual": bits.MANUAL, "auto": bits.AUTO, "autotune": bits.TUNING, "off": bits.OFF}
 NUMBERED = tuple(MODES)
 """In a notice, modes are numbered from 1."""
-SIGNALS = ("", "PV", "SV", "MV", "MOUT", "I_MV", "E")
-"""Signals of a loop in the order of `Config.sig_in` and its followers; the measurement itself belongs to the plant."""
+SIGNALS = {
+    "sig_in": "",
+    "sig_pv": "PV",
+    "sig_sp": "SV",
+    "sig_out": "MV",
+    "sig_mout": "MOUT",
+    "sig_bias": "I_MV",
+    "sig_error": "E",
+}
+"""Signals of a loop by their slots in `Config`; the measurement itself belongs to the plant."""
 FLAG_BITS = {
     "mv_limited": bits.LIMITED,
     "in_dead_band": bits.SILENT,
@@ -27,16 +35,15 @@ TUNE_IDLE = 36
 IS_STOPPED = 37
 TUNE_WAITS_FOR_PLC = 38
 
-ABOUT_MODE = {
-    WAITS_FOR_TUNE: "waits: PID_MAN has no effect while PID_MODE is 1",
-    WAITS_FOR_PLC: "waits: the PLC is stopped",
-}
+ABOUT_MODE = (WAITS_FOR_TUNE, WAITS_FOR_PLC)
 """Reasons that concern a mode that was asked for."""
 REASONS = {
     **dpide_autotune.REASONS,
     dpide_equation.JUMPS_HELD: "MV jumps at the end of manual: in PID_MODE 0 I_MV stays as it was before manual; "
     "PID_MODE 2 works it out of MV",
     dpide_equation.JUMPS_WITHOUT: "MV jumps at the end of manual: without Ti_Ki there is no I_MV that could carry MOUT",
+    WAITS_FOR_TUNE: "waits: PID_MAN has no effect while PID_MODE is 1",
+    WAITS_FOR_PLC: "waits: the PLC is stopped",
     TUNE_WAITS: "autotune waits: PID_RUN is FALSE",
     TUNE_WAITS_FOR_PLC: "autotune waits: the PLC is stopped",
     TUNE_RUNS: "autotune is running already",
@@ -54,21 +61,3 @@ TUNE_STATUS = {
 def tell(s: bits.State, reason: int, mode: str = "") -> None:
     """Leave a notice for the log; ``mode``: the one that was asked for."""
     s.notice = noticed(s.notice, NUMBERED.index(mode) + 1 if mode else 0, reason)
-
-
-def mode_name(status: int) -> str:
-    """The mode that a status tells."""
-    return next(name for name, bit in MODES.items() if status & bit)
-
-
-def describe(notice: int) -> tuple[str, str]:
-    """What happened in words: to the mode (what it waits for), and apart from it."""
-    found = [reason for _, reason in notices(notice)]
-    about = "; ".join(ABOUT_MODE[reason] for reason in found if reason in ABOUT_MODE)
-    return about, "; ".join(REASONS[reason] for reason in found if reason not in ABOUT_MODE)
-
-
-def requested(notice: int) -> str | None:
-    """The mode that was asked for when the last notice was left; None: nobody asked for one."""
-    asked = [mode for mode, _ in notices(notice) if mode]
-    return NUMBERED[asked[-1] - 1] if asked else None

@@ -16,7 +16,7 @@ from pidcfg.sim.named_settings import NamedKeys, parameters_of, parse_plain
 if TYPE_CHECKING:
     from decimal import Decimal
 
-    from pidcfg.encoders.named import Content
+    from pidcfg.encoders.parameters import Content
 
 PID_MODES = (0, 1, 2)
 FIXED = {

@@ -5,12 +5,12 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from pidcfg.encoders.maps.dpide import ROWS
-from pidcfg.encoders.named import shown
+from pidcfg.encoders.parameters import shown
 from pidcfg.schemas.dpide import LONGEST_CYCLE, SHORTEST_CYCLE
 from pidcfg.sim.controllers.dpide.equation import coefficients
 from pidcfg.sim.controllers.dpide.setting import PID_MODES
 from pidcfg.sim.controllers.dpide.state import OFF, TUNING
-from pidcfg.sim.plc import TICKS
+from pidcfg.sim.plc import COUNTS, TICKS
 from pidcfg.sim.records import read_registers, register_values
 from pidcfg.sim.terms import single
 
@@ -21,8 +21,6 @@ if TYPE_CHECKING:
     from pidcfg.sim.controllers.dpide.state import Config, State
 
 MILLISECOND = TICKS // 1000
-COUNTS = 1 << 20
-"""What the range of a PV counts where something is measured in counts (D279)."""
 NOT_NEGATIVE = ("Kc_Kp", "Ti_Ki", "Td_Kd", "Tf")
 """What is below 0 here counts as 0."""
 Operands = dict[str, float]

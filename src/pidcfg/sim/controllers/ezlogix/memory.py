@@ -14,6 +14,7 @@ from pidcfg.sim.controllers.ezlogix.report import SIGNALS, WAITS_FOR_RATE, WAITS
 from pidcfg.sim.controllers.ezlogix.signals import show
 from pidcfg.sim.controllers.ezlogix.state import NEVER, Config, State
 from pidcfg.sim.controllers.ezlogix.words import configure, loop_of, tag_number, tuning
+from pidcfg.sim.plc import CountsPlc
 from pidcfg.sim.reaction_curve import POINTS
 from pidcfg.sim.terms import clamp
 
@@ -28,8 +29,11 @@ class Options:
     """What a scenario chooses about the PLC: nothing that its registers and dialog do not say."""
 
 
-class Memory:
+class Memory(CountsPlc):
     """The registers of an image, and what the kernels make of them."""
+
+    cfg: list[Config]
+    st: list[State]
 
     def __init__(self, image: Image) -> None:
         words = image.words
@@ -38,24 +42,17 @@ class Memory:
         self._loops = [loop_of(words, own) for own in owned]
         self.loops = [own.loop for own in owned]
         self.goals = ["auto" if loop.bit("mode") else "manual" for loop in self._loops]
-        self.cfg = [Config() for _ in owned]
-        self.st = [State() for _ in owned]
-        self.aux = [0.0] * (len(owned) * POINTS)
-        self.sig = [0.0] * (len(owned) * len(SIGNALS))
-        self.signals: list[str] = []
+        self.place_loops(Config, State, SIGNALS, POINTS)
         for i in range(len(owned)):
             self._begin(i, words)
 
     def _begin(self, i: int, words: Mapping[int, int]) -> None:
         """What a loop starts with: its places in the shared vectors, its registers, and a request for its mode."""
         c, s, loop = self.cfg[i], self.st[i], self._loops[i]
-        first, own = i * len(SIGNALS), loop.own
-        c.sig_in, c.sig_pv, c.sig_sp, c.sig_out, c.sig_bias = range(first, first + 5)
-        c.sig_error, c.sig_status, c.sig_pulse = range(first + 5, first + 8)
-        names = SIGNALS if own.output.pulse is not None else (*SIGNALS[:-1], "")
-        self.signals += [f"{own.loop}.{name}" if name else "" for name in names]
+        if loop.own.output.pulse is None:
+            self.signals[c.sig_pulse] = ""
         c.tune_buffer = i * POINTS
-        number = tag_number(own.output.tag)
+        number = tag_number(loop.own.output.tag)
         c.feeds = self._setpoint_at(number, i)
         s.out = s.whole = clamp(float(words.get(number, 0)), 0.0, float(CV_FULL)) if number is not None else 0.0
         s.sp = float(loop.word("setpoint"))

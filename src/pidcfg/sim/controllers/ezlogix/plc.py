@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import fields
-from math import gcd
 from typing import TYPE_CHECKING, Any
 
 from pidcfg.encoders.maps.ezlogix import LEAST_SAMPLE_RATE, R_BLOCK
@@ -12,11 +10,10 @@ from pidcfg.sim.controllers.ezlogix import autotune as ezlogix_autotune
 from pidcfg.sim.controllers.ezlogix import report
 from pidcfg.sim.controllers.ezlogix import state as bits
 from pidcfg.sim.controllers.ezlogix.memory import Memory, Options
-from pidcfg.sim.controllers.ezlogix.report import FLAG_BITS, MODES, TUNE_STATUS, describe, mode_name, requested, tell
+from pidcfg.sim.controllers.ezlogix.report import FLAG_BITS, MODES, REASONS, TUNE_STATUS, tell
 from pidcfg.sim.controllers.ezlogix.setting import CV, KEYS, encode_setting, fits
 from pidcfg.sim.controllers.ezlogix.state import NEVER
 from pidcfg.sim.controllers.ezlogix.words import absorb, ticks
-from pidcfg.sim.plc import TICKS, LoopsOnly
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, MutableSequence, Sequence
@@ -24,65 +21,37 @@ if TYPE_CHECKING:
     from pidcfg.encoders.image import Image
     from pidcfg.encoders.regmap import Word
     from pidcfg.schemas.base import Quantity
-    from pidcfg.sim.report import ScanTime
 
 
-class Ezlogix(Memory, LoopsOnly):
-    """An EZLogix as loaded from its registers; implements `pidcfg.sim.plc.Plc`."""
+class Ezlogix(Memory):
+    """An EZLogix as loaded from its registers."""
 
     out_name = "CV"
     pulses = ("O",)
-    word_of_flags = "{}"
-    modes = tuple(MODES)
-    options = tuple(f.name for f in fields(Options))
+    modes: Mapping[str, int] = MODES
     commands: Mapping[str, Sequence[str]] = {
         "ramp_soak": (),
         "autotune": ("start", "cancel"),
         "plc": ("stop", "run"),
     }
     tuned_names = ("proportional_gain", "integral_time", "derivative_time")
-    alarm_bits: Mapping[str, int] = {}
     flag_bits: Mapping[str, int] = FLAG_BITS
-    aux_bits: Mapping[str, int] = {}
-    running = True
-    flags: Mapping[str, int] = {}
-    """There is no set-up error word."""
-    problems: Sequence[str] = ()
-    """Every register is a number."""
-    mode = staticmethod(mode_name)
-    describe = staticmethod(describe)
-    requested = staticmethod(requested)
+    reasons: Mapping[int, str] = REASONS
 
     def __init__(self, image: Image) -> None:
         super().__init__(image)
         self._in_run = True
-        self.scales = [(c.pv_low, c.pv_low + c.pv_width, int(c.pv_span)) for c in self.cfg]
-        self.roots = [c.pv_min / c.pv_span if c.root else None for c in self.cfg]
+        self.scale_loops()
 
-    @property
-    def outputs(self) -> list[tuple[float, float]]:  # type: ignore[override]  # read only here
-        """What the output shows at 0 % and 100 %: engineering units, counts without a range."""
-        return [(c.out_low, c.out_low + c.out_width) for c in self.cfg]
+    @classmethod
+    def is_about_mode(cls, requested: int, reason: int) -> bool:  # noqa: ARG003 - nothing is refused
+        """What was asked for waits."""
+        return requested != 0
 
     @property
     def rises(self) -> list[bool]:
         """Reverse controller action: the PV rises with the CV."""
         return [not c.direct for c in self.cfg]
-
-    @property
-    def base(self) -> int:
-        """The greatest common step of the sample rates, in ticks."""
-        return gcd(*(c.period for c in self.cfg if not c.halt)) or TICKS
-
-    @property
-    def periods(self) -> list[int]:
-        """The present sample rate of each loop, in ticks; 0: it is not calculated."""
-        return [0 if c.halt else s.period for c, s in zip(self.cfg, self.st, strict=True)]
-
-    @staticmethod
-    def scan_time(_without_loops: float) -> ScanTime | None:
-        """The manual does not say how long a scan becomes."""
-        return None
 
     # --- the PLC's switch --------------------------------------------------------------------------------------------
 
@@ -98,7 +67,7 @@ class Ezlogix(Memory, LoopsOnly):
                 s.busy |= bits.FRESH if s.status & bits.AUTO else 0
             s.busy &= ~(bits.STOPPED | bits.BLIND | bits.MUTE)
 
-    def program(self, _sig: MutableSequence[float]) -> None:
+    def program(self, sig: MutableSequence[float]) -> None:  # noqa: ARG002 - outputs stay as they are
         """The PLC stops: loops stand still, or go on with the tags that need no ladder program (D173)."""
         if not self._in_run:
             return
@@ -121,9 +90,6 @@ class Ezlogix(Memory, LoopsOnly):
     def request(self, loop: int, mode: str) -> None:
         """Discrete +0 is written."""
         self._ask(loop, MODES[mode])
-
-    def ramp_soak(self, loop: int, command: str) -> None:
-        """There is no ramp/soak generator, and no command of it."""
 
     def autotune(self, loop: int, command: str) -> None:
         """``start``: discrete +4 goes from 0 to 1, by way of 0 where it is still on; ``cancel``: it goes to 0."""

@@ -6,7 +6,7 @@ from math import expm1
 from typing import TYPE_CHECKING, Any
 
 from pidcfg.encoders.maps.generic import ROWS
-from pidcfg.encoders.named import read
+from pidcfg.encoders.parameters import read
 from pidcfg.sim.controllers.generic.state import NOWHERE
 from pidcfg.sim.plc import TICKS
 from pidcfg.sim.records import read_registers

@@ -20,20 +20,18 @@ from pidcfg.schemas.iec import BOOL, REAL, IecType, Wire
 from pidcfg.sim.controllers.nextopid import slots
 from pidcfg.sim.controllers.nextopid.state import Config, State
 from pidcfg.sim.controllers.nextopid.wires import AS_INT, AS_IT_IS
-from pidcfg.sim.plc import TICKS
+from pidcfg.sim.plc import TICKS, Plc
 from pidcfg.sim.terms import single
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
     from decimal import Decimal
 
-    from pidcfg.encoders.named import Content, Parameter, Program
+    from pidcfg.encoders.parameters import Content, Parameter, Program
 
 BUFFERED = ("ControlDelay", "ControlDelayLag")
 SHOWN = ("PV", "MV", "IntegralAction")
 """Parameters of a loop that are signals of the report, beside the set point in force and what is wired."""
-PERCENT_COUNTS = 1 << 20
-"""What a PV's range is divided into: a REAL has no counts, this is finer than any transmitter."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,7 +63,7 @@ def is_open(kind_name: str, row: Parameter) -> bool:
     return field is not None and field.default is None and row.type.kind != "bool"
 
 
-class Memory:
+class Memory(Plc):
     """The records and vectors that the kernels work with."""
 
     def __init__(self, image: Program) -> None:

@@ -2,36 +2,24 @@
 
 from __future__ import annotations
 
-from math import gcd
 from typing import TYPE_CHECKING, Any
 
 from pidcfg.encoders.maps.nextopid import BLOCK_TYPES
-from pidcfg.encoders.named import Parameter, shortest
+from pidcfg.encoders.parameters import Parameter, shortest
 from pidcfg.schemas.iec import Wire
 from pidcfg.sim.controllers.nextopid import modes, report
-from pidcfg.sim.controllers.nextopid.memory import PERCENT_COUNTS, SHOWN, Memory, Options, number_of
-from pidcfg.sim.controllers.nextopid.report import (
-    AUX_BITS,
-    FLAG_BITS,
-    MODES,
-    RESULT_FLAGS,
-    TUNE_STATUS,
-    describe,
-    mode_name,
-    requested,
-    tell,
-)
+from pidcfg.sim.controllers.nextopid.memory import SHOWN, Memory, Options, number_of
+from pidcfg.sim.controllers.nextopid.report import AUX_BITS, FLAG_BITS, MODES, REASONS, RESULT_FLAGS, TUNE_STATUS, tell
 from pidcfg.sim.controllers.nextopid.setting import keys_of
 from pidcfg.sim.expressions import FAULTS
 from pidcfg.sim.named_settings import NamedKeys
-from pidcfg.sim.plc import TICKS, LoopsOnly
+from pidcfg.sim.plc import COUNTS
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, MutableSequence, Sequence
 
-    from pidcfg.encoders.named import Content, Program
+    from pidcfg.encoders.parameters import Content, Program
     from pidcfg.schemas.base import Quantity
-    from pidcfg.sim.report import ScanTime
 
 
 LONG = ("Tc", "Tlag", "DelayTime")
@@ -39,35 +27,21 @@ LONG = ("Tc", "Tlag", "DelayTime")
 
 
 class Nextopid(Memory):
-    """A NextoPID program as loaded; implements `pidcfg.sim.plc.Plc`."""
+    """A NextoPID program as loaded."""
 
     out_name = "MV"
-    pulses: Sequence[str] = ()
-    outputs: Sequence[tuple[float, float]] = ()
-    roots: Sequence[float | None] = ()
-    word_of_flags = "{}"
-    modes = tuple(MODES)
-    options: Sequence[str] = ()
+    modes: Mapping[str, int] = MODES
     commands: Mapping[str, Sequence[str]] = {"ramp_soak": (), "autotune": ("start", "cancel", "accept"), "plc": ()}
     tuned_names = ("Kp", "Ti_Ki", "Td_Kd")
-    alarm_bits: Mapping[str, int] = {}
     flag_bits: Mapping[str, int] = FLAG_BITS
     aux_bits: Mapping[str, int] = AUX_BITS
-    running = True
-    flags: Mapping[str, int] = {}
-    """There is no set-up error word."""
-    problems: Sequence[str] = ()
-    mode = staticmethod(mode_name)
-    describe = staticmethod(describe)
-    requested = staticmethod(requested)
-    profile_step = staticmethod(LoopsOnly.profile_step)
+    reasons: Mapping[int, str] = REASONS
 
     def __init__(self, image: Program) -> None:
         super().__init__(image)
         self.keys = {own.name: self._keys(own.name, own.type) for own in self.items}
         self.goals = [self._goal(loop) for loop in self.loops]
         self.scales = [self._scale(loop) for loop in self.loops]
-        self.rises = [not self._value(loop, "Direct") for loop in self.loops]
         self.signals = self._names()
         self.wired = frozenset(loop for loop in self.loops if f"{loop}.PV" not in self.outside)
         """Loops whose PV comes from the program itself."""
@@ -104,7 +78,7 @@ class Nextopid(Memory):
 
     def _scale(self, loop: str) -> tuple[float, float, int]:
         low, high = self._value(loop, "MinPV"), self._value(loop, "MaxPV")
-        return low, high if high > low else low + 1.0, PERCENT_COUNTS
+        return low, high if high > low else low + 1.0, COUNTS
 
     def _names(self) -> list[str]:
         """Signals of the report: those from outside, what loops and blocks give, and what wires read."""
@@ -158,25 +132,24 @@ class Nextopid(Memory):
     # --- what the runner asks ----------------------------------------------------------------------------------------
 
     @property
-    def base(self) -> int:
-        """The greatest common step of the sample times, in ticks."""
-        return gcd(*(c.period for c in self.cfg)) or TICKS
+    def rises(self) -> list[bool]:
+        """Reverse action at the start: the PV rises with MV."""
+        return [not self._value(loop, "Direct") for loop in self.loops]
 
     @property
     def periods(self) -> list[int]:
-        """The sample time of each loop, in ticks."""
+        """The sample time of each loop, in ticks; no event changes it."""
         return [c.period for c in self.cfg[: len(self.loops)]]
 
-    @staticmethod
-    def scan_time(_without_loops: float) -> ScanTime | None:
-        """The manual does not say how long a cycle becomes."""
-        return None
+    @classmethod
+    def mode(cls, status: int) -> str:
+        """The mode that a status word tells; before the first call it is auto."""
+        return next((name for name, bit in MODES.items() if status & bit), "auto")
 
-    def run(self, tick: int) -> None:
-        """The program begins to run with its first cycle."""
-
-    def program(self, sig: MutableSequence[float]) -> None:
-        """There is no event that stops it."""
+    @classmethod
+    def is_about_mode(cls, requested: int, reason: int) -> bool:  # noqa: ARG003 - it does when a mode was asked for
+        """Whether a mode was asked for."""
+        return requested != 0
 
     # --- signals and parameters --------------------------------------------------------------------------------------
 
@@ -197,9 +170,8 @@ class Nextopid(Memory):
         """The content of a parameter; a ``PydanticCustomError`` says what is wrong."""
         return self.keys[self.loops[loop]].check(path, value)
 
-    def period_set(self, loop: int, path: tuple[str, ...], value: object) -> int:
+    def period_set(self, loop: int, path: tuple[str, ...], value: Any) -> int:  # noqa: ARG002 - nothing to look at
         """No parameter is a sample time."""
-        del loop, path, value
         return 0
 
     def set(self, loop: int, path: tuple[str, ...], value: Any, sig: MutableSequence[float]) -> str | None:
@@ -239,9 +211,6 @@ class Nextopid(Memory):
             s.ask |= modes.MANUAL_ON if mode == "manual" else modes.MANUAL_OFF
             if mode != "manual" and f"{name}.CASC" in self.layout.numbers:
                 s.ask |= modes.CASC_ON if mode == "cascade" else modes.CASC_OFF
-
-    def ramp_soak(self, loop: int, command: str) -> None:
-        """There is no ramp/soak generator, and no command of it."""
 
     def autotune(self, loop: int, command: str) -> None:
         """``start`` and ``cancel`` write AutoTune; ``accept`` copies the results over the gains and resets it."""

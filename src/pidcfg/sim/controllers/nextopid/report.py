@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from pidcfg.encoders.maps.nextopid import BLOCK_TYPES
 from pidcfg.sim.controllers.nextopid import state as bits
-from pidcfg.sim.notices import noticed, notices
+from pidcfg.sim.notices import noticed
 
 if TYPE_CHECKING:
     from pidcfg.sim.controllers.nextopid.state import State
@@ -51,22 +51,3 @@ TUNE_STATUS = ("idle", "running", "done", "failed", "cancelled")
 def tell(s: State, reason: int, requested: int = 0) -> None:
     """Leave a notice for the log."""
     s.notice = noticed(s.notice, requested, reason)
-
-
-def mode_name(status: int) -> str:
-    """The mode that a status word tells."""
-    return next((name for name, bit in MODES.items() if status & bit), "auto")
-
-
-def describe(notice: int) -> tuple[str, str]:
-    """What happened in words: to the mode, and apart from it."""
-    found: tuple[list[str], list[str]] = [], []
-    for asked, reason in notices(notice):
-        found[0 if asked else 1].append(REASONS[reason])
-    return "; ".join(found[0]), "; ".join(found[1])
-
-
-def requested(notice: int) -> str | None:
-    """The mode that was asked for when the last notice was left; None: nobody asked for one."""
-    asked = [mode for mode, _ in notices(notice) if mode]
-    return mode_name(asked[-1]) if asked else None

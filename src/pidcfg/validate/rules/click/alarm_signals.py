@@ -7,13 +7,10 @@ from typing import TYPE_CHECKING
 
 from pidcfg.refs import CLICK, Decision
 from pidcfg.validate.ideas import alarms
-from pidcfg.validate.rule import error, info, per_loop, warning
-from pidcfg.validate.views import number_text
+from pidcfg.validate.rule import Findings, error, info, per_loop, warning
+from pidcfg.validate.views import number_text, value_or_switch
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from pidcfg.validate.rule import Finding
     from pidcfg.validate.rules.click.context import ClickContext, LoopView
 
 HYSTERESIS = CLICK.at("PV Alarm Hysteresis (DFn+20)")
@@ -47,7 +44,7 @@ def resolution(view: LoopView) -> Decimal:
 @warning(
     "PID378", HYSTERESIS, "alarms are on with a hysteresis of {value}: a PV at a limit switches its alarm on and off"
 )
-def alarms_without_hysteresis(view: LoopView) -> Iterator[Finding]:
+def alarms_without_hysteresis(view: LoopView) -> Findings:
     """PV or deviation alarms are on, and the hysteresis is 0.
 
     Why: a real PV fluctuates. As it crosses an alarm point, the alarm comes and goes with each sample and is triggered
@@ -64,7 +61,7 @@ def alarms_without_hysteresis(view: LoopView) -> Iterator[Finding]:
     D144,
     "hysteresis is {value}, not less than the {point} deviation alarm {limit}: once on, the alarm stays on",
 )
-def hysteresis_swallows_deviation_alarm(context: ClickContext) -> Iterator[Finding]:
+def hysteresis_swallows_deviation_alarm(context: ClickContext) -> Findings:
     """The hysteresis is not less than a deviation alarm.
 
     Why: the alarm goes off when the deviation has fallen below the limit by the hysteresis. If that is as much as the
@@ -89,7 +86,7 @@ def hysteresis_swallows_deviation_alarm(context: ClickContext) -> Iterator[Findi
     D144,
     "hysteresis is {value}, but low and high alarm are only {zone} apart: neither goes off before the other comes",
 )
-def hysteresis_spans_normal_zone(view: LoopView) -> Iterator[Finding]:
+def hysteresis_spans_normal_zone(view: LoopView) -> Findings:
     """The hysteresis is as wide as the zone between the low and the high alarm.
 
     Why: after a high alarm the PV must fall by the hysteresis to clear it, and by then it is at the low alarm. There is
@@ -106,7 +103,7 @@ def hysteresis_spans_normal_zone(view: LoopView) -> Iterator[Finding]:
     RATE,
     "hysteresis is {value}, but neither PV nor deviation alarms are on, and the rate-of-change alarm has none",
 )
-def hysteresis_without_effect(view: LoopView) -> Iterator[Finding]:
+def hysteresis_without_effect(view: LoopView) -> Findings:
     """A hysteresis is given for a loop whose only alarm, if any, is the rate of change.
 
     Why: the hysteresis works with the PV alarms and the deviation alarms only.
@@ -125,7 +122,7 @@ def rate_text(view: LoopView) -> str:
 
 @per_loop
 @warning("PID382", RATE, "the rate-of-change alarm is on with {value}: every change of the PV is an alarm")
-def rate_of_change_alarm_always_on(view: LoopView) -> Iterator[Finding]:
+def rate_of_change_alarm_always_on(view: LoopView) -> Findings:
     """The rate-of-change alarm is on with 0 or a negative value, or without one.
 
     Why: the alarm comes when the PV changes faster than the limit. With 0 that is every sample in which it moves.
@@ -134,7 +131,7 @@ def rate_of_change_alarm_always_on(view: LoopView) -> Iterator[Finding]:
     """
     limit = view.held("rate_of_change")
     if view.rate_alarm and limit is not None and limit <= 0:
-        key = "rate_of_change_enabled" if view.loop.alarms.rate_of_change is None else "rate_of_change"
+        key = value_or_switch(view.loop.alarms, "rate_of_change")
         yield view.at("alarms", key, value=rate_text(view))
 
 
@@ -145,7 +142,7 @@ def rate_of_change_alarm_always_on(view: LoopView) -> Iterator[Finding]:
     "the rate-of-change limit {value} is {stored} a sample, less than the {step} by which the PV's float can "
     "change: every change is an alarm",
 )
-def rate_of_change_finer_than_pv(view: LoopView) -> Iterator[Finding]:
+def rate_of_change_finer_than_pv(view: LoopView) -> Findings:
     """The rate-of-change limit is smaller than the smallest change of the PV.
 
     Why: the limit is per sample. A slow rate and a fast sample rate give so little that single precision, of about 7
@@ -166,7 +163,7 @@ def rate_of_change_finer_than_pv(view: LoopView) -> Iterator[Finding]:
     RATE,
     "the rate-of-change limit {value} is {stored} a sample, more than the PV's whole range of {span}: it never trips",
 )
-def rate_of_change_never_reached(view: LoopView) -> Iterator[Finding]:
+def rate_of_change_never_reached(view: LoopView) -> Findings:
     """The rate-of-change limit is more than the PV's range in a single sample.
 
     Why: the PV does not leave its range within a sample, so the alarm watches nothing. Often a rate per minute was
@@ -181,7 +178,7 @@ def rate_of_change_never_reached(view: LoopView) -> Iterator[Finding]:
 
 @per_loop
 @info("PID385", CLICK.at("Use PV Alarm (Cn+12)"), "{alarms} are stored, but {register} is off: they never trip")
-def alarms_switched_off(view: LoopView) -> Iterator[Finding]:
+def alarms_switched_off(view: LoopView) -> Findings:
     """Alarm limits are given, but not enabled.
 
     Why: their registers show up in every listing; without the enable bit no alarm comes.

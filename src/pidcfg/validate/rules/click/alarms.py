@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 from pidcfg.diagnostics import Severity
 from pidcfg.refs import CLICK, Decision
-from pidcfg.validate.ideas.alarms import alarm_beyond
-from pidcfg.validate.rule import Finding, per_loop, warning
+from pidcfg.validate.ideas.alarms import PV_POINTS, alarm_beyond, neighbours_out_of_order
+from pidcfg.validate.rule import Finding, Findings, per_loop, warning
 from pidcfg.validate.rules.click.setpoint import effective, written
 
 if TYPE_CHECKING:
@@ -32,8 +32,6 @@ D143 = Decision(
     "A PV alarm that lies further outside the PV's range than the range is wide is taken for a mistaken unit.",
     "The range is that of the process, not of the sensor: alarms for a failed sensor stand outside it on purpose.",
 )
-POINTS = ("low_low", "low", "high", "high_high")
-PAIRS = (("low_low", "low"), ("low", "high"), ("high", "high_high"))
 DEVIATIONS = ("high", "high_high")
 
 
@@ -44,9 +42,8 @@ def given(view: LoopView, point: str) -> bool:
 
 def wrong_pairs(view: LoopView) -> Iterator[tuple[str, str]]:
     """Neighbours of the PV alarms in the wrong order; low and high may not even be equal."""
-    for below, above in PAIRS:
-        points = view.holds(f"pv_{below}", f"pv_{above}")
-        if points and (points[0] > points[1] or (below == "low" and points[0] == points[1])):
+    for below, above, equal in neighbours_out_of_order(view, "pv"):
+        if always(below) or not equal:
             yield below, above
 
 
@@ -57,7 +54,7 @@ def always(below: str) -> bool:
 
 @per_loop
 @warning("PID371", ABSOLUTE, "{above} is {high}, not above {below}, {low}: {effect}")
-def pv_alarms_out_of_order(view: LoopView) -> Iterator[Finding]:
+def pv_alarms_out_of_order(view: LoopView) -> Findings:
     """The PV alarm points are not in the order low_low, low, high, high_high.
 
     Why: a low alarm that is not below the high one leaves no PV without an alarm (an error). With an inner point beyond
@@ -70,15 +67,16 @@ def pv_alarms_out_of_order(view: LoopView) -> Iterator[Finding]:
     for below, above in wrong_pairs(view):
         if given(view, below) and given(view, above):
             effect = "every PV is in alarm" if always(below) else f"{_inner(below, above)} comes last"
-            values = {
-                "above": above,
-                "below": below,
-                "high": view.shown(f"pv_{above}"),
-                "low": view.shown(f"pv_{below}"),
-                "effect": effect,
-            }
-            yield Finding(
-                ("loops", view.index, "alarms", "pv", above), values, severity=Severity.ERROR if always(below) else None
+            yield view.at(
+                "alarms",
+                "pv",
+                above,
+                severity=Severity.ERROR if always(below) else None,
+                above=above,
+                below=below,
+                high=view.shown(f"pv_{above}"),
+                low=view.shown(f"pv_{below}"),
+                effect=effect,
             )
 
 
@@ -89,7 +87,7 @@ def _inner(below: str, above: str) -> str:
 
 @per_loop
 @warning("PID372", D142, "{missing} not given: {registers} {holds} 0, and one bit enables all four PV alarms: {effect}")
-def pv_alarms_incomplete(view: LoopView) -> Iterator[Finding]:
+def pv_alarms_incomplete(view: LoopView) -> Findings:
     """Some of the four PV alarms are given, and the others are 0.
 
     Why: Cn+12 enables low_low, low, high and high_high together. A point that is left out is 0: a high alarm at 0 is on
@@ -98,7 +96,7 @@ def pv_alarms_incomplete(view: LoopView) -> Iterator[Finding]:
 
     Fix: give all four. An alarm that is not wanted goes where the PV cannot get.
     """
-    missing = [point for point in POINTS if not given(view, point)] if view.pv_alarms else []
+    missing = [point for point in PV_POINTS if not given(view, point)] if view.pv_alarms else []
     if missing:
         yield _incomplete(view, missing)
 
@@ -107,9 +105,16 @@ def _incomplete(view: LoopView, missing: list[str]) -> Finding:
     severity, effect = _consequence(view, missing)
     one = len(missing) == 1
     registers = " and ".join(view.register(f"pv_{point}") for point in missing)
-    values = {"missing": f"{' and '.join(missing)} {'is' if one else 'are'}", "holds": "holds" if one else "hold"}
-    values |= {"registers": registers, "effect": effect}
-    return Finding(("loops", view.index, "alarms", "pv", missing[0]), values, severity=severity)
+    return view.at(
+        "alarms",
+        "pv",
+        missing[0],
+        severity=severity,
+        missing=f"{' and '.join(missing)} {'is' if one else 'are'}",
+        registers=registers,
+        holds="holds" if one else "hold",
+        effect=effect,
+    )
 
 
 def _consequence(view: LoopView, missing: list[str]) -> tuple[Severity, str]:
@@ -130,7 +135,7 @@ def _consequence(view: LoopView, missing: list[str]) -> tuple[Severity, str]:
     D143,
     "{point} is {value}, further outside the PV's range {low} to {high} than the range is wide: it never trips",
 )
-def pv_alarm_far_outside_range(view: LoopView) -> Iterator[Finding]:
+def pv_alarm_far_outside_range(view: LoopView) -> Findings:
     """A PV alarm lies far outside the range of the process.
 
     Why: it watches nothing. Alarms just outside the range catch a failed sensor; one this far away usually has another
@@ -139,7 +144,7 @@ def pv_alarm_far_outside_range(view: LoopView) -> Iterator[Finding]:
     Fix: correct the alarm, or `pv.range`.
     """
     low, high = view.loop.pv.range
-    for point in POINTS if view.pv_alarms else ():
+    for point in PV_POINTS if view.pv_alarms else ():
         value = view.held(f"pv_{point}")
         if value is not None and given(view, point) and not low - view.span <= value <= high + view.span:
             yield view.at(
@@ -153,7 +158,7 @@ def pv_alarm_far_outside_range(view: LoopView) -> Iterator[Finding]:
     ABSOLUTE,
     "the set point {value} is beyond the {alarm} alarm at {limit}: on its set point the loop is in alarm",
 )
-def setpoint_in_alarm(view: LoopView) -> Iterator[Finding]:
+def setpoint_in_alarm(view: LoopView) -> Findings:
     """The set point lies beyond a PV alarm point.
 
     Why: a loop that controls well then stands in alarm, and operators learn to ignore it.
@@ -171,15 +176,15 @@ def setpoint_in_alarm(view: LoopView) -> Iterator[Finding]:
 
 def deviation_points(view: LoopView) -> dict[str, Decimal]:
     """The deviation alarms by their keys, as far as they are on and fit their registers."""
-    found = {key: view.held(f"deviation_{key}") for key in DEVIATIONS} if view.deviation_alarms else {}
-    return {key: value for key, value in found.items() if value is not None}
+    points = {key: view.held(f"deviation_{key}") for key in DEVIATIONS} if view.deviation_alarms else {}
+    return {key: value for key, value in points.items() if value is not None}
 
 
 @per_loop
 @warning(
     "PID375", D142, "the {point} deviation alarm is {value}: it is on whenever the PV is not exactly on the set point"
 )
-def deviation_alarm_of_zero(view: LoopView) -> Iterator[Finding]:
+def deviation_alarm_of_zero(view: LoopView) -> Findings:
     """A deviation alarm is 0 or negative, given so or left out.
 
     Why: one bit enables both deviation alarms. With 0 the alarm is on nearly all the time, and operators learn to
@@ -199,7 +204,7 @@ def deviation_alarm_of_zero(view: LoopView) -> Iterator[Finding]:
     DEVIATION,
     "the high deviation alarm {high} is above the high_high one, {high_high}: high_high comes first",
 )
-def deviation_alarms_out_of_order(view: LoopView) -> Iterator[Finding]:
+def deviation_alarms_out_of_order(view: LoopView) -> Findings:
     """The high deviation alarm is further from the set point than the high-high one.
 
     Why: the emergency then comes before the warning that should announce it.
@@ -223,7 +228,7 @@ def deviation_alarms_out_of_order(view: LoopView) -> Iterator[Finding]:
     DEVIATION,
     "the {point} deviation alarm {value} is more than the PV's whole range of {span}: it never trips",
 )
-def deviation_alarm_beyond_range(view: LoopView) -> Iterator[Finding]:
+def deviation_alarm_beyond_range(view: LoopView) -> Findings:
     """A deviation alarm is wider than the PV's range.
 
     Why: with a set point in the range the PV cannot be that far away. The alarm watches nothing; often an absolute

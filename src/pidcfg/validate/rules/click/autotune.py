@@ -7,12 +7,9 @@ from typing import TYPE_CHECKING
 
 from pidcfg.refs import CLICK, Decision
 from pidcfg.schemas.base import decimal_text
-from pidcfg.validate.rule import info, per_loop
+from pidcfg.validate.rule import Findings, info, per_loop
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from pidcfg.validate.rule import Finding
     from pidcfg.validate.rules.click.context import LoopView
 
 TUNING = CLICK.at("PID Autotuning")
@@ -34,7 +31,7 @@ OUTSIDE = {
 
 @per_loop
 @info("PID391", D146, "autotune.type is PI, but derivative_gain is {gain} s: an autotune would tune a loop without it")
-def autotune_drops_derivative(view: LoopView) -> Iterator[Finding]:
+def autotune_drops_derivative(view: LoopView) -> Findings:
     """An autotune for P and I is chosen for a loop with a derivative.
 
     Why: gains that were found for PI do not fit a loop that has a derivative as well; whether the PLC sets it to 0 is
@@ -49,7 +46,7 @@ def autotune_drops_derivative(view: LoopView) -> Iterator[Finding]:
 
 @per_loop
 @info("PID392", OUTPUT, "a closed-loop autotune moves the output between {low} and {high} only")
-def autotune_between_narrow_limits(view: LoopView) -> Iterator[Finding]:
+def autotune_between_narrow_limits(view: LoopView) -> Findings:
     """A closed-loop autotune is planned for a loop with narrowed output limits.
 
     Why: the output stays within its limits during the autotune too. Narrow ones make the PV's swing smaller, so that
@@ -65,7 +62,7 @@ def autotune_between_narrow_limits(view: LoopView) -> Iterator[Finding]:
 
 @per_loop
 @info("PID393", OUTPUT, "{register} holds {value}, outside the output limits {low} to {high}: {effect}")
-def stored_output_outside_limits(view: LoopView) -> Iterator[Finding]:
+def stored_output_outside_limits(view: LoopView) -> Findings:
     """The output or bias that is stored lies outside the output limits.
 
     Why: the limits have no effect in Manual, so the output may stand there. On the change to Auto the bias takes the
@@ -92,7 +89,7 @@ def stored_output_outside_limits(view: LoopView) -> Iterator[Finding]:
 
 @per_loop
 @info("PID394", RAW, "state.pv is {pv} and state.raw_pv is {raw}, but without a filter both are the same")
-def stored_pv_differs_from_raw(view: LoopView) -> Iterator[Finding]:
+def stored_pv_differs_from_raw(view: LoopView) -> Findings:
     """PV and raw PV differ in a loop without a filter.
 
     Why: when the filter is off the PV equals the raw PV, so one of the two values is from another time. The PLC writes

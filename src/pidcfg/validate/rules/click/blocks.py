@@ -8,12 +8,9 @@ from pidcfg.encoders.maps.click import LOOPS, SPACE
 from pidcfg.refs import CLICK, Decision
 from pidcfg.validate.ideas import blocks
 from pidcfg.validate.ideas.duplicates import repeats
-from pidcfg.validate.rule import error, per_loop
+from pidcfg.validate.rule import Findings, error, per_loop
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from pidcfg.validate.rule import Finding
     from pidcfg.validate.rules.click.context import ClickContext, LoopView
 
 AREAS = CLICK.at("C, DS and DF memory areas")
@@ -36,7 +33,7 @@ LAST = {bank.prefix: bank.last for bank in SPACE.banks}
     "{block} would occupy {extent}, but the bank ends at {prefix}{last}: it may begin at {prefix}{latest} at "
     "the latest",
 )
-def block_beyond_bank(view: LoopView) -> Iterator[Finding]:
+def block_beyond_bank(view: LoopView) -> Findings:
     """A block of registers reaches past the end of its bank.
 
     Why: a loop needs 40 consecutive C bits, 15 consecutive DS registers and 25 consecutive DF registers. What lies past
@@ -48,7 +45,7 @@ def block_beyond_bank(view: LoopView) -> Iterator[Finding]:
 
 
 @error("PID302", AREAS, "{block} {extent} of {loop} overlaps {other_extent} of {other}")
-def blocks_overlap(context: ClickContext) -> Iterator[Finding]:
+def blocks_overlap(context: ClickContext) -> Findings:
     """Two loops share registers.
 
     Why: each loop writes its own output, error number and alarm bits into its block, and reads its tuning from there.
@@ -61,7 +58,7 @@ def blocks_overlap(context: ClickContext) -> Iterator[Finding]:
 
 
 @error("PID303", D130, "loop {number} of {count}: a CLICK PLC calculates at most {limit} loops")
-def too_many_loops(context: ClickContext) -> Iterator[Finding]:
+def too_many_loops(context: ClickContext) -> Findings:
     """The file has more loops than the PLC.
 
     Why: the programming software offers eight loops; nothing calculates a ninth one.
@@ -72,7 +69,7 @@ def too_many_loops(context: ClickContext) -> Iterator[Finding]:
 
 
 @error("PID304", PWM, "{bit} is already the PWM output of {other}: two loops would switch it")
-def pwm_output_shared(context: ClickContext) -> Iterator[Finding]:
+def pwm_output_shared(context: ClickContext) -> Findings:
     """Two loops pulse the same discrete output.
 
     Why: both write the bit, and what the actuator sees is neither loop's output.

@@ -9,19 +9,16 @@ from __future__ import annotations
 from dataclasses import dataclass
 from decimal import Decimal
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from pidcfg.encoders.click.encode import deviation_alarms_on, pv_alarms_on, values_of
 from pidcfg.encoders.image import Block, Encoding
 from pidcfg.encoders.mapping import switched_on
-from pidcfg.encoders.maps.click import BLOCKS, ERRORS
+from pidcfg.encoders.maps.click import BLOCKS, ERRORS, PidError
 from pidcfg.encoders.regmap import decode_one
 from pidcfg.schemas.click import ClickFile, Loop
 from pidcfg.validate.ideas.blocks import Extent, extents_of
 from pidcfg.validate.views import Context, View, complete, with_unit
-
-if TYPE_CHECKING:
-    from pidcfg.encoders.maps.click import PidError
 
 PLACES = {word.name: (i, word) for i, (_, table) in enumerate(BLOCKS.values()) for word in table.words}
 """Each register's block, counted in the order of the banks, and its row."""

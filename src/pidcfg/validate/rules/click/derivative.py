@@ -3,18 +3,12 @@
 from __future__ import annotations
 
 from decimal import Decimal
-from typing import TYPE_CHECKING
 
 from pidcfg.refs import CLICK, Decision
 from pidcfg.schemas.base import decimal_text
-from pidcfg.validate.rule import info, per_loop, warning
-from pidcfg.validate.rules.click.context import NO_LIMIT
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from pidcfg.validate.rule import Finding
-    from pidcfg.validate.rules.click.context import LoopView
+from pidcfg.validate.rule import Findings, info, per_loop, warning
+from pidcfg.validate.rules.click.context import NO_LIMIT, LoopView
+from pidcfg.validate.views import value_or_switch
 
 LIMIT = CLICK.at("Derivative Gain Limit")
 
@@ -63,7 +57,7 @@ def has_filter(view: LoopView) -> bool:
     LIMIT,
     "the derivative gain limit is on with {limit}, which is no derivative: derivative_gain {gain} s has no effect",
 )
-def derivative_limited_to_nothing(view: LoopView) -> Iterator[Finding]:
+def derivative_limited_to_nothing(view: LoopView) -> Findings:
     """The derivative gain limit is on, but its register holds 0.
 
     Why: a factor of 0 is the same as a derivative gain of 0. A limit that is enabled without a value holds 0.
@@ -72,13 +66,13 @@ def derivative_limited_to_nothing(view: LoopView) -> Iterator[Finding]:
     """
     loop, limit = view.loop, view.loop.derivative_gain_limit
     if view.derivative_limited and not limit and loop.tuning.derivative_gain > 0:
-        key = "derivative_gain_limit_enabled" if limit is None else "derivative_gain_limit"
+        key = value_or_switch(loop, "derivative_gain_limit")
         yield view.at(key, limit="no value" if limit is None else 0, gain=decimal_text(loop.tuning.derivative_gain))
 
 
 @per_loop
 @info("PID342", LIMIT, "derivative_gain_limit is {limit}, but derivative_gain is 0 s: there is no derivative to limit")
-def derivative_limit_without_derivative(view: LoopView) -> Iterator[Finding]:
+def derivative_limit_without_derivative(view: LoopView) -> Findings:
     """A derivative gain limit is set for a loop without a derivative.
 
     Why: it does nothing; usually the derivative gain was meant to be set, or was taken out during tuning.
@@ -97,7 +91,7 @@ def derivative_limit_without_derivative(view: LoopView) -> Iterator[Finding]:
     "derivative_gain {gain} s is {times} samples of {sample} s: noise of one unit moves the output by {moves} "
     "for a sample, and neither derivative_gain_limit nor pv.filter is on",
 )
-def derivative_without_limit_or_filter(view: LoopView) -> Iterator[Finding]:
+def derivative_without_limit_or_filter(view: LoopView) -> Findings:
     """A strong derivative acts on an unfiltered PV without a gain limit.
 
     Why: a change within one sample is multiplied by Kp·Td/Ts, so noise is amplified significantly and the output
@@ -122,7 +116,7 @@ def derivative_without_limit_or_filter(view: LoopView) -> Iterator[Finding]:
 
 @per_loop
 @info("PID344", LIMIT, "derivative_gain_limit is {limit}; 8 to 20 is typical: {effect}")
-def derivative_limit_untypical(view: LoopView) -> Iterator[Finding]:
+def derivative_limit_untypical(view: LoopView) -> Findings:
     """The derivative gain limit is outside the range that the help calls typical.
 
     Why: below 8 so little of the derivative is left that it can be left out; far above 20 noise passes as if there were
@@ -142,7 +136,7 @@ def derivative_limit_untypical(view: LoopView) -> Iterator[Finding]:
 
 @per_loop
 @warning("PID345", D136, "derivative_gain {gain} s is more than half the reset_time of {reset} s")
-def derivative_exceeds_reset(view: LoopView) -> Iterator[Finding]:
+def derivative_exceeds_reset(view: LoopView) -> Findings:
     """The derivative time is long compared with the reset time.
 
     Why: the derivative then works against the integral instead of leading it, and the loop swings. Usually minutes and
@@ -167,7 +161,7 @@ def derivative_exceeds_reset(view: LoopView) -> Iterator[Finding]:
     "the derivative is of the error: a set point step of {step} (10 % of the range) moves the output by {kick} "
     "% for a sample",
 )
-def setpoint_step_kicks_output(view: LoopView) -> Iterator[Finding]:
+def setpoint_step_kicks_output(view: LoopView) -> Findings:
     """A step of the set point kicks the output through the derivative.
 
     Why: the algorithm differentiates the error, not the PV, so that a change of the set point counts as an infinitely

@@ -7,14 +7,11 @@ from typing import TYPE_CHECKING
 
 from pidcfg.refs import CLICK, Decision
 from pidcfg.validate.ideas import alarms
-from pidcfg.validate.rule import error, info, per_loop, warning
+from pidcfg.validate.rule import Findings, error, info, per_loop, warning
 from pidcfg.validate.rules.click.setpoint import effective, written
 from pidcfg.validate.rules.click.tuning import approximate, saturating_error
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from pidcfg.validate.rule import Finding
     from pidcfg.validate.rules.click.context import LoopView
 
 SQUARED = CLICK.at("Error Squared Option")
@@ -52,7 +49,7 @@ def half_width(view: LoopView) -> Decimal | None:
     "the gain of {gain} is % per squared unit: as strong as linear at an error of {one}, weaker below; {full} "
     "drives the output through its limits",
 )
-def squared_error_in_squared_units(view: LoopView) -> Iterator[Finding]:
+def squared_error_in_squared_units(view: LoopView) -> Findings:
     """The error is squared, so the gain is in % per squared unit of the PV.
 
     Why: the square is not divided by the range. The effective gain is Kp·|e|: it depends on the unit of the PV even
@@ -78,7 +75,7 @@ def squared_error_in_squared_units(view: LoopView) -> Iterator[Finding]:
     "the deadband {value} is compared with the squared error: no control action up to {width} around the set "
     "point, not {linear}",
 )
-def deadband_of_squared_error(view: LoopView) -> Iterator[Finding]:
+def deadband_of_squared_error(view: LoopView) -> Findings:
     """A deadband is used together with the squared error.
 
     Why: the error is squared first, so the deadband counts in squared units. 4 means 2 units around the set point, and
@@ -95,7 +92,7 @@ def deadband_of_squared_error(view: LoopView) -> Iterator[Finding]:
 
 @per_loop
 @warning("PID353", DEADBAND, "the error deadband is on with {value}: it ignores nothing")
-def deadband_of_zero(view: LoopView) -> Iterator[Finding]:
+def deadband_of_zero(view: LoopView) -> Findings:
     """The error deadband is on, but its register holds 0.
 
     Why: a deadband that is enabled without a value is 0, and the output follows every noise of the PV.
@@ -112,7 +109,7 @@ def deadband_of_zero(view: LoopView) -> Iterator[Finding]:
     "the error deadband reaches {width} to either side, as far as the PV's whole range of {span}: no error is "
     "ever acted on",
 )
-def deadband_spans_range(view: LoopView) -> Iterator[Finding]:
+def deadband_spans_range(view: LoopView) -> Findings:
     """The error deadband is as wide as the PV's range.
 
     Why: with a set point in the range no PV of the range leaves the deadband. The loop takes no control action at all,
@@ -132,7 +129,7 @@ def deadband_spans_range(view: LoopView) -> Iterator[Finding]:
     "the error deadband reaches {width} to either side, not less than the {limit} from the set point to the "
     "{alarm} alarm",
 )
-def deadband_reaches_alarm(view: LoopView) -> Iterator[Finding]:
+def deadband_reaches_alarm(view: LoopView) -> Findings:
     """The error deadband reaches as far as an alarm.
 
     Why: inside the deadband no control action is taken. The PV may drift into the alarm, and the loop does nothing
@@ -152,7 +149,7 @@ def deadband_reaches_alarm(view: LoopView) -> Iterator[Finding]:
 
 @per_loop
 @info("PID356", DEADBAND, "a deadband of {value} is stored, but {register} is off: every error is acted on")
-def deadband_switched_off(view: LoopView) -> Iterator[Finding]:
+def deadband_switched_off(view: LoopView) -> Findings:
     """A deadband is given, but not enabled.
 
     Why: its register shows up in every listing; without the enable bit it ignores nothing.

@@ -7,12 +7,9 @@ from typing import TYPE_CHECKING
 
 from pidcfg.encoders.maps.click import SUFFIXES
 from pidcfg.refs import Decision
-from pidcfg.validate.rule import per_loop, warning
+from pidcfg.validate.rule import Findings, per_loop, warning
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from pidcfg.validate.rule import Finding
     from pidcfg.validate.rules.click.context import ClickContext, LoopView
 
 D131 = Decision(
@@ -43,7 +40,7 @@ def by_length() -> tuple[str, ...]:
     D131,
     "the name has {length} characters: {count} of its nicknames would have more than 24, as {example} with {longest}",
 )
-def nickname_too_long(view: LoopView) -> Iterator[Finding]:
+def nickname_too_long(view: LoopView) -> Findings:
     """The name of a loop is too long for its nicknames.
 
     Why: a nickname is the loop's name and a suffix such as `_SEL_DirectReverse`, and may have 24 characters. The
@@ -66,7 +63,7 @@ def nickname_too_long(view: LoopView) -> Iterator[Finding]:
 
 @per_loop
 @warning("PID306", D131, "nicknames cannot be made of {name}: {reason}")
-def name_not_usable_in_nicknames(view: LoopView) -> Iterator[Finding]:
+def name_not_usable_in_nicknames(view: LoopView) -> Findings:
     """The name of a loop has characters that the PLC does not allow in nicknames.
 
     Why: tags such as FIC-101 are common on drawings, but a nickname may contain none of - . / #, and may not begin with
@@ -84,7 +81,7 @@ def name_not_usable_in_nicknames(view: LoopView) -> Iterator[Finding]:
 
 
 @warning("PID307", D131, "{mine} of this loop and {theirs} of loop {other} are one nickname")
-def nicknames_collide(context: ClickContext) -> Iterator[Finding]:
+def nicknames_collide(context: ClickContext) -> Findings:
     """Two loops have nicknames that are the same for the PLC.
 
     Why: it does not tell capital from small letters, so `Oven` and `OVEN` have all nicknames in common; and `T1_EN` has
@@ -94,13 +91,13 @@ def nicknames_collide(context: ClickContext) -> Iterator[Finding]:
     """
     owners: dict[str, tuple[str, str]] = {}
     for view in context.loops:
-        name, own = view.name, {}
+        name, nicknames = view.name, {}
         clash = None
         for suffix in SUFFIXES.values():
             nickname = name + suffix
-            own[nickname.lower()] = (nickname, name)
+            nicknames[nickname.lower()] = (nickname, name)
             clash = clash or owners.get(nickname.lower())
         if clash is not None and clash[1] != name:
-            mine = own[clash[0].lower()][0]
+            mine = nicknames[clash[0].lower()][0]
             yield view.at("name", mine=mine, theirs=clash[0], other=clash[1])
-        owners |= own
+        owners |= nicknames

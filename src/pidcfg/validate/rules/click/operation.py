@@ -6,12 +6,9 @@ from typing import TYPE_CHECKING
 
 from pidcfg.refs import CLICK
 from pidcfg.schemas.click import D100, EFFECT
-from pidcfg.validate.rule import error, info, per_loop, reported_once, warning
+from pidcfg.validate.rule import Findings, error, info, per_loop, reported_once, warning
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from pidcfg.validate.rule import Finding
     from pidcfg.validate.rules.click.context import ClickContext, LoopView
 
 ERRORS = CLICK.at("CLICK PID Errors")
@@ -32,7 +29,7 @@ def effect(number: int) -> str:
     "action {action} is written as {bit} to {register}, which the help does not confirm: verify "
     "Forward/Reverse in the PID window before Auto; it must show {shown} (the PV {moves} when the output rises)",
 )
-def action_not_verified(view: LoopView) -> Iterator[Finding]:
+def action_not_verified(view: LoopView) -> Findings:
     """The action of a loop rests on a reading of the bit that has not been compared with the PLC.
 
     Why: the help does not print which state of Cn+09 is forward and which is reverse. The wrong one turns every
@@ -59,7 +56,7 @@ def action_not_verified(view: LoopView) -> Iterator[Finding]:
     ERRORS,
     "{register} shows {shown} alone; once that is cured it shows {others}, and until then the loop stays in Manual",
 )
-def several_pid_errors(view: LoopView) -> Iterator[Finding]:
+def several_pid_errors(view: LoopView) -> Findings:
     """A loop has more than one PID error, of which the PLC shows one.
 
     Why: the error register holds the lowest number that is active; the next one appears only when it is cleared. Who
@@ -80,7 +77,7 @@ def several_pid_errors(view: LoopView) -> Iterator[Finding]:
 
 @per_loop
 @info("PID310", MANUAL, "mode is auto, but error {number} ({title}) in {register} keeps the loop in Manual")
-def auto_with_pid_error(view: LoopView) -> Iterator[Finding]:
+def auto_with_pid_error(view: LoopView) -> Findings:
     """A loop that is meant for Auto has a value that causes a PID error.
 
     Why: a PID error puts the loop into Manual, and the request for Auto is granted only when there is none.
@@ -103,7 +100,7 @@ def auto_with_pid_error(view: LoopView) -> Iterator[Finding]:
     MANUAL,
     "mode is auto, but every start of the PLC leaves the loop in Manual until {register} is set{others}",
 )
-def auto_is_not_downloaded(context: ClickContext) -> Iterator[Finding]:
+def auto_is_not_downloaded(context: ClickContext) -> Findings:
     """A loop is meant for Auto, which no download can bring about.
 
     Why: the change from STOP to RUN puts all loops into Manual, and the request for Auto is a momentary bit, so it is

@@ -10,12 +10,10 @@ from pidcfg.encoders.maps.click import OUTPUT_BELOW_ZERO
 from pidcfg.refs import CLICK, Decision
 from pidcfg.schemas.base import decimal_text
 from pidcfg.schemas.click import EFFECT, ERRORS
-from pidcfg.validate.rule import Finding, error, info, per_loop, warning
+from pidcfg.validate.rule import Findings, error, info, per_loop, warning
 from pidcfg.validate.views import number_text
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
     from pidcfg.validate.rules.click.context import LoopView
 
 OUTPUT = CLICK.at("Control Output (DFn+08)")
@@ -44,7 +42,7 @@ def percent(view: LoopView) -> bool:
 
 @per_loop
 @error("PID361", OUTPUT, "the upper output limit is {high}: in Auto {register} never gets above zero")
-def output_upper_limit_zero(view: LoopView) -> Iterator[Finding]:
+def output_upper_limit_zero(view: LoopView) -> Findings:
     """The upper output limit is 0 or less.
 
     Why: the output never gets above zero, and the loop does not function. On a new loop this is what a register that
@@ -59,7 +57,7 @@ def output_upper_limit_zero(view: LoopView) -> Iterator[Finding]:
 
 @per_loop
 @error("PID362", OUTPUT, "the upper output limit {high} is not above the lower limit {low}: the output cannot move")
-def output_limits_not_ascending(view: LoopView) -> Iterator[Finding]:
+def output_limits_not_ascending(view: LoopView) -> Findings:
     """The lower output limit is equal to or above the upper one.
 
     Why: the output stays within its limits in Auto. Equal limits pin it; with crossed ones every output is outside one
@@ -74,7 +72,7 @@ def output_limits_not_ascending(view: LoopView) -> Iterator[Finding]:
 
 @per_loop
 @error("PID363", ERRORS, "the lower output limit is {low}; the PLC wants at least 0")
-def output_lower_limit_negative(view: LoopView) -> Iterator[Finding]:
+def output_lower_limit_negative(view: LoopView) -> Findings:
     """The lower output limit is below 0.
 
     Why: the PLC reports error 30 and keeps the loop in Manual. An output that goes both ways, such as heating and
@@ -89,7 +87,7 @@ def output_lower_limit_negative(view: LoopView) -> Iterator[Finding]:
 
 @per_loop
 @info("PID364", PWM, "the upper output limit is {high}: {effect}")
-def output_limit_beyond_full(view: LoopView) -> Iterator[Finding]:
+def output_limit_beyond_full(view: LoopView) -> Findings:
     """The upper output limit is more than 100 %.
 
     Why: the pulses are on for the whole period from 100 % on, so that a loop whose output goes further saturates where
@@ -102,15 +100,15 @@ def output_limit_beyond_full(view: LoopView) -> Iterator[Finding]:
     if high is None or high <= FULL:
         return
     if view.loop.output.pwm is not None:
-        values = {"high": view.co(high), "effect": "the pulses are on all the time from 100 % on"}
-        yield Finding(("loops", view.index, "output", "limits", 1), values, severity=Severity.WARNING)
+        effect = "the pulses are on all the time from 100 % on"
+        yield view.at("output", "limits", 1, severity=Severity.WARNING, high=view.co(high), effect=effect)
     elif percent(view):
         yield view.at("output", "limits", 1, high=view.co(high), effect="more than 100 % wants a unit of its own")
 
 
 @per_loop
 @warning("PID365", D140, "the upper output limit is {high}: one hundredth of the usual 100 %, or a fraction of 1")
-def output_limit_looks_like_fraction(view: LoopView) -> Iterator[Finding]:
+def output_limit_looks_like_fraction(view: LoopView) -> Findings:
     """The output may not exceed 1 %.
 
     Why: the output is a percentage. Limits of [0, 1] are meant as the full range on other controllers; here the
@@ -129,7 +127,7 @@ def output_limit_looks_like_fraction(view: LoopView) -> Iterator[Finding]:
     D141,
     "the pulses have a period of {period} s, longer than the reset_time of {reset} s: the PV follows single pulses",
 )
-def pwm_period_beyond_reset(view: LoopView) -> Iterator[Finding]:
+def pwm_period_beyond_reset(view: LoopView) -> Findings:
     """The pulse period is longer than the reset time.
 
     Why: within one period the actuator is fully on and fully off. A process that is fast enough for this reset time
@@ -149,7 +147,7 @@ def pwm_period_beyond_reset(view: LoopView) -> Iterator[Finding]:
     "the pulses have a period of {period} s, and the output changes every {sample} s: {times} equal pulses "
     "between two calculations",
 )
-def pwm_period_below_sample_rate(view: LoopView) -> Iterator[Finding]:
+def pwm_period_below_sample_rate(view: LoopView) -> Findings:
     """The pulse period is shorter than the sample rate.
 
     Why: the output is the same until the next calculation, so shorter pulses control no better. A relay switches the

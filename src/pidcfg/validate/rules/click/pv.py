@@ -4,18 +4,12 @@ from __future__ import annotations
 
 from decimal import Decimal
 from math import log
-from typing import TYPE_CHECKING
 
 from pidcfg.refs import CLICK, Decision
 from pidcfg.schemas.base import decimal_text
-from pidcfg.validate.rule import error, info, per_loop, warning
-from pidcfg.validate.rules.click.context import NO_LIMIT
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from pidcfg.validate.rule import Finding
-    from pidcfg.validate.rules.click.context import LoopView
+from pidcfg.validate.rule import Findings, error, info, per_loop, warning
+from pidcfg.validate.rules.click.context import NO_LIMIT, LoopView
+from pidcfg.validate.views import value_or_switch
 
 RANGE = CLICK.at("PV Upper and Lower Limits")
 FILTER = CLICK.at("PV Filter")
@@ -44,7 +38,7 @@ def time_constant(view: LoopView) -> float | None:
     RANGE,
     "the PV's range {low} to {high} is twice the same number in {registers}, which have single precision",
 )
-def pv_range_without_width(view: LoopView) -> Iterator[Finding]:
+def pv_range_without_width(view: LoopView) -> Findings:
     """The two ends of the PV's range are the same number for the PLC.
 
     Why: the registers are single-precision floats with about 7 digits. The range gives the process gain, from which the
@@ -61,7 +55,7 @@ def pv_range_without_width(view: LoopView) -> Iterator[Finding]:
 
 @per_loop
 @warning("PID322", FILTER, "the PV filter is on with {value}: all of the raw PV is passed")
-def filter_without_effect(view: LoopView) -> Iterator[Finding]:
+def filter_without_effect(view: LoopView) -> Findings:
     """The PV filter is on with a constant of 100, or without one.
 
     Why: the constant is the percentage of the raw PV that is passed each sample, so a large one filters little and 100
@@ -73,7 +67,7 @@ def filter_without_effect(view: LoopView) -> Iterator[Finding]:
     if view.filtered and view.held("filter") == NO_LIMIT:
         yield view.at(
             "pv",
-            "filter_enabled" if pv.filter is None else "filter",
+            value_or_switch(pv, "filter"),
             value="no constant, which is 100 %" if pv.filter is None else "100 %",
         )
 
@@ -85,7 +79,7 @@ def filter_without_effect(view: LoopView) -> Iterator[Finding]:
     "filter {constant} % at a sample rate of {sample} s is a lag with a time constant of {tau} s, more than a "
     "quarter of the reset time of {reset} s",
 )
-def filter_lags(view: LoopView) -> Iterator[Finding]:
+def filter_lags(view: LoopView) -> Findings:
     """The PV filter is slow compared with the reset time.
 
     Why: the loop controls the filtered PV, which runs behind the process. A lag that is not small against the reset
@@ -107,7 +101,7 @@ def filter_lags(view: LoopView) -> Iterator[Finding]:
 
 @per_loop
 @info("PID324", FILTER, "filter {constant} % is stored, but {register} is off: the PV is the raw PV")
-def filter_switched_off(view: LoopView) -> Iterator[Finding]:
+def filter_switched_off(view: LoopView) -> Findings:
     """A filter constant is given, but the filter is off.
 
     Why: the register shows up in every listing; without the enable bit nothing is filtered.

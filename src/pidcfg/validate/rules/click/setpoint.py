@@ -8,11 +8,9 @@ from pidcfg.diagnostics import Severity
 from pidcfg.encoders.maps.click import SETPOINT_CROSSED
 from pidcfg.refs import CLICK, Decision
 from pidcfg.schemas.click import EFFECT
-from pidcfg.validate.ideas import setpoints
-from pidcfg.validate.rule import Finding, error, info, per_loop, warning
+from pidcfg.validate.rule import Findings, error, info, per_loop, reported_once, warning
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
     from decimal import Decimal
 
     from pidcfg.validate.rules.click.context import ClickContext, LoopView
@@ -34,8 +32,8 @@ CROSSED_EFFECT = f"{EFFECT}{SETPOINT_CROSSED}"
 
 def limits_on(view: LoopView) -> dict[str, Decimal]:
     """The limits that are enabled and hold a value."""
-    found = {end: view.held(f"setpoint_{end}") for end in ENDS if view.setpoint_limited(end)}
-    return {end: value for end, value in found.items() if value is not None}
+    limits = {end: view.held(f"setpoint_{end}") for end in ENDS if view.setpoint_limited(end)}
+    return {end: value for end, value in limits.items() if value is not None}
 
 
 def crossed(view: LoopView) -> bool:
@@ -68,7 +66,7 @@ def written(view: LoopView) -> Decimal | None:
     D132,
     "the lower set point limit {low} in {low_register} is above the upper limit {high} in {high_register}{when}",
 )
-def setpoint_limits_crossed(view: LoopView) -> Iterator[Finding]:
+def setpoint_limits_crossed(view: LoopView) -> Findings:
     """The lower set point limit is above the upper one.
 
     Why: with both enabled the PLC reports error 23 and keeps the loop in Manual. With one of them switched off that
@@ -80,24 +78,22 @@ def setpoint_limits_crossed(view: LoopView) -> Iterator[Finding]:
     both_given = all(view.given(f"setpoint_{end}") is not None for end in ENDS)
     if both_given and ends and ends[0] > ends[1]:
         active = crossed(view)
-        registers = {"low_register": view.register("setpoint_lower"), "high_register": view.register("setpoint_upper")}
-        values = {
-            "low": view.eu(ends[0]),
-            "high": view.eu(ends[1]),
-            **registers,
-            "when": "" if active else ": error 23 as soon as both are enabled",
-        }
-        yield Finding(
-            ("loops", view.index, "setpoint", "lower_limit"),
-            values,
+        yield view.at(
+            "setpoint",
+            "lower_limit",
             plc_effect=CROSSED_EFFECT if active else None,
             severity=None if active else Severity.INFO,
+            low=view.eu(ends[0]),
+            low_register=view.register("setpoint_lower"),
+            high=view.eu(ends[1]),
+            high_register=view.register("setpoint_upper"),
+            when="" if active else ": error 23 as soon as both are enabled",
         )
 
 
 @per_loop
 @error("PID312", LIMITS, "the {end} set point limit is enabled without a value: {register} holds 0, and {consequence}")
-def setpoint_limit_without_value(view: LoopView) -> Iterator[Finding]:
+def setpoint_limit_without_value(view: LoopView) -> Findings:
     """A set point limit is enabled, but not given.
 
     Why: its register holds 0, and the PLC writes the limit over every set point beyond it. The help demands a value
@@ -122,7 +118,7 @@ def setpoint_limit_without_value(view: LoopView) -> Iterator[Finding]:
 
 @per_loop
 @warning("PID313", LIMITS, "both set point limits are {value}: there is no other set point")
-def setpoint_limits_equal(view: LoopView) -> Iterator[Finding]:
+def setpoint_limits_equal(view: LoopView) -> Findings:
     """Both set point limits are enabled, and equal.
 
     Why: the PLC writes the nearer limit over every set point, so an operator's entry jumps back as if the display were
@@ -139,7 +135,7 @@ def setpoint_limits_equal(view: LoopView) -> Iterator[Finding]:
 @warning(
     "PID314", LIMITS, "the set point {value} is {side} its {end} limit: the PLC writes {limit} over it in {register}"
 )
-def setpoint_outside_limits(view: LoopView) -> Iterator[Finding]:
+def setpoint_outside_limits(view: LoopView) -> Findings:
     """The set point lies outside its own limits.
 
     Why: an enabled limit does not only act inside the calculation. The PLC changes the set point in its register, and
@@ -166,7 +162,7 @@ def setpoint_outside_limits(view: LoopView) -> Iterator[Finding]:
 
 @per_loop
 @warning("PID315", RANGE, "the set point {value} is outside the process range {low} to {high}")
-def setpoint_outside_range(view: LoopView) -> Iterator[Finding]:
+def setpoint_outside_range(view: LoopView) -> Findings:
     """The set point is a value that the process does not reach.
 
     Why: the PV's range is what the process reaches at 0 % and at 100 % of the output. For a set point beyond it the
@@ -188,7 +184,7 @@ def setpoint_outside_range(view: LoopView) -> Iterator[Finding]:
     "the {end} set point limit {value} is outside the process range {low} to {high}: it lets set points pass "
     "that the process does not reach",
 )
-def setpoint_limit_outside_range(view: LoopView) -> Iterator[Finding]:
+def setpoint_limit_outside_range(view: LoopView) -> Findings:
     """A set point limit lies outside the process range.
 
     Why: limits are there to prevent an entry outside the limits of the process. One that lies beyond the range prevents
@@ -206,7 +202,7 @@ def setpoint_limit_outside_range(view: LoopView) -> Iterator[Finding]:
 
 @per_loop
 @info("PID317", LIMITS, "the {end} set point limit {value} is stored, but {register} is off: it limits nothing")
-def setpoint_limit_switched_off(view: LoopView) -> Iterator[Finding]:
+def setpoint_limit_switched_off(view: LoopView) -> Findings:
     """A set point limit is given, but not enabled.
 
     Why: its register shows up in every listing; without the enable bit it guards nothing.
@@ -229,7 +225,7 @@ def setpoint_limit_switched_off(view: LoopView) -> Iterator[Finding]:
     TRANSFER,
     "the set point {value} is replaced by the PV when the loop goes from Manual to Auto (bumpless 1){others}",
 )
-def setpoint_replaced_by_pv(context: ClickContext) -> Iterator[Finding]:
+def setpoint_replaced_by_pv(context: ClickContext) -> Findings:
     """The set point of the file does not survive the change to Auto.
 
     Why: bumpless mode 1 makes set point and PV equal at that moment, so that the output need not move. It is reported
@@ -237,12 +233,17 @@ def setpoint_replaced_by_pv(context: ClickContext) -> Iterator[Finding]:
 
     Fix: let the operator or the ladder program write the set point after the change to Auto, or take `bumpless: 2`.
     """
-    return setpoints.setpoint_replaced_by_pv(context.loops, bumpless=1)
+    replaced = [
+        view
+        for view in context.loops
+        if view.loop.mode == "auto" and view.loop.bumpless == 1 and view.loop.setpoint.value is not None
+    ]
+    return reported_once(replaced, lambda view: view.at("setpoint", "value", value=view.shown("setpoint")))
 
 
 @per_loop
 @warning("PID319", TRANSFER, "no set point is given: with bumpless 2 the loop goes to Auto with {register} at {zero}")
-def setpoint_left_at_zero(view: LoopView) -> Iterator[Finding]:
+def setpoint_left_at_zero(view: LoopView) -> Findings:
     """A loop with bumpless mode 2 is meant for Auto, and nothing gives its set point.
 
     Why: the register is downloaded as 0, and mode 2 does not make it equal to the PV. The loop drives the process

@@ -3,19 +3,12 @@
 from __future__ import annotations
 
 from decimal import Decimal
-from typing import TYPE_CHECKING
 
 from pidcfg.refs import CLICK, Decision
 from pidcfg.schemas.base import decimal_text
-from pidcfg.validate.rule import info, per_loop, warning
-from pidcfg.validate.rules.click.context import NO_INTEGRAL
+from pidcfg.validate.rule import Findings, info, per_loop, warning
+from pidcfg.validate.rules.click.context import NO_INTEGRAL, LoopView
 from pidcfg.validate.views import number_text
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from pidcfg.validate.rule import Finding
-    from pidcfg.validate.rules.click.context import LoopView
 
 RESET = CLICK.at("Integral or Reset Time (DFn+06)")
 FREEZE = CLICK.at("Freeze Bias (Anti-Windup) (Cn+05)")
@@ -53,7 +46,7 @@ def saturating_error(view: LoopView) -> Decimal | None:
     "reset_time is {reset} s, shorter than the sample_rate of {sample} s: each sample integrates {times} times "
     "the proportional action",
 )
-def integral_faster_than_proportional(view: LoopView) -> Iterator[Finding]:
+def integral_faster_than_proportional(view: LoopView) -> Findings:
     """The reset time is shorter than the time between two samples.
 
     Why: the error is multiplied by Kp·Ts/Ti each sample. With Ti below Ts the integral answers an error more strongly
@@ -78,7 +71,7 @@ def integral_faster_than_proportional(view: LoopView) -> Iterator[Finding]:
     RESET,
     "reset_time is {reset} s: from about 1000 s on there is as good as no integral, and an error may stay",
 )
-def integral_as_good_as_off(view: LoopView) -> Iterator[Finding]:
+def integral_as_good_as_off(view: LoopView) -> Findings:
     """The reset time is 1000 s or more.
 
     Why: the integral cannot be switched off; a very long reset time is how the help removes its effect. The output then
@@ -97,7 +90,7 @@ def integral_as_good_as_off(view: LoopView) -> Iterator[Finding]:
     "proportional_gain {gain} drives the output through its limits at an error of {error}, less than 1 % of "
     "the PV's range",
 )
-def gain_acts_like_a_switch(view: LoopView) -> Iterator[Finding]:
+def gain_acts_like_a_switch(view: LoopView) -> Findings:
     """The proportional gain is so high that the smallest error saturates the output.
 
     Why: the gain is in % of output per unit of the PV (with `squared`, per unit squared): it depends on the unit, and
@@ -117,7 +110,7 @@ def gain_acts_like_a_switch(view: LoopView) -> Iterator[Finding]:
 
 @per_loop
 @info("PID334", D134, "proportional_gain {gain}: an error of the whole range ({span}) moves the output by {moves} only")
-def gain_moves_nothing(view: LoopView) -> Iterator[Finding]:
+def gain_moves_nothing(view: LoopView) -> Findings:
     """The proportional gain is so low that no error moves the output by 1 %.
 
     Why: the gain multiplies all three terms, so integral and derivative are as weak. The gain is in % of output per
@@ -145,7 +138,7 @@ def approximate(view: LoopView, value: Decimal) -> str:
     FREEZE,
     "freeze_bias is off: while the output stands at {low} or {high}, the integral with reset_time {reset} s goes on",
 )
-def windup_not_prevented(view: LoopView) -> Iterator[Finding]:
+def windup_not_prevented(view: LoopView) -> Findings:
     """A loop integrates while its output is at a limit.
 
     Why: as long as there is an error the bias keeps growing, although the output cannot follow. After a start-up or a
@@ -162,7 +155,7 @@ def windup_not_prevented(view: LoopView) -> Iterator[Finding]:
 
 @per_loop
 @info("PID336", FREEZE, "freeze_bias is on, but reset_time {reset} s leaves as good as no integral to stop")
-def freeze_without_integral(view: LoopView) -> Iterator[Finding]:
+def freeze_without_integral(view: LoopView) -> Findings:
     """The anti-windup is on for a loop without an integral.
 
     Why: it stops the integral at the limits of the output; with a reset time of 1000 s and more there is none to speak

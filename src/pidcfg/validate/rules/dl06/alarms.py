@@ -3,21 +3,15 @@
 from __future__ import annotations
 
 from decimal import Decimal
-from itertools import pairwise
-from typing import TYPE_CHECKING
 
 from pidcfg.diagnostics import Severity
 from pidcfg.encoders.mapping import switched_on
 from pidcfg.refs import DL06, Decision
 from pidcfg.schemas.base import decimal_text
-from pidcfg.validate.ideas.alarms import alarm_beyond
-from pidcfg.validate.rule import Finding, error, per_loop, warning
-from pidcfg.validate.rules.dl06.context import counts_text
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from pidcfg.validate.rules.dl06.context import LoopView
+from pidcfg.validate.ideas.alarms import PV_POINTS, alarm_beyond, neighbours_out_of_order
+from pidcfg.validate.rule import Finding, Findings, error, per_loop, warning
+from pidcfg.validate.rules.dl06.context import LoopView, counts_text
+from pidcfg.validate.views import value_or_switch
 
 ERROR = DL06.at("Alarm Programming Error")
 ABSOLUTE = DL06.at("PV Absolute Value Alarms")
@@ -40,7 +34,6 @@ D21 = Decision(
 )
 COARSE = Decimal("0.1")
 
-PV_POINTS = ("low_low", "low", "high", "high_high")
 DEVIATION_POINTS = ("yellow", "red")
 
 
@@ -49,18 +42,9 @@ def stays_in_manual(view: LoopView) -> str:
     return view.status(10, "alarm programming error") + ": the loop stays in Manual"
 
 
-def wrong_pairs(view: LoopView, group: str, prefix: str, points: tuple[str, ...]) -> Iterator[tuple[str, str, bool]]:
-    """Neighbours whose counts do not ascend, and whether both are given."""
-    part = getattr(view.loop.alarms, group)
-    for low, high in pairwise(points):
-        words = view.holds(f"{prefix}_{low}", f"{prefix}_{high}")
-        if words and words[0] >= words[1]:
-            yield low, high, getattr(part, low) is not None and getattr(part, high) is not None
-
-
-def order_finding(view: LoopView, group: str, prefix: str, low: str, high: str) -> Finding:
+def order_finding(view: LoopView, group: str, low: str, high: str) -> Finding:
     """Two alarm points in the wrong order, both with their addresses."""
-    below, above = f"{prefix}_{low}", f"{prefix}_{high}"
+    below, above = f"{group}_{low}", f"{group}_{high}"
     shown = {name: f"{view.shown(name)} in {view.v(name)}" for name in (below, above)}
     return view.at(
         "alarms",
@@ -76,7 +60,7 @@ def order_finding(view: LoopView, group: str, prefix: str, low: str, high: str) 
 
 @per_loop
 @error("PID242", ERROR, "{above} is {high}, not above {below}, {low}")
-def pv_alarms_out_of_order(view: LoopView) -> Iterator[Finding]:
+def pv_alarms_out_of_order(view: LoopView) -> Findings:
     """The PV alarm points do not ascend: the PLC wants low_low < low < high < high_high.
 
     Why: the comparison is made on the words. Points that differ in the file but round to the same counts are as wrong
@@ -86,14 +70,19 @@ def pv_alarms_out_of_order(view: LoopView) -> Iterator[Finding]:
     range.
     """
     if view.pv_alarms:
-        for low, high, given in wrong_pairs(view, "pv", "pv", PV_POINTS):
-            if given:
-                yield order_finding(view, "pv", "pv", low, high)
+        for low, high, _ in neighbours_out_of_order(view, "pv"):
+            if both_given(view, low, high):
+                yield order_finding(view, "pv", low, high)
+
+
+def both_given(view: LoopView, low: str, high: str) -> bool:
+    """Whether the file gives two alarm points of the PV; others are 0 counts."""
+    return view.given(f"pv_{low}") is not None and view.given(f"pv_{high}") is not None
 
 
 @per_loop
 @error("PID243", D20, "{missing} not given, so {words} {zero}, and one bit enables all four PV alarms: {effect}")
-def pv_alarms_incomplete(view: LoopView) -> Iterator[Finding]:
+def pv_alarms_incomplete(view: LoopView) -> Findings:
     """Some of the four PV alarms are given, and the others count as 0.
 
     Why: bit 12 of +00 enables low_low, low, high and high_high together. A point that is left out is 0 counts: it
@@ -104,13 +93,13 @@ def pv_alarms_incomplete(view: LoopView) -> Iterator[Finding]:
     """
     if not view.pv_alarms:
         return
-    missing = [key for key in PV_POINTS if getattr(view.loop.alarms.pv, key) is None]
+    missing = [key for key in PV_POINTS if view.given(f"pv_{key}") is None]
     if missing:
         yield _incomplete(view, missing)
 
 
 def _incomplete(view: LoopView, missing: list[str]) -> Finding:
-    broken = any(not given for *_, given in wrong_pairs(view, "pv", "pv", PV_POINTS))
+    broken = any(not both_given(view, low, high) for low, high, _ in neighbours_out_of_order(view, "pv"))
     severity = Severity.ERROR if broken else Severity.WARNING if view.bipolar else Severity.INFO
     effect = {
         Severity.ERROR: "the order is broken",
@@ -119,23 +108,22 @@ def _incomplete(view: LoopView, missing: list[str]) -> Finding:
     }[severity]
     verb = "is" if len(missing) == 1 else "are"
     words = " and ".join(view.v(f"pv_{key}") for key in missing)
-    values = {
-        "missing": f"{' and '.join(missing)} {verb}",
-        "words": f"{words} {verb}",
-        "zero": view.eu(0),
-        "effect": effect,
-    }
-    return Finding(
-        ("loops", view.index, "alarms", "pv", missing[0]),
-        values,
-        severity=severity,
+    return view.at(
+        "alarms",
+        "pv",
+        missing[0],
         plc_effect=stays_in_manual(view) if broken else None,
+        severity=severity,
+        missing=f"{' and '.join(missing)} {verb}",
+        words=f"{words} {verb}",
+        zero=view.eu(0),
+        effect=effect,
     )
 
 
 @per_loop
 @error("PID244", ERROR, "{above} is {high}, not above {below}, {low}")
-def deviation_alarms_out_of_order(view: LoopView) -> Iterator[Finding]:
+def deviation_alarms_out_of_order(view: LoopView) -> Findings:
     """The red deviation limit is not above the yellow one.
 
     Why: yellow is the caution, red the strong error, and the PLC wants yellow < red in counts. Otherwise it sets the
@@ -144,13 +132,13 @@ def deviation_alarms_out_of_order(view: LoopView) -> Iterator[Finding]:
     Fix: give both limits, red at least one count above yellow.
     """
     if view.deviation_alarms:
-        for low, high, _ in wrong_pairs(view, "deviation", "deviation", DEVIATION_POINTS):
-            yield order_finding(view, "deviation", "deviation", low, high)
+        for low, high, _ in neighbours_out_of_order(view, "deviation", DEVIATION_POINTS):
+            yield order_finding(view, "deviation", low, high)
 
 
 @per_loop
 @warning("PID245", D20, "the yellow deviation limit is {value}: a PV one count off the set point is an alarm")
-def deviation_alarm_of_zero(view: LoopView) -> Iterator[Finding]:
+def deviation_alarm_of_zero(view: LoopView) -> Findings:
     """The yellow deviation limit is 0 counts, given so or left out.
 
     Why: one bit enables both deviation alarms. With 0 the yellow one is on nearly all the time, and operators learn to
@@ -170,7 +158,7 @@ def deviation_alarm_of_zero(view: LoopView) -> Iterator[Finding]:
     "the rate-of-change limit {value} is {exact} counts a sample of {sample} s and is stored as 0: every "
     "change of the PV alarms; one count a sample is {least} /min",
 )
-def rate_of_change_limit_of_zero(view: LoopView) -> Iterator[Finding]:
+def rate_of_change_limit_of_zero(view: LoopView) -> Findings:
     """The rate-of-change limit is less than half a count per sample and rounds to 0.
 
     Why: the limit is specified in PV counts per sample period. At 50 ms one count is already 1200 counts a minute:
@@ -179,11 +167,9 @@ def rate_of_change_limit_of_zero(view: LoopView) -> Iterator[Finding]:
     Fix: sample more slowly, use the 15-bit format, or raise the limit.
     """
     if rate_alarm_on(view) and view.counts("rate_of_change") == 0:
-        rate = view.loop.alarms.rate_of_change
-        key = "rate_of_change_enabled" if rate is None else "rate_of_change"
         yield view.at(
             "alarms",
-            key,
+            value_or_switch(view.loop.alarms, "rate_of_change"),
             value=rate_text(view),
             exact=f"{float(exact_rate(view)):.2g}",
             sample=decimal_text(view.loop.sample_rate),
@@ -225,7 +211,7 @@ def per_minute(view: LoopView) -> str:
     "the rate-of-change limit {value} is {exact} counts a sample of {sample} s and is stored as {counts}, "
     "{percent} % off; one count a sample is {least} /min",
 )
-def rate_of_change_limit_coarse(view: LoopView) -> Iterator[Finding]:
+def rate_of_change_limit_coarse(view: LoopView) -> Findings:
     """The rate-of-change limit is so few counts per sample that rounding changes it by more than a tenth.
 
     Why: an excessively fast sample rate diminishes the resolution of this alarm, because its value is the change per
@@ -256,7 +242,7 @@ def rate_of_change_limit_coarse(view: LoopView) -> Iterator[Finding]:
     TROUBLE,
     "the set point {value} is beyond the {alarm} alarm at {limit}: on its set point the loop is in alarm",
 )
-def setpoint_in_alarm(view: LoopView) -> Iterator[Finding]:
+def setpoint_in_alarm(view: LoopView) -> Findings:
     """The set point lies beyond a PV alarm point.
 
     Why: a loop that controls well then stands in alarm. While a PV alarm exists, the loop will not go into Automatic

@@ -7,11 +7,9 @@ from typing import TYPE_CHECKING
 
 from pidcfg.encoders.words import nearest
 from pidcfg.refs import DL06, Decision
-from pidcfg.validate.rule import Finding, info, per_loop, warning
+from pidcfg.validate.rule import Findings, info, per_loop, warning
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
     from pidcfg.validate.rules.dl06.context import LoopView
 
 PROCEDURE = DL06.at("Auto Tuning Procedure")
@@ -35,7 +33,7 @@ APART = Decimal(205) / 4095
 
 @per_loop
 @warning("PID296", PROCEDURE, "autotune.start is true: bit 7 of {word} is already 1 when the program is downloaded")
-def autotune_start_preset(view: LoopView) -> Iterator[Finding]:
+def autotune_start_preset(view: LoopView) -> Findings:
     """The start bit of auto-tuning is set in the download.
 
     Why: auto-tuning induces large changes of the output, and the manual warns of injury and damage. With the bit in the
@@ -49,7 +47,7 @@ def autotune_start_preset(view: LoopView) -> Iterator[Finding]:
 
 @per_loop
 @warning("PID297", PROCEDURE, "{method}-loop auto-tuning is to start in mode {mode}; it needs the loop in {wanted}")
-def autotune_in_wrong_mode(view: LoopView) -> Iterator[Finding]:
+def autotune_in_wrong_mode(view: LoopView) -> Findings:
     """Auto-tuning is to start in a mode that its method does not work in.
 
     Why: the open-loop method steps the output and wants the loop in Manual; the closed-loop method is for a loop that
@@ -65,7 +63,7 @@ def autotune_in_wrong_mode(view: LoopView) -> Iterator[Finding]:
 
 @per_loop
 @info("PID298", D29, "a closed-loop auto-tune switches the output between {low} and {high} only")
-def autotune_between_narrow_limits(view: LoopView) -> Iterator[Finding]:
+def autotune_between_narrow_limits(view: LoopView) -> Findings:
     """A closed-loop auto-tune is planned for a loop with narrowed output limits.
 
     Why: the relay switches between the output limits. Narrow ones make the PV's swing smaller, so that noise counts for
@@ -84,7 +82,7 @@ def autotune_between_narrow_limits(view: LoopView) -> Iterator[Finding]:
 
 @per_loop
 @info("PID299", D28, "{condition}")
-def autotune_start_condition(view: LoopView) -> Iterator[Finding]:
+def autotune_start_condition(view: LoopView) -> Findings:
     """Auto-tuning is planned, and the manual contradicts itself about when it starts.
 
     Why: the open-loop procedure wants the PV more than 205 counts from the set point, below it for direct and above it

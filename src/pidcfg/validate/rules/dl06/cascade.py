@@ -12,10 +12,9 @@ from pidcfg.schemas.base import decimal_text
 from pidcfg.schemas.octal import v_name
 from pidcfg.validate.ideas.cascades import rings
 from pidcfg.validate.ideas.duplicates import repeats
-from pidcfg.validate.rule import Finding, error, warning
+from pidcfg.validate.rule import Finding, Findings, error, warning
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
     from decimal import Decimal
 
     from pidcfg.schemas.dl06 import Output, Pv
@@ -42,7 +41,7 @@ D25 = Decision(
 
 
 @error("PID256", POINTER, "cascade_from names {name}, but no loop of the file has this name")
-def unknown_major_loop(context: Dl06Context) -> Iterator[Finding]:
+def unknown_major_loop(context: Dl06Context) -> Findings:
     """`cascade_from` names a loop that does not exist.
 
     Why: without the address of the major loop's output the pointer in +32 would be 0, and the loop would have no set
@@ -59,7 +58,7 @@ def unknown_major_loop(context: Dl06Context) -> Iterator[Finding]:
 
 
 @error("PID257", POINTER, "the remote set point of {name} is its own output in {word}")
-def loop_cascaded_to_itself(context: Dl06Context) -> Iterator[Finding]:
+def loop_cascaded_to_itself(context: Dl06Context) -> Findings:
     """A loop is its own major loop.
 
     Why: its output would become its set point: the loop chases itself to a limit.
@@ -77,7 +76,7 @@ def link_key(view: LoopView) -> str:
 
 
 @error("PID258", CASCADED, "the cascade goes in a circle: {circle}")
-def cascade_cycle(context: Dl06Context) -> Iterator[Finding]:
+def cascade_cycle(context: Dl06Context) -> Findings:
     """Loops give each other their set points in a circle.
 
     Why: a cascade has one outermost loop, which runs in Auto. In a circle there is none: each loop waits for its minor
@@ -93,7 +92,7 @@ def cascade_cycle(context: Dl06Context) -> Iterator[Finding]:
 
 
 @error("PID259", CASCADED, "{minor} reads {format}, but {major} writes its output to {word} as {other}")
-def cascade_format_mismatch(context: Dl06Context) -> Iterator[Finding]:
+def cascade_format_mismatch(context: Dl06Context) -> Findings:
     """Major and minor loop of a cascade use different data formats.
 
     Why: the minor loop reads the major loop's output word as its set point, count for count. 4095 is full scale in 12
@@ -109,7 +108,7 @@ def cascade_format_mismatch(context: Dl06Context) -> Iterator[Finding]:
 
 
 @error("PID260", D24, "{minor} reads the output of {major} as {read}, but {major} writes it as {written}")
-def cascade_range_mismatch(context: Dl06Context) -> Iterator[Finding]:
+def cascade_range_mismatch(context: Dl06Context) -> Findings:
     """The major loop's output range differs from the minor loop's PV range.
 
     Why: counts pass, not engineering values. If the major loop's 100 % is 60 m3/h and the minor loop's is 50, a demand
@@ -135,14 +134,15 @@ def cascade_range_mismatch(context: Dl06Context) -> Iterator[Finding]:
 
 def _one_range(major: LoopView, minor: LoopView) -> Finding:
     """Only one side has a scale: it cannot be compared, and the other side's values are raw counts."""
-    path = ("loops", major.index, "output") if major.loop.output.range is None else ("loops", minor.index, "pv")
-    values = {
-        "minor": minor.name,
-        "major": major.name,
-        "read": _scale_text(minor.loop.pv),
-        "written": _scale_text(major.loop.output),
-    }
-    return Finding(path, values, key=True, severity=Severity.WARNING)
+    view, part = (major, "output") if major.loop.output.range is None else (minor, "pv")
+    return view.at_key(
+        part,
+        severity=Severity.WARNING,
+        minor=minor.name,
+        major=major.name,
+        read=_scale_text(minor.loop.pv),
+        written=_scale_text(major.loop.output),
+    )
 
 
 def _scale_text(part: Pv | Output) -> str:
@@ -158,7 +158,7 @@ def _range_text(ends: tuple[Decimal, Decimal], unit: str | None) -> str:
     D25,
     "{minor} takes the square root of its PV, so its set point ends at {top} counts; {major} writes up to {most}",
 )
-def cascade_into_square_root(context: Dl06Context) -> Iterator[Finding]:
+def cascade_into_square_root(context: Dl06Context) -> Findings:
     """The minor loop of a cascade extracts the square root of its PV.
 
     Why: the set point of such a loop runs from 0 to the root of the span, the output of the major loop over the whole
@@ -170,19 +170,14 @@ def cascade_into_square_root(context: Dl06Context) -> Iterator[Finding]:
         most, top = major.counts("output_high"), minor.scales["sp"].full
         if minor.loop.pv.square_root and most is not None and most > round(top):
             yield minor.at(
-                "pv",
-                "square_root",
-                minor=minor.name,
-                top=round(top),
-                major=major.name,
-                most=major.shown("output_high"),
+                "pv", "square_root", minor=minor.name, top=round(top), major=major.name, most=major.shown("output_high")
             )
 
 
 @warning(
     "PID262", SOURCES, "{major} is already the major loop of {first}; {name} takes the same output as its set point"
 )
-def shared_major_loop(context: Dl06Context) -> Iterator[Finding]:
+def shared_major_loop(context: Dl06Context) -> Findings:
     """Two minor loops have the same major loop.
 
     Why: each of them takes the major loop to Manual when it leaves Cascade, and each, on going to Cascade with Bumpless
@@ -195,7 +190,7 @@ def shared_major_loop(context: Dl06Context) -> Iterator[Finding]:
 
 
 @error("PID263", POINTER, "remote_setpoint is {address}, but cascade_from {major} points {word} at {output}")
-def two_remote_setpoints(context: Dl06Context) -> Iterator[Finding]:
+def two_remote_setpoints(context: Dl06Context) -> Findings:
     """`cascade_from` and `remote_setpoint` name different words.
 
     Why: there is one pointer (+32). The loop can follow one of them only, and the file says both.
@@ -217,7 +212,7 @@ def two_remote_setpoints(context: Dl06Context) -> Iterator[Finding]:
 
 
 @error("PID264", POINTER, "remote_setpoint {address} is not the output word (+05) of a loop of the table {table}")
-def remote_setpoint_not_an_output(context: Dl06Context) -> Iterator[Finding]:
+def remote_setpoint_not_an_output(context: Dl06Context) -> Findings:
     """The remote set point pointer does not point at the output of another loop.
 
     Why: the pointer must be the address of the major loop's output: start of its table plus 5. With another word, mode

@@ -6,11 +6,9 @@ from typing import TYPE_CHECKING
 
 from pidcfg.refs import DL06, Decision
 from pidcfg.schemas.base import decimal_text
-from pidcfg.validate.rule import Finding, error, info, per_loop, warning
+from pidcfg.validate.rule import Findings, error, info, per_loop, warning
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
     from pidcfg.validate.rules.dl06.context import Dl06Context, LoopView
 
 OVERRIDE = DL06.at("Loop Mode Override")
@@ -33,7 +31,7 @@ RATIO = 10
     OVERRIDE,
     "mode is {mode}, but {major} is meant for {goal} and cannot leave Manual until {name} is in Cascade",
 )
-def major_loop_stuck_in_manual(context: Dl06Context) -> Iterator[Finding]:
+def major_loop_stuck_in_manual(context: Dl06Context) -> Findings:
     """A minor loop is not meant for Cascade although its major loop is meant to run.
 
     Why: a major loop cannot go from Manual to Auto until its minor loop is in Cascade mode, and goes back to Manual
@@ -45,12 +43,7 @@ def major_loop_stuck_in_manual(context: Dl06Context) -> Iterator[Finding]:
         if minor.loop.mode != "cascade" and major.loop.mode != "manual":
             effect = f"bit 0 of {major.v('mode_and_alarm_status')} ({major.name} in Manual) stays on"
             yield minor.at(
-                "mode",
-                plc_effect=effect,
-                mode=minor.loop.mode,
-                name=minor.name,
-                major=major.name,
-                goal=major.loop.mode,
+                "mode", plc_effect=effect, mode=minor.loop.mode, name=minor.name, major=major.name, goal=major.loop.mode
             )
 
 
@@ -60,7 +53,7 @@ def major_loop_stuck_in_manual(context: Dl06Context) -> Iterator[Finding]:
     DL06.at("Remote Setpoint (SP) Location"),
     "mode is cascade, but neither cascade_from nor remote_setpoint is given: the pointer in {word} is 0",
 )
-def cascade_mode_without_major(view: LoopView) -> Iterator[Finding]:
+def cascade_mode_without_major(view: LoopView) -> Findings:
     """A loop is meant for Cascade mode and has no major loop.
 
     Why: in Cascade the set point comes from the word that +32 points at. Only inner loops run in Cascade; the outermost
@@ -77,7 +70,7 @@ def cascade_mode_without_major(view: LoopView) -> Iterator[Finding]:
     CASCADED,
     "mode is manual, but {minor} is meant for cascade: its set point would be this loop's manual output",
 )
-def major_loop_left_in_manual(context: Dl06Context) -> Iterator[Finding]:
+def major_loop_left_in_manual(context: Dl06Context) -> Findings:
     """The major loop of a running cascade is meant for Manual.
 
     Why: in normal operation the outermost loop is in Auto and all inner loops are in Cascade. With the major loop in
@@ -91,7 +84,7 @@ def major_loop_left_in_manual(context: Dl06Context) -> Iterator[Finding]:
 
 
 @info("PID268", CASCADED, "mode is {mode}, so {name} keeps its own set point, and the output of {major} leads nowhere")
-def idle_cascade(context: Dl06Context) -> Iterator[Finding]:
+def idle_cascade(context: Dl06Context) -> Findings:
     """A minor loop is not meant for Cascade, and its major loop is meant for Manual.
 
     Why: the link is programmed but idle. That is how minor loops are tuned; in normal operation all inner loops run in
@@ -105,7 +98,7 @@ def idle_cascade(context: Dl06Context) -> Iterator[Finding]:
 
 
 @warning("PID269", INTRODUCTION, "{major} samples every {fast} s, faster than its minor loop {minor} with {slow} s")
-def major_loop_faster_than_minor(context: Dl06Context) -> Iterator[Finding]:
+def major_loop_faster_than_minor(context: Dl06Context) -> Findings:
     """The major loop of a cascade is sampled more often than its minor loop.
 
     Why: for overall stability the minor loop must be the fastest responding loop of the two. Here the outer loop
@@ -117,11 +110,7 @@ def major_loop_faster_than_minor(context: Dl06Context) -> Iterator[Finding]:
         slow, fast = minor.loop.sample_rate, major.loop.sample_rate
         if fast < slow:
             yield major.at(
-                "sample_rate",
-                major=major.name,
-                fast=decimal_text(fast),
-                minor=minor.name,
-                slow=decimal_text(slow),
+                "sample_rate", major=major.name, fast=decimal_text(fast), minor=minor.name, slow=decimal_text(slow)
             )
 
 
@@ -130,7 +119,7 @@ def major_loop_faster_than_minor(context: Dl06Context) -> Iterator[Finding]:
     TUNING,
     "{major} samples every {slow} s, {ratio} times its minor loop {minor} with {fast} s; the guideline is {limit}",
 )
-def cascade_rates_close(context: Dl06Context) -> Iterator[Finding]:
+def cascade_rates_close(context: Dl06Context) -> Findings:
     """The major loop's sample rate is less than ten times the minor loop's.
 
     Why: the manual's starting point for tuning a cascade is a major loop that is slower by a factor of 10, so that the
@@ -157,7 +146,7 @@ def cascade_rates_close(context: Dl06Context) -> Iterator[Finding]:
     D26,
     "the output runs from {low} to {high}, but {minor} limits its set point to {least} to {most}: beyond it winds up",
 )
-def cascade_output_beyond_setpoint_limits(context: Dl06Context) -> Iterator[Finding]:
+def cascade_output_beyond_setpoint_limits(context: Dl06Context) -> Findings:
     """The output limits of a major loop reach beyond the set point limits of its minor loop.
 
     Why: the minor loop clips the set point silently. The major loop sees its output still moving and goes on
@@ -186,7 +175,7 @@ def cascade_output_beyond_setpoint_limits(context: Dl06Context) -> Iterator[Find
     SOURCES,
     "the output is the set point of {minor} and is also transferred to slot {slot}, channel {channel}",
 )
-def cascade_output_also_transferred(context: Dl06Context) -> Iterator[Finding]:
+def cascade_output_also_transferred(context: Dl06Context) -> Findings:
     """The output of a major loop also goes to an analog channel.
 
     Why: each of the main variables can have only one source or destination. The actuator belongs to the minor loop; a

@@ -5,11 +5,9 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from pidcfg.refs import DL06, Decision
-from pidcfg.validate.rule import Finding, error, finding, info, per_loop, warning
+from pidcfg.validate.rule import Findings, error, finding, info, per_loop, warning
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
     from pidcfg.validate.rules.dl06.context import Dl06Context, LoopView
 
 FEATURES = DL06.at("PID Loop Feature Specifications")
@@ -25,7 +23,7 @@ D14 = Decision(
 
 
 @info("PID220", D14, "derivative is pv, but the DL06's manual prints a derivative of the error")
-def derivative_of_another_cpu(context: Dl06Context) -> Iterator[Finding]:
+def derivative_of_another_cpu(context: Dl06Context) -> Findings:
     """The file says that the derivative acts on the PV, as on other CPUs of the family.
 
     Why: no word of the DL06 selects it; the choice only changes the simulation. With the derivative of the error, a
@@ -39,7 +37,7 @@ def derivative_of_another_cpu(context: Dl06Context) -> Iterator[Finding]:
 
 @per_loop
 @error("PID221", BUMPLESS, "bumpless is II, but the velocity form needs Bumpless Transfer I")
-def velocity_form_with_bumpless_two(view: LoopView) -> Iterator[Finding]:
+def velocity_form_with_bumpless_two(view: LoopView) -> Findings:
     """The velocity form of the equation is combined with Bumpless Transfer II.
 
     Why: type II sets the bias, and the velocity form has no bias: the change to Auto would not be bumpless at all. The
@@ -58,7 +56,7 @@ def velocity_form_with_bumpless_two(view: LoopView) -> Iterator[Finding]:
     "bias_freeze is on, but the output stays between {low} and {high}: it never reaches {ends} counts, where "
     "the bias would freeze",
 )
-def freeze_never_reached(view: LoopView) -> Iterator[Finding]:
+def freeze_never_reached(view: LoopView) -> Findings:
     """Bias freeze is on while the output limits are narrower than the data range.
 
     Why: the freeze works only when the output reaches an end of the data range (0 and 4095 counts for 12-bit unipolar).
@@ -85,7 +83,7 @@ def freeze_never_reached(view: LoopView) -> Iterator[Finding]:
 
 @per_loop
 @warning("PID223", FEATURES, "bias_freeze is on, but the velocity form has no bias to freeze")
-def freeze_in_velocity_form(view: LoopView) -> Iterator[Finding]:
+def freeze_in_velocity_form(view: LoopView) -> Findings:
     """Bias freeze is on in a loop of the velocity form.
 
     Why: anti-windup is a feature of the position form. The velocity form keeps no integral sum, so the bit does

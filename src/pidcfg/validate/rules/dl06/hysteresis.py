@@ -8,11 +8,9 @@ from typing import TYPE_CHECKING
 from pidcfg.encoders.words import nearest
 from pidcfg.refs import DL06, Decision
 from pidcfg.validate.ideas import alarms
-from pidcfg.validate.rule import Finding, error, info, per_loop, warning
+from pidcfg.validate.rule import Findings, error, info, per_loop, warning
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
     from pidcfg.validate.rules.dl06.context import LoopView
 
 HYSTERESIS = DL06.at("PV Alarm Hysteresis")
@@ -50,7 +48,7 @@ def span_share(view: LoopView, share: Decimal) -> int:
 
 @per_loop
 @error("PID249", HYSTERESIS, "hysteresis is {value}; its range begins at {least}")
-def hysteresis_of_zero(view: LoopView) -> Iterator[Finding]:
+def hysteresis_of_zero(view: LoopView) -> Findings:
     """The hysteresis is 0 counts while alarms are on.
 
     Why: the amount is programmable from 1. With 0, or a value of less than half a count, noise at a threshold switches
@@ -64,7 +62,7 @@ def hysteresis_of_zero(view: LoopView) -> Iterator[Finding]:
 
 @per_loop
 @warning("PID250", D22, "hysteresis is {value}, more than 5 % of the span ({limit})")
-def hysteresis_wide(view: LoopView) -> Iterator[Finding]:
+def hysteresis_wide(view: LoopView) -> Findings:
     """The hysteresis is wider than 5 % of the span.
 
     Why: the feature table ends at 5 %. An alarm then stays on long after its cause has gone.
@@ -79,7 +77,7 @@ def hysteresis_wide(view: LoopView) -> Iterator[Finding]:
 
 @per_loop
 @error("PID251", D22, "hysteresis is {value}, more than 12.5 % of the span ({limit})")
-def hysteresis_beyond_range(view: LoopView) -> Iterator[Finding]:
+def hysteresis_beyond_range(view: LoopView) -> Findings:
     """The hysteresis is wider than any reading of the manual allows.
 
     Why: the text ends at 200 hex, which is 512 of 4095 counts. What the CPU does beyond is not documented.
@@ -94,7 +92,7 @@ def hysteresis_beyond_range(view: LoopView) -> Iterator[Finding]:
 
 @per_loop
 @error("PID252", HYSTERESIS, "hysteresis is {value}, not less than the yellow deviation limit {limit} in {word}")
-def hysteresis_swallows_deviation_alarm(view: LoopView) -> Iterator[Finding]:
+def hysteresis_swallows_deviation_alarm(view: LoopView) -> Findings:
     """The hysteresis is not less than the deviation limits.
 
     Why: a deviation alarm goes off once the PV is back by the hysteresis. If that is as much as the limit, the PV would
@@ -120,7 +118,7 @@ def hysteresis_swallows_deviation_alarm(view: LoopView) -> Iterator[Finding]:
     D23,
     "hysteresis is {value}, but low and high alarm are only {zone} apart: neither goes off before the other comes",
 )
-def hysteresis_spans_normal_zone(view: LoopView) -> Iterator[Finding]:
+def hysteresis_spans_normal_zone(view: LoopView) -> Findings:
     """The hysteresis is as wide as the zone between the low and the high alarm.
 
     Why: after a high alarm the PV must fall by the hysteresis to clear it, and by then it is at the low alarm. There is
@@ -133,7 +131,7 @@ def hysteresis_spans_normal_zone(view: LoopView) -> Iterator[Finding]:
 
 @per_loop
 @info("PID254", D22, "no hysteresis is given: alarms are released after {least}")
-def hysteresis_not_given(view: LoopView) -> Iterator[Finding]:
+def hysteresis_not_given(view: LoopView) -> Findings:
     """Alarms are on without a hysteresis: 1 count is taken.
 
     Why: real signals are noisier than one count of 4095. The alarm comes and goes at its threshold.
@@ -150,7 +148,7 @@ def hysteresis_not_given(view: LoopView) -> Iterator[Finding]:
     RATE,
     "hysteresis is {value}, but neither PV nor deviation alarms are on, and the rate-of-change alarm has none",
 )
-def hysteresis_without_effect(view: LoopView) -> Iterator[Finding]:
+def hysteresis_without_effect(view: LoopView) -> Findings:
     """A hysteresis is given for a loop whose only alarm, if any, is the rate of change.
 
     Why: the hysteresis works with the absolute and the deviation alarms. It does not affect the rate-of-change alarm,

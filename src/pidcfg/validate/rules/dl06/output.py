@@ -6,11 +6,9 @@ from typing import TYPE_CHECKING
 
 from pidcfg.refs import DL06, Decision
 from pidcfg.schemas.base import decimal_text
-from pidcfg.validate.rule import Finding, error, per_loop, warning
+from pidcfg.validate.rule import Findings, error, per_loop, warning
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
     from pidcfg.validate.rules.dl06.context import LoopView
 
 LIMITS = DL06.at("Control Output Configuration")
@@ -28,7 +26,7 @@ D15 = Decision(
 
 @per_loop
 @error("PID224", LIMITS, "the upper output limit {high} is below the lower limit {low}")
-def output_limits_crossed(view: LoopView) -> Iterator[Finding]:
+def output_limits_crossed(view: LoopView) -> Findings:
     """The upper output limit is below the lower one.
 
     Why: every output is outside one of the limits; what the CPU writes is not documented, and the actuator sits still.
@@ -41,7 +39,7 @@ def output_limits_crossed(view: LoopView) -> Iterator[Finding]:
 
 @per_loop
 @error("PID225", CHECKS, "the output limits {low} and {high} are equal for the PLC: the output cannot move")
-def output_limits_equal(view: LoopView) -> Iterator[Finding]:
+def output_limits_equal(view: LoopView) -> Findings:
     """The two output limits are the same number of counts.
 
     Why: the output is pinned. The manual's open-loop test says: make sure that the limits are not equal to each other.
@@ -61,7 +59,7 @@ def pinned_to_zero(limits: list[int]) -> bool:
 
 @per_loop
 @error("PID226", TROUBLE, "the upper output limit is {high}, so {word} stays 0 whatever the error is")
-def output_upper_limit_zero(view: LoopView) -> Iterator[Finding]:
+def output_upper_limit_zero(view: LoopView) -> Findings:
     """The upper output limit is 0 counts.
 
     Why: "the control output stays at zero constantly in Automatic Mode" has this as its first cause in the manual's
@@ -76,7 +74,7 @@ def output_upper_limit_zero(view: LoopView) -> Iterator[Finding]:
 
 @per_loop
 @warning("PID227", D15, "{low} is {counts} counts in the {format} format: a signal of 0 counts would read as {middle}")
-def bipolar_format_for_positive_range(view: LoopView) -> Iterator[Finding]:
+def bipolar_format_for_positive_range(view: LoopView) -> Findings:
     """A bipolar data format is scaled with a range that has no negative values.
 
     Why: the low end of the range stands for the negative end of the format. An analog module that delivers 0 to 4095

@@ -8,11 +8,9 @@ from typing import TYPE_CHECKING
 from pidcfg.refs import DL06, Decision
 from pidcfg.schemas.base import decimal_text
 from pidcfg.validate.ideas.alarms import alarm_beyond
-from pidcfg.validate.rule import Finding, error, info, per_loop, warning
+from pidcfg.validate.rule import Findings, error, info, per_loop, warning
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
     from pidcfg.validate.rules.dl06.context import LoopView, Pair
 
 TABLE = DL06.at("Ramp/Soak Table")
@@ -47,7 +45,7 @@ def steps_text(first: int, last: int) -> str:
 @error(
     "PID282", TROUBLE, "ramp_to is {value}, outside the set point limits {low} to {high}: the loop stops at the limit"
 )
-def ramp_target_outside_setpoint_limits(view: LoopView) -> Iterator[Finding]:
+def ramp_target_outside_setpoint_limits(view: LoopView) -> Findings:
     """A ramp ends outside the loop's set point limits.
 
     Why: the generator writes the set point, and the calculation applies the limits to it. "The SP upper limit value is
@@ -71,7 +69,7 @@ def ramp_target_outside_setpoint_limits(view: LoopView) -> Iterator[Finding]:
 
 @per_loop
 @warning("PID283", TROUBLE, "the first ramp ends at {value}, which is the set point already: it takes no time")
-def first_ramp_without_length(view: LoopView) -> Iterator[Finding]:
+def first_ramp_without_length(view: LoopView) -> Findings:
     """The first ramp ends at the set point that the loop has when it starts.
 
     Why: the first ramp begins at the present set point. If that is its end value, it has no slope and no duration, and
@@ -87,7 +85,7 @@ def first_ramp_without_length(view: LoopView) -> Iterator[Finding]:
 
 @per_loop
 @error("PID284", TABLE, "slope is 0, which ends the profile: {lost} never run")
-def profile_ends_early(view: LoopView) -> Iterator[Finding]:
+def profile_ends_early(view: LoopView) -> Findings:
     """A slope of 0 stands before the end of the profile.
 
     Why: the generator ends the profile when it finds ramp slope = 0; the soak of that pair and all steps behind it
@@ -109,7 +107,7 @@ def profile_ends_early(view: LoopView) -> Iterator[Finding]:
     D27,
     "slope {value} is {exact} counts a second and is stored as {stored}: the ramp takes {percent} % {longer}",
 )
-def slope_rounded(view: LoopView) -> Iterator[Finding]:
+def slope_rounded(view: LoopView) -> Findings:
     """A slope is stored more than 1 % off.
 
     Why: the word holds counts per second with two decimals. A slow ramp on a wide range has one or two digits left, and
@@ -148,7 +146,7 @@ def _unit(view: LoopView, pair: Pair) -> str:
     "the ramp from {start} to {end} at {slope} counts a second takes {time} s, not more than one sample of "
     "{sample} s: it is a step",
 )
-def ramp_within_one_sample(view: LoopView) -> Iterator[Finding]:
+def ramp_within_one_sample(view: LoopView) -> Findings:
     """A ramp is so steep that one sample completes it.
 
     Why: the generator moves the set point once per calculation. What was meant as a ramp reaches the process as a step.
@@ -177,7 +175,7 @@ def ramp_within_one_sample(view: LoopView) -> Iterator[Finding]:
 
 @per_loop
 @info("PID287", TABLE, "soak is 0 min in {steps}; the manual's range begins at 0.1 min: the next ramp follows at once")
-def soak_of_zero(view: LoopView) -> Iterator[Finding]:
+def soak_of_zero(view: LoopView) -> Findings:
     """A step has no soak time.
 
     Why: the manual gives 000.1 to 999.9 minutes and does not say what 0 does. `pidcfg` lets the next ramp follow at
@@ -196,7 +194,7 @@ def soak_of_zero(view: LoopView) -> Iterator[Finding]:
     DL06.at("PV Absolute Value Alarms"),
     "ramp_to is {value}, beyond the {alarm} alarm at {limit}: the profile drives the loop into it",
 )
-def ramp_target_in_alarm(view: LoopView) -> Iterator[Finding]:
+def ramp_target_in_alarm(view: LoopView) -> Findings:
     """A ramp ends beyond a PV alarm point.
 
     Why: the profile itself brings the PV into alarm and keeps it there for the soak; the alarm then tells nothing about

@@ -6,12 +6,11 @@ from typing import TYPE_CHECKING
 
 from pidcfg.refs import DL06, Decision
 from pidcfg.schemas.base import decimal_text
-from pidcfg.validate.rule import Finding, info, per_loop, warning
-from pidcfg.validate.rules.dl06.alarms import PV_POINTS
+from pidcfg.validate.ideas.alarms import PV_POINTS
+from pidcfg.validate.rule import Findings, info, per_loop, warning
+from pidcfg.validate.views import value_or_switch
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
     from pidcfg.validate.rules.dl06.context import LoopView
 
 FILTER = DL06.at("The DL06 Built-in Analog Filter")
@@ -34,7 +33,7 @@ THOUSANDTH = 1000
 @warning(
     "PID239", FILTER, "the PV filter is on with {value}, which disables it; the filter constant's range is 0.1 to 1.0"
 )
-def filter_without_effect(view: LoopView) -> Iterator[Finding]:
+def filter_without_effect(view: LoopView) -> Findings:
     """The PV filter is on with a constant outside 0.1 to 1.0.
 
     Why: 0 and everything from 1.1 to 999.9 essentially disable the filter, while the programming software would quietly
@@ -44,13 +43,13 @@ def filter_without_effect(view: LoopView) -> Iterator[Finding]:
     """
     pv = view.loop.pv
     if view.filtered and "filter" not in view.misfits and not STRONGEST <= view.digits("filter") <= WEAKEST:
-        key = "filter_enabled" if pv.filter is None else "filter"
+        key = value_or_switch(pv, "filter")
         yield view.at("pv", key, value="no constant" if pv.filter is None else f"k = {decimal_text(pv.filter)}")
 
 
 @per_loop
 @info("PID240", D19, "filter k = {k}: the filtered PV may stay up to {offset} short of the true one")
-def filter_leaves_an_offset(view: LoopView) -> Iterator[Finding]:
+def filter_leaves_an_offset(view: LoopView) -> Findings:
     """A strong filter rounds so that the PV stays a thousandth of the span off.
 
     Why: the filtered value is kept in whole counts and stands still once k times the difference rounds to 0. Neither
@@ -71,7 +70,7 @@ def filter_leaves_an_offset(view: LoopView) -> Iterator[Finding]:
 @warning(
     "PID241", ROUNDING, "the {alarm} alarm is at {value}, an end of the scale, but a filtered PV need not get there"
 )
-def filtered_alarm_at_end_of_scale(view: LoopView) -> Iterator[Finding]:
+def filtered_alarm_at_end_of_scale(view: LoopView) -> Findings:
     """An alarm point at zero or full scale while the PV filter is on.
 
     Why: filtering may leave an error of 1 part in 1000 because of rounding, so the PV may stop short of the end. The
@@ -97,7 +96,7 @@ def filtered_alarm_at_end_of_scale(view: LoopView) -> Iterator[Finding]:
     "the PV filter is on, but nothing is transferred to {word}: the manual shows the filter behind an auto "
     "transfer only",
 )
-def filter_without_auto_transfer(view: LoopView) -> Iterator[Finding]:
+def filter_without_auto_transfer(view: LoopView) -> Findings:
     """The PV filter is on for a PV that the ladder program writes.
 
     Why: bit 2 of +01 is called "analog input filter/auto-transfer", and the manual draws the filter between an auto
@@ -108,4 +107,4 @@ def filter_without_auto_transfer(view: LoopView) -> Iterator[Finding]:
     """
     pv = view.loop.pv
     if view.filtered and pv.transfer is None:
-        yield view.at("pv", "filter_enabled" if pv.filter is None else "filter", word=view.v("pv"))
+        yield view.at("pv", value_or_switch(pv, "filter"), word=view.v("pv"))

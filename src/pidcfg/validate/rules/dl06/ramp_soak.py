@@ -10,7 +10,7 @@ from pidcfg.encoders.dl06.setup import TABLE_IN_SYSTEM, TABLE_OUTSIDE_LOWER, TAB
 from pidcfg.encoders.maps.dl06 import CPU, RAMP_SOAK_SIZE
 from pidcfg.refs import DL06
 from pidcfg.schemas.octal import v_name
-from pidcfg.validate.rule import Finding, error, info, per_loop, warning
+from pidcfg.validate.rule import Findings, error, info, per_loop, warning
 from pidcfg.validate.rules.dl06.setup import between
 
 if TYPE_CHECKING:
@@ -41,7 +41,7 @@ def error_bit(view: LoopView, flags: int) -> str:
 
 
 @error("PID274", ERRORS, "the ramp/soak table occupies {words}, outside user memory ({user})")
-def ramp_soak_table_outside_user_memory(context: Dl06Context) -> Iterator[Finding]:
+def ramp_soak_table_outside_user_memory(context: Dl06Context) -> Findings:
     """The 32 words of a ramp/soak table do not all lie in user memory.
 
     Why: when the generator is started, the CPU sets bit 0 or bit 1 of +35 and the profile does not run; until then
@@ -62,7 +62,7 @@ def ramp_soak_table_outside_user_memory(context: Dl06Context) -> Iterator[Findin
 
 
 @error("PID275", ERRORS, "the ramp/soak table starts at {start}, among the system parameters {system}")
-def ramp_soak_table_in_system_memory(context: Dl06Context) -> Iterator[Finding]:
+def ramp_soak_table_in_system_memory(context: Dl06Context) -> Findings:
     """A ramp/soak table starts among the system parameters V7600-V7777.
 
     Why: V7640 to V7642, the set-up of all loops, lie there. Downloading the table would overwrite them; the CPU sets
@@ -82,7 +82,7 @@ def ramp_soak_table_in_system_memory(context: Dl06Context) -> Iterator[Finding]:
 
 
 @error("PID276", TABLE, "the ramp/soak table {words} overlaps the loop table {table}")
-def ramp_soak_table_in_loop_table(context: Dl06Context) -> Iterator[Finding]:
+def ramp_soak_table_in_loop_table(context: Dl06Context) -> Findings:
     """A ramp/soak table overlaps the loop table.
 
     Why: one of the two overwrites the other: set points and slopes would be read as gains and pointers of a loop.
@@ -96,7 +96,7 @@ def ramp_soak_table_in_loop_table(context: Dl06Context) -> Iterator[Finding]:
 
 
 @error("PID277", TABLE, "the ramp/soak table {words} overlaps that of {other}, {theirs}")
-def ramp_soak_tables_overlap(context: Dl06Context) -> Iterator[Finding]:
+def ramp_soak_tables_overlap(context: Dl06Context) -> Findings:
     """The ramp/soak tables of two loops overlap.
 
     Why: each table takes 32 words regardless of the number of segments programmed; words that two profiles share make
@@ -114,7 +114,7 @@ def ramp_soak_tables_overlap(context: Dl06Context) -> Iterator[Finding]:
 
 @per_loop
 @warning("PID278", TABLE, "the generator is on, but {what}")
-def ramp_soak_without_steps(view: LoopView) -> Iterator[Finding]:
+def ramp_soak_without_steps(view: LoopView) -> Findings:
     """The ramp/soak generator is on and has no profile.
 
     Why: with an empty list the table is all zeros, and slope 0 ends the profile at once. Without a list (an info) the
@@ -126,13 +126,13 @@ def ramp_soak_without_steps(view: LoopView) -> Iterator[Finding]:
     if profile is not None and profile.enabled and not profile.steps:
         empty = profile.steps is not None
         what = "its profile is empty" if empty else f"the file does not write the table at {v_name(profile.table)}"
-        path = ("loops", view.index, "ramp_soak", "steps" if empty else "table")
-        yield Finding(path, {"what": what}, severity=None if empty else Severity.INFO)
+        place, severity = ("steps", None) if empty else ("table", Severity.INFO)
+        yield view.at("ramp_soak", place, severity=severity, what=what)
 
 
 @per_loop
 @info("PID279", ENABLE, "a profile is written, but bit 11 of {word} is off: the controls in {flags} will not operate")
-def ramp_soak_switched_off(view: LoopView) -> Iterator[Finding]:
+def ramp_soak_switched_off(view: LoopView) -> Findings:
     """A ramp/soak profile is given, and the generator's enable bit is off.
 
     Why: the start, hold, resume and jog bits do nothing unless the enable bit is 1 during the entire process. It is the
@@ -146,7 +146,7 @@ def ramp_soak_switched_off(view: LoopView) -> Iterator[Finding]:
 
 
 @warning("PID280", TROUBLE, "the ramp/soak generator is on, but mode is cascade: the set point comes from {source}")
-def ramp_soak_in_cascade(context: Dl06Context) -> Iterator[Finding]:
+def ramp_soak_in_cascade(context: Dl06Context) -> Findings:
     """The ramp/soak generator is on in a loop that is meant for Cascade mode.
 
     Why: the generator writes the loop's own set point (+02), and in Cascade the loop reads the remote one. The profile
@@ -164,7 +164,7 @@ def ramp_soak_in_cascade(context: Dl06Context) -> Iterator[Finding]:
 
 @per_loop
 @warning("PID281", CONTROLS, "request is {request}: the bit is already 1 in {word} when the program is downloaded")
-def ramp_soak_control_preset(view: LoopView) -> Iterator[Finding]:
+def ramp_soak_control_preset(view: LoopView) -> Findings:
     """A control bit of the ramp/soak generator is set in the download.
 
     Why: the normal state of the control bits is all zeros, and each acts on a change from 0 to 1 while the CPU is in

@@ -5,12 +5,10 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from pidcfg.refs import DL06, Decision
-from pidcfg.validate.ideas import alarms, setpoints
-from pidcfg.validate.rule import Finding, error, info, per_loop, warning
+from pidcfg.validate.ideas import alarms
+from pidcfg.validate.rule import Findings, error, info, per_loop, reported_once, warning
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
     from pidcfg.validate.rules.dl06.context import Dl06Context, LoopView
 
 LIMITS = DL06.at("Setpoint (SP) Limits")
@@ -29,7 +27,7 @@ D18 = Decision(
 
 @per_loop
 @error("PID228", LIMITS, "the upper set point limit {high} is not above the lower limit {low}")
-def setpoint_limits_not_ascending(view: LoopView) -> Iterator[Finding]:
+def setpoint_limits_not_ascending(view: LoopView) -> Findings:
     """The set point limits are on, and the upper one is equal to or below the lower one.
 
     Why: the calculation applies the limits before each sample; limits that are equal pin the set point, crossed ones
@@ -48,7 +46,7 @@ def setpoint_limits_not_ascending(view: LoopView) -> Iterator[Finding]:
     LIMITS,
     "the set point {value} is outside the limits {low} to {high}: the loop controls to the nearer limit",
 )
-def setpoint_outside_limits(view: LoopView) -> Iterator[Finding]:
+def setpoint_outside_limits(view: LoopView) -> Findings:
     """The set point lies outside the loop's own set point limits.
 
     Why: any value may be written to +02, and the word keeps it; the limit is applied inside the calculation only. The
@@ -71,7 +69,7 @@ def setpoint_outside_limits(view: LoopView) -> Iterator[Finding]:
 
 @per_loop
 @info("PID230", LIMITS, "set point limits {low} and {high} are stored, but bit 3 of {word} is off: they limit nothing")
-def setpoint_limits_switched_off(view: LoopView) -> Iterator[Finding]:
+def setpoint_limits_switched_off(view: LoopView) -> Findings:
     """Set point limits are given, but not enabled.
 
     Why: the words +26 and +27 hold them, so they show up in every listing; without the enable bit they guard nothing.
@@ -93,7 +91,7 @@ def setpoint_limits_switched_off(view: LoopView) -> Iterator[Finding]:
     TROUBLE,
     "the set point {value} is replaced by the PV when the loop goes from Manual to Auto (Bumpless I){others}",
 )
-def setpoint_replaced_on_transfer(context: Dl06Context) -> Iterator[Finding]:
+def setpoint_replaced_on_transfer(context: Dl06Context) -> Findings:
     """The set point of the file does not survive the change to Auto.
 
     Why: Bumpless Transfer I makes the set point equal to the PV at that moment. "The loop setpoint appears to be
@@ -102,12 +100,17 @@ def setpoint_replaced_on_transfer(context: Dl06Context) -> Iterator[Finding]:
 
     Fix: let the operator or the ladder program write the set point after the change to Auto, or take Bumpless II.
     """
-    return setpoints.setpoint_replaced_by_pv(context.loops, bumpless="I")
+    replaced = [
+        view
+        for view in context.loops
+        if view.loop.mode == "auto" and view.loop.bumpless == "I" and view.loop.setpoint.value is not None
+    ]
+    return reported_once(replaced, lambda view: view.at("setpoint", "value", value=view.shown("setpoint")))
 
 
 @per_loop
 @warning("PID232", BUMPLESS, "no set point is given: with Bumpless II the loop goes to Auto with {word} at {zero}")
-def setpoint_left_at_zero(view: LoopView) -> Iterator[Finding]:
+def setpoint_left_at_zero(view: LoopView) -> Findings:
     """A loop with Bumpless Transfer II is meant for Auto, and nothing gives its set point.
 
     Why: the word is downloaded as 0. Type II does not copy the PV to it (type I would), so the loop drives the process
@@ -122,7 +125,7 @@ def setpoint_left_at_zero(view: LoopView) -> Iterator[Finding]:
 
 @per_loop
 @warning("PID233", DEADBAND, "the error deadband is on with {value}: it ignores nothing")
-def deadband_of_zero(view: LoopView) -> Iterator[Finding]:
+def deadband_of_zero(view: LoopView) -> Findings:
     """The error deadband is on, but its word holds 0 counts.
 
     Why: a deadband narrower than half a count of the data format is stored as 0, and a bit without a value means 0 too.
@@ -138,7 +141,7 @@ def deadband_of_zero(view: LoopView) -> Iterator[Finding]:
     D18,
     "the error deadband of {value} is not less than the distance {limit} from the set point to the {alarm} alarm",
 )
-def deadband_reaches_alarm(view: LoopView) -> Iterator[Finding]:
+def deadband_reaches_alarm(view: LoopView) -> Findings:
     """The error deadband is as wide as the distance from the set point to an alarm.
 
     Why: inside the deadband the error counts as zero and the output stays where it is. The PV may drift into the alarm,

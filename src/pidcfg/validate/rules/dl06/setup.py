@@ -11,11 +11,9 @@ from pidcfg.encoders.maps.dl06 import CPU
 from pidcfg.refs import DL06, Decision
 from pidcfg.schemas.base import decimal_text
 from pidcfg.schemas.octal import v_name
-from pidcfg.validate.rule import Finding, error, finding, warning
+from pidcfg.validate.rule import Findings, error, finding, warning
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
     from pidcfg.validate.rules.dl06.context import Dl06Context
 
 POINTER = DL06.at("Loop Table and Number of Loops")
@@ -55,7 +53,7 @@ def loops_text(number: int) -> str:
     POINTER,
     "the loop table starts at {start}, outside {allowed} (and below {upper}, where the upper range begins)",
 )
-def loop_table_outside_lower_memory(context: Dl06Context) -> Iterator[Finding]:
+def loop_table_outside_lower_memory(context: Dl06Context) -> Findings:
     """The loop table starts below V10000, but not in V1200-V7340.
 
     Why: the CPU checks V7640 when it goes from Program to Run. With an address outside its ranges it sets bit 0 of
@@ -65,15 +63,12 @@ def loop_table_outside_lower_memory(context: Dl06Context) -> Iterator[Finding]:
     Fix: start the table between V1200 and V7340 (V2000 is the manual's example), or between V10000 and V17740.
     """
     if context.setup.flags & OUTSIDE_LOWER:
-        yield Finding(
-            TABLE,
-            {"start": v_name(context.setup.start), "allowed": between(CPU.lower), "upper": v_name(CPU.upper[0])},
-            plc_effect="V7642 bit 0",
-        )
+        start, upper = v_name(context.setup.start), v_name(CPU.upper[0])
+        yield finding(*TABLE, plc_effect="V7642 bit 0", start=start, allowed=between(CPU.lower), upper=upper)
 
 
 @error("PID202", POINTER, "the loop table starts at {start}, outside {allowed}")
-def loop_table_outside_upper_memory(context: Dl06Context) -> Iterator[Finding]:
+def loop_table_outside_upper_memory(context: Dl06Context) -> Findings:
     """The loop table starts above V10000, but past V17740.
 
     Why: the CPU sets bit 1 of V7642 when it goes from Program to Run and calculates no loop. V17740 is the last start
@@ -82,13 +77,12 @@ def loop_table_outside_upper_memory(context: Dl06Context) -> Iterator[Finding]:
     Fix: start the table between V10000 and V17740, low enough for all its loops (40 octal words each).
     """
     if context.setup.flags & OUTSIDE_UPPER:
-        yield Finding(
-            TABLE, {"start": v_name(context.setup.start), "allowed": between(CPU.upper)}, plc_effect="V7642 bit 1"
-        )
+        start = v_name(context.setup.start)
+        yield finding(*TABLE, plc_effect="V7642 bit 1", start=start, allowed=between(CPU.upper))
 
 
 @error("PID203", FLAGS, "V7641 would hold {count} loops; the {cpu} calculates at most {limit}")
-def more_loops_than_the_cpu_has(context: Dl06Context) -> Iterator[Finding]:
+def more_loops_than_the_cpu_has(context: Dl06Context) -> Findings:
     """The number of loops is greater than 8.
 
     Why: the CPU sets bit 2 of V7642 when it goes from Program to Run and calculates none of them, not even the first 8.
@@ -97,15 +91,12 @@ def more_loops_than_the_cpu_has(context: Dl06Context) -> Iterator[Finding]:
     """
     if context.setup.flags & TOO_MANY:
         written = context.config.plc.number_of_loops is not None
-        yield Finding(
-            COUNT if written else ("loops", CPU.loops),
-            {"count": context.count, "cpu": CPU.title, "limit": CPU.loops},
-            plc_effect="V7642 bit 2",
-        )
+        place = COUNT if written else ("loops", CPU.loops)
+        yield finding(*place, plc_effect="V7642 bit 2", count=context.count, cpu=CPU.title, limit=CPU.loops)
 
 
 @error("PID204", FLAGS, "the loop table of {loops} occupies {words}, past the boundary at {limit}")
-def loop_table_crosses_the_boundary(context: Dl06Context) -> Iterator[Finding]:
+def loop_table_crosses_the_boundary(context: Dl06Context) -> Findings:
     """The loop table begins in the lower range and extends past V7577.
 
     Why: behind V7577 lie the system parameters, V7640 among them. The CPU sets bit 3 of V7642 when it goes from Program
@@ -114,29 +105,19 @@ def loop_table_crosses_the_boundary(context: Dl06Context) -> Iterator[Finding]:
     Fix: use an address closer to V1200, as the manual says: n loops need 40 octal words each, so 8 loops start at V7200
     at the latest, 5 loops at V7340.
     """
+    limit = v_name(CPU.lower_end)
     if context.setup.flags & STRADDLES:
-        words = (
-            between(context.counted) if context.setup.count <= CPU.loops else f"words from {v_name(context.table[0])}"
-        )
-        yield Finding(
-            TABLE,
-            {"loops": loops_text(context.setup.count), "words": words, "limit": v_name(CPU.lower_end)},
-            plc_effect="V7642 bit 3",
-        )
+        count, begin = context.setup.count, v_name(context.table[0])
+        words = between(context.counted) if count <= CPU.loops else f"words from {begin}"
+        yield finding(*TABLE, plc_effect="V7642 bit 3", loops=loops_text(count), words=words, limit=limit)
     elif CPU.lower[0] <= context.table[0] <= CPU.lower[1] and context.table[1] > CPU.lower_end:
-        yield Finding(
-            TABLE,
-            {
-                "loops": f"the {len(context.loops)} listed loops",
-                "words": between(context.table),
-                "limit": v_name(CPU.lower_end),
-            },
-            plc_effect="not shown in V7642, which counts the loops of V7641",
-        )
+        effect = "not shown in V7642, which counts the loops of V7641"
+        loops = f"the {len(context.loops)} listed loops"
+        yield finding(*TABLE, plc_effect=effect, loops=loops, words=between(context.table), limit=limit)
 
 
 @error("PID205", D10, "the loop table of {loops} occupies {words}, but memory ends at {limit}")
-def loop_table_beyond_memory(context: Dl06Context) -> Iterator[Finding]:
+def loop_table_beyond_memory(context: Dl06Context) -> Findings:
     """The loop table begins in the upper range and extends past V17777, the last word there is.
 
     Why: V7642 has no bit for this: the quick check "V7642 is 0000, so all is well" passes while the last loops have no
@@ -146,15 +127,12 @@ def loop_table_beyond_memory(context: Dl06Context) -> Iterator[Finding]:
     """
     start, last = max(context.counted, context.table)
     if CPU.upper[0] <= start <= CPU.upper[1] and last > CPU.upper_end:
-        yield Finding(
-            TABLE,
-            {"loops": loops_text(context.setup.count), "words": between((start, last)), "limit": v_name(CPU.upper_end)},
-            plc_effect="not shown in V7642",
-        )
+        loops, words = loops_text(context.setup.count), between((start, last))
+        yield finding(*TABLE, plc_effect="not shown in V7642", loops=loops, words=words, limit=v_name(CPU.upper_end))
 
 
 @warning("PID206", D11, "the loop table of {loops} occupies {words} and reaches into the non-volatile words {limit}")
-def loop_table_in_non_volatile_memory(context: Dl06Context) -> Iterator[Finding]:
+def loop_table_in_non_volatile_memory(context: Dl06Context) -> Findings:
     """Words of the loop table lie in V7400-V7577, which are kept in non-volatile memory.
 
     Why: such memory takes a limited number of writes, and each calculation writes bias and output: at 0.1 s a loop
@@ -171,7 +149,7 @@ def loop_table_in_non_volatile_memory(context: Dl06Context) -> Iterator[Finding]
 
 
 @warning("PID207", POINTER, "V7641 would hold {count}, but {listed} are listed: {names} would never be calculated")
-def listed_loop_never_calculated(context: Dl06Context) -> Iterator[Finding]:
+def listed_loop_never_calculated(context: Dl06Context) -> Findings:
     """`number_of_loops` is smaller than the list of loops.
 
     Why: the CPU uses loops in ascending order and stops at the number in V7641. The loops behind it have words in the
@@ -191,7 +169,7 @@ def listed_loop_never_calculated(context: Dl06Context) -> Iterator[Finding]:
     POINTER,
     "V7641 would hold {count}, but only {listed} are listed: the CPU takes {words} for loop tables as well",
 )
-def counted_loop_not_listed(context: Dl06Context) -> Iterator[Finding]:
+def counted_loop_not_listed(context: Dl06Context) -> Findings:
     """`number_of_loops` is greater than the list of loops.
 
     Why: the CPU attempts to control the full number of loops in V7641. It would read whatever stands behind the table
@@ -206,7 +184,7 @@ def counted_loop_not_listed(context: Dl06Context) -> Iterator[Finding]:
 
 
 @warning("PID209", POINTER, "V7641 would hold 0: the loop task is off, and nothing is calculated ({listed} listed)")
-def loop_task_off(context: Dl06Context) -> Iterator[Finding]:
+def loop_task_off(context: Dl06Context) -> Findings:
     """`number_of_loops` is 0 while loops are listed.
 
     Why: 0 turns the loop controller off during the ladder scan. There is no error flag, and outputs keep their values.
@@ -223,7 +201,7 @@ def loop_task_off(context: Dl06Context) -> Iterator[Finding]:
     FEATURES,
     "sample_rate is {value} s; with {loops} the CPU calculates no loop more often than every {limit} s",
 )
-def sample_rate_too_fast_for_loop_count(context: Dl06Context) -> Iterator[Finding]:
+def sample_rate_too_fast_for_loop_count(context: Dl06Context) -> Findings:
     """A sample rate under 0.1 s with five or more loops.
 
     Why: the CPU reaches 0.05 s with 1 to 4 loops only. If it samples less often than the gains assume, integral and

@@ -7,11 +7,10 @@ from typing import TYPE_CHECKING
 from pidcfg.encoders.maps.dl06 import D16
 from pidcfg.encoders.words import nearest
 from pidcfg.refs import DL06, Decision
-from pidcfg.validate.rule import Finding, info, per_loop, warning
+from pidcfg.validate.ideas.alarms import PV_POINTS
+from pidcfg.validate.rule import Findings, info, per_loop, warning
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
     from pidcfg.validate.rules.dl06.context import LoopView
 
 ROOT = DL06.at("Process Variable (PV) Configuration, IMPORTANT")
@@ -31,7 +30,7 @@ D17 = Decision(
     "square-root extract: {word} holds the set point divided by the root of the span, 0 to {top} counts, "
     "{step} % of full scale a count; the error is SP - sqrt(PV), alarms stay on the raw PV",
 )
-def square_root_rescales_setpoint(view: LoopView) -> Iterator[Finding]:
+def square_root_rescales_setpoint(view: LoopView) -> Findings:
     """PV square-root extract changes the scale of the set point.
 
     Why: the loop compares the set point with the root of the PV word, so the set point is divided by the root of the
@@ -53,7 +52,7 @@ def square_root_rescales_setpoint(view: LoopView) -> Iterator[Finding]:
     "the {alarm} alarm at {value} compares the raw PV: it comes at a flow of {flow} % of full scale, not "
     "{percent} %{others}",
 )
-def square_root_alarm_scale(view: LoopView) -> Iterator[Finding]:
+def square_root_alarm_scale(view: LoopView) -> Findings:
     """Alarms of a square-root loop are on the scale of the differential pressure, not of the flow.
 
     Why: the alarm words are compared with the raw PV. A limit at half of the range is half of the differential
@@ -64,7 +63,7 @@ def square_root_alarm_scale(view: LoopView) -> Iterator[Finding]:
     if not view.loop.pv.square_root or not view.pv_alarms or view.bipolar:
         return
     full = view.scales["pv"].format.maximum
-    held = {key: view.counts(f"pv_{key}") for key in ("low_low", "low", "high", "high_high")}
+    held = {key: view.counts(f"pv_{key}") for key in PV_POINTS}
     shares = {key: counts / full for key, counts in held.items() if counts is not None and 0 < counts < full}
     texts = {key: (f"{100 * share**0.5:.0f}", f"{100 * share:.0f}") for key, share in shares.items()}
     for key in list(texts)[:1]:
@@ -88,7 +87,7 @@ def square_root_alarm_scale(view: LoopView) -> Iterator[Finding]:
     "square-root extract without set point limits: a set point written to {word} in PV counts, anything above "
     "{top}, would open the loop's output fully",
 )
-def square_root_without_setpoint_limits(view: LoopView) -> Iterator[Finding]:
+def square_root_without_setpoint_limits(view: LoopView) -> Findings:
     """A loop with square-root extract has no upper set point limit.
 
     Why: the set point word ends at 64 counts (12 bit). A panel that writes it on the PV's scale, 0 to 4095, asks for a
@@ -102,7 +101,7 @@ def square_root_without_setpoint_limits(view: LoopView) -> Iterator[Finding]:
 
 @per_loop
 @warning("PID238", D17, "square-root extract on the {format} format: negative counts have no root and are taken as 0")
-def square_root_of_signed_signal(view: LoopView) -> Iterator[Finding]:
+def square_root_of_signed_signal(view: LoopView) -> Findings:
     """Square-root extract is on for a bipolar PV.
 
     Why: the lower half of the format, and of the range, has no root. A flow that reverses reads as no flow.

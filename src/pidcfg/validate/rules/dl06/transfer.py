@@ -9,13 +9,11 @@ from pidcfg.encoders.maps.dl06 import CPU, D03, LOOP_TABLE
 from pidcfg.refs import DL06
 from pidcfg.schemas.octal import v_name
 from pidcfg.validate.ideas.duplicates import repeats
-from pidcfg.validate.rule import Finding, error, info, per_loop, reported_once, warning
+from pidcfg.validate.rule import Finding, Findings, error, info, per_loop, reported_once, warning
 from pidcfg.validate.rules.dl06.ramp_soak import tables
 from pidcfg.validate.rules.dl06.setup import between
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
     from pidcfg.schemas.dl06 import Transfer
     from pidcfg.validate.rules.dl06.context import Dl06Context, LoopView
 
@@ -36,7 +34,7 @@ def channel_of(transfer: Transfer | None) -> tuple[int, int] | None:
 @warning(
     "PID289", MODES, "the loop is independent of the CPU mode, but {missing}: in Program mode nothing moves {words}"
 )
-def independent_loop_without_transfer(context: Dl06Context) -> Iterator[Finding]:
+def independent_loop_without_transfer(context: Dl06Context) -> Findings:
     """A loop is to run while the CPU is in Program mode, without direct access to the channels of PV and output.
 
     Why: in Program mode the ladder program stands still, and with it the copying of analog values. The loop would go on
@@ -65,7 +63,7 @@ def independent_loop_without_transfer(context: Dl06Context) -> Iterator[Finding]
 
 @per_loop
 @error("PID290", FROM_MEMORY, "the PV's source {address} is outside {allowed}")
-def transfer_source_outside_memory(view: LoopView) -> Iterator[Finding]:
+def transfer_source_outside_memory(view: LoopView) -> Findings:
     """The PV is transferred from a V-memory word that the manual does not allow.
 
     Why: the transfer reads V400-V677, V1200-V7377 and V10000-V17777 only; elsewhere lie timers, system words and words
@@ -88,7 +86,7 @@ def transfer_source_outside_memory(view: LoopView) -> Iterator[Finding]:
 
 @per_loop
 @error("PID291", TRANSFER, "output.transfer names {address}, but {word} holds slot and channel only")
-def output_transferred_to_memory(view: LoopView) -> Iterator[Finding]:
+def output_transferred_to_memory(view: LoopView) -> Findings:
     """The output is to be transferred to a V-memory word.
 
     Why: a V-memory address is an option of the PV's word (+36) alone. In the output's word (+37) its digits would be
@@ -102,7 +100,7 @@ def output_transferred_to_memory(view: LoopView) -> Iterator[Finding]:
 
 
 @error("PID292", SOURCES, "slot {slot}, channel {channel} is already the output of {other}")
-def output_channel_written_twice(context: Dl06Context) -> Iterator[Finding]:
+def output_channel_written_twice(context: Dl06Context) -> Findings:
     """Two loops transfer their outputs to the same channel.
 
     Why: the loop that is calculated last wins; the actuator jumps between two outputs, and neither loop controls.
@@ -119,7 +117,7 @@ def output_channel_written_twice(context: Dl06Context) -> Iterator[Finding]:
     SELECT,
     "slot {slot}, channel {channel} is also the PV of {other}: right only for a combined input/output module",
 )
-def channel_read_and_written(context: Dl06Context) -> Iterator[Finding]:
+def channel_read_and_written(context: Dl06Context) -> Findings:
     """An output goes to the slot and channel from which a PV is read.
 
     Why: a module either measures or drives, except for the combination modules, which count inputs and outputs from 1
@@ -139,7 +137,7 @@ def channel_read_and_written(context: Dl06Context) -> Iterator[Finding]:
 
 
 @warning("PID294", SOURCES, "the PV's source {address} is {what}")
-def pv_source_in_pid_table(context: Dl06Context) -> Iterator[Finding]:
+def pv_source_in_pid_table(context: Dl06Context) -> Findings:
     """The PV is transferred from a word of the loop table or of a ramp/soak table.
 
     Why: those words are settings or results of loops, not measurements. Usually the word that the analog module writes
@@ -170,7 +168,7 @@ def _in_tables(context: Dl06Context, address: int) -> str:
     "{word} holds {digits}: slot {slot} by the manual's table (1 to 4), but its text counts slots from "
     "0{hexadecimal}{others}",
 )
-def slot_counted_two_ways(context: Dl06Context) -> Iterator[Finding]:
+def slot_counted_two_ways(context: Dl06Context) -> Findings:
     """The manual counts the slots of the option cards in two ways.
 
     Why: its table says 1 to 4; its text says that slot 1 is the second slot and slot 0 is adjacent to the CPU. The file

@@ -6,16 +6,14 @@ from decimal import Decimal
 from typing import TYPE_CHECKING
 
 from pidcfg.encoders.dl06.encode import reset_value
-from pidcfg.encoders.mapping import switched_on
 from pidcfg.encoders.maps.dl06 import D01, RESET
 from pidcfg.encoders.words import EncodeError, bcd_digits
 from pidcfg.refs import DL06, Decision
 from pidcfg.schemas.base import decimal_text
-from pidcfg.validate.rule import Finding, error, info, per_loop, reported_once, warning
+from pidcfg.validate.rule import Finding, Findings, error, info, per_loop, reported_once, warning
+from pidcfg.validate.views import value_or_switch
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
     from pidcfg.validate.rules.dl06.context import Dl06Context, LoopView
 
 TERMS = DL06.at("P-I-D Loop Terms")
@@ -46,7 +44,7 @@ LARGEST_LIMIT = 20
     "reset {value} {unit} is stored as {digits}: {one} {unit} by the manual's feature table (xxx.x), "
     "{two} {unit} by its text (xx.xx){others}",
 )
-def reset_has_two_readings(context: Dl06Context) -> Iterator[Finding]:
+def reset_has_two_readings(context: Dl06Context) -> Findings:
     """The manual contradicts itself about the decimals of the reset word, and the file takes no side.
 
     Why: the feature table says 0.1 to 999.8, the text says that all three gains are xx.xx. The wrong reading makes the
@@ -92,7 +90,7 @@ def reset_unit(view: LoopView) -> str:
     TERMS,
     "reset {value} {unit} is stored as 9999, which switches the integral term off; the largest reset is {limit} {unit}",
 )
-def reset_is_the_off_code(context: Dl06Context) -> Iterator[Finding]:
+def reset_is_the_off_code(context: Dl06Context) -> Findings:
     """A reset time is written as a number that the PLC takes for "no integral": 999.9, or 9999 as in the manual's text.
 
     Why: the word 9999 removes the integrator. As a number it looks like a very slow integral, and the loop keeps an
@@ -109,7 +107,7 @@ def reset_is_the_off_code(context: Dl06Context) -> Iterator[Finding]:
 
 @per_loop
 @info("PID213", D12, "gain is 0: no proportional term; {terms} as if the gain were 1")
-def gain_of_zero(view: LoopView) -> Iterator[Finding]:
+def gain_of_zero(view: LoopView) -> Findings:
     """The gain is 0: the other terms act as if it were 1.
 
     Why: by the printed formula Ki = Kc·Ts/Ti a gain of 0 would switch everything off, yet the manual offers it for
@@ -124,7 +122,7 @@ def gain_of_zero(view: LoopView) -> Iterator[Finding]:
 
 @per_loop
 @error("PID214", SUBSET, "gain 0, reset off and rate 0 s: no term is left, and the output never moves")
-def no_control_term(view: LoopView) -> Iterator[Finding]:
+def no_control_term(view: LoopView) -> Findings:
     """Proportional, integral and derivative terms are all switched off.
 
     Why: in Auto the output stays where Manual left it, whatever the error is; the loop looks alive and controls
@@ -139,7 +137,7 @@ def no_control_term(view: LoopView) -> Iterator[Finding]:
 
 @per_loop
 @warning("PID215", SUBSET, "rate is {rate} s with gain 0: {terms} alone is not among P, PI, PD, PID and I")
-def derivative_without_proportional(view: LoopView) -> Iterator[Finding]:
+def derivative_without_proportional(view: LoopView) -> Findings:
     """Derivative alone, or integral and derivative without proportional.
 
     Why: the manual recommends none but P, PI, PD, PID and I, because most other combinations are inherently unstable: a
@@ -160,7 +158,7 @@ def derivative_without_proportional(view: LoopView) -> Iterator[Finding]:
     "reset is {reset} s, shorter than the sample_rate of {sample} s: each sample integrates {times} times the "
     "proportional action",
 )
-def integral_faster_than_proportional(view: LoopView) -> Iterator[Finding]:
+def integral_faster_than_proportional(view: LoopView) -> Findings:
     """The reset time is shorter than the time between two samples.
 
     Why: Ki = Kc·Ts/Ti then exceeds Kc: the integral answers an error more strongly than the proportional term within
@@ -181,7 +179,7 @@ def integral_faster_than_proportional(view: LoopView) -> Iterator[Finding]:
     DERIVATIVE_LIMIT,
     "the derivative gain limit is on with {limit}, so rate {rate} s has no effect; the limit's range is 1 to 20",
 )
-def derivative_limited_to_nothing(view: LoopView) -> Iterator[Finding]:
+def derivative_limited_to_nothing(view: LoopView) -> Findings:
     """The derivative gain limit is on, but its word holds 0.
 
     Why: the manual accepts 0 to 20 in one place and says 1 to 20 in another. A limit of 0 leaves no derivative, which
@@ -190,15 +188,14 @@ def derivative_limited_to_nothing(view: LoopView) -> Iterator[Finding]:
     Fix: give `derivative_gain_limit` a value from 1 to 20 (8 to 10 is usual), or switch the limit off.
     """
     loop, limit = view.loop, view.loop.derivative_gain_limit
-    on = switched_on(loop.derivative_gain_limit_enabled, limit)
-    if on and not limit and loop.tuning.rate > 0:
-        key = "derivative_gain_limit_enabled" if limit is None else "derivative_gain_limit"
+    if view.derivative_limited and not limit and loop.tuning.rate > 0:
+        key = value_or_switch(loop, "derivative_gain_limit")
         yield view.at(key, limit="no value" if limit is None else 0, rate=decimal_text(loop.tuning.rate))
 
 
 @per_loop
 @info("PID218", DERIVATIVE_LIMIT, "derivative_gain_limit is {limit}, but rate is 0 s: there is no derivative to limit")
-def derivative_limit_without_rate(view: LoopView) -> Iterator[Finding]:
+def derivative_limit_without_rate(view: LoopView) -> Findings:
     """A derivative gain limit is set for a loop without a derivative term.
 
     Why: it does nothing; usually the rate was meant to be set, or was taken out during tuning.
@@ -206,7 +203,7 @@ def derivative_limit_without_rate(view: LoopView) -> Iterator[Finding]:
     Fix: set the rate, or remove the limit.
     """
     loop, limit = view.loop, view.loop.derivative_gain_limit
-    if limit and loop.tuning.rate == 0 and switched_on(loop.derivative_gain_limit_enabled, limit):
+    if limit and loop.tuning.rate == 0 and view.derivative_limited:
         yield view.at("derivative_gain_limit", limit=decimal_text(limit))
 
 
@@ -217,7 +214,7 @@ def derivative_limit_without_rate(view: LoopView) -> Iterator[Finding]:
     "rate {rate} s is {times} samples of {sample} s: one count of noise moves the output by {counts} counts "
     "for a sample, and neither derivative_gain_limit nor pv.filter is on",
 )
-def derivative_without_limit_or_filter(view: LoopView) -> Iterator[Finding]:
+def derivative_without_limit_or_filter(view: LoopView) -> Findings:
     """A strong derivative acts on an unfiltered PV without a gain limit.
 
     Why: a change of the PV within one sample is multiplied by Kr = Kc·Td/Ts. The derivative reacts badly to noise, and
@@ -226,8 +223,8 @@ def derivative_without_limit_or_filter(view: LoopView) -> Iterator[Finding]:
     Fix: set `derivative_gain_limit` (1 to 20), filter the PV, or sample more slowly.
     """
     loop, sample = view.loop, view.loop.sample_rate
-    limited = switched_on(loop.derivative_gain_limit_enabled, loop.derivative_gain_limit)
-    if sample > 0 and loop.tuning.rate > LARGEST_LIMIT * sample and not limited and not view.filtered:
+    strong = sample > 0 and loop.tuning.rate > LARGEST_LIMIT * sample
+    if strong and not view.derivative_limited and not view.filtered:
         times = loop.tuning.rate / sample
         spans = Decimal(view.scales["output"].format.span) / view.scales["pv"].format.span
         counts = times * (loop.tuning.gain or 1) * spans

@@ -7,12 +7,9 @@ from typing import TYPE_CHECKING
 from pidcfg.encoders.maps.dpide import D255
 from pidcfg.refs import Decision
 from pidcfg.validate.ideas.purpose import spoken_of
-from pidcfg.validate.rule import per_loop, warning
+from pidcfg.validate.rule import Findings, per_loop, warning
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from pidcfg.validate.rule import Finding
     from pidcfg.validate.rules.dpide.context import LoopView
 
 D261 = Decision(
@@ -32,7 +29,7 @@ CHOICES = {
 
 @per_loop
 @warning("PID781", D255, "{operand} is not given, so it is {meaning}; {other}")
-def choice_not_given(view: LoopView) -> Iterator[Finding]:
+def choice_not_given(view: LoopView) -> Findings:
     """The direction, or the form of the equation, is left to its default.
 
     Why: the wrong direction is a heater that runs away; with the wrong form an integral time counts as a gain. Neither
@@ -51,7 +48,7 @@ def choice_not_given(view: LoopView) -> Iterator[Finding]:
     D261,
     "PID_DIR is {direction}, but the loop's name or description speaks of {purpose}, which needs {other}",
 )
-def direction_against_description(view: LoopView) -> Iterator[Finding]:
+def direction_against_description(view: LoopView) -> Findings:
     """The direction is the other one than the loop's name or description suggests.
 
     Why: TRUE (forward) is E = SV - PV: MV rises while the PV is below SV, as for heating. Other manuals call this

@@ -7,7 +7,7 @@ from decimal import Decimal
 from functools import cached_property
 
 from pidcfg.encoders.dpide.encode import values_of
-from pidcfg.encoders.named import Content, NamedEncoding, store
+from pidcfg.encoders.parameters import Content, ProgramEncoding, store
 from pidcfg.encoders.words import EncodeError
 from pidcfg.schemas.dpide import LONGEST_CYCLE, SHORTEST_CYCLE, DpideFile, Loop
 from pidcfg.validate.views import Context, View, with_unit
@@ -22,18 +22,18 @@ class LoopView(View[Loop]):
     @cached_property
     def contents(self) -> dict[str, Content]:
         """Content by operand; one that its value does not fit is missing (another rule reports it)."""
-        found: dict[str, Content] = {}
+        contents: dict[str, Content] = {}
         for row, value in values_of(self.loop):
             try:
-                found[row.name] = store(row.type, value)
+                contents[row.name] = store(row.type, value)
             except EncodeError:
                 continue
-        return found
+        return contents
 
     def held(self, *operands: str) -> list[Decimal]:
         """The numbers of several operands; empty as soon as one does not fit."""
-        found = [Decimal(repr(self.contents[name])) for name in operands if name in self.contents]
-        return found if len(found) == len(operands) else []
+        values = [Decimal(repr(self.contents[name])) for name in operands if name in self.contents]
+        return values if len(values) == len(operands) else []
 
     def coefficient(self, operand: str) -> Decimal:
         """A coefficient as the PLC uses it: below 0 it counts as 0."""
@@ -58,8 +58,8 @@ class LoopView(View[Loop]):
     @cached_property
     def limits(self) -> tuple[Decimal, Decimal] | None:
         """Lowest and highest MV, in order as the PLC uses them; None where they do not fit or leave no room."""
-        found = sorted(self.held("MV_MIN", "MV_MAX"))
-        return (found[0], found[1]) if found and found[0] < found[1] else None
+        limits = sorted(self.held("MV_MIN", "MV_MAX"))
+        return (limits[0], limits[1]) if limits and limits[0] < limits[1] else None
 
     def gives(self, key: str) -> bool:
         """Whether the file has this key."""
@@ -84,7 +84,7 @@ class LoopView(View[Loop]):
 
 
 @dataclass(frozen=True)
-class DpideContext(Context[DpideFile, NamedEncoding]):
+class DpideContext(Context[DpideFile, ProgramEncoding]):
     """A configuration with its encoding, and its loops one by one."""
 
     @cached_property

@@ -7,12 +7,9 @@ from typing import TYPE_CHECKING
 from pidcfg.encoders.maps.dpide import REMARKS, TABLE
 from pidcfg.refs import Decision
 from pidcfg.schemas.dpide import LONGEST_CYCLE, SHORTEST_CYCLE
-from pidcfg.validate.rule import per_loop, warning
+from pidcfg.validate.rule import Findings, per_loop, warning
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from pidcfg.validate.rule import Finding
     from pidcfg.validate.rules.dpide.context import LoopView
 
 D262 = Decision(
@@ -27,7 +24,7 @@ SHORT_CYCLE = 10
 
 @per_loop
 @warning("PID731", TABLE, "CYCLE is {cycle} ms; the PLC counts it as {used} ms")
-def cycle_out_of_range(view: LoopView) -> Iterator[Finding]:
+def cycle_out_of_range(view: LoopView) -> Findings:
     """The sampling time is outside 1 to 40000 ms.
 
     Why: the PLC takes the nearest end of the range. Integral and derivative are right for that time, not for the one in
@@ -47,7 +44,7 @@ def cycle_out_of_range(view: LoopView) -> Iterator[Finding]:
     REMARKS,
     "CYCLE is {cycle} ms, but the interrupt task calls the instruction every {interval} ms, which counts",
 )
-def cycle_overridden(view: LoopView) -> Iterator[Finding]:
+def cycle_overridden(view: LoopView) -> Findings:
     """The interval of the interrupt task is another one than CYCLE.
 
     Why: in a timed interrupt task the PLC takes its interval as the sampling time and does not look at CYCLE.
@@ -61,7 +58,7 @@ def cycle_overridden(view: LoopView) -> Iterator[Finding]:
 
 @per_loop
 @warning("PID733", D262, "CYCLE is {cycle} ms, about as short as a scan: was {cycle} s meant?")
-def cycle_shorter_than_scan(view: LoopView) -> Iterator[Finding]:
+def cycle_shorter_than_scan(view: LoopView) -> Findings:
     """The sampling time is shorter than the PLC can keep.
 
     Why: the instruction is calculated when it is scanned, so not more often than once a scan. Integral and derivative

@@ -7,14 +7,11 @@ from typing import TYPE_CHECKING
 
 from pidcfg.encoders.maps.dpide import TABLE
 from pidcfg.refs import Decision
-from pidcfg.validate.rule import info, per_loop, warning
+from pidcfg.validate.rule import Findings, info, per_loop, warning
 from pidcfg.validate.rules.dpide.tuning import FORMULAS, is_dead, tunes_itself
 from pidcfg.validate.views import number_text
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from pidcfg.validate.rule import Finding
     from pidcfg.validate.rules.dpide.context import LoopView
 
 D260 = Decision(
@@ -39,7 +36,7 @@ def derivative_of(view: LoopView) -> Decimal:
     "the derivative time of {time} s is {ratio} sampling times of {cycle} s and Tf is 0: noise of the PV is "
     "multiplied by that",
 )
-def derivative_unsmoothed(view: LoopView) -> Iterator[Finding]:
+def derivative_unsmoothed(view: LoopView) -> Findings:
     """A large derivative without smoothing at a short cycle.
 
     Why: the derivative divides the change from cycle to cycle by the sampling time. One digit of noise becomes a large
@@ -56,7 +53,7 @@ def derivative_unsmoothed(view: LoopView) -> Iterator[Finding]:
 
 @per_loop
 @warning("PID722", FORMULAS, "the derivative time of {derivative} s is longer than the integral time of {integral} s")
-def derivative_above_integral(view: LoopView) -> Iterator[Finding]:
+def derivative_above_integral(view: LoopView) -> Findings:
     """The derivative time is longer than the integral time.
 
     Why: such a loop swings; by the usual rules the derivative time is a quarter of the integral time. Mostly the two
@@ -73,7 +70,7 @@ def derivative_above_integral(view: LoopView) -> Iterator[Finding]:
 @warning(
     "PID723", TABLE, "Tf of {tf} s is longer than the derivative time of {time} s: little of the derivative is left"
 )
-def derivative_smoothed_away(view: LoopView) -> Iterator[Finding]:
+def derivative_smoothed_away(view: LoopView) -> Findings:
     """The smoothing is slower than the derivative.
 
     Why: the derivative comes so late that it damps nothing; the loop behaves as without it.
@@ -87,7 +84,7 @@ def derivative_smoothed_away(view: LoopView) -> Iterator[Finding]:
 
 @per_loop
 @info("PID724", TABLE, "Tf has no effect: there is no derivative to smooth")
-def smoothing_without_derivative(view: LoopView) -> Iterator[Finding]:
+def smoothing_without_derivative(view: LoopView) -> Findings:
     """Tf is given without a derivative.
 
     Why: it smooths the derivative only, not the PV.
@@ -100,7 +97,7 @@ def smoothing_without_derivative(view: LoopView) -> Iterator[Finding]:
 
 @per_loop
 @info("PID725", FORMULAS, "PID_DE FALSE: the derivative is of the error, so a new SV kicks MV")
-def set_point_kick(view: LoopView) -> Iterator[Finding]:
+def set_point_kick(view: LoopView) -> Findings:
     """The derivative follows the set point.
 
     Why: with PID_DE FALSE a step of SV is a step of the error; its derivative is a pulse of MV of the gain times the

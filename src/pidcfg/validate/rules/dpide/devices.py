@@ -8,12 +8,11 @@ from typing import TYPE_CHECKING, NamedTuple
 from pidcfg.encoders.maps.dpide import REMARKS, ROWS, WRITTEN
 from pidcfg.refs import Decision
 from pidcfg.schemas.dpide_devices import D250, LAST_REGISTER, Place, place_of
-from pidcfg.validate.rule import error
+from pidcfg.validate.rule import Findings, error
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from pidcfg.validate.rule import Finding
     from pidcfg.validate.rules.dpide.context import DpideContext, LoopView
 
 D258 = Decision(
@@ -64,7 +63,7 @@ def overlapping(context: DpideContext) -> Iterator[tuple[Held, Held]]:
 @error(
     "PID701", D250, "{operand} would take {place}, but D{last} is the last one: it may begin at D{latest} at the latest"
 )
-def device_beyond_bank(context: DpideContext) -> Iterator[Finding]:
+def device_beyond_bank(context: DpideContext) -> Findings:
     """An operand reaches past the last D register.
 
     Why: I_MV takes 30 registers, a number two. What lies past the last register does not exist, and the software
@@ -85,7 +84,7 @@ def device_beyond_bank(context: DpideContext) -> Iterator[Finding]:
 
 
 @error("PID702", REMARKS, "{mine} at {place} overlaps {other} at {other_place}")
-def integral_block_overlaps(context: DpideContext) -> Iterator[Finding]:
+def integral_block_overlaps(context: DpideContext) -> Findings:
     """Another operand, or another loop, uses registers of an I_MV block.
 
     Why: the instruction keeps its integral, the previous error and the previous PV in the 30 registers from I_MV on,
@@ -102,7 +101,7 @@ def integral_block_overlaps(context: DpideContext) -> Iterator[Finding]:
 
 
 @error("PID703", D258, "{mine} at {place} and {other} at {other_place} {reason}")
-def devices_collide(context: DpideContext) -> Iterator[Finding]:
+def devices_collide(context: DpideContext) -> Findings:
     """Two operands share devices and cannot hold the same.
 
     Why: a number takes two registers, so D100 and D101 are not free of each other; and one register holds one value,
@@ -151,9 +150,9 @@ def is_written(item: Held) -> bool:
 
 def _conflict_with_output(first: Held, second: Held, outputs: list[Held]) -> str | None:
     """An MV may drive another loop."""
-    own = first.view is second.view
+    same_loop = first.view is second.view
     if len(outputs) > 1:
         return "are both written"
     output, reader = outputs[0], second if outputs[0] is first else first
-    drives = output.operand == "MV" and reader.operand in {"SV", "BIAS", "MOUT"} and not own
+    drives = output.operand == "MV" and reader.operand in {"SV", "BIAS", "MOUT"} and not same_loop
     return None if drives else f"would be an operand that {output.operand} overwrites"

@@ -6,18 +6,15 @@ from typing import TYPE_CHECKING
 
 from pidcfg.encoders.dpide.symbols import D256, identifier, unusable
 from pidcfg.validate.ideas.duplicates import repeats
-from pidcfg.validate.rule import info, per_loop
+from pidcfg.validate.rule import Findings, info, per_loop
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from pidcfg.validate.rule import Finding
     from pidcfg.validate.rules.dpide.context import DpideContext, LoopView
 
 
 @per_loop
 @info("PID771", D256, "no symbols for ISPSoft can be made of the name: {reason}")
-def name_without_symbols(view: LoopView) -> Iterator[Finding]:
+def name_without_symbols(view: LoopView) -> Findings:
     """The name of a loop gives no symbols.
 
     Why: a symbol has at most 16 letters, digits and underscores and does not begin with a digit.
@@ -31,7 +28,7 @@ def name_without_symbols(view: LoopView) -> Iterator[Finding]:
 
 
 @info("PID772", D256, "its symbols would be those of loop {other}, such as {symbol}")
-def symbols_collide(context: DpideContext) -> Iterator[Finding]:
+def symbols_collide(context: DpideContext) -> Findings:
     """Two loops have the same symbols.
 
     Why: blanks and signs become underscores, and ISPSoft does not tell capital from small letters; `A-1` and `a_1` are

@@ -7,12 +7,9 @@ from typing import TYPE_CHECKING
 from pidcfg.encoders.maps.dpide import TABLE, WRITTEN
 from pidcfg.refs import DPIDE, Decision
 from pidcfg.schemas.base import decimal_text
-from pidcfg.validate.rule import error, info, per_loop, warning
+from pidcfg.validate.rule import Findings, error, info, per_loop, warning
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from pidcfg.validate.rule import Finding
     from pidcfg.validate.rules.dpide.context import LoopView
 
 MODES = range(3)
@@ -28,7 +25,7 @@ D259 = Decision(
 
 @per_loop
 @error("PID704", TABLE, "PID_MODE is {mode}; there are 0 (automatic), 1 (autotune) and 2 (automatic, with I_MV)")
-def unknown_mode(view: LoopView) -> Iterator[Finding]:
+def unknown_mode(view: LoopView) -> Findings:
     """PID_MODE is none of the three modes.
 
     Why: the manual does not say what the instruction does with another number.
@@ -41,7 +38,7 @@ def unknown_mode(view: LoopView) -> Iterator[Finding]:
 
 @per_loop
 @error("PID705", TABLE, "PID_MODE 1 needs a device, where the PLC writes 0 after tuning")
-def autotune_as_a_number(view: LoopView) -> Iterator[Finding]:
+def autotune_as_a_number(view: LoopView) -> Findings:
     """The autotune is chosen by a number in the program.
 
     Why: when it is done, the PLC sets PID_MODE to 0. It cannot write a number of the program: the software refuses it,
@@ -55,7 +52,7 @@ def autotune_as_a_number(view: LoopView) -> Iterator[Finding]:
 
 @per_loop
 @warning("PID706", D259, "the autotune writes {names}, which {have} no device")
-def tuned_coefficients_without_devices(view: LoopView) -> Iterator[Finding]:
+def tuned_coefficients_without_devices(view: LoopView) -> Findings:
     """The autotune is chosen, but what it finds has no place to go.
 
     Why: it writes Kc_Kp, Ti_Ki, Td_Kd and Tf. As numbers in the program they stay what they are; in registers that are
@@ -70,7 +67,7 @@ def tuned_coefficients_without_devices(view: LoopView) -> Iterator[Finding]:
 
 @per_loop
 @info("PID707", TABLE, "PID_MODE 1: the loop tunes as soon as it runs, and swings MV between {low} and {high}")
-def tunes_at_once(view: LoopView) -> Iterator[Finding]:
+def tunes_at_once(view: LoopView) -> Findings:
     """The file starts an autotune.
 
     Why: the instruction switches the output to find out how the process answers, without a ramp. That is right for an
@@ -85,7 +82,7 @@ def tunes_at_once(view: LoopView) -> Iterator[Finding]:
 
 @per_loop
 @warning("PID708", D259, "PID_RUN is FALSE and has no device: MV stays 0")
-def never_runs(view: LoopView) -> Iterator[Finding]:
+def never_runs(view: LoopView) -> Findings:
     """The algorithm is switched off, and nothing can switch it on.
 
     Why: with PID_RUN FALSE the instruction writes 0 into MV in every scan.
@@ -98,7 +95,7 @@ def never_runs(view: LoopView) -> Iterator[Finding]:
 
 @per_loop
 @warning("PID709", D259, "PID_MAN is TRUE and has no device: the loop stays in manual, MV is {mout}")
-def always_in_manual(view: LoopView) -> Iterator[Finding]:
+def always_in_manual(view: LoopView) -> Findings:
     """The loop is in manual, and nothing can take it out.
 
     Why: MV is MOUT within the limits; the PV has no effect at all.
@@ -112,7 +109,7 @@ def always_in_manual(view: LoopView) -> Iterator[Finding]:
 
 @per_loop
 @warning("PID710", DPIDE.at("PID_MAN"), "PID_MAN TRUE has no effect while PID_MODE is 1: the autotune drives MV")
-def manual_during_autotune(view: LoopView) -> Iterator[Finding]:
+def manual_during_autotune(view: LoopView) -> Findings:
     """Manual and the autotune are chosen together.
 
     Why: somebody may rely on manual to hold the output. The autotune does not look at PID_MAN.
@@ -134,7 +131,7 @@ def may_be_manual(view: LoopView) -> bool:
     DPIDE.at("PID_MODE"),
     "PID_MODE 0: when PID_MAN becomes FALSE, MV jumps from MOUT to what the algorithm makes",
 )
-def bump_after_manual(view: LoopView) -> Iterator[Finding]:
+def bump_after_manual(view: LoopView) -> Findings:
     """The change from manual to automatic bumps.
 
     Why: with PID_MODE 0 the integral is what it was before manual. PID_MODE 2 works it out of MOUT, so that MV goes on
@@ -148,7 +145,7 @@ def bump_after_manual(view: LoopView) -> Iterator[Finding]:
 
 @per_loop
 @info("PID719", DPIDE.at("MOUT_AUTO"), "MOUT_AUTO is FALSE: when PID_MAN becomes TRUE, MV jumps to MOUT")
-def bump_into_manual(view: LoopView) -> Iterator[Finding]:
+def bump_into_manual(view: LoopView) -> Findings:
     """The change from automatic to manual bumps.
 
     Why: MOUT is whatever was written last. With MOUT_AUTO TRUE, or in the device of MV, it follows MV, and manual

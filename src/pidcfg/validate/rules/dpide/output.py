@@ -6,13 +6,10 @@ from typing import TYPE_CHECKING
 
 from pidcfg.encoders.maps.dpide import TABLE
 from pidcfg.refs import DPIDE
-from pidcfg.validate.rule import error, info, per_loop, warning
+from pidcfg.validate.rule import Findings, error, info, per_loop, warning
 from pidcfg.validate.views import number_text
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from pidcfg.validate.rule import Finding
     from pidcfg.validate.rules.dpide.context import LoopView
 
 
@@ -20,52 +17,52 @@ if TYPE_CHECKING:
 @warning(
     "PID741", TABLE, "MV_MAX {highest} is below MV_MIN {lowest}: the PLC swaps them, MV goes from {highest} to {lowest}"
 )
-def limits_swapped(view: LoopView) -> Iterator[Finding]:
+def limits_swapped(view: LoopView) -> Findings:
     """The highest MV is below the lowest.
 
     Why: the PLC exchanges the two, so the loop runs; it does not turn the direction round.
 
     Fix: exchange them in the file. For cooling write `PID_DIR: false`.
     """
-    found = view.held("MV_MIN", "MV_MAX")
-    if found and found[1] < found[0]:
-        yield view.at("MV_MAX", highest=number_text(found[1]), lowest=number_text(found[0]))
+    limits = view.held("MV_MIN", "MV_MAX")
+    if limits and limits[1] < limits[0]:
+        yield view.at("MV_MAX", highest=number_text(limits[1]), lowest=number_text(limits[0]))
 
 
 @per_loop
 @error("PID742", TABLE, "MV_MAX and MV_MIN are both {limit}: MV cannot move")
-def limits_equal(view: LoopView) -> Iterator[Finding]:
+def limits_equal(view: LoopView) -> Findings:
     """The highest MV is the lowest.
 
     Why: MV is that number, whatever the PV does.
 
     Fix: write the limits of the actuator.
     """
-    found = view.held("MV_MIN", "MV_MAX")
-    if found and found[0] == found[1]:
-        yield view.at("MV_MAX", limit=view.mv(found[0]))
+    limits = view.held("MV_MIN", "MV_MAX")
+    if limits and limits[0] == limits[1]:
+        yield view.at("MV_MAX", limit=view.mv(limits[0]))
 
 
 @per_loop
 @warning("PID743", TABLE, "MOUT {mout} is outside {low} to {high}: in manual MV is {used}")
-def manual_output_outside_limits(view: LoopView) -> Iterator[Finding]:
+def manual_output_outside_limits(view: LoopView) -> Findings:
     """The output of manual is outside the limits.
 
     Why: the limits hold in manual too; MV is the nearest of them.
 
     Fix: write a MOUT inside the limits.
     """
-    found, limits = view.held("MOUT"), view.limits
-    told = view.loop.PID_MAN or (view.gives("MOUT") and not view.loop.MOUT_AUTO)
-    if found and limits and told and not limits[0] <= found[0] <= limits[1]:
+    output, limits = view.held("MOUT"), view.limits
+    stated = view.loop.PID_MAN or (view.gives("MOUT") and not view.loop.MOUT_AUTO)
+    if output and limits and stated and not limits[0] <= output[0] <= limits[1]:
         low, high = limits
         place = "MOUT" if view.gives("MOUT") else "PID_MAN"
         yield view.at(
             place,
-            mout=number_text(found[0]),
+            mout=number_text(output[0]),
             low=number_text(low),
             high=number_text(high),
-            used=view.mv(min(max(found[0], low), high)),
+            used=view.mv(min(max(output[0], low), high)),
         )
 
 
@@ -75,21 +72,21 @@ def manual_output_outside_limits(view: LoopView) -> Iterator[Finding]:
     DPIDE.at("The PID algorithm"),
     "BIAS {bias} is outside {low} to {high}: with PV at SV the output stands at its limit",
 )
-def feed_forward_outside_limits(view: LoopView) -> Iterator[Finding]:
+def feed_forward_outside_limits(view: LoopView) -> Findings:
     """The feed forward alone drives the output to a limit.
 
     Why: BIAS is added to the three terms. Beyond a limit they must first undo the rest of it before MV moves at all.
 
     Fix: write a BIAS inside the limits.
     """
-    found, limits = view.held("BIAS"), view.limits
-    if found and limits and view.gives("BIAS") and not limits[0] <= found[0] <= limits[1]:
-        yield view.at("BIAS", bias=number_text(found[0]), low=number_text(limits[0]), high=number_text(limits[1]))
+    bias, limits = view.held("BIAS"), view.limits
+    if bias and limits and view.gives("BIAS") and not limits[0] <= bias[0] <= limits[1]:
+        yield view.at("BIAS", bias=number_text(bias[0]), low=number_text(limits[0]), high=number_text(limits[1]))
 
 
 @per_loop
 @warning("PID745", TABLE, "{operand} {limit} is outside the output's range of {low} to {high}")
-def limits_beyond_output(view: LoopView) -> Iterator[Finding]:
+def limits_beyond_output(view: LoopView) -> Findings:
     """A limit of MV lies beyond what the output can do.
 
     Why: the actuator stands at its end while MV goes on. The integral goes on with it, and needs as long to come back.
@@ -98,16 +95,16 @@ def limits_beyond_output(view: LoopView) -> Iterator[Finding]:
     """
     span = view.loop.output.range
     for name in ("MV_MAX", "MV_MIN"):
-        found = view.held(name)
-        if span is not None and found and not span[0] <= found[0] <= span[1]:
+        limit = view.held(name)
+        if span is not None and limit and not span[0] <= limit[0] <= span[1]:
             yield view.at(
-                name, operand=name, limit=number_text(found[0]), low=number_text(span[0]), high=view.mv(span[1])
+                name, operand=name, limit=number_text(limit[0]), low=number_text(span[0]), high=view.mv(span[1])
             )
 
 
 @per_loop
 @info("PID746", TABLE, "MV is 0 while PID_RUN is FALSE, which is outside its limits {low} to {high}")
-def stop_outside_limits(view: LoopView) -> Iterator[Finding]:
+def stop_outside_limits(view: LoopView) -> Findings:
     """A loop that is stopped writes an output that lies outside its limits.
 
     Why: with PID_RUN FALSE the instruction resets MV to 0 and does not look at the limits. Where 0 is not off, the

@@ -2,20 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from pidcfg.diagnostics import Severity
 from pidcfg.encoders.maps.dpide import TABLE
 from pidcfg.refs import DPIDE
 from pidcfg.schemas.iec import Timed
-from pidcfg.validate.rule import error, info, per_loop, warning
+from pidcfg.validate.rule import Findings, error, info, per_loop, warning
 from pidcfg.validate.views import number_text
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from pidcfg.validate.rule import Finding
     from pidcfg.validate.rules.dpide.context import LoopView
 
 FORMULAS = DPIDE.at("The PID algorithm")
@@ -47,7 +43,7 @@ def tunes_itself(view: LoopView) -> bool:
 
 @per_loop
 @error("PID711", DIAGRAM, "Kc_Kp is {gain}, which counts as 0 and switches off all three terms of the dependent form")
-def dead_controller(view: LoopView) -> Iterator[Finding]:
+def dead_controller(view: LoopView) -> Findings:
     """The gain of the dependent form is 0 or below.
 
     Why: Kc multiplies the integral and the derivative too (PID_EQ TRUE). MV is BIAS and nothing else, whatever the PV
@@ -62,7 +58,7 @@ def dead_controller(view: LoopView) -> Iterator[Finding]:
 
 @per_loop
 @error("PID712", DIAGRAM, "Kc_Kp, Ti_Ki and Td_Kd all count as 0: MV is BIAS alone")
-def no_term(view: LoopView) -> Iterator[Finding]:
+def no_term(view: LoopView) -> Findings:
     """All three gains of the independent form are 0 or below.
 
     Why: there is no control; the PV has no effect on MV.
@@ -75,7 +71,7 @@ def no_term(view: LoopView) -> Iterator[Finding]:
 
 @per_loop
 @warning("PID713", TABLE, "{operand} is {value}, which counts as 0: {effect}")
-def negative_coefficient(view: LoopView) -> Iterator[Finding]:
+def negative_coefficient(view: LoopView) -> Findings:
     """A coefficient is below 0.
 
     Why: the PLC takes it as 0. It does not turn the direction round.
@@ -90,7 +86,7 @@ def negative_coefficient(view: LoopView) -> Iterator[Finding]:
 
 @per_loop
 @info("PID714", TABLE, "Ti_Ki is 0: without an integral the PV stays beside SV, unless BIAS is just right")
-def no_integral(view: LoopView) -> Iterator[Finding]:
+def no_integral(view: LoopView) -> Findings:
     """There is no integral term.
 
     Why: MV is BIAS where PV is SV; any other load needs an error that stays.
@@ -103,7 +99,7 @@ def no_integral(view: LoopView) -> Iterator[Finding]:
 
 @per_loop
 @error("PID715", TABLE, "{operand} has a unit of time, but with PID_EQ FALSE it is {gain}")
-def time_as_a_gain(view: LoopView) -> Iterator[Finding]:
+def time_as_a_gain(view: LoopView) -> Findings:
     """A time stands where the independent form wants a gain.
 
     Why: an integral time of 180 s would become a gain of 180 per second: the integral runs from one end to the other
@@ -118,15 +114,15 @@ def time_as_a_gain(view: LoopView) -> Iterator[Finding]:
     if isinstance(view.loop.Ti_Ki, Timed):
         yield view.at("Ti_Ki", operand="Ti_Ki", gain="the gain Ki in 1/s")
     if isinstance(view.loop.Td_Kd, Timed):
-        found = view.at("Td_Kd", operand="Td_Kd", gain="the gain Kd: Kp times the derivative time in s")
-        yield replace(found, severity=Severity.WARNING)
+        gain = "the gain Kd: Kp times the derivative time in s"
+        yield view.at("Td_Kd", severity=Severity.WARNING, operand="Td_Kd", gain=gain)
 
 
 @per_loop
 @warning(
     "PID716", FORMULAS, "the integral time is {time} s, shorter than the sampling time of {cycle} s: was {other} meant?"
 )
-def integral_faster_than_cycle(view: LoopView) -> Iterator[Finding]:
+def integral_faster_than_cycle(view: LoopView) -> Findings:
     """The integral acts faster than the instruction is calculated.
 
     Why: in each cycle the integral adds more than the whole proportional term, and the loop swings between its limits.
@@ -145,7 +141,7 @@ def integral_faster_than_cycle(view: LoopView) -> Iterator[Finding]:
 
 @per_loop
 @info("PID717", TABLE, "Kc_Kp is {gain}: the independent form works without a proportional term")
-def no_proportional(view: LoopView) -> Iterator[Finding]:
+def no_proportional(view: LoopView) -> Findings:
     """There is no proportional term, but another one.
 
     Why: an integral alone is slow, and swings with most processes.

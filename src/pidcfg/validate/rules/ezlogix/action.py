@@ -6,12 +6,9 @@ from typing import TYPE_CHECKING
 
 from pidcfg.refs import EZLOGIX, Decision
 from pidcfg.validate.ideas.purpose import spoken_of
-from pidcfg.validate.rule import per_loop, warning
+from pidcfg.validate.rule import Findings, per_loop, warning
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from pidcfg.validate.rule import Finding
     from pidcfg.validate.rules.ezlogix.context import LoopView
 
 ACTION = EZLOGIX.at("Controller Action")
@@ -37,7 +34,7 @@ MEANING = {
     D183,
     "action {action} ({meaning}), but the loop's name or description speaks of {purpose}, which needs {other}",
 )
-def action_against_description(view: LoopView) -> Iterator[Finding]:
+def action_against_description(view: LoopView) -> Findings:
     """The action is the other one than the loop's name or description suggests.
 
     Why: here `action` is the controller's: a heater needs `reverse`, a cooler `direct`. DL06 and CLICK name the

@@ -6,13 +6,10 @@ from typing import TYPE_CHECKING
 
 from pidcfg.refs import EZLOGIX, Decision
 from pidcfg.schemas.base import decimal_text
-from pidcfg.validate.rule import info, per_loop, warning
+from pidcfg.validate.rule import Findings, info, per_loop, warning
 from pidcfg.validate.rules.ezlogix.output import looks_like_percent
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from pidcfg.validate.rule import Finding
     from pidcfg.validate.rules.ezlogix.context import LoopView
 
 TIMEOUT = EZLOGIX.at("Timeout Time (in sec)")
@@ -34,7 +31,7 @@ TENTH = 410
 
 @per_loop
 @warning("PID480", TIMEOUT, "the autotune's timeout is 0 s: it is aborted as soon as it starts")
-def autotune_timeout_zero(view: LoopView) -> Iterator[Finding]:
+def autotune_timeout_zero(view: LoopView) -> Findings:
     """The timeout of the autotune is 0.
 
     Why: an autotune that has not finished within its timeout is aborted. 0 does not mean "without limit".
@@ -52,7 +49,7 @@ def autotune_timeout_zero(view: LoopView) -> Iterator[Finding]:
     "the autotune's timeout of {timeout} s is shorter than the integral_time of {integral} s: a process that "
     "needs it has not answered by then",
 )
-def autotune_timeout_below_integral_time(view: LoopView) -> Iterator[Finding]:
+def autotune_timeout_below_integral_time(view: LoopView) -> Findings:
     """The autotune is aborted sooner than the process can answer.
 
     Why: the integral time is about as long as the process takes to answer a step. A shorter timeout ends the autotune
@@ -67,7 +64,7 @@ def autotune_timeout_below_integral_time(view: LoopView) -> Iterator[Finding]:
 
 @per_loop
 @warning("PID482", D190, "the autotune's timeout of {timeout} s leaves it fewer than 40 samples of {sample} s")
-def autotune_timeout_few_samples(view: LoopView) -> Iterator[Finding]:
+def autotune_timeout_few_samples(view: LoopView) -> Findings:
     """The autotune would end after a handful of samples.
 
     Why: dead time and slope are read from the samples of the answer. Of fewer than 40, some of which must come before
@@ -84,7 +81,7 @@ def autotune_timeout_few_samples(view: LoopView) -> Iterator[Finding]:
 @info(
     "PID483", TYPE, "the autotune computes PI gains: the derivative_time of {derivative} s would not fit the new gain"
 )
-def autotune_pi_drops_derivative(view: LoopView) -> Iterator[Finding]:
+def autotune_pi_drops_derivative(view: LoopView) -> Findings:
     """The autotune's type is PI, and the loop has a derivative time.
 
     Why: the gains of a PI loop are computed for a loop without derivative. The derivative time of the file is switched
@@ -99,7 +96,7 @@ def autotune_pi_drops_derivative(view: LoopView) -> Iterator[Finding]:
 
 @per_loop
 @warning("PID484", STEP, "the CV limits {low} and {high} leave no room for the autotune's step of 10 %, {step} counts")
-def autotune_step_impossible(view: LoopView) -> Iterator[Finding]:
+def autotune_step_impossible(view: LoopView) -> Findings:
     """The CV limits are closer together than the step of the autotune.
 
     Why: the autotune steps the CV up by 10 %. With limits that are closer together it cannot, from any output: it ends

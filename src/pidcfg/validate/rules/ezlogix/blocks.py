@@ -8,12 +8,9 @@ from pidcfg.encoders.maps.ezlogix import LOOPS, SPACE
 from pidcfg.refs import EZLOGIX
 from pidcfg.schemas.ezlogix import D152
 from pidcfg.validate.ideas import blocks
-from pidcfg.validate.rule import error, per_loop
+from pidcfg.validate.rule import Findings, error, per_loop
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from pidcfg.validate.rule import Finding
     from pidcfg.validate.rules.ezlogix.context import EzlogixContext, LoopView
 
 BLOCK = EZLOGIX.at("PID Setup")
@@ -28,7 +25,7 @@ LAST = {bank.prefix: bank.last for bank in SPACE.banks}
     "{block} would occupy {extent}, but there is nothing beyond {prefix}{last}: it may begin at "
     "{prefix}{latest} at the latest",
 )
-def block_beyond_bank(view: LoopView) -> Iterator[Finding]:
+def block_beyond_bank(view: LoopView) -> Findings:
     """A block of registers or discretes reaches past the highest address.
 
     Why: a loop needs 32 consecutive registers and 8 consecutive discretes. What lies past the last address does not
@@ -40,7 +37,7 @@ def block_beyond_bank(view: LoopView) -> Iterator[Finding]:
 
 
 @error("PID402", BLOCK, "{block} {extent} of {loop} overlaps {other_extent} of {other}")
-def blocks_overlap(context: EzlogixContext) -> Iterator[Finding]:
+def blocks_overlap(context: EzlogixContext) -> Findings:
     """Two loops share registers or discretes.
 
     Why: each loop reads its gains, limits and mode from its blocks, and writes its error and saturation there. Two
@@ -52,7 +49,7 @@ def blocks_overlap(context: EzlogixContext) -> Iterator[Finding]:
 
 
 @error("PID403", COUNT, "loop {number} of {count}: an EZLogix PLC calculates at most {limit} loops")
-def too_many_loops(context: EzlogixContext) -> Iterator[Finding]:
+def too_many_loops(context: EzlogixContext) -> Findings:
     """The file has more loops than the PLC.
 
     Why: the dialog offers eight loops; nothing calculates a ninth one.

@@ -87,14 +87,14 @@ class LoopView(View[Loop]):
     @cached_property
     def setpoint_limits(self) -> tuple[int, int] | None:
         """The set point limits in counts; None where they do not fit or are crossed."""
-        found = self.all_counts("setpoint_low", "setpoint_high")
-        return (found[0], found[1]) if found and found[0] <= found[1] else None
+        limits = self.all_counts("setpoint_low", "setpoint_high")
+        return (limits[0], limits[1]) if limits and limits[0] <= limits[1] else None
 
     @cached_property
     def cv_limits(self) -> tuple[int, int] | None:
         """The CV limits in counts; None where they do not fit or leave no room."""
-        found = self.all_counts("cv_low", "cv_high")
-        return (found[0], found[1]) if found and found[0] < found[1] else None
+        limits = self.all_counts("cv_low", "cv_high")
+        return (limits[0], limits[1]) if limits and limits[0] < limits[1] else None
 
     @cached_property
     def setpoint(self) -> int | None:
@@ -112,8 +112,8 @@ class LoopView(View[Loop]):
         """Cycle, minimum on and minimum off time in s; None without control output, or where one does not fit."""
         if self.loop.output.pulse is None:
             return None
-        found = self.holds("cycle_time", "min_on", "min_off")
-        return (found[0], found[1], found[2]) if found and found[0] > 0 else None
+        times = self.holds("cycle_time", "min_on", "min_off")
+        return (times[0], times[1], times[2]) if times and times[0] > 0 else None
 
 
 def shown(value: Quantity, unit: str | None) -> str:
@@ -153,8 +153,8 @@ class EzlogixContext(Context[EzlogixFile, Encoding]):
 
     def inner(self, view: LoopView) -> LoopView | None:
         """The loop whose set point register is this loop's CV tag."""
-        found = self.owner(view.loop.output.tag)
-        return found[0] if found is not None and found[1] == SETPOINT and found[0] is not view else None
+        owner = self.owner(view.loop.output.tag)
+        return owner[0] if owner is not None and owner[1] == SETPOINT and owner[0] is not view else None
 
     @cached_property
     def driven(self) -> frozenset[int]:
@@ -165,12 +165,12 @@ class EzlogixContext(Context[EzlogixFile, Encoding]):
     @cached_property
     def explained(self) -> frozenset[Path]:
         """Places whose limits a rule of EZLogix's own explains better than the rules for every vendor."""
-        found: list[Path] = []
+        places: list[Path] = []
         for i, loop in enumerate(self.config.loops):
             if loop.sample_rate == 0:
-                found.append(("loops", i, "sample_rate"))
+                places.append(("loops", i, "sample_rate"))
             if loop.output.pulse is not None and loop.output.pulse.cycle_time == 0:
-                found.append(("loops", i, "output", "pulse", "cycle_time"))
+                places.append(("loops", i, "output", "pulse", "cycle_time"))
             if loop.pv.square_root and loop.pv.counts is not None and loop.pv.counts[0]:
-                found += [("loops", i, *place) for place in ROOT_PLACES]
-        return frozenset(found)
+                places += [("loops", i, *place) for place in ROOT_PLACES]
+        return frozenset(places)

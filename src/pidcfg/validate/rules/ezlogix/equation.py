@@ -7,12 +7,9 @@ from typing import TYPE_CHECKING
 
 from pidcfg.refs import EZLOGIX, Decision
 from pidcfg.schemas.base import decimal_text
-from pidcfg.validate.rule import error, info, per_loop, reported_once, warning
+from pidcfg.validate.rule import Findings, error, info, per_loop, reported_once, warning
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from pidcfg.validate.rule import Finding
     from pidcfg.validate.rules.ezlogix.context import EzlogixContext, LoopView
 
 VELOCITY = EZLOGIX.at("Velocity Algorithm")
@@ -48,7 +45,7 @@ TENTH = 410
     "velocity is the position form with the derivative of the PV, not an incremental form; its sign is printed "
     "for direct action only, and taken as {sign} here{others}",
 )
-def velocity_is_not_incremental(context: EzlogixContext) -> Iterator[Finding]:
+def velocity_is_not_incremental(context: EzlogixContext) -> Findings:
     """The algorithm that the manual calls velocity computes no increments.
 
     Why: other controllers add increments to the CV in their velocity form, so that it cannot wind up and needs no
@@ -65,7 +62,7 @@ def velocity_is_not_incremental(context: EzlogixContext) -> Iterator[Finding]:
 
 @per_loop
 @info("PID422", VELOCITY, "velocity without a derivative time is the same as position")
-def velocity_without_derivative(view: LoopView) -> Iterator[Finding]:
+def velocity_without_derivative(view: LoopView) -> Findings:
     """The velocity algorithm is chosen, and there is no derivative.
 
     Why: the two algorithms differ in the derivative term only. Whoever expects increments, or protection from windup,
@@ -83,7 +80,7 @@ def velocity_without_derivative(view: LoopView) -> Iterator[Finding]:
     GAIN,
     "gain 0 with {terms}: by the manual's text only the proportional term is off, by its formula all terms are",
 )
-def gain_zero_with_integral(view: LoopView) -> Iterator[Finding]:
+def gain_zero_with_integral(view: LoopView) -> Findings:
     """The gain is 0 and there is an integral term.
 
     Why: the text says that 0 removes the proportional term; the printed formula multiplies all three by the gain.
@@ -99,7 +96,7 @@ def gain_zero_with_integral(view: LoopView) -> Iterator[Finding]:
 
 @per_loop
 @error("PID424", POSITION, "gain 0 and integral_time off: {left}")
-def no_control_term(view: LoopView) -> Iterator[Finding]:
+def no_control_term(view: LoopView) -> Findings:
     """Neither a proportional nor an integral term is left.
 
     Why: the CV stays at its offset whatever the error is; with a derivative time it moves only while the PV does, and
@@ -120,7 +117,7 @@ def no_control_term(view: LoopView) -> Iterator[Finding]:
     "no integral term and CV offset 0: without an error the CV is 0, so an error stays as long as the process "
     "needs any output",
 )
-def proportional_without_offset(view: LoopView) -> Iterator[Finding]:
+def proportional_without_offset(view: LoopView) -> Findings:
     """A loop without integral term has a CV offset of 0.
 
     Why: the CV is the offset when the error is zero. A heater that has to give 30 % to hold the temperature does so
@@ -145,7 +142,7 @@ def at_defaults(view: LoopView) -> bool:
     "integral_time {integral} s is shorter than the sample rate of {sample} s: each calculation adds {times} "
     "times the error",
 )
-def integral_time_below_sample_rate(view: LoopView) -> Iterator[Finding]:
+def integral_time_below_sample_rate(view: LoopView) -> Findings:
     """The integral time is shorter than the time between two calculations.
 
     Why: Ts/Ti is more than 1, so that the integral corrects more than the whole error at every sample, before its
@@ -171,7 +168,7 @@ def integral_time_below_sample_rate(view: LoopView) -> Iterator[Finding]:
     "derivative_time {derivative} s is shorter than the sample rate of {sample} s: the term is {times} of the "
     "proportional one",
 )
-def derivative_time_below_sample_rate(view: LoopView) -> Iterator[Finding]:
+def derivative_time_below_sample_rate(view: LoopView) -> Findings:
     """The derivative time is shorter than the time between two calculations.
 
     Why: Td/Ts is less than 1, so a change within one sample acts less through the derivative than through the
@@ -192,7 +189,7 @@ def derivative_time_below_sample_rate(view: LoopView) -> Iterator[Finding]:
 
 @per_loop
 @warning("PID428", D184, "integral and derivative time are 0.3 s, as the dialog shows them for a new loop")
-def dialog_default_times(view: LoopView) -> Iterator[Finding]:
+def dialog_default_times(view: LoopView) -> Findings:
     """Integral and derivative time are the dialog's defaults.
 
     Why: 0.3 s each fits hardly any process: the integral is far too fast for all but the fastest flows, and a
@@ -211,7 +208,7 @@ def dialog_default_times(view: LoopView) -> Iterator[Finding]:
     "one count of the PV moves the CV by {counts} counts through the derivative: gain {gain} times "
     "{derivative} s / {sample} s",
 )
-def derivative_amplifies_counts(view: LoopView) -> Iterator[Finding]:
+def derivative_amplifies_counts(view: LoopView) -> Findings:
     """The derivative turns the last count of the PV into a jolt of the output.
 
     Why: the derivative acts on the difference of two samples. With a long derivative time and a short sample rate the
@@ -219,24 +216,24 @@ def derivative_amplifies_counts(view: LoopView) -> Iterator[Finding]:
 
     Fix: lengthen the sample rate, or shorten the derivative time.
     """
-    found = view.holds("proportional_gain", "derivative_time", "sample_rate")
-    if not found or not found[2]:
+    terms = view.holds("proportional_gain", "derivative_time", "sample_rate")
+    if not terms or not terms[2]:
         return
-    counts = (found[0] or Decimal(1)) * found[1] / found[2]
+    counts = (terms[0] or Decimal(1)) * terms[1] / terms[2]
     if counts > TENTH:
         yield view.at(
             "tuning",
             "derivative_time",
             counts=f"{counts:.0f}",
-            gain=decimal_text(found[0]),
-            derivative=decimal_text(found[1]),
-            sample=decimal_text(found[2]),
+            gain=decimal_text(terms[0]),
+            derivative=decimal_text(terms[1]),
+            sample=decimal_text(terms[2]),
         )
 
 
 @per_loop
 @error("PID430", SAMPLE_RATE, "sample_rate is 0, as the dialog shows it for a new loop; it must be 0.05 to 99.99 s")
-def sample_rate_of_zero(view: LoopView) -> Iterator[Finding]:
+def sample_rate_of_zero(view: LoopView) -> Findings:
     """The sample rate is 0, the dialog's default.
 
     Why: the equation divides by it, and the manual's range begins at 0.05 s. A loop whose sample rate was never entered

@@ -8,12 +8,9 @@ from pidcfg.encoders.ezlogix.tags import TAG
 from pidcfg.encoders.maps.ezlogix import VARIABLES
 from pidcfg.refs import Decision
 from pidcfg.schemas.ezlogix import tag_name
-from pidcfg.validate.rule import warning
+from pidcfg.validate.rule import Findings, warning
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from pidcfg.validate.rule import Finding
     from pidcfg.validate.rules.ezlogix.context import EzlogixContext
 
 D182 = Decision(
@@ -26,7 +23,7 @@ D182 = Decision(
 
 
 @warning("PID411", D182, "{tag!r} is not usable as a tag: letters, digits and _ only, a letter first")
-def name_not_usable_in_tags(context: EzlogixContext) -> Iterator[Finding]:
+def name_not_usable_in_tags(context: EzlogixContext) -> Findings:
     """The name of a loop cannot stand in the names of its tags.
 
     Why: the template in `plc.tag_names` puts the loop's name into every tag. Names such as FIC-101 or `Oven 1` are
@@ -42,7 +39,7 @@ def name_not_usable_in_tags(context: EzlogixContext) -> Iterator[Finding]:
 
 
 @warning("PID412", D182, "the tag {tag} of this loop is also one of loop {other}")
-def tags_collide(context: EzlogixContext) -> Iterator[Finding]:
+def tags_collide(context: EzlogixContext) -> Findings:
     """The template makes the same tag for two loops.
 
     Why: one name cannot stand for two registers, so the tag list cannot be written. Capital and small letters are not

@@ -9,12 +9,9 @@ from pidcfg.encoders.maps.ezlogix import DUTY_FULL
 from pidcfg.refs import EZLOGIX, Decision
 from pidcfg.schemas.base import decimal_text
 from pidcfg.schemas.ezlogix import CV_FULL
-from pidcfg.validate.rule import error, info, per_loop, warning
+from pidcfg.validate.rule import Findings, error, info, per_loop, warning
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from pidcfg.validate.rule import Finding
     from pidcfg.validate.rules.ezlogix.context import LoopView
 
 LOW = EZLOGIX.at("Control Value (CV) Low Limit")
@@ -51,7 +48,7 @@ def left_out(view: LoopView, cv: int) -> bool:
 
 @per_loop
 @error("PID455", HIGH, "the CV high limit {high} is not above the low limit {low}: the output cannot move")
-def cv_limits_not_ascending(view: LoopView) -> Iterator[Finding]:
+def cv_limits_not_ascending(view: LoopView) -> Findings:
     """The CV low limit is equal to or above the high one.
 
     Why: equal limits pin the output. With crossed ones every CV is outside one of them, and which one wins is not
@@ -60,9 +57,9 @@ def cv_limits_not_ascending(view: LoopView) -> Iterator[Finding]:
     Fix: write the low limit first; 0 and 4095 counts when `limits` is left out. The direction of control is the loop's
     `action`, not the order of the limits.
     """
-    found = view.all_counts("cv_low", "cv_high")
-    if found and found[0] >= found[1]:
-        yield view.at("output", "limits", low=view.cv(found[0]), high=view.cv(found[1]))
+    limits = view.all_counts("cv_low", "cv_high")
+    if limits and limits[0] >= limits[1]:
+        yield view.at("output", "limits", low=view.cv(limits[0]), high=view.cv(limits[1]))
 
 
 @per_loop
@@ -72,7 +69,7 @@ def cv_limits_not_ascending(view: LoopView) -> Iterator[Finding]:
     "anti-windup acts at 0 and 4095 counts only: while the CV is held at {limits}, the integral goes on until "
     "the calculated CV is there",
 )
-def anti_windup_blind_to_limits(view: LoopView) -> Iterator[Finding]:
+def anti_windup_blind_to_limits(view: LoopView) -> Findings:
     """The CV limits are narrower than 0 to 4095, and anti-windup is to protect the integral.
 
     Why: saturation is looked for before the limits are applied. While the CV is held at a limit in between, the
@@ -85,13 +82,13 @@ def anti_windup_blind_to_limits(view: LoopView) -> Iterator[Finding]:
     if limits is None or limits == (0, CV_FULL) or looks_like_percent(view):
         return
     if view.loop.anti_windup and view.integrates:
-        held = [view.cv(own) for own, end in zip(limits, (0, CV_FULL), strict=True) if own != end]
+        held = [view.cv(limit) for limit, end in zip(limits, (0, CV_FULL), strict=True) if limit != end]
         yield view.at("output", "limits", limits=" or ".join(held))
 
 
 @per_loop
 @info("PID457", LOW, "the CV low limit is {low}: in Auto the output never goes below {percent} %")
-def output_never_off(view: LoopView) -> Iterator[Finding]:
+def output_never_off(view: LoopView) -> Findings:
     """The CV low limit is above 0.
 
     Why: the loop cannot switch its output off, whatever the PV is; pulses keep the minimum duty cycle that the dialog
@@ -106,7 +103,7 @@ def output_never_off(view: LoopView) -> Iterator[Finding]:
 
 @per_loop
 @warning("PID458", OFFSET, "the CV offset {offset} is outside the CV limits {low} and {high}")
-def offset_outside_limits(view: LoopView) -> Iterator[Finding]:
+def offset_outside_limits(view: LoopView) -> Findings:
     """The CV offset lies outside the CV limits.
 
     Why: the offset is the CV when the error is zero. The limit cuts it off, so the loop answers only from a certain
@@ -124,7 +121,7 @@ def offset_outside_limits(view: LoopView) -> Iterator[Finding]:
 
 @per_loop
 @info("PID459", OFFSET, "the CV offset {offset} is added to an integral term, which cancels it")
-def offset_beside_integral(view: LoopView) -> Iterator[Finding]:
+def offset_beside_integral(view: LoopView) -> Findings:
     """A CV offset is given for a loop with an integral term.
 
     Why: the integral takes up whatever the process needs, so a constant beside it has no lasting effect; when the loop
@@ -143,7 +140,7 @@ def offset_beside_integral(view: LoopView) -> Iterator[Finding]:
     ANTI_WINDUP,
     "anti_windup is off with an integral_time of {integral} s: the integral goes on while the CV is saturated",
 )
-def integral_without_anti_windup(view: LoopView) -> Iterator[Finding]:
+def integral_without_anti_windup(view: LoopView) -> Findings:
     """A loop with integral term has no anti-windup.
 
     Why: while the CV is at 0 or 4095 the sum goes on growing, and the PV has to stay on the other side of the set point
@@ -157,7 +154,7 @@ def integral_without_anti_windup(view: LoopView) -> Iterator[Finding]:
 
 @per_loop
 @warning("PID461", D189, "the CV high limit is {high} counts of 4095: {percent} %, if it is not meant as {high} %")
-def cv_limit_looks_like_percent(view: LoopView) -> Iterator[Finding]:
+def cv_limit_looks_like_percent(view: LoopView) -> Findings:
     """The CV may not exceed 100 counts.
 
     Why: without a range the limits are counts, 4095 at full output. Limits of [0, 100] are meant as percentages; here

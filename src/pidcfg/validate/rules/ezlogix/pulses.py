@@ -10,14 +10,13 @@ from pidcfg.encoders.maps.ezlogix import DUTY_FULL
 from pidcfg.refs import EZLOGIX, Decision
 from pidcfg.schemas.base import decimal_text
 from pidcfg.schemas.ezlogix import CV_FULL
-from pidcfg.validate.rule import error, info, per_loop, warning
+from pidcfg.validate.rule import Findings, error, info, per_loop, warning
 from pidcfg.validate.rules.ezlogix.equation import at_defaults
 from pidcfg.validate.views import number_text
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from pidcfg.validate.rule import Finding
     from pidcfg.validate.rules.ezlogix.context import EzlogixContext, LoopView
 
 CYCLE = EZLOGIX.at("Cycle Time")
@@ -92,7 +91,7 @@ def pulses(context: EzlogixContext) -> Iterator[tuple[LoopView, Pulses]]:
 
 @per_loop
 @error("PID465", CYCLE, "cycle_time is 0: {tag} gives no pulses")
-def cycle_time_of_zero(view: LoopView) -> Iterator[Finding]:
+def cycle_time_of_zero(view: LoopView) -> Findings:
     """The control output is enabled with a cycle time of 0.
 
     Why: pulses are a part of the cycle, so there are none, or what there is is documented nowhere.
@@ -110,7 +109,7 @@ def cycle_time_of_zero(view: LoopView) -> Iterator[Finding]:
     "a cycle of {cycle} s has no room for a pulse of min_on {min_on} s and a gap of min_off {min_off} s: the "
     "output is either off or on",
 )
-def minimum_times_exceed_cycle(context: EzlogixContext) -> Iterator[Finding]:
+def minimum_times_exceed_cycle(context: EzlogixContext) -> Findings:
     """Minimum on time and minimum off time do not fit into the cycle together.
 
     Why: whenever the pulse is long enough, the gap is too short. The output switches between off and on for whole
@@ -131,7 +130,7 @@ def minimum_times_exceed_cycle(context: EzlogixContext) -> Iterator[Finding]:
 
 
 @error("PID467", D191, "the longest pulse is {longest} s, shorter than min_on {min_on} s: {tag} never switches on")
-def output_never_on(context: EzlogixContext) -> Iterator[Finding]:
+def output_never_on(context: EzlogixContext) -> Findings:
     """No pulse reaches the minimum on time.
 
     Why: pulses that are shorter are left out. Even at the CV high limit there is none, so the output stays off.
@@ -151,7 +150,7 @@ def output_never_on(context: EzlogixContext) -> Iterator[Finding]:
 
 
 @error("PID468", D191, "the longest gap is {longest} s, shorter than min_off {min_off} s: {tag} never switches off")
-def output_always_on(context: EzlogixContext) -> Iterator[Finding]:
+def output_always_on(context: EzlogixContext) -> Findings:
     """No gap reaches the minimum off time.
 
     Why: gaps that are shorter are left out. Even at the CV low limit there is none, so the output stays on whatever the
@@ -176,7 +175,7 @@ def output_always_on(context: EzlogixContext) -> Iterator[Finding]:
     MIN_DUTY,
     "the CV low limit {low} makes pulses of {on} s, shorter than min_on {min_on} s: they are left out",
 )
-def low_limit_pulse_left_out(context: EzlogixContext) -> Iterator[Finding]:
+def low_limit_pulse_left_out(context: EzlogixContext) -> Findings:
     """The minimum duty cycle is shorter than the minimum on time.
 
     Why: the low limit is to keep the output on for a part of each cycle, as the dialog shows. A pulse that is shorter
@@ -196,7 +195,7 @@ def low_limit_pulse_left_out(context: EzlogixContext) -> Iterator[Finding]:
     MAX_DUTY,
     "the CV high limit {high} makes gaps of {off} s, shorter than min_off {min_off} s: the output stays on",
 )
-def high_limit_gap_left_out(context: EzlogixContext) -> Iterator[Finding]:
+def high_limit_gap_left_out(context: EzlogixContext) -> Findings:
     """The gap of the maximum duty cycle is shorter than the minimum off time.
 
     Why: the high limit is to keep the output off for a part of each cycle, as the dialog shows. A gap that is shorter
@@ -217,7 +216,7 @@ def high_limit_gap_left_out(context: EzlogixContext) -> Iterator[Finding]:
 
 
 @info("PID471", D192, "the cycle is {cycle} s, and the CV changes every {sample} s: equal pulses in between")
-def cycle_below_sample_rate(context: EzlogixContext) -> Iterator[Finding]:
+def cycle_below_sample_rate(context: EzlogixContext) -> Findings:
     """The cycle time is shorter than the sample rate.
 
     Why: the CV is the same until the next calculation, so shorter cycles control no better. A relay switches the more
@@ -236,7 +235,7 @@ def cycle_below_sample_rate(context: EzlogixContext) -> Iterator[Finding]:
     D192,
     "the cycle of {cycle} s is longer than the integral_time of {integral} s: the PV follows single pulses",
 )
-def cycle_beyond_integral_time(context: EzlogixContext) -> Iterator[Finding]:
+def cycle_beyond_integral_time(context: EzlogixContext) -> Findings:
     """The cycle time is longer than the integral time.
 
     Why: within one cycle the actuator is fully on and fully off. A process that is fast enough for this integral time
@@ -252,7 +251,7 @@ def cycle_beyond_integral_time(context: EzlogixContext) -> Iterator[Finding]:
 
 
 @info("PID473", D192, "a cycle of {cycle} s is up to {times} million pulses a year: for solid-state outputs only")
-def cycle_wears_relays(context: EzlogixContext) -> Iterator[Finding]:
+def cycle_wears_relays(context: EzlogixContext) -> Findings:
     """The cycle time is short for an electromechanical relay or contactor.
 
     Why: each cycle switches once on and once off. The manual suggests cycles as long as possible to extend the life of

@@ -7,13 +7,10 @@ from typing import TYPE_CHECKING
 from pidcfg.encoders.maps.ezlogix import D154
 from pidcfg.refs import EZLOGIX, Decision
 from pidcfg.schemas.ezlogix import CV_FULL, D150
-from pidcfg.validate.rule import error, info, per_loop, warning
+from pidcfg.validate.rule import Findings, error, info, per_loop, warning
 from pidcfg.validate.views import number_text
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from pidcfg.validate.rule import Finding
     from pidcfg.validate.rules.ezlogix.context import LoopView
 
 ROOT = EZLOGIX.at("Use PV Square Root")
@@ -37,7 +34,7 @@ D187 = Decision(
     "square root: {register} holds the set point on the scale of the root, 0 to {top} counts, {step} % of full "
     "scale a count",
 )
-def square_root_rescales_set_point(view: LoopView) -> Iterator[Finding]:
+def square_root_rescales_set_point(view: LoopView) -> Findings:
     """The square root of the PV changes the scale of the set point.
 
     Why: the loop compares the set point with the root of the PV, so the set point, its limits and the deadband are on
@@ -59,7 +56,7 @@ def square_root_rescales_set_point(view: LoopView) -> Iterator[Finding]:
     "square root of counts that begin at {low}: the PLC takes the root of the whole register, and without any "
     "flow that is {root} of {top}",
 )
-def square_root_of_offset_counts(view: LoopView) -> Iterator[Finding]:
+def square_root_of_offset_counts(view: LoopView) -> Findings:
     """The square root is on for a PV whose counts do not begin at 0.
 
     Why: the root is that of the register. The counts below the range, as a 4 to 20 mA signal on a 0 to 20 mA input has
@@ -76,7 +73,7 @@ def square_root_of_offset_counts(view: LoopView) -> Iterator[Finding]:
 
 @per_loop
 @warning("PID447", D187, "square root with a range that begins at {low}: no flow, root 0, is taken for {low}")
-def square_root_of_offset_range(view: LoopView) -> Iterator[Finding]:
+def square_root_of_offset_range(view: LoopView) -> Findings:
     """The square root is on for a PV whose range does not begin at 0.
 
     Why: the root of a differential pressure is in proportion to the flow only when no pressure is no flow. With another
@@ -91,7 +88,7 @@ def square_root_of_offset_range(view: LoopView) -> Iterator[Finding]:
 
 @per_loop
 @info("PID448", D150, "the PV spans {span} counts, the CV 4095: a gain of 1 acts as {times} would on percentages")
-def counts_beyond_cv(view: LoopView) -> Iterator[Finding]:
+def counts_beyond_cv(view: LoopView) -> Findings:
     """The PV has more than twice as many counts as the CV.
 
     Why: the gain is in counts of the CV per count of the PV. With a PV of 16 bits the same gain is 16 times as strong

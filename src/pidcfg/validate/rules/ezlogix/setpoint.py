@@ -6,11 +6,9 @@ from typing import TYPE_CHECKING
 
 from pidcfg.diagnostics import Severity
 from pidcfg.refs import EZLOGIX, Decision
-from pidcfg.validate.rule import Finding, error, info, per_loop, warning
+from pidcfg.validate.rule import Findings, error, info, per_loop, warning
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
     from pidcfg.validate.rules.ezlogix.context import EzlogixContext, LoopView
 
 LOW = EZLOGIX.at("Setpoint Low Limit")
@@ -37,16 +35,16 @@ def pinned(view: LoopView) -> bool:
 
 @per_loop
 @error("PID435", LIMITS, "the low set point limit {low} is above the high limit {high}")
-def set_point_limits_crossed(view: LoopView) -> Iterator[Finding]:
+def set_point_limits_crossed(view: LoopView) -> Findings:
     """The low set point limit is above the high one.
 
     Why: every set point is outside one of them, and is replaced by a limit; by which one, the manual does not say.
 
     Fix: write the low limit first.
     """
-    found = view.all_counts("setpoint_low", "setpoint_high")
-    if found and found[0] > found[1]:
-        yield view.at("setpoint", "limits", low=view.pv(found[0]), high=view.pv(found[1]))
+    limits = view.all_counts("setpoint_low", "setpoint_high")
+    if limits and limits[0] > limits[1]:
+        yield view.at("setpoint", "limits", low=view.pv(limits[0]), high=view.pv(limits[1]))
 
 
 @per_loop
@@ -56,7 +54,7 @@ def set_point_limits_crossed(view: LoopView) -> Iterator[Finding]:
     "both set point limits are 0 counts, as in the dialog of a new loop: {register} becomes 0 whatever is "
     "written to it",
 )
-def set_point_limits_zero(view: LoopView) -> Iterator[Finding]:
+def set_point_limits_zero(view: LoopView) -> Findings:
     """Both set point limits are left at 0.
 
     Why: they do not mean "no limits". A set point above the high limit is set to it, so every set point becomes 0: a
@@ -70,7 +68,7 @@ def set_point_limits_zero(view: LoopView) -> Iterator[Finding]:
 
 @per_loop
 @warning("PID437", LIMITS, "both set point limits are {value}: there is no other set point")
-def set_point_limits_equal(view: LoopView) -> Iterator[Finding]:
+def set_point_limits_equal(view: LoopView) -> Findings:
     """Both set point limits are equal.
 
     Why: every entry of an operator jumps back to this one value, as if the display were broken.
@@ -84,7 +82,7 @@ def set_point_limits_equal(view: LoopView) -> Iterator[Finding]:
 
 @per_loop
 @warning("PID438", LOW, "the set point {value} is {side} its {end} limit: {register} becomes {limit}")
-def set_point_outside_limits(view: LoopView) -> Iterator[Finding]:
+def set_point_outside_limits(view: LoopView) -> Findings:
     """The set point lies outside its own limits.
 
     Why: the PLC sets it to the limit, and the loop controls to another set point than the file says.
@@ -112,7 +110,7 @@ def set_point_outside_limits(view: LoopView) -> Iterator[Finding]:
     "the loop starts in Auto without a set point: {register} is downloaded as 0 counts, and the loop controls "
     "to {value}",
 )
-def set_point_left_at_zero(context: EzlogixContext) -> Iterator[Finding]:
+def set_point_left_at_zero(context: EzlogixContext) -> Findings:
     """A loop starts in Auto, and nothing gives its set point.
 
     Why: the register holds 0, or the low limit that replaces it, until an operator or the ladder program writes it.
@@ -129,7 +127,7 @@ def set_point_left_at_zero(context: EzlogixContext) -> Iterator[Finding]:
 
 @per_loop
 @warning("PID440", D186, "the deadband is {deadband}: {consequence}")
-def deadband_wide(view: LoopView) -> Iterator[Finding]:
+def deadband_wide(view: LoopView) -> Findings:
     """The deadband is a large part of the PV's span.
 
     Why: an error below it counts as zero, so the PV may wander that far to both sides of the set point. A deadband that
@@ -143,8 +141,8 @@ def deadband_wide(view: LoopView) -> Iterator[Finding]:
     scale = view.scales["sp"]
     furthest = max(limits[1] - scale.zero, scale.top - limits[0])
     if deadband > furthest:
-        values = {"deadband": view.pv_distance(deadband), "consequence": "no error is that large, the loop rests"}
-        yield Finding(("loops", view.index, "deadband"), values, severity=Severity.ERROR)
+        consequence = "no error is that large, the loop rests"
+        yield view.at("deadband", severity=Severity.ERROR, deadband=view.pv_distance(deadband), consequence=consequence)
     elif deadband * WIDE > scale.top - scale.zero:
         share = f"{100 * deadband / (scale.top - scale.zero):.0f}"
         yield view.at(
@@ -156,7 +154,7 @@ def deadband_wide(view: LoopView) -> Iterator[Finding]:
 
 @per_loop
 @info("PID441", D186, "a deadband stored as {counts} has no effect: errors are whole counts")
-def deadband_without_effect(view: LoopView) -> Iterator[Finding]:
+def deadband_without_effect(view: LoopView) -> Findings:
     """A deadband is so small that it does nothing.
 
     Why: errors below the deadband count as zero. Below one count there is only the error 0, so a deadband of 1 is the

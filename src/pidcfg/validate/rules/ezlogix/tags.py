@@ -8,13 +8,12 @@ from typing import TYPE_CHECKING
 from pidcfg.diagnostics import Severity
 from pidcfg.refs import EZLOGIX, Decision
 from pidcfg.validate.ideas.duplicates import repeats
-from pidcfg.validate.rule import Finding, error, info, per_loop, warning
-from pidcfg.validate.rules.ezlogix.context import PLACES, register_number
+from pidcfg.validate.rule import Findings, error, info, per_loop, warning
+from pidcfg.validate.rules.ezlogix.context import PLACES, EzlogixContext, LoopView, register_number
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from pidcfg.validate.rules.ezlogix.context import EzlogixContext, LoopView
 
 PV_TAG = EZLOGIX.at("Process Variable (PV) Tag")
 CV_TAG = EZLOGIX.at("Control Variable (CV) Tag")
@@ -42,7 +41,7 @@ NAMES = {offset: name for name, offset in PLACES.items()}
 
 
 @error("PID404", BASE, "the {what} tag {tag} is the register {register} of {owner}: {consequence}")
-def tag_in_register_block(context: EzlogixContext) -> Iterator[Finding]:
+def tag_in_register_block(context: EzlogixContext) -> Findings:
     """A PV or CV tag is one of the 32 registers of a loop.
 
     Why: a CV that is written there replaces a gain, a limit or a set point at every calculation. A PV there is a
@@ -53,8 +52,8 @@ def tag_in_register_block(context: EzlogixContext) -> Iterator[Finding]:
     """
     for view in context.loops:
         for what, tag, place in (("PV", view.loop.pv.tag, "pv"), ("CV", view.loop.output.tag, "output")):
-            found = context.owner(tag)
-            if found is None or (what == "CV" and context.inner(view) is not None):
+            owner = context.owner(tag)
+            if owner is None or (what == "CV" and context.inner(view) is not None):
                 continue
             consequence = "the loop overwrites it" if what == "CV" else "it is no measurement"
             yield view.at(
@@ -62,8 +61,8 @@ def tag_in_register_block(context: EzlogixContext) -> Iterator[Finding]:
                 "tag",
                 what=what,
                 tag=tag,
-                register=NAMES[found[1]],
-                owner=found[0].loop.name,
+                register=NAMES[owner[1]],
+                owner=owner[0].loop.name,
                 consequence=consequence,
             )
 
@@ -74,7 +73,7 @@ def tag_in_register_block(context: EzlogixContext) -> Iterator[Finding]:
     "the CV tag {tag} is the set point register of {inner}: a cascade; the CV's limits are {low} and {high} "
     "counts, the set point's {inner_low} and {inner_high}",
 )
-def cv_writes_set_point(context: EzlogixContext) -> Iterator[Finding]:
+def cv_writes_set_point(context: EzlogixContext) -> Findings:
     """The CV of a loop is the set point of another one.
 
     Why: the registers are one, so what the file says of the inner set point is overwritten. The CV arrives in counts.
@@ -91,19 +90,21 @@ def cv_writes_set_point(context: EzlogixContext) -> Iterator[Finding]:
         cv, sp = view.cv_limits, inner.setpoint_limits
         if cv is not None and sp is not None:
             beyond = cv[0] < sp[0] or cv[1] > sp[1]
-            values = {
-                "tag": view.loop.output.tag,
-                "inner": inner.name,
-                "low": cv[0],
-                "high": cv[1],
-                "inner_low": sp[0],
-                "inner_high": sp[1],
-            }
-            yield Finding(("loops", view.index, "output", "tag"), values, severity=Severity.WARNING if beyond else None)
+            yield view.at(
+                "output",
+                "tag",
+                severity=Severity.WARNING if beyond else None,
+                tag=view.loop.output.tag,
+                inner=inner.name,
+                low=cv[0],
+                high=cv[1],
+                inner_low=sp[0],
+                inner_high=sp[1],
+            )
 
 
 @error("PID406", CV_TAG, "{tag} is already the {what} of {other}: two loops would write it")
-def output_tag_shared(context: EzlogixContext) -> Iterator[Finding]:
+def output_tag_shared(context: EzlogixContext) -> Findings:
     """Two loops have one CV tag, or one control output.
 
     Why: both write it, each at its own sample rate, and what the actuator sees is neither loop's output.
@@ -126,7 +127,7 @@ def _written(context: EzlogixContext) -> Iterator[tuple[str, tuple[LoopView, str
 
 @per_loop
 @error("PID407", PV_TAG, "{tag} is PV tag and CV tag of the loop: it would measure its own output")
-def pv_is_own_cv(view: LoopView) -> Iterator[Finding]:
+def pv_is_own_cv(view: LoopView) -> Findings:
     """A loop's PV tag is its CV tag.
 
     Why: what the loop writes is what it reads next. It controls its own register, and the process not at all.
@@ -143,7 +144,7 @@ def same_pv(context: EzlogixContext) -> Iterator[tuple[LoopView, LoopView]]:
 
 
 @info("PID408", D181, "{tag} is already the PV of {other}, which acts in the same direction: {action}")
-def pv_tag_shared(context: EzlogixContext) -> Iterator[Finding]:
+def pv_tag_shared(context: EzlogixContext) -> Findings:
     """Two loops read the same measurement and act in the same direction.
 
     Why: two integral terms on one PV share the work in any proportion, and drift against each other. Often the tag was
@@ -160,7 +161,7 @@ def pv_tag_shared(context: EzlogixContext) -> Iterator[Finding]:
 @warning(
     "PID409", D181, "{heating} raises {tag} to {high} counts, {cooling} lowers it to {low}: between them both are on"
 )
-def set_points_crossed(context: EzlogixContext) -> Iterator[Finding]:
+def set_points_crossed(context: EzlogixContext) -> Findings:
     """A heating and a cooling loop on one PV have crossed set points.
 
     Why: the reverse-acting loop raises the PV to its set point, the direct-acting one lowers it to its own. With the
@@ -194,7 +195,7 @@ def logical(context: EzlogixContext, tag: str) -> bool:
 
 
 @warning("PID410", STOPPED, "the loop goes on while the PLC is stopped, but {tags}")
-def logical_tag_while_stopped(context: EzlogixContext) -> Iterator[Finding]:
+def logical_tag_while_stopped(context: EzlogixContext) -> Findings:
     """A loop is processed while the PLC is stopped, with tags that only the ladder program moves.
 
     Why: a stopped PLC executes no ladder. A PV in an R register stands still, and with any error left the integral runs

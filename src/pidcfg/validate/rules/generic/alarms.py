@@ -2,25 +2,20 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
 from pidcfg.diagnostics import Severity
 from pidcfg.schemas.generic import D280
-from pidcfg.validate.rule import error, per_loop, warning
-from pidcfg.validate.views import number_text, outside
+from pidcfg.validate.ideas.alarms import PV_POINTS
+from pidcfg.validate.rule import Findings, error, per_loop, warning
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
     from decimal import Decimal
 
     from pidcfg.schemas.base import Model
-    from pidcfg.validate.rule import Finding
     from pidcfg.validate.rules.generic.context import LoopView
 
-POINTS = ("low_low", "low", "high", "high_high")
-"""Points of the PV, from below."""
 DEVIATIONS = ("high", "high_high")
 
 
@@ -36,7 +31,7 @@ def severity_of(lower: Decimal, upper: Decimal) -> Severity:
 
 @per_loop
 @error("PID811", D280, "{upper} {above} is not above {lower} {below}")
-def alarm_points_out_of_order(view: LoopView) -> Iterator[Finding]:
+def alarm_points_out_of_order(view: LoopView) -> Findings:
     """The alarm points of the PV do not ascend from low_low to high_high.
 
     Why: crossed points are on where nothing is wrong, or the severe alarm comes before the mild one. Equal points make
@@ -44,15 +39,23 @@ def alarm_points_out_of_order(view: LoopView) -> Iterator[Finding]:
 
     Fix: write low_low < low < high < high_high; leave out what is not wanted.
     """
-    for (lower, below), (upper, above) in pairwise(given(view.loop.alarms.pv, POINTS)):
+    for (lower, below), (upper, above) in pairwise(given(view.loop.alarms.pv, PV_POINTS)):
         if above <= below:
-            found = view.at("alarms", "pv", upper, upper=upper, above=view.pv(above), lower=lower, below=view.pv(below))
-            yield replace(found, severity=severity_of(above, below))
+            yield view.at(
+                "alarms",
+                "pv",
+                upper,
+                severity=severity_of(above, below),
+                upper=upper,
+                above=view.pv(above),
+                lower=lower,
+                below=view.pv(below),
+            )
 
 
 @per_loop
 @error("PID812", D280, "high_high {above} is not above high {below}")
-def deviation_points_out_of_order(view: LoopView) -> Iterator[Finding]:
+def deviation_points_out_of_order(view: LoopView) -> Findings:
     """The second alarm point of the deviation is not above the first one.
 
     Why: the severe alarm comes before the mild one, or together with it.
@@ -61,22 +64,20 @@ def deviation_points_out_of_order(view: LoopView) -> Iterator[Finding]:
     """
     for (_, below), (_, above) in pairwise(given(view.loop.alarms.deviation, DEVIATIONS)):
         if above <= below:
-            found = view.at("alarms", "deviation", "high_high", above=view.pv(above), below=view.pv(below))
-            yield replace(found, severity=severity_of(above, below))
+            severity = severity_of(above, below)
+            yield view.at(
+                "alarms", "deviation", "high_high", severity=severity, above=view.pv(above), below=view.pv(below)
+            )
 
 
 @per_loop
 @warning("PID813", D280, "the alarm point {name} {value} is outside the PV's range, {low} to {high}")
-def alarm_point_outside_range(view: LoopView) -> Iterator[Finding]:
+def alarm_point_outside_range(view: LoopView) -> Findings:
     """An alarm point of the PV lies outside the PV's range.
 
     Why: the PV is not measured there: the alarm never comes, or is always on.
 
     Fix: write a point inside `pv.range`, or leave it out.
     """
-    span = view.loop.pv.range
-    for name, value in given(view.loop.alarms.pv, POINTS):
-        if outside(value, span):
-            yield view.at(
-                "alarms", "pv", name, name=name, value=view.pv(value), low=number_text(span[0]), high=view.pv(span[1])
-            )
+    for name, value in given(view.loop.alarms.pv, PV_POINTS):
+        yield from view.pv_outside("alarms", "pv", name, value=value, ends=view.loop.pv.range)

@@ -7,12 +7,9 @@ from typing import TYPE_CHECKING
 from pidcfg.encoders.generic.decisions import D302
 from pidcfg.schemas.names import nearest
 from pidcfg.validate.ideas.cascades import rings
-from pidcfg.validate.rule import error, per_loop, warning
+from pidcfg.validate.rule import Findings, error, per_loop, warning
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from pidcfg.validate.rule import Finding
     from pidcfg.validate.rules.generic.context import GenericContext, LoopView
 
 
@@ -22,7 +19,7 @@ def master_of(context: GenericContext, view: LoopView) -> LoopView | None:
 
 
 @error("PID831", D302, "there is no loop {source}{cure}")
-def unknown_cascade_source(context: GenericContext) -> Iterator[Finding]:
+def unknown_cascade_source(context: GenericContext) -> Findings:
     """The source of the set point is no loop of the file.
 
     Why: the set point would come from nowhere.
@@ -38,7 +35,7 @@ def unknown_cascade_source(context: GenericContext) -> Iterator[Finding]:
 
 @per_loop
 @error("PID832", D302, "the set point of {name} is its own output")
-def cascade_to_itself(view: LoopView) -> Iterator[Finding]:
+def cascade_to_itself(view: LoopView) -> Findings:
     """A loop is the source of its own set point.
 
     Why: the output would drive the set point, which drives the output.
@@ -50,7 +47,7 @@ def cascade_to_itself(view: LoopView) -> Iterator[Finding]:
 
 
 @error("PID833", D302, "the cascade goes in a ring: {names}")
-def cascade_ring(context: GenericContext) -> Iterator[Finding]:
+def cascade_ring(context: GenericContext) -> Findings:
     """Loops are each other's masters.
 
     Why: a cascade has an outermost loop with a set point of its own.
@@ -66,7 +63,7 @@ def cascade_ring(context: GenericContext) -> Iterator[Finding]:
 
 @per_loop
 @error("PID834", D302, "the mode is cascade, but setpoint.source is not given")
-def cascade_without_source(view: LoopView) -> Iterator[Finding]:
+def cascade_without_source(view: LoopView) -> Findings:
     """A loop is meant to run in cascade and has no master.
 
     Why: there is nothing that its set point could follow.
@@ -78,7 +75,7 @@ def cascade_without_source(view: LoopView) -> Iterator[Finding]:
 
 
 @warning("PID835", D302, "the output of {master} has the range {low} to {high}, this PV {own_low} to {own_high}")
-def cascade_scales_differ(context: GenericContext) -> Iterator[Finding]:
+def cascade_scales_differ(context: GenericContext) -> Findings:
     """The master's output and the slave's PV have different ranges.
 
     Why: the master's output is the slave's set point as it is, in units of the slave's PV. A master from 0 to 100 %
@@ -91,14 +88,14 @@ def cascade_scales_differ(context: GenericContext) -> Iterator[Finding]:
         master = master_of(context, view)
         if master is None or master is view:
             continue
-        theirs, own = master.loop.output.range, view.loop.pv.range
-        if theirs != own:
+        output, pv = master.loop.output.range, view.loop.pv.range
+        if output != pv:
             yield view.at(
                 "setpoint",
                 "source",
                 master=master.loop.name,
-                low=theirs[0],
-                high=master.out(theirs[1]),
-                own_low=own[0],
-                own_high=view.pv(own[1]),
+                low=output[0],
+                high=master.out(output[1]),
+                own_low=pv[0],
+                own_high=view.pv(pv[1]),
             )

@@ -5,14 +5,13 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from pidcfg.encoders.generic.decisions import D303
-from pidcfg.validate.rule import error, warning
+from pidcfg.validate.rule import Findings, error, warning
 from pidcfg.validate.views import number_text
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from pidcfg.schemas.generic import Pulse
-    from pidcfg.validate.rule import Finding
     from pidcfg.validate.rules.generic.context import GenericContext, LoopView
 
 
@@ -24,7 +23,7 @@ def pulsed(context: GenericContext) -> Iterator[tuple[LoopView, Pulse]]:
 
 
 @error("PID841", D303, "the period of the pulses is 0")
-def no_pulse_period(context: GenericContext) -> Iterator[Finding]:
+def no_pulse_period(context: GenericContext) -> Findings:
     """The period of the pulses is 0.
 
     Why: there is no time that the output could be a share of.
@@ -37,7 +36,7 @@ def no_pulse_period(context: GenericContext) -> Iterator[Finding]:
 
 
 @warning("PID842", D303, "the pulses' period {period} s is shorter than sample_time {sample} s")
-def pulse_period_below_sample_time(context: GenericContext) -> Iterator[Finding]:
+def pulse_period_below_sample_time(context: GenericContext) -> Findings:
     """The pulses' period is shorter than the sample time.
 
     Why: several pulses are alike, since the output is calculated less often: the actuator switches more than it needs
@@ -53,7 +52,7 @@ def pulse_period_below_sample_time(context: GenericContext) -> Iterator[Finding]
 
 
 @error("PID843", D303, "min_on {on} s and min_off {off} s together do not fit into the period, {period} s")
-def pulse_without_room(context: GenericContext) -> Iterator[Finding]:
+def pulse_without_room(context: GenericContext) -> Findings:
     """Shortest pulse and shortest gap are longer together than the period.
 
     Why: no pulse is then both long enough and followed by a gap that is: the output is on or off for whole periods.

@@ -6,19 +6,15 @@ from typing import TYPE_CHECKING
 
 from pidcfg.encoders.generic.decisions import D299
 from pidcfg.schemas.generic import D280
-from pidcfg.validate.rule import error, per_loop, warning
-from pidcfg.validate.views import number_text, outside
+from pidcfg.validate.rule import Findings, error, per_loop, warning
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from pidcfg.validate.rule import Finding
     from pidcfg.validate.rules.generic.context import LoopView
 
 
 @per_loop
 @warning("PID801", D280, "the output limit {value} is outside the output's range, {low} to {high}")
-def output_limits_outside_range(view: LoopView) -> Iterator[Finding]:
+def output_limits_outside_range(view: LoopView) -> Findings:
     """A limit of the output lies outside the output's range.
 
     Why: the range is what the actuator can do. The output stays at the end of it while the controller believes that it
@@ -26,30 +22,26 @@ def output_limits_outside_range(view: LoopView) -> Iterator[Finding]:
 
     Fix: write limits inside `output.range`, or correct the range.
     """
-    span = view.loop.output.range
     for i, end in enumerate(view.loop.output.limits or ()):
-        if outside(end, span):
-            yield view.at("output", "limits", i, value=view.out(end), low=number_text(span[0]), high=view.out(span[1]))
+        yield from view.output_outside("output", "limits", i, value=end, ends=view.loop.output.range)
 
 
 @per_loop
 @warning("PID802", D280, "the set-point limit {value} is outside the PV's range, {low} to {high}")
-def set_point_limits_outside_range(view: LoopView) -> Iterator[Finding]:
+def set_point_limits_outside_range(view: LoopView) -> Findings:
     """A limit of the set point lies outside the PV's range.
 
     Why: the PV is not measured there, so such a set point is never reached.
 
     Fix: write limits inside `pv.range`, or correct the range.
     """
-    span = view.loop.pv.range
     for i, end in enumerate(view.loop.setpoint.limits or ()):
-        if outside(end, span):
-            yield view.at("setpoint", "limits", i, value=view.pv(end), low=number_text(span[0]), high=view.pv(span[1]))
+        yield from view.pv_outside("setpoint", "limits", i, value=end, ends=view.loop.pv.range)
 
 
 @per_loop
 @warning("PID803", D280, "the set point {value} is outside {what}, {low} to {high}")
-def set_point_out_of_reach(view: LoopView) -> Iterator[Finding]:
+def set_point_out_of_reach(view: LoopView) -> Findings:
     """The set point lies outside its limits, or outside the PV's range.
 
     Why: outside its limits it is brought to the nearer one; outside the range the PV never reaches it, and the output
@@ -58,16 +50,14 @@ def set_point_out_of_reach(view: LoopView) -> Iterator[Finding]:
     Fix: correct the set point, its limits or the range.
     """
     value, limits = view.loop.setpoint.value, view.loop.setpoint.limits
-    span, what = (view.loop.pv.range, "the PV's range") if limits is None else (limits, "its limits")
-    if value is not None and outside(value, span):
-        yield view.at(
-            "setpoint", "value", value=view.pv(value), what=what, low=number_text(span[0]), high=view.pv(span[1])
-        )
+    ends, what = (view.loop.pv.range, "the PV's range") if limits is None else (limits, "its limits")
+    if value is not None:
+        yield from view.pv_outside("setpoint", "value", value=value, ends=ends, what=what)
 
 
 @per_loop
 @warning("PID804", D280, "the bias {value} is outside the limits of the output, {low} to {high}")
-def bias_outside_limits(view: LoopView) -> Iterator[Finding]:
+def bias_outside_limits(view: LoopView) -> Findings:
     """The bias lies outside the limits of the output.
 
     Why: the bias is the output without an error. Beyond the limits the output stays at one of them until the other
@@ -75,30 +65,26 @@ def bias_outside_limits(view: LoopView) -> Iterator[Finding]:
 
     Fix: write a bias between the limits; it is in units of the output.
     """
-    low, high = view.limits
-    bias = view.loop.output.bias
-    if bias and outside(bias, view.limits):
-        yield view.at("output", "bias", value=view.out(bias), low=number_text(low), high=view.out(high))
+    if view.loop.output.bias:
+        yield from view.output_outside("output", "bias", value=view.loop.output.bias, ends=view.limits)
 
 
 @per_loop
 @warning("PID805", D280, "the manual output {value} is outside the limits of the output, {low} to {high}")
-def manual_outside_limits(view: LoopView) -> Iterator[Finding]:
+def manual_outside_limits(view: LoopView) -> Findings:
     """The output for manual lies outside the limits of the output.
 
     Why: the limit is taken in its place.
 
     Fix: write a value between the limits; it is in units of the output.
     """
-    low, high = view.limits
-    value = view.loop.output.manual
-    if value is not None and outside(value, view.limits):
-        yield view.at("output", "manual", value=view.out(value), low=number_text(low), high=view.out(high))
+    if view.loop.output.manual is not None:
+        yield from view.output_outside("output", "manual", value=view.loop.output.manual, ends=view.limits)
 
 
 @per_loop
 @warning("PID806", D299, "the PV is a root, but its range begins at {low} and not at 0")
-def square_root_off_zero(view: LoopView) -> Iterator[Finding]:
+def square_root_off_zero(view: LoopView) -> Findings:
     """The PV is the root of a differential pressure, and its range does not begin at 0.
 
     Why: a flow is proportional to the root of the pressure only if both are 0 together. With another beginning PLCs
@@ -112,7 +98,7 @@ def square_root_off_zero(view: LoopView) -> Iterator[Finding]:
 
 @per_loop
 @error("PID807", D280, "max_rate is 0: the output never moves")
-def output_cannot_move(view: LoopView) -> Iterator[Finding]:
+def output_cannot_move(view: LoopView) -> Findings:
     """The fastest change of the output is 0.
 
     Why: the output stays where it is at the start, whatever the PV does.

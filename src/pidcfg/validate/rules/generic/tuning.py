@@ -7,13 +7,10 @@ from typing import TYPE_CHECKING
 
 from pidcfg.encoders.generic.decisions import D299
 from pidcfg.schemas.generic import D280
-from pidcfg.validate.rule import error, per_loop, warning
+from pidcfg.validate.rule import Findings, error, per_loop, warning
 from pidcfg.validate.views import number_text
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from pidcfg.validate.rule import Finding
     from pidcfg.validate.rules.generic.context import GenericContext, LoopView
 
 SHARE = Decimal("0.1")
@@ -24,7 +21,7 @@ SHARE = Decimal("0.1")
 @error(
     "PID821", D280, "sample_time is 0: the loop would be calculated all the time, and none of its times has a meaning"
 )
-def no_sample_time(view: LoopView) -> Iterator[Finding]:
+def no_sample_time(view: LoopView) -> Findings:
     """The time between two calculations is 0.
 
     Why: integral and derivative are calculated from sample to sample.
@@ -36,7 +33,7 @@ def no_sample_time(view: LoopView) -> Iterator[Finding]:
 
 
 @warning("PID822", D299, "sample_time {sample} s is longer than a tenth of {name}, {time} s")
-def sample_time_too_long(context: GenericContext) -> Iterator[Finding]:
+def sample_time_too_long(context: GenericContext) -> Findings:
     """The loop is calculated less often than its times want.
 
     Why: integral and derivative are sums and differences of samples; with few of them the loop behaves other than its
@@ -54,7 +51,7 @@ def sample_time_too_long(context: GenericContext) -> Iterator[Finding]:
 
 @per_loop
 @warning("PID823", D280, "derivative_time {derivative} s is longer than integral_time {integral} s")
-def derivative_longer_than_integral(view: LoopView) -> Iterator[Finding]:
+def derivative_longer_than_integral(view: LoopView) -> Findings:
     """The derivative time is longer than the integral time.
 
     Why: tuning rules make it about a quarter; mostly the two were mixed up, or one is in minutes.
@@ -73,7 +70,7 @@ def derivative_longer_than_integral(view: LoopView) -> Iterator[Finding]:
 
 @per_loop
 @error("PID824", D280, "the gain is 0, which switches off all three actions")
-def gain_of_zero(view: LoopView) -> Iterator[Finding]:
+def gain_of_zero(view: LoopView) -> Findings:
     """The gain is 0.
 
     Why: it stands before the integral and the derivative too. The output is the bias, whatever the PV does.
@@ -86,7 +83,7 @@ def gain_of_zero(view: LoopView) -> Iterator[Finding]:
 
 @per_loop
 @error("PID825", D280, "proportional is false, and there is neither an integral nor a derivative: nothing acts")
-def no_action_at_all(view: LoopView) -> Iterator[Finding]:
+def no_action_at_all(view: LoopView) -> Findings:
     """All three actions are off.
 
     Why: the output is the bias, whatever the PV does.
@@ -100,7 +97,7 @@ def no_action_at_all(view: LoopView) -> Iterator[Finding]:
 
 @per_loop
 @warning("PID826", D299, "the deadband {value} is as wide as the PV's range, {low} to {high}: there is never an error")
-def deadband_covers_range(view: LoopView) -> Iterator[Finding]:
+def deadband_covers_range(view: LoopView) -> Findings:
     """The deadband is wider than the PV's range.
 
     Why: an error inside it counts as zero, and the PV cannot leave it.

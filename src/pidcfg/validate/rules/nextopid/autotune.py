@@ -6,15 +6,14 @@ from decimal import ROUND_HALF_EVEN
 from typing import TYPE_CHECKING
 
 from pidcfg.refs import NEXTOPID, Decision
-from pidcfg.validate.rule import Finding, error, info, warning
+from pidcfg.validate.rule import Findings, error, info, warning
 from pidcfg.validate.views import number_text
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
     from decimal import Decimal
 
     from pidcfg.validate.rules.nextopid.context import NextopidContext
-    from pidcfg.validate.rules.nextopid.view import BlockView
+    from pidcfg.validate.rules.nextopid.program import BlockView
 
 START = NEXTOPID.at("chapter 4: AutoTune")
 PARAMETERS = NEXTOPID.at("chapter 4: AutoTuneParam")
@@ -48,7 +47,7 @@ def step_of(view: BlockView) -> Decimal | None:
 
 
 @error("PID656", PARAMETERS, "AutoTune is {how}, but AutoTuneParam is not given: all of it is 0")
-def auto_tuning_without_parameters(context: NextopidContext) -> Iterator[Finding]:
+def auto_tuning_without_parameters(context: NextopidContext) -> Findings:
     """The auto-tuning can be started, and has no parameters.
 
     Why: amplitude, hysteresis, safety limit and cycles are 0 then, which are all out of range: it ends at once with an
@@ -63,7 +62,7 @@ def auto_tuning_without_parameters(context: NextopidContext) -> Iterator[Finding
 
 
 @warning("PID657", START, "AutoTune is {value}: the auto-tuning begins with the first cycle")
-def auto_tuning_at_start(context: NextopidContext) -> Iterator[Finding]:
+def auto_tuning_at_start(context: NextopidContext) -> Findings:
     """The auto-tuning starts with the program.
 
     Why: a process that has just been started is not steady, and MV is switched up and down before anybody looks.
@@ -77,7 +76,7 @@ def auto_tuning_at_start(context: NextopidContext) -> Iterator[Finding]:
 
 
 @warning("PID658", RESULT, "from ManualMV {start} the auto-tuning would step to {target}{unit}, beyond {limit} {end}")
-def auto_tuning_step_beyond_limits(context: NextopidContext) -> Iterator[Finding]:
+def auto_tuning_step_beyond_limits(context: NextopidContext) -> Findings:
     """The step of the auto-tuning does not fit between MV and its limit.
 
     Why: MV is switched between both sides of where it stood. Where one of them is beyond a limit, the auto-tuning ends
@@ -92,15 +91,15 @@ def auto_tuning_step_beyond_limits(context: NextopidContext) -> Iterator[Finding
         start = min(max(start, mv[0]), mv[1])
         for target, limit, bit in ((start - step, "MinMV", "LOW"), (start + step, "MaxMV", "HIGH")):
             if target < mv[0] or target > mv[1]:
-                values = {
-                    "start": view.shown("ManualMV"),
-                    "target": number_text(target),
-                    "unit": view.unit("MV"),
-                    "limit": limit,
-                    "end": view.shown(limit),
-                }
-                place = (*view.own.place, "AutoTuneParam", "PercAmpMV")
-                yield Finding(place, values, plc_effect=f"AutoTuneResult.MV_TOO_{bit}")
+                yield view.at(
+                    "AutoTuneParam.PercAmpMV",
+                    f"AutoTuneResult.MV_TOO_{bit}",
+                    start=view.shown("ManualMV"),
+                    target=number_text(target),
+                    unit=view.unit("MV"),
+                    limit=limit,
+                    end=view.shown(limit),
+                )
 
 
 @warning(
@@ -108,7 +107,7 @@ def auto_tuning_step_beyond_limits(context: NextopidContext) -> Iterator[Finding
     D217,
     "PercMaxPeakPV {peak} % is not above twice PercHystPV {hysteresis} %: the peaks are too low or too high",
 )
-def auto_tuning_peaks_without_room(context: NextopidContext) -> Iterator[Finding]:
+def auto_tuning_peaks_without_room(context: NextopidContext) -> Findings:
     """The peaks of PV can only be too low or too high.
 
     Why: below twice the hysteresis the peaks cannot be trusted, and beyond PercMaxPeakPV the auto-tuning is aborted.
@@ -125,7 +124,7 @@ def auto_tuning_peaks_without_room(context: NextopidContext) -> Iterator[Finding
 
 
 @warning("PID660", D217, "PercAmpMV {percent} % is a step of {step}, and MV is an INT: {effect}")
-def auto_tuning_step_not_whole(context: NextopidContext) -> Iterator[Finding]:
+def auto_tuning_step_not_whole(context: NextopidContext) -> Findings:
     """The step of the auto-tuning is none that an INT can make.
 
     Why: MV has whole numbers only. The step is rounded to the nearest one, and a step that rounds to 0 ends the
@@ -134,12 +133,12 @@ def auto_tuning_step_not_whole(context: NextopidContext) -> Iterator[Finding]:
     Fix: raise PercAmpMV, or give MV a larger scale such as 0 to 30000.
     """
     for view in context.of(WHOLE):
-        step, made = wanted_step(view), step_of(view)
-        if step is not None and made is not None and step != made:
-            effect = f"the step is {number_text(made)}" if made else "the auto-tuning ends with an error"
+        step, rounded = wanted_step(view), step_of(view)
+        if step is not None and rounded is not None and step != rounded:
+            effect = f"the step is {number_text(rounded)}" if rounded else "the auto-tuning ends with an error"
             yield view.at(
                 "AutoTuneParam.PercAmpMV",
-                None if made else "AutoTuneResult.Bad_PercAmpMV",
+                None if rounded else "AutoTuneResult.Bad_PercAmpMV",
                 percent=number_text(view.item.AutoTuneParam.PercAmpMV),
                 step=number_text(step),
                 effect=effect,
@@ -147,7 +146,7 @@ def auto_tuning_step_not_whole(context: NextopidContext) -> Iterator[Finding]:
 
 
 @info("PID661", MODE, "the auto-tuning tunes a {mode} controller, and the loop has {terms}")
-def auto_tuning_of_other_terms(context: NextopidContext) -> Iterator[Finding]:
+def auto_tuning_of_other_terms(context: NextopidContext) -> Findings:
     """The auto-tuning tunes another kind of controller than the loop is.
 
     Why: a gain that was made for P alone is too high beside an integral; a result for PI says nothing of the

@@ -7,13 +7,11 @@ from typing import TYPE_CHECKING
 
 from pidcfg.encoders.maps.nextopid import MOST_SAMPLES
 from pidcfg.refs import NEXTOPID, Decision
-from pidcfg.validate.rule import error, info, warning
+from pidcfg.validate.rule import Findings, error, info, warning
+from pidcfg.validate.rules.nextopid.program import TIME_CONSTANTS
 from pidcfg.validate.views import number_text
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from pidcfg.validate.rule import Finding
     from pidcfg.validate.rules.nextopid.context import NextopidContext
 
 DELAY = NEXTOPID.at("chapter 9: DelayTime")
@@ -35,11 +33,10 @@ ROUNDING = Decimal("1e-6")
 DELAYS = ("ControlDelay", "ControlDelayLag")
 LAGS = ("ControlLag", "ControlDelayLag")
 LIMITED = (*LAGS, "ControlLeadLag")
-TIMES = {"ControlLowFilter": "Tc", "ControlLag": "Tc", "ControlDelayLag": "Tc", "ControlLeadLag": "Tlag"}
 
 
 @error("PID642", DELAY, "DelayTime {time} is {count} samples of {sample} s; the block holds 100, that is {most} s")
-def delay_too_long(context: NextopidContext) -> Iterator[Finding]:
+def delay_too_long(context: NextopidContext) -> Findings:
     """A delay is longer than 100 samples.
 
     Why: the block has room for 100 samples. With a longer delay it stops with its Error, and its output stands still.
@@ -60,7 +57,7 @@ def delay_too_long(context: NextopidContext) -> Iterator[Finding]:
 
 
 @info("PID643", D214, "DelayTime {time} is {count} samples of {sample} s: it will be {whole} s")
-def delay_between_samples(context: NextopidContext) -> Iterator[Finding]:
+def delay_between_samples(context: NextopidContext) -> Findings:
     """A delay is no whole number of samples.
 
     Why: the block delays by calls. Between two of them there is nothing; the delay is one of the two next to it.
@@ -85,22 +82,22 @@ def _is_between(samples: Decimal) -> bool:
 
 
 @error("PID644", TIME_CONSTANT, "{key} is {time}; it must be above 0")
-def time_constant_not_positive(context: NextopidContext) -> Iterator[Finding]:
+def time_constant_not_positive(context: NextopidContext) -> Findings:
     """The time constant of a filter or lag is 0 or negative.
 
     Why: the block stops with its Error, and its output stands still. 0 does not mean "no filter".
 
     Fix: give a time above 0, or leave the block out.
     """
-    for view in context.of(*TIMES):
-        key = TIMES[view.type]
+    for view in context.of(*TIME_CONSTANTS):
+        key = TIME_CONSTANTS[view.type]
         time = view.number_of(key)
         if time is not None and time <= 0:
             yield view.at(key, "Error", key=key, time=view.shown(key))
 
 
 @error("PID645", LIMITS, "Min_OutVar {low} is above Max_OutVar {high}")
-def output_limits_crossed(context: NextopidContext) -> Iterator[Finding]:
+def output_limits_crossed(context: NextopidContext) -> Findings:
     """The lower limit of an output is above the upper one.
 
     Why: a lag stops with its Error; the output of a lead-lag stays at one of the two.
@@ -119,7 +116,7 @@ def output_limits_crossed(context: NextopidContext) -> Iterator[Finding]:
 
 
 @error("PID646", D214, "Min_OutVar and Max_OutVar are both {value}{how}: OutVar never moves")
-def output_pinned(context: NextopidContext) -> Iterator[Finding]:
+def output_pinned(context: NextopidContext) -> Findings:
     """The limits of an output leave it a single value.
 
     Why: parameters that are not given are 0, and so the output is 0 for ever: a process that does not answer, or a
@@ -135,7 +132,7 @@ def output_pinned(context: NextopidContext) -> Iterator[Finding]:
 
 
 @error("PID647", LIMITS, "Init_OutVar {value} is {side} {limit} {end}")
-def initial_output_outside_limits(context: NextopidContext) -> Iterator[Finding]:
+def initial_output_outside_limits(context: NextopidContext) -> Findings:
     """The first output of a lag is outside its limits.
 
     Why: the block stops with its Error. Init_OutVar is 0 when it is not given, which may lie below Min_OutVar.
@@ -153,7 +150,7 @@ def initial_output_outside_limits(context: NextopidContext) -> Iterator[Finding]
 
 
 @warning("PID648", GAIN, "{key} is 0{how}: the output does not depend on InVar")
-def gain_of_zero(context: NextopidContext) -> Iterator[Finding]:
+def gain_of_zero(context: NextopidContext) -> Findings:
     """The gain of a lag or lead-lag is 0.
 
     Why: the block puts out its offset, or 0. A gain that is not given is 0, not 1.

@@ -6,15 +6,13 @@ from typing import TYPE_CHECKING
 
 from pidcfg.refs import NEXTOPID
 from pidcfg.validate.ideas.cascades import rings
-from pidcfg.validate.rule import Finding, error, info, per_pid, warning
+from pidcfg.validate.rule import Finding, Findings, error, info, per_pid, warning
 from pidcfg.validate.rules.nextopid.links import D218
 from pidcfg.validate.views import number_text
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
     from pidcfg.validate.rules.nextopid.context import NextopidContext
-    from pidcfg.validate.rules.nextopid.view import BlockView
+    from pidcfg.validate.rules.nextopid.program import BlockView
 
 CASCADE = NEXTOPID.at("chapter 16: Cascade Configurations, Special Connections")
 CASC = NEXTOPID.at("chapter 2: CASC")
@@ -24,7 +22,7 @@ HINTS = NEXTOPID.at("chapter 17: Hints for Tuning PID in Cascade Configuration")
 
 
 @error("PID662", D218, "{name} is its own master: {way}")
-def cascade_in_a_circle(context: NextopidContext) -> Iterator[Finding]:
+def cascade_in_a_circle(context: NextopidContext) -> Findings:
     """Loops take their set points from each other in a circle.
 
     Why: nobody says what any of them is to hold; their MVs drift to a limit.
@@ -43,15 +41,15 @@ def cascade_in_a_circle(context: NextopidContext) -> Iterator[Finding]:
     CASCADE,
     "{slave} is the slave of {masters} at once: TRK_OUT and the windup outputs can tell only one of them",
 )
-def two_masters(context: NextopidContext) -> Iterator[Finding]:
+def two_masters(context: NextopidContext) -> Findings:
     """A slave takes its set point from several loops.
 
     Why: each of the masters believes that it has the slave. Their integrals work against each other, and move away.
 
     Fix: choose one, or put a selector between them and wire it as an override.
     """
-    for own in context.network.links_of_slave.values():
-        masters, view = [link.master.name for link in own], own[0].slave
+    for links in context.network.links_of_slave.values():
+        masters, view = [link.master.name for link in links], links[0].slave
         if len(masters) > 1:
             yield view.at("SP_CASC", slave=view.name, masters=" and ".join(masters))
 
@@ -61,7 +59,7 @@ def two_masters(context: NextopidContext) -> Iterator[Finding]:
     CASCADE,
     "{master} is the master of {slaves}: TRK_IN, TRK_VAL and the windup inputs can follow only one of them",
 )
-def several_slaves(context: NextopidContext) -> Iterator[Finding]:
+def several_slaves(context: NextopidContext) -> Findings:
     """A master serves several slaves.
 
     Why: the master learns from one slave whether it is followed. When another one is in manual or at its limit, the
@@ -69,13 +67,13 @@ def several_slaves(context: NextopidContext) -> Iterator[Finding]:
 
     Fix: let the special connections come from the slave that matters, and switch the slaves together.
     """
-    for master, own in context.network.masters():
-        if len(own) > 1:
-            yield master.at("name", master=master.name, slaves=" and ".join(link.slave.name for link in own))
+    for master, links in context.network.masters():
+        if len(links) > 1:
+            yield master.at("name", master=master.name, slaves=" and ".join(link.slave.name for link in links))
 
 
 @info("PID665", CASCADE, "CASC is FALSE: {loop}{role} never follows SP_CASC, {source}")
-def never_in_cascade_mode(context: NextopidContext) -> Iterator[Finding]:
+def never_in_cascade_mode(context: NextopidContext) -> Findings:
     """SP_CASC is wired, and cascade mode is off.
 
     Why: the loop controls SP as long as nobody writes CASC; its master, if it has one, tracks. CASC normally comes from
@@ -92,7 +90,7 @@ def never_in_cascade_mode(context: NextopidContext) -> Iterator[Finding]:
 
 @per_pid
 @error("PID666", CASC, "CASC is {value}, but SP_CASC is not given: the set point is 0{unit}")
-def cascade_mode_without_set_point(view: BlockView) -> Iterator[Finding]:
+def cascade_mode_without_set_point(view: BlockView) -> Findings:
     """Cascade mode can be switched on, and nothing gives the set point.
 
     Why: with CASC TRUE the set point is SP_CASC, which is 0 when it is not given.
@@ -105,21 +103,21 @@ def cascade_mode_without_set_point(view: BlockView) -> Iterator[Finding]:
 
 
 @warning("PID667", CASCADE, "{loop} is only master, of {slave}: its CASC must be FALSE, and is {value}")
-def master_in_cascade_mode(context: NextopidContext) -> Iterator[Finding]:
+def master_in_cascade_mode(context: NextopidContext) -> Findings:
     """The outermost loop of a cascade can be in cascade mode.
 
     Why: its set point comes from the operator, as SP. In cascade mode it follows SP_CASC, which no loop gives.
 
     Fix: remove CASC. If SP_CASC is a ratio on purpose, leave it.
     """
-    for master, own in context.network.masters():
+    for master, links in context.network.masters():
         if master.may_be_on("CASC") and master.given("SP_CASC") and context.network.role(master) == "only master":
             value = "wired" if master.is_wired("CASC") else "TRUE"
-            yield master.at("CASC", loop=master.name, slave=own[0].slave.name, value=value)
+            yield master.at("CASC", loop=master.name, slave=links[0].slave.name, value=value)
 
 
 @warning("PID673", LIMITS, "{key} {mine} of the master {master} is beyond {limit} {theirs} of its slave {slave}")
-def master_range_beyond_slave(context: NextopidContext) -> Iterator[Finding]:
+def master_range_beyond_slave(context: NextopidContext) -> Findings:
     """A master can ask its slave for more than the slave takes.
 
     Why: MV of the master is the set point of the slave, which is limited to MinPV..MaxPV of the slave. Beyond that the
@@ -129,10 +127,10 @@ def master_range_beyond_slave(context: NextopidContext) -> Iterator[Finding]:
     """
     for link in context.network.links:
         for key, limit, way in (("MinMV", "MinPV", -1), ("MaxMV", "MaxPV", 1)):
-            mine, theirs = link.master.number_of(key), link.slave.number_of(limit)
-            if mine is None or theirs is None or link.master.mv_limits is None or link.slave.pv_limits is None:
+            mv, pv = link.master.number_of(key), link.slave.number_of(limit)
+            if mv is None or pv is None or link.master.mv_limits is None or link.slave.pv_limits is None:
                 continue
-            if link.exact and (mine - theirs) * way > 0:
+            if link.exact and (mv - pv) * way > 0:
                 yield link.master.at(
                     key,
                     f"{link.slave.name}.WarnBits.SP_CASC_{limit}",
@@ -146,7 +144,7 @@ def master_range_beyond_slave(context: NextopidContext) -> Iterator[Finding]:
 
 
 @warning("PID674", HINTS, "the slave {slave} is calculated every {time} s, its master {master} every {other} s")
-def slave_slower_than_master(context: NextopidContext) -> Iterator[Finding]:
+def slave_slower_than_master(context: NextopidContext) -> Findings:
     """A slave is calculated less often than its master.
 
     Why: for the master the slave is part of the process, and the faster part. A slave that does not even see every new

@@ -6,15 +6,14 @@ from typing import TYPE_CHECKING
 
 from pidcfg.refs import NEXTOPID
 from pidcfg.schemas.nextopid import LONGEST_SAMPLE
-from pidcfg.validate.rule import warning
+from pidcfg.validate.rule import Findings, warning
 from pidcfg.validate.rules.nextopid.cascade_wires import MASTER_INPUTS
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from pidcfg.validate.rule import Finding
     from pidcfg.validate.rules.nextopid.context import NextopidContext
-    from pidcfg.validate.rules.nextopid.view import BlockView
+    from pidcfg.validate.rules.nextopid.program import BlockView
 
 CASCADE = NEXTOPID.at("chapter 16: Cascade Configurations, Special Connections")
 ERRORS = NEXTOPID.at("chapter 2: ErrBits")
@@ -26,15 +25,15 @@ def far_masters(context: NextopidContext, slave: BlockView) -> Iterator[tuple[Bl
     first = slave.wire("SP_CASC")
     direct = frozenset() if first is None else first.signals
     for start in sorted(direct):
-        found = context.owner(start)
-        if found is None or found[0].is_pid:
+        block = context.owner(start)
+        if block is None or block[0].is_pid:
             continue
         waiting, seen = [start], {start}
         while waiting:
             number = waiting.pop()
             master = context.pid_output(number)
             if master is not None and number not in direct and master.number != slave.number:
-                yield master, found[0].name
+                yield master, block[0].name
             fresh = sources(context, number) - seen
             seen |= fresh
             waiting += sorted(fresh)
@@ -42,11 +41,12 @@ def far_masters(context: NextopidContext, slave: BlockView) -> Iterator[tuple[Bl
 
 def sources(context: NextopidContext, number: int) -> set[int]:
     """What a value is made of: the wire of an input; of an output of a block that is no loop all its wires."""
-    found = context.owner(number)
-    if found is None:
+    parameter = context.owner(number)
+    if parameter is None:
         return set()
-    view, row = found
-    keys = [row.name] if row.access == "input" else [] if view.is_pid else [own.name for own in view.own.kind.inputs]
+    view, row = parameter
+    inputs = [] if view.is_pid else [inner.name for inner in view.placed.kind.inputs]
+    keys = [row.name] if row.access == "input" else inputs
     wires = (view.wire(key) for key in keys)
     return {number for wire in wires if wire is not None for number in wire.signals}
 
@@ -56,7 +56,7 @@ def sources(context: NextopidContext, number: int) -> set[int]:
     CASCADE,
     "{master}.MV is the set point of {slave} through {block}, and {missing} of {master} {verb} not wired",
 )
-def master_behind_a_block_not_connected(context: NextopidContext) -> Iterator[Finding]:
+def master_behind_a_block_not_connected(context: NextopidContext) -> Findings:
     """A master that reaches its slave through another block does not learn what becomes of it.
 
     Why: with a selector or a filter between them it is a cascade all the same. While the slave is at a limit, or does
@@ -65,12 +65,12 @@ def master_behind_a_block_not_connected(context: NextopidContext) -> Iterator[Fi
     Fix: wire TRK_IN to TRK_OUT of the slave, and Windup_H_IN and Windup_L_IN to its windup outputs; behind a selector
     also OVERR and TRK_VAL.
     """
-    told: set[tuple[int, int]] = set()
+    reported: set[tuple[int, int]] = set()
     for slave in context.pids:
         for master, block in far_masters(context, slave):
             missing = [key for key in MASTER_INPUTS if not master.is_wired(key)]
-            if missing and (master.number, slave.number) not in told:
-                told.add((master.number, slave.number))
+            if missing and (master.number, slave.number) not in reported:
+                reported.add((master.number, slave.number))
                 yield master.at(
                     missing[0],
                     master=master.name,
@@ -102,7 +102,7 @@ def error_bit(view: BlockView) -> str | None:
     ERRORS,
     "{slave} is in error from its first call; its TRK_OUT stays FALSE, and {master} believes that it follows",
 )
-def slave_in_error(context: NextopidContext) -> Iterator[Finding]:
+def slave_in_error(context: NextopidContext) -> Findings:
     """The slave of a cascade is not executed, and does not say so to its master.
 
     Why: a block with an error bit keeps its outputs, and TRK_OUT begins as FALSE, which means that the slave follows.

@@ -7,14 +7,11 @@ from typing import TYPE_CHECKING
 
 from pidcfg.refs import NEXTOPID
 from pidcfg.schemas.nextopid import D202
-from pidcfg.validate.rule import error, info, per_pid, warning
+from pidcfg.validate.rule import Findings, error, info, per_pid, warning
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from pidcfg.validate.rule import Finding
     from pidcfg.validate.rules.nextopid.context import NextopidContext
-    from pidcfg.validate.rules.nextopid.view import BlockView
+    from pidcfg.validate.rules.nextopid.program import BlockView
 
 DISABLE_P = NEXTOPID.at("chapter 2: DisableP")
 INDEP = NEXTOPID.at("chapter 2: Indep")
@@ -25,7 +22,7 @@ DEAD_BAND = NEXTOPID.at("chapter 2: DeadBand")
 
 @per_pid
 @warning("PID635", DISABLE_P, "neither a proportional nor an integral term is on: {left}")
-def no_control_term(view: BlockView) -> Iterator[Finding]:
+def no_control_term(view: BlockView) -> Findings:
     """Nothing holds the set point.
 
     Why: with DisableP and no integral, or with Kp and Ki 0 in the independent form, MV stays at BIAS whatever the error
@@ -43,7 +40,7 @@ def no_control_term(view: BlockView) -> Iterator[Finding]:
 
 @per_pid
 @info("PID636", DISABLE_P, "DisableP is ignored with Indep TRUE: Kp {gain} acts")
-def disable_p_ignored(view: BlockView) -> Iterator[Finding]:
+def disable_p_ignored(view: BlockView) -> Findings:
     """DisableP is TRUE, and the gains are independent.
 
     Why: it acts in the dependent form only; the proportional term that was to be off is on.
@@ -55,7 +52,7 @@ def disable_p_ignored(view: BlockView) -> Iterator[Finding]:
 
 
 @error("PID637", D202, "{key} is {time} s, a time, but with Indep TRUE it is the gain {gain}")
-def time_as_gain(context: NextopidContext) -> Iterator[Finding]:
+def time_as_gain(context: NextopidContext) -> Findings:
     """A gain of the independent form is written with a unit of time.
 
     Why: with Indep TRUE, Ti_Ki is the integral gain and Td_Kd the derivative gain. An integral time of 60 s read as a
@@ -71,7 +68,7 @@ def time_as_gain(context: NextopidContext) -> Iterator[Finding]:
 
 @per_pid
 @warning("PID638", INDEP, "Indep is wired: Ti_Ki and Td_Kd are times while it is FALSE and gains while it is TRUE")
-def form_from_a_wire(view: BlockView) -> Iterator[Finding]:
+def form_from_a_wire(view: BlockView) -> Findings:
     """The form of the equation can change while the loop runs.
 
     Why: the same numbers then mean something else: an integral time of 60 s becomes an integral gain of 60.
@@ -84,7 +81,7 @@ def form_from_a_wire(view: BlockView) -> Iterator[Finding]:
 
 @per_pid
 @info("PID639", BIAS, "no integral and BIAS {bias}: an error stays as long as the process needs another MV")
-def proportional_without_bias(view: BlockView) -> Iterator[Finding]:
+def proportional_without_bias(view: BlockView) -> Findings:
     """A loop without an integral has no offset.
 
     Why: BIAS is MV at zero error. A heater that has to give 30 % to hold the temperature does so only with the error
@@ -102,7 +99,7 @@ def proportional_without_bias(view: BlockView) -> Iterator[Finding]:
     DERIVATIVE,
     "DerivEr is TRUE: a step of 1 % of the set point moves MV by {percent} % through the derivative",
 )
-def derivative_of_the_error(view: BlockView) -> Iterator[Finding]:
+def derivative_of_the_error(view: BlockView) -> Findings:
     """The derivative acts on the error.
 
     Why: each new set point throws MV, by the derivative gain times the step over the sample time. Most applications
@@ -119,7 +116,7 @@ def derivative_of_the_error(view: BlockView) -> Iterator[Finding]:
 
 @per_pid
 @error("PID641", DEAD_BAND, "DeadBand {band} is the whole range of PV, {low} to {high}, or more: MV never moves")
-def dead_band_as_wide_as_the_range(view: BlockView) -> Iterator[Finding]:
+def dead_band_as_wide_as_the_range(view: BlockView) -> Findings:
     """The dead band is so wide that the loop never acts.
 
     Why: PV and set point are limited to MinPV..MaxPV, so the error cannot be larger than that range. While it is inside

@@ -13,8 +13,7 @@ from pidcfg.validate.rules.nextopid.paths import SELECTORS
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
-    from pidcfg.validate.rules.nextopid.context import NextopidContext
-    from pidcfg.validate.rules.nextopid.view import BlockView
+    from pidcfg.validate.rules.nextopid.program import BlockView, Program
 
 D218 = Decision(
     218,
@@ -56,7 +55,7 @@ class Fault(NamedTuple):
 class Network:
     """All cascades and overrides of a configuration."""
 
-    def __init__(self, context: NextopidContext) -> None:
+    def __init__(self, context: Program) -> None:
         self.context = context
         self.links = list(self._links())
         self.legs = list(self._legs())
@@ -84,8 +83,8 @@ class Network:
 
     def masters(self) -> Iterator[tuple[BlockView, list[Link]]]:
         """The masters, each with its slaves; what is its own master is none."""
-        for number, own in self.links_of_master.items():
-            slaves = [link for link in own if link.slave.number != number]
+        for number, links in self.links_of_master.items():
+            slaves = [link for link in links if link.slave.number != number]
             if slaves:
                 yield slaves[0].master, slaves
 
@@ -98,37 +97,37 @@ class Network:
 
     def pairs(self) -> Iterator[tuple[BlockView, Leg, Leg]]:
         """The selectors that have one loop at each input."""
-        for own in self.legs_of_selector.values():
-            if [leg.number for leg in own] == [1, 2]:
-                yield own[0].selector, own[0], own[1]
+        for legs in self.legs_of_selector.values():
+            if [leg.number for leg in legs] == [1, 2]:
+                yield legs[0].selector, legs[0], legs[1]
 
     @cached_property
     def _next(self) -> dict[str, list[str]]:
         """The MV of the selectors that read a name."""
-        found: dict[str, list[str]] = defaultdict(list)
+        readers: dict[str, list[str]] = defaultdict(list)
         for selector in self.context.of(*SELECTORS):
             for source in (selector.source("MV1"), selector.source("MV2")):
                 if source is not None:
-                    found[source].append(f"{selector.name}.MV")
-        return found
+                    readers[source].append(f"{selector.name}.MV")
+        return readers
 
     def behind(self, selector: BlockView) -> set[str]:
         """The names of the MV that a selector, or one behind it, selects."""
-        found: set[str] = set()
+        names: set[str] = set()
         waiting = [f"{selector.name}.MV"]
         while waiting:
             name = waiting.pop()
-            if name not in found:
-                found.add(name)
+            if name not in names:
+                names.add(name)
                 waiting += self._next.get(name, [])
-        return found
+        return names
 
 
 def _grouped(rows: list[Row], key: Callable[[Row], int]) -> dict[int, list[Row]]:
-    found: dict[int, list[Row]] = {}
+    groups: dict[int, list[Row]] = {}
     for row in rows:
-        found.setdefault(key(row), []).append(row)
-    return found
+        groups.setdefault(key(row), []).append(row)
+    return groups
 
 
 def fault_of(view: BlockView, key: str, wanted: set[str]) -> Fault | None:

@@ -6,17 +6,14 @@ from typing import TYPE_CHECKING
 
 from pidcfg.diagnostics import Severity
 from pidcfg.refs import NEXTOPID, Decision
-from pidcfg.validate.rule import error, info, per_pid, warning
+from pidcfg.validate.rule import Findings, error, info, per_pid, warning
 from pidcfg.validate.rules.nextopid.links import D218, fault_of
 from pidcfg.validate.rules.nextopid.paths import SELECTORS
 from pidcfg.validate.views import number_text
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from pidcfg.validate.rule import Finding
     from pidcfg.validate.rules.nextopid.context import NextopidContext
-    from pidcfg.validate.rules.nextopid.view import BlockView
+    from pidcfg.validate.rules.nextopid.program import BlockView
 
 OVERRIDE = NEXTOPID.at("chapter 16: Override Configurations")
 SELECTOR = NEXTOPID.at("chapters 13 and 14: MV1, MV2")
@@ -39,7 +36,7 @@ D219 = Decision(
 
 
 @error("PID675", SELECTOR, "MV1 and MV2 of {selector} are both {loop}.MV")
-def selector_of_one_loop(context: NextopidContext) -> Iterator[Finding]:
+def selector_of_one_loop(context: NextopidContext) -> Findings:
     """A selector compares a loop with itself.
 
     Why: the second loop, the one that was to protect the plant, has no say.
@@ -52,7 +49,7 @@ def selector_of_one_loop(context: NextopidContext) -> Iterator[Finding]:
 
 
 @error("PID676", OVERRIDE, "OVERR of {loop}, {input} of {selector}, must come from {selector}.{output}, and is {found}")
-def override_not_connected(context: NextopidContext) -> Iterator[Finding]:
+def override_not_connected(context: NextopidContext) -> Findings:
     """A loop does not learn that another one has the valve.
 
     Why: its integral winds up while the other loop controls; when it is needed, it comes late. Crossed, the loop that
@@ -60,9 +57,9 @@ def override_not_connected(context: NextopidContext) -> Iterator[Finding]:
 
     Fix: wire OVERR of the loop at MV1 to OVERR1, and of the one at MV2 to OVERR2.
     """
-    for own in context.network.legs_of_loop.values():
-        leg = own[0]
-        fault = fault_of(leg.loop, "OVERR", {f"{other.selector.name}.OVERR{other.number}" for other in own})
+    for legs in context.network.legs_of_loop.values():
+        leg = legs[0]
+        fault = fault_of(leg.loop, "OVERR", {f"{other.selector.name}.OVERR{other.number}" for other in legs})
         if fault is not None:
             crossed = leg.loop.source("OVERR") == f"{leg.selector.name}.OVERR{3 - leg.number}"
             yield leg.loop.at(
@@ -78,7 +75,7 @@ def override_not_connected(context: NextopidContext) -> Iterator[Finding]:
 
 
 @error("PID677", OVERRIDE, "TRK_VAL of {loop}, overridden by {selector}, must be {selector}.MV, and is {found}")
-def override_value_not_selected_mv(context: NextopidContext) -> Iterator[Finding]:
+def override_value_not_selected_mv(context: NextopidContext) -> Findings:
     """An overridden loop does not know the MV that controls in its stead.
 
     Why: its integral is calculated back to TRK_VAL. If that is not the selected MV the loop comes back with a bump, or
@@ -86,9 +83,9 @@ def override_value_not_selected_mv(context: NextopidContext) -> Iterator[Finding
 
     Fix: wire TRK_VAL to MV of the selector; not to MV of the other loop, which may be overridden itself.
     """
-    for own in context.network.legs_of_loop.values():
-        leg = own[0]
-        wanted = set().union(*(context.network.behind(other.selector) for other in own))
+    for legs in context.network.legs_of_loop.values():
+        leg = legs[0]
+        wanted = set().union(*(context.network.behind(other.selector) for other in legs))
         fault = fault_of(leg.loop, "TRK_VAL", wanted)
         wire = leg.loop.wire("TRK_VAL")
         reads = wire is not None and {context.names[number] for number in wire.signals} & wanted
@@ -99,7 +96,7 @@ def override_value_not_selected_mv(context: NextopidContext) -> Iterator[Finding
 
 
 @info("PID678", D219, "{selector} holds PV of {first} {side} its SP and PV of {second} {other_side}: Direct differs")
-def selector_of_opposite_loops(context: NextopidContext) -> Iterator[Finding]:
+def selector_of_opposite_loops(context: NextopidContext) -> Findings:
     """Two loops that act in opposite directions share a valve.
 
     Why: the smaller MV keeps PV of a reverse loop at or below its set point, and PV of a direct loop at or above; the
@@ -124,7 +121,7 @@ def selector_of_opposite_loops(context: NextopidContext) -> Iterator[Finding]:
 
 
 @warning("PID679", OVERRIDE, "{selector} compares MV of {first} ({limits}) with MV of {second} ({others})")
-def override_limits_differ(context: NextopidContext) -> Iterator[Finding]:
+def override_limits_differ(context: NextopidContext) -> Findings:
     """Two loops of an override have different limits of MV.
 
     Why: both move the same valve. The selector compares their numbers: with other limits, or another scale, one of them
@@ -133,8 +130,8 @@ def override_limits_differ(context: NextopidContext) -> Iterator[Finding]:
     Fix: give both loops the same MinMV and MaxMV.
     """
     for selector, first, second in context.network.pairs():
-        mine, theirs = first.loop.mv_limits, second.loop.mv_limits
-        if mine and theirs and mine != theirs and first.exact and second.exact:
+        one, other = first.loop.mv_limits, second.loop.mv_limits
+        if one and other and one != other and first.exact and second.exact:
             yield selector.at(
                 "MV2",
                 selector=selector.name,
@@ -150,7 +147,7 @@ def _range(loop: BlockView) -> str:
 
 
 @warning("PID680", D218, "OVERR is {found}, but {what}")
-def override_without_selector(context: NextopidContext) -> Iterator[Finding]:
+def override_without_selector(context: NextopidContext) -> Findings:
     """A loop is overridden by nothing.
 
     Why: while OVERR is TRUE the integral is calculated back to TRK_VAL, which is 0 when it is not given. The loop then
@@ -163,16 +160,16 @@ def override_without_selector(context: NextopidContext) -> Iterator[Finding]:
             continue
         wire = view.wire("OVERR")
         owner = None if wire is None or wire.signal is None else context.owner(wire.signal)
-        found = "TRUE" if wire is None else f"wired to {wire.text}"
+        state = "TRUE" if wire is None else f"wired to {wire.text}"
         if owner is not None and owner[0].type in SELECTORS:
             what = f"{owner[0].name} does not read {view.name}.MV"
-            yield view.at("OVERR", None, Severity.ERROR, found=found, what=what)
+            yield view.at("OVERR", None, Severity.ERROR, found=state, what=what)
         elif not view.given("TRK_VAL"):
-            yield view.at("OVERR", found=found, what="TRK_VAL, the MV that controls instead, is not given")
+            yield view.at("OVERR", found=state, what="TRK_VAL, the MV that controls instead, is not given")
 
 
 @info("PID681", D219, "{loop} has no integral: OVERR and TRK_VAL change nothing in it")
-def override_without_integral(context: NextopidContext) -> Iterator[Finding]:
+def override_without_integral(context: NextopidContext) -> Findings:
     """A loop of an override has no integral.
 
     Why: override works on the integral alone. Without one the loop takes the valve at a fixed distance from its set
@@ -180,15 +177,15 @@ def override_without_integral(context: NextopidContext) -> Iterator[Finding]:
 
     Fix: nothing, or give Ti_Ki.
     """
-    for own in context.network.legs_of_loop.values():
-        loop = own[0].loop
+    for legs in context.network.legs_of_loop.values():
+        loop = legs[0].loop
         if loop.integral == 0:
             yield loop.at("Ti_Ki", loop=loop.name)
 
 
 @per_pid
 @info("PID682", BIAS, "BIAS is added to MV as it is: Direct TRUE does not turn its sign")
-def bias_of_a_direct_loop(view: BlockView) -> Iterator[Finding]:
+def bias_of_a_direct_loop(view: BlockView) -> Findings:
     """A loop with direct control has a feed-forward.
 
     Why: Direct negates the actions of the loop, not BIAS. A feed-forward that was calculated for the other sign doubles
@@ -201,7 +198,7 @@ def bias_of_a_direct_loop(view: BlockView) -> Iterator[Finding]:
 
 
 @info("PID683", BIAS, "{source} may go from {low} to {high}, and MV has only {limits}")
-def feed_forward_beyond_mv(context: NextopidContext) -> Iterator[Finding]:
+def feed_forward_beyond_mv(context: NextopidContext) -> Findings:
     """A feed-forward can be larger than the whole range of MV.
 
     Why: BIAS then holds MV at a limit, whatever the loop calculates, and the integral works against it.

@@ -17,8 +17,7 @@ if TYPE_CHECKING:
     from decimal import Decimal
 
     from pidcfg.schemas.expressions import Expression
-    from pidcfg.validate.rules.nextopid.context import NextopidContext
-    from pidcfg.validate.rules.nextopid.view import BlockView
+    from pidcfg.validate.rules.nextopid.program import BlockView, Program
 
 Sign = int | None
 Item = tuple[Sign, Sign]
@@ -92,7 +91,7 @@ def _pair(op: int, a: Item, b: Item) -> Item:
 class Ring:
     """The way from a loop's MV to its PV."""
 
-    context: NextopidContext
+    context: Program
     loop: BlockView
     processes: list[BlockView] = field(default_factory=list)
     passed: set[int] = field(default_factory=set)
@@ -113,18 +112,18 @@ class Ring:
 
     def _value(self, number: int) -> Sign:
         """The sign of what a name holds: of a value, or of the limits of an output. The 0 of a signal tells nothing."""
-        found = self.context.owner(number)
+        owner = self.context.owner(number)
         known = self.context.known(number)
         if known is not None and not isinstance(known.value, bool):
             return sign_of(known.value) or None
-        if found is None:
+        if owner is None:
             return None
-        view, key = found[0], found[1].name
+        view, key = owner[0], owner[1].name
         low, high = ("Min_OutVar", "Max_OutVar") if key == "OutVar" else ("MinMV", "MaxMV")
         if (
-            key in view.own.kind.model.model_fields
+            key in view.placed.kind.model.model_fields
             or key not in {"OutVar", "MV"}
-            or low not in view.own.kind.model.model_fields
+            or low not in view.placed.kind.model.model_fields
         ):
             return None
         ends = view.number_of(low), view.number_of(high)
@@ -133,10 +132,10 @@ class Ring:
     def _answer(self, number: int) -> Sign:
         if number in self._answers:
             return self._answers[number]
-        found = self.context.owner(number)
-        if found is None:
+        owner = self.context.owner(number)
+        if owner is None:
             return 0
-        view, row = found
+        view, row = owner
         if view is self.loop and row.name == "MV":
             return 1
         if number in self._waiting or len(self._waiting) > DEEPEST:
@@ -149,7 +148,7 @@ class Ring:
 
     def _through(self, view: BlockView, key: str) -> Sign:
         """The answer of a parameter: of an input that of its wire, of an output that of the block."""
-        if key in view.own.kind.model.model_fields:
+        if key in view.placed.kind.model.model_fields:
             return self._wired(view, key)
         if view.is_pid:
             return self._other_loop(view, key)

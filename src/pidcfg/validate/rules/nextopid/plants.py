@@ -5,14 +5,12 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from pidcfg.refs import NEXTOPID, Decision
-from pidcfg.validate.rule import Finding, error, warning
+from pidcfg.validate.rule import Finding, Findings, error, warning
+from pidcfg.validate.rules.nextopid.known import value_text
 from pidcfg.validate.rules.nextopid.paths import Ring
-from pidcfg.validate.rules.nextopid.view import value_text
 from pidcfg.validate.views import number_text
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
     from pidcfg.validate.rules.nextopid.context import NextopidContext
 
 GAIN = NEXTOPID.at("chapter 10: Gs, and chapter 2: Direct")
@@ -32,7 +30,7 @@ D212 = Decision(
     GAIN,
     "Direct is {direct}, but PV {moves} when MV rises, through {process} with Gs {gain}: it must be {wanted}",
 )
-def wrong_direction_of_control(context: NextopidContext) -> Iterator[Finding]:
+def wrong_direction_of_control(context: NextopidContext) -> Findings:
     """The direction of control does not fit the process that is wired to the loop.
 
     Why: the loop drives its PV away from the set point, and MV to one of its limits: a heater runs to full power and
@@ -46,7 +44,7 @@ def wrong_direction_of_control(context: NextopidContext) -> Iterator[Finding]:
         if any(other in wrong and number not in wrong[other].passed for other in ring.passed):
             continue  # the loop inside is wrong; what that makes of this one is its echo
         view, direct = ring.loop, ring.loop.is_on("Direct")
-        process = next((own for own in ring.processes if (own.number_of("Gs") or 0) < 0), ring.processes[0])
+        process = next((block for block in ring.processes if (block.number_of("Gs") or 0) < 0), ring.processes[0])
         yield view.at(
             "Direct",
             direct=view.shown("Direct"),
@@ -68,7 +66,7 @@ def _is_wrong(ring: Ring) -> bool:
     SAMPLE_TIME,
     "a sample time of {sample} s is not below a tenth of the time constant {constant} s of {process}",
 )
-def sample_time_long_for_the_process(context: NextopidContext) -> Iterator[Finding]:
+def sample_time_long_for_the_process(context: NextopidContext) -> Findings:
     """The loop is calculated too seldom for the process that is wired to it.
 
     Why: the manual asks for less than a tenth of the time constant. With a longer sample time the loop sees its own
@@ -79,7 +77,7 @@ def sample_time_long_for_the_process(context: NextopidContext) -> Iterator[Findi
     for view in context.pids:
         ring = Ring(context, view)
         ring.sign()
-        slowest = max(ring.processes, key=lambda own: own.number_of("Tc") or 0, default=None)
+        slowest = max(ring.processes, key=lambda block: block.number_of("Tc") or 0, default=None)
         constant = None if slowest is None else slowest.number_of("Tc")
         if slowest is not None and constant is not None and 0 < constant <= 10 * view.sample_time:
             yield Finding(

@@ -7,16 +7,13 @@ from typing import TYPE_CHECKING
 
 from pidcfg.diagnostics import Severity
 from pidcfg.refs import NEXTOPID, Decision
-from pidcfg.validate.rule import error, warning
-from pidcfg.validate.rules.nextopid.view import ON_OFF
+from pidcfg.validate.rule import Findings, error, warning
+from pidcfg.validate.rules.nextopid.limits import crossed
+from pidcfg.validate.rules.nextopid.program import ON_OFF, BlockView
 from pidcfg.validate.views import number_text
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from pidcfg.validate.rule import Finding
     from pidcfg.validate.rules.nextopid.context import NextopidContext
-    from pidcfg.validate.rules.nextopid.view import BlockView
 
 SWITCH = NEXTOPID.at("chapter 6: ControlON_OFF")
 PULSES = NEXTOPID.at("chapter 7: Error")
@@ -43,7 +40,7 @@ ZEROES = ": both outputs are 0"
 
 
 @error("PID649", D215, "DeadBand is {band}; it must be above 0{silent}")
-def on_off_dead_band_not_positive(context: NextopidContext) -> Iterator[Finding]:
+def on_off_dead_band_not_positive(context: NextopidContext) -> Findings:
     """An on-off controller has no dead band.
 
     Why: with 0 the output is switched by the noise of PV, in every cycle if need be, which ruins a contactor. The block
@@ -65,7 +62,7 @@ def on_off_dead_band_not_positive(context: NextopidContext) -> Iterator[Finding]
     SWITCH,
     "MV is switched {what} when PV is {side} {point}{source}, but PV is limited to {limit} {end}: it never is",
 )
-def switch_point_out_of_reach(context: NextopidContext) -> Iterator[Finding]:
+def switch_point_out_of_reach(context: NextopidContext) -> Findings:
     """An on-off controller never switches on, or never off.
 
     Why: PV is limited to MinPV..MaxPV before it is compared. A switch point at or beyond a limit is never passed: a
@@ -75,11 +72,16 @@ def switch_point_out_of_reach(context: NextopidContext) -> Iterator[Finding]:
     Fix: lower DeadBand, move SP away from the limit, or widen the limits of PV.
     """
     for view in context.of(ON_OFF):
-        found, band, pv, direct = (view.known("SP"), view.number_of("DeadBand"), view.pv_limits, view.is_on("Direct"))
-        if found is None or band is None or pv is None or direct is None or band <= 0:
+        sp, band, pv, direct = (
+            view.known("SP"),
+            view.number_of("DeadBand"),
+            view.pv_limits,
+            view.is_on("Direct"),
+        )
+        if sp is None or band is None or pv is None or direct is None or band <= 0:
             continue
-        point = min(max(found.value, pv[0]), pv[1])
-        severity = Severity.WARNING if found.source else None
+        point = min(max(sp.value, pv[0]), pv[1])
+        severity = Severity.WARNING if sp.source else None
         for value, limit, side in ((point - band, "MinPV", "below"), (point + band, "MaxPV", "above")):
             if value <= pv[0] or value >= pv[1]:
                 what = "on" if (side == "above") == direct else "off"
@@ -93,12 +95,12 @@ def switch_point_out_of_reach(context: NextopidContext) -> Iterator[Finding]:
                     point=text,
                     limit=limit,
                     end=view.shown(limit),
-                    source=found.source.replace("(", "(SP: ", 1),
+                    source=sp.source.replace("(", "(SP: ", 1),
                 )
 
 
 @error("PID651", PULSES, "MaxMV {high} is not above MinMV {low}")
-def pulse_limits_crossed(context: NextopidContext) -> Iterator[Finding]:
+def pulse_limits_crossed(context: NextopidContext) -> Findings:
     """The range of a pulse width modulation is empty.
 
     Why: the block stops with its Error, and its output stays as it is, on or off.
@@ -106,13 +108,11 @@ def pulse_limits_crossed(context: NextopidContext) -> Iterator[Finding]:
     Fix: give MaxMV the larger of the two values.
     """
     for view in context.of(PULSE):
-        low, high = view.number_of("MinMV"), view.number_of("MaxMV")
-        if low is not None and high is not None and high <= low:
-            yield view.at("MaxMV", "Error", high=view.shown("MaxMV"), low=view.shown("MinMV"))
+        yield from crossed(view, "MinMV", "MaxMV", "Error")
 
 
 @warning("PID652", D216, "Period {period} cycles: the output has steps of {percent} %")
-def coarse_pulses(context: NextopidContext) -> Iterator[Finding]:
+def coarse_pulses(context: NextopidContext) -> Findings:
     """The period of a pulse width modulation has few cycles.
 
     Why: the on-time is a whole number of cycles. With few of them MV has to move far before anything changes, and the
@@ -133,7 +133,7 @@ def driver(view: BlockView, key: str) -> BlockView | None:
 
 
 @warning("PID653", PULSE_RANGE, "{key} is {mine}, that of {loop} is {theirs}: {effect}")
-def pulse_range_differs_from_loop(context: NextopidContext) -> Iterator[Finding]:
+def pulse_range_differs_from_loop(context: NextopidContext) -> Findings:
     """A pulse width modulation has another range than the loop that it serves.
 
     Why: MinMV and MaxMV say where the output is always off and always on. Where the loop goes further, its MV changes
@@ -144,10 +144,10 @@ def pulse_range_differs_from_loop(context: NextopidContext) -> Iterator[Finding]
     for view in context.of(PULSE):
         loop = driver(view, "MV") if view.mv_limits else None
         for key, way in (("MinMV", -1), ("MaxMV", 1)):
-            mine = view.number_of(key)
-            theirs = None if loop is None else loop.number_of(key)
-            if loop is not None and mine is not None and theirs is not None and mine != theirs:
-                beyond = (theirs - mine) * way > 0
+            own_limit = view.number_of(key)
+            loop_limit = None if loop is None else loop.number_of(key)
+            if loop is not None and own_limit is not None and loop_limit is not None and own_limit != loop_limit:
+                beyond = (loop_limit - own_limit) * way > 0
                 effect = "the pulses do not follow beyond it" if beyond else "the pulses never reach the end"
                 yield view.at(
                     key,
@@ -161,7 +161,7 @@ def pulse_range_differs_from_loop(context: NextopidContext) -> Iterator[Finding]
 
 
 @error("PID654", SPLIT, "SPLIT is {point} %; it must be above 0 % and below 100 %: both outputs are 0")
-def split_point_out_of_range(context: NextopidContext) -> Iterator[Finding]:
+def split_point_out_of_range(context: NextopidContext) -> Findings:
     """The split point leaves one of the valves no room.
 
     Why: the function reports its Error, and both its outputs are 0 until the split point is corrected.
@@ -175,7 +175,7 @@ def split_point_out_of_range(context: NextopidContext) -> Iterator[Finding]:
 
 
 @error("PID655", SPLIT, "MV is in % of 0 to 100, but {what}{effect}")
-def split_range_not_in_percent(context: NextopidContext) -> Iterator[Finding]:
+def split_range_not_in_percent(context: NextopidContext) -> Findings:
     """What a split range is given is not a percentage.
 
     Why: below 0 or above 100 the function reports its Error, and both its outputs are 0: a valve that was open closes

@@ -8,14 +8,12 @@ from typing import TYPE_CHECKING
 
 from pidcfg.refs import NEXTOPID, Decision
 from pidcfg.schemas.nextopid import LONGEST_SAMPLE, SHORTEST_INTEGRAL
-from pidcfg.validate.rule import Finding, error, info, per_pid, warning
+from pidcfg.validate.rule import Finding, Findings, error, info, per_pid, warning
+from pidcfg.validate.rules.nextopid.program import TIME_CONSTANTS, BlockView
 from pidcfg.validate.views import number_text
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
     from pidcfg.validate.rules.nextopid.context import NextopidContext
-    from pidcfg.validate.rules.nextopid.view import BlockView
 
 ERRORS = NEXTOPID.at("chapter 2: ErrBits, and SampleTime")
 INTEGRAL = NEXTOPID.at("chapter 2: Ti_Ki")
@@ -37,12 +35,11 @@ NOISE = Decimal("0.001")
 JOLT = Decimal("0.1")
 """Of the MV range."""
 LONG_STROKE = Decimal(600)
-LAGS = {"ControlLowFilter": "Tc", "ControlLag": "Tc", "ControlDelayLag": "Tc", "ControlLeadLag": "Tlag"}
 
 
 @per_pid
 @error("PID624", ERRORS, "a sample time of {time} s is above the 60 s that the block allows")
-def sample_time_above_60_s(view: BlockView) -> Iterator[Finding]:
+def sample_time_above_60_s(view: BlockView) -> Findings:
     """A PID controller is called less often than once in 60 s.
 
     Why: the block measures the time between its calls, and stops with an error bit above 60 s.
@@ -55,14 +52,14 @@ def sample_time_above_60_s(view: BlockView) -> Iterator[Finding]:
 
 
 @error("PID625", ERRORS, "sample_time is {time} s; it must be above 0")
-def sample_time_not_positive(context: NextopidContext) -> Iterator[Finding]:
+def sample_time_not_positive(context: NextopidContext) -> Findings:
     """A sample time is 0 or negative.
 
     Why: no task can be called at such an interval, and the block divides by it.
 
     Fix: give the interval of the cyclic task.
     """
-    places = [("plc", "sample_time")] + [(*v.own.place, "sample_time") for v in context.controllers]
+    places = [("plc", "sample_time")] + [(*v.placed.place, "sample_time") for v in context.controllers]
     times = [context.config.plc.sample_time] + [v.item.sample_time for v in context.controllers]
     for place, time in zip(places, times, strict=True):
         if time is not None and time <= 0:
@@ -70,7 +67,7 @@ def sample_time_not_positive(context: NextopidContext) -> Iterator[Finding]:
 
 
 @error("PID626", ERRORS, "sample_time {time} s is no whole multiple of the task's {task} s")
-def sample_time_not_a_multiple(context: NextopidContext) -> Iterator[Finding]:
+def sample_time_not_a_multiple(context: NextopidContext) -> Findings:
     """A loop's own sample time does not fit the task that calls it.
 
     Why: a loop can be called in every n-th cycle of the task and at no other time; its gains would belong to another
@@ -85,7 +82,7 @@ def sample_time_not_a_multiple(context: NextopidContext) -> Iterator[Finding]:
 
 
 @warning("PID627", D213, "a sample time of {time} s is below 1 ms, the resolution of the PLC's clock")
-def task_below_1_ms(context: NextopidContext) -> Iterator[Finding]:
+def task_below_1_ms(context: NextopidContext) -> Findings:
     """The task is called more often than the time can be measured.
 
     Why: the blocks measure the time between two calls. Where the clock counts whole milliseconds they see 0 or 1 ms.
@@ -100,7 +97,7 @@ def task_below_1_ms(context: NextopidContext) -> Iterator[Finding]:
 
 @per_pid
 @info("PID628", FILTER, "Tfd {time} is shorter than the sample time of {sample} s: it filters next to nothing")
-def derivative_filter_below_sample_time(view: BlockView) -> Iterator[Finding]:
+def derivative_filter_below_sample_time(view: BlockView) -> Findings:
     """The filter of the derivative is shorter than the time between two calculations.
 
     Why: within one cycle the filter has followed by 63 % or more; noise passes as if there were none.
@@ -113,15 +110,15 @@ def derivative_filter_below_sample_time(view: BlockView) -> Iterator[Finding]:
 
 
 @info("PID629", D213, "{key} {time} is shorter than the sample time of {sample} s: the output follows within a cycle")
-def lag_below_sample_time(context: NextopidContext) -> Iterator[Finding]:
+def lag_below_sample_time(context: NextopidContext) -> Findings:
     """A filter or lag is shorter than the time between two calculations.
 
     Why: it follows by 63 % or more within one cycle, and does next to nothing.
 
     Fix: give several sample times, or leave the block out.
     """
-    for view in context.of(*LAGS):
-        key = LAGS[view.type]
+    for view in context.of(*TIME_CONSTANTS):
+        key = TIME_CONSTANTS[view.type]
         time = view.number_of(key)
         if time is not None and 0 < time < view.sample_time:
             yield view.at(key, key=key, time=view.shown(key), sample=number_text(view.sample_time))
@@ -129,7 +126,7 @@ def lag_below_sample_time(context: NextopidContext) -> Iterator[Finding]:
 
 @per_pid
 @warning("PID630", INTEGRAL, "Ti_Ki {time} is below 0.001 s: the block takes it as no integral")
-def integral_time_below_1_ms(view: BlockView) -> Iterator[Finding]:
+def integral_time_below_1_ms(view: BlockView) -> Findings:
     """An integral time is so short that the block switches the integral off.
 
     Why: below 0.001 s the dependent form has no integral at all, where the strongest one was written. An error stays.
@@ -147,7 +144,7 @@ def integral_time_below_1_ms(view: BlockView) -> Iterator[Finding]:
     "the integral time of {time} s{how} is shorter than the sample time of {sample} s: each cycle adds "
     "{factor} times what the error makes by Kp",
 )
-def integral_time_below_sample_time(context: NextopidContext) -> Iterator[Finding]:
+def integral_time_below_sample_time(context: NextopidContext) -> Findings:
     """The integral time is shorter than the time between two calculations.
 
     Why: the integral corrects more than the whole error in each cycle, before its effect can be seen. Such a loop
@@ -176,7 +173,7 @@ def integral_time_below_sample_time(context: NextopidContext) -> Iterator[Findin
     D213,
     "without Tfd, noise of 0.1 % of the PV range moves MV by {percent} % of its range through the derivative",
 )
-def derivative_without_filter(context: NextopidContext) -> Iterator[Finding]:
+def derivative_without_filter(context: NextopidContext) -> Findings:
     """The derivative turns the noise of the PV into jolts of the output.
 
     Why: the derivative acts on the difference of two samples. With a large derivative gain, a short sample time and no
@@ -197,7 +194,7 @@ def derivative_without_filter(context: NextopidContext) -> Iterator[Finding]:
 
 @per_pid
 @warning("PID633", D213, "with MaxVarMV {rate} in a cycle of {sample} s, MV needs {time} s for its whole range")
-def slow_mv(view: BlockView) -> Iterator[Finding]:
+def slow_mv(view: BlockView) -> Findings:
     """MaxVarMV makes the output very slow.
 
     Why: it is the largest change in one cycle, not in a second or a minute. A loop whose output cannot follow swings,
@@ -216,7 +213,7 @@ def slow_mv(view: BlockView) -> Iterator[Finding]:
 
 @per_pid
 @info("PID634", VARIATION, "MaxVarMV {rate} is the whole range of MV or more: it never limits")
-def mv_rate_without_effect(view: BlockView) -> Iterator[Finding]:
+def mv_rate_without_effect(view: BlockView) -> Findings:
     """MaxVarMV is so large that it never acts.
 
     Why: MV cannot change by more than its range in a cycle. Somebody meant to protect the valve, and it is not.

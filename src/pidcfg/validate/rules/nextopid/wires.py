@@ -11,7 +11,7 @@ from pidcfg.encoders.nextopid.encode import WireError
 from pidcfg.encoders.nextopid.wiring import D204, D205
 from pidcfg.refs import NEXTOPID, Decision
 from pidcfg.schemas.names import nearest
-from pidcfg.validate.rule import Finding, error, info, warning
+from pidcfg.validate.rule import Finding, Findings, error, info, warning
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -53,7 +53,7 @@ PASSIVE = ("ControlLowFilter", "ControlDelay", "ControlLag", "ControlDelayLag", 
 
 
 @error("PID601", D205, "{key}: {problem}")
-def wire_without_meaning(context: NextopidContext) -> Iterator[Finding]:
+def wire_without_meaning(context: NextopidContext) -> Findings:
     """A parameter is wired to something that does not exist, has another type, or cannot be read.
 
     Why: the program that is written from it would not compile, or the parameter would keep 0. A BOOL takes the name of
@@ -71,7 +71,7 @@ def wire_without_meaning(context: NextopidContext) -> Iterator[Finding]:
 def _meant(context: NextopidContext, text: str, error: WireError) -> str:
     """The cure; for ``NAME.Parameter`` the nearest parameter of the block, if there is such a block."""
     word = re.match(r"(\w+)\.(\w[\w.]*)", text[error.offset :])
-    kinds = {own.item.name: own.kind for own in context.encoding.items}
+    kinds = {placed.item.name: placed.kind for placed in context.encoding.items}
     if word is None or word.group(1) not in kinds or word.group() in context.encoding.layout.types:
         return error.cure
     near = nearest(word.group(2), [row.name for row in kinds[word.group(1)].table.rows])
@@ -79,7 +79,7 @@ def _meant(context: NextopidContext, text: str, error: WireError) -> str:
 
 
 @error("PID602", D204, "{names} within the same cycle")
-def ring_without_delay(context: NextopidContext) -> Iterator[Finding]:
+def ring_without_delay(context: NextopidContext) -> Findings:
     """Blocks that answer at once are wired in a ring.
 
     Why: selectors, split ranges, lead-lags and delays of 0 s pass their input on within the same call. In a ring of
@@ -95,7 +95,7 @@ def ring_without_delay(context: NextopidContext) -> Iterator[Finding]:
 
 
 @error("PID603", BLOCKS, "{name} is the library's own {taken}")
-def name_of_a_library_block(context: NextopidContext) -> Iterator[Finding]:
+def name_of_a_library_block(context: NextopidContext) -> Findings:
     """A signal or an instance has the name of one of the library's blocks, functions or structures.
 
     Why: a declaration such as `ControlPWM : ControlPWM` does not compile, or hides the block from the program.
@@ -108,7 +108,7 @@ def name_of_a_library_block(context: NextopidContext) -> Iterator[Finding]:
 
 
 @error("PID604", D209, "the name {name} is already used by {first}{letters}")
-def name_used_twice(context: NextopidContext) -> Iterator[Finding]:
+def name_used_twice(context: NextopidContext) -> Findings:
     """The program, its signals and its blocks do not all have names of their own.
 
     Why: the names are variables of one program, where capital and small letters are the same: the second declaration
@@ -127,7 +127,7 @@ def name_used_twice(context: NextopidContext) -> Iterator[Finding]:
 
 
 @info("PID605", D210, "no wire reads the signal {name}")
-def unused_signal(context: NextopidContext) -> Iterator[Finding]:
+def unused_signal(context: NextopidContext) -> Findings:
     """A signal is declared and nothing reads it.
 
     Why: it has no effect. Often it was meant for a parameter that still holds a number.
@@ -141,7 +141,7 @@ def unused_signal(context: NextopidContext) -> Iterator[Finding]:
 
 
 @warning("PID606", D209, "{name} is also a standard function or function block")
-def name_of_a_standard_function(context: NextopidContext) -> Iterator[Finding]:
+def name_of_a_standard_function(context: NextopidContext) -> Findings:
     """A signal or an instance shadows a standard function or function block.
 
     Why: within the program the name means the variable, and the standard function cannot be called any more. Some
@@ -155,7 +155,7 @@ def name_of_a_standard_function(context: NextopidContext) -> Iterator[Finding]:
 
 
 @warning("PID607", D210, "nothing reads {name}.OutVar")
-def unused_output(context: NextopidContext) -> Iterator[Finding]:
+def unused_output(context: NextopidContext) -> Findings:
     """A filter, delay or lag works for nobody.
 
     Why: its output reaches no loop. A PV filter beside the loop filters nothing, and a feed-forward that is not wired
@@ -174,8 +174,8 @@ def named(context: NextopidContext) -> Iterator[tuple[str, str, Path]]:
     yield "the program", context.config.plc.program, ("plc", "program")
     for name in context.config.signals:
         yield "the signal", name, ("signals", name)
-    for own in context.encoding.items:
-        yield "the loop" if own.is_loop else "the block", own.item.name, (*own.place, "name")
+    for placed in context.encoding.items:
+        yield "the loop" if placed.is_loop else "the block", placed.item.name, (*placed.place, "name")
 
 
 def _read(context: NextopidContext) -> set[str]:

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 from pidcfg.encoders.files import FileKind, columns, first_line
 from pidcfg.encoders.listing import Listing, ListingError, comments, csv_rows, load_json, settings_line, take_settings
-from pidcfg.encoders.named import TYPES, Content, Entry, Program, read, shown
+from pidcfg.encoders.parameters import TYPES, Content, Entry, Program, read, shown
 from pidcfg.schemas.base import NUMBER
 from pidcfg.schemas.iec import BOOL, DINT, REAL, IecType, Wire
 
@@ -30,7 +30,7 @@ RISKY = ("=", "+", "-", "@")
 """How a cell begins that a spreadsheet would calculate; an expression in parentheses means the same."""
 
 
-class NamedListing(Listing):
+class ParameterListing(Listing):
     """A listing of named parameters."""
 
     __slots__ = ()
@@ -62,7 +62,7 @@ def bare(name: str) -> str:
 
 def read_text(text: str) -> Listing:
     """Three columns; the rest of a line is the content."""
-    found = NamedListing()
+    found = ParameterListing()
     for number, line in enumerate(text.splitlines(), start=1):
         if settings_line(line, number, found):
             continue
@@ -114,7 +114,7 @@ def _harmless(expression: str) -> str:
 
 def read_csv(text: str) -> Listing:
     """Rows by their header."""
-    found = NamedListing()
+    found = ParameterListing()
     for number, row in csv_rows(text, found, required=("name", "type", "value|expression")):
         kind, name = type_of(row["type"], number), row["name"]
         if row.get("expression"):
@@ -158,7 +158,7 @@ def read_json(text: str) -> Listing:
     words = document.get("words") if isinstance(document, dict) else None
     if not isinstance(words, list):
         raise ListingError("the JSON document has no list 'words'")
-    found = NamedListing()
+    found = ParameterListing()
     for i, entry in enumerate(words):
         if not isinstance(entry, dict) or not isinstance(entry.get("address"), str):
             raise ListingError(f"words[{i}] has no text 'address'")
@@ -183,7 +183,7 @@ def _json_content(entry: Mapping[str, Any], place: str) -> Content | Wire:
     return content
 
 
-def named_listings(title: str) -> dict[str, FileKind]:
+def parameter_listings(title: str) -> dict[str, FileKind]:
     """The formats that every vendor with named parameters has: text, csv and json."""
     kinds = (
         FileKind("text", title, write_text, read_text, lambda text: _typed(first_line(text))),

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from pidcfg.cli.output_schemas.findings import finding
-from pidcfg.cli.output_schemas.parts import (
+from pidcfg.results.schemas.findings import finding
+from pidcfg.results.schemas.parts import (
     VERSION,
     Schema,
     anything,

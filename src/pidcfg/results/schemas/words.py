@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from pidcfg.cli.output_schemas import findings
-from pidcfg.cli.output_schemas.parts import VERSION, Schema, listing, or_null, record, text
-from pidcfg.encoders.named import TYPES
+from pidcfg.encoders.parameters import TYPES
+from pidcfg.results.schemas import findings
+from pidcfg.results.schemas.parts import VERSION, Schema, listing, or_null, record, text
 from pidcfg.vendors import VENDORS
 
 CONTENT: Schema = {"description": "As the vendor shows it.", "type": ["boolean", "number"]}

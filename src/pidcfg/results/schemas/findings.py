@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from pidcfg.cli.output_schemas.parts import VERSION, Schema, count, listing, or_null, record, text
 from pidcfg.diagnostics import Severity
+from pidcfg.results.schemas.parts import VERSION, Schema, count, listing, or_null, record, text
 from pidcfg.validate.catalog import CODE
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from pidcfg.cli.output_schemas.parts import (
+from pidcfg.results.schemas.parts import (
     VERSION,
     Schema,
     listing,

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import get_args
 
-from pidcfg.cli.output_schemas import findings
-from pidcfg.cli.output_schemas.parts import VERSION, Schema, anything, count, listing, record, text
-from pidcfg.differences.meaning import RISKS, Status
+from pidcfg.differences.result import RISKS, Status
+from pidcfg.results.schemas import findings
+from pidcfg.results.schemas.parts import VERSION, Schema, anything, count, listing, record, text
 
 
 def schema() -> Schema:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from pidcfg.cli.output_schemas import findings
-from pidcfg.cli.output_schemas.parts import (
+from pidcfg.conversion.ledger import WORST
+from pidcfg.results.schemas import findings
+from pidcfg.results.schemas.parts import (
     VERSION,
     Schema,
     anything,
@@ -13,7 +14,6 @@ from pidcfg.cli.output_schemas.parts import (
     record,
     text,
 )
-from pidcfg.conversion.ledger import WORST
 from pidcfg.vendors import VENDORS
 
 

@@ -10,7 +10,8 @@ from dataclasses import dataclass, field
 from decimal import Decimal
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
-from pidcfg.encoders.words import EncodeError, Single, single_value
+from pidcfg.encoders.regmap import Misfit
+from pidcfg.encoders.words import DecodeError, EncodeError, Single, single_value
 from pidcfg.schemas.iec import (
     AUTOTUNE_MODE,
     BOOL,
@@ -25,14 +26,17 @@ from pidcfg.schemas.iec import (
     IecType,
     Wire,
 )
+from pidcfg.schemas.names import nearest
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Iterable, Mapping
 
-    from pidcfg.encoders.image import Route
-    from pidcfg.encoders.regmap import Misfit, Rounded
+    from pidcfg.encoders.regmap import Rounded
+    from pidcfg.paths import Path
     from pidcfg.refs import Basis
 
+SHOWN = 60
+"""Characters of a strange name that a message quotes."""
 Content = bool | int | float | str
 SINGLE = Single()
 TYPES = {
@@ -96,12 +100,12 @@ class Program:
 
 
 @dataclass(frozen=True, slots=True)
-class NamedEncoding:
+class ProgramEncoding:
     """A configuration's program, and the values that did not go in as written, each with its place."""
 
     image: Program
-    misfits: tuple[tuple[Route, Misfit], ...] = ()
-    rounded: tuple[tuple[Route, Rounded], ...] = ()
+    misfits: tuple[tuple[Path, Misfit], ...] = ()
+    rounded: tuple[tuple[Path, Rounded], ...] = ()
 
     @property
     def whole(self) -> bool:
@@ -137,6 +141,36 @@ def read(kind: IecType, value: object) -> Content | None:
         return store(kind, Decimal(repr(value)))
     except (EncodeError, ArithmeticError):
         return None
+
+
+def stored(row: Parameter, value: Any) -> tuple[Content, Misfit | None]:
+    """What a parameter holds of a value; for one that it cannot hold its default, and what is wrong."""
+    try:
+        return store(row.type, value), None
+    except EncodeError as error:
+        return row.type.default, Misfit(row.name, row, value, error)
+
+
+def content_of(name: str, row: Parameter, raw: Content | Wire, kind: str) -> Content:
+    """The content of a parameter in a listing; raises `DecodeError` where it is wired, or no value of its type."""
+    if isinstance(raw, Wire):
+        raise DecodeError(f"{name} is an expression; {kind} is a value", name)
+    content = read(row.type, raw)
+    if content is None:
+        raise DecodeError(f"{name}: {raw!r} is not a value of {row.type.name}", name)
+    return content
+
+
+def value_of(content: Content) -> Decimal | bool | str:
+    """A content as the value of a field."""
+    return content if isinstance(content, bool | str) else Decimal(repr(content))
+
+
+def misspelt(name: str, key: str, keys: Iterable[str], kind: str) -> DecodeError:
+    """The error of a name with a key that there is none of: it would leave a default in place."""
+    near = nearest(key, keys)
+    cure = f"; did you mean {near}?" if near else ""
+    return DecodeError(f"{name[:SHOWN]}: {key[:SHOWN]!r} is not {kind}{cure}", name)
 
 
 def shortest(value: float) -> float:

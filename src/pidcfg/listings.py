@@ -1,4 +1,4 @@
-"""A memory listing of any format to a configuration, for every command that takes one."""
+"""A memory listing of any vendor and format to a configuration."""
 
 from __future__ import annotations
 
@@ -14,7 +14,6 @@ from pidcfg.vendors import VENDORS
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
-    from pidcfg.cli.files.inputs import Input
     from pidcfg.encoders.image import Image
     from pidcfg.limits import Limits
     from pidcfg.vendors import Vendor
@@ -25,11 +24,10 @@ FEW = 12
 """Addresses that a note lists before it only counts."""
 
 
-def read_listing(entry: Input, vendor: Vendor, limits: Limits, kind: str | None = None) -> Listing:
+def read_listing(data: bytes, vendor: Vendor, limits: Limits, kind: str | None = None) -> Listing:
     """The words of a listing; raises `ListingError` with the place of what cannot be read."""
-    if len(entry.data) > limits.file_bytes:
-        raise ListingError(f"the file is larger than {limits.file_bytes} bytes")
-    text = listing_text(entry.data)
+    refuse_large(data, limits)
+    text = listing_text(data)
     kinds = vendor.load("formats")
     chosen = kinds[kind] if kind else kind_of(text, kinds)
     if chosen is None:
@@ -41,6 +39,12 @@ def read_listing(entry: Input, vendor: Vendor, limits: Limits, kind: str | None 
     if listing.vendor not in {None, vendor.key}:
         raise ListingError(f"the listing is of vendor {listing.vendor!r}, not {vendor.key}")
     return listing
+
+
+def refuse_large(data: bytes, limits: Limits) -> None:
+    """Raises `ListingError` for a file that is larger than the limit."""
+    if len(data) > limits.file_bytes:
+        raise ListingError(f"the file is larger than {limits.file_bytes} bytes")
 
 
 def listing_text(data: bytes) -> str:

@@ -1,0 +1,29 @@
+"""Wrong arguments of a public call, as what they are on the command line: wrong options."""
+
+from __future__ import annotations
+
+from contextlib import contextmanager
+from typing import TYPE_CHECKING
+
+import click
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping
+
+NOTHING: Mapping[str, str] = {}
+
+
+@contextmanager
+def usage(options: Mapping[str, str] = NOTHING) -> Iterator[None]:
+    """Ends the command with what is wrong with an option; ``options`` that are not called as the argument is."""
+    from pidcfg.results.arguments import ArgumentError, OptionError
+
+    def option(name: str) -> str:
+        return options.get(name, f"--{name.replace('_', '-')}")
+
+    try:
+        yield
+    except OptionError as error:
+        raise click.BadParameter(error.remark, param_hint=option(error.names[0])) from None
+    except ArgumentError as error:
+        raise click.UsageError(error.spelled(option)) from None

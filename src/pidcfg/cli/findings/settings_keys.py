@@ -1,0 +1,70 @@
+"""What a settings file may say: the table of its keys, and the JSON Schema for editors that is made of it."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+from pidcfg.cli.formats import formats_of
+
+PER_FILE = "per-file-ignores"
+LARGEST = 1 << 20
+"""Bytes of a settings file."""
+
+
+class Key(NamedTuple):
+    """One key: its kind, what it does, and an example."""
+
+    kind: str
+    text: str
+    example: str
+
+
+# fmt: off
+KEYS = {
+    "select": Key("codes", "Only rules whose code begins so.", '["PID2", "PID101"]'),
+    "ignore": Key("codes", "Rules whose code begins so are left out.", '["PID220"]'),
+    "severity": Key("severity", "Findings of this severity and above are shown.", '"warning"'),
+    "strict": Key("switch", "Exit 1 on warnings too.", "true"),
+    "format": Key("format", "How the result is printed.", '"text"'),
+    "baseline": Key("path", "A file of known findings, below the folder of the settings file.", '"known.json"'),
+    PER_FILE: Key(
+        "table", "Patterns of paths below the folder of the settings file, and the rules left out there.",
+        '{"old/**" = ["PID222"]}',
+    ),
+}
+"""All there is."""
+REFUSED = {
+    "limit": "limits on untrusted input are raised on the command line only (--limit)",
+    "limits": "limits on untrusted input are raised on the command line only (--limit)",
+    "output": "files to write are named on the command line only (--output)",
+    "fix": "files are changed only when the command line says so (--fix)",
+}
+"""Keys that somebody may look for, and why there are none."""
+# fmt: on
+SEVERITIES = ("error", "warning", "info")
+ALIASES = {key.replace("-", "_"): key for key in KEYS}
+OPTIONS = frozenset(KEYS) - {PER_FILE}
+"""Keys that are options of the command too."""
+
+
+def settings_schema() -> dict[str, Any]:
+    """The JSON Schema of ``pidcfg.toml``, for editors."""
+    from pidcfg.schemas.document import DIALECT
+
+    codes = {"type": "array", "items": {"type": "string", "pattern": "^[Pp][Ii][Dd][0-9]{0,3}$"}}
+    kinds: dict[str, dict[str, Any]] = {
+        "codes": codes,
+        "switch": {"type": "boolean"},
+        "severity": {"enum": list(SEVERITIES)},
+        "format": {"enum": list(formats_of("validate"))},
+        "path": {"type": "string", "minLength": 1},
+        "table": {"type": "object", "additionalProperties": codes},
+    }
+    properties = {key: {**kinds[row.kind], "description": row.text} for key, row in KEYS.items()}
+    return {
+        "$schema": DIALECT,
+        "type": "object",
+        "properties": properties,
+        "additionalProperties": False,
+        "title": "pidcfg settings",
+    }

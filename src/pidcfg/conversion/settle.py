@@ -1,0 +1,177 @@
+"""What the target's registers make of the exact values that a conversion wrote.
+
+Values are held against what registers can hold and what the manual allows; those outside are clamped. What comes back
+from the registers otherwise is rounded: the file gets the value that the PLC will hold, and the report says by how much
+it differs from what was wanted. Unless something is clamped, the target is validated and encoded once.
+"""
+
+from __future__ import annotations
+
+from decimal import Decimal
+from functools import cache
+from typing import TYPE_CHECKING, Annotated, Any
+
+from pydantic import BaseModel, TypeAdapter, ValidationError
+
+from pidcfg.conversion.ledger import ConvertError, Missing, Stored
+from pidcfg.conversion.values import number_of
+from pidcfg.paths import dotted, put, steps, value_at
+from pidcfg.schemas.base import plain_number
+from pidcfg.schemas.limits import limits_at
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from pidcfg.conversion.ledger import TargetFile
+    from pidcfg.encoders.image import Encoding
+    from pidcfg.paths import Path
+    from pidcfg.vendors import Vendor
+
+EXACT = Decimal("2e-7")
+"""Relative error that counts as none: what single precision makes of a decimal."""
+ROUNDS = 3
+"""A clamped value is encoded again, and may then be beyond what a register holds together with others."""
+
+
+def settled(file: TargetFile, target: Vendor) -> list[dict[str, Stored]]:
+    """Puts the values that the target can hold into a file; what became of each field, by loop.
+
+    Raises `ConvertError` for a value that cannot be clamped, such as a name that is too long.
+    """
+    wanted = [
+        {f.path: value_at(file.data, place(i, f.path)) if f.exact is None else f.exact for f in fields if f.path}
+        for i, fields in enumerate(file.fields)
+    ]
+    clamped: dict[Path, Stored] = {}
+    for _ in range(ROUNDS):
+        model = validated(target, file.data)
+        encoding = target.encoder(model)
+        found = _beyond_registers(file.data, encoding, target)
+        found |= _beyond_limits(file, model, found)
+        clamped |= found
+        if all(value_at(file.data, path) == stored.value for path, stored in found.items()):
+            break
+        for path, stored in found.items():
+            put(file.data, path, stored.value)
+    image = encoding.image
+    held = target.load("decode")(image.words, image.settings, image.plc).data
+    rows: list[dict[str, Stored]] = []
+    for i, fields in enumerate(file.fields):
+        other = {f.path: (f.exact, f.held) for f in fields if f.exact and f.held}
+        row = {}
+        for key, value in wanted[i].items():
+            path = place(i, key)
+            if path in clamped:
+                row[key] = clamped[path]
+                continue
+            row[key] = _of_register(file.data, path, number_of(value), number_of(read_back(model, held, path)))
+            if key in other:
+                row[key] = _of_other_kind(value_at(file.data, path), *other[key])
+        rows.append(row)
+    return rows
+
+
+def place(loop: int, path: str) -> Path:
+    """Where a field of a loop stands in the file; with ``/`` before it, it is one of the file."""
+    return steps(path[1:]) if path.startswith("/") else ("loops", loop, *steps(path))
+
+
+def validated(target: Vendor, data: dict[str, Any]) -> Any:
+    """Plain data as the target's model; raises `ConvertError` with the first key that it refuses."""
+    try:
+        return target.model.model_validate(data)
+    except ValidationError as error:
+        first = error.errors(include_url=False)[0]
+        text = (first.get("ctx") or {}).get("text", first["msg"])
+        path = tuple(first["loc"])
+        raise ConvertError([Missing(path, f"{dotted(path)}: {text}")]) from None
+
+
+def _beyond_registers(data: Mapping[str, Any], encoding: Encoding, target: Vendor) -> dict[Path, Stored]:
+    """Numbers that registers cannot hold, brought to the end that they hold."""
+    found: dict[Path, Stored] = {}
+    for path, misfit in encoding.misfits:
+        low, high = misfit.error.low, misfit.error.high
+        value = value_at(data, path)
+        number = number_of(value)
+        if number is None or low is None or high is None or misfit.error.fault != "range":
+            raise ConvertError([Missing(path, f"{misfit.word.name} {value}: {misfit.error}")])
+        bound = plain_number(min(max(number, low), high))
+        found[path] = Stored(bound, "clamped", note=f"{target.title} holds {low} to {high}")
+    return found
+
+
+def _beyond_limits(file: TargetFile, model: BaseModel, clamped: Mapping[Path, Stored]) -> dict[Path, Stored]:
+    """Numbers that the manual does not allow, brought to the end that it allows; some are ``clamped`` already."""
+    found: dict[Path, Stored] = {}
+    for i, fields in enumerate(file.fields):
+        for field in fields:
+            path = place(i, field.path)
+            of_file = field.path.startswith("/")
+            owner = model if of_file else value_at(model, ("loops", i))
+            number = number_of(clamped[path].value if path in clamped else value_at(model, path))
+            limits = None if number is None else limits_at(type(owner), field.path.lstrip("/"))
+            if limits is None or number is None or limits.holds(number):
+                continue
+            low, high = (None if end is None else Decimal(end) for end in (limits.low, limits.high))
+            bound = low if low is not None and number < low else high
+            if bound is not None:
+                note = f"allowed is {limits.low} to {limits.high}"
+                found[path] = Stored(plain_number(bound), "clamped", note=note)
+    return found
+
+
+def _of_register(data: dict[str, Any], path: Path, wanted: Decimal | None, held: Decimal | None) -> Stored:
+    """What the memory holds of a field; the file gets it where it differs, unless it is a text such as ``500 ms``."""
+    written = value_at(data, path)
+    if wanted is None or held is None:
+        return Stored(written)
+    error = abs(held - wanted) / abs(wanted) if wanted else abs(held)
+    if error <= EXACT:
+        return Stored(written)
+    if not isinstance(written, str):
+        written = plain_number(held)
+        put(data, path, written)
+    return Stored(written, "rounded", float(error * 100))
+
+
+def _of_other_kind(written: Any, wanted: Decimal, held: Decimal) -> Stored:
+    """What a field means where its number in the file is of another kind, or shorter than what the memory holds."""
+    error = abs(held - wanted) / abs(wanted)
+    if error <= EXACT:
+        return Stored(written)
+    return Stored(plain_number(Decimal(f"{held:.4g}")), "rounded", float(error * 100))
+
+
+def read_back(model: BaseModel, data: Any, path: Path) -> Any:
+    """What decoded data say at a path, read as the field's own type; ``model`` shows the types on the way.
+
+    A field alone is read, so that a decoded file need not be validated as a whole.
+    """
+    here: Any = model
+    for i, key in enumerate(path):
+        below = value_at(here, (key,))
+        if isinstance(here, BaseModel):
+            field = type(here).model_fields.get(str(key))
+            if field is None:
+                return None
+            if not isinstance(data, dict) or key not in data:
+                return value_at(field.get_default(call_default_factory=True), path[i + 1 :])
+            if not _has_models(below):
+                return value_at(_reader(type(here), str(key)).validate_python(data[key]), path[i + 1 :])
+        here, data = below, value_at(data, (key,))
+    return None
+
+
+def _has_models(value: Any) -> bool:
+    """Whether the way to a number goes on through models."""
+    inner: Sequence[Any] = value if isinstance(value, tuple | list) else (value,)
+    return any(isinstance(item, BaseModel) for item in inner)
+
+
+@cache
+def _reader(model: type[BaseModel], key: str) -> TypeAdapter[Any]:
+    """What reads the text of a field."""
+    field = model.model_fields[key]
+    kind: Any = field.annotation
+    return TypeAdapter(Annotated[kind, *field.metadata] if field.metadata else kind)

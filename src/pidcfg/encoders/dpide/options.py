@@ -1,0 +1,19 @@
+"""What a listing of operands may not say, and where converted instructions have their registers."""
+
+from __future__ import annotations
+
+from pidcfg.encoders.options import Option, listed
+
+FORMATS = ("text", "csv", "json", "operands", "symbols")
+
+
+def _register(text: str) -> str:
+    from pidcfg.schemas.dpide_devices import parse_register
+
+    return parse_register(text)
+
+
+DECODE_OPTIONS = (
+    Option("device", "D,D…", "Where the 30 registers of each loop's I_MV begin.", "D500,D530", listed(_register)),
+)
+CONVERT_OPTIONS = DECODE_OPTIONS

@@ -1,0 +1,12 @@
+"""A listing of neutral parameters says everything, and there are no places to choose."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from pidcfg.encoders.options import Option
+
+FORMATS = ("text", "csv", "json")
+DECODE_OPTIONS: tuple[Option, ...] = ()
+CONVERT_OPTIONS = DECODE_OPTIONS

@@ -1,0 +1,28 @@
+"""What a NextoPID program does not say, and what a conversion cannot know: the interval of its task."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from pidcfg.encoders.options import Option
+
+if TYPE_CHECKING:
+    from decimal import Decimal
+
+FORMATS = ("text", "csv", "json", "st", "plcopen")
+
+
+def _seconds(text: str) -> Decimal | None:
+    from decimal import Decimal
+
+    from pidcfg.schemas.base import parse_seconds
+
+    try:
+        time = parse_seconds(Decimal(text) if text.replace(".", "", 1).isdigit() else text)
+    except (ValueError, ArithmeticError):
+        return None
+    return time if time > 0 else None
+
+
+DECODE_OPTIONS = (Option("sample_time", "TIME", "Interval of the task that calls the blocks.", "100 ms", _seconds),)
+CONVERT_OPTIONS = DECODE_OPTIONS

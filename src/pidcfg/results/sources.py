@@ -1,0 +1,41 @@
+"""What the public calls are given: files, texts, and documents that were read before."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from pidcfg.document import Document
+from pidcfg.reader import Files, source_data
+from pidcfg.source import read_document
+from pidcfg.validate.engine import Checked, check_document
+
+if TYPE_CHECKING:
+    from pidcfg.limits import Limits
+
+Source = Path | str | bytes | Document
+"""A file by its path, a text, or the ``document`` of another result, which is not read again."""
+
+
+def document_of(source: Source, name: str | None, files: Files, limits: Limits) -> Document:
+    """A source as a document; raises `OSError` for a file that is not there."""
+    if isinstance(source, Document):
+        return source
+    return read_document(*source_data(source, name, files, limits.file_bytes + 1), limits)
+
+
+def checked_of(source: Source, name: str | None, files: Files, limits: Limits) -> Checked:
+    """A source as a checked configuration."""
+    return check_document(document_of(source, name, files, limits), limits)
+
+
+def side_of(source: Source, name: str | None, files: Files, limits: Limits) -> tuple[Checked | tuple[bytes, str], str]:
+    """A side of a comparison, a checked configuration or the bytes and name of a listing; and what it is called."""
+    from pidcfg.results.differences import is_listing
+
+    if isinstance(source, Document):
+        return check_document(source, limits), name or source.file
+    data, label = source_data(source, name, files, limits.file_bytes + 1)
+    if is_listing(label):
+        return (data, label), label
+    return check_document(read_document(data, label, limits), limits), label

@@ -1,0 +1,157 @@
+"""A PLC's memory: the results of `pidcfg.encode` and `pidcfg.decode`."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any
+
+from pidcfg.diagnostics import Diagnostic, Severity, Span
+from pidcfg.encoders.listing import ListingError
+from pidcfg.listings import annotate_listing, decode_listing, exact_text, read_listing, refuse_large, together
+from pidcfg.results.arguments import ArgumentError, vendor_options
+from pidcfg.results.findings import Data, errors_in, findings_data
+from pidcfg.vendors import VENDORS, format_of
+from pidcfg.writer import yaml_text
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from pidcfg.document import Document
+    from pidcfg.encoders.files import FileKind
+    from pidcfg.limits import Limits
+    from pidcfg.validate.engine import Checked
+    from pidcfg.vendors import Vendor
+
+
+@dataclass(frozen=True, slots=True)
+class EncodeResult:
+    """The memory of a configuration, and the files of one format."""
+
+    document: Document
+    findings: tuple[Diagnostic, ...]
+    """Of the configuration, and of the file that the format adds to."""
+    vendor: str | None = None
+    image: Any = None
+    """`pidcfg.encoders.image.Image`, of a vendor that names its parameters `pidcfg.encoders.named.Program`; None where
+    errors are in the way."""
+    kind: FileKind | None = None
+    """The format: its name, its encoding in a file."""
+    files: Mapping[str, str] = field(default_factory=dict)
+    """The texts of the format by what is added to the file's name, mostly nothing: the key is then empty."""
+    checklist: tuple[str, ...] = ()
+    """What a person should check after the download."""
+    merged: tuple[str, ...] = ()
+    """What was done to a file of the user's; lines that begin with ``conflict`` say what was left out."""
+
+    @property
+    def ok(self) -> bool:
+        """Whether there is a text."""
+        return bool(self.files)
+
+    @property
+    def text(self) -> str:
+        """The text of a format of one file; raises `ValueError` where there is none, or where there are several."""
+        if len(self.files) != 1:
+            raise ValueError(f"there are {len(self.files)} files; see `files` and `findings`")
+        return next(iter(self.files.values()))
+
+    def to_json(self) -> Data:
+        """What ``pidcfg encode --format json`` prints: every word; where there is none, the errors."""
+        if self.image is None or self.vendor is None:
+            return findings_data(errors_in(self.findings))
+        words: Data = json.loads(format_of(VENDORS[self.vendor], "json").write(self.image, self.checklist))
+        return words
+
+
+def encoded(
+    checked: Checked, name: str, into: tuple[bytes, str] | None, limits: Limits, *, errors: bool
+) -> EncodeResult:
+    """The memory of a checked configuration in a format; ``into``: bytes and name of a file that it adds to.
+
+    ``errors``: although the configuration has some, if only every value has its word.
+    """
+    vendor, encoding = checked.vendor, checked.encoding
+    faulty = bool(errors_in(checked.findings))
+    if vendor is None or encoding is None or (faulty and not (errors and encoding.whole)):
+        return EncodeResult(checked.document, checked.findings)
+    try:
+        kind: FileKind = format_of(vendor, name)
+    except KeyError as error:
+        raise ArgumentError(error.args[0], "format") from None
+    checklist: tuple[str, ...] = vendor.load("checklist")(checked.config)
+    result = EncodeResult(checked.document, checked.findings, vendor.key, encoding.image, kind, checklist=checklist)
+    return _with_texts(result, kind, into, limits)
+
+
+def _with_texts(result: EncodeResult, kind: FileKind, into: tuple[bytes, str] | None, limits: Limits) -> EncodeResult:
+    """The result with the texts of its format, perhaps within a file of the user's."""
+    if into is None:
+        if kind.needs_into:
+            raise ArgumentError(f"{kind.name} is written into a file of yours; name it with `into`", "into")
+        text = kind.write(result.image, result.checklist)
+        return replace(result, files={"": text} if isinstance(text, str) else text)
+    if kind.merge is None:
+        raise ArgumentError(f"{kind.name} is not written into another file", "into")
+    data, name = into
+    try:
+        refuse_large(data, limits)
+        text, report = kind.merge(result.image, exact_text(data, kind.encoding))
+    except ListingError as error:
+        return replace(result, findings=(*result.findings, unreadable(error, name)))
+    return replace(result, files={"": text}, merged=report)
+
+
+def unreadable(error: ListingError, name: str, cure: str | None = None) -> Diagnostic:
+    """What is wrong with a memory listing, as a finding."""
+    span = Span(error.line, error.column, error.line, error.column + 1)
+    return Diagnostic("PID041", Severity.ERROR, str(error), name, span, help=cure)
+
+
+@dataclass(frozen=True, slots=True)
+class DecodeResult:
+    """The configuration of a memory listing, or the listing with a meaning beside every word."""
+
+    findings: tuple[Diagnostic, ...] = ()
+    data: Data | None = None
+    """The configuration as plain data, in the order of its file; None: there is none, or meanings were asked for."""
+    text: str = ""
+    """The configuration as YAML, or the listing with its meanings."""
+    notes: tuple[str, ...] = ()
+    """What it cannot carry, and words that do not come back when it is encoded again."""
+
+    @property
+    def ok(self) -> bool:
+        """Whether the listing could be read."""
+        return not self.findings
+
+    def to_json(self) -> Data:
+        """The configuration that ``pidcfg decode`` prints as YAML; where there is none, the text or the errors."""
+        if self.data is not None:
+            return self.data
+        return {"version": 1, "text": self.text} if self.ok else findings_data(self.findings)
+
+
+def decoded(
+    files: Sequence[tuple[bytes, str]],
+    vendor: Vendor,
+    kind: str | None,
+    options: Mapping[str, object],
+    limits: Limits,
+    *,
+    annotate: bool,
+) -> DecodeResult:
+    """The configuration of a listing in one or more files, each its bytes and its name."""
+    listings, name = [], files[0][1]
+    try:
+        for data, name in files:  # noqa: B007 - the name of the file that cannot be read
+            listings.append(read_listing(data, vendor, limits, kind))
+        values = vendor_options(vendor, "decode_options", options)
+        listing = together(listings)
+        if annotate:
+            text, notes = annotate_listing(listing, vendor, values)
+            return DecodeResult(text=text, notes=notes)
+        found = decode_listing(listing, vendor, values)
+    except ListingError as error:
+        return DecodeResult((unreadable(error, name),))
+    return DecodeResult((), found.data, yaml_text(found.data), found.notes)

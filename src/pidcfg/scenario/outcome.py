@@ -1,0 +1,94 @@
+"""One scenario run: what was read, what became of it, and whether that is what was expected."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING
+
+from pidcfg.diagnostics import Diagnostic, Severity
+from pidcfg.reader import DISK, Reader
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from pidcfg.document import Document
+    from pidcfg.limits import Limits
+    from pidcfg.scenario.axes import Axes
+    from pidcfg.scenario.load import Loaded
+    from pidcfg.sim.recording import Recording
+    from pidcfg.sim.report import Report
+    from pidcfg.sim.run import Settings
+
+
+@dataclass(frozen=True, slots=True)
+class Outcome:
+    """One scenario file: its findings, and its report when it could run."""
+
+    file: str
+    config: str = ""
+    report: Report | None = None
+    findings: Sequence[Diagnostic] = ()
+    documents: Mapping[str, Document] = field(default_factory=dict)
+    config_errors: bool = False
+    """Whether the configuration has errors; they are among the findings."""
+    recording: Recording | None = None
+    """The trend for a picture, where one is wanted."""
+    axes: Mapping[str, Axes] = field(default_factory=dict)
+    """Names and units of each loop's signals."""
+
+    @property
+    def unjudged(self) -> bool:
+        """Whether a configuration with errors ran and nothing was expected of it."""
+        return self.config_errors and self.report is not None and not self.report.expectations
+
+    @property
+    def passed(self) -> bool:
+        """Whether it ran and everything expected of it holds."""
+        return self.report is not None and self.report.passed and not self.unjudged
+
+
+def simulate_document(
+    doc: Document, settings: Settings, limits: Limits, reader: Reader = DISK, *, record: bool = False
+) -> Outcome:
+    """Runs one scenario file; ``record``: with the trend of its loops, for `pidcfg.scenario.charts.charts_of`."""
+    from pidcfg.scenario.load import load
+    from pidcfg.sim.run import UnusableError, simulate
+    from pidcfg.validate.engine import is_scenario
+
+    if doc.data is not None and not is_scenario(doc):
+        cure = "a scenario begins with 'scenario: …' and names its configuration"
+        finding = Diagnostic("PID032", Severity.ERROR, "the file is no scenario", doc.file, help=cure)
+        return Outcome(doc.file, findings=[finding], documents={doc.file: doc})
+    loaded = load(doc, limits, reader)
+    if loaded.scenario is None or loaded.image is None:
+        return Outcome(doc.file, loaded.config, None, loaded.findings, loaded.documents)
+    try:
+        axes, recording = recorded(loaded) if record else ({}, None)
+        settings = replace(settings, recording=recording)
+        report = simulate(loaded.scenario, loaded.plc, loaded.controller, settings)
+    except UnusableError as error:
+        loaded.add(error.problems)
+        return Outcome(doc.file, loaded.config, None, loaded.findings, loaded.documents)
+    loaded.add(report.problems)
+    findings, config_errors = [*loaded.findings, *loaded.config_errors], bool(loaded.config_errors)
+    return Outcome(doc.file, loaded.config, report, findings, loaded.documents, config_errors, recording, axes)
+
+
+def recorded(loaded: Loaded) -> tuple[dict[str, Axes], Recording]:
+    """What the loops' signals are called, and where they will be recorded."""
+    from pidcfg.scenario.axes import axes_of, signals_of
+    from pidcfg.sim.recording import Recording
+
+    axes = axes_of(loaded.plc(), loaded.image.settings)
+    return axes, Recording(signals_of(axes))
+
+
+def check_any(doc: Document, limits: Limits, reader: Reader = DISK) -> list[Diagnostic]:
+    """The findings of a configuration, or of a scenario and what it names."""
+    from pidcfg.validate.engine import check_document, is_scenario
+
+    if is_scenario(doc):
+        from pidcfg.scenario.load import check_scenario
+
+        return check_scenario(doc, limits, reader)
+    return list(check_document(doc, limits).findings)

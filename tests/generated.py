@@ -1,0 +1,82 @@
+"""Everything that is generated and committed; ``python tasks.py generate`` writes anew what differs, and names it.
+
+``--check`` writes nothing and ends with 1 where a file differs. Names of parts renew these alone:
+``python tests/generated.py pages messages``. Read the difference before committing it: a golden file says what the
+words, the trend or the message were when somebody looked.
+"""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import case_messages
+import golden
+import test_pictures
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping, Sequence
+
+ROOT = Path(__file__).parents[1]
+sys.path.append(str(ROOT / "docs"))
+
+
+def pages() -> dict[Path, bytes]:
+    """Pages and schemas of docs/, and the codes that shells complete."""
+    import generate
+
+    return {(generate.DOCS / name).resolve(): text.encode() for name, text in generate.pages().items()}
+
+
+def messages() -> dict[Path, bytes]:
+    """What every rule says about its case files."""
+    return {case_messages.GOLDEN: case_messages.messages().encode()}
+
+
+PARTS: dict[str, Callable[[], Mapping[Path, bytes]]] = {
+    "pages": pages,
+    "messages": messages,
+    "reports": golden.report_files,
+    "pictures": test_pictures.golden_files,
+    "examples": golden.example_files,
+}
+"""Each part by the name that renews it alone, those first that most changes touch."""
+WHOLE = {"examples", "reports"}
+"""Parts whose folders hold nothing else, but for the configurations that they are made of."""
+
+
+def renew(files: Mapping[Path, bytes], *, check: bool = False, whole: bool = False) -> list[str]:
+    """Writes the files that differ and removes those that are no longer made; the names of all of them."""
+    folders = {path.parent for path in files} if whole else set()
+    left_over = {path for folder in folders for path in folder.iterdir() if path.suffix != ".yaml"} - {*files}
+    differing = [path for path, data in files.items() if not path.exists() or path.read_bytes() != data]
+    if not check:
+        for path in differing:
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_bytes(files[path])
+        for path in left_over:
+            path.unlink()
+    return sorted(
+        path.relative_to(ROOT).as_posix() if path.is_relative_to(ROOT) else str(path)
+        for path in (*differing, *left_over)
+    )
+
+
+def main(arguments: Sequence[str]) -> None:
+    """Renews the named parts, or all."""
+    check = "--check" in arguments
+    named = [name for name in arguments if name != "--check"]
+    if not {*named} <= {*PARTS}:
+        sys.exit(f"the parts are {', '.join(PARTS)}")
+    differing = []
+    for part in named or PARTS:
+        names = renew(PARTS[part](), check=check, whole=part in WHOLE)
+        print(f"{part}: {', '.join(names) if names else 'up to date'}", flush=True)  # noqa: T201 - a script
+        differing += names
+    if check and differing:
+        sys.exit("stale; run python tasks.py generate")
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])

@@ -1,0 +1,209 @@
+"""Ideas that rules of several vendors share, on the least that each of them needs of a loop."""
+
+from dataclasses import dataclass, field
+from decimal import Decimal
+
+import pytest
+
+from pidcfg.validate.ideas.alarms import (
+    alarm_beyond,
+    alarm_within,
+    deadband_of_zero,
+    hysteresis_spans_normal_zone,
+    neighbours_out_of_order,
+)
+from pidcfg.validate.ideas.blocks import Extent, block_beyond_bank, blocks_overlap, too_many_loops
+from pidcfg.validate.ideas.cascades import rings
+from pidcfg.validate.ideas.duplicates import repeats
+from pidcfg.validate.rule import MOST_NAMES, reported_once
+from pidcfg.validate.views import View, complete, number_text, value_or_switch, with_unit
+
+
+@dataclass(frozen=True)
+class Loop:
+    name: str
+
+
+@dataclass(frozen=True)
+class Registers(View[Loop]):
+    """A loop whose registers are given by name; what has none does not fit."""
+
+    words: dict[str, int] = field(default_factory=dict)
+    pv_alarms: bool = True
+    deviation_alarms: bool = True
+    deadband_on: bool = True
+    extents: tuple[Extent, ...] = ()
+
+    def given(self, name):
+        return self.words.get(name) or None
+
+    def holds(self, *names):
+        return complete(self.words.get(name) for name in names)
+
+    def shown(self, name):
+        return f"{self.words[name]} counts"
+
+    def distance(self, value):
+        return f"{value} apart"
+
+
+def registers(**words):
+    return Registers(0, Loop("A"), words)
+
+
+# --- cascades and duplicates -----------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("masters", "expected"),
+    [
+        ([], []),
+        ([None, 0, 1], []),
+        ([0], [[0]]),
+        ([1, 0], [[0, 1]]),
+        ([2, 0, 1], [[0, 2, 1]]),
+        ([1, 2, 3, 1], [[1, 2, 3]]),
+        ([1, 0, 3, 2, 4, None], [[0, 1], [2, 3], [4]]),
+    ],
+    ids=["no loops", "a chain", "itself", "two", "three", "a loop outside of the ring", "several"],
+)
+def test_a_ring_is_told_once_from_its_first_loop_on(masters, expected):
+    assert list(rings(masters)) == expected
+
+
+def test_long_cascades_are_followed_in_linear_time():
+    count = 20_000
+
+    assert list(rings([*range(1, count), 0])) == [list(range(count))]
+
+
+def test_every_later_row_of_a_key_is_a_repeat_of_the_first():
+    assert list(repeats([("x", 1), ("y", 2), ("x", 3), ("x", 4)])) == [("x", 3, 1), ("x", 4, 1)]
+
+
+@pytest.mark.parametrize(
+    ("count", "text"),
+    [
+        (1, ""),
+        (2, ", as in L1"),
+        (MOST_NAMES + 1, ", as in L1, L2, L3, L4, L5, L6, L7, L8"),
+        (MOST_NAMES + 3, ", as in L1, L2, L3, L4, L5, L6, L7, L8 and 2 more"),
+    ],
+)
+def test_a_finding_that_is_reported_once_names_the_other_loops(count, text):
+    views = [View(i, Loop(f"L{i}")) for i in range(count)]
+
+    (found,) = reported_once(views, lambda view: view.at("mode", own=view.name))
+
+    assert found.path == ("loops", 0, "mode")
+    assert found.values == {"own": "L0", "others": text}
+    assert found.other_loops == tuple(f"L{i}" for i in range(1, count))
+
+
+def test_nothing_is_reported_once_of_no_loops():
+    assert list(reported_once([], lambda view: view.at("mode"))) == []
+
+
+# --- blocks ----------------------------------------------------------------------------------------------------------
+
+
+def placed(index, first, size=10):
+    return Registers(index, Loop(f"L{index}"), extents=(Extent("registers", "R", first, first + size - 1),))
+
+
+@pytest.mark.parametrize(("first", "latest"), [(91, None), (92, 91)])
+def test_a_block_may_end_at_the_last_address_and_not_beyond(first, latest):
+    found = list(block_beyond_bank(placed(0, first), {"R": 100}))
+
+    assert [entry.values["latest"] for entry in found] == ([] if latest is None else [latest])
+
+
+@pytest.mark.parametrize(("second", "overlaps"), [(10, False), (9, True), (0, True)])
+def test_blocks_overlap_where_they_share_a_register(second, overlaps):
+    found = list(blocks_overlap([placed(0, 0), placed(1, second)]))
+
+    assert [entry.path for entry in found] == ([("loops", 1, "registers")] if overlaps else [])
+
+
+@pytest.mark.parametrize(("count", "expected"), [(2, []), (3, [("loops", 2)])])
+def test_the_first_loop_without_room_is_reported(count, expected):
+    found = list(too_many_loops([placed(i, 10 * i) for i in range(count)], 2))
+
+    assert [entry.path for entry in found] == expected
+
+
+# --- alarms ----------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("words", "value", "alarm"),
+    [
+        ({"pv_low": 10, "pv_high": 20}, 9, "low"),
+        ({"pv_low": 10, "pv_high": 20}, 10, None),
+        ({"pv_low": 10, "pv_high": 20}, 20, None),
+        ({"pv_low": 10, "pv_high": 20}, 21, "high"),
+        ({"pv_low": 20, "pv_high": 10}, 21, None),
+        ({"pv_low": 10}, 9, None),
+    ],
+)
+def test_a_value_is_beyond_an_alarm_where_the_alarms_leave_a_zone(words, value, alarm):
+    assert alarm_beyond(registers(**words), value) == alarm
+
+
+def test_no_value_is_beyond_alarms_that_are_off():
+    assert alarm_beyond(Registers(0, Loop("A"), {"pv_low": 10, "pv_high": 20}, pv_alarms=False), 9) is None
+
+
+@pytest.mark.parametrize(
+    ("width", "setpoint", "expected"),
+    [
+        (2, 15, None),
+        (3, 15, ("deviation", 3)),
+        (5, 15, ("deviation", 3)),
+        (2, 12, ("low", 2)),
+        (2, 19, ("high", 1)),
+        (2, 10, None),
+        (2, None, None),
+    ],
+)
+def test_the_first_alarm_within_a_width_is_told_with_its_distance(width, setpoint, expected):
+    view = registers(pv_low=10, pv_high=20, deviation_yellow=3)
+
+    assert alarm_within(view, width, setpoint, ("deviation", "deviation_yellow")) == expected
+
+
+def test_alarm_points_ascend_with_a_step_between_them():
+    view = registers(pv_low_low=1, pv_low=1, pv_high=3, pv_high_high=2)
+
+    assert list(neighbours_out_of_order(view, "pv")) == [("low_low", "low", True), ("high", "high_high", False)]
+
+
+@pytest.mark.parametrize(("words", "keys"), [({"deadband": 0}, ["deadband_enabled"]), ({"deadband": 1}, []), ({}, [])])
+def test_a_deadband_of_zero_is_reported_at_its_switch_where_no_value_is_given(words, keys):
+    assert [entry.path[-1] for entry in deadband_of_zero(registers(**words))] == keys
+
+
+@pytest.mark.parametrize(("hysteresis", "count"), [(9, 0), (10, 1), (12, 1), (13, 0)])
+def test_a_hysteresis_spans_the_zone_up_to_where_another_rule_begins(hysteresis, count):
+    view = registers(pv_low=10, pv_high=20, hysteresis=hysteresis)
+
+    assert len(list(hysteresis_spans_normal_zone(view, 12))) == count
+
+
+# --- words of messages ------------------------------------------------------------------------------------------------
+
+
+def test_numbers_are_shortened_and_have_their_unit():
+    assert number_text(Decimal("1.50")) == "1.5"
+    assert number_text(Decimal("0.1234567890123")) == "0.123457"
+    assert with_unit(Decimal(3), "bar") == "3 bar"
+    assert with_unit(Decimal(3), None) == "3"
+
+
+def test_a_feature_is_pointed_at_by_its_value_or_by_its_switch():
+    @dataclass
+    class Part:
+        filter: int | None
+
+    assert value_or_switch(Part(3), "filter") == "filter"
+    assert value_or_switch(Part(None), "filter") == "filter_enabled"
