@@ -17,7 +17,13 @@ if TYPE_CHECKING:
 
 ACTION = "action"
 """What people ask for, whatever the vendor's key is called."""
+PV_RISES = {
+    True: "PV rises when the output rises (as in heating)",
+    False: "PV falls when the output rises (as in cooling)",
+}
+"""Where the PV goes, as a fact of a loop."""
 RISES = {True: "the PV rises with the output (heating)", False: "the PV falls when the output rises (cooling)"}
+"""The same of a word for the direction."""
 
 
 def find(vendor: str, question: Question) -> list[Page]:

@@ -26,6 +26,7 @@ from pidcfg.encoders.maps.dl06 import (
     TABLE_POINTER,
 )
 from pidcfg.encoders.maps.dl06_meanings import BITS, WORDS, WRITERS
+from pidcfg.encoders.scales import Position
 from pidcfg.encoders.settings import default_name, read_settings
 from pidcfg.encoders.words import DecodeError, bcd_digits
 from pidcfg.explanation.annotate import Start
@@ -96,7 +97,7 @@ def remark(word: Word, raw: int, scaling: Scaling) -> str:
 
 def unscaled(word: Word, raw: int) -> str:
     """Counts without a data format: what they are in each format that can hold them."""
-    if type(word.codec).__name__ != "Position":
+    if not isinstance(word.codec, Position):
         if not isinstance(word.codec, SpanBcd):
             return f"{raw} counts"
         code = special_code(word.codec.bcd, raw)

@@ -7,17 +7,14 @@ from typing import TYPE_CHECKING, Any
 from pidcfg.encoders.maps.generic import LOOP_TABLE
 from pidcfg.encoders.maps.generic import split as split_name
 from pidcfg.explanation.book import Direction
+from pidcfg.explanation.direction import PV_RISES
 from pidcfg.explanation.find_parameter import ParameterBook
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
 NAME = "generic"
-STATES = {
-    ("output_raises_pv", True): "PV rises when the output rises (as in heating)",
-    ("output_raises_pv", False): "PV falls when the output rises (as in cooling)",
-}
-"""What a switch chooses."""
+DIRECTION = "output_raises_pv"
 
 
 def split(name: str, _settings: Sequence[Mapping[str, Any]]) -> tuple[str, str | None, str]:
@@ -31,6 +28,6 @@ EXPLAINER = ParameterBook(
     tables={NAME: LOOP_TABLE},
     forms=(("a field of the neutral form", "generic.tuning.gain"),),
     split=split,
-    direction=Direction("output_raises_pv", "the process's", {}),
-    states=STATES,
+    direction=Direction(DIRECTION, "the process's", {}),
+    states={(DIRECTION, heating): text for heating, text in PV_RISES.items()},
 )

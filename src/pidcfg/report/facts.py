@@ -6,8 +6,10 @@ from decimal import Decimal
 from typing import TYPE_CHECKING, Any
 
 from pidcfg.encoders.words import DecodeError
+from pidcfg.explanation.direction import PV_RISES
 from pidcfg.explanation.texts import unit_text
 from pidcfg.paths import steps, value_at
+from pidcfg.report.roots import loop_words
 from pidcfg.report.texts import SIDES, number, text
 from pidcfg.schemas.iec import Wire
 
@@ -26,22 +28,21 @@ FIRST = (
     ("Sample time", "sample_time", "s", ("sample_time", "sample_rate", "CYCLE")),
 )
 """Each with the field of the neutral loop that says it, its unit, and the vendors' own keys, for a loop without one."""
-HEATING, COOLING = "PV rises when the output rises (as in heating)", "PV falls when the output rises (as in cooling)"
 FORMS = {True: "dependent: Ti and Td are times", False: "independent: Ki and Kd are gains"}
 WIRED = "the program chooses it: "
 
 
 def facts(
-    vendor: Vendor, loop: Any, neutral: Mapping[str, Any], groups: Sequence[Group], held: Mapping[str, str]
+    vendor: Vendor, loop: Any, neutral: Mapping[str, Any], groups: Sequence[Group], stored: Mapping[str, str]
 ) -> Iterator[tuple[str, str]]:
-    """The facts of a loop; ``neutral``: its neutral form or nothing, ``held``: what registers hold, as text."""
+    """The facts of a loop; ``neutral``: its neutral form or nothing, ``stored``: what registers hold, as text."""
     units = {side: value_at(neutral, (side, "unit")) or "" for side in SIDES}
     settings = {setting.path: setting for group in groups for setting in group.settings}
     for title, path, unit, keys in FIRST:
         value = value_at(neutral, steps(path))
         setting = next((settings[key] for key in keys if key in settings), None)
-        if path in held and setting is not None and setting.unit == "counts":
-            yield title, held[path]
+        if path in stored and setting is not None and setting.unit == "counts":
+            yield title, stored[path]
         elif isinstance(value, str | int | float | list | tuple | Decimal):
             shown = " to ".join(map(brief, value)) if isinstance(value, list | tuple) else brief(value)
             yield title, f"{shown} {unit_text(unit, units)}".rstrip()
@@ -54,13 +55,12 @@ def facts(
 
 def direction(vendor: Vendor, loop: Any) -> str:
     """Where the PV goes when the output rises, by the loop's own word for its action; empty where nobody knows."""
-    heating = str(vendor.load("tuned").heating)
-    key, _, state = heating.replace(":", "").rpartition(" ")
-    value = getattr(loop, key or "action", None)
+    key, heating = vendor.load("explainer").direction.key, vendor.load("tuned").heating.rpartition(" ")[2]
+    value = getattr(loop, key, None)
     if isinstance(value, Wire):
         return f"{WIRED}{key} := {value.text}"
     if isinstance(value, bool | str):
-        return HEATING if str(value).lower() == state.lower() else COOLING
+        return PV_RISES[str(value).lower() == heating.lower()]
     return ""
 
 
@@ -79,19 +79,17 @@ def tuning(vendor: Vendor, loop: Any, settings: Mapping[str, Setting]) -> Iterat
             yield label(name), quantity(settings[path])
 
 
-def held_setpoint(encoding: Encoding, loop: int, unit: str) -> dict[str, str]:
+def stored_setpoint(encoding: Encoding, loop: int, unit: str) -> dict[str, str]:
     """The set point that the register of a loop, by its number, holds, as the shortest value that is stored so."""
     path = "setpoint.value"
-    for block in encoding.blocks:
-        word = next((w for w in block.table.words if w.path == path), None)
-        if block.place == ("loops", loop) and word is not None:
-            scale, raw = block.scales.get(str(getattr(word.codec, "scale", ""))), encoding.image.words
-            if scale is not None and scale.range is not None:
-                try:
-                    value = block.table.decode_word(word, raw[block.start + word.offset], block.scales)
-                except DecodeError:
-                    return {}
-                return {path: f"{text(value)} {'' if value.counts else unit}".rstrip()}
+    for block, word, raw in loop_words(encoding, loop):
+        scale = block.scales.get(str(getattr(word.codec, "scale", "")))
+        if word.path == path and scale is not None and scale.range is not None:
+            try:
+                value = block.table.decode_word(word, raw, block.scales)
+            except DecodeError:
+                return {}
+            return {path: f"{text(value)} {'' if value.counts else unit}".rstrip()}
     return {}
 
 
@@ -106,7 +104,7 @@ def quantity(setting: Setting) -> str:
 
 
 def label(path: str) -> str:
-    """A key as a label: the manual's names stay, ours become words."""
+    """A key as a label: the manual's names stay, others become words."""
     last = path.removesuffix(".value").rpartition(".")[2]
     words = last.replace("_", " ")
     return words[:1].upper() + words[1:] if last.islower() else last

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from pidcfg.explanation.values import is_before_root, share_before_root
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Iterator, Mapping
     from decimal import Decimal
 
     from pidcfg.encoders.image import Block, Encoding
@@ -46,22 +46,24 @@ def word_before_root(word: Word, block: Block, raw: int) -> BeforeRoot | None:
     return BeforeRoot(round(percent, 2), value, word.unit.partition("/")[2])
 
 
-def settings_before_root(encoding: Encoding, loop: int) -> dict[str, BeforeRoot]:
-    """The settings of a loop, by its number, that are compared with the signal before the root."""
-    settings = {}
+def loop_words(encoding: Encoding, loop: int) -> Iterator[tuple[Block, Word, int]]:
+    """The registers of a loop's own blocks, by its number, with their contents."""
+    memory = encoding.image.words
     for block in encoding.blocks:
         if block.place == ("loops", loop):
-            for word in block.table.words:
-                before = word_before_root(word, block, encoding.image.words.get(block.start + word.offset, 0))
-                if before is not None and word.path is not None:
-                    settings[word.path] = before
-    return settings
+            yield from ((block, word, memory.get(block.start + word.offset, 0)) for word in block.table.words)
 
 
-def with_shares(groups: tuple[Group, ...], rooted: Mapping[str, BeforeRoot], unit: str) -> tuple[Group, ...]:
+def settings_before_root(encoding: Encoding, loop: int) -> dict[str, BeforeRoot]:
+    """The settings of a loop, by its number, that are compared with the signal before the root."""
+    shares = ((word.path, word_before_root(word, block, raw)) for block, word, raw in loop_words(encoding, loop))
+    return {path: share for path, share in shares if path is not None and share is not None}
+
+
+def with_shares(groups: tuple[Group, ...], shares: Mapping[str, BeforeRoot], unit: str) -> tuple[Group, ...]:
     """The settings with what they mean before the root; ``unit``: that of the PV."""
     return tuple(
-        replace(group, settings=tuple(_with_share(s, rooted.get(s.path), unit) for s in group.settings))
+        replace(group, settings=tuple(_with_share(s, shares.get(s.path), unit) for s in group.settings))
         for group in groups
     )
 

@@ -73,11 +73,11 @@ def leaves(model: BaseModel, above: Path = (), *, given: bool = True) -> Iterato
 
 def table_units(vendor: Vendor, units: Mapping[str, str]) -> dict[str, str]:
     """The units of the vendor's registers and parameters in the words of a loop, as far as they leave no choice."""
-    return {path: unit_text(unit, units) for path, unit in tabled(vendor).items() if not CHOICE.search(unit)}
+    return {path: unit_text(unit, units) for path, unit in units_by_path(vendor).items() if not CHOICE.search(unit)}
 
 
 @cache
-def tabled(vendor: Vendor) -> Mapping[str, str]:
+def units_by_path(vendor: Vendor) -> Mapping[str, str]:
     """The units of the vendor's registers and parameters by the path of their value."""
     units: dict[str, str] = {}
     for table in vendor.load("registers"):
@@ -96,7 +96,7 @@ def sides(loop: object) -> dict[str, str]:
     return {**SIDES, **units_of(loop)}
 
 
-def _raw(leaf: Leaf, unit: str, loop: Any) -> bool:
+def _is_raw(leaf: Leaf, unit: str, loop: Any) -> bool:
     """Whether a quantity is raw counts: written so, or on a scale without a range."""
     quantities = leaf.value if isinstance(leaf.value, tuple) and type(leaf.value) is tuple else (leaf.value,)
     if not all(isinstance(part, Quantity) for part in quantities):
@@ -111,18 +111,18 @@ def unit_of(leaf: Leaf, loop: Any, vendor: Vendor) -> str:
     chosen = getattr(leaf.model, f"{leaf.key}_unit", None)
     duration = value if isinstance(value, Duration) else getattr(value, "duration", None)
     if isinstance(duration, Duration):
-        return duration.unit or UNIT_WORDS.get(str(chosen), "") or _tabled(leaf, vendor)
+        return duration.unit or UNIT_WORDS.get(str(chosen), "") or _table_unit(leaf, vendor)
     if isinstance(value, Rate):
         return unit_text(f"pv/{value.per}", {**units, "pv": "counts"} if value.counts else units)
     if isinstance(value, bool | str | Wire) and not leaf.text.endswith(RANGES):
         return ""
-    unit = _tabled(leaf, vendor)
-    if _raw(leaf, unit, loop):
+    unit = _table_unit(leaf, vendor)
+    if _is_raw(leaf, unit, loop):
         return "/".join(["counts", *unit.split("/")[1:]])
     return unit_text(unit, units)
 
 
-def _tuned(leaf: Leaf, vendor: Vendor) -> str:
+def _term_unit(leaf: Leaf, vendor: Vendor) -> str:
     """The unit of one of the three terms, where the vendor's tables leave it open."""
     tuned = vendor.load("tuned")
     keys = [tuned.key(name) for name in tuned.names]
@@ -135,11 +135,11 @@ def _tuned(leaf: Leaf, vendor: Vendor) -> str:
     return "s" if form is None or chosen is form[1] else OF_GAINS[keys.index(leaf.text)]
 
 
-def _tabled(leaf: Leaf, vendor: Vendor) -> str:
+def _table_unit(leaf: Leaf, vendor: Vendor) -> str:
     """The unit by the vendor's tables, then by the limits of the field, then by its type."""
-    table, text = tabled(vendor), leaf.text
+    table, text = units_by_path(vendor), leaf.text
     places = (text, f"{text}.0", text.rpartition("].")[2])
-    unit = _tuned(leaf, vendor) or next((table[place] for place in places if place in table), "")
+    unit = _term_unit(leaf, vendor) or next((table[place] for place in places if place in table), "")
     if unit:
         return unit
     field = type(leaf.model).model_fields[leaf.key]
@@ -158,13 +158,13 @@ def _is_time(mark: Any) -> bool:
 def setting(leaf: Leaf, loop: Any, vendor: Vendor, written: Any, place: str) -> Setting:
     """A value with everything that a reader wants to know; an address stands as the file writes it."""
     spelled = isinstance(leaf.value, int) and not isinstance(leaf.value, bool) and isinstance(written, str)
-    address = spelled and not _counted(written.strip("-"))
+    address = spelled and not _is_number(written.strip("-"))
     value = str(written) if address else shown(leaf)
     unit = "" if address else unit_of(leaf, loop, vendor)
     return Setting(leaf.text, value, unit, texts_of(type(leaf.model)).get(leaf.key, ""), leaf.given, place)
 
 
-def _counted(text: str) -> bool:
+def _is_number(text: str) -> bool:
     return text[:1].isdigit()
 
 

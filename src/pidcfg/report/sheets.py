@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, cast
 from pidcfg.differences.vendor_fields import PLACES
 from pidcfg.encoders.parameters import Program
 from pidcfg.report.content import LoopSheet, PlcSheet
-from pidcfg.report.facts import facts, held_setpoint
+from pidcfg.report.facts import facts, stored_setpoint
 from pidcfg.report.roots import settings_before_root, with_shares
 from pidcfg.report.settings import NOWHERE, groups_of, sides, table_units
 from pidcfg.report.texts import text
@@ -78,18 +78,18 @@ def _loop_sheet(
     if not named:
         places = {key: NOWHERE for key, _ in flat(outside) if key not in PLACES} | places
     groups = groups_of(loop, vendor, data[i] if isinstance(data, list) and i < len(data) else None, places)
-    settled = {setting.path: setting.unit for group in groups for setting in group.settings}
-    units = table_units(vendor, sides(loop)) | {path: unit for path, unit in settled.items() if unit}
+    setting_units = {setting.path: setting.unit for group in groups for setting in group.settings}
+    units = table_units(vendor, sides(loop)) | {path: unit for path, unit in setting_units.items() if unit}
     pv_unit = sides(loop)["pv"]
-    held = {} if named else held_setpoint(encoding, i, pv_unit)
-    rooted = {} if named else settings_before_root(encoding, i)
+    stored = {} if named else stored_setpoint(encoding, i, pv_unit)
+    shares = {} if named else settings_before_root(encoding, i)
     return LoopSheet(
         name=loop.name,
         description=loop.description or "",
         anchor=anchor,
-        facts=tuple(facts(vendor, loop, neutral_loop, groups, held)),
-        groups=with_shares(groups, rooted, pv_unit),
-        blocks=() if named else Words(encoding, sides(loop), settled, book_of(vendor).writers).blocks(i),
+        facts=tuple(facts(vendor, loop, neutral_loop, groups, stored)),
+        groups=with_shares(groups, shares, pv_unit),
+        blocks=() if named else Words(encoding, sides(loop), setting_units, book_of(vendor).writers).blocks(i),
         parameters=parameters_of(image, loop.name, book_of(vendor), units) if named else (),
         outside=tuple((key, value) for key, value in flat(outside) if not key.startswith((DEVICES, *PLACES))),
         findings=tuple(d for d in findings if loop.name in {d.loop, *d.also} and d.file == checked.document.file),
@@ -107,7 +107,7 @@ def neutral(checked: Checked) -> list[Mapping[str, Any]]:
     """The loops in the neutral form, as far as the configuration says it; empty where it has errors."""
     if checked.failed or checked.vendor is None:
         return [{}] * len(checked.config.loops)
-    return [result.data for result in checked.vendor.load("to_neutral")(checked.config)]
+    return [loop.data for loop in checked.vendor.load("to_neutral")(checked.config)]
 
 
 def flat(data: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, str]]:

@@ -57,7 +57,7 @@ class Words:
 
     encoding: Encoding
     units: Mapping[str, str] = field(default_factory=dict)
-    settled: Mapping[str, str] = field(default_factory=dict)
+    setting_units: Mapping[str, str] = field(default_factory=dict)
     """Units by path, which leave no choice."""
     writers: Mapping[str, str] = field(default_factory=dict)
     """Who writes a status register that is not the PLC's alone, by its name."""
@@ -90,7 +90,7 @@ class Words:
         value, unit = (None, "") if every or word.access == "status" else self._value(word, block, raw)
         if value is not None and not unit and not isinstance(value, str):
             open_ = not word.unit or CHOICE.search(word.unit)
-            unit = self.settled.get(str(word.path), "") if open_ else unit_text(word.unit, self.units)
+            unit = self.setting_units.get(str(word.path), "") if open_ else unit_text(word.unit, self.units)
         meaning, before = word.title, word_before_root(word, block, raw)
         if before is not None and word.access == "setting":
             value, unit, reached = before.percent, before.unit, before.reached(self.units["pv"])
