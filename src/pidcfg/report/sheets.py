@@ -107,7 +107,7 @@ def neutral(checked: Checked) -> list[Mapping[str, Any]]:
     """The loops in the neutral form, as far as the configuration says it; empty where it has errors."""
     if checked.failed or checked.vendor is None:
         return [{}] * len(checked.config.loops)
-    return [result.loop for result in checked.vendor.load("to_neutral")(checked.config)]
+    return [result.data for result in checked.vendor.load("to_neutral")(checked.config)]
 
 
 def flat(data: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, str]]:
