@@ -169,6 +169,8 @@ def test_a_file_that_is_not_there_is_an_error_of_the_system():
 
 
 def test_limits_hold():
+    short = dataclasses.replace(DEFAULT, loop_steps=100)
+    assert "the limit is 100" in pidcfg.simulate(TANK_SCENARIO, limits=short).findings[0].message
     small = dataclasses.replace(DEFAULT, file_bytes=100)
     assert [d.code for d in pidcfg.check(REACTOR, limits=small).findings] == ["PID013"]
     assert [d.code for d in pidcfg.decode(REACTOR, "dl06", limits=small).findings] == ["PID041"]

@@ -211,7 +211,7 @@ def test_the_direction_is_that_of_the_neutral_form(path):
     checked = check_document(document)
     found = direction_facts(sheets(path.read_text("utf-8")))
     assert all(found)
-    wanted = [loop.loop.get("output_raises_pv") for loop in checked.vendor.load("to_neutral")(checked.config)]
+    wanted = [loop.data.get("output_raises_pv") for loop in checked.vendor.load("to_neutral")(checked.config)]
     pairs = [(told, rises) for told, rises in zip(found, wanted, strict=True) if rises is not None]
     assert all(told == (RISES if rises else FALLS) for told, rises in pairs)
     assert pairs or "ON_OFF" in path.read_text("utf-8")

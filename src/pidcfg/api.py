@@ -176,7 +176,6 @@ def simulate(
     every: int = 1,
     trend: Sink | None = None,
     record: bool = False,
-    max_loop_steps: int | None = DEFAULT.loop_steps,
     name: str | None = None,
     files: Files = None,
     limits: Limits = DEFAULT,
@@ -185,9 +184,8 @@ def simulate(
     """Runs a scenario: the encoded configuration that it names against its plants, judged by its expectations.
 
     ``trend``: an open text stream for the trend as CSV, a row every ``every`` base steps. ``record``: keep the signals
-    of the loops for pictures. ``max_loop_steps``: how long a run may take, in base steps times loops; None: however
-    long. ``engine``: numba pays for long runs, with the same results. ``progress`` is called with the share that is
-    done.
+    of the loops for pictures. ``engine``: numba (extra ``fast``) pays for long runs, with the same results.
+    ``progress`` is called with the share that is done.
     """
     from pidcfg.results.runs import SimulateResult
     from pidcfg.results.sources import document_of
@@ -198,7 +196,7 @@ def simulate(
     refuse_unknown("engine", engine, get_args(EngineName))
     if every < 1:
         raise ArgumentError(f"`every` is {every}; write a whole number above 0", "every")
-    settings = Settings(engine, every, max_loop_steps, trend, progress=progress)
+    settings = Settings(engine, every, limits.loop_steps, trend, progress=progress)
     doc = document_of(source, name, files, limits)
     return SimulateResult(simulate_document(doc, settings, limits, reader_of(files), record=record))
 

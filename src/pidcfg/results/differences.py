@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from pidcfg.validate.engine import Checked
     from pidcfg.vendors import Vendor
 
-Source = tuple[Any, "Vendor"]
+Configuration = tuple[Any, "Vendor"]
 """A typed configuration and its vendor."""
 Entry = tuple[bytes, str]
 """The bytes of a memory listing, and its name."""
@@ -47,7 +47,7 @@ class DiffResult:
     """The side that the findings are of, and its name."""
     loops: tuple[Compared, ...] = ()
     sides: tuple[Side, Side] | None = None
-    sources: tuple[Source, Source] | None = None
+    sources: tuple[Configuration, Configuration] | None = None
     """What both sides were made of."""
 
     @property
@@ -123,14 +123,14 @@ def compared(
     return DiffResult(*names, loops=tuple(compare(one, two)), sides=(one, two), sources=(first, second))
 
 
-def _configuration(checked: Checked, name: str) -> Source:
+def _configuration(checked: Checked, name: str) -> Configuration:
     """A configuration whose values all have their words."""
     if checked.vendor is None or checked.encoding is None or not checked.encoding.whole:
         raise _SideError(name, checked.findings, checked.document)
     return checked.config, checked.vendor
 
 
-def _listing(entry: Entry, vendor: Vendor | None, other: Any, limits: Limits) -> Source:
+def _listing(entry: Entry, vendor: Vendor | None, other: Any, limits: Limits) -> Configuration:
     """A listing's configuration."""
     if vendor is None:
         raise ArgumentError("neither file says the PLC family; name it with `vendor`", "vendor")

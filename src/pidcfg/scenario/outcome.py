@@ -52,26 +52,37 @@ def simulate_document(
 ) -> Outcome:
     """Runs one scenario file; ``record``: with the trend of its loops, for `pidcfg.scenario.charts.charts_of`."""
     from pidcfg.scenario.load import load
-    from pidcfg.sim.run import UnusableError, simulate
     from pidcfg.validate.engine import is_scenario
 
     if doc.data is not None and not is_scenario(doc):
         cure = "a scenario begins with 'scenario: …' and names its configuration"
         finding = Diagnostic("PID032", Severity.ERROR, "the file is no scenario", doc.file, help=cure)
         return Outcome(doc.file, findings=[finding], documents={doc.file: doc})
-    loaded = load(doc, limits, reader)
+    return simulate_loaded(load(doc, limits, reader), settings, record=record)
+
+
+def simulate_loaded(loaded: Loaded, settings: Settings, *, record: bool = False) -> Outcome:
+    """Runs a scenario with everything that it needs, as far as that could be loaded."""
+    from pidcfg.sim.run import UnusableError, simulate
+
+    outcome = Outcome(loaded.document.file, loaded.config, documents=loaded.documents)
     if loaded.scenario is None or loaded.image is None:
-        return Outcome(doc.file, loaded.config, None, loaded.findings, loaded.documents)
+        return replace(outcome, findings=loaded.findings)
+    axes, recording = recorded(loaded) if record else ({}, None)
     try:
-        axes, recording = recorded(loaded) if record else ({}, None)
-        settings = replace(settings, recording=recording)
-        report = simulate(loaded.scenario, loaded.plc, loaded.controller, settings)
+        report = simulate(loaded.scenario, loaded.plc, loaded.controller, replace(settings, recording=recording))
     except UnusableError as error:
         loaded.add(error.problems)
-        return Outcome(doc.file, loaded.config, None, loaded.findings, loaded.documents)
+        return replace(outcome, findings=loaded.findings)
     loaded.add(report.problems)
-    findings, config_errors = [*loaded.findings, *loaded.config_errors], bool(loaded.config_errors)
-    return Outcome(doc.file, loaded.config, report, findings, loaded.documents, config_errors, recording, axes)
+    return replace(
+        outcome,
+        report=report,
+        findings=[*loaded.findings, *loaded.config_errors],
+        config_errors=bool(loaded.config_errors),
+        recording=recording,
+        axes=axes,
+    )
 
 
 def recorded(loaded: Loaded) -> tuple[dict[str, Axes], Recording]:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import sys
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -104,9 +106,8 @@ def command(
             every=every,
             trend=trend,
             record=bool(plot),
-            max_loop_steps=None if no_limit else limits.loop_steps,
             files=FILES,
-            limits=limits,
+            limits=replace(limits, loop_steps=sys.maxsize) if no_limit else limits,
         )
         outcomes = [result.outcome for result in run_all(scenarios, call)]
         charts = plots.of_runs(outcomes, plot_loops) if plot else []

@@ -67,14 +67,14 @@ class Gathered:
         """Runs a scenario and takes what it names along."""
         from pidcfg.scenario.charts import charts_of, signals_before_root
         from pidcfg.scenario.load import load
-        from pidcfg.scenario.outcome import simulate_document
+        from pidcfg.scenario.outcome import simulate_loaded
         from pidcfg.sim.run import Settings
 
         loaded = load(doc, self.limits, FILES)
         if loaded.config:
             self._named(loaded)
         settings = Settings(max_loop_steps=self.limits.loop_steps, progress=self.progress)
-        outcome = simulate_document(doc, settings, self.limits, FILES, record=self.pictures)
+        outcome = simulate_loaded(loaded, settings, record=self.pictures)
         charts = charts_of(outcome) if outcome.recording is not None else ()
         roots = signals_before_root(outcome)
         self.outcomes.append(outcome)
