@@ -73,7 +73,7 @@ def test_what_is_off_says_nothing_where_the_row_says_so(band):
 def test_a_target_gets_plain_numbers_in_sections():
     b = TargetBuilder(3)
     b.put("pv.range", (Decimal(0), Decimal("0.1234567890123456")), "pv.range", "why", assumed=True)
-    b.pair("output.limits", (Decimal(1), Decimal("2.50")), "output.limits")
+    b.same(Same("output.limits", two=True), (Decimal(1), Decimal("2.50")))
     b.drop("output.max_rate", "by program")
     assert b.data == {"pv": {"range": [0, 0.123456789012]}, "output": {"limits": [1, 2.5]}}
     assert b.fields == [

@@ -38,10 +38,10 @@ def quotient(a: Decimal, b: Decimal) -> Decimal:
 
 def product(*factors: Decimal) -> Decimal:
     """All factors multiplied."""
-    found = ONE
+    result = ONE
     for factor in factors:
-        found = EXACT.multiply(found, factor)
-    return found
+        result = EXACT.multiply(result, factor)
+    return result
 
 
 def rescaled(value: Decimal, source: Sequence[Decimal], target: Sequence[Decimal]) -> Decimal:

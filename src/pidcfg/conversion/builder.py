@@ -80,13 +80,13 @@ class TargetBuilder:
 
     def same(self, row: Same, value: Any) -> None:
         """A field that keeps its value."""
-        self.put(row.to or row.path, row.becomes(value), row.path, row.note)
-
-    def pair(self, path: str, ends: Sequence[Decimal], of: str) -> None:
-        """Two limits, each of which may be rounded or clamped."""
-        put(self.data, steps(path), _plain(ends))
-        for i in range(2):
-            self.mark(f"{path}.{i}", f"{of}.{i}")
+        to = row.to or row.path
+        if row.two:
+            put(self.data, steps(to), _plain(value))
+            for i in range(2):
+                self.mark(f"{to}.{i}", f"{row.path}.{i}", row.note)
+        else:
+            self.put(to, row.becomes(value), row.path, row.note)
 
     def mark(self, path: str, of: str | None, note: str = "", **details: Any) -> None:
         """A field that is set otherwise holds this neutral field too."""

@@ -16,7 +16,7 @@ ITEM = "  - "
 
 def comment_of(line: str) -> str | None:
     """The comment of a line, with its key in front when it stands behind a value; None: there is none."""
-    bare = QUOTED.sub(lambda found: "x" * len(found.group()), line)
+    bare = QUOTED.sub(lambda text: "x" * len(text.group()), line)
     start = next((i for i, c in enumerate(bare) if c == "#" and (i == 0 or bare[i - 1].isspace())), None)
     if start is None:
         return None
@@ -29,11 +29,11 @@ def comments(doc: Document, loops: int) -> tuple[list[str], list[list[str]]]:
     """The comments above the loops, and those of each loop: before it, and behind its values."""
     lines = doc.lines
     starts = [_first_line(doc, lines, i) for i in range(loops)]
-    found: list[list[str]] = []
+    texts: list[list[str]] = []
     for i, start in enumerate(starts):
         end = starts[i + 1] if i + 1 < loops else len(lines)
-        found.append(_texts(lines[start:end]))
-    return _texts(lines[: starts[0]] if starts else lines), found
+        texts.append(_texts(lines[start:end]))
+    return _texts(lines[: starts[0]] if starts else lines), texts
 
 
 def _first_line(doc: Document, lines: list[str], loop: int) -> int:

@@ -34,7 +34,7 @@ class Converted:
     @property
     def losses(self) -> bool:
         """Whether anything was dropped or clamped."""
-        return any(change.kind in LOSSES for _, found in self.loops for change in found)
+        return any(change.kind in LOSSES for _, rows in self.loops for change in rows)
 
     @cached_property
     def config(self) -> Any:

@@ -7,12 +7,12 @@ has to be worked out.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Protocol, TypeVar
+from typing import TYPE_CHECKING, Any, Protocol, TypeAlias, TypeVar
 
 from pidcfg.paths import steps, value_at
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Mapping
+    from collections.abc import Callable, Mapping
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,6 +28,8 @@ class Same:
     """0 and false say nothing either."""
     note: str = ""
     """For the report."""
+    two: bool = False
+    """Two limits, each of which the target may round or clamp."""
 
     def value_of(self, model: object) -> Any:
         """The field's value in a loop; None: it says nothing."""
@@ -50,7 +52,16 @@ B = TypeVar("B", bound=Builder)
 C = TypeVar("C")
 
 
-def take(builder: B, loop: object, context: C, table: Iterable[Same | Callable[[B, C], None]]) -> None:
+Table: TypeAlias = "tuple[Same | Callable[[B, C], None], ...]"
+"""Rows, and steps that get the builder and what they work with."""
+
+
+def same(*paths: str, if_on: bool = False) -> tuple[Same, ...]:
+    """Rows of fields that have one path on both sides."""
+    return tuple(Same(path, if_on=if_on) for path in paths)
+
+
+def take(builder: B, loop: object, context: C, table: Table[B, C]) -> None:
     """Goes through a table: rows take the fields of a loop, steps work out the others of ``context``."""
     for row in table:
         if not isinstance(row, Same):

@@ -46,12 +46,12 @@ def settled(file: TargetFile, target: Vendor) -> list[dict[str, Stored]]:
     for _ in range(ROUNDS):
         model = validated(target, file.data)
         encoding = target.encoder(model)
-        found = _beyond_registers(file.data, encoding, target)
-        found |= _beyond_limits(file, model, found)
-        clamped |= found
-        if all(value_at(file.data, path) == stored.value for path, stored in found.items()):
+        outside = _beyond_registers(file.data, encoding, target)
+        outside |= _beyond_limits(file, model, outside)
+        clamped |= outside
+        if all(value_at(file.data, path) == stored.value for path, stored in outside.items()):
             break
-        for path, stored in found.items():
+        for path, stored in outside.items():
             put(file.data, path, stored.value)
     image = encoding.image
     held = target.load("decode")(image.words, image.settings, image.plc).data
@@ -89,7 +89,7 @@ def validated(target: Vendor, data: dict[str, Any]) -> Any:
 
 def _beyond_registers(data: Mapping[str, Any], encoding: Encoding, target: Vendor) -> dict[Path, Stored]:
     """Numbers that registers cannot hold, brought to the end that they hold."""
-    found: dict[Path, Stored] = {}
+    outside: dict[Path, Stored] = {}
     for path, misfit in encoding.misfits:
         low, high = misfit.error.low, misfit.error.high
         value = value_at(data, path)
@@ -97,13 +97,13 @@ def _beyond_registers(data: Mapping[str, Any], encoding: Encoding, target: Vendo
         if number is None or low is None or high is None or misfit.error.fault != "range":
             raise ConvertError([Missing(path, f"{misfit.word.name} {value}: {misfit.error}")])
         bound = plain_number(min(max(number, low), high))
-        found[path] = Stored(bound, "clamped", note=f"{target.title} holds {low} to {high}")
-    return found
+        outside[path] = Stored(bound, "clamped", note=f"{target.title} holds {low} to {high}")
+    return outside
 
 
 def _beyond_limits(file: TargetFile, model: BaseModel, clamped: Mapping[Path, Stored]) -> dict[Path, Stored]:
     """Numbers that the manual does not allow, brought to the end that it allows; some are ``clamped`` already."""
-    found: dict[Path, Stored] = {}
+    outside: dict[Path, Stored] = {}
     for i, fields in enumerate(file.fields):
         for field in fields:
             path = place(i, field.path)
@@ -117,8 +117,8 @@ def _beyond_limits(file: TargetFile, model: BaseModel, clamped: Mapping[Path, St
             bound = low if low is not None and number < low else high
             if bound is not None:
                 note = f"allowed is {limits.low} to {limits.high}"
-                found[path] = Stored(plain_number(bound), "clamped", note=note)
-    return found
+                outside[path] = Stored(plain_number(bound), "clamped", note=note)
+    return outside
 
 
 def _of_register(data: dict[str, Any], path: Path, wanted: Decimal | None, held: Decimal | None) -> Stored:

@@ -20,7 +20,7 @@ from pidcfg.conversion.arithmetic import (
 )
 from pidcfg.conversion.builder import TargetBuilder, names, starts, target_file
 from pidcfg.conversion.from_neutral.click_alarms import deviation_alarms, pv_alarms
-from pidcfg.conversion.same import Same, take
+from pidcfg.conversion.same import Same, same, take
 from pidcfg.conversion.to_neutral.click import FOLLOWS, NO_FILTER, NO_INTEGRAL, OUTPUT, RAISES
 from pidcfg.conversion.unmatched import unmatched
 from pidcfg.encoders.maps.click import BLOCKS
@@ -248,7 +248,7 @@ def _without_place(b: TargetBuilder, c: ClickLoop) -> None:
         b.drop("setpoint.source", note)
 
 
-HEAD = (Same("name"), Same("description"))
+HEAD = same("name", "description")
 FIELDS = (
     Same("mode", words={"auto": "auto", "cascade": "auto", "manual": "manual"}),
     Same("output_raises_pv", "action", ACTIONS),

@@ -10,7 +10,7 @@ from pidcfg.conversion.builder import TargetBuilder, target_file
 from pidcfg.conversion.from_neutral.dl06_alarms import alarms
 from pidcfg.conversion.from_neutral.dl06_target import Dl06Target
 from pidcfg.conversion.ledger import ConvertError, Missing
-from pidcfg.conversion.same import Same, take
+from pidcfg.conversion.same import Same, same, take
 from pidcfg.conversion.to_neutral.dl06 import FOLLOWS, RAISES
 from pidcfg.conversion.to_neutral.dl06_scales import position, short
 from pidcfg.encoders.dl06.encode import scales
@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from pidcfg.conversion.ledger import TargetFile
+    from pidcfg.conversion.same import Table
     from pidcfg.schemas.generic import GenericFile, Loop
 
 D281 = Decision(
@@ -206,16 +207,6 @@ def _pv_filter(b: TargetBuilder, t: Dl06Target) -> None:
         b.put("pv.filter", short(max(k, STRONGEST)), "pv.filter", note, clamped=bool(note))
 
 
-def _setpoint_limits(b: TargetBuilder, t: Dl06Target) -> None:
-    if t.neutral.setpoint.limits is not None:
-        b.pair("setpoint.limits", t.neutral.setpoint.limits, "setpoint.limits")
-
-
-def _output_limits(b: TargetBuilder, t: Dl06Target) -> None:
-    if t.neutral.output.limits is not None:
-        b.pair("output.limits", t.neutral.output.limits, "output.limits")
-
-
 def _bias(b: TargetBuilder, t: Dl06Target) -> None:
     resting = position(t.scales["output"], Quantity(ZERO, counts=True))
     bias, integral = t.neutral.output.bias, b.data["tuning"]["reset"] != "off"
@@ -233,9 +224,8 @@ def _without_place(b: TargetBuilder, t: Dl06Target) -> None:
             b.drop(f"output.pulse.{key}", PULSE)
 
 
-FIELDS = (
-    Same("name"),
-    Same("description"),
+FIELDS: Table[TargetBuilder, Dl06Target] = (
+    *same("name", "description"),
     _mode,
     _sample_rate,
     Same("output_raises_pv", "action", ACTIONS),
@@ -243,16 +233,14 @@ FIELDS = (
     _anti_windup,
     _tuning,
     _derivative,
-    Same("pv.range"),
-    Same("pv.unit"),
+    *same("pv.range", "pv.unit"),
     _format,
     Same("pv.square_root", if_on=True),
     _pv_filter,
     Same("setpoint.value"),
-    _setpoint_limits,
-    Same("output.range"),
-    Same("output.unit"),
-    _output_limits,
+    Same("setpoint.limits", two=True),
+    *same("output.range", "output.unit"),
+    Same("output.limits", two=True),
     Same("output.manual", "state.output"),
     _bias,
     Same("deadband", "error.deadband", if_on=True),

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from pidcfg.conversion.arithmetic import ZERO
 from pidcfg.conversion.builder import TargetBuilder, target_file
-from pidcfg.conversion.same import Same, take
+from pidcfg.conversion.same import Same, same, take
 from pidcfg.conversion.to_neutral.dpide import BACK_CALCULATED, DEAD_BAND, HELD, MS
 from pidcfg.conversion.unmatched import ALARMS, unmatched
 from pidcfg.encoders.values import present
@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from pidcfg.conversion.ledger import TargetFile
+    from pidcfg.conversion.same import Table
     from pidcfg.schemas.generic import GenericFile, Loop
 
 D296 = Decision(
@@ -136,7 +137,7 @@ def _without_place(b: TargetBuilder, loop: Loop) -> None:
     b.drop_all(unmatched(loop, BY_PROGRAM))
 
 
-FIELDS = (
+FIELDS: Table[TargetBuilder, Loop] = (
     Same("output_raises_pv", "PID_DIR"),
     _cycle,
     _equation,
@@ -146,8 +147,7 @@ FIELDS = (
     Same("output.bias", "BIAS"),
     _modes,
     _manual,
-    Same("pv.unit"),
-    Same("output.unit"),
+    *same("pv.unit", "output.unit"),
     _setpoint,
     _deadband,
     _without_place,

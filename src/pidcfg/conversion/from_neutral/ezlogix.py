@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from pidcfg.conversion.arithmetic import ZERO, product, quotient, rescaled, width
 from pidcfg.conversion.builder import TargetBuilder, names, starts, target_file
 from pidcfg.conversion.ledger import ConvertError, Missing
-from pidcfg.conversion.same import Same, take
+from pidcfg.conversion.same import Same, same, take
 from pidcfg.conversion.to_neutral.ezlogix import ACTS_ON, FULL, RAISES, SETPOINT
 from pidcfg.conversion.unmatched import unmatched
 from pidcfg.encoders.maps.ezlogix import BLOCKS
@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from pidcfg.conversion.ledger import TargetFile
+    from pidcfg.conversion.same import Table
     from pidcfg.schemas.generic import GenericFile, Loop
 
 D291 = Decision(
@@ -144,19 +145,12 @@ def _pv_filter(b: TargetBuilder, e: EzlogixLoop) -> None:
         b.drop("pv.filter", f"filter {e.pv_tag} in the program with {time}; {register}")
 
 
-def _limits(b: TargetBuilder, e: EzlogixLoop) -> None:
-    if e.neutral.setpoint.limits is not None:
-        b.pair("setpoint.limits", e.neutral.setpoint.limits, "setpoint.limits")
+def _cv_tag(b: TargetBuilder, e: EzlogixLoop) -> None:
+    b.put("output.tag", e.cv_tag, None, "where the CV goes")
 
 
 def _output(b: TargetBuilder, e: EzlogixLoop) -> None:
     output = e.neutral.output
-    b.put("output.tag", e.cv_tag, None, "where the CV goes")
-    b.put("output.range", output.range, "output.range")
-    if output.unit is not None:
-        b.put("output.unit", output.unit, "output.unit")
-    if output.limits is not None:
-        b.pair("output.limits", output.limits, "output.limits")
     if is_given(output, ("bias",)):
         b.put("output.offset", output.bias, "output.bias")
     if output.manual is not None:
@@ -223,26 +217,26 @@ def _cascades(
         builders[i].mark("registers", "setpoint.source", f"{register} is the CV tag of {source}")
 
 
-HEAD = (Same("name"), Same("description"))
-FIELDS = (
+HEAD = same("name", "description")
+FIELDS: Table[TargetBuilder, EzlogixLoop] = (
     Same("mode", words={"auto": "auto", "cascade": "auto", "manual": "manual"}),
     _algorithm,
     Same("output_raises_pv", "action", ACTIONS),
     Same("sample_time", "sample_rate"),
     _tuning,
     _pv_tag,
-    Same("pv.range"),
-    Same("pv.unit"),
+    *same("pv.range", "pv.unit"),
     _pv_counts_of_loop,
     Same("pv.square_root", if_on=True),
     _pv_filter,
     Same("setpoint.value"),
-    _limits,
+    Same("setpoint.limits", two=True),
+    _cv_tag,
+    *same("output.range", "output.unit"),
+    Same("output.limits", two=True),
     _output,
     Same("output.pulse.period", "output.pulse.cycle_time"),
-    Same("output.pulse.min_on", if_on=True),
-    Same("output.pulse.min_off", if_on=True),
-    Same("deadband", if_on=True),
+    *same("output.pulse.min_on", "output.pulse.min_off", "deadband", if_on=True),
     Same("anti_windup"),
     _alarms,
 )

@@ -11,7 +11,7 @@ from pidcfg.conversion.builder import TargetBuilder, target_file
 from pidcfg.conversion.from_neutral.nextopid_cascade import link
 from pidcfg.conversion.from_neutral.nextopid_names import Names
 from pidcfg.conversion.from_neutral.nextopid_task import Task, task_of
-from pidcfg.conversion.same import Same, take
+from pidcfg.conversion.same import Same, same, take
 from pidcfg.conversion.to_neutral.nextopid import HELD
 from pidcfg.conversion.unmatched import ALARMS, unmatched
 from pidcfg.encoders.words import nearest
@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from pidcfg.conversion.ledger import TargetFile
+    from pidcfg.conversion.same import Table
     from pidcfg.schemas.generic import GenericFile, Loop
 
 D294 = Decision(
@@ -222,7 +223,7 @@ def _without_place(b: TargetBuilder, n: NextopidLoop) -> None:
     b.drop_all(unmatched(n.neutral, BY_PROGRAM))
 
 
-FIELDS = (
+FIELDS: Table[TargetBuilder, NextopidLoop] = (
     Same("description"),
     _time,
     _direction,
@@ -234,8 +235,7 @@ FIELDS = (
     Same("pv.unit"),
     _pv_filter,
     _limits,
-    Same("output.range"),
-    Same("output.unit"),
+    *same("output.range", "output.unit"),
     Same("output.bias", "BIAS", if_on=True),
     _manual,
     _max_rate,

@@ -45,10 +45,10 @@ class Task:
         return SHORTEST <= time <= LONGEST
 
 
-def task_of(times: Sequence[Decimal], given: Decimal | None) -> Task:
-    """The task for these sample times; ``given``: its interval is decided."""
-    if given is not None:
-        return Task(given)
+def task_of(times: Sequence[Decimal], interval: Decimal | None) -> Task:
+    """The task for these sample times; ``interval``: it is decided."""
+    if interval is not None:
+        return Task(interval)
     steps = [min(max(time, SHORTEST), LONGEST) for time in times]
     common = common_step(steps)
     if common < SHORTEST:

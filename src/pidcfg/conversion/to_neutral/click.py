@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from pidcfg.conversion.arithmetic import HUNDRED, ZERO, filter_time, product, quotient, rounded, width
 from pidcfg.conversion.builder import NeutralBuilder
-from pidcfg.conversion.same import Same, take
+from pidcfg.conversion.same import Same, same, take
 from pidcfg.encoders.click.encode import deviation_alarms_on, pv_alarms_on
 from pidcfg.encoders.mapping import switched_on
 from pidcfg.paths import is_given
@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from pydantic import BaseModel
 
     from pidcfg.conversion.ledger import NeutralLoop
+    from pidcfg.conversion.same import Table
     from pidcfg.schemas.click import ClickFile, Loop
 
 D285 = Decision(
@@ -46,25 +47,12 @@ OUTPUT = (ZERO, HUNDRED)
 NO_INTEGRAL = Decimal(6000)
 NO_FILTER = 100
 SWITCHED_OFF = "stored, but switched off"
-NOTHING_LOST = frozenset(
-    (
-        "bits",
-        "integers",
-        "floats",
-        "action_verified",
-        "output.pwm.bit",
-        "state.raw_pv",
-        "state.pv",
-        "derivative_gain_limit_enabled",
-        "pv.filter_enabled",
-        "setpoint.lower_limit_enabled",
-        "setpoint.upper_limit_enabled",
-        "error.deadband_enabled",
-        "alarms.pv.enabled",
-        "alarms.deviation.enabled",
-        "alarms.rate_of_change_enabled",
-    )
+SWITCHES = (
+    *(f"{path}_enabled" for path in ("derivative_gain_limit", "pv.filter", "error.deadband", "alarms.rate_of_change")),
+    *("setpoint.lower_limit_enabled", "setpoint.upper_limit_enabled", "alarms.pv.enabled", "alarms.deviation.enabled"),
 )
+PLACES = ("bits", "integers", "floats", "action_verified", "output.pwm.bit", "state.raw_pv", "state.pv")
+NOTHING_LOST = frozenset((*PLACES, *SWITCHES))
 """Where things stand in this PLC, what it writes itself, and switches: they show in what they switch."""
 
 
@@ -271,10 +259,8 @@ def _autotune(b: NeutralBuilder, loop: Loop) -> None:
     b.drop_choices("autotune", loop.autotune, "choose it when the new controller is tuned")
 
 
-FIELDS = (
-    Same("name"),
-    Same("description"),
-    Same("mode"),
+FIELDS: Table[NeutralBuilder, Loop] = (
+    *same("name", "description", "mode"),
     Same("action", "output_raises_pv", RAISES),
     _sample_rate,
     _tuning,

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from pidcfg.conversion.arithmetic import HUNDRED, ONE, ZERO, filter_time, product, quotient, rounded, width
 from pidcfg.conversion.builder import NeutralBuilder
 from pidcfg.conversion.cascades import outputs_in_inner_units
-from pidcfg.conversion.same import Same, take
+from pidcfg.conversion.same import Same, same, take
 from pidcfg.conversion.to_neutral.dl06_alarms import alarm_fields, error_fields
 from pidcfg.conversion.to_neutral.dl06_scales import position
 from pidcfg.conversion.to_neutral.dl06_source import NOTHING, Dl06Loop, active, limits, shown
@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from decimal import Decimal
 
     from pidcfg.conversion.ledger import NeutralLoop
+    from pidcfg.conversion.same import Table
     from pidcfg.schemas.dl06 import Dl06File, Loop, RampSoak, Transfer
 
 D283 = Decision(
@@ -263,10 +264,8 @@ def profile_text(profile: RampSoak) -> str:
     return ("; ".join(steps) or "no steps") + state
 
 
-FIELDS = (
-    Same("name"),
-    Same("description"),
-    Same("mode"),
+FIELDS: Table[NeutralBuilder, Dl06Loop] = (
+    *same("name", "description", "mode"),
     Same("cascade_from", "setpoint.source"),
     _remote_setpoint,
     Same("sample_rate", "sample_time"),
@@ -276,9 +275,7 @@ FIELDS = (
     _anti_windup,
     _tuning,
     _derivative,
-    Same("pv.range"),
-    Same("pv.unit"),
-    Same("pv.square_root"),
+    *same("pv.range", "pv.unit", "pv.square_root"),
     _pv_filter,
     _setpoint,
     _output,

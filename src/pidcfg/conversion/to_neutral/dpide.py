@@ -7,13 +7,14 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from pidcfg.conversion.arithmetic import ZERO, dependent
 from pidcfg.conversion.builder import NeutralBuilder
-from pidcfg.conversion.same import Same, take
+from pidcfg.conversion.same import Same, same, take
 from pidcfg.refs import Decision
 from pidcfg.schemas.base import plain_number
 from pidcfg.schemas.dpide import LONGEST_CYCLE, SHORTEST_CYCLE
 
 if TYPE_CHECKING:
     from pidcfg.conversion.ledger import NeutralLoop
+    from pidcfg.conversion.same import Table
     from pidcfg.schemas.dpide import DpideFile, Loop
 
 D297 = Decision(
@@ -139,18 +140,14 @@ def _output(b: NeutralBuilder, d: Instruction) -> None:
         b.mark("BIAS", loop.BIAS, "output.bias")
 
 
-FIELDS = (
-    Same("name"),
-    Same("description"),
+FIELDS: Table[NeutralBuilder, Instruction] = (
+    *same("name", "description"),
     Same("PID_DIR", "output_raises_pv"),
     Same("SV", "setpoint.value"),
     _mode,
     _anti_windup,
     _deadband,
-    Same("pv.range"),
-    Same("pv.unit"),
-    Same("output.range"),
-    Same("output.unit"),
+    *same("pv.range", "pv.unit", "output.range", "output.unit"),
     _cycle,
     _equation,
     _output,

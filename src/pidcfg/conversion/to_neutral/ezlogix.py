@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from pidcfg.conversion.arithmetic import HUNDRED, ONE, ZERO, Span, product, quotient, rounded, width
 from pidcfg.conversion.builder import NeutralBuilder
 from pidcfg.conversion.cascades import outputs_in_inner_units
-from pidcfg.conversion.same import Same, take
+from pidcfg.conversion.same import Same, same, take
 from pidcfg.encoders.ezlogix.encode import scales_of
 from pidcfg.encoders.maps.ezlogix import R_BLOCK
 from pidcfg.encoders.scales import is_raw
@@ -20,6 +20,7 @@ from pidcfg.schemas.ezlogix import CV_FULL, REGISTERS
 
 if TYPE_CHECKING:
     from pidcfg.conversion.ledger import NeutralLoop
+    from pidcfg.conversion.same import Table
     from pidcfg.encoders.scales import Scale
     from pidcfg.schemas.base import Quantity
     from pidcfg.schemas.ezlogix import EzlogixFile, Loop
@@ -47,16 +48,7 @@ PER_CENT: Span = (ZERO, HUNDRED)
 """The output's range when the file gives none."""
 FULL = Decimal(CV_FULL)
 SETPOINT = R_BLOCK.offset("setpoint")
-NOTHING_LOST = frozenset(
-    (
-        "registers",
-        "discretes",
-        "pv.tag",
-        "pv.counts",
-        "output.tag",
-        "output.pulse.tag",
-    )
-)
+NOTHING_LOST = frozenset(("registers", "discretes", "pv.tag", "pv.counts", "output.tag", "output.pulse.tag"))
 """Where things stand in this PLC, and in how many counts."""
 
 
@@ -198,27 +190,21 @@ def _shown(value: Quantity) -> int | float | str:
 
 
 HEAD = (
-    Same("name"),
-    Same("description"),
-    Same("mode"),
+    *same("name", "description", "mode"),
     Same("action", "output_raises_pv", RAISES),
     Same("sample_rate", "sample_time"),
 )
-FIELDS = (
+FIELDS: Table[NeutralBuilder, ScaledLoop] = (
     _gain,
-    Same("tuning.integral_time"),
-    Same("tuning.derivative_time"),
+    *same("tuning.integral_time", "tuning.derivative_time"),
     Same("algorithm", "tuning.derivative_on", ACTS_ON),
-    Same("pv.range"),
-    Same("pv.unit"),
+    *same("pv.range", "pv.unit"),
     Same("pv.square_root", if_on=True),
     _deadband,
     _setpoint,
     _output,
     Same("output.pulse.cycle_time", "output.pulse.period"),
-    Same("output.pulse.min_on"),
-    Same("output.pulse.min_off"),
-    Same("anti_windup"),
+    *same("output.pulse.min_on", "output.pulse.min_off", "anti_windup"),
     _autotune,
 )
 """Every field in the order of the report."""

@@ -6,7 +6,7 @@ from decimal import Decimal
 from typing import TYPE_CHECKING
 
 from pidcfg.conversion.arithmetic import ZERO, dependent, product, quotient
-from pidcfg.conversion.same import Same, take
+from pidcfg.conversion.same import Same, same, take
 from pidcfg.conversion.to_neutral.nextopid_network import blocks_and_signals
 from pidcfg.conversion.to_neutral.nextopid_parameters import ParameterBuilder
 from pidcfg.conversion.to_neutral.nextopid_wires import Network
@@ -14,6 +14,7 @@ from pidcfg.schemas.nextopid import SHORTEST_INTEGRAL, PidaReal
 
 if TYPE_CHECKING:
     from pidcfg.conversion.ledger import NeutralLoop
+    from pidcfg.conversion.same import Table
     from pidcfg.schemas.nextopid import NextopidFile
 
 NOTHING_LOST = {
@@ -180,14 +181,14 @@ def _output(b: ParameterBuilder, item: PidaReal) -> None:
     b.set("output.limits", [low, high])
     b.mark_parameter("MinMV", "output.limits.0")
     b.mark_parameter("MaxMV", "output.limits.1")
-    given, scale = item.output.range, b.around.scale or item.output.range or (low, high)
-    if given is not None and scale == given:
-        b.put("output.range", given, "output.range", given)
+    span, scale = item.output.range, b.around.scale or item.output.range or (low, high)
+    if span is not None and scale == span:
+        b.put("output.range", span, "output.range", span)
     else:
         note = "no output.range is given: MinMV and MaxMV are taken for 0 % and 100 %"
         if b.around.scale is not None:
             note = f"0 % and 100 % of {b.around.reader}"
-        b.put("output.range", given, "output.range", scale, note, assumed=True)
+        b.put("output.range", span, "output.range", scale, note, assumed=True)
 
 
 def _pulses(b: ParameterBuilder, _: PidaReal) -> None:
@@ -240,9 +241,8 @@ def _connections(b: ParameterBuilder, item: PidaReal) -> None:
         b.drop(f"AutoTuneParam.{key}", value, "set up the auto-tuning of the target")
 
 
-FIELDS = (
-    Same("name"),
-    Same("description"),
+FIELDS: Table[ParameterBuilder, PidaReal] = (
+    *same("name", "description"),
     _sample_time,
     _direction,
     _equation,

@@ -10,29 +10,10 @@ if TYPE_CHECKING:
     from pidcfg.conversion.builder import NeutralBuilder
     from pidcfg.conversion.to_neutral.nextopid_wires import Network
 
-SETTINGS = frozenset(
-    (
-        "SP",
-        "PV",
-        "Kp",
-        "Ti_Ki",
-        "Td_Kd",
-        "Tfd",
-        "ManualMV",
-        "MaxVarMV",
-        "MaxMV",
-        "MinMV",
-        "DeadBand",
-        "MaxPV",
-        "MinPV",
-        "Indep",
-        "DisableP",
-        "DerivEr",
-        "CASC",
-        "Manual",
-        "Direct",
-    )
-)
+TERMS = ("SP", "PV", "Kp", "Ti_Ki", "Td_Kd", "Tfd", "ManualMV", "DeadBand")
+ENDS = ("MaxVarMV", "MaxMV", "MinMV", "MaxPV", "MinPV")
+SWITCHES = ("Indep", "DisableP", "DerivEr", "CASC", "Manual", "Direct")
+SETTINGS = frozenset((*TERMS, *ENDS, *SWITCHES))
 """Parameters of a loop whose signals are taken at their first value, or belong to the process."""
 FILTERED = frozenset(("InVar", "Tc", "Period"))
 """Parameters of a block that the neutral loop has, likewise."""

@@ -10,20 +10,8 @@ from typing import TYPE_CHECKING, Any
 from pidcfg.conversion.arithmetic import Span, rounded
 from pidcfg.encoders.nextopid.encode import encode
 from pidcfg.refs import Decision
+from pidcfg.schemas import expressions as ops
 from pidcfg.schemas.base import EXACT
-from pidcfg.schemas.expressions import (
-    ABSOLUTE,
-    ADD,
-    CONSTANT,
-    DIVIDE,
-    MAXIMUM,
-    MINIMUM,
-    MULTIPLY,
-    NEGATE,
-    ROOT,
-    SIGNAL,
-    SUBTRACT,
-)
 from pidcfg.schemas.iec import Wire
 from pidcfg.schemas.nextopid import LowFilter, OnOff, PidaReal, Pwm
 
@@ -44,15 +32,15 @@ D292 = Decision(
     "the neutral link hands the output on in units of the slave's PV.",
 )
 OPERATIONS: dict[int, Callable[[Decimal, Decimal], Decimal]] = {
-    ADD: EXACT.add,
-    SUBTRACT: EXACT.subtract,
-    MULTIPLY: EXACT.multiply,
-    DIVIDE: EXACT.divide,
-    MINIMUM: min,
-    MAXIMUM: max,
+    ops.ADD: EXACT.add,
+    ops.SUBTRACT: EXACT.subtract,
+    ops.MULTIPLY: EXACT.multiply,
+    ops.DIVIDE: EXACT.divide,
+    ops.MINIMUM: min,
+    ops.MAXIMUM: max,
 }
 """Operators of two operands."""
-SIGNS: dict[int, Callable[[Decimal], Decimal]] = {NEGATE: EXACT.minus, ABSOLUTE: abs, ROOT: EXACT.sqrt}
+SIGNS: dict[int, Callable[[Decimal], Decimal]] = {ops.NEGATE: EXACT.minus, ops.ABSOLUTE: abs, ops.ROOT: EXACT.sqrt}
 """Operators of one operand."""
 
 
@@ -61,21 +49,21 @@ def calculated(expression: Expression, of: Callable[[int], Decimal | None]) -> D
     stack: list[Decimal] = []
     for i in range(0, len(expression.code), 2):
         op, operand = expression.code[i : i + 2]
-        if op == CONSTANT:
+        if op == ops.CONSTANT:
             stack.append(Decimal(repr(expression.constants[operand])))
-        elif op == SIGNAL:
+        elif op == ops.SIGNAL:
             value = of(operand)
             if value is None:
                 return None
             stack.append(value)
         elif op in SIGNS:
             value = stack.pop()
-            if op == ROOT and value < 0:
+            if op == ops.ROOT and value < 0:
                 return None
             stack.append(SIGNS[op](value))
         else:
             right, left = stack.pop(), stack.pop()
-            if op == DIVIDE and not right:
+            if op == ops.DIVIDE and not right:
                 return None
             stack.append(OPERATIONS[op](left, right))
     return stack.pop()
