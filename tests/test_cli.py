@@ -261,8 +261,8 @@ def test_an_unknown_command_says_which_one_is_meant(word, meant):
 
 
 def test_what_other_programs_call_commands_is_none_of_ours():
-    assert not set(main.MEANT) & set(COMMANDS)
-    assert set(main.MEANT.values()) <= {*COMMANDS, "--help"}
+    assert not set(main.SYNONYMS) & set(COMMANDS)
+    assert set(main.SYNONYMS.values()) <= {*COMMANDS, "--help"}
 
 
 def closed(shell: str) -> subprocess.CompletedProcess[bytes]:

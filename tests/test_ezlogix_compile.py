@@ -11,7 +11,7 @@ from ezlogix_rig import COLUMNS
 from pidcfg.sim.compile import compiled
 from pidcfg.sim.controllers.ezlogix import state as bits
 from pidcfg.sim.controllers.ezlogix.equation import coefficients
-from pidcfg.sim.controllers.ezlogix.scan import INLINED, KERNELS, Config, State, scan
+from pidcfg.sim.controllers.ezlogix.scan import INLINED, Config, State, scan
 from pidcfg.sim.reaction_curve import POINTS
 from pidcfg.sim.terms import nearest
 
@@ -127,7 +127,3 @@ def test_fields_have_the_type_that_they_are_declared_with():
             random_event(rng, c, s)
         drive(0, 60, cfg, st, aux, sig, noise)
         check_types([*cfg, *st])
-
-
-def test_the_compiler_begins_at_the_scan():
-    assert list(KERNELS) == [scan]

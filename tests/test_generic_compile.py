@@ -11,7 +11,7 @@ from generic_rig import Rig
 from pidcfg.sim.compile import compiled
 from pidcfg.sim.controllers.generic import state as bits
 from pidcfg.sim.controllers.generic.report import SIGNALS
-from pidcfg.sim.controllers.generic.scan import INLINED, KERNELS, scan
+from pidcfg.sim.controllers.generic.scan import INLINED, scan
 
 FILES = 160
 SEGMENTS, STEPS = 4, 250
@@ -132,7 +132,3 @@ def test_fields_have_the_type_that_they_are_declared_with():
                 random_event(rng, plc, i, sig)
             drive(segment * 200, segment * 200 + 200, plc.cfg, plc.st, plc.aux, sig, noise)
         check_types([*plc.cfg, *plc.st])
-
-
-def test_the_compiler_begins_at_the_scan():
-    assert list(KERNELS) == [scan]

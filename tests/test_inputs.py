@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from living_rig import GOOD, run
-from pidcfg.cli.files.folders import says_so
+from pidcfg.cli.files.folders import has_key
 from pidcfg.cli.files.inputs import gather
 from pidcfg.limits import DEFAULT, Limits
 
@@ -53,7 +53,7 @@ def test_a_file_of_ours_is_known_in_every_form(validate, tmp_path, form):
     for found in (validate("."), validate("odd.yaml", "--skip-foreign")):
         assert found.code != 0, found.err
         assert "odd.yaml" in found.out
-    assert says_so(FORMS[form].encode("utf-16"))
+    assert has_key(FORMS[form].encode("utf-16"))
 
 
 @pytest.mark.parametrize(

@@ -17,7 +17,8 @@ BASIS = CLICK.at("PV Alarm")
 WHOLE = Implied(least=-1000, most=1000)
 
 
-class Pair(Model):
+class Setpoint(Model):
+    value: Number | None = None
     limits: Range | None = None
     limits_enabled: Flag | None = None
 
@@ -44,7 +45,7 @@ class Loop(Model):
     gain: Number
     mode: str = "manual"
     verified: Flag = False
-    setpoint: Pair = Pair()
+    setpoint: Setpoint = Setpoint()
     alarms: Alarms | None = None
     output: Output = Output()
     hysteresis: Number = Decimal(1)
@@ -63,6 +64,7 @@ class LoopSettings(Model):
     loop: Name
     output: OutputSettings = OutputSettings()
     verified: Flag = False
+    setpoint: Flag = True
 
 
 PATHS = {
@@ -87,7 +89,12 @@ TABLE = RegisterMap(
     ),
     bits=(Bits(len(PATHS), (3,), "alarms.enabled", {0: False, 1: True}, "Alarms"),),
 )
-UNSET = {"output.pulse.period": Decimal(7), "setpoint.limits.0": Decimal(5), "setpoint.limits.1": Decimal(50)}
+UNSET = {
+    "output.pulse.period": Decimal(3),
+    "alarms.low": Decimal(7),
+    "setpoint.limits.0": Decimal(5),
+    "setpoint.limits.1": Decimal(50),
+}
 
 
 def loop_of(**data):
@@ -167,9 +174,10 @@ def test_a_value_that_is_not_given_is_its_default_then_what_the_map_says():
     assert values["hysteresis"] == 1
     assert (values["output.limits.0"], values["output.limits.1"]) == (0, 100)
     assert (values["setpoint.limits.0"], values["setpoint.limits.1"]) == (5, 50)
-    assert values["output.pulse.period"] == 7
-    assert values["alarms.low"] is None
-    assert TABLE.decode(TABLE.encode(values, {}).words, {})["alarms.low"] == 0
+    assert values["output.pulse.period"] == 10
+    assert values["alarms.low"] == 7
+    assert values["alarms.high"] is None
+    assert TABLE.held(values, {})["alarms.high"] == 0
 
 
 @pytest.mark.parametrize(
@@ -180,7 +188,7 @@ def test_a_value_that_is_not_given_is_its_default_then_what_the_map_says():
         ({"hysteresis": 0}, {"hysteresis": 0}),
         ({"setpoint": {"limits": [5, 50], "limits_enabled": False}}, {}),
         ({"setpoint": {"limits": [5, 50]}}, {"setpoint": {"limits": [5, 50]}}),
-        ({"alarms": {"high": 3}}, {"alarms": {"low": 0, "high": 3}}),
+        ({"alarms": {"high": 3}}, {"alarms": {"low": 7, "high": 3}}),
         ({"alarms": {"high": 3, "enabled": False}}, {"alarms": {"high": 3, "enabled": False}}),
         (
             {"output": {"unit": "%", "pulse": {"bit": "Y1", "period": 10}}},
@@ -216,15 +224,10 @@ def test_defaults_are_found_by_path(path, default):
 
 
 def test_settings_are_what_no_register_holds():
-    class WithSetpoint(Loop):
-        setpoint: object = None
-
     loop = loop_of(output={"unit": "%", "pulse": {"bit": "Y1"}})
-    setpoint = type("Setpoint", (), {"value": None})
-    loop = WithSetpoint.model_construct(**dict(loop) | {"setpoint": setpoint})
     entry = {"loop": "L", "output": {"unit": "%", "pulse": {"bit": "Y1"}}, "setpoint": False}
     assert settings_of(LoopSettings, loop) == entry
-    loop = loop.model_copy(update={"output": Output()})
-    assert settings_of(LoopSettings, loop) == {"loop": "L", "setpoint": False}
-    explicit = {"loop": "L", "output": {"pulse": None}, "setpoint": False}
+    loop = loop_of(setpoint={"value": 0}, verified=True)
+    assert settings_of(LoopSettings, loop) == {"loop": "L", "verified": True}
+    explicit = {"loop": "L", "output": {"pulse": None}, "verified": True}
     assert settings_of(LoopSettings, loop, explicit=frozenset({"output.pulse"})) == explicit

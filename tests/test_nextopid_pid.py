@@ -690,6 +690,6 @@ def test_decisions_are_numbered_without_a_gap():
 @pytest.mark.parametrize("decision", PID, ids=lambda decision: f"D{decision.number}")
 def test_a_decision_is_named_where_it_is_carried_out(decision):
     folder = Path(decisions.__file__).parent
-    modules = sorted(m for m in folder.glob("*.py") if m.name != "pid_decisions.py")
+    modules = sorted(m for m in folder.glob("*.py") if m.name != "decisions.py")
 
     assert f"D{decision.number}" in "".join(m.read_text("utf-8") for m in modules)

@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pidcfg.paths import dotted, given_fields, has_key, is_given, put, steps, value_at
+from pidcfg.paths import dotted, given_fields, has_key, is_given, leaves, put, steps, value_at
 from pidcfg.schemas.generic import Loop
 
 KEYS = st.from_regex(r"[a-z_]+", fullmatch=True)
@@ -67,4 +67,14 @@ def test_models_are_walked_by_their_fields():
         "pv.range",
         "setpoint.limits",
         "output.range",
+    ]
+
+
+def test_a_key_that_is_dotted_itself_counts_as_several_and_its_path_is_as_written():
+    data = {"tuning": {"gain": 2, "a.b": {}}, "alarms.pv": {"high": [1]}, 5: "x"}
+
+    assert list(leaves(data)) == [
+        (("tuning", "gain"), 2, ("tuning", "gain")),
+        (("alarms", "pv", "high"), [1], ("alarms.pv", "high")),
+        (("5",), "x", (5,)),
     ]

@@ -58,7 +58,7 @@ def test_who_decides_about_colour(environment, terminal, coloured, monkeypatch):
     monkeypatch.setenv("TERM", "xterm")
     for name, value in environment.items():
         monkeypatch.setenv(name, value)
-    assert colour.wanted(Stream(terminal=terminal)) is coloured
+    assert colour.enabled(Stream(terminal=terminal)) is coloured
 
 
 @pytest.mark.parametrize(

@@ -112,9 +112,9 @@ def _differences(listing: Listing, again: Image) -> Iterator[str]:
     if differ:
         yield f"encoded again, these words differ from the listing: {_few(differ)}"
     name_of = {c.number: c.address for c in again.cells}
-    beside = sorted(number for number in listing.words if number not in name_of)
-    if beside and not listing.mixed:
-        lines = [listing.shown.get(number, str(number)) for number in beside]
+    unassigned = sorted(number for number in listing.words if number not in name_of)
+    if unassigned and not listing.mixed:
+        lines = [listing.shown.get(number, str(number)) for number in unassigned]
         yield f"these words of the listing belong to no loop and are left out: {_few(lines)}"
 
 

@@ -59,6 +59,19 @@ def put(data: dict[str, Any], path: Sequence[str | int], value: Any) -> None:
     here[path[-1]] = value
 
 
+def leaves(data: Any, above: Path = ()) -> Iterator[tuple[tuple[str, ...], Any, Path]]:
+    """The values of nested mappings: ``{tuning: {gain: 2}}`` and ``{tuning.gain: 2}`` are ``(tuning, gain)`` and 2.
+
+    The third is the path as it is written.
+    """
+    for key, value in data.items():
+        here = (*above, key)
+        if isinstance(value, dict):
+            yield from leaves(value, here)
+        else:
+            yield tuple(dotted(here).split(".")), value, here
+
+
 def is_given(model: Any, path: Sequence[str]) -> bool:
     """Whether a file gives a field of a model, by its path below the model, with a value."""
     for key in path:

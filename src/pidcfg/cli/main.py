@@ -49,7 +49,7 @@ COMMANDS = {
 """Module (whose function ``command`` is the command) and short help; the module is imported when it is called."""
 
 
-MEANT = {
+SYNONYMS = {
     "check": "validate",
     "lint": "validate",
     "verify": "validate",
@@ -72,7 +72,7 @@ MEANT = {
     "describe": "explain",
     "new": "init",
 }
-"""What other programs call them, and what it is called here."""
+"""What other programs call a command, and its name here."""
 
 
 COMPLETE = "_PIDCFG_COMPLETE"
@@ -134,13 +134,12 @@ class LazyGroup(click.Group):
     def resolve_command(
         self, ctx: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
-        """The command; for a word that is none, the one that is probably meant."""
+        """The command; an unknown word is refused with the command that comes nearest."""
         word = args[0]
         if word not in COMMANDS and word[:1].isalpha() and not ctx.resilient_parsing:
-            meant = MEANT.get(word.lower()) or nearest(word, COMMANDS)
+            near = SYNONYMS.get(word.lower()) or nearest(word, COMMANDS)
             ctx.fail(
-                f"no such command: {word}; "
-                + (f"did you mean {meant}?" if meant else f"there are {', '.join(COMMANDS)}")
+                f"no such command: {word}; " + (f"did you mean {near}?" if near else f"there are {', '.join(COMMANDS)}")
             )
         return super().resolve_command(ctx, args)
 

@@ -94,11 +94,11 @@ OUT = click.option(
 FORCE = click.option("--force", is_flag=True, help="Overwrite a file that differs.")
 
 
-def chosen(found: list[Diagnostic], select: list[str], ignore: list[str]) -> list[Diagnostic]:
+def selected(findings: list[Diagnostic], select: list[str], ignore: list[str]) -> list[Diagnostic]:
     """The findings that the options leave; what keeps a file from being used cannot be ignored."""
     from pidcfg.validate.catalog import ignorable
 
-    return [d for d in found if not ignorable(d) or named(d.code, select, ignore)]
+    return [d for d in findings if not ignorable(d) or named(d.code, select, ignore)]
 
 
 def named(code: str, select: list[str], ignore: list[str]) -> bool:
@@ -106,9 +106,9 @@ def named(code: str, select: list[str], ignore: list[str]) -> bool:
     return (not select or code.startswith(tuple(select))) and not (ignore and code.startswith(tuple(ignore)))
 
 
-def severe(found: list[Diagnostic], severity: str, fails: Severity) -> list[Diagnostic]:
+def severe(findings: list[Diagnostic], severity: str, fails: Severity) -> list[Diagnostic]:
     """The findings that are shown: those of this severity and above, and whatever fails the run."""
-    return [d for d in found if d.severity >= min(Severity[severity.upper()], fails)]
+    return [d for d in findings if d.severity >= min(Severity[severity.upper()], fails)]
 
 
 def examples(*lines: str) -> str:

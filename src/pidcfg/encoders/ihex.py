@@ -38,12 +38,12 @@ def read_ihex(text: str) -> Listing:
     memory.pop("start_addr", None)
     if not text.rstrip().endswith(END_OF_FILE):
         raise ListingError("the file ends without its end-of-file record", len(text.splitlines()) or 1)
-    found = Listing()
+    listing = Listing()
     for byte in sorted(memory):
         if byte % BYTES == 0:
             if byte + 1 not in memory:
                 raise ListingError(f"byte 0x{byte + 1:X} is missing, so the word at 0x{byte // BYTES:X} is incomplete")
-            found.add(byte // BYTES, memory[byte] | memory[byte + 1] << 8, f"word 0x{byte // BYTES:X}")
+            listing.add(byte // BYTES, memory[byte] | memory[byte + 1] << 8, f"word 0x{byte // BYTES:X}")
         elif byte - 1 not in memory:
             raise ListingError(f"byte 0x{byte - 1:X} is missing, so the word at 0x{byte // BYTES:X} is incomplete")
-    return found
+    return listing

@@ -94,9 +94,9 @@ def _bare(loop: str | None) -> str:
 
 def read_text(text: str, space: Space) -> Listing:
     """The first two columns of each line and the settings comment; anything after them is for people."""
-    found = Listing()
+    listing = Listing()
     for number, line in enumerate(text.splitlines(), start=1):
-        if settings_line(line, number, found):
+        if settings_line(line, number, listing):
             continue
         parts = line.split()
         if len(parts) == 1:
@@ -106,8 +106,8 @@ def read_text(text: str, space: Space) -> Listing:
         word = _raw(parts[1], kind, number, line.index(parts[1], len(parts[0])) + 1)
         if len(parts) > 2 and DECIMAL.fullmatch(parts[2]):
             _agree(word, parts[2], kind, parts[0], number)
-        found.add(address, word, parts[0], number)
-    return found
+        listing.add(address, word, parts[0], number)
+    return listing
 
 
 def write_csv(image: Image, checklist: tuple[str, ...] = ()) -> str:
@@ -122,11 +122,11 @@ def write_csv(image: Image, checklist: tuple[str, ...] = ()) -> str:
 
 def read_csv(text: str, space: Space) -> Listing:
     """Rows by their header, so that columns may be reordered, added or (but for address and content) left out."""
-    found = Listing()
-    for number, row in csv_rows(text, found, required=("address", "hex|value")):
+    listing = Listing()
+    for number, row in csv_rows(text, listing, required=("address", "hex|value")):
         address = _address(row["address"], space, number, 1)
-        found.add(address, _content(row, space.kind(address), number), row["address"], number)
-    return found
+        listing.add(address, _content(row, space.kind(address), number), row["address"], number)
+    return listing
 
 
 def _content(row: Mapping[str, str], kind: Kind, number: int) -> int:
@@ -141,14 +141,14 @@ def _content(row: Mapping[str, str], kind: Kind, number: int) -> int:
     return read
 
 
-def csv_rows(text: str, found: Listing, required: tuple[str, ...]) -> Iterator[tuple[int, dict[str, str]]]:
-    """The rows of a CSV file with their line numbers; comment lines are read into ``found``.
+def csv_rows(text: str, listing: Listing, required: tuple[str, ...]) -> Iterator[tuple[int, dict[str, str]]]:
+    """The rows of a CSV file with their line numbers; comment lines are read into ``listing``.
 
     ``required``: the columns that must be there, ``hex|value`` for one of two.
     """
     header: list[str] | None = None
     for number, line in enumerate(text.splitlines(), start=1):
-        if settings_line(line, number, found):
+        if settings_line(line, number, listing):
             continue
         try:
             cells = next(csv.reader([line], strict=True))
@@ -188,17 +188,17 @@ def read_json(text: str, space: Space) -> Listing:
     words = document.get("words") if isinstance(document, dict) else None
     if not isinstance(words, list):
         raise ListingError("the JSON document has no list 'words'")
-    found = Listing()
+    listing = Listing()
     for i, entry in enumerate(words):
         if not isinstance(entry, dict) or not isinstance(entry.get("address"), str):
             raise ListingError(f"words[{i}] has no text 'address'")
         address = _address(entry["address"], space, 1, 1)
-        found.add(
+        listing.add(
             address, _json_content(entry, space.kind(address), f"words[{i}] ({entry['address']})"), entry["address"]
         )
-    take_settings(document, found)
-    found.vendor = document.get("vendor")
-    return found
+    take_settings(document, listing)
+    listing.vendor = document.get("vendor")
+    return listing
 
 
 def _json_content(entry: Mapping[str, Any], kind: Kind, place: str) -> int:
@@ -228,7 +228,7 @@ def _no_constant(name: str) -> None:
     raise ListingError(f"{name} is not a number of JSON")
 
 
-def settings_line(line: str, number: int, found: Listing) -> bool:
+def settings_line(line: str, number: int, listing: Listing) -> bool:
     """Whether a line is blank or a comment; the settings are taken from theirs."""
     for start in (PLC, LOOP):
         if line.startswith(start):
@@ -239,19 +239,19 @@ def settings_line(line: str, number: int, found: Listing) -> bool:
             if not isinstance(entry, dict):
                 raise ListingError("the settings are not a mapping", number, len(start) + 1)
             if start == PLC:
-                found.plc = entry
+                listing.plc = entry
             else:
-                found.settings = (*found.settings, entry)
+                listing.settings = (*listing.settings, entry)
             return True
     return not line.strip() or line.lstrip().startswith("#")
 
 
-def take_settings(document: Any, found: Listing) -> None:
+def take_settings(document: Any, listing: Listing) -> None:
     """Settings by loop; what is not of their shape is refused rather than dropped."""
     settings, plc = document.get("settings", []), document.get("plc", {})
     if not isinstance(settings, list) or not all(isinstance(s, dict) for s in settings) or not isinstance(plc, dict):
         raise ListingError("the settings are not a list of mappings, one a loop")
-    found.settings, found.plc = tuple(settings), plc
+    listing.settings, listing.plc = tuple(settings), plc
 
 
 def _address(text: str, space: Space, line: int, column: int) -> int:

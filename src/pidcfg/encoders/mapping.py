@@ -75,6 +75,11 @@ def _value(loop: Model, path: str, unset: Mapping[str, Any]) -> Any:
     if path.endswith(ENABLED):
         return is_enabled(loop, path)
     value = value_at(loop, steps(path))
+    return _default(type(loop), path, unset) if value is None else value
+
+
+def _default(model: type[Model], path: str, unset: Mapping[str, Any]) -> Any:
+    value = default_of(model, path)
     return unset.get(path) if value is None else value
 
 
@@ -97,8 +102,7 @@ def is_enabled(loop: Model, path: str) -> bool:
 
 def defaults_of(model: type[Model], tables: Iterable[RegisterMap], unset: Mapping[str, Any] = NOTHING) -> Data:
     """The value of every register by path for a loop whose file gives none."""
-    paths = (path for table in tables for path in table.paths())
-    return {path: unset.get(path) if (value := default_of(model, path)) is None else value for path in paths}
+    return {path: _default(model, path, unset) for table in tables for path in table.paths()}
 
 
 def file_data(

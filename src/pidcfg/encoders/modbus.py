@@ -73,9 +73,9 @@ def write_modbus(image: Image, checklist: tuple[str, ...], numbering: Numbering)
 
 def read_modbus(text: str, space: Space, numbering: Numbering) -> Listing:
     """Registers and values; the other columns are for people."""
-    found = Listing()
+    listing = Listing()
     parts: dict[int, dict[int, int]] = {}
-    for number, row in csv_rows(text, found, required=("table", "register", "value")):
+    for number, row in csv_rows(text, listing, required=("table", "register", "value")):
         for key in ("register", "value"):
             if not row[key].isascii() or not row[key].isdecimal() or int(row[key][:6]) > WORD_MAX:
                 raise ListingError(f"{key} {row[key]!r} is not a number of 0 to {WORD_MAX}", number)
@@ -88,18 +88,18 @@ def read_modbus(text: str, space: Space, numbering: Numbering) -> Listing:
         if part in have:
             raise ListingError(f"{shown} stands here again", number)
         have[part] = int(row["value"])
-        found.lines[address] = number
+        listing.lines[address] = number
     for address, have in parts.items():
-        _join(found, space, numbering, address, have)
-    return found
+        _join(listing, space, numbering, address, have)
+    return listing
 
 
-def _join(found: Listing, space: Space, numbering: Numbering, address: int, have: dict[int, int]) -> None:
+def _join(listing: Listing, space: Space, numbering: Numbering, address: int, have: dict[int, int]) -> None:
     """The registers of one address put together; half a value is refused."""
-    line, name = found.lines[address], space.name(address)
+    line, name = listing.lines[address], space.name(address)
     if len(have) < numbering.place(address).width:
         raise ListingError(f"{name}: one of its two registers is missing", line)
     raw = sum(content << 16 * part for part, content in have.items())
     if raw > space.kind(address).highest:
         raise ListingError(f"{name}: {raw} is not the state of a switch", line)
-    found.add(address, raw, name, line)
+    listing.add(address, raw, name, line)

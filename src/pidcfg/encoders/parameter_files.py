@@ -62,19 +62,19 @@ def bare(name: str) -> str:
 
 def read_text(text: str) -> Listing:
     """Three columns; the rest of a line is the content."""
-    found = ParameterListing()
+    listing = ParameterListing()
     for number, line in enumerate(text.splitlines(), start=1):
-        if settings_line(line, number, found):
+        if settings_line(line, number, listing):
             continue
         parts = line.split(None, 2)
         if len(parts) < 3:
             raise ListingError("a line has a name, a type and a value", number)
         name, kind = parts[0].replace("~", " "), type_of(parts[1], number)
         if parts[2].startswith(WIRED):
-            found.add(name, Wire(parts[2].removeprefix(WIRED).strip()), name, number)
+            listing.add(name, Wire(parts[2].removeprefix(WIRED).strip()), name, number)
         else:
-            found.add(name, content_of(parts[2].strip(), kind, name, number), name, number)
-    return found
+            listing.add(name, content_of(parts[2].strip(), kind, name, number), name, number)
+    return listing
 
 
 def type_of(text: str, line: int) -> IecType:
@@ -114,16 +114,16 @@ def _harmless(expression: str) -> str:
 
 def read_csv(text: str) -> Listing:
     """Rows by their header."""
-    found = ParameterListing()
-    for number, row in csv_rows(text, found, required=("name", "type", "value|expression")):
+    listing = ParameterListing()
+    for number, row in csv_rows(text, listing, required=("name", "type", "value|expression")):
         kind, name = type_of(row["type"], number), row["name"]
         if row.get("expression"):
             if row.get("value"):
                 raise ListingError(f"{name} has a value and an expression", number)
-            found.add(name, Wire(row["expression"]), name, number)
+            listing.add(name, Wire(row["expression"]), name, number)
         else:
-            found.add(name, content_of(row.get("value", ""), kind, name, number), name, number)
-    return found
+            listing.add(name, content_of(row.get("value", ""), kind, name, number), name, number)
+    return listing
 
 
 def write_json(image: Program, checklist: tuple[str, ...] = ()) -> str:
@@ -158,15 +158,15 @@ def read_json(text: str) -> Listing:
     words = document.get("words") if isinstance(document, dict) else None
     if not isinstance(words, list):
         raise ListingError("the JSON document has no list 'words'")
-    found = ParameterListing()
+    listing = ParameterListing()
     for i, entry in enumerate(words):
         if not isinstance(entry, dict) or not isinstance(entry.get("address"), str):
             raise ListingError(f"words[{i}] has no text 'address'")
         name = entry["address"]
-        found.add(name, _json_content(entry, f"words[{i}] ({name})"), name)
-    take_settings(document, found)
-    found.vendor = document.get("vendor")
-    return found
+        listing.add(name, _json_content(entry, f"words[{i}] ({name})"), name)
+    take_settings(document, listing)
+    listing.vendor = document.get("vendor")
+    return listing
 
 
 def _json_content(entry: Mapping[str, Any], place: str) -> Content | Wire:

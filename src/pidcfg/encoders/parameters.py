@@ -166,7 +166,7 @@ def value_of(content: Content) -> Decimal | bool | str:
     return content if isinstance(content, bool | str) else Decimal(repr(content))
 
 
-def misspelt(name: str, key: str, keys: Iterable[str], kind: str) -> DecodeError:
+def unknown_name(name: str, key: str, keys: Iterable[str], kind: str) -> DecodeError:
     """The error of a name with a key that there is none of: it would leave a default in place."""
     near = nearest(key, keys)
     cure = f"; did you mean {near}?" if near else ""

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 from pydantic import BaseModel, ValidationError
 
 from pidcfg.encoders.mapping import NOTHING, fields
-from pidcfg.encoders.values import plain, present
+from pidcfg.encoders.values import plain
 from pidcfg.encoders.words import DecodeError
-from pidcfg.paths import dotted, given_fields, has_key, put
+from pidcfg.paths import dotted, given_fields, has_key, put, value_at
 from pidcfg.schemas.base import Model
 
 if TYPE_CHECKING:
@@ -84,11 +84,9 @@ def settings_of(
     """What no register of a loop holds: the fields that ``model`` has of it, as far as they are given.
 
     ``banks``: prefixes of the addresses at which its blocks begin; ``explicit``: fields whose absence says something.
-    The set point's register holds 0 where a file leaves the set point to the operator, so that this stands here too.
     """
     entry = {"loop": loop.name, **_settings(model, loop, explicit, "")}
-    entry |= {key: f"{prefix}{entry[key]}" for key, prefix in banks.items()}
-    return entry | present({"setpoint": False if loop.setpoint.value is None else None})
+    return entry | {key: f"{prefix}{entry[key]}" for key, prefix in banks.items()}
 
 
 def _settings(model: type[Model], part: Any, explicit: frozenset[str], above: str) -> Data:
@@ -97,7 +95,10 @@ def _settings(model: type[Model], part: Any, explicit: frozenset[str], above: st
         path, value = above + field.key, getattr(part, field.key, None)
         if field.section is not None and value is not None:
             value = _settings(field.section, value, explicit, f"{path}.") or None
-        if path in explicit or not (value is None or value is False or isinstance(value, Model)):
+        elif isinstance(value, Model):  # a switch for a section: false where the file leaves its value to the operator
+            value = False if value_at(value, ("value",)) is None else None
+        is_default = value is None or (isinstance(value, bool) and value == field.default)
+        if path in explicit or not is_default:
             data[field.key] = plain(value)
     return data
 

@@ -114,11 +114,11 @@ class Space:
 
     def parse(self, text: str) -> int | None:
         """A written address as a plain number; None for anything else."""
-        found = re.fullmatch(r"([A-Z]+)([0-9]{1,6})", text)
-        row = self._row.get(found.group(1)) if found else None
-        if found is None or row is None:
+        match = re.fullmatch(r"([A-Z]+)([0-9]{1,6})", text)
+        row = self._row.get(match.group(1)) if match else None
+        if match is None or row is None:
             return None
-        bank, digits = self.banks[row], found.group(2)
+        bank, digits = self.banks[row], match.group(2)
         if bank.octal and not set(digits) <= set("01234567"):
             return None
         n = int(digits, 8 if bank.octal else 10)

@@ -200,3 +200,43 @@ class GenericFile(Model):
     """Anything worth knowing."""
     loops: tuple[Loop, ...]
     """The loops."""
+
+
+class Unit(Model):
+    """A unit that stands beside the parameters."""
+
+    unit: Text | None = None
+    """Engineering unit."""
+
+
+class Link(Model):
+    """Where the set point comes from, which stands beside the parameters."""
+
+    source: Name | None = None
+    """Name of the loop whose output is the set point."""
+    follows_pv: Flag | None = None
+    """Whether the set point follows the PV in manual."""
+
+
+class LoopSettings(Model):
+    """What no parameter of a loop holds."""
+
+    loop: Name
+    """Name of the loop."""
+    description: Text | None = None
+    """What the loop does."""
+    pv: Unit = Unit()
+    """Of the PV."""
+    output: Unit = Unit()
+    """Of the output."""
+    setpoint: Link = Link()
+    """Where the set point comes from."""
+
+
+class PlcSettings(Model):
+    """What no parameter of the file holds."""
+
+    name: Text | None = None
+    """Name of the machine or plant section."""
+    description: Text | None = None
+    """Anything worth knowing."""

@@ -1,7 +1,7 @@
 """What a scenario file may say: which configuration runs against which plants, what happens, and what is expected.
 
 A key that only fits some models, events or expectations is optional here; what belongs together is checked once the
-configuration is known (`pidcfg.sim.check`), since names of loops, signals and alarms come from there.
+configuration is known (`pidcfg.sim.check_scenario`), since names of loops, signals and alarms come from there.
 """
 
 from __future__ import annotations

@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 from functools import partial
 from typing import TYPE_CHECKING
 
+from pidcfg.paths import dotted, leaves
 from pidcfg.schemas.base import Quantity, parse_number
-from pidcfg.sim.check import leaves
 from pidcfg.sim.metrics import begin_step
 from pidcfg.sim.parameters import numbers_of, set_parameters
 from pidcfg.sim.plc import TICKS, Plc, steps_until
@@ -85,7 +85,7 @@ class Agenda:
             self.disturb(event)
         elif event.loop is None:
             for keys, value, _ in leaves(event.set):
-                name = ".".join(keys)
+                name = dotted(keys)
                 self.net.sig[self.net.outside[name]] = (
                     self.plc.check_input(name, value) if name in self.plc.inputs else float(parse_number(value))
                 )
@@ -117,7 +117,7 @@ class Agenda:
             present = sig[config.sig_sp]
             effect = self.plc.set(loop, keys, self.plc.check_set(loop, keys, value), sig)
             if effect:
-                late.append(f"{'.'.join(keys)}: {effect}")
+                late.append(f"{dotted(keys)}: {effect}")
             changed |= keys in SETPOINT and sig[config.sig_sp] != present
         if changed:
             self.machine.counts[2] += 1
@@ -160,7 +160,7 @@ class Agenda:
 def in_words(event: Event) -> str:
     """What an event does, for the report."""
     if event.set is not None:
-        return ", ".join(f"set {'.'.join(keys)} to {as_written(value)}" for keys, value, _ in leaves(event.set))
+        return ", ".join(f"set {dotted(keys)} to {as_written(value)}" for keys, value, _ in leaves(event.set))
     if event.disturb is not None:
         return ", ".join(f"disturb {key} to {value:f}" for key, value in event.disturb.items())
     if event.pv is not None:

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, cast
 
 from pidcfg.encoders.parameters import Content, Parameter, ParameterTable, store
 from pidcfg.encoders.words import EncodeError
+from pidcfg.paths import dotted
 from pidcfg.schemas.base import Quantity, parse_flag, parse_integer, parse_number, refuse
 from pidcfg.schemas.names import nearest
 
@@ -56,8 +57,7 @@ class NamedKeys:
 
     def find(self, path: tuple[str, ...]) -> Parameter:
         """The parameter behind a key; refuses what cannot be set."""
-        key = ".".join(path)
-        key = self.short.get(key, key)
+        key = self.short.get(dotted(path), dotted(path))
         if key in self.events:
             refuse("set_key", f"{key} is an event of its own", help=f"write {self.events[key]}: in place of set:")
         if key in self.fixed:

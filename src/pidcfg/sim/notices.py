@@ -5,6 +5,11 @@ A notice is one number in a loop's state; several of them are its digits, the fi
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from pidcfg.sim.records import LoopState
+
 NOTICES = 4096
 """What one notice counts to."""
 NOTICE_LIMIT = 4096**4
@@ -18,6 +23,11 @@ def noticed(notice: int, requested: int, reason: int) -> int:
     if notice < NOTICE_LIMIT:
         return notice * NOTICES + (requested << REASON_BITS) + reason
     return notice
+
+
+def tell(s: LoopState, reason: int, requested: int = 0) -> None:
+    """Leave a notice for the log, from outside the kernels."""
+    s.notice = noticed(s.notice, requested, reason)
 
 
 def notices(notice: int) -> list[tuple[int, int]]:

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING
 
 from pydantic_core import PydanticCustomError
 
-from pidcfg.sim.check import check, leaves
+from pidcfg.paths import leaves
+from pidcfg.sim.check_scenario import check_scenario
 from pidcfg.sim.network import Network, build
 from pidcfg.sim.plc import TICKS, Controller, Plc
 from pidcfg.sim.problems import Problem
@@ -52,7 +53,7 @@ def rates_set(scenario: Scenario, plc: Plc) -> list[int]:
 def prepare(scenario: Scenario, plc: Plc) -> Network:
     """The network of a scenario, with everything that is wrong with the scenario in ``problems``."""
     step = base_step(scenario, plc)
-    found = list(check(scenario, plc))
+    found = list(check_scenario(scenario, plc))
     for name, period in zip(plc.loops, plc.periods, strict=True):
         if period and misses(period, step, scenario):
             found.append(uneven(name, period, step))

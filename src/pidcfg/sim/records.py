@@ -13,6 +13,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping
 
+NEVER = 1 << 60
+"""A tick that does not come."""
+
 Number = TypeVar("Number", int, float)
 
 

@@ -13,6 +13,7 @@ from typing import Any
 
 from pidcfg.encoders.regmap import Bits, RegisterMap, Word
 from pidcfg.encoders.words import EncodeError
+from pidcfg.paths import dotted
 from pidcfg.schemas.base import parse_flag, parse_number, refuse
 
 Row = Word | Bits
@@ -44,8 +45,7 @@ class Keys:
 
     def find(self, path: tuple[str, ...]) -> list[Row]:
         """The registers behind a key: one, or both ends of a pair of limits; refuses what cannot be set."""
-        key = ".".join(path)
-        key = self.short.get(key, key)
+        key = self.short.get(dotted(path), dotted(path))
         if key in self.events:
             refuse("set_key", f"{key} is an event of its own", help=f"write {self.events[key]}: in place of set:")
         if key in self.rows:
@@ -59,6 +59,13 @@ class Keys:
         near = difflib.get_close_matches(key, [*self.short, *self.rows], 1, 0.5)
         cure = f"did you mean {near[0]}?" if near else "write a key of the loop's configuration"
         return refuse("set_key", f"{key!r} is nothing that can be set in a running loop", help=cure)
+
+    def check(self, path: tuple[str, ...], value: object, encode: Callable[[Row, Any], int]) -> object:
+        """The parsed value of a key; a ``PydanticCustomError`` says why its registers cannot hold it."""
+        rows = self.find(path)
+        parsed = self.parse(rows, value)
+        check_fit(rows, parsed, encode)
+        return parsed
 
     def parse(self, rows: list[Row], value: object) -> object:
         """The value of a key as its registers take it; of a pair both."""

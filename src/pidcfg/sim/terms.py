@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from array import array
+from math import isfinite
 
 NEAREST = 6755399441055744.0
 """1.5 * 2**52: adding and subtracting it rounds to a whole number, half to even, without a call."""
@@ -23,6 +24,11 @@ def clamp(x: float, low: float, high: float) -> float:
 def nearest(x: float) -> float:
     """The nearest whole number, half to even; exact below 2**51."""
     return x + NEAREST - NEAREST
+
+
+def finite(x: float, otherwise: float) -> float:
+    """The number, or another one in place of what is infinite or none."""
+    return x if isfinite(x) else otherwise
 
 
 def step_to(x: float, target: float, step: float) -> float:

@@ -62,11 +62,11 @@ def command(
     fix: bool,
     diff: bool,
     show_settings: bool,
-    **living: Any,
+    **baseline: Any,
 ) -> None:
     """Find every mistake in PATHS: configurations, scenarios, folders of them, or - for standard input."""
     from pidcfg.cli.findings.collect import check_all
-    from pidcfg.cli.findings.policy import Rules, live
+    from pidcfg.cli.findings.policy import Rules, triage
 
     ctx = click.get_current_context()
     if show_settings:
@@ -78,7 +78,7 @@ def command(
     inputs = [entry for entry in gathered if not entry.foreign]
     skipped = sum(entry.foreign and entry.remark is None for entry in gathered)
     report_options.refuse_inputs(reports, (entry.name for entry in inputs))
-    read = [name for name in (living["baseline"], settings.of(ctx).file) if name is not None]
+    read = [name for name in (baseline["baseline"], settings.of(ctx).file) if name is not None]
     report_options.refuse_inputs(reports, read)
     if fix or diff:
         from pidcfg.cli.findings.corrections import fixing, refuse_options
@@ -88,7 +88,7 @@ def command(
     for doc, findings in progress(check_all(inputs, limits), "checking", len(inputs)):
         documents[doc.file] = doc
         found += findings
-    left = live(found, documents, settings.of(ctx), Rules(select, ignore, **living))
+    left = triage(found, documents, settings.of(ctx), Rules(select, ignore, **baseline))
     fails = Severity.WARNING if strict else Severity.ERROR
     hidden = left.suppressed(Severity[severity.upper()])
     shown = Findings(options.severe(left.kept, severity, fails), documents, fails, hidden)

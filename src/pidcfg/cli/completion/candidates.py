@@ -96,8 +96,8 @@ def _files(typed: str, fits: Callable[[Path], bool]) -> Items:
 
 def _entries(folder: str) -> list[os.DirEntry[str]]:
     try:
-        with os.scandir(folder) as found:
-            return list(found)
+        with os.scandir(folder) as entries:
+            return list(entries)
     except OSError:
         return []
 
@@ -189,8 +189,8 @@ def loop_names(name: str) -> Iterator[str]:
 
 def _names(path: Path) -> Iterable[str]:
     """What the entries of ``loops`` are called; what is no name for a loop could be anything."""
-    found = _read(path).get("loops")
-    named = [loop.get("name") for loop in found if isinstance(loop, dict)] if isinstance(found, list) else []
+    loops = _read(path).get("loops")
+    named = [loop.get("name") for loop in loops if isinstance(loop, dict)] if isinstance(loops, list) else []
     return [name for name in map(_name, named) if name]
 
 
@@ -275,10 +275,10 @@ def source_of(command: str, param: click.Parameter) -> Source | None:
 
 def completed(command: click.Command) -> click.Command:
     """A copy of a command whose parameters know their candidates."""
-    twin = copy(command)
-    twin.params = [copy(param) for param in command.params]
-    for param in twin.params:
+    completing = copy(command)
+    completing.params = [copy(param) for param in command.params]
+    for param in completing.params:
         source = source_of(command.name or "", param)
         if source is not None:
             param.type = Completed(source)
-    return twin
+    return completing

@@ -49,8 +49,8 @@ class Shell(ShellComplete):
         while len(words) > 1 and ASSIGNMENT.match(words[0]):
             del words[0]
         typed = words[-1].removesuffix(END)
-        found = re.match(rf".*[{self.breaks}]", typed)
-        self.head = found.group() if found else ""
+        match = re.match(rf".*[{self.breaks}]", typed)
+        self.head = match.group() if match else ""
         return words[1:-1], typed
 
     def get_completions(self, args: list[str], incomplete: str) -> list[CompletionItem[str]]:
@@ -58,7 +58,7 @@ class Shell(ShellComplete):
         self.ctx_args = {**self.ctx_args, "obj": list(args)}
         return super().get_completions(args, incomplete)
 
-    def own(self, item: CompletionItem[Any]) -> str:
+    def insertion(self, item: CompletionItem[Any]) -> str:
         """The part of a value that the shell inserts after what stands there."""
         return str(item.value).removeprefix(self.head)
 
@@ -76,7 +76,7 @@ class Bash(Shell):
 
     def format_completion(self, item: CompletionItem[Any]) -> str:
         """The kind and the value."""
-        return f"{item.type},{self.own(item)}"
+        return f"{item.type},{self.insertion(item)}"
 
 
 class Zsh(Shell):
@@ -112,7 +112,7 @@ class PowerShell(Shell):
         """Three lines; a value with spaces is quoted."""
         value = self.whole(item)
         if not UNQUOTED.fullmatch(value):
-            value = f"'{QUOTES.sub(lambda found: 2 * found.group(), value)}'"
+            value = f"'{QUOTES.sub(lambda quote: 2 * quote.group(), value)}'"
         return f"{item.type}\n{value}\n{encodable(one_line(item.help), 'ascii')}"
 
 

@@ -20,20 +20,20 @@ READ = "pidcfg.files_read"
 def identity(name: str) -> Identity:
     """A file's own number; where there is none yet, the place where it would be."""
     try:
-        found = Path(name).stat()
+        status = Path(name).stat()
     except (OSError, ValueError):
         return os.path.normcase(os.path.realpath(name))
-    return (found.st_dev, found.st_ino)
+    return (status.st_dev, status.st_ino)
 
 
 def one_file(names: Iterable[str]) -> str | None:
     """What is wrong with the names of outputs where two of them mean one file."""
-    seen: dict[Identity, str] = {}
+    names_of: dict[Identity, str] = {}
     for name in names:
         place = identity(name)
-        if place in seen:
-            return f"{seen[place]} and {name} are one file; name two"
-        seen[place] = name
+        if place in names_of:
+            return f"{names_of[place]} and {name} are one file; name two"
+        names_of[place] = name
     return None
 
 
@@ -43,10 +43,10 @@ def remember(stream: IO[bytes]) -> None:
     if ctx is None:
         return
     try:
-        found = os.fstat(stream.fileno())
+        status = os.fstat(stream.fileno())
     except (OSError, ValueError):  # standard input that is no file
         return
-    files_read(ctx).add((found.st_dev, found.st_ino))
+    files_read(ctx).add((status.st_dev, status.st_ino))
 
 
 def was_read(name: str) -> bool:
@@ -57,8 +57,8 @@ def was_read(name: str) -> bool:
 
 def files_read(ctx: click.Context) -> set[Identity]:
     """The identities of the command's inputs so far."""
-    found: set[Identity] = ctx.meta.setdefault(READ, set())
-    return found
+    identities: set[Identity] = ctx.meta.setdefault(READ, set())
+    return identities
 
 
 def relative(file: str, folder: Path) -> str:

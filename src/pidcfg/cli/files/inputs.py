@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from pidcfg.cli.files.folders import is_ours
+from pidcfg.cli.files.folders import is_for_pidcfg
 from pidcfg.cli.files.identity import remember
 from pidcfg.cli.terminal.progress import held
 from pidcfg.diagnostics import Diagnostic, Severity
@@ -101,7 +101,7 @@ class _Taken:
 
 def ours(entry: Input, limits: Limits) -> bool:
     """Whether a file carries our key, or is ours to complain about since nobody can tell."""
-    return entry.problem is not None or is_ours(entry.name, entry.data, limits.file_bytes)
+    return entry.problem is not None or is_for_pidcfg(entry.name, entry.data, limits.file_bytes)
 
 
 def _expand(paths: Sequence[str]) -> Iterator[str]:

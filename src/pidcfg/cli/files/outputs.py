@@ -101,7 +101,7 @@ def place(name: str) -> Path:
     return target
 
 
-def temporary_beside(target: Path) -> tuple[int, Path]:
+def temporary_for(target: Path) -> tuple[int, Path]:
     """An open file of its own in the target's folder, and its path."""
     handle, name = tempfile.mkstemp(prefix=f".{target.name}.", dir=target.parent)
     return handle, Path(name)
@@ -141,16 +141,16 @@ def _same(target: Path, other: Path) -> bool:
     """Whether a file is there with the same bytes as another one, however long they are."""
     if not target.exists() or target.stat().st_size != other.stat().st_size:
         return False
-    with target.open("rb") as mine, other.open("rb") as theirs:
-        while block := mine.read(BLOCK):
-            if block != theirs.read(BLOCK):
+    with target.open("rb") as first, other.open("rb") as second:
+        while block := first.read(BLOCK):
+            if block != second.read(BLOCK):
                 return False
     return True
 
 
 def _stage(target: Path, content: bytes) -> Path:
     """A flushed temporary file in the target's folder, with the rights that the target will have."""
-    handle, temporary = temporary_beside(target)
+    handle, temporary = temporary_for(target)
     try:
         with os.fdopen(handle, "wb") as stream:
             stream.write(content)
@@ -177,8 +177,12 @@ def _commit(staged: Sequence[Staged]) -> None:
             entry.temporary.replace(entry.target)
             done.append(entry)
     except OSError as error:
-        left = _undo(done, kept)
-        remark = f"; {', '.join(left)} {'is' if len(left) == 1 else 'are'} written all the same" if left else ""
+        remaining = _undo(done, kept)
+        remark = (
+            f"; {', '.join(remaining)} {'is' if len(remaining) == 1 else 'are'} written all the same"
+            if remaining
+            else ""
+        )
         raise click.ClickException(f"{_failed(name, error).message}{remark}") from None
     finally:
         discard(kept)
@@ -188,7 +192,7 @@ def _kept(entry: Staged) -> list[Staged]:
     """The present contents of a target under another name, where there are any."""
     if not entry.target.exists():
         return []
-    handle, backup = temporary_beside(entry.target)
+    handle, backup = temporary_for(entry.target)
     os.close(handle)
     try:
         backup.unlink()
@@ -207,7 +211,7 @@ def _kept(entry: Staged) -> list[Staged]:
 def _undo(done: Sequence[Staged], kept: Sequence[Staged]) -> list[str]:
     """Takes back what was put in place; the names of what could not be."""
     old = {entry.target: entry.temporary for entry in kept}
-    left = []
+    remaining = []
     for entry in done:
         try:
             if entry.target in old:
@@ -215,5 +219,5 @@ def _undo(done: Sequence[Staged], kept: Sequence[Staged]) -> list[str]:
             else:
                 entry.target.unlink()
         except OSError:
-            left.append(entry.name)
-    return left
+            remaining.append(entry.name)
+    return remaining

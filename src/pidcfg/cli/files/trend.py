@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, TextIO
 
 import click
 
-from pidcfg.cli.files.outputs import Staged, discard, place, refuse_read, take_rights, temporary_beside, write_files
+from pidcfg.cli.files.outputs import Staged, discard, place, refuse_read, take_rights, temporary_for, write_files
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -29,7 +29,7 @@ def trend_file(
     target = place(name)
     refuse_read([name])
     try:
-        handle, temporary = temporary_beside(target)
+        handle, temporary = temporary_for(target)
     except OSError as error:
         raise click.ClickException(f"cannot write {name}: {error.strerror}") from None
     staged = [Staged(name, target, temporary)]

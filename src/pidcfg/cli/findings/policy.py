@@ -1,4 +1,4 @@
-"""Living with findings: what comments, settings and a baseline leave of them, and what is said about the rest."""
+"""The triage of findings: what is reported, what comments, settings or a baseline set aside, and remarks on it."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ class Rules:
 
 
 @dataclass(slots=True)
-class Living:
+class Triage:
     """What is reported, what a comment ignores (with its reason), what the baseline knows, and remarks for stderr."""
 
     kept: list[Diagnostic]
@@ -51,13 +51,13 @@ class Living:
 
     @property
     def hides(self) -> bool:
-        """Whether a run that is told to be quiet still has to say that there is more than it shows."""
+        """Whether a quiet run still has to say that there is more than it shows."""
         return bool(self.ignored or self.known or self.set_aside)
 
     def suppressed(self, severity: Severity) -> list[tuple[Diagnostic, str | None]]:
         """What is not reported, with the reason that a comment gives; None: the baseline knows it."""
-        found = [(entry.found, entry.reason) for entry in self.ignored]
-        return [(d, reason) for d, reason in (*found, *((d, None) for d in self.known)) if d.severity >= severity]
+        by_comment = [(entry.found, entry.reason) for entry in self.ignored]
+        return [(d, reason) for d, reason in (*by_comment, *((d, None) for d in self.known)) if d.severity >= severity]
 
     @property
     def counts(self) -> str:
@@ -71,44 +71,44 @@ class Living:
         return "".join(f"; {number} {what}" for number, what in rows if number)
 
 
-def live(found: Sequence[Diagnostic], documents: dict[str, Document], settings: Settings, rules: Rules) -> Living:
-    """What is reported of the findings; writes the baseline when it was asked for."""
-    living = _commented(found, documents)
-    everything = living.kept
+def triage(findings: Sequence[Diagnostic], documents: dict[str, Document], settings: Settings, rules: Rules) -> Triage:
+    """What becomes of each finding; writes or shrinks the baseline where an option says so."""
+    triaged = _without_ignored(findings, documents)
+    everything = triaged.kept
     left_out = {file: settings.ignored_in(file) for file in documents}
 
     def chosen(d: Diagnostic) -> bool:
-        return bool(options.chosen([d], rules.select, [*rules.ignore, *left_out.get(d.file, ())]))
+        return bool(options.selected([d], rules.select, [*rules.ignore, *left_out.get(d.file, ())]))
 
-    living.ignored = [entry for entry in living.ignored if chosen(entry.found)]
-    living.kept = [d for d in everything if chosen(d)]
-    living.set_aside = len(everything) - len(living.kept) if settings.file is not None else 0
+    triaged.ignored = [entry for entry in triaged.ignored if chosen(entry.found)]
+    triaged.kept = [d for d in everything if chosen(d)]
+    triaged.set_aside = len(everything) - len(triaged.kept) if settings.file is not None else 0
     if rules.baseline is not None:
-        _with_baseline(living, everything, chosen, documents, rules)
+        _with_baseline(triaged, everything, chosen, documents, rules)
     elif rules.create or rules.shrink:
         raise click.UsageError("name the baseline with --baseline FILE")
-    return living
+    return triaged
 
 
-def _commented(found: Sequence[Diagnostic], documents: Mapping[str, Document]) -> Living:
+def _without_ignored(findings: Sequence[Diagnostic], documents: Mapping[str, Document]) -> Triage:
     """The findings without those that comments ignore, file by file."""
     if not any("ignore" in doc.text for doc in documents.values()):
-        return Living(list(found))
+        return Triage(list(findings))
     from pidcfg.validate.suppression import suppress
 
     by_file: dict[str, list[Diagnostic]] = {file: [] for file in documents}
-    living = Living([d for d in found if d.file not in by_file])
-    for d in found:
+    triaged = Triage([d for d in findings if d.file not in by_file])
+    for d in findings:
         by_file.get(d.file, []).append(d)
-    for file, mine in by_file.items():
-        outcome = suppress(mine, documents[file])
-        living.kept += ordered(outcome.kept) if len(outcome.kept) != len(mine) or outcome.ignored else mine
-        living.ignored += outcome.ignored
-    return living
+    for file, of_file in by_file.items():
+        outcome = suppress(of_file, documents[file])
+        triaged.kept += ordered(outcome.kept) if len(outcome.kept) != len(of_file) or outcome.ignored else of_file
+        triaged.ignored += outcome.ignored
+    return triaged
 
 
 def _with_baseline(
-    living: Living,
+    triaged: Triage,
     everything: list[Diagnostic],
     chosen: Callable[[Diagnostic], bool],
     documents: Mapping[str, Document],
@@ -125,28 +125,28 @@ def _with_baseline(
         return relative(file, folder)
 
     if rules.create:
-        living.known = [d for d in living.kept if enters(d) and d.file != STDIN_NAME]
-        new = {id(d) for d in living.known}
-        living.kept = [d for d in living.kept if id(d) not in new]
-        _write(name, to_text(entry(d, file_of) for d in living.known), "--create-baseline")
-        living.remarks.append(f"{name}: {count(len(living.known), 'finding')} written")
+        triaged.known = [d for d in triaged.kept if enters(d) and d.file != STDIN_NAME]
+        new = {id(d) for d in triaged.known}
+        triaged.kept = [d for d in triaged.kept if id(d) not in new]
+        _write(name, to_text(entry(d, file_of) for d in triaged.known), "--create-baseline")
+        triaged.remarks.append(f"{name}: {count(len(triaged.known), 'finding')} written")
         return
     text = _read(name)
     entries = _entries(from_text, text, name)
     checked = {file_of(file) for file in documents} | {e.file for e in entries if not (folder / e.file).exists()}
     compared = compare(everything, chosen, entries, checked, file_of)
-    living.kept, living.known = compared.new, compared.known
+    triaged.kept, triaged.known = compared.new, compared.known
     if not compared.stale:
         return
     if rules.shrink:
         from pidcfg.cli.files.outputs import write_files
 
         write_files({name: to_text(without(entries, compared.stale))}, force=True)
-        living.remarks.append(f"{name}: {count(len(compared.stale), 'entry', 'entries')} removed")
+        triaged.remarks.append(f"{name}: {count(len(compared.stale), 'entry', 'entries')} removed")
         return
-    ignored = {entry(one.found, file_of) for one in living.ignored}
-    found = stale_findings(compared.stale, ignored, text, Path(name).as_posix())
-    living.kept += [d for d in found if chosen(d)]
+    ignored = {entry(one.found, file_of) for one in triaged.ignored}
+    stale = stale_findings(compared.stale, ignored, text, Path(name).as_posix())
+    triaged.kept += [d for d in stale if chosen(d)]
 
 
 def count(number: int, one: str, many: str | None = None) -> str:

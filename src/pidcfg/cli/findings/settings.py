@@ -20,12 +20,12 @@ from pidcfg.cli.findings.settings_keys import LARGEST, OPTIONS, PER_FILE
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-OWN, SHARED = "pidcfg.toml", "pyproject.toml"
+SETTINGS_FILE, PYPROJECT = "pidcfg.toml", "pyproject.toml"
 TABLE = "tool.pidcfg"
 REPOSITORY = ".git"
 HAS_TABLE = re.compile(rb"tool[\"' \t]*\.[\"' \t]*pidcfg|^[ \t]*\[[\"' \t]*tool[\"' \t]*\]", re.MULTILINE)
 """What a shared file must hold before it is read as TOML."""
-META, CHOSEN, NONE = "pidcfg.settings", "pidcfg.config", "pidcfg.isolated"
+SETTINGS, CONFIG_FILE, IS_ISOLATED = "pidcfg.settings", "pidcfg.config", "pidcfg.isolated"
 PARAMETERS = {"format": "fmt"}
 """Keys whose option is kept under another name."""
 
@@ -48,8 +48,8 @@ class Settings:
     @property
     def per_file_ignores(self) -> dict[str, list[str]]:
         """Patterns of files, and the beginnings of the codes that are left out in them."""
-        found: dict[str, list[str]] = self.values.get(PER_FILE, {})
-        return found
+        patterns: dict[str, list[str]] = self.values.get(PER_FILE, {})
+        return patterns
 
     def ignored_in(self, file: str) -> list[str]:
         """The beginnings of codes that are left out in a file."""
@@ -63,8 +63,8 @@ class Settings:
 
 def of(ctx: click.Context) -> Settings:
     """The settings of the running command."""
-    found: Settings = ctx.meta[META]
-    return found
+    settings: Settings = ctx.meta[SETTINGS]
+    return settings
 
 
 def take(ctx: click.Context, param: click.Parameter, paths: tuple[str, ...]) -> tuple[str, ...]:
@@ -72,11 +72,11 @@ def take(ctx: click.Context, param: click.Parameter, paths: tuple[str, ...]) -> 
     del param
     if ctx.resilient_parsing:
         return paths
-    config, isolated = ctx.meta.get(CHOSEN), ctx.meta.get(NONE, False)
+    config, isolated = ctx.meta.get(CONFIG_FILE), ctx.meta.get(IS_ISOLATED, False)
     if config is not None and isolated:
         raise click.UsageError("--config and --isolated exclude each other", ctx)
     settings = Settings() if isolated or not paths else _settings(paths, config)
-    ctx.meta[META] = settings
+    ctx.meta[SETTINGS] = settings
     options = {PARAMETERS.get(k, k): v for k, v in settings.values.items() if k in OPTIONS}
     ctx.default_map = {**(ctx.default_map or {}), **options}
     return paths
@@ -88,17 +88,17 @@ def _settings(paths: Sequence[str], config: str | None) -> Settings:
         path = Path(config)
         data = _bytes(path, config)
         return _loaded(path, config, data)
-    found: dict[Path | None, str] = {}
+    files: dict[Path | None, str] = {}
     starts = {tuple(candidates(name)): name for name in reversed(paths)}
     for places, name in reversed(starts.items()):
-        found.setdefault(_first(places), name)
-    if len(found) > 1:
-        told = [f"{name}: {_shown(file) if file else 'none'}" for file, name in found.items()]
+        files.setdefault(_first(places), name)
+    if len(files) > 1:
+        examples = [f"{name}: {_shown(file) if file else 'none'}" for file, name in files.items()]
         raise click.UsageError(
-            f"the paths have different settings ({'; '.join(told[:2])}); choose with --config FILE or --isolated, "
+            f"the paths have different settings ({'; '.join(examples[:2])}); choose with --config FILE or --isolated, "
             "or check them one by one"
         )
-    (file,) = found
+    (file,) = files
     return Settings() if file is None else _loaded(file, _shown(file), _bytes(file, _shown(file)))
 
 
@@ -106,8 +106,8 @@ def _first(places: Sequence[Path]) -> Path | None:
     """The first of these files that is there and speaks of us."""
     for path in places:
         if path.is_file():
-            data = _bytes(path, _shown(path)) if path.name != OWN else b""
-            if path.name == OWN or (HAS_TABLE.search(data) and _has_table(_shown(path), data)):
+            data = _bytes(path, _shown(path)) if path.name != SETTINGS_FILE else b""
+            if path.name == SETTINGS_FILE or (HAS_TABLE.search(data) and _has_table(_shown(path), data)):
                 return path
     return None
 
@@ -115,12 +115,12 @@ def _first(places: Sequence[Path]) -> Path | None:
 def candidates(first: str) -> list[Path]:
     """Where settings may stand: from the folder of the first input upward, to the root of its repository at most."""
     start = Path(os.path.abspath("." if first == "-" else first))  # noqa: PTH100 - links are not followed
-    found = []
+    places = []
     for folder in [start, *start.parents] if start.is_dir() else start.parents:
-        found += [folder / OWN, folder / SHARED]
+        places += [folder / SETTINGS_FILE, folder / PYPROJECT]
         if (folder / REPOSITORY).exists():
             break
-    return found
+    return places
 
 
 def _shown(path: Path) -> str:
@@ -168,7 +168,7 @@ def _loaded(path: Path, name: str, data: bytes) -> Settings:
 
     table: Any = _parsed(name, data)
     within = ""
-    if path.name == SHARED:
+    if path.name == PYPROJECT:
         within = TABLE
         tool = table.get("tool")
         table = tool.get("pidcfg", {}) if isinstance(tool, dict) else {}
@@ -212,7 +212,7 @@ CONFIG = click.option(
     metavar="FILE",
     is_eager=True,
     expose_value=False,
-    callback=_remember(CHOSEN),
+    callback=_remember(CONFIG_FILE),
     help="Take settings from this file, not from pidcfg.toml or pyproject.toml.",
 )
 ISOLATED = click.option(
@@ -220,7 +220,7 @@ ISOLATED = click.option(
     is_flag=True,
     is_eager=True,
     expose_value=False,
-    callback=_remember(NONE),
+    callback=_remember(IS_ISOLATED),
     help="Take no settings from files.",
 )
 SHOW = click.option("--show-settings", is_flag=True, help="Print the settings in force and their file, and stop.")

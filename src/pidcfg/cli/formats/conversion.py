@@ -54,29 +54,29 @@ def verified_text(loops: Sequence[Verified]) -> str:
 def as_text(result: ConvertResult) -> str:
     """Every change that is worth reading, loop by loop; what came over exactly and needs no word is counted."""
     lines = [f"{result.source} to {result.target}"]
-    for name, found in result.loops:
-        lines.append(f"\n{name}: {_counted(found)}")
-        lines += dict.fromkeys(_line(change) for change in _worth_reading(found))
+    for name, changes in result.loops:
+        lines.append(f"\n{name}: {_counted(changes)}")
+        lines += dict.fromkeys(_line(change) for change in _worth_reading(changes))
     return "\n".join(lines) + "\n"
 
 
-def _counted(found: Sequence[Change]) -> str:
-    count = Counter(change.kind for change in found)
+def _counted(changes: Sequence[Change]) -> str:
+    count = Counter(change.kind for change in changes)
     return ", ".join(f"{count[kind]} {kind}" for kind in WORST if count[kind]) or "nothing to convert"
 
 
-def _worth_reading(found: Sequence[Change]) -> list[Change]:
+def _worth_reading(changes: Sequence[Change]) -> list[Change]:
     """The gravest changes first; without what came over exactly and needs no word."""
-    told = [change for change in found if change.kind != "exact" or change.note]
-    return sorted(told, key=lambda change: -WORST.index(change.kind))
+    noted = [change for change in changes if change.kind != "exact" or change.note]
+    return sorted(noted, key=lambda change: -WORST.index(change.kind))
 
 
 def as_markdown(result: ConvertResult) -> str:
     """A table a loop, as in ``pidcfg diff --format markdown``."""
     lines = [f"### PID loops: {result.source} to {result.target}"]
-    for name, found in result.loops:
-        lines += ["", f"**{cell(name)}**: {_counted(found)}"]
-        rows = dict.fromkeys(_cells(change) for change in _worth_reading(found))
+    for name, changes in result.loops:
+        lines += ["", f"**{cell(name)}**: {_counted(changes)}"]
+        rows = dict.fromkeys(_cells(change) for change in _worth_reading(changes))
         lines += [*TABLE, *rows] if rows else []
     if result.verified is not None:
         lines += ["", "**Verified by simulation**: a step of the set point, then a disturbance", ""]
@@ -89,8 +89,8 @@ def as_markdown(result: ConvertResult) -> str:
 
 def _cells(change: Change) -> str:
     error = f"{change.error_percent:.3g} % off" if change.error_percent else ""
-    told = "; ".join(part for part in (error, change.note) if part)
-    values = (change.kind, change.field, text_of(change.source), text_of(change.target), told)
+    remark = "; ".join(part for part in (error, change.note) if part)
+    values = (change.kind, change.field, text_of(change.source), text_of(change.target), remark)
     return f"| {' | '.join(cell(value) for value in values)} |"
 
 

@@ -1,4 +1,4 @@
-"""What every format is given, and what several of them need: names relative to the checkout, and fingerprints."""
+"""The findings of a run, and what several formats need: names relative to the checkout, and fingerprints."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ CHARACTERS = 32
 
 @dataclass(frozen=True, slots=True)
 class Findings:
-    """What was found in which files; ``documents`` has every file that was looked at, also those without findings."""
+    """The findings of some files; ``documents`` has every file that was looked at, also those without findings."""
 
     reported: Sequence[Diagnostic]
     documents: Documents

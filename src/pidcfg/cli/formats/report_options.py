@@ -57,7 +57,7 @@ def report_files(command: str, flag: str = "--output") -> Decorator:
 
     def parsed(ctx: click.Context, param: click.Parameter, values: Sequence[str]) -> tuple[Report, ...]:
         try:
-            return distinct([wanted(text, names) for text in values])
+            return distinct([parse_report(text, names) for text in values])
         except ValueError as error:
             raise click.BadParameter(str(error), ctx, param) from None
 
@@ -71,7 +71,7 @@ def report_files(command: str, flag: str = "--output") -> Decorator:
     )
 
 
-def wanted(text: str, names: Sequence[str]) -> Report:
+def parse_report(text: str, names: Sequence[str]) -> Report:
     """One value of the option; a ValueError says what is wrong with it."""
     from pidcfg.cli.files.outputs import STREAM
 

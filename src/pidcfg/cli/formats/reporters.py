@@ -19,9 +19,9 @@ UNPRINTABLE = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f]")
 """What must not reach a terminal from a file."""
 
 
-def text(found: Sequence[Diagnostic], documents: Documents) -> str:
+def text(findings: Sequence[Diagnostic], documents: Documents) -> str:
     """One block a finding: place, message, the line with a caret, what the PLC does, where it says so, the cure."""
-    return "".join(_block(d, documents.get(d.file)) + "\n" for d in found)
+    return "".join(_block(d, documents.get(d.file)) + "\n" for d in findings)
 
 
 def _block(d: Diagnostic, doc: Document | None) -> str:
@@ -50,14 +50,14 @@ def _excerpt(d: Diagnostic, doc: Document | None) -> list[str]:
     return [f" {d.span.line:>4} | {row.rstrip()}", f"      | {indent}{'^' * max(1, end - start)}"]
 
 
-def summary(found: Sequence[Diagnostic], files: int, skipped: int = 0) -> str:
-    """One line that says how it went; ``skipped``: YAML files in folders that are none of ours."""
-    n = counts(found)
+def summary(findings: Sequence[Diagnostic], files: int, skipped: int = 0) -> str:
+    """One line that says how it went; ``skipped``: YAML files in folders that are not for pidcfg."""
+    n = counts(findings)
     parts = [f"{n[s]} {s.label}{'s' if n[s] != 1 else ''}" for s in n]
     others = f"; {skipped} without a pidcfg key skipped" if skipped else ""
     return f"{files} file{'s' if files != 1 else ''} checked: {', '.join(parts)}{others}"
 
 
-def json_v1(found: Sequence[Diagnostic], documents: Documents) -> str:
+def json_v1(findings: Sequence[Diagnostic], documents: Documents) -> str:
     """The layout of the public interface, version 1."""
-    return json.dumps(findings_data(found, len(documents)), indent=2, ensure_ascii=False) + "\n"
+    return json.dumps(findings_data(findings, len(documents)), indent=2, ensure_ascii=False) + "\n"

@@ -26,7 +26,7 @@ FINGERPRINT = "pidcfgFinding/v1"
 
 
 def findings_sarif(findings: Findings) -> str:
-    """One run, with the rules that found something."""
+    """One run, with the rules that are broken."""
     hidden = [d for d, _ in findings.suppressed]
     every = replace(findings, reported=[*findings.reported, *hidden])
     used = sorted({d.code for d in every.reported})
@@ -102,7 +102,7 @@ def _region(span: Span) -> dict[str, int]:
 
 
 def _logical(d: Diagnostic) -> list[dict[str, str]]:
-    """The key that is meant, and the loop that it belongs to."""
+    """The key of a finding, and the loop that it belongs to."""
     last = next((step for step in reversed(d.path) if isinstance(step, str)), "")
     key = {"name": last, "fullyQualifiedName": d.where, "kind": "property"}
     return [key, {"name": d.loop, "kind": "object"}] if d.loop else [key]

@@ -28,12 +28,12 @@ def text(outcomes: Sequence[Outcome]) -> str:
 
 def _section(outcome: Outcome) -> str:
     report = outcome.report
-    found = findings_text(outcome.findings, outcome.documents).rstrip("\n")
+    findings = findings_text(outcome.findings, outcome.documents).rstrip("\n")
     if report is None:
-        return f"{outcome.file}: cannot run\n\n{found}\n"
+        return f"{outcome.file}: cannot run\n\n{findings}\n"
     parts = [
         _head(outcome, report),
-        found and f"{found}\n",
+        findings and f"{findings}\n",
         _happenings(report),
         _tables(report),
         _flags(report),
@@ -68,9 +68,9 @@ def _happenings(report: Report) -> str:
     rows = [(event.at, event.loop or "", f"event: {event.text}") for event in report.events]
     for name, loop in report.loops.items():
         for change in loop.modes:
-            asked = "" if change.requested in (None, change.mode) else f" (requested {change.requested})"
+            requested = "" if change.requested in (None, change.mode) else f" (requested {change.requested})"
             reason = f": {change.reason}" if change.reason else ""
-            rows.append((change.at, name, f"mode {change.mode}{asked}{reason}"))
+            rows.append((change.at, name, f"mode {change.mode}{requested}{reason}"))
         for alarm in loop.alarms:
             until = "on at the end" if alarm.cleared is None else f"until {alarm.cleared:g} s"
             rows.append((alarm.at, name, f"alarm {alarm.alarm}, {until}"))
@@ -101,7 +101,7 @@ def _number(value: float | None, unit: str) -> str:
 def _flags(report: Report) -> str:
     rows = []
     for name, loop in report.loops.items():
-        on = [flag for flag, seen in loop.flags.items() if seen]
+        on = [flag for flag, was_set in loop.flags.items() if was_set]
         if on:
             rows.append((name, ", ".join(on)))
         if loop.autotune is not None:

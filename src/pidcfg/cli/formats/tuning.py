@@ -24,11 +24,11 @@ def as_text(tuned: TuneResult) -> str:
     process = ", ".join(f"{k.replace('_', ' ')} {v:.6g}{UNITS.get(k, ' s')}" for k, v in result["process"].items())
     lines += [f"{result['method']}, {result['form']}: {result['title']} ({result['basis']})", f"  {process}", ""]
     integral = result["integral_time"]
-    own = result["independent"]
+    independent = result["independent"]
     times = "no integral term" if integral is None else f"Ti {integral:.6g} s"
     lines += [
         f"  dependent    Kp {result['gain']:.6g}  {times}  Td {result['derivative_time']:.6g} s",
-        f"  independent  Kp {own['kp']:.6g}  Ki {own['ki']:.6g} /s  Kd {own['kd']:.6g} s",
+        f"  independent  Kp {independent['kp']:.6g}  Ki {independent['ki']:.6g} /s  Kd {independent['kd']:.6g} s",
     ]
     if "for" in result:
         lines += ["", *_for_vendor(result["for"])]
@@ -36,10 +36,10 @@ def as_text(tuned: TuneResult) -> str:
     return "\n".join(lines) + "\n"
 
 
-def _for_vendor(found: dict[str, Any]) -> list[str]:
-    action = found["action"] or "that of the process, which is not known without --gain"
-    lines = [f"for {found['vendor']}: action {action}"]
-    for value in found["values"]:
+def _for_vendor(gains: dict[str, Any]) -> list[str]:
+    action = gains["action"] or "that of the process, which is not known without --gain"
+    lines = [f"for {gains['vendor']}: action {action}"]
+    for value in gains["values"]:
         if value["stored"] is None:
             lines.append(f"  {value['key']}: {value['problem']}")
             continue
@@ -49,22 +49,22 @@ def _for_vendor(found: dict[str, Any]) -> list[str]:
     return lines
 
 
-def _identified(found: Found) -> str:
-    process = found.process
+def _identified(fit: Found) -> str:
+    process = fit.process
     return (
         f"identified: gain {process.gain:.5g}, time constant {process.time_constant:.5g} s, dead time "
-        f"{process.dead_time:.5g} s\n  step of {found.step:.5g} at {found.at:g} s; noise {found.noise:.3g}; "
-        f"what is left is {found.misfit * 100:.2g} % of the answer"
+        f"{process.dead_time:.5g} s\n  step of {fit.step:.5g} at {fit.at:g} s; noise {fit.noise:.3g}; "
+        f"what is left is {fit.misfit * 100:.2g} % of the answer"
     )
 
 
-def chart_of(found: Found, record: Record) -> Chart:
+def chart_of(fit: Found, record: Record) -> Chart:
     """Recorded and fitted PV over time."""
     from pidcfg.pictures.chart import Chart, Line, Panel
 
     times = tuple(record.time)
     lines = (
         Line("PV", "pv", times, tuple(record.pv), "before"),
-        Line("PV", "pv", times, tuple(found.value(time) for time in times), "after"),
+        Line("PV", "pv", times, tuple(fit.value(time) for time in times), "after"),
     )
     return Chart("", "", (Panel("PV", "", lines),), sides=("recorded", "fitted"))

@@ -72,7 +72,7 @@ def patterns() -> tuple[re.Pattern[str], ...]:
     )
 
 
-def wanted(stream: Any) -> bool:
+def enabled(stream: Any) -> bool:
     """Whether text on this stream is coloured."""
     context = click.get_current_context(silent=True)
     if context is not None and context.color is not None:

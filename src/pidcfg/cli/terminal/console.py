@@ -32,7 +32,7 @@ def echo(text: str) -> None:
 
 def show(text: str) -> None:
     """A result for people: in colour where that is wanted."""
-    coloured = colour.wanted(sys.stdout)
+    coloured = colour.enabled(sys.stdout)
     _put(colour.painted(text) if coloured else text, color=coloured)
 
 
@@ -59,7 +59,7 @@ def _is_utf8(text: str) -> bool:
 def note(text: str) -> None:
     """A remark for people, on stderr."""
     LINE.end()
-    coloured = colour.wanted(sys.stderr)
+    coloured = colour.enabled(sys.stderr)
     text = encodable(text, sys.stderr.encoding)
     try:
         click.echo(colour.painted(text) if coloured else text, err=True, color=coloured)
@@ -85,7 +85,7 @@ def drop(stream: TextIO) -> None:
 
 def markdown(text: str) -> None:
     """A page of documentation: formatted where colour is wanted, as it is elsewhere."""
-    if not colour.wanted(sys.stdout):
+    if not colour.enabled(sys.stdout):
         _put(text, color=False)
         return
     from io import StringIO

@@ -94,7 +94,7 @@ def _bar() -> Progress:
     from rich.console import Console
     from rich.progress import Progress
 
-    plain = not colour.wanted(sys.stderr)
+    plain = not colour.enabled(sys.stderr)
     console = Console(file=sys.stderr, no_color=plain)
     return Progress(console=console, transient=True, redirect_stdout=False, redirect_stderr=False)
 

@@ -154,8 +154,8 @@ def _states(codec: Choice) -> str:
 
 def _unit(unit: str, entry: Mapping[str, object]) -> str:
     pv = entry.get("pv")
-    own = pv.get("unit") if isinstance(pv, dict) else None
-    shown = " ".join(str(own).split()) if own else ""
+    text = pv.get("unit") if isinstance(pv, dict) else None
+    shown = " ".join(str(text).split()) if text else ""
     if unit == "pv":
         return shown
     if unit == "pv/sample":

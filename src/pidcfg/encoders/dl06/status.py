@@ -6,6 +6,6 @@ MODES = {1: "manual", 2: "auto", 4: "cascade"}
 MODE_BITS = 0b111
 
 
-def intended_mode(status: int, beside: str) -> str:
-    """From the status word (+06); a listing made before the first run has none, then the mode ``beside`` the words."""
-    return MODES.get(status & MODE_BITS) or beside
+def intended_mode(status: int, otherwise: str) -> str:
+    """From the status word (+06); a listing made before the first run has none: then ``otherwise``."""
+    return MODES.get(status & MODE_BITS) or otherwise

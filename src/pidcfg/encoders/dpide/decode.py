@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 from pidcfg.encoders.image import Decoded
 from pidcfg.encoders.mapping import file_data
 from pidcfg.encoders.maps.dpide import DPIDE_TABLE, NEEDED, ROWS
-from pidcfg.encoders.parameters import content_of, misspelt, shown, value_of
+from pidcfg.encoders.parameters import content_of, shown, unknown_name, value_of
 from pidcfg.encoders.settings import LoopOption, read_settings, settings_values, with_options
 from pidcfg.encoders.values import Data, present
 from pidcfg.encoders.words import DecodeError
@@ -45,13 +45,13 @@ def decode(
     entries = list(settings) or [{"loop": name} for name in loop_names(words)]
     if not entries:
         raise DecodeError("the listing holds no operand of a DPIDE instruction, such as OVEN.SV")
-    own = [
+    settings_of_loops = [
         read_settings(LoopSettings, entry, f"settings[{i}]")
         for i, entry in enumerate(with_options(entries, options or {}, LOOP_OPTIONS))
     ]
-    _know_all(words, {loop.loop for loop in own})
+    _check_names(words, {loop.loop for loop in settings_of_loops})
     notes: list[str] = []
-    loops = [_loop(loop, words, notes) for loop in own]
+    loops = [_loop(loop, words, notes) for loop in settings_of_loops]
     data: Data = {"pidcfg": 1, "vendor": "dpide"}
     data |= present({"name": plc_settings.name, "description": plc_settings.description})
     if plc_settings.interrupt_task is not None:
@@ -71,16 +71,16 @@ def loop_names(words: Mapping[str, Any]) -> list[str]:
     return list(dict.fromkeys(loop for loop, operand in pairs if loop and operand in ROWS))
 
 
-def _know_all(words: Mapping[str, Any], loops: set[str]) -> None:
-    """A misspelt operand would leave its default in place, which may be the other direction."""
+def _check_names(words: Mapping[str, Any], loops: set[str]) -> None:
+    """A unknown_name operand would leave its default in place, which may be the other direction."""
     for name in words:
         loop, operand = split(name)
         if loop in loops and operand not in ROWS:
-            raise misspelt(name, operand, ROWS, "an operand of DPIDE")
+            raise unknown_name(name, operand, ROWS, "an operand of DPIDE")
 
 
 def _loop(settings: LoopSettings, words: Mapping[str, Content | Wire], notes: list[str]) -> Data:
-    values = settings_values(settings) | {"devices": settings.devices.given() or None}
+    values = settings_values(settings)
     for row in DPIDE_TABLE.rows:
         name = f"{settings.loop}.{row.name}"
         if name not in words:

@@ -6,14 +6,15 @@ from typing import TYPE_CHECKING, Any
 
 from pidcfg.encoders.maps.dpide import DPIDE_TABLE
 from pidcfg.encoders.parameters import Entry, Program, ProgramEncoding, stored
+from pidcfg.encoders.settings import settings_of
 from pidcfg.encoders.values import present
-from pidcfg.schemas.base import plain_number
+from pidcfg.schemas.dpide import LoopSettings
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from pidcfg.encoders.parameters import Parameter
-    from pidcfg.schemas.dpide import DpideFile, Loop, Scale
+    from pidcfg.schemas.dpide import DpideFile, Loop
 
 
 def encode(config: DpideFile) -> ProgramEncoding:
@@ -28,7 +29,8 @@ def encode(config: DpideFile) -> ProgramEncoding:
             )
             if misfit is not None:
                 misfits.append((("loops", i, row.name), misfit))
-    program = Program("dpide", tuple(entries), tuple(_settings(loop) for loop in config.loops), _plc(config))
+    settings = tuple(settings_of(LoopSettings, loop) for loop in config.loops)
+    program = Program("dpide", tuple(entries), settings, _plc(config))
     return ProgramEncoding(program, tuple(misfits))
 
 
@@ -38,25 +40,6 @@ def values_of(loop: Loop) -> Iterator[tuple[Parameter, Any]]:
         value = 0 if row.name == "I_MV" else getattr(loop, row.name, None)
         if value is not None:
             yield row, value
-
-
-def _settings(loop: Loop) -> dict[str, Any]:
-    """What no operand holds."""
-    return present(
-        {
-            "loop": loop.name,
-            "description": loop.description,
-            "device": loop.device,
-            "devices": loop.devices.given() or None,
-            "pv": scaling(loop.pv) or None,
-            "output": scaling(loop.output) or None,
-        }
-    )
-
-
-def scaling(scale: Scale) -> dict[str, Any]:
-    """Range and unit as plain data, as far as they are given."""
-    return present({"range": scale.range and [plain_number(end) for end in scale.range], "unit": scale.unit})
 
 
 def _plc(config: DpideFile) -> dict[str, Any]:

@@ -51,8 +51,8 @@ def _row(row: Parameter, entries: Mapping[str, Entry], settings: Mapping[str, An
 
 def device_of(settings: Mapping[str, Any], operand: str) -> str | None:
     """The device of an operand, as the settings have it."""
-    found = settings.get("device") if operand == "I_MV" else (settings.get("devices") or {}).get(operand)
-    return None if found is None else str(found)
+    device = settings.get("device") if operand == "I_MV" else (settings.get("devices") or {}).get(operand)
+    return None if device is None else str(device)
 
 
 def unit_of(row: Parameter, settings: Mapping[str, Any], *, dependent: bool) -> str:
@@ -66,9 +66,9 @@ def unit_of(row: Parameter, settings: Mapping[str, Any], *, dependent: bool) -> 
 
 def read_operands(text: str) -> Listing:
     """Rows by their header; the loop may be missing where the operand's name has it (``OVEN.SV``)."""
-    found = Listing()
+    listing = Listing()
     devices: dict[str, dict[str, str]] = {}
-    for number, row in csv_rows(_comments_again(text), found, required=("operand", "value")):
+    for number, row in csv_rows(_comments_again(text), listing, required=("operand", "value")):
         loop, operand = _named(row)
         kind = ROWS.get(operand)
         if kind is None or not _is_name(loop):
@@ -79,12 +79,12 @@ def read_operands(text: str) -> Listing:
             raise ListingError(f"{loop}.{operand} is {kind.type.name}, not {row['type'][:20]!r}", number)
         if row["value"]:
             name = f"{loop}.{operand}"
-            found.add(name, content_of(row["value"], kind.type, name, number), name, number)
+            listing.add(name, content_of(row["value"], kind.type, name, number), name, number)
         elif operand not in OUTSIDE:
             raise ListingError(f"{loop}.{operand} has no value", number)
         _take_device(devices.setdefault(loop, {}), operand, row.get("device", ""), number)
-    _beside(found, devices)
-    return found
+    _beside(listing, devices)
+    return listing
 
 
 def _comments_again(text: str) -> str:
@@ -120,9 +120,9 @@ def _take_device(devices: dict[str, str], operand: str, device: str, line: int) 
     devices[operand] = device
 
 
-def _beside(found: Listing, devices: Mapping[str, Mapping[str, str]]) -> None:
+def _beside(listing: Listing, devices: Mapping[str, Mapping[str, str]]) -> None:
     """Devices of the rows into the settings; where both say one, they must agree."""
-    settings: list[dict[str, Any]] = [dict(entry) for entry in found.settings or ({"loop": loop} for loop in devices)]
+    settings: list[dict[str, Any]] = [dict(entry) for entry in listing.settings or ({"loop": loop} for loop in devices)]
     for entry in settings:
         if not isinstance(entry.get("devices", {}), dict):
             continue
@@ -134,25 +134,25 @@ def _beside(found: Listing, devices: Mapping[str, Mapping[str, str]]) -> None:
                 entry["device"] = device
             else:
                 entry["devices"] = {**entry.get("devices", {}), operand: device}
-    found.settings = tuple(settings)
+    listing.settings = tuple(settings)
 
 
 def read_csv_devices(text: str) -> Listing:
     """The plain CSV listing, with the devices of its column."""
-    found = read_csv(text)
-    _take_column(found, ((row["name"], row.get("device", ""), n) for n, row in csv_rows(text, Listing(), ("name",))))
-    return found
+    listing = read_csv(text)
+    _take_column(listing, ((row["name"], row.get("device", ""), n) for n, row in csv_rows(text, Listing(), ("name",))))
+    return listing
 
 
 def read_json_devices(text: str) -> Listing:
     """The JSON listing, with the devices of its entries."""
-    found = read_json(text)
+    listing = read_json(text)
     entries = load_json(text)["words"]
-    _take_column(found, ((entry["address"], entry.get("device") or "", 1) for entry in entries))
-    return found
+    _take_column(listing, ((entry["address"], entry.get("device") or "", 1) for entry in entries))
+    return listing
 
 
-def _take_column(found: Listing, rows: Iterator[tuple[str, object, int]]) -> None:
+def _take_column(listing: Listing, rows: Iterator[tuple[str, object, int]]) -> None:
     devices: dict[str, dict[str, str]] = {}
     for name, device, line in rows:
         loop, operand = split(name)
@@ -160,4 +160,4 @@ def _take_column(found: Listing, rows: Iterator[tuple[str, object, int]]) -> Non
             if not isinstance(device, str):
                 raise ListingError(f"{name}: the device is not a text", line)
             _take_device(devices.setdefault(loop, {}), operand, device, line)
-    _beside(found, devices)
+    _beside(listing, devices)

@@ -7,58 +7,17 @@ from typing import TYPE_CHECKING, Any
 from pidcfg.encoders.image import Decoded
 from pidcfg.encoders.mapping import file_data
 from pidcfg.encoders.maps.generic import LOOP_TABLE, NEEDED, PAIRS, ROWS, split
-from pidcfg.encoders.parameters import content_of, misspelt, value_of
+from pidcfg.encoders.parameters import content_of, unknown_name, value_of
 from pidcfg.encoders.settings import read_settings
 from pidcfg.encoders.values import Data, present
 from pidcfg.encoders.words import DecodeError
-from pidcfg.schemas.base import Flag, Model, Name, Text
-from pidcfg.schemas.generic import Loop
+from pidcfg.schemas.generic import Loop, LoopSettings, PlcSettings
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
 
     from pidcfg.encoders.parameters import Content
     from pidcfg.schemas.iec import Wire
-
-
-class Unit(Model):
-    """A unit that stands beside the parameters."""
-
-    unit: Text | None = None
-    """Engineering unit."""
-
-
-class Link(Model):
-    """Where the set point comes from, which stands beside the parameters."""
-
-    source: Name | None = None
-    """Name of the loop whose output is the set point."""
-    follows_pv: Flag | None = None
-    """Whether the set point follows the PV in manual."""
-
-
-class LoopSettings(Model):
-    """What no parameter of a loop holds."""
-
-    loop: Name
-    """Name of the loop."""
-    description: Text | None = None
-    """What the loop does."""
-    pv: Unit = Unit()
-    """Of the PV."""
-    output: Unit = Unit()
-    """Of the output."""
-    setpoint: Link = Link()
-    """Where the set point comes from."""
-
-
-class FileSettings(Model):
-    """What no parameter of the file holds."""
-
-    name: Text | None = None
-    """Name of the machine or plant section."""
-    description: Text | None = None
-    """Anything worth knowing."""
 
 
 def decode(
@@ -71,16 +30,17 @@ def decode(
 
     ``words`` have names such as ``TIC-101.tuning.gain``; ``settings`` and ``plc`` are what an encoder put beside them.
     """
-    file = read_settings(FileSettings, plc or {}, "plc")
+    file = read_settings(PlcSettings, plc or {}, "plc")
     entries = list(settings) or [{"loop": name} for name in loop_names(words)]
     if not entries:
         raise DecodeError("the listing holds no parameter of a loop, such as TIC-101.tuning.gain")
-    own = [read_settings(LoopSettings, entry, f"settings[{i}]") for i, entry in enumerate(entries)]
-    _know_all(words, {loop.loop for loop in own})
+    loops = [read_settings(LoopSettings, entry, f"settings[{i}]") for i, entry in enumerate(entries)]
+    names = {loop.loop for loop in loops}
+    _check_names(words, names)
     data: Data = {"pidcfg": 1, "vendor": "generic", **present({"name": file.name, "description": file.description})}
-    strange = [name for name in loop_names(words) if name not in {loop.loop for loop in own}]
+    strange = [name for name in loop_names(words) if name not in names]
     notes = tuple(f"{name} is not carried over: the settings do not name it" for name in strange)
-    return Decoded({**data, "loops": [_loop(loop, words) for loop in own]}, notes)
+    return Decoded({**data, "loops": [_loop(loop, words) for loop in loops]}, notes)
 
 
 def loop_names(words: Iterable[str]) -> list[str]:
@@ -88,14 +48,14 @@ def loop_names(words: Iterable[str]) -> list[str]:
     return list(dict.fromkeys(loop for loop, _ in map(split, words) if loop))
 
 
-def _know_all(words: Mapping[str, Any], loops: set[str]) -> None:
-    """A misspelt field would leave its default in place."""
+def _check_names(words: Mapping[str, Any], loops: set[str]) -> None:
+    """A unknown_name field would leave its default in place."""
     for name in words:
         if split(name)[0]:
             continue
         loop = next((loop for loop in sorted(loops, key=len, reverse=True) if name.startswith(f"{loop}.")), None)
         if loop is not None:
-            raise misspelt(name, name.removeprefix(f"{loop}."), ROWS, "a field of a loop")
+            raise unknown_name(name, name.removeprefix(f"{loop}."), ROWS, "a field of a loop")
 
 
 def _loop(settings: LoopSettings, words: Mapping[str, Content | Wire]) -> Data:

@@ -6,8 +6,10 @@ from typing import TYPE_CHECKING, Any
 
 from pidcfg.encoders.maps.generic import LOOP_TABLE
 from pidcfg.encoders.parameters import Entry, Program, ProgramEncoding, stored
+from pidcfg.encoders.settings import settings_of
 from pidcfg.encoders.values import present
 from pidcfg.paths import steps, value_at
+from pidcfg.schemas.generic import LoopSettings
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -25,7 +27,7 @@ def encode(config: GenericFile) -> ProgramEncoding:
             entries.append(Entry(f"{loop.name}.{row.name}", row.type, content, row.name, loop.name))
             if misfit is not None:
                 misfits.append((("loops", i, *steps(row.name)), misfit))
-    settings = tuple(_settings(loop) for loop in config.loops)
+    settings = tuple(settings_of(LoopSettings, loop) for loop in config.loops)
     plc = present({"name": config.name, "description": config.description})
     return ProgramEncoding(Program("generic", tuple(entries), settings, plc), tuple(misfits))
 
@@ -36,18 +38,3 @@ def values_of(loop: Loop) -> Iterator[tuple[Parameter, Any]]:
         value = value_at(loop, steps(row.name))
         if value is not None:
             yield row, value
-
-
-def _settings(loop: Loop) -> dict[str, Any]:
-    """What no parameter holds."""
-    pv, output = {"unit": loop.pv.unit}, {"unit": loop.output.unit}
-    setpoint = {"source": loop.setpoint.source, "follows_pv": loop.setpoint.follows_pv}
-    return present(
-        {
-            "loop": loop.name,
-            "description": loop.description,
-            "pv": present(pv) or None,
-            "output": present(output) or None,
-            "setpoint": present(setpoint) or None,
-        }
-    )

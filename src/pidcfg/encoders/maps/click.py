@@ -172,12 +172,8 @@ BLOCKS = {"bits": ("C", C_BLOCK), "integers": ("DS", DS_BLOCK), "floats": ("DF",
 """Bank and map of each block, by the key that gives its address."""
 BANKS = {key: prefix for key, (prefix, _) in BLOCKS.items()}
 LOOPS = 8
-UNUSED = {
-    "output.pwm.period": Decimal(10),
-    "pv.filter": Decimal(100),
-    "autotune.hysteresis": Decimal(1),
-}
-"""What a register holds whose function is not used, so that no error number comes from it."""
+UNUSED = {"pv.filter": Decimal(100)}
+"""What a register holds whose function is not used and has no default, so that no error number comes from it."""
 
 
 @dataclass(frozen=True, slots=True)

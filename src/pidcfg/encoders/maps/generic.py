@@ -74,8 +74,8 @@ NEEDED = (
     "output.range.1",
 )
 """Fields without a default."""
-PAIRS = {"pv.range": True, "setpoint.limits": False, "output.range": True, "output.limits": False}
-"""Fields of two numbers, and whether every loop has them."""
+PAIRS = ("pv.range", "setpoint.limits", "output.range", "output.limits")
+"""Fields of two numbers."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 from pydantic import ConfigDict
 
 from pidcfg.encoders.image import Decoded
+from pidcfg.encoders.mapping import file_data
 from pidcfg.encoders.maps.nextopid import BLOCK_TYPES, LOOP_TYPES
 from pidcfg.encoders.parameters import read
 from pidcfg.encoders.settings import read_settings
@@ -83,54 +84,52 @@ def decode(
 
     ``options``: ``sample_time``, the interval of the task in s, where the listing does not say it.
     """
-    own_plc = read_settings(PlcSettings, plc or {}, "plc")
-    time = (options or {}).get("sample_time") or own_plc.sample_time
+    plc_settings = read_settings(PlcSettings, plc or {}, "plc")
+    time = (options or {}).get("sample_time") or plc_settings.sample_time
     if time is None:
         raise DecodeError("the listing does not say the interval of the task; give --sample-time")
-    data: Data = {"pidcfg": 1, "vendor": "nextopid", **present({"name": own_plc.name})}
-    data |= present({"description": own_plc.description})
+    data: Data = {"pidcfg": 1, "vendor": "nextopid", **present({"name": plc_settings.name})}
+    data |= present({"description": plc_settings.description})
     data["plc"] = {"sample_time": plain_number(Decimal(time))}
-    if own_plc.program != Plc.model_fields["program"].default:
-        data["plc"]["program"] = own_plc.program
+    if plc_settings.program != Plc.model_fields["program"].default:
+        data["plc"]["program"] = plc_settings.program
     signals = {name: _plain(content) for name, content in words.items() if "." not in name}
     data |= {"signals": signals} if signals else {}
     items = [read_item(entry, i) for i, entry in enumerate(settings)]
     for key in ("blocks", "loops"):
-        found = [_item(own, words, Decimal(time)) for own in items if (own.loop is None) == (key == "blocks")]
-        data |= {key: found} if found or key == "loops" else {}
+        entries = [_item(item, words, Decimal(time)) for item in items if (item.loop is None) == (key == "blocks")]
+        data |= {key: entries} if entries or key == "loops" else {}
     return Decoded(data)
 
 
 def read_item(entry: Mapping[str, Any], number: int) -> ItemSettings:
     """The settings of a block, whose type the library must have."""
-    own = read_settings(ItemSettings, entry, f"settings[{number}]")
-    if (own.loop is None) == (own.block is None):
+    item = read_settings(ItemSettings, entry, f"settings[{number}]")
+    if (item.loop is None) == (item.block is None):
         raise DecodeError(f"settings[{number}]: either 'loop' or 'block' names it")
-    kind = BLOCK_TYPES.get(own.type)
-    if kind is None or (own.loop is not None and kind.name not in LOOP_TYPES):
-        raise DecodeError(f"{own.name}: {own.type!r} is no {'controller' if own.loop else 'block'} of the library")
-    return own
+    kind = BLOCK_TYPES.get(item.type)
+    if kind is None or (item.loop is not None and kind.name not in LOOP_TYPES):
+        raise DecodeError(f"{item.name}: {item.type!r} is no {'controller' if item.loop else 'block'} of the library")
+    return item
 
 
-def _item(own: ItemSettings, words: Mapping[str, Content | Wire], task: Decimal) -> Data:
-    kind = BLOCK_TYPES[own.type]
-    data: Data = {"name": own.name, "type": own.type, **present({"description": own.description})}
-    interval = own.sample_time if own.cycles is None else own.cycles * task
+def _item(item: ItemSettings, words: Mapping[str, Content | Wire], task: Decimal) -> Data:
+    kind = BLOCK_TYPES[item.type]
+    data: Data = {"name": item.name, "type": item.type, **present({"description": item.description})}
+    interval = item.sample_time if item.cycles is None else item.cycles * task
     if interval is not None:
         data["sample_time"] = plain_number(interval)
     for row in kind.inputs:
-        content = words.get(f"{own.name}.{row.name}")
+        content = words.get(f"{item.name}.{row.name}")
         if content is None and _kept(kind, row.name) == REQUIRED:
-            raise DecodeError(f"the listing does not hold {own.name}.{row.name}")
+            raise DecodeError(f"the listing does not hold {item.name}.{row.name}")
         if content is not None and not isinstance(content, Wire) and read(row.type, content) is None:
-            raise DecodeError(f"{own.name}.{row.name}: {content!r} is not a value of {row.type.name}")
+            raise DecodeError(f"{item.name}.{row.name}: {content!r} is not a value of {row.type.name}")
         if content is not None and (_kept(kind, row.name) or content != row.type.default):
             text = str(content).removeprefix("AUTOTUNE_") if row.type.kind == "word" else _plain(content)
             put(data, steps(row.name), text)
-    data |= present({"pv": present({"unit": own.pv.unit}) or None})
-    limits = own.output.range
-    output = present({"range": limits and [plain_number(end) for end in limits], "unit": own.output.unit})
-    return data | ({"output": output} if output else {})
+    sections = {"pv": file_data(PvText, dict(item.pv)), "output": file_data(OutputText, dict(item.output))}
+    return data | {key: section for key, section in sections.items() if section}
 
 
 def _kept(kind: BlockType, name: str) -> str:

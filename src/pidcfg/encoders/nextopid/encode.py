@@ -7,11 +7,12 @@ from decimal import Decimal
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, cast
 
+from pidcfg.encoders.mapping import file_data
 from pidcfg.encoders.maps.nextopid import BLOCK_TYPES
 from pidcfg.encoders.nextopid.wiring import PASSES, Layout, Wires
 from pidcfg.encoders.parameters import Entry, Parameter, Program, stored
 from pidcfg.encoders.regmap import Misfit
-from pidcfg.encoders.values import present
+from pidcfg.encoders.values import plain, present
 from pidcfg.encoders.words import EncodeError
 from pidcfg.paths import steps, value_at
 from pidcfg.schemas.base import plain_number
@@ -93,7 +94,7 @@ class NextopidEncoding:
     def rings(self) -> list[list[int]]:
         """Numbers of items that form a ring without a delay."""
         passing = {
-            i for i, own in enumerate(self.items) if own.kind.name in PASSES or own.is_no_delay(self.sample_time)
+            i for i, block in enumerate(self.items) if block.kind.name in PASSES or block.is_no_delay(self.sample_time)
         }
         return list(self.layout.rings(self.wires, passing))
 
@@ -107,7 +108,7 @@ def encode(config: NextopidFile) -> NextopidEncoding:
     """Every signal and parameter; what cannot be stored or wired is a misfit at its place."""
     items = placed(config)
     types = {name: BOOL if isinstance(value, bool) else REAL for name, value in config.signals.items()}
-    layout = Layout.of(types, [(own.item.name, own.kind) for own in items])
+    layout = Layout.of(types, [(block.item.name, block.kind) for block in items])
     misfits: list[tuple[Path, Misfit]] = []
     wires: Wires = {}
     entries = []
@@ -115,9 +116,9 @@ def encode(config: NextopidFile) -> NextopidEncoding:
         content, misfit = stored(Parameter(name, types[name]), value)
         misfits += [] if misfit is None else [(("signals", name), misfit)]
         entries.append(Entry(name, types[name], content, name))
-    for i, own in enumerate(items):
-        for row, value in own.given():
-            place = (*own.place, *steps(row.name))
+    for i, block in enumerate(items):
+        for row, value in block.given():
+            place = (*block.place, *steps(row.name))
             raw: Content | Wire = value
             if isinstance(value, Wire):
                 misfit = _wire(layout, wires, (i, row), value)
@@ -125,10 +126,12 @@ def encode(config: NextopidFile) -> NextopidEncoding:
                 raw, misfit = stored(row, value)
             misfits += [] if misfit is None else [(place, misfit)]
             entries.append(
-                Entry(f"{own.item.name}.{row.name}", row.type, raw, row.name, own.item.name if own.is_loop else None)
+                Entry(
+                    f"{block.item.name}.{row.name}", row.type, raw, row.name, block.item.name if block.is_loop else None
+                )
             )
-    misfits += _own_wires(layout, wires, items)
-    settings = tuple(_settings(own) for own in items)
+    misfits += _wires_to_itself(layout, wires, items)
+    settings = tuple(_settings(block) for block in items)
     image = Program("nextopid", tuple(entries), settings, _plc_settings(config))
     return NextopidEncoding(image, tuple(items), layout, wires, config.plc.sample_time, tuple(misfits))
 
@@ -142,32 +145,32 @@ def _wire(layout: Layout, wires: Wires, key: tuple[int, Parameter], wire: Wire) 
     return None
 
 
-def _own_wires(layout: Layout, wires: Wires, items: list[Placed]) -> Iterator[tuple[Path, Misfit]]:
+def _wires_to_itself(layout: Layout, wires: Wires, items: list[Placed]) -> Iterator[tuple[Path, Misfit]]:
     """Wires that read an input of their own block which is wired itself (D205)."""
     for (i, name), expression in wires.items():
-        own = layout.instances[i]
+        instance = layout.instances[i]
         for number in sorted(expression.signals):
-            row = own.kind.table.rows[number - own.base] if layout.owner(number) == i else None
+            row = instance.kind.table.rows[number - instance.base] if layout.owner(number) == i else None
             if row is not None and (i, row.name) in wires:
-                text, full = expression.text, f"{own.name}.{row.name}"
+                text, full = expression.text, f"{instance.name}.{row.name}"
                 cure = f"write what {full} is wired to in its place"
                 error = ExpressionError(f"{full} is wired itself and of the same call", max(text.find(full), 0), cure)
-                yield (*items[i].place, name), Misfit(name, own.kind.table.row(name), text, WireError(error))
+                yield (*items[i].place, name), Misfit(name, instance.kind.table.row(name), text, WireError(error))
 
 
-def _settings(own: Placed) -> dict[str, Any]:
+def _settings(block: Placed) -> dict[str, Any]:
     """What no parameter says of a block: its type, and what is for people and reports."""
-    entry: dict[str, Any] = {"loop" if own.is_loop else "block": own.item.name, "type": own.kind.name}
-    entry |= present({"description": own.item.description})
-    if not isinstance(own.item, Controller):
+    entry: dict[str, Any] = {"loop" if block.is_loop else "block": block.item.name, "type": block.kind.name}
+    entry |= present({"description": block.item.description})
+    if not isinstance(block.item, Controller):
         return entry
-    item = own.item
-    time = None if item.sample_time is None else plain_number(item.sample_time)
-    output = present(
-        {"range": item.output.range and [plain_number(end) for end in item.output.range], "unit": item.output.unit}
-    )
+    pv, output = block.item.pv, block.item.output
     return entry | present(
-        {"sample_time": time, "pv": present({"unit": item.pv.unit}) or None, "output": output or None}
+        {
+            "sample_time": plain(block.item.sample_time),
+            "pv": file_data(type(pv), dict(pv)) or None,
+            "output": file_data(type(output), dict(output)) or None,
+        }
     )
 
 

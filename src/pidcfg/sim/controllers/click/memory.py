@@ -13,9 +13,10 @@ from pidcfg.sim.controllers.click.equation import coefficients
 from pidcfg.sim.controllers.click.errors import lowest_error
 from pidcfg.sim.controllers.click.report import MODES, SIGNALS
 from pidcfg.sim.controllers.click.state import Config, State
-from pidcfg.sim.controllers.click.words import configure, loop_of, shown, write_state
+from pidcfg.sim.controllers.click.words import configure, loop_of, write_state
 from pidcfg.sim.plc import Plc
 from pidcfg.sim.reaction_curve import POINTS
+from pidcfg.sim.terms import finite
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, MutableSequence
@@ -112,8 +113,8 @@ class Memory(Plc):
         """The signals of a loop as its registers say; in STOP mode nothing drives its outputs (D120)."""
         c, s = self.cfg[i], self.st[i]
         stopped = bool(s.busy & bits.STOPPED)
-        sig[c.sig_pv], sig[c.sig_sp], sig[c.sig_bias] = shown(s.pv), shown(s.sp), shown(s.bias)
-        sig[c.sig_out] = 0.0 if stopped else shown(s.out)
+        sig[c.sig_pv], sig[c.sig_sp], sig[c.sig_bias] = finite(s.pv, 0.0), finite(s.sp, 0.0), finite(s.bias, 0.0)
+        sig[c.sig_out] = 0.0 if stopped else finite(s.out, 0.0)
         sig[c.sig_error] = s.number
 
 

@@ -17,6 +17,7 @@ from pidcfg.sim.controllers.click.memory import Memory, Options
 from pidcfg.sim.controllers.click.report import ABOUT_MODE, ALARM_BITS, FLAG_BITS, MODES, REASONS
 from pidcfg.sim.controllers.click.setting import KEYS, check_setting, settings_of
 from pidcfg.sim.controllers.click.words import float_of, sample_ticks
+from pidcfg.sim.records import NEVER
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, MutableSequence, Sequence
@@ -76,7 +77,7 @@ class Click(Memory):
             click_modes.to_manual(s, click_modes.OVERRIDE_STOP)
             s.busy = (s.busy & ~(bits.REQUEST | bits.GOAL)) | bits.STOPPED
             s.request = s.goal = 0
-            s.due = bits.NEVER
+            s.due = NEVER
             self._show(i, sig)
 
     # --- the operator ------------------------------------------------------------------------------------------------

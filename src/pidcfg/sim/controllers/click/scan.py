@@ -11,6 +11,8 @@ Signals of a loop (slots in `Config`): ``sig_in`` is read, in the PV's unit; ``s
 
 from __future__ import annotations
 
+from math import isnan
+
 from pidcfg.sim.controllers.click.alarms import alarms
 from pidcfg.sim.controllers.click.autotune import tune
 from pidcfg.sim.controllers.click.equation import calculate
@@ -20,24 +22,19 @@ from pidcfg.sim.controllers.click.modes import OVERRIDE_ERROR, modes, to_manual
 from pidcfg.sim.controllers.click.plc import Click, load
 from pidcfg.sim.controllers.click.pwm import pulse
 from pidcfg.sim.controllers.click.state import AUTO, FIRST, GOAL, NAN, PID_ERROR, REQUEST, TUNING, Config, State
-from pidcfg.sim.controllers.click.words import shown
-from pidcfg.sim.terms import clamp, single
+from pidcfg.sim.terms import clamp, finite, single
 
-__all__ = ["INLINED", "KERNELS", "Click", "Config", "Options", "State", "load", "sample", "scan"]
-
-
-LARGEST = float("inf")
-"""Every number is at most this; what is none is not."""
+__all__ = ["INLINED", "Click", "Config", "Options", "State", "load", "sample", "scan"]
 
 
 def control(c: Config, s: State, sig: list[float]) -> None:
     """The output in Auto, within its limits; what is no number is not written (D116)."""
     m = calculate(c, s)
-    if abs(m) <= LARGEST:
+    if not isnan(m):
         s.out = clamp(m, c.out_low, c.out_high)
     else:
         s.y1 = 0.0
-        if not s.bias <= LARGEST:
+        if isnan(s.bias):
             s.bias = NAN
             s.error = BIAS_ERROR
             s.number = BIAS_NUMBER
@@ -70,14 +67,15 @@ def sample(c: Config, s: State, aux: list[float], sig: list[float]) -> None:
     fast = c.rate_of_change
     if pv < s.quiet_low or pv > s.quiet_high or s.sp != s.quiet_sp or change > fast or -change > fast:
         alarms(c, s, old)
-        sig[c.sig_sp] = shown(s.sp)
+        sig[c.sig_sp] = finite(s.sp, 0.0)
     if s.status & TUNING:
         tune(c, s, aux)
     if s.status & AUTO:
         control(c, s, sig)
+    # what is no number is shown as 0 (D116)
     sig[c.sig_pv] = pv
-    sig[c.sig_out] = shown(s.out)
-    sig[c.sig_bias] = shown(s.bias)
+    sig[c.sig_out] = finite(s.out, 0.0)
+    sig[c.sig_bias] = finite(s.bias, 0.0)
 
 
 def scan(tick: int, cfg: list[Config], st: list[State], aux: list[float], sig: list[float]) -> None:
@@ -94,7 +92,5 @@ def scan(tick: int, cfg: list[Config], st: list[State], aux: list[float], sig: l
             sig[c.sig_pwm] = pulse(c, s, tick)
 
 
-KERNELS = (scan,)
-"""Where the compiler begins; what these call follows by itself."""
 INLINED = (scan, sample, calculate)
 """The hot path of compiled code."""

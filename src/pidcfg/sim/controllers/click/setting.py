@@ -13,7 +13,7 @@ from pidcfg.encoders.regmap import Bits, encode_one
 from pidcfg.schemas.base import Quantity, parse_integer, parse_number, parse_seconds, refuse
 from pidcfg.schemas.click import parse_sample_rate, parse_unit_rate
 from pidcfg.schemas.rates import Rate
-from pidcfg.sim.settings import Keys, Row, check_fit, rows_of
+from pidcfg.sim.settings import Keys, Row, rows_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -58,10 +58,7 @@ def encode_setting(row: Row, value: Any, sample_rate: Decimal) -> int:
 
 def check_setting(path: tuple[str, ...], value: object, sample_rate: Decimal) -> object:
     """The value of a key as its registers take it; a ``PydanticCustomError`` says what is wrong."""
-    rows = KEYS.find(path)
-    parsed = KEYS.parse(rows, value)
-    check_fit(rows, parsed, lambda row, item: encode_setting(row, item, sample_rate))
-    return parsed
+    return KEYS.check(path, value, lambda row, item: encode_setting(row, item, sample_rate))
 
 
 def settings_of(path: tuple[str, ...], value: Any, sample_rate: Decimal) -> list[tuple[Word, int]]:

@@ -107,8 +107,3 @@ def write_state(s: State, n: Mapping[str, float]) -> None:
 def sample_ticks(milliseconds: float) -> int:
     """The time between two samples (D118)."""
     return int(nearest_allowed("sample_rate", milliseconds)) * MILLISECOND
-
-
-def shown(value: float) -> float:
-    """What a signal shows of a register: 0 for what is no number (D116; kernel)."""
-    return value if value - value == 0.0 else 0.0

@@ -16,9 +16,9 @@ from pidcfg.sim.controllers.dl06 import timing as dl06_timing
 from pidcfg.sim.controllers.dl06.memory import Memory, Options
 from pidcfg.sim.controllers.dl06.report import ALARM_BITS, AUX_BITS, COMMANDS, FLAG_BITS, MODES, REASONS
 from pidcfg.sim.controllers.dl06.setting import CASCADE_FROM, find_rows, fits, parse_setting, stored_rate
-from pidcfg.sim.controllers.dl06.state import NEVER
 from pidcfg.sim.controllers.dl06.words import ticks, write_state
 from pidcfg.sim.plc import TICKS
+from pidcfg.sim.records import NEVER
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, MutableSequence, Sequence

@@ -40,7 +40,7 @@ from pidcfg.sim.controllers.dl06.state import (
 )
 from pidcfg.sim.terms import NEAREST
 
-__all__ = ["INLINED", "KERNELS", "Config", "Dl06", "Options", "State", "load", "sample", "scan"]
+__all__ = ["INLINED", "Config", "Dl06", "Options", "State", "load", "sample", "scan"]
 
 LARGEST = 2147483647.0
 """An output beyond a signed 32-bit number of counts is an overflow (D40)."""
@@ -154,7 +154,5 @@ def scan(tick: int, cfg: list[Config], st: list[State], aux: list[float], sig: l
         sample(i, cfg, st, aux, sig)
 
 
-KERNELS = (scan,)
-"""Where the compiler begins; what these call follows by itself."""
 INLINED = (scan, sample, position)
 """The hot path of compiled code."""

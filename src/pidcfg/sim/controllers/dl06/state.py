@@ -12,8 +12,6 @@ from dataclasses import dataclass
 
 from pidcfg.sim.records import Asked, LoopConfig, register
 
-NEVER = 1 << 60
-"""A time that does not come."""
 UNBOUNDED = 1e18
 """A limit that nothing reaches."""
 

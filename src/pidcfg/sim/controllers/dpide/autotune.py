@@ -7,10 +7,10 @@ The gain is in units of MV per unit of PV.
 
 from __future__ import annotations
 
-from math import sqrt
+from math import isfinite, sqrt
 from typing import TYPE_CHECKING
 
-from pidcfg.sim.controllers.dpide.equation import LARGEST, coefficients
+from pidcfg.sim.controllers.dpide.equation import coefficients
 from pidcfg.sim.controllers.dpide.state import AUTO, FRESH, MANUAL, MODES, TUNE_ERROR
 from pidcfg.sim.notices import noticed
 from pidcfg.sim.plc import TICKS
@@ -98,7 +98,7 @@ def abandon(s: State) -> None:
 
 def usable(value: float) -> bool:
     """Whether a result is a number above 0."""
-    return 0.0 < value < LARGEST
+    return value > 0.0 and isfinite(value)
 
 
 def store(c: Config, s: State, ultimate: float, period: float, mean: float) -> None:

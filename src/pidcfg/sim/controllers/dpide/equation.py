@@ -7,6 +7,7 @@ see `decisions`.
 
 from __future__ import annotations
 
+from math import isfinite, isnan
 from typing import TYPE_CHECKING
 
 from pidcfg.sim.controllers.dpide.state import FRESH, FROM_MANUAL, LIMITED, SILENT
@@ -17,8 +18,6 @@ from pidcfg.sim.terms import clamp, single
 if TYPE_CHECKING:
     from pidcfg.sim.controllers.dpide.state import Config, State
 
-LARGEST = float("inf")
-"""Every number is at most this; what is none is not."""
 NOTABLE = 0.01
 """Share of the way between the limits that MV moves by at most without a word when manual ends (D272)."""
 JUMPS_HELD = 1
@@ -89,7 +88,7 @@ def derivative(c: Config, s: State, e: float) -> float:
 def put_back(s: State, out: float, p: float, d: float) -> None:
     """I_MV as it is when MV is ``out`` (D270)."""
     total = single(single(single(out - p) - d) - s.bias)
-    if abs(total) < LARGEST:
+    if isfinite(total):
         s.integral = total
 
 
@@ -108,7 +107,7 @@ def calculate(c: Config, s: State, e: float) -> None:
         # no integral (D271)
         s.integral = 0.0
     m = single(single(single(p + total) + d) + s.bias)
-    if not abs(m) <= LARGEST:
+    if isnan(m):
         s.out = clamp(was, c.low, c.high)
         s.busy |= FRESH
         return

@@ -15,6 +15,7 @@ from pidcfg.sim.controllers.dpide.report import ABOUT_MODE, FLAG_BITS, MODES, NU
 from pidcfg.sim.controllers.dpide.setting import KEYS, Seconds, with_mark
 from pidcfg.sim.controllers.dpide.words import effect, sampling_time
 from pidcfg.sim.notices import notices
+from pidcfg.sim.records import NEVER
 from pidcfg.sim.terms import clamp, single
 
 if TYPE_CHECKING:
@@ -77,7 +78,7 @@ class Dpide(Memory):
         self._in_run = False
         for s in self.st:
             s.busy |= bits.STOPPED
-            s.due = bits.NEVER
+            s.due = NEVER
             tell(s, report.IS_STOPPED)
 
     # --- the operator ------------------------------------------------------------------------------------------------

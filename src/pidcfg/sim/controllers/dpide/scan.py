@@ -16,7 +16,7 @@ from pidcfg.sim.controllers.dpide.equation import calculate, derivative, effecti
 from pidcfg.sim.controllers.dpide.memory import Options
 from pidcfg.sim.controllers.dpide.modes import halt, switch
 from pidcfg.sim.controllers.dpide.plc import Dpide, load
-from pidcfg.sim.controllers.dpide.signals import show, shown
+from pidcfg.sim.controllers.dpide.signals import show
 from pidcfg.sim.controllers.dpide.state import (
     AUTO,
     HALTING,
@@ -29,9 +29,9 @@ from pidcfg.sim.controllers.dpide.state import (
     Config,
     State,
 )
-from pidcfg.sim.terms import single
+from pidcfg.sim.terms import finite, single
 
-__all__ = ["INLINED", "KERNELS", "Config", "Dpide", "Options", "State", "load", "sample", "scan"]
+__all__ = ["INLINED", "Config", "Dpide", "Options", "State", "load", "sample", "scan"]
 
 
 def by_hand(c: Config, s: State) -> None:
@@ -64,7 +64,7 @@ def sample(i: int, cfg: list[Config], st: list[State], sig: list[float]) -> None
     if s.busy & REQUEST:
         switch(c, s)
     if s.status & OFF:
-        sig[c.sig_pv] = shown(s.pv)
+        sig[c.sig_pv] = finite(s.pv, 0.0)
         return
     fetch(c, s, st)
     raw = single(s.sp - s.pv) if c.forward else single(s.pv - s.sp)
@@ -96,7 +96,5 @@ def scan(tick: int, cfg: list[Config], st: list[State], aux: list[float], sig: l
             sample(i, cfg, st, sig)
 
 
-KERNELS = (scan,)
-"""Where the compiler begins; what these call follows by itself."""
 INLINED = (scan, sample, calculate, derivative, effective, fetch, show)
 """The hot path of compiled code."""

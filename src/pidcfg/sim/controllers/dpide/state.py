@@ -10,9 +10,6 @@ from dataclasses import dataclass
 
 from pidcfg.sim.records import LoopConfig, Tuned, register
 
-NEVER = 1 << 60
-"""A time that does not come."""
-
 # `State.status`
 MANUAL, AUTO, TUNING, OFF = 1, 2, 4, 8
 MODES = MANUAL | AUTO | TUNING | OFF

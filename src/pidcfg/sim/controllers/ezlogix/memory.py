@@ -10,12 +10,14 @@ from pidcfg.encoders.settings import read_settings
 from pidcfg.schemas.ezlogix import CV_FULL, LoopSettings
 from pidcfg.sim.controllers.ezlogix import state as bits
 from pidcfg.sim.controllers.ezlogix.equation import coefficients
-from pidcfg.sim.controllers.ezlogix.report import SIGNALS, WAITS_FOR_RATE, WAITS_FOR_RUN, tell
+from pidcfg.sim.controllers.ezlogix.report import SIGNALS, WAITS_FOR_RATE, WAITS_FOR_RUN
 from pidcfg.sim.controllers.ezlogix.signals import show
-from pidcfg.sim.controllers.ezlogix.state import NEVER, Config, State
+from pidcfg.sim.controllers.ezlogix.state import Config, State
 from pidcfg.sim.controllers.ezlogix.words import configure, loop_of, tag_number, tuning
+from pidcfg.sim.notices import tell
 from pidcfg.sim.plc import CountsPlc
 from pidcfg.sim.reaction_curve import POINTS
+from pidcfg.sim.records import NEVER
 from pidcfg.sim.terms import clamp
 
 if TYPE_CHECKING:

@@ -10,10 +10,11 @@ from pidcfg.sim.controllers.ezlogix import autotune as ezlogix_autotune
 from pidcfg.sim.controllers.ezlogix import report
 from pidcfg.sim.controllers.ezlogix import state as bits
 from pidcfg.sim.controllers.ezlogix.memory import Memory, Options
-from pidcfg.sim.controllers.ezlogix.report import FLAG_BITS, MODES, REASONS, TUNE_STATUS, tell
-from pidcfg.sim.controllers.ezlogix.setting import CV, KEYS, encode_setting, fits
-from pidcfg.sim.controllers.ezlogix.state import NEVER
+from pidcfg.sim.controllers.ezlogix.report import FLAG_BITS, MODES, REASONS, TUNE_STATUS
+from pidcfg.sim.controllers.ezlogix.setting import CV, KEYS, encode_setting
 from pidcfg.sim.controllers.ezlogix.words import absorb, ticks
+from pidcfg.sim.notices import tell
+from pidcfg.sim.records import NEVER
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, MutableSequence, Sequence
@@ -122,10 +123,8 @@ class Ezlogix(Memory):
 
     def check_set(self, loop: int, path: tuple[str, ...], value: object) -> object:
         """The value of a ``set`` event as its registers take it; a ``PydanticCustomError`` says what is wrong."""
-        rows = KEYS.find(path)
-        parsed = KEYS.parse(rows, value)
-        fits(rows, parsed, self._loops[loop].scales())
-        return parsed
+        scales = self._loops[loop].scales()
+        return KEYS.check(path, value, lambda row, item: encode_setting(row, item, scales))
 
     def period_set(self, loop: int, path: tuple[str, ...], value: Any) -> int:
         """The sample rate that a value for this key makes, in ticks; 0: another key, or a rate that is none."""

@@ -5,7 +5,6 @@ from __future__ import annotations
 from pidcfg.encoders.maps.ezlogix_meanings import CODES
 from pidcfg.sim.controllers.ezlogix import autotune as ezlogix_autotune
 from pidcfg.sim.controllers.ezlogix import state as bits
-from pidcfg.sim.notices import noticed
 
 MODES = {"manual": bits.MANUAL, "auto": bits.AUTO}
 SIGNALS = {
@@ -43,8 +42,3 @@ REASONS = {
     IS_MUTE: "the PLC is stopped: the loop goes on, but nothing carries its CV from an R register to an output",
     TUNE_RUNS: "autotune is running already",
 }
-
-
-def tell(s: bits.State, reason: int, requested: int = 0) -> None:
-    """Leave a notice for the log."""
-    s.notice = noticed(s.notice, requested, reason)

@@ -35,7 +35,7 @@ from pidcfg.sim.controllers.ezlogix.state import (
 )
 from pidcfg.sim.terms import NEAREST
 
-__all__ = ["INLINED", "KERNELS", "Config", "Ezlogix", "Options", "State", "load", "sample", "scan"]
+__all__ = ["INLINED", "Config", "Ezlogix", "Options", "State", "load", "sample", "scan"]
 
 ERROR_MOST = 32767.0
 """Base+11 is a signed word (D169)."""
@@ -123,7 +123,5 @@ def scan(tick: int, cfg: list[Config], st: list[State], aux: list[float], sig: l
             pulse(tick, cfg[i], s, sig)
 
 
-KERNELS = (scan,)
-"""Where the compiler begins; what these call follows by itself."""
 INLINED = (scan, sample, calculate, converted, show, pulse)
 """The hot path of compiled code."""

@@ -13,7 +13,7 @@ from pidcfg.encoders.regmap import Bits, Word, encode_one
 from pidcfg.encoders.scales import Position, Scale
 from pidcfg.schemas.base import parse_integer, parse_number, parse_quantity, parse_seconds
 from pidcfg.schemas.ezlogix import LIMITS, parse_off_seconds
-from pidcfg.sim.settings import Keys, Row, check_fit, rows_of
+from pidcfg.sim.settings import Keys, Row, rows_of
 
 CV = Word(-1, "cv", "output.value", Position("output"), "output", "Control Variable", "-", LIMITS)
 """The CV stands in its tag, outside the block."""
@@ -42,8 +42,3 @@ Scales = Mapping[str, Scale]
 def encode_setting(row: Row, value: object, scales: Scales) -> int:
     """A parsed value to its register or discrete; `EncodeError` when it cannot hold it."""
     return row.encode(value) if isinstance(row, Bits) else encode_one(row.codec, value, scales)
-
-
-def fits(rows: list[Row], value: object, scales: Scales) -> None:
-    """Refuses a value that its register cannot hold."""
-    check_fit(rows, value, lambda row, item: encode_setting(row, item, scales))

@@ -10,8 +10,6 @@ from dataclasses import dataclass
 
 from pidcfg.sim.records import Heard, LoopConfig, register
 
-NEVER = 1 << 60
-"""A time that does not come."""
 UNBOUNDED = 1e18
 """A time that no cycle reaches."""
 

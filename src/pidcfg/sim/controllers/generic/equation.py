@@ -6,7 +6,7 @@ D numbers: see `pidcfg.encoders.generic.decisions`.
 
 from __future__ import annotations
 
-from math import sqrt
+from math import isfinite, sqrt
 from typing import TYPE_CHECKING
 
 from pidcfg.sim.controllers.generic.state import CARRIED, FRESH, LIMITED, SILENT, SLOWED
@@ -16,7 +16,6 @@ from pidcfg.sim.terms import clamp, step_to
 if TYPE_CHECKING:
     from pidcfg.sim.controllers.generic.state import Config, State
 
-LARGEST = 1.7976931348623157e308
 NOTABLE = 0.01
 """Share of the way between the limits that OUT moves by at most without a word when manual ends."""
 JUMPS = 1
@@ -66,7 +65,7 @@ def derivative(c: Config, s: State) -> float:
 def put_back(s: State, p: float, d: float) -> None:
     """The integral with which the equation makes the present OUT."""
     total = ((s.out - p) - d) - s.bias
-    s.integral = total if s.ki > 0.0 and abs(total) <= LARGEST else 0.0
+    s.integral = total if s.ki > 0.0 and isfinite(total) else 0.0
 
 
 def move(c: Config, s: State, target: float) -> None:
@@ -103,7 +102,7 @@ def calculate(c: Config, s: State, p: float, d: float) -> None:
         step = 0.0
     total = s.integral + step if s.ki > 0.0 else 0.0
     m = ((p + total) + d) + s.bias
-    if not abs(m) <= LARGEST:
+    if not isfinite(m):
         return
     if c.windup or not ((m > c.high and step > 0.0) or (m < c.low and step < 0.0)):
         s.integral = total

@@ -30,7 +30,7 @@ from pidcfg.sim.controllers.generic.state import (
 )
 from pidcfg.sim.terms import clamp
 
-__all__ = ["INLINED", "KERNELS", "Config", "Generic", "Options", "State", "load", "sample", "scan"]
+__all__ = ["INLINED", "Config", "Generic", "Options", "State", "load", "sample", "scan"]
 
 
 def switch(s: State) -> None:
@@ -98,7 +98,5 @@ def scan(tick: int, cfg: list[Config], st: list[State], aux: list[float], sig: l
             pulse(tick, cfg[i], s, sig)
 
 
-KERNELS = (scan,)
-"""Where the compiler begins; what these call follows by itself."""
 INLINED = (scan, sample, measure, compare, derivative, calculate, watch)
 """The hot path of compiled code."""

@@ -1,13 +1,12 @@
 """Proportional, integral and derivative action of the PID blocks, every result in single precision (D220).
 
-Direct control negates all three, and not BIAS. D numbers: see `pid_decisions`.
+Direct control negates all three, and not BIAS. D numbers: see `decisions`.
 """
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from pidcfg.encoders.words import LARGEST_SINGLE
 from pidcfg.schemas.nextopid import SHORTEST_INTEGRAL
 from pidcfg.sim.controllers.nextopid.decay import share
 from pidcfg.sim.controllers.nextopid.slots import (
@@ -22,7 +21,7 @@ from pidcfg.sim.controllers.nextopid.slots import (
     WINDUP_H_IN,
     WINDUP_L_IN,
 )
-from pidcfg.sim.terms import single
+from pidcfg.sim.terms import finite, single
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -31,13 +30,6 @@ if TYPE_CHECKING:
 
 LEAST_TI = single(float(SHORTEST_INTEGRAL))
 """An integral time below this switches the integral action off."""
-LARGEST = float(LARGEST_SINGLE)
-"""The largest number in single precision."""
-
-
-def finite(x: float, otherwise: float) -> float:
-    """The number, or another one in place of what is infinite or none (kernel)."""
-    return x if abs(x) <= LARGEST else otherwise
 
 
 def integral_gain(c: Config, sig: Sequence[float]) -> float:

@@ -1,7 +1,7 @@
 """Auto-tuning of PIDA_TUNE_REAL and PIDA_TUNE_INT, call by call: three seconds at rest, then a relay (D230 to D234).
 
 Everything of the PV is counted from its rest, RefPV. `State.tune_side` is 1 while the relay drives the PV up, -1 while
-it drives it down, else 0; `State.tune_step` is M, negative for direct control. D numbers: see `pid_decisions`.
+it drives it down, else 0; `State.tune_step` is M, negative for direct control. D numbers: see `decisions`.
 """
 
 from __future__ import annotations
@@ -9,7 +9,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from pidcfg.schemas.nextopid import TUNE_LIMITS
-from pidcfg.sim.controllers.nextopid.limits_of_mv import whole
+from pidcfg.sim.controllers.nextopid.output_limits import whole
 from pidcfg.sim.controllers.nextopid.slots import AUTO_TUNE, DIRECT, MAX_MV, MAX_PV, MIN_MV, MIN_PV, TUNE_PARAM
 from pidcfg.sim.controllers.nextopid.tune_results import (
     AVERAGING,
@@ -166,7 +166,7 @@ def relay(c: Config, s: State, sig: MutableSequence[float]) -> None:
         s.tune_peak = s.tune_count
 
 
-def auto_tune(c: Config, s: State, sig: MutableSequence[float]) -> int:
+def tune(c: Config, s: State, sig: MutableSequence[float]) -> int:
     """One call of the auto-tuning: what it is to MV (kernel)."""
     phase = s.tune_phase
     if sig[c.base + AUTO_TUNE] == 0.0:

@@ -1,6 +1,6 @@
 """ErrBits and WarnBits of the PID blocks: what sets them, and how they are written.
 
-A NaN in a parameter is an error as well: every comparison asks for what is right. D numbers: see `pid_decisions`.
+A NaN in a parameter is an error as well: every comparison asks for what is right. D numbers: see `decisions`.
 """
 
 from __future__ import annotations

@@ -2,22 +2,21 @@
 
 In this order: error bits, limits of PV and set point, the three actions, the auto-tuning, then MV by what has priority:
 auto-tuning, manual, tracking, override, automatic (D225). The parameters stand among the signals in single precision.
-D numbers: see `pid_decisions`.
+D numbers: see `decisions`.
 """
 
 from __future__ import annotations
 
+from math import isfinite
 from typing import TYPE_CHECKING
 
 from pidcfg.sim.controllers.nextopid.actions import (
-    LARGEST,
     derivative,
-    finite,
     increment,
     integral_gain,
     proportional,
 )
-from pidcfg.sim.controllers.nextopid.autotune import ABORTED, ENDED, HOLDS, auto_tune
+from pidcfg.sim.controllers.nextopid.autotune import ABORTED, ENDED, HOLDS, tune
 from pidcfg.sim.controllers.nextopid.bits import (
     bad_limits,
     limited_inputs,
@@ -25,7 +24,7 @@ from pidcfg.sim.controllers.nextopid.bits import (
     write_errors,
     write_warnings,
 )
-from pidcfg.sim.controllers.nextopid.limits_of_mv import (
+from pidcfg.sim.controllers.nextopid.output_limits import (
     DOWNWARD,
     UPWARD,
     accepted,
@@ -64,7 +63,7 @@ from pidcfg.sim.controllers.nextopid.state import (
     TRACKING_MODE,
     TUNING_MODE,
 )
-from pidcfg.sim.terms import single
+from pidcfg.sim.terms import finite, single
 
 if TYPE_CHECKING:
     from collections.abc import MutableSequence, Sequence
@@ -163,7 +162,7 @@ def pid(c: Config, s: State, sig: MutableSequence[float]) -> None:
         return
     pv, sp, warnings = limited_inputs(c, sig)
     e = single(sp - pv)
-    if not abs(e) <= LARGEST:
+    if not isfinite(e):
         return
     if s.started == 0:
         s.started = 1
@@ -176,7 +175,7 @@ def pid(c: Config, s: State, sig: MutableSequence[float]) -> None:
     s.derivative = d
     tuning = 0
     if PIDA_TUNE_REAL <= c.kind <= PIDA_TUNE_INT:
-        tuning = auto_tune(c, s, sig)
+        tuning = tune(c, s, sig)
     mode = mode_in_force(c, sig, tuning)
     p, bits = manipulate(c, s, sig, mode, tuning, e, d)
     s.status = (s.status & ~MODES) | mode

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from pidcfg.sim.controllers.nextopid.decay import share
 from pidcfg.sim.controllers.nextopid.slots import PLACES
-from pidcfg.sim.terms import clamp, single
+from pidcfg.sim.terms import clamp, finite, single
 
 if TYPE_CHECKING:
     from collections.abc import MutableSequence, Sequence
@@ -47,11 +47,6 @@ def toward(y: float, x: float, part: float) -> float:
     return single(y + single(single(x - y) * part))
 
 
-def finite_or(x: float, otherwise: float) -> float:
-    """The number; the other one where it is infinite or none (kernel, D247)."""
-    return x if x - x == 0.0 else otherwise
-
-
 def low_filter(c: Config, s: State, sig: MutableSequence[float]) -> None:
     """One call of ControlLowFilter (kernel)."""
     b = c.base
@@ -65,7 +60,7 @@ def low_filter(c: Config, s: State, sig: MutableSequence[float]) -> None:
     if s.started == 0:
         s.started = 1
         s.y = x
-    s.y = finite_or(toward(s.y, x, portion(c, s, tc)), s.y)
+    s.y = finite(toward(s.y, x, portion(c, s, tc)), s.y)
     sig[b + _F_OUT] = s.y
 
 
@@ -85,7 +80,7 @@ def step_lag(c: Config, s: State, x: float, at: int, sig: MutableSequence[float]
     else:
         target = single(single(sig[at + _GS] * x) + sig[at + _OFFSET])
         y = toward(s.y, target, portion(c, s, sig[at + _TC]))
-        s.y = finite_or(clamp(y, sig[at + _LOW], sig[at + _HIGH]), s.y)
+        s.y = finite(clamp(y, sig[at + _LOW], sig[at + _HIGH]), s.y)
     sig[at + _OUT] = s.y
 
 
@@ -119,5 +114,5 @@ def lead_lag(c: Config, s: State, sig: MutableSequence[float]) -> None:
     else:
         led = single(s.y + single(single(lead / lag_time) * single(x - s.y)))
         out = clamp(single(sig[b + _LL_G] * led), sig[b + _LL_LOW], sig[b + _LL_HIGH])
-        sig[b + _LL_OUT] = finite_or(out, sig[b + _LL_OUT])
-    s.y = finite_or(toward(s.y, x, portion(c, s, lag_time)), s.y)
+        sig[b + _LL_OUT] = finite(out, sig[b + _LL_OUT])
+    s.y = finite(toward(s.y, x, portion(c, s, lag_time)), s.y)

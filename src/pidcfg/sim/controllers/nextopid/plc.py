@@ -9,10 +9,11 @@ from pidcfg.encoders.parameters import Parameter, shortest
 from pidcfg.schemas.iec import Wire
 from pidcfg.sim.controllers.nextopid import modes, report
 from pidcfg.sim.controllers.nextopid.memory import SHOWN, Memory, Options, number_of
-from pidcfg.sim.controllers.nextopid.report import AUX_BITS, FLAG_BITS, MODES, REASONS, RESULT_FLAGS, TUNE_STATUS, tell
+from pidcfg.sim.controllers.nextopid.report import AUX_BITS, FLAG_BITS, MODES, REASONS, RESULT_FLAGS, TUNE_STATUS
 from pidcfg.sim.controllers.nextopid.setting import keys_of
 from pidcfg.sim.expressions import FAULTS
 from pidcfg.sim.named_settings import NamedKeys
+from pidcfg.sim.notices import tell
 from pidcfg.sim.plc import COUNTS
 
 if TYPE_CHECKING:

@@ -2,14 +2,8 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from pidcfg.encoders.maps.nextopid import BLOCK_TYPES
 from pidcfg.sim.controllers.nextopid import state as bits
-from pidcfg.sim.notices import noticed
-
-if TYPE_CHECKING:
-    from pidcfg.sim.controllers.nextopid.state import State
 
 MODES = {
     "manual": bits.MANUAL_MODE,
@@ -46,8 +40,3 @@ REASONS = {
 }
 
 TUNE_STATUS = ("idle", "running", "done", "failed", "cancelled")
-
-
-def tell(s: State, reason: int, requested: int = 0) -> None:
-    """Leave a notice for the log."""
-    s.notice = noticed(s.notice, requested, reason)

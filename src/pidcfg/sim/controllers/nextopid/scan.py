@@ -1,9 +1,9 @@
 """The virtual NextoPID: one cycle of the task.
 
 Design. `scan` is called at every base step; it calls the blocks that are due, in the order of execution, each after
-its wires have been renewed. What a block is stands in one module a family: `pid` (with `auto_tune`), `on_off`, `pwm`,
-`filters`, `delay`, `selectors`. Nothing here knows files or names: see `memory` for how a program becomes `Config` and
-`State`.
+its wires have been renewed. What a block is stands in one module a family: `equation` (with `autotune`), `on_off`,
+`pwm`, `filters`, `delay`, `selectors`. Nothing here knows files or names: see `memory` for how a program becomes
+`Config` and `State`.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from pidcfg.sim.controllers.nextopid.selectors import select_max, select_min, sp
 from pidcfg.sim.controllers.nextopid.state import Config, State
 from pidcfg.sim.controllers.nextopid.wires import value_of, wire_in
 
-__all__ = ["INLINED", "KERNELS", "Config", "Nextopid", "Options", "State", "call", "load", "scan"]
+__all__ = ["INLINED", "Config", "Nextopid", "Options", "State", "call", "load", "scan"]
 
 
 def call(c: Config, s: State, aux: list[float], sig: list[float]) -> None:
@@ -81,7 +81,5 @@ def scan(tick: int, cfg: list[Config], st: list[State], aux: list[float], sig: l
             call(c, s, aux, sig)
 
 
-KERNELS = (scan,)
-"""Where the compiler begins; what these call follows by itself."""
 INLINED = (scan, wire_in, value_of)
 """The hot path of compiled code."""

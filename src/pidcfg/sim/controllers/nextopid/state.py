@@ -46,9 +46,9 @@ class State(Tuned):
     """What a block keeps. `LoopState`: ``pv`` and ``out`` are PV and MV of the last call."""
 
     ask: int = 0
-    """What the operator wants at the next call (`operate`)."""
+    """What the operator wants at the next call (`modes`)."""
     kept: int = 0
-    """How the last auto-tuning stands, and what it found (`operate`)."""
+    """How the last auto-tuning stands, and what it found (`modes`)."""
     found_kp: float = 0.0
     found_ti: float = 0.0
     found_td: float = 0.0

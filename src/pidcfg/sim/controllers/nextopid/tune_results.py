@@ -1,4 +1,4 @@
-"""How an auto-tuning ends: flags, results, and the reset of both. D numbers: see `pid_decisions`."""
+"""How an auto-tuning ends: flags, results, and the reset of both. D numbers: see `decisions`."""
 
 from __future__ import annotations
 

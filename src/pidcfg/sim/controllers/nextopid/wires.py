@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
+from pidcfg.encoders.words import LARGEST_SINGLE
 from pidcfg.refs import Decision
 from pidcfg.schemas.expressions import (
     ABSOLUTE,
@@ -24,7 +25,6 @@ from pidcfg.schemas.expressions import (
     SUBTRACT,
 )
 from pidcfg.schemas.iec import INT
-from pidcfg.sim.controllers.nextopid.actions import LARGEST
 from pidcfg.sim.terms import clamp, nearest, single
 
 if TYPE_CHECKING:
@@ -42,6 +42,7 @@ D206 = Decision(
     "mistake of the program in any case.",
 )
 
+LARGEST = float(LARGEST_SINGLE)
 ROWS, ROW = 1, 4
 """Where the rows of the wires begin, and how long one is."""
 AS_IT_IS, AS_INT = 0, 1

@@ -1,4 +1,4 @@
-"""MV within its limits, and the integral action that goes with it. D numbers: see `pid_decisions`."""
+"""MV within its limits, and the integral action that goes with it. D numbers: see `decisions`."""
 
 from __future__ import annotations
 

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from decimal import Decimal
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from pydantic_core import PydanticCustomError
 
+from pidcfg.paths import dotted, leaves, steps
 from pidcfg.schemas.base import parse_number
 from pidcfg.schemas.expressions import FUNCTIONS, NUMBER
 from pidcfg.sim.check_expectations import check_expectation
@@ -39,7 +40,7 @@ NOT_NEGATIVE = ("damping", "lead", "dead_time", "stiction", "noise")
 DISTURBED = ("gain", "load", "noise", "time_constant", "damping", "lead", "lag", "stiction", "rate_limit")
 
 
-def check(scenario: Scenario, plc: Plc) -> Iterator[Problem]:
+def check_scenario(scenario: Scenario, plc: Plc) -> Iterator[Problem]:
     """Everything that is wrong with a scenario apart from its expressions."""
     for option in sorted(scenario.plc.model_fields_set - set(plc.options)):
         yield unknown(("plc", option), "option of this PLC", option, plc.options, key=True)
@@ -67,11 +68,11 @@ def _check_times(scenario: Scenario) -> Iterator[Problem]:
     if scenario.step is not None and scenario.plc.scan_time is not None:
         cure = "leave out 'step': the scan time is the base step"
         yield Problem(("step",), "step and plc.scan_time do not go together", help=cure, key=True)
-    steps = {"duration": scenario.duration, "step": scenario.step, "plc.scan_time": scenario.plc.scan_time}
-    for key, time in steps.items():
+    times = {"duration": scenario.duration, "step": scenario.step, "plc.scan_time": scenario.plc.scan_time}
+    for key, time in times.items():
         if time is None:
             continue
-        path = tuple(key.split("."))
+        path = steps(key)
         if time <= 0:
             yield Problem(path, f"{path[-1]} must be above 0 s", "value")
         elif key != "duration" and time * TICKS != int(time * TICKS):
@@ -96,7 +97,7 @@ def _refused(path: Route, loop: str, plc: Plc, keys: tuple[str, ...], value: obj
         plc.check_set(plc.loops.index(loop), keys, value)
     except PydanticCustomError as error:
         cure = (error.context or {}).get("help")
-        yield Problem(path, f"{'.'.join(keys)}: {error.message()}", "value", help=cure, loop=loop)
+        yield Problem(path, f"{dotted(keys)}: {error.message()}", "value", help=cure, loop=loop)
 
 
 def _check_plant(path: Route, plant: Plant) -> Iterator[Problem]:
@@ -173,24 +174,11 @@ def _check_command(path: Route, action: str, command: str, plc: Plc) -> Iterator
         yield unknown(path, f"command of {action} on this PLC", command, known)
 
 
-def leaves(data: Any, place: Route = ()) -> Iterator[tuple[tuple[str, ...], Any, Route]]:
-    """The values of nested mappings: ``{tuning: {gain: 2}}`` and ``{tuning.gain: 2}`` are ``(tuning, gain)`` and 2.
-
-    The third is the route as it is written.
-    """
-    for key, value in data.items():
-        below = (*place, key)
-        if isinstance(value, dict):
-            yield from leaves(value, below)
-        else:
-            yield tuple(".".join(str(step) for step in below).split(".")), value, below
-
-
 def _check_set(path: Route, event: Event, scenario: Scenario, plc: Plc) -> Iterator[Problem]:
     """New values of signals, or of a loop's parameters."""
     for keys, value, below in leaves(event.set):
         place = (*path, "set", *below)
-        name = ".".join(keys)
+        name = dotted(keys)
         if event.loop is not None:
             yield from _refused(place, event.loop, plc, keys, value)
         elif name in plc.inputs:
