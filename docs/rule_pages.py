@@ -6,7 +6,7 @@ import re
 from typing import TYPE_CHECKING
 
 from pidcfg.explanation.decisions import placed_decisions
-from pidcfg.validate.catalog import GROUPS, rules
+from pidcfg.validate.catalog import GROUPS, former, rules
 from pidcfg.validate.pages import page
 from pidcfg.vendors import VENDORS
 
@@ -69,7 +69,7 @@ def rule_pages() -> dict[str, str]:
 
 def rules_of(group: str) -> list[Rule]:
     """The rules of one group, in order."""
-    return [rule for begin in GROUPS[group] for rule in rules(begin).values()]
+    return list(rules(GROUPS[group]).values())
 
 
 def index() -> str:
@@ -79,8 +79,14 @@ def index() -> str:
         text += f"\n## {TITLES[group]}\n\n| code | severity | what is wrong |\n|---|---|---|\n"
         for rule in rules_of(group):
             link = f'<a id="{rule.code.lower()}"></a>[{rule.code}](rules-{group}.md#{anchor(rule)})'
-            text += f"| {link} | {rule.severity.label} | {rule.title} |\n"
+            text += f"| {former_anchor(rule)}{link} | {rule.severity.label} | {rule.title} |\n"
     return text
+
+
+def former_anchor(rule: Rule) -> str:
+    """Where links lead that know a rule by its code from before every vendor had a prefix."""
+    code = former(rule.code)
+    return "" if code == rule.code else f'<a id="{code.lower()}"></a>'
 
 
 def anchor(rule: Rule) -> str:

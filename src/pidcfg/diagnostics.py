@@ -70,8 +70,8 @@ class Diagnostic:
 
     @property
     def order(self) -> tuple[str, Span, str, str]:
-        """Sort key: file, position, code, message."""
-        return (self.file, self.span, self.code, self.message)
+        """Sort key: file, position, number of the code, message."""
+        return (self.file, self.span, self.code[-3:], self.message)
 
 
 def path_text(path: Path) -> str:

@@ -18,10 +18,11 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Vendor:
-    """A PLC family: its key, from which the names of its modules follow, and its title."""
+    """A PLC family: its key, from which the names of its modules follow, its title, and how its rules' codes begin."""
 
     key: str
     title: str
+    prefix: str
 
     def load(self, what: str) -> Any:
         """The object that a row of `PARTS` names, imported on first use."""
@@ -73,12 +74,12 @@ PARTS = {
 VENDORS = {
     v.key: v
     for v in (
-        Vendor("dl06", "AutomationDirect DirectLOGIC DL06"),
-        Vendor("click", "AutomationDirect CLICK"),
-        Vendor("ezlogix", "EZAutomation EZLogix"),
-        Vendor("nextopid", "Altus NextoPID"),
-        Vendor("dpide", "Delta AS"),
-        Vendor("generic", "Neutral form"),
+        Vendor("dl06", "AutomationDirect DirectLOGIC DL06", "DL"),
+        Vendor("click", "AutomationDirect CLICK", "CK"),
+        Vendor("ezlogix", "EZAutomation EZLogix", "EZ"),
+        Vendor("nextopid", "Altus NextoPID", "NX"),
+        Vendor("dpide", "Delta AS", "DP"),
+        Vendor("generic", "Neutral form", "GN"),
     )
 }
 

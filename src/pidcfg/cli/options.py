@@ -25,8 +25,10 @@ class Words(click.ParamType[list[str], str | list[str]]):
             return value
         codes = [code.strip().upper() for code in value.split(",") if code.strip()]
         if codes:
+            from pidcfg.cli.findings.former_codes import current_code
             from pidcfg.validate.catalog import rules
 
+            codes = [current_code(code, ctx) for code in codes]
             for code in codes:
                 if not rules(code):
                     self.fail(f"no rule begins with {code!r}; 'pidcfg rule' lists all", param, ctx)
@@ -86,7 +88,7 @@ SEVERITY = click.option(
     show_default=True,
     help="Show findings of this severity and above.",
 )
-SELECT = click.option("--select", type=Words(), default="", help="Only rules whose code begins so: PID2,PID101.")
+SELECT = click.option("--select", type=Words(), default="", help="Only rules whose code begins so: DL2,PID101.")
 IGNORE = click.option("--ignore", type=Words(), default="", help="Leave out rules whose code begins so.")
 OUT = click.option(
     "-o", "--output", "out", type=click.Path(dir_okay=False), help="Write to a file, never over one that differs."
@@ -103,7 +105,11 @@ def selected(findings: list[Diagnostic], select: list[str], ignore: list[str]) -
 
 def named(code: str, select: list[str], ignore: list[str]) -> bool:
     """Whether the options speak of a code."""
-    return (not select or code.startswith(tuple(select))) and not (ignore and code.startswith(tuple(ignore)))
+    from pidcfg.validate.catalog import is_meant
+
+    return (not select or any(is_meant(code, begin) for begin in select)) and not any(
+        is_meant(code, begin) for begin in ignore
+    )
 
 
 def severe(findings: list[Diagnostic], severity: str, fails: Severity) -> list[Diagnostic]:

@@ -10,7 +10,7 @@ from pidcfg.explanation.direction import ACTION, find
 from pidcfg.explanation.page import Page
 from pidcfg.explanation.question import Question, QuestionError
 from pidcfg.explanation.registers import Registers
-from pidcfg.validate.catalog import CODE, rules
+from pidcfg.validate.catalog import CODE, current, rules
 from pidcfg.validate.pages import as_data, page
 from pidcfg.vendors import VENDORS
 
@@ -71,7 +71,7 @@ def _decision(question: Question, decisions: Callable[[], Sequence[Decision]]) -
 
 def _rule(question: Question) -> list[Page]:
     """A rule, which has no content either."""
-    code = question.name.upper()
+    code = current(question.name.upper())
     if question.value is not None or not CODE.fullmatch(code):
         return []
     rule = rules(code).get(code)

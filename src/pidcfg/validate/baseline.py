@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from pidcfg.diagnostics import Diagnostic, Severity, Span
-from pidcfg.validate.catalog import ignorable
+from pidcfg.validate.catalog import current, former, ignorable, number_of
 from pidcfg.validate.codes import D317, SUPPRESSION
 
 if TYPE_CHECKING:
@@ -101,7 +101,8 @@ def without(entries: Sequence[Entry], stale: Sequence[Entry]) -> list[Entry]:
 
 def to_text(entries: Iterable[Entry]) -> str:
     """A baseline as a file: one entry a line, in order, so that a review sees what has gone."""
-    rows = ",\n".join(f"    {json.dumps(e._asdict(), ensure_ascii=False)}" for e in sorted(entries))
+    in_order = sorted(entries, key=lambda e: (number_of(e.code), e))
+    rows = ",\n".join(f"    {_row(e)}" for e in in_order)
     body = f"[\n{rows}\n  ]" if rows else "[]"
     return f'{{\n  "version": {VERSION},\n  "findings": {body}\n}}\n'
 
@@ -125,13 +126,23 @@ def _entry(number: int, row: Mapping[str, Any]) -> Entry:
     return Entry(**row)
 
 
+def with_current_codes(entries: Iterable[Entry]) -> list[Entry]:
+    """Entries of a baseline with their codes as they are written now."""
+    return [e._replace(code=current(e.code)) for e in entries]
+
+
+def _row(entry: Entry) -> str:
+    """An entry as the file has it, without the comma behind it."""
+    return json.dumps(entry._asdict(), ensure_ascii=False)
+
+
 def stale_findings(stale: Sequence[Entry], ignored: Collection[Entry], text: str, file: str) -> list[Diagnostic]:
     """Entries that no longer occur, or are ``ignored`` by a comment now, as findings at their lines of the file."""
     lines = text.splitlines()
     where = {line.strip().rstrip(","): number for number, line in reversed(list(enumerate(lines, start=1)))}
     findings = []
     for e in stale:
-        line = where.get(json.dumps(e._asdict(), ensure_ascii=False), 1)
+        line = next((where[row] for row in map(_row, (e, e._replace(code=former(e.code)))) if row in where), 1)
         column = len(lines[line - 1]) - len(lines[line - 1].lstrip()) + 1
         gone = "is ignored by a comment now" if e in ignored else "no longer occurs"
         message = f"{e.code} {gone} in {e.file}" + (f" at {e.path}" if e.path else "") + f": {e.message}"

@@ -19,18 +19,19 @@ if TYPE_CHECKING:
     from pidcfg.diagnostics import Diagnostic
     from pidcfg.validate.rule import Rule
 
-CODE = re.compile(r"PID[0-9]{3}")
+PREFIX = "PID"
+"""How codes begin that belong to no vendor."""
+CODE = re.compile(rf"(?:{'|'.join([PREFIX, *(vendor.prefix for vendor in VENDORS.values())])})[0-9]{{3}}")
 """A code as it is written in full."""
+FORMER = re.compile(r"PID([2-8])([0-9]{0,2})")
+"""A vendor's code, or its beginning, from before every vendor had a prefix of its own."""
+FORMER_GROUPS = {"2": "dl06", "3": "click", "4": "ezlogix", "5": "dl06", "6": "nextopid", "7": "dpide", "8": "generic"}
+"""Whose such a code is, by the first digit of its number; the number has stayed."""
 FILES, COMMON = "reading", "common"
 GROUPS = {
-    FILES: ("PID0",),
-    COMMON: ("PID1",),
-    "dl06": ("PID2", "PID5"),
-    "click": ("PID3",),
-    "ezlogix": ("PID4",),
-    "nextopid": ("PID6",),
-    "dpide": ("PID7",),
-    "generic": ("PID8",),
+    FILES: f"{PREFIX}0",
+    COMMON: f"{PREFIX}1",
+    **{vendor.key: vendor.prefix for vendor in VENDORS.values()},
 }
 """What codes begin with: those about any file, those of every vendor, and those of one; none moves to another group."""
 FILE_RULES = {rule.code: rule for rule in (*READING, *LISTING, *SCHEMA, *SUPPRESSION, *SCENARIO)}
@@ -39,18 +40,35 @@ FILE_RULES = {rule.code: rule for rule in (*READING, *LISTING, *SCHEMA, *SUPPRES
 
 def group_of(code: str) -> str | None:
     """The group of a code; None for what is no code."""
-    return next((group for group, begins in GROUPS.items() if code.startswith(begins)), None)
+    return next((group for group, begin in GROUPS.items() if code.startswith(begin)), None)
+
+
+def current(text: str) -> str:
+    """A code or its beginning as it is written now: ``PID242`` is ``DL242``, ``PID24`` is ``DL24``."""
+    match = FORMER.fullmatch(text)
+    return VENDORS[FORMER_GROUPS[match[1]]].prefix + text.removeprefix(PREFIX) if match else text
+
+
+def former(code: str) -> str:
+    """A code as it was before every vendor had a prefix: what has been reported under it stays the same."""
+    return PREFIX + number_of(code)
+
+
+def number_of(code: str) -> str:
+    """The number of a code, by which codes are put in order."""
+    return code[-3:]
+
+
+def is_meant(code: str, beginning: str) -> bool:
+    """Whether a code begins so; the beginning that all codes once had, and any part of it, means every code."""
+    return code.startswith(beginning) or PREFIX.startswith(beginning)
 
 
 def rules(begin: str = "") -> dict[str, Rule]:
     """The rules whose codes begin so, in order."""
-    groups = [
-        group
-        for group, begins in GROUPS.items()
-        if begin.startswith(begins) or any(other.startswith(begin) for other in begins)
-    ]
-    found = {code: rule for group in groups for code, rule in _rules_of(group).items() if code.startswith(begin)}
-    return dict(sorted(found.items()))
+    groups = [group for group, start in GROUPS.items() if begin.startswith(start) or is_meant(start, begin)]
+    found = {code: rule for group in groups for code, rule in _rules_of(group).items() if is_meant(code, begin)}
+    return dict(sorted(found.items(), key=lambda row: number_of(row[0])))
 
 
 def rule_of(code: str) -> Rule:

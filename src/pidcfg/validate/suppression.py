@@ -16,7 +16,7 @@ from pidcfg.aliases import Places
 from pidcfg.comments import comments_in
 from pidcfg.diagnostics import Diagnostic, Edit, Severity, Span
 from pidcfg.schemas.names import nearest
-from pidcfg.validate.catalog import CODE, ignorable, rules, unusable
+from pidcfg.validate.catalog import CODE, current, ignorable, rules, unusable
 from pidcfg.validate.codes import D315
 
 if TYPE_CHECKING:
@@ -103,7 +103,7 @@ def _read(doc: Document) -> tuple[list[_Ignore], list[Diagnostic]]:
                 if first or not comment.alone:
                     problems.append(_problem("PID045", "an ignore begins its comment", doc, span, ONE))
                 continue
-            codes = [code.strip().upper() for code in (match["codes"] or "").split(",") if code.strip()]
+            codes = [current(code) for code in _codes_of(match)]
             if match["word"].lower() != WORD:
                 if match["codes"] is not None:
                     problems.append(_problem("PID045", f"{match['word']!r} is no word of pidcfg's", doc, span, FORM))
@@ -115,6 +115,26 @@ def _read(doc: Document) -> tuple[list[_Ignore], list[Diagnostic]]:
                 codes_once = tuple(dict.fromkeys(codes))
                 ignores.append(_Ignore(comment, span, target, codes_once, match["reason"].strip(), whole))
     return ignores, problems
+
+
+def _codes_of(match: re.Match[str]) -> list[str]:
+    """The codes in the bracket of a comment, as they are written but for capitals."""
+    return [code.strip().upper() for code in (match["codes"] or "").split(",") if code.strip()]
+
+
+def former_codes(doc: Document) -> Iterator[tuple[str, Edit]]:
+    """The codes in comments that have another name now, each with the edit that writes it; of a text that is YAML."""
+    if not HINT.search(doc.text):
+        return
+    for comment in comments_in(doc.text):
+        for match in DIRECTIVE.finditer(comment.text):
+            if match["word"].lower() != WORD or match["codes"] is None:
+                continue
+            for code in re.finditer(r"[^,\s]+", match["codes"]):
+                name = current(code[0].upper())
+                if name != code[0].upper():
+                    start = match.start("codes") + code.start()
+                    yield code[0], Edit(_part(comment, start, start + len(code[0])), name)
 
 
 def _next_line(line: int, alone: set[int], lines: list[str]) -> int:

@@ -14,7 +14,7 @@ from pidcfg.cli.terminal.console import echo_json, markdown, show
 if TYPE_CHECKING:
     from pidcfg.validate.rule import Rule
 
-EPILOG = options.examples("pidcfg rule", "pidcfg rule PID101", "pidcfg rule PID24", "pidcfg rule PID024 --format json")
+EPILOG = options.examples("pidcfg rule", "pidcfg rule PID101", "pidcfg rule DL24", "pidcfg rule PID024 --format json")
 
 
 @click.command("rule", epilog=EPILOG)
@@ -22,9 +22,10 @@ EPILOG = options.examples("pidcfg rule", "pidcfg rule PID101", "pidcfg rule PID2
 @options.output_format("text", "json")
 def command(code: str | None, fmt: str) -> None:
     """Explain the rule CODE, or list those whose code begins so, or all."""
+    from pidcfg.cli.findings.former_codes import current_code
     from pidcfg.validate.catalog import rules
 
-    begin = (code or "").upper()
+    begin = current_code((code or "").upper())
     listed = rules(begin)
     if begin in listed:
         _one(listed[begin], fmt)

@@ -26,7 +26,7 @@ from pidcfg.cli.terminal.progress import progress
 from pidcfg.diagnostics import ordered
 from pidcfg.scenario.outcome import check_any
 from pidcfg.source import read_document
-from pidcfg.validate.catalog import unusable
+from pidcfg.validate.catalog import number_of, unusable
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -52,7 +52,7 @@ def fixing(inputs: Sequence[Input], limits: Limits, rules: Rules, ctx: click.Con
         raise click.UsageError("--fix prints the corrected text of -, so it takes no other path and no --format", ctx)
     work = progress((_corrected(entry, limits, rules, ctx) for entry in inputs), "correcting", len(inputs))
     done = list(zip(inputs, work, strict=True))
-    changed = [(entry, fixed) for entry, fixed in done if fixed.fixed]
+    changed = [(entry, fixed) for entry, fixed in done if fixed.data != entry.data]
     total = f"{count(sum(len(f.fixed) for _, f in changed), 'finding')} in {count(len(changed), 'file')}"
     if diff:
         _exactly("".join(difference(entry.name, entry.data, fixed.data) for entry, fixed in changed))
@@ -66,10 +66,17 @@ def fixing(inputs: Sequence[Input], limits: Limits, rules: Rules, ctx: click.Con
         _write(changed)
     if not quiet:
         for entry, fixed in changed:
-            tally = Counter(d.code for d in fixed.fixed)
-            note(f"{entry.name}: corrected {', '.join(f'{n} x {code}' for code, n in sorted(tally.items()))}")
+            note(f"{entry.name}: {_tally(fixed)}")
         note(f"{total} corrected")
     return [replace(entry, data=fixed.data) for entry, fixed in done]
+
+
+def _tally(fixed: Fixed) -> str:
+    """How many findings of which code were corrected."""
+    tally = sorted(Counter(d.code for d in fixed.fixed).items(), key=lambda row: number_of(row[0]))
+    if not tally:
+        return "codes in comments are written as they are called now"
+    return f"corrected {', '.join(f'{n} x {code}' for code, n in tally)}"
 
 
 def refuse_options(ctx: click.Context, reports: Sequence[Report]) -> None:
@@ -102,7 +109,20 @@ def _corrected(entry: Input, limits: Limits, rules: Rules, ctx: click.Context) -
     fixer = Fixer(
         lambda data: read_document(data, entry.name, limits), check, lambda d: named(d.code, rules.select, ignore)
     )
-    return fixer.fix(entry.data)
+    return _with_current_codes(fixer.fix(entry.data), entry.name, limits)
+
+
+def _with_current_codes(fixed: Fixed, name: str, limits: Limits) -> Fixed:
+    """A corrected file whose comments name codes as they are called now; no finding belongs to that."""
+    from pidcfg.validate.fixes import same, splice
+    from pidcfg.validate.suppression import former_codes
+
+    doc = read_document(fixed.data, name, limits)
+    if doc.data is None:
+        return fixed
+    edits = [edit for _, edit in former_codes(doc)]
+    data = fixed.data.replace(doc.text.encode(), splice(doc.text, edits).encode())
+    return replace(fixed, data=data) if edits and same(read_document(data, name, limits).data, doc.data) else fixed
 
 
 def difference(name: str, before: bytes, after: bytes) -> str:

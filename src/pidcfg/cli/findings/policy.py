@@ -94,7 +94,9 @@ def _without_ignored(findings: Sequence[Diagnostic], documents: Mapping[str, Doc
     """The findings without those that comments ignore, file by file."""
     if not any("ignore" in doc.text for doc in documents.values()):
         return Triage(list(findings))
-    from pidcfg.validate.suppression import suppress
+    from pidcfg.cli.findings.former_codes import remark
+    from pidcfg.validate.catalog import unusable
+    from pidcfg.validate.suppression import former_codes, suppress
 
     by_file: dict[str, list[Diagnostic]] = {file: [] for file in documents}
     triaged = Triage([d for d in findings if d.file not in by_file])
@@ -102,6 +104,8 @@ def _without_ignored(findings: Sequence[Diagnostic], documents: Mapping[str, Doc
         by_file.get(d.file, []).append(d)
     for file, of_file in by_file.items():
         outcome = suppress(of_file, documents[file])
+        for former, edit in () if any(map(unusable, of_file)) else former_codes(documents[file]):
+            remark(former.upper(), edit.text)
         triaged.kept += ordered(outcome.kept) if len(outcome.kept) != len(of_file) or outcome.ignored else of_file
         triaged.ignored += outcome.ignored
     return triaged
@@ -116,7 +120,17 @@ def _with_baseline(
 ) -> None:
     """Takes known findings out, and reports or removes what no longer occurs; or writes the first baseline."""
     from pidcfg.cli.files.identity import relative
-    from pidcfg.validate.baseline import compare, enters, entry, from_text, stale_findings, to_text, without
+    from pidcfg.cli.findings.former_codes import remark
+    from pidcfg.validate.baseline import (
+        compare,
+        enters,
+        entry,
+        from_text,
+        stale_findings,
+        to_text,
+        with_current_codes,
+        without,
+    )
 
     name = rules.baseline or ""
     folder = Path(os.path.abspath(name)).parent  # noqa: PTH100 - paths are as they are named, links are not followed
@@ -132,7 +146,12 @@ def _with_baseline(
         triaged.remarks.append(f"{name}: {count(len(triaged.known), 'finding')} written")
         return
     text = _read(name)
-    entries = _entries(from_text, text, name)
+    written = _entries(from_text, text, name)
+    entries = with_current_codes(written)
+    for before, after in zip(written, entries, strict=True):
+        if before != after:
+            remark(before.code, after.code)
+            break
     checked = {file_of(file) for file in documents} | {e.file for e in entries if not (folder / e.file).exists()}
     compared = compare(everything, chosen, entries, checked, file_of)
     triaged.kept, triaged.known = compared.new, compared.known

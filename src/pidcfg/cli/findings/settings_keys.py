@@ -21,7 +21,7 @@ class Key(NamedTuple):
 
 # fmt: off
 KEYS = {
-    "select": Key("codes", "Only rules whose code begins so.", '["PID2", "PID101"]'),
+    "select": Key("codes", "Only rules whose code begins so.", '["DL2", "PID101"]'),
     "ignore": Key("codes", "Rules whose code begins so are left out.", '["PID220"]'),
     "severity": Key("severity", "Findings of this severity and above are shown.", '"warning"'),
     "strict": Key("switch", "Exit 1 on warnings too.", "true"),
@@ -51,7 +51,7 @@ def settings_schema() -> dict[str, Any]:
     """The JSON Schema of ``pidcfg.toml``, for editors."""
     from pidcfg.schemas.document import DIALECT
 
-    codes = {"type": "array", "items": {"type": "string", "pattern": "^[Pp][Ii][Dd][0-9]{0,3}$"}}
+    codes = {"type": "array", "items": {"type": "string", "pattern": "^[A-Za-z]{1,3}[0-9]{0,3}$"}}
     kinds: dict[str, dict[str, Any]] = {
         "codes": codes,
         "switch": {"type": "boolean"},

@@ -88,9 +88,12 @@ def fingerprints(findings: Findings) -> list[str]:
     """One a finding, unique, and the same when lines or loops are inserted above it.
 
     The value and the message are part of it, so that a value that was accepted once does not hide another wrong value
-    later; findings that are equal in everything are numbered.
+    later; findings that are equal in everything are numbered. Codes are hashed as they were before every vendor had a
+    prefix, so that no alert is closed and opened again.
     """
     import hashlib
+
+    from pidcfg.validate.catalog import CODE, former
 
     seen: Counter[str] = Counter()
     named = {d.file for d in findings.reported}
@@ -99,9 +102,8 @@ def fingerprints(findings: Findings) -> list[str]:
     for d in findings.reported:
         steps = [step for step in d.path if isinstance(step, str)]
         value = _source_text(d.span, rows.get(d.file, []))
-        key = "\0".join(
-            (d.code, display_name(d.file), d.loop or "", ".".join(steps), value, VOLATILE.sub("", d.message))
-        )
+        message = CODE.sub(lambda match: former(match[0]), VOLATILE.sub("", d.message))
+        key = "\0".join((former(d.code), display_name(d.file), d.loop or "", ".".join(steps), value, message))
         seen[key] += 1
         digest = hashlib.sha256(f"{key}\0{seen[key]}".encode("utf-8", "backslashreplace"))
         prints.append(digest.hexdigest()[:CHARACTERS])

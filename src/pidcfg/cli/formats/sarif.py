@@ -10,7 +10,7 @@ from pidcfg import __version__
 from pidcfg.cli.formats.findings import STDIN, details, fingerprints, uri
 from pidcfg.cli.formats.format import Format, Kind
 from pidcfg.diagnostics import START, Diagnostic, Edit, Severity, Span
-from pidcfg.validate.catalog import rule_of
+from pidcfg.validate.catalog import number_of, rule_of
 from pidcfg.validate.pages import page
 
 if TYPE_CHECKING:
@@ -29,7 +29,7 @@ def findings_sarif(findings: Findings) -> str:
     """One run, with the rules that are broken."""
     hidden = [d for d, _ in findings.suppressed]
     every = replace(findings, reported=[*findings.reported, *hidden])
-    used = sorted({d.code for d in every.reported})
+    used = sorted({d.code for d in every.reported}, key=number_of)
     numbers = {code: i for i, code in enumerate(used)}
     prints = fingerprints(every)
     why = [None] * len(findings.reported) + [_suppression(reason) for _, reason in findings.suppressed]

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from pidcfg.diagnostics import Severity
 from pidcfg.results.schemas.parts import VERSION, Schema, count, listing, or_null, record, text
-from pidcfg.validate.catalog import CODE
 
 
 def schema() -> Schema:
@@ -30,7 +29,7 @@ def finding() -> Schema:
         code={
             "description": "The rule; pidcfg rule CODE explains it.",
             "type": "string",
-            "pattern": f"^{CODE.pattern}$",
+            "pattern": "^[A-Z]{2,3}[0-9]{3}$",
         },
         severity=text("How bad it is.", *(severity.label for severity in reversed(Severity))),
         message=text("What is wrong, with the value."),
