@@ -23,7 +23,7 @@ PREFIX = "PID"
 """How codes begin that belong to no vendor."""
 CODE = re.compile(rf"(?:{'|'.join([PREFIX, *(vendor.prefix for vendor in VENDORS.values())])})[0-9]{{3}}")
 """A code as it is written in full."""
-FORMER = re.compile(r"PID([2-8])([0-9]{0,2})")
+FORMER = re.compile(rf"{PREFIX}([2-8])([0-9]{{0,2}})")
 """A vendor's code, or its beginning, from before every vendor had a prefix of its own."""
 FORMER_GROUPS = {"2": "dl06", "3": "click", "4": "ezlogix", "5": "dl06", "6": "nextopid", "7": "dpide", "8": "generic"}
 """Whose such a code is, by the first digit of its number; the number has stayed."""

@@ -73,9 +73,12 @@ def command(
     Without a THING, lists what can be asked for.
     """
     from pidcfg.api import explain
+    from pidcfg.cli.findings.former_codes import current_code
     from pidcfg.explanation.question import QuestionError
     from pidcfg.explanation.render import as_text, forms_text
 
+    for thing in things:
+        current_code(thing.upper())
     configuration = None if config is None else _configuration(config, limits)
     try:
         with usage({"config": str(config)}):

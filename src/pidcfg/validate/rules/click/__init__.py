@@ -1,4 +1,4 @@
-"""Rules for CLICK configurations; the codes PID3xx, one module a topic."""
+"""Rules for CLICK configurations; codes beginning with CK, one module a topic."""
 
 from pidcfg.validate.rules import collect, common
 from pidcfg.validate.rules.click import (

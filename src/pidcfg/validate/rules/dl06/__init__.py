@@ -1,4 +1,4 @@
-"""Rules for DL06 configurations; the codes PID2xx, one module a topic."""
+"""Rules for DL06 configurations; codes beginning with DL, one module a topic."""
 
 from pidcfg.validate.rules import collect, common
 from pidcfg.validate.rules.dl06 import (

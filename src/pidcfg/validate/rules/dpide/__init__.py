@@ -1,4 +1,4 @@
-"""Rules for Delta AS configurations; the codes PID7xx, one module a topic."""
+"""Rules for Delta AS configurations; codes beginning with DP, one module a topic."""
 
 from pidcfg.validate.rules import collect, common
 from pidcfg.validate.rules.dpide import (

@@ -1,4 +1,4 @@
-"""Rules for EZLogix configurations; the codes PID4xx, one module a topic."""
+"""Rules for EZLogix configurations; codes beginning with EZ, one module a topic."""
 
 from pidcfg.validate.rules import collect, common
 from pidcfg.validate.rules.ezlogix import (

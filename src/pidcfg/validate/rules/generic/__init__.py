@@ -1,4 +1,4 @@
-"""Rules for the neutral form; the codes PID8xx, one module a topic."""
+"""Rules for the neutral form; codes beginning with GN, one module a topic."""
 
 from pidcfg.validate.rules import collect, common
 from pidcfg.validate.rules.generic import alarms, cascade, pulses, scales, tuning

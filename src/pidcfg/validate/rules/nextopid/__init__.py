@@ -1,4 +1,4 @@
-"""Rules for NextoPID configurations; the codes PID6xx, one module a topic."""
+"""Rules for NextoPID configurations; codes beginning with NX, one module a topic."""
 
 from pidcfg.validate.rules import collect, common
 from pidcfg.validate.rules.nextopid import (
