@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from pidcfg.source import read_document
+from pidcfg.validate.catalog import CODE
 from pidcfg.validate.engine import check_document
 
 FOLDER = Path(__file__).parent / "cases"
@@ -13,7 +14,7 @@ GOLDEN = FOLDER / "messages.txt"
 
 def lines(case: Path) -> list[str]:
     """The findings of one file that carry its code, each in a line."""
-    code = case.stem[:6]
+    code = CODE.match(case.stem)[0]
     found = [d for d in check_document(read_document(case.read_bytes(), case.name)).findings if d.code == code]
     return [
         f"{d.file}:{d.span.line}:{d.span.column} {d.severity.label}: {d.message}"

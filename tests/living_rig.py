@@ -17,7 +17,7 @@ loops:
     tuning: {gain: 1, reset: 10}
 """
 TWICE = GOOD.replace("reset: 10}", "reset: 10}\n    alarms: {pv: {low_low: 15, low: 15, high: 15, high_high: 90}}")
-"""Has PID242 twice and the info PID254 in line 9."""
+"""Has DL242 twice and the info DL254 in line 9."""
 
 
 class Outcome:

@@ -245,12 +245,12 @@ def test_load_tells_what_a_file_is():
 
 
 def test_comments_of_the_file_count_unless_told_otherwise():
-    text = REACTOR.read_text("utf-8").replace("bias_freeze: true", "bias_freeze: true  # pidcfg: ignore[PID222] meant")
+    text = REACTOR.read_text("utf-8").replace("bias_freeze: true", "bias_freeze: true  # pidcfg: ignore[DL222] meant")
     assert "ignore" in text
     result = pidcfg.check(text)
-    assert [(entry.found.code, entry.reason) for entry in result.ignored] == [("PID222", "meant")]
-    assert "PID222" not in {d.code for d in result.findings}
-    assert "PID222" in {d.code for d in pidcfg.check(text, comments=False).findings}
+    assert [(entry.found.code, entry.reason) for entry in result.ignored] == [("DL222", "meant")]
+    assert "DL222" not in {d.code for d in result.findings}
+    assert "DL222" in {d.code for d in pidcfg.check(text, comments=False).findings}
 
 
 def test_words_of_a_configuration_with_errors():
@@ -359,7 +359,7 @@ def test_gains_that_a_register_cannot_hold_say_so():
 def test_what_can_be_asked_for():
     result = pidcfg.explain()
     assert result.ok
-    assert {row["example"] for row in result.to_json()["forms"]} > {"PID242", "D46"}
+    assert {row["example"] for row in result.to_json()["forms"]} > {"DL242", "D46"}
     assert not pidcfg.explain("gain", config="pidcfg: 1\nvendor: dl06\n").ok
 
 

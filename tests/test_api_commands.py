@@ -121,7 +121,7 @@ def test_tune_by_a_record(tmp_path):
     assert json.loads(shown) == api.tune("zn-open", record=record).to_json()
 
 
-@pytest.mark.parametrize("thing", ["V7642=0008", "CK27", "gain", "PID242", "D46", "addr+06.10"])
+@pytest.mark.parametrize("thing", ["V7642=0008", "CK27", "gain", "DL242", "D46", "addr+06.10"])
 def test_explain(thing):
     assert json.loads(printed("explain", thing, "--format", "json")) == api.explain(thing).to_json()
 

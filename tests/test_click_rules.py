@@ -86,7 +86,7 @@ def test_several_errors_name_the_one_that_is_shown_and_those_behind_it(faults):
     if "output.pwm" in wrong and "output.limits" in wrong:
         wrong = {**wrong, "output": {"pwm": wrong.pop("output.pwm"), "limits": wrong.pop("output.limits")}}
     numbers = sorted(number for _, number in faults)
-    found = [d for d in findings(changed(**{"setpoint.upper_limit": 20, **wrong})) if d.code == "PID309"]
+    found = [d for d in findings(changed(**{"setpoint.upper_limit": 20, **wrong})) if d.code == "CK309"]
 
     if len(numbers) < 2:
         assert not found
@@ -137,10 +137,10 @@ def test_auto_with_one_error_says_that_the_loop_stays_in_manual():
     one = findings(changed(mode="auto", **{"tuning.reset_time": 0}))
     two = codes(changed(mode="auto", sample_rate="1 ms", **{"tuning.reset_time": 0}))
 
-    assert next(d for d in one if d.code == "PID310").plc_effect == "CLICK error 27"
-    assert "PID310" not in two
-    assert "PID309" in two
-    assert not {"PID310", "PID320"} & codes(changed(mode="manual", **{"tuning.reset_time": 0}))
+    assert next(d for d in one if d.code == "CK310").plc_effect == "CLICK error 27"
+    assert "CK310" not in two
+    assert "CK309" in two
+    assert not {"CK310", "CK320"} & codes(changed(mode="manual", **{"tuning.reset_time": 0}))
 
 
 # --- blocks and names ------------------------------------------------------------------------------------------------
@@ -154,7 +154,7 @@ def test_a_block_may_end_with_its_bank(key, prefix, size, last):
     latest = last - size + 1
 
     for start in range(latest - 3, last + 1):
-        found = [d.path[-1] for d in findings(changed(**{key: f"{prefix}{start}"})) if d.code == "PID301"]
+        found = [d.path[-1] for d in findings(changed(**{key: f"{prefix}{start}"})) if d.code == "CK301"]
         assert found == ([key] if start > latest else [])
 
 
@@ -164,14 +164,14 @@ def test_blocks_overlap_when_they_are_closer_than_their_size(key, prefix, size):
 
     for distance in (-size - 1, -size, 1 - size, -1, 0, 1, size - 1, size, size + 1):
         second = changed(name="B", **addresses(401, 401, 401)) | {key: f"{prefix}{150 + distance}"}
-        found = [d.path for d in findings(first, second) if d.code == "PID302"]
+        found = [d.path for d in findings(first, second) if d.code == "CK302"]
         assert found == ([("loops", 1, key)] if abs(distance) < size else [])
 
 
 @pytest.mark.parametrize("count", [7, 8, 9, 10])
 def test_eight_loops_are_the_most(count):
     loops = [changed(name=f"L{i}", **addresses(40 * i + 1, 15 * i + 1, 25 * i + 1)) for i in range(count)]
-    found = [d.path for d in findings(*loops) if d.code == "PID303"]
+    found = [d.path for d in findings(*loops) if d.code == "CK303"]
 
     assert found == ([("loops", 8)] if count > 8 else [])
 
@@ -188,15 +188,15 @@ def test_a_name_is_reported_when_the_package_refuses_one_of_its_nicknames(name):
     refused = [suffix for suffix in SUFFIXES.values() if not validate_nickname(name + suffix)[0]]
     found = codes(changed(name=name))
 
-    assert bool({"PID305", "PID306"} & found) == bool(refused)
-    assert ("PID305" in found) == (len(name) > 6)
+    assert bool({"CK305", "CK306"} & found) == bool(refused)
+    assert ("CK305" in found) == (len(name) > 6)
 
 
 @pytest.mark.parametrize("length", range(1, 65))
 def test_the_number_of_nicknames_that_are_too_long_is_counted(length):
     name = "A" * length
     too_long = [s for s in SUFFIXES.values() if length + len(s) > 24]
-    found = [d.message for d in findings(changed(name=name)) if d.code == "PID305"]
+    found = [d.message for d in findings(changed(name=name)) if d.code == "CK305"]
 
     assert bool(found) == (length > 6)
     assert not found or f": {len(too_long)} of its nicknames" in found[0]
@@ -206,7 +206,7 @@ def test_the_number_of_nicknames_that_are_too_long_is_counted(length):
 def test_loops_with_a_nickname_in_common_are_reported_once(first, second):
     other = changed(name=second, **addresses(101, 101, 101))
 
-    assert [d.path for d in findings(changed(name=first), other) if d.code == "PID307"] == [("loops", 1, "name")]
+    assert [d.path for d in findings(changed(name=first), other) if d.code == "CK307"] == [("loops", 1, "name")]
 
 
 def test_one_name_twice_is_not_also_a_collision_of_nicknames():
@@ -221,7 +221,7 @@ def test_one_name_twice_is_not_also_a_collision_of_nicknames():
 @pytest.mark.parametrize(("action", "bit", "shown"), [("direct", 0, "Forward"), ("reverse", 1, "Reverse")])
 def test_the_warning_about_the_action_states_the_bit_that_the_image_holds(action, bit, shown):
     result = checked(changed(action=action, action_verified=False, bits="C101"))
-    (found,) = (d for d in result.findings if d.code == "PID308")
+    (found,) = (d for d in result.findings if d.code == "CK308")
 
     assert found.severity is Severity.WARNING
     assert f"{action} is written as {bit} to C110" in found.message
@@ -244,7 +244,7 @@ def test_the_starter_is_warned_of_its_action_alone_until_somebody_has_compared_i
     compared = text.replace("action_verified: false", "action_verified: true")
     found = [check_document(read_document(t.encode(), "click.yaml")).findings for t in (text, compared)]
 
-    assert [{d.code for d in ds if d.severity > Severity.INFO} for ds in found] == [{"PID308"}, set()]
+    assert [{d.code for d in ds if d.severity > Severity.INFO} for ds in found] == [{"CK308"}, set()]
 
 
 def test_the_loop_that_the_other_tests_change_has_no_finding_at_all():
@@ -275,15 +275,15 @@ def test_a_set_point_is_reported_exactly_when_the_plc_would_overwrite_it(value, 
     lower = (low or 0) if (low is not None if low_on is None else low_on) else -math.inf
     upper = (high or 0) if (high is not None if high_on is None else high_on) else math.inf
 
-    assert ("PID314" in found) == (lower <= upper and not lower <= value <= upper)
-    assert ("PID312" in found) == (bool(low_on and low is None) or bool(high_on and high is None))
+    assert ("CK314" in found) == (lower <= upper and not lower <= value <= upper)
+    assert ("CK312" in found) == (bool(low_on and low is None) or bool(high_on and high is None))
 
 
 @given(POINT, POINT)
 def test_limits_are_crossed_or_equal_or_in_order(low, high):
     found = codes(changed(setpoint={"lower_limit": low, "upper_limit": high}))
 
-    assert {"PID311", "PID313"} & found == ({"PID311"} if low > high else {"PID313"} if low == high else set())
+    assert {"CK311", "CK313"} & found == ({"CK311"} if low > high else {"CK313"} if low == high else set())
 
 
 # --- PV, tuning, error -----------------------------------------------------------------------------------------------
@@ -296,7 +296,7 @@ def test_the_filters_time_constant_is_where_its_step_response_has_done_63_percen
     left = (1 - constant / 100) ** (tau / (sample / 1000))
 
     assert left == pytest.approx(math.exp(-1))
-    assert ("PID323" in {d.code for d in result.findings}) == (tau > 15)
+    assert ("CK323" in {d.code for d in result.findings}) == (tau > 15)
 
 
 @given(st.decimals("0.01", 5000, places=2), st.integers(1, 1000), st.booleans())
@@ -305,7 +305,7 @@ def test_the_proportional_band_is_compared_with_a_hundredth_of_the_range(gain, s
     loop = changed(**{"tuning.proportional_gain": gain, "pv.range": [0, span], "error.curve": curve})
     moved = gain * (Decimal(span) / 100) ** (2 if squared else 1)
 
-    assert ("PID333" in codes(loop)) == (moved > 100)
+    assert ("CK333" in codes(loop)) == (moved > 100)
 
 
 @example(deadband=Decimal(100), squared=False)
@@ -320,9 +320,9 @@ def test_a_squared_error_is_compared_with_the_deadband_as_it_is(deadband, square
     found = codes(changed(error=error, alarms=alarms))
     reach = deadband.sqrt() if squared else deadband
 
-    assert ("PID355" in found) == (5 <= reach < 100)
-    assert ("PID354" in found) == (reach >= 100)
-    assert ("PID352" in found) == (squared and deadband != 1)
+    assert ("CK355" in found) == (5 <= reach < 100)
+    assert ("CK354" in found) == (reach >= 100)
+    assert ("CK352" in found) == (squared and deadband != 1)
 
 
 @pytest.mark.parametrize(
@@ -333,15 +333,15 @@ def test_a_limit_of_0_is_no_derivative(limit, on, nothing):
     keys = {"derivative_gain_limit": limit, "derivative_gain_limit_enabled": on}
     values = {key: value for key, value in keys.items() if value is not None}
 
-    assert ("PID341" in codes(changed(**{"tuning.derivative_gain": 2}, **values))) == nothing
+    assert ("CK341" in codes(changed(**{"tuning.derivative_gain": 2}, **values))) == nothing
 
 
 @pytest.mark.parametrize(("constant", "filtered"), [(100, False), (99, True)])
 def test_a_filter_that_passes_everything_does_not_quieten_a_derivative(constant, filtered):
     found = codes(changed(**{"tuning.derivative_gain": 30, "pv.filter": constant}))
 
-    assert ("PID343" in found) != filtered
-    assert ("PID322" in found) != filtered
+    assert ("CK343" in found) != filtered
+    assert ("CK322" in found) != filtered
 
 
 @pytest.mark.parametrize("low", [9, 10])
@@ -349,20 +349,20 @@ def test_a_set_point_at_its_alarm_leaves_no_room_for_any_deadband(low):
     alarms = {"pv": {"low_low": 5, "low": low, "high": 90, "high_high": 95}, "hysteresis": 1}
 
     found = codes(changed(alarms=alarms, setpoint={"value": 10}, error={"deadband": 1}))
-    assert found == (set() if low == 10 else {"PID355"})
+    assert found == (set() if low == 10 else {"CK355"})
 
 
 def test_a_deadband_that_is_off_reaches_nothing():
     error = {"curve": "squared", "deadband": 20000, "deadband_enabled": False}
 
-    assert codes(changed(error=error)) == {"PID351", "PID356"}
+    assert codes(changed(error=error)) == {"CK351", "CK356"}
 
 
 @pytest.mark.parametrize("reset", ["999.99", "1000", "0", "6000.1"])
 def test_windup_is_reported_for_a_loop_that_integrates(reset):
     found = codes(changed(freeze_bias=False, **{"tuning.reset_time": Decimal(reset)}))
 
-    assert ("PID335" in found) == (reset == "999.99")
+    assert ("CK335" in found) == (reset == "999.99")
 
 
 # --- alarms ----------------------------------------------------------------------------------------------------------
@@ -371,7 +371,7 @@ def test_windup_is_reported_for_a_loop_that_integrates(reset):
 @pytest.mark.parametrize("points", set(permutations((10, 20, 80, 90))) | {(10, 10, 90, 90), (10, 50, 50, 90)})
 def test_alarm_points_are_in_order_or_reported(points):
     alarms = dict(zip(("low_low", "low", "high", "high_high"), points, strict=True))
-    found = [d for d in findings(changed(alarms={"pv": alarms, "hysteresis": 1})) if d.code == "PID371"]
+    found = [d for d in findings(changed(alarms={"pv": alarms, "hysteresis": 1})) if d.code == "CK371"]
     low_low, low, high, high_high = points
 
     wrong = {"low": low_low > low, "high": low >= high, "high_high": high > high_high}
@@ -396,7 +396,7 @@ def test_alarm_points_are_in_order_or_reported(points):
 )
 def test_alarms_that_are_not_given_are_as_bad_as_what_0_does(given_points, span, severity):
     alarms = {"pv": given_points, "hysteresis": 1}
-    found = [d for d in findings(changed(alarms=alarms, **{"pv.range": span})) if d.code == "PID372"]
+    found = [d for d in findings(changed(alarms=alarms, **{"pv.range": span})) if d.code == "CK372"]
 
     assert [d.severity for d in found] == [severity]
 
@@ -422,14 +422,14 @@ def test_the_resolution_of_a_pv_is_the_distance_to_the_next_float(largest):
     ],
 )
 def test_a_rate_is_compared_per_sample(rate, found):
-    assert ("PID384" in codes(changed(alarms={"rate_of_change": rate}))) == found
+    assert ("CK384" in codes(changed(alarms={"rate_of_change": rate}))) == found
 
 
 def test_alarms_that_leave_no_pv_without_one_are_not_also_reported_for_the_set_point():
     loop = changed(alarms={"pv": {"low_low": 10, "low": 50, "high": 50, "high_high": 90}, "hysteresis": 1})
     loop["setpoint"] = {"value": 60}
 
-    assert codes(loop) == {"PID371"}
+    assert codes(loop) == {"CK371"}
 
 
 # --- output ----------------------------------------------------------------------------------------------------------
@@ -439,15 +439,15 @@ def test_alarms_that_leave_no_pv_without_one_are_not_also_reported_for_the_set_p
 def test_limits_that_leave_no_output_are_one_finding(limit):
     loop = changed(output={"limits": [limit, limit]}, autotune={"method": "closed"}, state={"output": 60, "bias": 40})
 
-    assert codes(loop) == {"PID362"}
+    assert codes(loop) == {"CK362"}
 
 
 @pytest.mark.parametrize(("key", "value"), [("output", 90.1), ("output", 9.9), ("bias", 90.1), ("bias", 9.9)])
 def test_a_stored_value_outside_the_limits_is_reported_where_it_stands(key, value):
     found = findings(changed(output={"limits": [10, 90]}, state={key: value}))
 
-    assert [(d.code, d.path[-1]) for d in found] == [("PID393", key)]
+    assert [(d.code, d.path[-1]) for d in found] == [("CK393", key)]
 
 
 def test_an_upper_limit_of_0_is_no_fraction():
-    assert codes(changed(output={"limits": [-1, 0]})) == {"PID361", "PID363"}
+    assert codes(changed(output={"limits": [-1, 0]})) == {"CK361", "CK363"}

@@ -97,7 +97,7 @@ def test_rule_codes_with_their_titles(complete, offered):
     assert offered("pidcfg rule ") == list(table)
     assert complete("pidcfg rule pid101") == f"plain,PID101\t{table['PID101'].title}\n"
     assert offered("pidcfg validate --ignore PID101,PID10")[0] == "PID101,PID102"
-    assert offered("pidcfg validate --select=PID220") == ["--select=PID220"]
+    assert offered("pidcfg validate --select=DL220") == ["--select=DL220"]
 
 
 def test_files_by_what_they_hold(folder, offered):
@@ -215,9 +215,9 @@ def test_the_command_prints_what_click_would(shell, monkeypatch):
 
 
 def test_how_each_shell_gets_its_answer(folder, complete):
-    title = rules()["PID242"].title
-    assert complete("pidcfg rule PID242", "zsh") == f"plain\nPID242\n{title}\n"
-    assert complete("pidcfg rule PID242", "powershell") == f"plain\nPID242\n{title}\n"
+    title = rules()["DL242"].title
+    assert complete("pidcfg rule DL242", "zsh") == f"plain\nDL242\n{title}\n"
+    assert complete("pidcfg rule DL242", "powershell") == f"plain\nDL242\n{title}\n"
     assert complete("pidcfg validate my", "zsh") == "path\nmy loops.yaml\n_\n"
     assert complete("pidcfg validate my", "powershell") == "path\n'my loops.yaml'\n_\n"
     assert complete(r"pidcfg validate .\my", "powershell").strip() == "" if os.name != "nt" else True
@@ -376,14 +376,14 @@ def test_bash_that_is_too_old_says_so(environment):
 @in_shell("fish")
 def test_fish(folder, environment):
     script = "pidcfg completion fish | source; for line in $argv; complete -C $line; end"
-    lines = ["pidcfg simulate re", "pidcfg validate --format=js", "pidcfg rule PID242"]
+    lines = ["pidcfg simulate re", "pidcfg validate --format=js", "pidcfg rule DL242"]
     run = subprocess.run(
         ["fish", "--no-config", "-c", script, "--", *lines], env=environment, capture_output=True, text=True, check=True
     )
     assert run.stdout.splitlines() == [
         "reactor.scenario.yaml",
         "--format=json",
-        f"PID242\t{rules()['PID242'].title}",
+        f"DL242\t{rules()['DL242'].title}",
     ]
 
 

@@ -656,7 +656,7 @@ def test_any_neutral_loop_makes_a_valid_file(file):
                 assert float(back["tuning"][of]) == pytest.approx(wanted, rel=error)
 
 
-EXCUSED = ("PID214",)
+EXCUSED = ("DL214",)
 """What the neutral loop brings with it: no term at all."""
 
 # --- everything ------------------------------------------------------------------------------------------------------

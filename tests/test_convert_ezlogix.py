@@ -498,7 +498,7 @@ def test_what_is_made_has_no_errors_of_its_own(file):
     found = check_document(read_document(yaml_text(made.data).encode(), "made.yaml")).findings
     errors = {f.code for f in found if f.severity is Severity.ERROR}
     without_term = any(not (loop.tuning.proportional or loop.tuning.integral_time) for loop in file.loops)
-    assert errors <= ({"PID424"} if without_term else set())
+    assert errors <= ({"EZ424"} if without_term else set())
 
 
 @settings(max_examples=60)

@@ -253,7 +253,7 @@ def test_encode_decode_encode_is_identical(config):
 @given(loop_words())
 def test_every_loop_table_that_means_something_comes_back(table):
     """Decode is lossless: any 32 valid words give a configuration that encodes to them."""
-    assume(table[LOOP_TABLE.offset("ramp_soak_table")] != 0o2000)  # a profile on top of the loop table: PID276
+    assume(table[LOOP_TABLE.offset("ramp_soak_table")] != 0o2000)  # a profile on top of the loop table: DL276
     image = {0o2000 + i: word for i, word in enumerate(table)} | {0o7640: 0o2000, 0o7641: 1}
     again = encode(Dl06File.model_validate(decode(image).data))
     assert all(m.error.stored is not None for _, m in again.misfits), "beyond full scale of a square-root loop only"

@@ -70,19 +70,19 @@ def test_starter_and_examples_have_neither_errors_nor_warnings(name):
 
 
 @pytest.mark.parametrize(
-    ("start", "found"), [(529, ["PID702"]), (530, []), (471, ["PID702"]), (470, []), (500, ["PID702"])]
+    ("start", "found"), [(529, ["DP702"]), (530, []), (471, ["DP702"]), (470, []), (500, ["DP702"])]
 )
 def test_blocks_need_30_registers_between_their_starts(start, found):
     assert codes({"device": "D500"}, {"device": f"D{start}"}) == found
 
 
-@pytest.mark.parametrize(("device", "found"), [("D499", ["PID702"]), ("D498", []), ("D529", ["PID702"]), ("D530", [])])
+@pytest.mark.parametrize(("device", "found"), [("D499", ["DP702"]), ("D498", []), ("D529", ["DP702"]), ("D530", [])])
 def test_a_number_needs_two_registers_outside_the_block(device, found):
     assert codes({"device": "D500", "devices": {"BIAS": device}}) == found
 
 
 @pytest.mark.parametrize(
-    ("bit", "found"), [("D499.15", []), ("D500.0", ["PID702"]), ("D529.15", ["PID702"]), ("M500", [])]
+    ("bit", "found"), [("D499.15", []), ("D500.0", ["DP702"]), ("D529.15", ["DP702"]), ("M500", [])]
 )
 def test_a_bit_of_the_block_is_part_of_it(bit, found):
     assert codes({"device": "D500", "devices": {"PID_RUN": bit}}) == found
@@ -92,25 +92,25 @@ def test_a_bit_of_the_block_is_part_of_it(bit, found):
     ("first", "second", "found"),
     [
         ({"SV": "D0"}, {"SV": "D0"}, []),
-        ({"SV": "D0"}, {"SV": "D1"}, ["PID703"]),
+        ({"SV": "D0"}, {"SV": "D1"}, ["DP703"]),
         ({"SV": "D0"}, {"SV": "D2"}, []),
         ({"PID_RUN": "M1"}, {"PID_RUN": "M1"}, []),
         ({"PID_RUN": "M1"}, {"PID_EQ": "M1", "PID_RUN": "M2"}, []),
-        ({"PID_RUN": "M1"}, {"PID_DE": "M1"}, ["PID703"]),
-        ({"PID_EQ": "D9.1"}, {"SV": "D8"}, ["PID703"]),
+        ({"PID_RUN": "M1"}, {"PID_DE": "M1"}, ["DP703"]),
+        ({"PID_EQ": "D9.1"}, {"SV": "D8"}, ["DP703"]),
         ({"PID_EQ": "D9.1"}, {"SV": "D10"}, []),
         ({"MV": "D0"}, {"SV": "D0"}, []),
         ({"MV": "D0"}, {"BIAS": "D0"}, []),
         ({"SV": "D0"}, {"MV": "D0"}, []),
-        ({"MV": "D0"}, {"PV": "D0"}, ["PID703"]),
-        ({"PV": "D0"}, {"MV": "D0"}, ["PID703"]),
-        ({"PV": "D0", "MV": "D0"}, {}, ["PID703"]),
+        ({"MV": "D0"}, {"PV": "D0"}, ["DP703"]),
+        ({"PV": "D0"}, {"MV": "D0"}, ["DP703"]),
+        ({"PV": "D0", "MV": "D0"}, {}, ["DP703"]),
         ({"PV": "D0"}, {"PV": "D0"}, []),
-        ({"MV": "D0"}, {"MV": "D0"}, ["PID703"]),
-        ({"MV": "D0"}, {"Ti_Ki": "D0"}, ["PID703"]),
+        ({"MV": "D0"}, {"MV": "D0"}, ["DP703"]),
+        ({"MV": "D0"}, {"Ti_Ki": "D0"}, ["DP703"]),
         ({"MV": "D0", "MOUT": "D0"}, {}, []),
-        ({"MV": "D0", "SV": "D0"}, {}, ["PID703"]),
-        ({"PID_MODE": "D0"}, {"CYCLE": "D0"}, ["PID703"]),
+        ({"MV": "D0", "SV": "D0"}, {}, ["DP703"]),
+        ({"PID_MODE": "D0"}, {"CYCLE": "D0"}, ["DP703"]),
         ({"MOUT": "D0"}, {"BIAS": "D0"}, []),
     ],
 )
@@ -128,8 +128,8 @@ TUNED = [
 
 
 def collisions(*loops: dict) -> list[str]:
-    """The ends of the messages of PID703."""
-    return [d.message.rpartition(" to D1 ")[2] for d in findings(*loops) if d.code == "PID703"]
+    """The ends of the messages of DP703."""
+    return [d.message.rpartition(" to D1 ")[2] for d in findings(*loops) if d.code == "DP703"]
 
 
 @pytest.mark.parametrize(("operand", "reason"), TUNED)
@@ -169,9 +169,9 @@ def test_a_mout_in_its_own_mv_is_that_mv_for_other_loops_and_for_the_change_to_m
     assert collisions({"devices": own}, {"devices": {"MV_MAX": "D0"}}) == ["would be an operand that MV overwrites"]
     for devices, found in (
         (own, []),
-        ({**own, "MOUT": "D2"}, ["PID719"]),
-        ({"MV": "D0"}, ["PID719"]),
-        ({}, ["PID719"]),
+        ({**own, "MOUT": "D2"}, ["DP719"]),
+        ({"MV": "D0"}, ["DP719"]),
+        ({}, ["DP719"]),
     ):
         assert codes({"PID_MODE": 2, "devices": {**devices, "PID_MAN": "M0"}}) == found
 
@@ -183,13 +183,13 @@ def test_two_tuned_operands_of_one_loop_need_two_devices():
     assert collisions({"Td_Kd": 180, "devices": {k: v for k, v in devices.items() if k != "PID_MODE"}}) == []
 
 
-@pytest.mark.parametrize(("limits", "found"), [((100, 0), ["PID741"]), ((50, 50), ["PID742"]), ((0, 100), [])])
+@pytest.mark.parametrize(("limits", "found"), [((100, 0), ["DP741"]), ((50, 50), ["DP742"]), ((0, 100), [])])
 def test_limits_are_swapped_equal_or_right(limits, found):
     assert codes({"MV_MIN": limits[0], "MV_MAX": limits[1]}) == found
 
 
 def test_swapped_limits_are_those_that_the_virtual_instruction_uses():
-    message = next(d.message for d in findings({"MV_MIN": 100, "MV_MAX": 20, "MOUT": 50}) if d.code == "PID741")
+    message = next(d.message for d in findings({"MV_MIN": 100, "MV_MAX": 20, "MOUT": 50}) if d.code == "DP741")
     config = dpide(MV_MIN=100, MV_MAX=20).cfg[0]
 
     assert "MV goes from 20 to 100" in message
@@ -198,7 +198,7 @@ def test_swapped_limits_are_those_that_the_virtual_instruction_uses():
 
 @pytest.mark.parametrize(("cycle", "used"), [(0, 1), (-5, 1), (40_001, 40_000), (2_000_000_000, 40_000)])
 def test_the_sampling_time_that_a_finding_names_is_the_virtual_instructions(cycle, used):
-    message = next(d.message for d in findings({"CYCLE": cycle}) if d.code == "PID731")
+    message = next(d.message for d in findings({"CYCLE": cycle}) if d.code == "DP731")
 
     assert message.endswith(f"as {used} ms")
     assert dpide(CYCLE=cycle).st[0].seconds == pytest.approx(used / 1000)
@@ -208,21 +208,21 @@ def test_the_sampling_time_that_a_finding_names_is_the_virtual_instructions(cycl
 def test_coefficients_below_0_act_as_0_in_the_virtual_instruction(operand):
     below, zero = (dpide(**{operand: value, "PID_EQ": False}) for value in (-3, 0))
 
-    assert "PID713" in codes({operand: -3, "PID_EQ": False})
-    assert "PID713" not in codes({operand: 0, "PID_EQ": False})
+    assert "DP713" in codes({operand: -3, "PID_EQ": False})
+    assert "DP713" not in codes({operand: 0, "PID_EQ": False})
     for name in ("kp", "ki", "kd", "lag"):
         assert getattr(below.st[0], name) == getattr(zero.st[0], name)
 
 
 def test_a_dead_controller_is_told_once():
-    assert codes({"Kc_Kp": 0}) == ["PID711"]
-    assert codes({"Kc_Kp": -1, "Ti_Ki": 0, "PID_EQ": False}) == ["PID712"]
-    assert codes({"Kc_Kp": -1, "Ti_Ki": 0.1, "PID_EQ": False}) == ["PID713"]
+    assert codes({"Kc_Kp": 0}) == ["DP711"]
+    assert codes({"Kc_Kp": -1, "Ti_Ki": 0, "PID_EQ": False}) == ["DP712"]
+    assert codes({"Kc_Kp": -1, "Ti_Ki": 0.1, "PID_EQ": False}) == ["DP713"]
 
 
 def test_a_time_in_the_independent_form_is_an_error_and_a_bare_one_that_is_too_fast_a_warning():
-    assert codes({"Ti_Ki": "180 s", "PID_EQ": False}) == ["PID715"]
-    assert codes({"Ti_Ki": 180, "PID_EQ": False}) == ["PID716"]
+    assert codes({"Ti_Ki": "180 s", "PID_EQ": False}) == ["DP715"]
+    assert codes({"Ti_Ki": 180, "PID_EQ": False}) == ["DP716"]
     assert codes({"Ti_Ki": "180 s"}) == []
 
 
@@ -230,11 +230,11 @@ def test_a_derivative_time_in_the_independent_form_is_a_warning():
     independent = {"Ti_Ki": 0.1, "Td_Kd": "200 s", "Tf": "2 s", "PID_DE": True, "PID_EQ": False}
     (found,) = findings(independent)
 
-    assert (found.code, found.severity) == ("PID715", Severity.WARNING)
+    assert (found.code, found.severity) == ("DP715", Severity.WARNING)
     assert found.message.endswith("with PID_EQ FALSE it is the gain Kd: Kp times the derivative time in s")
     assert codes({**independent, "Td_Kd": 200}) == []
     assert codes({**independent, "Ti_Ki": 180, "Td_Kd": "20 s", "PID_EQ": True}) == []
-    both = [d.severity for d in findings({**independent, "Ti_Ki": "180 s"}) if d.code == "PID715"]
+    both = [d.severity for d in findings({**independent, "Ti_Ki": "180 s"}) if d.code == "DP715"]
     assert both == [Severity.ERROR, Severity.WARNING]
 
 
@@ -243,7 +243,7 @@ def test_what_is_not_given_is_told_for_direction_and_form():
     data = {"pidcfg": 1, "vendor": "dpide", "loops": [loop]}
     found = check_document(read_document(yaml_text(data).encode(), "x.yaml")).findings
 
-    assert [d.code for d in found] == ["PID781", "PID781"]
+    assert [d.code for d in found] == ["DP781", "DP781"]
     assert {d.span.line for d in found} == {4}
 
 
@@ -251,8 +251,8 @@ def test_what_is_not_given_is_told_for_direction_and_form():
     ("forward", "name", "found"),
     [
         (True, "OVEN", []),
-        (False, "OVEN", ["PID782"]),
-        (True, "CHILLER", ["PID782"]),
+        (False, "OVEN", ["DP782"]),
+        (True, "CHILLER", ["DP782"]),
         (False, "CHILLER", []),
         (False, "LOOP", []),
         (True, "LOOP", []),
@@ -269,24 +269,24 @@ def test_the_direction_that_rules_call_heating_is_that_of_the_virtual_instructio
         other = next(
             d.message
             for d in findings({"name": "OVEN" if word == "heating" else "CHILLER", "PID_DIR": not forward})
-            if d.code == "PID782"
+            if d.code == "DP782"
         )
         assert f"speaks of {word}, which needs {str(forward).upper()}" in other
 
 
 def test_an_interrupt_task_replaces_cycle_for_the_rules_too():
-    assert codes({"CYCLE": 50_000}, plc={"interrupt_task": 100}) == ["PID732"]
+    assert codes({"CYCLE": 50_000}, plc={"interrupt_task": 100}) == ["DP732"]
     assert codes({"CYCLE": 100}, plc={"interrupt_task": 100}) == []
-    assert "PID716" in codes({"Ti_Ki": 2, "CYCLE": 5000}, plc={"interrupt_task": 5000})
-    assert "PID716" not in codes({"Ti_Ki": 2, "CYCLE": 5000}, plc={"interrupt_task": 1000})
-    assert codes({"CYCLE": 1000}, plc={"interrupt_task": 0}) == ["PID101", "PID732"]
+    assert "DP716" in codes({"Ti_Ki": 2, "CYCLE": 5000}, plc={"interrupt_task": 5000})
+    assert "DP716" not in codes({"Ti_Ki": 2, "CYCLE": 5000}, plc={"interrupt_task": 1000})
+    assert codes({"CYCLE": 1000}, plc={"interrupt_task": 0}) == ["PID101", "DP732"]
 
 
 def test_the_derivative_of_the_error_kicks_and_that_of_the_pv_does_not():
-    assert codes({"Td_Kd": 10, "Tf": 1}) == ["PID725"]
+    assert codes({"Td_Kd": 10, "Tf": 1}) == ["DP725"]
     assert codes({"Td_Kd": 10, "Tf": 1, "PID_DE": True}) == []
     kick, jump = (
-        next(d.message for d in findings({"Td_Kd": 10, "Tf": 1, "PID_DE": de, "ERR_DBW": 2}) if d.code == "PID763")
+        next(d.message for d in findings({"Td_Kd": 10, "Tf": 1, "PID_DE": de, "ERR_DBW": 2}) if d.code == "DP763")
         for de in (False, True)
     )
     assert "derivative kicks" in kick
@@ -313,10 +313,10 @@ def test_rules_judge_any_configuration_and_symbols_are_written_when_they_say_so(
     try:
         FORMATS["symbols"].write(encoding.image, ())
     except UnwritableError:
-        assert found["PID771"] or found["PID772"]
+        assert found["DP771"] or found["DP772"]
     else:
-        assert not found["PID771"]
-        assert not found["PID772"]
+        assert not found["DP771"]
+        assert not found["DP772"]
     for code, entries in found.items():
         for entry in entries:
             assert RULES[code].fields <= set(entry.values), code

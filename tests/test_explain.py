@@ -59,7 +59,7 @@ def test_v7642_tells_its_four_bits():
     assert (page.vendor, page.title, page.access) == ("dl06", "Loop error flags", "status")
     assert [point.label for point in page.points] == ["bit 0", "bit 1", "bit 2", "bit 3"]
     assert all(point.meaning and point.meaning.effect and point.meaning.cure for point in page.points)
-    assert [point.meaning.rules for point in page.points] == [("PID201",), ("PID202",), ("PID203",), ("PID204",)]
+    assert [point.meaning.rules for point in page.points] == [("DL201",), ("DL202",), ("DL203",), ("DL204",)]
     assert page.reference == "DL06 manual ch. 8, PID Error Flags, V7642"
 
 
@@ -80,7 +80,7 @@ def test_a_word_of_the_loop_table():
     (page,) = pages("V2006=0x0402", loop=True)
     assert active(page) == [("bit 1", "Automatic mode"), ("bit 10", "Alarm value programming error")]
     assert page.place == "+06 of loop 1 of a table at V2000"
-    assert "PID242" in page.points[10].meaning.rules
+    assert "DL242" in page.points[10].meaning.rules
     (other,) = pages("V3046=0402", starts=("V3000",))
     assert other.place == "+06 of loop 2 of a table at V3000"
     assert active(other) == active(page)
@@ -238,7 +238,7 @@ def test_a_reading_that_no_manual_prints_says_so():
     assert (
         "Forward/Reverse in the PID window before the first Auto" in pages("action", vendor="click")[0].meaning.effect
     )
-    assert pages("action", vendor="click")[0].meaning.rules == ("PID308",)
+    assert pages("action", vendor="click")[0].meaning.rules == ("CK308",)
 
 
 def test_the_start_of_the_autotune_is_told_as_by_the_rule():
@@ -246,7 +246,7 @@ def test_the_start_of_the_autotune_is_told_as_by_the_rule():
     cure = page.points[0].meaning.cure
     assert "at least 205 counts" in cure
     assert "below the SP of a direct-acting loop, above that of a reverse-acting one (D28)" in cure
-    assert page.points[0].meaning.rules == ("PID299",)
+    assert page.points[0].meaning.rules == ("DL299",)
 
 
 def test_after_an_auto_tuning_nothing_controls():
@@ -294,7 +294,7 @@ def test_errors_of_the_click_name_what_can_be_their_cause():
     assert never == {10, 12, 13, 26, 27, 200}, "their 0 is not allowed"
     assert "100 to 30000 ms" in codes[10].title
     assert codes[21].meaning.rules == codes[22].meaning.rules == ()
-    assert codes[23].meaning.rules == ("PID311", "PID312")
+    assert codes[23].meaning.rules == ("CK311", "CK312")
     assert "an upper bound too, which is not known" in codes[30].meaning.cure
 
 
@@ -479,7 +479,7 @@ def test_a_block_must_be_an_address_and_hold_the_thing():
 def test_rules_and_decisions():
     from pidcfg.validate.pages import page
 
-    assert run("pid242").output == page(rules()["PID242"])
+    assert run("pid242").output == page(rules()["DL242"])
     assert run("D46").output.startswith("# D46 alarms are strict\n\nOn when the PV is beyond")
     assert run("d9999").exit_code == 2
 
@@ -583,7 +583,7 @@ LAYOUT = {
 
 
 @pytest.mark.parametrize(
-    "things", [["V7642=0008"], ["CK27", "ErrBits=5"], ["PID242", "D46"], ["gain"], ["addr+06.10"], []]
+    "things", [["V7642=0008"], ["CK27", "ErrBits=5"], ["DL242", "D46"], ["gain"], ["addr+06.10"], []]
 )
 def test_the_layout_of_the_json(things):
     result = run(*things, "--format", "json")
@@ -598,7 +598,7 @@ def test_json_keeps_every_field():
         ("bit 2", "off", False),
         ("bit 3", "on", True),
     ]
-    assert page["bits"][3]["rules"] == ["PID204"]
+    assert page["bits"][3]["rules"] == ["DL204"]
 
 
 # --- with a configuration --------------------------------------------------------------------------------------------

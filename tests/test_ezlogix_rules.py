@@ -83,23 +83,23 @@ def times(cycle, **others):
 # fmt: off
 STEPS = [
     # code      what is changed                                          at the limit  one step beyond
-    ("PID401", ("registers",), "R65504", "R65505"),
-    ("PID401", ("discretes",), "S65528", "S65529"),
-    ("PID415", ("action", {"description": "heater"}), "reverse", "direct"),
-    ("PID415", ("action", {"description": "chiller"}), "direct", "reverse"),
-    ("PID423", ("tuning.proportional_gain",), 0.01, 0),
-    ("PID424", ("tuning.proportional_gain", {"tuning.integral_time": 0}), 0.01, 0),
-    ("PID424", ("tuning.integral_time", {"tuning.proportional_gain": 0}), 0.1, 0),
-    ("PID425", ("output.offset", {"tuning": P_ONLY}), 1, 0),
-    ("PID426", ("tuning.integral_time",), 1, 0.9),
-    ("PID426", ("sample_rate", {"tuning.integral_time": 20}), 20, 20.01),
-    ("PID427", ("tuning.derivative_time",), 1, 0.9),
-    ("PID428", ("tuning", ), {"proportional_gain": 1, "integral_time": 0.3, "derivative_time": 0.2},
+    ("EZ401", ("registers",), "R65504", "R65505"),
+    ("EZ401", ("discretes",), "S65528", "S65529"),
+    ("EZ415", ("action", {"description": "heater"}), "reverse", "direct"),
+    ("EZ415", ("action", {"description": "chiller"}), "direct", "reverse"),
+    ("EZ423", ("tuning.proportional_gain",), 0.01, 0),
+    ("EZ424", ("tuning.proportional_gain", {"tuning.integral_time": 0}), 0.01, 0),
+    ("EZ424", ("tuning.integral_time", {"tuning.proportional_gain": 0}), 0.1, 0),
+    ("EZ425", ("output.offset", {"tuning": P_ONLY}), 1, 0),
+    ("EZ426", ("tuning.integral_time",), 1, 0.9),
+    ("EZ426", ("sample_rate", {"tuning.integral_time": 20}), 20, 20.01),
+    ("EZ427", ("tuning.derivative_time",), 1, 0.9),
+    ("EZ428", ("tuning", ), {"proportional_gain": 1, "integral_time": 0.3, "derivative_time": 0.2},
                              {"proportional_gain": 1, "integral_time": 0.3, "derivative_time": 0.3}),
-    ("PID429", ("tuning.derivative_time",), 410, 410.1),
-    ("PID429", ("tuning.derivative_time", {"tuning.proportional_gain": 0}), 410, 410.1),
-    ("PID429", ("tuning.proportional_gain", {"tuning.derivative_time": 100}), 4.10, 4.11),
-    ("PID430", ("sample_rate",), 0.05, 0),
+    ("EZ429", ("tuning.derivative_time",), 410, 410.1),
+    ("EZ429", ("tuning.derivative_time", {"tuning.proportional_gain": 0}), 410, 410.1),
+    ("EZ429", ("tuning.proportional_gain", {"tuning.derivative_time": 100}), 4.10, 4.11),
+    ("EZ430", ("sample_rate",), 0.05, 0),
     ("PID101", ("sample_rate", {"autotune.timeout": 5000}), 99.99, 100),
     ("PID101", ("sample_rate",), 0.05, 0.04),
     ("PID101", ("tuning.proportional_gain",), 99.99, 100),
@@ -113,40 +113,40 @@ STEPS = [
     ("PID102", ("setpoint.value", {"pv.counts": [819, 4095]}), 819, 818),
     ("PID102", ("output.limits",), [0, 4095], [0, 4096]),
     ("PID102", ("output.offset",), 0, -1),
-    ("PID435", ("setpoint.limits",), [2000, 2001], [2001, 2000]),
-    ("PID436", ("setpoint.limits", {"setpoint.value": 1}), [0, 1], [0, 0]),
-    ("PID436", ("setpoint.value", {"setpoint.limits": [0, 0]}), 0, 1),
-    ("PID437", ("setpoint.limits",), [2000, 2001], [2000, 2000]),
-    ("PID438", ("setpoint.value", {"setpoint.limits": [1000, 2000]}), 1000, 999),
-    ("PID438", ("setpoint.value", {"setpoint.limits": [1000, 2000]}), 2000, 2001),
-    ("PID440", ("deadband",), 409, 410),
-    ("PID441", ("deadband",), 2, 1),
-    ("PID441", ("deadband", {"pv.range": [0, 4095]}), 1.51, 1.49),
-    ("PID446", ("pv.counts", {"pv.square_root": True}), [0, 4095], [1, 4095]),
-    ("PID447", ("pv.range", {"pv.square_root": True}), [0, 50], [0.1, 50]),
-    ("PID448", ("pv.counts",), [10, 8200], [10, 8201]),
-    ("PID455", ("output.limits",), [2000, 2001], [2000, 2000]),
-    ("PID456", ("output.limits",), [0, 4095], [1, 4095]),
-    ("PID456", ("output.limits",), [0, 4095], [0, 4094]),
-    ("PID457", ("output.limits",), [0, 4095], [1, 4095]),
-    ("PID458", ("output.offset", {"output.limits": [1000, 2000]}), 1000, 999),
-    ("PID458", ("output.offset", {"output.limits": [1000, 2000]}), 2000, 2001),
-    ("PID459", ("output.offset",), 0, 1),
-    ("PID461", ("output.limits",), [0, 101], [0, 100]),
-    ("PID465", ("output.pulse",), times(0.1), times(0)),
-    ("PID466", ("output.pulse",), times(20, min_on=10, min_off=10), times(20, min_on=10, min_off=10.1)),
-    ("PID467", ("output.pulse",), times(20, min_on=19.9), times(20, min_on=20)),
-    ("PID468", ("output.pulse", {"output.limits": [2048, 4095]}), times(20, min_off=10), times(20, min_off=10.1)),
-    ("PID469", ("output.pulse", {"output.limits": [1024, 4095]}), times(20, min_on=5), times(20, min_on=5.1)),
-    ("PID470", ("output.pulse", {"output.limits": [0, 3072]}), times(20, min_off=5), times(20, min_off=5.1)),
-    ("PID471", ("output.pulse", {"sample_rate": 15}), times(15), times(14.9)),
-    ("PID472", ("output.pulse",), times(60), times(60.1)),
-    ("PID473", ("output.pulse",), times(10), times(9.9)),
-    ("PID480", ("autotune.timeout", {"tuning.integral_time": 1}), 40, 0),
-    ("PID481", ("autotune.timeout",), 60, 59),
-    ("PID481", ("autotune.timeout",), 39, 40),
-    ("PID482", ("autotune.timeout",), 40, 39),
-    ("PID484", ("output.limits",), [1000, 1410], [1000, 1409]),
+    ("EZ435", ("setpoint.limits",), [2000, 2001], [2001, 2000]),
+    ("EZ436", ("setpoint.limits", {"setpoint.value": 1}), [0, 1], [0, 0]),
+    ("EZ436", ("setpoint.value", {"setpoint.limits": [0, 0]}), 0, 1),
+    ("EZ437", ("setpoint.limits",), [2000, 2001], [2000, 2000]),
+    ("EZ438", ("setpoint.value", {"setpoint.limits": [1000, 2000]}), 1000, 999),
+    ("EZ438", ("setpoint.value", {"setpoint.limits": [1000, 2000]}), 2000, 2001),
+    ("EZ440", ("deadband",), 409, 410),
+    ("EZ441", ("deadband",), 2, 1),
+    ("EZ441", ("deadband", {"pv.range": [0, 4095]}), 1.51, 1.49),
+    ("EZ446", ("pv.counts", {"pv.square_root": True}), [0, 4095], [1, 4095]),
+    ("EZ447", ("pv.range", {"pv.square_root": True}), [0, 50], [0.1, 50]),
+    ("EZ448", ("pv.counts",), [10, 8200], [10, 8201]),
+    ("EZ455", ("output.limits",), [2000, 2001], [2000, 2000]),
+    ("EZ456", ("output.limits",), [0, 4095], [1, 4095]),
+    ("EZ456", ("output.limits",), [0, 4095], [0, 4094]),
+    ("EZ457", ("output.limits",), [0, 4095], [1, 4095]),
+    ("EZ458", ("output.offset", {"output.limits": [1000, 2000]}), 1000, 999),
+    ("EZ458", ("output.offset", {"output.limits": [1000, 2000]}), 2000, 2001),
+    ("EZ459", ("output.offset",), 0, 1),
+    ("EZ461", ("output.limits",), [0, 101], [0, 100]),
+    ("EZ465", ("output.pulse",), times(0.1), times(0)),
+    ("EZ466", ("output.pulse",), times(20, min_on=10, min_off=10), times(20, min_on=10, min_off=10.1)),
+    ("EZ467", ("output.pulse",), times(20, min_on=19.9), times(20, min_on=20)),
+    ("EZ468", ("output.pulse", {"output.limits": [2048, 4095]}), times(20, min_off=10), times(20, min_off=10.1)),
+    ("EZ469", ("output.pulse", {"output.limits": [1024, 4095]}), times(20, min_on=5), times(20, min_on=5.1)),
+    ("EZ470", ("output.pulse", {"output.limits": [0, 3072]}), times(20, min_off=5), times(20, min_off=5.1)),
+    ("EZ471", ("output.pulse", {"sample_rate": 15}), times(15), times(14.9)),
+    ("EZ472", ("output.pulse",), times(60), times(60.1)),
+    ("EZ473", ("output.pulse",), times(10), times(9.9)),
+    ("EZ480", ("autotune.timeout", {"tuning.integral_time": 1}), 40, 0),
+    ("EZ481", ("autotune.timeout",), 60, 59),
+    ("EZ481", ("autotune.timeout",), 39, 40),
+    ("EZ482", ("autotune.timeout",), 40, 39),
+    ("EZ484", ("output.limits",), [1000, 1410], [1000, 1409]),
 ]
 # fmt: on
 
@@ -162,26 +162,26 @@ def test_one_step_beyond_the_limit_is_found_and_the_limit_is_not(code, what, ins
 
 ONE = [
     # what is changed, and all errors and warnings that it makes
-    ({"sample_rate": 0}, ["PID430"]),
-    ({"output.pulse": times(0)}, ["PID465"]),
-    ({"output.pulse": times(20, min_on=21, min_off=21)}, ["PID467"]),
-    ({"output.pulse": times(20, min_off=25)}, ["PID466"]),
-    ({"output.pulse": times(10), "tuning.integral_time": 0.5}, ["PID426"]),
-    ({"output.pulse": times(10), "tuning.integral_time": 0.3, "tuning.derivative_time": 0.3}, ["PID428"]),
-    ({"tuning": {"proportional_gain": 0}}, ["PID424"]),
-    ({"tuning.proportional_gain": 0}, ["PID423"]),
-    ({"setpoint.limits": [0, 0], "setpoint.value": 100}, ["PID436"]),
-    ({"setpoint.limits": [0, 0], "mode": "auto"}, ["PID436"]),
-    ({"setpoint.limits": [2000, 1000], "setpoint.value": 3000}, ["PID435"]),
+    ({"sample_rate": 0}, ["EZ430"]),
+    ({"output.pulse": times(0)}, ["EZ465"]),
+    ({"output.pulse": times(20, min_on=21, min_off=21)}, ["EZ467"]),
+    ({"output.pulse": times(20, min_off=25)}, ["EZ466"]),
+    ({"output.pulse": times(10), "tuning.integral_time": 0.5}, ["EZ426"]),
+    ({"output.pulse": times(10), "tuning.integral_time": 0.3, "tuning.derivative_time": 0.3}, ["EZ428"]),
+    ({"tuning": {"proportional_gain": 0}}, ["EZ424"]),
+    ({"tuning.proportional_gain": 0}, ["EZ423"]),
+    ({"setpoint.limits": [0, 0], "setpoint.value": 100}, ["EZ436"]),
+    ({"setpoint.limits": [0, 0], "mode": "auto"}, ["EZ436"]),
+    ({"setpoint.limits": [2000, 1000], "setpoint.value": 3000}, ["EZ435"]),
     ({"setpoint.value": 5000, "setpoint.limits": [0, 4000]}, ["PID102"]),
-    ({"output.limits": [0, 100]}, ["PID461"]),
-    ({"output.limits": [0, 0]}, ["PID455"]),
-    ({"output.limits": [3000, 2000], "output.offset": 100}, ["PID455"]),
-    ({"pv.square_root": True, "pv.counts": [819, 4095], "pv.range": [0, 50], "setpoint.value": 10}, ["PID446"]),
-    ({"pv.tag": "R1"}, ["PID404"]),
-    ({"output.tag": "R32"}, ["PID404"]),
-    ({"pv.tag": "R500", "output.tag": "R500"}, ["PID407"]),
-    ({"autotune.timeout": 0}, ["PID480"]),
+    ({"output.limits": [0, 100]}, ["EZ461"]),
+    ({"output.limits": [0, 0]}, ["EZ455"]),
+    ({"output.limits": [3000, 2000], "output.offset": 100}, ["EZ455"]),
+    ({"pv.square_root": True, "pv.counts": [819, 4095], "pv.range": [0, 50], "setpoint.value": 10}, ["EZ446"]),
+    ({"pv.tag": "R1"}, ["EZ404"]),
+    ({"output.tag": "R32"}, ["EZ404"]),
+    ({"pv.tag": "R500", "output.tag": "R500"}, ["EZ407"]),
+    ({"autotune.timeout": 0}, ["EZ480"]),
 ]
 
 
@@ -199,7 +199,7 @@ def test_blocks_overlap_where_they_have_an_address_in_common(r1, r2, s1, s2):
     second = changed(2, registers=f"R{r2}", discretes=f"S{s2}")
     shared = bool({*range(r1, r1 + 32)} & {*range(r2, r2 + 32)}) + bool({*range(s1, s1 + 8)} & {*range(s2, s2 + 8)})
 
-    assert serious(first, second).count("PID402") == shared
+    assert serious(first, second).count("EZ402") == shared
 
 
 @given(st.integers(1, 200), st.integers(1, 200), st.sampled_from(["pv.tag", "output.tag"]))
@@ -210,8 +210,8 @@ def test_a_tag_in_any_block_is_found_unless_it_is_the_set_point_of_another_loop(
     cascade = key == "output.tag" and number == base + R_BLOCK.offset("setpoint")
     found = codes(*loops, process_when_stopped=False)
 
-    assert ("PID404" in found) == (inside and not cascade)
-    assert ("PID405" in found) == cascade
+    assert ("EZ404" in found) == (inside and not cascade)
+    assert ("EZ405" in found) == cascade
 
 
 def test_input_and_output_registers_are_in_no_block():
@@ -230,7 +230,7 @@ def test_a_cascade_whose_outer_cv_goes_beyond_the_inner_limits_is_a_warning(limi
     outer = changed(1, **{"output.tag": "R34", "output.limits": limits})
     found = findings(outer, changed(2, **{"setpoint.limits": [1000, 3000]}))
 
-    assert [d.severity for d in found if d.code == "PID405"] == [severity]
+    assert [d.severity for d in found if d.code == "EZ405"] == [severity]
 
 
 def test_a_cascade_into_a_square_root_loop_ends_at_the_root_of_the_span():
@@ -239,7 +239,7 @@ def test_a_cascade_into_a_square_root_loop_ends_at_the_root_of_the_span():
         next(
             d.severity
             for d in findings(changed(1, **{"output.tag": "R34", "output.limits": [0, high]}), inner)
-            if d.code == "PID405"
+            if d.code == "EZ405"
         )
         for high in (64, 65)
     ]
@@ -250,8 +250,8 @@ def test_a_cascade_into_a_square_root_loop_ends_at_the_root_of_the_span():
 def test_the_inner_loop_of_a_cascade_needs_no_set_point_of_its_own():
     inner = changed(2, mode="auto")
 
-    assert "PID439" in codes(changed(1), inner)
-    assert "PID439" not in codes(changed(1, **{"output.tag": "R34"}), inner)
+    assert "EZ439" in codes(changed(1), inner)
+    assert "EZ439" not in codes(changed(1, **{"output.tag": "R34"}), inner)
 
 
 @pytest.mark.parametrize(
@@ -269,7 +269,7 @@ def test_only_logical_tags_stand_still_in_a_stopped_plc(pv, output, pulse, found
     extra = {"output.pulse": times(20)} if pulse else {}
     loop = changed(**{"pv.tag": pv, "output.tag": output, **extra})
 
-    assert serious(loop, process_when_stopped=goes_on) == (["PID410"] if found and goes_on else [])
+    assert serious(loop, process_when_stopped=goes_on) == (["EZ410"] if found and goes_on else [])
 
 
 def test_a_pv_that_another_loop_writes_moves_while_the_plc_is_stopped():
@@ -287,7 +287,7 @@ def test_heating_above_cooling_is_found_whichever_loop_comes_first(heat, cool, c
         for n, action in enumerate(actions, 1)
     ]
 
-    assert ("PID409" in codes(*loops)) == (heat > cool)
+    assert ("EZ409" in codes(*loops)) == (heat > cool)
 
 
 NAMES = st.one_of(
@@ -300,7 +300,7 @@ TEMPLATES = st.sampled_from(["PID{loop}_{variable}", "{name}_{variable}", "{name
 @given(st.lists(NAMES, min_size=1, max_size=4, unique=True), TEMPLATES)
 def test_a_tag_list_can_be_written_exactly_when_no_rule_of_names_finds_anything(names, template):
     result = checked(*(changed(n, name=name) for n, name in enumerate(names, 1)), tag_names=template)
-    found = {d.code for d in result.findings} & {"PID411", "PID412"}
+    found = {d.code for d in result.findings} & {"EZ411", "EZ412"}
 
     if found:
         with pytest.raises(UnwritableError):
@@ -328,13 +328,13 @@ def test_a_tag_list_can_be_written_exactly_when_no_rule_of_names_finds_anything(
     ],
 )
 def test_words_of_heating_want_reverse(words):
-    assert serious(changed(description=words, action="direct")) == ["PID415"]
+    assert serious(changed(description=words, action="direct")) == ["EZ415"]
     assert serious(changed(description=words, action="reverse")) == []
 
 
 @pytest.mark.parametrize("words", ["cooling", "Cooler", "chilled water", "cold store", "freezer", "air-conditioning"])
 def test_words_of_cooling_want_direct(words):
-    assert serious(changed(description=words, action="reverse")) == ["PID415"]
+    assert serious(changed(description=words, action="reverse")) == ["EZ415"]
     assert serious(changed(description=words, action="direct")) == []
 
 
@@ -378,7 +378,7 @@ def test_other_words_tell_nothing_of_the_action(words, action):
 def test_only_temperatures_are_heated(unit, found):
     loop = changed(name="OVEN", action="direct", **({"pv.unit": unit} if unit else {}))
 
-    assert serious(loop) == (["PID415"] if found else [])
+    assert serious(loop) == (["EZ415"] if found else [])
 
 
 # --- terms and set point ---------------------------------------------------------------------------------------------
@@ -391,10 +391,10 @@ def test_only_temperatures_are_heated(unit, found):
 )
 def test_every_set_of_terms_is_judged_once(gain, integral, derivative):
     terms = {"proportional_gain": gain, "integral_time": integral, "derivative_time": derivative}
-    found = codes(changed(tuning=terms)) & {"PID423", "PID424", "PID425"}
+    found = codes(changed(tuning=terms)) & {"EZ423", "EZ424", "EZ425"}
     on = gain != 0, integral != "off"
 
-    assert found == {(False, False): {"PID424"}, (False, True): {"PID423"}, (True, False): {"PID425"}}.get(on, set())
+    assert found == {(False, False): {"EZ424"}, (False, True): {"EZ423"}, (True, False): {"EZ425"}}.get(on, set())
 
 
 @given(st.integers(0, 4095), st.integers(0, 4095), st.integers(0, 4095))
@@ -403,10 +403,10 @@ def test_a_set_point_is_reported_exactly_when_its_limits_move_it(value, low, hig
     kept = min(max(value, low), high)
     zero = low == high == 0 and value != 0
 
-    assert ("PID435" in found) == (low > high)
-    assert ("PID436" in found) == zero
-    assert ("PID437" in found) == (low == high and not zero)
-    assert ("PID438" in found) == (low <= high and kept != value and not zero)
+    assert ("EZ435" in found) == (low > high)
+    assert ("EZ436" in found) == zero
+    assert ("EZ437" in found) == (low == high and not zero)
+    assert ("EZ438" in found) == (low <= high and kept != value and not zero)
 
 
 @given(st.integers(0, 4095), st.integers(0, 4095), st.integers(1, 4095))
@@ -415,7 +415,7 @@ def test_a_deadband_that_no_error_reaches_is_an_error(low, high, deadband):
     found = [
         d.severity
         for d in findings(changed(deadband=deadband, **{"setpoint.limits": [low, high]}))
-        if d.code == "PID440"
+        if d.code == "EZ440"
     ]
     reached = any(abs(sp - pv) >= deadband for sp in (low, high) for pv in (0, 4095))
 
@@ -425,8 +425,8 @@ def test_a_deadband_that_no_error_reaches_is_an_error(low, high, deadband):
 def test_auto_without_a_set_point_names_what_the_loop_controls_to():
     loop = changed(mode="auto", **{"setpoint.limits": [20, 240], "pv.range": [0, 400], "pv.unit": "degC"})
 
-    assert "controls to 20 degC" in next(d.message for d in findings(loop) if d.code == "PID439")
-    assert "PID439" not in codes({**loop, "mode": "manual"})
+    assert "controls to 20 degC" in next(d.message for d in findings(loop) if d.code == "EZ439")
+    assert "EZ439" not in codes({**loop, "mode": "manual"})
 
 
 # --- output ----------------------------------------------------------------------------------------------------------
@@ -447,11 +447,11 @@ def test_rules_of_pulses_agree_with_the_virtual_control_output(cycle, min_on, mi
     between = any(0 < on < cycle for on in ons)
     sound = between and not never_on and not never_off
 
-    assert ("PID467" in found) == never_on
-    assert ("PID468" in found) == never_off
-    assert ("PID466" in found) == (not between and not never_on and not never_off)
-    assert ("PID469" in found) == (sound and low > 0 and ons[0] <= 0)
-    assert ("PID470" in found) == (sound and high < 4095 and ons[-1] >= cycle)
+    assert ("EZ467" in found) == never_on
+    assert ("EZ468" in found) == never_off
+    assert ("EZ466" in found) == (not between and not never_on and not never_off)
+    assert ("EZ469" in found) == (sound and low > 0 and ons[0] <= 0)
+    assert ("EZ470" in found) == (sound and high < 4095 and ons[-1] >= cycle)
 
 
 def on_time(cv, cycle, min_on, min_off):
@@ -466,8 +466,8 @@ def on_time(cv, cycle, min_on, min_off):
 def test_a_low_limit_whose_pulses_are_left_out_does_not_keep_the_output_on():
     limits = {"output.limits": [1024, 4095]}
 
-    assert "PID457" in codes(changed(**limits, **{"output.pulse": times(20, min_on=5)}))
-    assert "PID457" not in codes(changed(**limits, **{"output.pulse": times(20, min_on=5.1)}))
+    assert "EZ457" in codes(changed(**limits, **{"output.pulse": times(20, min_on=5)}))
+    assert "EZ457" not in codes(changed(**limits, **{"output.pulse": times(20, min_on=5.1)}))
 
 
 @given(st.integers(0, 4095), st.integers(101, 4095), st.booleans(), st.booleans())
@@ -476,9 +476,9 @@ def test_anti_windup_and_limits(low, high, anti_windup, integral):
     tuning = {**P_ONLY, "integral_time": 60 if integral else 0}
     found = codes(changed(anti_windup=anti_windup, tuning=tuning, **{"output.limits": [low, high]}))
 
-    assert ("PID456" in found) == (integral and anti_windup and (low, high) != (0, 4095))
-    assert ("PID460" in found) == (integral and not anti_windup)
-    assert ("PID484" in found) == (low + 410 > high)
+    assert ("EZ456" in found) == (integral and anti_windup and (low, high) != (0, 4095))
+    assert ("EZ460" in found) == (integral and not anti_windup)
+    assert ("EZ484" in found) == (low + 410 > high)
 
 
 def test_the_step_of_the_autotune_is_that_of_the_virtual_controller():
@@ -486,8 +486,8 @@ def test_the_step_of_the_autotune_is_that_of_the_virtual_controller():
 
 
 def test_limits_in_counts_or_with_a_range_are_no_percentages():
-    assert "PID461" not in codes(changed(**{"output.limits": [0, "100 counts"]}))
-    assert "PID461" not in codes(changed(**{"output.limits": [0, 100], "output.range": [0, 100]}))
+    assert "EZ461" not in codes(changed(**{"output.limits": [0, "100 counts"]}))
+    assert "EZ461" not in codes(changed(**{"output.limits": [0, 100], "output.range": [0, 100]}))
 
 
 # --- all of them -----------------------------------------------------------------------------------------------------
@@ -506,7 +506,7 @@ def test_starter_and_examples_have_neither_errors_nor_warnings(name):
 def test_an_oven_with_its_action_swapped_is_a_warning():
     text = (ROOT / "src/pidcfg/starters/ezlogix.yaml").read_text("utf-8").replace("action: reverse", "action: direct")
 
-    assert [d.code for d in check_document(read_document(text.encode(), "oven.yaml")).findings] == ["PID415"]
+    assert [d.code for d in check_document(read_document(text.encode(), "oven.yaml")).findings] == ["EZ415"]
 
 
 def test_decisions_of_rules_have_numbers_of_their_own():

@@ -376,7 +376,7 @@ def test_a_correction_that_uncovers_another_is_followed():
 def test_a_correction_may_show_findings_that_were_hidden_but_bring_no_error_of_the_same_kind():
     outcome = fix(TWICE.replace("reset:", "rseet:"))
     assert outcome.data.decode() == TWICE
-    assert {d.code for d in outcome.left} == {"PID242", "PID254"}
+    assert {d.code for d in outcome.left} == {"DL242", "DL254"}
 
 
 def test_many_unknown_keys_cost_no_more_than_a_few_readings(monkeypatch):
@@ -433,15 +433,15 @@ def test_one_correction_that_fails_does_not_hold_up_the_others():
 
 def test_unused_ignores_are_deleted_and_used_ones_stay():
     lines = GOOD.splitlines()
-    lines[5] += "\t # pidcfg: ignore[PID242] why"
-    lines[6] += "  # heating # pidcfg: ignore[PID242] why"
-    text = "\n".join([*lines[:7], "    # pidcfg: ignore[PID242] why", *lines[7:], "# pidcfg: ignore[PID101] why"])
+    lines[5] += "\t # pidcfg: ignore[DL242] why"
+    lines[6] += "  # heating # pidcfg: ignore[DL242] why"
+    text = "\n".join([*lines[:7], "    # pidcfg: ignore[DL242] why", *lines[7:], "# pidcfg: ignore[PID101] why"])
     wanted = "\n".join(
         [*GOOD.splitlines()[:5], GOOD.splitlines()[5] + "\t # why", lines[6], "    # why", *lines[7:], "# why"]
     )
     assert fix(text).data.decode() == wanted, "what stands behind another comment is left to its writer"
-    used = TWICE.rstrip() + "  # pidcfg: ignore[PID242, PID101, PID254] why\n"
-    assert fix(used).data.decode() == used.replace("PID242, PID101, PID254", "PID242, PID254")
+    used = TWICE.rstrip() + "  # pidcfg: ignore[DL242, PID101, DL254] why\n"
+    assert fix(used).data.decode() == used.replace("DL242, PID101, DL254", "DL242, DL254")
 
 
 @pytest.mark.parametrize("folder", ["examples/*/*.yaml", "tests/cases/*.yaml", "src/pidcfg/starters/*.yaml"])
@@ -632,7 +632,7 @@ def test_the_patch_of_standard_input_names_it_as_other_programs_do(validate, mon
 
 
 def test_a_reason_that_would_ignore_something_itself_is_left_alone():
-    text = GOOD.rstrip() + "  # pidcfg: ignore[PID242] #pidcfg: ignore[PID101] why\n"
+    text = GOOD.rstrip() + "  # pidcfg: ignore[DL242] #pidcfg: ignore[PID101] why\n"
     assert "ignore[PID101]" in fix(text).data.decode()
-    text = GOOD.rstrip() + "  # pidcfg: ignore[PID242] pidcfg: ignore[PID101] why\n"
+    text = GOOD.rstrip() + "  # pidcfg: ignore[DL242] pidcfg: ignore[PID101] why\n"
     assert fix(text).data.decode() == text

@@ -221,14 +221,14 @@ def test_fingerprints_stay_when_lines_and_loops_are_inserted_above(oven):
     assert prints() == before
     loop = MISTAKE[MISTAKE.index("  - name") :].replace("TIC-101", "TIC-100")
     oven.write_text(MISTAKE.replace("loops:\n", f"loops:\n{loop}"), "utf-8")
-    assert prints()["PID201"] == before["PID201"]
+    assert prints()["DL201"] == before["DL201"]
     log = json.loads(run("validate", "oven.yaml", "--format", "sarif").stdout)
-    own = [r for r in log["runs"][0]["results"] if r["ruleId"] == "PID242"]
-    assert own[1]["partialFingerprints"]["pidcfgFinding/v1"] == before["PID242"], "the loop is told by its name"
+    own = [r for r in log["runs"][0]["results"] if r["ruleId"] == "DL242"]
+    assert own[1]["partialFingerprints"]["pidcfgFinding/v1"] == before["DL242"], "the loop is told by its name"
     oven.write_text(MISTAKE.replace("low: 15,", "low: 14,"), "utf-8")
-    assert prints()["PID242"] != before["PID242"], "another wrong value is another finding"
+    assert prints()["DL242"] != before["DL242"], "another wrong value is another finding"
     oven.write_text(MISTAKE.replace("V7350", "V7351"), "utf-8")
-    assert prints()["PID201"] != before["PID201"], "an address too"
+    assert prints()["DL201"] != before["DL201"], "an address too"
 
 
 def prints_of(*found):
@@ -327,7 +327,7 @@ def test_junit_has_a_case_a_rule_and_file_and_one_for_a_file_without_findings():
     found = [
         diagnostic(),
         diagnostic(message="also too much"),
-        diagnostic(code="PID220", severity=Severity.WARNING),
+        diagnostic(code="DL220", severity=Severity.WARNING),
         diagnostic(code="PID001", file="b.yaml"),
     ]
     text = rendered("junit", *found, files=["a.yaml", "b.yaml", "c.yaml"])
@@ -339,7 +339,7 @@ def test_junit_has_a_case_a_rule_and_file_and_one_for_a_file_without_findings():
     assert error.result[0].message == "3:5: too much"
     assert error.result[0].type == "error PID101"
     assert warning.is_passed
-    assert "a.yaml:3:5: warning PID220: too much [TIC-1]" in warning.system_out
+    assert "a.yaml:3:5: warning DL220: too much [TIC-1]" in warning.system_out
     (unusable,) = found["b.yaml"]
     assert [type(result) for result in unusable.result] == [junitparser.Error]
     (clean,) = found["c.yaml"]
@@ -352,7 +352,7 @@ def test_warnings_fail_their_case_when_they_fail_the_run(oven):
     text = MISTAKE.replace("V7350", "V7001").replace("low: 15, high", "low: 20, high")
     extra = text[text.index("  - name") :]
     oven.write_text(text + "".join(extra.replace("TIC-101", f"TIC-{n}") for n in range(102, 109)), "utf-8")
-    assert json.loads(run("validate", "oven.yaml", "--format", "json").stdout)["summary"]["warnings"] == 1, "PID206"
+    assert json.loads(run("validate", "oven.yaml", "--format", "json").stdout)["summary"]["warnings"] == 1, "DL206"
     for strict, code in (((), 0), (("--strict",), 1)):
         result = run("validate", "oven.yaml", "--format", "junit", *strict)
         root = ET.fromstring(result.stdout)  # noqa: S314

@@ -83,7 +83,7 @@ def findings(*loops, **others):
 
 
 def codes(*loops, **others):
-    return {d.code for d in findings(*loops, **others)} - {"PID605"}
+    return {d.code for d in findings(*loops, **others)} - {"NX605"}
 
 
 def serious(*loops, **others):
@@ -125,88 +125,88 @@ def test_what_the_tests_change_is_in_order():
 # fmt: off
 STEPS = [
     # code     key         what else                                              at the limit  one step beyond
-    ("PID610", "MaxMV",    {},                                                    0.001, 0),
-    ("PID610", "MinMV",    {},                                                    99.999, 100),
-    ("PID611", "MaxPV",    {"SP": 0},                                             0.001, 0),
-    ("PID611", "MinPV",    {"SP": 100},                                           99.999, 100),
-    ("PID611", "MaxPV",    {"type": "ControlON_OFF", "SP": 0},                    0.001, 0),
-    ("PID612", "Kp",       {},                                                    0.001, 0),
-    ("PID612", "Kp",       {"Indep": True, "Ti_Ki": 0.1},                         0, -0.001),
+    ("NX610", "MaxMV",    {},                                                    0.001, 0),
+    ("NX610", "MinMV",    {},                                                    99.999, 100),
+    ("NX611", "MaxPV",    {"SP": 0},                                             0.001, 0),
+    ("NX611", "MinPV",    {"SP": 100},                                           99.999, 100),
+    ("NX611", "MaxPV",    {"type": "ControlON_OFF", "SP": 0},                    0.001, 0),
+    ("NX612", "Kp",       {},                                                    0.001, 0),
+    ("NX612", "Kp",       {"Indep": True, "Ti_Ki": 0.1},                         0, -0.001),
     ("PID101", "Td_Kd",    {},                                                    0, -0.001),
     ("PID101", "Ti_Ki",    {},                                                    0, -0.001),
     ("PID101", "Tfd",      {},                                                    0, -0.001),
     ("PID101", "MaxVarMV", {},                                                    0, -0.001),
     ("PID101", "DeadBand", {},                                                    0, -0.001),
-    ("PID615", "SP",       {},                                                    100, 100.001),
-    ("PID615", "SP",       {},                                                    0, -0.001),
-    ("PID616", "SP_CASC",  {},                                                    100, 100.001),
-    ("PID616", "SP_CASC",  {"MinPV": 10},                                         None, 9.999),
-    ("PID617", "ManualMV", {},                                                    0, -0.001),
-    ("PID617", "MinMV",    {"Manual": "DOWN"},                                     0, 0.001),
-    ("PID618", "BIAS",     {},                                                    100, 100.001),
-    ("PID619", "TRK_VAL",  {"TRK_IN": "DOWN"},                                     100, 100.001),
-    ("PID620", "MaxMV",    {"output": {"range": [0, 100]}},                       100, 100.001),
-    ("PID620", "MinMV",    {"output": {"range": [0, 100]}},                       0, -0.001),
-    ("PID621", "MaxMV",    {},                                                    100, 99.999),
-    ("PID624", "sample_time", {"Ti_Ki": 600},                                     60, 60.1),
-    ("PID625", "sample_time", {},                                                 0.1, 0),
-    ("PID626", "sample_time", {},                                                 0.3, 0.31),
-    ("PID628", "Tfd",      {"Td_Kd": 1},                                          0.1, 0.09),
-    ("PID630", "Ti_Ki",    {"sample_time": None},                                 0.001, 0.0009),
-    ("PID631", "Ti_Ki",    {},                                                    0.1, 0.099),
-    ("PID631", "Ti_Ki",    {"Indep": True},                                       10, 10.1),
-    ("PID632", "Td_Kd",    {},                                                    10, 10.01),
-    ("PID632", "Td_Kd",    {"Kp": 2},                                             5, 5.01),
-    ("PID632", "Td_Kd",    {"Kp": 2, "Indep": True, "Ti_Ki": 1},                  10, 10.01),
-    ("PID633", "MaxVarMV", {},                                                    0.0167, 0.0166),
-    ("PID633", "MaxVarMV", {"sample_time": 0.3},                                  0.05, 0.0499),
-    ("PID634", "MaxVarMV", {},                                                    99.99, 100),
-    ("PID635", "Ti_Ki",    {"DisableP": True},                                    0.001, 0.0009),
-    ("PID635", "Ti_Ki",    {"Kp": 0, "Indep": True},                              0.0001, 0),
-    ("PID636", "DisableP", {"Indep": True, "Ti_Ki": 1},                           False, True),
-    ("PID637", "Ti_Ki",    {"Indep": True},                                       1, "1 s"),
-    ("PID637", "Indep",    {"Td_Kd": "100 ms", "Ti_Ki": 1},                       False, True),
-    ("PID639", "BIAS",     {"Ti_Ki": 0},                                          1, 0),
-    ("PID640", "Td_Kd",    {"DerivEr": True},                                     0, 0.1),
-    ("PID641", "DeadBand", {},                                                    99.99, 100),
-    ("PID649", "DeadBand", {"type": "ControlON_OFF"},                             0.001, 0),
-    ("PID650", "SP",       {"type": "ControlON_OFF"},                             97.99, 98),
-    ("PID650", "SP",       {"type": "ControlON_OFF"},                             2.01, 2),
-    ("PID658", "ManualMV", {**TUNED, "Manual": True},                             95, 95.01),
-    ("PID658", "ManualMV", {**TUNED, "Manual": True},                             5, 4.99),
-    ("PID658", "Manual",   {**TUNED, "ManualMV": 0},                              False, True),
-    ("PID656", "AutoTuneParam", {"type": "PIDA_TUNE_INT", "AutoTune": "DOWN"},     {**PARAM, "PercAmpMV": 5}, None),
-    ("PID657", "AutoTune", {**TUNED},                                             "DOWN", "UP"),
-    ("PID659", "AutoTuneParam", {"type": "PIDA_TUNE_REAL"},
+    ("NX615", "SP",       {},                                                    100, 100.001),
+    ("NX615", "SP",       {},                                                    0, -0.001),
+    ("NX616", "SP_CASC",  {},                                                    100, 100.001),
+    ("NX616", "SP_CASC",  {"MinPV": 10},                                         None, 9.999),
+    ("NX617", "ManualMV", {},                                                    0, -0.001),
+    ("NX617", "MinMV",    {"Manual": "DOWN"},                                     0, 0.001),
+    ("NX618", "BIAS",     {},                                                    100, 100.001),
+    ("NX619", "TRK_VAL",  {"TRK_IN": "DOWN"},                                     100, 100.001),
+    ("NX620", "MaxMV",    {"output": {"range": [0, 100]}},                       100, 100.001),
+    ("NX620", "MinMV",    {"output": {"range": [0, 100]}},                       0, -0.001),
+    ("NX621", "MaxMV",    {},                                                    100, 99.999),
+    ("NX624", "sample_time", {"Ti_Ki": 600},                                     60, 60.1),
+    ("NX625", "sample_time", {},                                                 0.1, 0),
+    ("NX626", "sample_time", {},                                                 0.3, 0.31),
+    ("NX628", "Tfd",      {"Td_Kd": 1},                                          0.1, 0.09),
+    ("NX630", "Ti_Ki",    {"sample_time": None},                                 0.001, 0.0009),
+    ("NX631", "Ti_Ki",    {},                                                    0.1, 0.099),
+    ("NX631", "Ti_Ki",    {"Indep": True},                                       10, 10.1),
+    ("NX632", "Td_Kd",    {},                                                    10, 10.01),
+    ("NX632", "Td_Kd",    {"Kp": 2},                                             5, 5.01),
+    ("NX632", "Td_Kd",    {"Kp": 2, "Indep": True, "Ti_Ki": 1},                  10, 10.01),
+    ("NX633", "MaxVarMV", {},                                                    0.0167, 0.0166),
+    ("NX633", "MaxVarMV", {"sample_time": 0.3},                                  0.05, 0.0499),
+    ("NX634", "MaxVarMV", {},                                                    99.99, 100),
+    ("NX635", "Ti_Ki",    {"DisableP": True},                                    0.001, 0.0009),
+    ("NX635", "Ti_Ki",    {"Kp": 0, "Indep": True},                              0.0001, 0),
+    ("NX636", "DisableP", {"Indep": True, "Ti_Ki": 1},                           False, True),
+    ("NX637", "Ti_Ki",    {"Indep": True},                                       1, "1 s"),
+    ("NX637", "Indep",    {"Td_Kd": "100 ms", "Ti_Ki": 1},                       False, True),
+    ("NX639", "BIAS",     {"Ti_Ki": 0},                                          1, 0),
+    ("NX640", "Td_Kd",    {"DerivEr": True},                                     0, 0.1),
+    ("NX641", "DeadBand", {},                                                    99.99, 100),
+    ("NX649", "DeadBand", {"type": "ControlON_OFF"},                             0.001, 0),
+    ("NX650", "SP",       {"type": "ControlON_OFF"},                             97.99, 98),
+    ("NX650", "SP",       {"type": "ControlON_OFF"},                             2.01, 2),
+    ("NX658", "ManualMV", {**TUNED, "Manual": True},                             95, 95.01),
+    ("NX658", "ManualMV", {**TUNED, "Manual": True},                             5, 4.99),
+    ("NX658", "Manual",   {**TUNED, "ManualMV": 0},                              False, True),
+    ("NX656", "AutoTuneParam", {"type": "PIDA_TUNE_INT", "AutoTune": "DOWN"},     {**PARAM, "PercAmpMV": 5}, None),
+    ("NX657", "AutoTune", {**TUNED},                                             "DOWN", "UP"),
+    ("NX659", "AutoTuneParam", {"type": "PIDA_TUNE_REAL"},
                                                    PARAM | {"PercMaxPeakPV": 0.21}, PARAM | {"PercMaxPeakPV": 0.2}),
-    ("PID660", "AutoTuneParam", {"type": "PIDA_TUNE_INT"},    PARAM | {"PercAmpMV": 1}, PARAM | {"PercAmpMV": 0.99}),
-    ("PID660", "AutoTuneParam", {"type": "PIDA_TUNE_INT"},    PARAM | {"PercAmpMV": 7}, PARAM | {"PercAmpMV": 7.1}),
-    ("PID658", "ManualMV", {**TUNED, "type": "PIDA_TUNE_INT", "Manual": True,
+    ("NX660", "AutoTuneParam", {"type": "PIDA_TUNE_INT"},    PARAM | {"PercAmpMV": 1}, PARAM | {"PercAmpMV": 0.99}),
+    ("NX660", "AutoTuneParam", {"type": "PIDA_TUNE_INT"},    PARAM | {"PercAmpMV": 7}, PARAM | {"PercAmpMV": 7.1}),
+    ("NX658", "ManualMV", {**TUNED, "type": "PIDA_TUNE_INT", "Manual": True,
                             "AutoTuneParam": PARAM | {"PercAmpMV": 5.4}},         95, 96),
-    ("PID666", "CASC",     {},                                                    False, True),
+    ("NX666", "CASC",     {},                                                    False, True),
 ]
 BLOCK_STEPS = [
     # code     type                key             what else                      at the limit  one step beyond
-    ("PID629", "ControlLowFilter", "Tc",           {},                            0.1, 0.099),
-    ("PID629", "ControlLeadLag",   "Tlag",         {},                            0.1, 0.099),
-    ("PID642", "ControlDelay",     "DelayTime",    {},                            10, 10.01),
-    ("PID642", "ControlDelayLag",  "DelayTime",    {},                            10, 10.01),
+    ("NX629", "ControlLowFilter", "Tc",           {},                            0.1, 0.099),
+    ("NX629", "ControlLeadLag",   "Tlag",         {},                            0.1, 0.099),
+    ("NX642", "ControlDelay",     "DelayTime",    {},                            10, 10.01),
+    ("NX642", "ControlDelayLag",  "DelayTime",    {},                            10, 10.01),
     ("PID101", "ControlDelay",     "DelayTime",    {},                            0.1, -0.1),
     ("PID101", "ControlLeadLag",   "Tlead",        {},                            0, -0.1),
-    ("PID643", "ControlDelay",     "DelayTime",    {},                            0.3, 0.31),
-    ("PID644", "ControlLowFilter", "Tc",           {},                            0.001, 0),
-    ("PID644", "ControlLag",       "Tc",           {},                            0.001, 0),
-    ("PID644", "ControlDelayLag",  "Tc",           {},                            0.001, 0),
-    ("PID644", "ControlLeadLag",   "Tlag",         {},                            0.001, 0),
-    ("PID645", "ControlLag",       "Min_OutVar",   {"Init_OutVar": 100},          100, 100.1),
-    ("PID645", "ControlLeadLag",   "Min_OutVar",   {},                            100, 100.1),
-    ("PID646", "ControlLag",       "Max_OutVar",   {},                            0.1, 0),
-    ("PID646", "ControlDelayLag",  "Max_OutVar",   {},                            0.1, None),
-    ("PID646", "ControlLeadLag",   "Max_OutVar",   {},                            0.1, None),
-    ("PID647", "ControlLag",       "Init_OutVar",  {},                            100, 100.1),
-    ("PID647", "ControlDelayLag",  "Init_OutVar",  {},                            0, -0.1),
-    ("PID648", "ControlLag",       "Gs",           {},                            0.1, None),
-    ("PID648", "ControlLeadLag",   "G",            {},                            -0.1, 0),
+    ("NX643", "ControlDelay",     "DelayTime",    {},                            0.3, 0.31),
+    ("NX644", "ControlLowFilter", "Tc",           {},                            0.001, 0),
+    ("NX644", "ControlLag",       "Tc",           {},                            0.001, 0),
+    ("NX644", "ControlDelayLag",  "Tc",           {},                            0.001, 0),
+    ("NX644", "ControlLeadLag",   "Tlag",         {},                            0.001, 0),
+    ("NX645", "ControlLag",       "Min_OutVar",   {"Init_OutVar": 100},          100, 100.1),
+    ("NX645", "ControlLeadLag",   "Min_OutVar",   {},                            100, 100.1),
+    ("NX646", "ControlLag",       "Max_OutVar",   {},                            0.1, 0),
+    ("NX646", "ControlDelayLag",  "Max_OutVar",   {},                            0.1, None),
+    ("NX646", "ControlLeadLag",   "Max_OutVar",   {},                            0.1, None),
+    ("NX647", "ControlLag",       "Init_OutVar",  {},                            100, 100.1),
+    ("NX647", "ControlDelayLag",  "Init_OutVar",  {},                            0, -0.1),
+    ("NX648", "ControlLag",       "Gs",           {},                            0.1, None),
+    ("NX648", "ControlLeadLag",   "G",            {},                            -0.1, 0),
 ]
 # fmt: on
 
@@ -234,12 +234,12 @@ WIRED = [
 
 @pytest.mark.parametrize(("code", "key", "others", "inside", "outside"), WIRED)
 def test_the_first_value_of_a_signal_is_judged_like_a_number(code, key, others, inside, outside):
-    code = "PID613" if code == "PID101" else code
+    code = "NX613" if code == "PID101" else code
     found = findings(changed(**others | {key: "V"}), signals=SIGNALS | {"V": float(outside)})
 
     assert code not in codes(changed(**others | {key: "V"}), signals=SIGNALS | {"V": float(inside)})
     assert code in {d.code for d in found}
-    if code not in {"PID621", "PID631", "PID632", "PID635", "PID639", "PID640", "PID650"}:
+    if code not in {"NX621", "NX631", "NX632", "NX635", "NX639", "NX640", "NX650"}:
         assert "first value of V" in next(d.message for d in found if d.code == code)
 
 
@@ -317,32 +317,32 @@ def test_the_rules_tell_the_bits_that_the_block_then_sets(values, sample_time):
 
 ONE = [
     # what is changed, and all errors and warnings that it makes
-    ({"Ti_Ki": "60 s", "Indep": True}, ["PID637"]),
-    ({"Td_Kd": "500 s", "Indep": True, "Ti_Ki": 1}, ["PID637"]),
-    ({"Kp": -1, "Ti_Ki": 0}, ["PID612"]),
-    ({"Kp": 0, "Ti_Ki": 0}, ["PID612"]),
-    ({"MaxMV": 0, "ManualMV": 5, "BIAS": 7, "MaxVarMV": 1}, ["PID610"]),
-    ({"MaxPV": 0, "SP_CASC": 7}, ["PID611"]),
-    ({"SP": "Z"}, ["PID601"]),
-    ({"MaxMV": "Z"}, ["PID601"]),
-    ({"Manual": "Z"}, ["PID601"]),
-    ({"Indep": "Z"}, ["PID601"]),
-    ({"OVERR": "Z"}, ["PID601"]),
-    ({"CASC": "Z", "SP_CASC": "X"}, ["PID601"]),
-    ({**TUNED, "AutoTuneParam": None, "AutoTune": "Z"}, ["PID601"]),
-    ({"SP_CASC": "B.MV", "CASC": "UP"}, ["PID601"]),
-    ({"SP_CASC": "A.MV", "CASC": "UP"}, ["PID662"]),
-    ({"sample_time": -1}, ["PID625"]),
-    ({"sample_time": 0.05}, ["PID626"]),
-    ({"type": "PIDA_TUNE_REAL", "AutoTune": True}, ["PID656"]),
+    ({"Ti_Ki": "60 s", "Indep": True}, ["NX637"]),
+    ({"Td_Kd": "500 s", "Indep": True, "Ti_Ki": 1}, ["NX637"]),
+    ({"Kp": -1, "Ti_Ki": 0}, ["NX612"]),
+    ({"Kp": 0, "Ti_Ki": 0}, ["NX612"]),
+    ({"MaxMV": 0, "ManualMV": 5, "BIAS": 7, "MaxVarMV": 1}, ["NX610"]),
+    ({"MaxPV": 0, "SP_CASC": 7}, ["NX611"]),
+    ({"SP": "Z"}, ["NX601"]),
+    ({"MaxMV": "Z"}, ["NX601"]),
+    ({"Manual": "Z"}, ["NX601"]),
+    ({"Indep": "Z"}, ["NX601"]),
+    ({"OVERR": "Z"}, ["NX601"]),
+    ({"CASC": "Z", "SP_CASC": "X"}, ["NX601"]),
+    ({**TUNED, "AutoTuneParam": None, "AutoTune": "Z"}, ["NX601"]),
+    ({"SP_CASC": "B.MV", "CASC": "UP"}, ["NX601"]),
+    ({"SP_CASC": "A.MV", "CASC": "UP"}, ["NX662"]),
+    ({"sample_time": -1}, ["NX625"]),
+    ({"sample_time": 0.05}, ["NX626"]),
+    ({"type": "PIDA_TUNE_REAL", "AutoTune": True}, ["NX656"]),
     ({"type": "PIDA_INT", "SP": 12.5}, ["PID104"]),
     ({"type": "PIDA_INT", "MaxPV": 40000}, ["PID102"]),
-    ({"type": "PIDA_INT", "MaxPV": "BIG"}, ["PID614"]),
-    ({"type": "ControlON_OFF", "DeadBand": -1}, ["PID649"]),
-    ({"type": "ControlON_OFF", "DeadBand": 0, "SP": 100}, ["PID649"]),
-    ({"name": "Pidloops"}, ["PID604"]),
-    ({"name": "x"}, ["PID604"]),
-    ({"name": "controlpwm"}, ["PID603"]),
+    ({"type": "PIDA_INT", "MaxPV": "BIG"}, ["NX614"]),
+    ({"type": "ControlON_OFF", "DeadBand": -1}, ["NX649"]),
+    ({"type": "ControlON_OFF", "DeadBand": 0, "SP": 100}, ["NX649"]),
+    ({"name": "Pidloops"}, ["NX604"]),
+    ({"name": "x"}, ["NX604"]),
+    ({"name": "controlpwm"}, ["NX603"]),
 ]
 
 
@@ -380,7 +380,7 @@ loops:
 )
 def test_a_finding_about_a_wire_points_at_the_character(wire, character):
     text = LINES.replace("WIRE", wire).replace("\n     PV: ", "\n     PV: ")
-    found = next(d for d in check_document(read_document(text.encode(), "case.yaml")).findings if d.code == "PID601")
+    found = next(d for d in check_document(read_document(text.encode(), "case.yaml")).findings if d.code == "NX601")
 
     row = text.split("\n")[found.span.line - 1]
     assert row[found.span.column - 1] == character
@@ -400,7 +400,7 @@ def test_a_finding_about_a_wire_points_at_the_character(wire, character):
 def test_the_name_that_was_probably_meant_is_proposed(key, wire, meant):
     found = findings(changed(**{key: wire}), signals=SIGNALS | {"FLOW": 1.0})
 
-    assert next(d.help for d in found if d.code == "PID601") == f"did you mean {meant!r}?"
+    assert next(d.help for d in found if d.code == "NX601") == f"did you mean {meant!r}?"
 
 
 @pytest.mark.parametrize(
@@ -414,7 +414,7 @@ def test_the_name_that_was_probably_meant_is_proposed(key, wire, meant):
     ],
 )
 def test_only_a_ring_of_blocks_that_answer_at_once_is_found(blocks, ring):
-    assert ("PID602" in codes(changed(PV="S.MV"), blocks=blocks)) == ring
+    assert ("NX602" in codes(changed(PV="S.MV"), blocks=blocks)) == ring
 
 
 # --- direction of control --------------------------------------------------------------------------------------------
@@ -448,7 +448,7 @@ def test_the_direction_follows_from_the_product_of_all_gains(process, lead, fact
     ]
     found = codes(changed(PV=text, Direct=direct), blocks=blocks, signals=SIGNALS | {"LOAD": 0.0})
 
-    assert ("PID622" in found) == (direct == (sign > 0))
+    assert ("NX622" in found) == (direct == (sign > 0))
 
 
 @pytest.mark.parametrize("wire", ["F.OutVar * LOAD", "F.OutVar - A.MV", "abs(F.OutVar)", "X", "F.OutVar * 0", "A.MV"])
@@ -456,7 +456,7 @@ def test_the_direction_follows_from_the_product_of_all_gains(process, lead, fact
 def test_nothing_is_said_of_the_direction_where_nobody_can_know_it(wire, direct):
     lag = block("ControlLag", InVar="A.MV", Min_OutVar=-100)
 
-    assert "PID622" not in codes(changed(PV=wire, Direct=direct), blocks=[lag], signals=SIGNALS | {"LOAD": 0.0})
+    assert "NX622" not in codes(changed(PV=wire, Direct=direct), blocks=[lag], signals=SIGNALS | {"LOAD": 0.0})
 
 
 @pytest.mark.parametrize("gain", [2, -2])
@@ -471,7 +471,7 @@ loops:
 """
     report = run(text, "duration: 200\nexpect:\n  - {signal: A.PV, final: 40, tolerance: 0.5}\n")
 
-    assert [e.passed for e in report.expectations] == ["PID622" not in {code for code, _ in rig_findings(text)}]
+    assert [e.passed for e in report.expectations] == ["NX622" not in {code for code, _ in rig_findings(text)}]
 
 
 @pytest.mark.parametrize(("low", "high", "sign"), [(-10, 0, -1), (0, 10, 1), (-1, 1, None)])
@@ -480,7 +480,7 @@ def test_the_limits_of_an_output_tell_its_sign(low, high, sign, direct):
     blocks = [block("ControlLag", InVar="A.MV"), block("ControlLag", "G", Min_OutVar=low, Max_OutVar=high)]
     found = codes(changed(PV="F.OutVar * G.OutVar", Direct=direct), blocks=blocks)
 
-    assert ("PID622" in found) == (sign is not None and direct == (sign > 0))
+    assert ("NX622" in found) == (sign is not None and direct == (sign > 0))
 
 
 @pytest.mark.parametrize(
@@ -496,7 +496,7 @@ def test_a_slave_that_may_follow_either_set_point_is_judged_by_both(casc, sp, fo
     blocks = [block("ControlLag", "P2", InVar="B.MV"), block("ControlLag", "P1", InVar="P2.OutVar")]
     loops = [master("A", "B", PV="P1.OutVar", Direct=True), slave("B", "A", PV="P2.OutVar", CASC=casc, SP=sp)]
 
-    assert ("PID622" in codes(*loops, blocks=blocks)) == found
+    assert ("NX622" in codes(*loops, blocks=blocks)) == found
 
 
 @pytest.mark.parametrize(
@@ -519,7 +519,7 @@ def test_a_split_range_turns_the_direction_of_some_valves(mode, output, rises):
     ]
 
     for direct in (True, False):
-        assert ("PID622" in codes(changed(PV="F.OutVar", Direct=direct), blocks=blocks)) == (direct == rises)
+        assert ("NX622" in codes(changed(PV="F.OutVar", Direct=direct), blocks=blocks)) == (direct == rises)
 
 
 @pytest.mark.parametrize(("outer", "inner"), list(product([True, False], repeat=2)))
@@ -530,7 +530,7 @@ def test_in_a_cascade_the_loop_that_is_wrong_is_found_and_not_the_echo(outer, in
         block("ControlLag", "P1", InVar="P2.OutVar"),
     ]
     loops = [master("A", "B", PV="P1.OutVar", Direct=outer), slave("B", "A", PV="P2.OutVar", Direct=inner)]
-    found = [d.loop for d in findings(*loops, blocks=blocks) if d.code == "PID622"]
+    found = [d.loop for d in findings(*loops, blocks=blocks) if d.code == "NX622"]
 
     wrong_inside = inner != cooling
     assert found == (["B"] if wrong_inside else ["A"] if outer else [])
@@ -541,7 +541,7 @@ def test_a_selector_keeps_the_direction(kind):
     blocks = [selector(kind), block("ControlLag", InVar="S.MV")]
     loops = [overridden("A", 1, PV="F.OutVar", Direct=True), overridden("B", 2, PV="F.OutVar * 2")]
 
-    assert [d.loop for d in findings(*loops, blocks=blocks) if d.code == "PID622"] == ["A"]
+    assert [d.loop for d in findings(*loops, blocks=blocks) if d.code == "NX622"] == ["A"]
 
 
 @pytest.mark.parametrize(("constant", "found"), [(1, True), (1.01, False)])
@@ -551,25 +551,25 @@ def test_the_slowest_process_of_a_loop_decides_on_its_sample_time(constant, foun
         block("ControlLag", "P1", InVar="P2.OutVar", Tc=constant),
     ]
 
-    assert ("PID623" in codes(changed(PV="P1.OutVar"), blocks=blocks)) == found
+    assert ("NX623" in codes(changed(PV="P1.OutVar"), blocks=blocks)) == found
 
 
 # --- cascades --------------------------------------------------------------------------------------------------------
 
 CASCADE = [
     # a connection of the master, what it is instead, and the finding
-    ("TRK_IN", None, "PID668"),
-    ("TRK_IN", "A.TRK_OUT", "PID668"),
-    ("TRK_IN", "DOWN", "PID668"),
-    ("TRK_IN", True, "PID668"),
-    ("TRK_VAL", None, "PID669"),
-    ("TRK_VAL", "B.SP", "PID669"),
-    ("TRK_VAL", "X * 2", "PID669"),
-    ("TRK_VAL", 20, "PID669"),
-    ("Windup_H_IN", None, "PID670"),
-    ("Windup_H_IN", "B.Windup_L_OUT", "PID670"),
-    ("Windup_L_IN", "DOWN", "PID670"),
-    ("Windup_L_IN", "B.TRK_OUT", "PID670"),
+    ("TRK_IN", None, "NX668"),
+    ("TRK_IN", "A.TRK_OUT", "NX668"),
+    ("TRK_IN", "DOWN", "NX668"),
+    ("TRK_IN", True, "NX668"),
+    ("TRK_VAL", None, "NX669"),
+    ("TRK_VAL", "B.SP", "NX669"),
+    ("TRK_VAL", "X * 2", "NX669"),
+    ("TRK_VAL", 20, "NX669"),
+    ("Windup_H_IN", None, "NX670"),
+    ("Windup_H_IN", "B.Windup_L_OUT", "NX670"),
+    ("Windup_L_IN", "DOWN", "NX670"),
+    ("Windup_L_IN", "B.TRK_OUT", "NX670"),
 ]
 
 
@@ -623,21 +623,21 @@ def test_a_ratio_is_no_cascade():
     ("casc", "found"), [("UP", False), ("DOWN", False), (True, False), (False, True), (None, True)]
 )
 def test_a_slave_that_never_is_in_cascade_mode_is_an_info(casc, found):
-    assert ("PID665" in codes(master("A", "B"), slave("B", "A", CASC=casc))) == found
+    assert ("NX665" in codes(master("A", "B"), slave("B", "A", CASC=casc))) == found
 
 
 @given(st.integers(1, 4), st.integers(1, 4))
 def test_a_slave_may_be_as_fast_as_its_master(first, second):
     loops = master("A", "B", sample_time=first / 10), slave("B", "A", sample_time=second / 10)
 
-    assert ("PID674" in codes(*loops)) == (second > first)
+    assert ("NX674" in codes(*loops)) == (second > first)
 
 
 @given(st.integers(-5, 5), st.integers(95, 105))
 def test_a_master_asks_for_no_more_than_its_slave_takes(low, high):
     loops = master("A", "B", MinMV=low, MaxMV=high), slave("B", "A")
 
-    assert sorted(effects("PID673", *loops)) == sorted(
+    assert sorted(effects("NX673", *loops)) == sorted(
         ["B.WarnBits.SP_CASC_MinPV"] * (low < 0) + ["B.WarnBits.SP_CASC_MaxPV"] * (high > 100)
     )
 
@@ -645,7 +645,7 @@ def test_a_master_asks_for_no_more_than_its_slave_takes(low, high):
 @pytest.mark.parametrize("size", [2, 3, 7])
 def test_a_circle_of_any_size_is_one_finding(size):
     loops = [changed(f"L{i}", SP_CASC=f"L{(i + 1) % size}.MV", CASC="UP") for i in range(size)]
-    found = [d for d in findings(*loops, slave("T", "L0")) if d.code == "PID662"]
+    found = [d for d in findings(*loops, slave("T", "L0")) if d.code == "NX662"]
 
     assert [d.loop for d in found] == ["L0"]
     assert found[0].message.startswith("L0 is its own master: L0 follows L1 follows ")
@@ -654,11 +654,11 @@ def test_a_circle_of_any_size_is_one_finding(size):
 def test_a_master_is_found_behind_a_selector_and_a_filter():
     filtered = {"name": "F", "type": "ControlLowFilter", "InVar": "S.MV", "Tc": 1}
     loops = changed("A"), changed("B"), changed("C", SP_CASC="F.OutVar", CASC="UP")
-    found = [d for d in findings(*loops, blocks=[selector(), filtered]) if d.code == "PID684"]
+    found = [d for d in findings(*loops, blocks=[selector(), filtered]) if d.code == "NX684"]
 
     assert [(d.loop, "through F" in d.message) for d in found] == [("A", True), ("B", True)]
-    assert "PID684" not in codes(master("A", "B"), slave("B", "A"))
-    assert "PID684" not in codes(changed("A"), changed("C", SP_CASC="F.OutVar"), blocks=[block("ControlLowFilter")])
+    assert "NX684" not in codes(master("A", "B"), slave("B", "A"))
+    assert "NX684" not in codes(changed("A"), changed("C", SP_CASC="F.OutVar"), blocks=[block("ControlLowFilter")])
 
 
 @pytest.mark.parametrize(
@@ -680,7 +680,7 @@ def test_a_master_is_found_behind_a_selector_and_a_filter():
     ],
 )
 def test_a_master_is_not_told_that_its_slave_is_in_error(values, bit):
-    assert effects("PID685", master("A", "B"), slave("B", "A", **values)) == [f"B.ErrBits.{bit}"] * (bit is not None)
+    assert effects("NX685", master("A", "B"), slave("B", "A", **values)) == [f"B.ErrBits.{bit}"] * (bit is not None)
 
 
 # --- overrides -------------------------------------------------------------------------------------------------------
@@ -689,14 +689,14 @@ def test_a_master_is_not_told_that_its_slave_is_in_error(values, bit):
 @pytest.mark.parametrize(
     ("key", "wire", "code"),
     [
-        ("OVERR", None, "PID676"),
-        ("OVERR", "S.OVERR2", "PID676"),
-        ("OVERR", "DOWN", "PID676"),
-        ("OVERR", True, "PID676"),
-        ("TRK_VAL", None, "PID677"),
-        ("TRK_VAL", "B.MV", "PID677"),
-        ("TRK_VAL", "X", "PID677"),
-        ("TRK_VAL", "S.MV / 2", "PID677"),
+        ("OVERR", None, "NX676"),
+        ("OVERR", "S.OVERR2", "NX676"),
+        ("OVERR", "DOWN", "NX676"),
+        ("OVERR", True, "NX676"),
+        ("TRK_VAL", None, "NX677"),
+        ("TRK_VAL", "B.MV", "NX677"),
+        ("TRK_VAL", "X", "NX677"),
+        ("TRK_VAL", "S.MV / 2", "NX677"),
     ],
 )
 def test_each_connection_of_an_overridden_loop_is_demanded(key, wire, code):
@@ -721,7 +721,7 @@ def test_each_connection_of_an_overridden_loop_is_demanded(key, wire, code):
 )
 def test_a_selector_says_on_which_side_it_holds_each_pv(kind, first, second, sides):
     loops = overridden("A", 1, Direct=first), overridden("B", 2, Direct=second)
-    text = next(d.message for d in findings(*loops, blocks=[selector(kind)]) if d.code == "PID678")
+    text = next(d.message for d in findings(*loops, blocks=[selector(kind)]) if d.code == "NX678")
 
     assert text.startswith(f"S holds PV of A {sides[0]} its SP and PV of B {sides[1]}")
 
@@ -737,13 +737,13 @@ def test_loops_of_one_direction_share_a_selector_without_a_word(direct):
 @given(st.integers(-2, 2), st.integers(98, 102))
 def test_pulses_and_loop_have_one_range(low, high):
     pulses = {"name": "W", "type": "ControlPWM", "MV": "A.MV", "MinMV": 0, "MaxMV": 100, "Period": 50}
-    found = effects("PID653", changed(MinMV=low, MaxMV=high), blocks=[pulses])
+    found = effects("NX653", changed(MinMV=low, MaxMV=high), blocks=[pulses])
 
     assert len(found) == (low != 0) + (high != 100)
     assert found.count("Warning") == (low < 0) + (high > 100)
 
 
-@pytest.mark.parametrize(("period", "expected"), [(0, ["PID101"]), (1, ["PID652"]), (9, ["PID652"]), (10, [])])
+@pytest.mark.parametrize(("period", "expected"), [(0, ["PID101"]), (1, ["NX652"]), (9, ["NX652"]), (10, [])])
 def test_a_period_has_at_least_ten_cycles(period, expected):
     pulses = {"name": "W", "type": "ControlPWM", "MV": "A.MV", "MaxMV": 100, "Period": period}
 
@@ -753,7 +753,7 @@ def test_a_period_has_at_least_ten_cycles(period, expected):
 @given(st.integers(-2, 2), st.integers(98, 102))
 def test_a_split_range_takes_a_percentage(low, high):
     split = {"name": "V", "type": "ControlSplitRange", "MV": "A.MV", "SPLIT": 40, "Mode": 4}
-    found = [d for d in findings(changed(MinMV=low, MaxMV=high), blocks=[split]) if d.code == "PID655"]
+    found = [d for d in findings(changed(MinMV=low, MaxMV=high), blocks=[split]) if d.code == "NX655"]
 
     assert bool(found) == ((low, high) != (0, 100))
     assert [d.severity is Severity.ERROR for d in found] == [low < 0 or high > 100] * len(found)
@@ -763,13 +763,13 @@ def test_a_split_range_takes_a_percentage(low, high):
 def test_a_number_for_a_split_range_is_a_percentage_too(value, found):
     split = {"name": "V", "type": "ControlSplitRange", "MV": value, "SPLIT": 40, "Mode": 4}
 
-    assert effects("PID655", changed(), blocks=[split]) == ["Error"] * found
+    assert effects("NX655", changed(), blocks=[split]) == ["Error"] * found
 
 
 @given(st.integers(0, 100), st.integers(1, 60), st.booleans())
 def test_an_on_off_controller_can_switch_both_ways_unless_it_is_found(point, band, direct):
     found = findings(changed(type="ControlON_OFF", SP=point, DeadBand=band, Direct=direct))
-    switched = {re.search(r"switched (\w+)", d.message).group(1) for d in found if d.code == "PID650"}
+    switched = {re.search(r"switched (\w+)", d.message).group(1) for d in found if d.code == "NX650"}
     reached = set()
     for pv in (0, 100):  # the ends of what the block can see
         error = point - pv
@@ -846,8 +846,8 @@ def test_long_chains_are_followed_without_end():
     loops = [changed(f"L{i}", SP=f"L{i - 1}.SP" if i else 200) for i in range(size)]
     found = findings(changed(PV=f"F{size - 1}.OutVar", Direct=True), *loops, blocks=blocks)
 
-    assert sum(d.code == "PID615" for d in found) == size
-    assert "PID622" not in {d.code for d in found}
+    assert sum(d.code == "NX615" for d in found) == size
+    assert "NX622" not in {d.code for d in found}
 
 
 def test_decisions_of_rules_have_numbers_of_their_own():
@@ -868,4 +868,4 @@ def test_an_int_holds_what_a_wire_gives_it_or_it_is_found(value):
     assume(value != 0)
     found = codes(changed(type="PIDA_INT", BIAS="V"), signals=SIGNALS | {"V": float(value)})
 
-    assert ("PID614" in found) == (not -32768 <= value <= 32767)
+    assert ("NX614" in found) == (not -32768 <= value <= 32767)

@@ -102,7 +102,7 @@ FULL = {
     "convert": (DL06 / "oven.yaml", "--to", "click", "-o", "o.yaml", "--verify", "--allow-loss"),
     "diff": (DL06 / "oven.yaml", DL06 / "reactor.yaml"),
     "tune": ("--method", "zn-open", "--gain", 2, "--time-constant", 10, "--dead-time", 1, "--for", "click"),
-    "rule": ("PID242",),
+    "rule": ("DL242",),
     "encode": (DL06 / "reactor.yaml",),
 }
 """Arguments with which each command prints nearly all of its keys."""
@@ -214,7 +214,7 @@ def test_what_tune_prints_of_a_record(folder):
 def test_what_rule_prints():
     assert len(run("output-rule")["rules"]) > 300
     assert run("output-rule", "PID24")["rules"]
-    assert run("output-rule", "PID242")["code"] == "PID242"
+    assert run("output-rule", "DL242")["code"] == "DL242"
 
 
 def test_what_encode_prints_of_a_file_it_cannot_use(folder):

@@ -413,7 +413,7 @@ def test_errors_are_reported_and_decide_the_exit_code(tmp_path, options, code):
     result = run(EXAMPLES / "mistakes/oven.yaml", "-o", tmp_path / "r.html", *options)
     assert result.exit_code == code
     assert "2 errors" in result.stderr
-    assert "PID201" in (tmp_path / "r.html").read_text("utf-8")
+    assert "DL201" in (tmp_path / "r.html").read_text("utf-8")
 
 
 def test_a_failed_expectation_decides_the_exit_code(tmp_path):

@@ -105,7 +105,7 @@ def test_a_vendor_names_every_rule_differently(vendor):
     assert len({rule.name for rule in rules}) == len(rules)
 
 
-@pytest.mark.parametrize(("group", "least"), [("PID2", 45), ("PID3", 60)], ids=["dl06", "click"])
+@pytest.mark.parametrize(("group", "least"), [("DL", 45), ("CK", 60)], ids=["dl06", "click"])
 def test_a_vendor_has_rules_for_everything_its_manual_warns_of(group, least):
     assert sum(code.startswith(group) for code in RULES) >= least
 
@@ -140,15 +140,15 @@ def test_messages_places_and_effects_are_those_that_were_read_and_committed():
 
 
 def test_an_order_that_the_plc_refuses_names_the_status_word_of_its_loop():
-    text = next(case for case in CASES if case.stem == "PID242").read_text("utf-8")
-    effects = [d.plc_effect for d in check(text) if d.code == "PID242"]
+    text = next(case for case in CASES if case.stem == "DL242").read_text("utf-8")
+    effects = [d.plc_effect for d in check(text) if d.code == "DL242"]
 
     assert set(effects) == {"bit 10 of V2006 (alarm programming error): the loop stays in Manual"}
 
 
 def test_a_second_loop_is_named_by_its_own_words():
-    text = next(case for case in CASES if case.stem == "PID244").read_text("utf-8")
-    first, third = (d for d in check(text) if d.code == "PID244")
+    text = next(case for case in CASES if case.stem == "DL244").read_text("utf-8")
+    first, third = (d for d in check(text) if d.code == "DL244")
 
     assert "V2020" in first.message
     assert "V2017" in first.message
@@ -157,9 +157,9 @@ def test_a_second_loop_is_named_by_its_own_words():
 
 @pytest.mark.parametrize(("table", "bit"), [("V7541", 0), ("V17741", 1), ("V1177", 0)])
 def test_a_ramp_soak_table_outside_user_memory_names_the_bit_of_its_error_word(table, bit):
-    text = next(case for case in CASES if case.stem == "PID274").read_text("utf-8")
+    text = next(case for case in CASES if case.stem == "DL274").read_text("utf-8")
     line = next(n for n, line in enumerate(text.split("\n"), 1) if f"table: {table} " in line)
-    effect = next(d.plc_effect for d in check(text) if d.code == "PID274" and d.span.line == line)
+    effect = next(d.plc_effect for d in check(text) if d.code == "DL274" and d.span.line == line)
 
     assert re.match(rf"bit {bit} of V2(035|075|135) ", effect)
 
@@ -169,14 +169,14 @@ def test_the_reactor_has_no_error_and_only_the_two_warnings_that_it_deserves():
     found = check(text)
 
     serious = [(d.code, d.loop) for d in found if d.severity > Severity.INFO]
-    assert serious == [("PID222", "FIC-102"), ("PID211", "FIC-102")]
-    assert {d.code for d in found if d.severity is Severity.INFO} == {"PID231", "PID295"}
+    assert serious == [("DL222", "FIC-102"), ("DL211", "FIC-102")]
+    assert {d.code for d in found if d.severity is Severity.INFO} == {"DL231", "DL295"}
 
 
 def test_the_start_of_auto_tuning_is_on_the_other_side_for_reverse_action():
-    text = next(case for case in CASES if case.stem == "PID299").read_text("utf-8").replace("type: PI", "method: open")
+    text = next(case for case in CASES if case.stem == "DL299").read_text("utf-8").replace("type: PI", "method: open")
     sides = [
-        next(d.message for d in check(text.replace("action: direct", f"action: {action}")) if d.code == "PID299")
+        next(d.message for d in check(text.replace("action: direct", f"action: {action}")) if d.code == "DL299")
         for action in ("direct", "reverse")
     ]
 
@@ -194,7 +194,7 @@ def test_no_number_makes_a_rule_fail(extreme, example):
 
 @pytest.mark.parametrize("sample_rate", ["0", "-1", "0.0001"])
 def test_a_sample_rate_of_nothing_is_out_of_range_and_nothing_worse(sample_rate):
-    text = next(case for case in CASES if case.stem == "PID246").read_text("utf-8")
+    text = next(case for case in CASES if case.stem == "DL246").read_text("utf-8")
     found = check(text.replace("sample_rate: 1\n", f"sample_rate: {sample_rate}\n"))
 
     assert "PID101" in {d.code for d in found}

@@ -44,7 +44,7 @@ def put(folder, text, name="pidcfg.toml"):
 @pytest.mark.parametrize(
     ("name", "text"),
     [
-        ("pidcfg.toml", 'ignore = ["PID242"]\n'),
+        ("pidcfg.toml", 'ignore = ["DL242"]\n'),
         ("pyproject.toml", '[project]\nname = "x"\n[tool.pidcfg]\nignore = ["pid24"]\n'),
         ("pyproject.toml", '[tool]\npidcfg.ignore = ["PID2"]\n'),
     ],
@@ -55,11 +55,11 @@ def test_settings_are_found_upward_to_the_root_of_the_repository(project, valida
     found = validate(project / "loops/a.yaml")
     assert found.code == 0
     assert "; settings of " in found.err
-    assert found.err.rstrip().endswith(Path(project.name, where, name).as_posix())
+    assert Path(project.name, where, name).as_posix() in found.err
 
 
 def test_nothing_above_the_repository_is_read(project, validate):
-    put(project.parent, 'ignore = ["PID242"]\n')
+    put(project.parent, 'ignore = ["DL242"]\n')
     assert validate(project / "loops/a.yaml").code == 1
     (project / ".git").rmdir()
     (project / ".git").write_text("gitdir: elsewhere\n", "utf-8")
@@ -76,16 +76,16 @@ def test_the_search_ends_at_the_root_of_the_file_system(tmp_path):
 
 
 def test_the_nearest_file_counts_alone_and_its_own_name_before_the_shared_one(project, validate):
-    put(project, 'ignore = ["PID242"]\n')
+    put(project, 'ignore = ["DL242"]\n')
     put(project / "loops", "strict = true\n")
-    put(project / "loops", "[tool.pidcfg]\nignore = ['PID242']\n", "pyproject.toml")
+    put(project / "loops", "[tool.pidcfg]\nignore = ['DL242']\n", "pyproject.toml")
     assert validate(project / "loops/a.yaml").code == 1
 
 
 @pytest.mark.parametrize("shared", ['[project]\nname = "pidcfg"\n', '[tool]\nother = "pidcfg"\n', "not toml at all ["])
 def test_a_shared_file_without_our_table_is_passed_over(project, validate, shared):
     put(project / "loops", shared, "pyproject.toml")
-    put(project, 'ignore = ["PID242"]\n')
+    put(project, 'ignore = ["DL242"]\n')
     assert validate(project / "loops/a.yaml").code == 0
 
 
@@ -95,20 +95,20 @@ def test_standard_input_takes_the_settings_of_the_working_directory(project, mon
 
 
 def test_config_names_a_file_and_isolated_takes_none(project, validate, tmp_path):
-    put(tmp_path, 'ignore = ["PID242"]\n', "ci.toml")
+    put(tmp_path, 'ignore = ["DL242"]\n', "ci.toml")
     put(project, "strict = true\n")
     assert validate(project / "loops/a.yaml", "--config", tmp_path / "ci.toml").code == 0
     assert validate("--config", tmp_path / "ci.toml", project / "loops/a.yaml").code == 0, "in any order"
-    put(project, 'ignore = ["PID242"]\n')
+    put(project, 'ignore = ["DL242"]\n')
     assert validate(project / "loops/a.yaml", "--isolated").code == 1
     assert validate(project / "loops/a.yaml", "--isolated", "--config", "x").code == 2
 
 
 def test_the_command_line_wins(project, validate):
-    put(project, 'ignore = ["PID242"]\nformat = "json"\nseverity = "error"\nstrict = true\n')
+    put(project, 'ignore = ["DL242"]\nformat = "json"\nseverity = "error"\nstrict = true\n')
     path = project / "loops/a.yaml"
     assert json.loads(validate(path).out)["findings"] == []
-    assert "PID242" in validate(path, "--ignore", "PID254", "--format", "text").out
+    assert "DL242" in validate(path, "--ignore", "DL254", "--format", "text").out
     assert len(json.loads(validate(path, "--severity", "info").out)["findings"]) == 1
 
 
@@ -181,14 +181,14 @@ def test_unreadable_settings(project, validate, data):
 
 
 def test_settings_with_a_byte_order_mark_and_windows_line_ends(project, validate):
-    (project / "pidcfg.toml").write_bytes(b'\xef\xbb\xbfignore = ["PID242"]\r\n')
+    (project / "pidcfg.toml").write_bytes(b'\xef\xbb\xbfignore = ["DL242"]\r\n')
     assert validate(project / "loops/a.yaml").code == 0
 
 
 def test_rules_left_out_by_folder(project, validate, monkeypatch):
-    put(project, "[per-file-ignores]\n'loops/old/' = ['PID242']\n")
+    put(project, "[per-file-ignores]\n'loops/old/' = ['DL242']\n")
     assert validate(project / "loops/old").code == 0
-    assert validate(project / "loops").out.count("error PID242") == 2, "of the other file alone"
+    assert validate(project / "loops").out.count("error DL242") == 2, "of the other file alone"
     monkeypatch.chdir(project / "loops" / "old")
     assert validate("b.yaml").code == 0, "patterns begin at the settings file, wherever the command runs"
 
@@ -273,14 +273,14 @@ def test_the_settings_of_the_pages_are_accepted_and_complete():
 @pytest.mark.parametrize("order", [("loops/old", "loops/a.yaml"), ("loops/a.yaml", "loops/old")])
 def test_paths_with_different_settings_are_refused_in_any_order(project, validate, monkeypatch, order):
     monkeypatch.chdir(project)
-    put(project / "loops/old", 'ignore = ["PID242"]\n')
+    put(project / "loops/old", 'ignore = ["DL242"]\n')
     found = validate(*order)
     assert (found.code, found.out) == (2, "")
     assert "different settings" in found.err
     assert "loops/old: loops/old/pidcfg.toml" in found.err
     assert "loops/a.yaml: none" in found.err
     assert "--config FILE or --isolated" in found.err
-    put(project, 'ignore = ["PID242"]\n')
+    put(project, 'ignore = ["DL242"]\n')
     assert "loops/a.yaml: pidcfg.toml" in validate(*order).err
     assert validate(*order, "--isolated").code == 1
     assert validate(*order, "--config", "pidcfg.toml").code == 0
@@ -310,13 +310,13 @@ def test_every_run_names_the_settings_file_and_a_quiet_one_when_it_hides_somethi
     assert last.startswith("1 file checked: 2 errors")
     assert "; settings of " in last
     assert validate(path, "--format", fmt, "-q").err == ""
-    put(project, 'ignore = ["PID254"]\n')
+    put(project, 'ignore = ["DL254"]\n')
     assert "; settings of " in validate(path, "--format", fmt, "-q").err
     put(project, 'severity = "error"\n')
     assert "; settings of " in validate(path, "--format", fmt, "-q").err
     (project / "pidcfg.toml").unlink()
-    assert validate(path, "--format", fmt, "-q", "--ignore", "PID254").err == "", "the command line is seen"
-    text = path.read_text("utf-8").replace("90}}", "90}}  # pidcfg: ignore[PID242] why")
+    assert validate(path, "--format", fmt, "-q", "--ignore", "DL254").err == "", "the command line is seen"
+    text = path.read_text("utf-8").replace("90}}", "90}}  # pidcfg: ignore[DL242] why")
     path.write_text(text, "utf-8")
     assert "; 2 ignored" in validate(path, "--format", fmt, "-q").err
 
@@ -324,15 +324,15 @@ def test_every_run_names_the_settings_file_and_a_quiet_one_when_it_hides_somethi
 def test_sarif_carries_what_is_suppressed_and_why(project, validate, monkeypatch):
     monkeypatch.chdir(project)
     path = project / "loops/a.yaml"
-    path.write_text(path.read_text("utf-8").replace("90}}", "90}}  # pidcfg: ignore[PID254] the valve sticks"), "utf-8")
+    path.write_text(path.read_text("utf-8").replace("90}}", "90}}  # pidcfg: ignore[DL254] the valve sticks"), "utf-8")
     assert validate("loops/a.yaml", "--baseline", "k.json", "--create-baseline").code == 0
     found = validate("loops/a.yaml", "--baseline", "k.json", "--format", "sarif")
     results = json.loads(found.out)["runs"][0]["results"]
     assert [(r["ruleId"], r["suppressions"]) for r in results] == [
-        ("PID254", [{"kind": "inSource", "justification": "the valve sticks"}]),
-        ("PID242", [{"kind": "external"}]),
-        ("PID242", [{"kind": "external"}]),
+        ("DL254", [{"kind": "inSource", "justification": "the valve sticks"}]),
+        ("DL242", [{"kind": "external"}]),
+        ("DL242", [{"kind": "external"}]),
     ]
     assert len({r["partialFingerprints"]["pidcfgFinding/v1"] for r in results}) == 3
     assert json.loads(validate("loops/a.yaml", "--baseline", "k.json", "--format", "json").out)["findings"] == []
-    assert "suppressions" not in validate("loops/a.yaml", "--format", "sarif", "--ignore", "PID254").out
+    assert "suppressions" not in validate("loops/a.yaml", "--format", "sarif", "--ignore", "DL254").out

@@ -94,19 +94,19 @@ def test_a_hash_inside_a_value_is_no_comment(made, end, last):
 
 
 def test_a_comment_ignores_the_codes_it_names_on_its_line_and_no_others():
-    assert left(TWICE) == [(9, "PID254"), (9, "PID242"), (9, "PID242")]
-    found = outcome(behind("# pidcfg: ignore[PID242] agreed with the plant on 3 May"))
-    assert [d.code for d in found.kept] == ["PID254"]
-    assert [(i.found.code, i.reason) for i in found.ignored] == [("PID242", "agreed with the plant on 3 May")] * 2
+    assert left(TWICE) == [(9, "DL254"), (9, "DL242"), (9, "DL242")]
+    found = outcome(behind("# pidcfg: ignore[DL242] agreed with the plant on 3 May"))
+    assert [d.code for d in found.kept] == ["DL254"]
+    assert [(i.found.code, i.reason) for i in found.ignored] == [("DL242", "agreed with the plant on 3 May")] * 2
 
 
 @pytest.mark.parametrize(
     "form",
     [
-        "# pidcfg: ignore[PID242, PID254] why",
-        "#pidcfg:ignore[PID242,PID254] why",
-        "# PIDCFG: Ignore [pid242 , PID254]why",
-        "# pidcfg: ignore[PID242,PID254] why # later",
+        "# pidcfg: ignore[DL242, DL254] why",
+        "#pidcfg:ignore[DL242,DL254] why",
+        "# PIDCFG: Ignore [pid242 , DL254]why",
+        "# pidcfg: ignore[DL242,DL254] why # later",
     ],
 )
 def test_spellings(form):
@@ -115,23 +115,23 @@ def test_spellings(form):
 
 
 def test_a_comment_on_a_line_of_its_own_speaks_of_the_next_line_with_content():
-    own = "    # pidcfg: ignore[PID242] why\n\n    # another\n    # pidcfg: ignore[PID254] why\n"
+    own = "    # pidcfg: ignore[DL242] why\n\n    # another\n    # pidcfg: ignore[DL254] why\n"
     assert left(TWICE.replace(ALARMS, own + ALARMS)) == []
-    assert (10, "PID242") in left(
-        TWICE.replace(ALARMS, ALARMS.replace("alarms", "# pidcfg: ignore[PID254] x\n    alarms"))
+    assert (10, "DL242") in left(
+        TWICE.replace(ALARMS, ALARMS.replace("alarms", "# pidcfg: ignore[DL254] x\n    alarms"))
     )
 
 
 def test_the_text_of_a_value_ignores_nothing():
-    text = TWICE.replace("name: A", 'name: A\n    description: "# pidcfg: ignore[PID242] why"').replace(
-        "alarms: {", "alarms: {# pidcfg: ignore[PID242] why\n      "
+    text = TWICE.replace("name: A", 'name: A\n    description: "# pidcfg: ignore[DL242] why"').replace(
+        "alarms: {", "alarms: {# pidcfg: ignore[DL242] why\n      "
     )
-    assert [code for _, code in left(text)].count("PID242") == 2
+    assert [code for _, code in left(text)].count("DL242") == 2
 
 
 def test_windows_line_ends_and_a_byte_order_mark():
     doc = read_document(
-        b"\xef\xbb\xbf" + behind("# pidcfg: ignore[PID242, PID254] why").replace("\n", "\r\n").encode(), "x"
+        b"\xef\xbb\xbf" + behind("# pidcfg: ignore[DL242, DL254] why").replace("\n", "\r\n").encode(), "x"
     )
     assert suppress(list(check_document(doc).findings), doc).kept == []
 
@@ -139,12 +139,12 @@ def test_windows_line_ends_and_a_byte_order_mark():
 @pytest.mark.parametrize(
     ("comment", "code", "words"),
     [
-        ("# pidcfg: ignore[PID242, PID254, PID243] why", "PID043", "PID243: no such finding on this line"),
-        ("# pidcfg: ignore[PID242, PID254, PID999] why", "PID044", "no rule is called 'PID999'"),
-        ("# pidcfg: ignore[PID242, PID254, PID2] why", "PID044", "PID2 is only the beginning of a code"),
-        ("# pidcfg: ignore[PID242, PID254, high] why", "PID044", "no rule is called 'HIGH'"),
-        ("# pidcfg: ignore[PID242, PID254]", "PID046", "no reason"),
-        ("# pidcfg: ignore[PID242, PID254, PID020] why", "PID047", "PID020 (unknown-key) cannot be ignored"),
+        ("# pidcfg: ignore[DL242, DL254, DL243] why", "PID043", "DL243: no such finding on this line"),
+        ("# pidcfg: ignore[DL242, DL254, PID999] why", "PID044", "no rule is called 'PID999'"),
+        ("# pidcfg: ignore[DL242, DL254, DL2] why", "PID044", "DL2 is only the beginning of a code"),
+        ("# pidcfg: ignore[DL242, DL254, high] why", "PID044", "no rule is called 'HIGH'"),
+        ("# pidcfg: ignore[DL242, DL254]", "PID046", "no reason"),
+        ("# pidcfg: ignore[DL242, DL254, PID020] why", "PID047", "PID020 (unknown-key) cannot be ignored"),
     ],
 )
 def test_what_is_wrong_with_an_ignore_is_said_at_its_place(comment, code, words):
@@ -158,15 +158,15 @@ def test_what_is_wrong_with_an_ignore_is_said_at_its_place(comment, code, words)
     "comment",
     [
         "# pidcfg: ignore",
-        "# pidcfg: ignore PID242 why",
+        "# pidcfg: ignore DL242 why",
         "# pidcfg: ignore[] why",
-        "# pidcfg: ignore[PID242 why",
-        "# pidcfg: ingore[PID242] why",
+        "# pidcfg: ignore[DL242 why",
+        "# pidcfg: ingore[DL242] why",
     ],
 )
 def test_what_cannot_be_read_ignores_nothing_and_is_reported(comment):
     codes = [code for _, code in left(behind(comment))]
-    assert codes.count("PID242") == 2
+    assert codes.count("DL242") == 2
     assert codes.count("PID045") == 1
 
 
@@ -176,13 +176,13 @@ def test_prose_about_pidcfg_is_left_alone():
 
 def test_errors_of_text_and_schema_stay_and_hide_that_others_are_unused():
     text = GOOD.replace("sample_rate: 1", "sample_rate: x  # pidcfg: ignore[PID022] why")
-    text = text.replace("action: direct", "action: direct  # pidcfg: ignore[PID242] why")
+    text = text.replace("action: direct", "action: direct  # pidcfg: ignore[DL242] why")
     assert sorted(left(text)) == [(6, "PID022"), (6, "PID047")], "rules have not run: nothing can be called unused"
 
 
 def test_a_text_that_can_be_read_in_two_ways_is_reported_whole():
-    text = behind("# pidcfg: ignore[PID242, PID254] why") + "vendor: dl06  # pidcfg: ignore[PID004] why\n"
-    assert sorted(code for _, code in left(text)) == ["PID004", "PID242", "PID242", "PID254"]
+    text = behind("# pidcfg: ignore[DL242, DL254] why") + "vendor: dl06  # pidcfg: ignore[PID004] why\n"
+    assert sorted(code for _, code in left(text)) == ["DL242", "DL242", "DL254", "PID004"]
     assert outcome(text).ignored == []
 
 
@@ -196,7 +196,7 @@ def test_each_remark_about_an_ignore_has_a_page_and_is_a_warning():
 
 def test_ignored_findings_do_not_count_and_are_counted(tmp_path, monkeypatch, capsysbinary):
     file = tmp_path / "a.yaml"
-    file.write_text(behind("# pidcfg: ignore[PID242, PID254] why"), "utf-8")
+    file.write_text(behind("# pidcfg: ignore[DL242, DL254] why"), "utf-8")
     found = run(monkeypatch, capsysbinary, file, "--strict")
     assert (found.code, found.out) == (0, "")
     assert "1 file checked: 0 errors, 0 warnings, 0 infos; 3 ignored" in found.err
@@ -204,14 +204,14 @@ def test_ignored_findings_do_not_count_and_are_counted(tmp_path, monkeypatch, ca
 
 def test_a_selection_does_not_make_an_ignore_unused(tmp_path, monkeypatch, capsysbinary):
     file = tmp_path / "a.yaml"
-    file.write_text(behind("# pidcfg: ignore[PID242, PID254] why"), "utf-8")
+    file.write_text(behind("# pidcfg: ignore[DL242, DL254] why"), "utf-8")
     found = run(monkeypatch, capsysbinary, file, "--strict", "--select", "PID1,PID043")
     assert (found.code, found.out) == (0, "")
 
 
 def test_an_ignored_error_still_keeps_encode_from_writing(tmp_path, monkeypatch, capsysbinary):
     file = tmp_path / "a.yaml"
-    file.write_text(behind("# pidcfg: ignore[PID242, PID254] why"), "utf-8")
+    file.write_text(behind("# pidcfg: ignore[DL242, DL254] why"), "utf-8")
     monkeypatch.setattr("sys.argv", ["pidcfg", "encode", str(file)])
     from pidcfg.cli.main import main
 
@@ -220,12 +220,12 @@ def test_an_ignored_error_still_keeps_encode_from_writing(tmp_path, monkeypatch,
     assert end.value.code == 1
     captured = capsysbinary.readouterr()
     assert captured.out == b""
-    assert b"PID242" in captured.err
+    assert b"DL242" in captured.err
 
 
 def test_warnings_of_ignores_can_be_left_out_by_option(tmp_path, monkeypatch, capsysbinary):
     file = tmp_path / "a.yaml"
-    file.write_text(behind("# pidcfg: ignore[PID242, PID254]"), "utf-8")
+    file.write_text(behind("# pidcfg: ignore[DL242, DL254]"), "utf-8")
     assert run(monkeypatch, capsysbinary, file, "--strict").code == 1
     assert run(monkeypatch, capsysbinary, file, "--strict", "--ignore", "PID046").code == 0
 
@@ -236,24 +236,24 @@ def test_warnings_of_ignores_can_be_left_out_by_option(tmp_path, monkeypatch, ca
 @pytest.mark.parametrize(
     "line",
     [
-        "    # alarms: {pv: {low: 15}}  # pidcfg: ignore[PID242, PID254] spare until March",
-        "    # note: do not write # pidcfg: ignore[PID242, PID254] here",
-        "    ## pidcfg: ignore[PID242, PID254] why",
+        "    # alarms: {pv: {low: 15}}  # pidcfg: ignore[DL242, DL254] spare until March",
+        "    # note: do not write # pidcfg: ignore[DL242, DL254] here",
+        "    ## pidcfg: ignore[DL242, DL254] why",
     ],
 )
 def test_a_line_that_was_commented_out_and_prose_ignore_nothing(line):
     found = outcome(TWICE.replace(ALARMS, f"{line}\n{ALARMS}"))
     assert found.ignored == []
-    assert [d.code for d in found.kept] == ["PID254", "PID242", "PID242"]
+    assert [d.code for d in found.kept] == ["DL254", "DL242", "DL242"]
 
 
 def test_an_ignore_behind_another_comment_is_reported_and_ignores_nothing():
-    found = outcome(behind("# heater 2 # pidcfg: ignore[PID242, PID254] why"))
+    found = outcome(behind("# heater 2 # pidcfg: ignore[DL242, DL254] why"))
     assert found.ignored == []
     (said,) = (d for d in found.kept if d.code == "PID045")
     assert "begins its comment" in said.message
-    two = outcome(behind("# pidcfg: ignore[PID242] why # pidcfg: ignore[PID254] why"))
-    assert {d.code for d in two.kept} == {"PID254", "PID045"}
+    two = outcome(behind("# pidcfg: ignore[DL242] why # pidcfg: ignore[DL254] why"))
+    assert {d.code for d in two.kept} == {"DL254", "PID045"}
 
 
 SHARED = TWICE.replace("alarms: {", "alarms: &al {") + (
@@ -268,18 +268,18 @@ def test_the_comment_of_an_anchor_does_not_speak_for_its_aliases(bare):
         found = list(check_document(doc).findings)
         return suppress(found, doc.bare() if bare else doc)
 
-    text = SHARED.replace("90}}", "90}}  # pidcfg: ignore[PID242, PID254] A is a spare")
+    text = SHARED.replace("90}}", "90}}  # pidcfg: ignore[DL242, DL254] A is a spare")
     found = judged(text)
     assert {i.found.loop for i in found.ignored} == {"A"}
-    assert {(d.loop, d.code) for d in found.kept} == {("B", "PID242"), ("B", "PID254")}
-    both = judged(text.replace("*al", "*al  # pidcfg: ignore[PID242, PID254] B is a spare too"))
+    assert {(d.loop, d.code) for d in found.kept} == {("B", "DL242"), ("B", "DL254")}
+    both = judged(text.replace("*al", "*al  # pidcfg: ignore[DL242, DL254] B is a spare too"))
     assert both.kept == []
     assert {(i.found.loop, i.reason) for i in both.ignored} == {("A", "A is a spare"), ("B", "B is a spare too")}
 
 
 def test_a_shared_value_in_a_list_is_not_ignored_at_its_anchor():
-    text = TWICE.replace("  - name: A", "  - &a\n    name: A").replace("90}}", "90}}  # pidcfg: ignore[PID242] x")
+    text = TWICE.replace("  - name: A", "  - &a\n    name: A").replace("90}}", "90}}  # pidcfg: ignore[DL242] x")
     doc = read_document((text + "  - *a\n").encode(), "case.yaml")
-    found = [d for d in check_document(doc).findings if d.code == "PID242"]
+    found = [d for d in check_document(doc).findings if d.code == "DL242"]
     assert {i.found.path[1] for i in suppress(found, doc).ignored} == {0}
-    assert {d.path[1] for d in suppress(found, doc).kept if d.code == "PID242"} <= {1}
+    assert {d.path[1] for d in suppress(found, doc).kept if d.code == "DL242"} <= {1}

@@ -84,7 +84,7 @@ def drawn(text: str) -> dict[str, str]:
 
 
 FINDING = """\
-oven.yaml:5:19: {severity} PID201: the table starts wrong
+oven.yaml:5:19: {severity} DL201: the table starts wrong
     5 | plc: {{loop_table: V7350}}
       |                   ^^^^^
       = cure: move it
@@ -95,7 +95,7 @@ oven.yaml:5:19: {severity} PID201: the table starts wrong
 def test_a_finding_wears_the_colour_of_its_severity(severity, code):
     text = FINDING.format(severity=severity)
     found = drawn(colour.painted(text))
-    assert {found[piece] for piece in (severity, "PID201", "^^^^^")} == {code}
+    assert {found[piece] for piece in (severity, "DL201", "^^^^^")} == {code}
     assert found["oven.yaml:5:19:"] == "1"
     assert {"    5 |", "= cure:"} <= set(found)
 
@@ -113,8 +113,8 @@ def test_a_finding_wears_the_colour_of_its_severity(severity, code):
         ("TIC-101: removed", {"TIC-101", "removed"}),
         (" !dropped  pv.transfer: slot 1", {"dropped"}),
         ("Error: no such file", {"Error:"}),
-        ("    7 | oven.yaml:5:19: error PID201: quoted", {"    7 |"}),
-        ("an error PID201 in a sentence", set()),
+        ("    7 | oven.yaml:5:19: error DL201: quoted", {"    7 |"}),
+        ("an error DL201 in a sentence", set()),
     ],
 )
 def test_what_stands_out(line, pieces):
@@ -157,11 +157,11 @@ def test_files_and_formats_of_programs_are_never_coloured(arguments):
 
 
 def test_a_page_is_formatted_where_colour_is_wanted():
-    plain = CliRunner().invoke(cli, ["rule", "PID242"]).stdout
-    formatted = CliRunner(env={"FORCE_COLOR": "1"}).invoke(cli, ["rule", "PID242"], color=True).stdout
-    assert plain.startswith("# PID242")
+    plain = CliRunner().invoke(cli, ["rule", "DL242"]).stdout
+    formatted = CliRunner(env={"FORCE_COLOR": "1"}).invoke(cli, ["rule", "DL242"], color=True).stdout
+    assert plain.startswith("# DL242")
     assert "\x1b[1" in formatted
-    assert "# PID242" not in formatted
+    assert "# DL242" not in formatted
 
 
 # --- progress --------------------------------------------------------------------------------------------------------
@@ -373,7 +373,7 @@ def test_every_example_prints_on_every_code_page(example, monkeypatch):
 
 @pytest.mark.parametrize("code_page", CODE_PAGES)
 def test_pages_and_helps_print_on_every_code_page(code_page, monkeypatch):
-    lines = [("rule",), ("rule", "PID212"), ("schema",)]
+    lines = [("rule",), ("rule", "DL212"), ("schema",)]
     if code_page == "cp437":  # on ASCII, which it takes for a mistake, click prints its helps as UTF-8
         lines += [(name, "--help") for name in COMMANDS] + [("--help",)]
     lines += [("init", "--vendor", vendor) for vendor in VENDORS] + [("schema", "dl06")]

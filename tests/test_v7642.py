@@ -30,9 +30,9 @@ EDGES = [
     ("V10000", 1, 0, None),
     ("V10000", 8, 0, None),
     ("V17400", 8, 0, None),  # ends at V17777
-    ("V17401", 8, 0, "PID205"),
+    ("V17401", 8, 0, "DL205"),
     ("V17740", 1, 0, None),
-    ("V17740", 2, 0, "PID205"),
+    ("V17740", 2, 0, "DL205"),
     ("V17741", 1, 0b0010, None),
     ("V20000", 1, 0b0010, None),
     ("V2000", 9, 0b0100, None),
@@ -51,14 +51,14 @@ def text(start: str, loops: int) -> str:
 def test_the_validator_names_each_bit_and_the_line(start, loops, word, other):
     found = pidcfg.check_text(text(start, loops)).findings
     errors = [d for d in found if d.severity.label == "error"]
-    effects = {d.plc_effect for d in errors if d.code != "PID205"}
+    effects = {d.plc_effect for d in errors if d.code != "DL205"}
     assert effects == {f"V7642 bit {bit}" for bit in range(4) if word >> bit & 1}
-    assert [(d.code, d.plc_effect) for d in errors if d.code == "PID205"] == (
+    assert [(d.code, d.plc_effect) for d in errors if d.code == "DL205"] == (
         [(other, "not shown in V7642")] if other else []
     )
     for d in errors:
         # too many loops are pointed at where the ninth is listed, everything else where the table starts
-        assert d.span.line == (13 if d.code == "PID203" else 3), d
+        assert d.span.line == (13 if d.code == "DL203" else 3), d
 
 
 @pytest.mark.parametrize(("start", "loops", "word", "other"), EDGES)

@@ -93,5 +93,5 @@ def _unknown(question: Question, vendors: Iterable[str]) -> str:
 
 def forms(vendors: Iterable[str]) -> list[tuple[str, str, str]]:
     """What can be asked for: an example, what it is, and the vendor."""
-    rows = [("PID242", "a rule", ""), ("D46", "a decision", "")]
+    rows = [("DL242", "a rule", ""), ("D46", "a decision", "")]
     return rows + [(example, what, book.title) for book in _books(vendors) for what, example in book.forms]

@@ -100,7 +100,7 @@ SCHEMA = (
 SUPPRESSION = (
     _remark("PID043", "unused-ignore", "A comment ignores findings that are not there.", "It would hide the next one of its kind that comes to this line.", "Delete the comment, or the code; `--fix` does it."),
     _remark("PID044", "ignore-of-unknown-code", "A comment ignores a code that no rule has.", "It ignores nothing, and somebody believes it does.", "Correct the code; `pidcfg rule` lists all. Codes are written in full."),
-    _remark("PID045", "malformed-ignore", "A comment begins like an ignore but cannot be read as one.", "It ignores nothing. An ignore without codes would hide everything that comes to its line.", "Write `# pidcfg: ignore[PID211] reason`."),
+    _remark("PID045", "malformed-ignore", "A comment begins like an ignore but cannot be read as one.", "It ignores nothing. An ignore without codes would hide everything that comes to its line.", "Write `# pidcfg: ignore[DL211] reason`."),
     _remark("PID046", "ignore-without-reason", "A comment ignores a finding and does not say why.", "Whoever reads the file next cannot tell a decision from an oversight.", "Write the reason behind the bracket."),
     _remark("PID047", "not-ignorable", "A comment ignores an error that cannot be ignored.", "Without it there is no configuration: nothing else in the file has been checked.", "Correct the error, and delete the comment."),
     _remark("PID048", "stale-baseline-entry", "A baseline knows a finding that no longer occurs.", "It would hide the same finding when it comes back.", "Run `pidcfg validate` on the same paths with `--shrink-baseline`.", D317),

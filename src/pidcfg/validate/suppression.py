@@ -1,4 +1,4 @@
-"""Findings that a comment in the file ignores: ``# pidcfg: ignore[PID211] reason``.
+"""Findings that a comment in the file ignores: ``# pidcfg: ignore[DL211] reason``.
 
 At the end of a line the comment speaks of findings that begin on this line; on a line of its own, of the next line that
 holds more than a comment. Every code is written in full, with a reason; what ignores nothing is reported. It stands at
@@ -32,7 +32,7 @@ DIRECTIVE = re.compile(
 )
 WORD = "ignore"
 ONE = "put it first, with all its codes in one bracket"
-FORM = "write # pidcfg: ignore[PID211] reason"
+FORM = "write # pidcfg: ignore[DL211] reason"
 
 
 @dataclass(frozen=True, slots=True)

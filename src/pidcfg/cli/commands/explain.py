@@ -68,7 +68,7 @@ def command(
     """Explain each THING in plain words, with the manual's place.
 
     A THING is a word (V7642), its content (V7642=0008), a bit (addr+06.10), an error number (CK27), a register's name
-    (gain), a rule (PID242) or a decision (D46).
+    (gain), a rule (DL242) or a decision (D46).
 
     Without a THING, lists what can be asked for.
     """

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 EPILOG = options.examples(
     "pidcfg validate reactor.yaml",
     "pidcfg validate loops/ --severity warning --strict",
-    "pidcfg validate *.yaml --format json --ignore PID220",
+    "pidcfg validate *.yaml --format json --ignore DL220",
     "pidcfg validate loops/ --output sarif=pidcfg.sarif --output junit=pidcfg.xml",
 )
 

@@ -22,14 +22,14 @@ class Key(NamedTuple):
 # fmt: off
 KEYS = {
     "select": Key("codes", "Only rules whose code begins so.", '["DL2", "PID101"]'),
-    "ignore": Key("codes", "Rules whose code begins so are left out.", '["PID220"]'),
+    "ignore": Key("codes", "Rules whose code begins so are left out.", '["DL220"]'),
     "severity": Key("severity", "Findings of this severity and above are shown.", '"warning"'),
     "strict": Key("switch", "Exit 1 on warnings too.", "true"),
     "format": Key("format", "How the result is printed.", '"text"'),
     "baseline": Key("path", "A file of known findings, below the folder of the settings file.", '"known.json"'),
     PER_FILE: Key(
         "table", "Patterns of paths below the folder of the settings file, and the rules left out there.",
-        '{"old/**" = ["PID222"]}',
+        '{"old/**" = ["DL222"]}',
     ),
 }
 """All there is."""

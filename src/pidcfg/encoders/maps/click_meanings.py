@@ -19,11 +19,11 @@ MOMENT = "Set it for a moment; the PLC reads the change from 0 to 1."
 WORDS = {
     "action": Meaning(INFERRED.format(shown="Forward/Reverse", before="the first Auto"), "The wrong direction is a runaway: the "
                       "output goes to a limit and stays there. When it is compared, write action_verified: true.",
-                      ("PID308",), D100),
+                      ("CK308",), D100),
     "autotune_method": Meaning(INFERRED.format(shown="open or closed loop", before="the autotune"), "", (), D100),
     "autotune_type": Meaning(INFERRED.format(shown="PID or PI", before="the autotune"), "", (), D100),
     "error_code": Meaning("The lowest PID error that is active. 0: none. When it is cured, the next one shows up, so "
-                          "look again after each cure.", "", ("PID309",), CLICK.at("CLICK PID Errors")),
+                          "look again after each cure.", "", ("CK309",), CLICK.at("CLICK PID Errors")),
     "manual_request": Meaning("Asks for Manual: the output then stays where it is put.", MOMENT, (), MODES),
     "auto_request": Meaning("Asks for Auto; works only from Manual, and not while a PID error is active.", MOMENT, (), MODES),
     "autotune_request": Meaning("Asks for the autotune; works only in Auto. Switched off again, it ends the autotune "
@@ -55,9 +55,9 @@ DOUBTS = dict.fromkeys(
     ("action", "autotune_method", "autotune_type"), f"inferred, not printed: compare the PID window, D{D100.number}"
 )
 """Remarks on registers whose states are a reading of ours."""
-CROSSED_RULES = ("PID311", "PID312")
+CROSSED_RULES = ("CK311", "CK312")
 """Rules that find crossed limits before the download."""
-OUTPUT_RULES = ("PID363",)
+OUTPUT_RULES = ("CK363",)
 
 
 def _code(error: PidError) -> Code:

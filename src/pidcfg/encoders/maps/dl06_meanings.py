@@ -33,17 +33,17 @@ WAIT = "Set it for one moment and let go; the CPU clears it when it has read it.
 BITS = {
     ("error_flags", 0): Meaning(
         f"{NO_LOOP} V7640 holds an address below {v_name(CPU.upper[0])} that is not within {LOWER}.",
-        f"Put the start of the loop table into V7640: {LOWER}, or {UPPER}. {AGAIN}", ("PID201",), ERROR_FLAGS),
+        f"Put the start of the loop table into V7640: {LOWER}, or {UPPER}. {AGAIN}", ("DL201",), ERROR_FLAGS),
     ("error_flags", 1): Meaning(
         f"{NO_LOOP} V7640 holds an address above {v_name(CPU.upper[1])}.",
-        f"Put the start of the loop table into V7640: {UPPER}, or {LOWER}. {AGAIN}", ("PID202",), ERROR_FLAGS),
+        f"Put the start of the loop table into V7640: {UPPER}, or {LOWER}. {AGAIN}", ("DL202",), ERROR_FLAGS),
     ("error_flags", 2): Meaning(
         f"{NO_LOOP} V7641 asks for more than {CPU.loops} loops, or is no BCD number.",
-        f"Put the number of loops into V7641, 0 to {CPU.loops} in BCD. {AGAIN}", ("PID203",), ERROR_FLAGS),
+        f"Put the number of loops into V7641, 0 to {CPU.loops} in BCD. {AGAIN}", ("DL203",), ERROR_FLAGS),
     ("error_flags", 3): Meaning(
         f"{NO_LOOP} The table begins below {v_name(CPU.lower_end)} and would run past it into the system's words.",
         f"Start the table closer to {v_name(CPU.lower[0])} (V7640; each loop takes 40 octal words), or calculate fewer "
-        f"loops (V7641). {AGAIN}", ("PID204",), ERROR_FLAGS),
+        f"loops (V7641). {AGAIN}", ("DL204",), ERROR_FLAGS),
 
     ("mode_setting_1", 0): Meaning("Asks for Manual: the output then stays where it is put.", WAIT, (), D04),
     ("mode_setting_1", 1): Meaning("Asks for Automatic. Refused while a PV alarm or the alarm programming error is on, "
@@ -63,10 +63,10 @@ BITS = {
         "The loop is in Automatic: it works the output (+05) out from its own set point (+02) and the PV (+03).", "", (), MODES),
     ("mode_and_alarm_status", 2): Meaning(
         "The loop is in Cascade: its set point is the word that +32 points at, the output of another loop.", "", (), MODES),
-    ("mode_and_alarm_status", 3): Meaning(f"The PV is below the low-low limit in +13. {PV_ALARM}", PV_CURE, ("PID248",), TROUBLE),
-    ("mode_and_alarm_status", 4): Meaning(f"The PV is below the low limit in +14. {PV_ALARM}", PV_CURE, ("PID248",), TROUBLE),
-    ("mode_and_alarm_status", 5): Meaning(f"The PV is above the high limit in +15. {PV_ALARM}", PV_CURE, ("PID248",), TROUBLE),
-    ("mode_and_alarm_status", 6): Meaning(f"The PV is above the high-high limit in +16. {PV_ALARM}", PV_CURE, ("PID248",), TROUBLE),
+    ("mode_and_alarm_status", 3): Meaning(f"The PV is below the low-low limit in +13. {PV_ALARM}", PV_CURE, ("DL248",), TROUBLE),
+    ("mode_and_alarm_status", 4): Meaning(f"The PV is below the low limit in +14. {PV_ALARM}", PV_CURE, ("DL248",), TROUBLE),
+    ("mode_and_alarm_status", 5): Meaning(f"The PV is above the high limit in +15. {PV_ALARM}", PV_CURE, ("DL248",), TROUBLE),
+    ("mode_and_alarm_status", 6): Meaning(f"The PV is above the high-high limit in +16. {PV_ALARM}", PV_CURE, ("DL248",), TROUBLE),
     ("mode_and_alarm_status", 7): Meaning(
         "The PV is further from the set point than the yellow limit in +17.",
         "Normal for a while after a change of the set point; else look at the output, the actuator and the load.", (), MODES),
@@ -75,13 +75,13 @@ BITS = {
         "The loop does not hold its set point: look whether the output is at a limit, and at actuator and sensor.", (), MODES),
     ("mode_and_alarm_status", 9): Meaning(
         "The PV changed by more counts within one sample than +21 allows. The hysteresis does not apply to it.",
-        "A broken sensor or wire jumps like this; if the signal is only noisy, filter it (+24) or raise +21.", ("PID247",), MODES),
+        "A broken sensor or wire jumps like this; if the signal is only noisy, filter it (+24) or raise +21.", ("DL247",), MODES),
     ("mode_and_alarm_status", 10): Meaning(
         "The alarm limits are not in their order. The loop does not go to Automatic, and one that was there is put "
         "into Manual.",
         "Put +13 < +14 < +15 < +16 (low-low, low, high, high-high) and +17 < +20 (yellow, red), each at least one count "
         "apart. The CPU reads them when the alarm's enable bit goes from 0 to 1: switch bit 12 or 13 of +00 off and on.",
-        ("PID242", "PID244"), ALARM_ERROR),
+        ("DL242", "DL244"), ALARM_ERROR),
     ("mode_and_alarm_status", 11): Meaning(
         "The calculation gave a number that does not fit its word. The output is not to be trusted, and the loop goes "
         "to Manual.",
@@ -94,11 +94,11 @@ BITS = {
         "Open loop (bit 5 of +01 on): the PV must be at least 205 counts of a 12-bit format, 5 % of full scale, below "
         "the SP of a direct-acting loop, above that of a reverse-acting one (D28). Closed loop: bring PV and SP within 5 % "
         "of full scale, and see that the output does not reach the ends of its range. Then start again (bit 7 of +01); "
-        "the manual contradicts itself, so try the other reading if the bit comes back.", ("PID299",), TUNING),
+        "the manual contradicts itself, so try the other reading if the bit comes back.", ("DL299",), TUNING),
 
     ("ramp_soak_flags", 0): Meaning(f"Asks for start (1), hold (2), resume (4) or jog to the next segment (8) of the "
                                     f"profile. {SEGMENT_KEY}", "Set one of bits 0 to 3 for a moment. The generator "
-                                    "must be on (bit 11 of +00), and the loop not in Cascade.", ("PID281",), TROUBLE),
+                                    "must be on (bit 11 of +00), and the loop not in Cascade.", ("DL281",), TROUBLE),
     ("ramp_soak_flags", 4): Meaning("The profile has run to its end; the set point stays at its last value.", "", (), FLAGS),
     ("ramp_soak_flags", 5): Meaning("The PV is further from the set point of the profile than the deviation of its soak "
                                     "segment allows.", "Look whether the plant can follow: output at a limit, slope too steep.", (), FLAGS),
@@ -107,14 +107,14 @@ BITS = {
 
     ("ramp_soak_errors", 0): Meaning(
         f"The ramp/soak table does not lie in the user's V-memory below {v_name(CPU.upper[0])}; the profile does not start.",
-        NEW_TABLE, ("PID274",), RAMP_ERRORS),
+        NEW_TABLE, ("DL274",), RAMP_ERRORS),
     ("ramp_soak_errors", 1): Meaning(
         f"The ramp/soak table does not lie in the user's V-memory above {v_name(CPU.upper[0])}; the profile does not start.",
-        NEW_TABLE, ("PID274",), RAMP_ERRORS),
+        NEW_TABLE, ("DL274",), RAMP_ERRORS),
     ("ramp_soak_errors", 4): Meaning(
         f"The ramp/soak table starts among the system's words {v_name(CPU.system[0])} to {v_name(CPU.system[1])}; the "
         "profile does not start, and a download of the table would overwrite the set-up of all loops.",
-        NEW_TABLE, ("PID275",), RAMP_ERRORS),
+        NEW_TABLE, ("DL275",), RAMP_ERRORS),
 }
 # fmt: on
 """By the name of the register and the lowest bit of the row."""
@@ -142,7 +142,7 @@ WORDS = {
         "If it stays 0 on the other side too, look whether the upper limit in +31 is 0, then whether the "
         "direction (bit 4 of +00) fits the process. Never change bit 4 before a small step of the output in "
         "Manual has shown which way the PV goes: the wrong direction is a runaway.",
-        ("PID226",),
+        ("DL226",),
         TROUBLE,
     ),
     "mode_and_alarm_status": Meaning(

@@ -13,7 +13,7 @@ CODES = (
         "The instruction tunes itself for temperature control and moves MV to do so; PID_MAN has no effect. When it is "
         "done, Kc_Kp, Ti_Ki, Td_Kd and Tf are new and PID_MODE is 0.",
         "Stay at the plant. PID_MODE and the four coefficients must be registers, not numbers in the program.",
-        ("PID705", "PID706", "PID707"), TABLE)),
+        ("DP705", "DP706", "DP707"), TABLE)),
     Code("PID_MODE", 2, "automatic, with I_MV worked out of MV", Meaning(
         "As 0, but I_MV follows MV at its limits and at the end of manual, so that the loop comes back sooner and "
         "without a bump.", "", (), TABLE)),

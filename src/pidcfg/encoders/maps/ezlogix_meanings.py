@@ -38,17 +38,17 @@ CODES = (
     Code("autotune_status", 5, "the CV could not be incremented", Meaning(
         f"There is no room for a step of 10 % above the present CV. {BACK}",
         f"Bring the CV 10 % below the CV high limit (Base+9) and below 90 % of its range first. Raise that limit only if the "
-        f"plant bears it: it may protect the plant; put it back after the autotune. {IDLE_AGAIN}", ("PID484",), AUTOTUNE)),
+        f"plant bears it: it may protect the plant; put it back after the autotune. {IDLE_AGAIN}", ("EZ484",), AUTOTUNE)),
     Code("autotune_status", 6, "the curve could not be fitted", Meaning(
         f"The PV moved, but not like the answer of a process to a step. {BACK}",
         f"Look for disturbances and noise; give it more time (Base+13). {STEADY} {IDLE_AGAIN}",
-        ("PID481",), AUTOTUNE)),
+        ("EZ481",), AUTOTUNE)),
     Code("autotune_status", 7, "division by zero", Meaning(
         f"The recorded answer has no slope to work with. {BACK}",
         f"See that the PV moves when the CV does. {IDLE_AGAIN}", (), AUTOTUNE)),
     Code("autotune_status", 8, "no dead time was found", Meaning(
         f"The PV did not move, or not in the time of Base+13. {BACK}",
-        f"See that actuator and sensor work; give it more time (Base+13). {IDLE_AGAIN}", ("PID480", "PID481"), AUTOTUNE)),
+        f"See that actuator and sensor work; give it more time (Base+13). {IDLE_AGAIN}", ("EZ480", "EZ481"), AUTOTUNE)),
     Code("autotune_status", 9, "a gain or time is out of range", Meaning(
         f"The gains that fit the answer do not fit their registers. {BACK}",
         f"Tune by hand, or change the sample rate (Base+0) and try again. {IDLE_AGAIN}", (), AUTOTUNE)),

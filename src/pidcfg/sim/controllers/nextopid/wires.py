@@ -37,7 +37,7 @@ D206 = Decision(
     "a wire without a value keeps the one that it had",
     "Division by zero, the root of a negative number and results beyond single precision leave the parameter as it is; "
     "the run reports the first time. An INT that a REAL is wired to takes the nearest whole number of "
-    "its range, which PID614 warns of.",
+    "its range, which NX614 warns of.",
     "What the PLC does then depends on its settings: a REAL beyond the INT may come out as any number there. It is a "
     "mistake of the program in any case.",
 )

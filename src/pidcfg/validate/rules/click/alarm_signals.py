@@ -42,7 +42,7 @@ def resolution(view: LoopView) -> Decimal:
 
 @per_loop
 @warning(
-    "PID378", HYSTERESIS, "alarms are on with a hysteresis of {value}: a PV at a limit switches its alarm on and off"
+    "CK378", HYSTERESIS, "alarms are on with a hysteresis of {value}: a PV at a limit switches its alarm on and off"
 )
 def alarms_without_hysteresis(view: LoopView) -> Findings:
     """PV or deviation alarms are on, and the hysteresis is 0.
@@ -57,7 +57,7 @@ def alarms_without_hysteresis(view: LoopView) -> Findings:
 
 
 @error(
-    "PID379",
+    "CK379",
     D144,
     "hysteresis is {value}, not less than the {point} deviation alarm {limit}: once on, the alarm stays on",
 )
@@ -82,7 +82,7 @@ def hysteresis_swallows_deviation_alarm(context: ClickContext) -> Findings:
 
 @per_loop
 @warning(
-    "PID380",
+    "CK380",
     D144,
     "hysteresis is {value}, but low and high alarm are only {zone} apart: neither goes off before the other comes",
 )
@@ -99,7 +99,7 @@ def hysteresis_spans_normal_zone(view: LoopView) -> Findings:
 
 @per_loop
 @info(
-    "PID381",
+    "CK381",
     RATE,
     "hysteresis is {value}, but neither PV nor deviation alarms are on, and the rate-of-change alarm has none",
 )
@@ -121,7 +121,7 @@ def rate_text(view: LoopView) -> str:
 
 
 @per_loop
-@warning("PID382", RATE, "the rate-of-change alarm is on with {value}: every change of the PV is an alarm")
+@warning("CK382", RATE, "the rate-of-change alarm is on with {value}: every change of the PV is an alarm")
 def rate_of_change_alarm_always_on(view: LoopView) -> Findings:
     """The rate-of-change alarm is on with 0 or a negative value, or without one.
 
@@ -137,7 +137,7 @@ def rate_of_change_alarm_always_on(view: LoopView) -> Findings:
 
 @per_loop
 @warning(
-    "PID383",
+    "CK383",
     D145,
     "the rate-of-change limit {value} is {stored} a sample, less than the {step} by which the PV's float can "
     "change: every change is an alarm",
@@ -159,7 +159,7 @@ def rate_of_change_finer_than_pv(view: LoopView) -> Findings:
 
 @per_loop
 @warning(
-    "PID384",
+    "CK384",
     RATE,
     "the rate-of-change limit {value} is {stored} a sample, more than the PV's whole range of {span}: it never trips",
 )
@@ -177,7 +177,7 @@ def rate_of_change_never_reached(view: LoopView) -> Findings:
 
 
 @per_loop
-@info("PID385", CLICK.at("Use PV Alarm (Cn+12)"), "{alarms} are stored, but {register} is off: they never trip")
+@info("CK385", CLICK.at("Use PV Alarm (Cn+12)"), "{alarms} are stored, but {register} is off: they never trip")
 def alarms_switched_off(view: LoopView) -> Findings:
     """Alarm limits are given, but not enabled.
 

@@ -53,7 +53,7 @@ def always(below: str) -> bool:
 
 
 @per_loop
-@warning("PID371", ABSOLUTE, "{above} is {high}, not above {below}, {low}: {effect}")
+@warning("CK371", ABSOLUTE, "{above} is {high}, not above {below}, {low}: {effect}")
 def pv_alarms_out_of_order(view: LoopView) -> Findings:
     """The PV alarm points are not in the order low_low, low, high, high_high.
 
@@ -86,7 +86,7 @@ def _inner(below: str, above: str) -> str:
 
 
 @per_loop
-@warning("PID372", D142, "{missing} not given: {registers} {holds} 0, and one bit enables all four PV alarms: {effect}")
+@warning("CK372", D142, "{missing} not given: {registers} {holds} 0, and one bit enables all four PV alarms: {effect}")
 def pv_alarms_incomplete(view: LoopView) -> Findings:
     """Some of the four PV alarms are given, and the others are 0.
 
@@ -131,7 +131,7 @@ def _consequence(view: LoopView, missing: list[str]) -> tuple[Severity, str]:
 
 @per_loop
 @warning(
-    "PID373",
+    "CK373",
     D143,
     "{point} is {value}, further outside the PV's range {low} to {high} than the range is wide: it never trips",
 )
@@ -154,7 +154,7 @@ def pv_alarm_far_outside_range(view: LoopView) -> Findings:
 
 @per_loop
 @warning(
-    "PID374",
+    "CK374",
     ABSOLUTE,
     "the set point {value} is beyond the {alarm} alarm at {limit}: on its set point the loop is in alarm",
 )
@@ -182,7 +182,7 @@ def deviation_points(view: LoopView) -> dict[str, Decimal]:
 
 @per_loop
 @warning(
-    "PID375", D142, "the {point} deviation alarm is {value}: it is on whenever the PV is not exactly on the set point"
+    "CK375", D142, "the {point} deviation alarm is {value}: it is on whenever the PV is not exactly on the set point"
 )
 def deviation_alarm_of_zero(view: LoopView) -> Findings:
     """A deviation alarm is 0 or negative, given so or left out.
@@ -200,7 +200,7 @@ def deviation_alarm_of_zero(view: LoopView) -> Findings:
 
 @per_loop
 @warning(
-    "PID376",
+    "CK376",
     DEVIATION,
     "the high deviation alarm {high} is above the high_high one, {high_high}: high_high comes first",
 )
@@ -224,7 +224,7 @@ def deviation_alarms_out_of_order(view: LoopView) -> Findings:
 
 @per_loop
 @warning(
-    "PID377",
+    "CK377",
     DEVIATION,
     "the {point} deviation alarm {value} is more than the PV's whole range of {span}: it never trips",
 )

@@ -30,7 +30,7 @@ OUTSIDE = {
 
 
 @per_loop
-@info("PID391", D146, "autotune.type is PI, but derivative_gain is {gain} s: an autotune would tune a loop without it")
+@info("CK391", D146, "autotune.type is PI, but derivative_gain is {gain} s: an autotune would tune a loop without it")
 def autotune_drops_derivative(view: LoopView) -> Findings:
     """An autotune for P and I is chosen for a loop with a derivative.
 
@@ -45,7 +45,7 @@ def autotune_drops_derivative(view: LoopView) -> Findings:
 
 
 @per_loop
-@info("PID392", OUTPUT, "a closed-loop autotune moves the output between {low} and {high} only")
+@info("CK392", OUTPUT, "a closed-loop autotune moves the output between {low} and {high} only")
 def autotune_between_narrow_limits(view: LoopView) -> Findings:
     """A closed-loop autotune is planned for a loop with narrowed output limits.
 
@@ -61,7 +61,7 @@ def autotune_between_narrow_limits(view: LoopView) -> Findings:
 
 
 @per_loop
-@info("PID393", OUTPUT, "{register} holds {value}, outside the output limits {low} to {high}: {effect}")
+@info("CK393", OUTPUT, "{register} holds {value}, outside the output limits {low} to {high}: {effect}")
 def stored_output_outside_limits(view: LoopView) -> Findings:
     """The output or bias that is stored lies outside the output limits.
 
@@ -88,7 +88,7 @@ def stored_output_outside_limits(view: LoopView) -> Findings:
 
 
 @per_loop
-@info("PID394", RAW, "state.pv is {pv} and state.raw_pv is {raw}, but without a filter both are the same")
+@info("CK394", RAW, "state.pv is {pv} and state.raw_pv is {raw}, but without a filter both are the same")
 def stored_pv_differs_from_raw(view: LoopView) -> Findings:
     """PV and raw PV differ in a loop without a filter.
 

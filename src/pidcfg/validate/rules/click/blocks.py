@@ -28,7 +28,7 @@ LAST = {bank.prefix: bank.last for bank in SPACE.banks}
 
 @per_loop
 @error(
-    "PID301",
+    "CK301",
     D130,
     "{block} would occupy {extent}, but the bank ends at {prefix}{last}: it may begin at {prefix}{latest} at "
     "the latest",
@@ -44,7 +44,7 @@ def block_beyond_bank(view: LoopView) -> Findings:
     return blocks.block_beyond_bank(view, LAST)
 
 
-@error("PID302", AREAS, "{block} {extent} of {loop} overlaps {other_extent} of {other}")
+@error("CK302", AREAS, "{block} {extent} of {loop} overlaps {other_extent} of {other}")
 def blocks_overlap(context: ClickContext) -> Findings:
     """Two loops share registers.
 
@@ -57,7 +57,7 @@ def blocks_overlap(context: ClickContext) -> Findings:
     return blocks.blocks_overlap(context.loops)
 
 
-@error("PID303", D130, "loop {number} of {count}: a CLICK PLC calculates at most {limit} loops")
+@error("CK303", D130, "loop {number} of {count}: a CLICK PLC calculates at most {limit} loops")
 def too_many_loops(context: ClickContext) -> Findings:
     """The file has more loops than the PLC.
 
@@ -68,7 +68,7 @@ def too_many_loops(context: ClickContext) -> Findings:
     return blocks.too_many_loops(context.loops, LOOPS)
 
 
-@error("PID304", PWM, "{bit} is already the PWM output of {other}: two loops would switch it")
+@error("CK304", PWM, "{bit} is already the PWM output of {other}: two loops would switch it")
 def pwm_output_shared(context: ClickContext) -> Findings:
     """Two loops pulse the same discrete output.
 

@@ -53,7 +53,7 @@ def has_filter(view: LoopView) -> bool:
 
 @per_loop
 @warning(
-    "PID341",
+    "CK341",
     LIMIT,
     "the derivative gain limit is on with {limit}, which is no derivative: derivative_gain {gain} s has no effect",
 )
@@ -71,7 +71,7 @@ def derivative_limited_to_nothing(view: LoopView) -> Findings:
 
 
 @per_loop
-@info("PID342", LIMIT, "derivative_gain_limit is {limit}, but derivative_gain is 0 s: there is no derivative to limit")
+@info("CK342", LIMIT, "derivative_gain_limit is {limit}, but derivative_gain is 0 s: there is no derivative to limit")
 def derivative_limit_without_derivative(view: LoopView) -> Findings:
     """A derivative gain limit is set for a loop without a derivative.
 
@@ -86,7 +86,7 @@ def derivative_limit_without_derivative(view: LoopView) -> Findings:
 
 @per_loop
 @warning(
-    "PID343",
+    "CK343",
     D135,
     "derivative_gain {gain} s is {times} samples of {sample} s: noise of one unit moves the output by {moves} "
     "for a sample, and neither derivative_gain_limit nor pv.filter is on",
@@ -115,7 +115,7 @@ def derivative_without_limit_or_filter(view: LoopView) -> Findings:
 
 
 @per_loop
-@info("PID344", LIMIT, "derivative_gain_limit is {limit}; 8 to 20 is typical: {effect}")
+@info("CK344", LIMIT, "derivative_gain_limit is {limit}; 8 to 20 is typical: {effect}")
 def derivative_limit_untypical(view: LoopView) -> Findings:
     """The derivative gain limit is outside the range that the help calls typical.
 
@@ -135,7 +135,7 @@ def derivative_limit_untypical(view: LoopView) -> Findings:
 
 
 @per_loop
-@warning("PID345", D136, "derivative_gain {gain} s is more than half the reset_time of {reset} s")
+@warning("CK345", D136, "derivative_gain {gain} s is more than half the reset_time of {reset} s")
 def derivative_exceeds_reset(view: LoopView) -> Findings:
     """The derivative time is long compared with the reset time.
 
@@ -156,7 +156,7 @@ def derivative_exceeds_reset(view: LoopView) -> Findings:
 
 @per_loop
 @info(
-    "PID346",
+    "CK346",
     D137,
     "the derivative is of the error: a set point step of {step} (10 % of the range) moves the output by {kick} "
     "% for a sample",

@@ -44,7 +44,7 @@ def half_width(view: LoopView) -> Decimal | None:
 
 @per_loop
 @info(
-    "PID351",
+    "CK351",
     D138,
     "the gain of {gain} is % per squared unit: as strong as linear at an error of {one}, weaker below; {full} "
     "drives the output through its limits",
@@ -70,7 +70,7 @@ def squared_error_in_squared_units(view: LoopView) -> Findings:
 
 @per_loop
 @warning(
-    "PID352",
+    "CK352",
     D138,
     "the deadband {value} is compared with the squared error: no control action up to {width} around the set "
     "point, not {linear}",
@@ -91,7 +91,7 @@ def deadband_of_squared_error(view: LoopView) -> Findings:
 
 
 @per_loop
-@warning("PID353", DEADBAND, "the error deadband is on with {value}: it ignores nothing")
+@warning("CK353", DEADBAND, "the error deadband is on with {value}: it ignores nothing")
 def deadband_of_zero(view: LoopView) -> Findings:
     """The error deadband is on, but its register holds 0.
 
@@ -104,7 +104,7 @@ def deadband_of_zero(view: LoopView) -> Findings:
 
 @per_loop
 @error(
-    "PID354",
+    "CK354",
     DEADBAND,
     "the error deadband reaches {width} to either side, as far as the PV's whole range of {span}: no error is "
     "ever acted on",
@@ -124,7 +124,7 @@ def deadband_spans_range(view: LoopView) -> Findings:
 
 @per_loop
 @warning(
-    "PID355",
+    "CK355",
     D139,
     "the error deadband reaches {width} to either side, not less than the {limit} from the set point to the "
     "{alarm} alarm",
@@ -148,7 +148,7 @@ def deadband_reaches_alarm(view: LoopView) -> Findings:
 
 
 @per_loop
-@info("PID356", DEADBAND, "a deadband of {value} is stored, but {register} is off: every error is acted on")
+@info("CK356", DEADBAND, "a deadband of {value} is stored, but {register} is off: every error is acted on")
 def deadband_switched_off(view: LoopView) -> Findings:
     """A deadband is given, but not enabled.
 

@@ -36,7 +36,7 @@ def by_length() -> tuple[str, ...]:
 
 @per_loop
 @warning(
-    "PID305",
+    "CK305",
     D131,
     "the name has {length} characters: {count} of its nicknames would have more than 24, as {example} with {longest}",
 )
@@ -62,7 +62,7 @@ def nickname_too_long(view: LoopView) -> Findings:
 
 
 @per_loop
-@warning("PID306", D131, "nicknames cannot be made of {name}: {reason}")
+@warning("CK306", D131, "nicknames cannot be made of {name}: {reason}")
 def name_not_usable_in_nicknames(view: LoopView) -> Findings:
     """The name of a loop has characters that the PLC does not allow in nicknames.
 
@@ -80,7 +80,7 @@ def name_not_usable_in_nicknames(view: LoopView) -> Findings:
         yield view.at("name", name=name, reason="it begins with an underscore")
 
 
-@warning("PID307", D131, "{mine} of this loop and {theirs} of loop {other} are one nickname")
+@warning("CK307", D131, "{mine} of this loop and {theirs} of loop {other} are one nickname")
 def nicknames_collide(context: ClickContext) -> Findings:
     """Two loops have nicknames that are the same for the PLC.
 

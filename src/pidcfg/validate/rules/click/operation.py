@@ -25,7 +25,7 @@ def effect(number: int) -> str:
 
 @per_loop
 @warning(
-    "PID308",
+    "CK308",
     D100,
     "action {action} is written as {bit} to {register}, which the help does not confirm: verify "
     "Forward/Reverse in the PID window before Auto; it must show {shown} (the PV {moves} when the output rises)",
@@ -53,7 +53,7 @@ def action_not_verified(view: LoopView) -> Findings:
 
 @per_loop
 @error(
-    "PID309",
+    "CK309",
     ERRORS,
     "{register} shows {shown} alone; once that is cured it shows {others}, and until then the loop stays in Manual",
 )
@@ -77,7 +77,7 @@ def several_pid_errors(view: LoopView) -> Findings:
 
 
 @per_loop
-@info("PID310", MANUAL, "mode is auto, but error {number} ({title}) in {register} keeps the loop in Manual")
+@info("CK310", MANUAL, "mode is auto, but error {number} ({title}) in {register} keeps the loop in Manual")
 def auto_with_pid_error(view: LoopView) -> Findings:
     """A loop that is meant for Auto has a value that causes a PID error.
 
@@ -97,7 +97,7 @@ def auto_with_pid_error(view: LoopView) -> Findings:
 
 
 @info(
-    "PID320",
+    "CK320",
     MANUAL,
     "mode is auto, but every start of the PLC leaves the loop in Manual until {register} is set{others}",
 )

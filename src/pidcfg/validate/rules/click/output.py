@@ -41,7 +41,7 @@ def percent(view: LoopView) -> bool:
 
 
 @per_loop
-@error("PID361", OUTPUT, "the upper output limit is {high}: in Auto {register} never gets above zero")
+@error("CK361", OUTPUT, "the upper output limit is {high}: in Auto {register} never gets above zero")
 def output_upper_limit_zero(view: LoopView) -> Findings:
     """The upper output limit is 0 or less.
 
@@ -56,7 +56,7 @@ def output_upper_limit_zero(view: LoopView) -> Findings:
 
 
 @per_loop
-@error("PID362", OUTPUT, "the upper output limit {high} is not above the lower limit {low}: the output cannot move")
+@error("CK362", OUTPUT, "the upper output limit {high} is not above the lower limit {low}: the output cannot move")
 def output_limits_not_ascending(view: LoopView) -> Findings:
     """The lower output limit is equal to or above the upper one.
 
@@ -71,7 +71,7 @@ def output_limits_not_ascending(view: LoopView) -> Findings:
 
 
 @per_loop
-@error("PID363", ERRORS, "the lower output limit is {low}; the PLC wants at least 0")
+@error("CK363", ERRORS, "the lower output limit is {low}; the PLC wants at least 0")
 def output_lower_limit_negative(view: LoopView) -> Findings:
     """The lower output limit is below 0.
 
@@ -86,7 +86,7 @@ def output_lower_limit_negative(view: LoopView) -> Findings:
 
 
 @per_loop
-@info("PID364", PWM, "the upper output limit is {high}: {effect}")
+@info("CK364", PWM, "the upper output limit is {high}: {effect}")
 def output_limit_beyond_full(view: LoopView) -> Findings:
     """The upper output limit is more than 100 %.
 
@@ -107,7 +107,7 @@ def output_limit_beyond_full(view: LoopView) -> Findings:
 
 
 @per_loop
-@warning("PID365", D140, "the upper output limit is {high}: one hundredth of the usual 100 %, or a fraction of 1")
+@warning("CK365", D140, "the upper output limit is {high}: one hundredth of the usual 100 %, or a fraction of 1")
 def output_limit_looks_like_fraction(view: LoopView) -> Findings:
     """The output may not exceed 1 %.
 
@@ -123,7 +123,7 @@ def output_limit_looks_like_fraction(view: LoopView) -> Findings:
 
 @per_loop
 @warning(
-    "PID366",
+    "CK366",
     D141,
     "the pulses have a period of {period} s, longer than the reset_time of {reset} s: the PV follows single pulses",
 )
@@ -142,7 +142,7 @@ def pwm_period_beyond_reset(view: LoopView) -> Findings:
 
 @per_loop
 @info(
-    "PID367",
+    "CK367",
     D141,
     "the pulses have a period of {period} s, and the output changes every {sample} s: {times} equal pulses "
     "between two calculations",

@@ -34,7 +34,7 @@ def time_constant(view: LoopView) -> float | None:
 
 @per_loop
 @error(
-    "PID321",
+    "CK321",
     RANGE,
     "the PV's range {low} to {high} is twice the same number in {registers}, which have single precision",
 )
@@ -54,7 +54,7 @@ def pv_range_without_width(view: LoopView) -> Findings:
 
 
 @per_loop
-@warning("PID322", FILTER, "the PV filter is on with {value}: all of the raw PV is passed")
+@warning("CK322", FILTER, "the PV filter is on with {value}: all of the raw PV is passed")
 def filter_without_effect(view: LoopView) -> Findings:
     """The PV filter is on with a constant of 100, or without one.
 
@@ -74,7 +74,7 @@ def filter_without_effect(view: LoopView) -> Findings:
 
 @per_loop
 @warning(
-    "PID323",
+    "CK323",
     D133,
     "filter {constant} % at a sample rate of {sample} s is a lag with a time constant of {tau} s, more than a "
     "quarter of the reset time of {reset} s",
@@ -100,7 +100,7 @@ def filter_lags(view: LoopView) -> Findings:
 
 
 @per_loop
-@info("PID324", FILTER, "filter {constant} % is stored, but {register} is off: the PV is the raw PV")
+@info("CK324", FILTER, "filter {constant} % is stored, but {register} is off: the PV is the raw PV")
 def filter_switched_off(view: LoopView) -> Findings:
     """A filter constant is given, but the filter is off.
 

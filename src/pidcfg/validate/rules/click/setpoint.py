@@ -63,7 +63,7 @@ def written(view: LoopView) -> Decimal | None:
 
 @per_loop
 @error(
-    "PID311",
+    "CK311",
     D132,
     "the lower set point limit {low} in {low_register} is above the upper limit {high} in {high_register}{when}",
 )
@@ -93,7 +93,7 @@ def setpoint_limits_crossed(view: LoopView) -> Findings:
 
 
 @per_loop
-@error("PID312", LIMITS, "the {end} set point limit is enabled without a value: {register} holds 0, and {consequence}")
+@error("CK312", LIMITS, "the {end} set point limit is enabled without a value: {register} holds 0, and {consequence}")
 def setpoint_limit_without_value(view: LoopView) -> Findings:
     """A set point limit is enabled, but not given.
 
@@ -118,7 +118,7 @@ def setpoint_limit_without_value(view: LoopView) -> Findings:
 
 
 @per_loop
-@warning("PID313", LIMITS, "both set point limits are {value}: there is no other set point")
+@warning("CK313", LIMITS, "both set point limits are {value}: there is no other set point")
 def setpoint_limits_equal(view: LoopView) -> Findings:
     """Both set point limits are enabled, and equal.
 
@@ -134,7 +134,7 @@ def setpoint_limits_equal(view: LoopView) -> Findings:
 
 @per_loop
 @warning(
-    "PID314", LIMITS, "the set point {value} is {side} its {end} limit: the PLC writes {limit} over it in {register}"
+    "CK314", LIMITS, "the set point {value} is {side} its {end} limit: the PLC writes {limit} over it in {register}"
 )
 def setpoint_outside_limits(view: LoopView) -> Findings:
     """The set point lies outside its own limits.
@@ -162,7 +162,7 @@ def setpoint_outside_limits(view: LoopView) -> Findings:
 
 
 @per_loop
-@warning("PID315", RANGE, "the set point {value} is outside the process range {low} to {high}")
+@warning("CK315", RANGE, "the set point {value} is outside the process range {low} to {high}")
 def setpoint_outside_range(view: LoopView) -> Findings:
     """The set point is a value that the process does not reach.
 
@@ -180,7 +180,7 @@ def setpoint_outside_range(view: LoopView) -> Findings:
 
 @per_loop
 @warning(
-    "PID316",
+    "CK316",
     LIMITS,
     "the {end} set point limit {value} is outside the process range {low} to {high}: it lets set points pass "
     "that the process does not reach",
@@ -202,7 +202,7 @@ def setpoint_limit_outside_range(view: LoopView) -> Findings:
 
 
 @per_loop
-@info("PID317", LIMITS, "the {end} set point limit {value} is stored, but {register} is off: it limits nothing")
+@info("CK317", LIMITS, "the {end} set point limit {value} is stored, but {register} is off: it limits nothing")
 def setpoint_limit_switched_off(view: LoopView) -> Findings:
     """A set point limit is given, but not enabled.
 
@@ -222,7 +222,7 @@ def setpoint_limit_switched_off(view: LoopView) -> Findings:
 
 
 @info(
-    "PID318",
+    "CK318",
     TRANSFER,
     "the set point {value} is replaced by the PV when the loop goes from Manual to Auto (bumpless 1){others}",
 )
@@ -243,7 +243,7 @@ def setpoint_replaced_by_pv(context: ClickContext) -> Findings:
 
 
 @per_loop
-@warning("PID319", TRANSFER, "no set point is given: with bumpless 2 the loop goes to Auto with {register} at {zero}")
+@warning("CK319", TRANSFER, "no set point is given: with bumpless 2 the loop goes to Auto with {register} at {zero}")
 def setpoint_left_at_zero(view: LoopView) -> Findings:
     """A loop with bumpless mode 2 is meant for Auto, and nothing gives its set point.
 

@@ -41,7 +41,7 @@ def saturating_error(view: LoopView) -> Decimal | None:
 
 @per_loop
 @warning(
-    "PID331",
+    "CK331",
     RESET,
     "reset_time is {reset} s, shorter than the sample_rate of {sample} s: each sample integrates {times} times "
     "the proportional action",
@@ -67,7 +67,7 @@ def integral_faster_than_proportional(view: LoopView) -> Findings:
 
 @per_loop
 @info(
-    "PID332",
+    "CK332",
     RESET,
     "reset_time is {reset} s: from about 1000 s on there is as good as no integral, and an error may stay",
 )
@@ -85,7 +85,7 @@ def integral_as_good_as_off(view: LoopView) -> Findings:
 
 @per_loop
 @warning(
-    "PID333",
+    "CK333",
     D134,
     "proportional_gain {gain} drives the output through its limits at an error of {error}, less than 1 % of "
     "the PV's range",
@@ -109,7 +109,7 @@ def gain_acts_like_a_switch(view: LoopView) -> Findings:
 
 
 @per_loop
-@info("PID334", D134, "proportional_gain {gain}: an error of the whole range ({span}) moves the output by {moves} only")
+@info("CK334", D134, "proportional_gain {gain}: an error of the whole range ({span}) moves the output by {moves} only")
 def gain_moves_nothing(view: LoopView) -> Findings:
     """The proportional gain is so low that no error moves the output by 1 %.
 
@@ -134,7 +134,7 @@ def approximate(view: LoopView, value: Decimal) -> str:
 
 @per_loop
 @warning(
-    "PID335",
+    "CK335",
     FREEZE,
     "freeze_bias is off: while the output stands at {low} or {high}, the integral with reset_time {reset} s goes on",
 )
@@ -154,7 +154,7 @@ def windup_not_prevented(view: LoopView) -> Findings:
 
 
 @per_loop
-@info("PID336", FREEZE, "freeze_bias is on, but reset_time {reset} s leaves as good as no integral to stop")
+@info("CK336", FREEZE, "freeze_bias is on, but reset_time {reset} s leaves as good as no integral to stop")
 def freeze_without_integral(view: LoopView) -> Findings:
     """The anti-windup is on for a loop without an integral.
 

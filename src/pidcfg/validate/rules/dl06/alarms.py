@@ -59,7 +59,7 @@ def order_finding(view: LoopView, group: str, low: str, high: str) -> Finding:
 
 
 @per_loop
-@error("PID242", ERROR, "{above} is {high}, not above {below}, {low}")
+@error("DL242", ERROR, "{above} is {high}, not above {below}, {low}")
 def pv_alarms_out_of_order(view: LoopView) -> Findings:
     """The PV alarm points do not ascend: the PLC wants low_low < low < high < high_high.
 
@@ -81,7 +81,7 @@ def both_given(view: LoopView, low: str, high: str) -> bool:
 
 
 @per_loop
-@error("PID243", D20, "{missing} not given, so {words} {zero}, and one bit enables all four PV alarms: {effect}")
+@error("DL243", D20, "{missing} not given, so {words} {zero}, and one bit enables all four PV alarms: {effect}")
 def pv_alarms_incomplete(view: LoopView) -> Findings:
     """Some of the four PV alarms are given, and the others count as 0.
 
@@ -122,7 +122,7 @@ def _incomplete(view: LoopView, missing: list[str]) -> Finding:
 
 
 @per_loop
-@error("PID244", ERROR, "{above} is {high}, not above {below}, {low}")
+@error("DL244", ERROR, "{above} is {high}, not above {below}, {low}")
 def deviation_alarms_out_of_order(view: LoopView) -> Findings:
     """The red deviation limit is not above the yellow one.
 
@@ -137,7 +137,7 @@ def deviation_alarms_out_of_order(view: LoopView) -> Findings:
 
 
 @per_loop
-@warning("PID245", D20, "the yellow deviation limit is {value}: a PV one count off the set point is an alarm")
+@warning("DL245", D20, "the yellow deviation limit is {value}: a PV one count off the set point is an alarm")
 def deviation_alarm_of_zero(view: LoopView) -> Findings:
     """The yellow deviation limit is 0 counts, given so or left out.
 
@@ -153,7 +153,7 @@ def deviation_alarm_of_zero(view: LoopView) -> Findings:
 
 @per_loop
 @error(
-    "PID246",
+    "DL246",
     RESOLUTION,
     "the rate-of-change limit {value} is {exact} counts a sample of {sample} s and is stored as 0: every "
     "change of the PV alarms; one count a sample is {least} /min",
@@ -206,7 +206,7 @@ def per_minute(view: LoopView) -> str:
 
 @per_loop
 @warning(
-    "PID247",
+    "DL247",
     D21,
     "the rate-of-change limit {value} is {exact} counts a sample of {sample} s and is stored as {counts}, "
     "{percent} % off; one count a sample is {least} /min",
@@ -238,7 +238,7 @@ def rate_of_change_limit_coarse(view: LoopView) -> Findings:
 
 @per_loop
 @warning(
-    "PID248",
+    "DL248",
     TROUBLE,
     "the set point {value} is beyond the {alarm} alarm at {limit}: on its set point the loop is in alarm",
 )

@@ -32,7 +32,7 @@ APART = Decimal(205) / 4095
 
 
 @per_loop
-@warning("PID296", PROCEDURE, "autotune.start is true: bit 7 of {word} is already 1 when the program is downloaded")
+@warning("DL296", PROCEDURE, "autotune.start is true: bit 7 of {word} is already 1 when the program is downloaded")
 def autotune_start_preset(view: LoopView) -> Findings:
     """The start bit of auto-tuning is set in the download.
 
@@ -46,7 +46,7 @@ def autotune_start_preset(view: LoopView) -> Findings:
 
 
 @per_loop
-@warning("PID297", PROCEDURE, "{method}-loop auto-tuning is to start in mode {mode}; it needs the loop in {wanted}")
+@warning("DL297", PROCEDURE, "{method}-loop auto-tuning is to start in mode {mode}; it needs the loop in {wanted}")
 def autotune_in_wrong_mode(view: LoopView) -> Findings:
     """Auto-tuning is to start in a mode that its method does not work in.
 
@@ -62,7 +62,7 @@ def autotune_in_wrong_mode(view: LoopView) -> Findings:
 
 
 @per_loop
-@info("PID298", D29, "a closed-loop auto-tune switches the output between {low} and {high} only")
+@info("DL298", D29, "a closed-loop auto-tune switches the output between {low} and {high} only")
 def autotune_between_narrow_limits(view: LoopView) -> Findings:
     """A closed-loop auto-tune is planned for a loop with narrowed output limits.
 
@@ -81,7 +81,7 @@ def autotune_between_narrow_limits(view: LoopView) -> Findings:
 
 
 @per_loop
-@info("PID299", D28, "{condition}")
+@info("DL299", D28, "{condition}")
 def autotune_start_condition(view: LoopView) -> Findings:
     """Auto-tuning is planned, and the manual contradicts itself about when it starts.
 

@@ -40,7 +40,7 @@ D25 = Decision(
 )
 
 
-@error("PID256", POINTER, "cascade_from names {name}, but no loop of the file has this name")
+@error("DL256", POINTER, "cascade_from names {name}, but no loop of the file has this name")
 def unknown_major_loop(context: Dl06Context) -> Findings:
     """`cascade_from` names a loop that does not exist.
 
@@ -57,7 +57,7 @@ def unknown_major_loop(context: Dl06Context) -> Findings:
             yield view.at("cascade_from", fix=f"did you mean {near[0]}?" if near else None, name=name)
 
 
-@error("PID257", POINTER, "the remote set point of {name} is its own output in {word}")
+@error("DL257", POINTER, "the remote set point of {name} is its own output in {word}")
 def loop_cascaded_to_itself(context: Dl06Context) -> Findings:
     """A loop is its own major loop.
 
@@ -75,7 +75,7 @@ def link_key(view: LoopView) -> str:
     return "cascade_from" if view.loop.cascade_from is not None else "remote_setpoint"
 
 
-@error("PID258", CASCADED, "the cascade goes in a circle: {circle}")
+@error("DL258", CASCADED, "the cascade goes in a circle: {circle}")
 def cascade_cycle(context: Dl06Context) -> Findings:
     """Loops give each other their set points in a circle.
 
@@ -91,7 +91,7 @@ def cascade_cycle(context: Dl06Context) -> Findings:
             yield view.at(link_key(view), circle=circle, plc_effect="the loops stay in Manual")
 
 
-@error("PID259", CASCADED, "{minor} reads {format}, but {major} writes its output to {word} as {other}")
+@error("DL259", CASCADED, "{minor} reads {format}, but {major} writes its output to {word} as {other}")
 def cascade_format_mismatch(context: Dl06Context) -> Findings:
     """Major and minor loop of a cascade use different data formats.
 
@@ -107,7 +107,7 @@ def cascade_format_mismatch(context: Dl06Context) -> Findings:
             yield minor.at(*key, minor=minor.name, format=read, major=major.name, other=written, word=major.v("output"))
 
 
-@error("PID260", D24, "{minor} reads the output of {major} as {read}, but {major} writes it as {written}")
+@error("DL260", D24, "{minor} reads the output of {major} as {read}, but {major} writes it as {written}")
 def cascade_range_mismatch(context: Dl06Context) -> Findings:
     """The major loop's output range differs from the minor loop's PV range.
 
@@ -154,7 +154,7 @@ def _range_text(ends: tuple[Decimal, Decimal], unit: str | None) -> str:
 
 
 @error(
-    "PID261",
+    "DL261",
     D25,
     "{minor} takes the square root of its PV, so its set point ends at {top} counts; {major} writes up to {most}",
 )
@@ -175,7 +175,7 @@ def cascade_into_square_root(context: Dl06Context) -> Findings:
 
 
 @warning(
-    "PID262", SOURCES, "{major} is already the major loop of {first}; {name} takes the same output as its set point"
+    "DL262", SOURCES, "{major} is already the major loop of {first}; {name} takes the same output as its set point"
 )
 def shared_major_loop(context: Dl06Context) -> Findings:
     """Two minor loops have the same major loop.
@@ -189,7 +189,7 @@ def shared_major_loop(context: Dl06Context) -> Findings:
         yield minor.at(link_key(minor), major=context.loops[major].name, first=first.name, name=minor.name)
 
 
-@error("PID263", POINTER, "remote_setpoint is {address}, but cascade_from {major} points {word} at {output}")
+@error("DL263", POINTER, "remote_setpoint is {address}, but cascade_from {major} points {word} at {output}")
 def two_remote_setpoints(context: Dl06Context) -> Findings:
     """`cascade_from` and `remote_setpoint` name different words.
 
@@ -211,7 +211,7 @@ def two_remote_setpoints(context: Dl06Context) -> Findings:
                 )
 
 
-@error("PID264", POINTER, "remote_setpoint {address} is not the output word (+05) of a loop of the table {table}")
+@error("DL264", POINTER, "remote_setpoint {address} is not the output word (+05) of a loop of the table {table}")
 def remote_setpoint_not_an_output(context: Dl06Context) -> Findings:
     """The remote set point pointer does not point at the output of another loop.
 

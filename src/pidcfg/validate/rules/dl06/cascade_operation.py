@@ -27,7 +27,7 @@ RATIO = 10
 
 
 @error(
-    "PID265",
+    "DL265",
     OVERRIDE,
     "mode is {mode}, but {major} is meant for {goal} and cannot leave Manual until {name} is in Cascade",
 )
@@ -49,7 +49,7 @@ def major_loop_stuck_in_manual(context: Dl06Context) -> Findings:
 
 @per_loop
 @error(
-    "PID266",
+    "DL266",
     DL06.at("Remote Setpoint (SP) Location"),
     "mode is cascade, but neither cascade_from nor remote_setpoint is given: the pointer in {word} is 0",
 )
@@ -66,7 +66,7 @@ def cascade_mode_without_major(view: LoopView) -> Findings:
 
 
 @warning(
-    "PID267",
+    "DL267",
     CASCADED,
     "mode is manual, but {minor} is meant for cascade: its set point would be this loop's manual output",
 )
@@ -83,7 +83,7 @@ def major_loop_left_in_manual(context: Dl06Context) -> Findings:
             yield major.at("mode", minor=minor.name)
 
 
-@info("PID268", CASCADED, "mode is {mode}, so {name} keeps its own set point, and the output of {major} leads nowhere")
+@info("DL268", CASCADED, "mode is {mode}, so {name} keeps its own set point, and the output of {major} leads nowhere")
 def idle_cascade(context: Dl06Context) -> Findings:
     """A minor loop is not meant for Cascade, and its major loop is meant for Manual.
 
@@ -97,7 +97,7 @@ def idle_cascade(context: Dl06Context) -> Findings:
             yield minor.at("mode", mode=minor.loop.mode, name=minor.name, major=major.name)
 
 
-@warning("PID269", INTRODUCTION, "{major} samples every {fast} s, faster than its minor loop {minor} with {slow} s")
+@warning("DL269", INTRODUCTION, "{major} samples every {fast} s, faster than its minor loop {minor} with {slow} s")
 def major_loop_faster_than_minor(context: Dl06Context) -> Findings:
     """The major loop of a cascade is sampled more often than its minor loop.
 
@@ -115,7 +115,7 @@ def major_loop_faster_than_minor(context: Dl06Context) -> Findings:
 
 
 @info(
-    "PID270",
+    "DL270",
     TUNING,
     "{major} samples every {slow} s, {ratio} times its minor loop {minor} with {fast} s; the guideline is {limit}",
 )
@@ -142,7 +142,7 @@ def cascade_rates_close(context: Dl06Context) -> Findings:
 
 
 @warning(
-    "PID271",
+    "DL271",
     D26,
     "the output runs from {low} to {high}, but {minor} limits its set point to {least} to {most}: beyond it winds up",
 )
@@ -171,7 +171,7 @@ def cascade_output_beyond_setpoint_limits(context: Dl06Context) -> Findings:
 
 
 @warning(
-    "PID272",
+    "DL272",
     SOURCES,
     "the output is the set point of {minor} and is also transferred to slot {slot}, channel {channel}",
 )

@@ -22,7 +22,7 @@ D14 = Decision(
 )
 
 
-@info("PID220", D14, "derivative is pv, but the DL06's manual prints a derivative of the error")
+@info("DL220", D14, "derivative is pv, but the DL06's manual prints a derivative of the error")
 def derivative_of_another_cpu(context: Dl06Context) -> Findings:
     """The file says that the derivative acts on the PV, as on other CPUs of the family.
 
@@ -36,7 +36,7 @@ def derivative_of_another_cpu(context: Dl06Context) -> Findings:
 
 
 @per_loop
-@error("PID221", BUMPLESS, "bumpless is II, but the velocity form needs Bumpless Transfer I")
+@error("DL221", BUMPLESS, "bumpless is II, but the velocity form needs Bumpless Transfer I")
 def velocity_form_with_bumpless_two(view: LoopView) -> Findings:
     """The velocity form of the equation is combined with Bumpless Transfer II.
 
@@ -51,7 +51,7 @@ def velocity_form_with_bumpless_two(view: LoopView) -> Findings:
 
 @per_loop
 @warning(
-    "PID222",
+    "DL222",
     FREEZE,
     "bias_freeze is on, but the output stays between {low} and {high}: it never reaches {ends} counts, where "
     "the bias would freeze",
@@ -82,7 +82,7 @@ def freeze_never_reached(view: LoopView) -> Findings:
 
 
 @per_loop
-@warning("PID223", FEATURES, "bias_freeze is on, but the velocity form has no bias to freeze")
+@warning("DL223", FEATURES, "bias_freeze is on, but the velocity form has no bias to freeze")
 def freeze_in_velocity_form(view: LoopView) -> Findings:
     """Bias freeze is on in a loop of the velocity form.
 

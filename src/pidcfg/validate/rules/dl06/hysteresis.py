@@ -47,7 +47,7 @@ def span_share(view: LoopView, share: Decimal) -> int:
 
 
 @per_loop
-@error("PID249", HYSTERESIS, "hysteresis is {value}; its range begins at {least}")
+@error("DL249", HYSTERESIS, "hysteresis is {value}; its range begins at {least}")
 def hysteresis_of_zero(view: LoopView) -> Findings:
     """The hysteresis is 0 counts while alarms are on.
 
@@ -61,7 +61,7 @@ def hysteresis_of_zero(view: LoopView) -> Findings:
 
 
 @per_loop
-@warning("PID250", D22, "hysteresis is {value}, more than 5 % of the span ({limit})")
+@warning("DL250", D22, "hysteresis is {value}, more than 5 % of the span ({limit})")
 def hysteresis_wide(view: LoopView) -> Findings:
     """The hysteresis is wider than 5 % of the span.
 
@@ -76,7 +76,7 @@ def hysteresis_wide(view: LoopView) -> Findings:
 
 
 @per_loop
-@error("PID251", D22, "hysteresis is {value}, more than 12.5 % of the span ({limit})")
+@error("DL251", D22, "hysteresis is {value}, more than 12.5 % of the span ({limit})")
 def hysteresis_beyond_range(view: LoopView) -> Findings:
     """The hysteresis is wider than any reading of the manual allows.
 
@@ -91,7 +91,7 @@ def hysteresis_beyond_range(view: LoopView) -> Findings:
 
 
 @per_loop
-@error("PID252", HYSTERESIS, "hysteresis is {value}, not less than the yellow deviation limit {limit} in {word}")
+@error("DL252", HYSTERESIS, "hysteresis is {value}, not less than the yellow deviation limit {limit} in {word}")
 def hysteresis_swallows_deviation_alarm(view: LoopView) -> Findings:
     """The hysteresis is not less than the deviation limits.
 
@@ -114,7 +114,7 @@ def hysteresis_swallows_deviation_alarm(view: LoopView) -> Findings:
 
 @per_loop
 @warning(
-    "PID253",
+    "DL253",
     D23,
     "hysteresis is {value}, but low and high alarm are only {zone} apart: neither goes off before the other comes",
 )
@@ -130,7 +130,7 @@ def hysteresis_spans_normal_zone(view: LoopView) -> Findings:
 
 
 @per_loop
-@info("PID254", D22, "no hysteresis is given: alarms are released after {least}")
+@info("DL254", D22, "no hysteresis is given: alarms are released after {least}")
 def hysteresis_not_given(view: LoopView) -> Findings:
     """Alarms are on without a hysteresis: 1 count is taken.
 
@@ -144,7 +144,7 @@ def hysteresis_not_given(view: LoopView) -> Findings:
 
 @per_loop
 @info(
-    "PID255",
+    "DL255",
     RATE,
     "hysteresis is {value}, but neither PV nor deviation alarms are on, and the rate-of-change alarm has none",
 )

@@ -25,7 +25,7 @@ D15 = Decision(
 
 
 @per_loop
-@error("PID224", LIMITS, "the upper output limit {high} is below the lower limit {low}")
+@error("DL224", LIMITS, "the upper output limit {high} is below the lower limit {low}")
 def output_limits_crossed(view: LoopView) -> Findings:
     """The upper output limit is below the lower one.
 
@@ -38,7 +38,7 @@ def output_limits_crossed(view: LoopView) -> Findings:
 
 
 @per_loop
-@error("PID225", CHECKS, "the output limits {low} and {high} are equal for the PLC: the output cannot move")
+@error("DL225", CHECKS, "the output limits {low} and {high} are equal for the PLC: the output cannot move")
 def output_limits_equal(view: LoopView) -> Findings:
     """The two output limits are the same number of counts.
 
@@ -58,7 +58,7 @@ def pinned_to_zero(limits: list[int]) -> bool:
 
 
 @per_loop
-@error("PID226", TROUBLE, "the upper output limit is {high}, so {word} stays 0 whatever the error is")
+@error("DL226", TROUBLE, "the upper output limit is {high}, so {word} stays 0 whatever the error is")
 def output_upper_limit_zero(view: LoopView) -> Findings:
     """The upper output limit is 0 counts.
 
@@ -73,7 +73,7 @@ def output_upper_limit_zero(view: LoopView) -> Findings:
 
 
 @per_loop
-@warning("PID227", D15, "{low} is {counts} counts in the {format} format: a signal of 0 counts would read as {middle}")
+@warning("DL227", D15, "{low} is {counts} counts in the {format} format: a signal of 0 counts would read as {middle}")
 def bipolar_format_for_positive_range(view: LoopView) -> Findings:
     """A bipolar data format is scaled with a range that has no negative values.
 

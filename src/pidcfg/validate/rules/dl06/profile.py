@@ -43,7 +43,7 @@ def steps_text(first: int, last: int) -> str:
 
 @per_loop
 @error(
-    "PID282", TROUBLE, "ramp_to is {value}, outside the set point limits {low} to {high}: the loop stops at the limit"
+    "DL282", TROUBLE, "ramp_to is {value}, outside the set point limits {low} to {high}: the loop stops at the limit"
 )
 def ramp_target_outside_setpoint_limits(view: LoopView) -> Findings:
     """A ramp ends outside the loop's set point limits.
@@ -68,7 +68,7 @@ def ramp_target_outside_setpoint_limits(view: LoopView) -> Findings:
 
 
 @per_loop
-@warning("PID283", TROUBLE, "the first ramp ends at {value}, which is the set point already: it takes no time")
+@warning("DL283", TROUBLE, "the first ramp ends at {value}, which is the set point already: it takes no time")
 def first_ramp_without_length(view: LoopView) -> Findings:
     """The first ramp ends at the set point that the loop has when it starts.
 
@@ -84,7 +84,7 @@ def first_ramp_without_length(view: LoopView) -> Findings:
 
 
 @per_loop
-@error("PID284", TABLE, "slope is 0, which ends the profile: {lost} never run")
+@error("DL284", TABLE, "slope is 0, which ends the profile: {lost} never run")
 def profile_ends_early(view: LoopView) -> Findings:
     """A slope of 0 stands before the end of the profile.
 
@@ -103,7 +103,7 @@ def profile_ends_early(view: LoopView) -> Findings:
 
 @per_loop
 @warning(
-    "PID285",
+    "DL285",
     D27,
     "slope {value} is {exact} counts a second and is stored as {stored}: the ramp takes {percent} % {longer}",
 )
@@ -141,7 +141,7 @@ def _unit(view: LoopView, pair: Pair) -> str:
 
 @per_loop
 @warning(
-    "PID286",
+    "DL286",
     D27,
     "the ramp from {start} to {end} at {slope} counts a second takes {time} s, not more than one sample of "
     "{sample} s: it is a step",
@@ -174,7 +174,7 @@ def ramp_within_one_sample(view: LoopView) -> Findings:
 
 
 @per_loop
-@info("PID287", TABLE, "soak is 0 min in {steps}; the manual's range begins at 0.1 min: the next ramp follows at once")
+@info("DL287", TABLE, "soak is 0 min in {steps}; the manual's range begins at 0.1 min: the next ramp follows at once")
 def soak_of_zero(view: LoopView) -> Findings:
     """A step has no soak time.
 
@@ -190,7 +190,7 @@ def soak_of_zero(view: LoopView) -> Findings:
 
 @per_loop
 @warning(
-    "PID288",
+    "DL288",
     DL06.at("PV Absolute Value Alarms"),
     "ramp_to is {value}, beyond the {alarm} alarm at {limit}: the profile drives the loop into it",
 )

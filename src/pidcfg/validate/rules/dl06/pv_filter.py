@@ -31,7 +31,7 @@ THOUSANDTH = 1000
 
 @per_loop
 @warning(
-    "PID239", FILTER, "the PV filter is on with {value}, which disables it; the filter constant's range is 0.1 to 1.0"
+    "DL239", FILTER, "the PV filter is on with {value}, which disables it; the filter constant's range is 0.1 to 1.0"
 )
 def filter_without_effect(view: LoopView) -> Findings:
     """The PV filter is on with a constant outside 0.1 to 1.0.
@@ -48,7 +48,7 @@ def filter_without_effect(view: LoopView) -> Findings:
 
 
 @per_loop
-@info("PID240", D19, "filter k = {k}: the filtered PV may stay up to {offset} short of the true one")
+@info("DL240", D19, "filter k = {k}: the filtered PV may stay up to {offset} short of the true one")
 def filter_leaves_an_offset(view: LoopView) -> Findings:
     """A strong filter rounds so that the PV stays a thousandth of the span off.
 
@@ -68,7 +68,7 @@ def filter_leaves_an_offset(view: LoopView) -> Findings:
 
 @per_loop
 @warning(
-    "PID241", ROUNDING, "the {alarm} alarm is at {value}, an end of the scale, but a filtered PV need not get there"
+    "DL241", ROUNDING, "the {alarm} alarm is at {value}, an end of the scale, but a filtered PV need not get there"
 )
 def filtered_alarm_at_end_of_scale(view: LoopView) -> Findings:
     """An alarm point at zero or full scale while the PV filter is on.
@@ -91,7 +91,7 @@ def filtered_alarm_at_end_of_scale(view: LoopView) -> Findings:
 
 @per_loop
 @info(
-    "PID273",
+    "DL273",
     OPTIONS,
     "the PV filter is on, but nothing is transferred to {word}: the manual shows the filter behind an auto "
     "transfer only",

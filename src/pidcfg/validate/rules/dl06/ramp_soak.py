@@ -40,7 +40,7 @@ def error_bit(view: LoopView, flags: int) -> str:
     return f"bit {BITS[flags]} of {view.v('ramp_soak_errors')} when the profile is started: it does not run"
 
 
-@error("PID274", ERRORS, "the ramp/soak table occupies {words}, outside user memory ({user})")
+@error("DL274", ERRORS, "the ramp/soak table occupies {words}, outside user memory ({user})")
 def ramp_soak_table_outside_user_memory(context: Dl06Context) -> Findings:
     """The 32 words of a ramp/soak table do not all lie in user memory.
 
@@ -61,7 +61,7 @@ def ramp_soak_table_outside_user_memory(context: Dl06Context) -> Findings:
             )
 
 
-@error("PID275", ERRORS, "the ramp/soak table starts at {start}, among the system parameters {system}")
+@error("DL275", ERRORS, "the ramp/soak table starts at {start}, among the system parameters {system}")
 def ramp_soak_table_in_system_memory(context: Dl06Context) -> Findings:
     """A ramp/soak table starts among the system parameters V7600-V7777.
 
@@ -81,7 +81,7 @@ def ramp_soak_table_in_system_memory(context: Dl06Context) -> Findings:
             )
 
 
-@error("PID276", TABLE, "the ramp/soak table {words} overlaps the loop table {table}")
+@error("DL276", TABLE, "the ramp/soak table {words} overlaps the loop table {table}")
 def ramp_soak_table_in_loop_table(context: Dl06Context) -> Findings:
     """A ramp/soak table overlaps the loop table.
 
@@ -95,7 +95,7 @@ def ramp_soak_table_in_loop_table(context: Dl06Context) -> Findings:
             yield view.at("ramp_soak", "table", words=between((first, last)), table=between((start, end)))
 
 
-@error("PID277", TABLE, "the ramp/soak table {words} overlaps that of {other}, {theirs}")
+@error("DL277", TABLE, "the ramp/soak table {words} overlaps that of {other}, {theirs}")
 def ramp_soak_tables_overlap(context: Dl06Context) -> Findings:
     """The ramp/soak tables of two loops overlap.
 
@@ -113,7 +113,7 @@ def ramp_soak_tables_overlap(context: Dl06Context) -> Findings:
 
 
 @per_loop
-@warning("PID278", TABLE, "the generator is on, but {what}")
+@warning("DL278", TABLE, "the generator is on, but {what}")
 def ramp_soak_without_steps(view: LoopView) -> Findings:
     """The ramp/soak generator is on and has no profile.
 
@@ -131,7 +131,7 @@ def ramp_soak_without_steps(view: LoopView) -> Findings:
 
 
 @per_loop
-@info("PID279", ENABLE, "a profile is written, but bit 11 of {word} is off: the controls in {flags} will not operate")
+@info("DL279", ENABLE, "a profile is written, but bit 11 of {word} is off: the controls in {flags} will not operate")
 def ramp_soak_switched_off(view: LoopView) -> Findings:
     """A ramp/soak profile is given, and the generator's enable bit is off.
 
@@ -145,7 +145,7 @@ def ramp_soak_switched_off(view: LoopView) -> Findings:
         yield view.at("ramp_soak", "enabled", word=view.v("mode_setting_1"), flags=view.v("ramp_soak_flags"))
 
 
-@warning("PID280", TROUBLE, "the ramp/soak generator is on, but mode is cascade: the set point comes from {source}")
+@warning("DL280", TROUBLE, "the ramp/soak generator is on, but mode is cascade: the set point comes from {source}")
 def ramp_soak_in_cascade(context: Dl06Context) -> Findings:
     """The ramp/soak generator is on in a loop that is meant for Cascade mode.
 
@@ -163,7 +163,7 @@ def ramp_soak_in_cascade(context: Dl06Context) -> Findings:
 
 
 @per_loop
-@warning("PID281", CONTROLS, "request is {request}: the bit is already 1 in {word} when the program is downloaded")
+@warning("DL281", CONTROLS, "request is {request}: the bit is already 1 in {word} when the program is downloaded")
 def ramp_soak_control_preset(view: LoopView) -> Findings:
     """A control bit of the ramp/soak generator is set in the download.
 

@@ -27,7 +27,7 @@ D18 = Decision(
 
 
 @per_loop
-@error("PID228", LIMITS, "the upper set point limit {high} is not above the lower limit {low}")
+@error("DL228", LIMITS, "the upper set point limit {high} is not above the lower limit {low}")
 def setpoint_limits_not_ascending(view: LoopView) -> Findings:
     """The set point limits are on, and the upper one is equal to or below the lower one.
 
@@ -43,7 +43,7 @@ def setpoint_limits_not_ascending(view: LoopView) -> Findings:
 
 @per_loop
 @warning(
-    "PID229",
+    "DL229",
     LIMITS,
     "the set point {value} is outside the limits {low} to {high}: the loop controls to the nearer limit",
 )
@@ -69,7 +69,7 @@ def setpoint_outside_limits(view: LoopView) -> Findings:
 
 
 @per_loop
-@info("PID230", LIMITS, "set point limits {low} and {high} are stored, but bit 3 of {word} is off: they limit nothing")
+@info("DL230", LIMITS, "set point limits {low} and {high} are stored, but bit 3 of {word} is off: they limit nothing")
 def setpoint_limits_switched_off(view: LoopView) -> Findings:
     """Set point limits are given, but not enabled.
 
@@ -88,7 +88,7 @@ def setpoint_limits_switched_off(view: LoopView) -> Findings:
 
 
 @info(
-    "PID231",
+    "DL231",
     TROUBLE,
     "the set point {value} is replaced by the PV when the loop goes from Manual to Auto (Bumpless I){others}",
 )
@@ -110,7 +110,7 @@ def setpoint_replaced_on_transfer(context: Dl06Context) -> Findings:
 
 
 @per_loop
-@warning("PID232", BUMPLESS, "no set point is given: with Bumpless II the loop goes to Auto with {word} at {zero}")
+@warning("DL232", BUMPLESS, "no set point is given: with Bumpless II the loop goes to Auto with {word} at {zero}")
 def setpoint_left_at_zero(view: LoopView) -> Findings:
     """A loop with Bumpless Transfer II is meant for Auto, and nothing gives its set point.
 
@@ -125,7 +125,7 @@ def setpoint_left_at_zero(view: LoopView) -> Findings:
 
 
 @per_loop
-@warning("PID233", DEADBAND, "the error deadband is on with {value}: it ignores nothing")
+@warning("DL233", DEADBAND, "the error deadband is on with {value}: it ignores nothing")
 def deadband_of_zero(view: LoopView) -> Findings:
     """The error deadband is on, but its word holds 0 counts.
 
@@ -138,7 +138,7 @@ def deadband_of_zero(view: LoopView) -> Findings:
 
 @per_loop
 @warning(
-    "PID234",
+    "DL234",
     D18,
     "the error deadband of {value} is not less than the distance {limit} from the set point to the {alarm} alarm",
 )

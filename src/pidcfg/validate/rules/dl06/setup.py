@@ -49,7 +49,7 @@ def loops_text(number: int) -> str:
 
 
 @error(
-    "PID201",
+    "DL201",
     POINTER,
     "the loop table starts at {start}, outside {allowed} (and below {upper}, where the upper range begins)",
 )
@@ -67,7 +67,7 @@ def loop_table_outside_lower_memory(context: Dl06Context) -> Findings:
         yield finding(*TABLE, plc_effect="V7642 bit 0", start=start, allowed=between(CPU.lower), upper=upper)
 
 
-@error("PID202", POINTER, "the loop table starts at {start}, outside {allowed}")
+@error("DL202", POINTER, "the loop table starts at {start}, outside {allowed}")
 def loop_table_outside_upper_memory(context: Dl06Context) -> Findings:
     """The loop table starts above V10000, but past V17740.
 
@@ -81,7 +81,7 @@ def loop_table_outside_upper_memory(context: Dl06Context) -> Findings:
         yield finding(*TABLE, plc_effect="V7642 bit 1", start=start, allowed=between(CPU.upper))
 
 
-@error("PID203", FLAGS, "V7641 would hold {count} loops; the {cpu} calculates at most {limit}")
+@error("DL203", FLAGS, "V7641 would hold {count} loops; the {cpu} calculates at most {limit}")
 def more_loops_than_the_cpu_has(context: Dl06Context) -> Findings:
     """The number of loops is greater than 8.
 
@@ -95,7 +95,7 @@ def more_loops_than_the_cpu_has(context: Dl06Context) -> Findings:
         yield finding(*place, plc_effect="V7642 bit 2", count=context.count, cpu=CPU.title, limit=CPU.loops)
 
 
-@error("PID204", FLAGS, "the loop table of {loops} occupies {words}, past the boundary at {limit}")
+@error("DL204", FLAGS, "the loop table of {loops} occupies {words}, past the boundary at {limit}")
 def loop_table_crosses_the_boundary(context: Dl06Context) -> Findings:
     """The loop table begins in the lower range and extends past V7577.
 
@@ -116,7 +116,7 @@ def loop_table_crosses_the_boundary(context: Dl06Context) -> Findings:
         yield finding(*TABLE, plc_effect=effect, loops=loops, words=between(context.table), limit=limit)
 
 
-@error("PID205", D10, "the loop table of {loops} occupies {words}, but memory ends at {limit}")
+@error("DL205", D10, "the loop table of {loops} occupies {words}, but memory ends at {limit}")
 def loop_table_beyond_memory(context: Dl06Context) -> Findings:
     """The loop table begins in the upper range and extends past V17777, the last word there is.
 
@@ -131,7 +131,7 @@ def loop_table_beyond_memory(context: Dl06Context) -> Findings:
         yield finding(*TABLE, plc_effect="not shown in V7642", loops=loops, words=words, limit=v_name(CPU.upper_end))
 
 
-@warning("PID206", D11, "the loop table of {loops} occupies {words} and reaches into the non-volatile words {limit}")
+@warning("DL206", D11, "the loop table of {loops} occupies {words} and reaches into the non-volatile words {limit}")
 def loop_table_in_non_volatile_memory(context: Dl06Context) -> Findings:
     """Words of the loop table lie in V7400-V7577, which are kept in non-volatile memory.
 
@@ -148,7 +148,7 @@ def loop_table_in_non_volatile_memory(context: Dl06Context) -> Findings:
         )
 
 
-@warning("PID207", POINTER, "V7641 would hold {count}, but {listed} are listed: {names} would never be calculated")
+@warning("DL207", POINTER, "V7641 would hold {count}, but {listed} are listed: {names} would never be calculated")
 def listed_loop_never_calculated(context: Dl06Context) -> Findings:
     """`number_of_loops` is smaller than the list of loops.
 
@@ -165,7 +165,7 @@ def listed_loop_never_calculated(context: Dl06Context) -> Findings:
 
 
 @error(
-    "PID208",
+    "DL208",
     POINTER,
     "V7641 would hold {count}, but only {listed} are listed: the CPU takes {words} for loop tables as well",
 )
@@ -183,7 +183,7 @@ def counted_loop_not_listed(context: Dl06Context) -> Findings:
         yield finding(*COUNT, count=context.count, listed=loops_text(listed), words=words)
 
 
-@warning("PID209", POINTER, "V7641 would hold 0: the loop task is off, and nothing is calculated ({listed} listed)")
+@warning("DL209", POINTER, "V7641 would hold 0: the loop task is off, and nothing is calculated ({listed} listed)")
 def loop_task_off(context: Dl06Context) -> Findings:
     """`number_of_loops` is 0 while loops are listed.
 
@@ -197,7 +197,7 @@ def loop_task_off(context: Dl06Context) -> Findings:
 
 
 @error(
-    "PID210",
+    "DL210",
     FEATURES,
     "sample_rate is {value} s; with {loops} the CPU calculates no loop more often than every {limit} s",
 )

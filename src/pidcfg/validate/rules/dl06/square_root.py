@@ -25,7 +25,7 @@ D17 = Decision(
 
 @per_loop
 @info(
-    "PID235",
+    "DL235",
     D16,
     "square-root extract: {word} holds the set point divided by the root of the span, 0 to {top} counts, "
     "{step} % of full scale a count; the error is SP - sqrt(PV), alarms stay on the raw PV",
@@ -47,7 +47,7 @@ def square_root_rescales_setpoint(view: LoopView) -> Findings:
 
 @per_loop
 @info(
-    "PID236",
+    "DL236",
     D16,
     "the {alarm} alarm at {value} compares the raw PV: it comes at a flow of {flow} % of full scale, not "
     "{percent} %{others}",
@@ -82,7 +82,7 @@ def square_root_alarm_scale(view: LoopView) -> Findings:
 
 @per_loop
 @info(
-    "PID237",
+    "DL237",
     ROOT,
     "square-root extract without set point limits: a set point written to {word} in PV counts, anything above "
     "{top}, would open the loop's output fully",
@@ -100,7 +100,7 @@ def square_root_without_setpoint_limits(view: LoopView) -> Findings:
 
 
 @per_loop
-@warning("PID238", D17, "square-root extract on the {format} format: negative counts have no root and are taken as 0")
+@warning("DL238", D17, "square-root extract on the {format} format: negative counts have no root and are taken as 0")
 def square_root_of_signed_signal(view: LoopView) -> Findings:
     """Square-root extract is on for a bipolar PV.
 

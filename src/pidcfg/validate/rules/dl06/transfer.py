@@ -32,7 +32,7 @@ def channel_of(transfer: Transfer | None) -> tuple[int, int] | None:
 
 
 @warning(
-    "PID289", MODES, "the loop is independent of the CPU mode, but {missing}: in Program mode nothing moves {words}"
+    "DL289", MODES, "the loop is independent of the CPU mode, but {missing}: in Program mode nothing moves {words}"
 )
 def independent_loop_without_transfer(context: Dl06Context) -> Findings:
     """A loop is to run while the CPU is in Program mode, without direct access to the channels of PV and output.
@@ -62,7 +62,7 @@ def independent_loop_without_transfer(context: Dl06Context) -> Findings:
 
 
 @per_loop
-@error("PID290", FROM_MEMORY, "the PV's source {address} is outside {allowed}")
+@error("DL290", FROM_MEMORY, "the PV's source {address} is outside {allowed}")
 def transfer_source_outside_memory(view: LoopView) -> Findings:
     """The PV is transferred from a V-memory word that the manual does not allow.
 
@@ -85,7 +85,7 @@ def transfer_source_outside_memory(view: LoopView) -> Findings:
 
 
 @per_loop
-@error("PID291", TRANSFER, "output.transfer names {address}, but {word} holds slot and channel only")
+@error("DL291", TRANSFER, "output.transfer names {address}, but {word} holds slot and channel only")
 def output_transferred_to_memory(view: LoopView) -> Findings:
     """The output is to be transferred to a V-memory word.
 
@@ -99,7 +99,7 @@ def output_transferred_to_memory(view: LoopView) -> Findings:
         yield view.at("output", "transfer", "address", address=v_name(transfer.address), word=view.v("output_transfer"))
 
 
-@error("PID292", SOURCES, "slot {slot}, channel {channel} is already the output of {other}")
+@error("DL292", SOURCES, "slot {slot}, channel {channel} is already the output of {other}")
 def output_channel_written_twice(context: Dl06Context) -> Findings:
     """Two loops transfer their outputs to the same channel.
 
@@ -113,7 +113,7 @@ def output_channel_written_twice(context: Dl06Context) -> Findings:
 
 
 @info(
-    "PID293",
+    "DL293",
     SELECT,
     "slot {slot}, channel {channel} is also the PV of {other}: right only for a combined input/output module",
 )
@@ -136,7 +136,7 @@ def channel_read_and_written(context: Dl06Context) -> Findings:
             yield view.at_key("output", "transfer", slot=channel[0], channel=channel[1], other=read[channel])
 
 
-@warning("PID294", SOURCES, "the PV's source {address} is {what}")
+@warning("DL294", SOURCES, "the PV's source {address} is {what}")
 def pv_source_in_pid_table(context: Dl06Context) -> Findings:
     """The PV is transferred from a word of the loop table or of a ramp/soak table.
 
@@ -163,7 +163,7 @@ def _in_tables(context: Dl06Context, address: int) -> str:
 
 
 @info(
-    "PID295",
+    "DL295",
     D03,
     "{word} holds {digits}: slot {slot} by the manual's table (1 to 4), but its text counts slots from "
     "0{hexadecimal}{others}",

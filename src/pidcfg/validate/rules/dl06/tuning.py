@@ -40,7 +40,7 @@ LARGEST_LIMIT = 20
 
 
 @warning(
-    "PID211",
+    "DL211",
     D01,
     "reset {value} {unit} is stored as {digits}: {one} {unit} by the manual's feature table (xxx.x), "
     "{two} {unit} by its text (xx.xx){others}",
@@ -87,7 +87,7 @@ def reset_unit(view: LoopView) -> str:
 
 
 @error(
-    "PID212",
+    "DL212",
     TERMS,
     "reset {value} {unit} is stored as 9999, which switches the integral term off; the largest reset is {limit} {unit}",
 )
@@ -107,7 +107,7 @@ def reset_is_the_off_code(context: Dl06Context) -> Findings:
 
 
 @per_loop
-@info("PID213", D12, "gain is 0: no proportional term; {terms} as if the gain were 1")
+@info("DL213", D12, "gain is 0: no proportional term; {terms} as if the gain were 1")
 def gain_of_zero(view: LoopView) -> Findings:
     """The gain is 0: the other terms act as if it were 1.
 
@@ -122,7 +122,7 @@ def gain_of_zero(view: LoopView) -> Findings:
 
 
 @per_loop
-@error("PID214", SUBSET, "gain 0, reset off and rate 0 s: no term is left, and the output never moves")
+@error("DL214", SUBSET, "gain 0, reset off and rate 0 s: no term is left, and the output never moves")
 def no_control_term(view: LoopView) -> Findings:
     """Proportional, integral and derivative terms are all switched off.
 
@@ -137,7 +137,7 @@ def no_control_term(view: LoopView) -> Findings:
 
 
 @per_loop
-@warning("PID215", SUBSET, "rate is {rate} s with gain 0: {terms} alone is not among P, PI, PD, PID and I")
+@warning("DL215", SUBSET, "rate is {rate} s with gain 0: {terms} alone is not among P, PI, PD, PID and I")
 def derivative_without_proportional(view: LoopView) -> Findings:
     """Derivative alone, or integral and derivative without proportional.
 
@@ -154,7 +154,7 @@ def derivative_without_proportional(view: LoopView) -> Findings:
 
 @per_loop
 @warning(
-    "PID216",
+    "DL216",
     BIAS,
     "reset is {reset} s, shorter than the sample_rate of {sample} s: each sample integrates {times} times the "
     "proportional action",
@@ -176,7 +176,7 @@ def integral_faster_than_proportional(view: LoopView) -> Findings:
 
 @per_loop
 @warning(
-    "PID217",
+    "DL217",
     DERIVATIVE_LIMIT,
     "the derivative gain limit is on with {limit}, so rate {rate} s has no effect; the limit's range is 1 to 20",
 )
@@ -195,7 +195,7 @@ def derivative_limited_to_nothing(view: LoopView) -> Findings:
 
 
 @per_loop
-@info("PID218", DERIVATIVE_LIMIT, "derivative_gain_limit is {limit}, but rate is 0 s: there is no derivative to limit")
+@info("DL218", DERIVATIVE_LIMIT, "derivative_gain_limit is {limit}, but rate is 0 s: there is no derivative to limit")
 def derivative_limit_without_rate(view: LoopView) -> Findings:
     """A derivative gain limit is set for a loop without a derivative term.
 
@@ -210,7 +210,7 @@ def derivative_limit_without_rate(view: LoopView) -> Findings:
 
 @per_loop
 @warning(
-    "PID219",
+    "DL219",
     D13,
     "rate {rate} s is {times} samples of {sample} s: one count of noise moves the output by {counts} counts "
     "for a sample, and neither derivative_gain_limit nor pv.filter is on",

@@ -28,7 +28,7 @@ CHOICES = {
 
 
 @per_loop
-@warning("PID781", D255, "{operand} is not given, so it is {meaning}; {other}")
+@warning("DP781", D255, "{operand} is not given, so it is {meaning}; {other}")
 def choice_not_given(view: LoopView) -> Findings:
     """The direction, or the form of the equation, is left to its default.
 
@@ -44,7 +44,7 @@ def choice_not_given(view: LoopView) -> Findings:
 
 @per_loop
 @warning(
-    "PID782",
+    "DP782",
     D261,
     "PID_DIR is {direction}, but the loop's name or description speaks of {purpose}, which needs {other}",
 )

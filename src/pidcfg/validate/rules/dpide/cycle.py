@@ -23,7 +23,7 @@ SHORT_CYCLE = 10
 
 
 @per_loop
-@warning("PID731", TABLE, "CYCLE is {cycle} ms; the PLC counts it as {used} ms")
+@warning("DP731", TABLE, "CYCLE is {cycle} ms; the PLC counts it as {used} ms")
 def cycle_out_of_range(view: LoopView) -> Findings:
     """The sampling time is outside 1 to 40000 ms.
 
@@ -40,7 +40,7 @@ def cycle_out_of_range(view: LoopView) -> Findings:
 
 @per_loop
 @warning(
-    "PID732",
+    "DP732",
     REMARKS,
     "CYCLE is {cycle} ms, but the interrupt task calls the instruction every {interval} ms, which counts",
 )
@@ -57,7 +57,7 @@ def cycle_overridden(view: LoopView) -> Findings:
 
 
 @per_loop
-@warning("PID733", D262, "CYCLE is {cycle} ms, about as short as a scan: was {cycle} s meant?")
+@warning("DP733", D262, "CYCLE is {cycle} ms, about as short as a scan: was {cycle} s meant?")
 def cycle_shorter_than_scan(view: LoopView) -> Findings:
     """The sampling time is shorter than the PLC can keep.
 

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 @per_loop
-@info("PID761", TABLE, "ERR_DBW is {value}; its absolute value counts")
+@info("DP761", TABLE, "ERR_DBW is {value}; its absolute value counts")
 def negative_dead_band(view: LoopView) -> Findings:
     """The dead band is below 0.
 
@@ -28,7 +28,7 @@ def negative_dead_band(view: LoopView) -> Findings:
 
 @per_loop
 @warning(
-    "PID762",
+    "DP762",
     REMARKS,
     "ERR_DBW {value} around SV covers the PV's whole range {low} to {high}: after the first crossing of SV the "
     "error counts as 0 for ever",
@@ -47,7 +47,7 @@ def dead_band_covers_range(view: LoopView) -> Findings:
 
 
 @per_loop
-@info("PID763", REMARKS, "when PV leaves the dead band of {value}, the error jumps from 0 to that, and {effect}")
+@info("DP763", REMARKS, "when PV leaves the dead band of {value}, the error jumps from 0 to that, and {effect}")
 def dead_band_kick(view: LoopView) -> Findings:
     """A dead band makes the output jump at its edge.
 

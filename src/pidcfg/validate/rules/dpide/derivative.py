@@ -31,7 +31,7 @@ def derivative_of(view: LoopView) -> Decimal:
 
 @per_loop
 @warning(
-    "PID721",
+    "DP721",
     D260,
     "the derivative time of {time} s is {ratio} sampling times of {cycle} s and Tf is 0: noise of the PV is "
     "multiplied by that",
@@ -52,7 +52,7 @@ def derivative_unsmoothed(view: LoopView) -> Findings:
 
 
 @per_loop
-@warning("PID722", FORMULAS, "the derivative time of {derivative} s is longer than the integral time of {integral} s")
+@warning("DP722", FORMULAS, "the derivative time of {derivative} s is longer than the integral time of {integral} s")
 def derivative_above_integral(view: LoopView) -> Findings:
     """The derivative time is longer than the integral time.
 
@@ -68,7 +68,7 @@ def derivative_above_integral(view: LoopView) -> Findings:
 
 @per_loop
 @warning(
-    "PID723", TABLE, "Tf of {tf} s is longer than the derivative time of {time} s: little of the derivative is left"
+    "DP723", TABLE, "Tf of {tf} s is longer than the derivative time of {time} s: little of the derivative is left"
 )
 def derivative_smoothed_away(view: LoopView) -> Findings:
     """The smoothing is slower than the derivative.
@@ -83,7 +83,7 @@ def derivative_smoothed_away(view: LoopView) -> Findings:
 
 
 @per_loop
-@info("PID724", TABLE, "Tf has no effect: there is no derivative to smooth")
+@info("DP724", TABLE, "Tf has no effect: there is no derivative to smooth")
 def smoothing_without_derivative(view: LoopView) -> Findings:
     """Tf is given without a derivative.
 
@@ -96,7 +96,7 @@ def smoothing_without_derivative(view: LoopView) -> Findings:
 
 
 @per_loop
-@info("PID725", FORMULAS, "PID_DE FALSE: the derivative is of the error, so a new SV kicks MV")
+@info("DP725", FORMULAS, "PID_DE FALSE: the derivative is of the error, so a new SV kicks MV")
 def set_point_kick(view: LoopView) -> Findings:
     """The derivative follows the set point.
 

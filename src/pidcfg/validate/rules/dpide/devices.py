@@ -61,7 +61,7 @@ def overlapping(context: DpideContext) -> Iterator[tuple[Held, Held]]:
 
 
 @error(
-    "PID701", D250, "{operand} would take {place}, but D{last} is the last one: it may begin at D{latest} at the latest"
+    "DP701", D250, "{operand} would take {place}, but D{last} is the last one: it may begin at D{latest} at the latest"
 )
 def device_beyond_bank(context: DpideContext) -> Findings:
     """An operand reaches past the last D register.
@@ -83,7 +83,7 @@ def device_beyond_bank(context: DpideContext) -> Findings:
             )
 
 
-@error("PID702", REMARKS, "{mine} at {place} overlaps {other} at {other_place}")
+@error("DP702", REMARKS, "{mine} at {place} overlaps {other} at {other_place}")
 def integral_block_overlaps(context: DpideContext) -> Findings:
     """Another operand, or another loop, uses registers of an I_MV block.
 
@@ -100,7 +100,7 @@ def integral_block_overlaps(context: DpideContext) -> Findings:
             )
 
 
-@error("PID703", D258, "{mine} at {place} and {other} at {other_place} {reason}")
+@error("DP703", D258, "{mine} at {place} and {other} at {other_place} {reason}")
 def devices_collide(context: DpideContext) -> Findings:
     """Two operands share devices and cannot hold the same.
 

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 @per_loop
-@info("PID771", D256, "no symbols for ISPSoft can be made of the name: {reason}")
+@info("DP771", D256, "no symbols for ISPSoft can be made of the name: {reason}")
 def name_without_symbols(view: LoopView) -> Findings:
     """The name of a loop gives no symbols.
 
@@ -27,7 +27,7 @@ def name_without_symbols(view: LoopView) -> Findings:
         yield view.at("name", reason=reason)
 
 
-@info("PID772", D256, "its symbols would be those of loop {other}, such as {symbol}")
+@info("DP772", D256, "its symbols would be those of loop {other}, such as {symbol}")
 def symbols_collide(context: DpideContext) -> Findings:
     """Two loops have the same symbols.
 

@@ -24,7 +24,7 @@ D259 = Decision(
 
 
 @per_loop
-@error("PID704", TABLE, "PID_MODE is {mode}; there are 0 (automatic), 1 (autotune) and 2 (automatic, with I_MV)")
+@error("DP704", TABLE, "PID_MODE is {mode}; there are 0 (automatic), 1 (autotune) and 2 (automatic, with I_MV)")
 def unknown_mode(view: LoopView) -> Findings:
     """PID_MODE is none of the three modes.
 
@@ -37,7 +37,7 @@ def unknown_mode(view: LoopView) -> Findings:
 
 
 @per_loop
-@error("PID705", TABLE, "PID_MODE 1 needs a device, where the PLC writes 0 after tuning")
+@error("DP705", TABLE, "PID_MODE 1 needs a device, where the PLC writes 0 after tuning")
 def autotune_as_a_number(view: LoopView) -> Findings:
     """The autotune is chosen by a number in the program.
 
@@ -51,7 +51,7 @@ def autotune_as_a_number(view: LoopView) -> Findings:
 
 
 @per_loop
-@warning("PID706", D259, "the autotune writes {names}, which {have} no device")
+@warning("DP706", D259, "the autotune writes {names}, which {have} no device")
 def tuned_coefficients_without_devices(view: LoopView) -> Findings:
     """The autotune is chosen, but what it finds has no place to go.
 
@@ -66,7 +66,7 @@ def tuned_coefficients_without_devices(view: LoopView) -> Findings:
 
 
 @per_loop
-@info("PID707", TABLE, "PID_MODE 1: the loop tunes as soon as it runs, and swings MV between {low} and {high}")
+@info("DP707", TABLE, "PID_MODE 1: the loop tunes as soon as it runs, and swings MV between {low} and {high}")
 def tunes_at_once(view: LoopView) -> Findings:
     """The file starts an autotune.
 
@@ -81,7 +81,7 @@ def tunes_at_once(view: LoopView) -> Findings:
 
 
 @per_loop
-@warning("PID708", D259, "PID_RUN is FALSE and has no device: MV stays 0")
+@warning("DP708", D259, "PID_RUN is FALSE and has no device: MV stays 0")
 def never_runs(view: LoopView) -> Findings:
     """The algorithm is switched off, and nothing can switch it on.
 
@@ -94,7 +94,7 @@ def never_runs(view: LoopView) -> Findings:
 
 
 @per_loop
-@warning("PID709", D259, "PID_MAN is TRUE and has no device: the loop stays in manual, MV is {mout}")
+@warning("DP709", D259, "PID_MAN is TRUE and has no device: the loop stays in manual, MV is {mout}")
 def always_in_manual(view: LoopView) -> Findings:
     """The loop is in manual, and nothing can take it out.
 
@@ -108,7 +108,7 @@ def always_in_manual(view: LoopView) -> Findings:
 
 
 @per_loop
-@warning("PID710", DPIDE.at("PID_MAN"), "PID_MAN TRUE has no effect while PID_MODE is 1: the autotune drives MV")
+@warning("DP710", DPIDE.at("PID_MAN"), "PID_MAN TRUE has no effect while PID_MODE is 1: the autotune drives MV")
 def manual_during_autotune(view: LoopView) -> Findings:
     """Manual and the autotune are chosen together.
 
@@ -127,7 +127,7 @@ def may_be_manual(view: LoopView) -> bool:
 
 @per_loop
 @info(
-    "PID718",
+    "DP718",
     DPIDE.at("PID_MODE"),
     "PID_MODE 0: when PID_MAN becomes FALSE, MV jumps from MOUT to what the algorithm makes",
 )
@@ -144,7 +144,7 @@ def bump_after_manual(view: LoopView) -> Findings:
 
 
 @per_loop
-@info("PID719", DPIDE.at("MOUT_AUTO"), "MOUT_AUTO is FALSE: when PID_MAN becomes TRUE, MV jumps to MOUT")
+@info("DP719", DPIDE.at("MOUT_AUTO"), "MOUT_AUTO is FALSE: when PID_MAN becomes TRUE, MV jumps to MOUT")
 def bump_into_manual(view: LoopView) -> Findings:
     """The change from automatic to manual bumps.
 

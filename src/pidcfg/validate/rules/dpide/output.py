@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 @per_loop
 @warning(
-    "PID741", TABLE, "MV_MAX {highest} is below MV_MIN {lowest}: the PLC swaps them, MV goes from {highest} to {lowest}"
+    "DP741", TABLE, "MV_MAX {highest} is below MV_MIN {lowest}: the PLC swaps them, MV goes from {highest} to {lowest}"
 )
 def limits_swapped(view: LoopView) -> Findings:
     """The highest MV is below the lowest.
@@ -30,7 +30,7 @@ def limits_swapped(view: LoopView) -> Findings:
 
 
 @per_loop
-@error("PID742", TABLE, "MV_MAX and MV_MIN are both {limit}: MV cannot move")
+@error("DP742", TABLE, "MV_MAX and MV_MIN are both {limit}: MV cannot move")
 def limits_equal(view: LoopView) -> Findings:
     """The highest MV is the lowest.
 
@@ -44,7 +44,7 @@ def limits_equal(view: LoopView) -> Findings:
 
 
 @per_loop
-@warning("PID743", TABLE, "MOUT {mout} is outside {low} to {high}: in manual MV is {used}")
+@warning("DP743", TABLE, "MOUT {mout} is outside {low} to {high}: in manual MV is {used}")
 def manual_output_outside_limits(view: LoopView) -> Findings:
     """The output of manual is outside the limits.
 
@@ -68,7 +68,7 @@ def manual_output_outside_limits(view: LoopView) -> Findings:
 
 @per_loop
 @warning(
-    "PID744",
+    "DP744",
     DPIDE.at("The PID algorithm"),
     "BIAS {bias} is outside {low} to {high}: with PV at SV the output stands at its limit",
 )
@@ -85,7 +85,7 @@ def feed_forward_outside_limits(view: LoopView) -> Findings:
 
 
 @per_loop
-@warning("PID745", TABLE, "{operand} {limit} is outside the output's range of {low} to {high}")
+@warning("DP745", TABLE, "{operand} {limit} is outside the output's range of {low} to {high}")
 def limits_beyond_output(view: LoopView) -> Findings:
     """A limit of MV lies beyond what the output can do.
 
@@ -103,7 +103,7 @@ def limits_beyond_output(view: LoopView) -> Findings:
 
 
 @per_loop
-@info("PID746", TABLE, "MV is 0 while PID_RUN is FALSE, which is outside its limits {low} to {high}")
+@info("DP746", TABLE, "MV is 0 while PID_RUN is FALSE, which is outside its limits {low} to {high}")
 def stop_outside_limits(view: LoopView) -> Findings:
     """A loop that is stopped writes an output that lies outside its limits.
 

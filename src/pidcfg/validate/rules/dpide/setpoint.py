@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 @per_loop
-@warning("PID751", TABLE, "SV {sv} is outside the PV's range of {low} to {high}")
+@warning("DP751", TABLE, "SV {sv} is outside the PV's range of {low} to {high}")
 def set_point_outside_range(view: LoopView) -> Findings:
     """The target value cannot be measured.
 
@@ -28,7 +28,7 @@ def set_point_outside_range(view: LoopView) -> Findings:
 
 
 @per_loop
-@warning("PID752", D259, "PV is {pv} and has no device: nothing is measured")
+@warning("DP752", D259, "PV is {pv} and has no device: nothing is measured")
 def process_value_as_a_number(view: LoopView) -> Findings:
     """The process value is a number in the program.
 

@@ -42,7 +42,7 @@ def tunes_itself(view: LoopView) -> bool:
 
 
 @per_loop
-@error("PID711", DIAGRAM, "Kc_Kp is {gain}, which counts as 0 and switches off all three terms of the dependent form")
+@error("DP711", DIAGRAM, "Kc_Kp is {gain}, which counts as 0 and switches off all three terms of the dependent form")
 def dead_controller(view: LoopView) -> Findings:
     """The gain of the dependent form is 0 or below.
 
@@ -57,7 +57,7 @@ def dead_controller(view: LoopView) -> Findings:
 
 
 @per_loop
-@error("PID712", DIAGRAM, "Kc_Kp, Ti_Ki and Td_Kd all count as 0: MV is BIAS alone")
+@error("DP712", DIAGRAM, "Kc_Kp, Ti_Ki and Td_Kd all count as 0: MV is BIAS alone")
 def no_term(view: LoopView) -> Findings:
     """All three gains of the independent form are 0 or below.
 
@@ -70,7 +70,7 @@ def no_term(view: LoopView) -> Findings:
 
 
 @per_loop
-@warning("PID713", TABLE, "{operand} is {value}, which counts as 0: {effect}")
+@warning("DP713", TABLE, "{operand} is {value}, which counts as 0: {effect}")
 def negative_coefficient(view: LoopView) -> Findings:
     """A coefficient is below 0.
 
@@ -85,7 +85,7 @@ def negative_coefficient(view: LoopView) -> Findings:
 
 
 @per_loop
-@info("PID714", TABLE, "Ti_Ki is 0: without an integral the PV stays beside SV, unless BIAS is just right")
+@info("DP714", TABLE, "Ti_Ki is 0: without an integral the PV stays beside SV, unless BIAS is just right")
 def no_integral(view: LoopView) -> Findings:
     """There is no integral term.
 
@@ -98,7 +98,7 @@ def no_integral(view: LoopView) -> Findings:
 
 
 @per_loop
-@error("PID715", TABLE, "{operand} has a unit of time, but with PID_EQ FALSE it is {gain}")
+@error("DP715", TABLE, "{operand} has a unit of time, but with PID_EQ FALSE it is {gain}")
 def time_as_a_gain(view: LoopView) -> Findings:
     """A time stands where the independent form wants a gain.
 
@@ -120,7 +120,7 @@ def time_as_a_gain(view: LoopView) -> Findings:
 
 @per_loop
 @warning(
-    "PID716", FORMULAS, "the integral time is {time} s, shorter than the sampling time of {cycle} s: was {other} meant?"
+    "DP716", FORMULAS, "the integral time is {time} s, shorter than the sampling time of {cycle} s: was {other} meant?"
 )
 def integral_faster_than_cycle(view: LoopView) -> Findings:
     """The integral acts faster than the instruction is calculated.
@@ -140,7 +140,7 @@ def integral_faster_than_cycle(view: LoopView) -> Findings:
 
 
 @per_loop
-@info("PID717", TABLE, "Kc_Kp is {gain}: the independent form works without a proportional term")
+@info("DP717", TABLE, "Kc_Kp is {gain}: the independent form works without a proportional term")
 def no_proportional(view: LoopView) -> Findings:
     """There is no proportional term, but another one.
 

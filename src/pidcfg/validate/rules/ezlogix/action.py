@@ -30,7 +30,7 @@ MEANING = {
 
 @per_loop
 @warning(
-    "PID415",
+    "EZ415",
     D183,
     "action {action} ({meaning}), but the loop's name or description speaks of {purpose}, which needs {other}",
 )

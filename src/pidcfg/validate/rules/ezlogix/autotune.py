@@ -30,7 +30,7 @@ TENTH = 410
 
 
 @per_loop
-@warning("PID480", TIMEOUT, "the autotune's timeout is 0 s: it is aborted as soon as it starts")
+@warning("EZ480", TIMEOUT, "the autotune's timeout is 0 s: it is aborted as soon as it starts")
 def autotune_timeout_zero(view: LoopView) -> Findings:
     """The timeout of the autotune is 0.
 
@@ -44,7 +44,7 @@ def autotune_timeout_zero(view: LoopView) -> Findings:
 
 @per_loop
 @info(
-    "PID481",
+    "EZ481",
     D190,
     "the autotune's timeout of {timeout} s is shorter than the integral_time of {integral} s: a process that "
     "needs it has not answered by then",
@@ -63,7 +63,7 @@ def autotune_timeout_below_integral_time(view: LoopView) -> Findings:
 
 
 @per_loop
-@warning("PID482", D190, "the autotune's timeout of {timeout} s leaves it fewer than 40 samples of {sample} s")
+@warning("EZ482", D190, "the autotune's timeout of {timeout} s leaves it fewer than 40 samples of {sample} s")
 def autotune_timeout_few_samples(view: LoopView) -> Findings:
     """The autotune would end after a handful of samples.
 
@@ -78,9 +78,7 @@ def autotune_timeout_few_samples(view: LoopView) -> Findings:
 
 
 @per_loop
-@info(
-    "PID483", TYPE, "the autotune computes PI gains: the derivative_time of {derivative} s would not fit the new gain"
-)
+@info("EZ483", TYPE, "the autotune computes PI gains: the derivative_time of {derivative} s would not fit the new gain")
 def autotune_pi_drops_derivative(view: LoopView) -> Findings:
     """The autotune's type is PI, and the loop has a derivative time.
 
@@ -95,7 +93,7 @@ def autotune_pi_drops_derivative(view: LoopView) -> Findings:
 
 
 @per_loop
-@warning("PID484", STEP, "the CV limits {low} and {high} leave no room for the autotune's step of 10 %, {step} counts")
+@warning("EZ484", STEP, "the CV limits {low} and {high} leave no room for the autotune's step of 10 %, {step} counts")
 def autotune_step_impossible(view: LoopView) -> Findings:
     """The CV limits are closer together than the step of the autotune.
 

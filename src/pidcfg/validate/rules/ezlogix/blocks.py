@@ -20,7 +20,7 @@ LAST = {bank.prefix: bank.last for bank in SPACE.banks}
 
 @per_loop
 @error(
-    "PID401",
+    "EZ401",
     D152,
     "{block} would occupy {extent}, but there is nothing beyond {prefix}{last}: it may begin at "
     "{prefix}{latest} at the latest",
@@ -36,7 +36,7 @@ def block_beyond_bank(view: LoopView) -> Findings:
     return blocks.block_beyond_bank(view, LAST)
 
 
-@error("PID402", BLOCK, "{block} {extent} of {loop} overlaps {other_extent} of {other}")
+@error("EZ402", BLOCK, "{block} {extent} of {loop} overlaps {other_extent} of {other}")
 def blocks_overlap(context: EzlogixContext) -> Findings:
     """Two loops share registers or discretes.
 
@@ -48,7 +48,7 @@ def blocks_overlap(context: EzlogixContext) -> Findings:
     return blocks.blocks_overlap(context.loops)
 
 
-@error("PID403", COUNT, "loop {number} of {count}: an EZLogix PLC calculates at most {limit} loops")
+@error("EZ403", COUNT, "loop {number} of {count}: an EZLogix PLC calculates at most {limit} loops")
 def too_many_loops(context: EzlogixContext) -> Findings:
     """The file has more loops than the PLC.
 

@@ -41,7 +41,7 @@ TENTH = 410
 
 
 @info(
-    "PID421",
+    "EZ421",
     VELOCITY,
     "velocity is the position form with the derivative of the PV, not an incremental form; its sign is printed "
     "for direct action only, and taken as {sign} here{others}",
@@ -62,7 +62,7 @@ def velocity_is_not_incremental(context: EzlogixContext) -> Findings:
 
 
 @per_loop
-@info("PID422", VELOCITY, "velocity without a derivative time is the same as position")
+@info("EZ422", VELOCITY, "velocity without a derivative time is the same as position")
 def velocity_without_derivative(view: LoopView) -> Findings:
     """The velocity algorithm is chosen, and there is no derivative.
 
@@ -77,7 +77,7 @@ def velocity_without_derivative(view: LoopView) -> Findings:
 
 @per_loop
 @warning(
-    "PID423",
+    "EZ423",
     GAIN,
     "gain 0 with {terms}: by the manual's text only the proportional term is off, by its formula all terms are",
 )
@@ -96,7 +96,7 @@ def gain_zero_with_integral(view: LoopView) -> Findings:
 
 
 @per_loop
-@error("PID424", POSITION, "gain 0 and integral_time off: {left}")
+@error("EZ424", POSITION, "gain 0 and integral_time off: {left}")
 def no_control_term(view: LoopView) -> Findings:
     """Neither a proportional nor an integral term is left.
 
@@ -113,7 +113,7 @@ def no_control_term(view: LoopView) -> Findings:
 
 @per_loop
 @info(
-    "PID425",
+    "EZ425",
     OFFSET,
     "no integral term and CV offset 0: without an error the CV is 0, so an error stays as long as the process "
     "needs any output",
@@ -138,7 +138,7 @@ def at_defaults(view: LoopView) -> bool:
 
 @per_loop
 @warning(
-    "PID426",
+    "EZ426",
     D184,
     "integral_time {integral} s is shorter than the sample rate of {sample} s: each calculation adds {times} "
     "times the error",
@@ -164,7 +164,7 @@ def integral_time_below_sample_rate(view: LoopView) -> Findings:
 
 @per_loop
 @info(
-    "PID427",
+    "EZ427",
     D184,
     "derivative_time {derivative} s is shorter than the sample rate of {sample} s: the term is {times} of the "
     "proportional one",
@@ -189,7 +189,7 @@ def derivative_time_below_sample_rate(view: LoopView) -> Findings:
 
 
 @per_loop
-@warning("PID428", D184, "integral and derivative time are 0.3 s, as the dialog shows them for a new loop")
+@warning("EZ428", D184, "integral and derivative time are 0.3 s, as the dialog shows them for a new loop")
 def dialog_default_times(view: LoopView) -> Findings:
     """Integral and derivative time are the dialog's defaults.
 
@@ -204,7 +204,7 @@ def dialog_default_times(view: LoopView) -> Findings:
 
 @per_loop
 @warning(
-    "PID429",
+    "EZ429",
     D185,
     "one count of the PV moves the CV by {counts} counts through the derivative: gain {gain} times "
     "{derivative} s / {sample} s",
@@ -233,7 +233,7 @@ def derivative_amplifies_counts(view: LoopView) -> Findings:
 
 
 @per_loop
-@error("PID430", SAMPLE_RATE, "sample_rate is 0, as the dialog shows it for a new loop; it must be 0.05 to 99.99 s")
+@error("EZ430", SAMPLE_RATE, "sample_rate is 0, as the dialog shows it for a new loop; it must be 0.05 to 99.99 s")
 def sample_rate_of_zero(view: LoopView) -> Findings:
     """The sample rate is 0, the dialog's default.
 

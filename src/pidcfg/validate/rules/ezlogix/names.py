@@ -22,7 +22,7 @@ D182 = Decision(
 )
 
 
-@warning("PID411", D182, "{tag!r} is not usable as a tag: letters, digits and _ only, a letter first")
+@warning("EZ411", D182, "{tag!r} is not usable as a tag: letters, digits and _ only, a letter first")
 def name_not_usable_in_tags(context: EzlogixContext) -> Findings:
     """The name of a loop cannot stand in the names of its tags.
 
@@ -38,7 +38,7 @@ def name_not_usable_in_tags(context: EzlogixContext) -> Findings:
             yield view.at("name", tag=tag)
 
 
-@warning("PID412", D182, "the tag {tag} of this loop is also one of loop {other}")
+@warning("EZ412", D182, "the tag {tag} of this loop is also one of loop {other}")
 def tags_collide(context: EzlogixContext) -> Findings:
     """The template makes the same tag for two loops.
 

@@ -47,7 +47,7 @@ def left_out(view: LoopView, cv: int) -> bool:
 
 
 @per_loop
-@error("PID455", HIGH, "the CV high limit {high} is not above the low limit {low}: the output cannot move")
+@error("EZ455", HIGH, "the CV high limit {high} is not above the low limit {low}: the output cannot move")
 def cv_limits_not_ascending(view: LoopView) -> Findings:
     """The CV low limit is equal to or above the high one.
 
@@ -64,7 +64,7 @@ def cv_limits_not_ascending(view: LoopView) -> Findings:
 
 @per_loop
 @warning(
-    "PID456",
+    "EZ456",
     D188,
     "anti-windup acts at 0 and 4095 counts only: while the CV is held at {limits}, the integral goes on until "
     "the calculated CV is there",
@@ -87,7 +87,7 @@ def anti_windup_blind_to_limits(view: LoopView) -> Findings:
 
 
 @per_loop
-@info("PID457", LOW, "the CV low limit is {low}: in Auto the output never goes below {percent} %")
+@info("EZ457", LOW, "the CV low limit is {low}: in Auto the output never goes below {percent} %")
 def output_never_off(view: LoopView) -> Findings:
     """The CV low limit is above 0.
 
@@ -102,7 +102,7 @@ def output_never_off(view: LoopView) -> Findings:
 
 
 @per_loop
-@warning("PID458", OFFSET, "the CV offset {offset} is outside the CV limits {low} and {high}")
+@warning("EZ458", OFFSET, "the CV offset {offset} is outside the CV limits {low} and {high}")
 def offset_outside_limits(view: LoopView) -> Findings:
     """The CV offset lies outside the CV limits.
 
@@ -120,7 +120,7 @@ def offset_outside_limits(view: LoopView) -> Findings:
 
 
 @per_loop
-@info("PID459", OFFSET, "the CV offset {offset} is added to an integral term, which cancels it")
+@info("EZ459", OFFSET, "the CV offset {offset} is added to an integral term, which cancels it")
 def offset_beside_integral(view: LoopView) -> Findings:
     """A CV offset is given for a loop with an integral term.
 
@@ -136,7 +136,7 @@ def offset_beside_integral(view: LoopView) -> Findings:
 
 @per_loop
 @warning(
-    "PID460",
+    "EZ460",
     ANTI_WINDUP,
     "anti_windup is off with an integral_time of {integral} s: the integral goes on while the CV is saturated",
 )
@@ -153,7 +153,7 @@ def integral_without_anti_windup(view: LoopView) -> Findings:
 
 
 @per_loop
-@warning("PID461", D189, "the CV high limit is {high} counts of 4095: {percent} %, if it is not meant as {high} %")
+@warning("EZ461", D189, "the CV high limit is {high} counts of 4095: {percent} %, if it is not meant as {high} %")
 def cv_limit_looks_like_percent(view: LoopView) -> Findings:
     """The CV may not exceed 100 counts.
 

@@ -90,7 +90,7 @@ def pulses(context: EzlogixContext) -> Iterator[tuple[LoopView, Pulses]]:
 
 
 @per_loop
-@error("PID465", CYCLE, "cycle_time is 0: {tag} gives no pulses")
+@error("EZ465", CYCLE, "cycle_time is 0: {tag} gives no pulses")
 def cycle_time_of_zero(view: LoopView) -> Findings:
     """The control output is enabled with a cycle time of 0.
 
@@ -104,7 +104,7 @@ def cycle_time_of_zero(view: LoopView) -> Findings:
 
 
 @error(
-    "PID466",
+    "EZ466",
     D191,
     "a cycle of {cycle} s has no room for a pulse of min_on {min_on} s and a gap of min_off {min_off} s: the "
     "output is either off or on",
@@ -129,7 +129,7 @@ def minimum_times_exceed_cycle(context: EzlogixContext) -> Findings:
             )
 
 
-@error("PID467", D191, "the longest pulse is {longest} s, shorter than min_on {min_on} s: {tag} never switches on")
+@error("EZ467", D191, "the longest pulse is {longest} s, shorter than min_on {min_on} s: {tag} never switches on")
 def output_never_on(context: EzlogixContext) -> Findings:
     """No pulse reaches the minimum on time.
 
@@ -149,7 +149,7 @@ def output_never_on(context: EzlogixContext) -> Findings:
             )
 
 
-@error("PID468", D191, "the longest gap is {longest} s, shorter than min_off {min_off} s: {tag} never switches off")
+@error("EZ468", D191, "the longest gap is {longest} s, shorter than min_off {min_off} s: {tag} never switches off")
 def output_always_on(context: EzlogixContext) -> Findings:
     """No gap reaches the minimum off time.
 
@@ -171,7 +171,7 @@ def output_always_on(context: EzlogixContext) -> Findings:
 
 
 @warning(
-    "PID469",
+    "EZ469",
     MIN_DUTY,
     "the CV low limit {low} makes pulses of {on} s, shorter than min_on {min_on} s: they are left out",
 )
@@ -191,7 +191,7 @@ def low_limit_pulse_left_out(context: EzlogixContext) -> Findings:
 
 
 @warning(
-    "PID470",
+    "EZ470",
     MAX_DUTY,
     "the CV high limit {high} makes gaps of {off} s, shorter than min_off {min_off} s: the output stays on",
 )
@@ -215,7 +215,7 @@ def high_limit_gap_left_out(context: EzlogixContext) -> Findings:
             )
 
 
-@info("PID471", D192, "the cycle is {cycle} s, and the CV changes every {sample} s: equal pulses in between")
+@info("EZ471", D192, "the cycle is {cycle} s, and the CV changes every {sample} s: equal pulses in between")
 def cycle_below_sample_rate(context: EzlogixContext) -> Findings:
     """The cycle time is shorter than the sample rate.
 
@@ -231,7 +231,7 @@ def cycle_below_sample_rate(context: EzlogixContext) -> Findings:
 
 
 @warning(
-    "PID472",
+    "EZ472",
     D192,
     "the cycle of {cycle} s is longer than the integral_time of {integral} s: the PV follows single pulses",
 )
@@ -250,7 +250,7 @@ def cycle_beyond_integral_time(context: EzlogixContext) -> Findings:
             yield view.at("output", "pulse", "cycle_time", cycle=decimal_text(p.cycle), integral=decimal_text(integral))
 
 
-@info("PID473", D192, "a cycle of {cycle} s is up to {times} million pulses a year: for solid-state outputs only")
+@info("EZ473", D192, "a cycle of {cycle} s is up to {times} million pulses a year: for solid-state outputs only")
 def cycle_wears_relays(context: EzlogixContext) -> Findings:
     """The cycle time is short for an electromechanical relay or contactor.
 

@@ -29,7 +29,7 @@ D187 = Decision(
 
 @per_loop
 @info(
-    "PID445",
+    "EZ445",
     D154,
     "square root: {register} holds the set point on the scale of the root, 0 to {top} counts, {step} % of full "
     "scale a count",
@@ -51,7 +51,7 @@ def square_root_rescales_set_point(view: LoopView) -> Findings:
 
 @per_loop
 @error(
-    "PID446",
+    "EZ446",
     D187,
     "square root of counts that begin at {low}: the PLC takes the root of the whole register, and without any "
     "flow that is {root} of {top}",
@@ -72,7 +72,7 @@ def square_root_of_offset_counts(view: LoopView) -> Findings:
 
 
 @per_loop
-@warning("PID447", D187, "square root with a range that begins at {low}: no flow, root 0, is taken for {low}")
+@warning("EZ447", D187, "square root with a range that begins at {low}: no flow, root 0, is taken for {low}")
 def square_root_of_offset_range(view: LoopView) -> Findings:
     """The square root is on for a PV whose range does not begin at 0.
 
@@ -87,7 +87,7 @@ def square_root_of_offset_range(view: LoopView) -> Findings:
 
 
 @per_loop
-@info("PID448", D150, "the PV spans {span} counts, the CV 4095: a gain of 1 acts as {times} would on percentages")
+@info("EZ448", D150, "the PV spans {span} counts, the CV 4095: a gain of 1 acts as {times} would on percentages")
 def counts_beyond_cv(view: LoopView) -> Findings:
     """The PV has more than twice as many counts as the CV.
 

@@ -34,7 +34,7 @@ def pinned(view: LoopView) -> bool:
 
 
 @per_loop
-@error("PID435", LIMITS, "the low set point limit {low} is above the high limit {high}")
+@error("EZ435", LIMITS, "the low set point limit {low} is above the high limit {high}")
 def set_point_limits_crossed(view: LoopView) -> Findings:
     """The low set point limit is above the high one.
 
@@ -49,7 +49,7 @@ def set_point_limits_crossed(view: LoopView) -> Findings:
 
 @per_loop
 @error(
-    "PID436",
+    "EZ436",
     LIMITS,
     "both set point limits are 0 counts, as in the dialog of a new loop: {register} becomes 0 whatever is "
     "written to it",
@@ -67,7 +67,7 @@ def set_point_limits_zero(view: LoopView) -> Findings:
 
 
 @per_loop
-@warning("PID437", LIMITS, "both set point limits are {value}: there is no other set point")
+@warning("EZ437", LIMITS, "both set point limits are {value}: there is no other set point")
 def set_point_limits_equal(view: LoopView) -> Findings:
     """Both set point limits are equal.
 
@@ -81,7 +81,7 @@ def set_point_limits_equal(view: LoopView) -> Findings:
 
 
 @per_loop
-@warning("PID438", LOW, "the set point {value} is {side} its {end} limit: {register} becomes {limit}")
+@warning("EZ438", LOW, "the set point {value} is {side} its {end} limit: {register} becomes {limit}")
 def set_point_outside_limits(view: LoopView) -> Findings:
     """The set point lies outside its own limits.
 
@@ -105,7 +105,7 @@ def set_point_outside_limits(view: LoopView) -> Findings:
 
 
 @warning(
-    "PID439",
+    "EZ439",
     SETPOINT,
     "the loop starts in Auto without a set point: {register} is downloaded as 0 counts, and the loop controls "
     "to {value}",
@@ -126,7 +126,7 @@ def set_point_left_at_zero(context: EzlogixContext) -> Findings:
 
 
 @per_loop
-@warning("PID440", D186, "the deadband is {deadband}: {consequence}")
+@warning("EZ440", D186, "the deadband is {deadband}: {consequence}")
 def deadband_wide(view: LoopView) -> Findings:
     """The deadband is a large part of the PV's span.
 
@@ -153,7 +153,7 @@ def deadband_wide(view: LoopView) -> Findings:
 
 
 @per_loop
-@info("PID441", D186, "a deadband stored as {counts} has no effect: errors are whole counts")
+@info("EZ441", D186, "a deadband stored as {counts} has no effect: errors are whole counts")
 def deadband_without_effect(view: LoopView) -> Findings:
     """A deadband is so small that it does nothing.
 

@@ -40,7 +40,7 @@ CV = "CV tag"
 NAMES = {offset: name for name, offset in PLACES.items()}
 
 
-@error("PID404", BASE, "the {what} tag {tag} is the register {register} of {owner}: {consequence}")
+@error("EZ404", BASE, "the {what} tag {tag} is the register {register} of {owner}: {consequence}")
 def tag_in_register_block(context: EzlogixContext) -> Findings:
     """A PV or CV tag is one of the 32 registers of a loop.
 
@@ -68,7 +68,7 @@ def tag_in_register_block(context: EzlogixContext) -> Findings:
 
 
 @info(
-    "PID405",
+    "EZ405",
     D180,
     "the CV tag {tag} is the set point register of {inner}: a cascade; the CV's limits are {low} and {high} "
     "counts, the set point's {inner_low} and {inner_high}",
@@ -103,7 +103,7 @@ def cv_writes_set_point(context: EzlogixContext) -> Findings:
             )
 
 
-@error("PID406", CV_TAG, "{tag} is already the {what} of {other}: two loops would write it")
+@error("EZ406", CV_TAG, "{tag} is already the {what} of {other}: two loops would write it")
 def output_tag_shared(context: EzlogixContext) -> Findings:
     """Two loops have one CV tag, or one control output.
 
@@ -126,7 +126,7 @@ def _written(context: EzlogixContext) -> Iterator[tuple[str, tuple[LoopView, str
 
 
 @per_loop
-@error("PID407", PV_TAG, "{tag} is PV tag and CV tag of the loop: it would measure its own output")
+@error("EZ407", PV_TAG, "{tag} is PV tag and CV tag of the loop: it would measure its own output")
 def pv_is_own_cv(view: LoopView) -> Findings:
     """A loop's PV tag is its CV tag.
 
@@ -143,7 +143,7 @@ def same_pv(context: EzlogixContext) -> Iterator[tuple[LoopView, LoopView]]:
     return (pair for pair in combinations(context.loops, 2) if pair[0].loop.pv.tag == pair[1].loop.pv.tag)
 
 
-@info("PID408", D181, "{tag} is already the PV of {other}, which acts in the same direction: {action}")
+@info("EZ408", D181, "{tag} is already the PV of {other}, which acts in the same direction: {action}")
 def pv_tag_shared(context: EzlogixContext) -> Findings:
     """Two loops read the same measurement and act in the same direction.
 
@@ -159,7 +159,7 @@ def pv_tag_shared(context: EzlogixContext) -> Findings:
 
 
 @warning(
-    "PID409", D181, "{heating} raises {tag} to {high} counts, {cooling} lowers it to {low}: between them both are on"
+    "EZ409", D181, "{heating} raises {tag} to {high} counts, {cooling} lowers it to {low}: between them both are on"
 )
 def set_points_crossed(context: EzlogixContext) -> Findings:
     """A heating and a cooling loop on one PV have crossed set points.
@@ -194,7 +194,7 @@ def logical(context: EzlogixContext, tag: str) -> bool:
     return register_number(tag) is not None and context.owner(tag) is None
 
 
-@warning("PID410", STOPPED, "the loop goes on while the PLC is stopped, but {tags}")
+@warning("EZ410", STOPPED, "the loop goes on while the PLC is stopped, but {tags}")
 def logical_tag_while_stopped(context: EzlogixContext) -> Findings:
     """A loop is processed while the PLC is stopped, with tags that only the ladder program moves.
 

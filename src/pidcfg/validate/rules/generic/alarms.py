@@ -30,7 +30,7 @@ def severity_of(lower: Decimal, upper: Decimal) -> Severity:
 
 
 @per_loop
-@error("PID811", D280, "{upper} {above} is not above {lower} {below}")
+@error("GN811", D280, "{upper} {above} is not above {lower} {below}")
 def alarm_points_out_of_order(view: LoopView) -> Findings:
     """The alarm points of the PV do not ascend from low_low to high_high.
 
@@ -54,7 +54,7 @@ def alarm_points_out_of_order(view: LoopView) -> Findings:
 
 
 @per_loop
-@error("PID812", D280, "high_high {above} is not above high {below}")
+@error("GN812", D280, "high_high {above} is not above high {below}")
 def deviation_points_out_of_order(view: LoopView) -> Findings:
     """The second alarm point of the deviation is not above the first one.
 
@@ -71,7 +71,7 @@ def deviation_points_out_of_order(view: LoopView) -> Findings:
 
 
 @per_loop
-@warning("PID813", D280, "the alarm point {name} {value} is outside the PV's range, {low} to {high}")
+@warning("GN813", D280, "the alarm point {name} {value} is outside the PV's range, {low} to {high}")
 def alarm_point_outside_range(view: LoopView) -> Findings:
     """An alarm point of the PV lies outside the PV's range.
 

@@ -18,7 +18,7 @@ def master_of(context: GenericContext, view: LoopView) -> LoopView | None:
     return context.by_name.get(view.loop.setpoint.source or "")
 
 
-@error("PID831", D302, "there is no loop {source}{cure}")
+@error("GN831", D302, "there is no loop {source}{cure}")
 def unknown_cascade_source(context: GenericContext) -> Findings:
     """The source of the set point is no loop of the file.
 
@@ -34,7 +34,7 @@ def unknown_cascade_source(context: GenericContext) -> Findings:
 
 
 @per_loop
-@error("PID832", D302, "the set point of {name} is its own output")
+@error("GN832", D302, "the set point of {name} is its own output")
 def cascade_to_itself(view: LoopView) -> Findings:
     """A loop is the source of its own set point.
 
@@ -46,7 +46,7 @@ def cascade_to_itself(view: LoopView) -> Findings:
         yield view.at("setpoint", "source", name=view.name)
 
 
-@error("PID833", D302, "the cascade goes in a ring: {names}")
+@error("GN833", D302, "the cascade goes in a ring: {names}")
 def cascade_ring(context: GenericContext) -> Findings:
     """Loops are each other's masters.
 
@@ -62,7 +62,7 @@ def cascade_ring(context: GenericContext) -> Findings:
 
 
 @per_loop
-@error("PID834", D302, "the mode is cascade, but setpoint.source is not given")
+@error("GN834", D302, "the mode is cascade, but setpoint.source is not given")
 def cascade_without_source(view: LoopView) -> Findings:
     """A loop is meant to run in cascade and has no master.
 
@@ -74,7 +74,7 @@ def cascade_without_source(view: LoopView) -> Findings:
         yield view.at("mode")
 
 
-@warning("PID835", D302, "the output of {master} has the range {low} to {high}, this PV {own_low} to {own_high}")
+@warning("GN835", D302, "the output of {master} has the range {low} to {high}, this PV {own_low} to {own_high}")
 def cascade_scales_differ(context: GenericContext) -> Findings:
     """The master's output and the slave's PV have different ranges.
 

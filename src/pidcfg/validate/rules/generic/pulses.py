@@ -22,7 +22,7 @@ def pulsed(context: GenericContext) -> Iterator[tuple[LoopView, Pulse]]:
             yield view, view.loop.output.pulse
 
 
-@error("PID841", D303, "the period of the pulses is 0")
+@error("GN841", D303, "the period of the pulses is 0")
 def no_pulse_period(context: GenericContext) -> Findings:
     """The period of the pulses is 0.
 
@@ -35,7 +35,7 @@ def no_pulse_period(context: GenericContext) -> Findings:
             yield view.at("output", "pulse", "period")
 
 
-@warning("PID842", D303, "the pulses' period {period} s is shorter than sample_time {sample} s")
+@warning("GN842", D303, "the pulses' period {period} s is shorter than sample_time {sample} s")
 def pulse_period_below_sample_time(context: GenericContext) -> Findings:
     """The pulses' period is shorter than the sample time.
 
@@ -51,7 +51,7 @@ def pulse_period_below_sample_time(context: GenericContext) -> Findings:
             )
 
 
-@error("PID843", D303, "min_on {on} s and min_off {off} s together do not fit into the period, {period} s")
+@error("GN843", D303, "min_on {on} s and min_off {off} s together do not fit into the period, {period} s")
 def pulse_without_room(context: GenericContext) -> Findings:
     """Shortest pulse and shortest gap are longer together than the period.
 

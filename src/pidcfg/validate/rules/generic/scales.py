@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 @per_loop
-@warning("PID801", D280, "the output limit {value} is outside the output's range, {low} to {high}")
+@warning("GN801", D280, "the output limit {value} is outside the output's range, {low} to {high}")
 def output_limits_outside_range(view: LoopView) -> Findings:
     """A limit of the output lies outside the output's range.
 
@@ -27,7 +27,7 @@ def output_limits_outside_range(view: LoopView) -> Findings:
 
 
 @per_loop
-@warning("PID802", D280, "the set-point limit {value} is outside the PV's range, {low} to {high}")
+@warning("GN802", D280, "the set-point limit {value} is outside the PV's range, {low} to {high}")
 def set_point_limits_outside_range(view: LoopView) -> Findings:
     """A limit of the set point lies outside the PV's range.
 
@@ -40,7 +40,7 @@ def set_point_limits_outside_range(view: LoopView) -> Findings:
 
 
 @per_loop
-@warning("PID803", D280, "the set point {value} is outside {what}, {low} to {high}")
+@warning("GN803", D280, "the set point {value} is outside {what}, {low} to {high}")
 def set_point_out_of_reach(view: LoopView) -> Findings:
     """The set point lies outside its limits, or outside the PV's range.
 
@@ -56,7 +56,7 @@ def set_point_out_of_reach(view: LoopView) -> Findings:
 
 
 @per_loop
-@warning("PID804", D280, "the bias {value} is outside the limits of the output, {low} to {high}")
+@warning("GN804", D280, "the bias {value} is outside the limits of the output, {low} to {high}")
 def bias_outside_limits(view: LoopView) -> Findings:
     """The bias lies outside the limits of the output.
 
@@ -70,7 +70,7 @@ def bias_outside_limits(view: LoopView) -> Findings:
 
 
 @per_loop
-@warning("PID805", D280, "the manual output {value} is outside the limits of the output, {low} to {high}")
+@warning("GN805", D280, "the manual output {value} is outside the limits of the output, {low} to {high}")
 def manual_outside_limits(view: LoopView) -> Findings:
     """The output for manual lies outside the limits of the output.
 
@@ -83,7 +83,7 @@ def manual_outside_limits(view: LoopView) -> Findings:
 
 
 @per_loop
-@warning("PID806", D299, "the PV is a root, but its range begins at {low} and not at 0")
+@warning("GN806", D299, "the PV is a root, but its range begins at {low} and not at 0")
 def square_root_off_zero(view: LoopView) -> Findings:
     """The PV is the root of a differential pressure, and its range does not begin at 0.
 
@@ -97,7 +97,7 @@ def square_root_off_zero(view: LoopView) -> Findings:
 
 
 @per_loop
-@error("PID807", D280, "max_rate is 0: the output never moves")
+@error("GN807", D280, "max_rate is 0: the output never moves")
 def output_cannot_move(view: LoopView) -> Findings:
     """The fastest change of the output is 0.
 

@@ -19,7 +19,7 @@ SHARE = Decimal("0.1")
 
 @per_loop
 @error(
-    "PID821", D280, "sample_time is 0: the loop would be calculated all the time, and none of its times has a meaning"
+    "GN821", D280, "sample_time is 0: the loop would be calculated all the time, and none of its times has a meaning"
 )
 def no_sample_time(view: LoopView) -> Findings:
     """The time between two calculations is 0.
@@ -32,7 +32,7 @@ def no_sample_time(view: LoopView) -> Findings:
         yield view.at("sample_time")
 
 
-@warning("PID822", D299, "sample_time {sample} s is longer than a tenth of {name}, {time} s")
+@warning("GN822", D299, "sample_time {sample} s is longer than a tenth of {name}, {time} s")
 def sample_time_too_long(context: GenericContext) -> Findings:
     """The loop is calculated less often than its times want.
 
@@ -50,7 +50,7 @@ def sample_time_too_long(context: GenericContext) -> Findings:
 
 
 @per_loop
-@warning("PID823", D280, "derivative_time {derivative} s is longer than integral_time {integral} s")
+@warning("GN823", D280, "derivative_time {derivative} s is longer than integral_time {integral} s")
 def derivative_longer_than_integral(view: LoopView) -> Findings:
     """The derivative time is longer than the integral time.
 
@@ -69,7 +69,7 @@ def derivative_longer_than_integral(view: LoopView) -> Findings:
 
 
 @per_loop
-@error("PID824", D280, "the gain is 0, which switches off all three actions")
+@error("GN824", D280, "the gain is 0, which switches off all three actions")
 def gain_of_zero(view: LoopView) -> Findings:
     """The gain is 0.
 
@@ -82,7 +82,7 @@ def gain_of_zero(view: LoopView) -> Findings:
 
 
 @per_loop
-@error("PID825", D280, "proportional is false, and there is neither an integral nor a derivative: nothing acts")
+@error("GN825", D280, "proportional is false, and there is neither an integral nor a derivative: nothing acts")
 def no_action_at_all(view: LoopView) -> Findings:
     """All three actions are off.
 
@@ -96,7 +96,7 @@ def no_action_at_all(view: LoopView) -> Findings:
 
 
 @per_loop
-@warning("PID826", D299, "the deadband {value} is as wide as the PV's range, {low} to {high}: there is never an error")
+@warning("GN826", D299, "the deadband {value} is as wide as the PV's range, {low} to {high}: there is never an error")
 def deadband_covers_range(view: LoopView) -> Findings:
     """The deadband is wider than the PV's range.
 

@@ -46,7 +46,7 @@ def step_of(view: BlockView) -> Decimal | None:
     return step if step is None or view.type != WHOLE else step.to_integral_value(ROUND_HALF_EVEN)
 
 
-@error("PID656", PARAMETERS, "AutoTune is {how}, but AutoTuneParam is not given: all of it is 0")
+@error("NX656", PARAMETERS, "AutoTune is {how}, but AutoTuneParam is not given: all of it is 0")
 def auto_tuning_without_parameters(context: NextopidContext) -> Findings:
     """The auto-tuning can be started, and has no parameters.
 
@@ -61,7 +61,7 @@ def auto_tuning_without_parameters(context: NextopidContext) -> Findings:
             yield view.at("AutoTune", "AutoTuneResult.Bad_PercAmpMV", how=how)
 
 
-@warning("PID657", START, "AutoTune is {value}: the auto-tuning begins with the first cycle")
+@warning("NX657", START, "AutoTune is {value}: the auto-tuning begins with the first cycle")
 def auto_tuning_at_start(context: NextopidContext) -> Findings:
     """The auto-tuning starts with the program.
 
@@ -75,7 +75,7 @@ def auto_tuning_at_start(context: NextopidContext) -> Findings:
             yield view.at("AutoTune", value=view.shown("AutoTune"))
 
 
-@warning("PID658", RESULT, "from ManualMV {start} the auto-tuning would step to {target}{unit}, beyond {limit} {end}")
+@warning("NX658", RESULT, "from ManualMV {start} the auto-tuning would step to {target}{unit}, beyond {limit} {end}")
 def auto_tuning_step_beyond_limits(context: NextopidContext) -> Findings:
     """The step of the auto-tuning does not fit between MV and its limit.
 
@@ -103,7 +103,7 @@ def auto_tuning_step_beyond_limits(context: NextopidContext) -> Findings:
 
 
 @warning(
-    "PID659",
+    "NX659",
     D217,
     "PercMaxPeakPV {peak} % is not above twice PercHystPV {hysteresis} %: the peaks are too low or too high",
 )
@@ -123,7 +123,7 @@ def auto_tuning_peaks_without_room(context: NextopidContext) -> Findings:
             )
 
 
-@warning("PID660", D217, "PercAmpMV {percent} % is a step of {step}, and MV is an INT: {effect}")
+@warning("NX660", D217, "PercAmpMV {percent} % is a step of {step}, and MV is an INT: {effect}")
 def auto_tuning_step_not_whole(context: NextopidContext) -> Findings:
     """The step of the auto-tuning is none that an INT can make.
 
@@ -145,7 +145,7 @@ def auto_tuning_step_not_whole(context: NextopidContext) -> Findings:
             )
 
 
-@info("PID661", MODE, "the auto-tuning tunes a {mode} controller, and the loop has {terms}")
+@info("NX661", MODE, "the auto-tuning tunes a {mode} controller, and the loop has {terms}")
 def auto_tuning_of_other_terms(context: NextopidContext) -> Findings:
     """The auto-tuning tunes another kind of controller than the loop is.
 

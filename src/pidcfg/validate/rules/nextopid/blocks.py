@@ -35,7 +35,7 @@ LAGS = ("ControlLag", "ControlDelayLag")
 LIMITED = (*LAGS, "ControlLeadLag")
 
 
-@error("PID642", DELAY, "DelayTime {time} is {count} samples of {sample} s; the block holds 100, that is {most} s")
+@error("NX642", DELAY, "DelayTime {time} is {count} samples of {sample} s; the block holds 100, that is {most} s")
 def delay_too_long(context: NextopidContext) -> Findings:
     """A delay is longer than 100 samples.
 
@@ -56,7 +56,7 @@ def delay_too_long(context: NextopidContext) -> Findings:
             )
 
 
-@info("PID643", D214, "DelayTime {time} is {count} samples of {sample} s: it will be {whole} s")
+@info("NX643", D214, "DelayTime {time} is {count} samples of {sample} s: it will be {whole} s")
 def delay_between_samples(context: NextopidContext) -> Findings:
     """A delay is no whole number of samples.
 
@@ -81,7 +81,7 @@ def _is_between(samples: Decimal) -> bool:
     return abs(samples - round(samples)) > samples * ROUNDING
 
 
-@error("PID644", TIME_CONSTANT, "{key} is {time}; it must be above 0")
+@error("NX644", TIME_CONSTANT, "{key} is {time}; it must be above 0")
 def time_constant_not_positive(context: NextopidContext) -> Findings:
     """The time constant of a filter or lag is 0 or negative.
 
@@ -96,7 +96,7 @@ def time_constant_not_positive(context: NextopidContext) -> Findings:
             yield view.at(key, "Error", key=key, time=view.shown(key))
 
 
-@error("PID645", LIMITS, "Min_OutVar {low} is above Max_OutVar {high}")
+@error("NX645", LIMITS, "Min_OutVar {low} is above Max_OutVar {high}")
 def output_limits_crossed(context: NextopidContext) -> Findings:
     """The lower limit of an output is above the upper one.
 
@@ -115,7 +115,7 @@ def output_limits_crossed(context: NextopidContext) -> Findings:
             )
 
 
-@error("PID646", D214, "Min_OutVar and Max_OutVar are both {value}{how}: OutVar never moves")
+@error("NX646", D214, "Min_OutVar and Max_OutVar are both {value}{how}: OutVar never moves")
 def output_pinned(context: NextopidContext) -> Findings:
     """The limits of an output leave it a single value.
 
@@ -131,7 +131,7 @@ def output_pinned(context: NextopidContext) -> Findings:
             yield view.at("Max_OutVar", value=view.shown("Max_OutVar"), how=how)
 
 
-@error("PID647", LIMITS, "Init_OutVar {value} is {side} {limit} {end}")
+@error("NX647", LIMITS, "Init_OutVar {value} is {side} {limit} {end}")
 def initial_output_outside_limits(context: NextopidContext) -> Findings:
     """The first output of a lag is outside its limits.
 
@@ -149,7 +149,7 @@ def initial_output_outside_limits(context: NextopidContext) -> Findings:
         )
 
 
-@warning("PID648", GAIN, "{key} is 0{how}: the output does not depend on InVar")
+@warning("NX648", GAIN, "{key} is 0{how}: the output does not depend on InVar")
 def gain_of_zero(context: NextopidContext) -> Findings:
     """The gain of a lag or lead-lag is 0.
 

@@ -21,7 +21,7 @@ MOST_NAMES = 5
 HINTS = NEXTOPID.at("chapter 17: Hints for Tuning PID in Cascade Configuration")
 
 
-@error("PID662", D218, "{name} is its own master: {way}")
+@error("NX662", D218, "{name} is its own master: {way}")
 def cascade_in_a_circle(context: NextopidContext) -> Findings:
     """Loops take their set points from each other in a circle.
 
@@ -37,7 +37,7 @@ def cascade_in_a_circle(context: NextopidContext) -> Findings:
 
 
 @error(
-    "PID663",
+    "NX663",
     CASCADE,
     "{slave} is the slave of {masters} at once: TRK_OUT and the windup outputs can tell only one of them",
 )
@@ -55,7 +55,7 @@ def two_masters(context: NextopidContext) -> Findings:
 
 
 @warning(
-    "PID664",
+    "NX664",
     CASCADE,
     "{master} is the master of {slaves}: TRK_IN, TRK_VAL and the windup inputs can follow only one of them",
 )
@@ -72,7 +72,7 @@ def several_slaves(context: NextopidContext) -> Findings:
             yield master.at("name", master=master.name, slaves=" and ".join(link.slave.name for link in links))
 
 
-@info("PID665", CASCADE, "CASC is FALSE: {loop}{role} never follows SP_CASC, {source}")
+@info("NX665", CASCADE, "CASC is FALSE: {loop}{role} never follows SP_CASC, {source}")
 def never_in_cascade_mode(context: NextopidContext) -> Findings:
     """SP_CASC is wired, and cascade mode is off.
 
@@ -89,7 +89,7 @@ def never_in_cascade_mode(context: NextopidContext) -> Findings:
 
 
 @per_pid
-@error("PID666", CASC, "CASC is {value}, but SP_CASC is not given: the set point is 0{unit}")
+@error("NX666", CASC, "CASC is {value}, but SP_CASC is not given: the set point is 0{unit}")
 def cascade_mode_without_set_point(view: BlockView) -> Findings:
     """Cascade mode can be switched on, and nothing gives the set point.
 
@@ -102,7 +102,7 @@ def cascade_mode_without_set_point(view: BlockView) -> Findings:
         yield view.at("CASC", value=value, unit=view.unit("SP"))
 
 
-@warning("PID667", CASCADE, "{loop} is only master, of {slave}: its CASC must be FALSE, and is {value}")
+@warning("NX667", CASCADE, "{loop} is only master, of {slave}: its CASC must be FALSE, and is {value}")
 def master_in_cascade_mode(context: NextopidContext) -> Findings:
     """The outermost loop of a cascade can be in cascade mode.
 
@@ -116,7 +116,7 @@ def master_in_cascade_mode(context: NextopidContext) -> Findings:
             yield master.at("CASC", loop=master.name, slave=links[0].slave.name, value=value)
 
 
-@warning("PID673", LIMITS, "{key} {mine} of the master {master} is beyond {limit} {theirs} of its slave {slave}")
+@warning("NX673", LIMITS, "{key} {mine} of the master {master} is beyond {limit} {theirs} of its slave {slave}")
 def master_range_beyond_slave(context: NextopidContext) -> Findings:
     """A master can ask its slave for more than the slave takes.
 
@@ -143,7 +143,7 @@ def master_range_beyond_slave(context: NextopidContext) -> Findings:
                 )
 
 
-@warning("PID674", HINTS, "the slave {slave} is calculated every {time} s, its master {master} every {other} s")
+@warning("NX674", HINTS, "the slave {slave} is calculated every {time} s, its master {master} every {other} s")
 def slave_slower_than_master(context: NextopidContext) -> Findings:
     """A slave is calculated less often than its master.
 

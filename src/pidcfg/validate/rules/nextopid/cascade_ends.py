@@ -52,7 +52,7 @@ def sources(context: NextopidContext, number: int) -> set[int]:
 
 
 @warning(
-    "PID684",
+    "NX684",
     CASCADE,
     "{master}.MV is the set point of {slave} through {block}, and {missing} of {master} {verb} not wired",
 )
@@ -98,7 +98,7 @@ def error_bit(view: BlockView) -> str | None:
 
 
 @warning(
-    "PID685",
+    "NX685",
     ERRORS,
     "{slave} is in error from its first call; its TRK_OUT stays FALSE, and {master} believes that it follows",
 )

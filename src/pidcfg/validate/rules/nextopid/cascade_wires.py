@@ -17,7 +17,7 @@ MASTER_INPUTS = ("TRK_IN", "Windup_H_IN", "Windup_L_IN")
 SLAVE_OUTPUTS = ("TRK_OUT", "Windup_H_OUT", "Windup_L_OUT")
 
 
-@error("PID668", CASCADE, "{loop} is {role}: TRK_IN must come from {slave}.TRK_OUT, and is {found}")
+@error("NX668", CASCADE, "{loop} is {role}: TRK_IN must come from {slave}.TRK_OUT, and is {found}")
 def tracking_not_connected(context: NextopidContext) -> Findings:
     """A master does not learn when its slave leaves it.
 
@@ -40,7 +40,7 @@ def tracking_not_connected(context: NextopidContext) -> Findings:
             )
 
 
-@error("PID669", CASCADE, "{loop} is {role}: TRK_VAL must be {slave}.PV{scaled}, and is {found}")
+@error("NX669", CASCADE, "{loop} is {role}: TRK_VAL must be {slave}.PV{scaled}, and is {found}")
 def tracking_value_not_slave_pv(context: NextopidContext) -> Findings:
     """A master does not track the PV of its slave.
 
@@ -77,7 +77,7 @@ def _tracks(master: BlockView, link: Link) -> bool:
     return tracked.signal == number or (pv is not None and (tracked.code, tracked.constants) == (pv.code, pv.constants))
 
 
-@error("PID670", CASCADE, "{loop} is {role}: Windup_{side}_IN must come from {slave}.Windup_{side}_OUT, and is {found}")
+@error("NX670", CASCADE, "{loop} is {role}: Windup_{side}_IN must come from {slave}.Windup_{side}_OUT, and is {found}")
 def windup_not_connected(context: NextopidContext) -> Findings:
     """A master does not learn that its slave cannot do more.
 
@@ -105,7 +105,7 @@ def windup_not_connected(context: NextopidContext) -> Findings:
                 )
 
 
-@warning("PID671", CASCADE, "{loop} is only slave, of {master}: its {key} must be FALSE, and is {found}")
+@warning("NX671", CASCADE, "{loop} is only slave, of {master}: its {key} must be FALSE, and is {found}")
 def slave_with_connections_of_a_master(context: NextopidContext) -> Findings:
     """The innermost loop of a cascade has the connections of a master.
 
@@ -125,7 +125,7 @@ def slave_with_connections_of_a_master(context: NextopidContext) -> Findings:
 
 
 @warning(
-    "PID672",
+    "NX672",
     CASCADE,
     "{master} is only master, of {slave}: its {output} must not be connected, and {reader}.{key} reads it",
 )

@@ -21,7 +21,7 @@ DEAD_BAND = NEXTOPID.at("chapter 2: DeadBand")
 
 
 @per_pid
-@warning("PID635", DISABLE_P, "neither a proportional nor an integral term is on: {left}")
+@warning("NX635", DISABLE_P, "neither a proportional nor an integral term is on: {left}")
 def no_control_term(view: BlockView) -> Findings:
     """Nothing holds the set point.
 
@@ -31,7 +31,7 @@ def no_control_term(view: BlockView) -> Findings:
     Fix: give Ti_Ki, or switch the proportional term on.
     """
     gain = view.number_of("Kp")
-    dependent_zero = gain == 0 and view.is_on("Indep") is False  # PID612
+    dependent_zero = gain == 0 and view.is_on("Indep") is False  # NX612
     if view.proportional == 0 and view.integral == 0 and not dependent_zero:
         left = "the derivative alone holds no set point" if view.derivative else "MV never moves"
         key = "DisableP" if view.is_on("Indep") is False else "Kp"
@@ -39,7 +39,7 @@ def no_control_term(view: BlockView) -> Findings:
 
 
 @per_pid
-@info("PID636", DISABLE_P, "DisableP is ignored with Indep TRUE: Kp {gain} acts")
+@info("NX636", DISABLE_P, "DisableP is ignored with Indep TRUE: Kp {gain} acts")
 def disable_p_ignored(view: BlockView) -> Findings:
     """DisableP is TRUE, and the gains are independent.
 
@@ -51,7 +51,7 @@ def disable_p_ignored(view: BlockView) -> Findings:
         yield view.at("DisableP", gain=view.shown("Kp"))
 
 
-@error("PID637", D202, "{key} is {time} s, a time, but with Indep TRUE it is the gain {gain}")
+@error("NX637", D202, "{key} is {time} s, a time, but with Indep TRUE it is the gain {gain}")
 def time_as_gain(context: NextopidContext) -> Findings:
     """A gain of the independent form is written with a unit of time.
 
@@ -67,7 +67,7 @@ def time_as_gain(context: NextopidContext) -> Findings:
 
 
 @per_pid
-@warning("PID638", INDEP, "Indep is wired: Ti_Ki and Td_Kd are times while it is FALSE and gains while it is TRUE")
+@warning("NX638", INDEP, "Indep is wired: Ti_Ki and Td_Kd are times while it is FALSE and gains while it is TRUE")
 def form_from_a_wire(view: BlockView) -> Findings:
     """The form of the equation can change while the loop runs.
 
@@ -80,7 +80,7 @@ def form_from_a_wire(view: BlockView) -> Findings:
 
 
 @per_pid
-@info("PID639", BIAS, "no integral and BIAS {bias}: an error stays as long as the process needs another MV")
+@info("NX639", BIAS, "no integral and BIAS {bias}: an error stays as long as the process needs another MV")
 def proportional_without_bias(view: BlockView) -> Findings:
     """A loop without an integral has no offset.
 
@@ -95,7 +95,7 @@ def proportional_without_bias(view: BlockView) -> Findings:
 
 @per_pid
 @info(
-    "PID640",
+    "NX640",
     DERIVATIVE,
     "DerivEr is TRUE: a step of 1 % of the set point moves MV by {percent} % through the derivative",
 )
@@ -115,7 +115,7 @@ def derivative_of_the_error(view: BlockView) -> Findings:
 
 
 @per_pid
-@error("PID641", DEAD_BAND, "DeadBand {band} is the whole range of PV, {low} to {high}, or more: MV never moves")
+@error("NX641", DEAD_BAND, "DeadBand {band} is the whole range of PV, {low} to {high}, or more: MV never moves")
 def dead_band_as_wide_as_the_range(view: BlockView) -> Findings:
     """The dead band is so wide that the loop never acts.
 

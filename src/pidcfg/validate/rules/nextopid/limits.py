@@ -22,7 +22,7 @@ SCALE = NEXTOPID.at("chapter 2: MaxMV, MinMV")
 
 
 @per_pid
-@error("PID610", ERRORS, "MaxMV {high} is not above MinMV {low}")
+@error("NX610", ERRORS, "MaxMV {high} is not above MinMV {low}")
 def mv_limits_crossed(view: BlockView) -> Findings:
     """MaxMV is not above MinMV.
 
@@ -33,7 +33,7 @@ def mv_limits_crossed(view: BlockView) -> Findings:
     return crossed(view, "MinMV", "MaxMV", "ErrBits.MaxMinMV")
 
 
-@error("PID611", ERRORS, "MaxPV {high} is not above MinPV {low}")
+@error("NX611", ERRORS, "MaxPV {high} is not above MinPV {low}")
 def pv_limits_crossed(context: NextopidContext) -> Findings:
     """MaxPV is not above MinPV.
 
@@ -46,7 +46,7 @@ def pv_limits_crossed(context: NextopidContext) -> Findings:
 
 
 @per_pid
-@error("PID612", ERRORS, "Kp is {gain}; the {form} form needs {wanted}")
+@error("NX612", ERRORS, "Kp is {gain}; the {form} form needs {wanted}")
 def gain_not_positive(view: BlockView) -> Findings:
     """The proportional gain is 0 or negative.
 
@@ -90,7 +90,7 @@ def beyond(
     return view.at(key, plc_effect, severity, **values)
 
 
-@warning("PID615", WARNINGS, "SP {value} is {side} {limit} {end}: the block controls at {end}")
+@warning("NX615", WARNINGS, "SP {value} is {side} {limit} {end}: the block controls at {end}")
 def set_point_outside_pv_limits(context: NextopidContext) -> Findings:
     """The set point is outside MinPV..MaxPV.
 
@@ -106,7 +106,7 @@ def set_point_outside_pv_limits(context: NextopidContext) -> Findings:
 
 
 @per_pid
-@warning("PID616", WARNINGS, "SP_CASC {value} is {side} {limit} {end}: cascade mode controls at {end}")
+@warning("NX616", WARNINGS, "SP_CASC {value} is {side} {limit} {end}: cascade mode controls at {end}")
 def cascade_set_point_outside_pv_limits(view: BlockView) -> Findings:
     """The set point of the cascade mode is outside MinPV..MaxPV.
 
@@ -121,7 +121,7 @@ def cascade_set_point_outside_pv_limits(view: BlockView) -> Findings:
 
 
 @per_pid
-@warning("PID617", WARNINGS, "ManualMV {value} is {side} {limit} {end}: manual mode puts out {end}")
+@warning("NX617", WARNINGS, "ManualMV {value} is {side} {limit} {end}: manual mode puts out {end}")
 def manual_mv_outside_limits(view: BlockView) -> Findings:
     """The output of manual mode is outside MinMV..MaxMV.
 
@@ -136,7 +136,7 @@ def manual_mv_outside_limits(view: BlockView) -> Findings:
 
 
 @per_pid
-@warning("PID618", WARNINGS, "BIAS {value} is {side} {limit} {end}: {effect}")
+@warning("NX618", WARNINGS, "BIAS {value} is {side} {limit} {end}: {effect}")
 def bias_outside_limits(view: BlockView) -> Findings:
     """The offset alone drives MV to its limit.
 
@@ -155,7 +155,7 @@ def bias_outside_limits(view: BlockView) -> Findings:
 
 
 @per_pid
-@warning("PID619", WARNINGS, "TRK_VAL {value} is {side} {limit} {end}: tracking puts out {end}")
+@warning("NX619", WARNINGS, "TRK_VAL {value} is {side} {limit} {end}: tracking puts out {end}")
 def tracking_value_outside_limits(view: BlockView) -> Findings:
     """The output of tracking mode is outside MinMV..MaxMV.
 
@@ -169,7 +169,7 @@ def tracking_value_outside_limits(view: BlockView) -> Findings:
 
 
 @per_pid
-@warning("PID620", D201, "{key} {value} is outside output.range {low} to {high}: {percent} % of the output")
+@warning("NX620", D201, "{key} {value} is outside output.range {low} to {high}: {percent} % of the output")
 def output_range_narrower_than_limits(view: BlockView) -> Findings:
     """MV can go beyond the scale of the output.
 
@@ -194,7 +194,7 @@ def output_range_narrower_than_limits(view: BlockView) -> Findings:
 
 
 @per_pid
-@info("PID621", D201, "without output.range, MinMV {low} counts as 0 % and MaxMV {high} as 100 % of the output")
+@info("NX621", D201, "without output.range, MinMV {low} counts as 0 % and MaxMV {high} as 100 % of the output")
 def output_scale_assumed(view: BlockView) -> Findings:
     """Nothing says what 0 % and 100 % of the output are.
 

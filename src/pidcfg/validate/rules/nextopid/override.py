@@ -35,7 +35,7 @@ D219 = Decision(
 )
 
 
-@error("PID675", SELECTOR, "MV1 and MV2 of {selector} are both {loop}.MV")
+@error("NX675", SELECTOR, "MV1 and MV2 of {selector} are both {loop}.MV")
 def selector_of_one_loop(context: NextopidContext) -> Findings:
     """A selector compares a loop with itself.
 
@@ -48,7 +48,7 @@ def selector_of_one_loop(context: NextopidContext) -> Findings:
             yield selector.at("MV2", selector=selector.name, loop=first.loop.name)
 
 
-@error("PID676", OVERRIDE, "OVERR of {loop}, {input} of {selector}, must come from {selector}.{output}, and is {found}")
+@error("NX676", OVERRIDE, "OVERR of {loop}, {input} of {selector}, must come from {selector}.{output}, and is {found}")
 def override_not_connected(context: NextopidContext) -> Findings:
     """A loop does not learn that another one has the valve.
 
@@ -74,7 +74,7 @@ def override_not_connected(context: NextopidContext) -> Findings:
             )
 
 
-@error("PID677", OVERRIDE, "TRK_VAL of {loop}, overridden by {selector}, must be {selector}.MV, and is {found}")
+@error("NX677", OVERRIDE, "TRK_VAL of {loop}, overridden by {selector}, must be {selector}.MV, and is {found}")
 def override_value_not_selected_mv(context: NextopidContext) -> Findings:
     """An overridden loop does not know the MV that controls in its stead.
 
@@ -95,7 +95,7 @@ def override_value_not_selected_mv(context: NextopidContext) -> Findings:
             )
 
 
-@info("PID678", D219, "{selector} holds PV of {first} {side} its SP and PV of {second} {other_side}: Direct differs")
+@info("NX678", D219, "{selector} holds PV of {first} {side} its SP and PV of {second} {other_side}: Direct differs")
 def selector_of_opposite_loops(context: NextopidContext) -> Findings:
     """Two loops that act in opposite directions share a valve.
 
@@ -120,7 +120,7 @@ def selector_of_opposite_loops(context: NextopidContext) -> Findings:
             )
 
 
-@warning("PID679", OVERRIDE, "{selector} compares MV of {first} ({limits}) with MV of {second} ({others})")
+@warning("NX679", OVERRIDE, "{selector} compares MV of {first} ({limits}) with MV of {second} ({others})")
 def override_limits_differ(context: NextopidContext) -> Findings:
     """Two loops of an override have different limits of MV.
 
@@ -146,7 +146,7 @@ def _range(loop: BlockView) -> str:
     return f"{loop.shown('MinMV')} to {loop.shown('MaxMV')}"
 
 
-@warning("PID680", D218, "OVERR is {found}, but {what}")
+@warning("NX680", D218, "OVERR is {found}, but {what}")
 def override_without_selector(context: NextopidContext) -> Findings:
     """A loop is overridden by nothing.
 
@@ -168,7 +168,7 @@ def override_without_selector(context: NextopidContext) -> Findings:
             yield view.at("OVERR", found=state, what="TRK_VAL, the MV that controls instead, is not given")
 
 
-@info("PID681", D219, "{loop} has no integral: OVERR and TRK_VAL change nothing in it")
+@info("NX681", D219, "{loop} has no integral: OVERR and TRK_VAL change nothing in it")
 def override_without_integral(context: NextopidContext) -> Findings:
     """A loop of an override has no integral.
 
@@ -184,7 +184,7 @@ def override_without_integral(context: NextopidContext) -> Findings:
 
 
 @per_pid
-@info("PID682", BIAS, "BIAS is added to MV as it is: Direct TRUE does not turn its sign")
+@info("NX682", BIAS, "BIAS is added to MV as it is: Direct TRUE does not turn its sign")
 def bias_of_a_direct_loop(view: BlockView) -> Findings:
     """A loop with direct control has a feed-forward.
 
@@ -197,7 +197,7 @@ def bias_of_a_direct_loop(view: BlockView) -> Findings:
         yield view.at("BIAS")
 
 
-@info("PID683", BIAS, "{source} may go from {low} to {high}, and MV has only {limits}")
+@info("NX683", BIAS, "{source} may go from {low} to {high}, and MV has only {limits}")
 def feed_forward_beyond_mv(context: NextopidContext) -> Findings:
     """A feed-forward can be larger than the whole range of MV.
 

@@ -26,7 +26,7 @@ D212 = Decision(
 
 
 @error(
-    "PID622",
+    "NX622",
     GAIN,
     "Direct is {direct}, but PV {moves} when MV rises, through {process} with Gs {gain}: it must be {wanted}",
 )
@@ -62,7 +62,7 @@ def _is_wrong(ring: Ring) -> bool:
 
 
 @warning(
-    "PID623",
+    "NX623",
     SAMPLE_TIME,
     "a sample time of {sample} s is not below a tenth of the time constant {constant} s of {process}",
 )

@@ -39,7 +39,7 @@ SPLITTER = "ControlSplitRange"
 ZEROES = ": both outputs are 0"
 
 
-@error("PID649", D215, "DeadBand is {band}; it must be above 0{silent}")
+@error("NX649", D215, "DeadBand is {band}; it must be above 0{silent}")
 def on_off_dead_band_not_positive(context: NextopidContext) -> Findings:
     """An on-off controller has no dead band.
 
@@ -58,7 +58,7 @@ def on_off_dead_band_not_positive(context: NextopidContext) -> Findings:
 
 
 @error(
-    "PID650",
+    "NX650",
     SWITCH,
     "MV is switched {what} when PV is {side} {point}{source}, but PV is limited to {limit} {end}: it never is",
 )
@@ -99,7 +99,7 @@ def switch_point_out_of_reach(context: NextopidContext) -> Findings:
                 )
 
 
-@error("PID651", PULSES, "MaxMV {high} is not above MinMV {low}")
+@error("NX651", PULSES, "MaxMV {high} is not above MinMV {low}")
 def pulse_limits_crossed(context: NextopidContext) -> Findings:
     """The range of a pulse width modulation is empty.
 
@@ -111,7 +111,7 @@ def pulse_limits_crossed(context: NextopidContext) -> Findings:
         yield from crossed(view, "MinMV", "MaxMV", "Error")
 
 
-@warning("PID652", D216, "Period {period} cycles: the output has steps of {percent} %")
+@warning("NX652", D216, "Period {period} cycles: the output has steps of {percent} %")
 def coarse_pulses(context: NextopidContext) -> Findings:
     """The period of a pulse width modulation has few cycles.
 
@@ -132,7 +132,7 @@ def driver(view: BlockView, key: str) -> BlockView | None:
     return None if expression is None or expression.signal is None else view.context.pid_output(expression.signal)
 
 
-@warning("PID653", PULSE_RANGE, "{key} is {mine}, that of {loop} is {theirs}: {effect}")
+@warning("NX653", PULSE_RANGE, "{key} is {mine}, that of {loop} is {theirs}: {effect}")
 def pulse_range_differs_from_loop(context: NextopidContext) -> Findings:
     """A pulse width modulation has another range than the loop that it serves.
 
@@ -160,7 +160,7 @@ def pulse_range_differs_from_loop(context: NextopidContext) -> Findings:
                 )
 
 
-@error("PID654", SPLIT, "SPLIT is {point} %; it must be above 0 % and below 100 %: both outputs are 0")
+@error("NX654", SPLIT, "SPLIT is {point} %; it must be above 0 % and below 100 %: both outputs are 0")
 def split_point_out_of_range(context: NextopidContext) -> Findings:
     """The split point leaves one of the valves no room.
 
@@ -174,7 +174,7 @@ def split_point_out_of_range(context: NextopidContext) -> Findings:
             yield view.at("SPLIT", "Error", point=view.shown("SPLIT"))
 
 
-@error("PID655", SPLIT, "MV is in % of 0 to 100, but {what}{effect}")
+@error("NX655", SPLIT, "MV is in % of 0 to 100, but {what}{effect}")
 def split_range_not_in_percent(context: NextopidContext) -> Findings:
     """What a split range is given is not a percentage.
 

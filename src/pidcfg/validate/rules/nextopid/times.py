@@ -38,7 +38,7 @@ LONG_STROKE = Decimal(600)
 
 
 @per_pid
-@error("PID624", ERRORS, "a sample time of {time} s is above the 60 s that the block allows")
+@error("NX624", ERRORS, "a sample time of {time} s is above the 60 s that the block allows")
 def sample_time_above_60_s(view: BlockView) -> Findings:
     """A PID controller is called less often than once in 60 s.
 
@@ -51,7 +51,7 @@ def sample_time_above_60_s(view: BlockView) -> Findings:
         yield Finding(view.time_place, values, plc_effect="ErrBits.SampleTime")
 
 
-@error("PID625", ERRORS, "sample_time is {time} s; it must be above 0")
+@error("NX625", ERRORS, "sample_time is {time} s; it must be above 0")
 def sample_time_not_positive(context: NextopidContext) -> Findings:
     """A sample time is 0 or negative.
 
@@ -66,7 +66,7 @@ def sample_time_not_positive(context: NextopidContext) -> Findings:
             yield Finding(place, {"time": number_text(time)})
 
 
-@error("PID626", ERRORS, "sample_time {time} s is no whole multiple of the task's {task} s")
+@error("NX626", ERRORS, "sample_time {time} s is no whole multiple of the task's {task} s")
 def sample_time_not_a_multiple(context: NextopidContext) -> Findings:
     """A loop's own sample time does not fit the task that calls it.
 
@@ -81,7 +81,7 @@ def sample_time_not_a_multiple(context: NextopidContext) -> Findings:
             yield view.at("sample_time", time=number_text(view.sample_time), task=number_text(task))
 
 
-@warning("PID627", D213, "a sample time of {time} s is below 1 ms, the resolution of the PLC's clock")
+@warning("NX627", D213, "a sample time of {time} s is below 1 ms, the resolution of the PLC's clock")
 def task_below_1_ms(context: NextopidContext) -> Findings:
     """The task is called more often than the time can be measured.
 
@@ -96,7 +96,7 @@ def task_below_1_ms(context: NextopidContext) -> Findings:
 
 
 @per_pid
-@info("PID628", FILTER, "Tfd {time} is shorter than the sample time of {sample} s: it filters next to nothing")
+@info("NX628", FILTER, "Tfd {time} is shorter than the sample time of {sample} s: it filters next to nothing")
 def derivative_filter_below_sample_time(view: BlockView) -> Findings:
     """The filter of the derivative is shorter than the time between two calculations.
 
@@ -109,7 +109,7 @@ def derivative_filter_below_sample_time(view: BlockView) -> Findings:
         yield view.at("Tfd", time=view.shown("Tfd"), sample=number_text(view.sample_time))
 
 
-@info("PID629", D213, "{key} {time} is shorter than the sample time of {sample} s: the output follows within a cycle")
+@info("NX629", D213, "{key} {time} is shorter than the sample time of {sample} s: the output follows within a cycle")
 def lag_below_sample_time(context: NextopidContext) -> Findings:
     """A filter or lag is shorter than the time between two calculations.
 
@@ -125,7 +125,7 @@ def lag_below_sample_time(context: NextopidContext) -> Findings:
 
 
 @per_pid
-@warning("PID630", INTEGRAL, "Ti_Ki {time} is below 0.001 s: the block takes it as no integral")
+@warning("NX630", INTEGRAL, "Ti_Ki {time} is below 0.001 s: the block takes it as no integral")
 def integral_time_below_1_ms(view: BlockView) -> Findings:
     """An integral time is so short that the block switches the integral off.
 
@@ -139,7 +139,7 @@ def integral_time_below_1_ms(view: BlockView) -> Findings:
 
 
 @warning(
-    "PID631",
+    "NX631",
     D213,
     "the integral time of {time} s{how} is shorter than the sample time of {sample} s: each cycle adds "
     "{factor} times what the error makes by Kp",
@@ -169,7 +169,7 @@ def integral_time_below_sample_time(context: NextopidContext) -> Findings:
 
 
 @warning(
-    "PID632",
+    "NX632",
     D213,
     "without Tfd, noise of 0.1 % of the PV range moves MV by {percent} % of its range through the derivative",
 )
@@ -193,7 +193,7 @@ def derivative_without_filter(context: NextopidContext) -> Findings:
 
 
 @per_pid
-@warning("PID633", D213, "with MaxVarMV {rate} in a cycle of {sample} s, MV needs {time} s for its whole range")
+@warning("NX633", D213, "with MaxVarMV {rate} in a cycle of {sample} s, MV needs {time} s for its whole range")
 def slow_mv(view: BlockView) -> Findings:
     """MaxVarMV makes the output very slow.
 
@@ -212,7 +212,7 @@ def slow_mv(view: BlockView) -> Findings:
 
 
 @per_pid
-@info("PID634", VARIATION, "MaxVarMV {rate} is the whole range of MV or more: it never limits")
+@info("NX634", VARIATION, "MaxVarMV {rate} is the whole range of MV or more: it never limits")
 def mv_rate_without_effect(view: BlockView) -> Findings:
     """MaxVarMV is so large that it never acts.
 

@@ -16,7 +16,7 @@ LOW, HIGH = Decimal(INT.low), Decimal(INT.high)
 INTEGERS = NEXTOPID.at("chapter 3: PIDA_INT")
 
 
-@error("PID613", D208, "{key} is {value}; it must be {allowed}")
+@error("NX613", D208, "{key} is {value}; it must be {allowed}")
 def wired_value_out_of_range(context: NextopidContext) -> Findings:
     """A parameter is wired to a value that the manual does not allow for it.
 
@@ -34,7 +34,7 @@ def wired_value_out_of_range(context: NextopidContext) -> Findings:
                 yield view.at(row.name, limits.effect, key=row.name, value=view.shown(row.name), allowed=allowed)
 
 
-@error("PID614", INTEGERS, "{key} is an INT and wired to {value}: {problem}")
+@error("NX614", INTEGERS, "{key} is an INT and wired to {value}: {problem}")
 def wired_value_does_not_fit_int(context: NextopidContext) -> Findings:
     """A REAL signal is wired to an INT parameter that cannot hold its value.
 

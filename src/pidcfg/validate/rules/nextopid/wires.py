@@ -52,7 +52,7 @@ PASSIVE = ("ControlLowFilter", "ControlDelay", "ControlLag", "ControlDelayLag", 
 """Blocks whose output is of use only to other blocks."""
 
 
-@error("PID601", D205, "{key}: {problem}")
+@error("NX601", D205, "{key}: {problem}")
 def wire_without_meaning(context: NextopidContext) -> Findings:
     """A parameter is wired to something that does not exist, has another type, or cannot be read.
 
@@ -78,7 +78,7 @@ def _meant(context: NextopidContext, text: str, error: WireError) -> str:
     return f"did you mean '{word.group(1)}.{near}'?" if near else error.cure
 
 
-@error("PID602", D204, "{names} within the same cycle")
+@error("NX602", D204, "{names} within the same cycle")
 def ring_without_delay(context: NextopidContext) -> Findings:
     """Blocks that answer at once are wired in a ring.
 
@@ -94,7 +94,7 @@ def ring_without_delay(context: NextopidContext) -> Findings:
         yield context.views[ring[0]].at("name", names=text)
 
 
-@error("PID603", BLOCKS, "{name} is the library's own {taken}")
+@error("NX603", BLOCKS, "{name} is the library's own {taken}")
 def name_of_a_library_block(context: NextopidContext) -> Findings:
     """A signal or an instance has the name of one of the library's blocks, functions or structures.
 
@@ -107,7 +107,7 @@ def name_of_a_library_block(context: NextopidContext) -> Findings:
             yield Finding(path, {"name": name, "taken": LIBRARY[name.casefold()]}, key=path[0] == "signals")
 
 
-@error("PID604", D209, "the name {name} is already used by {first}{letters}")
+@error("NX604", D209, "the name {name} is already used by {first}{letters}")
 def name_used_twice(context: NextopidContext) -> Findings:
     """The program, its signals and its blocks do not all have names of their own.
 
@@ -126,7 +126,7 @@ def name_used_twice(context: NextopidContext) -> Findings:
             yield Finding(path, values, key=path[0] == "signals")
 
 
-@info("PID605", D210, "no wire reads the signal {name}")
+@info("NX605", D210, "no wire reads the signal {name}")
 def unused_signal(context: NextopidContext) -> Findings:
     """A signal is declared and nothing reads it.
 
@@ -140,7 +140,7 @@ def unused_signal(context: NextopidContext) -> Findings:
             yield Finding(("signals", name), {"name": name}, key=True)
 
 
-@warning("PID606", D209, "{name} is also a standard function or function block")
+@warning("NX606", D209, "{name} is also a standard function or function block")
 def name_of_a_standard_function(context: NextopidContext) -> Findings:
     """A signal or an instance shadows a standard function or function block.
 
@@ -154,7 +154,7 @@ def name_of_a_standard_function(context: NextopidContext) -> Findings:
             yield Finding(path, {"name": name}, key=path[0] == "signals")
 
 
-@warning("PID607", D210, "nothing reads {name}.OutVar")
+@warning("NX607", D210, "nothing reads {name}.OutVar")
 def unused_output(context: NextopidContext) -> Findings:
     """A filter, delay or lag works for nobody.
 
