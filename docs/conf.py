@@ -35,6 +35,8 @@ ORDER = {
         "editors",
         "completion",
         "adding-a-rule",
+        "adding-a-register",
+        "adding-a-format",
         "adding-a-vendor",
     ],
     "The PLCs": [
