@@ -43,6 +43,10 @@ RULES = """\
 The {count} mistakes that `pidcfg validate` knows. Each has a code that never means anything else, and a section with
 the reason, the cure and the manual's place; `pidcfg rule CODE` prints the same text. An error is what the PLC refuses,
 or what makes a loop run away or stand still; a warning is what is seldom meant; an info is worth knowing.
+
+A code begins with the prefix of its vendor ({prefixes}), or with `PID` where it is about any file or every
+vendor. `--select DL` chooses one vendor's rules, `--select PID` all there are. Codes from before the prefixes (`PID242`, now
+`DL242`) [are understood](living-with-findings.md#old-codes) until 1.0.
 """
 DECISIONS = """\
 # Decisions
@@ -74,7 +78,7 @@ def rules_of(group: str) -> list[Rule]:
 
 def index() -> str:
     """Every rule in a line, under the group that explains it."""
-    text = RULES.format(count=len(rules()))
+    text = RULES.format(count=len(rules()), prefixes=", ".join(f"`{v.prefix}` {v.title}" for v in VENDORS.values()))
     for group in GROUPS:
         text += f"\n## {TITLES[group]}\n\n| code | severity | what is wrong |\n|---|---|---|\n"
         for rule in rules_of(group):

@@ -26,6 +26,11 @@ def test_a_path_comes_back_from_its_text(path):
     assert steps(dotted(path)) == tuple(path)
 
 
+def test_only_numbers_are_indices():
+    assert steps("x.²") == ("x", "²")
+    assert steps("x.2") == ("x", 2)
+
+
 @given(st.lists(KEYS, min_size=1, max_size=5), st.integers())
 def test_what_is_put_is_found(path, value):
     data = {}

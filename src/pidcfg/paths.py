@@ -18,7 +18,7 @@ Path = tuple[str | int, ...]
 
 def steps(text: str) -> Path:
     """``setpoint.limits.0`` as keys and indices; empty text is the top."""
-    return tuple(int(step) if step.isdigit() else step for step in text.split(".")) if text else ()
+    return tuple(int(step) if step.isdecimal() else step for step in text.split(".")) if text else ()
 
 
 def dotted(path: Sequence[str | int]) -> str:

@@ -6,7 +6,6 @@ import pkgutil
 from importlib import import_module
 from typing import TYPE_CHECKING
 
-import pidcfg
 from pidcfg.refs import Decision
 
 if TYPE_CHECKING:
@@ -33,7 +32,8 @@ def placed_decisions() -> list[tuple[str, Decision]]:
 
 def _everywhere() -> Iterator[tuple[str, Decision]]:
     """The decisions of every module; those that an extra is missing for have none of their own."""
-    for info in pkgutil.walk_packages(pidcfg.__path__, "pidcfg."):
+    package = import_module("pidcfg")
+    for info in pkgutil.walk_packages(package.__path__, "pidcfg."):
         if info.name.endswith("__main__"):
             continue
         try:
