@@ -45,8 +45,8 @@ the reason, the cure and the manual's place; `pidcfg rule CODE` prints the same 
 or what makes a loop run away or stand still; a warning is what is seldom meant; an info is worth knowing.
 
 A code begins with the prefix of its vendor ({prefixes}), or with `PID` where it is about any file or every
-vendor. `--select DL` chooses one vendor's rules, `--select PID` all there are. Codes from before the prefixes (`PID242`, now
-`DL242`) [are understood](living-with-findings.md#old-codes) until 1.0.
+vendor. `--select DL` chooses one vendor's rules, `--select PID` all there are. Codes from before the prefixes
+(`PID242`, now `DL242`) [are understood](living-with-findings.md#old-codes) until 1.0.
 """
 DECISIONS = """\
 # Decisions
