@@ -450,8 +450,8 @@ def test_rule_explains_and_suggests():
 
 def test_rules_are_listed_by_the_beginning_of_their_code():
     every, some = (run("rule", *code).stdout.decode().splitlines() for code in ((), ("pid24",)))
-    assert some == [line for line in every if line.startswith("PID24")]
-    assert len(json.loads(run("rule", "PID24", "--format", "json").stdout)["rules"]) == len(some) > 5
+    assert some == [line for line in every if line.startswith("DL24")]
+    assert len(json.loads(run("rule", "DL24", "--format", "json").stdout)["rules"]) == len(some) > 5
     assert "no rule begins with PIX" in run("rule", "PIX").stderr.decode()
 
 

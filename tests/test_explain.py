@@ -479,7 +479,7 @@ def test_a_block_must_be_an_address_and_hold_the_thing():
 def test_rules_and_decisions():
     from pidcfg.validate.pages import page
 
-    assert run("pid242").output == page(rules()["DL242"])
+    assert run("dl242").output == page(rules()["DL242"])
     assert run("D46").output.startswith("# D46 alarms are strict\n\nOn when the PV is beyond")
     assert run("d9999").exit_code == 2
 

@@ -25,7 +25,12 @@ DECISION = re.compile(r"D0?([0-9]{1,3})", re.IGNORECASE)
 
 def explain(question: Question, vendors: Sequence[str], decisions: Callable[[], Sequence[Decision]]) -> list[Page]:
     """Every reading of a question; raises `QuestionError` when there is none."""
-    pages, problems = _rule(question), []
+    pages: list[Page] = []
+    problems: list[str] = []
+    try:
+        pages += _rule(question)
+    except QuestionError as error:  # CK200 looks like a rule of the CLICK, and may be an error number
+        problems.append(str(error))
     for key in vendors:
         try:
             pages += find(key, question)
