@@ -10,7 +10,8 @@ from pidcfg.limits import Limits
 from pidcfg.source import read_document
 
 if TYPE_CHECKING:
-    from pidcfg.diagnostics import Diagnostic, Path
+    from pidcfg.diagnostics import Diagnostic
+    from pidcfg.paths import Path
 
 ANY_SIZE = Limits(*[1 << 40] * len(Limits.__slots__))
 """The text has been read within its limits before."""

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import IntEnum
+from typing import TYPE_CHECKING
 
-Path = tuple[str | int, ...]
-"""Keys and indices from the root of a document, e.g. ``("loops", 1, "tuning", "gain")``."""
+if TYPE_CHECKING:
+    from pidcfg.paths import Path
 
 
 class Severity(IntEnum):

@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from pidcfg.diagnostics import START, Diagnostic, Path, Span
+from pidcfg.diagnostics import START, Diagnostic, Span
+
+if TYPE_CHECKING:
+    from pidcfg.paths import Path
 
 LINE_BREAK = re.compile("\r\n|[\n\r\x85\u2028\u2029]")
 

@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Any
 
 from pydantic import ValidationError
 
-from pidcfg.diagnostics import Edit, Path, Span
+from pidcfg.diagnostics import Edit, Span
 from pidcfg.document import span_of
-from pidcfg.paths import value_at
+from pidcfg.paths import Path, value_at
 
 if TYPE_CHECKING:
     from pydantic import BaseModel

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 from pidcfg.diagnostics import Severity
 
 if TYPE_CHECKING:
-    from pidcfg.diagnostics import Path
+    from pidcfg.paths import Path
     from pidcfg.refs import Basis
 
 PLACEHOLDER = re.compile(r"\{(\w+)")

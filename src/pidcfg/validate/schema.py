@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, TypeVar, get_args, get_origin
 
 from pydantic import BaseModel, ValidationError
 
-from pidcfg.diagnostics import Diagnostic, Edit, Path, Severity
+from pidcfg.diagnostics import Diagnostic, Edit, Severity
 from pidcfg.validate.codes import BY_KIND, OTHER_KIND
 from pidcfg.validate.edits import MOST_KEYS, key_edits, of_value
 from pidcfg.validate.spelling import clear_match, keys_of, models_in
@@ -16,6 +16,7 @@ from pidcfg.validate.spelling import clear_match, keys_of, models_in
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
 
+    from pidcfg.paths import Path
     from pidcfg.source import Document
 
 KINDS = {

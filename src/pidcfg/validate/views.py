@@ -12,7 +12,8 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
     from decimal import Decimal
 
-    from pidcfg.diagnostics import Path, Severity
+    from pidcfg.diagnostics import Severity
+    from pidcfg.paths import Path
     from pidcfg.refs import Basis
 
 DIGITS = 12

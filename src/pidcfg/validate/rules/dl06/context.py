@@ -35,7 +35,7 @@ from pidcfg.schemas.octal import v_name
 from pidcfg.validate.views import Context, View, complete
 
 if TYPE_CHECKING:
-    from pidcfg.diagnostics import Path
+    from pidcfg.paths import Path
 
 WORDS = {word.name: word for word in LOOP_TABLE.words}
 NINES = 9999

@@ -22,8 +22,9 @@ from pidcfg.validate.rules.nextopid.known import Known, all_known, held, value_t
 from pidcfg.validate.views import Context
 
 if TYPE_CHECKING:
-    from pidcfg.diagnostics import Path, Severity
+    from pidcfg.diagnostics import Severity
     from pidcfg.encoders.parameters import Parameter
+    from pidcfg.paths import Path
     from pidcfg.schemas.expressions import Expression
 
 PV_KEYS = frozenset(("SP", "SP_CASC", "PV", "MaxPV", "MinPV", "DeadBand"))

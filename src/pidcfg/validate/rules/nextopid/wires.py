@@ -16,7 +16,7 @@ from pidcfg.validate.rule import Finding, Findings, error, info, warning
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from pidcfg.diagnostics import Path
+    from pidcfg.paths import Path
     from pidcfg.validate.rules.nextopid.context import NextopidContext
 
 BLOCKS = NEXTOPID.at("chapter 1: Introduction")
