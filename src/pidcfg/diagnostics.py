@@ -72,7 +72,12 @@ class Diagnostic:
     @property
     def order(self) -> tuple[str, Span, str, str]:
         """Sort key: file, position, number of the code, message."""
-        return (self.file, self.span, self.code[-3:], self.message)
+        return (self.file, self.span, number_of(self.code), self.message)
+
+
+def number_of(code: str) -> str:
+    """The number of a code (``242`` of ``DL242``), by which findings and rules are put in order."""
+    return code[-3:]
 
 
 def path_text(path: Path) -> str:

@@ -12,8 +12,8 @@ from collections import Counter
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from pidcfg.diagnostics import Diagnostic, Severity, Span
-from pidcfg.validate.catalog import current, former, ignorable, number_of
+from pidcfg.diagnostics import Diagnostic, Severity, Span, number_of
+from pidcfg.validate.catalog import current, former, ignorable
 from pidcfg.validate.codes import D317, SUPPRESSION
 
 if TYPE_CHECKING:

@@ -9,7 +9,7 @@ import re
 from functools import cache
 from typing import TYPE_CHECKING
 
-from pidcfg.diagnostics import Severity
+from pidcfg.diagnostics import Severity, number_of
 from pidcfg.validate.codes import LISTING, READING, SCENARIO, SCHEMA, SUPPRESSION
 from pidcfg.vendors import VENDORS
 
@@ -52,11 +52,6 @@ def current(text: str) -> str:
 def former(code: str) -> str:
     """A code as it was before every vendor had a prefix: what has been reported under it stays the same."""
     return PREFIX + number_of(code)
-
-
-def number_of(code: str) -> str:
-    """The number of a code, by which codes are put in order."""
-    return code[-3:]
 
 
 def is_meant(code: str, beginning: str) -> bool:

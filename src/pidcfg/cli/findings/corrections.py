@@ -23,10 +23,10 @@ from pidcfg.cli.main import Exit
 from pidcfg.cli.options import named
 from pidcfg.cli.terminal.console import echo, note
 from pidcfg.cli.terminal.progress import progress
-from pidcfg.diagnostics import ordered
+from pidcfg.diagnostics import number_of, ordered
 from pidcfg.scenario.outcome import check_any
 from pidcfg.source import read_document
-from pidcfg.validate.catalog import number_of, unusable
+from pidcfg.validate.catalog import unusable
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
