@@ -1,4 +1,4 @@
-"""What is found in a user's file: data until the last moment, printed by the command line only."""
+"""Findings in a user's file: plain data, which only the command line prints."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ class Diagnostic:
     reference: str | None = None
     help: str | None = None
     edits: tuple[Edit, ...] = ()
-    """What mends the text without changing what a plant does; empty where a person has to decide."""
+    """Edits that correct the text without changing what a plant does; empty where a person has to decide."""
 
     @property
     def where(self) -> str:
@@ -86,7 +86,7 @@ def path_text(path: Path) -> str:
     return text.removeprefix(".")
 
 
-def ordered(found: list[Diagnostic]) -> list[Diagnostic]:
+def ordered(findings: list[Diagnostic]) -> list[Diagnostic]:
     """Sorted, and each finding once (a faulty anchor used n times is written in one place)."""
-    unique = {(d.file, d.span, d.code, d.message): d for d in sorted(found, key=lambda d: d.order)}
+    unique = {(d.file, d.span, d.code, d.message): d for d in sorted(findings, key=lambda d: d.order)}
     return list(unique.values())

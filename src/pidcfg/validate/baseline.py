@@ -1,6 +1,6 @@
-"""Known findings: a list that is made once and only loses entries.
+"""Known findings: a list that is written once and from then on only shrinks.
 
-An entry holds no line, so that it stays the same when text moves: code, severity, file, path and message. The path
+An entry has no line number, so that it survives edits above it: code, severity, file, path and message. The path
 names loops rather than counting them.
 """
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 VERSION = 1
 NEVER_KNOWN = frozenset(rule.code for rule in SUPPRESSION)
-"""What is wrong with ignores and with the baseline itself is mended, not kept."""
+"""What is wrong with ignores and with the baseline itself is to be corrected, and never enters a baseline."""
 COUNTED_LOOP = re.compile(r"^loops\[\d+\]")
 
 
@@ -100,7 +100,7 @@ def without(entries: Sequence[Entry], stale: Sequence[Entry]) -> list[Entry]:
 
 
 def to_text(entries: Iterable[Entry]) -> str:
-    """A baseline as a file: one entry a line, in order, so that a review sees what has gone."""
+    """A baseline as a file: one entry a line, in order, so that a diff shows what was removed."""
     in_order = sorted(entries, key=lambda e: (number_of(e.code), e))
     rows = ",\n".join(f"    {_row(e)}" for e in in_order)
     body = f"[\n{rows}\n  ]" if rows else "[]"

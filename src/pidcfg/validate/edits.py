@@ -1,4 +1,4 @@
-"""What mends a finding without changing what anybody means: made where the finding is made, applied by `fixes`."""
+"""Edits that correct a finding without changing the meaning of the file; `fixes` applies them."""
 
 from __future__ import annotations
 

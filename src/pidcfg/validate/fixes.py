@@ -60,7 +60,7 @@ class Fixed:
 
 
 def splice(text: str, edits: Iterable[Edit]) -> str:
-    """The text with every edit made; of two that overlap the first one counts."""
+    """The text with every edit applied; of two that overlap, the first."""
     starts = [0, *(match.end() for match in LINE_BREAK.finditer(text))]
     parts, at = [], 0
     for begin, end, new in sorted({(*_range(starts, edit.span), edit.text) for edit in edits}):
@@ -221,7 +221,7 @@ def same_but_quotes(quoted: Any, plain: Any) -> bool:
 
 
 def same(one: Any, other: Any) -> bool:
-    """Whether data are equal, quoted and unquoted texts told apart."""
+    """Whether data are equal, where quoted and unquoted texts differ."""
     if type(one) is not type(other):
         return False
     if isinstance(one, dict):

@@ -99,7 +99,7 @@ def command(
     if plot_loops and not plot:
         raise click.UsageError("--plot-loop needs --plot")
     files: dict[str, str | bytes] = {}
-    with trend_file(csv, force=force, beside=files) as trend:
+    with trend_file(csv, force=force, others=files) as trend:
         call = partial(
             simulate,
             engine=engine,
@@ -159,4 +159,4 @@ def exit_code(outcomes: Sequence[Outcome], *, strict: bool = False) -> Exit:
     if any(outcome.report is None for outcome in outcomes):
         return Exit.UNUSABLE
     failed = not all(outcome.passed for outcome in outcomes)
-    return Exit.FOUND if failed or (strict and worst(outcomes) >= Severity.WARNING) else Exit.OK
+    return Exit.FINDINGS if failed or (strict and worst(outcomes) >= Severity.WARNING) else Exit.OK

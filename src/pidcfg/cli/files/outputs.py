@@ -1,4 +1,4 @@
-"""Files that people rely on: all written or none, never half, never over one that differs without being told."""
+"""Output files: all written or none, never in part, and over a different file only with ``--force``."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def write_files(
     """Writes texts or bytes to paths: first everything to temporary files beside the targets, then each in place.
 
     ``renewed`` are paths that are written anew by every run, such as reports for CI; ``streamed`` are files that lie
-    beside their targets already. ``over_inputs``: files that were read may be replaced, which is for those who mend
+    beside their targets already. ``over_inputs``: files that were read may be replaced, for commands that correct
     them.
     """
     contents = {name: file.encode() if isinstance(file, str) else file for name, file in files.items()}
@@ -102,7 +102,7 @@ def place(name: str) -> Path:
 
 
 def temporary_for(target: Path) -> tuple[int, Path]:
-    """An open file of its own in the target's folder, and its path."""
+    """An open temporary file in the target's folder, and its path."""
     handle, name = tempfile.mkstemp(prefix=f".{target.name}.", dir=target.parent)
     return handle, Path(name)
 

@@ -59,7 +59,7 @@ def fixing(inputs: Sequence[Input], limits: Limits, rules: Rules, ctx: click.Con
         if not quiet:
             note(f"{total} would be corrected")
         unread = any(unusable(d) for _, fixed in done for d in fixed.left)
-        ctx.exit(Exit.UNUSABLE if unread else Exit.FOUND if changed else Exit.OK)
+        ctx.exit(Exit.UNUSABLE if unread else Exit.FINDINGS if changed else Exit.OK)
     if piped:
         sys.stdout.buffer.write(done[0][1].data)
     else:

@@ -51,12 +51,12 @@ class Triage:
 
     @property
     def hides(self) -> bool:
-        """Whether a quiet run still has to say that there is more than it shows."""
+        """Whether even a quiet run has to mention findings that it does not show."""
         return bool(self.ignored or self.known or self.set_aside)
 
     def suppressed(self, severity: Severity) -> list[tuple[Diagnostic, str | None]]:
         """What is not reported, with the reason that a comment gives; None: the baseline knows it."""
-        by_comment = [(entry.found, entry.reason) for entry in self.ignored]
+        by_comment = [(entry.finding, entry.reason) for entry in self.ignored]
         return [(d, reason) for d, reason in (*by_comment, *((d, None) for d in self.known)) if d.severity >= severity]
 
     @property
@@ -72,7 +72,7 @@ class Triage:
 
 
 def triage(findings: Sequence[Diagnostic], documents: dict[str, Document], settings: Settings, rules: Rules) -> Triage:
-    """What becomes of each finding; writes or shrinks the baseline where an option says so."""
+    """Sorts findings into reported, ignored and known; writes or shrinks the baseline as the options ask."""
     triaged = _without_ignored(findings, documents)
     everything = triaged.kept
     left_out = {file: settings.ignored_in(file) for file in documents}
@@ -80,7 +80,7 @@ def triage(findings: Sequence[Diagnostic], documents: dict[str, Document], setti
     def chosen(d: Diagnostic) -> bool:
         return bool(options.selected([d], rules.select, [*rules.ignore, *left_out.get(d.file, ())]))
 
-    triaged.ignored = [entry for entry in triaged.ignored if chosen(entry.found)]
+    triaged.ignored = [entry for entry in triaged.ignored if chosen(entry.finding)]
     triaged.kept = [d for d in everything if chosen(d)]
     triaged.set_aside = len(everything) - len(triaged.kept) if settings.file is not None else 0
     if rules.baseline is not None:
@@ -163,7 +163,7 @@ def _with_baseline(
         write_files({name: to_text(without(entries, compared.stale))}, force=True)
         triaged.remarks.append(f"{name}: {count(len(compared.stale), 'entry', 'entries')} removed")
         return
-    ignored = {entry(one.found, file_of) for one in triaged.ignored}
+    ignored = {entry(one.finding, file_of) for one in triaged.ignored}
     stale = stale_findings(compared.stale, ignored, text, Path(name).as_posix())
     triaged.kept += [d for d in stale if chosen(d)]
 
