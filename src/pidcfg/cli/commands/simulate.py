@@ -87,7 +87,7 @@ def command(
 
     if engine == "numba":
         need("numba", "fast")
-    scenarios = wanted(list(read_inputs(paths, limits)), paths)
+    scenarios = scenarios_of(list(read_inputs(paths, limits)), paths)
     if not scenarios:
         raise click.UsageError(f"{', '.join(paths)}: no scenario there; one begins with 'scenario: …'")
     if csv is not None and len(scenarios) != 1:
@@ -136,8 +136,8 @@ def run_all(scenarios: Sequence[Document], call: Callable[..., SimulateResult]) 
         yield call(doc, progress=show)
 
 
-def wanted(documents: list[Document], paths: Sequence[str]) -> list[Document]:
-    """The scenarios among the documents, and whatever was named but is none; configurations in folders are left out."""
+def scenarios_of(documents: list[Document], paths: Sequence[str]) -> list[Document]:
+    """The scenarios, and files that were named but are none; configurations in folders are left out."""
     from pidcfg.validate.engine import is_scenario
 
     return [doc for doc in documents if is_scenario(doc) or doc.data is None or doc.file in paths]

@@ -55,7 +55,7 @@ def fixing(inputs: Sequence[Input], limits: Limits, rules: Rules, ctx: click.Con
     changed = [(entry, fixed) for entry, fixed in done if fixed.data != entry.data]
     total = f"{count(sum(len(f.fixed) for _, f in changed), 'finding')} in {count(len(changed), 'file')}"
     if diff:
-        _exactly("".join(difference(entry.name, entry.data, fixed.data) for entry, fixed in changed))
+        _print_bytes("".join(difference(entry.name, entry.data, fixed.data) for entry, fixed in changed))
         if not quiet:
             note(f"{total} would be corrected")
         unread = any(unusable(d) for _, fixed in done for d in fixed.left)
@@ -142,7 +142,7 @@ def _quoted(name: str) -> str:
     return f"{name}\t" if " " in name else name
 
 
-def _exactly(text: str) -> None:
+def _print_bytes(text: str) -> None:
     """Prints what another program may read: every byte as it is, unless a terminal shows it."""
     if sys.stdout.isatty():
         echo(text)
