@@ -162,10 +162,8 @@ class _Builder:
             first = top.node.child(text)
             line = span_of(first[0]).line if first else 0
             message = f"the key {text!r} stands here again; it was first given in line {line}"
-            finding = Diagnostic(
-                "PID004", Severity.ERROR, message, self.file, span_of(event), help="keep one of the two"
-            )
-            self.duplicates.append(finding)
+            place, cure = span_of(event), "keep one of the two"
+            self.duplicates.append(Diagnostic("PID004", Severity.ERROR, message, self.file, place, help=cure))
         top.key = event
 
     def add(self, value: Any, node: Node) -> None:

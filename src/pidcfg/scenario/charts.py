@@ -120,9 +120,7 @@ def _rows(spans: Sequence[tuple[str, float, float | None]], end: float, kind: An
     """A row for each name, in the order in which they first came on."""
     names = list(dict.fromkeys(name for name, _, _ in spans))
     return [
-        Strip(
-            name, tuple(Bar(name, at, end if off is None else off) for other, at, off in spans if other == name), kind
-        )
+        Strip(name, tuple(Bar(name, at, end if off is None else off) for row, at, off in spans if row == name), kind)
         for name in names[:ROWS]
     ]
 

@@ -138,11 +138,9 @@ class Fixer:
             other = splice(other, [Edit(edits[0].span, PLACEHOLDER * len(edits[0].text))])
             current = self._state(self._encoded(state, splice(current.doc.text, edits)))
         replaced = self.read(other.encode())
-        return (
-            (current, fixed)
-            if current.doc.data is not None and same_but_quotes(current.doc.data, replaced.data)
-            else (state, [])
-        )
+        if current.doc.data is None or not same_but_quotes(current.doc.data, replaced.data):
+            return state, []
+        return current, fixed
 
     @staticmethod
     def _encoded(state: _State, text: str) -> bytes:
