@@ -29,6 +29,7 @@ from pidcfg.sim.run import Settings
 from pidcfg.source import read_document
 from pidcfg.validate.catalog import rules
 from pidcfg.vendors import VENDORS, Vendor
+from pidcfg.writer import json_text
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -219,7 +220,7 @@ def bits_of(value: Any, b: Bits) -> str:
 
 def schema_text(name: str) -> str:
     """A JSON Schema as `pidcfg schema` prints it."""
-    return json.dumps(document_schema(name), indent=2, ensure_ascii=False) + "\n"
+    return json_text(document_schema(name))
 
 
 def keys(name: str, title: str) -> str:

@@ -145,7 +145,7 @@ def test_a_scenario_as_text_finds_its_configuration_beside_its_name(tmp_path, mo
 
 def test_texts_are_found_by_any_spelling_of_their_name():
     reader = Texts({"./a/b.yaml": "ä"})
-    assert reader.beside("a/c/d.yaml", "../b.yaml") == "a/b.yaml"
+    assert reader.resolve("a/c/d.yaml", "../b.yaml") == "a/b.yaml"
     assert reader.read("a/../a/b.yaml", 1) == "ä".encode()[:1]
 
 
@@ -248,7 +248,7 @@ def test_comments_of_the_file_count_unless_told_otherwise():
     text = REACTOR.read_text("utf-8").replace("bias_freeze: true", "bias_freeze: true  # pidcfg: ignore[DL222] meant")
     assert "ignore" in text
     result = pidcfg.check(text)
-    assert [(entry.found.code, entry.reason) for entry in result.ignored] == [("DL222", "meant")]
+    assert [(entry.finding.code, entry.reason) for entry in result.ignored] == [("DL222", "meant")]
     assert "DL222" not in {d.code for d in result.findings}
     assert "DL222" in {d.code for d in pidcfg.check(text, comments=False).findings}
 

@@ -11,9 +11,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from living_rig import GOOD, TWICE, run
-from pidcfg.diagnostics import Diagnostic, Severity, Span
+from pidcfg.diagnostics import Diagnostic, Severity, Span, number_of
 from pidcfg.validate.baseline import Entry, compare, enters, entry, from_text, to_text, without
-from pidcfg.validate.catalog import CODE, number_of
+from pidcfg.validate.catalog import CODE
 
 KNOWN = "known.json"
 

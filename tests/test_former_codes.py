@@ -12,7 +12,7 @@ import pytest
 
 from pidcfg.cli.formats.findings import Findings, fingerprints
 from pidcfg.diagnostics import Diagnostic, Severity
-from pidcfg.validate.catalog import CODE, current, former, is_meant, rules
+from pidcfg.validate.catalog import CODE, current, former, matches, rules
 from pidcfg.vendors import VENDORS
 
 REMARK = re.compile(r"^(\S+) is called (\S+) now: .* understood until 1\.0$", re.MULTILINE)
@@ -61,7 +61,7 @@ def test_a_bare_prefix_is_one_vendor(key):
 @pytest.mark.parametrize("begin", ["", "P", "PI", "PID"])
 def test_the_prefix_that_all_codes_had_means_all_of_them(begin):
     assert list(rules(begin)) == list(rules())
-    assert all(is_meant(code, begin) for code in rules())
+    assert all(matches(code, begin) for code in rules())
 
 
 @pytest.mark.parametrize(

@@ -27,7 +27,7 @@ MAY_IMPORT = {
     "comments":     "refs limits diagnostics document source",
     "aliases":      "refs limits diagnostics document source",
     "schemas":      "refs",
-    "encoders":     "refs paths schemas",
+    "encoders":     "refs paths writer schemas",
     "vendors":      "refs schemas encoders",
     "listings":     "limits encoders vendors writer",
     "conversion":   "refs diagnostics limits document source comments schemas encoders vendors",
@@ -119,7 +119,7 @@ MODULES = {
     "completion --help": f"{STARTS} cli.commands cli.commands.completion cli.terminal.console",
     "validate --help":   f"{OPTIONS} {REPORTS} {READS} cli.commands.validate cli.findings cli.findings.settings "
                          "cli.findings.settings_keys cli.formats.findings cli.formats.reporters results "
-                         "results.findings",
+                         "results.findings writer",
     "convert --help":    f"{OPTIONS} {REPORTS} cli.commands.convert cli.extras cli.files.plots {OF_VENDORS}",
     "encode --help":     f"{OPTIONS} cli.commands.encode {OF_VENDORS}",
     "decode --help":     f"{OPTIONS} {READS} cli.commands.decode {OF_VENDORS}",
@@ -251,7 +251,13 @@ def test_packages_from_outside_are_known_to_the_modules_that_need_them():
 CALLS = ("check", "encode", "decode", "convert", "diff", "simulate", "tune", "explain")
 TYPES_AND_TEXTS = (
     *("cli", "api", "results", "limits", "diagnostics", "document", "vendors", "source.Document"),
-    *("encoders.files", "encoders.listing.ListingError", "explanation.question.QuestionError", "explanation.render"),
+    *(
+        "encoders.files",
+        "encoders.listing.ListingError",
+        "explanation.question.QuestionError",
+        "explanation.render",
+        "writer.json_text",
+    ),
     *("scenario.outcome.Outcome", "sim.engine.EngineName", "tuning.rules"),
     *("validate.catalog.unusable", "validate.engine.is_scenario"),
 )
@@ -388,7 +394,7 @@ import sys
 """
 SARIF = (
     "cli cli.formats cli.formats.findings cli.formats.format cli.formats.sarif diagnostics refs "
-    "validate validate.catalog validate.codes validate.pages validate.rule vendors"
+    "validate validate.catalog validate.codes validate.pages validate.rule vendors writer"
 )
 
 

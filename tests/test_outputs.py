@@ -264,7 +264,7 @@ def unread(*args, both=False):
         (("--help",), Exit.OK),
         (("--version",), Exit.OK),
         (("encode", "--help"), Exit.OK),
-        (("validate", "bad.yaml", "--quiet"), Exit.FOUND),
+        (("validate", "bad.yaml", "--quiet"), Exit.FINDINGS),
         (("encode", "absent.yaml"), Exit.UNUSABLE),
     ],
 )
@@ -283,7 +283,7 @@ def test_a_command_that_is_cut_off_does_not_look_fine(monkeypatch):
     monkeypatch.setattr("sys.argv", ["pidcfg", "rule"])
     monkeypatch.setattr("pidcfg.cli.main._drop_stdout", lambda: None)
     monkeypatch.setattr(rule.command, "callback", lambda **_: cut())
-    assert CliRunner().invoke(cli, ["rule"], standalone_mode=False).return_value == Exit.FOUND
+    assert CliRunner().invoke(cli, ["rule"], standalone_mode=False).return_value == Exit.FINDINGS
 
 
 @POSIX

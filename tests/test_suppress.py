@@ -97,7 +97,7 @@ def test_a_comment_ignores_the_codes_it_names_on_its_line_and_no_others():
     assert left(TWICE) == [(9, "DL254"), (9, "DL242"), (9, "DL242")]
     found = outcome(behind("# pidcfg: ignore[DL242] agreed with the plant on 3 May"))
     assert [d.code for d in found.kept] == ["DL254"]
-    assert [(i.found.code, i.reason) for i in found.ignored] == [("DL242", "agreed with the plant on 3 May")] * 2
+    assert [(i.finding.code, i.reason) for i in found.ignored] == [("DL242", "agreed with the plant on 3 May")] * 2
 
 
 @pytest.mark.parametrize(
@@ -270,16 +270,16 @@ def test_the_comment_of_an_anchor_does_not_speak_for_its_aliases(bare):
 
     text = SHARED.replace("90}}", "90}}  # pidcfg: ignore[DL242, DL254] A is a spare")
     found = judged(text)
-    assert {i.found.loop for i in found.ignored} == {"A"}
+    assert {i.finding.loop for i in found.ignored} == {"A"}
     assert {(d.loop, d.code) for d in found.kept} == {("B", "DL242"), ("B", "DL254")}
     both = judged(text.replace("*al", "*al  # pidcfg: ignore[DL242, DL254] B is a spare too"))
     assert both.kept == []
-    assert {(i.found.loop, i.reason) for i in both.ignored} == {("A", "A is a spare"), ("B", "B is a spare too")}
+    assert {(i.finding.loop, i.reason) for i in both.ignored} == {("A", "A is a spare"), ("B", "B is a spare too")}
 
 
 def test_a_shared_value_in_a_list_is_not_ignored_at_its_anchor():
     text = TWICE.replace("  - name: A", "  - &a\n    name: A").replace("90}}", "90}}  # pidcfg: ignore[DL242] x")
     doc = read_document((text + "  - *a\n").encode(), "case.yaml")
     found = [d for d in check_document(doc).findings if d.code == "DL242"]
-    assert {i.found.path[1] for i in suppress(found, doc).ignored} == {0}
+    assert {i.finding.path[1] for i in suppress(found, doc).ignored} == {0}
     assert {d.path[1] for d in suppress(found, doc).kept if d.code == "DL242"} <= {1}

@@ -10,7 +10,8 @@ from pidcfg.limits import Limits
 from pidcfg.source import read_document
 
 if TYPE_CHECKING:
-    from pidcfg.diagnostics import Diagnostic, Path
+    from pidcfg.diagnostics import Diagnostic
+    from pidcfg.paths import Path
 
 ANY_SIZE = Limits(*[1 << 40] * len(Limits.__slots__))
 """The text has been read within its limits before."""
@@ -23,24 +24,24 @@ class Places:
     doc: Document
     root: Node | None = field(default=None, init=False)
 
-    def line(self, found: Diagnostic) -> int:
+    def line(self, finding: Diagnostic) -> int:
         """Where a finding is written; of one that was reached through an alias the line of the alias's key."""
         if "*" not in self.doc.text:
-            return found.span.line
+            return finding.span.line
         if self.root is None:
             kept = self.doc.root.children is not None
             self.root = self.doc.root if kept else read_document(self.doc.text.encode(), "", ANY_SIZE).root
-        alias = _alias(self.root, found.path)
-        return found.span.line if alias is None else alias
+        alias = _alias(self.root, finding.path)
+        return finding.span.line if alias is None else alias
 
 
 def _alias(node: Node, path: Path) -> int | None:
     """The line of the first key on a path whose value stands above it, which only an alias does; 0 in a list."""
     for step in path:
-        found = node.child(step)
-        if found is None:
+        entry = node.child(step)
+        if entry is None:
             return None
-        key, value = found
+        key, value = entry
         if isinstance(node.children, list):
             before = [_start(node), *(_start(item) for item in node.children[: int(step)])]
             if _start(value) <= max(before):

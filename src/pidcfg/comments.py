@@ -38,8 +38,8 @@ def comments_in(text: str) -> Iterator[Comment]:
     for number, line in enumerate(LINE_BREAK.split(text), start=1):
         if "#" not in line:
             continue
-        for found in START.finditer(line):
-            at = found.start()
+        for mark in START.finditer(line):
+            at = mark.start()
             if not any(first <= at < end for first, end in taken[number]):
                 yield Comment(number, at + 1, line[at:], not line[:at].strip())
                 break

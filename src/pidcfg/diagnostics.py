@@ -1,12 +1,13 @@
-"""What is found in a user's file: data until the last moment, printed by the command line only."""
+"""Findings in a user's file: plain data, which only the command line prints."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import IntEnum
+from typing import TYPE_CHECKING
 
-Path = tuple[str | int, ...]
-"""Keys and indices from the root of a document, e.g. ``("loops", 1, "tuning", "gain")``."""
+if TYPE_CHECKING:
+    from pidcfg.paths import Path
 
 
 class Severity(IntEnum):
@@ -61,7 +62,7 @@ class Diagnostic:
     reference: str | None = None
     help: str | None = None
     edits: tuple[Edit, ...] = ()
-    """What mends the text without changing what a plant does; empty where a person has to decide."""
+    """Edits that correct the text without changing what a plant does; empty where a person has to decide."""
 
     @property
     def where(self) -> str:
@@ -71,7 +72,12 @@ class Diagnostic:
     @property
     def order(self) -> tuple[str, Span, str, str]:
         """Sort key: file, position, number of the code, message."""
-        return (self.file, self.span, self.code[-3:], self.message)
+        return (self.file, self.span, number_of(self.code), self.message)
+
+
+def number_of(code: str) -> str:
+    """The number of a code (``242`` of ``DL242``), by which findings and rules are put in order."""
+    return code[-3:]
 
 
 def path_text(path: Path) -> str:
@@ -80,7 +86,7 @@ def path_text(path: Path) -> str:
     return text.removeprefix(".")
 
 
-def ordered(found: list[Diagnostic]) -> list[Diagnostic]:
+def ordered(findings: list[Diagnostic]) -> list[Diagnostic]:
     """Sorted, and each finding once (a faulty anchor used n times is written in one place)."""
-    unique = {(d.file, d.span, d.code, d.message): d for d in sorted(found, key=lambda d: d.order)}
+    unique = {(d.file, d.span, d.code, d.message): d for d in sorted(findings, key=lambda d: d.order)}
     return list(unique.values())

@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from pidcfg.diagnostics import START, Diagnostic, Path, Span
+from pidcfg.diagnostics import START, Diagnostic, Span
+
+if TYPE_CHECKING:
+    from pidcfg.paths import Path
 
 LINE_BREAK = re.compile("\r\n|[\n\r\x85\u2028\u2029]")
 
@@ -20,7 +23,7 @@ class Plain(str):
 class Node:
     """Where a value is written; children by key (with the event of the key) or by index.
 
-    The parser's event is kept and turned into a `Span` only when somebody asks: most values are never pointed at.
+    The parser's event is kept and turned into a `Span` only on demand: most values are never reported.
     """
 
     __slots__ = ("children", "event", "size")
@@ -70,11 +73,11 @@ class Document:
         """
         node, key_event = self.root, None
         for step in path:
-            found = node.child(step)
-            if found is None:
+            entry = node.child(step)
+            if entry is None:
                 key = True
                 break
-            key_event, node = found
+            key_event, node = entry
         if key or not path:
             return START if key_event is None else span_of(key_event)
         return node.span

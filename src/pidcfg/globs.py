@@ -32,8 +32,8 @@ def matches(pattern: str, path: str) -> bool:
 
 def _reached(places: set[int], parts: list[str]) -> set[int]:
     """The places of a pattern with those behind ``**``, which may stand for nothing."""
-    found = set(places)
+    reached = set(places)
     for i, part in enumerate(parts):
-        if i in found and part == ANY:
-            found.add(i + 1)
-    return found
+        if i in reached and part == ANY:
+            reached.add(i + 1)
+    return reached

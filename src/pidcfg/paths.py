@@ -49,7 +49,7 @@ def has_key(data: Any, path: Sequence[str | int]) -> bool:
 
 
 def put(data: dict[str, Any], path: Sequence[str | int], value: Any) -> None:
-    """Sets a value in plain data; mappings on the way are made as needed, items of lists must be there."""
+    """Sets a value in plain data; mappings on the way are created as needed, items of lists must exist."""
     here: Any = data
     for step, below in pairwise(path):
         kinds = dict if isinstance(below, str) else dict | list

@@ -24,8 +24,8 @@ class Reader(Protocol):
     def read(self, name: str, most: int) -> bytes:
         """The first ``most`` bytes of a file; raises `OSError`, or `ValueError` for a name that no file can have."""
 
-    def beside(self, name: str, other: str) -> str:
-        """What a file is called that the file ``name`` calls ``other``: relative names begin in its folder."""
+    def resolve(self, name: str, other: str) -> str:
+        """The name of a file that the file ``name`` refers to as ``other``: relative names begin in its folder."""
 
 
 class Disk:
@@ -38,9 +38,9 @@ class Disk:
             return stream.read(most)
 
     def opened(self, stream: IO[bytes]) -> None:
-        """Called with every file that is opened; for whoever has to remember them."""
+        """Called with every file that is opened; a hook for readers that keep track of them."""
 
-    def beside(self, name: str, other: str) -> str:
+    def resolve(self, name: str, other: str) -> str:
         """The name from the folder of ``name``."""
         return shortened(Path(name).parent / other).as_posix()
 
@@ -53,12 +53,12 @@ class Texts:
 
     def read(self, name: str, most: int) -> bytes:
         """The first ``most`` bytes of a text."""
-        found = self.files.get(posixpath.normpath(name))
-        if found is None:
+        data = self.files.get(posixpath.normpath(name))
+        if data is None:
             raise FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT), name)
-        return found[:most]
+        return data[:most]
 
-    def beside(self, name: str, other: str) -> str:
+    def resolve(self, name: str, other: str) -> str:
         """The name from the folder of ``name``."""
         return posixpath.normpath(posixpath.join(posixpath.dirname(name), other))
 
@@ -96,8 +96,8 @@ def refusal(name: str, error: OSError | ValueError) -> str:
 
 def shortened(path: Path) -> Path:
     """The path without ``folder/..``, where the folder is one and no link: behind a link ``..`` is somewhere else."""
-    found = Path()
+    short = Path()
     for part in path.parts:
-        steps_back = part == ".." and found.name not in {"", ".."}
-        found = found.parent if steps_back and found.is_dir() and not found.is_symlink() else found / part
-    return found
+        steps_back = part == ".." and short.name not in {"", ".."}
+        short = short.parent if steps_back and short.is_dir() and not short.is_symlink() else short / part
+    return short

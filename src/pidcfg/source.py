@@ -93,13 +93,13 @@ class _Builder:
             raise _RefusedError("PID008", "an alias cannot be a key", span_of(event), "write the key itself")
         if event.anchor not in self.anchors:
             raise _RefusedError("PID012", f"the anchor &{event.anchor} is not defined above", span_of(event))
-        found = self.anchors[event.anchor]
-        if found is None:
+        target = self.anchors[event.anchor]
+        if target is None:
             message = f"the anchor &{event.anchor} contains itself"
             raise _RefusedError("PID012", message, span_of(event), "write the values out")
-        self.nodes += found[1].size
+        self.nodes += target[1].size
         self.check(self.nodes, self.limits.nodes, "values", event)
-        self.add(*found)
+        self.add(*target)
 
     def scalar(self, event: Any) -> None:
         """A key, or a value that stays text."""
@@ -162,8 +162,8 @@ class _Builder:
             first = top.node.child(text)
             line = span_of(first[0]).line if first else 0
             message = f"the key {text!r} stands here again; it was first given in line {line}"
-            found = Diagnostic("PID004", Severity.ERROR, message, self.file, span_of(event), help="keep one of the two")
-            self.duplicates.append(found)
+            place, cure = span_of(event), "keep one of the two"
+            self.duplicates.append(Diagnostic("PID004", Severity.ERROR, message, self.file, place, help=cure))
         top.key = event
 
     def add(self, value: Any, node: Node) -> None:

@@ -1,7 +1,7 @@
 """One row per vendor: its key and its title. What the rest of the program knows about it is found by these.
 
-Modules are named in text, so that listing the vendors imports nothing. There is no other place that may ask which
-vendor it is.
+Modules are named in text, so that listing the vendors imports nothing. No other module may branch on the
+vendor.
 """
 
 from __future__ import annotations

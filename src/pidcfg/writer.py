@@ -1,13 +1,19 @@
-"""Data to YAML text that reads like a hand-written file: leaf mappings on one line, sections below each other."""
+"""Data as text: JSON, and YAML that reads like a hand-written file (leaf mappings on one line)."""
 
 from __future__ import annotations
 
 import io
+import json
 from typing import Any
 
 WIDTH = 110
 ENDS_A_TEXT = frozenset("?:")
 """Signs that some readers take for the end of a text in flow style."""
+
+
+def json_text(data: object, *, allow_nan: bool = True) -> str:
+    """Data as indented JSON with a line end; raises `ValueError` for NaN and infinities where they are not allowed."""
+    return json.dumps(data, indent=2, ensure_ascii=False, allow_nan=allow_nan) + "\n"
 
 
 def yaml_text(data: dict[str, Any]) -> str:

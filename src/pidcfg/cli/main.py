@@ -25,7 +25,7 @@ class Exit(IntEnum):
     """A contract with CI, documented in docs/exit-codes.md; never renumbered."""
 
     OK = 0
-    FOUND = 1
+    FINDINGS = 1
     UNUSABLE = 2
     BUG = 3
     INTERRUPTED = 130
@@ -98,13 +98,13 @@ class LazyGroup(click.Group):
         return list(COMMANDS)
 
     def invoke(self, ctx: click.Context) -> object:
-        """The command, with a line on the terminal while it takes long, which is gone before anything else is said."""
+        """The command, with a line on the terminal while it takes long, which is removed before any other output."""
         LINE.begin()
         try:
             return super().invoke(ctx)
-        except BrokenPipeError:  # of click's own help; or in the midst of a command, which then must not look fine
+        except BrokenPipeError:  # while click prints help, or in the middle of a command, which then must not succeed
             _drop_stdout()
-            return Exit.OK if {*ctx.help_option_names} & {*sys.argv} else Exit.FOUND
+            return Exit.OK if {*ctx.help_option_names} & {*sys.argv} else Exit.FINDINGS
         finally:
             LINE.end()
 

@@ -104,11 +104,11 @@ def selected(findings: list[Diagnostic], select: list[str], ignore: list[str]) -
 
 
 def named(code: str, select: list[str], ignore: list[str]) -> bool:
-    """Whether the options speak of a code."""
-    from pidcfg.validate.catalog import is_meant
+    """Whether the options select a code."""
+    from pidcfg.validate.catalog import matches
 
-    return (not select or any(is_meant(code, begin) for begin in select)) and not any(
-        is_meant(code, begin) for begin in ignore
+    return (not select or any(matches(code, begin) for begin in select)) and not any(
+        matches(code, begin) for begin in ignore
     )
 
 

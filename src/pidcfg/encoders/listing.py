@@ -15,6 +15,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from pidcfg.encoders.image import Cell, Image
+from pidcfg.writer import json_text
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -175,7 +176,7 @@ def write_json(image: Image, checklist: tuple[str, ...] = ()) -> str:
         "plc": dict(image.plc),
         "checklist": list(checklist),
     }
-    return json.dumps(document, indent=2, ensure_ascii=False) + "\n"
+    return json_text(document)
 
 
 def _json_cell(cell: Cell) -> dict[str, Any]:

@@ -17,6 +17,7 @@ from pidcfg.encoders.listing import Listing, ListingError, comments, csv_rows, l
 from pidcfg.encoders.parameters import TYPES, Content, Entry, Program, read, shown
 from pidcfg.schemas.base import NUMBER
 from pidcfg.schemas.iec import BOOL, DINT, REAL, IecType, Wire
+from pidcfg.writer import json_text
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -136,7 +137,7 @@ def write_json(image: Program, checklist: tuple[str, ...] = ()) -> str:
         "plc": dict(image.plc),
         "checklist": list(checklist),
     }
-    return json.dumps(document, indent=2, ensure_ascii=False) + "\n"
+    return json_text(document)
 
 
 def _json_entry(cell: Entry) -> dict[str, Any]:

@@ -23,7 +23,7 @@ class ArgumentError(ValueError):
         """The arguments, which stand in the message as `name`."""
 
     def spelled(self, spell: Callable[[str], str]) -> str:
-        """The message with the arguments as somebody else calls them: the options of the command line."""
+        """The message with other names for the arguments, such as the options of the command line."""
         message = str(self)
         for name in self.names:
             message = message.replace(f"`{name}`", spell(name))

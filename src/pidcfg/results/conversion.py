@@ -112,19 +112,19 @@ def converted(
         return nothing
     placements = vendor_options(target, "convert_options", options)
     try:
-        found = convert(checked.config, checked.vendor, target, placements)
+        outcome = convert(checked.config, checked.vendor, target, placements)
     except ConvertError as error:
         return replace(nothing, findings=(*checked.findings, *missing(error, checked.document)))
-    head, loops = comments(checked.document, len(found.loops))
-    text = with_comments(yaml_text(found.data), head, loops)
+    head, loops = comments(checked.document, len(outcome.loops))
+    text = with_comments(yaml_text(outcome.data), head, loops)
     result = check_document(read_document(text.encode(), f"<{target.key}>", limits), limits)
     conversion = replace(
         nothing,
         source=checked.vendor.key,
-        data=found.data,
+        data=outcome.data,
         text=text,
-        loops=found.loops,
-        losses=found.losses,
+        loops=outcome.loops,
+        losses=outcome.losses,
         target_document=result.document,
         target_findings=result.findings,
     )

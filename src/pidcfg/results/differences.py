@@ -48,7 +48,7 @@ class DiffResult:
     loops: tuple[Compared, ...] = ()
     sides: tuple[Side, Side] | None = None
     sources: tuple[Configuration, Configuration] | None = None
-    """What both sides were made of."""
+    """Configuration and vendor of both sides."""
 
     @property
     def ok(self) -> bool:

@@ -1,4 +1,4 @@
-"""What is found in a file: results of `pidcfg.load` and `pidcfg.check`, and the JSON of findings."""
+"""Findings in a file: results of `pidcfg.load` and `pidcfg.check`, and the JSON of findings."""
 
 from __future__ import annotations
 
@@ -87,9 +87,9 @@ class LoadResult:
 
     def to_json(self) -> Data:
         """Kind, vendor and data of the file (every scalar as text), and its findings."""
-        found = findings_data(self.findings)
+        findings = findings_data(self.findings)["findings"]
         content = {"file": self.document.file, "kind": self.kind, "vendor": self.vendor, "data": self.document.data}
-        return {"version": 1, **content, "findings": found["findings"]}
+        return {"version": 1, **content, "findings": findings}
 
 
 @dataclass(frozen=True, slots=True)

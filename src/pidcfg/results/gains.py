@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from pidcfg.limits import Limits
     from pidcfg.results.findings import Data
     from pidcfg.tuning.fit import Fitted
-    from pidcfg.tuning.identify import Found, Record
+    from pidcfg.tuning.identify import Identified, Record
     from pidcfg.vendors import Vendor
 
 SAMPLE_SHARE = 10
@@ -65,7 +65,7 @@ class VendorGains:
 
 @dataclass(frozen=True, slots=True)
 class TuneResult:
-    """Gains in output units per PV unit and times in s, and what they were made of."""
+    """Gains in output units per PV unit and times in s, and the inputs that they follow from."""
 
     method: Method
     form: Form
@@ -74,7 +74,7 @@ class TuneResult:
     gains: Gains
     warnings: tuple[str, ...] = ()
     """What the rules' authors warn of."""
-    identified: Found | None = None
+    identified: Identified | None = None
     """The process of the recorded step, where one was given."""
     record: Record | None = None
     vendor: VendorGains | None = None
@@ -112,14 +112,14 @@ class TuneResult:
         return data if self.vendor is None else {**data, "for": self.vendor.to_json()}
 
 
-def _identified(found: Found) -> Data:
+def _identified(fit: Identified) -> Data:
     return {
-        "gain": found.process.gain,
-        "time_constant": found.process.time_constant,
-        "dead_time": found.process.dead_time,
-        "step_at": found.at,
-        "noise": found.noise,
-        "misfit_percent": found.misfit * 100,
+        "gain": fit.process.gain,
+        "time_constant": fit.process.time_constant,
+        "dead_time": fit.process.dead_time,
+        "step_at": fit.at,
+        "noise": fit.noise,
+        "misfit_percent": fit.misfit * 100,
     }
 
 
@@ -162,19 +162,19 @@ def tuned(
     limits: Limits,
 ) -> TuneResult:
     """The result of a rule; ``step``: bytes and name of a recorded step, which tells gain, time constant, dead time."""
-    found = record = None
+    fit = record = None
     if step is not None:
         from pidcfg.tuning.record import identified
 
-        found, record = identified(*step, limits)
-        process = {key: getattr(found.process, key) for key in IDENTIFIED}
+        fit, record = identified(*step, limits)
+        process = {key: getattr(fit.process, key) for key in IDENTIFIED}
         for key in IDENTIFIED:
             if key in numbers:
                 raise ArgumentError(f"`{key}` and `record` do not go together", key, "record")
         numbers = {**process, **numbers}
     target.refuse_ranges()
     result = computed(method, form, numbers)
-    return replace(result, identified=found, record=record, vendor=target.gains(result))
+    return replace(result, identified=fit, record=record, vendor=target.gains(result))
 
 
 def usable(name: str, value: float) -> float:

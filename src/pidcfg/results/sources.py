@@ -1,4 +1,4 @@
-"""What the public calls are given: files, texts, and documents that were read before."""
+"""Sources of the public calls: files, texts, and documents that have been read."""
 
 from __future__ import annotations
 

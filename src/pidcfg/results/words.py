@@ -151,7 +151,7 @@ def decoded(
         if annotate:
             text, notes = annotate_listing(listing, vendor, values)
             return DecodeResult(text=text, notes=notes)
-        found = decode_listing(listing, vendor, values)
+        decoded = decode_listing(listing, vendor, values)
     except ListingError as error:
         return DecodeResult((unreadable(error, name),))
-    return DecodeResult((), found.data, yaml_text(found.data), found.notes)
+    return DecodeResult((), decoded.data, yaml_text(decoded.data), decoded.notes)

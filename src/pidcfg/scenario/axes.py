@@ -24,11 +24,11 @@ class Root:
     """Where the PV's counts begin, as a share of the span."""
 
     def taken(self, value: float) -> float:
-        """What a value before the root stands for."""
+        """The PV for a value before the root."""
         return self.low + self.width * sqrt(max((value - self.low) / self.width + self.zero, 0.0))
 
-    def told(self, name: str, last: float, unit: str) -> str:
-        """What the axis shows, by an example: the value of ``name`` at the end."""
+    def remark(self, name: str, last: float, unit: str) -> str:
+        """A remark on what the axis shows, with the value of ``name`` at the end as the example."""
         stands = f"{self.taken(last):.4g} {unit}".rstrip()
         return f"PV and {name} are before the root: {last:.4g} at the end stands for {stands}"
 
@@ -59,14 +59,14 @@ class Axes:
 def axes_of(plc: Plc, settings: Sequence[Mapping[str, Any]]) -> dict[str, Axes]:
     """The axes of each loop; units, ranges and descriptions come from the ``settings`` of its image."""
     by_name = {str(entry["loop"]): entry for entry in settings if "loop" in entry}
-    found = {}
+    axes = {}
     for i, loop in enumerate(plc.loops):
         entry, cfg = by_name.get(loop, {}), plc.cfg[i]
         pv, output = (dict(entry.get(key) or {}) for key in ("pv", "output"))
         shown = plc.outputs[i] if plc.outputs else output.get("range", PERCENT if output.get("unit") == "%" else None)
         low, high, counts = plc.scales[i]
         raw = "range" not in pv and high - low == counts
-        found[loop] = Axes(
+        axes[loop] = Axes(
             plc.signals[cfg.sig_pv],
             plc.signals[cfg.sig_sp],
             plc.signals[cfg.sig_out],
@@ -76,7 +76,7 @@ def axes_of(plc: Plc, settings: Sequence[Mapping[str, Any]]) -> dict[str, Axes]:
             root=root_of(plc, i),
             description=str(entry.get("description") or ""),
         )
-    return found
+    return axes
 
 
 def signals_of(axes: Mapping[str, Axes]) -> frozenset[str]:

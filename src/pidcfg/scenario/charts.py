@@ -28,8 +28,8 @@ def charts_of(outcome: Outcome, loops: Collection[str] = ()) -> list[Chart]:
     if report is None or recording is None:
         return []
     return [
-        _chart(loop, found, outcome.axes[loop], report, recording)
-        for loop, found in report.loops.items()
+        _chart(loop, loop_report, outcome.axes[loop], report, recording)
+        for loop, loop_report in report.loops.items()
         if not loops or loop in loops
     ]
 
@@ -38,11 +38,11 @@ def signals_before_root(outcome: Outcome) -> dict[str, str]:
     """What the signals are of each loop that takes the root of its PV, where the run was recorded."""
     if outcome.recording is None:
         return {}
-    told = {loop: before_root(axes, outcome.recording) for loop, axes in outcome.axes.items()}
-    return {loop: " ".join(texts) for loop, texts in told.items() if texts}
+    remarks = {loop: before_root(axes, outcome.recording) for loop, axes in outcome.axes.items()}
+    return {loop: " ".join(texts) for loop, texts in remarks.items() if texts}
 
 
-def _chart(loop: str, found: LoopReport, axes: Axes, report: Report, recording: Recording) -> Chart:
+def _chart(loop: str, loop_report: LoopReport, axes: Axes, report: Report, recording: Recording) -> Chart:
     marks, notes = failures(loop, report.expectations)
     events = [
         Mark(event.text if event.loop in {loop, None} else f"{event.loop}: {event.text}", event.at)
@@ -53,7 +53,7 @@ def _chart(loop: str, found: LoopReport, axes: Axes, report: Report, recording: 
         title=f"{loop}: {axes.description}" if axes.description else loop,
         loop=loop,
         panels=panels(axes, recording),
-        strips=strips(found, report.duration),
+        strips=strips(loop_report, report.duration),
         marks=(*events, *marks),
         begin=0.0,
         end=report.duration,
@@ -68,7 +68,7 @@ def before_root(axes: Axes, recording: Recording) -> tuple[str, ...]:
     _, values = recording.signal(axes.setpoint)
     if not values:
         return ()
-    return (axes.root.told(axes.setpoint.rpartition(".")[2], float(values[-1]), axes.pv_unit),)
+    return (axes.root.remark(axes.setpoint.rpartition(".")[2], float(values[-1]), axes.pv_unit),)
 
 
 def panels(axes: Axes, recording: Recording) -> tuple[Panel, ...]:
@@ -76,13 +76,13 @@ def panels(axes: Axes, recording: Recording) -> tuple[Panel, ...]:
     wanted: tuple[tuple[str, Role], ...] = ((axes.setpoint, "setpoint"), (axes.pv, "pv"))
     lines = [line(recording, name, role) for name, role in wanted if name]
     title = ", ".join(reversed([one.name for one in lines]))
-    found = [Panel(title, axes.pv_unit, tuple(lines))]
+    rows = [Panel(title, axes.pv_unit, tuple(lines))]
     if axes.root is not None:
-        found = [Panel(f"{title} before the root", "", tuple(lines))]
+        rows = [Panel(f"{title} before the root", "", tuple(lines))]
     if axes.output:
         output = line(recording, axes.output, "output")
-        found.append(Panel(output.name, axes.output_unit, (output,), axes.output_range))
-    return tuple(found)
+        rows.append(Panel(output.name, axes.output_unit, (output,), axes.output_range))
+    return tuple(rows)
 
 
 def line(recording: Recording, signal: str, role: Role, side: Side | None = None) -> Line:
@@ -91,20 +91,20 @@ def line(recording: Recording, signal: str, role: Role, side: Side | None = None
     return Line(signal.rpartition(".")[2], role, times, values, side)
 
 
-def strips(found: LoopReport, end: float) -> tuple[Strip, ...]:
+def strips(report: LoopReport, end: float) -> tuple[Strip, ...]:
     """Modes, then each alarm and flag that was on, then the steps of a profile."""
-    spans = [(one.alarm, one.at, one.cleared) for one in found.alarms]
-    rows = [Strip("mode", modes(found, end), "mode"), *_rows(spans, end, "alarm")]
-    if found.steps:
-        rows.append(Strip("ramp/soak", tuple(_bar(step, end) for step in found.steps), "step"))
-    rows += _rows([(one.name, one.at, one.until) for one in found.conditions], end, "condition")
+    spans = [(one.alarm, one.at, one.cleared) for one in report.alarms]
+    rows = [Strip("mode", modes(report, end), "mode"), *_rows(spans, end, "alarm")]
+    if report.steps:
+        rows.append(Strip("ramp/soak", tuple(_bar(step, end) for step in report.steps), "step"))
+    rows += _rows([(one.name, one.at, one.until) for one in report.conditions], end, "condition")
     return tuple(rows)
 
 
-def modes(found: LoopReport, end: float) -> tuple[Bar, ...]:
+def modes(report: LoopReport, end: float) -> tuple[Bar, ...]:
     """One bar for each time in a mode; a refusal changes none."""
-    bars, mode, since = [], found.first_mode, 0.0
-    for change in found.modes:
+    bars, mode, since = [], report.first_mode, 0.0
+    for change in report.modes:
         if change.mode != mode:
             bars.append(Bar(mode, since, change.at))
             mode, since = change.mode, change.at
@@ -120,7 +120,7 @@ def _rows(spans: Sequence[tuple[str, float, float | None]], end: float, kind: An
     """A row for each name, in the order in which they first came on."""
     names = list(dict.fromkeys(name for name, _, _ in spans))
     return [
-        Strip(name, tuple(Bar(name, at, end if off is None else off) for own, at, off in spans if own == name), kind)
+        Strip(name, tuple(Bar(name, at, end if off is None else off) for row, at, off in spans if row == name), kind)
         for name in names[:ROWS]
     ]
 

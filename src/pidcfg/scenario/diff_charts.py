@@ -32,7 +32,7 @@ def charts_of(
     (one, first), (two, second) = sources
     before, after = (f"{Path(name).name} ({vendor.key})" for name, (_, vendor) in zip(names, sources, strict=True))
     try:
-        found = verify(
+        verified = verify(
             (first, one, first.encoder(one).image),
             (second, two, second.encoder(two).image),
             (before, after),
@@ -44,7 +44,7 @@ def charts_of(
     except UnusableError as error:
         note(f"not drawn: {error}")
     else:
-        return [entry.chart for entry in found]
+        return [entry.chart for entry in verified]
     return []
 
 

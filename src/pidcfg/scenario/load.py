@@ -98,9 +98,9 @@ def read_scenario(doc: Document) -> tuple[Scenario | None, list[Diagnostic]]:
     return scenario, ordered([*doc.problems, *errors])
 
 
-def unreadable(found: Iterable[Diagnostic]) -> bool:
+def unreadable(findings: Iterable[Diagnostic]) -> bool:
     """Whether a text can be read in more than one way, such as a key that stands twice: what runs would be a guess."""
-    return any(map(unusable, found))
+    return any(map(unusable, findings))
 
 
 def check_scenario(doc: Document, limits: Limits, reader: Reader = DISK) -> list[Diagnostic]:
@@ -130,7 +130,7 @@ def place(problem: Problem, doc: Document) -> Diagnostic:
 
 def _read_config(loaded: Loaded, scenario: Scenario, limits: Limits, reader: Reader) -> None:
     """The configuration or listing, relative to the scenario."""
-    loaded.config = reader.beside(loaded.document.file, scenario.config)
+    loaded.config = reader.resolve(loaded.document.file, scenario.config)
     if scenario.config == STDIN:
         loaded.refuse(f"{scenario.config} is no file", "name a configuration or a memory listing")
         return
@@ -186,7 +186,7 @@ def _use_listing(loaded: Loaded, data: bytes, limits: Limits) -> None:
 
 
 def _use_words(loaded: Loaded, vendor: Vendor, listing: Listing) -> None:
-    """The image of a listing; one that cannot be told without its settings must have them."""
+    """The image of a listing; one that has no meaning without its settings must have them."""
     needed = any(option.needed for option in vendor.load("decode_options"))
     if needed or listing.settings or listing.plc:
         try:

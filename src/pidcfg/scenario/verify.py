@@ -157,14 +157,14 @@ def trend_of(vendor: Vendor, image: Any, data: dict[str, Any]) -> dict[str, list
     return {name: [float(row[i]) for row in rows[1:]] for i, name in enumerate(rows[0])}
 
 
-def at_times(column: list[float], own: list[float], wanted: list[float]) -> list[float]:
-    """The values of a column at other times: the last one that was."""
-    found, i = [], 0
+def at_times(column: list[float], times: list[float], wanted: list[float]) -> list[float]:
+    """The values of a column at other times: each is the last sample up to then."""
+    values, i = [], 0
     for time in wanted:
-        while i + 1 < len(own) and own[i + 1] <= time + 1e-9:
+        while i + 1 < len(times) and times[i + 1] <= time + 1e-9:
             i += 1
-        found.append(column[i])
-    return found
+        values.append(column[i])
+    return values
 
 
 def verify(
@@ -188,7 +188,7 @@ def verify(
         loops = neutral_loops(config, vendor)[0].loops
         places = range(len(loops)) if pairs is None else [pair[at] for pair in pairs]
         sides.append(Tested(vendor, image, [loops[i] for i in places], places))
-    plants = [plant_of(mine, theirs) for mine, theirs in zip(sides[0].loops, sides[1].loops, strict=True)]
+    plants = [plant_of(loop, other) for loop, other in zip(sides[0].loops, sides[1].loops, strict=True)]
     longest = max(plant.time for plant in plants)
     masters = {loop.setpoint.source for loop in sides[0].loops} - {None}
     ways: tuple[Way, ...] = ("alone", "linked", "ideal") if masters else ("alone",)
@@ -198,15 +198,15 @@ def verify(
         runs[way].append(_run(side, plants, way))
         if progress is not None:
             progress(done / len(rounds))
-    found = []
+    results = []
     for i, (loop, other) in enumerate(zip(*(side.loops for side in sides), strict=True)):
         linked = loop.setpoint.source is not None and other.setpoint.source is not None
         trends = runs["ideal" if loop.name in masters else "linked" if linked else "alone"]
         times, setpoints = times_of(longest), setpoints_of(plants[i], longest)
         pvs, outputs = zip(*(trend[i] for trend in trends), strict=True)
         chart = overlay(loop, times, setpoints, pvs, outputs, names, (STEP_AT * longest, LOAD_AT * longest))
-        found.append(_compared(loop, setpoints, pvs, outputs, chart))
-    return found
+        results.append(_compared(loop, setpoints, pvs, outputs, chart))
+    return results
 
 
 def _run(side: Tested, plants: Sequence[Plant], way: Way) -> list[tuple[list[float], list[float]]]:
@@ -219,7 +219,7 @@ def _run(side: Tested, plants: Sequence[Plant], way: Way) -> list[tuple[list[flo
     plc: Plc = side.vendor.module("controller").load(side.image)
     trend = trend_of(side.vendor, side.image, scenario_of(side, plants, plc, way))
     times = times_of(max(plant.time for plant in plants))
-    found = []
+    trends = []
     for i, loop in zip(side.places, side.loops, strict=True):
         low, high = scale_of(plc, i, loop)
         column = at_times(trend[f"{loop.name}.{plc.out_name}"], trend["time"], times)
@@ -227,8 +227,8 @@ def _run(side: Tested, plants: Sequence[Plant], way: Way) -> list[tuple[list[flo
         root = root_of(plc, i)
         if root is not None:
             pv = [root.taken(value) for value in pv]
-        found.append((pv, [(value - low) / (high - low) for value in column]))
-    return found
+        trends.append((pv, [(value - low) / (high - low) for value in column]))
+    return trends
 
 
 def times_of(longest: float) -> list[float]:

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from pidcfg.sim.problems import Problem, Route, unknown
+from pidcfg.sim.problems import Problem, unknown
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
+    from pidcfg.paths import Path
     from pidcfg.schemas.scenario import Expectation, Scenario
     from pidcfg.schemas.scenario_fields import Bound
     from pidcfg.sim.plc import Plc
@@ -26,7 +27,7 @@ UNITS = {"overshoot": ("", "%"), "settling_time": ("", "s"), "rise_time": ("", "
 """Units that the bounds of a metric may carry; none by default."""
 
 
-def check_expectation(path: Route, wanted: Expectation, scenario: Scenario, plc: Plc) -> Iterator[Problem]:
+def check_expectation(path: Path, wanted: Expectation, scenario: Scenario, plc: Plc) -> Iterator[Problem]:
     """One subject with the keys that go with it, and a bound."""
     fields = type(wanted).model_fields
     given = {fields[name].alias or name for name in wanted.model_fields_set}
@@ -55,7 +56,7 @@ def check_expectation(path: Route, wanted: Expectation, scenario: Scenario, plc:
             )
 
 
-def _check_names(path: Route, subject: str, wanted: Expectation, plc: Plc, scenario: Scenario) -> Iterator[Problem]:
+def _check_names(path: Path, subject: str, wanted: Expectation, plc: Plc, scenario: Scenario) -> Iterator[Problem]:
     """Names of loops, signals, alarms, modes and flags."""
     if wanted.loop is not None and wanted.loop not in plc.loops:
         yield unknown((*path, "loop"), "loop", wanted.loop, plc.loops)
@@ -76,7 +77,7 @@ def _check_names(path: Route, subject: str, wanted: Expectation, plc: Plc, scena
         )
 
 
-def _check_bounds(path: Route, subject: str, wanted: Expectation, given: set[str]) -> Iterator[Problem]:
+def _check_bounds(path: Path, subject: str, wanted: Expectation, given: set[str]) -> Iterator[Problem]:
     """Something must be demanded, in a unit that fits, and not the impossible."""
     needs = {"metric": {"min", "max"}, "signal": {"min", "max", "final"}, "alarm": {"never", "at", "before", "after"}}
     if subject in needs and not needs[subject] & given:

@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING
 
 from pydantic_core import PydanticCustomError
 
-from pidcfg.paths import dotted, leaves, steps
+from pidcfg.paths import Path, dotted, leaves, steps
 from pidcfg.schemas.base import parse_number
 from pidcfg.schemas.expressions import FUNCTIONS, NUMBER
 from pidcfg.sim.check_expectations import check_expectation
 from pidcfg.sim.plc import TICKS, Plc
-from pidcfg.sim.problems import Problem, Route, unknown
+from pidcfg.sim.problems import Problem, unknown
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -91,7 +91,7 @@ def _check_initial(scenario: Scenario, plc: Plc) -> Iterator[Problem]:
             yield unknown(path, "loop", loop, plc.loops, key=True)
 
 
-def _refused(path: Route, loop: str, plc: Plc, keys: tuple[str, ...], value: object) -> Iterator[Problem]:
+def _refused(path: Path, loop: str, plc: Plc, keys: tuple[str, ...], value: object) -> Iterator[Problem]:
     """What the controller has against a value."""
     try:
         plc.check_set(plc.loops.index(loop), keys, value)
@@ -100,7 +100,7 @@ def _refused(path: Route, loop: str, plc: Plc, keys: tuple[str, ...], value: obj
         yield Problem(path, f"{dotted(keys)}: {error.message()}", "value", help=cure, loop=loop)
 
 
-def _check_plant(path: Route, plant: Plant) -> Iterator[Problem]:
+def _check_plant(path: Path, plant: Plant) -> Iterator[Problem]:
     """Numbers within reason, and the keys that the model needs."""
     given = tuple(key for key in OWN_KEYS if key in plant.model_fields_set)
     allowed = MODEL_KEYS[plant.model]
@@ -129,7 +129,7 @@ def _numbers(plant: Plant) -> Iterator[tuple[str, Decimal]]:
         yield from ((key, value) for value in getattr(plant, key) or ())
 
 
-def _check_event(path: Route, event: Event, scenario: Scenario, plc: Plc) -> Iterator[Problem]:
+def _check_event(path: Path, event: Event, scenario: Scenario, plc: Plc) -> Iterator[Problem]:
     """One action, at a time within the run, on something that exists."""
     actions = [key for key in ACTIONS if getattr(event, key) is not None]
     if len(actions) != 1:
@@ -165,7 +165,7 @@ def _check_event(path: Route, event: Event, scenario: Scenario, plc: Plc) -> Ite
         yield from _check_command((*path, action), action, getattr(event, action), plc)
 
 
-def _check_command(path: Route, action: str, command: str, plc: Plc) -> Iterator[Problem]:
+def _check_command(path: Path, action: str, command: str, plc: Plc) -> Iterator[Problem]:
     """A command that this PLC has."""
     known = plc.commands[action]
     if not known:
@@ -174,7 +174,7 @@ def _check_command(path: Route, action: str, command: str, plc: Plc) -> Iterator
         yield unknown(path, f"command of {action} on this PLC", command, known)
 
 
-def _check_set(path: Route, event: Event, scenario: Scenario, plc: Plc) -> Iterator[Problem]:
+def _check_set(path: Path, event: Event, scenario: Scenario, plc: Plc) -> Iterator[Problem]:
     """New values of signals, or of a loop's parameters."""
     for keys, value, below in leaves(event.set):
         place = (*path, "set", *below)
@@ -190,7 +190,7 @@ def _check_set(path: Route, event: Event, scenario: Scenario, plc: Plc) -> Itera
             yield from _check_signal(place, name, value)
 
 
-def _check_input(path: Route, name: str, value: object, plc: Plc) -> Iterator[Problem]:
+def _check_input(path: Path, name: str, value: object, plc: Plc) -> Iterator[Problem]:
     """The value of a signal of the PLC's program."""
     try:
         plc.check_input(name, value)
@@ -198,7 +198,7 @@ def _check_input(path: Route, name: str, value: object, plc: Plc) -> Iterator[Pr
         yield Problem(path, f"{name}: {error.message()}", "value", help=(error.context or {}).get("help"))
 
 
-def _check_signal(path: Route, name: str, value: object) -> Iterator[Problem]:
+def _check_signal(path: Path, name: str, value: object) -> Iterator[Problem]:
     """The value of a signal from outside."""
     try:
         number = parse_number(value)
@@ -209,7 +209,7 @@ def _check_signal(path: Route, name: str, value: object) -> Iterator[Problem]:
         yield Problem(path, f"{name} is beyond {LARGEST:g}", "value")
 
 
-def _check_disturb(path: Route, event: Event, scenario: Scenario) -> Iterator[Problem]:
+def _check_disturb(path: Path, event: Event, scenario: Scenario) -> Iterator[Problem]:
     """New values of a plant's numbers."""
     names = {text.name or key: text for key, text in scenario.plants.items()}
     name = event.plant or event.loop

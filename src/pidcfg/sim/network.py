@@ -16,12 +16,13 @@ from pidcfg.sim.kernel import Channel
 from pidcfg.sim.parameters import numbers_of, set_parameters
 from pidcfg.sim.plants import MODELS, Plant
 from pidcfg.sim.plc import TICKS, Plc
-from pidcfg.sim.problems import Problem, Route, unknown
+from pidcfg.sim.problems import Problem, unknown
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
     from decimal import Decimal
 
+    from pidcfg.paths import Path
     from pidcfg.schemas.scenario import Plant as PlantText
     from pidcfg.schemas.scenario import Scenario
 
@@ -44,7 +45,7 @@ class Network:
     pool: Pool = field(default_factory=Pool)
     plant_of: dict[str, int] = field(default_factory=dict)
     """Index into ``plants`` by the name of its loop or its own."""
-    texts: dict[str, tuple[Route, PlantText]] = field(default_factory=dict)
+    texts: dict[str, tuple[Path, PlantText]] = field(default_factory=dict)
     parameters: dict[str, int] = field(default_factory=dict)
     noisy: list[str] = field(default_factory=list)
     """Names of the plants with noise, in the order of their columns."""
@@ -52,7 +53,7 @@ class Network:
     """Signals that events may set."""
     faults: dict[str, int] = field(default_factory=dict)
     """Index into ``channels`` of a loop whose sensor can break."""
-    sources: dict[int, Route] = field(default_factory=dict)
+    sources: dict[int, Path] = field(default_factory=dict)
     """Where the expression of a channel (its index) is written."""
     problems: list[Problem] = field(default_factory=list)
 
@@ -112,7 +113,7 @@ class _Later:
 
 def _add_plant(net: Network, plc: Plc, key: str | int, text: PlantText, later: _Later) -> None:
     """A plant with its signals; one that is named after a loop feeds the loop's PV."""
-    path: Route = ("plants", key)
+    path: Path = ("plants", key)
     name = str(key) if isinstance(key, str) else text.name
     if name is None:
         net.problems.append(
@@ -145,7 +146,7 @@ def _add_plant(net: Network, plc: Plc, key: str | int, text: PlantText, later: _
         net.parameters[f"{name}.{parameter}"] = net.slot(float(getattr(text, parameter)))
 
 
-def _within(path: Route, loop: str) -> Problem:
+def _within(path: Path, loop: str) -> Problem:
     """A plant for a loop that has its PV from the program."""
     message = f"the PV of {loop} comes from the PLC's program, no plant reaches it"
     cure = "wire the plant to the signal that the program makes the PV of"
@@ -184,7 +185,7 @@ def _read_inputs(net: Network, plc: Plc) -> dict[str, Expression]:
     return inputs
 
 
-def _read(net: Network, path: Route, text: str, names: Mapping[str, int]) -> Expression | None:
+def _read(net: Network, path: Path, text: str, names: Mapping[str, int]) -> Expression | None:
     """An expression, or a problem at its character."""
     try:
         return parse(text, names)

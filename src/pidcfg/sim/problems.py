@@ -13,8 +13,7 @@ from pidcfg.schemas.names import nearest
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-Route = tuple[str | int, ...]
-"""Keys and indices from the root of the scenario."""
+    from pidcfg.paths import Path
 
 KINDS = (
     "unknown_name",
@@ -36,7 +35,7 @@ KINDS = (
 class Problem:
     """One fault: where it stands, what it is, and the cure. ``offset`` is the character within an expression."""
 
-    path: Route
+    path: Path
     message: str
     kind: str = "combination"
     severity: str = "error"
@@ -46,7 +45,7 @@ class Problem:
     loop: str | None = None
 
 
-def unknown(path: Route, what: str, name: object, known: Iterable[str], *, key: bool = False) -> Problem:
+def unknown(path: Path, what: str, name: object, known: Iterable[str], *, key: bool = False) -> Problem:
     """A name that means nothing here, with the one that was probably meant."""
     names = list(known)
     near = nearest(str(name), names)

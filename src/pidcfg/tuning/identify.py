@@ -53,7 +53,7 @@ class Record:
 
 
 @dataclass(frozen=True, slots=True)
-class Found:
+class Identified:
     """What was identified: the process, when the step came, the PV before it, and how well it fits."""
 
     process: Process
@@ -72,7 +72,7 @@ class Found:
         return self.base + self.process.gain * self.step * (1 - exp(-past / self.process.time_constant))
 
 
-def identify(record: Record) -> Found:
+def identify(record: Record) -> Identified:
     """The process of a record; raises `RecordError`."""
     k = _step_at(record.output)
     low, high = fmean(record.output[:k]), fmean(record.output[k:])
@@ -90,7 +90,7 @@ def identify(record: Record) -> Found:
     at = record.time[k]
     times, values = _averaged([t - at for t in record.time[k:]], [y - base for y in record.pv[k:]])
     dead, constant, rise, left = _search(times, values)
-    return Found(Process(rise / step, constant, dead), at, base, step, noise, left / abs(rise))
+    return Identified(Process(rise / step, constant, dead), at, base, step, noise, left / abs(rise))
 
 
 def _step_at(output: Sequence[float]) -> int:

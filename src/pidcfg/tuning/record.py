@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from pidcfg.encoders.listing import ListingError
 from pidcfg.listings import listing_text
-from pidcfg.tuning.identify import Found, Record, RecordError, identify
+from pidcfg.tuning.identify import Identified, Record, RecordError, identify
 from pidcfg.tuning.rules import TuningError
 
 if TYPE_CHECKING:
@@ -21,7 +21,7 @@ class UnreadableRecordError(TuningError):
     """A record that tells no process, with its name and line."""
 
 
-def identified(data: bytes, name: str, limits: Limits) -> tuple[Found, Record]:
+def identified(data: bytes, name: str, limits: Limits) -> tuple[Identified, Record]:
     """The process of a recorded step, and its samples; raises `UnreadableRecordError`."""
     record, lines = read_record(data, name, limits)
     try:

@@ -182,7 +182,7 @@ def least_error_after_setpoint_steps(form: Form, process: Process) -> Gains:
 
 @dataclass(frozen=True, slots=True)
 class Method:
-    """A rule: what it is called and made of, which forms it knows, and how it computes."""
+    """A rule: its name and inputs, the controller forms it is for, and its formulas."""
 
     name: str
     title: str

@@ -1,6 +1,6 @@
-"""Known findings: a list that is made once and only loses entries.
+"""Known findings: a list that is written once and from then on only shrinks.
 
-An entry holds no line, so that it stays the same when text moves: code, severity, file, path and message. The path
+An entry has no line number, so that it survives edits above it: code, severity, file, path and message. The path
 names loops rather than counting them.
 """
 
@@ -12,8 +12,8 @@ from collections import Counter
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from pidcfg.diagnostics import Diagnostic, Severity, Span
-from pidcfg.validate.catalog import current, former, ignorable, number_of
+from pidcfg.diagnostics import Diagnostic, Severity, Span, number_of
+from pidcfg.validate.catalog import current, former, ignorable
 from pidcfg.validate.codes import D317, SUPPRESSION
 
 if TYPE_CHECKING:
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 VERSION = 1
 NEVER_KNOWN = frozenset(rule.code for rule in SUPPRESSION)
-"""What is wrong with ignores and with the baseline itself is mended, not kept."""
+"""What is wrong with ignores and with the baseline itself is to be corrected, and never enters a baseline."""
 COUNTED_LOOP = re.compile(r"^loops\[\d+\]")
 
 
@@ -61,14 +61,14 @@ def enters(finding: Diagnostic) -> bool:
 
 def compare(
     findings: Sequence[Diagnostic],
-    chosen: Callable[[Diagnostic], bool],
+    is_selected: Callable[[Diagnostic], bool],
     entries: Sequence[Entry],
-    checked: set[str],
+    checked_files: set[str],
     file_of: Callable[[str], str],
 ) -> Compared:
-    """Holds findings against a baseline; ``chosen`` says which are reported, ``checked`` which files were gone through.
+    """Compares findings in ``checked_files`` with a baseline; those that ``is_selected`` refuses are not reported.
 
-    An entry is stale when its file was gone through, every rule has seen it, and the finding was not there.
+    An entry is stale when its file was checked by every rule, and the finding was not there.
     """
     left = Counter(entries)
     new: list[Diagnostic] = []
@@ -77,21 +77,21 @@ def compare(
         key = entry(d, file_of)
         if enters(d) and left[key] > 0:
             left[key] -= 1
-            if chosen(d):
+            if is_selected(d):
                 known.append(d)
-        elif chosen(d):
+        elif is_selected(d):
             new.append(d)
     unread = {file_of(d.file) for d in findings if not ignorable(d)}
-    seen = checked - unread
-    stale = [e for e in entries if e.file in seen and _take(left, e)]
+    read_files = checked_files - unread
+    stale = [e for e in entries if e.file in read_files and _take(left, e)]
     return Compared(new, known, stale)
 
 
 def _take(left: Counter[Entry], key: Entry) -> bool:
     """Counts one down, if there is one."""
-    there = left[key] > 0
-    left[key] -= there
-    return there
+    present = left[key] > 0
+    left[key] -= present
+    return present
 
 
 def without(entries: Sequence[Entry], stale: Sequence[Entry]) -> list[Entry]:
@@ -100,7 +100,7 @@ def without(entries: Sequence[Entry], stale: Sequence[Entry]) -> list[Entry]:
 
 
 def to_text(entries: Iterable[Entry]) -> str:
-    """A baseline as a file: one entry a line, in order, so that a review sees what has gone."""
+    """A baseline as a file: one entry a line, in order, so that a diff shows what was removed."""
     in_order = sorted(entries, key=lambda e: (number_of(e.code), e))
     rows = ",\n".join(f"    {_row(e)}" for e in in_order)
     body = f"[\n{rows}\n  ]" if rows else "[]"
@@ -144,8 +144,8 @@ def stale_findings(stale: Sequence[Entry], ignored: Collection[Entry], text: str
     for e in stale:
         line = next((where[row] for row in map(_row, (e, e._replace(code=former(e.code)))) if row in where), 1)
         column = len(lines[line - 1]) - len(lines[line - 1].lstrip()) + 1
-        gone = "is ignored by a comment now" if e in ignored else "no longer occurs"
-        message = f"{e.code} {gone} in {e.file}" + (f" at {e.path}" if e.path else "") + f": {e.message}"
+        status = "is ignored by a comment now" if e in ignored else "no longer occurs"
+        message = f"{e.code} {status} in {e.file}" + (f" at {e.path}" if e.path else "") + f": {e.message}"
         findings.append(
             Diagnostic(
                 "PID048",

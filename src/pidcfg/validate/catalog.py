@@ -9,7 +9,7 @@ import re
 from functools import cache
 from typing import TYPE_CHECKING
 
-from pidcfg.diagnostics import Severity
+from pidcfg.diagnostics import Severity, number_of
 from pidcfg.validate.codes import LISTING, READING, SCENARIO, SCHEMA, SUPPRESSION
 from pidcfg.vendors import VENDORS
 
@@ -20,26 +20,26 @@ if TYPE_CHECKING:
     from pidcfg.validate.rule import Rule
 
 PREFIX = "PID"
-"""How codes begin that belong to no vendor."""
+"""The prefix of codes that belong to no vendor."""
 CODE = re.compile(rf"(?:{'|'.join([PREFIX, *(vendor.prefix for vendor in VENDORS.values())])})[0-9]{{3}}")
 """A code as it is written in full."""
 FORMER = re.compile(rf"{PREFIX}([2-8])([0-9]{{0,2}})")
-"""A vendor's code, or its beginning, from before every vendor had a prefix of its own."""
+"""A vendor's code, or its beginning, from before each vendor had its own prefix."""
 FORMER_GROUPS = {"2": "dl06", "3": "click", "4": "ezlogix", "5": "dl06", "6": "nextopid", "7": "dpide", "8": "generic"}
-"""Whose such a code is, by the first digit of its number; the number has stayed."""
+"""The vendor of such a code, by the first digit of its number; the number has not changed."""
 FILES, COMMON = "reading", "common"
 GROUPS = {
     FILES: f"{PREFIX}0",
     COMMON: f"{PREFIX}1",
     **{vendor.key: vendor.prefix for vendor in VENDORS.values()},
 }
-"""What codes begin with: those about any file, those of every vendor, and those of one; none moves to another group."""
+"""The prefixes of codes about any file, of the common rules, and of each vendor; no code changes its group."""
 FILE_RULES = {rule.code: rule for rule in (*READING, *LISTING, *SCHEMA, *SUPPRESSION, *SCENARIO)}
 """What can be wrong with any file, before rules over a configuration run."""
 
 
 def group_of(code: str) -> str | None:
-    """The group of a code; None for what is no code."""
+    """The group of a code; None for text that is not a code."""
     return next((group for group, begin in GROUPS.items() if code.startswith(begin)), None)
 
 
@@ -54,31 +54,26 @@ def former(code: str) -> str:
     return PREFIX + number_of(code)
 
 
-def number_of(code: str) -> str:
-    """The number of a code, by which codes are put in order."""
-    return code[-3:]
-
-
-def is_meant(code: str, beginning: str) -> bool:
-    """Whether a code begins so; the beginning that all codes once had, and any part of it, means every code."""
+def matches(code: str, beginning: str) -> bool:
+    """Whether a code has a prefix; the prefix that all codes once had, and any part of it, matches every code."""
     return code.startswith(beginning) or PREFIX.startswith(beginning)
 
 
 def rules(begin: str = "") -> dict[str, Rule]:
-    """The rules whose codes begin so, in order."""
-    groups = [group for group, start in GROUPS.items() if begin.startswith(start) or is_meant(start, begin)]
-    found = {code: rule for group in groups for code, rule in _rules_of(group).items() if is_meant(code, begin)}
-    return dict(sorted(found.items(), key=lambda row: number_of(row[0])))
+    """The rules whose codes have a prefix, in order."""
+    groups = [group for group, start in GROUPS.items() if begin.startswith(start) or matches(start, begin)]
+    matching = {code: rule for group in groups for code, rule in _rules_of(group).items() if matches(code, begin)}
+    return dict(sorted(matching.items(), key=lambda row: number_of(row[0])))
 
 
 def rule_of(code: str) -> Rule:
-    """The rule that has a code; raises `KeyError` for what is no rule's."""
+    """The rule that has a code; raises `KeyError` where no rule has it."""
     return _rules_of(group_of(code))[code]
 
 
 @cache
 def _rules_of(group: str | None) -> Mapping[str, Rule]:
-    """The rules of one group by code; a vendor has those for every vendor as well."""
+    """The rules of one group by code; a vendor's group includes the common rules."""
     if group in VENDORS:
         rules: Mapping[str, Rule] = VENDORS[group].load("rules")
         return rules
@@ -90,7 +85,7 @@ def _rules_of(group: str | None) -> Mapping[str, Rule]:
 
 
 def ignorable(finding: Diagnostic) -> bool:
-    """Whether a user may do without a finding: not where a file cannot be read, or its words cannot be made."""
+    """Whether a user may ignore a finding: not where the file cannot be read or encoded."""
     return rule_of(finding.code).ignorable or finding.severity is not Severity.ERROR
 
 

@@ -51,7 +51,7 @@ def _unreadable(code: str, name: str, title: str, why: str, fix: str) -> Rule:
 
 
 def _remark(code: str, name: str, title: str, why: str, fix: str, basis: Decision = D315) -> Rule:
-    """A warning about what a user has said of findings."""
+    """A warning about a comment or a baseline."""
     return replace(_row(code, name, title, why, fix, Severity.WARNING), basis=basis)
 
 
@@ -105,7 +105,7 @@ SUPPRESSION = (
     _remark("PID047", "not-ignorable", "A comment ignores an error that cannot be ignored.", "Without it there is no configuration: nothing else in the file has been checked.", "Correct the error, and delete the comment."),
     _remark("PID048", "stale-baseline-entry", "A baseline knows a finding that no longer occurs.", "It would hide the same finding when it comes back.", "Run `pidcfg validate` on the same paths with `--shrink-baseline`.", D317),
 )
-"""What is wrong with what a user has said about findings, in comments and baselines."""
+"""Mistakes in comments and baselines that are to suppress findings."""
 SCENARIO = (
     _row("PID050", "unknown-name", "A scenario names a loop, signal, alarm, mode or key that its configuration does not have.", "The event or expectation would concern nothing.", "Correct the spelling; the message suggests the nearest name."),
     _row("PID051", "bad-expression", "An expression of signals cannot be read.", "Only numbers, declared names, + - * /, parentheses and min, max, abs, sqrt have a meaning.", "Correct the character that the message points at."),

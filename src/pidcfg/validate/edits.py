@@ -1,4 +1,4 @@
-"""What mends a finding without changing what anybody means: made where the finding is made, applied by `fixes`."""
+"""Edits that correct a finding without changing the meaning of the file; `fixes` applies them."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Any
 
 from pydantic import ValidationError
 
-from pidcfg.diagnostics import Edit, Path, Span
+from pidcfg.diagnostics import Edit, Span
 from pidcfg.document import span_of
-from pidcfg.paths import value_at
+from pidcfg.paths import Path, value_at
 
 if TYPE_CHECKING:
     from pydantic import BaseModel
@@ -72,16 +72,16 @@ def key_edits(
     """The edits of keys that may be renamed: nothing has the new key yet, and its value is right for it."""
     uses = Counter((path[:-1], key) for path, key in new_keys.items())
     new_keys = {path: key for path, key in new_keys.items() if uses[path[:-1], key] == 1}
-    sound: dict[Path, str] = {}
+    accepted: dict[Path, str] = {}
     waiting, tries = [new_keys] if new_keys else [], 0
     while waiting and tries < MOST_TRIES:
-        some, tries = waiting.pop(), tries + 1
-        if _fits(model, doc.data, some, faults):
-            sound |= some
-        elif len(some) > 1:
-            half = len(some) // 2
-            waiting += [dict(islice(some.items(), half, None)), dict(islice(some.items(), half))]
-    return {path: edits for path, key in sound.items() if (edits := of_key(doc, path, key))}
+        group, tries = waiting.pop(), tries + 1
+        if _fits(model, doc.data, group, faults):
+            accepted |= group
+        elif len(group) > 1:
+            half = len(group) // 2
+            waiting += [dict(islice(group.items(), half, None)), dict(islice(group.items(), half))]
+    return {path: edits for path, key in accepted.items() if (edits := of_key(doc, path, key))}
 
 
 def _fits(model: type[BaseModel], data: Any, new_keys: dict[Path, str], faults: list[Any]) -> bool:

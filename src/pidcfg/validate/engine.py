@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Checked:
-    """The outcome for one file: findings in order, and as far as they could be made, its vendor, model and image."""
+    """The outcome for one file: findings in order, and its vendor, model and image as far as they exist."""
 
     document: Document
     findings: tuple[Diagnostic, ...]

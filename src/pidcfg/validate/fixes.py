@@ -60,7 +60,7 @@ class Fixed:
 
 
 def splice(text: str, edits: Iterable[Edit]) -> str:
-    """The text with every edit made; of two that overlap the first one counts."""
+    """The text with every edit applied; of two that overlap, the first."""
     starts = [0, *(match.end() for match in LINE_BREAK.finditer(text))]
     parts, at = [], 0
     for begin, end, new in sorted({(*_range(starts, edit.span), edit.text) for edit in edits}):
@@ -129,31 +129,31 @@ class Fixer:
     def _quoted(self, state: _State) -> tuple[_State, list[Diagnostic]]:
         """A text that can be read once some words are quoted, and would say the same with any other word there."""
         fixed: list[Diagnostic] = []
-        now, other = state, state.doc.text
-        while now.doc.data is None and len(fixed) < MOST_ONE_BY_ONE:
-            edits = [edit for d in now.findings if self.wanted(d) for edit in d.edits]
-            if len(now.findings) != 1 or len(edits) != 1:
+        current, other = state, state.doc.text
+        while current.doc.data is None and len(fixed) < MOST_ONE_BY_ONE:
+            edits = [edit for d in current.findings if self.wanted(d) for edit in d.edits]
+            if len(current.findings) != 1 or len(edits) != 1:
                 return state, []
-            fixed += now.findings
+            fixed += current.findings
             other = splice(other, [Edit(edits[0].span, PLACEHOLDER * len(edits[0].text))])
-            now = self._state(self._encoded(state, splice(now.doc.text, edits)))
+            current = self._state(self._encoded(state, splice(current.doc.text, edits)))
         replaced = self.read(other.encode())
-        return (
-            (now, fixed) if now.doc.data is not None and same_but_quotes(now.doc.data, replaced.data) else (state, [])
-        )
+        if current.doc.data is None or not same_but_quotes(current.doc.data, replaced.data):
+            return state, []
+        return current, fixed
 
     @staticmethod
     def _encoded(state: _State, text: str) -> bytes:
         """A text as bytes, with the byte order mark that the file had."""
         return (BOM if state.data.startswith(BOM) else b"") + text.encode()
 
-    def _attempt(self, state: _State, some: list[Diagnostic]) -> _State | None:
+    def _attempt(self, state: _State, fixed: list[Diagnostic]) -> _State | None:
         """The file with some corrections, if they can be proven."""
         if self._encoded(state, state.doc.text) != state.data:
             return None
-        text = splice(state.doc.text, (edit for d in some for edit in d.edits))
+        text = splice(state.doc.text, (edit for d in fixed for edit in d.edits))
         after = self._state(self._encoded(state, text))
-        return after if proven(state.doc, state.findings, some, after.doc, after.findings) else None
+        return after if proven(state.doc, state.findings, fixed, after.doc, after.findings) else None
 
 
 def _apart(findings: Iterable[Diagnostic]) -> Iterator[Diagnostic]:
@@ -221,7 +221,7 @@ def same_but_quotes(quoted: Any, plain: Any) -> bool:
 
 
 def same(one: Any, other: Any) -> bool:
-    """Whether data are equal, quoted and unquoted texts told apart."""
+    """Whether data are equal, where quoted and unquoted texts differ."""
     if type(one) is not type(other):
         return False
     if isinstance(one, dict):

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 from pidcfg.diagnostics import Severity
 
 if TYPE_CHECKING:
-    from pidcfg.diagnostics import Path
+    from pidcfg.paths import Path
     from pidcfg.refs import Basis
 
 PLACEHOLDER = re.compile(r"\{(\w+)")
@@ -33,7 +33,7 @@ class Finding:
     fix: str | None = None
     basis: Basis | None = None
     offset: int | None = None
-    """The character (0-based) that is meant within a value; None: all of it."""
+    """The character (0-based) within a value that the finding points at; None: the whole value."""
     other_loops: tuple[str, ...] = ()
     """Further loops that it concerns, where it is reported once."""
 
@@ -97,7 +97,7 @@ def error(code: str, basis: Basis, message: str) -> Label:
 
 
 def warning(code: str, basis: Basis, message: str) -> Label:
-    """A rule about what is seldom meant."""
+    """A rule about what is seldom intended."""
     return _label(Severity.WARNING, code, basis, message)
 
 

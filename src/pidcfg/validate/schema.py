@@ -1,4 +1,4 @@
-"""Schema errors as findings: pydantic's own words are replaced, and each gets a code, a place and a cure."""
+"""Schema errors as findings: each gets a code, a place, a cure and a message that replaces pydantic's."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, TypeVar, get_args, get_origin
 
 from pydantic import BaseModel, ValidationError
 
-from pidcfg.diagnostics import Diagnostic, Edit, Path, Severity
+from pidcfg.diagnostics import Diagnostic, Edit, Severity
 from pidcfg.validate.codes import BY_KIND, OTHER_KIND
 from pidcfg.validate.edits import MOST_KEYS, key_edits, of_value
 from pidcfg.validate.spelling import clear_match, keys_of, models_in
@@ -16,6 +16,7 @@ from pidcfg.validate.spelling import clear_match, keys_of, models_in
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
 
+    from pidcfg.paths import Path
     from pidcfg.source import Document
 
 KINDS = {
@@ -40,17 +41,17 @@ M = TypeVar("M", bound=BaseModel)
 
 def read_model(model: type[M], doc: Document) -> tuple[M | None, list[Diagnostic]]:
     """The document as a model, or what is wrong with it."""
-    found = [_no_value(doc, path) for path in _nulls(doc.data, ())]
+    findings = [_no_value(doc, path) for path in _nulls(doc.data, ())]
     try:
         config = model.model_validate(doc.data)
     except ValidationError as error:
-        nulls = {d.path for d in found}
+        nulls = {d.path for d in findings}
         faults = error.errors(include_url=False)
         errors = [(d, e) for d, e in ((_diagnostic(e, model, doc), e) for e in faults) if d.path not in nulls]
         edits = renames(errors, model, doc)
-        told = [replace(d, edits=edits[d.path]) if d.path in edits else d for d, _ in errors]
-        return None, [*found, *_without_echoes(told)]
-    return (None if found else config), found
+        with_edits = [replace(d, edits=edits[d.path]) if d.path in edits else d for d, _ in errors]
+        return None, [*findings, *_without_echoes(with_edits)]
+    return (None if findings else config), findings
 
 
 def _nulls(value: Any, path: Path) -> Iterator[Path]:
@@ -63,14 +64,14 @@ def _nulls(value: Any, path: Path) -> Iterator[Path]:
             yield from _nulls(inner, (*path, step))
 
 
-def _without_echoes(found: list[Diagnostic]) -> Iterator[Diagnostic]:
-    """A misspelt key is missing as well; the finding that suggests the spelling is enough."""
-    meant = {
+def _without_echoes(errors: list[Diagnostic]) -> Iterator[Diagnostic]:
+    """Without the errors for missing keys that another error suggests as the spelling of an unknown key."""
+    suggested = {
         (*d.path[:-1], d.help.removeprefix(DID_YOU_MEAN)[:-1])
-        for d in found
+        for d in errors
         if d.code == "PID020" and d.help and DID_YOU_MEAN in d.help
     }
-    yield from (d for d in found if d.code != "PID021" or d.path not in meant)
+    yield from (d for d in errors if d.code != "PID021" or d.path not in suggested)
 
 
 def _no_value(doc: Document, path: Path) -> Diagnostic:
@@ -112,22 +113,22 @@ def same_word(value: object, choices: Iterable[str]) -> str | None:
 
 def written(place: Path, data: Any) -> Path:
     """A place of pydantic's as the file has it: without the word that chose one of several models."""
-    found: list[str | int] = []
+    path: list[str | int] = []
     for step in place:
         if isinstance(data, dict) and step not in data and data.get(UNION_KEY) == step:
             continue
-        found.append(step)
+        path.append(step)
         if isinstance(data, dict):
             data = data.get(step)
         elif isinstance(data, list) and isinstance(step, int):
             data = data[step]
         else:
             data = None
-    return tuple(found)
+    return tuple(path)
 
 
 def _wording(error: Any, path: Path, model: type[BaseModel]) -> tuple[str, str | None]:
-    """Message and cure in our own words."""
+    """Message and cure, in place of pydantic's."""
     kind, context, value = error["type"], error.get("ctx", {}), error["input"]
     key = str(path[-1]) if path else "the file"
     if path == ("pidcfg",):
@@ -175,8 +176,8 @@ def unknown_key(key: str, known: list[str]) -> tuple[str, str | None]:
 def not_a_choice(key: str, value: object, choices: list[str]) -> tuple[str, str | None]:
     """The message and cure for a word that is not in a list."""
     near = difflib.get_close_matches(str(value).lower(), [c.lower() for c in choices], n=1, cutoff=0.5)
-    meant = next((c for c in choices if near and c.lower() == near[0]), None)
-    return f"{key} is {shown(value)}, not one of {', '.join(choices)}", f"{DID_YOU_MEAN}{meant}?" if meant else None
+    choice = next((c for c in choices if near and c.lower() == near[0]), None)
+    return f"{key} is {shown(value)}, not one of {', '.join(choices)}", f"{DID_YOU_MEAN}{choice}?" if choice else None
 
 
 def shown(value: object) -> str:
@@ -213,13 +214,15 @@ def _chosen_by(model: type[BaseModel]) -> str | None:
     return next(iter(get_args(field.annotation)), None) if field else None
 
 
-def renames(found: list[tuple[Diagnostic, Any]], model: type[BaseModel], doc: Document) -> dict[Path, tuple[Edit, ...]]:
-    """The edits that correct unknown keys, by their paths: where one key can be meant and its value is right for it."""
-    unknown = [(d.path, e["loc"][:-1]) for d, e in found if d.code == "PID020"][:MOST_KEYS]
+def renames(
+    errors: list[tuple[Diagnostic, Any]], model: type[BaseModel], doc: Document
+) -> dict[Path, tuple[Edit, ...]]:
+    """The edits that correct unknown keys, by their paths: where one key alone is likely and takes the value."""
+    unknown = [(d.path, e["loc"][:-1]) for d, e in errors if d.code == "PID020"][:MOST_KEYS]
     if not unknown:
         return {}
-    meant = {path: key for path, place in unknown if (key := clear_match(str(path[-1]), keys_at(model, place)))}
-    return key_edits(meant, [e for _, e in found], model, doc)
+    new_keys = {path: key for path, place in unknown if (key := clear_match(str(path[-1]), keys_at(model, place)))}
+    return key_edits(new_keys, [e for _, e in errors], model, doc)
 
 
 def loop_name(doc: Document, path: Path) -> str | None:

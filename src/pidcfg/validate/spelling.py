@@ -1,4 +1,4 @@
-"""Which key a misspelt one can only be: careful enough that no key of any vendor is ever taken for another."""
+"""The one key that a misspelt key can stand for; no valid key of any vendor is ever replaced by another."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ BETWEEN = str.maketrans("", "", "-_ ")
 
 
 def clear_match(key: str, known: Sequence[str]) -> str | None:
-    """The only key that can be meant, or None.
+    """The only key that a misspelt one can stand for, or None.
 
     It differs from what is written in capitals, hyphens and underscores alone, or by one slip inside a long word with
-    every other key of the place clearly further. What is a key of any vendor, anywhere, means itself.
+    every other key of the place clearly further. A valid key of any vendor is never replaced.
     """
     same = [name for name in known if _folded(name) == _folded(key)]
     if same:
@@ -59,7 +59,7 @@ def is_slip(key: str, name: str) -> bool:
 
 def _in_word(name: str, first: int, last: int, letters: int) -> bool:
     """Whether places of a name lie in one word of so many letters."""
-    words = (found.span() for found in WORDS.finditer(name))
+    words = (match.span() for match in WORDS.finditer(name))
     return any(begin <= first and last < end and end - begin >= letters for begin, end in words)
 
 

@@ -1,6 +1,6 @@
 """Findings that a comment in the file ignores: ``# pidcfg: ignore[DL211] reason``.
 
-At the end of a line the comment speaks of findings that begin on this line; on a line of its own, of the next line that
+At the end of a line the comment applies to findings that begin there; on its own line, to those of the next line that
 holds more than a comment. Every code is written in full, with a reason; what ignores nothing is reported. It stands at
 the very beginning of its comment: a line that was commented out, or prose, ignores nothing. What an alias (``*name``)
 brings to another place is ignored at the alias.
@@ -39,7 +39,7 @@ FORM = "write # pidcfg: ignore[DL211] reason"
 class Ignored:
     """A finding that a comment ignores, and why."""
 
-    found: Diagnostic
+    finding: Diagnostic
     reason: str
 
 
@@ -53,7 +53,7 @@ class Suppressed:
 
 @dataclass(frozen=True, slots=True)
 class _Ignore:
-    """One comment: the line that it speaks of (0: none), its codes and its reason."""
+    """One comment: the line that it applies to (0: none), its codes and its reason."""
 
     comment: Comment
     span: Span
@@ -61,30 +61,30 @@ class _Ignore:
     codes: tuple[str, ...]
     reason: str
     whole: bool
-    """Whether the comment says nothing else."""
+    """Whether the comment contains nothing else."""
 
 
-def suppress(found: Sequence[Diagnostic], doc: Document) -> Suppressed:
-    """Takes the findings that the comments of a file ignore out of them."""
-    if not HINT.search(doc.text) or any(map(unusable, found)):
-        return Suppressed(list(found))
+def suppress(findings: Sequence[Diagnostic], doc: Document) -> Suppressed:
+    """Removes the findings that comments of the file ignore, and adds the mistakes in these comments."""
+    if not HINT.search(doc.text) or any(map(unusable, findings)):
+        return Suppressed(list(findings))
     ignores, problems = _read(doc)
     kept: list[Diagnostic] = []
     ignored: list[Ignored] = []
     used: set[tuple[int, str]] = set()
     places = Places(doc)
     by_place = {(ignore.target, code): (i, ignore) for i, ignore in enumerate(ignores) for code in ignore.codes}
-    for d in found:
+    for d in findings:
         match = by_place.get((places.line(d), d.code)) if ignorable(d) else None
         if match is None:
             kept.append(d)
         else:
             used.add((match[0], d.code))
             ignored.append(Ignored(d, match[1].reason))
-    whole = all(map(ignorable, found))
+    whole = all(map(ignorable, findings))
     for i, ignore in enumerate(ignores):
-        mine = {code for index, code in used if index == i}
-        problems += _remarks(ignore, mine, doc, checked=whole)
+        used_codes = {code for index, code in used if index == i}
+        problems += _remarks(ignore, used_codes, doc, checked=whole)
     return Suppressed(kept + problems, ignored)
 
 
@@ -183,7 +183,7 @@ def _unknown(code: str, doc: Document, ignore: _Ignore) -> Diagnostic:
 
 
 def _without(ignore: _Ignore, unused: set[str], doc: Document) -> tuple[Edit, ...]:
-    """The edit that takes the codes away: out of the bracket, or all but the reason, which may be news to somebody."""
+    """The edit that takes the codes away: out of the bracket, or all but the reason, which may be worth keeping."""
     line, column = ignore.span.line, ignore.span.column
     row = doc.lines[line - 1]
     left = [code for code in ignore.codes if code not in unused]

@@ -12,7 +12,8 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
     from decimal import Decimal
 
-    from pidcfg.diagnostics import Path, Severity
+    from pidcfg.diagnostics import Severity
+    from pidcfg.paths import Path
     from pidcfg.refs import Basis
 
 DIGITS = 12
@@ -29,7 +30,7 @@ class Named(Protocol):
 
 
 class Placed(Protocol):
-    """A loop in its file, where findings are made."""
+    """A loop at its place in the file, for rules that report findings there."""
 
     @property
     def name(self) -> str:
@@ -101,9 +102,9 @@ class Context(Generic[ConfigT, EncodingT]):
 
 def complete(values: Iterable[Value | None]) -> list[Value]:
     """All of some values; empty as soon as one of them is None."""
-    found = list(values)
-    known = [value for value in found if value is not None]
-    return known if len(known) == len(found) else []
+    items = list(values)
+    known = [value for value in items if value is not None]
+    return known if len(known) == len(items) else []
 
 
 def value_or_switch(part: object, key: str) -> str:

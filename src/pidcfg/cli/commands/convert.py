@@ -169,4 +169,4 @@ def refuse(result: ConvertResult, lossy: bool, max_deviation: float | None) -> N
         note("something would be lost: nothing was written; --allow-loss writes it all the same")
     else:
         note(f"a PV is further apart than {max_deviation:g} % of its range: nothing was written")
-    click.get_current_context().exit(Exit.FOUND)
+    click.get_current_context().exit(Exit.FINDINGS)

@@ -77,7 +77,7 @@ def command(
     if plots.TERMINAL in plot:
         plots.show(charts)
     if exits and not result.same:
-        click.get_current_context().exit(Exit.FOUND)
+        click.get_current_context().exit(Exit.FINDINGS)
 
 
 def _source(name: str, limits: Limits, fmt: str) -> Document | bytes:

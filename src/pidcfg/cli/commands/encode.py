@@ -74,7 +74,7 @@ def command(
     if not quiet:
         tell(result.kind, names, result.checklist, len(result.image.cells), out)
     if conflicts:
-        click.get_current_context().exit(Exit.FOUND)
+        click.get_current_context().exit(Exit.FINDINGS)
 
 
 def _other(name: str, limits: Limits) -> Input:
@@ -104,7 +104,7 @@ def _put(kind: FileKind, parts: Mapping[str, str], out: str | None, *, force: bo
     from pidcfg.cli.files.outputs import write_files
 
     if out is not None:
-        files = {beside(out, suffix): text.encode(kind.encoding) for suffix, text in parts.items()}
+        files = {part_name(out, suffix): text.encode(kind.encoding) for suffix, text in parts.items()}
         write_files(files, force=force)
         return list(files)
     if len(parts) > 1 or kind.encoding != "utf-8":
@@ -113,7 +113,7 @@ def _put(kind: FileKind, parts: Mapping[str, str], out: str | None, *, force: bo
     return []
 
 
-def beside(path: str, suffix: str) -> str:
+def part_name(path: str, suffix: str) -> str:
     """The name of one file of several: the suffix before the extension."""
     if not suffix:
         return path

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from typing import TYPE_CHECKING, NoReturn
 
 import click
@@ -12,6 +11,7 @@ from pidcfg.cli.arguments import usage
 from pidcfg.cli.main import Exit
 from pidcfg.cli.terminal.console import echo_json, markdown, note, show
 from pidcfg.vendors import VENDORS
+from pidcfg.writer import json_text
 
 if TYPE_CHECKING:
     from pidcfg.document import Document
@@ -90,7 +90,7 @@ def command(
     if not result.ok:
         _refuse(result, str(config))
     if fmt == "json":
-        echo_json(json.dumps(result.to_json(), indent=2, ensure_ascii=False) + "\n")
+        echo_json(json_text(result.to_json()))
     elif not result.pages:
         show(forms_text(result.examples))
     elif all(page.markdown for page in result.pages):

@@ -111,14 +111,16 @@ def command(
     if out is None and csv is None and xlsx is None:
         out = PAGE
     _have("page" if out is not None else None, "xlsx" if xlsx is not None else None)
-    found = gathered(paths, limits, _progress, pictures=out is not None)
+    inputs = gathered(paths, limits, _progress, pictures=out is not None)
     block = Title(title, project, customer, plant, document, revision, author, date, __version__)
-    made = compose(block, list(found.files.values()), list(found.configurations.values()), found.runs, found.findings)
-    content = renamed(made, shortener([file.name for file in made.files]))
+    complete = compose(
+        block, list(inputs.files.values()), list(inputs.configurations.values()), inputs.runs, inputs.findings
+    )
+    content = renamed(complete, shortener([file.name for file in complete.files]))
     _write(content, out, csv, xlsx, force=force)
     if not quiet:
         note(summary(content, [name for name in (out, csv, xlsx) if name not in {None, STDOUT}]))
-    click.get_current_context().exit(Exit.OK if exit_zero else exit_code(found, strict=strict))
+    click.get_current_context().exit(Exit.OK if exit_zero else exit_code(inputs, strict=strict))
 
 
 def _have(*wanted: str | None) -> None:
@@ -203,8 +205,8 @@ def summary(content: Content, names: Sequence[str]) -> str:
     return f"{', '.join(names) or 'report'}: {', '.join(parts)}"
 
 
-def exit_code(found: Gathered, *, strict: bool) -> Exit:
+def exit_code(content: Gathered, *, strict: bool) -> Exit:
     """As validate and simulate would end; what is unusable outweighs what was found."""
     from pidcfg.cli.commands import simulate, validate
 
-    return max(validate.exit_code(found.findings, strict=strict), simulate.exit_code(found.outcomes, strict=strict))
+    return max(validate.exit_code(content.findings, strict=strict), simulate.exit_code(content.outcomes, strict=strict))

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import difflib
-import json
 from typing import TYPE_CHECKING
 
 import click
 
 from pidcfg.cli import options
 from pidcfg.cli.terminal.console import echo_json, markdown, show
+from pidcfg.writer import json_text
 
 if TYPE_CHECKING:
     from pidcfg.validate.rule import Rule
@@ -42,7 +42,7 @@ def _one(rule: Rule, fmt: str) -> None:
     from pidcfg.validate.pages import as_data, page
 
     if fmt == "json":
-        echo_json(json.dumps({"version": 1, **as_data(rule)}, indent=2, ensure_ascii=False) + "\n")
+        echo_json(json_text({"version": 1, **as_data(rule)}))
     else:
         markdown(page(rule))
 
@@ -53,6 +53,6 @@ def _list(rules: list[Rule], fmt: str) -> None:
 
     if fmt == "json":
         rows = [as_data(rule) for rule in rules]
-        echo_json(json.dumps({"version": 1, "rules": rows}, indent=2, ensure_ascii=False) + "\n")
+        echo_json(json_text({"version": 1, "rules": rows}))
     else:
         show("".join(f"{r.code}  {r.severity.label:<7}  {r.name:<34}  {r.title}\n" for r in rules))

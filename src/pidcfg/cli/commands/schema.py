@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -11,6 +10,7 @@ from pidcfg.cli import options
 from pidcfg.cli.terminal.console import echo_json, show
 from pidcfg.results.schemas import OUTPUTS, output_schema
 from pidcfg.vendors import VENDORS
+from pidcfg.writer import json_text
 
 if TYPE_CHECKING:
     from pydantic import BaseModel
@@ -42,7 +42,7 @@ def command(name: str | None, out: str | None, force: bool) -> None:
         rows += [(key, f"what pidcfg {words} prints") for key, (_, words) in OUTPUTS.items()]
         show("".join(f"{key:<16} {title}\n" for key, title in rows))
         return
-    text = json.dumps(document_schema(name), indent=2, ensure_ascii=False) + "\n"
+    text = json_text(document_schema(name))
     if out is None:
         echo_json(text)
     else:

@@ -87,7 +87,7 @@ def command(
 
     if engine == "numba":
         need("numba", "fast")
-    scenarios = wanted(list(read_inputs(paths, limits)), paths)
+    scenarios = scenarios_of(list(read_inputs(paths, limits)), paths)
     if not scenarios:
         raise click.UsageError(f"{', '.join(paths)}: no scenario there; one begins with 'scenario: …'")
     if csv is not None and len(scenarios) != 1:
@@ -99,7 +99,7 @@ def command(
     if plot_loops and not plot:
         raise click.UsageError("--plot-loop needs --plot")
     files: dict[str, str | bytes] = {}
-    with trend_file(csv, force=force, beside=files) as trend:
+    with trend_file(csv, force=force, others=files) as trend:
         call = partial(
             simulate,
             engine=engine,
@@ -136,8 +136,8 @@ def run_all(scenarios: Sequence[Document], call: Callable[..., SimulateResult]) 
         yield call(doc, progress=show)
 
 
-def wanted(documents: list[Document], paths: Sequence[str]) -> list[Document]:
-    """The scenarios among the documents, and whatever was named but is none; configurations in folders are left out."""
+def scenarios_of(documents: list[Document], paths: Sequence[str]) -> list[Document]:
+    """The scenarios, and files that were named but are none; configurations in folders are left out."""
     from pidcfg.validate.engine import is_scenario
 
     return [doc for doc in documents if is_scenario(doc) or doc.data is None or doc.file in paths]
@@ -159,4 +159,4 @@ def exit_code(outcomes: Sequence[Outcome], *, strict: bool = False) -> Exit:
     if any(outcome.report is None for outcome in outcomes):
         return Exit.UNUSABLE
     failed = not all(outcome.passed for outcome in outcomes)
-    return Exit.FOUND if failed or (strict and worst(outcomes) >= Severity.WARNING) else Exit.OK
+    return Exit.FINDINGS if failed or (strict and worst(outcomes) >= Severity.WARNING) else Exit.OK

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Unpack
 
@@ -13,6 +12,7 @@ from pidcfg.cli.arguments import usage
 from pidcfg.cli.terminal.console import echo_json, note, show
 from pidcfg.tuning.rules import METHODS, TuningError
 from pidcfg.vendors import VENDORS
+from pidcfg.writer import json_text
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -105,7 +105,7 @@ def command(
         if value.problem is not None:
             note(f"{value.key}: {value.problem}")
     if fmt == "json":
-        echo_json(json.dumps(result.to_json(), indent=2, ensure_ascii=False) + "\n")
+        echo_json(json_text(result.to_json()))
     else:
         show(as_text(result))
 

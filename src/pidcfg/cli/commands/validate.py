@@ -73,8 +73,8 @@ def command(
         echo(settings.report(ctx))
         return
     documents: dict[str, Document] = {}
-    found: list[Diagnostic] = []
-    gathered = list(gather(paths, limits, only_ours=skip_foreign))
+    findings: list[Diagnostic] = []
+    gathered = list(gather(paths, limits, skip_foreign=skip_foreign))
     inputs = [entry for entry in gathered if not entry.foreign]
     skipped = sum(entry.foreign and entry.remark is None for entry in gathered)
     report_options.refuse_inputs(reports, (entry.name for entry in inputs))
@@ -85,10 +85,10 @@ def command(
 
         refuse_options(ctx, reports)
         inputs = fixing(inputs, limits, Rules(select, ignore), ctx)
-    for doc, findings in progress(check_all(inputs, limits), "checking", len(inputs)):
+    for doc, of_file in progress(check_all(inputs, limits), "checking", len(inputs)):
         documents[doc.file] = doc
-        found += findings
-    left = triage(found, documents, settings.of(ctx), Rules(select, ignore, **baseline))
+        findings += of_file
+    left = triage(findings, documents, settings.of(ctx), Rules(select, ignore, **baseline))
     fails = Severity.WARNING if strict else Severity.ERROR
     hidden = left.suppressed(Severity[severity.upper()])
     shown = Findings(options.severe(left.kept, severity, fails), documents, fails, hidden)
@@ -102,11 +102,11 @@ def command(
     ctx.exit(exit_code(left.kept, strict=strict))
 
 
-def exit_code(found: Sequence[Diagnostic], *, strict: bool = False) -> Exit:
+def exit_code(findings: Sequence[Diagnostic], *, strict: bool = False) -> Exit:
     """Unusable input outweighs findings: CI must not mistake a file that was not read for one that was checked."""
     from pidcfg.validate.catalog import unusable
 
-    if any(map(unusable, found)):
+    if any(map(unusable, findings)):
         return Exit.UNUSABLE
-    worst = max((d.severity for d in found), default=Severity.INFO)
-    return Exit.FOUND if worst is Severity.ERROR or (strict and worst is Severity.WARNING) else Exit.OK
+    worst = max((d.severity for d in findings), default=Severity.INFO)
+    return Exit.FINDINGS if worst is Severity.ERROR or (strict and worst is Severity.WARNING) else Exit.OK

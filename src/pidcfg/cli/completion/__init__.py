@@ -1,1 +1,1 @@
-"""What a shell is told about a word that is being typed."""
+"""Shell completion of the word that is being typed."""

@@ -170,7 +170,7 @@ def explained(ctx: click.Context, typed: str) -> Items:
 
 
 def formats(ctx: click.Context, typed: str) -> Items:
-    """The formats of the vendor of the file on the line; of all vendors when that cannot be told."""
+    """The formats of the vendor of the file on the line; of all vendors when the file cannot be read."""
     vendor = next(filter(None, map(_vendor, words_before(ctx))), None)
     names = vendor.load("format_names") if vendor is not None else format_names()
     return [CompletionItem(name) for name in names if name.startswith(typed)]

@@ -33,7 +33,7 @@ class Input:
     data: bytes = b""
     problem: str | None = None
     foreign: bool = False
-    """A YAML file that does not say it is ours, in a folder or where such files are to be left out."""
+    """A YAML file without the ``pidcfg`` key, in a folder or where such files are to be skipped."""
     remark: str | None = None
     """Why a foreign entry of a folder was not even looked at."""
 
@@ -47,14 +47,14 @@ def document(entry: Input, limits: Limits) -> Document:
     """An input as a document; a file that could not be opened is one with that finding."""
     if entry.problem is None:
         return read_document(entry.data, entry.name, limits)
-    found = Diagnostic("PID040", Severity.ERROR, entry.problem, entry.name, help="check the path")
-    return Document(entry.name, "", None, Node(None), (found,))
+    finding = Diagnostic("PID040", Severity.ERROR, entry.problem, entry.name, help="check the path")
+    return Document(entry.name, "", None, Node(None), (finding,))
 
 
-def gather(paths: Sequence[str], limits: Limits, *, only_ours: bool = False) -> Iterator[Input]:
+def gather(paths: Sequence[str], limits: Limits, *, skip_foreign: bool = False) -> Iterator[Input]:
     """The inputs one by one; a folder stands for the files below it that carry a ``pidcfg`` key.
 
-    ``only_ours``: a YAML file without one counts as foreign even when it is named.
+    ``skip_foreign``: a YAML file without one counts as foreign even when it is named.
     """
     taken = _Taken(limits)
     for name in _expand(paths):
@@ -68,7 +68,7 @@ def gather(paths: Sequence[str], limits: Limits, *, only_ours: bool = False) -> 
             yield from _folder(name, taken)
         else:
             entry = read_input(name, limits)
-            foreign = only_ours and name != STDIN and not ours(entry, limits)
+            foreign = skip_foreign and name != STDIN and not concerns_pidcfg(entry, limits)
             yield Input(name, foreign=True) if foreign else entry
 
 
@@ -95,12 +95,12 @@ class _Taken:
         return self.files > self.limits.files
 
     def refusal(self, name: str) -> Input:
-        """The input that says so."""
+        """The input that reports the limit."""
         return Input(name, problem=f"more than {self.limits.files} files; raise it with --limit files=N")
 
 
-def ours(entry: Input, limits: Limits) -> bool:
-    """Whether a file carries our key, or is ours to complain about since nobody can tell."""
+def concerns_pidcfg(entry: Input, limits: Limits) -> bool:
+    """Whether a file has the ``pidcfg`` key, or is to be reported because it cannot be read."""
     return entry.problem is not None or is_for_pidcfg(entry.name, entry.data, limits.file_bytes)
 
 
@@ -115,19 +115,19 @@ def _expand(paths: Sequence[str]) -> Iterator[str]:
 
 
 def _folder(name: str, taken: _Taken) -> Iterator[Input]:
-    """The files below a folder that carry our key, or cannot be read; the other YAML files as foreign."""
-    found = False
+    """The files below a folder that have the ``pidcfg`` key or cannot be read; other YAML files as foreign."""
+    has_files = False
     for entry in _walked(name, taken.limits):
         if entry.foreign:
             yield entry
         elif taken.adds(entry.name):
-            found = True
+            has_files = True
             yield taken.refusal(entry.name) if taken.full else entry
             if taken.full:
                 return
         else:
-            found = True
-    if not found:
+            has_files = True
+    if not has_files:
         yield Input(name, problem=f"{name} holds no .yaml or .yml file with a pidcfg key")
 
 
@@ -148,10 +148,10 @@ def _walked(name: str, limits: Limits) -> Iterator[Input]:
 
 
 def _in_folder(path: Path, limits: Limits) -> Input:
-    """One YAML file that was found rather than named."""
+    """One YAML file in a folder; foreign where it has no ``pidcfg`` key."""
     name = path.as_posix()
     entry = read_input(name, limits)
-    return entry if ours(entry, limits) else Input(name, foreign=True)
+    return entry if concerns_pidcfg(entry, limits) else Input(name, foreign=True)
 
 
 class RememberedFiles(Disk):

@@ -1,4 +1,4 @@
-"""Files that people rely on: all written or none, never half, never over one that differs without being told."""
+"""Output files: all written or none, never in part, and over a different file only with ``--force``."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def write_files(
     """Writes texts or bytes to paths: first everything to temporary files beside the targets, then each in place.
 
     ``renewed`` are paths that are written anew by every run, such as reports for CI; ``streamed`` are files that lie
-    beside their targets already. ``over_inputs``: files that were read may be replaced, which is for those who mend
+    beside their targets already. ``over_inputs``: files that were read may be replaced, for commands that correct
     them.
     """
     contents = {name: file.encode() if isinstance(file, str) else file for name, file in files.items()}
@@ -102,7 +102,7 @@ def place(name: str) -> Path:
 
 
 def temporary_for(target: Path) -> tuple[int, Path]:
-    """An open file of its own in the target's folder, and its path."""
+    """An open temporary file in the target's folder, and its path."""
     handle, name = tempfile.mkstemp(prefix=f".{target.name}.", dir=target.parent)
     return handle, Path(name)
 
@@ -165,19 +165,19 @@ def _stage(target: Path, content: bytes) -> Path:
 
 def _commit(staged: Sequence[Staged]) -> None:
     """Puts every file in place; when one cannot be, those before it get their old contents back."""
-    kept: list[Staged] = []
+    backups: list[Staged] = []
     done: list[Staged] = []
     name = ""
     try:
         for entry in staged[:-1]:  # what stands last needs nothing to go back to
             name = entry.name
-            kept += _kept(entry)
+            backups += _backup(entry)
         for entry in staged:
             name = entry.name
             entry.temporary.replace(entry.target)
             done.append(entry)
     except OSError as error:
-        remaining = _undo(done, kept)
+        remaining = _undo(done, backups)
         remark = (
             f"; {', '.join(remaining)} {'is' if len(remaining) == 1 else 'are'} written all the same"
             if remaining
@@ -185,10 +185,10 @@ def _commit(staged: Sequence[Staged]) -> None:
         )
         raise click.ClickException(f"{_failed(name, error).message}{remark}") from None
     finally:
-        discard(kept)
+        discard(backups)
 
 
-def _kept(entry: Staged) -> list[Staged]:
+def _backup(entry: Staged) -> list[Staged]:
     """The present contents of a target under another name, where there are any."""
     if not entry.target.exists():
         return []
@@ -210,12 +210,12 @@ def _kept(entry: Staged) -> list[Staged]:
 
 def _undo(done: Sequence[Staged], kept: Sequence[Staged]) -> list[str]:
     """Takes back what was put in place; the names of what could not be."""
-    old = {entry.target: entry.temporary for entry in kept}
+    backups = {entry.target: entry.temporary for entry in kept}
     remaining = []
     for entry in done:
         try:
-            if entry.target in old:
-                old[entry.target].replace(entry.target)
+            if entry.target in backups:
+                backups[entry.target].replace(entry.target)
             else:
                 entry.target.unlink()
         except OSError:

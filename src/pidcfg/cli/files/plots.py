@@ -5,6 +5,7 @@ from __future__ import annotations
 import shutil
 import sys
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, TextIO
 
@@ -29,11 +30,11 @@ MOST = 40
 NARROWEST, WIDEST, HEIGHT = 40, 160, 12
 """Characters of a picture in the terminal."""
 PIPED = 80
-"""Its width where nobody watches."""
+"""Its width where the output is not a terminal."""
 
 
 def named(ctx: click.Context, param: click.Parameter, names: tuple[str, ...]) -> tuple[str, ...]:
-    """File names that tell what to draw; the library is asked for before anything runs."""
+    """File names whose suffixes give the format; the plotting library is checked before anything runs."""
     for name in names:
         if name != TERMINAL and Path(name).suffix.lower() not in SUFFIXES:
             ends = f"{', '.join(SUFFIXES[:-1])} or {SUFFIXES[-1]}"
@@ -53,24 +54,13 @@ def only_files(ctx: click.Context, param: click.Parameter, names: tuple[str, ...
     return named(ctx, param, names)
 
 
-PLOT = click.option(
-    "--plot",
-    multiple=True,
-    metavar="FILE",
-    callback=named,
-    help="Draw the loops: FILE.svg, .png or .html, or - in the terminal; repeatable.",
-)
-VERIFIED = click.option(
-    "--plot",
-    multiple=True,
-    metavar="FILE",
+_plot = partial(click.option, "--plot", multiple=True, metavar="FILE")
+PLOT = _plot(callback=named, help="Draw the loops: FILE.svg, .png or .html, or - in the terminal; repeatable.")
+VERIFIED = _plot(
     callback=only_files,
     help="As --verify, and draw both sides over each other: FILE.svg, .png or .html; repeatable.",
 )
-OVERLAY = click.option(
-    "--plot",
-    multiple=True,
-    metavar="FILE",
+OVERLAY = _plot(
     callback=named,
     help="Draw both sides over each other on the same plants: FILE.svg, .png or .html, or - in the "
     "terminal; repeatable.",
@@ -88,13 +78,13 @@ def of_runs(outcomes: Sequence[Outcome], loops: Sequence[str]) -> list[Chart]:
     wrong = next((loop for loop in loops if loop not in known), None)
     if wrong is not None and known:
         raise click.UsageError(f"--plot-loop {wrong}: no such loop; there are {', '.join(known)}")
-    found = []
+    drawn_charts = []
     for outcome in outcomes:
         charts = charts_of(outcome, loops)
         if outcome.report is not None and len(outcomes) > 1:
             charts = [replace(one, title=f"{outcome.report.scenario}: {one.title}") for one in charts]
-        found += charts
-    return found
+        drawn_charts += charts
+    return drawn_charts
 
 
 def of_sides(result: DiffResult) -> list[Chart]:

@@ -1,4 +1,4 @@
-"""What a report is made from: every file read, checked and run once."""
+"""The inputs of a report: every file is read, checked and run once."""
 
 from __future__ import annotations
 
@@ -111,8 +111,8 @@ def gathered(
     paths: Sequence[str], limits: Limits, progress: Callable[[float], None] | None, *, pictures: bool
 ) -> Gathered:
     """All files of a command line, folders and patterns included."""
-    found = Gathered(limits, progress, pictures)
+    content = Gathered(limits, progress, pictures)
     for entry in gather(paths, limits):
         if not entry.foreign:
-            found.take(entry)
-    return found
+            content.take(entry)
+    return content

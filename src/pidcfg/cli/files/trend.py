@@ -16,15 +16,15 @@ if TYPE_CHECKING:
 
 @contextmanager
 def trend_file(
-    name: str | None, *, force: bool, beside: Mapping[str, str | bytes] | None = None
+    name: str | None, *, force: bool, others: Mapping[str, str | bytes] | None = None
 ) -> Iterator[TextIO | None]:
     """An open stream for a trend (None without a name); the target appears when a run has come to its end.
 
-    Files that are ``beside`` it by then are written too: all or none.
+    The ``others``, files by name, are written with it: all or none.
     """
     if name is None:
         yield None
-        write_files(beside or {}, force=force)
+        write_files(others or {}, force=force)
         return
     target = place(name)
     refuse_read([name])
@@ -40,7 +40,7 @@ def trend_file(
             os.fsync(stream.fileno())
         if temporary.stat().st_size:
             take_rights(temporary, target)
-            write_files(beside or {}, force=force, streamed=staged)
+            write_files(others or {}, force=force, streamed=staged)
     except OSError as error:
         raise click.ClickException(f"cannot write {name}: {error.strerror}") from None
     finally:

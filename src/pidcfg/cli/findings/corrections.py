@@ -23,10 +23,10 @@ from pidcfg.cli.main import Exit
 from pidcfg.cli.options import named
 from pidcfg.cli.terminal.console import echo, note
 from pidcfg.cli.terminal.progress import progress
-from pidcfg.diagnostics import ordered
+from pidcfg.diagnostics import number_of, ordered
 from pidcfg.scenario.outcome import check_any
 from pidcfg.source import read_document
-from pidcfg.validate.catalog import number_of, unusable
+from pidcfg.validate.catalog import unusable
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -55,11 +55,11 @@ def fixing(inputs: Sequence[Input], limits: Limits, rules: Rules, ctx: click.Con
     changed = [(entry, fixed) for entry, fixed in done if fixed.data != entry.data]
     total = f"{count(sum(len(f.fixed) for _, f in changed), 'finding')} in {count(len(changed), 'file')}"
     if diff:
-        _exactly("".join(difference(entry.name, entry.data, fixed.data) for entry, fixed in changed))
+        _print_bytes("".join(difference(entry.name, entry.data, fixed.data) for entry, fixed in changed))
         if not quiet:
             note(f"{total} would be corrected")
         unread = any(unusable(d) for _, fixed in done for d in fixed.left)
-        ctx.exit(Exit.UNUSABLE if unread else Exit.FOUND if changed else Exit.OK)
+        ctx.exit(Exit.UNUSABLE if unread else Exit.FINDINGS if changed else Exit.OK)
     if piped:
         sys.stdout.buffer.write(done[0][1].data)
     else:
@@ -142,7 +142,7 @@ def _quoted(name: str) -> str:
     return f"{name}\t" if " " in name else name
 
 
-def _exactly(text: str) -> None:
+def _print_bytes(text: str) -> None:
     """Prints what another program may read: every byte as it is, unless a terminal shows it."""
     if sys.stdout.isatty():
         echo(text)

@@ -1,4 +1,4 @@
-"""Codes from before every vendor had a prefix of its own (PID242, now DL242): understood until 1.0, with one remark."""
+"""Codes from before each vendor had its own prefix (PID242, now DL242): understood until 1.0, with one remark."""
 
 from __future__ import annotations
 
@@ -7,11 +7,11 @@ import click
 from pidcfg.validate.catalog import current
 
 REMARKED = "pidcfg.former_codes"
-"""Where the context of the whole command line keeps that the remark has been made."""
+"""The key in click's ``meta`` that marks the remark as written."""
 
 
 def current_code(code: str, ctx: click.Context | None = None) -> str:
-    """A code or its beginning as it is written now; of the first one that is not, the command says so on stderr."""
+    """A code or its beginning as it is written now; the first former code is remarked on, on stderr."""
     name = current(code)
     if name != code:
         remark(code, name, ctx)
@@ -19,7 +19,7 @@ def current_code(code: str, ctx: click.Context | None = None) -> str:
 
 
 def remark(code: str, name: str, ctx: click.Context | None = None) -> None:
-    """Once a run, when the command ends and unless it is told to be quiet."""
+    """Notes a former code, once a run, at the end of the command and not with ``--quiet``."""
     from pidcfg.cli.terminal.console import note
 
     here = ctx or click.get_current_context(silent=True)

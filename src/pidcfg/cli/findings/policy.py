@@ -51,12 +51,12 @@ class Triage:
 
     @property
     def hides(self) -> bool:
-        """Whether a quiet run still has to say that there is more than it shows."""
+        """Whether even a quiet run has to mention findings that it does not show."""
         return bool(self.ignored or self.known or self.set_aside)
 
     def suppressed(self, severity: Severity) -> list[tuple[Diagnostic, str | None]]:
         """What is not reported, with the reason that a comment gives; None: the baseline knows it."""
-        by_comment = [(entry.found, entry.reason) for entry in self.ignored]
+        by_comment = [(entry.finding, entry.reason) for entry in self.ignored]
         return [(d, reason) for d, reason in (*by_comment, *((d, None) for d in self.known)) if d.severity >= severity]
 
     @property
@@ -72,22 +72,22 @@ class Triage:
 
 
 def triage(findings: Sequence[Diagnostic], documents: dict[str, Document], settings: Settings, rules: Rules) -> Triage:
-    """What becomes of each finding; writes or shrinks the baseline where an option says so."""
-    triaged = _without_ignored(findings, documents)
-    everything = triaged.kept
+    """Sorts findings into reported, ignored and known; writes or shrinks the baseline as the options ask."""
+    result = _without_ignored(findings, documents)
+    all_findings = result.kept
     left_out = {file: settings.ignored_in(file) for file in documents}
 
-    def chosen(d: Diagnostic) -> bool:
+    def is_selected(d: Diagnostic) -> bool:
         return bool(options.selected([d], rules.select, [*rules.ignore, *left_out.get(d.file, ())]))
 
-    triaged.ignored = [entry for entry in triaged.ignored if chosen(entry.found)]
-    triaged.kept = [d for d in everything if chosen(d)]
-    triaged.set_aside = len(everything) - len(triaged.kept) if settings.file is not None else 0
+    result.ignored = [entry for entry in result.ignored if is_selected(entry.finding)]
+    result.kept = [d for d in all_findings if is_selected(d)]
+    result.set_aside = len(all_findings) - len(result.kept) if settings.file is not None else 0
     if rules.baseline is not None:
-        _with_baseline(triaged, everything, chosen, documents, rules)
+        _with_baseline(result, all_findings, is_selected, documents, rules)
     elif rules.create or rules.shrink:
         raise click.UsageError("name the baseline with --baseline FILE")
-    return triaged
+    return result
 
 
 def _without_ignored(findings: Sequence[Diagnostic], documents: Mapping[str, Document]) -> Triage:
@@ -99,22 +99,22 @@ def _without_ignored(findings: Sequence[Diagnostic], documents: Mapping[str, Doc
     from pidcfg.validate.suppression import former_codes, suppress
 
     by_file: dict[str, list[Diagnostic]] = {file: [] for file in documents}
-    triaged = Triage([d for d in findings if d.file not in by_file])
+    result = Triage([d for d in findings if d.file not in by_file])
     for d in findings:
         by_file.get(d.file, []).append(d)
     for file, of_file in by_file.items():
         outcome = suppress(of_file, documents[file])
         for former, edit in () if any(map(unusable, of_file)) else former_codes(documents[file]):
             remark(former.upper(), edit.text)
-        triaged.kept += ordered(outcome.kept) if len(outcome.kept) != len(of_file) or outcome.ignored else of_file
-        triaged.ignored += outcome.ignored
-    return triaged
+        result.kept += ordered(outcome.kept) if len(outcome.kept) != len(of_file) or outcome.ignored else of_file
+        result.ignored += outcome.ignored
+    return result
 
 
 def _with_baseline(
-    triaged: Triage,
-    everything: list[Diagnostic],
-    chosen: Callable[[Diagnostic], bool],
+    result: Triage,
+    all_findings: list[Diagnostic],
+    is_selected: Callable[[Diagnostic], bool],
     documents: Mapping[str, Document],
     rules: Rules,
 ) -> None:
@@ -139,33 +139,33 @@ def _with_baseline(
         return relative(file, folder)
 
     if rules.create:
-        triaged.known = [d for d in triaged.kept if enters(d) and d.file != STDIN_NAME]
-        new = {id(d) for d in triaged.known}
-        triaged.kept = [d for d in triaged.kept if id(d) not in new]
-        _write(name, to_text(entry(d, file_of) for d in triaged.known), "--create-baseline")
-        triaged.remarks.append(f"{name}: {count(len(triaged.known), 'finding')} written")
+        result.known = [d for d in result.kept if enters(d) and d.file != STDIN_NAME]
+        new_ids = {id(d) for d in result.known}
+        result.kept = [d for d in result.kept if id(d) not in new_ids]
+        _write(name, to_text(entry(d, file_of) for d in result.known), "--create-baseline")
+        result.remarks.append(f"{name}: {count(len(result.known), 'finding')} written")
         return
     text = _read(name)
-    written = _entries(from_text, text, name)
-    entries = with_current_codes(written)
-    for before, after in zip(written, entries, strict=True):
+    file_entries = _entries(from_text, text, name)
+    entries = with_current_codes(file_entries)
+    for before, after in zip(file_entries, entries, strict=True):
         if before != after:
             remark(before.code, after.code)
             break
-    checked = {file_of(file) for file in documents} | {e.file for e in entries if not (folder / e.file).exists()}
-    compared = compare(everything, chosen, entries, checked, file_of)
-    triaged.kept, triaged.known = compared.new, compared.known
+    checked_files = {file_of(file) for file in documents} | {e.file for e in entries if not (folder / e.file).exists()}
+    compared = compare(all_findings, is_selected, entries, checked_files, file_of)
+    result.kept, result.known = compared.new, compared.known
     if not compared.stale:
         return
     if rules.shrink:
         from pidcfg.cli.files.outputs import write_files
 
         write_files({name: to_text(without(entries, compared.stale))}, force=True)
-        triaged.remarks.append(f"{name}: {count(len(compared.stale), 'entry', 'entries')} removed")
+        result.remarks.append(f"{name}: {count(len(compared.stale), 'entry', 'entries')} removed")
         return
-    ignored = {entry(one.found, file_of) for one in triaged.ignored}
+    ignored = {entry(one.finding, file_of) for one in result.ignored}
     stale = stale_findings(compared.stale, ignored, text, Path(name).as_posix())
-    triaged.kept += [d for d in stale if chosen(d)]
+    result.kept += [d for d in stale if is_selected(d)]
 
 
 def count(number: int, one: str, many: str | None = None) -> str:

@@ -103,7 +103,7 @@ def _settings(paths: Sequence[str], config: str | None) -> Settings:
 
 
 def _first(places: Sequence[Path]) -> Path | None:
-    """The first of these files that is there and speaks of us."""
+    """The first of these files that exists and has a pidcfg table."""
     for path in places:
         if path.is_file():
             data = _bytes(path, _shown(path)) if path.name != SETTINGS_FILE else b""
@@ -157,7 +157,7 @@ def _parsed(name: str, data: bytes) -> dict[str, Any]:
 
 
 def _has_table(name: str, data: bytes) -> bool:
-    """Whether a shared file speaks of us."""
+    """Whether a shared file has a pidcfg table."""
     tool = _parsed(name, data).get("tool")
     return isinstance(tool, dict) and "pidcfg" in tool
 

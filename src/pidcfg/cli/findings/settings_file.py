@@ -34,7 +34,7 @@ class _File(NamedTuple):
 
 
 def checked(table: Any, name: str, text: str, within: str, root: Path) -> dict[str, Any]:
-    """The settings of a table, as the options want them."""
+    """The settings of a table, as option values."""
     file = _File(name, text, within, root)
     if not isinstance(table, dict):
         file.refuse(within.rpartition(".")[2], f"[{within}] must be a table")
@@ -123,7 +123,7 @@ CHECKS: dict[str, Callable[[str, Any, _File], Any]] = {
 
 
 def locate(text: str, table: str, key: str, value: str | None = None) -> tuple[int, int]:
-    """Line and column (1-based) of a key of a table, or of a text behind it; 0 where it cannot be told."""
+    """Line and column (1-based) of a key of a table, or of a text behind it; 0 where it does not occur."""
     begin = re.search(rf"^[ \t]*\[[ \t]*{re.escape(table)}\b", text, re.MULTILINE) if table else None
     start = begin.start() if begin else 0
     quoted = rf"(?:\"{re.escape(key)}\"|'{re.escape(key)}'|(?<![\w-]){re.escape(key)})"

@@ -1,4 +1,4 @@
-"""What a settings file may say: the table of its keys, and the JSON Schema for editors that is made of it."""
+"""The keys of a settings file, and the JSON Schema for editors that is generated from them."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ REFUSED = {
     "output": "files to write are named on the command line only (--output)",
     "fix": "files are changed only when the command line says so (--fix)",
 }
-"""Keys that somebody may look for, and why there are none."""
+"""Keys that users may expect, and why they do not exist."""
 # fmt: on
 SEVERITIES = ("error", "warning", "info")
 ALIASES = {key.replace("-", "_"): key for key in KEYS}

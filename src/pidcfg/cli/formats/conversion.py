@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import sys
 from collections import Counter
 from dataclasses import replace
@@ -12,6 +11,7 @@ from pidcfg.cli.files.plots import in_characters
 from pidcfg.cli.formats.markdown import cell
 from pidcfg.conversion.ledger import WORST
 from pidcfg.conversion.values import text_of
+from pidcfg.writer import json_text
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -32,7 +32,7 @@ def render(fmt: str, result: ConvertResult) -> str:
 
 def json_v1(result: ConvertResult) -> str:
     """The public layout."""
-    return json.dumps(result.to_json(), indent=2, ensure_ascii=False) + "\n"
+    return json_text(result.to_json())
 
 
 def text(result: ConvertResult, *, changes: bool = True, apart: bool = True) -> str:

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import json
 from typing import TYPE_CHECKING
 
 from pidcfg.cli.formats.markdown import cell
 from pidcfg.conversion.values import text_of
+from pidcfg.writer import json_text
 
 if TYPE_CHECKING:
     from pidcfg.differences.result import Difference
@@ -20,7 +20,7 @@ def render(fmt: str, result: DiffResult) -> str:
 
 def json_v1(result: DiffResult) -> str:
     """The public layout."""
-    return json.dumps(result.to_json(), indent=2, ensure_ascii=False) + "\n"
+    return json_text(result.to_json())
 
 
 def as_text(result: DiffResult) -> str:

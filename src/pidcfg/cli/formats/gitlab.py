@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import json
 from typing import TYPE_CHECKING
 
 from pidcfg.cli.formats.findings import STDIN, display_name, fingerprints, sentence
 from pidcfg.cli.formats.format import Format, Kind
 from pidcfg.diagnostics import Severity
+from pidcfg.writer import json_text
 
 if TYPE_CHECKING:
     from pidcfg.cli.formats.findings import Findings
@@ -30,7 +30,7 @@ def findings_gitlab(findings: Findings) -> str:
         }
         for d, fingerprint in zip(findings.reported, fingerprints(findings), strict=True)
     ]
-    return json.dumps(rows, indent=2, ensure_ascii=False) + "\n"
+    return json_text(rows)
 
 
 FORMAT = Format("GitLab's Code Quality report", "gitlab.json", Kind.JSON, findings_gitlab)

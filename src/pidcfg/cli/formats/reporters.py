@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import json
 import re
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from pidcfg.results.findings import counts, findings_data
 from pidcfg.source import Document
+from pidcfg.writer import json_text
 
 if TYPE_CHECKING:
     from pidcfg.diagnostics import Diagnostic
@@ -60,4 +60,4 @@ def summary(findings: Sequence[Diagnostic], files: int, skipped: int = 0) -> str
 
 def json_v1(findings: Sequence[Diagnostic], documents: Documents) -> str:
     """The layout of the public interface, version 1."""
-    return json.dumps(findings_data(findings, len(documents)), indent=2, ensure_ascii=False) + "\n"
+    return json_text(findings_data(findings, len(documents)))

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from pidcfg import __version__
 from pidcfg.cli.formats.findings import STDIN, details, fingerprints, uri
 from pidcfg.cli.formats.format import Format, Kind
-from pidcfg.diagnostics import START, Diagnostic, Edit, Severity, Span
-from pidcfg.validate.catalog import number_of, rule_of
+from pidcfg.diagnostics import START, Diagnostic, Edit, Severity, Span, number_of
+from pidcfg.validate.catalog import rule_of
 from pidcfg.validate.pages import page
+from pidcfg.writer import json_text
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -45,7 +45,7 @@ def findings_sarif(findings: Findings) -> str:
         ],
     }
     document = {"$schema": SCHEMA, "version": "2.1.0", "runs": [run]}
-    return json.dumps(document, indent=2, ensure_ascii=False) + "\n"
+    return json_text(document)
 
 
 def _rule(rule: Rule) -> dict[str, Any]:

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import json
 from typing import TYPE_CHECKING, Any
 
 from pidcfg.cli.formats.reporters import text as findings_text
 from pidcfg.diagnostics import Severity
 from pidcfg.results.runs import runs_data
 from pidcfg.sim.metrics import METRICS
+from pidcfg.writer import json_text
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -152,7 +152,7 @@ def _table(rows: Sequence[Sequence[str]], left: int = 9, right: int = 0) -> str:
 
 def json_v1(outcomes: Sequence[Outcome]) -> str:
     """The public layout, version 1."""
-    return json.dumps(runs_data(outcomes), indent=2, ensure_ascii=False, allow_nan=False) + "\n"
+    return json_text(runs_data(outcomes), allow_nan=False)
 
 
 def worst(outcomes: Sequence[Outcome]) -> Severity:

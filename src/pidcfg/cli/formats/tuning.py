@@ -10,7 +10,7 @@ from pidcfg.cli.files.plots import in_characters
 if TYPE_CHECKING:
     from pidcfg.pictures.chart import Chart
     from pidcfg.results.gains import TuneResult
-    from pidcfg.tuning.identify import Found, Record
+    from pidcfg.tuning.identify import Identified, Record
 
 UNITS = {"gain": "", "ultimate_gain": ""}
 
@@ -49,7 +49,7 @@ def _for_vendor(gains: dict[str, Any]) -> list[str]:
     return lines
 
 
-def _identified(fit: Found) -> str:
+def _identified(fit: Identified) -> str:
     process = fit.process
     return (
         f"identified: gain {process.gain:.5g}, time constant {process.time_constant:.5g} s, dead time "
@@ -58,7 +58,7 @@ def _identified(fit: Found) -> str:
     )
 
 
-def chart_of(fit: Found, record: Record) -> Chart:
+def chart_of(fit: Identified, record: Record) -> Chart:
     """Recorded and fitted PV over time."""
     from pidcfg.pictures.chart import Chart, Line, Panel
 

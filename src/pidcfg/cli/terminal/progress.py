@@ -59,7 +59,7 @@ class Line:
             self._bar.update(self._bar.task_ids[0], description=self.label, total=total, completed=done)
 
     def update(self, label: str, share: float | None = None) -> None:
-        """What is done, and how much of it; without a share nobody knows."""
+        """What is done, and how much of it; without a share it is unknown."""
         self.label, self.share = label, share
         self._draw()
 
@@ -85,7 +85,7 @@ LINE = Line()
 
 
 def watched() -> bool:
-    """Whether a person watches stderr: progress is shown to nobody else."""
+    """Whether stderr is a terminal: progress is shown nowhere else."""
     return sys.stderr is not None and colour.terminal(sys.stderr)
 
 

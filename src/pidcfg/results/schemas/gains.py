@@ -46,8 +46,8 @@ def schema() -> Schema:
 
 
 def identified() -> Schema:
-    """What --from-csv found."""
-    found = record(
+    """The process that --from-csv identifies."""
+    process = record(
         "The process of a recorded step; null without --from-csv.",
         gain=number("PV units per output unit."),
         time_constant=number("In s."),
@@ -56,7 +56,7 @@ def identified() -> Schema:
         noise=number("Of the PV, in its unit."),
         misfit_percent=number("What the model leaves unexplained."),
     )
-    return or_null(found)
+    return or_null(process)
 
 
 def for_vendor() -> Schema:

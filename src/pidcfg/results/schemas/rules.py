@@ -8,12 +8,12 @@ from pidcfg.results.schemas.parts import VERSION, Schema, listing, record, text
 
 def schema() -> Schema:
     """One rule, or a list of them."""
-    own = finding()["properties"]
+    fields = finding()["properties"]
     one = record(
         "A rule.",
-        code=own["code"],
+        code=fields["code"],
         name=text("A name in words."),
-        severity=own["severity"],
+        severity=fields["severity"],
         title=text("What is wrong."),
         message=text("The message, with the names of its values in braces."),
         why=text("Why that matters."),

@@ -34,8 +34,8 @@ class AlarmView(Placed, Protocol, Generic[Number]):
     def deadband_on(self) -> bool:
         """Whether the deadband's bit is set."""
 
-    def given(self, name: str) -> object:
-        """What is written for a register; None when nothing is."""
+    def value(self, name: str) -> object:
+        """The value of a register; None when there is none."""
 
     def holds(self, *names: str) -> list[Number]:
         """What several registers hold; empty as soon as one value does not fit."""
@@ -68,7 +68,7 @@ def alarm_beyond(view: AlarmView[Number], value: Number) -> str | None:
 def deadband_of_zero(view: AlarmView[Number]) -> Findings:
     """A deadband that is on and ignores nothing."""
     if view.deadband_on and view.holds("deadband") == [0]:
-        key = "deadband_enabled" if view.given("deadband") is None else "deadband"
+        key = "deadband_enabled" if view.value("deadband") is None else "deadband"
         yield view.at("error", key, value=view.shown("deadband"))
 
 
@@ -88,7 +88,7 @@ def alarm_within(
 
 
 def hysteresis_spans_normal_zone(view: AlarmView[Number], most: Number | None = None) -> Findings:
-    """A hysteresis as wide as the zone between low and high alarm; above ``most`` another rule speaks of it."""
+    """A hysteresis as wide as the zone between low and high alarm; above ``most`` another rule reports it."""
     words = view.holds("pv_low", "pv_high", "hysteresis")
     if view.pv_alarms and words and 0 < words[1] - words[0] <= words[2] and (most is None or words[2] <= most):
         zone = view.distance(words[1] - words[0])

@@ -52,11 +52,10 @@ def block_beyond_bank(view: BlockView, last: Mapping[str, int]) -> Findings:
 def blocks_overlap(views: Sequence[BlockView]) -> Findings:
     """Each pair of loops whose blocks share registers, at the later one."""
     for first, second in combinations(views, 2):
-        for own, other in zip(second.extents, first.extents, strict=True):
-            if own.first <= other.last and other.first <= own.last:
-                yield second.at(
-                    own.key, block=own.key, extent=own, loop=second.name, other_extent=other, other=first.name
-                )
+        for extent, other in zip(second.extents, first.extents, strict=True):
+            if extent.first <= other.last and other.first <= extent.last:
+                key = extent.key
+                yield second.at(key, block=key, extent=extent, loop=second.name, other_extent=other, other=first.name)
 
 
 def too_many_loops(views: Sequence[Placed], most: int) -> Findings:

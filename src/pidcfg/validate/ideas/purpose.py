@@ -22,7 +22,7 @@ BREAK = re.compile(r"[\W_]+")
 
 
 def spoken_of(loop: Any) -> set[str]:
-    """What name and description speak of: ``heating``, ``cooling``."""
+    """What name and description say that a loop does: ``heating``, ``cooling``."""
     text = BREAK.sub(" ", f"{loop.name} {loop.description or ''}".casefold())
     unit = (loop.pv.unit or "degC").casefold()
     if UNCLEAR.search(text) or not TEMPERATURE.fullmatch(unit):

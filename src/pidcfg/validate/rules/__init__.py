@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from pidcfg.diagnostics import number_of
 from pidcfg.validate.rule import Rule
 
 if TYPE_CHECKING:
@@ -13,7 +14,7 @@ if TYPE_CHECKING:
 def collect(*modules: ModuleType) -> dict[str, Rule]:
     """The rules of some modules by code, in order; two with one code are a bug."""
     rules = [value for module in modules for value in vars(module).values() if isinstance(value, Rule)]
-    table = {rule.code: rule for rule in sorted(rules, key=lambda rule: rule.code[-3:])}
+    table = {rule.code: rule for rule in sorted(rules, key=lambda rule: number_of(rule.code))}
     if len(table) != len(rules):
         raise RuntimeError(f"two rules share a code: {sorted(rule.code for rule in rules)}")
     return table

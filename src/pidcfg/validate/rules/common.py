@@ -17,9 +17,9 @@ from pidcfg.validate.rule import Finding, Findings, error, finding, warning
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from pidcfg.diagnostics import Path
     from pidcfg.encoders.image import Encoding
     from pidcfg.encoders.regmap import Misfit
+    from pidcfg.paths import Path
     from pidcfg.validate.views import Context
 
 D06 = Decision(

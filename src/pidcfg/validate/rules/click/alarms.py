@@ -35,9 +35,9 @@ D143 = Decision(
 DEVIATIONS = ("high", "high_high")
 
 
-def given(view: LoopView, point: str) -> bool:
-    """Whether a PV alarm is given."""
-    return view.given(f"pv_{point}") is not None
+def has_pv_point(view: LoopView, point: str) -> bool:
+    """Whether the file gives a limit for a PV alarm."""
+    return view.value(f"pv_{point}") is not None
 
 
 def wrong_pairs(view: LoopView) -> Iterator[tuple[str, str]]:
@@ -65,7 +65,7 @@ def pv_alarms_out_of_order(view: LoopView) -> Findings:
     if not view.pv_alarms:
         return
     for below, above in wrong_pairs(view):
-        if given(view, below) and given(view, above):
+        if has_pv_point(view, below) and has_pv_point(view, above):
             effect = "every PV is in alarm" if always(below) else f"{_inner(below, above)} comes last"
             yield view.at(
                 "alarms",
@@ -96,7 +96,7 @@ def pv_alarms_incomplete(view: LoopView) -> Findings:
 
     Fix: give all four. An alarm that is not wanted goes where the PV cannot get.
     """
-    missing = [point for point in PV_POINTS if not given(view, point)] if view.pv_alarms else []
+    missing = [point for point in PV_POINTS if not has_pv_point(view, point)] if view.pv_alarms else []
     if missing:
         yield _incomplete(view, missing)
 
@@ -146,7 +146,7 @@ def pv_alarm_far_outside_range(view: LoopView) -> Findings:
     low, high = view.loop.pv.range
     for point in PV_POINTS if view.pv_alarms else ():
         value = view.held(f"pv_{point}")
-        if value is not None and given(view, point) and not low - view.span <= value <= high + view.span:
+        if value is not None and has_pv_point(view, point) and not low - view.span <= value <= high + view.span:
             yield view.at(
                 "alarms", "pv", point, point=point, value=view.eu(value), low=view.eu(low), high=view.eu(high)
             )

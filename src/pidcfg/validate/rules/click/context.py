@@ -37,11 +37,11 @@ class LoopView(View[Loop]):
 
     @cached_property
     def values(self) -> dict[str, Any]:
-        """Every register's value by its path, with what follows from what is not given."""
+        """Every register's value by its path, defaults included."""
         return values_of(self.loop)
 
-    def given(self, name: str) -> Any:
-        """What is written, or follows, for a register; None when nothing is."""
+    def value(self, name: str) -> Any:
+        """The value of a register, from the file or by default; None when there is none."""
         return self.values.get(str(PLACES[name][1].path))
 
     @cached_property
@@ -73,10 +73,10 @@ class LoopView(View[Loop]):
         return f"{prefix}{getattr(self.loop, key) + word.offset}"
 
     def shown(self, name: str) -> str:
-        """A register's value as a message quotes it, and that nothing is given."""
+        """A register's value as a message quotes it, marked where the file does not give it."""
         value = self.held(name)
         text = "out of its range" if value is None else self.eu(value)
-        return f"{text} (not given)" if self.given(name) is None else text
+        return f"{text} (not given)" if self.value(name) is None else text
 
     def eu(self, value: Decimal) -> str:
         """A number in the PV's unit."""
@@ -105,7 +105,7 @@ class LoopView(View[Loop]):
         return not {error.register for error in self.errors} & set(names)
 
     def _breaks(self, error: PidError) -> bool:
-        value = self.given(error.register) or Decimal(0)
+        value = self.value(error.register) or Decimal(0)
         if error.above is not None:
             ends = self.holds(error.register, error.above)
             return (

@@ -98,6 +98,6 @@ def nicknames_collide(context: ClickContext) -> Findings:
             nicknames[nickname.lower()] = (nickname, name)
             clash = clash or owners.get(nickname.lower())
         if clash is not None and clash[1] != name:
-            mine = nicknames[clash[0].lower()][0]
-            yield view.at("name", mine=mine, theirs=clash[0], other=clash[1])
+            nickname = nicknames[clash[0].lower()][0]
+            yield view.at("name", mine=nickname, theirs=clash[0], other=clash[1])
         owners |= nicknames

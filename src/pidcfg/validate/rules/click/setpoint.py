@@ -44,7 +44,7 @@ def crossed(view: LoopView) -> bool:
 
 def missing(view: LoopView) -> list[str]:
     """The limits that are enabled without a value."""
-    return [end for end in ENDS if view.setpoint_limited(end) and view.given(f"setpoint_{end}") is None]
+    return [end for end in ENDS if view.setpoint_limited(end) and view.value(f"setpoint_{end}") is None]
 
 
 def effective(view: LoopView, setpoint: Decimal) -> Decimal:
@@ -76,8 +76,8 @@ def setpoint_limits_crossed(view: LoopView) -> Findings:
     Fix: write the smaller number as `lower_limit`.
     """
     ends = view.holds("setpoint_lower", "setpoint_upper")
-    both_given = all(view.given(f"setpoint_{end}") is not None for end in ENDS)
-    if both_given and ends and ends[0] > ends[1]:
+    both = all(view.value(f"setpoint_{end}") is not None for end in ENDS)
+    if both and ends and ends[0] > ends[1]:
         active = crossed(view)
         yield view.at(
             "setpoint",
@@ -195,7 +195,7 @@ def setpoint_limit_outside_range(view: LoopView) -> Findings:
     """
     low, high = view.loop.pv.range
     for end, value in limits_on(view).items():
-        if view.given(f"setpoint_{end}") is not None and not low <= value <= high:
+        if view.value(f"setpoint_{end}") is not None and not low <= value <= high:
             yield view.at(
                 "setpoint", f"{end}_limit", end=end, value=view.eu(value), low=view.eu(low), high=view.eu(high)
             )
@@ -211,7 +211,7 @@ def setpoint_limit_switched_off(view: LoopView) -> Findings:
     Fix: remove the `…_enabled: false`, or the limit.
     """
     for end in ENDS:
-        if view.given(f"setpoint_{end}") is not None and not view.setpoint_limited(end):
+        if view.value(f"setpoint_{end}") is not None and not view.setpoint_limited(end):
             yield view.at(
                 "setpoint",
                 f"{end}_limit_enabled",

@@ -71,13 +71,13 @@ def pv_alarms_out_of_order(view: LoopView) -> Findings:
     """
     if view.pv_alarms:
         for low, high, _ in neighbours_out_of_order(view, "pv"):
-            if both_given(view, low, high):
+            if has_points(view, low, high):
                 yield order_finding(view, "pv", low, high)
 
 
-def both_given(view: LoopView, low: str, high: str) -> bool:
+def has_points(view: LoopView, low: str, high: str) -> bool:
     """Whether the file gives two alarm points of the PV; others are 0 counts."""
-    return view.given(f"pv_{low}") is not None and view.given(f"pv_{high}") is not None
+    return view.value(f"pv_{low}") is not None and view.value(f"pv_{high}") is not None
 
 
 @per_loop
@@ -93,13 +93,13 @@ def pv_alarms_incomplete(view: LoopView) -> Findings:
     """
     if not view.pv_alarms:
         return
-    missing = [key for key in PV_POINTS if view.given(f"pv_{key}") is None]
+    missing = [key for key in PV_POINTS if view.value(f"pv_{key}") is None]
     if missing:
         yield _incomplete(view, missing)
 
 
 def _incomplete(view: LoopView, missing: list[str]) -> Finding:
-    broken = any(not both_given(view, low, high) for low, high, _ in neighbours_out_of_order(view, "pv"))
+    broken = any(not has_points(view, low, high) for low, high, _ in neighbours_out_of_order(view, "pv"))
     severity = Severity.ERROR if broken else Severity.WARNING if view.bipolar else Severity.INFO
     effect = {
         Severity.ERROR: "the order is broken",

@@ -35,7 +35,7 @@ from pidcfg.schemas.octal import v_name
 from pidcfg.validate.views import Context, View, complete
 
 if TYPE_CHECKING:
-    from pidcfg.diagnostics import Path
+    from pidcfg.paths import Path
 
 WORDS = {word.name: word for word in LOOP_TABLE.words}
 NINES = 9999
@@ -77,11 +77,11 @@ class LoopView(View[Loop]):
 
     @cached_property
     def values(self) -> dict[str, Any]:
-        """Every register's value by its path, with what follows from what is not given."""
+        """Every register's value by its path, defaults included."""
         return values_of(self.config, self.loop)
 
-    def given(self, name: str) -> Any:
-        """What is written, or follows, for a register; None when nothing is."""
+    def value(self, name: str) -> Any:
+        """The value of a register, from the file or by default; None when there is none."""
         return self.values.get(str(WORDS[name].path))
 
     @cached_property
@@ -125,7 +125,7 @@ class LoopView(View[Loop]):
 
     def shown(self, name: str) -> str:
         """A register's value as a message quotes it: ``2.5 m3/h (205 counts)``."""
-        value = self.given(name)
+        value = self.value(name)
         if value is None:
             return "0 counts (not given)"
         scale = scale_of(WORDS[name].codec)

@@ -77,8 +77,8 @@ def first_ramp_without_length(view: LoopView) -> Findings:
 
     Fix: give the loop another starting set point, or begin the profile with the next ramp.
     """
-    pairs, given = running(view), view.loop.setpoint.value
-    if pairs and given is not None and pairs[0].target is not None and pairs[0].target == view.counts("setpoint"):
+    pairs, setpoint = running(view), view.loop.setpoint.value
+    if pairs and setpoint is not None and pairs[0].target is not None and pairs[0].target == view.counts("setpoint"):
         value = view.text(pairs[0].step.ramp_to, "sp", pairs[0].target)
         yield view.at("ramp_soak", "steps", 0, "ramp_to", value=value)
 

@@ -131,7 +131,7 @@ def conflict(first: Held, second: Held) -> str | None:
     if ROWS[first.operand].type is not ROWS[second.operand].type:
         return "are of different types"
     if any(item.operand == "MOUT" and item.view.mout_is_mv for item in (first, second)):
-        # what its own MV cannot share is told of that MV
+        # a conflict with the loop's own MV is reported at that MV
         return None
     outputs = [item for item in (first, second) if is_written(item)]
     if outputs:

@@ -20,8 +20,8 @@ from pidcfg.validate.ideas.blocks import Extent, extents_of
 from pidcfg.validate.views import Context, View, complete, with_unit
 
 if TYPE_CHECKING:
-    from pidcfg.diagnostics import Path
     from pidcfg.encoders.scales import Scale
+    from pidcfg.paths import Path
     from pidcfg.schemas.base import Quantity
 
 PLACES = {word.name: word.offset for word in R_BLOCK.words}

@@ -36,7 +36,7 @@ PERCENT = 100
 
 
 def looks_like_percent(view: LoopView) -> bool:
-    """Whether the CV limits were meant as percentages."""
+    """Whether the CV limits look like percentages."""
     limits, output = view.cv_limits, view.loop.output
     return limits is not None and limits[1] <= PERCENT and output.range is None and not output.limits[1].counts
 

@@ -163,6 +163,6 @@ def deadband_without_effect(view: LoopView) -> Findings:
     Fix: write a deadband of two counts or more, or leave it out.
     """
     counts = view.counts("deadband")
-    given = view.loop.deadband.value > 0 and not view.loop.pv.square_root
-    if given and counts is not None and counts <= 1:
+    has_deadband = view.loop.deadband.value > 0 and not view.loop.pv.square_root
+    if has_deadband and counts is not None and counts <= 1:
         yield view.at("deadband", counts="1 count" if counts else "0 counts")

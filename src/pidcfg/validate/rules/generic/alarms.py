@@ -19,8 +19,8 @@ if TYPE_CHECKING:
 DEVIATIONS = ("high", "high_high")
 
 
-def given(points: Model, names: tuple[str, ...]) -> list[tuple[str, Decimal]]:
-    """The points that exist, in their order."""
+def existing(points: Model, names: tuple[str, ...]) -> list[tuple[str, Decimal]]:
+    """The alarm points that the file gives, in order."""
     return [(name, getattr(points, name)) for name in names if getattr(points, name) is not None]
 
 
@@ -39,7 +39,7 @@ def alarm_points_out_of_order(view: LoopView) -> Findings:
 
     Fix: write low_low < low < high < high_high; leave out what is not wanted.
     """
-    for (lower, below), (upper, above) in pairwise(given(view.loop.alarms.pv, PV_POINTS)):
+    for (lower, below), (upper, above) in pairwise(existing(view.loop.alarms.pv, PV_POINTS)):
         if above <= below:
             yield view.at(
                 "alarms",
@@ -62,7 +62,7 @@ def deviation_points_out_of_order(view: LoopView) -> Findings:
 
     Fix: write high < high_high, or leave one out.
     """
-    for (_, below), (_, above) in pairwise(given(view.loop.alarms.deviation, DEVIATIONS)):
+    for (_, below), (_, above) in pairwise(existing(view.loop.alarms.deviation, DEVIATIONS)):
         if above <= below:
             severity = severity_of(above, below)
             yield view.at(
@@ -79,5 +79,5 @@ def alarm_point_outside_range(view: LoopView) -> Findings:
 
     Fix: write a point inside `pv.range`, or leave it out.
     """
-    for name, value in given(view.loop.alarms.pv, PV_POINTS):
+    for name, value in existing(view.loop.alarms.pv, PV_POINTS):
         yield from view.pv_outside("alarms", "pv", name, value=value, ends=view.loop.pv.range)

@@ -127,7 +127,7 @@ def output_pinned(context: NextopidContext) -> Findings:
     for view in context.of(*LIMITED):
         low, high = view.number_of("Min_OutVar"), view.number_of("Max_OutVar")
         if low is not None and low == high:
-            how = "" if view.given("Min_OutVar") or view.given("Max_OutVar") else ", as they are when not given"
+            how = "" if view.is_given("Min_OutVar") or view.is_given("Max_OutVar") else ", as they are when not given"
             yield view.at("Max_OutVar", value=view.shown("Max_OutVar"), how=how)
 
 
@@ -161,5 +161,5 @@ def gain_of_zero(context: NextopidContext) -> Findings:
         key = "Gs" if view.type in LAGS else "G"
         if view.number_of(key) == 0:
             known = view.known(key)
-            how = ", as it is when not given" if not view.given(key) else known.source if known else ""
+            how = ", as it is when not given" if not view.is_given(key) else known.source if known else ""
             yield view.at(key, key=key, how=how)

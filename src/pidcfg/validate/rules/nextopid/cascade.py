@@ -97,7 +97,7 @@ def cascade_mode_without_set_point(view: BlockView) -> Findings:
 
     Fix: wire SP_CASC, or remove CASC.
     """
-    if not view.given("SP_CASC") and view.may_be_on("CASC"):
+    if not view.is_given("SP_CASC") and view.may_be_on("CASC"):
         value = "wired" if view.is_wired("CASC") else "TRUE"
         yield view.at("CASC", value=value, unit=view.unit("SP"))
 
@@ -111,7 +111,7 @@ def master_in_cascade_mode(context: NextopidContext) -> Findings:
     Fix: remove CASC. If SP_CASC is a ratio on purpose, leave it.
     """
     for master, links in context.network.masters():
-        if master.may_be_on("CASC") and master.given("SP_CASC") and context.network.role(master) == "only master":
+        if master.may_be_on("CASC") and master.is_given("SP_CASC") and context.network.role(master) == "only master":
             value = "wired" if master.is_wired("CASC") else "TRUE"
             yield master.at("CASC", loop=master.name, slave=links[0].slave.name, value=value)
 

@@ -40,7 +40,7 @@ def far_masters(context: NextopidContext, slave: BlockView) -> Iterator[tuple[Bl
 
 
 def sources(context: NextopidContext, number: int) -> set[int]:
-    """What a value is made of: the wire of an input; of an output of a block that is no loop all its wires."""
+    """What a value depends on: the wire of an input; for an output all wires of its block, unless that is a loop."""
     parameter = context.owner(number)
     if parameter is None:
         return set()

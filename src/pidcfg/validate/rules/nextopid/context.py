@@ -12,7 +12,7 @@ from pidcfg.validate.rules.nextopid.links import Network
 from pidcfg.validate.rules.nextopid.program import BlockView, Program
 
 if TYPE_CHECKING:
-    from pidcfg.diagnostics import Path
+    from pidcfg.paths import Path
 
 D208 = Decision(
     208,

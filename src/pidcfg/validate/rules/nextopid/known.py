@@ -32,7 +32,7 @@ def held(kind: IecType, value: Any) -> Any:
 
 
 def all_known(values: tuple[Decimal | None, ...]) -> TypeGuard[tuple[Decimal, ...]]:
-    """Whether none of some values is unknown."""
+    """Whether all values are known."""
     return None not in values
 
 

@@ -115,7 +115,7 @@ def cascade_set_point_outside_pv_limits(view: BlockView) -> Findings:
     Fix: correct the value, or widen the limits.
     """
     end = outside(view, "SP_CASC", "MinPV", "MaxPV")
-    if end is not None and view.given("SP_CASC"):
+    if end is not None and view.is_given("SP_CASC"):
         effect = f"WarnBits.SP_CASC_{end[0]}" if view.may_be_on("CASC") else None
         yield beyond(view, "SP_CASC", end, effect)
 
@@ -130,7 +130,7 @@ def manual_mv_outside_limits(view: BlockView) -> Findings:
     Fix: give a ManualMV inside the limits.
     """
     end = outside(view, "ManualMV", "MinMV", "MaxMV")
-    if end is not None and (view.given("ManualMV") or view.may_be_on("Manual")):
+    if end is not None and (view.is_given("ManualMV") or view.may_be_on("Manual")):
         effect = f"WarnBits.MV_{end[0]}" if view.may_be_on("Manual") else None
         yield beyond(view, "ManualMV", end, effect)
 
@@ -147,7 +147,7 @@ def bias_outside_limits(view: BlockView) -> Findings:
     """
     end = outside(view, "BIAS", "MinMV", "MaxMV")
     integral = view.integral
-    if end is None or not view.given("BIAS") or integral is None:
+    if end is None or not view.is_given("BIAS") or integral is None:
         return
     effect = "only the integral brings MV back" if integral else "without an error MV stays at its limit"
     severity = Severity.INFO if integral else None
@@ -164,7 +164,7 @@ def tracking_value_outside_limits(view: BlockView) -> Findings:
     Fix: give a TRK_VAL inside the limits, or widen them.
     """
     end = outside(view, "TRK_VAL", "MinMV", "MaxMV")
-    if end is not None and view.given("TRK_VAL") and view.may_be_on("TRK_IN"):
+    if end is not None and view.is_given("TRK_VAL") and view.may_be_on("TRK_IN"):
         yield beyond(view, "TRK_VAL", end, f"WarnBits.MV_{end[0]}")
 
 

@@ -131,10 +131,10 @@ def _grouped(rows: list[Row], key: Callable[[Row], int]) -> dict[int, list[Row]]
 
 
 def fault_of(view: BlockView, key: str, wanted: set[str]) -> Fault | None:
-    """What is wrong with a connection that must come from one of some names; a wire without meaning is none of ours."""
+    """What is wrong with a connection that must come from one of some names; not of a meaningless wire."""
     if not view.is_wired(key):
         value = view.known(key)
-        text = f"{view.shown(key)}, not wired" if view.given(key) and value is not None else "not wired"
+        text = f"{view.shown(key)}, not wired" if view.is_given(key) and value is not None else "not wired"
         return Fault(text, Severity.ERROR)
     expression = view.wire(key)
     if expression is None or view.source(key) in wanted:

@@ -164,7 +164,7 @@ def override_without_selector(context: NextopidContext) -> Findings:
         if owner is not None and owner[0].type in SELECTORS:
             what = f"{owner[0].name} does not read {view.name}.MV"
             yield view.at("OVERR", None, Severity.ERROR, found=state, what=what)
-        elif not view.given("TRK_VAL"):
+        elif not view.is_given("TRK_VAL"):
             yield view.at("OVERR", found=state, what="TRK_VAL, the MV that controls instead, is not given")
 
 

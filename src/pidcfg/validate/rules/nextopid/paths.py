@@ -24,7 +24,7 @@ Item = tuple[Sign, Sign]
 """The sign of a value, and that of its answer."""
 
 DEEPEST = 40
-"""Blocks behind each other that are followed; beyond, nobody knows."""
+"""Blocks behind each other that are followed; beyond that the sign is unknown."""
 PROCESSES = frozenset(("ControlLag", "ControlDelayLag"))
 PLAIN = frozenset(("ControlLowFilter", "ControlDelay"))
 SELECTORS = frozenset(("ControlSelectMax", "ControlSelectMin"))
@@ -100,7 +100,7 @@ class Ring:
     _waiting: set[int] = field(default_factory=set)
 
     def sign(self) -> Sign:
-        """The sign with which PV answers to MV; 0 where they are not wired together, None where nobody knows."""
+        """The sign with which PV answers to MV; 0 where they are not wired together, None where it is unknown."""
         return self._wired(self.loop, "PV")
 
     def _wired(self, view: BlockView, key: str) -> Sign:

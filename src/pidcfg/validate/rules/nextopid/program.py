@@ -1,7 +1,7 @@
 """The blocks and loops of a NextoPID program as the rules see them: what is known of their parameters, and their wires.
 
 A literal is known. Of a wire the value is known where it is nothing but a name: of a signal, whose first value counts
-and is quoted as such, or of another block's parameter that has a value (D208). All other wires are judged by nobody.
+and is quoted as such, or of another block's parameter that has a value (D208). No rule judges other wires.
 """
 
 from __future__ import annotations
@@ -22,8 +22,9 @@ from pidcfg.validate.rules.nextopid.known import Known, all_known, held, value_t
 from pidcfg.validate.views import Context
 
 if TYPE_CHECKING:
-    from pidcfg.diagnostics import Path, Severity
+    from pidcfg.diagnostics import Severity
     from pidcfg.encoders.parameters import Parameter
+    from pidcfg.paths import Path
     from pidcfg.schemas.expressions import Expression
 
 PV_KEYS = frozenset(("SP", "SP_CASC", "PV", "MaxPV", "MinPV", "DeadBand"))
@@ -62,12 +63,12 @@ class BlockView:
         """Whether it is a PID controller."""
         return self.type in LOOP_TYPES and self.type != ON_OFF
 
-    def given(self, key: str) -> bool:
-        """Whether the file says anything about a parameter."""
+    def is_given(self, key: str) -> bool:
+        """Whether the file gives a parameter."""
         return key in self.item.model_fields_set
 
     def known(self, key: str) -> Known | None:
-        """The value of a parameter as the PLC holds it; None: nobody knows it, or another rule says it is wrong."""
+        """The value of a parameter as the PLC holds it; None where it is unknown, or wrong by another rule."""
         return self.context.known(self.context.number(self, key))
 
     def number_of(self, key: str) -> Decimal | None:
@@ -76,7 +77,7 @@ class BlockView:
         return None if known is None else Decimal(known.value)
 
     def is_on(self, key: str) -> bool | None:
-        """The value of a switch; None: it is wired to what nobody knows."""
+        """The value of a switch; None where it is wired to an unknown value."""
         known = self.known(key)
         return None if known is None else bool(known.value)
 
@@ -182,7 +183,7 @@ class Program(Context[NextopidFile, NextopidEncoding]):
     @cached_property
     def views(self) -> tuple[BlockView, ...]:
         """All blocks, then all loops, in the order of the file."""
-        return tuple(BlockView(self, i, own) for i, own in enumerate(self.encoding.items))
+        return tuple(BlockView(self, i, placed) for i, placed in enumerate(self.encoding.items))
 
     @cached_property
     def pids(self) -> tuple[BlockView, ...]:
@@ -229,19 +230,19 @@ class Program(Context[NextopidFile, NextopidEncoding]):
 
     def pid_output(self, number: int) -> BlockView | None:
         """The PID controller whose MV a number is."""
-        found = self.owner(number)
-        return found[0] if found is not None and found[0].is_pid and found[1].name == "MV" else None
+        owner = self.owner(number)
+        return owner[0] if owner is not None and owner[0].is_pid and owner[1].name == "MV" else None
 
     @cached_property
-    def _found(self) -> dict[int, Known | None]:
-        """What has been asked for already."""
+    def _values(self) -> dict[int, Known | None]:
+        """Values that have been looked up, by number."""
         return {}
 
     def known(self, number: int) -> Known | None:
         """The value of a signal or parameter, as far as it is in the file."""
-        if number not in self._found:
-            self._found[number] = self._look_up(number)
-        return self._found[number]
+        if number not in self._values:
+            self._values[number] = self._look_up(number)
+        return self._values[number]
 
     def _look_up(self, number: int) -> Known | None:
         source = ""

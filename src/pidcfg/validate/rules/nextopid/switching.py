@@ -144,10 +144,10 @@ def pulse_range_differs_from_loop(context: NextopidContext) -> Findings:
     for view in context.of(PULSE):
         loop = driver(view, "MV") if view.mv_limits else None
         for key, way in (("MinMV", -1), ("MaxMV", 1)):
-            own_limit = view.number_of(key)
+            block_limit = view.number_of(key)
             loop_limit = None if loop is None else loop.number_of(key)
-            if loop is not None and own_limit is not None and loop_limit is not None and own_limit != loop_limit:
-                beyond = (loop_limit - own_limit) * way > 0
+            if loop is not None and block_limit is not None and loop_limit is not None and block_limit != loop_limit:
+                beyond = (loop_limit - block_limit) * way > 0
                 effect = "the pulses do not follow beyond it" if beyond else "the pulses never reach the end"
                 yield view.at(
                     key,

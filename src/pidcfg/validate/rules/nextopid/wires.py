@@ -16,7 +16,7 @@ from pidcfg.validate.rule import Finding, Findings, error, info, warning
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from pidcfg.diagnostics import Path
+    from pidcfg.paths import Path
     from pidcfg.validate.rules.nextopid.context import NextopidContext
 
 BLOCKS = NEXTOPID.at("chapter 1: Introduction")
@@ -64,11 +64,11 @@ def wire_without_meaning(context: NextopidContext) -> Findings:
     for path, misfit in context.encoding.misfits:
         error = misfit.error
         if isinstance(error, WireError):
-            cure = _meant(context, str(misfit.value), error)
+            cure = _cure(context, str(misfit.value), error)
             yield Finding(path, {"key": misfit.word.name, "problem": str(error)}, fix=cure, offset=error.offset)
 
 
-def _meant(context: NextopidContext, text: str, error: WireError) -> str:
+def _cure(context: NextopidContext, text: str, error: WireError) -> str:
     """The cure; for ``NAME.Parameter`` the nearest parameter of the block, if there is such a block."""
     word = re.match(r"(\w+)\.(\w[\w.]*)", text[error.offset :])
     kinds = {placed.item.name: placed.kind for placed in context.encoding.items}
