@@ -79,11 +79,11 @@ def read_modbus(text: str, space: Space, numbering: Numbering) -> Listing:
         for key in ("register", "value"):
             if not row[key].isascii() or not row[key].isdecimal() or int(row[key][:6]) > WORD_MAX:
                 raise ListingError(f"{key} {row[key]!r} is not a number of 0 to {WORD_MAX}", number)
-        known = numbering.find(row["table"], int(row["register"]))
+        position = numbering.find(row["table"], int(row["register"]))
         shown = f"{row['table']} {row['register']}"
-        if known is None:
+        if position is None:
             raise ListingError(f"{shown} is no register of this vendor", number)
-        address, part = known
+        address, part = position
         have = parts.setdefault(address, {})
         if part in have:
             raise ListingError(f"{shown} stands here again", number)

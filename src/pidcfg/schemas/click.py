@@ -72,10 +72,10 @@ Y_BIT = re.compile(r"Y([0-9]{3})")
 
 def parse_output_bit(value: object) -> str:
     """``Y001``: a discrete output."""
-    found = Y_BIT.fullmatch(value) if isinstance(value, str) else None
-    if found is None:
+    match = Y_BIT.fullmatch(value) if isinstance(value, str) else None
+    if match is None:
         refuse("address_form", f"{value!r} is not the address of a Y bit", help="write it like Y001")
-    if not any(low <= int(found.group(1)) <= high for low, high in OUTPUTS):
+    if not any(low <= int(match.group(1)) <= high for low, high in OUTPUTS):
         refuse(
             "address_form",
             f"{value} does not exist",

@@ -78,13 +78,13 @@ def parse_tag(*prefixes: str) -> Callable[[object], str]:
     """A parser of tag addresses with one of these prefixes."""
 
     def tag(value: object) -> str:
-        found = TAG.fullmatch(value) if isinstance(value, str) else None
-        if found is None or found.group(1) not in prefixes:
+        match = TAG.fullmatch(value) if isinstance(value, str) else None
+        if match is None or match.group(1) not in prefixes:
             kinds = " or ".join(prefixes)
             refuse(
                 "address_form", f"{value!r} is not the address of an {kinds} tag", help=f"write it like {prefixes[0]}1"
             )
-        if found.group(1) == REGISTERS.prefix:
+        if match.group(1) == REGISTERS.prefix:
             REGISTERS.parse(value)
         return str(value)
 
@@ -107,14 +107,14 @@ def parse_counts(value: object) -> tuple[int, int]:
 def tag_name(template: str, loop: int, name: str, variable: str) -> str:
     """A tag's name by a template; braces that hold anything else stay as they are."""
     values = {"{loop}": str(loop), "{name}": name, "{variable}": variable}
-    return re.sub(r"\{(?:loop|name|variable)\}", lambda found: values[found.group()], template)
+    return re.sub(r"\{(?:loop|name|variable)\}", lambda placeholder: values[placeholder.group()], template)
 
 
 def parse_template(value: object) -> str:
     """A template of tag names; the loop and the variable must both be in it."""
     text = parse_text(value)
-    told = "{variable}" in text and ("{loop}" in text or "{name}" in text)
-    if not told or not re.fullmatch(r"[A-Za-z]\w*", tag_name(text, 1, "L", "V"), re.ASCII):
+    complete = "{variable}" in text and ("{loop}" in text or "{name}" in text)
+    if not complete or not re.fullmatch(r"[A-Za-z]\w*", tag_name(text, 1, "L", "V"), re.ASCII):
         refuse("name_form", f"{text!r} is not a template of tag names", help='write "PID{loop}_{variable}"')
     return text
 

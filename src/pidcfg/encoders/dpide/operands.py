@@ -83,7 +83,7 @@ def read_operands(text: str) -> Listing:
         elif operand not in OUTSIDE:
             raise ListingError(f"{loop}.{operand} has no value", number)
         _take_device(devices.setdefault(loop, {}), operand, row.get("device", ""), number)
-    _beside(listing, devices)
+    _take_devices(listing, devices)
     return listing
 
 
@@ -120,16 +120,16 @@ def _take_device(devices: dict[str, str], operand: str, device: str, line: int) 
     devices[operand] = device
 
 
-def _beside(listing: Listing, devices: Mapping[str, Mapping[str, str]]) -> None:
+def _take_devices(listing: Listing, devices: Mapping[str, Mapping[str, str]]) -> None:
     """Devices of the rows into the settings; where both say one, they must agree."""
     settings: list[dict[str, Any]] = [dict(entry) for entry in listing.settings or ({"loop": loop} for loop in devices)]
     for entry in settings:
         if not isinstance(entry.get("devices", {}), dict):
             continue
         for operand, device in devices.get(str(entry.get("loop")), {}).items():
-            said = device_of(entry, operand)
-            if said not in {None, device}:
-                raise ListingError(f"{entry['loop']}.{operand} stands at {device}, but the settings say {said}")
+            setting = device_of(entry, operand)
+            if setting not in {None, device}:
+                raise ListingError(f"{entry['loop']}.{operand} stands at {device}, but the settings say {setting}")
             if operand == "I_MV":
                 entry["device"] = device
             else:
@@ -160,4 +160,4 @@ def _take_column(listing: Listing, rows: Iterator[tuple[str, object, int]]) -> N
             if not isinstance(device, str):
                 raise ListingError(f"{name}: the device is not a text", line)
             _take_device(devices.setdefault(loop, {}), operand, device, line)
-    _beside(listing, devices)
+    _take_devices(listing, devices)
