@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from pidcfg.encoders.click.package import read_with, written_by
 from pidcfg.encoders.files import UnwritableError
-from pidcfg.encoders.listing import DECIMAL, WHOLE, Listing, ListingError
+from pidcfg.encoders.listing import Listing, ListingError, decimal_content
 from pidcfg.encoders.maps.click import SPACE
 from pidcfg.encoders.spaces import SINGLE
 from pidcfg.refs import Decision
@@ -144,12 +144,10 @@ def _row(dump: Dump, bank: Bank, columns: list[int], raw: str, line: int, positi
 
 def _raw(number: int, text: str, line: int) -> int:
     kind = SPACE.kind(number)
-    read = None
-    if DECIMAL.fullmatch(text):
-        read = kind.read(int(text) if WHOLE.fullmatch(text) else float(text))
-    if read is None:
+    raw = decimal_content(text, kind)
+    if raw is None:
         raise ListingError(f"{SPACE.name(number)}: {text[:40]!r} is not {kind.holds}", line)
-    return read
+    return raw
 
 
 def _compare(dump: Dump) -> None:

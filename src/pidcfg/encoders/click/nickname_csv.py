@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from pidcfg.encoders.click.nicknames import nicknames
 from pidcfg.encoders.click.package import read_with, written_by
 from pidcfg.encoders.files import CONFLICT, UnwritableError
-from pidcfg.encoders.listing import DECIMAL, WHOLE, ListingError
+from pidcfg.encoders.listing import ListingError, decimal_content
 from pidcfg.encoders.maps.click import SPACE
 
 if TYPE_CHECKING:
@@ -167,12 +167,10 @@ def initial(row: Row) -> int | None:
     if number is None or not row.value:
         return None
     kind = SPACE.kind(number)
-    read = None
-    if DECIMAL.fullmatch(row.value):
-        read = kind.read(int(row.value) if WHOLE.fullmatch(row.value) else float(row.value))
-    if read is None:
+    raw = decimal_content(row.value, kind)
+    if raw is None:
         raise ListingError(f"{row.address}: the initial value {row.value[:40]!r} is not {kind.holds}", row.line)
-    return read
+    return raw
 
 
 def _compare(table: Table, text: str) -> None:

@@ -7,11 +7,10 @@ devices are taken from their column.
 from __future__ import annotations
 
 import csv
-import io
 from typing import TYPE_CHECKING, Any
 
 from pidcfg.encoders.dpide.decode import split
-from pidcfg.encoders.listing import Listing, ListingError, comments, csv_rows, load_json
+from pidcfg.encoders.listing import Listing, ListingError, comments, csv_rows, csv_text, load_json
 from pidcfg.encoders.maps.dpide import DPIDE_TABLE, OUTSIDE, ROWS
 from pidcfg.encoders.parameter_files import RISKY, content_of, read_csv, read_json
 from pidcfg.encoders.parameters import shown
@@ -31,14 +30,11 @@ SAME_TYPE = {"DINT": "DWORD"}
 
 def write_operands(image: Program, checklist: tuple[str, ...] = ()) -> str:
     """All operands of every loop, also those without a value, with the checklist above them."""
-    out = io.StringIO()
-    out.writelines(f"{line}\n" for line in comments(image, checklist))
-    writer = csv.writer(out, lineterminator="\n")
-    writer.writerow(COLUMNS)
+    rows: list[tuple[str, ...]] = []
     for settings in image.settings:
         entries = {cell.field: cell for cell in image.cells if cell.loop == settings["loop"]}
-        writer.writerows(_row(row, entries, settings) for row in DPIDE_TABLE.rows)
-    return out.getvalue()
+        rows += (_row(row, entries, settings) for row in DPIDE_TABLE.rows)
+    return csv_text(COLUMNS, rows, comments(image, checklist))
 
 
 def _row(row: Parameter, entries: Mapping[str, Entry], settings: Mapping[str, Any]) -> tuple[str, ...]:

@@ -7,12 +7,11 @@ listings.
 from __future__ import annotations
 
 import csv
-import io
 import re
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from pidcfg.encoders.files import CONFLICT, UnwritableError, first_line
-from pidcfg.encoders.listing import LOOP, PLC, Listing, ListingError, comments, csv_rows
+from pidcfg.encoders.listing import LOOP, PLC, Listing, ListingError, comments, csv_lines, csv_rows, csv_text, few
 from pidcfg.encoders.maps.ezlogix import PULSE_REGISTERS, R_BLOCK, S_BLOCK, SPACE, VARIABLES
 from pidcfg.encoders.scales import Distance, Position
 from pidcfg.encoders.words import Choice, Implied
@@ -45,8 +44,6 @@ NUMBER = re.compile(r"[0-9]{1,5}")
 MARK = "\ufeff"
 TABLES = {"R": R_BLOCK, "S": S_BLOCK}
 KEYS = {"R": "registers", "S": "discretes"}
-FEW = 12
-"""Names that a report lists before it only counts."""
 
 
 class Tag(NamedTuple):
@@ -109,13 +106,7 @@ def _comment(word: Word) -> str:
 def write_tags(image: Image, checklist: tuple[str, ...] = ()) -> str:
     """The whole list, with the checklist and what no register holds above it."""
     rows = tags(image)
-    return "".join(f"{line}\n" for line in comments(image, checklist)) + _csv([COLUMNS, *rows], "\n")
-
-
-def _csv(rows: Iterable[Iterable[str]], end: str) -> str:
-    out = io.StringIO()
-    csv.writer(out, lineterminator=end).writerows(rows)
-    return out.getvalue()
+    return csv_text(COLUMNS, rows, comments(image, checklist))
 
 
 def read_tags(text: str) -> Listing:
@@ -202,13 +193,13 @@ def merge_tags(image: Image, text: str) -> tuple[str, tuple[str, ...]]:
     notes += _differing_settings(image, listing)
     end = "\r\n" if "\r\n" in text else "\n"
     added = "".join(line + end for line in _missing_comments(image, listing))
-    added += _csv([[getattr(tag, name, "") if name in COLUMNS else "" for name in head] for tag in created], end)
+    added += csv_lines([[getattr(tag, name, "") if name in COLUMNS else "" for name in head] for tag in created], end)
     merged = text + ("" if text.endswith("\n") or not added else end) + added
     if len(_rows(merged, Listing())) != len(theirs) + len(created):
         raise ListingError("the tags could not be added to this file")
     if "value" not in head:
         notes.append("the list has no column value, so the values are not in it")
-    return merged, (f"created {len(created)}, already there: {_few(there)}", *notes)
+    return merged, (f"created {len(created)}, already there: {few(there) or 'none'}", *notes)
 
 
 def _missing_comments(image: Image, listing: Listing) -> Iterator[str]:
@@ -247,9 +238,3 @@ def _differs(tag: Tag, at: Mapping[str, str] | None, called: Mapping[str, str] |
     if called is not None:
         reasons.append(f"the name is that of {called['address']}")
     yield f"{CONFLICT}, left as it is: {tag.tag} ({tag.address}) was not created, since {' and '.join(reasons)}"
-
-
-def _few(names: list[str]) -> str:
-    if not names:
-        return "none"
-    return ", ".join(names[:FEW]) + (f" and {len(names) - FEW} more" if len(names) > FEW else "")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from pidcfg.encoders.listing import Listing, ListingError
+from pidcfg.encoders.listing import Listing, ListingError, few
 from pidcfg.encoders.maps.nextopid import BLOCK_TYPES
 from pidcfg.encoders.nextopid.st_calls import Calls
 from pidcfg.encoders.nextopid.st_expression import wire_text
@@ -26,9 +26,6 @@ if TYPE_CHECKING:
     from pidcfg.encoders.nextopid.st_scope import Item
     from pidcfg.encoders.nextopid.wiring import Wires
     from pidcfg.encoders.parameters import Content, Parameter
-
-FEW = 12
-"""Names that a note lists before it only counts."""
 
 
 def read_st(text: str) -> Listing:
@@ -183,15 +180,15 @@ class _Reader:
         yield from self._missing_calls()
         yield from self._other_order(layout, wires)
         if self.calls.foreign:
-            lines = _few([str(line) for line in self.calls.foreign])
+            lines = few([str(line) for line in self.calls.foreign])
             yield f"statements that are not about blocks of the library are left out: lines {lines}"
         used = {signal.name.upper for signal in signals} | {*self.scope.items} | {*self.scope.stands}
         left = [d.name.text for upper, d in self.scope.variables.items() if upper not in used | self.calls.counters]
         if left:
-            yield f"variables that no block reads are left out: {_few(left)}"
+            yield f"variables that no block reads are left out: {few(left)}"
         whole = [d.name.text for d in signals if d.type_name not in {"BOOL", "REAL"}]
         if whole:
-            yield f"these variables are not REAL in the program, and are REAL signals here: {_few(whole)}"
+            yield f"these variables are not REAL in the program, and are REAL signals here: {few(whole)}"
 
     def _in_order(self) -> list[Item]:
         """As a configuration has them: blocks before loops."""
@@ -203,7 +200,7 @@ class _Reader:
         if functions:
             raise ListingError(f"{functions[0]} is a function of the comments, and nothing calls it")
         if missing and self.calls.turns:
-            yield f"these blocks are declared and never called: {_few([item.name for item in missing])}"
+            yield f"these blocks are declared and never called: {few([item.name for item in missing])}"
 
     def _other_order(self, layout: Layout, wires: Wires) -> Iterator[str]:
         """Where a value of the previous cycle becomes one of the same, or the other way round."""
@@ -228,7 +225,3 @@ class _Reader:
     def _wired(self, layout: Layout, wires: Wires, number: int) -> bool:
         block = layout.instances[layout.owner(number) or 0]
         return (layout.owner(number), block.kind.table.rows[number - block.base].name) in wires
-
-
-def _few(names: list[str]) -> str:
-    return ", ".join(names[:FEW]) + (f" and {len(names) - FEW} more" if len(names) > FEW else "")
