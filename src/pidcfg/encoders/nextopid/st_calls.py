@@ -1,7 +1,7 @@
-"""What the statements of a program do with blocks of the library.
+"""Calls and assignments of a program that concern blocks of the library.
 
-Statements that have nothing to do with them are passed over, and counted. What would mean something else once it is
-written as a configuration is refused: a call or an assignment inside IF, a second call, an assignment behind a call.
+Other statements are skipped, and their lines noted. What a configuration cannot express is refused: a call or an
+assignment inside IF, a second call of a block, an assignment after the call.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ JUMPS = frozenset(("RETURN", "JMP"))
 
 
 class Assignment(NamedTuple):
-    """What a parameter is given: the tokens, and how many calls the program has made before."""
+    """The value that a parameter is assigned: its tokens, and the number of calls before it."""
 
     item: Item
     row: Parameter
@@ -44,16 +44,16 @@ class Calls:
     assignments: dict[tuple[str, str], Assignment] = field(default_factory=dict)
     turns: int = 0
     foreign: list[int] = field(default_factory=list)
-    """Lines of statements that are passed over."""
+    """Lines of statements that are skipped."""
     gates: list[tuple[Item, Token]] = field(default_factory=list)
-    """Loops that are not called in every cycle, each with the variable that counts."""
+    """Loops that are not called in every cycle, each with its cycle counter."""
     counts: dict[str, int] = field(default_factory=dict)
 
     def take(self, statement: Statement) -> None:
         """The next statement."""
         tokens = statement.tokens
         if tokens[0].kind == NAME and tokens[0].upper in ENDS:
-            if not self._gate(tokens):
+            if not self._counted_call(tokens):
                 self._pass_over(tokens)
             return
         parts = chain(tokens)
@@ -83,21 +83,21 @@ class Calls:
             if argument.name.upper in {"EN", "ENO"}:
                 raise argument.name.error(f"{item.name} is called on a condition; a configuration has none")
             if argument.sign == "=>":
-                self._output(item, argument)
+                self._set_alias(item, argument)
             else:
-                self._give(item, (argument.name,), argument.value)
+                self._set_input(item, (argument.name,), argument.value)
         item.place, item.turn = parts[0], self.turns
         self.turns += 1
 
     def _function(self, kind: Any, inputs: list[Argument], at: Token) -> Item:
-        """Which function of the configuration a call is: what the comments at its variables say, or a new one."""
+        """The function that is called: the one that the comments at its variables name, or a new one."""
         stems: dict[str, str] = {}
         for argument in inputs:
             if argument.sign != "=>" or len(argument.value) != 1:
                 continue
             target = argument.value[0]
-            if target.upper in self.scope.stands:
-                item = self.scope.stands[target.upper][0]
+            if target.upper in self.scope.aliases:
+                item = self.scope.aliases[target.upper][0]
                 if item.kind is not kind:
                     raise at.error(f"{target.text} stands for a parameter of {item.name}, which is no {kind.name}")
                 return item
@@ -105,25 +105,26 @@ class Calls:
             stems[stem.upper()] = stem if stem != target.text else ""
         return self.scope.new_function(kind, next(iter(stems.values())) or None if len(stems) == 1 else None, at)
 
-    def _output(self, item: Item, argument: Argument) -> None:
-        """An output that is copied to a variable, which then stands for it."""
+    def _set_alias(self, item: Item, argument: Argument) -> None:
+        """An output is copied to a variable, which from then on is an alias of it."""
         row = self.scope.row(item, (argument.name,), "output")
         target = argument.value[0]
         if len(argument.value) != 1 or target.upper not in self.scope.variables or target.upper in self.scope.items:
             self._pass_over(argument.value)
             return
-        before = self.scope.stands.get(target.upper)
+        before = self.scope.aliases.get(target.upper)
         if before is not None and (before[0].name, before[1].name) != (item.name, row.name):
             raise target.error(f"{target.text} stands for {before[0].name}.{before[1].name} already")
-        self.scope.stands[target.upper] = (item, row)
+        self.scope.aliases[target.upper] = (item, row)
 
-    def _give(self, item: Item, parts: tuple[Token, ...], value: tuple[Token, ...]) -> None:
+    def _set_input(self, item: Item, parts: tuple[Token, ...], value: tuple[Token, ...]) -> None:
+        """An input gets a value, by an argument or an assignment; once, and before the call."""
         row = self.scope.row(item, parts, "input")
         if item.called:
             raise parts[0].error(f"{item.name}.{row.name} is assigned behind the call of {item.name}; assign it before")
-        stands = self.scope.stands.get(value[0].upper)
-        if item.kind.function and len(value) == 1 and stands and stands[0] is item and stands[1] is row:
-            return  # its own variable, which has been assigned before or has an initial value
+        alias = self.scope.aliases.get(value[0].upper)
+        if item.kind.function and len(value) == 1 and alias and alias[0] is item and alias[1] is row:
+            return  # the variable of this input, which was assigned before or has an initial value
         if (item.name, row.name) in self.assignments:
             raise parts[0].error(f"{item.name}.{row.name} is assigned again")
         self.assignments[item.name, row.name] = Assignment(item, row, value, self.turns)
@@ -133,17 +134,17 @@ class Calls:
     def _assign(self, parts: tuple[Token, ...], value: tuple[Token, ...], tokens: tuple[Token, ...]) -> None:
         item = self.scope.instance(parts[0].upper)
         if item is not None and len(parts) > 1:
-            self._give(item, parts[1:], value)
+            self._set_input(item, parts[1:], value)
             return
-        stands = self.scope.stands.get(parts[0].upper)
-        if stands and len(parts) == 1 and stands[1].access == "input":
-            self._give(stands[0], (parts[0]._replace(text=stands[1].name),), value)
+        alias = self.scope.aliases.get(parts[0].upper)
+        if alias and len(parts) == 1 and alias[1].access == "input":
+            self._set_input(alias[0], (parts[0]._replace(text=alias[1].name),), value)
             return
-        if len(parts) == 1 and self._count(parts[0], value):
+        if len(parts) == 1 and self._counting(parts[0], value):
             return
         self._pass_over(tokens)
 
-    def _gate(self, tokens: tuple[Token, ...]) -> bool:
+    def _counted_call(self, tokens: tuple[Token, ...]) -> bool:
         """``IF counter = 0 THEN loop(…); END_IF``: the call of a loop in every n-th cycle."""
         if [token.upper for token in (tokens[0], *tokens[2:5])] != ["IF", "=", "0", "THEN"]:
             return False
@@ -160,8 +161,8 @@ class Calls:
         self.gates.append((loop, tokens[1]))
         return True
 
-    def _count(self, counter: Token, value: tuple[Token, ...]) -> bool:
-        """``counter := (counter + 1) MOD n`` behind such a call."""
+    def _counting(self, counter: Token, value: tuple[Token, ...]) -> bool:
+        """``counter := (counter + 1) MOD n`` after such a call."""
         texts = [token.upper for token in value]
         if counter.upper not in self.counters or texts[:-1] != ["(", counter.upper, "+", "1", ")", "MOD"]:
             return False
@@ -198,7 +199,7 @@ class Calls:
     # --- the rest ----------------------------------------------------------------------------------------------------
 
     def _pass_over(self, tokens: Sequence[Token]) -> None:
-        """A statement that has nothing to do with the library; what it writes is remembered."""
+        """Skips a statement that does not concern the library, but remembers the variables that it assigns."""
         if tokens[0].line not in self.foreign[-1:]:
             self.foreign.append(tokens[0].line)
         depth, padded = 0, (*tokens, *(Token(END, "", token.line, token.column) for token in [tokens[-1]] * 3))
@@ -214,7 +215,7 @@ class Calls:
                 self.scope.assigned.setdefault(token.upper, token)
 
     def _refuse(self, token: Token, parts: tuple[Token, ...], follows: str, depth: int) -> None:
-        """What a statement may not do with a block of the library."""
+        """Refuses jumps, and other uses of a block inside a skipped statement."""
         kind, item = LIBRARY.get(token.upper), self.scope.instance(token.upper)
         if token.upper in JUMPS:
             raise token.error(f"{token.text}: what stands behind is not always executed")
@@ -230,7 +231,7 @@ class Calls:
 
 
 def _seconds(value: object) -> Decimal | None:
-    """A time of the settings; None where there is none that makes sense."""
+    """A time of the settings; None where it is missing or not a time."""
     try:
         return None if value is None else parse_seconds(value)
     except ValueError:

@@ -1,9 +1,8 @@
-"""A NextoPID program as what a programming system holds: variables, and calls in the order of execution.
+"""A NextoPID program as a programming system holds it: variables, and calls in the order of execution.
 
-Design. `Unit` rebuilds from the listing what was wired and in which order it runs, and finds the names of what has no
-name there: functions have no instance, so that their outputs, and those of their inputs that something reads, become
-variables. Each such variable says in a comment what it stands for, ``SEL.MV``; `pidcfg.encoders.nextopid.st_read` and
-the reader of PLCopen XML go by it.
+Design. `Unit` rebuilds wiring and execution order from the listing. Functions have no instance, so their outputs, and
+those of their inputs that something reads, become variables with new names. The comment of each such variable says
+which parameter it is, ``SEL.MV``; the readers of Structured Text and PLCopen XML rely on it.
 """
 
 from __future__ import annotations
@@ -29,8 +28,8 @@ if TYPE_CHECKING:
     from pidcfg.schemas.iec import IecType
 
 CONVERSIONS = ("INT_TO_REAL", "UINT_TO_REAL", "USINT_TO_REAL", "DINT_TO_REAL", "REAL_TO_INT")
-TAKEN = frozenset(name.upper() for name in (*BLOCK_TYPES, *CONVERSIONS, AUTOTUNE_MODE.name, *AUTOTUNE_MODE.words))
-"""Names that a program may not give, in capitals: languages of IEC 61131-3 do not tell them from small letters."""
+RESERVED = frozenset(name.upper() for name in (*BLOCK_TYPES, *CONVERSIONS, AUTOTUNE_MODE.name, *AUTOTUNE_MODE.words))
+"""Names that a variable cannot have, in capitals: IEC 61131-3 ignores case."""
 UINT_CYCLES = 0xFFFF
 
 
@@ -44,7 +43,7 @@ class Variable(NamedTuple):
 
 
 def is_kept(kind: BlockType, row: Parameter) -> bool:
-    """Whether a parameter is declared even with the value that it has by itself."""
+    """Whether a parameter is declared even when it has its default value."""
     field = kind.model.model_fields.get(row.name)
     return field is None or field.is_required() or field.default is None
 
@@ -69,8 +68,8 @@ class Unit:
         names = [*types, *(name for name, _ in blocks)]
         for name in names:
             other = seen.setdefault(name.upper(), name)
-            if other != name or name.upper() in TAKEN or names.count(name) > 1:
-                also = "of a type or function of the library" if name.upper() in TAKEN else f"of another ({other})"
+            if other != name or name.upper() in RESERVED or names.count(name) > 1:
+                also = "of a type or function of the library" if name.upper() in RESERVED else f"of another ({other})"
                 raise UnwritableError(f"{name}: Structured Text takes the name for that {also}; rename it")
         return Layout.of(types, blocks)
 
@@ -102,30 +101,30 @@ class Unit:
 
     @property
     def names(self) -> dict[int, str]:
-        """How every value is called in the program, by its number."""
-        return self._chosen[0]
+        """The name of every value in the program, by its number."""
+        return self._names_and_counters[0]
 
     @property
     def counters(self) -> dict[int, tuple[str, int]]:
-        """Of loops that are not called in every cycle: the variable that counts, and every how many cycles."""
-        return self._chosen[1]
+        """Cycle counters of loops that are not called in every cycle: the variable, and the number of cycles."""
+        return self._names_and_counters[1]
 
     @cached_property
-    def _chosen(self) -> tuple[dict[int, str], dict[int, tuple[str, int]]]:
+    def _names_and_counters(self) -> tuple[dict[int, str], dict[int, tuple[str, int]]]:
         used = {
             name.upper() for name in (*self.signals, *(block.name for block in self.layout.instances), self.program)
         }
-        used |= TAKEN
+        used |= RESERVED
         names = {number: name for name, number in self.layout.numbers.items()}
         for block in self.layout.instances:
             for offset, row in enumerate(block.kind.table.rows if block.kind.function else ()):
                 if row.access == "output" or block.base + offset in self.read:
-                    names[block.base + offset] = _free(f"{block.name}_{row.name}", used)
+                    names[block.base + offset] = unused_name(f"{block.name}_{row.name}", used)
         counters = {}
         for i, entry in enumerate(self.image.settings):
             cycles = cycles_of(entry, self.image.plc)
             if cycles != 1:
-                counters[i] = (_free(f"{self.layout.instances[i].name}_Cycle", used), cycles)
+                counters[i] = (unused_name(f"{self.layout.instances[i].name}_Cycle", used), cycles)
         return names, counters
 
     @cached_property
@@ -142,7 +141,7 @@ class Unit:
         return block.kind.table.rows[number - block.base].type
 
     def full_name(self, number: int) -> str:
-        """A value as a configuration calls it: ``SEL.MV``."""
+        """The name of a value in a configuration: ``SEL.MV``."""
         owner = self.layout.owner(number)
         if owner is None:
             return list(self.layout.signals)[number]
@@ -152,7 +151,7 @@ class Unit:
     # --- cycles ------------------------------------------------------------------------------------------------------
 
     def previous(self, i: int) -> list[str]:
-        """What the call of a block reads of the previous cycle."""
+        """Values of the previous cycle that the call of a block reads."""
         late = []
         for number in sorted(self._reads.get(i, ())):
             owner = self.layout.owner(number)
@@ -212,7 +211,7 @@ class Unit:
         return {cell.address: cell for cell in self.image.cells}
 
     def initial(self, block: Instance) -> dict[str, tuple[IecType, Content]]:
-        """What an instance begins with: what is required or not the value that a parameter has by itself."""
+        """Initial values of an instance: required parameters, and those that differ from the default of their type."""
         values = {}
         for row in block.kind.inputs:
             cell = self.cells.get(f"{block.name}.{row.name}")
@@ -223,8 +222,8 @@ class Unit:
         return values
 
 
-def _free(wanted: str, used: set[str]) -> str:
-    """A name that nothing else has, and that is then used."""
+def unused_name(wanted: str, used: set[str]) -> str:
+    """The wanted name or one with a number after it; it is then in use."""
     name, number = wanted, 1
     while name.upper() in used:
         name, number = f"{wanted}_{number}", number + 1
@@ -233,12 +232,12 @@ def _free(wanted: str, used: set[str]) -> str:
 
 
 def content(cell: Entry) -> Content:
-    """What a parameter that is not wired holds."""
+    """The text of a wire, or the content of a parameter that is not wired."""
     return cell.raw.text if isinstance(cell.raw, Wire) else cell.raw
 
 
 def cycles_of(entry: Mapping[str, Any], plc: Mapping[str, Any]) -> int:
-    """Every how many cycles of the task a loop is called."""
+    """The interval of a loop in cycles of the task; raises `UnwritableError` where it is no multiple."""
     interval, task = entry.get("sample_time"), plc.get("sample_time")
     if interval is None:
         return 1

@@ -117,7 +117,7 @@ class _Reader:
                     f"{item.name}: initial values of an instance stand in parentheses, (SP := 50.0)"
                 )
             self._members(item, (), declared.initial, wired)
-        for upper, (item, row) in self.scope.stands.items():
+        for upper, (item, row) in self.scope.aliases.items():
             initial = self.scope.variables[upper].initial
             if row.access == "input" and initial is not None and (item.name, row.name) not in wired:
                 self._literal(item, row, initial, self.scope.variables[upper].name)
@@ -182,7 +182,7 @@ class _Reader:
         if self.calls.foreign:
             lines = few([str(line) for line in self.calls.foreign])
             yield f"statements that are not about blocks of the library are left out: lines {lines}"
-        used = {signal.name.upper for signal in signals} | {*self.scope.items} | {*self.scope.stands}
+        used = {signal.name.upper for signal in signals} | {*self.scope.items} | {*self.scope.aliases}
         left = [d.name.text for upper, d in self.scope.variables.items() if upper not in used | self.calls.counters]
         if left:
             yield f"variables that no block reads are left out: {few(left)}"

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 LIBRARY = {name.upper(): kind for name, kind in BLOCK_TYPES.items()}
 SETTINGS = re.compile(r"(plc|loop):\s*(?=\{)")
-"""How the comments begin that carry what no parameter holds."""
+"""Beginning of a comment with settings that no parameter holds."""
 STANDS_FOR = re.compile(r"(\w+)\.(\w+)")
 
 
@@ -50,7 +50,7 @@ class Item:
 
 
 def settings_of(comments: Iterable[Comment], listing: Listing) -> list[Comment]:
-    """Takes what no parameter holds from the comments; the comments of the blocks, each at its entry's place."""
+    """Reads the settings of the comments into the listing; returns the comments of blocks, in the order of entries."""
     places: list[Comment] = []
     for comment in comments:
         head = SETTINGS.match(comment.text)
@@ -83,14 +83,14 @@ def check_name(name: str, line: int, column: int) -> None:
 
 @dataclass(slots=True)
 class Scope:
-    """What every name is; capitals do not count."""
+    """The names of the program, in capitals, since the language ignores case."""
 
     variables: dict[str, Declaration] = field(default_factory=dict)
     items: dict[str, Item] = field(default_factory=dict)
-    stands: dict[str, tuple[Item, Parameter]] = field(default_factory=dict)
+    aliases: dict[str, tuple[Item, Parameter]] = field(default_factory=dict)
     """Variables that stand for an output, or for an input of a function."""
     assigned: dict[str, Token] = field(default_factory=dict)
-    """Variables that the program itself writes."""
+    """Variables that skipped statements assign."""
     used: set[str] = field(default_factory=set)
     """Variables that wires read."""
 
@@ -103,19 +103,19 @@ class Scope:
                 raise declaration.name.error(f"{declaration.name.text} is declared again")
             self.variables[declaration.name.upper] = declaration
         for entry, place in zip(listing.settings, places, strict=True):
-            self._described(dict(entry), place)
+            self._add_described(dict(entry), place)
         for declaration in source.declarations:
-            self._declared(declaration)
+            self._add_declared(declaration)
         for declaration in source.declarations:
             match = STANDS_FOR.fullmatch(declaration.note)
             item = self.items.get(match.group(1).upper()) if match else None
             if match and item and item.kind.function and declaration.name.upper not in self.items:
                 row = next((row for row in item.kind.table.rows if row.name == match.group(2)), None)
                 if row is not None:
-                    self.stands[declaration.name.upper] = (item, row)
+                    self.aliases[declaration.name.upper] = (item, row)
         return self
 
-    def _described(self, entry: dict[str, Any], place: Comment) -> None:
+    def _add_described(self, entry: dict[str, Any], place: Comment) -> None:
         """An item of the settings; instances must be declared, and as what they say."""
         name, kind = entry.get("loop") or entry.get("block"), LIBRARY.get(str(entry.get("type")).upper())
         if not isinstance(name, str) or kind is None:
@@ -128,7 +128,7 @@ class Scope:
             raise ListingError(f"{name} is not declared", place.line, place.column)
         self._add(Item(declaration.name.text if declaration else name, kind, entry), place.line, place.column)
 
-    def _declared(self, declaration: Declaration) -> None:
+    def _add_declared(self, declaration: Declaration) -> None:
         """An instance that no comment speaks of."""
         inside = next((LIBRARY[token.upper] for token in declaration.type if token.upper in LIBRARY), None)
         if inside is None or declaration.name.upper in self.items:
@@ -185,20 +185,20 @@ class Scope:
         if item is not None and len(parts) > 1:
             row = self.row(item, parts[1:])
             return f"{item.name}.{row.name}", row.type
-        if first.upper in self.stands and len(parts) == 1:
-            item, row = self.stands[first.upper]
-            self._only_there(first)
+        if first.upper in self.aliases and len(parts) == 1:
+            item, row = self.aliases[first.upper]
+            self._refuse_assigned(first)
             return f"{item.name}.{row.name}", row.type
         declared = self.variables.get(first.upper)
         if item is not None or declared is None or len(parts) > 1:
             near = nearest(first.upper, [*self.variables])
             hint = f"; did you mean {self.variables[near].name.text}?" if near and near != first.upper else ""
             raise first.error(f"{text} is no variable that the program declares, and no parameter{hint}")
-        self._only_there(first)
+        self._refuse_assigned(first)
         return self._signal(declared)
 
-    def _only_there(self, name: Token) -> None:
-        """A variable that the program writes means something only where it is written."""
+    def _refuse_assigned(self, name: Token) -> None:
+        """Refuses a variable that the program assigns: its value is known only where it is assigned."""
         if name.upper in self.assigned:
             line = self.assigned[name.upper].line
             message = f"{name.text} is assigned in line {line}: wire what it is assigned there"
@@ -215,6 +215,8 @@ class Scope:
     def signals(self, *, everything: bool) -> Iterator[Declaration]:
         """Variables that come from outside: those that wires read, or all of a fitting type."""
         for upper, declaration in self.variables.items():
-            fits = declaration.type_name in {"BOOL", "REAL"} and upper not in self.stands and upper not in self.assigned
+            fits = (
+                declaration.type_name in {"BOOL", "REAL"} and upper not in self.aliases and upper not in self.assigned
+            )
             if upper in self.used or (everything and fits):
                 yield declaration

@@ -25,7 +25,7 @@ WIDTH = 110
 DEEPEST = 100
 """Levels of parentheses that the reader takes."""
 BLANKS = re.compile(r"[\x00-\x20\x7f-\x9f\u2028\u2029]+")
-PARTS = re.compile(r"\((?=\*)|\*(?=\))")
+COMMENT_MARKS = re.compile(r"\((?=\*)|\*(?=\))")
 """What would begin or end a comment."""
 
 
@@ -44,7 +44,7 @@ def header(image: Program, checklist: tuple[str, ...]) -> Iterator[str]:
     """The comments above: the checklist for people, and what no parameter holds for the way back."""
     yield "NextoPID: declarations, and calls in the order of execution"
     for item in checklist:
-        yield f"check after the download: {PARTS.sub(lambda sign: f'{sign.group()} ', BLANKS.sub(' ', item))}"
+        yield f"check after the download: {COMMENT_MARKS.sub(lambda sign: f'{sign.group()} ', BLANKS.sub(' ', item))}"
     yield f"plc: {_json(image.plc)}"
     for entry in image.settings:
         yield f"loop: {_json(entry)}"
@@ -53,7 +53,7 @@ def header(image: Program, checklist: tuple[str, ...]) -> Iterator[str]:
 def _json(entry: Mapping[str, object]) -> str:
     """JSON in which no comment ends or begins; such signs can stand in texts only, where there is another way."""
     text = json.dumps(dict(entry), ensure_ascii=False)
-    safe = PARTS.sub(lambda sign: f"\\u{ord(sign.group()):04x}", text)
+    safe = COMMENT_MARKS.sub(lambda sign: f"\\u{ord(sign.group()):04x}", text)
     return re.sub(r"[\x7f-\x9f\u2028\u2029\ud800-\udfff\ufffe\uffff]", lambda sign: f"\\u{ord(sign.group()):04x}", safe)
 
 
