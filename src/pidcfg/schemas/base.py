@@ -262,6 +262,11 @@ def parse_seconds(value: object) -> Decimal:
     return parse_duration(value).seconds()
 
 
+def parse_off_seconds(value: object) -> Decimal:
+    """A time in seconds; ``off`` is 0, which removes the term."""
+    return Decimal(0) if value == "off" else parse_seconds(value)
+
+
 def parse_minutes(value: object) -> Decimal:
     """A duration in minutes; a bare number is minutes."""
     duration = parse_duration(value)
@@ -319,6 +324,11 @@ Name = Annotated[
     str, PlainValidator(parse_name), WithJsonSchema({"type": ["string", "number"], "maxLength": NAME_LENGTH})
 ]
 Seconds = Annotated[Decimal, PlainValidator(parse_seconds), WithJsonSchema(_duration_schema())]
+OffSeconds = Annotated[
+    Decimal,
+    PlainValidator(parse_off_seconds),
+    WithJsonSchema({"anyOf": [{"type": "number"}, {"type": "string", "pattern": DURATION_PATTERN}, {"const": "off"}]}),
+]
 Minutes = Annotated[Decimal, PlainValidator(parse_minutes), WithJsonSchema(_duration_schema())]
 AnyQuantity = Annotated[Quantity, PlainValidator(parse_quantity), WithJsonSchema(_quantity_schema())]
 Range = Annotated[
