@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from pidcfg.encoders.files import kind_of
 from pidcfg.encoders.image import Decoded
-from pidcfg.encoders.listing import Listing, ListingError
+from pidcfg.encoders.listing import Listing, ListingError, few
 from pidcfg.encoders.settings import read_settings
 from pidcfg.encoders.words import DecodeError
 from pidcfg.vendors import VENDORS
@@ -20,8 +20,6 @@ if TYPE_CHECKING:
 
 HEAD = 1000
 """Characters in which a listing names its vendor."""
-FEW = 12
-"""Addresses that a note lists before it only counts."""
 
 
 def read_listing(data: bytes, vendor: Vendor, limits: Limits, kind: str | None = None) -> Listing:
@@ -110,13 +108,9 @@ def _differences(listing: Listing, again: Image) -> Iterator[str]:
     """Words that do not come back: encoded otherwise, or not at all."""
     differ = [c.address for c in again.cells if listing.words.get(c.number, c.raw) != c.raw]
     if differ:
-        yield f"encoded again, these words differ from the listing: {_few(differ)}"
+        yield f"encoded again, these words differ from the listing: {few(differ)}"
     name_of = {c.number: c.address for c in again.cells}
     unassigned = sorted(number for number in listing.words if number not in name_of)
     if unassigned and not listing.mixed:
         lines = [listing.shown.get(number, str(number)) for number in unassigned]
-        yield f"these words of the listing belong to no loop and are left out: {_few(lines)}"
-
-
-def _few(names: list[str]) -> str:
-    return ", ".join(names[:FEW]) + (f" and {len(names) - FEW} more" if len(names) > FEW else "")
+        yield f"these words of the listing belong to no loop and are left out: {few(lines)}"

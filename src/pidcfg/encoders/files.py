@@ -7,7 +7,8 @@ from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
-from pidcfg.encoders.listing import Listing, read_csv, read_json, read_text, write_csv, write_json, write_text
+from pidcfg.encoders.listing import Listing
+from pidcfg.encoders.memory_files import read_csv, read_json, read_text, write_csv, write_json, write_text
 from pidcfg.encoders.modbus import Numbering, read_modbus, write_modbus
 
 if TYPE_CHECKING:

@@ -1,8 +1,8 @@
-"""Memory listings as text, CSV and JSON, and the way back; for every vendor whose memory has addresses.
+"""What a listing holds, and what its files have in common: comment lines with settings, CSV rows, JSON documents.
 
-A listing carries what no register holds: in JSON under ``settings`` and ``plc``, in text and CSV as comment lines.
-Readers take nothing on trust: an address twice, content that is no hexadecimal number of the address's size, or
-a hexadecimal and a decimal value that differ are refused with their line.
+A listing carries what no register or parameter holds: in JSON under ``settings`` and ``plc``, in text and CSV as
+comment lines. Listings of memory are in `pidcfg.encoders.memory_files`, those of named parameters in
+`pidcfg.encoders.parameter_files`.
 """
 
 from __future__ import annotations
@@ -18,17 +18,17 @@ from pidcfg.encoders.image import Cell, Image
 from pidcfg.writer import json_text
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
+    from collections.abc import Callable, Iterable, Iterator, Mapping
 
     from pidcfg.encoders.parameters import Program
-    from pidcfg.encoders.spaces import Kind, Space
+    from pidcfg.encoders.spaces import Kind
 
-COLUMNS = ("address", "hex", "value", "loop", "field")
 PLC, LOOP = "# plc: ", "# loop: "
 """How the comment lines begin that carry what no register holds: one for the file, one a loop."""
-HEX = re.compile(r"[0-9A-Fa-f]{1,8}")
 DECIMAL = re.compile(r"-?[0-9]+(\.[0-9]+)?([eE][-+]?[0-9]+)?")
 WHOLE = re.compile(r"-?[0-9]{1,10}")
+FEW = 12
+"""Names that a note lists before it only counts."""
 
 
 class ListingError(ValueError):
@@ -77,69 +77,16 @@ def comments(image: Image | Program, checklist: tuple[str, ...]) -> list[str]:
     return lines + [LOOP + json.dumps(dict(entry), ensure_ascii=False) for entry in image.settings]
 
 
-def write_text(image: Image, checklist: tuple[str, ...] = ()) -> str:
-    """One word a line: address, hexadecimal (a BCD word reads as its digits), decimal, loop, register."""
-    lines = [f"# {image.vendor} memory listing: address, hex, decimal, loop, register", *comments(image, checklist)]
-    wide = max((c.kind.digits for c in image.cells), default=1)
-    long = max((5, *(len(c.text) for c in image.cells)))
-    width = max((len(c.loop or "-") for c in image.cells), default=1)
-    lines += [
-        f"{c.address:<7} {c.hex:>{wide}}  {c.text:>{long}}  {_bare(c.loop):<{width}}  {c.field}" for c in image.cells
-    ]
-    return "\n".join(lines) + "\n"
+def csv_text(header: Iterable[str], rows: Iterable[Iterable[object]], above: Iterable[str]) -> str:
+    """A CSV file: the comment lines above, the header and the rows."""
+    return "".join(f"{line}\n" for line in above) + csv_lines([header, *rows])
 
 
-def _bare(loop: str | None) -> str:
-    return "-" if loop is None else loop.replace(" ", "_")
-
-
-def read_text(text: str, space: Space) -> Listing:
-    """The first two columns of each line and the settings comment; anything after them is for people."""
-    listing = Listing()
-    for number, line in enumerate(text.splitlines(), start=1):
-        if settings_line(line, number, listing):
-            continue
-        parts = line.split()
-        if len(parts) == 1:
-            raise ListingError(f"the word of {parts[0]} is missing", number, len(line.rstrip()) + 1)
-        address = _address(parts[0], space, number, line.index(parts[0]) + 1)
-        kind = space.kind(address)
-        word = _raw(parts[1], kind, number, line.index(parts[1], len(parts[0])) + 1)
-        if len(parts) > 2 and DECIMAL.fullmatch(parts[2]):
-            _agree(word, parts[2], kind, parts[0], number)
-        listing.add(address, word, parts[0], number)
-    return listing
-
-
-def write_csv(image: Image, checklist: tuple[str, ...] = ()) -> str:
-    """Columns address, hex, value, loop, field; names are safe for spreadsheets by the schema's rule for names."""
+def csv_lines(rows: Iterable[Iterable[object]], end: str = "\n") -> str:
+    """Rows as CSV, each with this line end."""
     out = io.StringIO()
-    out.writelines(f"{line}\n" for line in comments(image, checklist))
-    writer = csv.writer(out, lineterminator="\n")
-    writer.writerow(COLUMNS)
-    writer.writerows((c.address, c.hex, c.text, c.loop or "", c.field) for c in image.cells)
+    csv.writer(out, lineterminator=end).writerows(rows)
     return out.getvalue()
-
-
-def read_csv(text: str, space: Space) -> Listing:
-    """Rows by their header, so that columns may be reordered, added or (but for address and content) left out."""
-    listing = Listing()
-    for number, row in csv_rows(text, listing, required=("address", "hex|value")):
-        address = _address(row["address"], space, number, 1)
-        listing.add(address, _content(row, space.kind(address), number), row["address"], number)
-    return listing
-
-
-def _content(row: Mapping[str, str], kind: Kind, number: int) -> int:
-    """The raw content of a row: its hexadecimal digits, its value, or both where they agree."""
-    if row.get("hex"):
-        raw = _raw(row["hex"], kind, number, 1)
-        _agree(raw, row.get("value"), kind, row["address"], number)
-        return raw
-    read = _decimal(row.get("value", ""), kind)
-    if read is None:
-        raise ListingError(f"{row['address']}: {row.get('value', '')!r} is not {kind.holds}", number)
-    return read
 
 
 def csv_rows(text: str, listing: Listing, required: tuple[str, ...]) -> Iterator[tuple[int, dict[str, str]]]:
@@ -166,12 +113,12 @@ def csv_rows(text: str, listing: Listing, required: tuple[str, ...]) -> Iterator
         yield number, {key: cell.strip() for key, cell in zip(header, cells, strict=True)}
 
 
-def write_json(image: Image, checklist: tuple[str, ...] = ()) -> str:
-    """The layout of the public interface, spelled out key by key."""
+def json_listing(image: Image | Program, checklist: tuple[str, ...], words: list[dict[str, Any]]) -> str:
+    """A JSON listing of words that are ready to be written."""
     document = {
         "version": 1,
         "vendor": image.vendor,
-        "words": [_json_cell(cell) for cell in image.cells],
+        "words": words,
         "settings": [dict(s) for s in image.settings],
         "plc": dict(image.plc),
         "checklist": list(checklist),
@@ -179,38 +126,19 @@ def write_json(image: Image, checklist: tuple[str, ...] = ()) -> str:
     return json_text(document)
 
 
-def _json_cell(cell: Cell) -> dict[str, Any]:
-    return {"address": cell.address, "value": cell.value, "hex": cell.hex, "loop": cell.loop, "field": cell.field}
-
-
-def read_json(text: str, space: Space) -> Listing:
-    """``words`` with address and value, and what stands beside them."""
+def fill_from_json(listing: Listing, text: str, word: Callable[[Mapping[str, Any], str], tuple[Any, Any]]) -> Listing:
+    """Puts a JSON document into a listing; ``word`` makes key and content of an entry and its place for messages."""
     document = load_json(text)
     words = document.get("words") if isinstance(document, dict) else None
     if not isinstance(words, list):
         raise ListingError("the JSON document has no list 'words'")
-    listing = Listing()
     for i, entry in enumerate(words):
         if not isinstance(entry, dict) or not isinstance(entry.get("address"), str):
             raise ListingError(f"words[{i}] has no text 'address'")
-        address = _address(entry["address"], space, 1, 1)
-        listing.add(
-            address, _json_content(entry, space.kind(address), f"words[{i}] ({entry['address']})"), entry["address"]
-        )
+        listing.add(*word(entry, f"words[{i}] ({entry['address']})"), entry["address"])
     take_settings(document, listing)
     listing.vendor = document.get("vendor")
     return listing
-
-
-def _json_content(entry: Mapping[str, Any], kind: Kind, place: str) -> int:
-    """The raw content of an entry; its hexadecimal digits must say the same as its value."""
-    value = entry.get("value")
-    raw = kind.read(value)
-    if raw is None:
-        raise ListingError(f"{place}: the value {json.dumps(value)} is not {kind.holds}")
-    if "hex" in entry and (not isinstance(entry["hex"], str) or _raw(entry["hex"], kind, 1, 1) != raw):
-        raise ListingError(f"{place}: hex {entry['hex']!r} and value {json.dumps(value)} differ")
-    return raw
 
 
 def load_json(text: str) -> Any:
@@ -255,29 +183,13 @@ def take_settings(document: Any, listing: Listing) -> None:
     listing.settings, listing.plc = tuple(settings), plc
 
 
-def _address(text: str, space: Space, line: int, column: int) -> int:
-    address = space.parse(text)
-    if address is None:
-        raise ListingError(f"{text!r} is not an address of this vendor", line, column)
-    return address
+def few(names: list[str]) -> str:
+    """Names for a note; of many the first, and how many more there are."""
+    return ", ".join(names[:FEW]) + (f" and {len(names) - FEW} more" if len(names) > FEW else "")
 
 
-def _raw(text: str, kind: Kind, line: int, column: int) -> int:
-    if not HEX.fullmatch(text) or int(text, 16) > kind.highest:
-        raise ListingError(
-            f"{text!r} is not {kind.name} content of up to {kind.digits} hexadecimal digits", line, column
-        )
-    return int(text, 16)
-
-
-def _decimal(text: str, kind: Kind) -> int | None:
+def decimal_content(text: str, kind: Kind) -> int | None:
     """The raw content of a value as a listing writes it; None when the address cannot hold it."""
     if not DECIMAL.fullmatch(text):
         return None
     return kind.read(int(text) if WHOLE.fullmatch(text) else float(text))
-
-
-def _agree(raw: int, value: str | None, kind: Kind, address: str, line: int) -> None:
-    """The two spellings of a content must say the same."""
-    if value and _decimal(value, kind) != raw:
-        raise ListingError(f"{address}: hex {kind.hex(raw)} is {kind.text(raw)}, but the value says {value}", line)

@@ -5,11 +5,9 @@ A value of two registers takes two rows, the low word first.
 
 from __future__ import annotations
 
-import csv
-import io
 from typing import TYPE_CHECKING, Literal, NamedTuple, Protocol
 
-from pidcfg.encoders.listing import Listing, ListingError, comments, csv_rows
+from pidcfg.encoders.listing import Listing, ListingError, comments, csv_rows, csv_text
 from pidcfg.encoders.words import WORD_MAX
 
 if TYPE_CHECKING:
@@ -58,17 +56,14 @@ def rows(cell: Cell, place: Place) -> Iterator[tuple[int, int, str]]:
 
 def write_modbus(image: Image, checklist: tuple[str, ...], numbering: Numbering) -> str:
     """Coils and holding registers in the order of the image."""
-    out = io.StringIO()
-    out.writelines(f"{line}\n" for line in comments(image, checklist))
-    writer = csv.writer(out, lineterminator="\n")
-    writer.writerow(COLUMNS)
+    table: list[tuple[object, ...]] = []
     for c in image.cells:
         place = numbering.place(c.number)
         digits = min(c.kind.digits, 4)
         for register, content, part in rows(c, place):
             where = (place.table, register, reference(place.table, register), c.address)
-            writer.writerow((*where, content, f"{content:0{digits}X}", c.access, c.loop or "", c.field + part))
-    return out.getvalue()
+            table.append((*where, content, f"{content:0{digits}X}", c.access, c.loop or "", c.field + part))
+    return csv_text(COLUMNS, table, comments(image, checklist))
 
 
 def read_modbus(text: str, space: Space, numbering: Numbering) -> Listing:
@@ -79,11 +74,11 @@ def read_modbus(text: str, space: Space, numbering: Numbering) -> Listing:
         for key in ("register", "value"):
             if not row[key].isascii() or not row[key].isdecimal() or int(row[key][:6]) > WORD_MAX:
                 raise ListingError(f"{key} {row[key]!r} is not a number of 0 to {WORD_MAX}", number)
-        known = numbering.find(row["table"], int(row["register"]))
+        position = numbering.find(row["table"], int(row["register"]))
         shown = f"{row['table']} {row['register']}"
-        if known is None:
+        if position is None:
             raise ListingError(f"{shown} is no register of this vendor", number)
-        address, part = known
+        address, part = position
         have = parts.setdefault(address, {})
         if part in have:
             raise ListingError(f"{shown} stands here again", number)

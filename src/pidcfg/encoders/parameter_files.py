@@ -6,18 +6,24 @@ trust: a name twice, a type that is none, or content that its type cannot hold i
 
 from __future__ import annotations
 
-import csv
-import io
 import json
 import re
 from typing import TYPE_CHECKING, Any
 
 from pidcfg.encoders.files import FileKind, columns, first_line
-from pidcfg.encoders.listing import Listing, ListingError, comments, csv_rows, load_json, settings_line, take_settings
+from pidcfg.encoders.listing import (
+    Listing,
+    ListingError,
+    comments,
+    csv_rows,
+    csv_text,
+    fill_from_json,
+    json_listing,
+    settings_line,
+)
 from pidcfg.encoders.parameters import TYPES, Content, Entry, Program, read, shown
 from pidcfg.schemas.base import NUMBER
 from pidcfg.schemas.iec import BOOL, DINT, REAL, IecType, Wire
-from pidcfg.writer import json_text
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -99,14 +105,11 @@ def content_of(text: str, kind: IecType, name: str, line: int) -> Content:
 
 def write_csv(image: Program, checklist: tuple[str, ...] = ()) -> str:
     """A row a parameter."""
-    out = io.StringIO()
-    out.writelines(f"{line}\n" for line in comments(image, checklist))
-    writer = csv.writer(out, lineterminator="\n")
-    writer.writerow(COLUMNS)
+    rows = []
     for cell in image.cells:
         content = ("", _harmless(cell.raw.text)) if isinstance(cell.raw, Wire) else (shown(cell.type, cell.raw), "")
-        writer.writerow((cell.address, cell.type.name, *content, cell.device or "", cell.loop or "", cell.field))
-    return out.getvalue()
+        rows.append((cell.address, cell.type.name, *content, cell.device or "", cell.loop or "", cell.field))
+    return csv_text(COLUMNS, rows, comments(image, checklist))
 
 
 def _harmless(expression: str) -> str:
@@ -129,15 +132,7 @@ def read_csv(text: str) -> Listing:
 
 def write_json(image: Program, checklist: tuple[str, ...] = ()) -> str:
     """The layout of the public interface; a wired parameter has its expression in place of a value."""
-    document = {
-        "version": 1,
-        "vendor": image.vendor,
-        "words": [_json_entry(cell) for cell in image.cells],
-        "settings": [dict(s) for s in image.settings],
-        "plc": dict(image.plc),
-        "checklist": list(checklist),
-    }
-    return json_text(document)
+    return json_listing(image, checklist, [_json_entry(cell) for cell in image.cells])
 
 
 def _json_entry(cell: Entry) -> dict[str, Any]:
@@ -154,20 +149,10 @@ def _json_entry(cell: Entry) -> dict[str, Any]:
 
 
 def read_json(text: str) -> Listing:
-    """``words`` with address, type and value or expression, and what stands beside them."""
-    document = load_json(text)
-    words = document.get("words") if isinstance(document, dict) else None
-    if not isinstance(words, list):
-        raise ListingError("the JSON document has no list 'words'")
-    listing = ParameterListing()
-    for i, entry in enumerate(words):
-        if not isinstance(entry, dict) or not isinstance(entry.get("address"), str):
-            raise ListingError(f"words[{i}] has no text 'address'")
-        name = entry["address"]
-        listing.add(name, _json_content(entry, f"words[{i}] ({name})"), name)
-    take_settings(document, listing)
-    listing.vendor = document.get("vendor")
-    return listing
+    """``words`` with address, type and value or expression, and the settings."""
+    return fill_from_json(
+        ParameterListing(), text, lambda entry, place: (entry["address"], _json_content(entry, place))
+    )
 
 
 def _json_content(entry: Mapping[str, Any], place: str) -> Content | Wire:

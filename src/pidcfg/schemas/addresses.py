@@ -29,23 +29,23 @@ class BankRange(NamedTuple):
             return self._inside(value)
         if not isinstance(value, str):
             refuse("address_form", f"{self.what} is wanted", help=example)
-        found = ADDRESS.fullmatch(value)
-        if found is None or found.group(1) != self.prefix:
+        match = ADDRESS.fullmatch(value)
+        if match is None or match.group(1) != self.prefix:
             upper = LIKE_ADDRESS.fullmatch(value.upper())
             likely = upper is not None and upper.group(1) == self.prefix
             only = self._spelled(upper.group(2)) if likely and upper else None
             refuse(
                 "address_form", f"{value!r} is not {self.what}", help=f"write {only}" if only else example, only=only
             )
-        if found.group(2)[0] == "0" or len(found.group(2)) > LONGEST:
-            only = self._spelled(found.group(2))
+        if match.group(2)[0] == "0" or len(match.group(2)) > LONGEST:
+            only = self._spelled(match.group(2))
             refuse(
                 "address_form",
                 f"{value} is not spelled as an address",
                 help=f"write {only}" if only else example,
                 only=only,
             )
-        return self._inside(int(found.group(2)))
+        return self._inside(int(match.group(2)))
 
     def _spelled(self, digits: str) -> str | None:
         """An address as it should be written; None when there are too many digits to mean one."""

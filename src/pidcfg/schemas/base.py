@@ -155,8 +155,8 @@ def _only_decimal(text: str) -> str | None:
 
 def _bcd(text: str) -> str | None:
     """What hexadecimal digits mean where they are a word in BCD, when that is another number."""
-    found = BCD.fullmatch(text)
-    digits = found["digits"].lstrip("0") if found else ""
+    match = BCD.fullmatch(text)
+    digits = match["digits"].lstrip("0") if match else ""
     return f"{'-' * text.startswith('-')}{digits}" if len(digits) > 1 else None
 
 
@@ -208,9 +208,9 @@ def flag(value: object, *, alone: bool) -> bool:
     if isinstance(value, str):
         if type(value) is not str and value in TRUTHS:
             return TRUTHS[value]
-        meant = LOOKS_BOOLEAN.get(value.lower()) or (value.lower() if value.lower() in TRUTHS else None)
-        help_text = f"write {meant}" if meant else "write true or false"
-        refuse("boolean_form", f"{value!r} is not true or false", help=help_text, only=meant if alone else None)
+        word = LOOKS_BOOLEAN.get(value.lower()) or (value.lower() if value.lower() in TRUTHS else None)
+        help_text = f"write {word}" if word else "write true or false"
+        refuse("boolean_form", f"{value!r} is not true or false", help=help_text, only=word if alone else None)
     return refuse("boolean_form", f"a {_kind(value)} stands where true or false is wanted")
 
 
@@ -248,10 +248,10 @@ def parse_duration(value: object) -> Duration:
     if isinstance(value, Duration):
         return value
     if isinstance(value, str):
-        found = DURATION.fullmatch(value)
-        if found:
-            unit = found.group(2)
-            return Duration(number_text(found.group(1)), UNIT_WORDS.get(unit, unit))
+        match = DURATION.fullmatch(value)
+        if match:
+            unit = match.group(2)
+            return Duration(number_text(match.group(1)), UNIT_WORDS.get(unit, unit))
         if not NUMBER.fullmatch(value) and value[:1].isdigit() and value[-1:].isalpha() and " " in value.strip():
             refuse("duration_form", f"{value!r} is not a time", help="units are ms, s, min and h, as in 250 ms")
     return Duration(parse_number(value))
@@ -260,6 +260,11 @@ def parse_duration(value: object) -> Duration:
 def parse_seconds(value: object) -> Decimal:
     """A duration in seconds; a bare number is seconds."""
     return parse_duration(value).seconds()
+
+
+def parse_off_seconds(value: object) -> Decimal:
+    """A time in seconds; ``off`` is 0, which removes the term."""
+    return Decimal(0) if value == "off" else parse_seconds(value)
 
 
 def parse_minutes(value: object) -> Decimal:
@@ -273,9 +278,9 @@ def parse_quantity(value: object) -> Quantity:
     if isinstance(value, Quantity):
         return value
     if isinstance(value, str):
-        found = COUNTS.fullmatch(value)
-        if found:
-            return Quantity(number_text(found.group(1)), counts=True)
+        match = COUNTS.fullmatch(value)
+        if match:
+            return Quantity(number_text(match.group(1)), counts=True)
     return Quantity(parse_number(value))
 
 
@@ -319,6 +324,11 @@ Name = Annotated[
     str, PlainValidator(parse_name), WithJsonSchema({"type": ["string", "number"], "maxLength": NAME_LENGTH})
 ]
 Seconds = Annotated[Decimal, PlainValidator(parse_seconds), WithJsonSchema(_duration_schema())]
+OffSeconds = Annotated[
+    Decimal,
+    PlainValidator(parse_off_seconds),
+    WithJsonSchema({"anyOf": [{"type": "number"}, {"type": "string", "pattern": DURATION_PATTERN}, {"const": "off"}]}),
+]
 Minutes = Annotated[Decimal, PlainValidator(parse_minutes), WithJsonSchema(_duration_schema())]
 AnyQuantity = Annotated[Quantity, PlainValidator(parse_quantity), WithJsonSchema(_quantity_schema())]
 Range = Annotated[

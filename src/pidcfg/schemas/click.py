@@ -17,7 +17,6 @@ from pidcfg.schemas.base import (
     DURATION_PATTERN,
     NUMBER,
     Flag,
-    FormatVersion,
     Integer,
     Model,
     Name,
@@ -31,6 +30,7 @@ from pidcfg.schemas.base import (
     parse_pair,
     refuse,
 )
+from pidcfg.schemas.common import ConfigurationFile, LoopNameSettings, SectionSettings
 from pidcfg.schemas.limits import Limits
 from pidcfg.schemas.rates import RATE_SCHEMA, Rate, parse_rate
 
@@ -72,10 +72,10 @@ Y_BIT = re.compile(r"Y([0-9]{3})")
 
 def parse_output_bit(value: object) -> str:
     """``Y001``: a discrete output."""
-    found = Y_BIT.fullmatch(value) if isinstance(value, str) else None
-    if found is None:
+    match = Y_BIT.fullmatch(value) if isinstance(value, str) else None
+    if match is None:
         refuse("address_form", f"{value!r} is not the address of a Y bit", help="write it like Y001")
-    if not any(low <= int(found.group(1)) <= high for low, high in OUTPUTS):
+    if not any(low <= int(match.group(1)) <= high for low, high in OUTPUTS):
         refuse(
             "address_form",
             f"{value} does not exist",
@@ -302,17 +302,10 @@ class Loop(Model):
     """Registers that the controller writes."""
 
 
-class ClickFile(Model):
+class ClickFile(ConfigurationFile):
     """A CLICK configuration: up to eight loops, each with blocks of its own."""
 
-    pidcfg: FormatVersion
-    """Version of the file format."""
     vendor: Literal["click"]
-    """The PLC family."""
-    name: Text | None = None
-    """Name of the machine or plant section."""
-    description: Text | None = None
-    """Anything worth knowing."""
     loops: tuple[Loop, ...]
     """The loops."""
 
@@ -342,13 +335,9 @@ class PvSettings(Model):
     """The range of the instrument."""
 
 
-class LoopSettings(Model):
+class LoopSettings(LoopNameSettings):
     """What stands beside the registers of one loop in a listing."""
 
-    loop: Name
-    """Name of the loop."""
-    description: Text | None = None
-    """What the loop does."""
     bits: CAddress
     """First of its C bits."""
     integers: DsAddress
@@ -367,10 +356,5 @@ class LoopSettings(Model):
     """Whether the set point is meant; false: the configuration leaves it to the operator."""
 
 
-class PlcSettings(Model):
+class PlcSettings(SectionSettings):
     """What stands beside the registers for the whole file."""
-
-    name: Text | None = None
-    """Name of the machine or plant section."""
-    description: Text | None = None
-    """Anything worth knowing."""

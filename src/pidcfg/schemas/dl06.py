@@ -17,7 +17,6 @@ from pidcfg.schemas.base import (
     AnyQuantity,
     Duration,
     Flag,
-    FormatVersion,
     Integer,
     Minutes,
     Model,
@@ -31,6 +30,7 @@ from pidcfg.schemas.base import (
     parse_integer,
     refuse,
 )
+from pidcfg.schemas.common import ConfigurationFile, LoopNameSettings, SectionSettings
 from pidcfg.schemas.limits import Limits
 from pidcfg.schemas.octal import VAddress
 from pidcfg.schemas.rates import AnyRate
@@ -307,17 +307,10 @@ class Loop(Model):
     """Words that the controller writes."""
 
 
-class Dl06File(Model):
+class Dl06File(ConfigurationFile):
     """A DL06 configuration: the CPU's set-up words and up to eight loops, in the order of the loop table."""
 
-    pidcfg: FormatVersion
-    """Version of the file format."""
     vendor: Literal["dl06"]
-    """The PLC family."""
-    name: Text | None = None
-    """Name of the machine or plant section."""
-    description: Text | None = None
-    """Anything worth knowing."""
     plc: Plc
     """Set-up of the CPU."""
     loops: tuple[Loop, ...]
@@ -333,13 +326,9 @@ class Scaling(Model):
     """Engineering unit."""
 
 
-class LoopSettings(Model):
+class LoopSettings(LoopNameSettings):
     """What stands beside the words of one loop in a memory listing."""
 
-    loop: Name
-    """Name of the loop."""
-    description: Text | None = None
-    """What the loop does."""
     mode: Mode = "manual"
     """The mode the loop is meant to run in."""
     pv: Scaling = Scaling()
@@ -350,13 +339,9 @@ class LoopSettings(Model):
     """Whether the set point word is meant; false: the configuration leaves the set point to the operator."""
 
 
-class PlcSettings(Model):
+class PlcSettings(SectionSettings):
     """What stands beside the words for the whole file."""
 
-    name: Text | None = None
-    """Name of the machine or plant section."""
-    description: Text | None = None
-    """Anything worth knowing."""
     reset_decimals: Literal[1, 2] = 1
     """Implied decimals of the reset words."""
     derivative: Literal["error", "pv"] = "error"

@@ -100,7 +100,7 @@ def field_texts(model: type[BaseModel]) -> dict[str, str]:
 
 
 def _texts_in(body: ast.ClassDef) -> dict[str, str]:
-    found = {}
+    texts = {}
     for field, text in zip(body.body, body.body[1:], strict=False):
         if (
             isinstance(field, ast.AnnAssign)
@@ -108,5 +108,5 @@ def _texts_in(body: ast.ClassDef) -> dict[str, str]:
             and isinstance(text, ast.Expr)
             and isinstance(text.value, ast.Constant)
         ):
-            found[field.target.id] = " ".join(str(text.value.value).split())
-    return found
+            texts[field.target.id] = " ".join(str(text.value.value).split())
+    return texts

@@ -14,7 +14,6 @@ from pydantic import PlainValidator, WithJsonSchema
 from pidcfg.refs import DPIDE, Decision
 from pidcfg.schemas.base import (
     DURATION_PATTERN,
-    FormatVersion,
     Model,
     Name,
     Range,
@@ -22,6 +21,7 @@ from pidcfg.schemas.base import (
     parse_duration,
     refuse,
 )
+from pidcfg.schemas.common import ConfigurationFile, LoopNameSettings, SectionSettings
 from pidcfg.schemas.dpide_devices import Devices, Register
 from pidcfg.schemas.iec import DINT, REAL, Bool, DInt, Real, Timed
 from pidcfg.schemas.limits import Limits
@@ -142,30 +142,19 @@ class Loop(Model):
     """Range and unit of the output, for conversion and reports only."""
 
 
-class DpideFile(Model):
+class DpideFile(ConfigurationFile):
     """A Delta AS configuration: any number of DPIDE instructions."""
 
-    pidcfg: FormatVersion
-    """Version of the file format."""
     vendor: Literal["dpide"]
-    """The PLC family."""
-    name: Text | None = None
-    """Name of the machine or plant section."""
-    description: Text | None = None
-    """Anything worth knowing."""
     plc: Plc = Plc()
     """What holds for all loops."""
     loops: tuple[Loop, ...]
     """The loops."""
 
 
-class LoopSettings(Model):
+class LoopSettings(LoopNameSettings):
     """What stands beside the operands of one loop in a listing."""
 
-    loop: Name
-    """Name of the loop."""
-    description: Text | None = None
-    """What the loop does."""
     device: Register
     """First register of I_MV."""
     devices: Devices = Devices()
@@ -176,10 +165,5 @@ class LoopSettings(Model):
     """Range and unit of the output."""
 
 
-class PlcSettings(Plc):
+class PlcSettings(SectionSettings, Plc):
     """What stands beside the operands for the whole file."""
-
-    name: Text | None = None
-    """Name of the machine or plant section."""
-    description: Text | None = None
-    """Anything worth knowing."""

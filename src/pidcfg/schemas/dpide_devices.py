@@ -58,8 +58,8 @@ def place_of(operand: str, device: str) -> Place:
     if REGISTER.fullmatch(device):
         first = int(device.removeprefix("D"))
         return Place("D", first, first + (BLOCK if operand == "I_MV" else WORD) - 1)
-    if found := FLAG.fullmatch(device):
-        return Place(found.group(1), int(found.group(2)), int(found.group(2)))
+    if match := FLAG.fullmatch(device):
+        return Place(match.group(1), int(match.group(2)), int(match.group(2)))
     bank, number, bit = device[0], *device[1:].split(".")
     return Place(bank, int(number), int(number), int(bit))
 
@@ -68,8 +68,8 @@ def parse_register(value: object) -> str:
     """``D500``: the first register of an operand."""
     if not isinstance(value, str):
         refuse("address_form", "the address of a D register is wanted", help="write it like D500")
-    found = REGISTER.fullmatch(value)
-    if found is None:
+    match = REGISTER.fullmatch(value)
+    if match is None:
         like = LIKE_REGISTER.fullmatch(value)
         only = f"D{int(like.group(1))}" if like else None
         refuse(
@@ -78,7 +78,7 @@ def parse_register(value: object) -> str:
             help=f"write {only}" if only else "write it like D500",
             only=only,
         )
-    if int(found.group(1)) > LAST_REGISTER:
+    if int(match.group(1)) > LAST_REGISTER:
         refuse("address_form", f"{value} does not exist", help=f"addresses go from D0 to D{LAST_REGISTER}")
     return str(value)
 

@@ -174,18 +174,18 @@ class _Parser:
         if not is_call:
             raise ExpressionError(f"{word.group()} needs its arguments in parentheses", start)
         op, fewest, most = FUNCTIONS[word.group()]
-        given = 1
+        count = 1
         self.step(1)
         self.sum(depth + 1)
         while self.at < len(self.text) and self.text[self.at] == ",":
             self.step(1)
             self.sum(depth + 1)
             self.emit(op)
-            given += 1
+            count += 1
         self.close()
-        if not fewest <= given <= most:
+        if not fewest <= count <= most:
             wanted = str(fewest) if fewest == most else f"{fewest} to {most}"
-            raise ExpressionError(f"{word.group()} takes {wanted} argument{'s' * (most > 1)}, not {given}", start)
+            raise ExpressionError(f"{word.group()} takes {wanted} argument{'s' * (most > 1)}, not {count}", start)
         if most == 1:
             self.emit(op)
 
@@ -216,8 +216,8 @@ class _Parser:
 
     def skip(self) -> None:
         """Moves past space."""
-        found = SPACE.match(self.text, self.at)
-        self.at = found.end() if found else self.at
+        space = SPACE.match(self.text, self.at)
+        self.at = space.end() if space else self.at
 
     def here(self) -> str:
         """What stands here, for a message."""
@@ -226,21 +226,21 @@ class _Parser:
 
 def never_a_value(expression: Expression) -> str | None:
     """Why an expression can have no value whatever its signals are: a division by 0, the root of a negative number."""
-    known: list[float | None] = []
+    stack: list[float | None] = []
     for op, operand in zip(expression.code[::2], expression.code[1::2], strict=True):
         if op in (CONSTANT, SIGNAL):
-            known.append(expression.constants[operand] if op == CONSTANT else None)
+            stack.append(expression.constants[operand] if op == CONSTANT else None)
             continue
-        right = known.pop()
+        right = stack.pop()
         if op == DIVIDE and right == 0:
             return "division by zero"
         if op == ROOT and right is not None and right < 0:
             return "the square root of a negative number"
         if op in ONE_OPERAND:
-            known.append(None if right is None else ONE_OPERAND[op](right))
+            stack.append(None if right is None else ONE_OPERAND[op](right))
         else:
-            left = known.pop()
-            known.append(None if left is None or right is None else TWO_OPERANDS[op](left, right))
+            left = stack.pop()
+            stack.append(None if left is None or right is None else TWO_OPERANDS[op](left, right))
     return None
 
 

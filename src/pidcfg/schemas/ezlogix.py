@@ -14,14 +14,13 @@ from pydantic import PlainValidator, WithJsonSchema
 from pidcfg.refs import EZLOGIX, Decision
 from pidcfg.schemas.addresses import BankRange
 from pidcfg.schemas.base import (
-    DURATION_PATTERN,
     AnyQuantity,
     Flag,
-    FormatVersion,
     Integer,
     Model,
     Name,
     Number,
+    OffSeconds,
     Quantity,
     QuantityPair,
     Range,
@@ -29,10 +28,10 @@ from pidcfg.schemas.base import (
     Text,
     parse_integer,
     parse_pair,
-    parse_seconds,
     parse_text,
     refuse,
 )
+from pidcfg.schemas.common import ConfigurationFile, LoopNameSettings, SectionSettings
 from pidcfg.schemas.limits import Limits
 
 if TYPE_CHECKING:
@@ -78,22 +77,17 @@ def parse_tag(*prefixes: str) -> Callable[[object], str]:
     """A parser of tag addresses with one of these prefixes."""
 
     def tag(value: object) -> str:
-        found = TAG.fullmatch(value) if isinstance(value, str) else None
-        if found is None or found.group(1) not in prefixes:
+        match = TAG.fullmatch(value) if isinstance(value, str) else None
+        if match is None or match.group(1) not in prefixes:
             kinds = " or ".join(prefixes)
             refuse(
                 "address_form", f"{value!r} is not the address of an {kinds} tag", help=f"write it like {prefixes[0]}1"
             )
-        if found.group(1) == REGISTERS.prefix:
+        if match.group(1) == REGISTERS.prefix:
             REGISTERS.parse(value)
         return str(value)
 
     return tag
-
-
-def parse_off_seconds(value: object) -> Decimal:
-    """A time in s; ``off`` is 0, which removes the term."""
-    return Decimal(0) if value == "off" else parse_seconds(value)
 
 
 def parse_counts(value: object) -> tuple[int, int]:
@@ -107,14 +101,14 @@ def parse_counts(value: object) -> tuple[int, int]:
 def tag_name(template: str, loop: int, name: str, variable: str) -> str:
     """A tag's name by a template; braces that hold anything else stay as they are."""
     values = {"{loop}": str(loop), "{name}": name, "{variable}": variable}
-    return re.sub(r"\{(?:loop|name|variable)\}", lambda found: values[found.group()], template)
+    return re.sub(r"\{(?:loop|name|variable)\}", lambda placeholder: values[placeholder.group()], template)
 
 
 def parse_template(value: object) -> str:
     """A template of tag names; the loop and the variable must both be in it."""
     text = parse_text(value)
-    told = "{variable}" in text and ("{loop}" in text or "{name}" in text)
-    if not told or not re.fullmatch(r"[A-Za-z]\w*", tag_name(text, 1, "L", "V"), re.ASCII):
+    complete = "{variable}" in text and ("{loop}" in text or "{name}" in text)
+    if not complete or not re.fullmatch(r"[A-Za-z]\w*", tag_name(text, 1, "L", "V"), re.ASCII):
         refuse("name_form", f"{text!r} is not a template of tag names", help='write "PID{loop}_{variable}"')
     return text
 
@@ -128,11 +122,6 @@ SAddress = Annotated[int, PlainValidator(DISCRETES.parse), WithJsonSchema(DISCRE
 PvTag = Annotated[str, PlainValidator(parse_tag("IR", "R")), WithJsonSchema(_tag_schema("IR", "R"))]
 CvTag = Annotated[str, PlainValidator(parse_tag("OR", "R")), WithJsonSchema(_tag_schema("OR", "R"))]
 OutputTag = Annotated[str, PlainValidator(parse_tag("O")), WithJsonSchema(_tag_schema("O"))]
-OffSeconds = Annotated[
-    Decimal,
-    PlainValidator(parse_off_seconds),
-    WithJsonSchema({"anyOf": [{"type": "number"}, {"type": "string", "pattern": DURATION_PATTERN}, {"const": "off"}]}),
-]
 Counts = Annotated[
     tuple[int, int],
     PlainValidator(parse_counts),
@@ -259,17 +248,10 @@ class Loop(Model):
     """Autotune selections."""
 
 
-class EzlogixFile(Model):
+class EzlogixFile(ConfigurationFile):
     """An EZLogix configuration: up to eight loops, each with blocks of its own."""
 
-    pidcfg: FormatVersion
-    """Version of the file format."""
     vendor: Literal["ezlogix"]
-    """The PLC family."""
-    name: Text | None = None
-    """Name of the machine or plant section."""
-    description: Text | None = None
-    """Anything worth knowing."""
     plc: Plc = Plc()
     """What holds for all loops."""
     loops: tuple[Loop, ...]
@@ -309,13 +291,9 @@ class OutputSettings(Model):
     """Digital control output; None: not enabled."""
 
 
-class LoopSettings(Model):
+class LoopSettings(LoopNameSettings):
     """What stands beside the registers of one loop in a listing."""
 
-    loop: Name
-    """Name of the loop."""
-    description: Text | None = None
-    """What the loop does."""
     registers: RAddress
     """Base of its registers."""
     discretes: SAddress
@@ -332,13 +310,9 @@ class LoopSettings(Model):
     """Whether the setpoint register is meant; false: the configuration leaves the setpoint to the operator."""
 
 
-class PlcSettings(Model):
+class PlcSettings(SectionSettings):
     """What stands beside the registers for the whole file."""
 
-    name: Text | None = None
-    """Name of the machine or plant section."""
-    description: Text | None = None
-    """Anything worth knowing."""
     process_when_stopped: Flag = True
     """Whether loops go on while the PLC is stopped."""
     tag_names: Template = "PID{loop}_{variable}"

@@ -9,21 +9,18 @@ from __future__ import annotations
 from decimal import Decimal
 from typing import Annotated, Literal
 
-from pydantic import PlainValidator, WithJsonSchema
-
 from pidcfg.refs import Decision
 from pidcfg.schemas.base import (
-    DURATION_PATTERN,
     Flag,
-    FormatVersion,
     Model,
     Name,
     Number,
+    OffSeconds,
     Range,
     Seconds,
     Text,
-    parse_seconds,
 )
+from pidcfg.schemas.common import ConfigurationFile, LoopNameSettings, SectionSettings
 from pidcfg.schemas.limits import Limits
 
 D280 = Decision(
@@ -36,18 +33,6 @@ D280 = Decision(
 )
 POSITIVE = Limits("0", None, "", D280)
 TIME = Limits("0", None, "s", D280)
-
-
-def parse_off_seconds(value: object) -> Decimal:
-    """A time in s; ``off`` is 0: no such term."""
-    return Decimal(0) if value == "off" else parse_seconds(value)
-
-
-OffSeconds = Annotated[
-    Decimal,
-    PlainValidator(parse_off_seconds),
-    WithJsonSchema({"anyOf": [{"type": "number"}, {"type": "string", "pattern": DURATION_PATTERN}, {"const": "off"}]}),
-]
 
 
 class Tuning(Model):
@@ -187,17 +172,11 @@ class Loop(Model):
     """Alarms."""
 
 
-class GenericFile(Model):
+class GenericFile(ConfigurationFile):
     """Loops that are not of any vendor."""
 
-    pidcfg: FormatVersion
-    """Version of the file format."""
     vendor: Literal["generic"]
     """The neutral form."""
-    name: Text | None = None
-    """Name of the machine or plant section."""
-    description: Text | None = None
-    """Anything worth knowing."""
     loops: tuple[Loop, ...]
     """The loops."""
 
@@ -218,13 +197,9 @@ class Link(Model):
     """Whether the set point follows the PV in manual."""
 
 
-class LoopSettings(Model):
+class LoopSettings(LoopNameSettings):
     """What no parameter of a loop holds."""
 
-    loop: Name
-    """Name of the loop."""
-    description: Text | None = None
-    """What the loop does."""
     pv: Unit = Unit()
     """Of the PV."""
     output: Unit = Unit()
@@ -233,10 +208,5 @@ class LoopSettings(Model):
     """Where the set point comes from."""
 
 
-class PlcSettings(Model):
+class PlcSettings(SectionSettings):
     """What no parameter of the file holds."""
-
-    name: Text | None = None
-    """Name of the machine or plant section."""
-    description: Text | None = None
-    """Anything worth knowing."""

@@ -10,9 +10,9 @@ if TYPE_CHECKING:
     from collections.abc import Iterable
 
 
-def nearest(word: str, known: Iterable[str]) -> str | None:
+def nearest(word: str, names: Iterable[str]) -> str | None:
     """The name that was probably meant: the most alike, of equals the one that begins alike."""
-    near = difflib.get_close_matches(word, known, 4, 0.5)
+    near = difflib.get_close_matches(word, names, 4, 0.5)
     likeness = difflib.SequenceMatcher(b=word)
 
     def rank(name: str) -> tuple[float, int]:

@@ -14,7 +14,8 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from pidcfg.refs import NEXTOPID, Decision
-from pidcfg.schemas.base import FormatVersion, Model, Range, Seconds, Text
+from pidcfg.schemas.base import Model, Range, Seconds, Text
+from pidcfg.schemas.common import ConfigurationFile
 from pidcfg.schemas.iec import BoolIn, Identifier, IntIn, Real, RealIn, Signal, TimeIn, TuneMode, UInt, USInt
 from pidcfg.schemas.limits import Limits
 
@@ -415,17 +416,10 @@ class Plc(Model):
     """Name of the program that is written."""
 
 
-class NextopidFile(Model):
+class NextopidFile(ConfigurationFile):
     """A NextoPID configuration: signals from outside, function blocks and loops."""
 
-    pidcfg: FormatVersion
-    """Version of the file format."""
     vendor: Literal["nextopid"]
-    """The PLC family."""
-    name: Text | None = None
-    """Name of the machine or plant section."""
-    description: Text | None = None
-    """Anything worth knowing."""
     plc: Plc
     """The task."""
     signals: Mapping[Identifier, Signal] = Field(default_factory=dict)

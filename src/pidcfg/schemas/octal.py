@@ -25,9 +25,9 @@ def parse_v_address(value: object) -> int:
         return _in_memory(value, v_name(value))
     if not isinstance(value, str):
         refuse("address_form", "a V-memory address is wanted", help="write it like V2000")
-    found = V_ADDRESS.fullmatch(value)
-    if found:
-        return _in_memory(int(found.group(1), 8), value)
+    match = V_ADDRESS.fullmatch(value)
+    if match:
+        return _in_memory(int(match.group(1), 8), value)
     digits = value.lstrip("vV0") or "0"
     if not BARE.fullmatch(value.lstrip("vV")):
         refuse("address_form", f"{value!r} is not a V-memory address", help="write it like V2000")

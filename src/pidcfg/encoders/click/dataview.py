@@ -82,7 +82,7 @@ def _text(cells: list[Cell]) -> str:
 
 def read_dataview(text: str) -> Listing:
     """The new values of C, DS and DF rows; rows without, and rows of other banks, only have to be right."""
-    found = Listing(mixed=True)
+    listing = Listing(mixed=True)
     lines = _lines(text)
     if not lines or not HEADER.fullmatch(lines[0]):
         raise ListingError("this is no DataView: the first line is not like -1,0,0")
@@ -93,9 +93,9 @@ def read_dataview(text: str) -> Listing:
         _typed(line, address, code)
         number = SPACE.parse(address)
         if number is not None and value:
-            found.add(number, _content(line, address, SPACE.kind(number), int(value)), address, line)
-    _compare(found, rows, lines)
-    return found
+            listing.add(number, _content(line, address, SPACE.kind(number), int(value)), address, line)
+    _compare(listing, rows, lines)
+    return listing
 
 
 def _lines(text: str) -> list[str]:
@@ -111,12 +111,12 @@ def _rows(lines: list[str]) -> Iterator[tuple[int, str, str, str]]:
     for line, text in enumerate(lines, start=2):
         if EMPTY.fullmatch(text):
             continue
-        found = ROW.fullmatch(text)
-        if found is None:
+        match = ROW.fullmatch(text)
+        if match is None:
             raise ListingError(f"{text[:60]!r} is not a row of a DataView: address,type or address,type,value", line)
         if line > ROWS + 1:
-            raise ListingError(f"a DataView has at most {ROWS} rows; the address {found.group(1)} is beyond", line)
-        yield line, found.group(1), found.group(2), found.group(3) or ""
+            raise ListingError(f"a DataView has at most {ROWS} rows; the address {match.group(1)} is beyond", line)
+        yield line, match.group(1), match.group(2), match.group(3) or ""
 
 
 def _typed(line: int, address: str, code: str) -> None:
@@ -142,7 +142,7 @@ def _content(line: int, address: str, kind: Kind, stored: int) -> int:
     return stored & kind.highest
 
 
-def _compare(found: Listing, rows: list[tuple[int, str, str, str]], lines: list[str]) -> None:
+def _compare(listing: Listing, rows: list[tuple[int, str, str, str]], lines: list[str]) -> None:
     """What pyclickplc reads must be the same."""
     from pyclickplc.dataview import DataViewFile
 
@@ -159,8 +159,8 @@ def _compare(found: Listing, rows: list[tuple[int, str, str, str]], lines: list[
         number = SPACE.parse(address)
         if (
             number is not None
-            and number in found.words
-            and SPACE.kind(number).read(row.new_value) != found.words[number]
+            and number in listing.words
+            and SPACE.kind(number).read(row.new_value) != listing.words[number]
         ):
             raise ListingError(f"{address}: pyclickplc reads {row.new_value} from {value}", line)
     if read:

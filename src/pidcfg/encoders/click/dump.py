@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from pidcfg.encoders.click.package import read_with, written_by
 from pidcfg.encoders.files import UnwritableError
-from pidcfg.encoders.listing import DECIMAL, WHOLE, Listing, ListingError
+from pidcfg.encoders.listing import Listing, ListingError, decimal_content
 from pidcfg.encoders.maps.click import SPACE
 from pidcfg.encoders.spaces import SINGLE
 from pidcfg.refs import Decision
@@ -63,10 +63,10 @@ def write_dump(image: Image, checklist: tuple[str, ...] = ()) -> str:
 
 def read_dump(text: str) -> Listing:
     """All C, DS and DF values."""
-    found = Listing(mixed=True)
+    listing = Listing(mixed=True)
     for number, cell in parse(text).cells.items():
-        found.add(number, cell.raw, SPACE.name(number), cell.line)
-    return found
+        listing.add(number, cell.raw, SPACE.name(number), cell.line)
+    return listing
 
 
 def parse(text: str) -> Dump:
@@ -144,46 +144,44 @@ def _row(dump: Dump, bank: Bank, columns: list[int], raw: str, line: int, positi
 
 def _raw(number: int, text: str, line: int) -> int:
     kind = SPACE.kind(number)
-    read = None
-    if DECIMAL.fullmatch(text):
-        read = kind.read(int(text) if WHOLE.fullmatch(text) else float(text))
-    if read is None:
+    raw = decimal_content(text, kind)
+    if raw is None:
         raise ListingError(f"{SPACE.name(number)}: {text[:40]!r} is not {kind.holds}", line)
-    return read
+    return raw
 
 
 def _compare(dump: Dump) -> None:
     """What pyclickplc reads from the three sections must be the same."""
     from pyclickplc.plcdata import read_plc_data
 
-    found = read_with(read_plc_data, "\n".join(dump.lines).encode("ascii", "replace"))
+    values = read_with(read_plc_data, "\n".join(dump.lines).encode("ascii", "replace"))
     for number, cell in dump.cells.items():
         name = SPACE.name(number)
-        if name not in found or SPACE.kind(number).read(found.pop(name)) != cell.raw:
+        if name not in values or SPACE.kind(number).read(values.pop(name)) != cell.raw:
             raise ListingError(f"pyclickplc does not read {name} as it is written", cell.line)
-    if found:
-        raise ListingError(f"pyclickplc reads {next(iter(found))}, which no row has")
+    if values:
+        raise ListingError(f"pyclickplc reads {next(iter(values))}, which no row has")
 
 
 def merge_dump(image: Image, text: str) -> tuple[str, tuple[str, ...]]:
     """The user's dump with the loops' settings in their places, and all requests off (D109)."""
     dump = parse(text)
-    ours = {c.number: c.raw for c in image.cells if c.access in {"setting", "request"}}
-    missing = next((number for number in ours if number not in dump.cells), None)
+    settings = {c.number: c.raw for c in image.cells if c.access in {"setting", "request"}}
+    missing = next((number for number in settings if number not in dump.cells), None)
     if missing is not None:
         raise ListingError(f"the dump does not hold {SPACE.name(missing)}; read all data from the PLC, and save that")
-    written = _formatted(ours)
+    written = _formatted(settings)
     pieces, position, changed = [], 0, 0
-    for number in sorted(ours, key=lambda n: dump.cells[n].start):
+    for number in sorted(settings, key=lambda n: dump.cells[n].start):
         cell = dump.cells[number]
-        if cell.raw != ours[number]:
+        if cell.raw != settings[number]:
             pieces += [text[position : cell.start], written[number]]
             position, changed = cell.end, changed + 1
     merged = "".join([*pieces, text[position:]])
-    expected = {number: cell.raw for number, cell in dump.cells.items()} | ours
+    expected = {number: cell.raw for number, cell in dump.cells.items()} | settings
     if {number: cell.raw for number, cell in parse(merged).cells.items()} != expected:
         raise ListingError("the values could not be put into this dump")
-    return merged, (f"{len(ours)} values are in the dump, {changed} of them changed",)
+    return merged, (f"{len(settings)} values are in the dump, {changed} of them changed",)
 
 
 def _formatted(values: Mapping[int, int]) -> dict[int, str]:

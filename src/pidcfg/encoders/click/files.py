@@ -38,13 +38,13 @@ class Numbering:
         from pyclickplc.modbus import modbus_to_plc_register
 
         if table == "coil":
-            found = modbus_to_plc(register, is_coil=True)
-            known = None if found is None else (*found, 0)
+            coil = modbus_to_plc(register, is_coil=True)
+            address = None if coil is None else (*coil, 0)
         else:
-            known = modbus_to_plc_register(register) if table == "holding" else None
-        if known is None or known[0] not in {bank.prefix for bank in SPACE.banks}:
+            address = modbus_to_plc_register(register) if table == "holding" else None
+        if address is None or address[0] not in {bank.prefix for bank in SPACE.banks}:
             return None
-        return SPACE.number(known[0], known[1]), known[2]
+        return SPACE.number(address[0], address[1]), address[2]
 
 
 FORMATS = listings(SPACE, "register listing", Numbering()) | {

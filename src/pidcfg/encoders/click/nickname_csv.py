@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from pidcfg.encoders.click.nicknames import nicknames
 from pidcfg.encoders.click.package import read_with, written_by
 from pidcfg.encoders.files import CONFLICT, UnwritableError
-from pidcfg.encoders.listing import DECIMAL, WHOLE, ListingError
+from pidcfg.encoders.listing import ListingError, decimal_content
 from pidcfg.encoders.maps.click import SPACE
 
 if TYPE_CHECKING:
@@ -154,10 +154,10 @@ def _typed(row: Row) -> None:
     from pyclickplc.banks import MEMORY_TYPE_TO_DATA_TYPE
     from pyclickplc.nicknames import DATA_TYPE_CODE_TO_STR, DATA_TYPE_STR_TO_CODE
 
-    own = MEMORY_TYPE_TO_DATA_TYPE[row.bank]
-    if row.kind and DATA_TYPE_STR_TO_CODE.get(row.kind.upper()) != own:
+    code = MEMORY_TYPE_TO_DATA_TYPE[row.bank]
+    if row.kind and DATA_TYPE_STR_TO_CODE.get(row.kind.upper()) != code:
         raise ListingError(
-            f"{row.address} is of type {DATA_TYPE_CODE_TO_STR[own]}, but the file says {row.kind[:40]!r}", row.line
+            f"{row.address} is of type {DATA_TYPE_CODE_TO_STR[code]}, but the file says {row.kind[:40]!r}", row.line
         )
 
 
@@ -167,12 +167,10 @@ def initial(row: Row) -> int | None:
     if number is None or not row.value:
         return None
     kind = SPACE.kind(number)
-    read = None
-    if DECIMAL.fullmatch(row.value):
-        read = kind.read(int(row.value) if WHOLE.fullmatch(row.value) else float(row.value))
-    if read is None:
+    raw = decimal_content(row.value, kind)
+    if raw is None:
         raise ListingError(f"{row.address}: the initial value {row.value[:40]!r} is not {kind.holds}", row.line)
-    return read
+    return raw
 
 
 def _compare(table: Table, text: str) -> None:
@@ -186,22 +184,22 @@ def _compare(table: Table, text: str) -> None:
         content = text.encode()
     except UnicodeEncodeError as error:
         raise ListingError("a character that is not Unicode", text[: error.start].count("\n") + 1) from None
-    found = read_with(read, content)
+    rows = read_with(read, content)
     for row in table.rows:
-        if row.address and found.pop(row.address, None) != (row.nickname, row.value, row.comment):
+        if row.address and rows.pop(row.address, None) != (row.nickname, row.value, row.comment):
             raise ListingError(f"pyclickplc does not read the row of {row.address} as it is written", row.line)
-    if found:
-        raise ListingError(f"pyclickplc reads {', '.join(sorted(found)[:3])}, which no row has")
+    if rows:
+        raise ListingError(f"pyclickplc reads {', '.join(sorted(rows)[:3])}, which no row has")
 
 
 def merge_nicknames(image: Image, text: str) -> tuple[str, tuple[str, ...]]:
     """A file of the user's with the nicknames of all loops added; only an initial value of theirs is renewed (D106)."""
     mark = MARK if text.startswith(MARK) else ""
-    theirs, ours = parse(text), parse(write_nicknames(image))
+    theirs, wanted = parse(text), parse(write_nicknames(image))
     set_here = {row.address for row in nicknames(image) if row.value}
     renewed: dict[str, str] = {}
     created, same, notes = [], [], []
-    for row in ours.rows:
+    for row in wanted.rows:
         at, called = theirs.by_address.get(row.address), theirs.by_name.get(row.nickname.casefold())
         if at is None and called is None:
             created.append(row)

@@ -28,14 +28,14 @@ class Claim(NamedTuple):
 
 def read_nicknames(text: str) -> Listing:
     """The initial values of all C, DS and DF rows, and beside them the loops with their blocks (D107)."""
-    found = Listing(mixed=True)
+    listing = Listing(mixed=True)
     rows = parse(text).rows
     for row in rows:
         number, raw = SPACE.parse(row.address), initial(row)
         if number is not None and raw is not None:
-            found.add(number, raw, row.address, row.line)
-    found.settings = tuple(_loops(list(_claims(rows))))
-    return found
+            listing.add(number, raw, row.address, row.line)
+    listing.settings = tuple(_loops(list(_claims(rows))))
+    return listing
 
 
 def _claims(rows: Iterable[Row]) -> Iterator[Claim]:
@@ -56,16 +56,16 @@ def _loops(claims: list[Claim]) -> Iterator[Mapping[str, Any]]:
     for name in dict.fromkeys(names):
         entry: dict[str, Any] = {"loop": name}
         for bank, key in KEYS.items():
-            said = [claim for claim in claims if claim.loop == name and claim.bank == bank]
-            if said:
-                entry[key] = _start(said)
+            block_claims = [claim for claim in claims if claim.loop == name and claim.bank == bank]
+            if block_claims:
+                entry[key] = _start(block_claims)
         yield entry
 
 
-def _start(said: list[Claim]) -> str:
+def _start(claims: list[Claim]) -> str:
     """Where a block begins when all nicknames agree."""
-    first = said[0]
-    other = next((claim for claim in said if claim.start != first.start), None)
+    first = claims[0]
+    other = next((claim for claim in claims if claim.start != first.start), None)
     if other is not None:
         raise ListingError(
             f"the nicknames of {first.loop} do not agree: {first.row.nickname} at {first.row.address} belongs to a "

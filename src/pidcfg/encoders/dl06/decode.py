@@ -90,6 +90,6 @@ def _reader(
     missing = next((a for a in range(start, start + LOOP_SIZE) if a not in words), None)
     if missing is not None:
         raise DecodeError(f"the listing does not hold {v_name(missing)} of loop {index + 1}")
-    beside = settings[index] if index < len(settings) else LoopSettings(loop=default_name(index))
+    loop_settings = settings[index] if index < len(settings) else LoopSettings(loop=default_name(index))
     raw = tuple(words[a] for a in range(start, start + LOOP_SIZE))
-    return LoopReader(LoopBlock(beside.loop, SPACE, start, LOOP_TABLES[decimals], raw), beside)
+    return LoopReader(LoopBlock(loop_settings.loop, SPACE, start, LOOP_TABLES[decimals], raw), loop_settings)

@@ -7,11 +7,10 @@ devices are taken from their column.
 from __future__ import annotations
 
 import csv
-import io
 from typing import TYPE_CHECKING, Any
 
 from pidcfg.encoders.dpide.decode import split
-from pidcfg.encoders.listing import Listing, ListingError, comments, csv_rows, load_json
+from pidcfg.encoders.listing import Listing, ListingError, comments, csv_rows, csv_text, load_json
 from pidcfg.encoders.maps.dpide import DPIDE_TABLE, OUTSIDE, ROWS
 from pidcfg.encoders.parameter_files import RISKY, content_of, read_csv, read_json
 from pidcfg.encoders.parameters import shown
@@ -31,14 +30,11 @@ SAME_TYPE = {"DINT": "DWORD"}
 
 def write_operands(image: Program, checklist: tuple[str, ...] = ()) -> str:
     """All operands of every loop, also those without a value, with the checklist above them."""
-    out = io.StringIO()
-    out.writelines(f"{line}\n" for line in comments(image, checklist))
-    writer = csv.writer(out, lineterminator="\n")
-    writer.writerow(COLUMNS)
+    rows: list[tuple[str, ...]] = []
     for settings in image.settings:
         entries = {cell.field: cell for cell in image.cells if cell.loop == settings["loop"]}
-        writer.writerows(_row(row, entries, settings) for row in DPIDE_TABLE.rows)
-    return out.getvalue()
+        rows += (_row(row, entries, settings) for row in DPIDE_TABLE.rows)
+    return csv_text(COLUMNS, rows, comments(image, checklist))
 
 
 def _row(row: Parameter, entries: Mapping[str, Entry], settings: Mapping[str, Any]) -> tuple[str, ...]:
@@ -83,7 +79,7 @@ def read_operands(text: str) -> Listing:
         elif operand not in OUTSIDE:
             raise ListingError(f"{loop}.{operand} has no value", number)
         _take_device(devices.setdefault(loop, {}), operand, row.get("device", ""), number)
-    _beside(listing, devices)
+    _take_devices(listing, devices)
     return listing
 
 
@@ -120,16 +116,16 @@ def _take_device(devices: dict[str, str], operand: str, device: str, line: int) 
     devices[operand] = device
 
 
-def _beside(listing: Listing, devices: Mapping[str, Mapping[str, str]]) -> None:
+def _take_devices(listing: Listing, devices: Mapping[str, Mapping[str, str]]) -> None:
     """Devices of the rows into the settings; where both say one, they must agree."""
     settings: list[dict[str, Any]] = [dict(entry) for entry in listing.settings or ({"loop": loop} for loop in devices)]
     for entry in settings:
         if not isinstance(entry.get("devices", {}), dict):
             continue
         for operand, device in devices.get(str(entry.get("loop")), {}).items():
-            said = device_of(entry, operand)
-            if said not in {None, device}:
-                raise ListingError(f"{entry['loop']}.{operand} stands at {device}, but the settings say {said}")
+            setting = device_of(entry, operand)
+            if setting not in {None, device}:
+                raise ListingError(f"{entry['loop']}.{operand} stands at {device}, but the settings say {setting}")
             if operand == "I_MV":
                 entry["device"] = device
             else:
@@ -160,4 +156,4 @@ def _take_column(listing: Listing, rows: Iterator[tuple[str, object, int]]) -> N
             if not isinstance(device, str):
                 raise ListingError(f"{name}: the device is not a text", line)
             _take_device(devices.setdefault(loop, {}), operand, device, line)
-    _beside(listing, devices)
+    _take_devices(listing, devices)

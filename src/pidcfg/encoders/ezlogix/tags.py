@@ -7,12 +7,11 @@ listings.
 from __future__ import annotations
 
 import csv
-import io
 import re
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from pidcfg.encoders.files import CONFLICT, UnwritableError, first_line
-from pidcfg.encoders.listing import LOOP, PLC, Listing, ListingError, comments, csv_rows
+from pidcfg.encoders.listing import LOOP, PLC, Listing, ListingError, comments, csv_lines, csv_rows, csv_text, few
 from pidcfg.encoders.maps.ezlogix import PULSE_REGISTERS, R_BLOCK, S_BLOCK, SPACE, VARIABLES
 from pidcfg.encoders.scales import Distance, Position
 from pidcfg.encoders.words import Choice, Implied
@@ -45,8 +44,6 @@ NUMBER = re.compile(r"[0-9]{1,5}")
 MARK = "\ufeff"
 TABLES = {"R": R_BLOCK, "S": S_BLOCK}
 KEYS = {"R": "registers", "S": "discretes"}
-FEW = 12
-"""Names that a report lists before it only counts."""
 
 
 class Tag(NamedTuple):
@@ -68,8 +65,8 @@ def tags(image: Image) -> list[Tag]:
     pulsed = {entry["loop"] for entry in image.settings if (entry.get("output") or {}).get("pulse")}
     rows: dict[str, Tag] = {}
     for cell in image.cells:
-        known = cell.field in VARIABLES and cell.loop is not None
-        if not known or (cell.field in PULSE_REGISTERS and cell.loop not in pulsed):
+        is_variable = cell.field in VARIABLES and cell.loop is not None
+        if not is_variable or (cell.field in PULSE_REGISTERS and cell.loop not in pulsed):
             continue
         row = _tag(cell, template, numbers.get(cell.loop, 0))
         other = rows.setdefault(row.tag.casefold(), row)
@@ -109,19 +106,13 @@ def _comment(word: Word) -> str:
 def write_tags(image: Image, checklist: tuple[str, ...] = ()) -> str:
     """The whole list, with the checklist and what no register holds above it."""
     rows = tags(image)
-    return "".join(f"{line}\n" for line in comments(image, checklist)) + _csv([COLUMNS, *rows], "\n")
-
-
-def _csv(rows: Iterable[Iterable[str]], end: str) -> str:
-    out = io.StringIO()
-    csv.writer(out, lineterminator=end).writerows(rows)
-    return out.getvalue()
+    return csv_text(COLUMNS, rows, comments(image, checklist))
 
 
 def read_tags(text: str) -> Listing:
     """Values of R and S tags; the loops from the comment lines, else from the columns ``loop`` and ``field``."""
-    found = Listing(mixed=True)
-    rows = _rows(text, found)
+    listing = Listing(mixed=True)
+    rows = _rows(text, listing)
     for line, row in rows:
         number, value = SPACE.parse(row["address"]), row.get("value", "")
         if number is None or not value:
@@ -130,16 +121,16 @@ def read_tags(text: str) -> Listing:
         raw = kind.read(int(value)) if NUMBER.fullmatch(value) else None
         if raw is None:
             raise ListingError(f"{row['tag']} ({row['address']}): the value {value[:40]!r} is not {kind.holds}", line)
-        found.add(number, raw, row["address"], line)
-    if not found.settings:
-        found.settings = tuple(_loops(rows))
-    _without_pulses(found)
-    return found
+        listing.add(number, raw, row["address"], line)
+    if not listing.settings:
+        listing.settings = tuple(_loops(rows))
+    _without_pulses(listing)
+    return listing
 
 
-def _rows(text: str, found: Listing) -> list[tuple[int, dict[str, str]]]:
+def _rows(text: str, listing: Listing) -> list[tuple[int, dict[str, str]]]:
     """The rows with their lines; a tag's name twice is refused."""
-    rows = list(csv_rows(text.removeprefix(MARK), found, required=("tag", "address")))
+    rows = list(csv_rows(text.removeprefix(MARK), listing, required=("tag", "address")))
     lines: dict[str, int] = {}
     for line, row in rows:
         first = lines.setdefault(row["tag"].casefold(), line)
@@ -166,23 +157,23 @@ def _loops(rows: Iterable[tuple[int, Mapping[str, str]]]) -> Iterator[dict[str, 
     yield from loops.values()
 
 
-def _without_pulses(found: Listing) -> None:
+def _without_pulses(listing: Listing) -> None:
     """A loop without a control output has no tags for its times, which then are 0."""
-    for entry in found.settings:
+    for entry in listing.settings:
         output, base = entry.get("output"), entry.get("registers")
         start = SPACE.parse(base) if isinstance(base, str) else None
         if start is None or not isinstance(output, dict) or output.get("pulse", "") is not None:
             continue
         for field in PULSE_REGISTERS:
             number = start + R_BLOCK.offset(field)
-            if number not in found.words:
-                found.add(number, 0, SPACE.name(number))
+            if number not in listing.words:
+                listing.add(number, 0, SPACE.name(number))
 
 
 def merge_tags(image: Image, text: str) -> tuple[str, tuple[str, ...]]:
     """A list of the user's with the tags that are not in it (D156), in the columns that it has."""
-    found = Listing()
-    theirs = _rows(text, found)
+    listing = Listing()
+    theirs = _rows(text, listing)
     head = [cell.strip() for cell in next(csv.reader([first_line(text.removeprefix(MARK))]))]
     if not head:
         raise ListingError(f"the list has no header; it begins with a line like {','.join(COLUMNS)}")
@@ -199,37 +190,37 @@ def merge_tags(image: Image, text: str) -> tuple[str, tuple[str, ...]]:
         if at is called:
             there.append(tag.tag)
         notes += _differs(tag, at, called)
-    notes += _differs_beside(image, found)
+    notes += _differing_settings(image, listing)
     end = "\r\n" if "\r\n" in text else "\n"
-    added = "".join(line + end for line in _beside(image, found))
-    added += _csv([[getattr(tag, name, "") if name in COLUMNS else "" for name in head] for tag in created], end)
+    added = "".join(line + end for line in _missing_comments(image, listing))
+    added += csv_lines([[getattr(tag, name, "") if name in COLUMNS else "" for name in head] for tag in created], end)
     merged = text + ("" if text.endswith("\n") or not added else end) + added
     if len(_rows(merged, Listing())) != len(theirs) + len(created):
         raise ListingError("the tags could not be added to this file")
     if "value" not in head:
         notes.append("the list has no column value, so the values are not in it")
-    return merged, (f"created {len(created)}, already there: {_few(there)}", *notes)
+    return merged, (f"created {len(created)}, already there: {few(there) or 'none'}", *notes)
 
 
-def _beside(image: Image, found: Listing) -> Iterator[str]:
+def _missing_comments(image: Image, listing: Listing) -> Iterator[str]:
     """The comment lines of loops that the list does not know yet."""
-    known = [entry.get("loop") for entry in found.settings]
+    loops = [entry.get("loop") for entry in listing.settings]
     lines = [line for line in comments(image, ()) if line.startswith((PLC, LOOP))]
-    if not found.plc:
+    if not listing.plc:
         yield lines[0]
     for entry, line in zip(image.settings, lines[1:], strict=True):
-        if entry["loop"] not in known:
+        if entry["loop"] not in loops:
             yield line
 
 
-def _differs_beside(image: Image, found: Listing) -> Iterator[str]:
+def _differing_settings(image: Image, listing: Listing) -> Iterator[str]:
     """What the user's list says otherwise of what no register holds, such as the action."""
-    pairs = [(PLC, found.plc, image.plc)] if found.plc else []
+    pairs = [(PLC, listing.plc, image.plc)] if listing.plc else []
     for entry in image.settings:
-        same = [theirs for theirs in found.settings if theirs.get("loop") == entry["loop"]]
+        same = [theirs for theirs in listing.settings if theirs.get("loop") == entry["loop"]]
         pairs += [(f"{LOOP}{entry['loop']}", theirs, entry) for theirs in same]
-    for name, theirs, ours in pairs:
-        keys = [key for key in {**theirs, **ours} if theirs.get(key) != ours.get(key)]
+    for name, theirs, wanted in pairs:
+        keys = [key for key in {**theirs, **wanted} if theirs.get(key) != wanted.get(key)]
         if keys:
             yield f"left as it is: the line {name.strip()!r}; the configuration says otherwise in {', '.join(keys)}"
 
@@ -247,9 +238,3 @@ def _differs(tag: Tag, at: Mapping[str, str] | None, called: Mapping[str, str] |
     if called is not None:
         reasons.append(f"the name is that of {called['address']}")
     yield f"{CONFLICT}, left as it is: {tag.tag} ({tag.address}) was not created, since {' and '.join(reasons)}"
-
-
-def _few(names: list[str]) -> str:
-    if not names:
-        return "none"
-    return ", ".join(names[:FEW]) + (f" and {len(names) - FEW} more" if len(names) > FEW else "")

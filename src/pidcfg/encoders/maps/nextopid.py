@@ -131,9 +131,9 @@ class BlockType:
 
 def _type_in(annotation: Any) -> IecType | None:
     for inner in (*getattr(annotation, "__metadata__", ()), *get_args(annotation)):
-        found = inner if isinstance(inner, IecType) else _type_in(inner)
-        if found is not None:
-            return found
+        kind = inner if isinstance(inner, IecType) else _type_in(inner)
+        if kind is not None:
+            return kind
     return None
 
 
@@ -143,8 +143,8 @@ def inputs_of(model: type[BaseModel], basis: Basis, prefix: str = "") -> Iterato
         kind = next((m for m in field.metadata if isinstance(m, IecType)), None) or _type_in(field.annotation)
         if kind is not None:
             limits = next((m for m in field.metadata if isinstance(m, Limits)), None) or limits_at(model, name)
-            own = UNITS.get(name, "") if issubclass(model, schema.Controller) and kind is not BOOL else ""
-            yield Parameter(prefix + name, kind, (limits.unit if limits else "") or own, "", basis)
+            unit = UNITS.get(name, "") if issubclass(model, schema.Controller) and kind is not BOOL else ""
+            yield Parameter(prefix + name, kind, (limits.unit if limits else "") or unit, "", basis)
         elif name == "AutoTuneParam":
             yield from inputs_of(schema.TuneParam, basis, f"{name}.")
 

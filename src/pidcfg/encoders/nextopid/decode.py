@@ -20,6 +20,7 @@ from pidcfg.encoders.values import Data, present
 from pidcfg.encoders.words import DecodeError
 from pidcfg.paths import put, steps
 from pidcfg.schemas.base import Integer, Model, Seconds, Text, plain_number
+from pidcfg.schemas.common import SectionSettings
 from pidcfg.schemas.iec import Identifier, Wire
 from pidcfg.schemas.nextopid import OutputText, Plc, PvText
 
@@ -61,13 +62,9 @@ class ItemSettings(Model):
         return self.loop or self.block or ""
 
 
-class PlcSettings(Model):
+class PlcSettings(SectionSettings):
     """What stands beside the parameters for the whole file."""
 
-    name: Text | None = None
-    """Name of the machine or plant section."""
-    description: Text | None = None
-    """Anything worth knowing."""
     sample_time: Seconds | None = None
     """Interval of the task in s."""
     program: Identifier = "PidLoops"

@@ -67,8 +67,8 @@ class Placed:
 
 def placed(config: NextopidFile) -> list[Placed]:
     """All blocks in the order of the file, blocks before loops."""
-    found = [(("blocks", i), item) for i, item in enumerate(config.blocks)]
-    both = [*found, *((("loops", i), item) for i, item in enumerate(config.loops))]
+    blocks = [(("blocks", i), item) for i, item in enumerate(config.blocks)]
+    both = [*blocks, *((("loops", i), item) for i, item in enumerate(config.loops))]
     return [Placed(place, cast("Item", item), BLOCK_TYPES[item.type]) for place, item in both]
 
 

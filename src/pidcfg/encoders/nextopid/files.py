@@ -25,8 +25,8 @@ BEGIN = re.compile(r"(?:PROGRAM|VAR(?:_[A-Z_]+)?)\s", re.IGNORECASE)
 
 def looks_like_st(text: str) -> bool:
     """Whether a text begins like a program, behind its comments and pragmas."""
-    found = COMMENT.match(text.lstrip("\ufeff"))
-    return bool(BEGIN.match(text.lstrip("\ufeff"), found.end() if found else 0))
+    match = COMMENT.match(text.lstrip("\ufeff"))
+    return bool(BEGIN.match(text.lstrip("\ufeff"), match.end() if match else 0))
 
 
 def looks_like_xml(text: str) -> bool:

@@ -143,10 +143,10 @@ def read_plcopen(text: str) -> Listing:
             parse_body(inner.words, inner.text_line or inner.line, source)
         elif body.name not in {"addData", "documentation"}:
             left.append(body)
-    found = read_source(source)
+    listing = read_source(source)
     notes = (f"the {node.name} of line {node.line} is left out: only Structured Text is read" for node in left)
-    found.notes = (*found.notes, *notes)
-    return found
+    listing.notes = (*listing.notes, *notes)
+    return listing
 
 
 def _pou(root: Node) -> Node:
@@ -206,13 +206,13 @@ def _initial(node: Node) -> Initial:
     """An initial value."""
     inner = node.children[0] if node.children else None
     if inner is not None and inner.name == "structValue":
-        found: dict[str, Member] = {}
+        members: dict[str, Member] = {}
         for value in inner.all("value"):
             member = _token(value, "member")
-            if member.upper in found:
+            if member.upper in members:
                 raise value.error(f"{member.text} stands here again")
-            found[member.upper] = Member(member, _initial(value))
-        return found
+            members[member.upper] = Member(member, _initial(value))
+        return members
     if inner is not None and inner.name == "simpleValue":
         tokens, _ = tokens_of(inner.attributes.get("value", ""), inner.line)
         return tuple(token._replace(column=inner.column) for token in tokens if token.kind != END)

@@ -1,7 +1,7 @@
-"""What the statements of a program do with blocks of the library.
+"""Calls and assignments of a program that concern blocks of the library.
 
-Statements that have nothing to do with them are passed over, and counted. What would mean something else once it is
-written as a configuration is refused: a call or an assignment inside IF, a second call, an assignment behind a call.
+Other statements are skipped, and their lines noted. What a configuration cannot express is refused: a call or an
+assignment inside IF, a second call of a block, an assignment after the call.
 """
 
 from __future__ import annotations
@@ -27,8 +27,8 @@ if TYPE_CHECKING:
 JUMPS = frozenset(("RETURN", "JMP"))
 
 
-class Given(NamedTuple):
-    """What a parameter is given: the tokens, and how many calls the program has made before."""
+class Assignment(NamedTuple):
+    """The value that a parameter is assigned: its tokens, and the number of calls before it."""
 
     item: Item
     row: Parameter
@@ -41,19 +41,19 @@ class Calls:
     """All calls and assignments of a program."""
 
     scope: Scope
-    given: dict[tuple[str, str], Given] = field(default_factory=dict)
+    assignments: dict[tuple[str, str], Assignment] = field(default_factory=dict)
     turns: int = 0
     foreign: list[int] = field(default_factory=list)
-    """Lines of statements that are passed over."""
+    """Lines of statements that are skipped."""
     gates: list[tuple[Item, Token]] = field(default_factory=list)
-    """Loops that are not called in every cycle, each with the variable that counts."""
+    """Loops that are not called in every cycle, each with its cycle counter."""
     counts: dict[str, int] = field(default_factory=dict)
 
     def take(self, statement: Statement) -> None:
         """The next statement."""
         tokens = statement.tokens
         if tokens[0].kind == NAME and tokens[0].upper in ENDS:
-            if not self._gate(tokens):
+            if not self._counted_call(tokens):
                 self._pass_over(tokens)
             return
         parts = chain(tokens)
@@ -68,100 +68,101 @@ class Calls:
     # --- calls -------------------------------------------------------------------------------------------------------
 
     def _call(self, parts: tuple[Token, ...], inside: Sequence[Token], tokens: tuple[Token, ...]) -> None:
-        own, kind = self.scope.instance(parts[0].upper), LIBRARY.get(parts[0].upper)
-        if len(parts) > 1 or (own is None and kind is None):
+        item, kind = self.scope.instance(parts[0].upper), LIBRARY.get(parts[0].upper)
+        if len(parts) > 1 or (item is None and kind is None):
             self._pass_over(tokens)
             return
-        given = arguments(inside, parts[0].text)
-        if own is None:
+        inputs = arguments(inside, parts[0].text)
+        if item is None:
             if kind is None or not kind.function:
                 raise parts[0].error(f"{parts[0].text} is a function block: declare an instance, and call that")
-            own = self._function(LIBRARY[parts[0].upper], given, parts[0])
-        if own.known:
-            raise parts[0].error(f"{own.name} is called again")
-        for argument in given:
+            item = self._function(LIBRARY[parts[0].upper], inputs, parts[0])
+        if item.called:
+            raise parts[0].error(f"{item.name} is called again")
+        for argument in inputs:
             if argument.name.upper in {"EN", "ENO"}:
-                raise argument.name.error(f"{own.name} is called on a condition; a configuration has none")
+                raise argument.name.error(f"{item.name} is called on a condition; a configuration has none")
             if argument.sign == "=>":
-                self._output(own, argument)
+                self._set_alias(item, argument)
             else:
-                self._give(own, (argument.name,), argument.value)
-        own.place, own.turn = parts[0], self.turns
+                self._set_input(item, (argument.name,), argument.value)
+        item.place, item.turn = parts[0], self.turns
         self.turns += 1
 
-    def _function(self, kind: Any, given: list[Argument], at: Token) -> Item:
-        """Which function of the configuration a call is: what the comments at its variables say, or a new one."""
+    def _function(self, kind: Any, inputs: list[Argument], at: Token) -> Item:
+        """The function that is called: the one that the comments at its variables name, or a new one."""
         stems: dict[str, str] = {}
-        for argument in given:
+        for argument in inputs:
             if argument.sign != "=>" or len(argument.value) != 1:
                 continue
             target = argument.value[0]
-            if target.upper in self.scope.stands:
-                own = self.scope.stands[target.upper][0]
-                if own.kind is not kind:
-                    raise at.error(f"{target.text} stands for a parameter of {own.name}, which is no {kind.name}")
-                return own
+            if target.upper in self.scope.aliases:
+                item = self.scope.aliases[target.upper][0]
+                if item.kind is not kind:
+                    raise at.error(f"{target.text} stands for a parameter of {item.name}, which is no {kind.name}")
+                return item
             stem = target.text.removesuffix(f"_{argument.name.text}")
             stems[stem.upper()] = stem if stem != target.text else ""
         return self.scope.new_function(kind, next(iter(stems.values())) or None if len(stems) == 1 else None, at)
 
-    def _output(self, own: Item, argument: Argument) -> None:
-        """An output that is copied to a variable, which then stands for it."""
-        row = self.scope.row(own, (argument.name,), "output")
+    def _set_alias(self, item: Item, argument: Argument) -> None:
+        """An output is copied to a variable, which from then on is an alias of it."""
+        row = self.scope.row(item, (argument.name,), "output")
         target = argument.value[0]
         if len(argument.value) != 1 or target.upper not in self.scope.variables or target.upper in self.scope.items:
             self._pass_over(argument.value)
             return
-        before = self.scope.stands.get(target.upper)
-        if before is not None and (before[0].name, before[1].name) != (own.name, row.name):
+        before = self.scope.aliases.get(target.upper)
+        if before is not None and (before[0].name, before[1].name) != (item.name, row.name):
             raise target.error(f"{target.text} stands for {before[0].name}.{before[1].name} already")
-        self.scope.stands[target.upper] = (own, row)
+        self.scope.aliases[target.upper] = (item, row)
 
-    def _give(self, own: Item, parts: tuple[Token, ...], value: tuple[Token, ...]) -> None:
-        row = self.scope.row(own, parts, "input")
-        if own.known:
-            raise parts[0].error(f"{own.name}.{row.name} is assigned behind the call of {own.name}; assign it before")
-        stands = self.scope.stands.get(value[0].upper)
-        if own.kind.function and len(value) == 1 and stands and stands[0] is own and stands[1] is row:
-            return  # its own variable, which has been assigned before or has an initial value
-        if (own.name, row.name) in self.given:
-            raise parts[0].error(f"{own.name}.{row.name} is assigned again")
-        self.given[own.name, row.name] = Given(own, row, value, self.turns)
+    def _set_input(self, item: Item, parts: tuple[Token, ...], value: tuple[Token, ...]) -> None:
+        """An input gets a value, by an argument or an assignment; once, and before the call."""
+        row = self.scope.row(item, parts, "input")
+        if item.called:
+            raise parts[0].error(f"{item.name}.{row.name} is assigned behind the call of {item.name}; assign it before")
+        alias = self.scope.aliases.get(value[0].upper)
+        if item.kind.function and len(value) == 1 and alias and alias[0] is item and alias[1] is row:
+            return  # the variable of this input, which was assigned before or has an initial value
+        if (item.name, row.name) in self.assignments:
+            raise parts[0].error(f"{item.name}.{row.name} is assigned again")
+        self.assignments[item.name, row.name] = Assignment(item, row, value, self.turns)
 
     # --- assignments -------------------------------------------------------------------------------------------------
 
     def _assign(self, parts: tuple[Token, ...], value: tuple[Token, ...], tokens: tuple[Token, ...]) -> None:
-        own = self.scope.instance(parts[0].upper)
-        if own is not None and len(parts) > 1:
-            self._give(own, parts[1:], value)
+        item = self.scope.instance(parts[0].upper)
+        if item is not None and len(parts) > 1:
+            self._set_input(item, parts[1:], value)
             return
-        stands = self.scope.stands.get(parts[0].upper)
-        if stands and len(parts) == 1 and stands[1].access == "input":
-            self._give(stands[0], (parts[0]._replace(text=stands[1].name),), value)
+        alias = self.scope.aliases.get(parts[0].upper)
+        if alias and len(parts) == 1 and alias[1].access == "input":
+            self._set_input(alias[0], (parts[0]._replace(text=alias[1].name),), value)
             return
-        if len(parts) == 1 and self._count(parts[0], value):
+        if len(parts) == 1 and self._counting(parts[0], value):
             return
         self._pass_over(tokens)
 
-    def _gate(self, tokens: tuple[Token, ...]) -> bool:
+    def _counted_call(self, tokens: tuple[Token, ...]) -> bool:
         """``IF counter = 0 THEN loop(…); END_IF``: the call of a loop in every n-th cycle."""
         if [token.upper for token in (tokens[0], *tokens[2:5])] != ["IF", "=", "0", "THEN"]:
             return False
-        own = self.scope.instance(tokens[5].upper)
+        loop = self.scope.instance(tokens[5].upper)
         inner = tokens[5:-2]
         counter = self.scope.variables.get(tokens[1].upper)
-        if own is None or counter is None or counter.type_name not in INTEGERS or tokens[6].text != "(":
+        if loop is None or counter is None or counter.type_name not in INTEGERS or tokens[6].text != "(":
             return False
         if inner[-1].text != ";" or any(token.text == ";" for token in inner[:-1]) or tokens[1].upper in self.counts:
             return False
         if isinstance(counter.initial, dict) or [token.text for token in counter.initial or ()] not in ([], ["0"]):
-            raise counter.name.error(f"{counter.name.text} counts the cycles of {own.name}, and must begin with 0")
+            raise counter.name.error(f"{counter.name.text} counts the cycles of {loop.name}, and must begin with 0")
         self.take(Statement((*inner[:-1], tokens[-1])))
-        self.gates.append((own, tokens[1]))
+        self.gates.append((loop, tokens[1]))
         return True
 
-    def _count(self, counter: Token, value: tuple[Token, ...]) -> bool:
-        """``counter := (counter + 1) MOD n`` behind such a call."""
+    def _counting(self, counter: Token, value: tuple[Token, ...]) -> bool:
+        """``counter := (counter + 1) MOD n`` after such a call."""
         texts = [token.upper for token in value]
         if counter.upper not in self.counters or texts[:-1] != ["(", counter.upper, "+", "1", ")", "MOD"]:
             return False
@@ -178,27 +179,27 @@ class Calls:
 
     def sample_times(self, plc: Mapping[str, Any]) -> None:
         """The intervals of the loops that are not called in every cycle; they must agree with the comments."""
-        for own, place in self.gates:
+        for item, place in self.gates:
             if place.upper not in self.counts or place.upper in self.scope.assigned:
                 raise place.error(f"{place.text} is not counted as in {place.text} := ({place.text} + 1) MOD 5")
-            own.cycles = self.counts[place.upper]
+            item.cycles = self.counts[place.upper]
         task = _seconds(plc.get("sample_time"))
-        for own in self.scope.items.values():
-            time = _seconds(own.entry.get("sample_time"))
-            if own.place is None or (own.cycles == 1 and time is None):
+        for item in self.scope.items.values():
+            time = _seconds(item.entry.get("sample_time"))
+            if item.place is None or (item.cycles == 1 and time is None):
                 continue
             if task is None and time is None:
-                own.entry["cycles"] = own.cycles
+                item.entry["cycles"] = item.cycles
             if time is None and task is not None:
-                own.entry["sample_time"] = plain_number(task * own.cycles)
-            elif task is not None and time is not None and time != task * own.cycles:
-                message = f"{own.name} is called in every {own.cycles} cycles of {task} s, not of {time} s together"
-                raise own.place.error(message)
+                item.entry["sample_time"] = plain_number(task * item.cycles)
+            elif task is not None and time is not None and time != task * item.cycles:
+                message = f"{item.name} is called in every {item.cycles} cycles of {task} s, not of {time} s together"
+                raise item.place.error(message)
 
     # --- the rest ----------------------------------------------------------------------------------------------------
 
     def _pass_over(self, tokens: Sequence[Token]) -> None:
-        """A statement that has nothing to do with the library; what it writes is remembered."""
+        """Skips a statement that does not concern the library, but remembers the variables that it assigns."""
         if tokens[0].line not in self.foreign[-1:]:
             self.foreign.append(tokens[0].line)
         depth, padded = 0, (*tokens, *(Token(END, "", token.line, token.column) for token in [tokens[-1]] * 3))
@@ -214,23 +215,23 @@ class Calls:
                 self.scope.assigned.setdefault(token.upper, token)
 
     def _refuse(self, token: Token, parts: tuple[Token, ...], follows: str, depth: int) -> None:
-        """What a statement may not do with a block of the library."""
-        kind, own = LIBRARY.get(token.upper), self.scope.instance(token.upper)
+        """Refuses jumps, and other uses of a block inside a skipped statement."""
+        kind, item = LIBRARY.get(token.upper), self.scope.instance(token.upper)
         if token.upper in JUMPS:
             raise token.error(f"{token.text}: what stands behind is not always executed")
         if kind is not None and kind.function and follows == "(":
             raise token.error(f"{token.text} is called inside another statement")
-        if own is None:
+        if item is None:
             return
         if len(parts) == 1:
             what = "is called" if follows == "(" else "is used as a whole"
-            raise token.error(f"{own.name} {what} inside another statement")
+            raise token.error(f"{item.name} {what} inside another statement")
         if follows == ":=" and depth == 0:
-            raise token.error(f"a parameter of {own.name} is assigned inside another statement")
+            raise token.error(f"a parameter of {item.name} is assigned inside another statement")
 
 
 def _seconds(value: object) -> Decimal | None:
-    """A time of the settings; None where there is none that makes sense."""
+    """A time of the settings; None where it is missing or not a time."""
     try:
         return None if value is None else parse_seconds(value)
     except ValueError:

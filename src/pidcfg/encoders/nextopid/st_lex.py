@@ -61,18 +61,18 @@ def tokens_of(text: str, line: int = 1) -> tuple[list[Token], list[Comment]]:
     comments: list[Comment] = []
     at, begin = 0, 0
     while at < len(text):
-        found = PATTERN.match(text, at)
-        if found is None:
+        match = PATTERN.match(text, at)
+        if match is None:
             raise ListingError(f"{text[at]!r} is nothing that Structured Text has here", line, at - begin + 1)
-        kind, column, end = found.lastgroup or "", at - begin + 1, found.end()
+        kind, column, end = match.lastgroup or "", at - begin + 1, match.end()
         if kind in {"line", "block"}:
-            end = _comment_end(text, found.group(), end, line, column)
+            end = _comment_end(text, match.group(), end, line, column)
             inner = text[at + 2 : end if kind == "line" else end - 2].strip()
             comments.append(Comment(inner, line, column))
             if tokens and tokens[-1].line == line and not tokens[-1].note:
                 tokens[-1] = tokens[-1]._replace(note=inner)
         elif kind not in {"skip", "pragma"}:
-            tokens.append(Token(kind, found.group(), line, column))
+            tokens.append(Token(kind, match.group(), line, column))
         breaks = text.count("\n", at, end)
         if breaks:
             line, begin = line + breaks, text.rindex("\n", at, end) + 1
@@ -86,8 +86,8 @@ def _comment_end(text: str, sign: str, at: int, line: int, column: int) -> int:
     if sign not in ENDS:
         return at
     open_comments = 1
-    for found in ENDS[sign].finditer(text, at):
-        open_comments += 1 if found.group() == sign else -1
+    for match in ENDS[sign].finditer(text, at):
+        open_comments += 1 if match.group() == sign else -1
         if not open_comments:
-            return found.end()
+            return match.end()
     raise ListingError(f"the comment that begins here with {sign} has no end", line, column)

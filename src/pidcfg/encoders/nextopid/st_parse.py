@@ -197,16 +197,16 @@ def initial_value(tokens: tuple[Token, ...], depth: int = 0) -> Initial:
     if tokens[-1].text != ")":
         raise tokens[-1].error(f"{tokens[-1].text!r} stands behind the structure")
     cursor = Cursor((*tokens[1:-1], tokens[-1]._replace(kind=END)))
-    found: dict[str, Member] = {}
+    members: dict[str, Member] = {}
     while True:
         name = _name(cursor, "the parenthesis or comma")
         cursor.expect(":=", name.text)
         value = cursor.until(frozenset(","))
-        if name.upper in found:
+        if name.upper in members:
             raise name.error(f"{name.text} stands here again")
-        found[name.upper] = Member(name, initial_value(value, depth + 1))
+        members[name.upper] = Member(name, initial_value(value, depth + 1))
         if cursor.here.kind == END:
-            return found
+            return members
         cursor.expect(",", "the member")
 
 
@@ -257,20 +257,20 @@ class Argument(NamedTuple):
 
 def chain(tokens: Sequence[Token], at: int = 0) -> tuple[Token, ...]:
     """A name with the dots and names behind it, ``TIC_1.ErrBits.Kp``, without the dots."""
-    found: list[Token] = []
+    parts: list[Token] = []
     while tokens[at].kind == NAME:
-        found.append(tokens[at])
+        parts.append(tokens[at])
         if tokens[at + 1].text != "." or tokens[at + 2].kind != NAME:
             break
         at += 2
-    return tuple(found)
+    return tuple(parts)
 
 
 def arguments(tokens: Sequence[Token], callee: str) -> list[Argument]:
     """The arguments of a call from its opening parenthesis to the end of the statement; each has a name."""
     cursor = Cursor((*tokens, Token(END, "the end of the statement", tokens[-1].line, tokens[-1].column)))
     cursor.expect("(", callee)
-    found: list[Argument] = []
+    listed: list[Argument] = []
     while cursor.here.text != ")":
         name = cursor.take()
         sign = cursor.take()
@@ -279,15 +279,15 @@ def arguments(tokens: Sequence[Token], callee: str) -> list[Argument]:
         value = cursor.until(frozenset((",", ")")))
         if not value:
             raise sign.error(f"nothing stands behind {name.text} {sign.text}")
-        if name.upper in {other.name.upper for other in found}:
+        if name.upper in {other.name.upper for other in listed}:
             raise name.error(f"{name.text} stands here again")
-        found.append(Argument(name, sign.text, value))
+        listed.append(Argument(name, sign.text, value))
         if cursor.here.text != ")":
             cursor.expect(",", f"the argument {name.text}")
     cursor.take()
     if cursor.here.kind != END:
         raise cursor.here.error(f"{cursor.here.text!r} stands behind the call of {callee}")
-    return found
+    return listed
 
 
 def is_literal(token: Token) -> bool:

@@ -1,9 +1,8 @@
-"""A NextoPID program as what a programming system holds: variables, and calls in the order of execution.
+"""A NextoPID program as a programming system holds it: variables, and calls in the order of execution.
 
-Design. `Unit` rebuilds from the listing what was wired and in which order it runs, and finds the names of what has no
-name there: functions have no instance, so that their outputs, and those of their inputs that something reads, become
-variables. Each such variable says in a comment what it stands for, ``SEL.MV``; `pidcfg.encoders.nextopid.st_read` and
-the reader of PLCopen XML go by it.
+Design. `Unit` rebuilds wiring and execution order from the listing. Functions have no instance, so their outputs, and
+those of their inputs that something reads, become variables with new names. The comment of each such variable says
+which parameter it is, ``SEL.MV``; the readers of Structured Text and PLCopen XML rely on it.
 """
 
 from __future__ import annotations
@@ -29,8 +28,8 @@ if TYPE_CHECKING:
     from pidcfg.schemas.iec import IecType
 
 CONVERSIONS = ("INT_TO_REAL", "UINT_TO_REAL", "USINT_TO_REAL", "DINT_TO_REAL", "REAL_TO_INT")
-TAKEN = frozenset(name.upper() for name in (*BLOCK_TYPES, *CONVERSIONS, AUTOTUNE_MODE.name, *AUTOTUNE_MODE.words))
-"""Names that a program may not give, in capitals: languages of IEC 61131-3 do not tell them from small letters."""
+RESERVED = frozenset(name.upper() for name in (*BLOCK_TYPES, *CONVERSIONS, AUTOTUNE_MODE.name, *AUTOTUNE_MODE.words))
+"""Names that a variable cannot have, in capitals: IEC 61131-3 ignores case."""
 UINT_CYCLES = 0xFFFF
 
 
@@ -44,7 +43,7 @@ class Variable(NamedTuple):
 
 
 def is_kept(kind: BlockType, row: Parameter) -> bool:
-    """Whether a parameter is declared even with the value that it has by itself."""
+    """Whether a parameter is declared even when it has its default value."""
     field = kind.model.model_fields.get(row.name)
     return field is None or field.is_required() or field.default is None
 
@@ -66,26 +65,27 @@ class Unit:
         types = {name: cell.type for name, cell in self.signals.items()}
         blocks = [(entry.get("loop") or entry["block"], BLOCK_TYPES[entry["type"]]) for entry in self.image.settings]
         seen: dict[str, str] = {}
-        for name in (*types, *(name for name, _ in blocks)):
+        names = [*types, *(name for name, _ in blocks)]
+        for name in names:
             other = seen.setdefault(name.upper(), name)
-            if other != name or name.upper() in TAKEN or (name in types) + [own for own, _ in blocks].count(name) > 1:
-                also = "of a type or function of the library" if name.upper() in TAKEN else f"of another ({other})"
+            if other != name or name.upper() in RESERVED or names.count(name) > 1:
+                also = "of a type or function of the library" if name.upper() in RESERVED else f"of another ({other})"
                 raise UnwritableError(f"{name}: Structured Text takes the name for that {also}; rename it")
         return Layout.of(types, blocks)
 
     @cached_property
     def wires(self) -> Wires:
         """What every wire means."""
-        numbers = {own.name: i for i, own in enumerate(self.layout.instances)}
-        found: Wires = {}
+        numbers = {block.name: i for i, block in enumerate(self.layout.instances)}
+        wires: Wires = {}
         for cell in self.image.cells:
             owner, _, row = cell.address.partition(".")
             if isinstance(cell.raw, Wire):
                 try:
-                    found[numbers[owner], row] = self.layout.read(cell.type, cell.raw.text)
+                    wires[numbers[owner], row] = self.layout.read(cell.type, cell.raw.text)
                 except ExpressionError as error:
                     raise UnwritableError(f"{cell.address}: {error.message}") from None
-        return found
+        return wires
 
     @cached_property
     def order(self) -> list[int]:
@@ -101,28 +101,30 @@ class Unit:
 
     @property
     def names(self) -> dict[int, str]:
-        """How every value is called in the program, by its number."""
-        return self._chosen[0]
+        """The name of every value in the program, by its number."""
+        return self._names_and_counters[0]
 
     @property
     def counters(self) -> dict[int, tuple[str, int]]:
-        """Of loops that are not called in every cycle: the variable that counts, and every how many cycles."""
-        return self._chosen[1]
+        """Cycle counters of loops that are not called in every cycle: the variable, and the number of cycles."""
+        return self._names_and_counters[1]
 
     @cached_property
-    def _chosen(self) -> tuple[dict[int, str], dict[int, tuple[str, int]]]:
-        used = {name.upper() for name in (*self.signals, *(own.name for own in self.layout.instances), self.program)}
-        used |= TAKEN
+    def _names_and_counters(self) -> tuple[dict[int, str], dict[int, tuple[str, int]]]:
+        used = {
+            name.upper() for name in (*self.signals, *(block.name for block in self.layout.instances), self.program)
+        }
+        used |= RESERVED
         names = {number: name for name, number in self.layout.numbers.items()}
-        for own in self.layout.instances:
-            for offset, row in enumerate(own.kind.table.rows if own.kind.function else ()):
-                if row.access == "output" or own.base + offset in self.read:
-                    names[own.base + offset] = _free(f"{own.name}_{row.name}", used)
+        for block in self.layout.instances:
+            for offset, row in enumerate(block.kind.table.rows if block.kind.function else ()):
+                if row.access == "output" or block.base + offset in self.read:
+                    names[block.base + offset] = unused_name(f"{block.name}_{row.name}", used)
         counters = {}
         for i, entry in enumerate(self.image.settings):
             cycles = cycles_of(entry, self.image.plc)
             if cycles != 1:
-                counters[i] = (_free(f"{self.layout.instances[i].name}_Cycle", used), cycles)
+                counters[i] = (unused_name(f"{self.layout.instances[i].name}_Cycle", used), cycles)
         return names, counters
 
     @cached_property
@@ -135,21 +137,21 @@ class Unit:
         owner = self.layout.owner(number)
         if owner is None:
             return list(self.layout.signals.values())[number]
-        own = self.layout.instances[owner]
-        return own.kind.table.rows[number - own.base].type
+        block = self.layout.instances[owner]
+        return block.kind.table.rows[number - block.base].type
 
     def full_name(self, number: int) -> str:
-        """A value as a configuration calls it: ``SEL.MV``."""
+        """The name of a value in a configuration: ``SEL.MV``."""
         owner = self.layout.owner(number)
         if owner is None:
             return list(self.layout.signals)[number]
-        own = self.layout.instances[owner]
-        return f"{own.name}.{own.kind.table.rows[number - own.base].name}"
+        block = self.layout.instances[owner]
+        return f"{block.name}.{block.kind.table.rows[number - block.base].name}"
 
     # --- cycles ------------------------------------------------------------------------------------------------------
 
     def previous(self, i: int) -> list[str]:
-        """What the call of a block reads of the previous cycle."""
+        """Values of the previous cycle that the call of a block reads."""
         late = []
         for number in sorted(self._reads.get(i, ())):
             owner = self.layout.owner(number)
@@ -165,18 +167,18 @@ class Unit:
     @cached_property
     def _reads(self) -> dict[int, set[int]]:
         """Numbers that each block reads."""
-        found: dict[int, set[int]] = {}
+        reads: dict[int, set[int]] = {}
         for (i, _), wire in self.wires.items():
-            found.setdefault(i, set()).update(wire.signals)
-        return found
+            reads.setdefault(i, set()).update(wire.signals)
+        return reads
 
     def is_wired(self, number: int) -> bool:
         """Whether a parameter is wired."""
         owner = self.layout.owner(number)
         if owner is None:
             return False
-        own = self.layout.instances[owner]
-        return (owner, own.kind.table.rows[number - own.base].name) in self.wires
+        block = self.layout.instances[owner]
+        return (owner, block.kind.table.rows[number - block.base].name) in self.wires
 
     # --- variables ---------------------------------------------------------------------------------------------------
 
@@ -184,44 +186,44 @@ class Unit:
         """All declarations: signals, instances and variables of functions in the order of the file, counters."""
         for name, cell in self.signals.items():
             yield Variable(name, cell.type.name, (cell.type, content(cell)))
-        for own in self.layout.instances:
-            if own.kind.function:
-                yield from self._function_variables(own)
+        for block in self.layout.instances:
+            if block.kind.function:
+                yield from self._function_variables(block)
             else:
-                yield Variable(own.name, own.kind.name, self.initial(own) or None)
+                yield Variable(block.name, block.kind.name, self.initial(block) or None)
         for name, cycles in self.counters.values():
             yield Variable(name, "UINT" if cycles <= UINT_CYCLES else "UDINT")
 
-    def _function_variables(self, own: Instance) -> Iterator[Variable]:
-        for offset, row in enumerate(own.kind.table.rows):
-            full = f"{own.name}.{row.name}"
+    def _function_variables(self, block: Instance) -> Iterator[Variable]:
+        for offset, row in enumerate(block.kind.table.rows):
+            full = f"{block.name}.{row.name}"
             if row.access == "output":
-                yield Variable(self.names[own.base + offset], row.type.name, None, full)
-            elif own.base + offset in self.read:
+                yield Variable(self.names[block.base + offset], row.type.name, None, full)
+            elif block.base + offset in self.read:
                 cell = self.cells.get(full)
-                given = cell is not None and not isinstance(cell.raw, Wire)
-                initial = (row.type, content(cell)) if cell is not None and given else None
-                yield Variable(self.names[own.base + offset], row.type.name, initial, full)
+                fixed = cell is not None and not isinstance(cell.raw, Wire)
+                initial = (row.type, content(cell)) if cell is not None and fixed else None
+                yield Variable(self.names[block.base + offset], row.type.name, initial, full)
 
     @cached_property
     def cells(self) -> dict[str, Entry]:
         """All parameters by their full names."""
         return {cell.address: cell for cell in self.image.cells}
 
-    def initial(self, own: Instance) -> dict[str, tuple[IecType, Content]]:
-        """What an instance begins with: what is required or not the value that a parameter has by itself."""
-        found = {}
-        for row in own.kind.inputs:
-            cell = self.cells.get(f"{own.name}.{row.name}")
+    def initial(self, block: Instance) -> dict[str, tuple[IecType, Content]]:
+        """Initial values of an instance: required parameters, and those that differ from the default of their type."""
+        values = {}
+        for row in block.kind.inputs:
+            cell = self.cells.get(f"{block.name}.{row.name}")
             if cell is None or isinstance(cell.raw, Wire):
                 continue
-            if is_kept(own.kind, row) or cell.raw != row.type.default:
-                found[row.name] = (row.type, content(cell))
-        return found
+            if is_kept(block.kind, row) or cell.raw != row.type.default:
+                values[row.name] = (row.type, content(cell))
+        return values
 
 
-def _free(wanted: str, used: set[str]) -> str:
-    """A name that nothing else has, and that is then used."""
+def unused_name(wanted: str, used: set[str]) -> str:
+    """The wanted name or one with a number after it; it is then in use."""
     name, number = wanted, 1
     while name.upper() in used:
         name, number = f"{wanted}_{number}", number + 1
@@ -230,17 +232,17 @@ def _free(wanted: str, used: set[str]) -> str:
 
 
 def content(cell: Entry) -> Content:
-    """What a parameter that is not wired holds."""
+    """The text of a wire, or the content of a parameter that is not wired."""
     return cell.raw.text if isinstance(cell.raw, Wire) else cell.raw
 
 
 def cycles_of(entry: Mapping[str, Any], plc: Mapping[str, Any]) -> int:
-    """Every how many cycles of the task a loop is called."""
-    own, task = entry.get("sample_time"), plc.get("sample_time")
-    if own is None:
+    """The interval of a loop in cycles of the task; raises `UnwritableError` where it is no multiple."""
+    interval, task = entry.get("sample_time"), plc.get("sample_time")
+    if interval is None:
         return 1
-    times = [Decimal(str(time)) for time in (own, task or 0)]
+    times = [Decimal(str(time)) for time in (interval, task or 0)]
     if times[1] <= 0 or times[0] <= 0 or times[0] % times[1]:
         name = entry.get("loop") or entry.get("block")
-        raise UnwritableError(f"{name}: {own} s is no whole number of cycles of the task, {task} s")
+        raise UnwritableError(f"{name}: {interval} s is no whole number of cycles of the task, {task} s")
     return int(times[0] / times[1])

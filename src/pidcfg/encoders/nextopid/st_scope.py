@@ -26,31 +26,31 @@ if TYPE_CHECKING:
 
 LIBRARY = {name.upper(): kind for name, kind in BLOCK_TYPES.items()}
 SETTINGS = re.compile(r"(plc|loop):\s*(?=\{)")
-"""How the comments begin that carry what no parameter holds."""
+"""Beginning of a comment with settings that no parameter holds."""
 STANDS_FOR = re.compile(r"(\w+)\.(\w+)")
 
 
 @dataclass(slots=True)
 class Item:
-    """A block or function of the library in the program."""
+    """A block or function of the library that the program uses."""
 
     name: str
     kind: BlockType
     entry: dict[str, Any]
     place: Token | None = None
-    """Its call, once one is found."""
+    """Its call, once the reader is past it."""
     turn: int = -1
-    """The how manieth call of the program that is."""
+    """The number of that call among all calls of the program, from 0; -1: not called."""
     cycles: int = 1
 
     @property
-    def known(self) -> bool:
-        """Whether its call has been found."""
+    def called(self) -> bool:
+        """Whether the program calls it."""
         return self.place is not None
 
 
-def settings_of(comments: Iterable[Comment], found: Listing) -> list[Comment]:
-    """Takes what no parameter holds from the comments; the comments of the blocks, each at its entry's place."""
+def settings_of(comments: Iterable[Comment], listing: Listing) -> list[Comment]:
+    """Reads the settings of the comments into the listing; returns the comments of blocks, in the order of entries."""
     places: list[Comment] = []
     for comment in comments:
         head = SETTINGS.match(comment.text)
@@ -61,9 +61,9 @@ def settings_of(comments: Iterable[Comment], found: Listing) -> list[Comment]:
         except ListingError as error:
             raise ListingError(f"the settings are {error}", comment.line, comment.column) from None
         if head.group(1) == "plc":
-            found.plc = entry
+            listing.plc = entry
         else:
-            found.settings = (*found.settings, entry)
+            listing.settings = (*listing.settings, entry)
             places.append(comment)
     return places
 
@@ -83,63 +83,65 @@ def check_name(name: str, line: int, column: int) -> None:
 
 @dataclass(slots=True)
 class Scope:
-    """What every name is; capitals do not count."""
+    """The names of the program, in capitals, since the language ignores case."""
 
     variables: dict[str, Declaration] = field(default_factory=dict)
     items: dict[str, Item] = field(default_factory=dict)
-    stands: dict[str, tuple[Item, Parameter]] = field(default_factory=dict)
+    aliases: dict[str, tuple[Item, Parameter]] = field(default_factory=dict)
     """Variables that stand for an output, or for an input of a function."""
     assigned: dict[str, Token] = field(default_factory=dict)
-    """Variables that the program itself writes."""
+    """Variables that skipped statements assign."""
     used: set[str] = field(default_factory=set)
     """Variables that wires read."""
 
     @classmethod
-    def of(cls, source: Source, found: Listing) -> Scope:
+    def of(cls, source: Source, listing: Listing) -> Scope:
         """Everything that is declared, and the functions that the settings name."""
-        self, places = cls(), settings_of(source.comments, found)
+        self, places = cls(), settings_of(source.comments, listing)
         for declaration in source.declarations:
             if declaration.name.upper in self.variables:
                 raise declaration.name.error(f"{declaration.name.text} is declared again")
             self.variables[declaration.name.upper] = declaration
-        for entry, place in zip(found.settings, places, strict=True):
-            self._described(dict(entry), place)
+        for entry, place in zip(listing.settings, places, strict=True):
+            self._add_described(dict(entry), place)
         for declaration in source.declarations:
-            self._declared(declaration)
+            self._add_declared(declaration)
         for declaration in source.declarations:
             match = STANDS_FOR.fullmatch(declaration.note)
-            own = self.items.get(match.group(1).upper()) if match else None
-            if match and own and own.kind.function and declaration.name.upper not in self.items:
-                row = next((row for row in own.kind.table.rows if row.name == match.group(2)), None)
+            item = self.items.get(match.group(1).upper()) if match else None
+            if match and item and item.kind.function and declaration.name.upper not in self.items:
+                row = next((row for row in item.kind.table.rows if row.name == match.group(2)), None)
                 if row is not None:
-                    self.stands[declaration.name.upper] = (own, row)
+                    self.aliases[declaration.name.upper] = (item, row)
         return self
 
-    def _described(self, entry: dict[str, Any], place: Comment) -> None:
+    def _add_described(self, entry: dict[str, Any], place: Comment) -> None:
         """An item of the settings; instances must be declared, and as what they say."""
         name, kind = entry.get("loop") or entry.get("block"), LIBRARY.get(str(entry.get("type")).upper())
         if not isinstance(name, str) or kind is None:
             message = f"the comment names no block of the library: {json.dumps(entry, ensure_ascii=False)[:80]}"
             raise ListingError(message, place.line, place.column)
-        own = self.variables.get(name.upper())
-        if own is not None and own.type_name != kind.name.upper():
-            raise own.name.error(f"{name} is declared otherwise than the comment in line {place.line} says")
-        if own is None and not kind.function:
+        declaration = self.variables.get(name.upper())
+        if declaration is not None and declaration.type_name != kind.name.upper():
+            raise declaration.name.error(f"{name} is declared otherwise than the comment in line {place.line} says")
+        if declaration is None and not kind.function:
             raise ListingError(f"{name} is not declared", place.line, place.column)
-        self._add(Item(own.name.text if own else name, kind, entry), place.line, place.column)
+        self._add(Item(declaration.name.text if declaration else name, kind, entry), place.line, place.column)
 
-    def _declared(self, own: Declaration) -> None:
+    def _add_declared(self, declaration: Declaration) -> None:
         """An instance that no comment speaks of."""
-        inside = next((LIBRARY[token.upper] for token in own.type if token.upper in LIBRARY), None)
-        if inside is None or own.name.upper in self.items:
+        inside = next((LIBRARY[token.upper] for token in declaration.type if token.upper in LIBRARY), None)
+        if inside is None or declaration.name.upper in self.items:
             return
-        if len(own.type) > 1:
-            raise own.type[0].error(f"{own.name.text}: instances of {inside.name} are declared one by one")
+        if len(declaration.type) > 1:
+            raise declaration.type[0].error(
+                f"{declaration.name.text}: instances of {inside.name} are declared one by one"
+            )
         if inside.function:
-            raise own.type[0].error(f"{inside.name} is a function, which has no instance")
+            raise declaration.type[0].error(f"{inside.name} is a function, which has no instance")
         key = "loop" if inside.name in LOOP_TYPES else "block"
-        entry = {key: own.name.text, "type": inside.name}
-        self._add(Item(own.name.text, inside, entry), own.name.line, own.name.column)
+        entry = {key: declaration.name.text, "type": inside.name}
+        self._add(Item(declaration.name.text, inside, entry), declaration.name.line, declaration.name.column)
 
     def _add(self, item: Item, line: int, column: int) -> None:
         if item.name.upper() in self.items:
@@ -161,42 +163,42 @@ class Scope:
 
     def instance(self, name: str) -> Item | None:
         """An instance by its name, in capitals; functions have none."""
-        own = self.items.get(name)
-        return None if own is None or own.kind.function else own
+        item = self.items.get(name)
+        return None if item is None or item.kind.function else item
 
-    def row(self, own: Item, parts: tuple[Token, ...], access: str = "") -> Parameter:
+    def row(self, item: Item, parts: tuple[Token, ...], access: str = "") -> Parameter:
         """A parameter of a block, ``ErrBits.Kp``."""
         text = ".".join(part.text for part in parts)
-        rows = {row.name.upper(): row for row in own.kind.table.rows if access in {"", row.access}}
+        rows = {row.name.upper(): row for row in item.kind.table.rows if access in {"", row.access}}
         row = rows.get(text.upper())
         if row is None:
             near = nearest(text.upper(), rows)
             hint = f"; did you mean {rows[near].name}?" if near else ""
             what = f"{access} " if access else ""
-            raise parts[0].error(f"{own.kind.name} has no {what}parameter {text}{hint}")
+            raise parts[0].error(f"{item.kind.name} has no {what}parameter {text}{hint}")
         return row
 
     def resolve(self, parts: tuple[Token, ...]) -> tuple[str, IecType]:
         """What a name in an expression stands for, and its type."""
         first, text = parts[0], ".".join(part.text for part in parts)
-        own = self.instance(first.upper)
-        if own is not None and len(parts) > 1:
-            row = self.row(own, parts[1:])
-            return f"{own.name}.{row.name}", row.type
-        if first.upper in self.stands and len(parts) == 1:
-            own, row = self.stands[first.upper]
-            self._only_there(first)
-            return f"{own.name}.{row.name}", row.type
+        item = self.instance(first.upper)
+        if item is not None and len(parts) > 1:
+            row = self.row(item, parts[1:])
+            return f"{item.name}.{row.name}", row.type
+        if first.upper in self.aliases and len(parts) == 1:
+            item, row = self.aliases[first.upper]
+            self._refuse_assigned(first)
+            return f"{item.name}.{row.name}", row.type
         declared = self.variables.get(first.upper)
-        if own is not None or declared is None or len(parts) > 1:
+        if item is not None or declared is None or len(parts) > 1:
             near = nearest(first.upper, [*self.variables])
             hint = f"; did you mean {self.variables[near].name.text}?" if near and near != first.upper else ""
             raise first.error(f"{text} is no variable that the program declares, and no parameter{hint}")
-        self._only_there(first)
+        self._refuse_assigned(first)
         return self._signal(declared)
 
-    def _only_there(self, name: Token) -> None:
-        """A variable that the program writes means something only where it is written."""
+    def _refuse_assigned(self, name: Token) -> None:
+        """Refuses a variable that the program assigns: its value is known only where it is assigned."""
         if name.upper in self.assigned:
             line = self.assigned[name.upper].line
             message = f"{name.text} is assigned in line {line}: wire what it is assigned there"
@@ -212,7 +214,9 @@ class Scope:
 
     def signals(self, *, everything: bool) -> Iterator[Declaration]:
         """Variables that come from outside: those that wires read, or all of a fitting type."""
-        for upper, own in self.variables.items():
-            fits = own.type_name in {"BOOL", "REAL"} and upper not in self.stands and upper not in self.assigned
+        for upper, declaration in self.variables.items():
+            fits = (
+                declaration.type_name in {"BOOL", "REAL"} and upper not in self.aliases and upper not in self.assigned
+            )
             if upper in self.used or (everything and fits):
-                yield own
+                yield declaration

@@ -90,12 +90,12 @@ def content_of(tokens: Sequence[Token], kind: IecType, name: str) -> Content | N
     value = number_of(token) if truth is None else truth
     if isinstance(value, bool) or kind.kind == "bool":
         plain = value if isinstance(value, bool) else {0: False, 1: True}.get(value if isinstance(value, int) else 2)
-        found = read(kind, plain) if not signs else None
+        content = read(kind, plain) if not signs else None
     else:
-        found = read(kind, float(-value if signs.count("-") % 2 else value))
-    if found is None:
+        content = read(kind, float(-value if signs.count("-") % 2 else value))
+    if content is None:
         raise tokens[0].error(f"{name}: {''.join(part.text for part in tokens)} is not a value of {kind.name}")
-    return found
+    return content
 
 
 def _word(tokens: Sequence[Token], kind: IecType, name: str) -> Content | None:
@@ -217,15 +217,15 @@ class Wiring:
             raise word.error(f"{word.text} is a function that cannot be wired; {ALLOWED}")
         op, fewest = FUNCTIONS.get(word.upper, (0, 1))
         self.cursor.expect("(", word.text)
-        whole, given = self.sum(depth + 1), 1
+        whole, count = self.sum(depth + 1), 1
         while self.cursor.here.text == ",":
             self.cursor.take()
             whole = self.sum(depth + 1) and whole
-            given += 1
+            count += 1
             self.emit(op)
         self.cursor.expect(")", "the arguments")
-        if given < fewest or (fewest == 1 and given > 1):
-            raise word.error(f"{word.text} does not take {given} argument{'s' * (given > 1)}")
+        if count < fewest or (fewest == 1 and count > 1):
+            raise word.error(f"{word.text} does not take {count} argument{'s' * (count > 1)}")
         if op in (ABSOLUTE, ROOT):
             self.emit(op)
         return whole and word.upper not in {"SQRT", *TO_REAL}

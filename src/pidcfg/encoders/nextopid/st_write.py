@@ -25,7 +25,7 @@ WIDTH = 110
 DEEPEST = 100
 """Levels of parentheses that the reader takes."""
 BLANKS = re.compile(r"[\x00-\x20\x7f-\x9f\u2028\u2029]+")
-PARTS = re.compile(r"\((?=\*)|\*(?=\))")
+COMMENT_MARKS = re.compile(r"\((?=\*)|\*(?=\))")
 """What would begin or end a comment."""
 
 
@@ -44,7 +44,7 @@ def header(image: Program, checklist: tuple[str, ...]) -> Iterator[str]:
     """The comments above: the checklist for people, and what no parameter holds for the way back."""
     yield "NextoPID: declarations, and calls in the order of execution"
     for item in checklist:
-        yield f"check after the download: {PARTS.sub(lambda found: f'{found.group()} ', BLANKS.sub(' ', item))}"
+        yield f"check after the download: {COMMENT_MARKS.sub(lambda sign: f'{sign.group()} ', BLANKS.sub(' ', item))}"
     yield f"plc: {_json(image.plc)}"
     for entry in image.settings:
         yield f"loop: {_json(entry)}"
@@ -53,10 +53,8 @@ def header(image: Program, checklist: tuple[str, ...]) -> Iterator[str]:
 def _json(entry: Mapping[str, object]) -> str:
     """JSON in which no comment ends or begins; such signs can stand in texts only, where there is another way."""
     text = json.dumps(dict(entry), ensure_ascii=False)
-    safe = PARTS.sub(lambda found: f"\\u{ord(found.group()):04x}", text)
-    return re.sub(
-        r"[\x7f-\x9f\u2028\u2029\ud800-\udfff\ufffe\uffff]", lambda found: f"\\u{ord(found.group()):04x}", safe
-    )
+    safe = COMMENT_MARKS.sub(lambda sign: f"\\u{ord(sign.group()):04x}", text)
+    return re.sub(r"[\x7f-\x9f\u2028\u2029\ud800-\udfff\ufffe\uffff]", lambda sign: f"\\u{ord(sign.group()):04x}", safe)
 
 
 def literal(kind: IecType, content: Content) -> str:
@@ -83,12 +81,12 @@ def declaration(variable: Variable) -> list[str]:
 
 def members(initial: Mapping[str, tuple[IecType, Content]]) -> list[str]:
     """Initial values of an instance; those of a structure together."""
-    found: dict[str, list[str]] = {}
+    texts: dict[str, list[str]] = {}
     for name, (kind, content) in initial.items():
         first, _, rest = name.partition(".")
-        found.setdefault(first, []).append(f"{rest} := {literal(kind, content)}" if rest else literal(kind, content))
+        texts.setdefault(first, []).append(f"{rest} := {literal(kind, content)}" if rest else literal(kind, content))
     inside = {row.partition(".")[0] for row in initial if "." in row}
-    return [f"{name} := ({', '.join(of)})" if name in inside else f"{name} := {of[0]}" for name, of in found.items()]
+    return [f"{name} := ({', '.join(of)})" if name in inside else f"{name} := {of[0]}" for name, of in texts.items()]
 
 
 def wrapped(start: str, parts: list[str], end: str) -> list[str]:
@@ -120,31 +118,31 @@ def statements(unit: Unit) -> Iterator[str]:
 
 def call(unit: Unit, i: int) -> Iterator[str]:
     """The call of a block: every wired parameter, of a function all that is given, and its outputs."""
-    own = unit.layout.instances[i]
+    block = unit.layout.instances[i]
     arguments = []
-    for offset, row in enumerate(own.kind.table.rows):
-        name = unit.names[own.base + offset]
+    for offset, row in enumerate(block.kind.table.rows):
+        name = unit.names[block.base + offset]
         if row.access == "output":
-            arguments += [f"{row.name} => {name}"] if own.kind.function else []
+            arguments += [f"{row.name} => {name}"] if block.kind.function else []
             continue
-        text = argument(unit, i, own, row)
-        if text is not None and own.kind.function and own.base + offset in unit.read:
+        text = argument(unit, i, block, row)
+        if text is not None and block.kind.function and block.base + offset in unit.read:
             if (i, row.name) in unit.wires:
                 yield f"{name} := {text};"
             text = name
         arguments += [] if text is None else [f"{row.name} := {text}"]
     arguments.sort(key=lambda text: " => " in text.partition("(")[0])
-    name = own.kind.name if own.kind.function else own.name
+    name = block.kind.name if block.kind.function else block.name
     yield from wrapped(f"{name}(", arguments, ");")
 
 
-def argument(unit: Unit, i: int, own: Instance, row: Parameter) -> str | None:
+def argument(unit: Unit, i: int, block: Instance, row: Parameter) -> str | None:
     """What stands behind ``:=`` in a call, if anything."""
     wire = unit.wires.get((i, row.name))
     if wire is not None:
-        return wired(unit, row.type, wire, f"{own.name}.{row.name}")
-    cell = unit.cells.get(f"{own.name}.{row.name}")
-    if not own.kind.function or cell is None or isinstance(cell.raw, Wire):
+        return wired(unit, row.type, wire, f"{block.name}.{row.name}")
+    cell = unit.cells.get(f"{block.name}.{row.name}")
+    if not block.kind.function or cell is None or isinstance(cell.raw, Wire):
         return None
     return literal(row.type, cell.raw)
 

@@ -67,33 +67,33 @@ class Layout:
     @classmethod
     def of(cls, signals: Mapping[str, IecType], blocks: Iterable[tuple[str, BlockType]]) -> Layout:
         """With the blocks one after the other."""
-        base, found = len(signals), []
+        base, instances = len(signals), []
         for name, kind in blocks:
-            found.append(Instance(name, kind, base))
+            instances.append(Instance(name, kind, base))
             base += len(kind.table.rows)
-        return cls(signals, tuple(found))
+        return cls(signals, tuple(instances))
 
     @cached_property
     def types(self) -> dict[str, IecType]:
         """The type of every name."""
         return {
             **self.signals,
-            **{f"{own.name}.{row.name}": row.type for own in self.instances for row in own.kind.table.rows},
+            **{f"{block.name}.{row.name}": row.type for block in self.instances for row in block.kind.table.rows},
         }
 
     @cached_property
     def numbers(self) -> dict[str, int]:
         """The number of every name. Of two blocks with one name the first counts; a rule reports it."""
-        found = {name: i for i, name in enumerate(self.signals)}
-        for own in self.instances:
-            for i, row in enumerate(own.kind.table.rows):
-                found.setdefault(f"{own.name}.{row.name}", own.base + i)
-        return found
+        numbers = {name: i for i, name in enumerate(self.signals)}
+        for block in self.instances:
+            for i, row in enumerate(block.kind.table.rows):
+                numbers.setdefault(f"{block.name}.{row.name}", block.base + i)
+        return numbers
 
     @property
     def size(self) -> int:
         """How many values there are."""
-        return len(self.signals) + sum(len(own.kind.table.rows) for own in self.instances)
+        return len(self.signals) + sum(len(block.kind.table.rows) for block in self.instances)
 
     def owner(self, number: int) -> int | None:
         """The block that a number belongs to; None: it is a signal."""
@@ -103,7 +103,7 @@ class Layout:
 
     @cached_property
     def _bases(self) -> tuple[int, ...]:
-        return tuple(own.base for own in self.instances)
+        return tuple(block.base for block in self.instances)
 
     @cached_property
     def _names(self) -> dict[int, str]:
@@ -118,8 +118,8 @@ class Layout:
         owner = self.owner(number)
         if owner is None:
             return False
-        own = self.instances[owner]
-        return own.kind.table.rows[number - own.base].access == "input"
+        block = self.instances[owner]
+        return block.kind.table.rows[number - block.base].access == "input"
 
     def read(self, kind: IecType, text: str) -> Expression:
         """What a wire to a parameter of this type means; raises `ExpressionError` at its character."""
@@ -131,10 +131,10 @@ class Layout:
             raise ExpressionError(f"{fault}: {text!r} has no value", 0, "correct the numbers")
         names = [self._names[number] for number in expression.signals]
         wrong = {name for name in names if self.types[name].kind not in {"real", "whole"}}
-        for found in NAMED.finditer(text):
-            if found.group() in wrong:
-                message = f"{found.group()} is {self.types[found.group()].name}; numbers are wanted"
-                raise ExpressionError(message, found.start(), "wire a REAL or an INT")
+        for match in NAMED.finditer(text):
+            if match.group() in wrong:
+                message = f"{match.group()} is {self.types[match.group()].name}; numbers are wanted"
+                raise ExpressionError(message, match.start(), "wire a REAL or an INT")
         return expression
 
     def _read_bool(self, text: str) -> Expression:
@@ -152,13 +152,13 @@ class Layout:
     def waits(self, wires: Wires) -> list[set[int]]:
         """For each block those whose values it reads: outputs, and inputs that are wired."""
         wired = {self.instances[i].base + self._offset(i, row) for i, row in wires}
-        found: list[set[int]] = [set() for _ in self.instances]
+        owners: list[set[int]] = [set() for _ in self.instances]
         for (i, _), expression in wires.items():
             for number in expression.signals:
                 owner = self.owner(number)
                 if owner is not None and (number in wired or not self.is_input(number)):
-                    found[i].add(owner)
-        return found
+                    owners[i].add(owner)
+        return owners
 
     def _offset(self, instance: int, row: str) -> int:
         rows = self.instances[instance].kind.table.rows
@@ -166,7 +166,7 @@ class Layout:
 
     def order(self, wires: Wires) -> list[int]:
         """The numbers of the blocks in the order in which they are executed."""
-        waits = [found - {i} for i, found in enumerate(self.waits(wires))]
+        waits = [owners - {i} for i, owners in enumerate(self.waits(wires))]
         done: dict[int, None] = {}
         left = list(range(len(self.instances)))
         while left:
@@ -195,11 +195,11 @@ class Layout:
 
 def reach(start: int, waits: Sequence[set[int]], among: set[int]) -> set[int]:
     """Everything that a block waits for, however indirectly, among some blocks."""
-    found: set[int] = set()
+    reached: set[int] = set()
     waiting = list(waits[start] & among)
     while waiting:
         i = waiting.pop()
-        if i not in found:
-            found.add(i)
+        if i not in reached:
+            reached.add(i)
             waiting += waits[i] & among
-    return found
+    return reached

@@ -11,8 +11,8 @@ from collections.abc import Callable, Mapping
 from pidcfg.encoders.maps.ezlogix import R_BLOCK, S_BLOCK
 from pidcfg.encoders.regmap import Bits, Word, encode_one
 from pidcfg.encoders.scales import Position, Scale
-from pidcfg.schemas.base import parse_integer, parse_number, parse_quantity, parse_seconds
-from pidcfg.schemas.ezlogix import LIMITS, parse_off_seconds
+from pidcfg.schemas.base import parse_integer, parse_number, parse_off_seconds, parse_quantity, parse_seconds
+from pidcfg.schemas.ezlogix import LIMITS
 from pidcfg.sim.settings import Keys, Row, rows_of
 
 CV = Word(-1, "cv", "output.value", Position("output"), "output", "Control Variable", "-", LIMITS)
