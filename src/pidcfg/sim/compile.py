@@ -79,14 +79,14 @@ def with_native(replaced: Mapping[Kernel, Kernel] | None) -> dict[Kernel, Kernel
 
 def reachable(functions: Iterable[Kernel], replaced: Mapping[Kernel, Kernel]) -> list[Kernel]:
     """The functions and everything that they call, in a fixed order."""
-    found: dict[Kernel, None] = {}
+    kernels: dict[Kernel, None] = {}
     waiting = list(functions)
     while waiting:
         f = waiting.pop()
-        if f not in found:
-            found[f] = None
+        if f not in kernels:
+            kernels[f] = None
             waiting += [replaced.get(callee, callee) for _, callee in callees(f)]
-    return list(found)
+    return list(kernels)
 
 
 def rebuilt(f: Kernel) -> FunctionType:

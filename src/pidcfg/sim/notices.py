@@ -32,8 +32,8 @@ def tell(s: LoopState, reason: int, requested: int = 0) -> None:
 
 def notices(notice: int) -> list[tuple[int, int]]:
     """A notice number as requested mode bits and reasons, in the order in which they were left."""
-    found: list[tuple[int, int]] = []
+    pairs: list[tuple[int, int]] = []
     while notice:
         notice, digit = divmod(notice, NOTICES)
-        found.insert(0, divmod(digit, 1 << REASON_BITS))
-    return found
+        pairs.insert(0, divmod(digit, 1 << REASON_BITS))
+    return pairs

@@ -10,7 +10,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from pidcfg.sim.records import Heard
+    from pidcfg.sim.records import CurveState
 
 POINTS = 512
 """Floats of a curve in `aux`."""
@@ -24,10 +24,10 @@ PATIENCE = 600.0
 """Seconds, or `PATIENT` samples if those are longer, until a PV that does not move at all is given up."""
 PATIENT = 256
 GOES_ON, ANSWERED, TOO_SMALL, NO_ANSWER = 0, 1, 2, 3
-"""What `judged` finds."""
+"""What `judge_response` finds."""
 
 
-def begin_curve(s: Heard) -> None:
+def begin_curve(s: CurveState) -> None:
     """The step is being made: nothing has been recorded (kernel)."""
     s.tune_count = 0
     s.tune_points = 0
@@ -35,7 +35,7 @@ def begin_curve(s: Heard) -> None:
     s.tune_sum = 0.0
 
 
-def record(s: Heard, first: int, aux: list[float], rise: float) -> bool:
+def record(s: CurveState, first: int, aux: list[float], rise: float) -> bool:
     """Keep one more sample of the response; True when it completes a point (kernel)."""
     s.tune_count += 1
     s.tune_sum += rise
@@ -62,7 +62,7 @@ def mean(aux: list[float], first: int, count: int) -> float:
     return total / count
 
 
-def crossing(s: Heard, first: int, aux: list[float], level: float) -> int:
+def crossing(s: CurveState, first: int, aux: list[float], level: float) -> int:
     """The first point at or above a level (kernel)."""
     for j in range(s.tune_points):
         if aux[first + j] >= level:
@@ -70,7 +70,7 @@ def crossing(s: Heard, first: int, aux: list[float], level: float) -> int:
     return s.tune_points - 1
 
 
-def steepest_line(s: Heard, first: int, aux: list[float], change: float) -> tuple[float, float]:
+def steepest_line(s: CurveState, first: int, aux: list[float], change: float) -> tuple[float, float]:
     """Rise a point of the steepest line, 0 when there is none, and the dead time in samples, at least 1 (kernel)."""
     need = max(0.1 * change, min(12.0 * s.tune_noise, 0.2 * change))
     width = crossing(s, first, aux, 2.0 * need) - crossing(s, first, aux, need)
@@ -93,8 +93,8 @@ def steepest_line(s: Heard, first: int, aux: list[float], change: float) -> tupl
     return steepest, max(dead, 1.0)
 
 
-def judged(
-    s: Heard, first: int, aux: list[float], span: float, count: float, rest: float, seconds: float, last_step: int
+def judge_response(
+    s: CurveState, first: int, aux: list[float], span: float, count: float, rest: float, seconds: float, last_step: int
 ) -> tuple[int, float]:
     """What a response amounts to at one of its points, and its change so far (kernel).
 
@@ -105,10 +105,10 @@ def judged(
     few = max(1, n // 12)
     last = first + n
     change = mean(aux, last - few, few)
-    audible = max(4.0 * count, 6.0 * s.tune_noise)
-    if change >= ENOUGH * span and change >= audible:
+    detectable = max(4.0 * count, 6.0 * s.tune_noise)
+    if change >= ENOUGH * span and change >= detectable:
         return ANSWERED, change
-    if change > audible and n >= 24:
+    if change > detectable and n >= 24:
         moved = change - mean(aux, last - n // 3, few)
         if moved <= max(SMALL * change, s.tune_noise, rest):
             if last_step or change >= SMALL * span:

@@ -36,8 +36,8 @@ def register(name: str, default: Number, *, equals: Any = None, enabled: str | N
     It keeps its ``default`` where the register has no value or another one, ``enabled``, is off. With ``equals`` it is
     1 where the register has that value, else 0.
     """
-    made: Number = field(default=default, metadata={"name": name, "equals": equals, "enabled": enabled})
-    return made
+    value: Number = field(default=default, metadata={"name": name, "equals": equals, "enabled": enabled})
+    return value
 
 
 def registers(record: Any) -> Iterator[Register]:
@@ -114,7 +114,7 @@ class LoopState:
 
 
 @dataclass(slots=True)
-class Heard(LoopState):
+class CurveState(LoopState):
     """A loop that looks at the noise of its PV and records a reaction curve."""
 
     tune_phase: int = 0
@@ -136,7 +136,7 @@ class Heard(LoopState):
 
 
 @dataclass(slots=True)
-class Tuned(Heard):
+class RelayState(CurveState):
     """A loop that a relay can make swing."""
 
     tune_done: int = 0
@@ -155,7 +155,7 @@ class Tuned(Heard):
 
 
 @dataclass(slots=True)
-class Asked(Tuned):
+class RequestState(RelayState):
     """A loop whose mode is asked for: by requests, and until it is granted by its goal."""
 
     request: int = 0

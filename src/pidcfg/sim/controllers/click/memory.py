@@ -45,7 +45,7 @@ class Memory(Plc):
 
     def __init__(self, image: Image) -> None:
         words = image.words
-        self._loops = [loop_of(words, i, own) for i, own in enumerate(image.settings)]
+        self._loops = [loop_of(words, i, entry) for i, entry in enumerate(image.settings)]
         self.loops = [loop.name for loop in self._loops]
         self.goals = [loop.goal for loop in self._loops]
         self.place_loops(Config, State, SIGNALS, POINTS)
@@ -70,15 +70,15 @@ class Memory(Plc):
 
     def _begin(self, i: int) -> None:
         """What a loop starts with: the controller's registers, its goal, and its places in the shared vectors."""
-        own, c, s = self._loops[i], self.cfg[i], self.st[i]
+        loop, c, s = self._loops[i], self.cfg[i], self.st[i]
         c.tune_buffer = i * POINTS
-        c.pwm = int(own.pwm)
-        if not own.pwm:
+        c.pwm = int(loop.pwm)
+        if not loop.pwm:
             self.signals[c.sig_pwm] = ""
         self._apply(i)
         c.period = s.period
-        s.goal = 0 if own.goal == "manual" else MODES[own.goal]
-        s.goal_sp, s.goal_writes = s.sp, int(own.has_setpoint)
+        s.goal = 0 if loop.goal == "manual" else MODES[loop.goal]
+        s.goal_sp, s.goal_writes = s.sp, int(loop.has_setpoint)
         s.busy |= bits.GOAL if s.goal else 0
         self._show(i, self.sig)
 

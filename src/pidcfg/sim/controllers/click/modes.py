@@ -88,7 +88,7 @@ def no_tune(c: Config, s: State) -> int:
     return 0 if tunable(c) else REFUSED_TUNE_RANGE
 
 
-def ask(c: Config, s: State, wanted: int) -> int:
+def request_mode(c: Config, s: State, wanted: int) -> int:
     """Request a mode: it is entered, or the reason of the refusal is returned."""
     s.requested = wanted
     now = s.status & MODES
@@ -133,7 +133,7 @@ def pursue(c: Config, s: State) -> None:
         s.busy &= ~GOAL
         s.goal = 0
         return
-    reason = ask(c, s, s.goal)
+    reason = request_mode(c, s, s.goal)
     if reason and (s.refused >> s.error) & 1 == 0:
         s.refused |= 1 << s.error
         tell(s, reason)
@@ -145,7 +145,7 @@ def modes(c: Config, s: State) -> None:
         s.busy &= ~(REQUEST | GOAL)
         s.goal = 0
         for bit in (s.request & (MANUAL | AUTO), s.request & TUNING):
-            reason = ask(c, s, bit) if bit else 0
+            reason = request_mode(c, s, bit) if bit else 0
             if reason:
                 tell(s, reason)
         s.request = 0

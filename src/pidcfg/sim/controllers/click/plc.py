@@ -106,14 +106,14 @@ class Click(Memory):
 
     def tuned(self, loop: int) -> Mapping[str, Any] | None:
         """How the autotune of a loop went; None when there was none."""
-        own, s = self._loops[loop], self.st[loop]
+        registers, s = self._loops[loop], self.st[loop]
         error = bool(s.status & bits.TUNE_ERROR)
         if not (s.tune_done or s.status & bits.TUNING or error):
             return None
         done = s.tune_done == click_tune_results.DONE
         status = "running" if s.status & bits.TUNING else "error" if error else STATUS[s.tune_done]
-        own.absorb(s)
-        n = own.numbers()
+        registers.absorb(s)
+        n = registers.numbers()
         results = {name: n[name] / 1000 if name == "sample_rate" else n[name] for name in self.tuned_names}
         return {"done": done, "error": error, "status": status, "results": results if done else {}}
 
@@ -134,13 +134,13 @@ class Click(Memory):
 
     def set(self, loop: int, path: tuple[str, ...], value: Any, sig: MutableSequence[float]) -> str | None:
         """Write a value to its registers; returns why it has no effect, if so (D127)."""
-        own, s = self._loops[loop], self.st[loop]
+        registers, s = self._loops[loop], self.st[loop]
         written = settings_of(path, value, self._sample_rate(loop))
         if written[0][0].name == "output" and s.status & bits.MANUAL == 0:
             return "is not written: the output is read-only unless the loop is in Manual"
-        own.absorb(s)
+        registers.absorb(s)
         for row, raw in written:
-            own.words[row.name] = raw
+            registers.words[row.name] = raw
             if row.name == "setpoint":
                 s.goal_sp, s.goal_writes = float_of(raw), 1
         self._apply(loop)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from pidcfg.sim.records import Asked, LoopConfig, register
+from pidcfg.sim.records import LoopConfig, RequestState, register
 
 UNBOUNDED = 1e39
 """A limit that nothing reaches: beyond single precision."""
@@ -91,7 +91,7 @@ class Config(LoopConfig):
 
 
 @dataclass(slots=True)
-class State(Asked):
+class State(RequestState):
     """One loop's registers and memory that the controller writes."""
 
     # registers

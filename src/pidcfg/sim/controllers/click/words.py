@@ -69,14 +69,19 @@ def number_of(prefix: str, raw: int) -> float:
     return float_of(raw) if kind is SINGLE else kind.show(raw)
 
 
-def loop_of(words: Mapping[int, int], index: int, own: Mapping[str, Any]) -> Loop:
+def loop_of(words: Mapping[int, int], index: int, entry: Mapping[str, Any]) -> Loop:
     """A loop from the PLC's memory and its entry in the image's settings; what nobody has written is 0."""
-    starts = {key: BANKS[key].parse(own[key]) for key in BLOCKS}
-    found = {row.name: words.get(SPACE.number(prefix, starts[key] + row.offset), 0) for key, prefix, row in ROWS}
-    output = own.get("output") or {}
-    name = str(own.get("loop", default_name(index)))
+    starts = {key: BANKS[key].parse(entry[key]) for key in BLOCKS}
+    contents = {row.name: words.get(SPACE.number(prefix, starts[key] + row.offset), 0) for key, prefix, row in ROWS}
+    output = entry.get("output") or {}
+    name = str(entry.get("loop", default_name(index)))
     return Loop(
-        name, own.get("mode", "manual"), own.get("setpoint") is not False, output.get("pwm") is not None, starts, found
+        name,
+        entry.get("mode", "manual"),
+        entry.get("setpoint") is not False,
+        output.get("pwm") is not None,
+        starts,
+        contents,
     )
 
 

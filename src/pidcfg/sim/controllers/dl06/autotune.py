@@ -20,7 +20,7 @@ from pidcfg.sim.controllers.dl06.tune_results import (
     WANTED,
     end_tune,
 )
-from pidcfg.sim.tuning_rules import begin_listening, listen
+from pidcfg.sim.tuning_rules import begin_noise, measure_noise
 
 DISTANCE = 205.0 / 4095.0
 """How far the PV must be away from the set point for the open loop, on the side that a rising output moves it from."""
@@ -40,12 +40,12 @@ def want(c: Config, s: State, p: float, sp: float) -> None:
     else:
         s.status |= TUNING
         s.tune_phase = OBSERVE
-        begin_listening(s)
+        begin_noise(s)
 
 
 def observe(c: Config, s: State, p: float) -> None:
     """Estimate the noise from second differences, and the PV at rest from the mean (D58)."""
-    if not listen(s, p):
+    if not measure_noise(s, p):
         return
     s.tune_out = s.out
     s.tune_step = 0.0

@@ -99,22 +99,22 @@ class Loop:
         if self.absorbed or not s.tune_done:
             return
         self.absorbed = True
-        found = tuned_words(c, s)
-        self.results = {name: float(value) for name, value in found.items()}
-        for name, value in found.items():
+        results = tuned_words(c, s)
+        self.results = {name: float(value) for name, value in results.items()}
+        for name, value in results.items():
             word = LOOP_TABLES[self.decimals].word(name)
             self.memory[word.offset] = self.read[word.offset] = encode_one(word.codec, value, {})
         self.decode()
 
 
-def loop_of(words: Mapping[int, int], start: int, own: Mapping[str, Any], decimals: int) -> tuple[Loop, list[str]]:
+def loop_of(words: Mapping[int, int], start: int, entry: Mapping[str, Any], decimals: int) -> tuple[Loop, list[str]]:
     """A loop from the memory at ``start`` and its entry in the image's settings; complaints about its words."""
     memory = [words.get(start + k, 0) for k in range(LOOP_TABLE.size)]
     values, problems = decode_loop(memory, decimals)
-    pv, out = own.get("pv") or {}, own.get("output") or {}
-    goal = intended_mode(memory[LOOP_TABLE.offset("mode_and_alarm_status")], own.get("mode", "manual"))
-    loop = Loop(own["loop"], goal, ends(pv), ends(out), decimals, memory, memory[:], values)
-    loop.has_setpoint = own.get("setpoint") is not False
+    pv, out = entry.get("pv") or {}, entry.get("output") or {}
+    goal = intended_mode(memory[LOOP_TABLE.offset("mode_and_alarm_status")], entry.get("mode", "manual"))
+    loop = Loop(entry["loop"], goal, ends(pv), ends(out), decimals, memory, memory[:], values)
+    loop.has_setpoint = entry.get("setpoint") is not False
     return loop, [f"{loop.name}: {problem}" for problem in problems]
 
 

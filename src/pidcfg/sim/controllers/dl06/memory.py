@@ -77,10 +77,10 @@ class Memory(CountsPlc):
         return check_setup(self._words.get(TABLE_POINTER, 0), self._words.get(LOOP_COUNT, 0))
 
     def _loop(self, i: int, image: Image) -> Loop:
-        own = {"loop": default_name(i), **(image.settings[i] if i < len(image.settings) else {})}
+        entry = {"loop": default_name(i), **(image.settings[i] if i < len(image.settings) else {})}
         decimals = int(image.plc.get("reset_decimals", 1))
         start = self._words.get(TABLE_POINTER, 0) + i * LOOP_TABLE.size
-        loop, problems = loop_of(self._words, start, own, decimals)
+        loop, problems = loop_of(self._words, start, entry, decimals)
         self.problems += problems
         return loop
 
@@ -105,19 +105,19 @@ class Memory(CountsPlc):
 
     def _apply(self, i: int) -> None:
         """Make the words that the controller has read its configuration."""
-        own, c, s = self._loops[i], self.cfg[i], self.st[i]
-        v = own.values
+        words, c, s = self._loops[i], self.cfg[i], self.st[i]
+        v = words.values
         form = c.velocity
-        configure(c, v, own.decimals, self._setup.count)
+        configure(c, v, words.decimals, self._setup.count)
         s.busy |= bits.FRESH if c.velocity != form else 0
         c.halt = int(c.halt or not self._setup.running or i >= self._setup.count)
         c.slow = int(self._options.scan_time > 0 and c.period > SLOW)
         self._follow_pointer(i)
-        c.pv_low, c.pv_width = eng(own.pv_range, c.pv_min, c.pv_span)
-        c.out_low, c.out_width = eng(own.out_range, c.out_min, c.out_span)
+        c.pv_low, c.pv_width = eng(words.pv_range, c.pv_min, c.pv_span)
+        c.out_low, c.out_width = eng(words.out_range, c.out_min, c.out_span)
         table = [self._words.get(v["ramp_soak.table"] + k, 0) for k in range(RAMP_SOAK_SIZE)]
         self.aux[c.rs_table : c.rs_table + RAMP_SOAK_SIZE] = profile(table, v)
-        tuning(c, s, v, own.decimals)
+        tuning(c, s, v, words.decimals)
         coefficients(c, s)
         s.quiet_low, s.quiet_high = bits.UNBOUNDED, -bits.UNBOUNDED
         s.status &= ~bits.ALARM_ERROR
@@ -135,11 +135,11 @@ class Memory(CountsPlc):
 
     def _start_tune(self, i: int) -> None:
         """Bit 7 of +01 goes on."""
-        own, s = self._loops[i], self.st[i]
+        words, s = self._loops[i], self.st[i]
         s.requested = 0
         if self._calculated(i):
-            own.absorb(self.cfg[i], s)
-            own.absorbed = False
+            words.absorb(self.cfg[i], s)
+            words.absorbed = False
             s.tune_done = 0
             s.tune_phase = WANTED
             s.busy |= bits.TUNE

@@ -132,7 +132,7 @@ def refusal(i: int, wanted: int, cfg: list[Config], st: list[State]) -> int:
     return 0
 
 
-def ask(i: int, wanted: int, cfg: list[Config], st: list[State]) -> int:
+def request_mode(i: int, wanted: int, cfg: list[Config], st: list[State]) -> int:
     """Request a mode: it is entered, or the reason of the refusal is returned."""
     s = st[i]
     s.requested = wanted
@@ -167,7 +167,7 @@ def pursue(i: int, cfg: list[Config], st: list[State]) -> None:
     wanted = s.goal if now == AUTO else AUTO
     if now == MANUAL and waits(i, cfg, st):
         return
-    reason = ask(i, wanted, cfg, st)
+    reason = request_mode(i, wanted, cfg, st)
     if reason and (s.refused >> reason) & 1 == 0:
         s.refused |= 1 << reason
         tell(s, reason)
@@ -207,7 +207,7 @@ def modes(i: int, cfg: list[Config], st: list[State]) -> None:
     if s.busy & REQUEST:
         s.busy &= ~(REQUEST | GOAL)
         s.goal = 0
-        reason = ask(i, s.request, cfg, st)
+        reason = request_mode(i, s.request, cfg, st)
         s.request = 0
         if reason:
             tell(s, reason)

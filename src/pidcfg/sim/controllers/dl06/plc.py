@@ -149,13 +149,13 @@ class Dl06(Memory):
 
     def tuned(self, loop: int) -> Mapping[str, Any] | None:
         """How the auto-tune of a loop went; None when there was none."""
-        own, s = self._loops[loop], self.st[loop]
-        own.absorb(self.cfg[loop], s)
+        words, s = self._loops[loop], self.st[loop]
+        words.absorb(self.cfg[loop], s)
         error = bool(s.status & bits.TUNE_ERROR)
         if not (s.tune_done or s.tune_phase or error):
             return None
         status = "running" if s.tune_phase else "done" if s.tune_done else "error"
-        results = own.results if s.tune_done else {}
+        results = words.results if s.tune_done else {}
         return {"done": bool(s.tune_done), "error": error, "status": status, "results": results}
 
     def set_output(self, loop: int, value: Quantity, sig: MutableSequence[float]) -> None:
@@ -164,12 +164,12 @@ class Dl06(Memory):
 
     def check_set(self, loop: int, path: tuple[str, ...], value: object) -> object:
         """The value of a ``set`` event as its registers take it; a ``PydanticCustomError`` says what is wrong."""
-        own = self._loops[loop]
-        rows = find_rows(path, own.decimals)
+        words = self._loops[loop]
+        rows = find_rows(path, words.decimals)
         parsed = parse_setting(path, rows, value)
         if path == (CASCADE_FROM,):
             return self._output_address(str(parsed))
-        fits(rows, parsed, own.values, own.scales())
+        fits(rows, parsed, words.values, words.scales())
         return parsed
 
     def period_set(self, loop: int, path: tuple[str, ...], value: Any) -> int:
@@ -181,15 +181,15 @@ class Dl06(Memory):
 
     def set(self, loop: int, path: tuple[str, ...], value: Any, sig: MutableSequence[float]) -> str | None:
         """Write a value to its registers; returns why it has no effect yet, if so."""
-        own = self._loops[loop]
-        own.absorb(self.cfg[loop], self.st[loop])
-        rows = find_rows(path, own.decimals)
+        words = self._loops[loop]
+        words.absorb(self.cfg[loop], self.st[loop])
+        rows = find_rows(path, words.decimals)
         late = []
         for row, item in zip(rows, value if len(rows) > 1 else [value], strict=True):
-            reason = own.write(row, item)
+            reason = words.write(row, item)
             if reason is None:
                 self._apply(loop)
-                write_state(self.st[loop], own.values, str(row.path))
+                write_state(self.st[loop], words.values, str(row.path))
             else:
                 late.append(reason)
         self._show(loop, sig)

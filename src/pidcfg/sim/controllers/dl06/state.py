@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from pidcfg.sim.records import Asked, LoopConfig, register
+from pidcfg.sim.records import LoopConfig, RequestState, register
 
 UNBOUNDED = 1e18
 """A limit that nothing reaches."""
@@ -148,7 +148,7 @@ class Config(LoopConfig):
 
 
 @dataclass(slots=True)
-class State(Asked):
+class State(RequestState):
     """One loop's words and memory that the controller writes."""
 
     period: int = 50_000

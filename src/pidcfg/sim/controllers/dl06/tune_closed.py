@@ -10,7 +10,7 @@ from pidcfg.sim.controllers.dl06.modes import tell
 from pidcfg.sim.controllers.dl06.state import FRESH, RELAY, TUNE_ERROR, Config, State
 from pidcfg.sim.controllers.dl06.tune_results import SWITCHING, TUNE_AT_LIMITS, TUNE_NO_RESPONSE, end_tune, store
 from pidcfg.sim.plc import TICKS
-from pidcfg.sim.tuning_rules import LAST_TURN, begin_cycle, cycle_gains, switched
+from pidcfg.sim.tuning_rules import LAST_TURN, begin_cycle, cycle_gains, relay_switch
 
 PI = 3.141592653589793
 RELAY_PATIENCE = 3600.0
@@ -31,7 +31,7 @@ def begin_relay(c: Config, s: State) -> None:
         tell(s, TUNE_AT_LIMITS)
 
 
-def give_back(s: State) -> None:
+def restore_bias(s: State) -> None:
     """The controller goes on from the bias it had before."""
     s.bias = s.tune_out
     s.m = s.tune_out
@@ -42,18 +42,18 @@ def switching(c: Config, s: State, p: float, sp: float) -> None:
     """One sample of the relay (D60); noise widens band and swing by three deviations. Gains: D61."""
     seconds = s.period / TICKS
     band = 3.0 * s.tune_noise if s.tune_noise > 1.0 else 0.0
-    side = switched(s, p, sp - p, band)
+    side = relay_switch(s, p, sp - p, band)
     if side != 0:
         up = side > 0 if c.reverse == 0 else side < 0
         s.out = c.m_high if up else c.m_low
     quiet = s.tune_count - s.tune_points
     if s.tune_turns == LAST_TURN:
-        give_back(s)
+        restore_bias(s)
         swing = s.tune_swing / 2.0 - band
         period = (s.tune_count - s.tune_start) / 2.0 * seconds
         ultimate = 4.0 * (c.m_high - c.m_low) / c.out_span / (PI * max(swing, 1.0) / c.span)
         gain, reset, derivative, sample = cycle_gains(c.tune_pi, ultimate, period)
         store(c, s, gain, reset, derivative, sample)
     elif quiet > RELAY_PATIENT and quiet * seconds > RELAY_PATIENCE:
-        give_back(s)
+        restore_bias(s)
         end_tune(s, TUNE_NO_RESPONSE)

@@ -16,7 +16,16 @@ from pidcfg.sim.controllers.dl06.tune_results import (
     store,
 )
 from pidcfg.sim.plc import TICKS
-from pidcfg.sim.reaction_curve import ANSWERED, NO_ANSWER, STEP, TOO_SMALL, begin_curve, judged, record, steepest_line
+from pidcfg.sim.reaction_curve import (
+    ANSWERED,
+    NO_ANSWER,
+    STEP,
+    TOO_SMALL,
+    begin_curve,
+    judge_response,
+    record,
+    steepest_line,
+)
 from pidcfg.sim.reaction_curve import POINTS as CURVE
 from pidcfg.sim.terms import NEAREST
 from pidcfg.sim.tuning_rules import curve_gains
@@ -61,14 +70,14 @@ def respond(c: Config, s: State, aux: list[float], p: float) -> None:
     if not record(s, c.tune_buffer, aux, rise):
         return
     second = int(s.tune_step > STEP)
-    found, change = judged(s, c.tune_buffer, aux, c.span, c.span / c.pv_span, 1.0, s.period / TICKS, second)
-    if found == ANSWERED:
+    verdict, change = judge_response(s, c.tune_buffer, aux, c.span, c.span / c.pv_span, 1.0, s.period / TICKS, second)
+    if verdict == ANSWERED:
         measure(c, s, aux, change)
-    elif found == TOO_SMALL:
+    elif verdict == TOO_SMALL:
         s.tune_base += -change if c.reverse else change
         step_output(c, s)
-    elif found == NO_ANSWER and second:
+    elif verdict == NO_ANSWER and second:
         s.out = s.tune_out
         end_tune(s, TUNE_NO_RESPONSE)
-    elif found == NO_ANSWER:
+    elif verdict == NO_ANSWER:
         step_output(c, s)

@@ -132,10 +132,10 @@ def profile(words: Sequence[int], v: Values) -> list[float]:
     return table
 
 
-def major_of(pointer: int, start: int, loops: int, own: int) -> int:
+def major_of(pointer: int, start: int, loops: int, minor: int) -> int:
     """The loop of the table at ``start`` whose output word the remote set point pointer names; -1: none."""
     index, offset = divmod(pointer - start, LOOP_TABLE.size)
-    named = offset == LOOP_TABLE.offset("output") and 0 <= index < loops and index != own
+    named = offset == LOOP_TABLE.offset("output") and 0 <= index < loops and index != minor
     return index if named else -1
 
 

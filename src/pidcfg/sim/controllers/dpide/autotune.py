@@ -15,13 +15,13 @@ from pidcfg.sim.controllers.dpide.state import AUTO, FRESH, MANUAL, MODES, TUNE_
 from pidcfg.sim.notices import noticed
 from pidcfg.sim.plc import TICKS
 from pidcfg.sim.terms import clamp, single
-from pidcfg.sim.tuning_rules import FIRST_TURN, LAST_TURN, begin_cycle, begin_listening, listen, switched
+from pidcfg.sim.tuning_rules import FIRST_TURN, LAST_TURN, begin_cycle, begin_noise, measure_noise, relay_switch
 from pidcfg.tuning.rules import TYREUS_LUYBEN
 
 if TYPE_CHECKING:
     from pidcfg.sim.controllers.dpide.state import Config, State
 
-LISTENING, SWITCHING = 1, 2
+OBSERVING, SWITCHING = 1, 2
 """`State.tune_phase`."""
 NOTHING, DONE, FAILED, CANCELLED = 0, 1, 2, 3
 """`State.tune_done`."""
@@ -68,9 +68,9 @@ def start_tune(c: Config, s: State) -> None:
     """MV stands still while PV is listened to."""
     s.status &= ~TUNE_ERROR
     s.tune_done = NOTHING
-    s.tune_phase = LISTENING
+    s.tune_phase = OBSERVING
     s.out = clamp(s.out, c.low, c.high)
-    begin_listening(s)
+    begin_noise(s)
 
 
 def leave(c: Config, s: State, mode: int) -> None:
@@ -169,7 +169,7 @@ def balance(c: Config, s: State, middle: float) -> None:
 
 def relay(c: Config, s: State, e: float) -> None:
     """One sample of the relay: the higher MV while the error is above 0, else the lower one."""
-    side = switched(s, s.pv, e, s.tune_band)
+    side = relay_switch(s, s.pv, e, s.tune_band)
     if side:
         if s.tune_turns == BALANCE_TURN and s.tune_rounds < ROUNDS and uneven(s) > EVEN:
             balance(c, s, mean(s))
@@ -195,8 +195,8 @@ def tune(c: Config, s: State, e: float) -> None:
     """One sample of the autotune; ``e`` is the error without the dead band."""
     if c.low >= c.high:
         fail(c, s, NO_RANGE)
-    elif s.tune_phase == LISTENING:
-        if listen(s, s.pv):
+    elif s.tune_phase == OBSERVING:
+        if measure_noise(s, s.pv):
             s.tune_band = LOUD * s.tune_noise
             s.tune_phase = SWITCHING
             s.tune_rounds = 0

@@ -42,13 +42,13 @@ class Memory(Plc):
         """Operands that are no value of their type."""
         self._interval = (read_settings(PlcSettings, program.plc, "plc").interrupt_task or 0) * MILLISECOND
         self.loops = [str(entry["loop"]) for entry in program.settings] or loops_of(words)
-        given: Sequence[Mapping[str, Any]] = program.settings or [{}] * len(self.loops)
-        self._devices = [dict(entry.get("devices", {})) for entry in given]
+        entries: Sequence[Mapping[str, Any]] = program.settings or [{}] * len(self.loops)
+        self._devices = [dict(entry.get("devices", {})) for entry in entries]
         self._operands = [operands_of(words, loop, self.problems) for loop in self.loops]
         self.place_loops(Config, State, SIGNALS)
         for i in range(len(self.loops)):
             self._begin(i)
-        scales = [read_settings(Scale, entry.get("pv", {}), f"settings[{i}].pv") for i, entry in enumerate(given)]
+        scales = [read_settings(Scale, entry.get("pv", {}), f"settings[{i}].pv") for i, entry in enumerate(entries)]
         self.scales = [scale_of(scale, s.sp) for scale, s in zip(scales, self.st, strict=True)]
 
     def _begin(self, i: int) -> None:
@@ -85,14 +85,14 @@ class Memory(Plc):
     def _writer(self, i: int, operand: str) -> int:
         """The other loop whose MV stands in the device of an operand; -1: none."""
         device = self._devices[i].get(operand)
-        writers = (j for j, own in enumerate(self._devices) if j != i and device and own.get("MV") == device)
+        writers = (j for j, devices in enumerate(self._devices) if j != i and device and devices.get("MV") == device)
         return next(writers, -1)
 
     def _write(self, i: int, **values: float) -> None:
         """Write operands, and all others that stand in the same devices, of this loop too (D266)."""
         places = {device: values[name] for name, device in self._devices[i].items() if name in values}
-        for j, own in enumerate(self._devices):
-            shared = {name: places[device] for name, device in own.items() if device in places and name != "MV"}
+        for j, devices in enumerate(self._devices):
+            shared = {name: places[device] for name, device in devices.items() if device in places and name != "MV"}
             if j == i:
                 self._put(j, shared | values)
             elif shared:

@@ -130,8 +130,8 @@ class Dpide(Memory):
         status = "running" if running else TUNE_STATUS[s.tune_done]
         if error:
             status = f"{status}: {REASONS[s.tune_reason].partition(': ')[2]}"
-        found = dict(zip(self.tuned_names, (s.tune_gain, s.tune_reset, s.tune_rate, s.tune_tf), strict=True))
-        return {"done": done, "error": error, "status": status, "results": found if done else {}}
+        results = dict(zip(self.tuned_names, (s.tune_gain, s.tune_reset, s.tune_rate, s.tune_tf), strict=True))
+        return {"done": done, "error": error, "status": status, "results": results if done else {}}
 
     def set_output(self, loop: int, value: Quantity, sig: MutableSequence[float]) -> None:
         """The MV that a loop starts with, and MOUT, which holds it in manual."""

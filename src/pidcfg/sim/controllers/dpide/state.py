@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from pidcfg.sim.records import LoopConfig, Tuned, register
+from pidcfg.sim.records import LoopConfig, RelayState, register
 
 # `State.status`
 MANUAL, AUTO, TUNING, OFF = 1, 2, 4, 8
@@ -62,7 +62,7 @@ class Config(LoopConfig):
 
 
 @dataclass(slots=True)
-class State(Tuned):
+class State(RelayState):
     """What an instruction writes."""
 
     mode: int = register("PID_MODE", 0)

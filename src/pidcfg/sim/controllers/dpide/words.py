@@ -29,7 +29,7 @@ Operands = dict[str, float]
 
 def operands_of(words: Mapping[str, Any], loop: str, problems: list[str]) -> Operands:
     """The operands of a loop; what a listing lacks is FALSE or 0, but for PID_RUN; what is no value is a problem."""
-    found: Operands = {}
+    operands: Operands = {}
     for name, row in ROWS.items():
         default = float(name == "PID_RUN")
         content = words.get(f"{loop}.{name}", default)
@@ -37,8 +37,8 @@ def operands_of(words: Mapping[str, Any], loop: str, problems: list[str]) -> Ope
         if wrong or (name == "PID_MODE" and content not in PID_MODES):
             problems.append(f"{loop}.{name}: {content} means nothing there, {shown(row.type, default)} is taken")
             content = default
-        found[name] = content
-    return found
+        operands[name] = content
+    return operands
 
 
 def configure(c: Config, s: State, operands: Operands, interval: int) -> None:

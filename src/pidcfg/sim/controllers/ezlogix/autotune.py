@@ -16,7 +16,7 @@ from pidcfg.sim.notices import noticed
 from pidcfg.sim.plc import TICKS
 from pidcfg.sim.reaction_curve import begin_curve, mean, record, steepest_line
 from pidcfg.sim.terms import nearest
-from pidcfg.sim.tuning_rules import begin_listening, curve_gains, listen
+from pidcfg.sim.tuning_rules import begin_noise, curve_gains, measure_noise
 
 if TYPE_CHECKING:
     from pidcfg.sim.controllers.ezlogix.state import Config, State
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 IDLE, COLLECTING, CALCULATING, DONE, CANCELLED = 0, 1, 2, 3, 4
 NO_STEP, NO_FIT, NO_DIVISOR, NO_DEAD_TIME, OUT_OF_RANGE, NO_MEMORY = 5, 6, 7, 8, 9, 10
 
-LISTEN, RESPOND, COMPUTE = 1, 2, 3
+OBSERVING, RESPOND, COMPUTE = 1, 2, 3
 """`State.tune_phase`."""
 ON, OFF = 1, 2
 """`State.tune_command`."""
@@ -35,7 +35,7 @@ STEP = 410.0
 ENOUGH = 0.10
 """An answer of this much of the PV's span is enough to measure its slope."""
 SMALL = 0.02
-AUDIBLE = 4.0
+DETECTABLE = 4.0
 """Counts that the PV must move by to count as an answer, or six standard deviations of its noise."""
 BLOCKS = 6
 CLEAR = 8.0
@@ -88,8 +88,8 @@ def obey(c: Config, s: State) -> None:
     s.status |= TUNING
     s.tune_status = COLLECTING
     s.tune_left = c.timeout
-    s.tune_phase = LISTEN
-    begin_listening(s)
+    s.tune_phase = OBSERVING
+    begin_noise(s)
 
 
 def fits(gain: float, reset: float, rate: float, only_pi: int) -> bool:
@@ -150,8 +150,8 @@ def answered(c: Config, s: State, aux: list[float]) -> int:
     last = c.tune_buffer + n
     s.tune_change = mean(aux, last - few, few)
     change = abs(s.tune_change)
-    audible = max(AUDIBLE, 6.0 * s.tune_noise)
-    if change <= audible:
+    detectable = max(DETECTABLE, 6.0 * s.tune_noise)
+    if change <= detectable:
         return 0
     settled = False
     if n >= SETTLING:
@@ -190,13 +190,13 @@ def tune(c: Config, s: State, aux: list[float], x: float) -> None:
         compute(c, s, aux)
         return
     if s.tune_left <= 0:
-        heard = s.tune_phase == RESPOND and abs(s.tune_change) > max(AUDIBLE, 6.0 * s.tune_noise)
-        end_tune(c, s, NO_FIT if heard else NO_DEAD_TIME)
+        detected = s.tune_phase == RESPOND and abs(s.tune_change) > max(DETECTABLE, 6.0 * s.tune_noise)
+        end_tune(c, s, NO_FIT if detected else NO_DEAD_TIME)
         return
     s.tune_left -= s.period
     if s.tune_phase == RESPOND:
         respond(c, s, aux, x)
-    elif listen(s, x):
+    elif measure_noise(s, x):
         s.out = s.tune_out + STEP
         s.tune_change = 0.0
         s.tune_phase = RESPOND

@@ -40,21 +40,21 @@ class Memory(CountsPlc):
     def __init__(self, image: Image) -> None:
         words = image.words
         self._goes_on = bool(image.plc.get("process_when_stopped", True))
-        owned = [read_settings(LoopSettings, entry, f"settings[{i}]") for i, entry in enumerate(image.settings)]
-        self._loops = [loop_of(words, own) for own in owned]
-        self.loops = [own.loop for own in owned]
+        dialogs = [read_settings(LoopSettings, entry, f"settings[{i}]") for i, entry in enumerate(image.settings)]
+        self._loops = [loop_of(words, dialog) for dialog in dialogs]
+        self.loops = [dialog.loop for dialog in dialogs]
         self.goals = ["auto" if loop.bit("mode") else "manual" for loop in self._loops]
         self.place_loops(Config, State, SIGNALS, POINTS)
-        for i in range(len(owned)):
+        for i in range(len(dialogs)):
             self._begin(i, words)
 
     def _begin(self, i: int, words: Mapping[int, int]) -> None:
         """What a loop starts with: its places in the shared vectors, its registers, and a request for its mode."""
         c, s, loop = self.cfg[i], self.st[i], self._loops[i]
-        if loop.own.output.pulse is None:
+        if loop.dialog.output.pulse is None:
             self.signals[c.sig_pulse] = ""
         c.tune_buffer = i * POINTS
-        number = tag_number(loop.own.output.tag)
+        number = tag_number(loop.dialog.output.tag)
         c.feeds = self._setpoint_at(number, i)
         s.out = s.whole = clamp(float(words.get(number, 0)), 0.0, float(CV_FULL)) if number is not None else 0.0
         s.sp = float(loop.word("setpoint"))
@@ -66,7 +66,7 @@ class Memory(CountsPlc):
 
     def _setpoint_at(self, number: int | None, i: int) -> int:
         """The other loop whose set point register has this number; -1: none."""
-        places = [SPACE.number("R", loop.own.registers) + R_BLOCK.offset("setpoint") for loop in self._loops]
+        places = [SPACE.number("R", loop.dialog.registers) + R_BLOCK.offset("setpoint") for loop in self._loops]
         return next((j for j, place in enumerate(places) if place == number and j != i), -1)
 
     def _apply(self, i: int) -> None:

@@ -109,12 +109,12 @@ class Ezlogix(Memory):
         if not status:
             return None
         done = status == ezlogix_autotune.DONE
-        found = dict(zip(self.tuned_names, (s.tune_gain, s.tune_reset, s.tune_rate), strict=True))
+        results = dict(zip(self.tuned_names, (s.tune_gain, s.tune_reset, s.tune_rate), strict=True))
         return {
             "done": done,
             "error": status > ezlogix_autotune.CANCELLED,
             "status": f"{status}: {TUNE_STATUS[status]}",
-            "results": found if done else {},
+            "results": results if done else {},
         }
 
     def set_output(self, loop: int, value: Quantity, sig: MutableSequence[float]) -> None:
@@ -137,15 +137,15 @@ class Ezlogix(Memory):
 
     def set(self, loop: int, path: tuple[str, ...], value: Any, sig: MutableSequence[float]) -> str | None:
         """Write a value to its registers; returns why it has no effect, if so."""
-        own, s = self._loops[loop], self.st[loop]
+        registers, s = self._loops[loop], self.st[loop]
         rows = KEYS.find(path)
-        scales = own.scales()
+        scales = registers.scales()
         if rows[0] is CV:
             return self._operate(loop, encode_setting(CV, value, scales), sig)
-        absorb(own, s)
+        absorb(registers, s)
         for row, item in zip(rows, value if len(rows) > 1 else [value], strict=True):
-            own.write(row.name, encode_setting(row, item, scales))  # type: ignore[union-attr]  # the blocks are Words
-        s.sp = float(own.word("setpoint"))
+            registers.write(row.name, encode_setting(row, item, scales))  # type: ignore[union-attr]  # the blocks are Words
+        s.sp = float(registers.word("setpoint"))
         self._apply(loop)
         if str(rows[0].path) == "autotune.timeout":
             s.tune_left = self.cfg[loop].timeout

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from pidcfg.sim.records import Heard, LoopConfig, register
+from pidcfg.sim.records import CurveState, LoopConfig, register
 
 UNBOUNDED = 1e18
 """A time that no cycle reaches."""
@@ -96,7 +96,7 @@ class Config(LoopConfig):
 
 
 @dataclass(slots=True)
-class State(Heard):
+class State(CurveState):
     """One loop's registers and memory that the PLC writes."""
 
     wanted: int = MANUAL

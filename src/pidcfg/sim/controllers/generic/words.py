@@ -45,16 +45,16 @@ DEFAULTS: Fields = {
 
 def fields_of(words: Mapping[str, Any], loop: str, needed: tuple[str, ...], problems: list[str]) -> Fields:
     """The parameters of a loop; what a listing lacks and every loop has, and what is no value, is a problem."""
-    found = dict(DEFAULTS)
+    fields = dict(DEFAULTS)
     for path, row in ROWS.items():
         raw = words.get(f"{loop}.{path}")
         content = None if raw is None else read(row.type, raw)
         if content is not None:
-            found[path] = content
+            fields[path] = content
         elif raw is not None or path in needed:
             what = "is missing" if raw is None else f"is no {row.type.name}"
             problems.append(f"{loop}.{path} {what}, {DEFAULTS.get(path, 'nothing')} is taken")
-    return found
+    return fields
 
 
 def ticks(seconds: float) -> int:

@@ -73,7 +73,7 @@ def scan(tick: int, cfg: list[Config], st: list[State], aux: list[float], sig: l
         s = st[i]
         if tick >= s.due:
             s.due = tick + s.period
-            if s.ask != 0:
+            if s.command != 0:
                 operate(c, s, sig)
             wire_in(c, s, aux, sig, c.wires_end)
             if s.fault != 0 and s.fault_at < 0:
