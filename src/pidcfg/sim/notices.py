@@ -8,14 +8,16 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from pidcfg.sim.records import LoopState
+    from pidcfg.sim.records import LoopState, RequestState
 
 NOTICES = 4096
 """What one notice counts to."""
 NOTICE_LIMIT = 4096**4
 """Five notices fill a number; what comes after them is left out until the log has been read."""
 REASON_BITS = 9
-"""A notice is a reason, and above these bits the mode bits that were requested (0: nobody asked)."""
+"""A notice is a reason, and above these bits the requested mode (`Plc.request_code`; 0: nobody requested one)."""
+REQUEST_BITS = 3
+"""Room for the requested mode: a bit for each of three modes, or a number up to 7."""
 
 
 def noticed(notice: int, requested: int, reason: int) -> int:
@@ -23,6 +25,11 @@ def noticed(notice: int, requested: int, reason: int) -> int:
     if notice < NOTICE_LIMIT:
         return notice * NOTICES + (requested << REASON_BITS) + reason
     return notice
+
+
+def tell_request(s: RequestState, reason: int) -> None:
+    """Leave a notice about the mode that was requested last (kernel)."""
+    s.notice = noticed(s.notice, s.requested, reason)
 
 
 def tell(s: LoopState, reason: int, requested: int = 0) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from math import isfinite
 from typing import TYPE_CHECKING
 
@@ -14,6 +13,7 @@ from pidcfg.sim.controllers.click.errors import lowest_error
 from pidcfg.sim.controllers.click.report import MODES, SIGNALS
 from pidcfg.sim.controllers.click.state import Config, State
 from pidcfg.sim.controllers.click.words import configure, loop_of, write_state
+from pidcfg.sim.notices import tell_request
 from pidcfg.sim.plc import Plc
 from pidcfg.sim.reaction_curve import POINTS
 from pidcfg.sim.terms import finite
@@ -27,14 +27,6 @@ PULSES = 100
 """Base steps of a PWM period at least (D121)."""
 COUNTS = 1 << 16
 """What the range of a PV counts where something is measured in counts (D128)."""
-
-
-@dataclass(frozen=True, slots=True)
-class Options:
-    """What a scenario chooses about the PLC; no register holds it."""
-
-    scan_time: int = 0
-    """Length of a scan in ticks: the base step; samples come with the next scan."""
 
 
 class Memory(Plc):
@@ -101,11 +93,11 @@ class Memory(Plc):
         s.status &= ~bits.PID_ERROR
         s.requested = 0
         if not error:
-            click_modes.tell(s, click_modes.CLEARED)
+            tell_request(s, click_modes.CLEARED)
             return
         s.status |= bits.PID_ERROR
         if s.status & bits.MANUAL:
-            click_modes.tell(s, click_modes.NOTED_ERROR + error)
+            tell_request(s, click_modes.NOTED_ERROR + error)
         else:
             click_modes.to_manual(s, click_modes.OVERRIDE_ERROR + error)
 

@@ -13,14 +13,16 @@ from typing import TYPE_CHECKING, Any
 from pidcfg.sim.controllers.click import modes as click_modes
 from pidcfg.sim.controllers.click import state as bits
 from pidcfg.sim.controllers.click import tune_results as click_tune_results
-from pidcfg.sim.controllers.click.memory import Memory, Options
+from pidcfg.sim.controllers.click.memory import Memory
 from pidcfg.sim.controllers.click.report import ABOUT_MODE, ALARM_BITS, FLAG_BITS, MODES, REASONS
 from pidcfg.sim.controllers.click.setting import KEYS, check_setting, settings_of
 from pidcfg.sim.controllers.click.words import float_of, sample_ticks
+from pidcfg.sim.notices import tell_request
+from pidcfg.sim.plc import SWITCH_AND_TUNE, ScanOptions
 from pidcfg.sim.records import NEVER
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, MutableSequence, Sequence
+    from collections.abc import Mapping, MutableSequence
 
     from pidcfg.encoders.image import Image
     from pidcfg.schemas.base import Quantity
@@ -39,12 +41,8 @@ class Click(Memory):
     out_name = "CO"
     pulses = ("PWM",)
     modes: Mapping[str, int] = MODES
-    options = tuple(f.name for f in fields(Options))
-    commands: Mapping[str, Sequence[str]] = {
-        "ramp_soak": (),
-        "autotune": ("start", "cancel"),
-        "plc": ("stop", "run"),
-    }
+    options = tuple(f.name for f in fields(ScanOptions))
+    commands = SWITCH_AND_TUNE
     tuned_names = ("proportional_gain", "reset_time", "derivative_gain", "sample_rate")
     alarm_bits: Mapping[str, int] = ALARM_BITS
     flag_bits: Mapping[str, int] = FLAG_BITS
@@ -53,26 +51,20 @@ class Click(Memory):
 
     def __init__(self, image: Image) -> None:
         super().__init__(image)
-        self._in_run = False
+        self.in_run = False
         self.run(0)
 
     # --- the CPU -----------------------------------------------------------------------------------------------------
 
-    def run(self, tick: int) -> None:
+    def start(self, tick: int) -> None:
         """STOP to RUN: loops begin in Manual, with the outputs that their registers hold (D120)."""
-        if self._in_run:
-            return
-        self._in_run = True
         for s in self.st:
             s.busy = (s.busy & ~bits.STOPPED) | bits.FIRST
             s.due = tick
             s.pulse = -1.0
 
-    def program(self, sig: MutableSequence[float]) -> None:
+    def stop(self, sig: MutableSequence[float]) -> None:
         """RUN to STOP: loops are not executed, outputs are off."""
-        if not self._in_run:
-            return
-        self._in_run = False
         for i, s in enumerate(self.st):
             click_modes.to_manual(s, click_modes.OVERRIDE_STOP)
             s.busy = (s.busy & ~(bits.REQUEST | bits.GOAL)) | bits.STOPPED
@@ -92,7 +84,7 @@ class Click(Memory):
         s, bit = self.st[loop], MODES[mode]
         s.requested = bit
         if s.busy & bits.STOPPED:
-            click_modes.tell(s, click_modes.REFUSED_STOP)
+            tell_request(s, click_modes.REFUSED_STOP)
             return
         s.request = s.request | bit if bit == bits.TUNING else (s.request & bits.TUNING) | bit
         s.busy |= bits.REQUEST
@@ -152,6 +144,6 @@ class Click(Memory):
         return Decimal(self.st[loop].sample_ms) / 1000
 
 
-def load(image: Image, options: Options | None = None) -> Click:  # noqa: ARG001 - the base step is the runner's
+def load(image: Image, options: ScanOptions | None = None) -> Click:  # noqa: ARG001 - the base step is the runner's
     """The virtual PLC of an image's registers, as it stands at its change from STOP to RUN."""
     return Click(image)

@@ -128,8 +128,3 @@ def ends(settings: Mapping[str, Any]) -> tuple[Decimal, Decimal] | None:
     """The engineering range of a settings entry."""
     pair = settings.get("range")
     return None if pair is None else (Decimal(str(pair[0])), Decimal(str(pair[1])))
-
-
-def eng(pair: tuple[Decimal, Decimal] | None, minimum: float, span: float) -> tuple[float, float]:
-    """Low end and width of a range; without one, counts."""
-    return (minimum, span) if pair is None else (float(pair[0]), float(pair[1] - pair[0]))

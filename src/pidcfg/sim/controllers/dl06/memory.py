@@ -15,7 +15,7 @@ from pidcfg.encoders.settings import default_name
 from pidcfg.sim.controllers.dl06 import modes as dl06_modes
 from pidcfg.sim.controllers.dl06 import state as bits
 from pidcfg.sim.controllers.dl06.equation import coefficients
-from pidcfg.sim.controllers.dl06.loop import Loop, eng, loop_of
+from pidcfg.sim.controllers.dl06.loop import Loop, loop_of
 from pidcfg.sim.controllers.dl06.report import COMMANDS, MODES, SIGNALS
 from pidcfg.sim.controllers.dl06.state import Config, State
 from pidcfg.sim.controllers.dl06.tune_open import POINTS
@@ -30,7 +30,8 @@ from pidcfg.sim.controllers.dl06.words import (
     tuning,
     write_state,
 )
-from pidcfg.sim.plc import CountsPlc
+from pidcfg.sim.notices import tell_request
+from pidcfg.sim.plc import CountsPlc, low_and_width
 
 if TYPE_CHECKING:
     from collections.abc import MutableSequence
@@ -113,8 +114,8 @@ class Memory(CountsPlc):
         c.halt = int(c.halt or not self._setup.running or i >= self._setup.count)
         c.slow = int(self._options.scan_time > 0 and c.period > SLOW)
         self._follow_pointer(i)
-        c.pv_low, c.pv_width = eng(words.pv_range, c.pv_min, c.pv_span)
-        c.out_low, c.out_width = eng(words.out_range, c.out_min, c.out_span)
+        c.pv_low, c.pv_width = low_and_width(words.pv_range, c.pv_min, c.pv_span)
+        c.out_low, c.out_width = low_and_width(words.out_range, c.out_min, c.out_span)
         table = [self._words.get(v["ramp_soak.table"] + k, 0) for k in range(RAMP_SOAK_SIZE)]
         self.aux[c.rs_table : c.rs_table + RAMP_SOAK_SIZE] = profile(table, v)
         tuning(c, s, v, words.decimals)
@@ -148,9 +149,9 @@ class Memory(CountsPlc):
         """Whether a loop is calculated at all; leaves a notice when it is not."""
         s = self.st[i]
         if self.cfg[i].halt:
-            dl06_modes.tell(s, dl06_modes.REFUSED_OFF)
+            tell_request(s, dl06_modes.REFUSED_OFF)
         elif s.busy & bits.STOPPED:
-            dl06_modes.tell(s, dl06_modes.REFUSED_PROGRAM)
+            tell_request(s, dl06_modes.REFUSED_PROGRAM)
         else:
             return True
         return False

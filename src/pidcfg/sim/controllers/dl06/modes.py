@@ -24,7 +24,7 @@ from pidcfg.sim.controllers.dl06.state import (
     Config,
     State,
 )
-from pidcfg.sim.notices import noticed
+from pidcfg.sim.notices import tell_request
 from pidcfg.sim.terms import NEAREST
 
 REFUSED_PROGRAM = 1
@@ -60,11 +60,6 @@ REASONS = {
 }
 
 
-def tell(s: State, reason: int) -> None:
-    """Leave a notice for the log."""
-    s.notice = noticed(s.notice, s.requested, reason)
-
-
 def on_sp_scale(c: Config, pv: float) -> float:
     """The set point word that equals a PV word."""
     if c.root == 0:
@@ -81,7 +76,7 @@ def to_manual(i: int, cfg: list[Config], st: list[State], reason: int) -> None:
         major = cfg[i].major if s.status & CASCADE else -1
         s.status = (s.status & ~MODES) | MANUAL
         s.requested = 0
-        tell(s, reason)
+        tell_request(s, reason)
         i = major
         reason = OVERRIDE_MINOR
 
@@ -170,7 +165,7 @@ def pursue(i: int, cfg: list[Config], st: list[State]) -> None:
     reason = request_mode(i, wanted, cfg, st)
     if reason and (s.refused >> reason) & 1 == 0:
         s.refused |= 1 << reason
-        tell(s, reason)
+        tell_request(s, reason)
 
 
 def restore(i: int, cfg: list[Config], st: list[State]) -> None:
@@ -182,16 +177,16 @@ def restore(i: int, cfg: list[Config], st: list[State]) -> None:
         return
     if s.status & ALARM_ERROR:
         s.requested = s.prior
-        tell(s, REFUSED_ALARM_ERROR)
+        tell_request(s, REFUSED_ALARM_ERROR)
         return
     transfer(i, AUTO, cfg, st)
     if s.prior == CASCADE and cfg[i].major < 0:
         s.requested = CASCADE
-        tell(s, REFUSED_NO_REMOTE)
+        tell_request(s, REFUSED_NO_REMOTE)
         return
     if s.prior == CASCADE:
         transfer(i, CASCADE, cfg, st)
-    tell(s, RESTORED)
+    tell_request(s, RESTORED)
 
 
 def modes(i: int, cfg: list[Config], st: list[State]) -> None:
@@ -210,6 +205,6 @@ def modes(i: int, cfg: list[Config], st: list[State]) -> None:
         reason = request_mode(i, s.request, cfg, st)
         s.request = 0
         if reason:
-            tell(s, reason)
+            tell_request(s, reason)
     if s.busy & GOAL:
         pursue(i, cfg, st)

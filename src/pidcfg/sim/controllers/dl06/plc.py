@@ -17,8 +17,10 @@ from pidcfg.sim.controllers.dl06.memory import Memory, Options
 from pidcfg.sim.controllers.dl06.report import ALARM_BITS, AUX_BITS, COMMANDS, FLAG_BITS, MODES, REASONS
 from pidcfg.sim.controllers.dl06.setting import CASCADE_FROM, find_rows, fits, parse_setting, stored_rate
 from pidcfg.sim.controllers.dl06.words import ticks, write_state
+from pidcfg.sim.notices import tell_request
 from pidcfg.sim.plc import TICKS
 from pidcfg.sim.records import NEVER
+from pidcfg.sim.settings import items_of
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, MutableSequence, Sequence
@@ -48,7 +50,7 @@ class Dl06(Memory):
 
     def __init__(self, image: Image, options: Options) -> None:
         super().__init__(image, options)
-        self._in_run = False
+        self.in_run = False
         self.run(0)
         self.scale_loops()
 
@@ -84,11 +86,8 @@ class Dl06(Memory):
         """The length of a scan with the loops that are calculated, in s."""
         return dl06_timing.scan_time(without_loops, [period / TICKS for period in self.periods if period])
 
-    def run(self, tick: int) -> None:
+    def start(self, tick: int) -> None:
         """The program-to-run transition: all words are read, loops return to their prior modes (D49)."""
-        if self._in_run:
-            return
-        self._in_run = True
         self._setup = self._check()
         for i, loop in enumerate(self._loops):
             c, s = self.cfg[i], self.st[i]
@@ -101,14 +100,11 @@ class Dl06(Memory):
             s.busy &= ~(bits.STOPPED | bits.BLIND | bits.MUTE | bits.PROGRAM)
             s.busy |= bits.FIRST
 
-    def program(self, sig: MutableSequence[float]) -> None:
+    def stop(self, sig: MutableSequence[float]) -> None:
         """The CPU stops: loops go to Manual and are not calculated, except those that are independent of its mode.
 
         Output modules turn off at once, but for those that an independent loop writes itself (D49).
         """
-        if not self._in_run:
-            return
-        self._in_run = False
         for i, (c, s) in enumerate(zip(self.cfg, self.st, strict=True)):
             self._loops[i].absorb(c, s)
             self._loops[i].reread()
@@ -122,7 +118,7 @@ class Dl06(Memory):
             if s.busy & bits.STOPPED and s.prior != bits.MANUAL:
                 s.requested = 0
                 s.status = (s.status & ~bits.MODES) | bits.MANUAL
-                dl06_modes.tell(s, dl06_modes.OVERRIDE_PROGRAM)
+                tell_request(s, dl06_modes.OVERRIDE_PROGRAM)
             self._show(i, sig)
 
     # --- the operator ------------------------------------------------------------------------------------------------
@@ -185,7 +181,7 @@ class Dl06(Memory):
         words.absorb(self.cfg[loop], self.st[loop])
         rows = find_rows(path, words.decimals)
         late = []
-        for row, item in zip(rows, value if len(rows) > 1 else [value], strict=True):
+        for row, item in items_of(rows, value):
             reason = words.write(row, item)
             if reason is None:
                 self._apply(loop)

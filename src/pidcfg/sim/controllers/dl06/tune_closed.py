@@ -6,9 +6,9 @@ out. Period T and swing X of the PV (both peak to peak, as the output's M) give 
 
 from __future__ import annotations
 
-from pidcfg.sim.controllers.dl06.modes import tell
 from pidcfg.sim.controllers.dl06.state import FRESH, RELAY, TUNE_ERROR, Config, State
 from pidcfg.sim.controllers.dl06.tune_results import SWITCHING, TUNE_AT_LIMITS, TUNE_NO_RESPONSE, end_tune, store
+from pidcfg.sim.notices import tell_request
 from pidcfg.sim.plc import TICKS
 from pidcfg.sim.tuning_rules import LAST_TURN, begin_cycle, cycle_gains, relay_switch
 
@@ -28,7 +28,7 @@ def begin_relay(c: Config, s: State) -> None:
     if c.m_high >= c.out_max or c.m_low <= c.out_min:
         s.status |= TUNE_ERROR
         s.requested = 0
-        tell(s, TUNE_AT_LIMITS)
+        tell_request(s, TUNE_AT_LIMITS)
 
 
 def restore_bias(s: State) -> None:

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from pidcfg.sim.controllers.dl06.equation import coefficients
-from pidcfg.sim.controllers.dl06.modes import tell
 from pidcfg.sim.controllers.dl06.state import RELAY, TUNE, TUNE_ERROR, TUNING, Config, State
+from pidcfg.sim.notices import tell_request
 from pidcfg.sim.terms import clamp, nearest
 
 IDLE, WANTED, OBSERVE, RESPONSE, SWITCHING = 0, 1, 2, 3, 4
@@ -37,7 +37,7 @@ def end_tune(s: State, error: int) -> None:
     if error:
         s.status |= TUNE_ERROR
         s.requested = 0
-        tell(s, error)
+        tell_request(s, error)
     else:
         s.tune_done = 1
 

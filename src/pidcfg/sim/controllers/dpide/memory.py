@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from pidcfg.encoders.maps.dpide import ROWS
@@ -20,14 +19,6 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, MutableSequence, Sequence
 
     from pidcfg.encoders.parameters import Program
-
-
-@dataclass(frozen=True, slots=True)
-class Options:
-    """What a scenario chooses about the PLC; no operand holds it."""
-
-    scan_time: int = 0
-    """Length of a scan in ticks: the base step; calculations come with the next scan."""
 
 
 class Memory(Plc):

@@ -5,11 +5,8 @@ from __future__ import annotations
 from pidcfg.sim.controllers.dpide import autotune as dpide_autotune
 from pidcfg.sim.controllers.dpide import equation as dpide_equation
 from pidcfg.sim.controllers.dpide import state as bits
-from pidcfg.sim.notices import noticed
 
 MODES = {"manual": bits.MANUAL, "auto": bits.AUTO, "autotune": bits.TUNING, "off": bits.OFF}
-NUMBERED = tuple(MODES)
-"""In a notice, modes are numbered from 1."""
 SIGNALS = {
     "sig_in": "",
     "sig_pv": "PV",
@@ -56,8 +53,3 @@ TUNE_STATUS = {
     dpide_autotune.CANCELLED: "cancelled",
 }
 """How an autotune went, by `State.tune_done`."""
-
-
-def tell(s: bits.State, reason: int, mode: str = "") -> None:
-    """Leave a notice for the log; ``mode``: the one that was asked for."""
-    s.notice = noticed(s.notice, NUMBERED.index(mode) + 1 if mode else 0, reason)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from pidcfg.encoders.maps.ezlogix import R_BLOCK, SPACE
@@ -24,11 +23,6 @@ if TYPE_CHECKING:
     from collections.abc import Mapping, MutableSequence
 
     from pidcfg.encoders.image import Image
-
-
-@dataclass(frozen=True, slots=True)
-class Options:
-    """What a scenario chooses about the PLC: nothing that its registers and dialog do not say."""
 
 
 class Memory(CountsPlc):

@@ -9,15 +9,17 @@ from pidcfg.encoders.regmap import decode_one
 from pidcfg.sim.controllers.ezlogix import autotune as ezlogix_autotune
 from pidcfg.sim.controllers.ezlogix import report
 from pidcfg.sim.controllers.ezlogix import state as bits
-from pidcfg.sim.controllers.ezlogix.memory import Memory, Options
+from pidcfg.sim.controllers.ezlogix.memory import Memory
 from pidcfg.sim.controllers.ezlogix.report import FLAG_BITS, MODES, REASONS, TUNE_STATUS
-from pidcfg.sim.controllers.ezlogix.setting import CV, KEYS, encode_setting
+from pidcfg.sim.controllers.ezlogix.setting import CV, KEYS
 from pidcfg.sim.controllers.ezlogix.words import absorb, ticks
 from pidcfg.sim.notices import tell
+from pidcfg.sim.plc import SWITCH_AND_TUNE, NoOptions
 from pidcfg.sim.records import NEVER
+from pidcfg.sim.settings import encode_row, items_of
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, MutableSequence, Sequence
+    from collections.abc import Mapping, MutableSequence
 
     from pidcfg.encoders.image import Image
     from pidcfg.encoders.regmap import Word
@@ -30,18 +32,13 @@ class Ezlogix(Memory):
     out_name = "CV"
     pulses = ("O",)
     modes: Mapping[str, int] = MODES
-    commands: Mapping[str, Sequence[str]] = {
-        "ramp_soak": (),
-        "autotune": ("start", "cancel"),
-        "plc": ("stop", "run"),
-    }
+    commands = SWITCH_AND_TUNE
     tuned_names = ("proportional_gain", "integral_time", "derivative_time")
     flag_bits: Mapping[str, int] = FLAG_BITS
     reasons: Mapping[int, str] = REASONS
 
     def __init__(self, image: Image) -> None:
         super().__init__(image)
-        self._in_run = True
         self.scale_loops()
 
     @classmethod
@@ -56,11 +53,8 @@ class Ezlogix(Memory):
 
     # --- the PLC's switch --------------------------------------------------------------------------------------------
 
-    def run(self, tick: int) -> None:
+    def start(self, tick: int) -> None:
         """The PLC runs: loops that stood still begin as at the start (D173)."""
-        if self._in_run:
-            return
-        self._in_run = True
         for c, s in zip(self.cfg, self.st, strict=True):
             if s.busy & bits.STOPPED:
                 s.due = NEVER if c.halt else tick
@@ -68,11 +62,8 @@ class Ezlogix(Memory):
                 s.busy |= bits.FRESH if s.status & bits.AUTO else 0
             s.busy &= ~(bits.STOPPED | bits.BLIND | bits.MUTE)
 
-    def program(self, sig: MutableSequence[float]) -> None:  # noqa: ARG002 - outputs stay as they are
+    def stop(self, sig: MutableSequence[float]) -> None:  # noqa: ARG002 - outputs stay as they are
         """The PLC stops: loops stand still, or go on with the tags that need no ladder program (D173)."""
-        if not self._in_run:
-            return
-        self._in_run = False
         for c, s in zip(self.cfg, self.st, strict=True):
             if not c.goes_on:
                 s.busy |= bits.STOPPED
@@ -119,12 +110,12 @@ class Ezlogix(Memory):
 
     def set_output(self, loop: int, value: Quantity, sig: MutableSequence[float]) -> None:
         """The CV that a loop starts with."""
-        self._set_cv(loop, encode_setting(CV, value, self._loops[loop].scales()), sig)
+        self._set_cv(loop, encode_row(CV, value, self._loops[loop].scales()), sig)
 
     def check_set(self, loop: int, path: tuple[str, ...], value: object) -> object:
         """The value of a ``set`` event as its registers take it; a ``PydanticCustomError`` says what is wrong."""
         scales = self._loops[loop].scales()
-        return KEYS.check(path, value, lambda row, item: encode_setting(row, item, scales))
+        return KEYS.check(path, value, lambda row, item: encode_row(row, item, scales))
 
     def period_set(self, loop: int, path: tuple[str, ...], value: Any) -> int:
         """The sample rate that a value for this key makes, in ticks; 0: another key, or a rate that is none."""
@@ -132,7 +123,7 @@ class Ezlogix(Memory):
         if str(rows[0].path) != "sample_rate":
             return 0
         row: Word = R_BLOCK.word("sample_rate")
-        raw = encode_setting(row, value, self._loops[loop].scales())
+        raw = encode_row(row, value, self._loops[loop].scales())
         return ticks(decode_one(row.codec, raw, {})) if raw >= LEAST_SAMPLE_RATE else 0
 
     def set(self, loop: int, path: tuple[str, ...], value: Any, sig: MutableSequence[float]) -> str | None:
@@ -141,10 +132,10 @@ class Ezlogix(Memory):
         rows = KEYS.find(path)
         scales = registers.scales()
         if rows[0] is CV:
-            return self._operate(loop, encode_setting(CV, value, scales), sig)
+            return self._operate(loop, encode_row(CV, value, scales), sig)
         absorb(registers, s)
-        for row, item in zip(rows, value if len(rows) > 1 else [value], strict=True):
-            registers.write(row.name, encode_setting(row, item, scales))  # type: ignore[union-attr]  # the blocks are Words
+        for row, item in items_of(rows, value):
+            registers.write(row.name, encode_row(row, item, scales))  # type: ignore[union-attr]  # the blocks are Words
         s.sp = float(registers.word("setpoint"))
         self._apply(loop)
         if str(rows[0].path) == "autotune.timeout":
@@ -176,6 +167,6 @@ class Ezlogix(Memory):
         self._show(loop, sig)
 
 
-def load(image: Image, options: Options | None = None) -> Ezlogix:  # noqa: ARG001 - there is nothing to choose
+def load(image: Image, options: NoOptions | None = None) -> Ezlogix:  # noqa: ARG001 - there is nothing to choose
     """The virtual PLC of an image's registers, as it stands when it begins to run."""
     return Ezlogix(image)

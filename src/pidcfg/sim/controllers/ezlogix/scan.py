@@ -16,7 +16,6 @@ from math import sqrt
 
 from pidcfg.sim.controllers.ezlogix.autotune import tune
 from pidcfg.sim.controllers.ezlogix.equation import FULL, calculate
-from pidcfg.sim.controllers.ezlogix.memory import Options
 from pidcfg.sim.controllers.ezlogix.plc import Ezlogix, load
 from pidcfg.sim.controllers.ezlogix.pulse import pulse
 from pidcfg.sim.controllers.ezlogix.signals import show
@@ -33,6 +32,7 @@ from pidcfg.sim.controllers.ezlogix.state import (
     Config,
     State,
 )
+from pidcfg.sim.plc import NoOptions as Options
 from pidcfg.sim.terms import NEAREST
 
 __all__ = ["INLINED", "Config", "Ezlogix", "Options", "State", "load", "sample", "scan"]

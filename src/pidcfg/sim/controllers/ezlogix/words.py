@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, cast
 from pidcfg.encoders.ezlogix.encode import scales_of
 from pidcfg.encoders.maps.ezlogix import BLOCKS, LEAST_SAMPLE_RATE, R_BLOCK, S_BLOCK, SPACE
 from pidcfg.schemas.ezlogix import CV_FULL, TAG, LoopSettings
-from pidcfg.sim.plc import TICKS
+from pidcfg.sim.plc import TICKS, low_and_width
 from pidcfg.sim.records import read_registers
 from pidcfg.sim.terms import clamp
 
@@ -90,8 +90,8 @@ def configure(c: Config, loop: Loop, *, goes_on: bool) -> None:
     read_registers(c, loop.values())
     low, high = dialog.pv.counts or (0, CV_FULL)
     c.pv_min, c.pv_max, c.pv_span = float(low), float(high), float(high - low)
-    c.pv_low, c.pv_width = ends(dialog.pv.range, c.pv_min, c.pv_span)
-    c.out_low, c.out_width = ends(dialog.output.range, 0.0, float(CV_FULL))
+    c.pv_low, c.pv_width = low_and_width(dialog.pv.range, c.pv_min, c.pv_span)
+    c.out_low, c.out_width = low_and_width(dialog.output.range, 0.0, float(CV_FULL))
     c.halt = int(loop.word("sample_rate") < LEAST_SAMPLE_RATE)  # a sample rate below 0.05 s is none (D162)
     c.period = UNKNOWN_PERIOD if c.halt else ticks(loop.time("sample_rate"))
     c.goes_on = int(goes_on)
@@ -102,11 +102,6 @@ def configure(c: Config, loop: Loop, *, goes_on: bool) -> None:
     c.timeout = ticks(loop.word("autotune_timeout"))
     c.cycle = 0 if dialog.output.pulse is None else ticks(loop.time("cycle_time"))
     c.min_on, c.min_off = ticks(loop.time("min_on")), ticks(loop.time("min_off"))
-
-
-def ends(pair: tuple[Decimal, Decimal] | None, minimum: float, span: float) -> tuple[float, float]:
-    """Low end and width of a range; without one, counts."""
-    return (minimum, span) if pair is None else (float(pair[0]), float(pair[1] - pair[0]))
 
 
 def tuning(c: Config, s: State, loop: Loop) -> None:

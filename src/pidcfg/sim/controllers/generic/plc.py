@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from pidcfg.encoders.generic.decode import loop_names
@@ -21,7 +20,7 @@ from pidcfg.sim.controllers.generic.setting import KEYS
 from pidcfg.sim.controllers.generic.state import Config, State
 from pidcfg.sim.controllers.generic.words import configure, effect, fields_of, ticks
 from pidcfg.sim.notices import noticed
-from pidcfg.sim.plc import COUNTS, Plc
+from pidcfg.sim.plc import COUNTS, Plc, ScanOptions
 from pidcfg.sim.terms import clamp
 
 if TYPE_CHECKING:
@@ -29,14 +28,6 @@ if TYPE_CHECKING:
 
     from pidcfg.encoders.parameters import Program
     from pidcfg.schemas.base import Quantity
-
-
-@dataclass(frozen=True, slots=True)
-class Options:
-    """What a scenario chooses about the controller; no parameter holds it."""
-
-    scan_time: int = 0
-    """Length of a scan in ticks: the base step; calculations come with the next scan."""
 
 
 class Generic(Plc):
@@ -140,6 +131,6 @@ class Generic(Plc):
         return effect(name, fields, by_hand=s.wanted == bits.MANUAL)
 
 
-def load(program: Program, options: Options | None = None) -> Generic:  # noqa: ARG001 - the base step is the runner's
+def load(program: Program, options: ScanOptions | None = None) -> Generic:  # noqa: ARG001 - the base step is the runner's
     """The virtual controller of a program's parameters, as it stands when it begins to run."""
     return Generic(program)

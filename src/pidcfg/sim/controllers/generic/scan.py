@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from pidcfg.sim.controllers.generic.alarms import pulse, watch
 from pidcfg.sim.controllers.generic.equation import by_hand, calculate, compare, derivative, measure, put_back
-from pidcfg.sim.controllers.generic.plc import Generic, Options, load
+from pidcfg.sim.controllers.generic.plc import Generic, load
 from pidcfg.sim.controllers.generic.state import (
     CARRIED,
     CASCADE,
@@ -28,6 +28,7 @@ from pidcfg.sim.controllers.generic.state import (
     Config,
     State,
 )
+from pidcfg.sim.plc import ScanOptions as Options
 from pidcfg.sim.terms import clamp
 
 __all__ = ["INLINED", "Config", "Generic", "Options", "State", "load", "sample", "scan"]

@@ -6,7 +6,6 @@ one for each input that nothing in the program is wired to, which plants write; 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -32,11 +31,6 @@ if TYPE_CHECKING:
 BUFFERED = ("ControlDelay", "ControlDelayLag")
 SHOWN = ("PV", "MV", "IntegralAction")
 """Parameters of a loop that are signals of the report, beside the set point in force and what is wired."""
-
-
-@dataclass(frozen=True, slots=True)
-class Options:
-    """What a scenario chooses about the PLC: nothing that its program does not say."""
 
 
 class WireRow(NamedTuple):

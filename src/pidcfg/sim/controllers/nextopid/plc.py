@@ -8,13 +8,13 @@ from pidcfg.encoders.maps.nextopid import BLOCK_TYPES
 from pidcfg.encoders.parameters import Parameter, shortest
 from pidcfg.schemas.iec import Wire
 from pidcfg.sim.controllers.nextopid import modes, report
-from pidcfg.sim.controllers.nextopid.memory import SHOWN, Memory, Options, number_of
+from pidcfg.sim.controllers.nextopid.memory import SHOWN, Memory, number_of
 from pidcfg.sim.controllers.nextopid.report import AUX_BITS, FLAG_BITS, MODES, REASONS, RESULT_FLAGS, TUNE_STATUS
 from pidcfg.sim.controllers.nextopid.setting import keys_of
 from pidcfg.sim.expressions import FAULTS
 from pidcfg.sim.named_settings import NamedKeys
 from pidcfg.sim.notices import tell
-from pidcfg.sim.plc import COUNTS
+from pidcfg.sim.plc import COUNTS, NoOptions
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, MutableSequence, Sequence
@@ -198,16 +198,16 @@ class Nextopid(Memory):
 
     def request(self, loop: int, mode: str) -> None:
         """Manual and CASC are written, unless the program wires them."""
-        name, s, bit = self.loops[loop], self.st[loop], MODES[mode]
+        name, s, code = self.loops[loop], self.st[loop], self.request_code(mode)
         wired = self._wired(name)
         if mode == "cascade" and f"{name}.CASC" not in self.layout.numbers:
-            tell(s, report.NO_CASCADE, bit)
+            tell(s, report.NO_CASCADE, code)
         elif "Manual" in wired:
-            tell(s, report.IS_WIRED, bit)
+            tell(s, report.IS_WIRED, code)
         elif mode in {"auto", "cascade"} and "CASC" in wired:
-            tell(s, report.CASC_IS_WIRED, bit)
+            tell(s, report.CASC_IS_WIRED, code)
         elif mode in {"tracking", "autotune"}:
-            tell(s, report.COMES_ABOUT, bit)
+            tell(s, report.COMES_ABOUT, code)
         else:
             s.command |= modes.MANUAL_ON if mode == "manual" else modes.MANUAL_OFF
             if mode != "manual" and f"{name}.CASC" in self.layout.numbers:
@@ -245,6 +245,6 @@ class Nextopid(Memory):
         }
 
 
-def load(image: Program, options: Options | None = None) -> Nextopid:  # noqa: ARG001 - there is nothing to choose
+def load(image: Program, options: NoOptions | None = None) -> Nextopid:  # noqa: ARG001 - there is nothing to choose
     """The virtual PLC of a program, before its first cycle."""
     return Nextopid(image)
