@@ -33,7 +33,7 @@ MODEL_KEYS = {
     "dead_time": ((),),
     "valve": ((), ("stiction",), ("rate_limit",), ("stiction", "rate_limit")),
 }
-"""For each model the sets of keys of which it takes exactly one, beside those that every plant has."""
+"""For each model the sets of keys of which it takes exactly one, besides the keys of every plant."""
 OWN_KEYS = ("time_constant", "time_constants", "damping", "lead", "lag", "stiction", "rate_limit")
 POSITIVE = ("time_constant", "lag", "rate_limit")
 NOT_NEGATIVE = ("damping", "lead", "dead_time", "stiction", "noise")

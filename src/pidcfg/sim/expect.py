@@ -25,7 +25,7 @@ NO_STEP = " (no event changes the set point: there is no step to measure)"
 
 @dataclass(slots=True)
 class Outcome:
-    """What the verdicts are made of, once a run is over."""
+    """What the verdicts are drawn from, once a run is over."""
 
     plc: Plc
     journal: Journal

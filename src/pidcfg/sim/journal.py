@@ -1,4 +1,4 @@
-"""Alarms and modes with their times, made of the rows that the kernel logs."""
+"""Alarms and modes with their times, from the rows that the kernel logs."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 Entry = TypeVar("Entry", Alarm, ModeChange, Note)
 
 LISTED = 1_000
-"""Alarms, mode changes and notes that are listed for a loop; a chattering alarm shall not fill the memory."""
+"""Alarms, mode changes and notes that are listed for a loop; so that a chattering alarm does not fill the memory."""
 
 
 @dataclass(slots=True)
@@ -106,7 +106,7 @@ class Journal:
             self.loops[loop].unlisted += 1
 
     def notes(self) -> list[Note]:
-        """What the loops had to say apart from their modes."""
+        """Notes of the loops that do not concern their modes."""
         return [note for loop in self.loops for note in loop.notes]
 
     def close(self) -> None:

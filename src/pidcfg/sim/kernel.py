@@ -142,7 +142,7 @@ def read_channels(
 def write_log(
     k: int, st: Sequence[Any], meters: Sequence[Meter], rows: MutableSequence[int], counts: MutableSequence[int]
 ) -> None:
-    """A row for every loop whose status changed or that has something to say (kernel)."""
+    """A row for every loop whose status changed or that has a notice (kernel)."""
     for i in range(len(meters)):
         s = st[i]
         m = meters[i]

@@ -43,7 +43,7 @@ class Network:
     delay: list[float] = field(default_factory=list)
     pool: Pool = field(default_factory=Pool)
     plant_of: dict[str, int] = field(default_factory=dict)
-    """Index into ``plants`` by the name of its loop or its own."""
+    """Index into ``plants`` by the name of the loop or the plant."""
     texts: dict[str, tuple[Route, PlantText]] = field(default_factory=dict)
     parameters: dict[str, int] = field(default_factory=dict)
     noisy: list[str] = field(default_factory=list)
@@ -73,7 +73,7 @@ class Network:
 
 
 def build(scenario: Scenario, plc: Plc, step: int, problems: Sequence[Problem] = ()) -> Network:
-    """The network of a scenario whose base step is ``step`` ticks; with what was ``found`` before, see ``problems``.
+    """The network of a scenario whose base step is ``step`` ticks; ``problems`` are those of earlier checks.
 
     It is ready to run only when none of them is an error.
     """

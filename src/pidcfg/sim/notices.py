@@ -1,4 +1,4 @@
-"""What a kernel leaves behind for the log: numbered reasons, each with the mode that was asked for.
+"""Notices that a kernel leaves for the log: numbered reasons, each with the requested mode.
 
 A notice is one number in a loop's state; several of them are its digits, the first one highest.
 """
@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from pidcfg.sim.records import LoopState, RequestState
 
 NOTICES = 4096
-"""What one notice counts to."""
+"""A notice is below this."""
 NOTICE_LIMIT = 4096**4
 """Five notices fill a number; what comes after them is left out until the log has been read."""
 REASON_BITS = 9

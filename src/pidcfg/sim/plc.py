@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 TICKS = 1_000_000
 """Ticks in a second."""
 COUNTS = 1 << 20
-"""What the range of a PV counts where the PLC has floats: finer than any transmitter."""
+"""Counts of a PV's range where the PLC has floats: finer than any transmitter."""
 
 Scan = Callable[[int, Sequence[Any], Sequence[Any], MutableSequence[float], MutableSequence[float]], None]
 
@@ -37,7 +37,7 @@ def steps_until(time: Decimal, step: int) -> int:
 class Plc(ABC):
     """A PLC as loaded from its words, ready for the program-to-run transition.
 
-    Each vendor's is made of this one; what has a value here is what most PLCs say.
+    Vendors derive theirs; attributes that have a value here are those of most PLCs.
     """
 
     cfg: Sequence[Any]
@@ -50,16 +50,16 @@ class Plc(ABC):
     sig: MutableSequence[float]
     """The value of every signal at the start; the runner works on a copy that it hands to ``scan``."""
     signals: MutableSequence[str]
-    """The name of every signal, ``TIC-101.PV``; the ones that are nobody's business are empty."""
+    """The name of every signal, ``TIC-101.PV``; internal ones are empty."""
     loops: Sequence[str]
     """In the order of ``cfg`` and ``st``."""
     goals: Sequence[str]
-    """For each loop the mode it is meant to reach."""
+    """For each loop the mode that it shall reach."""
     scales: Sequence[tuple[float, float, int]]
     """For each loop its PV at 0 % and 100 % in engineering units, and the counts between."""
     roots: Sequence[float | None] = ()
     """For each loop whose signals are those before the PLC takes the root of its PV, where the PV's counts begin, as a
-    share of the span; None for another loop, nothing where no PLC of the vendor tells them so."""
+    share of the span; None for another loop, empty where the vendor has no such signals."""
     longest = 0.0
     """The longest time of a block of the PLC's program, in s; what the pre-roll has to wait for."""
     pulses: Sequence[str] = ()
@@ -91,9 +91,9 @@ class Plc(ABC):
     problems: Sequence[str] = ()
     """Words that are no value of their format, and what they are taken for."""
     tuned_names: Sequence[str] = ()
-    """What auto-tune finds, by the vendor's names of the parameters."""
+    """Results of the auto-tune, by the vendor's names of the parameters."""
     reasons: Mapping[int, str]
-    """What a notice's reason is in words."""
+    """Reasons of notices in words."""
     about_mode: Collection[int] = ()
     """Reasons that concern the mode."""
 
@@ -152,7 +152,7 @@ class Plc(ABC):
 
     @classmethod
     def requested(cls, notice: int) -> str | None:
-        """The mode that was asked for when a notice was left; None: nobody asked."""
+        """The mode that was requested when a notice was left; None: none was."""
         codes = [code for code, _ in notices(notice) if code]
         return next((mode for mode in cls.modes if cls.request_code(mode) == codes[-1]), None) if codes else None
 

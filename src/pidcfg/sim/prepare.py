@@ -1,4 +1,4 @@
-"""What a scenario and its PLC make together before anything runs: options, base step, network, and what is wrong."""
+"""Before a run: the PLC's options, the base step, the network, and all problems of a scenario."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def options(scenario: Scenario, controller: Controller) -> object:
 
 
 def base_step(scenario: Scenario, plc: Plc) -> int:
-    """The base step in ticks: as given, the scan time, or the greatest common step of the sample rates."""
+    """The base step in ticks: that of the scenario, the scan time, or the greatest common step of the sample rates."""
     chosen = scenario.step or scenario.plc.scan_time
     if chosen is not None:
         return max(1, int(chosen * TICKS))

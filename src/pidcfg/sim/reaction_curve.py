@@ -21,14 +21,14 @@ SMALL = 0.02
 ENOUGH = 0.10
 """A response of this much of the span is enough to measure its slope."""
 PATIENCE = 600.0
-"""Seconds, or `PATIENT` samples if those are longer, until a PV that does not move at all is given up."""
+"""Seconds, or `PATIENT` samples if those are longer, after which a PV that does not move stops the auto-tune."""
 PATIENT = 256
 GOES_ON, ANSWERED, TOO_SMALL, NO_ANSWER = 0, 1, 2, 3
-"""What `judge_response` finds."""
+"""Results of `judge_response`."""
 
 
 def begin_curve(s: CurveState) -> None:
-    """The step is being made: nothing has been recorded (kernel)."""
+    """Before the first sample after the step (kernel)."""
     s.tune_count = 0
     s.tune_points = 0
     s.tune_stride = 1
@@ -96,10 +96,10 @@ def steepest_line(s: CurveState, first: int, aux: list[float], change: float) ->
 def judge_response(
     s: CurveState, first: int, aux: list[float], span: float, count: float, rest: float, seconds: float, last_step: int
 ) -> tuple[int, float]:
-    """What a response amounts to at one of its points, and its change so far (kernel).
+    """The judgement of a response at one of its points, and its change so far (kernel).
 
     ``count`` is the resolution of the PV and ``rest`` what a PV at rest may still move; after the ``last_step`` every
-    answer that can be told from noise counts.
+    answer above the noise counts.
     """
     n = s.tune_points
     few = max(1, n // 12)

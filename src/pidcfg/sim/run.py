@@ -190,7 +190,7 @@ class _Run:
         self._report_progress(k - self.zero)
 
     def _look_at_rates(self, k: int) -> None:
-        """Reports a sample rate that an event or an auto-tune has made one that the base step does not meet."""
+        """Reports a sample rate that the base step does not meet since an event or an auto-tune changed it."""
         periods = list(self.plc.periods)
         for name, old, new in zip(self.plc.loops, self.periods, periods, strict=True):
             if new and new != old and misses(new, self.step, self.scenario):
@@ -198,7 +198,7 @@ class _Run:
         self.periods = periods
 
     def _noise(self, rows: int) -> list[float]:
-        """Standard normal numbers, a row a base step; each plant has its own source, so others do not change it."""
+        """Standard normal numbers, a row a base step; a source for each plant, so that none depends on others."""
         columns = len(self.random)
         noise = [0.0] * (rows * columns)
         for column, source in enumerate(self.random):

@@ -41,7 +41,7 @@ class Keys:
     short: Mapping[str, str]
     """Short forms; every vendor has ``setpoint`` and ``output``."""
     events: Mapping[str, str] = field(default_factory=dict)
-    """Keys that are events of their own, and the key of the event."""
+    """Keys that have an event instead, and the key of that event."""
     parsers: Mapping[str, Parser] = field(default_factory=dict)
     """How a register's value is written, by path."""
     parser: Callable[[Word], Parser] = lambda _word: parse_number

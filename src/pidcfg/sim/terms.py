@@ -9,7 +9,7 @@ NEAREST = 6755399441055744.0
 """1.5 * 2**52: adding and subtracting it rounds to a whole number, half to even, without a call."""
 
 SINGLE = array("f", [0.0])
-"""What is put into it comes back in single precision."""
+"""A number that is stored here is rounded to single precision."""
 
 
 def clamp(x: float, low: float, high: float) -> float:
@@ -27,7 +27,7 @@ def nearest(x: float) -> float:
 
 
 def finite(x: float, otherwise: float) -> float:
-    """The number, or another one in place of what is infinite or none."""
+    """The number itself if it is finite, else ``otherwise``."""
     return x if isfinite(x) else otherwise
 
 

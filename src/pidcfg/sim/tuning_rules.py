@@ -1,6 +1,6 @@
-"""What auto-tunes of several vendors have in common: noise at rest, the relay's cycle, and the gains made of either.
+"""What auto-tunes of several vendors have in common: noise at rest, the relay's cycle, and the gains that follow.
 
-Kernels on the ``tune_`` fields of a loop's state; what is done to the output is each vendor's own.
+Kernels on the ``tune_`` fields of a loop's state; each vendor moves its output itself.
 """
 
 from __future__ import annotations
@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING
 from pidcfg.tuning.rules import CLOSED_SAMPLE, GENTLE_CLOSED, OPEN_SAMPLE, ZIEGLER_NICHOLS_OPEN
 
 OBSERVED = 16
-"""Samples that tell the noise of a PV before anything is done to the output."""
+"""Samples at rest from which the noise of a PV is estimated."""
 SECOND_DIFFERENCE = 1.9544
 """Mean of |y(n) - 2 y(n-1) + y(n-2)| of white noise in standard deviations: sqrt(6) sqrt(2 / pi)."""
 FIRST_TURN, LAST_TURN = 4, 8
-"""Switches of a relay between which its swing is measured; the first one only takes the output over."""
+"""Switches of a relay between which its swing is measured; the first one only starts the relay."""
 
 if TYPE_CHECKING:
     from pidcfg.sim.records import CurveState, RelayState
@@ -31,7 +31,7 @@ Gains = tuple[float, float, float, float]
 
 
 def begin_noise(s: CurveState) -> None:
-    """Nothing has been heard yet (kernel)."""
+    """Before the first sample at rest (kernel)."""
     s.tune_count = 0
     s.tune_sum = 0.0
     s.tune_base = 0.0

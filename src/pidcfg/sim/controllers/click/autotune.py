@@ -1,6 +1,6 @@
-"""Autotune of the CLICK, sample by sample: a look at the noise, then the step response or the relay (D123, D124).
+"""Autotune of the CLICK, sample by sample: the noise, then the step response (D123) or the relay (D124).
 
-The output is in %, the PV in its own units, so the gain is % per unit; the PV limits are what answers are judged by.
+The output is in %, the PV in its own units, so the gain is % per unit; responses count as shares of the PV limits.
 """
 
 from __future__ import annotations
@@ -36,13 +36,13 @@ if TYPE_CHECKING:
     from pidcfg.sim.controllers.click.state import Config, State
 
 RESOLUTION = 1.0 / 4000.0
-"""Share of the PV's range that counts as nothing."""
+"""Resolution of the PV, as a share of its range."""
 PI = 3.141592653589793
 RELAY_PATIENCE = 3600.0
-"""Seconds, or `RELAY_PATIENT` samples if those are longer, until an error that keeps its sign is given up."""
+"""Seconds, or `RELAY_PATIENT` samples if those are longer, after which a relay without a switch is stopped."""
 RELAY_PATIENT = 1000
 LEAST_SWING = 1e-6
-"""Share of the PV's range that a swing has at least."""
+"""Least amplitude of a cycle, as a share of the PV's range."""
 
 
 def step_output(c: Config, s: State) -> None:

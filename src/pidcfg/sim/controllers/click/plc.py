@@ -1,4 +1,4 @@
-"""The CLICK as an object: made of its registers, and handled from outside as its operator, ladder and switch would.
+"""The virtual CLICK: built from its registers, operated as by its operator, its ladder and the switch.
 
 `load` decodes nothing but registers; what none holds (names, intended modes, the bit of the pulses) comes from the
 image's settings.

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 SHORT = {"setpoint": "setpoint.value", "output": "state.output", "bias": "state.bias"}
 EVENTS = {"mode": "mode", "autotune": "autotune"}
-"""Keys that are events of their own."""
+"""Keys that have an event of their own kind instead."""
 FIXED = {"state.raw_pv", "state.pv"}
 """What only the controller writes."""
 

@@ -1,4 +1,4 @@
-"""How an autotune of the CLICK begins and ends: the output is given back, and results go to their registers (D125)."""
+"""How an autotune of the CLICK begins and ends: the output is restored, results go to their registers (D125)."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def tunable(c: Config) -> bool:
 
 
 def start_tune(s: State) -> None:
-    """The loop goes to Autotune; its output stands still while the PV is listened to (D123)."""
+    """The loop goes to Autotune; its output is held while the noise of the PV is measured (D123)."""
     s.status = (s.status & ~(MODES | TUNE_ERROR)) | TUNING
     s.tune_phase = OBSERVING
     s.tune_done = NOTHING
@@ -57,7 +57,7 @@ def start_tune(s: State) -> None:
 
 
 def restore_output(s: State) -> None:
-    """The controller goes on from the output it had before; nothing has touched its bias."""
+    """The controller continues from the output before the autotune; its bias is unchanged."""
     s.out = s.tune_out
     s.busy |= FRESH
     s.tune_phase = IDLE
@@ -70,7 +70,7 @@ def abandon(s: State) -> None:
 
 
 def fail(s: State, reason: int) -> None:
-    """Back to Auto with the old registers."""
+    """Back to Auto with the gains of before."""
     restore_output(s)
     s.tune_done = FAILED
     s.status = (s.status & ~MODES) | AUTO | TUNE_ERROR

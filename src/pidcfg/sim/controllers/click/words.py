@@ -25,7 +25,7 @@ BANKS = {"bits": BITS, "integers": INTEGERS, "floats": FLOATS}
 ROWS = [
     (key, prefix, row) for key, (prefix, table) in BLOCKS.items() for row in table.words if row.access != "reserved"
 ]
-"""Every register that means something: its block, its bank and its row."""
+"""Every register that is not reserved: its block, its bank and its row."""
 MILLISECOND = TICKS // 1000
 
 
@@ -47,7 +47,7 @@ class Loop:
     name: str
     goal: str
     has_setpoint: bool
-    """Whether the set point register is meant: a configuration may leave it to the operator."""
+    """Whether the configuration gives a set point; it may leave that to the operator."""
     pwm: bool
     starts: Mapping[str, int]
     """The number of each block's first register."""
@@ -70,7 +70,7 @@ def number_of(prefix: str, raw: int) -> float:
 
 
 def loop_of(words: Mapping[int, int], index: int, entry: Mapping[str, Any]) -> Loop:
-    """A loop from the PLC's memory and its entry in the image's settings; what nobody has written is 0."""
+    """A loop from the PLC's memory and its entry in the image's settings; a register that was never written is 0."""
     starts = {key: BANKS[key].parse(entry[key]) for key in BLOCKS}
     contents = {row.name: words.get(SPACE.number(prefix, starts[key] + row.offset), 0) for key, prefix, row in ROWS}
     output = entry.get("output") or {}

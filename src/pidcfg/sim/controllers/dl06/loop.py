@@ -47,11 +47,11 @@ class Loop:
     values: Values
     """Decoded from the words that have been read; quantities in counts."""
     absorbed: bool = True
-    """The results of the last auto-tune stand in the words."""
+    """The results of the last auto-tune have been written to the words."""
     results: Mapping[str, float] = field(default_factory=dict)
-    """What the last auto-tune found, by register."""
+    """Results of the last auto-tune, by register."""
     has_setpoint: bool = True
-    """Whether the set point word is meant: a configuration may leave it to the operator."""
+    """Whether the configuration gives a set point; it may leave that to the operator."""
 
     def scales(self) -> dict[str, Scale]:
         """The scales of the loop's words in engineering units."""
@@ -108,7 +108,7 @@ class Loop:
 
 
 def loop_of(words: Mapping[int, int], start: int, entry: Mapping[str, Any], decimals: int) -> tuple[Loop, list[str]]:
-    """A loop from the memory at ``start`` and its entry in the image's settings; complaints about its words."""
+    """A loop from the memory at ``start`` and its entry in the image's settings; problems of its words."""
     memory = [words.get(start + k, 0) for k in range(LOOP_TABLE.size)]
     values, problems = decode_loop(memory, decimals)
     pv, out = entry.get("pv") or {}, entry.get("output") or {}

@@ -19,7 +19,7 @@ from pidcfg.sim.controllers.dl06.loop import Loop, loop_of
 from pidcfg.sim.controllers.dl06.report import COMMANDS, MODES, SIGNALS
 from pidcfg.sim.controllers.dl06.state import Config, State
 from pidcfg.sim.controllers.dl06.tune_open import POINTS
-from pidcfg.sim.controllers.dl06.tune_results import WANTED
+from pidcfg.sim.controllers.dl06.tune_results import REQUESTED
 from pidcfg.sim.controllers.dl06.words import (
     SLOW,
     alarm_error,
@@ -142,7 +142,7 @@ class Memory(CountsPlc):
             words.absorb(self.cfg[i], s)
             words.absorbed = False
             s.tune_done = 0
-            s.tune_phase = WANTED
+            s.tune_phase = REQUESTED
             s.busy |= bits.TUNE
 
     def _calculated(self, i: int) -> bool:

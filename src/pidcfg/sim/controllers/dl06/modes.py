@@ -35,7 +35,7 @@ REFUSED_ALARM_ERROR = 5
 REFUSED_PV_ALARM = 6
 REFUSED_NO_REMOTE = 7
 LAST_REFUSAL = REFUSED_NO_REMOTE
-"""Refusals concern a mode only when one was asked for; overrides always do."""
+"""Refusals concern a mode only when one was requested; overrides always do."""
 OVERRIDE_ALARM_ERROR = 10
 OVERRIDE_OVERFLOW = 11
 OVERRIDE_MINOR = 12

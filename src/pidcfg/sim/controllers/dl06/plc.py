@@ -1,4 +1,4 @@
-"""The DL06 as an object: made of V-memory words, and handled from outside as its operator, ladder and CPU switch would.
+"""The virtual DL06: built from V-memory words, operated as by its operator, its ladder and the CPU switch.
 
 `load` decodes nothing but words; what no word holds (names, ranges, intended modes) comes from the image's settings.
 """
@@ -56,7 +56,7 @@ class Dl06(Memory):
 
     @classmethod
     def is_about_mode(cls, requested: int, reason: int) -> bool:
-        """A refusal does when somebody asked, an override always."""
+        """Whether a notice concerns the mode: a refusal if a mode was requested, an override always."""
         return reason in dl06_modes.REASONS and bool(requested or reason > dl06_modes.LAST_REFUSAL)
 
     @classmethod
@@ -97,7 +97,7 @@ class Dl06(Memory):
             s.due = NEVER if c.halt else tick
             if s.busy & bits.STOPPED and s.prior != bits.MANUAL:
                 s.busy |= bits.RESTORE
-            s.busy &= ~(bits.STOPPED | bits.BLIND | bits.MUTE | bits.PROGRAM)
+            s.busy &= ~(bits.STOPPED | bits.PV_STALE | bits.OUTPUT_CUT | bits.PROGRAM)
             s.busy |= bits.FIRST
 
     def stop(self, sig: MutableSequence[float]) -> None:
@@ -110,7 +110,7 @@ class Dl06(Memory):
             self._loops[i].reread()
             self._apply(i)
             if c.independent:
-                s.busy |= bits.PROGRAM | (0 if c.sees_pv else bits.BLIND) | (0 if c.drives else bits.MUTE)
+                s.busy |= bits.PROGRAM | (0 if c.sees_pv else bits.PV_STALE) | (0 if c.drives else bits.OUTPUT_CUT)
             else:
                 s.prior = s.status & bits.MODES
                 s.busy |= bits.STOPPED

@@ -23,9 +23,9 @@ from pidcfg.sim.settings import Keys, Row, check_fit, encode_row, rows_of
 
 SHORT = {"setpoint": "setpoint.value", "output": "state.output", "bias": "state.bias"}
 EVENTS = {"mode": "mode", "autotune": "autotune", "autotune.start": "autotune", "ramp_soak.request": "ramp_soak"}
-"""Keys that are events of their own."""
+"""Keys that have an event of their own kind instead."""
 FIXED = {"pv.transfer", "output.transfer", "state.pv"}
-"""What a running controller has no use for: wiring, and the word that the input overwrites."""
+"""Cannot be set in a running loop: wiring, and the word that the analog input overwrites."""
 CASCADE_FROM = "cascade_from"
 
 PARSERS: Mapping[str, Callable[[object], object]] = {
@@ -48,7 +48,7 @@ def keys(reset_decimals: int) -> Keys:
 
 
 def parser_of(word: Word) -> Callable[[object], object]:
-    """How the value of a register without a parser of its own is written."""
+    """How the value of a register is written that is not in `PARSERS`."""
     return parse_number if isinstance(word.codec, Bcd) else parse_quantity
 
 

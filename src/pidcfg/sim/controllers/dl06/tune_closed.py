@@ -14,12 +14,12 @@ from pidcfg.sim.tuning_rules import LAST_TURN, begin_cycle, cycle_gains, relay_s
 
 PI = 3.141592653589793
 RELAY_PATIENCE = 3600.0
-"""Seconds, or `RELAY_PATIENT` samples if those are longer, until an error that keeps its sign is given up."""
+"""Seconds, or `RELAY_PATIENT` samples if those are longer, after which a relay without a switch is stopped."""
 RELAY_PATIENT = 1000
 
 
 def begin_relay(c: Config, s: State) -> None:
-    """Take the output over; the first switch follows at once. Limits at the ends of the range: D62."""
+    """Take the output over; the first switch follows at once. Limits at the ends of the range are reported (D62)."""
     s.tune_phase = SWITCHING
     s.busy |= RELAY
     begin_cycle(s)
@@ -32,7 +32,7 @@ def begin_relay(c: Config, s: State) -> None:
 
 
 def restore_bias(s: State) -> None:
-    """The controller goes on from the bias it had before."""
+    """The controller continues from the bias before the auto-tune."""
     s.bias = s.tune_out
     s.m = s.tune_out
     s.busy |= FRESH

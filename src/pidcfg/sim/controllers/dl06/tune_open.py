@@ -1,7 +1,7 @@
 """Open-loop auto-tune of the DL06: the reaction curve of a step of the output.
 
-The output steps up by 10 % of its span, to 20 % when the PV settles after less than 2 %. Ziegler and Nichols make the
-gains of the steepest slope R and the dead time L of the response.
+The output steps up by 10 % of its span, to 20 % when the PV settles after less than 2 %. The gains follow from
+the steepest slope R and the dead time L of the response (Ziegler and Nichols).
 """
 
 from __future__ import annotations

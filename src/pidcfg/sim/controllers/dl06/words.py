@@ -16,7 +16,7 @@ from pidcfg.encoders.regmap import Bits, RegisterMap, Word, decode_one
 from pidcfg.encoders.scales import Scale
 from pidcfg.encoders.words import DecodeError
 from pidcfg.schemas.base import Quantity
-from pidcfg.sim.controllers.dl06.state import MUTE, STOPPED, Config, State
+from pidcfg.sim.controllers.dl06.state import OUTPUT_CUT, STOPPED, Config, State
 from pidcfg.sim.plc import TICKS
 from pidcfg.sim.records import read_registers
 from pidcfg.sim.terms import clamp, nearest
@@ -36,7 +36,7 @@ def raw_scales(bits: Values) -> dict[str, Scale]:
 
 
 def decode_block(table: RegisterMap, words: Sequence[int], scales: Mapping[str, Scale]) -> tuple[Values, list[str]]:
-    """Every value of a block by path, and complaints about words that are none."""
+    """Every value of a block by path, and problems of words that have no value."""
     values: dict[str, Any] = {}
     problems: list[str] = []
     rows: tuple[Word | Bits, ...] = (*table.bits, *table.words)
@@ -69,7 +69,7 @@ def counts(value: Any) -> float:
 
 
 def configure(c: Config, v: Values, reset_decimals: int, loops: int) -> None:
-    """Everything in a loop's `Config` that follows from its own words; ``loops`` run together (sample rates: D51)."""
+    """Everything in a loop's `Config` that follows from its words; ``loops`` run together (sample rates: D51)."""
     read_registers(c, {path: value.value if isinstance(value, Quantity) else value for path, value in v.items()})
     _scales(c, v)
     c.bumpless = 1 if v["bumpless"] == "I" else 2
@@ -140,7 +140,7 @@ def major_of(pointer: int, start: int, loops: int, minor: int) -> int:
 
 
 def write_state(s: State, v: Values, path: str) -> None:
-    """Words that the controller also writes: what is written from outside takes their place."""
+    """Words that the controller also writes: a value from outside replaces theirs."""
     if path == "setpoint.value":
         s.sp = s.goal_sp = counts(v[path])
         s.goal_writes = 1
@@ -156,7 +156,7 @@ def show(c: Config, s: State, sp: float, sig: MutableSequence[float]) -> None:
     """The signals of a loop as its words say; ``sp`` is the set point in force, before its limits."""
     sp = clamp(sp, c.sp_min, c.sp_max)
     centre = sp * abs(sp) if c.root else sp
-    out = 0.0 if s.busy & (STOPPED | MUTE) else s.out
+    out = 0.0 if s.busy & (STOPPED | OUTPUT_CUT) else s.out
     sig[c.sig_pv] = c.pv_low + (s.pv - c.pv_min) * c.pv_width / c.pv_span
     sig[c.sig_sp] = c.pv_low + (centre - c.pv_min) * c.pv_width / c.pv_span
     sig[c.sig_out] = c.out_low + (out - c.out_min) * c.out_width / c.out_span

@@ -105,12 +105,12 @@ class Memory(Plc):
         self._join(i)
 
     def _show(self, sig: MutableSequence[float]) -> None:
-        """What an operator's hand changes at once."""
+        """The signals that an operator's change affects at once."""
         for c, s in zip(self.cfg, self.st, strict=True):
             show(c, s, sig)
 
 
 def loops_of(words: Iterable[str]) -> list[str]:
-    """The loops of a listing that names none, in its order."""
+    """The loops of a listing without settings, in its order."""
     pairs = (name.rpartition(".") for name in words)
     return list(dict.fromkeys(loop for loop, _, operand in pairs if loop and operand in ROWS))

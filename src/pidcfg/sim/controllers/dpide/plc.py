@@ -1,4 +1,4 @@
-"""The Delta AS as an object: made of the operands of its DPIDE instructions, and handled as an operator would."""
+"""The virtual Delta AS: built from the operands of its DPIDE instructions, operated as by an operator."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ class Dpide(Memory):
     # --- the operator ------------------------------------------------------------------------------------------------
 
     def request(self, loop: int, mode: str) -> None:
-        """Write what makes a mode: PID_RUN, PID_MODE and PID_MAN (D275)."""
+        """Write the operands that select a mode: PID_RUN, PID_MODE and PID_MAN (D275)."""
         s = self.st[loop]
         if mode == "off":
             self._write(loop, PID_RUN=False)

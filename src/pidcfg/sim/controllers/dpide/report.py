@@ -1,4 +1,4 @@
-"""What a DPIDE instruction tells the outside: names of modes and flags as bits, and notices in words."""
+"""How a DPIDE instruction is reported: names of modes and flags as bits, and notices in words."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ SIGNALS = {
 """Signals of a loop by their slots in `Config`; the measurement itself belongs to the plant."""
 FLAG_BITS = {
     "mv_limited": bits.LIMITED,
-    "in_dead_band": bits.SILENT,
+    "in_dead_band": bits.IN_DEAD_BAND,
     "autotune_running": bits.TUNING,
     "autotune_error": bits.TUNE_ERROR,
 }
@@ -33,7 +33,7 @@ IS_STOPPED = 37
 TUNE_WAITS_FOR_PLC = 38
 
 ABOUT_MODE = (WAITS_FOR_TUNE, WAITS_FOR_PLC)
-"""Reasons that concern a mode that was asked for."""
+"""Reasons that concern a requested mode."""
 REASONS = {
     **dpide_autotune.REASONS,
     dpide_equation.JUMPS_HELD: "MV jumps at the end of manual: in PID_MODE 0 I_MV stays as it was before manual; "

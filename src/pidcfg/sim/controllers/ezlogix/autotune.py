@@ -1,7 +1,7 @@
 """Autotune of the EZLogix: the open-loop answer to a step of the CV by 10 %, in any mode (D178).
 
-A few samples tell the noise of the PV, then the CV steps up; Ziegler and Nichols make the gains of slope and dead time.
-How it ends, and what Base+12 then says: D179.
+A few samples measure the noise of the PV, then the CV steps up; the gains follow from slope and dead time (Ziegler and
+Nichols). What Base+12 and the CV are at the end: D179.
 """
 
 from __future__ import annotations
@@ -51,7 +51,7 @@ REASON = 32
 
 
 def end_tune(c: Config, s: State, status: int) -> None:
-    """Give the CV back; a loop in Auto goes on with the integral term that it had."""
+    """Restore the CV; a loop in Auto continues with its integral term of before."""
     if s.busy & HELD:
         s.out = s.tune_out
     s.busy &= ~(TUNE | HELD)
@@ -65,7 +65,7 @@ def end_tune(c: Config, s: State, status: int) -> None:
         s.notice = noticed(s.notice, 0, REASON + status)
 
 
-def obey(c: Config, s: State) -> None:
+def switch_tune(c: Config, s: State) -> None:
     """Discrete +4: on starts, or ends a finished autotune; off cancels one that runs."""
     command = s.tune_command
     s.tune_command = 0
@@ -143,7 +143,7 @@ def flattens(s: State, first: int, aux: list[float]) -> bool:
     return best > max(CLEAR, 8.0 * s.tune_noise) and recent <= best / 2.0
 
 
-def answered(c: Config, s: State, aux: list[float]) -> int:
+def judge_answer(c: Config, s: State, aux: list[float]) -> int:
     """Whether the answer is complete: 0 not yet, 1 it is, 2 it goes the wrong way."""
     n = s.tune_points
     few = max(1, n // 12)
@@ -172,7 +172,7 @@ def respond(c: Config, s: State, aux: list[float], x: float) -> None:
     rise = s.tune_base - x if c.direct else x - s.tune_base
     if not record(s, c.tune_buffer, aux, rise):
         return
-    how = answered(c, s, aux)
+    how = judge_answer(c, s, aux)
     if how == 1:
         s.tune_status = CALCULATING
         s.tune_phase = COMPUTE
@@ -183,7 +183,7 @@ def respond(c: Config, s: State, aux: list[float], x: float) -> None:
 def tune(c: Config, s: State, aux: list[float], x: float) -> None:
     """One sample of the autotune; ``x`` is the PV, or its root, in counts of the PV."""
     if s.tune_command:
-        obey(c, s)
+        switch_tune(c, s)
         if s.status & TUNING == 0:
             return
     if s.tune_phase == COMPUTE:

@@ -55,7 +55,7 @@ class Memory(CountsPlc):
         self._apply(i)
         s.pv, s.tune_left = c.pv_min, c.timeout
         if self.goals[i] == "auto":
-            self._ask(i, bits.AUTO)
+            self._request_mode(i, bits.AUTO)
         self._show(i, self.sig)
 
     def _setpoint_at(self, number: int | None, i: int) -> int:
@@ -75,22 +75,22 @@ class Memory(CountsPlc):
         elif halted and not s.busy & bits.STOPPED:
             s.due = 0
 
-    def _ask(self, i: int, mode: int) -> None:
+    def _request_mode(self, i: int, mode: int) -> None:
         """Write discrete +0, which nothing refuses."""
         s = self.st[i]
         s.wanted = mode
         s.busy |= bits.REQUEST
-        self._waits(i, mode)
+        self._note_waiting(i, mode)
 
-    def _waits(self, i: int, mode: int = 0) -> None:
-        """Tells that a loop is not calculated, and what is asked of it waits."""
+    def _note_waiting(self, i: int, mode: int = 0) -> None:
+        """Leaves a notice that a request waits, as the loop is not calculated."""
         if self.cfg[i].halt:
             tell(self.st[i], WAITS_FOR_RATE, mode)
         elif self.st[i].busy & bits.STOPPED:
             tell(self.st[i], WAITS_FOR_RUN, mode)
 
     def _show(self, i: int, sig: MutableSequence[float]) -> None:
-        """What an operator's hand changes at once; the set point within its limits, though its register waits."""
+        """The signals that an operator's change affects at once: SP is limited, its register later."""
         c, s = self.cfg[i], self.st[i]
         written, s.sp = s.sp, clamp(s.sp, c.sp_low, c.sp_high)
         show(c, s, sig)

@@ -1,4 +1,4 @@
-"""The EZLogix as an object: made of its registers and dialog, and handled from outside as its operator would."""
+"""The virtual EZLogix: built from its registers and dialog, operated as by its operator."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ class Ezlogix(Memory):
 
     @classmethod
     def is_about_mode(cls, requested: int, reason: int) -> bool:  # noqa: ARG003 - nothing is refused
-        """What was asked for waits."""
+        """Whether a mode was requested: requests are never refused, they wait."""
         return requested != 0
 
     @property
@@ -60,7 +60,7 @@ class Ezlogix(Memory):
                 s.due = NEVER if c.halt else tick
                 s.seen = s.cycle_end = tick
                 s.busy |= bits.FRESH if s.status & bits.AUTO else 0
-            s.busy &= ~(bits.STOPPED | bits.BLIND | bits.MUTE)
+            s.busy &= ~(bits.STOPPED | bits.PV_STALE | bits.OUTPUT_CUT)
 
     def stop(self, sig: MutableSequence[float]) -> None:  # noqa: ARG002 - outputs stay as they are
         """The PLC stops: loops stand still, or go on with the tags that need no ladder program (D173)."""
@@ -71,17 +71,17 @@ class Ezlogix(Memory):
                 tell(s, report.IS_STOPPED)
                 continue
             if not c.sees_pv:
-                s.busy |= bits.BLIND
-                tell(s, report.IS_BLIND)
+                s.busy |= bits.PV_STALE
+                tell(s, report.PV_IS_STALE)
             if not c.drives:
-                s.busy |= bits.MUTE
-                tell(s, report.IS_MUTE)
+                s.busy |= bits.OUTPUT_CUT
+                tell(s, report.OUTPUT_IS_CUT)
 
     # --- the operator ------------------------------------------------------------------------------------------------
 
     def request(self, loop: int, mode: str) -> None:
         """Discrete +0 is written."""
-        self._ask(loop, MODES[mode])
+        self._request_mode(loop, MODES[mode])
 
     def autotune(self, loop: int, command: str) -> None:
         """``start``: discrete +4 goes from 0 to 1, by way of 0 where it is still on; ``cancel``: it goes to 0."""
@@ -89,7 +89,7 @@ class Ezlogix(Memory):
         if start and s.status & bits.TUNING:
             tell(s, report.TUNE_RUNS)
             return
-        self._waits(loop)
+        self._note_waiting(loop)
         s.tune_command = ezlogix_autotune.ON if start else ezlogix_autotune.OFF
         s.busy |= bits.TUNE
 
@@ -152,7 +152,7 @@ class Ezlogix(Memory):
         return writer and f"the CV of {writer} stands in the same register and overwrites it"
 
     def _operate(self, loop: int, raw: int, sig: MutableSequence[float]) -> str | None:
-        """The operator writes the CV, which is his in Manual only (D172)."""
+        """The operator writes the CV, which he can in Manual only (D172)."""
         s = self.st[loop]
         if s.busy & bits.HELD:
             return "the autotune holds the CV"

@@ -21,10 +21,10 @@ from pidcfg.sim.controllers.ezlogix.pulse import pulse
 from pidcfg.sim.controllers.ezlogix.signals import show
 from pidcfg.sim.controllers.ezlogix.state import (
     AUTO,
-    BLIND,
     FRESH,
     HELD,
     MODES,
+    PV_STALE,
     REQUEST,
     SATURATED,
     STOPPED,
@@ -64,7 +64,7 @@ def sample(i: int, cfg: list[Config], st: list[State], aux: list[float], sig: li
     c = cfg[i]
     s = st[i]
     busy = s.busy
-    if busy & BLIND == 0:
+    if busy & PV_STALE == 0:
         s.pv = converted(c, sig[c.sig_in])
     # limits write the register (D164); a root is that of the register (D163)
     if s.sp > c.sp_high:

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 BUFFERED = ("ControlDelay", "ControlDelayLag")
 SHOWN = ("PV", "MV", "IntegralAction")
-"""Parameters of a loop that are signals of the report, beside the set point in force and what is wired."""
+"""Parameters of a loop that are signals of the report, besides the set point in force and wired outputs."""
 
 
 class WireRow(NamedTuple):

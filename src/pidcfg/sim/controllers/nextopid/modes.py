@@ -25,14 +25,14 @@ if TYPE_CHECKING:
     from pidcfg.sim.controllers.nextopid.state import Config, State
 
 MANUAL_ON, MANUAL_OFF, CASC_ON, CASC_OFF, TUNE_ON, TUNE_OFF, ACCEPT = 1, 2, 4, 8, 16, 32, 64
-"""What is asked of a loop (`State.command`)."""
+"""Commands of the operator (`State.command`)."""
 NO_RUN, RUNNING, DONE, FAILED, CANCELLED = range(5)
-"""How its last auto-tuning stands (`State.tune_end`)."""
+"""State of the last auto-tuning (`State.tune_end`)."""
 ON_OFF_MANUAL = slots.PLACES["ControlON_OFF"]["Manual"]
 
 
 def operate(c: Config, s: State, sig: MutableSequence[float]) -> None:
-    """Writes what has been asked for."""
+    """Writes the parameters that the operator's commands change."""
     manual = c.base + (ON_OFF_MANUAL if c.kind == slots.ON_OFF else PIDA_MANUAL)
     if s.command & (MANUAL_ON | MANUAL_OFF):
         sig[manual] = 1.0 if s.command & MANUAL_ON else 0.0
@@ -48,7 +48,7 @@ def operate(c: Config, s: State, sig: MutableSequence[float]) -> None:
 
 
 def keep_results(c: Config, s: State, sig: MutableSequence[float]) -> None:
-    """The block forgets its results when AutoTune goes off; the report does not."""
+    """Results for the report: the block clears its own when AutoTune goes off."""
     b = c.base
     if sig[b + AUTO_TUNE] == 0.0:
         if s.tune_end == RUNNING:

@@ -1,4 +1,4 @@
-"""The NextoPID program as an object: made of its parameters, and handled from outside as its operator would."""
+"""The virtual NextoPID program: built from its parameters, operated as by its operator."""
 
 from __future__ import annotations
 
@@ -130,7 +130,7 @@ class Nextopid(Memory):
             if s.fault:
                 yield s.fault_at, name_of[s.fault_target], FAULTS[s.fault]
 
-    # --- what the runner asks ----------------------------------------------------------------------------------------
+    # --- what the runner reads ---------------------------------------------------------------------------------------
 
     @property
     def rises(self) -> list[bool]:
@@ -148,8 +148,8 @@ class Nextopid(Memory):
         return next((name for name, bit in MODES.items() if status & bit), "auto")
 
     @classmethod
-    def is_about_mode(cls, requested: int, reason: int) -> bool:  # noqa: ARG003 - it does when a mode was asked for
-        """Whether a mode was asked for."""
+    def is_about_mode(cls, requested: int, reason: int) -> bool:  # noqa: ARG003 - every refused mode request does
+        """Whether a mode was requested."""
         return requested != 0
 
     # --- signals and parameters --------------------------------------------------------------------------------------

@@ -46,9 +46,9 @@ class State(RelayState):
     """What a block keeps. `LoopState`: ``pv`` and ``out`` are PV and MV of the last call."""
 
     command: int = 0
-    """What the operator wants at the next call (`modes`)."""
+    """Commands of the operator, as bits, for the next call (`modes`)."""
     tune_end: int = 0
-    """How the last auto-tuning stands, and what it found (`modes`)."""
+    """State of the last auto-tuning, and its results (`modes`)."""
     result_kp: float = 0.0
     result_ti: float = 0.0
     result_td: float = 0.0
@@ -73,7 +73,7 @@ class State(RelayState):
     head: int = 0
     """Next place of a delay line, or cycle of a period of pulses."""
     delayed: float = 0.0
-    """What a delay line has given last."""
+    """Last output of a delay line."""
     held: int = 0
     """Cycles for which pulses are on."""
     tune_band: float = 0.0
