@@ -109,7 +109,7 @@ def scan(
     aux: MutableSequence[float],
     sig: MutableSequence[float],
 ) -> None:
-    """No controllers: plants on their own. A vendor's scan takes this place."""
+    """No controllers, only plants; a vendor's scan replaces this."""
 
 
 def read_channels(

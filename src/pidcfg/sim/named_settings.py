@@ -1,6 +1,6 @@
 """What a scenario's ``set`` may write in a controller whose parameters have names and types: a name to its content.
 
-Keys are the parameters' own names, upper and lower case exact, and a vendor's short forms. A vendor makes `NamedKeys`
+Keys are the parameters' names, upper and lower case exact, and a vendor's short forms. A vendor makes `NamedKeys`
 of its table of parameters.
 """
 

@@ -48,7 +48,10 @@ def single(x: float) -> float:
 
 
 def latched(status: int, bit: int, excess: float, hysteresis: float) -> int:
-    """The status with one alarm bit renewed; ``excess`` is how far the PV is beyond the limit (D46, D122)."""
+    """The status with one alarm bit renewed; ``excess`` is how far the PV is beyond the limit.
+
+    Hysteresis acts on the way back (D46, D122).
+    """
     if excess > 0.0:
         return status | bit
     if excess <= -hysteresis:

@@ -1,6 +1,6 @@
 """Autotune of the CLICK, sample by sample: the noise, then the step response (D123) or the relay (D124).
 
-The output is in %, the PV in its own units, so the gain is % per unit; responses count as shares of the PV limits.
+The output is in %, the PV in its units, so the gain is % per unit; responses count as shares of the PV limits.
 """
 
 from __future__ import annotations

@@ -24,9 +24,9 @@ if TYPE_CHECKING:
     from pidcfg.encoders.image import Image
 
 PULSES = 100
-"""Base steps of a PWM period at least (D121)."""
+"""Least number of base steps in a PWM period: the pulses' resolution is 1 % (D121)."""
 COUNTS = 1 << 16
-"""What the range of a PV counts where something is measured in counts (D128)."""
+"""Counts of the PV's range where a resolution is needed: floats have none (D128)."""
 
 
 class Memory(Plc):

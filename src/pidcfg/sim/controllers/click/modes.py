@@ -77,7 +77,7 @@ def to_auto(c: Config, s: State) -> None:
 
 
 def no_tune(c: Config, s: State) -> int:
-    """Why an autotune cannot start (D123); 0: it can."""
+    """Why an autotune cannot start: it needs Auto and PV limits (D123); 0: it can."""
     if s.status & AUTO == 0:
         return REFUSED_TUNE_MODE
     return 0 if tunable(c) else REFUSED_TUNE_RANGE

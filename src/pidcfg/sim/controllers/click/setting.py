@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 SHORT = {"setpoint": "setpoint.value", "output": "state.output", "bias": "state.bias"}
 EVENTS = {"mode": "mode", "autotune": "autotune"}
-"""Keys that have an event of their own kind instead."""
+"""Keys that have an event instead, and the key of that event."""
 FIXED = {"state.raw_pv", "state.pv"}
 """What only the controller writes."""
 

@@ -110,5 +110,5 @@ def write_state(s: State, n: Mapping[str, float]) -> None:
 
 
 def sample_ticks(milliseconds: float) -> int:
-    """The time between two samples (D118)."""
+    """The time between two samples, within the register's range even with a PID error (D118)."""
     return int(nearest_allowed("sample_rate", milliseconds)) * MILLISECOND

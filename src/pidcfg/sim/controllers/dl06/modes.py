@@ -108,7 +108,7 @@ def transfer(i: int, wanted: int, cfg: list[Config], st: list[State]) -> None:
 
 
 def refusal(i: int, wanted: int, cfg: list[Config], st: list[State]) -> int:
-    """Why a requested mode is refused (D43, D44); 0: it is granted."""
+    """Why a requested mode is refused, by alarms (D43) or in a cascade (D44); 0: it is granted."""
     c, s = cfg[i], st[i]
     now = s.status & MODES
     if now | wanted == MANUAL | CASCADE:

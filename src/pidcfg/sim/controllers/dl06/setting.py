@@ -23,7 +23,7 @@ from pidcfg.sim.settings import Keys, Row, check_fit, encode_row, rows_of
 
 SHORT = {"setpoint": "setpoint.value", "output": "state.output", "bias": "state.bias"}
 EVENTS = {"mode": "mode", "autotune": "autotune", "autotune.start": "autotune", "ramp_soak.request": "ramp_soak"}
-"""Keys that have an event of their own kind instead."""
+"""Keys that have an event instead, and the key of that event."""
 FIXED = {"pv.transfer", "output.transfer", "state.pv"}
 """Cannot be set in a running loop: wiring, and the word that the analog input overwrites."""
 CASCADE_FROM = "cascade_from"

@@ -39,7 +39,7 @@ def restore_bias(s: State) -> None:
 
 
 def switching(c: Config, s: State, p: float, sp: float) -> None:
-    """One sample of the relay (D60); noise widens band and swing by three deviations. Gains: D61."""
+    """One sample of the relay of three cycles (D60), and their gains (D61); noise widens the hysteresis."""
     seconds = s.period / TICKS
     band = 3.0 * s.tune_noise if s.tune_noise > 1.0 else 0.0
     side = relay_switch(s, p, sp - p, band)

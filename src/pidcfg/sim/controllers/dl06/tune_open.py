@@ -65,7 +65,7 @@ def measure(c: Config, s: State, aux: list[float], change: float) -> None:
 
 
 def respond(c: Config, s: State, aux: list[float], p: float) -> None:
-    """One sample of the step response, until there is enough of it or it has settled (D59) or nothing comes (D63)."""
+    """One sample of the step response, until it is large enough or settled (D59), or fails to come (D63)."""
     rise = s.tune_base - p if c.reverse else p - s.tune_base
     if not record(s, c.tune_buffer, aux, rise):
         return

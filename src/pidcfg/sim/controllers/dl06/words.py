@@ -69,7 +69,7 @@ def counts(value: Any) -> float:
 
 
 def configure(c: Config, v: Values, reset_decimals: int, loops: int) -> None:
-    """Everything in a loop's `Config` that follows from its words; ``loops`` run together (sample rates: D51)."""
+    """Everything in a loop's `Config` that follows from its words; ``loops`` decides the least sample rate (D51)."""
     read_registers(c, {path: value.value if isinstance(value, Quantity) else value for path, value in v.items()})
     _scales(c, v)
     c.bumpless = 1 if v["bumpless"] == "I" else 2
@@ -107,7 +107,7 @@ DEVIATION_LIMITS = ("yellow", "red")
 
 
 def alarm_error(v: Values) -> bool:
-    """Bit 10 of +06 (D47)."""
+    """Whether limits of an enabled group are out of order: bit 10 of +06, which forces Manual (D47)."""
     pv = [int(v[f"alarms.pv.{name}"].value) for name in PV_LIMITS] if v["alarms.pv.enabled"] else None
     deviation = [int(v[f"alarms.deviation.{n}"].value) for n in DEVIATION_LIMITS]
     return alarm_order_broken(pv, deviation if v["alarms.deviation.enabled"] else None)

@@ -104,7 +104,7 @@ def calculate(c: Config, s: State, e: float) -> None:
             put_back(s, was, p, d)
         total = single(s.integral + single(s.ki * e))
     else:
-        # no integral (D271)
+        # without integral time I_MV is 0 (D271)
         s.integral = 0.0
     m = single(single(single(p + total) + d) + s.bias)
     if isnan(m):

@@ -51,7 +51,7 @@ class Config(LoopConfig):
     forward: int = register("PID_DIR", 0)
     """E = SV - PV."""
     sv_from: int = -1
-    """The loop whose MV stands in the same device as SV (D266), -1: none; likewise the next two."""
+    """The loop whose MV shares the device of SV, so that it writes SV (D266); -1: none; likewise the next two."""
     bias_from: int = -1
     mout_from: int = -1
     band: float = 0.0

@@ -38,7 +38,7 @@ from pidcfg.sim.terms import NEAREST
 __all__ = ["INLINED", "Config", "Ezlogix", "Options", "State", "load", "sample", "scan"]
 
 ERROR_MOST = 32767.0
-"""Base+11 is a signed word (D169)."""
+"""Base+11, the error, is a signed word that stays within this (D169)."""
 
 
 def converted(c: Config, value: float) -> float:
@@ -83,7 +83,7 @@ def sample(i: int, cfg: list[Config], st: list[State], aux: list[float], sig: li
     elif error < -ERROR_MOST:
         error = -ERROR_MOST
     s.error = error
-    # in every term (D170)
+    # the deadband acts in every term (D170)
     if -c.deadband < difference < c.deadband:
         e = 0.0
 

@@ -52,7 +52,7 @@ def number_of(kind: IecType, content: Content) -> float:
 
 
 def is_open(kind_name: str, row: Parameter) -> bool:
-    """Whether an input is left to the program around when it is not given."""
+    """Whether the surrounding program writes an input that the configuration leaves out."""
     field = BLOCK_TYPES[kind_name].model.model_fields.get(row.name)
     return field is not None and field.default is None and row.type.kind != "bool"
 
@@ -134,9 +134,9 @@ class Memory(Plc):
         c.sig_sp = len(self.sig) - 1
 
     def _wires_of(self, i: int) -> Iterator[WireRow]:
-        """The wires of a block; an input that is left to the program around is wired to a signal of its own.
+        """The wires of a block; an open input is wired to a signal of the surrounding program.
 
-        The program around assigns that before the first call: what other wires read of it is early.
+        The surrounding program assigns that before the first call: what other wires read of it is early.
         """
         instance = self.layout.instances[i]
         for offset, row in enumerate(instance.kind.table.rows):

@@ -28,7 +28,7 @@ def remainder(x: float, p: float, d: float, bias: float) -> float:
 
 
 def whole(c: Config, mv: float) -> float:
-    """MV as its type has it (kernel, D228)."""
+    """MV rounded where the block is an INT one (kernel, D228)."""
     return nearest(mv) if c.whole else mv
 
 
