@@ -9,7 +9,7 @@ from pidcfg.sim.controllers.dl06 import state as bits
 from pidcfg.sim.controllers.dl06.equation import coefficients
 from pidcfg.sim.controllers.dl06.scan import Config, Dl06, State, scan
 from pidcfg.sim.controllers.dl06.tune_open import POINTS
-from pidcfg.sim.controllers.dl06.tune_results import WANTED
+from pidcfg.sim.controllers.dl06.tune_results import REQUESTED
 from pidcfg.sim.plc import TICKS
 from rig_plants import Fixed
 
@@ -64,7 +64,7 @@ class Rig:
         self.st[i].busy |= bits.SOAK
 
     def tune(self, i=0):
-        self.st[i].tune_phase = WANTED
+        self.st[i].tune_phase = REQUESTED
         self.st[i].busy |= bits.TUNE
 
     def profile(self, *pairs, i=0):

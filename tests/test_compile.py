@@ -27,7 +27,7 @@ from pidcfg.sim.controllers.dl06 import state as bits
 from pidcfg.sim.controllers.dl06.equation import coefficients
 from pidcfg.sim.controllers.dl06.scan import INLINED, Config, State, scan
 from pidcfg.sim.controllers.dl06.tune_open import POINTS
-from pidcfg.sim.controllers.dl06.tune_results import WANTED
+from pidcfg.sim.controllers.dl06.tune_results import REQUESTED
 from pidcfg.sim.terms import clamp, nearest, single
 
 CONFIGURATIONS = 320
@@ -114,9 +114,9 @@ def random_event(rng, c, s):
     elif kind == 2:
         s.rs_command, s.busy = rng.choice([1, 2, 4, 8]), s.busy | bits.SOAK
     elif kind == 3:
-        s.tune_phase, s.busy = WANTED, s.busy | bits.TUNE
+        s.tune_phase, s.busy = REQUESTED, s.busy | bits.TUNE
     elif kind == 4:
-        s.busy ^= rng.choice([bits.STOPPED, bits.PROGRAM, bits.PROGRAM | bits.BLIND | bits.MUTE])
+        s.busy ^= rng.choice([bits.STOPPED, bits.PROGRAM, bits.PROGRAM | bits.PV_STALE | bits.OUTPUT_CUT])
     elif kind == 5:
         s.sp = nearest(c.pv_min + c.span * rng.random())
     else:

@@ -404,7 +404,7 @@ def test_an_independent_loop_without_transfer_is_blind_and_mute_in_program_mode(
     _, s = rig.add(pv, "auto", sp=1000.0, gain=1.0, reset=10.0, out=700.0)
     rig.step()
     s.sp = 1100.0
-    s.busy |= bits.PROGRAM | bits.BLIND | bits.MUTE
+    s.busy |= bits.PROGRAM | bits.PV_STALE | bits.OUTPUT_CUT
     pv.value = 3000.0
     rig.step(5)
 

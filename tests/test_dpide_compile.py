@@ -125,7 +125,7 @@ def test_random_plcs_run_to_the_same_bits_compiled_and_not(fast):
                 ends.add(s.tune_done)
                 reasons.add(plc.describe(s.notice)[1].partition(":")[0])
                 s.notice = 0
-    every = bits.MODES | bits.LIMITED | bits.SILENT | bits.TUNE_ERROR
+    every = bits.MODES | bits.LIMITED | bits.IN_DEAD_BAND | bits.TUNE_ERROR
     assert seen & every == every, "some mode or flag never came up"
     assert ends == {0, 1, 2, 3}, "some end of an autotune never came up"
     assert {"autotune stopped", "autotune ended without results", "MV jumps at the end of manual"} <= reasons

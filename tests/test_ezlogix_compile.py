@@ -79,7 +79,7 @@ def random_event(rng, c, s):
         s.tune_command, s.busy = rng.choice([1, 1, 1, 2]), s.busy | bits.TUNE
         s.out = min(s.out, 3000.0)
     elif kind == 4:
-        s.busy ^= rng.choice([bits.BLIND, bits.MUTE, bits.STOPPED])
+        s.busy ^= rng.choice([bits.PV_STALE, bits.OUTPUT_CUT, bits.STOPPED])
     else:
         s.sp = nearest(c.pv_min + c.pv_span * rng.random())
 

@@ -396,7 +396,7 @@ def test_the_plc_stops_and_has_no_options():
 
 def test_bits_and_modes_are_distinct():
     masks = [*FLAG_BITS.values(), *MODES.values()]
-    busy = [bits.STOPPED, bits.BLIND, bits.MUTE, bits.FRESH, bits.REQUEST, bits.TUNE, bits.HELD]
+    busy = [bits.STOPPED, bits.PV_STALE, bits.OUTPUT_CUT, bits.FRESH, bits.REQUEST, bits.TUNE, bits.HELD]
 
     assert all(sum(group) == _union(group) for group in (masks, busy))
 

@@ -33,11 +33,11 @@ def disturb(rng, plc, st, sig):
         s, kind = st[i], rng.randrange(6)
         tuning = plc.cfg[i].kind in {slots.PIDA_TUNE_REAL, slots.PIDA_TUNE_INT}
         if kind == 0:
-            s.ask |= rng.choice([modes.MANUAL_ON, modes.MANUAL_OFF])
+            s.command |= rng.choice([modes.MANUAL_ON, modes.MANUAL_OFF])
         elif kind == 1 and plc.cfg[i].kind != slots.ON_OFF:
-            s.ask |= rng.choice([modes.CASC_ON, modes.CASC_OFF])
+            s.command |= rng.choice([modes.CASC_ON, modes.CASC_OFF])
         elif kind in {2, 3} and tuning:
-            s.ask |= rng.choice([modes.TUNE_ON, modes.TUNE_ON, modes.TUNE_OFF, modes.ACCEPT])
+            s.command |= rng.choice([modes.TUNE_ON, modes.TUNE_ON, modes.TUNE_OFF, modes.ACCEPT])
         elif kind == 4:
             sig[plc.layout.numbers[f"{loop}.SP"]] = float(rng.randrange(10, 90))
     for name in ("A", "B"):
@@ -64,7 +64,7 @@ def test_random_programs_run_to_the_same_bits_compiled_and_not(fast):
             head = segment * STEPS, (segment + 1) * STEPS, len(plc.loops)
             advance(drive, fast, head, (cfg, st, aux, sig), noise)
         seen |= {c.kind for c in cfg}
-        tuned |= {s.kept for s in st}
+        tuned |= {s.tune_end for s in st}
         faults += sum(s.fault != 0 for s in st)
     assert seen == set(slots.KINDS.values())
     assert tuned > {modes.RUNNING, modes.FAILED, modes.CANCELLED}

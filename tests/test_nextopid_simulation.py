@@ -135,6 +135,16 @@ def test_modes_are_asked_for_and_wired_ones_refused():
     assert "Manual is wired" in wired.loops["L"].modes[1].reason
 
 
+@pytest.mark.parametrize("mode", ["tracking", "autotune"])
+def test_a_mode_that_nobody_can_request_leaves_one_notice(mode):
+    """Its bit has no room in a notice: it once ran over into a second one, "Manual is wired"."""
+    report = run(LOOP % (GAINS, ""), TANK + f"events: [{{at: 5, loop: L, mode: {mode}}}]")
+    refusal = report.loops["L"].modes[1]
+    assert (refusal.requested, refusal.mode) == (mode, "auto")
+    assert refusal.reason.startswith("this mode comes about by itself")
+    assert report.loops["L"].notes == []
+
+
 @pytest.mark.parametrize(
     ("event", "message"),
     [

@@ -30,18 +30,18 @@ UNITS = {"overshoot": ("", "%"), "settling_time": ("", "s"), "rise_time": ("", "
 def check_expectation(path: Path, wanted: Expectation, scenario: Scenario, plc: Plc) -> Iterator[Problem]:
     """One subject with the keys that go with it, and a bound."""
     fields = type(wanted).model_fields
-    given = {fields[name].alias or name for name in wanted.model_fields_set}
-    subjects = [key for key in SUBJECTS if key in given]
+    present = {fields[name].alias or name for name in wanted.model_fields_set}
+    subjects = [key for key in SUBJECTS if key in present]
     if len(subjects) != 1:
         what = f"an expectation about {' and '.join(subjects)}" if subjects else "an expectation about nothing"
         yield Problem(path, what, help=f"one of {', '.join(SUBJECTS)} is expected", key=True)
         return
     subject = subjects[0]
-    for key in sorted(given - SUBJECTS[subject]):
+    for key in sorted(present - SUBJECTS[subject]):
         keys = ", ".join(sorted(SUBJECTS[subject]))
         yield Problem((*path, key), f"{key} does not go with {subject}", help=f"known keys here: {keys}", key=True)
     yield from _check_names(path, subject, wanted, plc, scenario)
-    yield from _check_bounds(path, subject, wanted, given)
+    yield from _check_bounds(path, subject, wanted, present)
     times = {
         "at": wanted.at,
         "before": wanted.before,
@@ -77,21 +77,21 @@ def _check_names(path: Path, subject: str, wanted: Expectation, plc: Plc, scenar
         )
 
 
-def _check_bounds(path: Path, subject: str, wanted: Expectation, given: set[str]) -> Iterator[Problem]:
+def _check_bounds(path: Path, subject: str, wanted: Expectation, present: set[str]) -> Iterator[Problem]:
     """Something must be demanded, in a unit that fits, and not the impossible."""
     needs = {"metric": {"min", "max"}, "signal": {"min", "max", "final"}, "alarm": {"never", "at", "before", "after"}}
-    if subject in needs and not needs[subject] & given:
+    if subject in needs and not needs[subject] & present:
         yield Problem(
             path, f"nothing is expected of the {subject}", help=f"add {' or '.join(sorted(needs[subject]))}", key=True
         )
-    if subject == "autotune" and wanted.autotune in {"done", "error"} and {"min", "max"} & given:
+    if subject == "autotune" and wanted.autotune in {"done", "error"} and {"min", "max"} & present:
         yield Problem(path, f"{wanted.autotune} is true or false", help="use 'is: true'", key=True)
-    if ("final" in given) != ("tolerance" in given) and subject == "signal":
+    if ("final" in present) != ("tolerance" in present) and subject == "signal":
         yield Problem(path, "final and tolerance belong together", help="final: 50, tolerance: 0.5", key=True)
     if (
         subject == "alarm"
-        and "never" in given
-        and ({"at", "after"} & given or ("before" in given and not wanted.never))
+        and "never" in present
+        and ({"at", "after"} & present or ("before" in present and not wanted.never))
     ):
         yield Problem((*path, "never"), "an alarm that never comes has no time; 'before' may limit it", key=True)
     if wanted.band is not None and not (wanted.metric == "settling_time" and 0 < wanted.band < 100):

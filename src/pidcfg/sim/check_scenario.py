@@ -33,7 +33,7 @@ MODEL_KEYS = {
     "dead_time": ((),),
     "valve": ((), ("stiction",), ("rate_limit",), ("stiction", "rate_limit")),
 }
-"""For each model the sets of keys of which it takes exactly one, beside those that every plant has."""
+"""For each model the sets of keys of which it takes exactly one, besides the keys of every plant."""
 OWN_KEYS = ("time_constant", "time_constants", "damping", "lead", "lag", "stiction", "rate_limit")
 POSITIVE = ("time_constant", "lag", "rate_limit")
 NOT_NEGATIVE = ("damping", "lead", "dead_time", "stiction", "noise")
@@ -50,10 +50,10 @@ def check_scenario(scenario: Scenario, plc: Plc) -> Iterator[Problem]:
         yield Problem(("config",), message, "value", help="each loop needs a name of its own")
     yield from _check_initial(scenario, plc)
     named = [(("plants", key, "name"), plant.name) for key, plant in scenario.plants.items()]
-    for path, own in [*named, *((("signals", name), name) for name in scenario.signals)]:
-        if own is not None and (own in FUNCTIONS or NUMBER.fullmatch(own)):
+    for path, label in [*named, *((("signals", name), name) for name in scenario.signals)]:
+        if label is not None and (label in FUNCTIONS or NUMBER.fullmatch(label)):
             cure = "give it a name that is neither a number nor a function"
-            yield Problem(path, f"{own!r} already means something in expressions", "value", help=cure)
+            yield Problem(path, f"{label!r} already means something in expressions", "value", help=cure)
     for name, value in scenario.signals.items():
         yield from _check_signal(("signals", name), name, value)
     for key, plant in scenario.plants.items():
@@ -102,13 +102,15 @@ def _refused(path: Path, loop: str, plc: Plc, keys: tuple[str, ...], value: obje
 
 def _check_plant(path: Path, plant: Plant) -> Iterator[Problem]:
     """Numbers within reason, and the keys that the model needs."""
-    given = tuple(key for key in OWN_KEYS if key in plant.model_fields_set)
+    plant_keys = tuple(key for key in OWN_KEYS if key in plant.model_fields_set)
     allowed = MODEL_KEYS[plant.model]
-    for key in given:
+    for key in plant_keys:
         if not any(key in keys for keys in allowed):
             takes = " or ".join(" and ".join(keys) for keys in allowed if keys) or "none of its own"
             yield Problem((*path, key), f"{plant.model} has no {key}", help=f"it takes {takes}", key=True)
-    if not any(set(given) == set(keys) for keys in allowed) and all(any(k in keys for keys in allowed) for k in given):
+    if not any(set(plant_keys) == set(keys) for keys in allowed) and all(
+        any(k in keys for keys in allowed) for k in plant_keys
+    ):
         wanted = " or ".join(" and ".join(keys) for keys in allowed if keys)
         yield Problem((*path, "model"), f"{plant.model} needs {wanted}", help="add it, and nothing else of the two")
     for key, value in _numbers(plant):

@@ -1,6 +1,6 @@
 """The same kernels, compiled: numba over NumPy records in place of CPython over slots dataclasses.
 
-`compiled` rebuilds the given functions and all that they call with globals in which every one of them is its compiled
+`compiled` rebuilds functions and all that they call with globals in which every one of them is its compiled
 self, unedited otherwise. `bind` does the same for CPython, so that a vendor's ``scan`` can take the place of another
 function. `records` and `write_back` carry flat dataclasses to structured arrays and home again.
 
@@ -48,7 +48,7 @@ def compiled(
 ) -> dict[Kernel, Kernel]:
     """The functions and all they call as numba dispatchers, by the original; compiled at their first call.
 
-    Only the ones that are given can be called from Python. ``inlined``: kernels on the hot path, whose calls would cost
+    Only ``functions`` can be called from Python. ``inlined``: kernels on the hot path, whose calls would cost
     more than they save. No fastmath.
     """
     swap, entries, hot = with_native(replaced), set(functions), set(inlined)
@@ -79,18 +79,18 @@ def with_native(replaced: Mapping[Kernel, Kernel] | None) -> dict[Kernel, Kernel
 
 def reachable(functions: Iterable[Kernel], replaced: Mapping[Kernel, Kernel]) -> list[Kernel]:
     """The functions and everything that they call, in a fixed order."""
-    found: dict[Kernel, None] = {}
+    kernels: dict[Kernel, None] = {}
     waiting = list(functions)
     while waiting:
         f = waiting.pop()
-        if f not in found:
-            found[f] = None
+        if f not in kernels:
+            kernels[f] = None
             waiting += [replaced.get(callee, callee) for _, callee in callees(f)]
-    return list(found)
+    return list(kernels)
 
 
 def rebuilt(f: Kernel) -> FunctionType:
-    """A copy of a function with globals of its own."""
+    """A copy of a function with a copy of its globals."""
     copy = FunctionType(f.__code__, dict(f.__globals__), f.__name__)
     copy.__module__, copy.__qualname__, copy.__doc__ = f.__module__, f.__qualname__, f.__doc__
     return copy
@@ -130,7 +130,7 @@ def records(objects: Sequence[Any], cls: type) -> np.ndarray[Any, np.dtype[np.vo
 
 
 def write_back(array: np.ndarray[Any, np.dtype[np.void]], objects: Sequence[Any]) -> None:
-    """The records' values into the objects that they were made of."""
+    """The records' values into the objects that they were copied from."""
     names = array.dtype.names or ()
     for row, item in zip(array.tolist(), objects, strict=True):
         for name, value in zip(names, row, strict=True):

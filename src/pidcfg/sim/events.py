@@ -52,17 +52,17 @@ class Agenda:
 
     def stops(self, last: int) -> Iterator[tuple[int, Action]]:
         """Base steps before which something is done, in order; events that come later than ``last`` are left out."""
-        found: list[tuple[int, int, Action]] = []
+        actions: list[tuple[int, int, Action]] = []
         for i, event in enumerate(self.scenario.events):
-            found.append((self.at_or_after(event.at), 1, partial(self.happen, event, i)))
+            actions.append((self.at_or_after(event.at), 1, partial(self.happen, event, i)))
             if event.duration is not None:
                 end = self.at_or_after(event.at + event.duration)
-                found.append((end, 0, partial(self.repair, event, i)))
+                actions.append((end, 0, partial(self.repair, event, i)))
         for i, wanted in enumerate(self.scenario.expect):
             if wanted.mode is not None and wanted.at is not None:
                 look = int(wanted.at * TICKS) // self.step + 1
-                found.append((look, -1, partial(self.look, wanted.loop or "", i)))
-        for k, _, action in sorted(found, key=lambda stop: stop[:2]):
+                actions.append((look, -1, partial(self.look, wanted.loop or "", i)))
+        for k, _, action in sorted(actions, key=lambda stop: stop[:2]):
             if k <= last:
                 yield k, action
 
@@ -101,7 +101,7 @@ class Agenda:
         if event.pv is not None and event.loop is not None:
             self.break_sensor(event.loop, loop, event.pv, number)
         elif event.mode is not None:
-            self.journal.asked[loop] = event.mode
+            self.journal.requested[loop] = event.mode
             self.plc.request(loop, event.mode)
         elif event.ramp_soak is not None:
             self.plc.ramp_soak(loop, event.ramp_soak)

@@ -25,7 +25,7 @@ NO_STEP = " (no event changes the set point: there is no step to measure)"
 
 @dataclass(slots=True)
 class Outcome:
-    """What the verdicts are made of, once a run is over."""
+    """What the verdicts are drawn from, once a run is over."""
 
     plc: Plc
     journal: Journal
@@ -39,15 +39,15 @@ class Outcome:
 
 def watches_of(scenario: Scenario, plc: Plc, net: Network, step: int) -> dict[int, Band | Gauge]:
     """Bands and gauges that one expectation alone needs."""
-    found: dict[int, Band | Gauge] = {}
+    watches: dict[int, Band | Gauge] = {}
     for i, wanted in enumerate(scenario.expect):
         if wanted.band is not None:
-            found[i] = Band(plc.loops.index(wanted.loop or ""), float(wanted.band) / 100)
+            watches[i] = Band(plc.loops.index(wanted.loop or ""), float(wanted.band) / 100)
         elif wanted.signal is not None and (wanted.start is not None or wanted.until is not None):
             first = 0 if wanted.start is None else steps_until(wanted.start, step)
             last = NEVER if wanted.until is None else int(wanted.until * TICKS) // step
-            found[i] = Gauge(net.names[wanted.signal], first=first, last=last)
-    return found
+            watches[i] = Gauge(net.names[wanted.signal], first=first, last=last)
+    return watches
 
 
 def verdict(i: int, wanted: Expectation, watch: Band | Gauge | None, out: Outcome) -> Verdict:

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from pidcfg.sim.plc import Plc
 
 RAISED = 1.0
-"""By how much an output is raised, in its own unit."""
+"""By how much an output is raised, in its unit."""
 
 
 def wrong_actions(net: Network, plc: Plc) -> Iterator[Problem]:

@@ -1,4 +1,4 @@
-"""Alarms and modes with their times, made of the rows that the kernel logs."""
+"""Alarms and modes with their times, from the rows that the kernel logs."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 Entry = TypeVar("Entry", Alarm, ModeChange, Note)
 
 LISTED = 1_000
-"""Alarms, mode changes and notes that are listed for a loop; a chattering alarm shall not fill the memory."""
+"""Alarms, mode changes and notes that are listed for a loop; so that a chattering alarm does not fill the memory."""
 
 
 @dataclass(slots=True)
@@ -25,7 +25,7 @@ class Journal:
 
     plc: Plc
     dt: float
-    asked: list[str] = field(default_factory=list)
+    requested: list[str] = field(default_factory=list)
     """The mode that was requested last, by loop."""
     loops: list[LoopReport] = field(default_factory=list)
     mode: list[str] = field(default_factory=list)
@@ -42,7 +42,7 @@ class Journal:
 
     def __post_init__(self) -> None:
         for goal in self.plc.goals:
-            self.asked.append(goal)
+            self.requested.append(goal)
             self.mode.append("manual" if "manual" in self.plc.modes else goal)
             self.loops.append(LoopReport(first_mode=self.mode[-1]))
             self.since.append({})
@@ -70,9 +70,9 @@ class Journal:
             self._list(loop, self.loops[loop].notes, Note(time, self.plc.loops[loop], apart))
         if mode == self.mode[loop] and not reason:
             return
-        asked = self.plc.requested(notice) if reason else self.asked[loop]
+        requested = self.plc.requested(notice) if reason else self.requested[loop]
         self.mode[loop] = mode
-        self._list(loop, self.loops[loop].modes, ModeChange(time, asked, mode, reason or None))
+        self._list(loop, self.loops[loop].modes, ModeChange(time, requested, mode, reason or None))
 
     def _alarms(self, time: float, loop: int, status: int) -> None:
         active = self.active[loop]
@@ -106,21 +106,21 @@ class Journal:
             self.loops[loop].unlisted += 1
 
     def notes(self) -> list[Note]:
-        """What the loops had to say apart from their modes."""
+        """Notes of the loops that do not concern their modes."""
         return [note for loop in self.loops for note in loop.notes]
 
     def close(self) -> None:
         """Alarms that are still on, and flags."""
-        for loop, found in enumerate(self.loops):
-            found.alarms += [Alarm(name, at) for name, at in self.active[loop].items()]
-            found.conditions += [Period(name, at) for name, at in self.since[loop].items()]
-            found.conditions.sort(key=lambda one: one.at)
+        for loop, report in enumerate(self.loops):
+            report.alarms += [Alarm(name, at) for name, at in self.active[loop].items()]
+            report.conditions += [Period(name, at) for name, at in self.since[loop].items()]
+            report.conditions.sort(key=lambda one: one.at)
             stage, begun = self.stage[loop]
-            found.steps += [Period(stage, begun)] if stage else []
-            found.alarms.sort(key=lambda alarm: (alarm.at, list(self.plc.alarm_bits).index(alarm.alarm)))
-            found.flags = {name: bool(self.status[loop] & mask) for name, mask in self.plc.flag_bits.items()}
-            found.flags |= {name: bool(self.aux[loop] & mask) for name, mask in self.plc.aux_bits.items()}
-            found.autotune = self.plc.tuned(loop)
+            report.steps += [Period(stage, begun)] if stage else []
+            report.alarms.sort(key=lambda alarm: (alarm.at, list(self.plc.alarm_bits).index(alarm.alarm)))
+            report.flags = {name: bool(self.status[loop] & mask) for name, mask in self.plc.flag_bits.items()}
+            report.flags |= {name: bool(self.aux[loop] & mask) for name, mask in self.plc.aux_bits.items()}
+            report.autotune = self.plc.tuned(loop)
 
 
 def _keep(entries: list[Period], entry: Period) -> None:

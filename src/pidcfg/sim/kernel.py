@@ -109,7 +109,7 @@ def scan(
     aux: MutableSequence[float],
     sig: MutableSequence[float],
 ) -> None:
-    """No controllers: plants on their own. A vendor's scan takes this place."""
+    """No controllers, only plants; a vendor's scan replaces this."""
 
 
 def read_channels(
@@ -142,7 +142,7 @@ def read_channels(
 def write_log(
     k: int, st: Sequence[Any], meters: Sequence[Meter], rows: MutableSequence[int], counts: MutableSequence[int]
 ) -> None:
-    """A row for every loop whose status changed or that has something to say (kernel)."""
+    """A row for every loop whose status changed or that has a notice (kernel)."""
     for i in range(len(meters)):
         s = st[i]
         m = meters[i]

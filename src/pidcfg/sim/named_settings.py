@@ -1,6 +1,6 @@
 """What a scenario's ``set`` may write in a controller whose parameters have names and types: a name to its content.
 
-Keys are the parameters' own names, upper and lower case exact, and a vendor's short forms. A vendor makes `NamedKeys`
+Keys are the parameters' names, upper and lower case exact, and a vendor's short forms. A vendor makes `NamedKeys`
 of its table of parameters.
 """
 
@@ -47,11 +47,11 @@ class NamedKeys:
     rows: Mapping[str, Parameter]
     """By name."""
     short: Mapping[str, str]
-    """Short forms by key, with the names that they mean; every vendor has ``setpoint`` and ``output``."""
+    """Short forms by key, with the names that they stand for; every vendor has ``setpoint`` and ``output``."""
     events: Mapping[str, str] = field(default_factory=dict)
-    """Keys that are events of their own, and the key of the event."""
+    """Keys that have an event instead, and the key of that event."""
     fixed: Mapping[str, str] = field(default_factory=dict)
-    """Names that nobody sets from outside, and who writes them."""
+    """Names that cannot be set from outside, and what writes them."""
     parsers: Mapping[str, Parser] = field(default_factory=dict)
     """How a parameter's value is written, by name, where its type does not tell."""
 

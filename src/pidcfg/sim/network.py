@@ -44,7 +44,7 @@ class Network:
     delay: list[float] = field(default_factory=list)
     pool: Pool = field(default_factory=Pool)
     plant_of: dict[str, int] = field(default_factory=dict)
-    """Index into ``plants`` by the name of its loop or its own."""
+    """Index into ``plants`` by the name of the loop or the plant."""
     texts: dict[str, tuple[Path, PlantText]] = field(default_factory=dict)
     parameters: dict[str, int] = field(default_factory=dict)
     noisy: list[str] = field(default_factory=list)
@@ -66,19 +66,19 @@ class Network:
         """The longest time constant or dead time in s; an integrator counts as 1/gain."""
         times = [0.0]
         for _, text in self.texts.values():
-            given = (text.time_constant, text.lag, text.dead_time, *(text.time_constants or ()))
-            times += [float(t) for t in given if t is not None]
+            constants = (text.time_constant, text.lag, text.dead_time, *(text.time_constants or ()))
+            times += [float(t) for t in constants if t is not None]
             if text.model == "integrator" and text.gain:
                 times.append(1 / abs(float(text.gain)))
         return max(times)
 
 
-def build(scenario: Scenario, plc: Plc, step: int, found: Sequence[Problem] = ()) -> Network:
-    """The network of a scenario whose base step is ``step`` ticks; with what was ``found`` before, see ``problems``.
+def build(scenario: Scenario, plc: Plc, step: int, problems: Sequence[Problem] = ()) -> Network:
+    """The network of a scenario whose base step is ``step`` ticks; ``problems`` are those of earlier checks.
 
     It is ready to run only when none of them is an error.
     """
-    net = Network(list(plc.sig), {name: slot for slot, name in enumerate(plc.signals) if name}, problems=list(found))
+    net = Network(list(plc.sig), {name: slot for slot, name in enumerate(plc.signals) if name}, problems=list(problems))
     net.outside |= plc.inputs
     for name, value in scenario.signals.items():
         if name in net.names:

@@ -14,8 +14,8 @@ if TYPE_CHECKING:
 
 def numbers_of(text: PlantText) -> dict[str, float]:
     """The numbers of a plant by key, as a ``disturb`` event may replace them."""
-    given = text.model_dump(exclude={"name", "model", "input", "time_constants", "limits", "dead_time", "initial"})
-    numbers = {key: float(value) for key, value in given.items() if value is not None}
+    fields = text.model_dump(exclude={"name", "model", "input", "time_constants", "limits", "dead_time", "initial"})
+    numbers = {key: float(value) for key, value in fields.items() if value is not None}
     if text.time_constants is not None:
         numbers["first"], numbers["second"] = (float(t) for t in text.time_constants)
     if text.limits is not None:

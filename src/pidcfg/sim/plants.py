@@ -150,7 +150,7 @@ def other_value(p: Plant, u: float) -> float:
 
 
 def move_valve(p: Plant, u: float) -> float:
-    """The position of a valve: it sticks until asked to move by more than its band, then moves at its rate (kernel)."""
+    """The position of a valve: it sticks until it is off by its band, then moves at its rate (kernel)."""
     away = u - p.x
     if p.moving == 0 and abs(away) > p.b:
         p.moving = 1

@@ -9,10 +9,11 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Collection, Iterable, Mapping, MutableSequence, Sequence
+from dataclasses import dataclass
 from math import ceil, gcd
 from typing import TYPE_CHECKING, Any, Protocol
 
-from pidcfg.sim.notices import notices
+from pidcfg.sim.notices import REQUEST_BITS, notices
 
 if TYPE_CHECKING:
     from decimal import Decimal
@@ -23,7 +24,7 @@ if TYPE_CHECKING:
 TICKS = 1_000_000
 """Ticks in a second."""
 COUNTS = 1 << 20
-"""What the range of a PV counts where the PLC has floats: finer than any transmitter."""
+"""Counts of a PV's range where the PLC has floats: finer than any transmitter."""
 
 Scan = Callable[[int, Sequence[Any], Sequence[Any], MutableSequence[float], MutableSequence[float]], None]
 
@@ -36,7 +37,7 @@ def steps_until(time: Decimal, step: int) -> int:
 class Plc(ABC):
     """A PLC as loaded from its words, ready for the program-to-run transition.
 
-    Each vendor's is made of this one; what has a value here is what most PLCs say.
+    Vendors derive theirs; attributes that have a value here are those of most PLCs.
     """
 
     cfg: Sequence[Any]
@@ -49,16 +50,16 @@ class Plc(ABC):
     sig: MutableSequence[float]
     """The value of every signal at the start; the runner works on a copy that it hands to ``scan``."""
     signals: MutableSequence[str]
-    """The name of every signal, ``TIC-101.PV``; the ones that are nobody's business are empty."""
+    """The name of every signal, ``TIC-101.PV``; internal ones are empty."""
     loops: Sequence[str]
     """In the order of ``cfg`` and ``st``."""
     goals: Sequence[str]
-    """For each loop the mode it is meant to reach."""
+    """For each loop the mode that it shall reach."""
     scales: Sequence[tuple[float, float, int]]
     """For each loop its PV at 0 % and 100 % in engineering units, and the counts between."""
     roots: Sequence[float | None] = ()
     """For each loop whose signals are those before the PLC takes the root of its PV, where the PV's counts begin, as a
-    share of the span; None for another loop, nothing where no PLC of the vendor tells them so."""
+    share of the span; None for another loop, empty where the vendor has no such signals."""
     longest = 0.0
     """The longest time of a block of the PLC's program, in s; what the pre-roll has to wait for."""
     pulses: Sequence[str] = ()
@@ -81,6 +82,8 @@ class Plc(ABC):
     """Other conditions by name, as masks of ``status``."""
     aux_bits: Mapping[str, int] = {}
     """Conditions by name, as masks of ``aux_status``."""
+    in_run = True
+    """The CPU's switch is at run."""
     options: Sequence[str] = ()
     """What a scenario may choose about it, by the keys of ``plc``."""
     commands: Mapping[str, Sequence[str]] = {"ramp_soak": (), "autotune": (), "plc": ()}
@@ -88,9 +91,9 @@ class Plc(ABC):
     problems: Sequence[str] = ()
     """Words that are no value of their format, and what they are taken for."""
     tuned_names: Sequence[str] = ()
-    """What auto-tune finds, by the vendor's names of the parameters."""
+    """Results of the auto-tune, by the vendor's names of the parameters."""
     reasons: Mapping[int, str]
-    """What a notice's reason is in words."""
+    """Reasons of notices in words."""
     about_mode: Collection[int] = ()
     """Reasons that concern the mode."""
 
@@ -149,9 +152,14 @@ class Plc(ABC):
 
     @classmethod
     def requested(cls, notice: int) -> str | None:
-        """The mode that was asked for when a notice was left; None: nobody asked."""
-        modes = [mode for mode, _ in notices(notice) if mode]
-        return cls.mode(modes[-1]) if modes else None
+        """The mode that was requested when a notice was left; None: none was."""
+        codes = [code for code, _ in notices(notice) if code]
+        return next((mode for mode in cls.modes if cls.request_code(mode) == codes[-1]), None) if codes else None
+
+    @classmethod
+    def request_code(cls, mode: str) -> int:
+        """A requested mode as a notice holds it: its bit, or its number from 1 where the vendor has more modes."""
+        return cls.modes[mode] if len(cls.modes) <= REQUEST_BITS else [*cls.modes].index(mode) + 1
 
     @classmethod
     def describe(cls, notice: int) -> tuple[str, str]:
@@ -211,15 +219,53 @@ class Plc(ABC):
 
     # --- the CPU -----------------------------------------------------------------------------------------------------
 
-    def program(self, sig: MutableSequence[float]) -> None:  # noqa: B027 - some have no switch
-        """The CPU stops (program mode): loops stop, except those that are independent of the CPU mode."""
+    def run(self, tick: int) -> None:
+        """The CPU's switch goes to run; in run mode nothing happens."""
+        if not self.in_run:
+            self.in_run = True
+            self.start(tick)
 
-    def run(self, tick: int) -> None:  # noqa: B027 - as above
+    def program(self, sig: MutableSequence[float]) -> None:
+        """The CPU's switch goes to program (stop) mode; there nothing happens."""
+        if self.in_run:
+            self.in_run = False
+            self.stop(sig)
+
+    def start(self, tick: int) -> None:  # noqa: B027 - some PLCs have no switch
         """The program-to-run transition, with the set-up check."""
+
+    def stop(self, sig: MutableSequence[float]) -> None:  # noqa: B027 - as above
+        """The run-to-program transition: loops stop, except those that are independent of the CPU mode."""
 
     def scan_time(self, without_loops: float) -> ScanTime | None:  # noqa: ARG002 - most manuals give no times
         """How long a scan becomes with the loops that are calculated, in s; None: the vendor does not say."""
         return None
+
+
+SWITCH_AND_TUNE: Mapping[str, Sequence[str]] = {
+    "ramp_soak": (),
+    "autotune": ("start", "cancel"),
+    "plc": ("stop", "run"),
+}
+"""`Plc.commands` of a PLC with a switch and an autotune."""
+
+
+@dataclass(frozen=True, slots=True)
+class ScanOptions:
+    """What a scenario chooses about a PLC that calculates with its scans; no register holds it."""
+
+    scan_time: int = 0
+    """Length of a scan in ticks: the base step; samples come with the next scan."""
+
+
+@dataclass(frozen=True, slots=True)
+class NoOptions:
+    """A scenario chooses nothing about the PLC: its configuration says everything."""
+
+
+def low_and_width(pair: tuple[Decimal, Decimal] | None, minimum: float, span: float) -> tuple[float, float]:
+    """Low end and width of a range in engineering units; without one, of the counts."""
+    return (minimum, span) if pair is None else (float(pair[0]), float(pair[1] - pair[0]))
 
 
 class CountsPlc(Plc):

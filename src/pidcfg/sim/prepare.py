@@ -1,4 +1,4 @@
-"""What a scenario and its PLC make together before anything runs: options, base step, network, and what is wrong."""
+"""Before a run: the PLC's options, the base step, the network, and all problems of a scenario."""
 
 from __future__ import annotations
 
@@ -22,14 +22,14 @@ if TYPE_CHECKING:
 def options(scenario: Scenario, controller: Controller) -> object:
     """What the scenario chooses about the PLC, as the controller takes it; `prepare` reports what it does not know."""
     known = {f.name for f in fields(controller.Options)}
-    given = {key: value for key, value in scenario.plc.model_dump(exclude_none=True).items() if key in known}
-    if "scan_time" in given:
-        given["scan_time"] = int(given["scan_time"] * TICKS)
-    return controller.Options(**given)
+    choices = {key: value for key, value in scenario.plc.model_dump(exclude_none=True).items() if key in known}
+    if "scan_time" in choices:
+        choices["scan_time"] = int(choices["scan_time"] * TICKS)
+    return controller.Options(**choices)
 
 
 def base_step(scenario: Scenario, plc: Plc) -> int:
-    """The base step in ticks: as given, the scan time, or the greatest common step of the sample rates."""
+    """The base step in ticks: that of the scenario, the scan time, or the greatest common step of the sample rates."""
     chosen = scenario.step or scenario.plc.scan_time
     if chosen is not None:
         return max(1, int(chosen * TICKS))
@@ -39,29 +39,29 @@ def base_step(scenario: Scenario, plc: Plc) -> int:
 
 def rates_set(scenario: Scenario, plc: Plc) -> list[int]:
     """Sample rates that events of the scenario set, in ticks."""
-    found = []
+    periods = []
     for event in scenario.events:
         if event.loop not in plc.loops or event.set is None or event.at > scenario.duration:
             continue
         loop = plc.loops.index(event.loop)
         for keys, value, _ in leaves(event.set):
             with suppress(PydanticCustomError):  # the check of the scenario reports it
-                found.append(plc.period_set(loop, keys, plc.check_set(loop, keys, value)))
-    return found
+                periods.append(plc.period_set(loop, keys, plc.check_set(loop, keys, value)))
+    return periods
 
 
 def prepare(scenario: Scenario, plc: Plc) -> Network:
     """The network of a scenario, with everything that is wrong with the scenario in ``problems``."""
     step = base_step(scenario, plc)
-    found = list(check_scenario(scenario, plc))
+    problems = list(check_scenario(scenario, plc))
     for name, period in zip(plc.loops, plc.periods, strict=True):
         if period and misses(period, step, scenario):
-            found.append(uneven(name, period, step))
+            problems.append(uneven(name, period, step))
     if scenario.plc.number_of_loops is not None and any(plc.flags.values()):
         words = ", ".join(f"{name} = {plc.word_of_flags.format(word)}" for name, word in plc.flags.items())
         message = f"with {scenario.plc.number_of_loops} loops the set-up check gives {words}: the loop task is off"
-        found.append(Problem(("plc", "number_of_loops"), message, "set_up", "warning"))
-    return build(scenario, plc, step, found)
+        problems.append(Problem(("plc", "number_of_loops"), message, "set_up", "warning"))
+    return build(scenario, plc, step, problems)
 
 
 def misses(period: int, step: int, scenario: Scenario) -> bool:

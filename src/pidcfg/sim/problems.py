@@ -46,7 +46,7 @@ class Problem:
 
 
 def unknown(path: Path, what: str, name: object, known: Iterable[str], *, key: bool = False) -> Problem:
-    """A name that means nothing here, with the one that was probably meant."""
+    """A name that is unknown here, with the nearest known one as help."""
     names = list(known)
     near = nearest(str(name), names)
     few = ", ".join(names[:12]) + (", …" if len(names) > 12 else "")

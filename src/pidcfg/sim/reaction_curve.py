@@ -10,7 +10,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from pidcfg.sim.records import Heard
+    from pidcfg.sim.records import CurveState
 
 POINTS = 512
 """Floats of a curve in `aux`."""
@@ -21,21 +21,21 @@ SMALL = 0.02
 ENOUGH = 0.10
 """A response of this much of the span is enough to measure its slope."""
 PATIENCE = 600.0
-"""Seconds, or `PATIENT` samples if those are longer, until a PV that does not move at all is given up."""
+"""Seconds, or `PATIENT` samples if those are longer, after which a PV that does not move stops the auto-tune."""
 PATIENT = 256
 GOES_ON, ANSWERED, TOO_SMALL, NO_ANSWER = 0, 1, 2, 3
-"""What `judged` finds."""
+"""Results of `judge_response`."""
 
 
-def begin_curve(s: Heard) -> None:
-    """The step is being made: nothing has been recorded (kernel)."""
+def begin_curve(s: CurveState) -> None:
+    """Before the first sample after the step (kernel)."""
     s.tune_count = 0
     s.tune_points = 0
     s.tune_stride = 1
     s.tune_sum = 0.0
 
 
-def record(s: Heard, first: int, aux: list[float], rise: float) -> bool:
+def record(s: CurveState, first: int, aux: list[float], rise: float) -> bool:
     """Keep one more sample of the response; True when it completes a point (kernel)."""
     s.tune_count += 1
     s.tune_sum += rise
@@ -62,7 +62,7 @@ def mean(aux: list[float], first: int, count: int) -> float:
     return total / count
 
 
-def crossing(s: Heard, first: int, aux: list[float], level: float) -> int:
+def crossing(s: CurveState, first: int, aux: list[float], level: float) -> int:
     """The first point at or above a level (kernel)."""
     for j in range(s.tune_points):
         if aux[first + j] >= level:
@@ -70,7 +70,7 @@ def crossing(s: Heard, first: int, aux: list[float], level: float) -> int:
     return s.tune_points - 1
 
 
-def steepest_line(s: Heard, first: int, aux: list[float], change: float) -> tuple[float, float]:
+def steepest_line(s: CurveState, first: int, aux: list[float], change: float) -> tuple[float, float]:
     """Rise a point of the steepest line, 0 when there is none, and the dead time in samples, at least 1 (kernel)."""
     need = max(0.1 * change, min(12.0 * s.tune_noise, 0.2 * change))
     width = crossing(s, first, aux, 2.0 * need) - crossing(s, first, aux, need)
@@ -93,22 +93,22 @@ def steepest_line(s: Heard, first: int, aux: list[float], change: float) -> tupl
     return steepest, max(dead, 1.0)
 
 
-def judged(
-    s: Heard, first: int, aux: list[float], span: float, count: float, rest: float, seconds: float, last_step: int
+def judge_response(
+    s: CurveState, first: int, aux: list[float], span: float, count: float, rest: float, seconds: float, last_step: int
 ) -> tuple[int, float]:
-    """What a response amounts to at one of its points, and its change so far (kernel).
+    """The judgement of a response at one of its points, and its change so far (kernel).
 
     ``count`` is the resolution of the PV and ``rest`` what a PV at rest may still move; after the ``last_step`` every
-    answer that can be told from noise counts.
+    answer above the noise counts.
     """
     n = s.tune_points
     few = max(1, n // 12)
     last = first + n
     change = mean(aux, last - few, few)
-    audible = max(4.0 * count, 6.0 * s.tune_noise)
-    if change >= ENOUGH * span and change >= audible:
+    detectable = max(4.0 * count, 6.0 * s.tune_noise)
+    if change >= ENOUGH * span and change >= detectable:
         return ANSWERED, change
-    if change > audible and n >= 24:
+    if change > detectable and n >= 24:
         moved = change - mean(aux, last - n // 3, few)
         if moved <= max(SMALL * change, s.tune_noise, rest):
             if last_step or change >= SMALL * span:

@@ -1,4 +1,4 @@
-"""What the loops of every vendor know, as flat records that each vendor's `Config` and `State` extend.
+"""Records of a loop that every vendor has, as flat dataclasses that each vendor's `Config` and `State` extend.
 
 Ints and floats only: the same fields become a NumPy record for numba. A field that is nothing but what a
 register (or a parameter) holds names it by `register`, and `read_registers` fills it; what is calculated stands in a
@@ -20,7 +20,7 @@ Number = TypeVar("Number", int, float)
 
 
 class Register(NamedTuple):
-    """What a field of a record is made of."""
+    """A field of a record and the register that it comes from."""
 
     field: str
     whole: bool
@@ -36,19 +36,19 @@ def register(name: str, default: Number, *, equals: Any = None, enabled: str | N
     It keeps its ``default`` where the register has no value or another one, ``enabled``, is off. With ``equals`` it is
     1 where the register has that value, else 0.
     """
-    made: Number = field(default=default, metadata={"name": name, "equals": equals, "enabled": enabled})
-    return made
+    value: Number = field(default=default, metadata={"name": name, "equals": equals, "enabled": enabled})
+    return value
 
 
 def registers(record: Any) -> Iterator[Register]:
-    """The fields of a record, or of its class, that are made of registers."""
+    """The fields of a record, or of its class, that come from registers."""
     for f in fields(record):
         if f.metadata:
             yield Register(f.name, f.type in {int, "int"}, f.default, **f.metadata)
 
 
 def read_registers(record: Any, values: Mapping[str, Any], real: Callable[[Any], float] = float) -> None:
-    """Fills the fields of a record that are made of registers, from the registers' values by name."""
+    """Fills the fields of a record that come from registers, from the registers' values by name."""
     for row in registers(record):
         value = values.get(row.name) if row.enabled is None or values[row.enabled] else None
         if value is None:
@@ -61,13 +61,13 @@ def read_registers(record: Any, values: Mapping[str, Any], real: Callable[[Any],
 
 
 def register_values(record: Any) -> dict[str, float]:
-    """What the registers hold that the fields of a record are made of, by name."""
+    """The values of a record's registers, by name."""
     return {row.name: getattr(record, row.field) for row in registers(record)}
 
 
 @dataclass(slots=True)
 class LoopConfig:
-    """What the runner reads of a loop; a vendor's own fields follow. Changed only between two segments of a run."""
+    """What the runner reads of a loop; each vendor adds fields. Changed only between two segments of a run."""
 
     period: int = 100_000
     """Sample rate in ticks, as at the start."""
@@ -85,14 +85,14 @@ class LoopConfig:
 
 @dataclass(slots=True)
 class LoopState:
-    """What the runner reads of a loop, its registers, and the factors made of them."""
+    """What the runner reads of a loop, its registers, and the factors calculated from them."""
 
     due: int = 0
     """Tick of the next calculation."""
     period: int = 100_000
     """Present sample rate in ticks."""
     busy: int = 0
-    """What has to be attended to, as a set of bits; 0 in quiet operation."""
+    """What is pending, as bits; 0 in undisturbed operation."""
     status: int = 1
     """Mode, alarms and conditions, as bits."""
     aux_status: int = 0
@@ -114,8 +114,8 @@ class LoopState:
 
 
 @dataclass(slots=True)
-class Heard(LoopState):
-    """A loop that looks at the noise of its PV and records a reaction curve."""
+class CurveState(LoopState):
+    """A loop that measures the noise of its PV and records a reaction curve."""
 
     tune_phase: int = 0
     tune_count: int = 0
@@ -130,14 +130,14 @@ class Heard(LoopState):
     tune_base: float = 0.0
     """PV at rest."""
     tune_out: float = 0.0
-    """Output before anything was done to it."""
+    """Output before the autotune."""
     tune_a: float = 0.0
     tune_b: float = 0.0
 
 
 @dataclass(slots=True)
-class Tuned(Heard):
-    """A loop that a relay can make swing."""
+class RelayState(CurveState):
+    """A loop with a relay autotune."""
 
     tune_done: int = 0
     tune_step: float = 0.0
@@ -155,8 +155,8 @@ class Tuned(Heard):
 
 
 @dataclass(slots=True)
-class Asked(Tuned):
-    """A loop whose mode is asked for: by requests, and until it is granted by its goal."""
+class RequestState(RelayState):
+    """A loop whose mode is requested: once by an event, and at every sample until its goal is reached."""
 
     request: int = 0
     """One-shot requested mode bit."""
@@ -169,4 +169,4 @@ class Asked(Tuned):
     requested: int = 0
     """The mode that was requested last, for the log."""
     refused: int = 0
-    """Reasons (as bits) that the goal has met so far."""
+    """Reasons, as bits, for which the goal has been refused so far."""

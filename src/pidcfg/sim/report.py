@@ -101,7 +101,7 @@ class LoopReport:
 
 @dataclass(slots=True)
 class Report:
-    """Everything that a run found out."""
+    """The results of a run."""
 
     scenario: str
     step: float

@@ -27,5 +27,5 @@ def rest(net: Network, initial: Sequence[float | None]) -> None:
 
 def initial_values(net: Network) -> list[float | None]:
     """The initial values as the scenario gives them, in the order of the plants."""
-    given = [net.texts[name][1].initial for name in net.plant_of]
-    return [None if value is None else float(value) for value in given]
+    values = [net.texts[name][1].initial for name in net.plant_of]
+    return [None if value is None else float(value) for value in values]

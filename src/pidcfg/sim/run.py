@@ -190,7 +190,7 @@ class _Run:
         self._report_progress(k - self.zero)
 
     def _look_at_rates(self, k: int) -> None:
-        """Reports a sample rate that an event or an auto-tune has made one that the base step does not meet."""
+        """Reports a sample rate that the base step does not meet since an event or an auto-tune changed it."""
         periods = list(self.plc.periods)
         for name, old, new in zip(self.plc.loops, self.periods, periods, strict=True):
             if new and new != old and misses(new, self.step, self.scenario):
@@ -198,7 +198,7 @@ class _Run:
         self.periods = periods
 
     def _noise(self, rows: int) -> list[float]:
-        """Standard normal numbers, a row a base step; each plant has its own source, so others do not change it."""
+        """Standard normal numbers, a row a base step; a source for each plant, so that none depends on others."""
         columns = len(self.random)
         noise = [0.0] * (rows * columns)
         for column, source in enumerate(self.random):
@@ -214,9 +214,9 @@ class _Run:
     def _report(self) -> Report:
         self.journal.close()
         machine, sig = self.machine, self.net.sig
-        for i, (meter, found) in enumerate(zip(machine.meters, self.journal.loops, strict=True)):
+        for i, (meter, report) in enumerate(zip(machine.meters, self.journal.loops, strict=True)):
             values = loop_metrics(meter, machine.bands[i], self.last, self.dt, sig)
-            found.metrics = {name: None if v is None else rounded(v) for name, v in values.items()}
+            report.metrics = {name: None if v is None else rounded(v) for name, v in values.items()}
         signals = self._signals()
         outcome = Outcome(self.plc, self.journal, machine.meters, signals, self.dt, self.last, self.agenda.modes)
         wanted = enumerate(self.scenario.expect)
@@ -254,31 +254,31 @@ class _Run:
 
     def _faults(self) -> list[Note]:
         """Expressions that had no value, with the first time."""
-        found = []
+        notes = []
         named = {at: name for name, at in self.net.plant_of.items()}
         for i, plant in enumerate(self.net.plants):
             if plant.fault:
                 text = str(self.net.texts[named[i]][1].input)
-                found.append(self._fault(plant.fault, plant.fault_at, f"input of {named[i]}", text))
+                notes.append(self._fault(plant.fault, plant.fault_at, f"input of {named[i]}", text))
         for i, channel in enumerate(self.net.channels):
             if channel.fault:
                 key = str(self.net.sources[i][-1])
-                found.append(self._fault(channel.fault, channel.fault_at, key, self.scenario.connect[key]))
+                notes.append(self._fault(channel.fault, channel.fault_at, key, self.scenario.connect[key]))
         for tick, name, why in self.plc.faults():
             time = rounded(max(0, tick // self.step - self.zero) * self.dt)
             message = f"the wire of {name} has no value ({why}); it kept the one that it had"
-            found.append(Note(time, None, message, error=True))
-        return found
+            notes.append(Note(time, None, message, error=True))
+        return notes
 
     def _fault(self, fault: int, k: int, what: str, text: str) -> Note:
         time = rounded(max(0, k - self.zero) * self.dt)
         return Note(time, None, f"{what}: {FAULTS[fault]} in {text!r}; the signal kept its last value", error=True)
 
 
-def _placed(found: Verdict, wanted: Expectation) -> Verdict:
+def _placed(result: Verdict, wanted: Expectation) -> Verdict:
     """A verdict with the loop that it is about, and the time of which something is expected."""
     loop = wanted.loop or (wanted.signal or "").partition(".")[0] or None
-    return replace(found, loop=loop, at=None if wanted.at is None else float(wanted.at))
+    return replace(result, loop=loop, at=None if wanted.at is None else float(wanted.at))
 
 
 def _too_long(last: int, loops: int, settings: Settings) -> list[Problem]:

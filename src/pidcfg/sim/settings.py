@@ -7,14 +7,18 @@ the last part of a key where only one register has it (``gain``). A vendor makes
 from __future__ import annotations
 
 import difflib
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any
 
-from pidcfg.encoders.regmap import Bits, RegisterMap, Word
+from pidcfg.encoders.regmap import Bits, RegisterMap, Word, encode_one
 from pidcfg.encoders.words import EncodeError
 from pidcfg.paths import dotted
 from pidcfg.schemas.base import parse_flag, parse_number, refuse
+
+if TYPE_CHECKING:
+    from pidcfg.encoders.scales import Scale
 
 Row = Word | Bits
 Parser = Callable[[object], object]
@@ -37,7 +41,7 @@ class Keys:
     short: Mapping[str, str]
     """Short forms; every vendor has ``setpoint`` and ``output``."""
     events: Mapping[str, str] = field(default_factory=dict)
-    """Keys that are events of their own, and the key of the event."""
+    """Keys that have an event instead, and the key of that event."""
     parsers: Mapping[str, Parser] = field(default_factory=dict)
     """How a register's value is written, by path."""
     parser: Callable[[Word], Parser] = lambda _word: parse_number
@@ -96,9 +100,19 @@ def choices_of(row: Row) -> list[Any] | None:
     return None if choices is None else list(choices.values())
 
 
+def encode_row(row: Row, value: Any, scales: Mapping[str, Scale] = MappingProxyType({})) -> int:
+    """A parsed value to its word, or to its bits in place; `EncodeError` when the register cannot hold it."""
+    return row.encode(value) if isinstance(row, Bits) else encode_one(row.codec, value, scales)
+
+
+def items_of(rows: list[Row], value: Any) -> Iterator[tuple[Row, Any]]:
+    """Each register behind a key with its part of the value: a pair of limits has two."""
+    return zip(rows, value if len(rows) > 1 else [value], strict=True)
+
+
 def check_fit(rows: list[Row], value: Any, encode: Callable[[Row, Any], int]) -> None:
     """Refuses a parsed value that its registers cannot hold."""
-    for row, item in zip(rows, value if len(rows) > 1 else [value], strict=True):
+    for row, item in items_of(rows, value):
         try:
             encode(row, item)
         except EncodeError as error:

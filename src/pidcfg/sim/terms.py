@@ -9,7 +9,7 @@ NEAREST = 6755399441055744.0
 """1.5 * 2**52: adding and subtracting it rounds to a whole number, half to even, without a call."""
 
 SINGLE = array("f", [0.0])
-"""What is put into it comes back in single precision."""
+"""A number that is stored here is rounded to single precision."""
 
 
 def clamp(x: float, low: float, high: float) -> float:
@@ -27,7 +27,7 @@ def nearest(x: float) -> float:
 
 
 def finite(x: float, otherwise: float) -> float:
-    """The number, or another one in place of what is infinite or none."""
+    """The number itself if it is finite, else ``otherwise``."""
     return x if isfinite(x) else otherwise
 
 
@@ -48,7 +48,10 @@ def single(x: float) -> float:
 
 
 def latched(status: int, bit: int, excess: float, hysteresis: float) -> int:
-    """The status with one alarm bit renewed; ``excess`` is how far the PV is beyond the limit (D46, D122)."""
+    """The status with one alarm bit renewed; ``excess`` is how far the PV is beyond the limit.
+
+    Hysteresis acts on the way back (D46, D122).
+    """
     if excess > 0.0:
         return status | bit
     if excess <= -hysteresis:

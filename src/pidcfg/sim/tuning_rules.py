@@ -1,6 +1,6 @@
-"""What auto-tunes of several vendors have in common: noise at rest, the relay's cycle, and the gains made of either.
+"""What auto-tunes of several vendors have in common: noise at rest, the relay's cycle, and the gains that follow.
 
-Kernels on the ``tune_`` fields of a loop's state; what is done to the output is each vendor's own.
+Kernels on the ``tune_`` fields of a loop's state; each vendor moves its output itself.
 """
 
 from __future__ import annotations
@@ -10,14 +10,14 @@ from typing import TYPE_CHECKING
 from pidcfg.tuning.rules import CLOSED_SAMPLE, GENTLE_CLOSED, OPEN_SAMPLE, ZIEGLER_NICHOLS_OPEN
 
 OBSERVED = 16
-"""Samples that tell the noise of a PV before anything is done to the output."""
+"""Samples at rest from which the noise of a PV is estimated."""
 SECOND_DIFFERENCE = 1.9544
 """Mean of |y(n) - 2 y(n-1) + y(n-2)| of white noise in standard deviations: sqrt(6) sqrt(2 / pi)."""
 FIRST_TURN, LAST_TURN = 4, 8
-"""Switches of a relay between which its swing is measured; the first one only takes the output over."""
+"""Switches of a relay between which its swing is measured; the first one only starts the relay."""
 
 if TYPE_CHECKING:
-    from pidcfg.sim.records import Heard, Tuned
+    from pidcfg.sim.records import CurveState, RelayState
 
 CURVE_PI, CURVE_PI_RESET, _ = ZIEGLER_NICHOLS_OPEN["PI"]
 CURVE_PID, CURVE_PID_RESET, CURVE_PID_RATE = ZIEGLER_NICHOLS_OPEN["PID"]
@@ -30,14 +30,14 @@ Gains = tuple[float, float, float, float]
 """Gain, reset and rate in s, and the sample rate in s."""
 
 
-def begin_listening(s: Heard) -> None:
-    """Nothing has been heard yet (kernel)."""
+def begin_noise(s: CurveState) -> None:
+    """Before the first sample at rest (kernel)."""
     s.tune_count = 0
     s.tune_sum = 0.0
     s.tune_base = 0.0
 
 
-def listen(s: Heard, p: float) -> bool:
+def measure_noise(s: CurveState, p: float) -> bool:
     """One more sample at rest; after the last one noise, from second differences, and mean are known (kernel)."""
     if s.tune_count >= 2:
         s.tune_sum += abs(p - 2.0 * s.tune_a + s.tune_b)
@@ -52,7 +52,7 @@ def listen(s: Heard, p: float) -> bool:
     return True
 
 
-def begin_cycle(s: Tuned) -> None:
+def begin_cycle(s: RelayState) -> None:
     """The relay has not switched yet (kernel)."""
     s.tune_count = 0
     s.tune_turns = 0
@@ -61,7 +61,7 @@ def begin_cycle(s: Tuned) -> None:
     s.tune_swing = 0.0
 
 
-def switched(s: Tuned, p: float, e: float, band: float) -> int:
+def relay_switch(s: RelayState, p: float, e: float, band: float) -> int:
     """One sample under the relay: 0, or the sign of the error that switches it, once beyond the band (kernel)."""
     s.tune_count += 1
     if s.tune_turns:

@@ -16,6 +16,7 @@ from pidcfg.cli.terminal.console import note
 from pidcfg.vendors import VENDORS
 
 if TYPE_CHECKING:
+    from pidcfg.cli.files.inputs import Input
     from pidcfg.document import Document
     from pidcfg.limits import Limits
     from pidcfg.results.differences import DiffResult
@@ -61,12 +62,17 @@ def command(
     Loops are matched by name, then by their order. Differences are ranked by what can go wrong.
     """
     from pidcfg.api import diff
+    from pidcfg.cli.files.inputs import Input
     from pidcfg.cli.formats.differences import render
 
     report_options.refuse_outputs((*plot, *(report.path for report in reports)), (before, after))
     if fmt != "text" and plots.TERMINAL in plot:
         raise click.UsageError(f"--plot - and --format {fmt} would both go to standard output; name a file")
-    one, two = (_source(name, limits, fmt) for name in (before, after))
+    sources = [_source(name, limits) for name in (before, after)]
+    for entry, other in zip(sources, reversed(sources), strict=True):
+        if isinstance(entry, Input) and entry.problem is not None:
+            _unreadable(entry, other, vendor, limits, fmt)
+    one, two = (source.data if isinstance(source, Input) else source for source in sources)
     with usage():
         result = diff(one, two, vendor=vendor, names=(before, after), limits=limits)
     if not result.ok:
@@ -80,21 +86,33 @@ def command(
         click.get_current_context().exit(Exit.FINDINGS)
 
 
-def _source(name: str, limits: Limits, fmt: str) -> Document | bytes:
-    """A YAML file's document, or the bytes of a memory listing."""
-    from pidcfg.cli.files.inputs import STDIN, document, read_input
-    from pidcfg.cli.findings.collect import one_configuration, show_errors
+def _source(name: str, limits: Limits) -> Document | Input:
+    """A YAML file's document, or a memory listing as it was read."""
+    from pidcfg.cli.files.inputs import STDIN, read_input
+    from pidcfg.cli.findings.collect import one_configuration
     from pidcfg.results.differences import is_listing
 
     if name == STDIN or not is_listing(name):
         return one_configuration(name, limits)
-    entry = read_input(name, limits)
-    if entry.problem is not None:
-        if fmt == "json":
-            unread = document(entry, limits)
-            show_errors(unread.problems, unread, fmt)
-        raise click.ClickException(entry.problem)
-    return entry.data
+    return read_input(name, limits)
+
+
+def _unreadable(entry: Input, other: Document | Input, vendor: str | None, limits: Limits, fmt: str) -> NoReturn:
+    """Ends the command with what is wrong with the configuration on the other side, else with the listing's fault."""
+    from pidcfg.api import diff
+    from pidcfg.cli.files.inputs import Input, document
+    from pidcfg.cli.findings.collect import show_errors
+
+    if not isinstance(other, Input):
+        result = diff(other, other, names=(other.file, other.file), limits=limits)
+        if not result.ok:
+            refuse(result, fmt)
+    elif vendor is None:
+        raise click.UsageError("neither file says the PLC family; name it with --vendor")
+    if fmt == "json":
+        unread = document(entry, limits)
+        show_errors(unread.problems, unread, fmt)
+    raise click.ClickException(entry.problem or "")
 
 
 def refuse(result: DiffResult, fmt: str) -> NoReturn:

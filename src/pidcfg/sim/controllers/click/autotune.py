@@ -1,6 +1,6 @@
-"""Autotune of the CLICK, sample by sample: a look at the noise, then the step response or the relay (D123, D124).
+"""Autotune of the CLICK, sample by sample: the noise, then the step response (D123) or the relay (D124).
 
-The output is in %, the PV in its own units, so the gain is % per unit; the PV limits are what answers are judged by.
+The output is in %, the PV in its units, so the gain is % per unit; responses count as shares of the PV limits.
 """
 
 from __future__ import annotations
@@ -9,7 +9,7 @@ from math import sqrt
 from typing import TYPE_CHECKING
 
 from pidcfg.sim.controllers.click.tune_results import (
-    LISTENING,
+    OBSERVING,
     RESPONSE,
     SWITCHING,
     TUNE_NO_RANGE,
@@ -19,21 +19,30 @@ from pidcfg.sim.controllers.click.tune_results import (
     tunable,
 )
 from pidcfg.sim.plc import TICKS
-from pidcfg.sim.reaction_curve import ANSWERED, NO_ANSWER, STEP, TOO_SMALL, begin_curve, judged, record, steepest_line
+from pidcfg.sim.reaction_curve import (
+    ANSWERED,
+    NO_ANSWER,
+    STEP,
+    TOO_SMALL,
+    begin_curve,
+    judge_response,
+    record,
+    steepest_line,
+)
 from pidcfg.sim.terms import single
-from pidcfg.sim.tuning_rules import LAST_TURN, begin_cycle, curve_gains, cycle_gains, listen, switched
+from pidcfg.sim.tuning_rules import LAST_TURN, begin_cycle, curve_gains, cycle_gains, measure_noise, relay_switch
 
 if TYPE_CHECKING:
     from pidcfg.sim.controllers.click.state import Config, State
 
 RESOLUTION = 1.0 / 4000.0
-"""Share of the PV's range that counts as nothing."""
+"""Resolution of the PV, as a share of its range."""
 PI = 3.141592653589793
 RELAY_PATIENCE = 3600.0
-"""Seconds, or `RELAY_PATIENT` samples if those are longer, until an error that keeps its sign is given up."""
+"""Seconds, or `RELAY_PATIENT` samples if those are longer, after which a relay without a switch is stopped."""
 RELAY_PATIENT = 1000
 LEAST_SWING = 1e-6
-"""Share of the PV's range that a swing has at least."""
+"""Least amplitude of a cycle, as a share of the PV's range."""
 
 
 def step_output(c: Config, s: State) -> None:
@@ -79,15 +88,15 @@ def respond(c: Config, s: State, aux: list[float]) -> None:
     span = c.pv_high - c.pv_low
     second = int(abs(s.tune_step) > STEP)
     count = span * RESOLUTION
-    found, change = judged(s, c.tune_buffer, aux, span, count, count, s.period / TICKS, second)
-    if found == ANSWERED:
+    verdict, change = judge_response(s, c.tune_buffer, aux, span, count, count, s.period / TICKS, second)
+    if verdict == ANSWERED:
         measure(c, s, aux, change)
-    elif found == TOO_SMALL:
+    elif verdict == TOO_SMALL:
         s.tune_base += sign(c, s) * change
         step_output(c, s)
-    elif found == NO_ANSWER and second:
+    elif verdict == NO_ANSWER and second:
         fail(s, TUNE_NO_RESPONSE)
-    elif found == NO_ANSWER:
+    elif verdict == NO_ANSWER:
         step_output(c, s)
 
 
@@ -96,7 +105,7 @@ def relay(c: Config, s: State) -> None:
     seconds = s.period / TICKS
     span = c.pv_high - c.pv_low
     band = c.tune_hysteresis * span / 100.0
-    side = switched(s, s.pv, s.sp - s.pv, band)
+    side = relay_switch(s, s.pv, s.sp - s.pv, band)
     if side:
         s.out = c.out_high if (side > 0) == (c.reverse == 0) else c.out_low
     quiet = s.tune_count - s.tune_points
@@ -115,8 +124,8 @@ def tune(c: Config, s: State, aux: list[float]) -> None:
     """One sample of the autotune; its limits may be written meanwhile."""
     if not tunable(c):
         fail(s, TUNE_NO_RANGE)
-    elif s.tune_phase == LISTENING:
-        if listen(s, s.pv):
+    elif s.tune_phase == OBSERVING:
+        if measure_noise(s, s.pv):
             if c.tune_closed:
                 begin_relay(s)
             else:

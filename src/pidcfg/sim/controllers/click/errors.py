@@ -25,7 +25,7 @@ BIAS_ERROR = row_of(int(BIAS_NUMBER))
 
 
 class Range(NamedTuple):
-    """What a register may hold, in its own digits."""
+    """What a register may hold, as it is stored."""
 
     low: float
     high: float

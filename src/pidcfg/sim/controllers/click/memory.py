@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from math import isfinite
 from typing import TYPE_CHECKING
 
@@ -14,6 +13,7 @@ from pidcfg.sim.controllers.click.errors import lowest_error
 from pidcfg.sim.controllers.click.report import MODES, SIGNALS
 from pidcfg.sim.controllers.click.state import Config, State
 from pidcfg.sim.controllers.click.words import configure, loop_of, write_state
+from pidcfg.sim.notices import tell_request
 from pidcfg.sim.plc import Plc
 from pidcfg.sim.reaction_curve import POINTS
 from pidcfg.sim.terms import finite
@@ -24,17 +24,9 @@ if TYPE_CHECKING:
     from pidcfg.encoders.image import Image
 
 PULSES = 100
-"""Base steps of a PWM period at least (D121)."""
+"""Least number of base steps in a PWM period: the pulses' resolution is 1 % (D121)."""
 COUNTS = 1 << 16
-"""What the range of a PV counts where something is measured in counts (D128)."""
-
-
-@dataclass(frozen=True, slots=True)
-class Options:
-    """What a scenario chooses about the PLC; no register holds it."""
-
-    scan_time: int = 0
-    """Length of a scan in ticks: the base step; samples come with the next scan."""
+"""Counts of the PV's range where a resolution is needed: floats have none (D128)."""
 
 
 class Memory(Plc):
@@ -45,7 +37,7 @@ class Memory(Plc):
 
     def __init__(self, image: Image) -> None:
         words = image.words
-        self._loops = [loop_of(words, i, own) for i, own in enumerate(image.settings)]
+        self._loops = [loop_of(words, i, entry) for i, entry in enumerate(image.settings)]
         self.loops = [loop.name for loop in self._loops]
         self.goals = [loop.goal for loop in self._loops]
         self.place_loops(Config, State, SIGNALS, POINTS)
@@ -70,15 +62,15 @@ class Memory(Plc):
 
     def _begin(self, i: int) -> None:
         """What a loop starts with: the controller's registers, its goal, and its places in the shared vectors."""
-        own, c, s = self._loops[i], self.cfg[i], self.st[i]
+        loop, c, s = self._loops[i], self.cfg[i], self.st[i]
         c.tune_buffer = i * POINTS
-        c.pwm = int(own.pwm)
-        if not own.pwm:
+        c.pwm = int(loop.pwm)
+        if not loop.pwm:
             self.signals[c.sig_pwm] = ""
         self._apply(i)
         c.period = s.period
-        s.goal = 0 if own.goal == "manual" else MODES[own.goal]
-        s.goal_sp, s.goal_writes = s.sp, int(own.has_setpoint)
+        s.goal = 0 if loop.goal == "manual" else MODES[loop.goal]
+        s.goal_sp, s.goal_writes = s.sp, int(loop.has_setpoint)
         s.busy |= bits.GOAL if s.goal else 0
         self._show(i, self.sig)
 
@@ -101,11 +93,11 @@ class Memory(Plc):
         s.status &= ~bits.PID_ERROR
         s.requested = 0
         if not error:
-            click_modes.tell(s, click_modes.CLEARED)
+            tell_request(s, click_modes.CLEARED)
             return
         s.status |= bits.PID_ERROR
         if s.status & bits.MANUAL:
-            click_modes.tell(s, click_modes.NOTED_ERROR + error)
+            tell_request(s, click_modes.NOTED_ERROR + error)
         else:
             click_modes.to_manual(s, click_modes.OVERRIDE_ERROR + error)
 

@@ -28,7 +28,7 @@ from pidcfg.sim.controllers.click.tune_results import (
     start_tune,
     tunable,
 )
-from pidcfg.sim.notices import noticed
+from pidcfg.sim.notices import tell_request
 
 REFUSED_STOP = 1
 REFUSED_TUNING = 2
@@ -49,18 +49,13 @@ ABOUT_MODE = {REFUSED_STOP, REFUSED_TUNING, OVERRIDE_STOP}
 """Reasons that concern the mode."""
 
 
-def tell(s: State, reason: int) -> None:
-    """Leave a notice for the log."""
-    s.notice = noticed(s.notice, s.requested, reason)
-
-
 def stop_tune(s: State) -> None:
     """A mode other than Auto ends an autotune without results."""
     if s.status & TUNING:
         abandon(s)
         s.status |= TUNE_ERROR
         s.requested = 0
-        tell(s, TUNE_ABORTED)
+        tell_request(s, TUNE_ABORTED)
 
 
 def to_manual(s: State, reason: int) -> None:
@@ -69,7 +64,7 @@ def to_manual(s: State, reason: int) -> None:
         stop_tune(s)
         s.status = (s.status & ~MODES) | MANUAL
         s.requested = 0
-        tell(s, reason)
+        tell_request(s, reason)
 
 
 def to_auto(c: Config, s: State) -> None:
@@ -82,13 +77,13 @@ def to_auto(c: Config, s: State) -> None:
 
 
 def no_tune(c: Config, s: State) -> int:
-    """Why an autotune cannot start (D123); 0: it can."""
+    """Why an autotune cannot start: it needs Auto and PV limits (D123); 0: it can."""
     if s.status & AUTO == 0:
         return REFUSED_TUNE_MODE
     return 0 if tunable(c) else REFUSED_TUNE_RANGE
 
 
-def ask(c: Config, s: State, wanted: int) -> int:
+def request_mode(c: Config, s: State, wanted: int) -> int:
     """Request a mode: it is entered, or the reason of the refusal is returned."""
     s.requested = wanted
     now = s.status & MODES
@@ -120,9 +115,9 @@ def cancel(s: State) -> None:
     if s.status & TUNING:
         abandon(s)
         s.status = (s.status & ~MODES) | AUTO
-        tell(s, TUNE_CANCELLED)
+        tell_request(s, TUNE_CANCELLED)
     else:
-        tell(s, TUNE_IDLE)
+        tell_request(s, TUNE_IDLE)
 
 
 def pursue(c: Config, s: State) -> None:
@@ -133,10 +128,10 @@ def pursue(c: Config, s: State) -> None:
         s.busy &= ~GOAL
         s.goal = 0
         return
-    reason = ask(c, s, s.goal)
+    reason = request_mode(c, s, s.goal)
     if reason and (s.refused >> s.error) & 1 == 0:
         s.refused |= 1 << s.error
-        tell(s, reason)
+        tell_request(s, reason)
 
 
 def modes(c: Config, s: State) -> None:
@@ -145,9 +140,9 @@ def modes(c: Config, s: State) -> None:
         s.busy &= ~(REQUEST | GOAL)
         s.goal = 0
         for bit in (s.request & (MANUAL | AUTO), s.request & TUNING):
-            reason = ask(c, s, bit) if bit else 0
+            reason = request_mode(c, s, bit) if bit else 0
             if reason:
-                tell(s, reason)
+                tell_request(s, reason)
         s.request = 0
     elif s.busy & GOAL:
         pursue(c, s)

@@ -1,4 +1,4 @@
-"""The CLICK as an object: made of its registers, and handled from outside as its operator, ladder and switch would.
+"""The virtual CLICK: built from its registers, operated as by its operator, its ladder and the switch.
 
 `load` decodes nothing but registers; what none holds (names, intended modes, the bit of the pulses) comes from the
 image's settings.
@@ -13,14 +13,16 @@ from typing import TYPE_CHECKING, Any
 from pidcfg.sim.controllers.click import modes as click_modes
 from pidcfg.sim.controllers.click import state as bits
 from pidcfg.sim.controllers.click import tune_results as click_tune_results
-from pidcfg.sim.controllers.click.memory import Memory, Options
+from pidcfg.sim.controllers.click.memory import Memory
 from pidcfg.sim.controllers.click.report import ABOUT_MODE, ALARM_BITS, FLAG_BITS, MODES, REASONS
 from pidcfg.sim.controllers.click.setting import KEYS, check_setting, settings_of
 from pidcfg.sim.controllers.click.words import float_of, sample_ticks
+from pidcfg.sim.notices import tell_request
+from pidcfg.sim.plc import SWITCH_AND_TUNE, ScanOptions
 from pidcfg.sim.records import NEVER
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, MutableSequence, Sequence
+    from collections.abc import Mapping, MutableSequence
 
     from pidcfg.encoders.image import Image
     from pidcfg.schemas.base import Quantity
@@ -39,12 +41,8 @@ class Click(Memory):
     out_name = "CO"
     pulses = ("PWM",)
     modes: Mapping[str, int] = MODES
-    options = tuple(f.name for f in fields(Options))
-    commands: Mapping[str, Sequence[str]] = {
-        "ramp_soak": (),
-        "autotune": ("start", "cancel"),
-        "plc": ("stop", "run"),
-    }
+    options = tuple(f.name for f in fields(ScanOptions))
+    commands = SWITCH_AND_TUNE
     tuned_names = ("proportional_gain", "reset_time", "derivative_gain", "sample_rate")
     alarm_bits: Mapping[str, int] = ALARM_BITS
     flag_bits: Mapping[str, int] = FLAG_BITS
@@ -53,26 +51,20 @@ class Click(Memory):
 
     def __init__(self, image: Image) -> None:
         super().__init__(image)
-        self._in_run = False
+        self.in_run = False
         self.run(0)
 
     # --- the CPU -----------------------------------------------------------------------------------------------------
 
-    def run(self, tick: int) -> None:
+    def start(self, tick: int) -> None:
         """STOP to RUN: loops begin in Manual, with the outputs that their registers hold (D120)."""
-        if self._in_run:
-            return
-        self._in_run = True
         for s in self.st:
             s.busy = (s.busy & ~bits.STOPPED) | bits.FIRST
             s.due = tick
             s.pulse = -1.0
 
-    def program(self, sig: MutableSequence[float]) -> None:
+    def stop(self, sig: MutableSequence[float]) -> None:
         """RUN to STOP: loops are not executed, outputs are off."""
-        if not self._in_run:
-            return
-        self._in_run = False
         for i, s in enumerate(self.st):
             click_modes.to_manual(s, click_modes.OVERRIDE_STOP)
             s.busy = (s.busy & ~(bits.REQUEST | bits.GOAL)) | bits.STOPPED
@@ -92,7 +84,7 @@ class Click(Memory):
         s, bit = self.st[loop], MODES[mode]
         s.requested = bit
         if s.busy & bits.STOPPED:
-            click_modes.tell(s, click_modes.REFUSED_STOP)
+            tell_request(s, click_modes.REFUSED_STOP)
             return
         s.request = s.request | bit if bit == bits.TUNING else (s.request & bits.TUNING) | bit
         s.busy |= bits.REQUEST
@@ -106,14 +98,14 @@ class Click(Memory):
 
     def tuned(self, loop: int) -> Mapping[str, Any] | None:
         """How the autotune of a loop went; None when there was none."""
-        own, s = self._loops[loop], self.st[loop]
+        registers, s = self._loops[loop], self.st[loop]
         error = bool(s.status & bits.TUNE_ERROR)
         if not (s.tune_done or s.status & bits.TUNING or error):
             return None
         done = s.tune_done == click_tune_results.DONE
         status = "running" if s.status & bits.TUNING else "error" if error else STATUS[s.tune_done]
-        own.absorb(s)
-        n = own.numbers()
+        registers.absorb(s)
+        n = registers.numbers()
         results = {name: n[name] / 1000 if name == "sample_rate" else n[name] for name in self.tuned_names}
         return {"done": done, "error": error, "status": status, "results": results if done else {}}
 
@@ -133,14 +125,14 @@ class Click(Memory):
         return sample_ticks(raw - 0x10000 if raw > 0x7FFF else raw)
 
     def set(self, loop: int, path: tuple[str, ...], value: Any, sig: MutableSequence[float]) -> str | None:
-        """Write a value to its registers; returns why it has no effect, if so (D127)."""
-        own, s = self._loops[loop], self.st[loop]
+        """Write a value to its registers; returns why it has no effect, as an output in Auto (D127)."""
+        registers, s = self._loops[loop], self.st[loop]
         written = settings_of(path, value, self._sample_rate(loop))
         if written[0][0].name == "output" and s.status & bits.MANUAL == 0:
             return "is not written: the output is read-only unless the loop is in Manual"
-        own.absorb(s)
+        registers.absorb(s)
         for row, raw in written:
-            own.words[row.name] = raw
+            registers.words[row.name] = raw
             if row.name == "setpoint":
                 s.goal_sp, s.goal_writes = float_of(raw), 1
         self._apply(loop)
@@ -152,6 +144,6 @@ class Click(Memory):
         return Decimal(self.st[loop].sample_ms) / 1000
 
 
-def load(image: Image, options: Options | None = None) -> Click:  # noqa: ARG001 - the base step is the runner's
+def load(image: Image, options: ScanOptions | None = None) -> Click:  # noqa: ARG001 - the base step is the runner's
     """The virtual PLC of an image's registers, as it stands at its change from STOP to RUN."""
     return Click(image)

@@ -17,11 +17,11 @@ from pidcfg.sim.controllers.click.alarms import alarms
 from pidcfg.sim.controllers.click.autotune import tune
 from pidcfg.sim.controllers.click.equation import calculate
 from pidcfg.sim.controllers.click.errors import BIAS_ERROR, BIAS_NUMBER
-from pidcfg.sim.controllers.click.memory import Options
 from pidcfg.sim.controllers.click.modes import OVERRIDE_ERROR, modes, to_manual
 from pidcfg.sim.controllers.click.plc import Click, load
 from pidcfg.sim.controllers.click.pwm import pulse
 from pidcfg.sim.controllers.click.state import AUTO, FIRST, GOAL, NAN, PID_ERROR, REQUEST, TUNING, Config, State
+from pidcfg.sim.plc import ScanOptions as Options
 from pidcfg.sim.terms import clamp, finite, single
 
 __all__ = ["INLINED", "Click", "Config", "Options", "State", "load", "sample", "scan"]

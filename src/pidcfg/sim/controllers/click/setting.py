@@ -9,11 +9,10 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any, cast
 
 from pidcfg.encoders.maps.click import TABLES
-from pidcfg.encoders.regmap import Bits, encode_one
 from pidcfg.schemas.base import Quantity, parse_integer, parse_number, parse_seconds, refuse
 from pidcfg.schemas.click import parse_sample_rate, parse_unit_rate
 from pidcfg.schemas.rates import Rate
-from pidcfg.sim.settings import Keys, Row, rows_of
+from pidcfg.sim.settings import Keys, Row, encode_row, items_of, rows_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -23,7 +22,7 @@ if TYPE_CHECKING:
 
 SHORT = {"setpoint": "setpoint.value", "output": "state.output", "bias": "state.bias"}
 EVENTS = {"mode": "mode", "autotune": "autotune"}
-"""Keys that are events of their own."""
+"""Keys that have an event instead, and the key of that event."""
 FIXED = {"state.raw_pv", "state.pv"}
 """What only the controller writes."""
 
@@ -53,7 +52,7 @@ def encode_setting(row: Row, value: Any, sample_rate: Decimal) -> int:
     """A parsed value to the bits of its register; ``sample_rate`` is the present one in s."""
     if isinstance(value, Rate):
         value = value.per_sample(sample_rate).value
-    return row.encode(value) if isinstance(row, Bits) else encode_one(row.codec, value, {})
+    return encode_row(row, value)
 
 
 def check_setting(path: tuple[str, ...], value: object, sample_rate: Decimal) -> object:
@@ -63,6 +62,5 @@ def check_setting(path: tuple[str, ...], value: object, sample_rate: Decimal) ->
 
 def settings_of(path: tuple[str, ...], value: Any, sample_rate: Decimal) -> list[tuple[Word, int]]:
     """The registers behind a key, and the bits that a checked value makes in each."""
-    rows = cast("list[Word]", KEYS.find(path))
-    items = value if len(rows) > 1 else [value]
-    return [(row, encode_setting(row, item, sample_rate)) for row, item in zip(rows, items, strict=True)]
+    items = items_of(KEYS.find(path), value)
+    return [(cast("Word", row), encode_setting(row, item, sample_rate)) for row, item in items]

@@ -1,4 +1,4 @@
-"""What a CLICK loop knows: `Config` (decoded registers, fixed during a run) and `State` (what the controller writes).
+"""Records of a CLICK loop: `Config` (decoded registers, fixed during a run) and `State` (what the controller writes).
 
 Numbers are what the PLC's single-precision registers hold; the clock is in ticks of a microsecond. Everything is an int
 or a float: the same fields become a NumPy record for numba.
@@ -8,12 +8,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from pidcfg.sim.records import Asked, LoopConfig, register
+from pidcfg.sim.records import LoopConfig, RequestState, register
 
 UNBOUNDED = 1e39
-"""A limit that nothing reaches: beyond single precision."""
+"""A limit that no value reaches: beyond single precision."""
 NAN = float("nan")
-"""What a register holds whose calculation had no finite result."""
+"""Content of a register whose calculation had no finite result."""
 
 # Bits of `State.status`: modes, the alarms Cn+31 to Cn+37, errors
 MANUAL, AUTO, TUNING = 1, 2, 4
@@ -27,7 +27,7 @@ ALARMS = PV_ALARMS | DEVIATION_ALARMS | RATE_OF_CHANGE
 PID_ERROR = 1024
 TUNE_ERROR = 2048
 
-# What a loop has to attend to besides its equation (`State.busy`)
+# What is pending besides the equation (`State.busy`)
 FIRST = 1
 """First sample after the change from STOP to RUN: the PV has no past."""
 STOPPED = 2
@@ -65,7 +65,7 @@ class Config(LoopConfig):
     limit: float = register("derivative_gain_limit", 100.0)
     out_low: float = register("output_lower", 0.0)
     out_high: float = register("output_upper", 100.0)
-    # alarms; a group that is off has limits that nothing reaches
+    # alarms; a disabled group has limits that no value reaches
     low_low: float = register("pv_low_low", -UNBOUNDED, enabled="pv_alarm_enable")
     low: float = register("pv_low", -UNBOUNDED, enabled="pv_alarm_enable")
     high: float = register("pv_high", UNBOUNDED, enabled="pv_alarm_enable")
@@ -91,7 +91,7 @@ class Config(LoopConfig):
 
 
 @dataclass(slots=True)
-class State(Asked):
+class State(RequestState):
     """One loop's registers and memory that the controller writes."""
 
     # registers
@@ -109,8 +109,8 @@ class State(Asked):
     number: float = 0.0
     """Its number, DSn+00."""
     busy: int = FIRST
-    """What has to be attended to, as a set of bits; 0 in quiet operation."""
-    # factors made of them
+    """What is pending, as bits; 0 in undisturbed operation."""
+    # factors calculated from them
     lag: float = 1.0
     """Of the derivative's filter, Ts / (Ts + Td / limit)."""
     # past

@@ -1,4 +1,4 @@
-"""How an autotune of the CLICK begins and ends: the output is given back, and results go to their registers (D125)."""
+"""How an autotune of the CLICK begins and ends: the output is restored, results go to their registers (D125)."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ from pidcfg.sim.controllers.click.errors import RANGES
 from pidcfg.sim.controllers.click.state import AUTO, FRESH, MODES, TUNE_ERROR, TUNING, Config, State
 from pidcfg.sim.notices import noticed
 from pidcfg.sim.terms import clamp, nearest, single
-from pidcfg.sim.tuning_rules import begin_listening
+from pidcfg.sim.tuning_rules import begin_noise
 
-IDLE, LISTENING, RESPONSE, SWITCHING = 0, 1, 2, 3
+IDLE, OBSERVING, RESPONSE, SWITCHING = 0, 1, 2, 3
 """`State.tune_phase`."""
 NOTHING, DONE, FAILED, CANCELLED = 0, 1, 2, 3
 """`State.tune_done`."""
@@ -47,17 +47,17 @@ def tunable(c: Config) -> bool:
 
 
 def start_tune(s: State) -> None:
-    """The loop goes to Autotune; its output stands still while the PV is listened to (D123)."""
+    """The loop goes to Autotune; its output is held while the noise of the PV is measured (D123)."""
     s.status = (s.status & ~(MODES | TUNE_ERROR)) | TUNING
-    s.tune_phase = LISTENING
+    s.tune_phase = OBSERVING
     s.tune_done = NOTHING
     s.tune_out = s.out
     s.tune_step = 0.0
-    begin_listening(s)
+    begin_noise(s)
 
 
-def give_back(s: State) -> None:
-    """The controller goes on from the output it had before; nothing has touched its bias."""
+def restore_output(s: State) -> None:
+    """The controller continues from the output before the autotune; its bias is unchanged."""
     s.out = s.tune_out
     s.busy |= FRESH
     s.tune_phase = IDLE
@@ -65,13 +65,13 @@ def give_back(s: State) -> None:
 
 def abandon(s: State) -> None:
     """The autotune ends without results."""
-    give_back(s)
+    restore_output(s)
     s.tune_done = CANCELLED
 
 
 def fail(s: State, reason: int) -> None:
-    """Back to Auto with the old registers."""
-    give_back(s)
+    """Back to Auto with the gains of before."""
+    restore_output(s)
     s.tune_done = FAILED
     s.status = (s.status & ~MODES) | AUTO | TUNE_ERROR
     s.requested = 0
@@ -86,6 +86,6 @@ def store(c: Config, s: State, gain: float, reset: float, rate: float, seconds: 
     s.sample_ms = int(clamp(nearest(seconds * 1000.0), LEAST_MS, MOST_MS))
     s.period = s.sample_ms * 1000
     coefficients(c, s)
-    give_back(s)
+    restore_output(s)
     s.tune_done = DONE
     s.status = (s.status & ~MODES) | AUTO

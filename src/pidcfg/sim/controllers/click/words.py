@@ -25,7 +25,7 @@ BANKS = {"bits": BITS, "integers": INTEGERS, "floats": FLOATS}
 ROWS = [
     (key, prefix, row) for key, (prefix, table) in BLOCKS.items() for row in table.words if row.access != "reserved"
 ]
-"""Every register that means something: its block, its bank and its row."""
+"""Every register that is not reserved: its block, its bank and its row."""
 MILLISECOND = TICKS // 1000
 
 
@@ -47,7 +47,7 @@ class Loop:
     name: str
     goal: str
     has_setpoint: bool
-    """Whether the set point register is meant: a configuration may leave it to the operator."""
+    """Whether the configuration gives a set point; it may leave that to the operator."""
     pwm: bool
     starts: Mapping[str, int]
     """The number of each block's first register."""
@@ -69,14 +69,19 @@ def number_of(prefix: str, raw: int) -> float:
     return float_of(raw) if kind is SINGLE else kind.show(raw)
 
 
-def loop_of(words: Mapping[int, int], index: int, own: Mapping[str, Any]) -> Loop:
-    """A loop from the PLC's memory and its entry in the image's settings; what nobody has written is 0."""
-    starts = {key: BANKS[key].parse(own[key]) for key in BLOCKS}
-    found = {row.name: words.get(SPACE.number(prefix, starts[key] + row.offset), 0) for key, prefix, row in ROWS}
-    output = own.get("output") or {}
-    name = str(own.get("loop", default_name(index)))
+def loop_of(words: Mapping[int, int], index: int, entry: Mapping[str, Any]) -> Loop:
+    """A loop from the PLC's memory and its entry in the image's settings; a register that was never written is 0."""
+    starts = {key: BANKS[key].parse(entry[key]) for key in BLOCKS}
+    contents = {row.name: words.get(SPACE.number(prefix, starts[key] + row.offset), 0) for key, prefix, row in ROWS}
+    output = entry.get("output") or {}
+    name = str(entry.get("loop", default_name(index)))
     return Loop(
-        name, own.get("mode", "manual"), own.get("setpoint") is not False, output.get("pwm") is not None, starts, found
+        name,
+        entry.get("mode", "manual"),
+        entry.get("setpoint") is not False,
+        output.get("pwm") is not None,
+        starts,
+        contents,
     )
 
 
@@ -105,5 +110,5 @@ def write_state(s: State, n: Mapping[str, float]) -> None:
 
 
 def sample_ticks(milliseconds: float) -> int:
-    """The time between two samples (D118)."""
+    """The time between two samples, within the register's range even with a PID error (D118)."""
     return int(nearest_allowed("sample_rate", milliseconds)) * MILLISECOND

@@ -1,6 +1,6 @@
 """Auto-tune of the DL06, sample by sample: start conditions, a look at the noise, then open or closed loop.
 
-A few samples tell the noise of the PV before anything is done to the output: it widens the relay's band and the
+A few samples measure the noise of the PV before the output is changed: it widens the relay's band and the
 regression of the step response.
 """
 
@@ -14,20 +14,20 @@ from pidcfg.sim.controllers.dl06.tune_results import (
     OBSERVE,
     REFUSED_TUNE_DISTANCE,
     REFUSED_TUNE_MODE,
+    REQUESTED,
     RESPONSE,
     TUNE_ABORTED,
     TUNE_NO_SWING,
-    WANTED,
     end_tune,
 )
-from pidcfg.sim.tuning_rules import begin_listening, listen
+from pidcfg.sim.tuning_rules import begin_noise, measure_noise
 
 DISTANCE = 205.0 / 4095.0
-"""How far the PV must be away from the set point for the open loop, on the side that a rising output moves it from."""
+"""Least distance of the PV below the set point (reverse action: above) for the open loop, as a share of the span."""
 
 
-def want(c: Config, s: State, p: float, sp: float) -> None:
-    """The start bit: check the conditions (D57), then observe."""
+def check_start(c: Config, s: State, p: float, sp: float) -> None:
+    """The start bit: check mode and distance from the set point (D57), then measure the noise."""
     s.status &= ~TUNE_ERROR
     s.tune_done = 0
     below = p - sp if c.reverse else sp - p
@@ -40,12 +40,12 @@ def want(c: Config, s: State, p: float, sp: float) -> None:
     else:
         s.status |= TUNING
         s.tune_phase = OBSERVE
-        begin_listening(s)
+        begin_noise(s)
 
 
 def observe(c: Config, s: State, p: float) -> None:
     """Estimate the noise from second differences, and the PV at rest from the mean (D58)."""
-    if not listen(s, p):
+    if not measure_noise(s, p):
         return
     s.tune_out = s.out
     s.tune_step = 0.0
@@ -58,8 +58,8 @@ def observe(c: Config, s: State, p: float) -> None:
 def tune(c: Config, s: State, aux: list[float], sp: float) -> None:
     """One sample of the auto-tune; a change of mode stops it (D64)."""
     p = process(c, s.pv)
-    if s.tune_phase == WANTED:
-        want(c, s, p, sp)
+    if s.tune_phase == REQUESTED:
+        check_start(c, s, p, sp)
     elif s.status & (MANUAL if c.tune_open else AUTO) == 0:
         end_tune(s, TUNE_ABORTED)
     elif s.tune_phase == OBSERVE:

@@ -15,7 +15,8 @@ from pidcfg.sim.plc import TICKS
 def coefficients(c: Config, s: State) -> None:
     """The factors of the equation, from the gain words: Ki = Kc Ts/Ti and Kr = Kc Td/Ts, in output counts.
 
-    A gain of 0 takes the proportional term out and leaves Ki = Ts/Ti, Kr = Td/Ts (D33). The derivative gain limit: D34.
+    A gain of 0 takes the proportional term out and leaves Ki = Ts/Ti, Kr = Td/Ts (D33). The derivative gain limit is a
+    filter (D34).
     """
     seconds = s.period / TICKS
     scale = -c.out_span if c.reverse else c.out_span

@@ -47,11 +47,11 @@ class Loop:
     values: Values
     """Decoded from the words that have been read; quantities in counts."""
     absorbed: bool = True
-    """The results of the last auto-tune stand in the words."""
+    """The results of the last auto-tune have been written to the words."""
     results: Mapping[str, float] = field(default_factory=dict)
-    """What the last auto-tune found, by register."""
+    """Results of the last auto-tune, by register."""
     has_setpoint: bool = True
-    """Whether the set point word is meant: a configuration may leave it to the operator."""
+    """Whether the configuration gives a set point; it may leave that to the operator."""
 
     def scales(self) -> dict[str, Scale]:
         """The scales of the loop's words in engineering units."""
@@ -99,22 +99,22 @@ class Loop:
         if self.absorbed or not s.tune_done:
             return
         self.absorbed = True
-        found = tuned_words(c, s)
-        self.results = {name: float(value) for name, value in found.items()}
-        for name, value in found.items():
+        results = tuned_words(c, s)
+        self.results = {name: float(value) for name, value in results.items()}
+        for name, value in results.items():
             word = LOOP_TABLES[self.decimals].word(name)
             self.memory[word.offset] = self.read[word.offset] = encode_one(word.codec, value, {})
         self.decode()
 
 
-def loop_of(words: Mapping[int, int], start: int, own: Mapping[str, Any], decimals: int) -> tuple[Loop, list[str]]:
-    """A loop from the memory at ``start`` and its entry in the image's settings; complaints about its words."""
+def loop_of(words: Mapping[int, int], start: int, entry: Mapping[str, Any], decimals: int) -> tuple[Loop, list[str]]:
+    """A loop from the memory at ``start`` and its entry in the image's settings; problems of its words."""
     memory = [words.get(start + k, 0) for k in range(LOOP_TABLE.size)]
     values, problems = decode_loop(memory, decimals)
-    pv, out = own.get("pv") or {}, own.get("output") or {}
-    goal = intended_mode(memory[LOOP_TABLE.offset("mode_and_alarm_status")], own.get("mode", "manual"))
-    loop = Loop(own["loop"], goal, ends(pv), ends(out), decimals, memory, memory[:], values)
-    loop.has_setpoint = own.get("setpoint") is not False
+    pv, out = entry.get("pv") or {}, entry.get("output") or {}
+    goal = intended_mode(memory[LOOP_TABLE.offset("mode_and_alarm_status")], entry.get("mode", "manual"))
+    loop = Loop(entry["loop"], goal, ends(pv), ends(out), decimals, memory, memory[:], values)
+    loop.has_setpoint = entry.get("setpoint") is not False
     return loop, [f"{loop.name}: {problem}" for problem in problems]
 
 
@@ -128,8 +128,3 @@ def ends(settings: Mapping[str, Any]) -> tuple[Decimal, Decimal] | None:
     """The engineering range of a settings entry."""
     pair = settings.get("range")
     return None if pair is None else (Decimal(str(pair[0])), Decimal(str(pair[1])))
-
-
-def eng(pair: tuple[Decimal, Decimal] | None, minimum: float, span: float) -> tuple[float, float]:
-    """Low end and width of a range; without one, counts."""
-    return (minimum, span) if pair is None else (float(pair[0]), float(pair[1] - pair[0]))

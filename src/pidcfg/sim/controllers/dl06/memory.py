@@ -15,11 +15,11 @@ from pidcfg.encoders.settings import default_name
 from pidcfg.sim.controllers.dl06 import modes as dl06_modes
 from pidcfg.sim.controllers.dl06 import state as bits
 from pidcfg.sim.controllers.dl06.equation import coefficients
-from pidcfg.sim.controllers.dl06.loop import Loop, eng, loop_of
+from pidcfg.sim.controllers.dl06.loop import Loop, loop_of
 from pidcfg.sim.controllers.dl06.report import COMMANDS, MODES, SIGNALS
 from pidcfg.sim.controllers.dl06.state import Config, State
 from pidcfg.sim.controllers.dl06.tune_open import POINTS
-from pidcfg.sim.controllers.dl06.tune_results import WANTED
+from pidcfg.sim.controllers.dl06.tune_results import REQUESTED
 from pidcfg.sim.controllers.dl06.words import (
     SLOW,
     alarm_error,
@@ -30,7 +30,8 @@ from pidcfg.sim.controllers.dl06.words import (
     tuning,
     write_state,
 )
-from pidcfg.sim.plc import CountsPlc
+from pidcfg.sim.notices import tell_request
+from pidcfg.sim.plc import CountsPlc, low_and_width
 
 if TYPE_CHECKING:
     from collections.abc import MutableSequence
@@ -77,10 +78,10 @@ class Memory(CountsPlc):
         return check_setup(self._words.get(TABLE_POINTER, 0), self._words.get(LOOP_COUNT, 0))
 
     def _loop(self, i: int, image: Image) -> Loop:
-        own = {"loop": default_name(i), **(image.settings[i] if i < len(image.settings) else {})}
+        entry = {"loop": default_name(i), **(image.settings[i] if i < len(image.settings) else {})}
         decimals = int(image.plc.get("reset_decimals", 1))
         start = self._words.get(TABLE_POINTER, 0) + i * LOOP_TABLE.size
-        loop, problems = loop_of(self._words, start, own, decimals)
+        loop, problems = loop_of(self._words, start, entry, decimals)
         self.problems += problems
         return loop
 
@@ -105,19 +106,19 @@ class Memory(CountsPlc):
 
     def _apply(self, i: int) -> None:
         """Make the words that the controller has read its configuration."""
-        own, c, s = self._loops[i], self.cfg[i], self.st[i]
-        v = own.values
+        words, c, s = self._loops[i], self.cfg[i], self.st[i]
+        v = words.values
         form = c.velocity
-        configure(c, v, own.decimals, self._setup.count)
+        configure(c, v, words.decimals, self._setup.count)
         s.busy |= bits.FRESH if c.velocity != form else 0
         c.halt = int(c.halt or not self._setup.running or i >= self._setup.count)
         c.slow = int(self._options.scan_time > 0 and c.period > SLOW)
         self._follow_pointer(i)
-        c.pv_low, c.pv_width = eng(own.pv_range, c.pv_min, c.pv_span)
-        c.out_low, c.out_width = eng(own.out_range, c.out_min, c.out_span)
+        c.pv_low, c.pv_width = low_and_width(words.pv_range, c.pv_min, c.pv_span)
+        c.out_low, c.out_width = low_and_width(words.out_range, c.out_min, c.out_span)
         table = [self._words.get(v["ramp_soak.table"] + k, 0) for k in range(RAMP_SOAK_SIZE)]
         self.aux[c.rs_table : c.rs_table + RAMP_SOAK_SIZE] = profile(table, v)
-        tuning(c, s, v, own.decimals)
+        tuning(c, s, v, words.decimals)
         coefficients(c, s)
         s.quiet_low, s.quiet_high = bits.UNBOUNDED, -bits.UNBOUNDED
         s.status &= ~bits.ALARM_ERROR
@@ -135,22 +136,22 @@ class Memory(CountsPlc):
 
     def _start_tune(self, i: int) -> None:
         """Bit 7 of +01 goes on."""
-        own, s = self._loops[i], self.st[i]
+        words, s = self._loops[i], self.st[i]
         s.requested = 0
         if self._calculated(i):
-            own.absorb(self.cfg[i], s)
-            own.absorbed = False
+            words.absorb(self.cfg[i], s)
+            words.absorbed = False
             s.tune_done = 0
-            s.tune_phase = WANTED
+            s.tune_phase = REQUESTED
             s.busy |= bits.TUNE
 
     def _calculated(self, i: int) -> bool:
         """Whether a loop is calculated at all; leaves a notice when it is not."""
         s = self.st[i]
         if self.cfg[i].halt:
-            dl06_modes.tell(s, dl06_modes.REFUSED_OFF)
+            tell_request(s, dl06_modes.REFUSED_OFF)
         elif s.busy & bits.STOPPED:
-            dl06_modes.tell(s, dl06_modes.REFUSED_PROGRAM)
+            tell_request(s, dl06_modes.REFUSED_PROGRAM)
         else:
             return True
         return False

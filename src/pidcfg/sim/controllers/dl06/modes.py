@@ -24,7 +24,7 @@ from pidcfg.sim.controllers.dl06.state import (
     Config,
     State,
 )
-from pidcfg.sim.notices import noticed
+from pidcfg.sim.notices import tell_request
 from pidcfg.sim.terms import NEAREST
 
 REFUSED_PROGRAM = 1
@@ -35,7 +35,7 @@ REFUSED_ALARM_ERROR = 5
 REFUSED_PV_ALARM = 6
 REFUSED_NO_REMOTE = 7
 LAST_REFUSAL = REFUSED_NO_REMOTE
-"""Refusals concern a mode only when one was asked for; overrides always do."""
+"""Refusals concern a mode only when one was requested; overrides always do."""
 OVERRIDE_ALARM_ERROR = 10
 OVERRIDE_OVERFLOW = 11
 OVERRIDE_MINOR = 12
@@ -60,11 +60,6 @@ REASONS = {
 }
 
 
-def tell(s: State, reason: int) -> None:
-    """Leave a notice for the log."""
-    s.notice = noticed(s.notice, s.requested, reason)
-
-
 def on_sp_scale(c: Config, pv: float) -> float:
     """The set point word that equals a PV word."""
     if c.root == 0:
@@ -81,7 +76,7 @@ def to_manual(i: int, cfg: list[Config], st: list[State], reason: int) -> None:
         major = cfg[i].major if s.status & CASCADE else -1
         s.status = (s.status & ~MODES) | MANUAL
         s.requested = 0
-        tell(s, reason)
+        tell_request(s, reason)
         i = major
         reason = OVERRIDE_MINOR
 
@@ -113,7 +108,7 @@ def transfer(i: int, wanted: int, cfg: list[Config], st: list[State]) -> None:
 
 
 def refusal(i: int, wanted: int, cfg: list[Config], st: list[State]) -> int:
-    """Why a requested mode is refused (D43, D44); 0: it is granted."""
+    """Why a requested mode is refused, by alarms (D43) or in a cascade (D44); 0: it is granted."""
     c, s = cfg[i], st[i]
     now = s.status & MODES
     if now | wanted == MANUAL | CASCADE:
@@ -132,7 +127,7 @@ def refusal(i: int, wanted: int, cfg: list[Config], st: list[State]) -> int:
     return 0
 
 
-def ask(i: int, wanted: int, cfg: list[Config], st: list[State]) -> int:
+def request_mode(i: int, wanted: int, cfg: list[Config], st: list[State]) -> int:
     """Request a mode: it is entered, or the reason of the refusal is returned."""
     s = st[i]
     s.requested = wanted
@@ -167,10 +162,10 @@ def pursue(i: int, cfg: list[Config], st: list[State]) -> None:
     wanted = s.goal if now == AUTO else AUTO
     if now == MANUAL and waits(i, cfg, st):
         return
-    reason = ask(i, wanted, cfg, st)
+    reason = request_mode(i, wanted, cfg, st)
     if reason and (s.refused >> reason) & 1 == 0:
         s.refused |= 1 << reason
-        tell(s, reason)
+        tell_request(s, reason)
 
 
 def restore(i: int, cfg: list[Config], st: list[State]) -> None:
@@ -182,16 +177,16 @@ def restore(i: int, cfg: list[Config], st: list[State]) -> None:
         return
     if s.status & ALARM_ERROR:
         s.requested = s.prior
-        tell(s, REFUSED_ALARM_ERROR)
+        tell_request(s, REFUSED_ALARM_ERROR)
         return
     transfer(i, AUTO, cfg, st)
     if s.prior == CASCADE and cfg[i].major < 0:
         s.requested = CASCADE
-        tell(s, REFUSED_NO_REMOTE)
+        tell_request(s, REFUSED_NO_REMOTE)
         return
     if s.prior == CASCADE:
         transfer(i, CASCADE, cfg, st)
-    tell(s, RESTORED)
+    tell_request(s, RESTORED)
 
 
 def modes(i: int, cfg: list[Config], st: list[State]) -> None:
@@ -207,9 +202,9 @@ def modes(i: int, cfg: list[Config], st: list[State]) -> None:
     if s.busy & REQUEST:
         s.busy &= ~(REQUEST | GOAL)
         s.goal = 0
-        reason = ask(i, s.request, cfg, st)
+        reason = request_mode(i, s.request, cfg, st)
         s.request = 0
         if reason:
-            tell(s, reason)
+            tell_request(s, reason)
     if s.busy & GOAL:
         pursue(i, cfg, st)

@@ -1,4 +1,4 @@
-"""The DL06 as an object: made of V-memory words, and handled from outside as its operator, ladder and CPU switch would.
+"""The virtual DL06: built from V-memory words, operated as by its operator, its ladder and the CPU switch.
 
 `load` decodes nothing but words; what no word holds (names, ranges, intended modes) comes from the image's settings.
 """
@@ -17,8 +17,10 @@ from pidcfg.sim.controllers.dl06.memory import Memory, Options
 from pidcfg.sim.controllers.dl06.report import ALARM_BITS, AUX_BITS, COMMANDS, FLAG_BITS, MODES, REASONS
 from pidcfg.sim.controllers.dl06.setting import CASCADE_FROM, find_rows, fits, parse_setting, stored_rate
 from pidcfg.sim.controllers.dl06.words import ticks, write_state
+from pidcfg.sim.notices import tell_request
 from pidcfg.sim.plc import TICKS
 from pidcfg.sim.records import NEVER
+from pidcfg.sim.settings import items_of
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, MutableSequence, Sequence
@@ -48,13 +50,13 @@ class Dl06(Memory):
 
     def __init__(self, image: Image, options: Options) -> None:
         super().__init__(image, options)
-        self._in_run = False
+        self.in_run = False
         self.run(0)
         self.scale_loops()
 
     @classmethod
     def is_about_mode(cls, requested: int, reason: int) -> bool:
-        """A refusal does when somebody asked, an override always."""
+        """Whether a notice concerns the mode: a refusal if a mode was requested, an override always."""
         return reason in dl06_modes.REASONS and bool(requested or reason > dl06_modes.LAST_REFUSAL)
 
     @classmethod
@@ -84,11 +86,8 @@ class Dl06(Memory):
         """The length of a scan with the loops that are calculated, in s."""
         return dl06_timing.scan_time(without_loops, [period / TICKS for period in self.periods if period])
 
-    def run(self, tick: int) -> None:
+    def start(self, tick: int) -> None:
         """The program-to-run transition: all words are read, loops return to their prior modes (D49)."""
-        if self._in_run:
-            return
-        self._in_run = True
         self._setup = self._check()
         for i, loop in enumerate(self._loops):
             c, s = self.cfg[i], self.st[i]
@@ -98,23 +97,20 @@ class Dl06(Memory):
             s.due = NEVER if c.halt else tick
             if s.busy & bits.STOPPED and s.prior != bits.MANUAL:
                 s.busy |= bits.RESTORE
-            s.busy &= ~(bits.STOPPED | bits.BLIND | bits.MUTE | bits.PROGRAM)
+            s.busy &= ~(bits.STOPPED | bits.PV_STALE | bits.OUTPUT_CUT | bits.PROGRAM)
             s.busy |= bits.FIRST
 
-    def program(self, sig: MutableSequence[float]) -> None:
+    def stop(self, sig: MutableSequence[float]) -> None:
         """The CPU stops: loops go to Manual and are not calculated, except those that are independent of its mode.
 
         Output modules turn off at once, but for those that an independent loop writes itself (D49).
         """
-        if not self._in_run:
-            return
-        self._in_run = False
         for i, (c, s) in enumerate(zip(self.cfg, self.st, strict=True)):
             self._loops[i].absorb(c, s)
             self._loops[i].reread()
             self._apply(i)
             if c.independent:
-                s.busy |= bits.PROGRAM | (0 if c.sees_pv else bits.BLIND) | (0 if c.drives else bits.MUTE)
+                s.busy |= bits.PROGRAM | (0 if c.sees_pv else bits.PV_STALE) | (0 if c.drives else bits.OUTPUT_CUT)
             else:
                 s.prior = s.status & bits.MODES
                 s.busy |= bits.STOPPED
@@ -122,7 +118,7 @@ class Dl06(Memory):
             if s.busy & bits.STOPPED and s.prior != bits.MANUAL:
                 s.requested = 0
                 s.status = (s.status & ~bits.MODES) | bits.MANUAL
-                dl06_modes.tell(s, dl06_modes.OVERRIDE_PROGRAM)
+                tell_request(s, dl06_modes.OVERRIDE_PROGRAM)
             self._show(i, sig)
 
     # --- the operator ------------------------------------------------------------------------------------------------
@@ -149,13 +145,13 @@ class Dl06(Memory):
 
     def tuned(self, loop: int) -> Mapping[str, Any] | None:
         """How the auto-tune of a loop went; None when there was none."""
-        own, s = self._loops[loop], self.st[loop]
-        own.absorb(self.cfg[loop], s)
+        words, s = self._loops[loop], self.st[loop]
+        words.absorb(self.cfg[loop], s)
         error = bool(s.status & bits.TUNE_ERROR)
         if not (s.tune_done or s.tune_phase or error):
             return None
         status = "running" if s.tune_phase else "done" if s.tune_done else "error"
-        results = own.results if s.tune_done else {}
+        results = words.results if s.tune_done else {}
         return {"done": bool(s.tune_done), "error": error, "status": status, "results": results}
 
     def set_output(self, loop: int, value: Quantity, sig: MutableSequence[float]) -> None:
@@ -164,12 +160,12 @@ class Dl06(Memory):
 
     def check_set(self, loop: int, path: tuple[str, ...], value: object) -> object:
         """The value of a ``set`` event as its registers take it; a ``PydanticCustomError`` says what is wrong."""
-        own = self._loops[loop]
-        rows = find_rows(path, own.decimals)
+        words = self._loops[loop]
+        rows = find_rows(path, words.decimals)
         parsed = parse_setting(path, rows, value)
         if path == (CASCADE_FROM,):
             return self._output_address(str(parsed))
-        fits(rows, parsed, own.values, own.scales())
+        fits(rows, parsed, words.values, words.scales())
         return parsed
 
     def period_set(self, loop: int, path: tuple[str, ...], value: Any) -> int:
@@ -181,15 +177,15 @@ class Dl06(Memory):
 
     def set(self, loop: int, path: tuple[str, ...], value: Any, sig: MutableSequence[float]) -> str | None:
         """Write a value to its registers; returns why it has no effect yet, if so."""
-        own = self._loops[loop]
-        own.absorb(self.cfg[loop], self.st[loop])
-        rows = find_rows(path, own.decimals)
+        words = self._loops[loop]
+        words.absorb(self.cfg[loop], self.st[loop])
+        rows = find_rows(path, words.decimals)
         late = []
-        for row, item in zip(rows, value if len(rows) > 1 else [value], strict=True):
-            reason = own.write(row, item)
+        for row, item in items_of(rows, value):
+            reason = words.write(row, item)
             if reason is None:
                 self._apply(loop)
-                write_state(self.st[loop], own.values, str(row.path))
+                write_state(self.st[loop], words.values, str(row.path))
             else:
                 late.append(reason)
         self._show(loop, sig)

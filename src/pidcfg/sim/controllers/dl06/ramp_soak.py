@@ -7,7 +7,7 @@ is `State.rs_sp`; only its rounded value is a word.
 
 from __future__ import annotations
 
-from pidcfg.sim.controllers.dl06.modes import on_sp_scale, tell
+from pidcfg.sim.controllers.dl06.modes import on_sp_scale
 from pidcfg.sim.controllers.dl06.state import (
     CASCADE,
     PROGRAM,
@@ -23,6 +23,7 @@ from pidcfg.sim.controllers.dl06.state import (
     Config,
     State,
 )
+from pidcfg.sim.notices import tell_request
 from pidcfg.sim.plc import TICKS
 from pidcfg.sim.terms import NEAREST, step_to
 
@@ -69,7 +70,7 @@ def start(c: Config, s: State, aux: list[float]) -> None:
     """A rising start bit: the first ramp begins at the present set point."""
     s.rs_error = c.rs_fault
     if c.rs_fault or c.rs_table < 0:
-        tell(s, REFUSED_RS_TABLE)
+        tell_request(s, REFUSED_RS_TABLE)
         finish(s, 0)
         return
     s.aux_status = 0
@@ -82,13 +83,13 @@ def obey(c: Config, s: State, aux: list[float]) -> None:
     command = s.rs_command
     s.rs_command = 0
     if s.busy & PROGRAM:
-        tell(s, REFUSED_RS_PROGRAM)
+        tell_request(s, REFUSED_RS_PROGRAM)
     elif s.status & CASCADE:
-        tell(s, REFUSED_RS_CASCADE)
+        tell_request(s, REFUSED_RS_CASCADE)
     elif command == RS_START:
         start(c, s, aux)
     elif s.rs_step == 0:
-        tell(s, REFUSED_RS_IDLE)
+        tell_request(s, REFUSED_RS_IDLE)
     elif command & RS_HOLD:
         s.aux_status |= RS_HELD
     elif command & RS_RESUME:
@@ -129,7 +130,7 @@ def ramp_soak(c: Config, s: State, aux: list[float]) -> None:
     """Commands first, then the active step, then its deviation bit."""
     if c.rs_enabled == 0:
         if s.rs_command:
-            tell(s, REFUSED_RS_OFF)
+            tell_request(s, REFUSED_RS_OFF)
         s.rs_command = 0
         finish(s, s.aux_status & RS_COMPLETE)
         return
@@ -140,7 +141,7 @@ def ramp_soak(c: Config, s: State, aux: list[float]) -> None:
             active = 0
     if active and s.status & CASCADE and s.aux_status & RS_HELD == 0:
         s.aux_status |= RS_HELD
-        tell(s, HELD_BY_CASCADE)
+        tell_request(s, HELD_BY_CASCADE)
     if active and s.aux_status & RS_HELD == 0 and s.busy & PROGRAM == 0:
         run(c, s, aux)
     if s.rs_step == 0:

@@ -1,4 +1,4 @@
-"""What a DL06 loop tells the outside: names of modes, alarms and flags as bits, and notices in words."""
+"""How a DL06 loop is reported: names of modes, alarms and flags as bits, and notices in words."""
 
 from __future__ import annotations
 

@@ -20,14 +20,14 @@ from pidcfg.sim.controllers.dl06.modes import OVERRIDE_OVERFLOW, modes, to_manua
 from pidcfg.sim.controllers.dl06.plc import Dl06, load
 from pidcfg.sim.controllers.dl06.ramp_soak import ramp_soak
 from pidcfg.sim.controllers.dl06.state import (
-    BLIND,
     CASCADE,
     FIRST,
     FRESH,
     GOAL,
     MANUAL,
-    MUTE,
+    OUTPUT_CUT,
     OVERFLOW,
+    PV_STALE,
     RELAY,
     REQUEST,
     RESTORE,
@@ -52,7 +52,7 @@ def sample(i: int, cfg: list[Config], st: list[State], aux: list[float], sig: li
     c = cfg[i]
     s = st[i]
     busy = s.busy
-    if busy & (STOPPED | MUTE):
+    if busy & (STOPPED | OUTPUT_CUT):
         sig[c.sig_out] = c.out_low + (0.0 - c.out_min) * c.out_width / c.out_span
         if busy & STOPPED:
             return
@@ -70,7 +70,7 @@ def sample(i: int, cfg: list[Config], st: list[State], aux: list[float], sig: li
     # the first sample has no past (D48); the filter works on words (D36)
     if busy & FIRST:
         old = pv
-    elif busy & BLIND:
+    elif busy & PV_STALE:
         pv = old
     if c.filter < 1.0:
         pv = old + c.filter * (pv - old) + NEAREST - NEAREST
@@ -120,7 +120,7 @@ def sample(i: int, cfg: list[Config], st: list[State], aux: list[float], sig: li
     sig[c.sig_pv] = low + (pv - least) * width / span
     low, least = c.out_low, c.out_min
     width, span = c.out_width, c.out_span
-    if busy & MUTE == 0:
+    if busy & OUTPUT_CUT == 0:
         sig[c.sig_out] = low + (s.out - least) * width / span
     sig[c.sig_bias] = low + (s.bias + NEAREST - NEAREST - least) * width / span
 

@@ -12,20 +12,20 @@ from functools import cache
 from typing import Any
 
 from pidcfg.encoders.maps.dl06 import LOOP_TABLES
-from pidcfg.encoders.regmap import Bits, Word, decode_one, encode_one
+from pidcfg.encoders.regmap import Bits, Word, decode_one
 from pidcfg.encoders.scales import Scale
 from pidcfg.encoders.words import Bcd
 from pidcfg.schemas.base import parse_number, parse_quantity, parse_seconds, parse_text
 from pidcfg.schemas.dl06 import Reset, parse_reset
 from pidcfg.schemas.octal import parse_v_address
 from pidcfg.schemas.rates import Rate, parse_rate
-from pidcfg.sim.settings import Keys, Row, check_fit, rows_of
+from pidcfg.sim.settings import Keys, Row, check_fit, encode_row, rows_of
 
 SHORT = {"setpoint": "setpoint.value", "output": "state.output", "bias": "state.bias"}
 EVENTS = {"mode": "mode", "autotune": "autotune", "autotune.start": "autotune", "ramp_soak.request": "ramp_soak"}
-"""Keys that are events of their own."""
+"""Keys that have an event instead, and the key of that event."""
 FIXED = {"pv.transfer", "output.transfer", "state.pv"}
-"""What a running controller has no use for: wiring, and the word that the input overwrites."""
+"""Cannot be set in a running loop: wiring, and the word that the analog input overwrites."""
 CASCADE_FROM = "cascade_from"
 
 PARSERS: Mapping[str, Callable[[object], object]] = {
@@ -48,7 +48,7 @@ def keys(reset_decimals: int) -> Keys:
 
 
 def parser_of(word: Word) -> Callable[[object], object]:
-    """How the value of a register without a parser of its own is written."""
+    """How the value of a register is written that is not in `PARSERS`."""
     return parse_number if isinstance(word.codec, Bcd) else parse_quantity
 
 
@@ -64,13 +64,11 @@ def parse_setting(path: tuple[str, ...], rows: list[Row], value: object) -> obje
 
 def encode_setting(row: Row, value: Any, values: Mapping[str, Any], scales: Scales) -> int:
     """A parsed value to its word, or to its bits in place; `EncodeError` when the word cannot hold it."""
-    if isinstance(row, Bits):
-        return row.encode(value)
     if isinstance(value, Reset):
         value = reset_digits(value, str(values["tuning.reset_unit"]))
     elif isinstance(value, Rate):
         value = value.per_sample(values["sample_rate"])
-    return encode_one(row.codec, value, scales)
+    return encode_row(row, value, scales)
 
 
 def reset_digits(reset: Reset, unit: str) -> Decimal:

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from pidcfg.sim.records import Asked, LoopConfig, register
+from pidcfg.sim.records import LoopConfig, RequestState, register
 
 UNBOUNDED = 1e18
 """A limit that nothing reaches."""
@@ -40,9 +40,9 @@ FIRST = 1
 """First sample after the program-to-run transition: the PV has no past."""
 STOPPED = 2
 """The CPU is in Program mode and the loop with it: no calculation, and the output module is off."""
-BLIND = 4
+PV_STALE = 4
 """The CPU is in Program mode and nothing writes the PV word of this independent loop."""
-MUTE = 8
+OUTPUT_CUT = 8
 """The CPU is in Program mode and nothing carries the output word to the module."""
 PROGRAM = 16
 """The CPU is in Program mode; this loop runs on by itself."""
@@ -148,7 +148,7 @@ class Config(LoopConfig):
 
 
 @dataclass(slots=True)
-class State(Asked):
+class State(RequestState):
     """One loop's words and memory that the controller writes."""
 
     period: int = 50_000
@@ -159,7 +159,7 @@ class State(Asked):
     # words +02 to +05, in counts
     bias: float = 0.0
     """With its fraction, which the word does not show."""
-    # gains: the words, and the factors made of them
+    # gains: the words, and the factors calculated from them
     gain: float = 0.0
     """Kc."""
     lag: float = 1.0

@@ -6,20 +6,20 @@ out. Period T and swing X of the PV (both peak to peak, as the output's M) give 
 
 from __future__ import annotations
 
-from pidcfg.sim.controllers.dl06.modes import tell
 from pidcfg.sim.controllers.dl06.state import FRESH, RELAY, TUNE_ERROR, Config, State
 from pidcfg.sim.controllers.dl06.tune_results import SWITCHING, TUNE_AT_LIMITS, TUNE_NO_RESPONSE, end_tune, store
+from pidcfg.sim.notices import tell_request
 from pidcfg.sim.plc import TICKS
-from pidcfg.sim.tuning_rules import LAST_TURN, begin_cycle, cycle_gains, switched
+from pidcfg.sim.tuning_rules import LAST_TURN, begin_cycle, cycle_gains, relay_switch
 
 PI = 3.141592653589793
 RELAY_PATIENCE = 3600.0
-"""Seconds, or `RELAY_PATIENT` samples if those are longer, until an error that keeps its sign is given up."""
+"""Seconds, or `RELAY_PATIENT` samples if those are longer, after which a relay without a switch is stopped."""
 RELAY_PATIENT = 1000
 
 
 def begin_relay(c: Config, s: State) -> None:
-    """Take the output over; the first switch follows at once. Limits at the ends of the range: D62."""
+    """Take the output over; the first switch follows at once. Limits at the ends of the range are reported (D62)."""
     s.tune_phase = SWITCHING
     s.busy |= RELAY
     begin_cycle(s)
@@ -28,32 +28,32 @@ def begin_relay(c: Config, s: State) -> None:
     if c.m_high >= c.out_max or c.m_low <= c.out_min:
         s.status |= TUNE_ERROR
         s.requested = 0
-        tell(s, TUNE_AT_LIMITS)
+        tell_request(s, TUNE_AT_LIMITS)
 
 
-def give_back(s: State) -> None:
-    """The controller goes on from the bias it had before."""
+def restore_bias(s: State) -> None:
+    """The controller continues from the bias before the auto-tune."""
     s.bias = s.tune_out
     s.m = s.tune_out
     s.busy |= FRESH
 
 
 def switching(c: Config, s: State, p: float, sp: float) -> None:
-    """One sample of the relay (D60); noise widens band and swing by three deviations. Gains: D61."""
+    """One sample of the relay of three cycles (D60), and their gains (D61); noise widens the hysteresis."""
     seconds = s.period / TICKS
     band = 3.0 * s.tune_noise if s.tune_noise > 1.0 else 0.0
-    side = switched(s, p, sp - p, band)
+    side = relay_switch(s, p, sp - p, band)
     if side != 0:
         up = side > 0 if c.reverse == 0 else side < 0
         s.out = c.m_high if up else c.m_low
     quiet = s.tune_count - s.tune_points
     if s.tune_turns == LAST_TURN:
-        give_back(s)
+        restore_bias(s)
         swing = s.tune_swing / 2.0 - band
         period = (s.tune_count - s.tune_start) / 2.0 * seconds
         ultimate = 4.0 * (c.m_high - c.m_low) / c.out_span / (PI * max(swing, 1.0) / c.span)
         gain, reset, derivative, sample = cycle_gains(c.tune_pi, ultimate, period)
         store(c, s, gain, reset, derivative, sample)
     elif quiet > RELAY_PATIENT and quiet * seconds > RELAY_PATIENCE:
-        give_back(s)
+        restore_bias(s)
         end_tune(s, TUNE_NO_RESPONSE)

@@ -1,7 +1,7 @@
 """Open-loop auto-tune of the DL06: the reaction curve of a step of the output.
 
-The output steps up by 10 % of its span, to 20 % when the PV settles after less than 2 %. Ziegler and Nichols make the
-gains of the steepest slope R and the dead time L of the response.
+The output steps up by 10 % of its span, to 20 % when the PV settles after less than 2 %. The gains follow from
+the steepest slope R and the dead time L of the response (Ziegler and Nichols).
 """
 
 from __future__ import annotations
@@ -16,7 +16,16 @@ from pidcfg.sim.controllers.dl06.tune_results import (
     store,
 )
 from pidcfg.sim.plc import TICKS
-from pidcfg.sim.reaction_curve import ANSWERED, NO_ANSWER, STEP, TOO_SMALL, begin_curve, judged, record, steepest_line
+from pidcfg.sim.reaction_curve import (
+    ANSWERED,
+    NO_ANSWER,
+    STEP,
+    TOO_SMALL,
+    begin_curve,
+    judge_response,
+    record,
+    steepest_line,
+)
 from pidcfg.sim.reaction_curve import POINTS as CURVE
 from pidcfg.sim.terms import NEAREST
 from pidcfg.sim.tuning_rules import curve_gains
@@ -56,19 +65,19 @@ def measure(c: Config, s: State, aux: list[float], change: float) -> None:
 
 
 def respond(c: Config, s: State, aux: list[float], p: float) -> None:
-    """One sample of the step response, until there is enough of it or it has settled (D59) or nothing comes (D63)."""
+    """One sample of the step response, until it is large enough or settled (D59), or fails to come (D63)."""
     rise = s.tune_base - p if c.reverse else p - s.tune_base
     if not record(s, c.tune_buffer, aux, rise):
         return
     second = int(s.tune_step > STEP)
-    found, change = judged(s, c.tune_buffer, aux, c.span, c.span / c.pv_span, 1.0, s.period / TICKS, second)
-    if found == ANSWERED:
+    verdict, change = judge_response(s, c.tune_buffer, aux, c.span, c.span / c.pv_span, 1.0, s.period / TICKS, second)
+    if verdict == ANSWERED:
         measure(c, s, aux, change)
-    elif found == TOO_SMALL:
+    elif verdict == TOO_SMALL:
         s.tune_base += -change if c.reverse else change
         step_output(c, s)
-    elif found == NO_ANSWER and second:
+    elif verdict == NO_ANSWER and second:
         s.out = s.tune_out
         end_tune(s, TUNE_NO_RESPONSE)
-    elif found == NO_ANSWER:
+    elif verdict == NO_ANSWER:
         step_output(c, s)

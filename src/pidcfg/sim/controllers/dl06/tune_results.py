@@ -1,13 +1,13 @@
-"""How an auto-tune of the DL06 ends: the output is given back, the results go to their words, or a reason is left."""
+"""How an auto-tune of the DL06 ends: the output is restored, results go to their words, or a reason is logged."""
 
 from __future__ import annotations
 
 from pidcfg.sim.controllers.dl06.equation import coefficients
-from pidcfg.sim.controllers.dl06.modes import tell
 from pidcfg.sim.controllers.dl06.state import RELAY, TUNE, TUNE_ERROR, TUNING, Config, State
+from pidcfg.sim.notices import tell_request
 from pidcfg.sim.terms import clamp, nearest
 
-IDLE, WANTED, OBSERVE, RESPONSE, SWITCHING = 0, 1, 2, 3, 4
+IDLE, REQUESTED, OBSERVE, RESPONSE, SWITCHING = 0, 1, 2, 3, 4
 """`State.tune_phase`."""
 
 REFUSED_TUNE_MODE = 30
@@ -30,14 +30,14 @@ REASONS = {
 
 
 def end_tune(s: State, error: int) -> None:
-    """Give the output back; ``error`` is a reason, 0 for success."""
+    """The auto-tune releases the loop; ``error`` is a reason, 0 for success."""
     s.status &= ~TUNING
     s.busy &= ~(TUNE | RELAY)
     s.tune_phase = IDLE
     if error:
         s.status |= TUNE_ERROR
         s.requested = 0
-        tell(s, error)
+        tell_request(s, error)
     else:
         s.tune_done = 1
 

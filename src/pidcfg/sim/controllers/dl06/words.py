@@ -16,7 +16,7 @@ from pidcfg.encoders.regmap import Bits, RegisterMap, Word, decode_one
 from pidcfg.encoders.scales import Scale
 from pidcfg.encoders.words import DecodeError
 from pidcfg.schemas.base import Quantity
-from pidcfg.sim.controllers.dl06.state import MUTE, STOPPED, Config, State
+from pidcfg.sim.controllers.dl06.state import OUTPUT_CUT, STOPPED, Config, State
 from pidcfg.sim.plc import TICKS
 from pidcfg.sim.records import read_registers
 from pidcfg.sim.terms import clamp, nearest
@@ -36,7 +36,7 @@ def raw_scales(bits: Values) -> dict[str, Scale]:
 
 
 def decode_block(table: RegisterMap, words: Sequence[int], scales: Mapping[str, Scale]) -> tuple[Values, list[str]]:
-    """Every value of a block by path, and complaints about words that are none."""
+    """Every value of a block by path, and problems of words that have no value."""
     values: dict[str, Any] = {}
     problems: list[str] = []
     rows: tuple[Word | Bits, ...] = (*table.bits, *table.words)
@@ -69,7 +69,7 @@ def counts(value: Any) -> float:
 
 
 def configure(c: Config, v: Values, reset_decimals: int, loops: int) -> None:
-    """Everything in a loop's `Config` that follows from its own words; ``loops`` run together (sample rates: D51)."""
+    """Everything in a loop's `Config` that follows from its words; ``loops`` decides the least sample rate (D51)."""
     read_registers(c, {path: value.value if isinstance(value, Quantity) else value for path, value in v.items()})
     _scales(c, v)
     c.bumpless = 1 if v["bumpless"] == "I" else 2
@@ -107,7 +107,7 @@ DEVIATION_LIMITS = ("yellow", "red")
 
 
 def alarm_error(v: Values) -> bool:
-    """Bit 10 of +06 (D47)."""
+    """Whether limits of an enabled group are out of order: bit 10 of +06, which forces Manual (D47)."""
     pv = [int(v[f"alarms.pv.{name}"].value) for name in PV_LIMITS] if v["alarms.pv.enabled"] else None
     deviation = [int(v[f"alarms.deviation.{n}"].value) for n in DEVIATION_LIMITS]
     return alarm_order_broken(pv, deviation if v["alarms.deviation.enabled"] else None)
@@ -132,15 +132,15 @@ def profile(words: Sequence[int], v: Values) -> list[float]:
     return table
 
 
-def major_of(pointer: int, start: int, loops: int, own: int) -> int:
+def major_of(pointer: int, start: int, loops: int, minor: int) -> int:
     """The loop of the table at ``start`` whose output word the remote set point pointer names; -1: none."""
     index, offset = divmod(pointer - start, LOOP_TABLE.size)
-    named = offset == LOOP_TABLE.offset("output") and 0 <= index < loops and index != own
+    named = offset == LOOP_TABLE.offset("output") and 0 <= index < loops and index != minor
     return index if named else -1
 
 
 def write_state(s: State, v: Values, path: str) -> None:
-    """Words that the controller also writes: what is written from outside takes their place."""
+    """Words that the controller also writes: a value from outside replaces theirs."""
     if path == "setpoint.value":
         s.sp = s.goal_sp = counts(v[path])
         s.goal_writes = 1
@@ -156,7 +156,7 @@ def show(c: Config, s: State, sp: float, sig: MutableSequence[float]) -> None:
     """The signals of a loop as its words say; ``sp`` is the set point in force, before its limits."""
     sp = clamp(sp, c.sp_min, c.sp_max)
     centre = sp * abs(sp) if c.root else sp
-    out = 0.0 if s.busy & (STOPPED | MUTE) else s.out
+    out = 0.0 if s.busy & (STOPPED | OUTPUT_CUT) else s.out
     sig[c.sig_pv] = c.pv_low + (s.pv - c.pv_min) * c.pv_width / c.pv_span
     sig[c.sig_sp] = c.pv_low + (centre - c.pv_min) * c.pv_width / c.pv_span
     sig[c.sig_out] = c.out_low + (out - c.out_min) * c.out_width / c.out_span

@@ -1,4 +1,4 @@
-"""Autotune of DPIDE, PID_MODE 1: a look at the noise, then a relay around SV (D276); how it ends: D277.
+"""Autotune of DPIDE, PID_MODE 1: the noise, then a relay around SV (D276), and the operands at its end (D277).
 
 From a cold start the relay begins with heating. It swings between the limits, and where that makes uneven halves of a
 cycle evenly around its mean: an oven that heats much faster than it cools would show a far too long period otherwise.
@@ -15,13 +15,13 @@ from pidcfg.sim.controllers.dpide.state import AUTO, FRESH, MANUAL, MODES, TUNE_
 from pidcfg.sim.notices import noticed
 from pidcfg.sim.plc import TICKS
 from pidcfg.sim.terms import clamp, single
-from pidcfg.sim.tuning_rules import FIRST_TURN, LAST_TURN, begin_cycle, begin_listening, listen, switched
+from pidcfg.sim.tuning_rules import FIRST_TURN, LAST_TURN, begin_cycle, begin_noise, measure_noise, relay_switch
 from pidcfg.tuning.rules import TYREUS_LUYBEN
 
 if TYPE_CHECKING:
     from pidcfg.sim.controllers.dpide.state import Config, State
 
-LISTENING, SWITCHING = 1, 2
+OBSERVING, SWITCHING = 1, 2
 """`State.tune_phase`."""
 NOTHING, DONE, FAILED, CANCELLED = 0, 1, 2, 3
 """`State.tune_done`."""
@@ -44,17 +44,17 @@ GAIN, RESET, RATE = TYREUS_LUYBEN["PID"]
 """Of the ultimate gain and its period."""
 SMOOTHING = 0.1
 """Tf is this share of the derivative time."""
-LOUD = 4.0
+HYSTERESIS = 4.0
 """The relay's hysteresis in standard deviations of the noise."""
-HEARD = 6.0
+RESPONDS = 6.0
 """A PV that moves by this many standard deviations of its noise answers."""
 PATIENCE, PATIENT = 600.0, 256
-"""Seconds and samples without an answer, both, until a PV that does not move is given up."""
+"""Seconds and samples, both, after which a PV that does not move stops the autotune."""
 LONGEST, MOST = 14400.0, 1000
-"""Seconds and samples, both, until an error that keeps its sign is given up."""
+"""Seconds and samples, both, after which an error that keeps its sign stops the autotune."""
 BALANCE_TURN = 6
 """Switch at which a whole cycle, from `FIRST_TURN` on, tells the mean MV."""
-EVEN, BEARABLE = 0.1, 0.3
+EVEN, TOLERABLE = 0.1, 0.3
 """How far the share of a cycle in which the error is above 0 may be from a half: without another round, and at all."""
 ROUNDS = 4
 """Times that the relay is put around its mean at most."""
@@ -65,16 +65,16 @@ LEAST_PERIOD = 6.0
 
 
 def start_tune(c: Config, s: State) -> None:
-    """MV stands still while PV is listened to."""
+    """MV is held while the noise of PV is measured."""
     s.status &= ~TUNE_ERROR
     s.tune_done = NOTHING
-    s.tune_phase = LISTENING
+    s.tune_phase = OBSERVING
     s.out = clamp(s.out, c.low, c.high)
-    begin_listening(s)
+    begin_noise(s)
 
 
 def leave(c: Config, s: State, mode: int) -> None:
-    """PID_MODE becomes another one; PID_MAN has an effect again."""
+    """PID_MODE changes; PID_MAN has an effect again."""
     s.mode = mode
     s.wanted = MANUAL if c.manual else AUTO
     s.status = (s.status & ~MODES) | s.wanted
@@ -82,7 +82,7 @@ def leave(c: Config, s: State, mode: int) -> None:
 
 
 def fail(c: Config, s: State, reason: int) -> None:
-    """It ends without results, and everything is as before."""
+    """The autotune ends without results, and the operands are those of before."""
     s.tune_done = FAILED
     s.tune_reason = reason
     s.status |= TUNE_ERROR
@@ -91,7 +91,7 @@ def fail(c: Config, s: State, reason: int) -> None:
 
 
 def abandon(s: State) -> None:
-    """It is ended from outside."""
+    """The autotune is ended by the operator or the program."""
     s.tune_done = CANCELLED
     s.notice = noticed(s.notice, 0, ABANDONED)
 
@@ -145,7 +145,7 @@ def measure(c: Config, s: State) -> None:
         fail(c, s, NO_RESPONSE)
     elif samples < LEAST_PERIOD:
         fail(c, s, TOO_FAST)
-    elif uneven(s) > BEARABLE:
+    elif uneven(s) > TOLERABLE:
         fail(c, s, UNEVEN)
     else:
         swing = sqrt(max(half * half - s.tune_band * s.tune_band, half * half / 4.0))
@@ -169,7 +169,7 @@ def balance(c: Config, s: State, middle: float) -> None:
 
 def relay(c: Config, s: State, e: float) -> None:
     """One sample of the relay: the higher MV while the error is above 0, else the lower one."""
-    side = switched(s, s.pv, e, s.tune_band)
+    side = relay_switch(s, s.pv, e, s.tune_band)
     if side:
         if s.tune_turns == BALANCE_TURN and s.tune_rounds < ROUNDS and uneven(s) > EVEN:
             balance(c, s, mean(s))
@@ -185,7 +185,7 @@ def relay(c: Config, s: State, e: float) -> None:
     s.tune_moved = max(s.tune_moved, abs(s.pv - s.tune_base))
     quiet = s.tune_count - s.tune_points
     time = quiet * (s.period / TICKS)
-    if quiet > PATIENT and time > PATIENCE and s.tune_moved <= HEARD * s.tune_noise:
+    if quiet > PATIENT and time > PATIENCE and s.tune_moved <= RESPONDS * s.tune_noise:
         fail(c, s, NO_RESPONSE)
     elif quiet > MOST and time > LONGEST:
         fail(c, s, NO_SWITCH)
@@ -195,9 +195,9 @@ def tune(c: Config, s: State, e: float) -> None:
     """One sample of the autotune; ``e`` is the error without the dead band."""
     if c.low >= c.high:
         fail(c, s, NO_RANGE)
-    elif s.tune_phase == LISTENING:
-        if listen(s, s.pv):
-            s.tune_band = LOUD * s.tune_noise
+    elif s.tune_phase == OBSERVING:
+        if measure_noise(s, s.pv):
+            s.tune_band = HYSTERESIS * s.tune_noise
             s.tune_phase = SWITCHING
             s.tune_rounds = 0
             begin_relay(s, c.low, c.high)

@@ -10,7 +10,7 @@ from __future__ import annotations
 from math import isfinite, isnan
 from typing import TYPE_CHECKING
 
-from pidcfg.sim.controllers.dpide.state import FRESH, FROM_MANUAL, LIMITED, SILENT
+from pidcfg.sim.controllers.dpide.state import FRESH, FROM_MANUAL, IN_DEAD_BAND, LIMITED
 from pidcfg.sim.notices import noticed
 from pidcfg.sim.plc import TICKS
 from pidcfg.sim.terms import clamp, single
@@ -56,9 +56,9 @@ def effective(c: Config, s: State, e: float) -> float:
     elif e < 0.0:
         s.side = -1.0
     if s.crossed:
-        s.status |= SILENT
+        s.status |= IN_DEAD_BAND
         return 0.0
-    s.status &= ~SILENT
+    s.status &= ~IN_DEAD_BAND
     return e
 
 
@@ -104,7 +104,7 @@ def calculate(c: Config, s: State, e: float) -> None:
             put_back(s, was, p, d)
         total = single(s.integral + single(s.ki * e))
     else:
-        # no integral (D271)
+        # without integral time I_MV is 0 (D271)
         s.integral = 0.0
     m = single(single(single(p + total) + d) + s.bias)
     if isnan(m):

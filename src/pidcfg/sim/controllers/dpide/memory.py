@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from pidcfg.encoders.maps.dpide import ROWS
@@ -22,14 +21,6 @@ if TYPE_CHECKING:
     from pidcfg.encoders.parameters import Program
 
 
-@dataclass(frozen=True, slots=True)
-class Options:
-    """What a scenario chooses about the PLC; no operand holds it."""
-
-    scan_time: int = 0
-    """Length of a scan in ticks: the base step; calculations come with the next scan."""
-
-
 class Memory(Plc):
     """The operands of a program, and what the kernels make of them."""
 
@@ -42,13 +33,13 @@ class Memory(Plc):
         """Operands that are no value of their type."""
         self._interval = (read_settings(PlcSettings, program.plc, "plc").interrupt_task or 0) * MILLISECOND
         self.loops = [str(entry["loop"]) for entry in program.settings] or loops_of(words)
-        given: Sequence[Mapping[str, Any]] = program.settings or [{}] * len(self.loops)
-        self._devices = [dict(entry.get("devices", {})) for entry in given]
+        entries: Sequence[Mapping[str, Any]] = program.settings or [{}] * len(self.loops)
+        self._devices = [dict(entry.get("devices", {})) for entry in entries]
         self._operands = [operands_of(words, loop, self.problems) for loop in self.loops]
         self.place_loops(Config, State, SIGNALS)
         for i in range(len(self.loops)):
             self._begin(i)
-        scales = [read_settings(Scale, entry.get("pv", {}), f"settings[{i}].pv") for i, entry in enumerate(given)]
+        scales = [read_settings(Scale, entry.get("pv", {}), f"settings[{i}].pv") for i, entry in enumerate(entries)]
         self.scales = [scale_of(scale, s.sp) for scale, s in zip(scales, self.st, strict=True)]
 
     def _begin(self, i: int) -> None:
@@ -85,14 +76,14 @@ class Memory(Plc):
     def _writer(self, i: int, operand: str) -> int:
         """The other loop whose MV stands in the device of an operand; -1: none."""
         device = self._devices[i].get(operand)
-        writers = (j for j, own in enumerate(self._devices) if j != i and device and own.get("MV") == device)
+        writers = (j for j, devices in enumerate(self._devices) if j != i and device and devices.get("MV") == device)
         return next(writers, -1)
 
     def _write(self, i: int, **values: float) -> None:
         """Write operands, and all others that stand in the same devices, of this loop too (D266)."""
         places = {device: values[name] for name, device in self._devices[i].items() if name in values}
-        for j, own in enumerate(self._devices):
-            shared = {name: places[device] for name, device in own.items() if device in places and name != "MV"}
+        for j, devices in enumerate(self._devices):
+            shared = {name: places[device] for name, device in devices.items() if device in places and name != "MV"}
             if j == i:
                 self._put(j, shared | values)
             elif shared:
@@ -114,12 +105,12 @@ class Memory(Plc):
         self._join(i)
 
     def _show(self, sig: MutableSequence[float]) -> None:
-        """What an operator's hand changes at once."""
+        """The signals that an operator's change affects at once."""
         for c, s in zip(self.cfg, self.st, strict=True):
             show(c, s, sig)
 
 
 def loops_of(words: Iterable[str]) -> list[str]:
-    """The loops of a listing that names none, in its order."""
+    """The loops of a listing without settings, in its order."""
     pairs = (name.rpartition(".") for name in words)
     return list(dict.fromkeys(loop for loop, _, operand in pairs if loop and operand in ROWS))

@@ -8,12 +8,12 @@ from pidcfg.sim.controllers.dpide.state import (
     FRESH,
     FROM_MANUAL,
     HALTING,
+    IN_DEAD_BAND,
     LIMITED,
     MANUAL,
     MODES,
     OFF,
     REQUEST,
-    SILENT,
     TUNING,
     Config,
     State,
@@ -41,7 +41,7 @@ def halt(c: Config, s: State) -> None:
         abandon(s)
         s.mode = s.mode_before
     s.busy &= ~(REQUEST | HALTING)
-    s.status = (s.status & ~(MODES | LIMITED | SILENT)) | OFF
+    s.status = (s.status & ~(MODES | LIMITED | IN_DEAD_BAND)) | OFF
     s.out = 0.0
     if c.joined:
         s.mout = 0.0

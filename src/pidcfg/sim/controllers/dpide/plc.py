@@ -1,4 +1,4 @@
-"""The Delta AS as an object: made of the operands of its DPIDE instructions, and handled as an operator would."""
+"""The virtual Delta AS: built from the operands of its DPIDE instructions, operated as by an operator."""
 
 from __future__ import annotations
 
@@ -9,17 +9,18 @@ from pidcfg.schemas.base import refuse
 from pidcfg.sim.controllers.dpide import autotune as dpide_autotune
 from pidcfg.sim.controllers.dpide import report
 from pidcfg.sim.controllers.dpide import state as bits
-from pidcfg.sim.controllers.dpide.memory import Memory, Options
+from pidcfg.sim.controllers.dpide.memory import Memory
 from pidcfg.sim.controllers.dpide.modes import enter
-from pidcfg.sim.controllers.dpide.report import ABOUT_MODE, FLAG_BITS, MODES, NUMBERED, REASONS, TUNE_STATUS, tell
+from pidcfg.sim.controllers.dpide.report import ABOUT_MODE, FLAG_BITS, MODES, REASONS, TUNE_STATUS
 from pidcfg.sim.controllers.dpide.setting import KEYS, Seconds, with_mark
 from pidcfg.sim.controllers.dpide.words import effect, sampling_time
-from pidcfg.sim.notices import notices
+from pidcfg.sim.notices import tell
+from pidcfg.sim.plc import SWITCH_AND_TUNE, ScanOptions
 from pidcfg.sim.records import NEVER
 from pidcfg.sim.terms import clamp, single
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, MutableSequence, Sequence
+    from collections.abc import Mapping, MutableSequence
 
     from pidcfg.encoders.parameters import Program
     from pidcfg.schemas.base import Quantity
@@ -30,12 +31,8 @@ class Dpide(Memory):
 
     out_name = "MV"
     modes: Mapping[str, int] = MODES
-    options = tuple(f.name for f in fields(Options))
-    commands: Mapping[str, Sequence[str]] = {
-        "ramp_soak": (),
-        "autotune": ("start", "cancel"),
-        "plc": ("stop", "run"),
-    }
+    options = tuple(f.name for f in fields(ScanOptions))
+    commands = SWITCH_AND_TUNE
     tuned_names = ("Kc_Kp", "Ti_Ki", "Td_Kd", "Tf")
     flag_bits: Mapping[str, int] = FLAG_BITS
     reasons: Mapping[int, str] = REASONS
@@ -44,7 +41,6 @@ class Dpide(Memory):
     def __init__(self, program: Program) -> None:
         super().__init__(program)
         self.goals = [self.mode(s.status) for s in self.st]
-        self._in_run = True
         self._dependent = [bool(c.dependent) for c in self.cfg]
 
     @property
@@ -52,30 +48,18 @@ class Dpide(Memory):
         """Forward action: PV rises with MV."""
         return [bool(c.forward) for c in self.cfg]
 
-    @classmethod
-    def requested(cls, notice: int) -> str | None:
-        """The last mode that was asked for; notices number the modes, whose bits they have no room for."""
-        modes = [mode for mode, _ in notices(notice) if mode]
-        return NUMBERED[modes[-1] - 1] if modes else None
-
     # --- the PLC's switch --------------------------------------------------------------------------------------------
 
-    def run(self, tick: int) -> None:
+    def start(self, tick: int) -> None:
         """The PLC runs: instructions begin without a past, an autotune from its beginning (D278)."""
-        if self._in_run:
-            return
-        self._in_run = True
         for c, s in zip(self.cfg, self.st, strict=True):
             s.due = tick
             s.busy &= ~bits.STOPPED
             mode, s.status = s.status & bits.MODES, (s.status & ~bits.MODES) | bits.OFF
             enter(c, s, mode)
 
-    def program(self, sig: MutableSequence[float]) -> None:  # noqa: ARG002 - MV stays as it is
+    def stop(self, sig: MutableSequence[float]) -> None:  # noqa: ARG002 - MV stays as it is
         """The PLC stops: no instruction is executed, and MV stays as it is (D278)."""
-        if not self._in_run:
-            return
-        self._in_run = False
         for s in self.st:
             s.busy |= bits.STOPPED
             s.due = NEVER
@@ -84,7 +68,7 @@ class Dpide(Memory):
     # --- the operator ------------------------------------------------------------------------------------------------
 
     def request(self, loop: int, mode: str) -> None:
-        """Write what makes a mode: PID_RUN, PID_MODE and PID_MAN (D275)."""
+        """Write the operands that select a mode: PID_RUN, PID_MODE and PID_MAN (D275)."""
         s = self.st[loop]
         if mode == "off":
             self._write(loop, PID_RUN=False)
@@ -95,9 +79,9 @@ class Dpide(Memory):
         else:
             self._write(loop, PID_RUN=True, PID_MAN=False, PID_MODE=self._automatic(loop))
         if mode == "manual" and s.wanted == bits.TUNING:
-            tell(s, report.WAITS_FOR_TUNE, mode)
-        elif not self._in_run and s.wanted != s.status & bits.MODES:
-            tell(s, report.WAITS_FOR_PLC, mode)
+            tell(s, report.WAITS_FOR_TUNE, self.request_code(mode))
+        elif not self.in_run and s.wanted != s.status & bits.MODES:
+            tell(s, report.WAITS_FOR_PLC, self.request_code(mode))
 
     def autotune(self, loop: int, command: str) -> None:
         """``start`` writes 1 to PID_MODE, ``cancel`` what it was before."""
@@ -112,7 +96,7 @@ class Dpide(Memory):
             self._write(loop, PID_MODE=1)
             if s.wanted == bits.OFF:
                 tell(s, report.TUNE_WAITS)
-            elif not self._in_run:
+            elif not self.in_run:
                 tell(s, report.TUNE_WAITS_FOR_PLC)
 
     def _automatic(self, loop: int) -> int:
@@ -130,8 +114,8 @@ class Dpide(Memory):
         status = "running" if running else TUNE_STATUS[s.tune_done]
         if error:
             status = f"{status}: {REASONS[s.tune_reason].partition(': ')[2]}"
-        found = dict(zip(self.tuned_names, (s.tune_gain, s.tune_reset, s.tune_rate, s.tune_tf), strict=True))
-        return {"done": done, "error": error, "status": status, "results": found if done else {}}
+        results = dict(zip(self.tuned_names, (s.tune_gain, s.tune_reset, s.tune_rate, s.tune_tf), strict=True))
+        return {"done": done, "error": error, "status": status, "results": results if done else {}}
 
     def set_output(self, loop: int, value: Quantity, sig: MutableSequence[float]) -> None:
         """The MV that a loop starts with, and MOUT, which holds it in manual."""
@@ -175,6 +159,6 @@ class Dpide(Memory):
         return effect(name, c, s, self._operands[loop], self._interval)
 
 
-def load(program: Program, options: Options | None = None) -> Dpide:  # noqa: ARG001 - the base step is the runner's
+def load(program: Program, options: ScanOptions | None = None) -> Dpide:  # noqa: ARG001 - the base step is the runner's
     """The virtual PLC of a program's operands, as it stands when it begins to run."""
     return Dpide(program)

@@ -1,15 +1,12 @@
-"""What a DPIDE instruction tells the outside: names of modes and flags as bits, and notices in words."""
+"""How a DPIDE instruction is reported: names of modes and flags as bits, and notices in words."""
 
 from __future__ import annotations
 
 from pidcfg.sim.controllers.dpide import autotune as dpide_autotune
 from pidcfg.sim.controllers.dpide import equation as dpide_equation
 from pidcfg.sim.controllers.dpide import state as bits
-from pidcfg.sim.notices import noticed
 
 MODES = {"manual": bits.MANUAL, "auto": bits.AUTO, "autotune": bits.TUNING, "off": bits.OFF}
-NUMBERED = tuple(MODES)
-"""In a notice, modes are numbered from 1."""
 SIGNALS = {
     "sig_in": "",
     "sig_pv": "PV",
@@ -22,7 +19,7 @@ SIGNALS = {
 """Signals of a loop by their slots in `Config`; the measurement itself belongs to the plant."""
 FLAG_BITS = {
     "mv_limited": bits.LIMITED,
-    "in_dead_band": bits.SILENT,
+    "in_dead_band": bits.IN_DEAD_BAND,
     "autotune_running": bits.TUNING,
     "autotune_error": bits.TUNE_ERROR,
 }
@@ -36,7 +33,7 @@ IS_STOPPED = 37
 TUNE_WAITS_FOR_PLC = 38
 
 ABOUT_MODE = (WAITS_FOR_TUNE, WAITS_FOR_PLC)
-"""Reasons that concern a mode that was asked for."""
+"""Reasons that concern a requested mode."""
 REASONS = {
     **dpide_autotune.REASONS,
     dpide_equation.JUMPS_HELD: "MV jumps at the end of manual: in PID_MODE 0 I_MV stays as it was before manual; "
@@ -56,8 +53,3 @@ TUNE_STATUS = {
     dpide_autotune.CANCELLED: "cancelled",
 }
 """How an autotune went, by `State.tune_done`."""
-
-
-def tell(s: bits.State, reason: int, mode: str = "") -> None:
-    """Leave a notice for the log; ``mode``: the one that was asked for."""
-    s.notice = noticed(s.notice, NUMBERED.index(mode) + 1 if mode else 0, reason)

@@ -13,7 +13,6 @@ from __future__ import annotations
 
 from pidcfg.sim.controllers.dpide.autotune import tune
 from pidcfg.sim.controllers.dpide.equation import calculate, derivative, effective
-from pidcfg.sim.controllers.dpide.memory import Options
 from pidcfg.sim.controllers.dpide.modes import halt, switch
 from pidcfg.sim.controllers.dpide.plc import Dpide, load
 from pidcfg.sim.controllers.dpide.signals import show
@@ -29,6 +28,7 @@ from pidcfg.sim.controllers.dpide.state import (
     Config,
     State,
 )
+from pidcfg.sim.plc import ScanOptions as Options
 from pidcfg.sim.terms import finite, single
 
 __all__ = ["INLINED", "Config", "Dpide", "Options", "State", "load", "sample", "scan"]

@@ -23,7 +23,7 @@ FIXED = {
     "PV": "it comes from the plant",
     "MV": "the PLC writes it; MOUT does so in manual",
 }
-"""Operands that nobody sets, and why."""
+"""Operands that cannot be set, and why."""
 
 
 def parse_mode(value: object) -> int:

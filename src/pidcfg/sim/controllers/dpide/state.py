@@ -1,4 +1,4 @@
-"""What a DPIDE instruction knows: `Config` (operands that it reads) and `State` (operands and memory that it writes).
+"""Records of a DPIDE instruction: `Config` (operands that it reads) and `State` (operands and memory that it writes).
 
 REAL operands are what single precision holds; the clock is in ticks of a microsecond. Everything is an int or a float:
 the same fields become a NumPy record for numba.
@@ -8,19 +8,19 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from pidcfg.sim.records import LoopConfig, Tuned, register
+from pidcfg.sim.records import LoopConfig, RelayState, register
 
 # `State.status`
 MANUAL, AUTO, TUNING, OFF = 1, 2, 4, 8
 MODES = MANUAL | AUTO | TUNING | OFF
 LIMITED = 16
 """What the algorithm, or MOUT, makes of MV is beyond MV_MIN or MV_MAX."""
-SILENT = 32
+IN_DEAD_BAND = 32
 """PV has crossed SV inside the dead band: the error counts as 0."""
 TUNE_ERROR = 64
 """The last autotune ended without results."""
 
-# What an instruction has to attend to besides its equation (`State.busy`)
+# What is pending besides the equation (`State.busy`)
 FRESH = 1
 """The next calculation of the algorithm has no past."""
 REQUEST = 2
@@ -44,14 +44,14 @@ class Config(LoopConfig):
     manual: int = register("PID_MAN", 0)
     follow: int = register("MOUT_AUTO", 0)
     joined: int = 0
-    """MOUT stands in the device of this loop's own MV: both are one value (D266)."""
+    """MOUT stands in the device of this loop's MV: both are one value (D266)."""
     dependent: int = register("PID_EQ", 0)
     of_pv: int = register("PID_DE", 0)
     """The derivative is that of PV."""
     forward: int = register("PID_DIR", 0)
     """E = SV - PV."""
     sv_from: int = -1
-    """The loop whose MV stands in the same device as SV (D266), -1: none; likewise the next two."""
+    """The loop whose MV shares the device of SV, so that it writes SV (D266); -1: none; likewise the next two."""
     bias_from: int = -1
     mout_from: int = -1
     band: float = 0.0
@@ -62,7 +62,7 @@ class Config(LoopConfig):
 
 
 @dataclass(slots=True)
-class State(Tuned):
+class State(RelayState):
     """What an instruction writes."""
 
     mode: int = register("PID_MODE", 0)
@@ -106,11 +106,11 @@ class State(Tuned):
     """MV while the error is below 0; the next one while it is above."""
     tune_top: float = 0.0
     tune_rounds: int = 0
-    """Times that the two have been found uneven."""
+    """Times that the halves of the cycle were uneven."""
     tune_moved: float = 0.0
     """How far PV has come since the relay switched."""
     tune_gain: float = 0.0
-    """What the last successful autotune found, as it stands in the operands; likewise the next three."""
+    """Result of the last successful autotune, as in the operand; likewise the next three."""
     tune_reset: float = 0.0
     tune_rate: float = 0.0
     tune_tf: float = 0.0

@@ -22,14 +22,14 @@ if TYPE_CHECKING:
 
 MILLISECOND = TICKS // 1000
 NOT_NEGATIVE = ("Kc_Kp", "Ti_Ki", "Td_Kd", "Tf")
-"""What is below 0 here counts as 0."""
+"""Operands of which a negative value counts as 0."""
 Operands = dict[str, float]
 """BOOL as 0 or 1, DINT and REAL."""
 
 
 def operands_of(words: Mapping[str, Any], loop: str, problems: list[str]) -> Operands:
     """The operands of a loop; what a listing lacks is FALSE or 0, but for PID_RUN; what is no value is a problem."""
-    found: Operands = {}
+    operands: Operands = {}
     for name, row in ROWS.items():
         default = float(name == "PID_RUN")
         content = words.get(f"{loop}.{name}", default)
@@ -37,12 +37,12 @@ def operands_of(words: Mapping[str, Any], loop: str, problems: list[str]) -> Ope
         if wrong or (name == "PID_MODE" and content not in PID_MODES):
             problems.append(f"{loop}.{name}: {content} means nothing there, {shown(row.type, default)} is taken")
             content = default
-        found[name] = content
-    return found
+        operands[name] = content
+    return operands
 
 
 def configure(c: Config, s: State, operands: Operands, interval: int) -> None:
-    """Make the operands what the instruction calculates with; ``interval`` of an interrupt task in ticks, 0: none."""
+    """From the operands to the records of an instruction; ``interval`` of an interrupt task in ticks, 0: none."""
     read_registers(c, operands)
     read_registers(s, operands, single)
     c.band = abs(single(operands["ERR_DBW"]))
@@ -52,7 +52,7 @@ def configure(c: Config, s: State, operands: Operands, interval: int) -> None:
 
 
 def absorb(operands: Operands, s: State) -> None:
-    """Put what the instruction has written into its operands."""
+    """Write the instruction's values to its operands."""
     operands |= register_values(s)
 
 

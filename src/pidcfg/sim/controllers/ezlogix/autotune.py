@@ -1,7 +1,7 @@
 """Autotune of the EZLogix: the open-loop answer to a step of the CV by 10 %, in any mode (D178).
 
-A few samples tell the noise of the PV, then the CV steps up; Ziegler and Nichols make the gains of slope and dead time.
-How it ends, and what Base+12 then says: D179.
+A few samples measure the noise of the PV, then the CV steps up; the gains follow from slope and dead time (Ziegler and
+Nichols). What Base+12 and the CV are at the end: D179.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from pidcfg.sim.notices import noticed
 from pidcfg.sim.plc import TICKS
 from pidcfg.sim.reaction_curve import begin_curve, mean, record, steepest_line
 from pidcfg.sim.terms import nearest
-from pidcfg.sim.tuning_rules import begin_listening, curve_gains, listen
+from pidcfg.sim.tuning_rules import begin_noise, curve_gains, measure_noise
 
 if TYPE_CHECKING:
     from pidcfg.sim.controllers.ezlogix.state import Config, State
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 IDLE, COLLECTING, CALCULATING, DONE, CANCELLED = 0, 1, 2, 3, 4
 NO_STEP, NO_FIT, NO_DIVISOR, NO_DEAD_TIME, OUT_OF_RANGE, NO_MEMORY = 5, 6, 7, 8, 9, 10
 
-LISTEN, RESPOND, COMPUTE = 1, 2, 3
+OBSERVING, RESPOND, COMPUTE = 1, 2, 3
 """`State.tune_phase`."""
 ON, OFF = 1, 2
 """`State.tune_command`."""
@@ -35,7 +35,7 @@ STEP = 410.0
 ENOUGH = 0.10
 """An answer of this much of the PV's span is enough to measure its slope."""
 SMALL = 0.02
-AUDIBLE = 4.0
+DETECTABLE = 4.0
 """Counts that the PV must move by to count as an answer, or six standard deviations of its noise."""
 BLOCKS = 6
 CLEAR = 8.0
@@ -51,7 +51,7 @@ REASON = 32
 
 
 def end_tune(c: Config, s: State, status: int) -> None:
-    """Give the CV back; a loop in Auto goes on with the integral term that it had."""
+    """Restore the CV; a loop in Auto continues with its integral term of before."""
     if s.busy & HELD:
         s.out = s.tune_out
     s.busy &= ~(TUNE | HELD)
@@ -65,7 +65,7 @@ def end_tune(c: Config, s: State, status: int) -> None:
         s.notice = noticed(s.notice, 0, REASON + status)
 
 
-def obey(c: Config, s: State) -> None:
+def switch_tune(c: Config, s: State) -> None:
     """Discrete +4: on starts, or ends a finished autotune; off cancels one that runs."""
     command = s.tune_command
     s.tune_command = 0
@@ -88,8 +88,8 @@ def obey(c: Config, s: State) -> None:
     s.status |= TUNING
     s.tune_status = COLLECTING
     s.tune_left = c.timeout
-    s.tune_phase = LISTEN
-    begin_listening(s)
+    s.tune_phase = OBSERVING
+    begin_noise(s)
 
 
 def fits(gain: float, reset: float, rate: float, only_pi: int) -> bool:
@@ -143,15 +143,15 @@ def flattens(s: State, first: int, aux: list[float]) -> bool:
     return best > max(CLEAR, 8.0 * s.tune_noise) and recent <= best / 2.0
 
 
-def answered(c: Config, s: State, aux: list[float]) -> int:
+def judge_answer(c: Config, s: State, aux: list[float]) -> int:
     """Whether the answer is complete: 0 not yet, 1 it is, 2 it goes the wrong way."""
     n = s.tune_points
     few = max(1, n // 12)
     last = c.tune_buffer + n
     s.tune_change = mean(aux, last - few, few)
     change = abs(s.tune_change)
-    audible = max(AUDIBLE, 6.0 * s.tune_noise)
-    if change <= audible:
+    detectable = max(DETECTABLE, 6.0 * s.tune_noise)
+    if change <= detectable:
         return 0
     settled = False
     if n >= SETTLING:
@@ -172,7 +172,7 @@ def respond(c: Config, s: State, aux: list[float], x: float) -> None:
     rise = s.tune_base - x if c.direct else x - s.tune_base
     if not record(s, c.tune_buffer, aux, rise):
         return
-    how = answered(c, s, aux)
+    how = judge_answer(c, s, aux)
     if how == 1:
         s.tune_status = CALCULATING
         s.tune_phase = COMPUTE
@@ -183,20 +183,20 @@ def respond(c: Config, s: State, aux: list[float], x: float) -> None:
 def tune(c: Config, s: State, aux: list[float], x: float) -> None:
     """One sample of the autotune; ``x`` is the PV, or its root, in counts of the PV."""
     if s.tune_command:
-        obey(c, s)
+        switch_tune(c, s)
         if s.status & TUNING == 0:
             return
     if s.tune_phase == COMPUTE:
         compute(c, s, aux)
         return
     if s.tune_left <= 0:
-        heard = s.tune_phase == RESPOND and abs(s.tune_change) > max(AUDIBLE, 6.0 * s.tune_noise)
-        end_tune(c, s, NO_FIT if heard else NO_DEAD_TIME)
+        detected = s.tune_phase == RESPOND and abs(s.tune_change) > max(DETECTABLE, 6.0 * s.tune_noise)
+        end_tune(c, s, NO_FIT if detected else NO_DEAD_TIME)
         return
     s.tune_left -= s.period
     if s.tune_phase == RESPOND:
         respond(c, s, aux, x)
-    elif listen(s, x):
+    elif measure_noise(s, x):
         s.out = s.tune_out + STEP
         s.tune_change = 0.0
         s.tune_phase = RESPOND

@@ -57,7 +57,7 @@ def integrate(c: Config, s: State, e: float) -> None:
 def calculate(c: Config, s: State, e: float, x: float) -> None:
     """CV(n) = Kp [E(n) + Ts/Ti sum E + Td/Ts (x(n) - x(n-1))] + CV0, then saturation, then the CV limits.
 
-    ``x`` is what the derivative acts on: the error, or the PV with the error's sign (D161). Rounding and limits: D168.
+    ``x`` is what the derivative acts on: the error, or the PV with the error's sign (D161). CV rounded: D168.
     """
     if s.busy & FRESH:
         begin(c, s, x)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from pidcfg.encoders.maps.ezlogix import R_BLOCK, SPACE
@@ -26,11 +25,6 @@ if TYPE_CHECKING:
     from pidcfg.encoders.image import Image
 
 
-@dataclass(frozen=True, slots=True)
-class Options:
-    """What a scenario chooses about the PLC: nothing that its registers and dialog do not say."""
-
-
 class Memory(CountsPlc):
     """The registers of an image, and what the kernels make of them."""
 
@@ -40,33 +34,33 @@ class Memory(CountsPlc):
     def __init__(self, image: Image) -> None:
         words = image.words
         self._goes_on = bool(image.plc.get("process_when_stopped", True))
-        owned = [read_settings(LoopSettings, entry, f"settings[{i}]") for i, entry in enumerate(image.settings)]
-        self._loops = [loop_of(words, own) for own in owned]
-        self.loops = [own.loop for own in owned]
+        dialogs = [read_settings(LoopSettings, entry, f"settings[{i}]") for i, entry in enumerate(image.settings)]
+        self._loops = [loop_of(words, dialog) for dialog in dialogs]
+        self.loops = [dialog.loop for dialog in dialogs]
         self.goals = ["auto" if loop.bit("mode") else "manual" for loop in self._loops]
         self.place_loops(Config, State, SIGNALS, POINTS)
-        for i in range(len(owned)):
+        for i in range(len(dialogs)):
             self._begin(i, words)
 
     def _begin(self, i: int, words: Mapping[int, int]) -> None:
         """What a loop starts with: its places in the shared vectors, its registers, and a request for its mode."""
         c, s, loop = self.cfg[i], self.st[i], self._loops[i]
-        if loop.own.output.pulse is None:
+        if loop.dialog.output.pulse is None:
             self.signals[c.sig_pulse] = ""
         c.tune_buffer = i * POINTS
-        number = tag_number(loop.own.output.tag)
+        number = tag_number(loop.dialog.output.tag)
         c.feeds = self._setpoint_at(number, i)
         s.out = s.whole = clamp(float(words.get(number, 0)), 0.0, float(CV_FULL)) if number is not None else 0.0
         s.sp = float(loop.word("setpoint"))
         self._apply(i)
         s.pv, s.tune_left = c.pv_min, c.timeout
         if self.goals[i] == "auto":
-            self._ask(i, bits.AUTO)
+            self._request_mode(i, bits.AUTO)
         self._show(i, self.sig)
 
     def _setpoint_at(self, number: int | None, i: int) -> int:
         """The other loop whose set point register has this number; -1: none."""
-        places = [SPACE.number("R", loop.own.registers) + R_BLOCK.offset("setpoint") for loop in self._loops]
+        places = [SPACE.number("R", loop.dialog.registers) + R_BLOCK.offset("setpoint") for loop in self._loops]
         return next((j for j, place in enumerate(places) if place == number and j != i), -1)
 
     def _apply(self, i: int) -> None:
@@ -81,22 +75,22 @@ class Memory(CountsPlc):
         elif halted and not s.busy & bits.STOPPED:
             s.due = 0
 
-    def _ask(self, i: int, mode: int) -> None:
+    def _request_mode(self, i: int, mode: int) -> None:
         """Write discrete +0, which nothing refuses."""
         s = self.st[i]
         s.wanted = mode
         s.busy |= bits.REQUEST
-        self._waits(i, mode)
+        self._note_waiting(i, mode)
 
-    def _waits(self, i: int, mode: int = 0) -> None:
-        """Tells that a loop is not calculated, and what is asked of it waits."""
+    def _note_waiting(self, i: int, mode: int = 0) -> None:
+        """Leaves a notice that a request waits, as the loop is not calculated."""
         if self.cfg[i].halt:
             tell(self.st[i], WAITS_FOR_RATE, mode)
         elif self.st[i].busy & bits.STOPPED:
             tell(self.st[i], WAITS_FOR_RUN, mode)
 
     def _show(self, i: int, sig: MutableSequence[float]) -> None:
-        """What an operator's hand changes at once; the set point within its limits, though its register waits."""
+        """The signals that an operator's change affects at once: SP is limited, its register later."""
         c, s = self.cfg[i], self.st[i]
         written, s.sp = s.sp, clamp(s.sp, c.sp_low, c.sp_high)
         show(c, s, sig)

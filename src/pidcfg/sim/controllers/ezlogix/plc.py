@@ -1,4 +1,4 @@
-"""The EZLogix as an object: made of its registers and dialog, and handled from outside as its operator would."""
+"""The virtual EZLogix: built from its registers and dialog, operated as by its operator."""
 
 from __future__ import annotations
 
@@ -9,15 +9,17 @@ from pidcfg.encoders.regmap import decode_one
 from pidcfg.sim.controllers.ezlogix import autotune as ezlogix_autotune
 from pidcfg.sim.controllers.ezlogix import report
 from pidcfg.sim.controllers.ezlogix import state as bits
-from pidcfg.sim.controllers.ezlogix.memory import Memory, Options
+from pidcfg.sim.controllers.ezlogix.memory import Memory
 from pidcfg.sim.controllers.ezlogix.report import FLAG_BITS, MODES, REASONS, TUNE_STATUS
-from pidcfg.sim.controllers.ezlogix.setting import CV, KEYS, encode_setting
+from pidcfg.sim.controllers.ezlogix.setting import CV, KEYS
 from pidcfg.sim.controllers.ezlogix.words import absorb, ticks
 from pidcfg.sim.notices import tell
+from pidcfg.sim.plc import SWITCH_AND_TUNE, NoOptions
 from pidcfg.sim.records import NEVER
+from pidcfg.sim.settings import encode_row, items_of
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, MutableSequence, Sequence
+    from collections.abc import Mapping, MutableSequence
 
     from pidcfg.encoders.image import Image
     from pidcfg.encoders.regmap import Word
@@ -30,23 +32,18 @@ class Ezlogix(Memory):
     out_name = "CV"
     pulses = ("O",)
     modes: Mapping[str, int] = MODES
-    commands: Mapping[str, Sequence[str]] = {
-        "ramp_soak": (),
-        "autotune": ("start", "cancel"),
-        "plc": ("stop", "run"),
-    }
+    commands = SWITCH_AND_TUNE
     tuned_names = ("proportional_gain", "integral_time", "derivative_time")
     flag_bits: Mapping[str, int] = FLAG_BITS
     reasons: Mapping[int, str] = REASONS
 
     def __init__(self, image: Image) -> None:
         super().__init__(image)
-        self._in_run = True
         self.scale_loops()
 
     @classmethod
     def is_about_mode(cls, requested: int, reason: int) -> bool:  # noqa: ARG003 - nothing is refused
-        """What was asked for waits."""
+        """Whether a mode was requested: requests are never refused, they wait."""
         return requested != 0
 
     @property
@@ -56,23 +53,17 @@ class Ezlogix(Memory):
 
     # --- the PLC's switch --------------------------------------------------------------------------------------------
 
-    def run(self, tick: int) -> None:
+    def start(self, tick: int) -> None:
         """The PLC runs: loops that stood still begin as at the start (D173)."""
-        if self._in_run:
-            return
-        self._in_run = True
         for c, s in zip(self.cfg, self.st, strict=True):
             if s.busy & bits.STOPPED:
                 s.due = NEVER if c.halt else tick
                 s.seen = s.cycle_end = tick
                 s.busy |= bits.FRESH if s.status & bits.AUTO else 0
-            s.busy &= ~(bits.STOPPED | bits.BLIND | bits.MUTE)
+            s.busy &= ~(bits.STOPPED | bits.PV_STALE | bits.OUTPUT_CUT)
 
-    def program(self, sig: MutableSequence[float]) -> None:  # noqa: ARG002 - outputs stay as they are
+    def stop(self, sig: MutableSequence[float]) -> None:  # noqa: ARG002 - outputs stay as they are
         """The PLC stops: loops stand still, or go on with the tags that need no ladder program (D173)."""
-        if not self._in_run:
-            return
-        self._in_run = False
         for c, s in zip(self.cfg, self.st, strict=True):
             if not c.goes_on:
                 s.busy |= bits.STOPPED
@@ -80,17 +71,17 @@ class Ezlogix(Memory):
                 tell(s, report.IS_STOPPED)
                 continue
             if not c.sees_pv:
-                s.busy |= bits.BLIND
-                tell(s, report.IS_BLIND)
+                s.busy |= bits.PV_STALE
+                tell(s, report.PV_IS_STALE)
             if not c.drives:
-                s.busy |= bits.MUTE
-                tell(s, report.IS_MUTE)
+                s.busy |= bits.OUTPUT_CUT
+                tell(s, report.OUTPUT_IS_CUT)
 
     # --- the operator ------------------------------------------------------------------------------------------------
 
     def request(self, loop: int, mode: str) -> None:
         """Discrete +0 is written."""
-        self._ask(loop, MODES[mode])
+        self._request_mode(loop, MODES[mode])
 
     def autotune(self, loop: int, command: str) -> None:
         """``start``: discrete +4 goes from 0 to 1, by way of 0 where it is still on; ``cancel``: it goes to 0."""
@@ -98,7 +89,7 @@ class Ezlogix(Memory):
         if start and s.status & bits.TUNING:
             tell(s, report.TUNE_RUNS)
             return
-        self._waits(loop)
+        self._note_waiting(loop)
         s.tune_command = ezlogix_autotune.ON if start else ezlogix_autotune.OFF
         s.busy |= bits.TUNE
 
@@ -109,22 +100,22 @@ class Ezlogix(Memory):
         if not status:
             return None
         done = status == ezlogix_autotune.DONE
-        found = dict(zip(self.tuned_names, (s.tune_gain, s.tune_reset, s.tune_rate), strict=True))
+        results = dict(zip(self.tuned_names, (s.tune_gain, s.tune_reset, s.tune_rate), strict=True))
         return {
             "done": done,
             "error": status > ezlogix_autotune.CANCELLED,
             "status": f"{status}: {TUNE_STATUS[status]}",
-            "results": found if done else {},
+            "results": results if done else {},
         }
 
     def set_output(self, loop: int, value: Quantity, sig: MutableSequence[float]) -> None:
         """The CV that a loop starts with."""
-        self._set_cv(loop, encode_setting(CV, value, self._loops[loop].scales()), sig)
+        self._set_cv(loop, encode_row(CV, value, self._loops[loop].scales()), sig)
 
     def check_set(self, loop: int, path: tuple[str, ...], value: object) -> object:
         """The value of a ``set`` event as its registers take it; a ``PydanticCustomError`` says what is wrong."""
         scales = self._loops[loop].scales()
-        return KEYS.check(path, value, lambda row, item: encode_setting(row, item, scales))
+        return KEYS.check(path, value, lambda row, item: encode_row(row, item, scales))
 
     def period_set(self, loop: int, path: tuple[str, ...], value: Any) -> int:
         """The sample rate that a value for this key makes, in ticks; 0: another key, or a rate that is none."""
@@ -132,20 +123,20 @@ class Ezlogix(Memory):
         if str(rows[0].path) != "sample_rate":
             return 0
         row: Word = R_BLOCK.word("sample_rate")
-        raw = encode_setting(row, value, self._loops[loop].scales())
+        raw = encode_row(row, value, self._loops[loop].scales())
         return ticks(decode_one(row.codec, raw, {})) if raw >= LEAST_SAMPLE_RATE else 0
 
     def set(self, loop: int, path: tuple[str, ...], value: Any, sig: MutableSequence[float]) -> str | None:
         """Write a value to its registers; returns why it has no effect, if so."""
-        own, s = self._loops[loop], self.st[loop]
+        registers, s = self._loops[loop], self.st[loop]
         rows = KEYS.find(path)
-        scales = own.scales()
+        scales = registers.scales()
         if rows[0] is CV:
-            return self._operate(loop, encode_setting(CV, value, scales), sig)
-        absorb(own, s)
-        for row, item in zip(rows, value if len(rows) > 1 else [value], strict=True):
-            own.write(row.name, encode_setting(row, item, scales))  # type: ignore[union-attr]  # the blocks are Words
-        s.sp = float(own.word("setpoint"))
+            return self._operate(loop, encode_row(CV, value, scales), sig)
+        absorb(registers, s)
+        for row, item in items_of(rows, value):
+            registers.write(row.name, encode_row(row, item, scales))  # type: ignore[union-attr]  # the blocks are Words
+        s.sp = float(registers.word("setpoint"))
         self._apply(loop)
         if str(rows[0].path) == "autotune.timeout":
             s.tune_left = self.cfg[loop].timeout
@@ -161,7 +152,7 @@ class Ezlogix(Memory):
         return writer and f"the CV of {writer} stands in the same register and overwrites it"
 
     def _operate(self, loop: int, raw: int, sig: MutableSequence[float]) -> str | None:
-        """The operator writes the CV, which is his in Manual only (D172)."""
+        """The operator writes the CV, which he can in Manual only (D172)."""
         s = self.st[loop]
         if s.busy & bits.HELD:
             return "the autotune holds the CV"
@@ -176,6 +167,6 @@ class Ezlogix(Memory):
         self._show(loop, sig)
 
 
-def load(image: Image, options: Options | None = None) -> Ezlogix:  # noqa: ARG001 - there is nothing to choose
+def load(image: Image, options: NoOptions | None = None) -> Ezlogix:  # noqa: ARG001 - there is nothing to choose
     """The virtual PLC of an image's registers, as it stands when it begins to run."""
     return Ezlogix(image)

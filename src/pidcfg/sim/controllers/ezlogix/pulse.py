@@ -1,7 +1,8 @@
 """The control output of the EZLogix: pulses whose width is proportional to the CV, between samples as well.
 
 The on-time of a cycle is taken from the CV at its beginning. Pulses shorter than the minimum on time are left out, and
-so are gaps shorter than the minimum off time (D176). How cycles follow each other: D174; how fine they are: D175.
+so are gaps shorter than the minimum off time (D176). Cycles begin when the PLC starts (D174) and are
+as fine as the base step (D175).
 """
 
 from __future__ import annotations

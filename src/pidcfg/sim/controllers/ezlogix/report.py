@@ -1,4 +1,4 @@
-"""What an EZLogix loop tells the outside: names of modes and flags as bits, and notices in words."""
+"""How an EZLogix loop is reported: names of modes and flags as bits, and notices in words."""
 
 from __future__ import annotations
 
@@ -27,8 +27,8 @@ FLAG_BITS = {
 WAITS_FOR_RATE = 1
 WAITS_FOR_RUN = 2
 IS_STOPPED = 3
-IS_BLIND = 4
-IS_MUTE = 5
+PV_IS_STALE = 4
+OUTPUT_IS_CUT = 5
 TUNE_RUNS = 6
 
 TUNE_STATUS = {code.number: code.title for code in CODES}
@@ -38,7 +38,7 @@ REASONS = {
     WAITS_FOR_RATE: "waits: the loop is not calculated, its sample rate is below 0.05 s",
     WAITS_FOR_RUN: "waits: the PLC is stopped and the loop is not calculated",
     IS_STOPPED: "the PLC is stopped: the loop is not calculated, its outputs stay as they are",
-    IS_BLIND: "the PLC is stopped: the loop goes on, but nothing renews its PV in an R register",
-    IS_MUTE: "the PLC is stopped: the loop goes on, but nothing carries its CV from an R register to an output",
+    PV_IS_STALE: "the PLC is stopped: the loop goes on, but nothing renews its PV in an R register",
+    OUTPUT_IS_CUT: "the PLC is stopped: the loop goes on, but nothing carries its CV from an R register to an output",
     TUNE_RUNS: "autotune is running already",
 }

@@ -16,16 +16,15 @@ from math import sqrt
 
 from pidcfg.sim.controllers.ezlogix.autotune import tune
 from pidcfg.sim.controllers.ezlogix.equation import FULL, calculate
-from pidcfg.sim.controllers.ezlogix.memory import Options
 from pidcfg.sim.controllers.ezlogix.plc import Ezlogix, load
 from pidcfg.sim.controllers.ezlogix.pulse import pulse
 from pidcfg.sim.controllers.ezlogix.signals import show
 from pidcfg.sim.controllers.ezlogix.state import (
     AUTO,
-    BLIND,
     FRESH,
     HELD,
     MODES,
+    PV_STALE,
     REQUEST,
     SATURATED,
     STOPPED,
@@ -33,12 +32,13 @@ from pidcfg.sim.controllers.ezlogix.state import (
     Config,
     State,
 )
+from pidcfg.sim.plc import NoOptions as Options
 from pidcfg.sim.terms import NEAREST
 
 __all__ = ["INLINED", "Config", "Ezlogix", "Options", "State", "load", "sample", "scan"]
 
 ERROR_MOST = 32767.0
-"""Base+11 is a signed word (D169)."""
+"""Base+11, the error, is a signed word that stays within this (D169)."""
 
 
 def converted(c: Config, value: float) -> float:
@@ -64,7 +64,7 @@ def sample(i: int, cfg: list[Config], st: list[State], aux: list[float], sig: li
     c = cfg[i]
     s = st[i]
     busy = s.busy
-    if busy & BLIND == 0:
+    if busy & PV_STALE == 0:
         s.pv = converted(c, sig[c.sig_in])
     # limits write the register (D164); a root is that of the register (D163)
     if s.sp > c.sp_high:
@@ -83,7 +83,7 @@ def sample(i: int, cfg: list[Config], st: list[State], aux: list[float], sig: li
     elif error < -ERROR_MOST:
         error = -ERROR_MOST
     s.error = error
-    # in every term (D170)
+    # the deadband acts in every term (D170)
     if -c.deadband < difference < c.deadband:
         e = 0.0
 

@@ -6,14 +6,17 @@ register and cannot be set.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING
 
 from pidcfg.encoders.maps.ezlogix import R_BLOCK, S_BLOCK
-from pidcfg.encoders.regmap import Bits, Word, encode_one
-from pidcfg.encoders.scales import Position, Scale
+from pidcfg.encoders.regmap import Word
+from pidcfg.encoders.scales import Position
 from pidcfg.schemas.base import parse_integer, parse_number, parse_off_seconds, parse_quantity, parse_seconds
 from pidcfg.schemas.ezlogix import LIMITS
-from pidcfg.sim.settings import Keys, Row, rows_of
+from pidcfg.sim.settings import Keys, rows_of
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
 
 CV = Word(-1, "cv", "output.value", Position("output"), "output", "Control Variable", "-", LIMITS)
 """The CV stands in its tag, outside the block."""
@@ -36,9 +39,3 @@ KEYS = Keys(
     PARSERS,
     lambda _word: parse_quantity,
 )
-Scales = Mapping[str, Scale]
-
-
-def encode_setting(row: Row, value: object, scales: Scales) -> int:
-    """A parsed value to its register or discrete; `EncodeError` when it cannot hold it."""
-    return row.encode(value) if isinstance(row, Bits) else encode_one(row.codec, value, scales)

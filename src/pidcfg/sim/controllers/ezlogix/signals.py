@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from pidcfg.sim.controllers.ezlogix.equation import FULL
-from pidcfg.sim.controllers.ezlogix.state import MUTE, STOPPED
+from pidcfg.sim.controllers.ezlogix.state import OUTPUT_CUT, STOPPED
 
 if TYPE_CHECKING:
     from collections.abc import MutableSequence
@@ -18,7 +18,7 @@ def show(c: Config, s: State, sig: MutableSequence[float]) -> None:
     centre = s.sp * s.sp if c.root else s.sp
     sig[c.sig_pv] = c.pv_low + (s.pv - c.pv_min) * c.pv_width / c.pv_span
     sig[c.sig_sp] = c.pv_low + (centre - c.pv_min) * c.pv_width / c.pv_span
-    if s.busy & (MUTE | STOPPED) == 0:
+    if s.busy & (OUTPUT_CUT | STOPPED) == 0:
         sig[c.sig_out] = c.out_low + s.out * c.out_width / FULL
     sig[c.sig_bias] = c.out_low + (s.integral + c.offset) * c.out_width / FULL
     sig[c.sig_error] = s.error

@@ -1,4 +1,4 @@
-"""What an EZLogix loop knows: `Config` (registers and dialog, fixed during a run) and `State` (what the PLC writes).
+"""Records of an EZLogix loop: `Config` (registers and dialog, fixed during a run) and `State` (what the PLC writes).
 
 Registers are held as floats with whole values, in counts; gains and times in their units, the clock in ticks of a
 microsecond. Everything is an int or a float: the same fields become a NumPy record for numba.
@@ -8,10 +8,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from pidcfg.sim.records import Heard, LoopConfig, register
+from pidcfg.sim.records import CurveState, LoopConfig, register
 
 UNBOUNDED = 1e18
-"""A time that no cycle reaches."""
+"""Longer than any cycle."""
 
 # `State.status`
 MANUAL, AUTO = 1, 2
@@ -23,19 +23,19 @@ TUNING = 8
 TUNE_ERROR = 16
 """The last autotune ended with an error."""
 
-# What a loop has to attend to besides its equation (`State.busy`)
+# What is pending besides the equation (`State.busy`)
 STOPPED = 1
 """The PLC is stopped and the loop with it."""
-BLIND = 2
+PV_STALE = 2
 """The PLC is stopped and nothing writes the PV's register."""
-MUTE = 4
+OUTPUT_CUT = 4
 """The PLC is stopped and nothing carries the CV to an output."""
 FRESH = 8
 """First calculation in Auto: the integral term follows the CV, and nothing has a past."""
 REQUEST = 16
 """Discrete +0 has been written: `State.wanted`."""
 TUNE = 32
-"""An autotune is asked for, cancelled, or runs."""
+"""An autotune is started, cancelled, or runs."""
 HELD = 64
 """The autotune has taken the CV over."""
 
@@ -96,14 +96,14 @@ class Config(LoopConfig):
 
 
 @dataclass(slots=True)
-class State(Heard):
+class State(CurveState):
     """One loop's registers and memory that the PLC writes."""
 
     wanted: int = MANUAL
     """Discrete +0."""
     error: float = 0.0
     """Base+11, with its sign."""
-    # gains: the registers, and the factors made of them
+    # gains: the registers, and the factors calculated from them
     gain: float = 0.0
     """Kp."""
     # past
@@ -132,6 +132,6 @@ class State(Heard):
     tune_change: float = 0.0
     """How far the PV has come."""
     tune_gain: float = 0.0
-    """What the last successful autotune found, as it stands in the registers; likewise the next two."""
+    """Result of the last successful autotune, as in the register; likewise the next two."""
     tune_reset: float = 0.0
     tune_rate: float = 0.0

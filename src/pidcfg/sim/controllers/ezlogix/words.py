@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, cast
 from pidcfg.encoders.ezlogix.encode import scales_of
 from pidcfg.encoders.maps.ezlogix import BLOCKS, LEAST_SAMPLE_RATE, R_BLOCK, S_BLOCK, SPACE
 from pidcfg.schemas.ezlogix import CV_FULL, TAG, LoopSettings
-from pidcfg.sim.plc import TICKS
+from pidcfg.sim.plc import TICKS, low_and_width
 from pidcfg.sim.records import read_registers
 from pidcfg.sim.terms import clamp
 
@@ -29,7 +29,7 @@ UNKNOWN_PERIOD = 50_000
 class Loop:
     """A loop's registers and discretes, and what its dialog alone holds."""
 
-    own: LoopSettings
+    dialog: LoopSettings
     registers: list[int]
     discretes: list[int]
 
@@ -44,8 +44,8 @@ class Loop:
     def values(self) -> dict[str, Any]:
         """What registers and discretes hold, in counts, and what the dialog says, by name."""
         discretes = {row.name: self.bit(row.name) for row in S_BLOCK.words}
-        dialog = {"action": self.own.action, "algorithm": self.own.algorithm}
-        return {row.name: self.word(row.name) for row in R_BLOCK.words} | discretes | dialog
+        choices = {"action": self.dialog.action, "algorithm": self.dialog.algorithm}
+        return {row.name: self.word(row.name) for row in R_BLOCK.words} | discretes | choices
 
     def time(self, name: str) -> Decimal:
         """A time in seconds."""
@@ -55,7 +55,7 @@ class Loop:
 
     def scales(self) -> dict[str, Scale]:
         """The scales of the loop's registers in engineering units."""
-        return scales_of(self.own.pv, self.own.output, root=bool(self.bit("square_root")))
+        return scales_of(self.dialog.pv, self.dialog.output, root=bool(self.bit("square_root")))
 
     def write(self, row: str, raw: int) -> None:
         """The raw content of a register or a discrete."""
@@ -73,10 +73,10 @@ def block_of(words: Mapping[int, int], prefix: str, first: int, table: RegisterM
     return [words.get(start + k, 0) if first + k <= bank.last else 0 for k in range(table.size)]
 
 
-def loop_of(words: Mapping[int, int], own: LoopSettings) -> Loop:
+def loop_of(words: Mapping[int, int], dialog: LoopSettings) -> Loop:
     """A loop from the memory."""
-    blocks = {key: block_of(words, prefix, getattr(own, key), table) for key, (prefix, table) in BLOCKS.items()}
-    return Loop(own, blocks["registers"], blocks["discretes"])
+    blocks = {key: block_of(words, prefix, getattr(dialog, key), table) for key, (prefix, table) in BLOCKS.items()}
+    return Loop(dialog, blocks["registers"], blocks["discretes"])
 
 
 def ticks(seconds: Any) -> int:
@@ -86,27 +86,22 @@ def ticks(seconds: Any) -> int:
 
 def configure(c: Config, loop: Loop, *, goes_on: bool) -> None:
     """A loop's `Config`; values beyond the manual's ranges are taken as they are (D171)."""
-    own = loop.own
+    dialog = loop.dialog
     read_registers(c, loop.values())
-    low, high = own.pv.counts or (0, CV_FULL)
+    low, high = dialog.pv.counts or (0, CV_FULL)
     c.pv_min, c.pv_max, c.pv_span = float(low), float(high), float(high - low)
-    c.pv_low, c.pv_width = ends(own.pv.range, c.pv_min, c.pv_span)
-    c.out_low, c.out_width = ends(own.output.range, 0.0, float(CV_FULL))
+    c.pv_low, c.pv_width = low_and_width(dialog.pv.range, c.pv_min, c.pv_span)
+    c.out_low, c.out_width = low_and_width(dialog.output.range, 0.0, float(CV_FULL))
     c.halt = int(loop.word("sample_rate") < LEAST_SAMPLE_RATE)  # a sample rate below 0.05 s is none (D162)
     c.period = UNKNOWN_PERIOD if c.halt else ticks(loop.time("sample_rate"))
     c.goes_on = int(goes_on)
-    c.sees_pv = int(own.pv.tag.startswith("IR"))
-    c.drives = int(own.output.tag.startswith("OR") or own.output.pulse is not None)
+    c.sees_pv = int(dialog.pv.tag.startswith("IR"))
+    c.drives = int(dialog.output.tag.startswith("OR") or dialog.output.pulse is not None)
     c.scale = sqrt(c.pv_span) if c.root else 1.0
     c.m_low, c.m_high = (clamp(float(loop.word(name)), 0.0, float(CV_FULL)) for name in ("cv_low", "cv_high"))
     c.timeout = ticks(loop.word("autotune_timeout"))
-    c.cycle = 0 if own.output.pulse is None else ticks(loop.time("cycle_time"))
+    c.cycle = 0 if dialog.output.pulse is None else ticks(loop.time("cycle_time"))
     c.min_on, c.min_off = ticks(loop.time("min_on")), ticks(loop.time("min_off"))
-
-
-def ends(pair: tuple[Decimal, Decimal] | None, minimum: float, span: float) -> tuple[float, float]:
-    """Low end and width of a range; without one, counts."""
-    return (minimum, span) if pair is None else (float(pair[0]), float(pair[1] - pair[0]))
 
 
 def tuning(c: Config, s: State, loop: Loop) -> None:
@@ -127,5 +122,5 @@ def absorb(loop: Loop, s: State) -> None:
 
 def tag_number(tag: str) -> int | None:
     """The plain number of an R register; None for a physical tag."""
-    found = TAG.fullmatch(tag)
-    return SPACE.number("R", int(found.group(2))) if found and found.group(1) == "R" else None
+    match = TAG.fullmatch(tag)
+    return SPACE.number("R", int(match.group(2))) if match and match.group(1) == "R" else None

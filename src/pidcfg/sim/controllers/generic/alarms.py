@@ -1,4 +1,4 @@
-"""Alarms and the pulse output of a neutral loop (D303)."""
+"""Alarms and the pulse output of a neutral loop (both: D303)."""
 
 from __future__ import annotations
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 from math import isfinite, sqrt
 from typing import TYPE_CHECKING
 
-from pidcfg.sim.controllers.generic.state import CARRIED, FRESH, LIMITED, SILENT, SLOWED
+from pidcfg.sim.controllers.generic.state import BUMPLESS, FRESH, IN_DEAD_BAND, LIMITED, SLOWED
 from pidcfg.sim.notices import noticed
 from pidcfg.sim.terms import clamp, step_to
 
@@ -41,9 +41,9 @@ def compare(c: Config, s: State) -> None:
     e = s.sp - s.pv if c.raises else s.pv - s.sp
     if abs(e) < c.band:
         e = 0.0
-        s.status |= SILENT
+        s.status |= IN_DEAD_BAND
     else:
-        s.status &= ~SILENT
+        s.status &= ~IN_DEAD_BAND
     s.e1 = e if s.busy & FRESH else s.error
     s.error = e
 
@@ -97,7 +97,7 @@ def calculate(c: Config, s: State, p: float, d: float) -> None:
     """OUT of the equation."""
     was = s.out
     step = s.ki * s.error
-    if s.busy & CARRIED:
+    if s.busy & BUMPLESS:
         put_back(s, p, d)
         step = 0.0
     total = s.integral + step if s.ki > 0.0 else 0.0
@@ -107,6 +107,6 @@ def calculate(c: Config, s: State, p: float, d: float) -> None:
     if c.windup or not ((m > c.high and step > 0.0) or (m < c.low and step < 0.0)):
         s.integral = total
     move(c, s, limited(c, s, m))
-    if s.busy & CARRIED and s.ki <= 0.0 and abs(s.out - was) > NOTABLE * (c.high - c.low):
+    if s.busy & BUMPLESS and s.ki <= 0.0 and abs(s.out - was) > NOTABLE * (c.high - c.low):
         s.notice = noticed(s.notice, 0, JUMPS)
-    s.busy &= ~CARRIED
+    s.busy &= ~BUMPLESS

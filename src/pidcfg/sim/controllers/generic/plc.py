@@ -1,8 +1,7 @@
-"""Neutral loops as an object: made of their parameters, and handled as an operator would."""
+"""The virtual controller of neutral loops: built from their parameters, operated as by an operator."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from pidcfg.encoders.generic.decode import loop_names
@@ -21,7 +20,7 @@ from pidcfg.sim.controllers.generic.setting import KEYS
 from pidcfg.sim.controllers.generic.state import Config, State
 from pidcfg.sim.controllers.generic.words import configure, effect, fields_of, ticks
 from pidcfg.sim.notices import noticed
-from pidcfg.sim.plc import COUNTS, Plc
+from pidcfg.sim.plc import COUNTS, Plc, ScanOptions
 from pidcfg.sim.terms import clamp
 
 if TYPE_CHECKING:
@@ -29,14 +28,6 @@ if TYPE_CHECKING:
 
     from pidcfg.encoders.parameters import Program
     from pidcfg.schemas.base import Quantity
-
-
-@dataclass(frozen=True, slots=True)
-class Options:
-    """What a scenario chooses about the controller; no parameter holds it."""
-
-    scan_time: int = 0
-    """Length of a scan in ticks: the base step; calculations come with the next scan."""
 
 
 class Generic(Plc):
@@ -92,7 +83,7 @@ class Generic(Plc):
         return [bool(c.raises) for c in self.cfg]
 
     def _show(self, i: int, sig: MutableSequence[float]) -> None:
-        """What an operator's hand changes at once."""
+        """The signals that an operator's change affects at once."""
         c, s = self.cfg[i], self.st[i]
         sig[c.sig_sp], sig[c.sig_out], sig[c.sig_bias] = s.sp, s.out, s.bias + s.integral
 
@@ -105,14 +96,14 @@ class Generic(Plc):
             s.notice = noticed(s.notice, MODES[mode], NO_SOURCE)
             return
         s.wanted = MODES[mode]
-        s.busy &= ~bits.GIVEN
+        s.busy &= ~bits.MANUAL_SET
         s.busy = s.busy & ~bits.REQUEST if s.status & s.wanted else s.busy | bits.REQUEST
 
     def set_output(self, loop: int, value: Quantity, sig: MutableSequence[float]) -> None:
         """The output that a loop starts with, in every mode."""
         c, s = self.cfg[loop], self.st[loop]
         s.out = s.manual = clamp(float(value.value), c.low, c.high)
-        s.busy |= bits.CARRIED
+        s.busy |= bits.BUMPLESS
         self._show(loop, sig)
 
     def check_set(self, loop: int, path: tuple[str, ...], value: object) -> object:  # noqa: ARG002 - all loops are alike
@@ -135,11 +126,11 @@ class Generic(Plc):
             s.sp = clamp(value, c.sp_low, c.sp_high)
         elif name == "output.manual" and s.wanted == bits.MANUAL:
             s.manual = value
-            s.busy |= bits.GIVEN
+            s.busy |= bits.MANUAL_SET
         self._show(loop, sig)
         return effect(name, fields, by_hand=s.wanted == bits.MANUAL)
 
 
-def load(program: Program, options: Options | None = None) -> Generic:  # noqa: ARG001 - the base step is the runner's
+def load(program: Program, options: ScanOptions | None = None) -> Generic:  # noqa: ARG001 - the base step is the runner's
     """The virtual controller of a program's parameters, as it stands when it begins to run."""
     return Generic(program)

@@ -28,11 +28,11 @@ FLAG_BITS = {
     "out_limited": bits.LIMITED,
     "rate_limited": bits.SLOWED,
     "tracking": bits.TRACKING,
-    "in_deadband": bits.SILENT,
+    "in_deadband": bits.IN_DEAD_BAND,
 }
 NO_SOURCE = 32
 ABOUT_MODE = (NO_SOURCE,)
-"""Reasons that concern a mode that was asked for."""
+"""Reasons that concern a requested mode."""
 REASONS = {
     NO_SOURCE: "refused: the loop has no setpoint.source",
     equation.JUMPS: "OUT jumps: without an integral time nothing can carry it on",

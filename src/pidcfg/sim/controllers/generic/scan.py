@@ -13,14 +13,14 @@ from __future__ import annotations
 
 from pidcfg.sim.controllers.generic.alarms import pulse, watch
 from pidcfg.sim.controllers.generic.equation import by_hand, calculate, compare, derivative, measure, put_back
-from pidcfg.sim.controllers.generic.plc import Generic, Options, load
+from pidcfg.sim.controllers.generic.plc import Generic, load
 from pidcfg.sim.controllers.generic.state import (
-    CARRIED,
+    BUMPLESS,
     CASCADE,
     FRESH,
-    GIVEN,
     LIMITED,
     MANUAL,
+    MANUAL_SET,
     MODES,
     REQUEST,
     SLOWED,
@@ -28,19 +28,20 @@ from pidcfg.sim.controllers.generic.state import (
     Config,
     State,
 )
+from pidcfg.sim.plc import ScanOptions as Options
 from pidcfg.sim.terms import clamp
 
 __all__ = ["INLINED", "Config", "Generic", "Options", "State", "load", "sample", "scan"]
 
 
 def switch(s: State) -> None:
-    """The mode that was asked for takes effect, without a bump (D301)."""
+    """The requested mode takes effect, without a bump (D301)."""
     if s.wanted == MANUAL and not s.status & MANUAL:
-        if s.busy & GIVEN == 0:
+        if s.busy & MANUAL_SET == 0:
             s.manual = s.out
     elif s.status & MANUAL and s.wanted != MANUAL:
-        s.busy |= CARRIED
-    s.busy &= ~(REQUEST | GIVEN)
+        s.busy |= BUMPLESS
+    s.busy &= ~(REQUEST | MANUAL_SET)
     s.status = (s.status & ~MODES) | s.wanted
 
 
@@ -75,7 +76,7 @@ def sample(i: int, cfg: list[Config], st: list[State], sig: list[float]) -> None
         s.status = (s.status & ~(LIMITED | SLOWED)) | TRACKING
         s.out = clamp(st[c.slave].sp, c.low, c.high)
         put_back(s, p, d)
-        s.busy |= CARRIED
+        s.busy |= BUMPLESS
     else:
         calculate(c, s, p, d)
     watch(c, s)

@@ -27,7 +27,7 @@ FIXED = {
     "setpoint.source": "who the master is does not change in a running loop",
     "output.pulse.period": "it is the plant's wiring",
 }
-"""Fields that nobody sets, and why."""
+"""Fields that cannot be set, and why."""
 OFF = ("tuning.integral_time", "tuning.derivative_time")
 """Times that may be `off`."""
 

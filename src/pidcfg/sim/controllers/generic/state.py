@@ -1,4 +1,4 @@
-"""What a neutral loop knows: `Config` (what it reads) and `State` (what it writes).
+"""The records of a neutral loop: `Config` (what it reads) and `State` (what it writes).
 
 Everything is an int or a float: the same fields become a NumPy record for numba. The clock is in ticks of a
 microsecond.
@@ -19,7 +19,7 @@ SLOWED = 16
 """OUT moves as fast as it may."""
 TRACKING = 32
 """OUT is the set point of a slave that is not in cascade (D302)."""
-SILENT = 64
+IN_DEAD_BAND = 64
 """The error is inside the dead band."""
 LOW_LOW, LOW, HIGH, HIGH_HIGH = 128, 256, 512, 1024
 DEVIATION, DEVIATION_2, RATE = 2048, 4096, 8192
@@ -29,13 +29,13 @@ FRESH = 1
 """There was no sample yet."""
 REQUEST = 2
 """`State.wanted` is another mode."""
-CARRIED = 4
+BUMPLESS = 4
 """The next calculation goes on from OUT (D301)."""
-GIVEN = 8
-"""`State.manual` has been set since manual was asked for."""
+MANUAL_SET = 8
+"""`State.manual` has been set since manual was requested."""
 
-NOWHERE = float("inf")
-"""A point that nothing reaches."""
+UNREACHED = float("inf")
+"""An alarm point that no value reaches."""
 
 
 @dataclass(slots=True)
@@ -56,22 +56,22 @@ class Config(LoopConfig):
     pulses: int = 0
     base: float = register("pv.range.0", 0.0)
     span: float = 1.0
-    sp_low: float = register("setpoint.limits.0", -NOWHERE)
-    sp_high: float = register("setpoint.limits.1", NOWHERE)
+    sp_low: float = register("setpoint.limits.0", -UNREACHED)
+    sp_high: float = register("setpoint.limits.1", UNREACHED)
     low: float = 0.0
     high: float = 100.0
     band: float = register("deadband", 0.0)
     out_base: float = register("output.range.0", 0.0)
     out_span: float = 100.0
-    rate_limit: float = NOWHERE
+    rate_limit: float = UNREACHED
     """Fastest change of OUT in a sample."""
-    low_low_at: float = register("alarms.pv.low_low", -NOWHERE)
-    low_at: float = register("alarms.pv.low", -NOWHERE)
-    high_at: float = register("alarms.pv.high", NOWHERE)
-    high_high_at: float = register("alarms.pv.high_high", NOWHERE)
-    deviation_at: float = register("alarms.deviation.high", NOWHERE)
-    deviation_2_at: float = register("alarms.deviation.high_high", NOWHERE)
-    rate_at: float = NOWHERE
+    low_low_at: float = register("alarms.pv.low_low", -UNREACHED)
+    low_at: float = register("alarms.pv.low", -UNREACHED)
+    high_at: float = register("alarms.pv.high", UNREACHED)
+    high_high_at: float = register("alarms.pv.high_high", UNREACHED)
+    deviation_at: float = register("alarms.deviation.high", UNREACHED)
+    deviation_2_at: float = register("alarms.deviation.high_high", UNREACHED)
+    rate_at: float = UNREACHED
     """Fastest change of the PV in a sample."""
     hysteresis: float = register("alarms.hysteresis", 0.0)
     cycle: float = 0.0
@@ -88,7 +88,7 @@ class State(LoopState):
     reset: float = register("tuning.integral_time", 0.0)
     rate: float = register("tuning.derivative_time", 0.0)
     wanted: int = AUTO
-    """The mode that was asked for last."""
+    """The mode that was requested last."""
     manual: float = 0.0
     """OUT in manual."""
     bias: float = register("output.bias", 0.0)

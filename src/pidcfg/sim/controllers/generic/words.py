@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from pidcfg.encoders.maps.generic import ROWS
 from pidcfg.encoders.parameters import read
-from pidcfg.sim.controllers.generic.state import NOWHERE
+from pidcfg.sim.controllers.generic.state import UNREACHED
 from pidcfg.sim.plc import TICKS
 from pidcfg.sim.records import read_registers
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from pidcfg.sim.controllers.generic.state import Config, State
 
 Fields = dict[str, Any]
-"""Content by path; what is not given is missing."""
+"""Content by path; a field that the configuration leaves out is missing."""
 DEFAULTS: Fields = {
     "mode": "auto",
     "output_raises_pv": False,
@@ -45,16 +45,16 @@ DEFAULTS: Fields = {
 
 def fields_of(words: Mapping[str, Any], loop: str, needed: tuple[str, ...], problems: list[str]) -> Fields:
     """The parameters of a loop; what a listing lacks and every loop has, and what is no value, is a problem."""
-    found = dict(DEFAULTS)
+    fields = dict(DEFAULTS)
     for path, row in ROWS.items():
         raw = words.get(f"{loop}.{path}")
         content = None if raw is None else read(row.type, raw)
         if content is not None:
-            found[path] = content
+            fields[path] = content
         elif raw is not None or path in needed:
             what = "is missing" if raw is None else f"is no {row.type.name}"
             problems.append(f"{loop}.{path} {what}, {DEFAULTS.get(path, 'nothing')} is taken")
-    return found
+    return fields
 
 
 def ticks(seconds: float) -> int:
@@ -68,12 +68,12 @@ def share(time: float, seconds: float) -> float:
 
 
 def first_of(f: Fields, *paths: str) -> float:
-    """The first of some fields that is given."""
+    """The first of some fields that the loop has."""
     return next(float(f[path]) for path in paths if path in f)
 
 
 def configure(c: Config, s: State, f: Fields) -> None:
-    """Make the parameters what the loop calculates with."""
+    """From the parameters to the records of a loop."""
     read_registers(c, f)
     s.period = ticks(f["sample_time"])
     seconds = s.period / TICKS
@@ -81,8 +81,8 @@ def configure(c: Config, s: State, f: Fields) -> None:
     c.out_span = (f["output.range.1"] - f["output.range.0"]) or 1.0
     c.low = first_of(f, "output.limits.0", "output.range.0")
     c.high = first_of(f, "output.limits.1", "output.range.1")
-    c.rate_limit = f.get("output.max_rate", NOWHERE) * seconds
-    c.rate_at = f.get("alarms.rate_of_change", NOWHERE) * seconds
+    c.rate_limit = f.get("output.max_rate", UNREACHED) * seconds
+    c.rate_at = f.get("alarms.rate_of_change", UNREACHED) * seconds
     c.pulses = int(f.get("output.pulse.period", 0.0) > 0.0)
     c.cycle = float(ticks(f.get("output.pulse.period", 1.0)))
     c.min_on, c.min_off = f["output.pulse.min_on"] * TICKS, f["output.pulse.min_off"] * TICKS

@@ -1,4 +1,4 @@
-"""What the virtual blocks beside the PID blocks do where the manual is silent, or says two things."""
+"""What the virtual blocks other than PID do where the manual is silent, or says two things."""
 
 from __future__ import annotations
 

@@ -2,7 +2,7 @@
 
 The line lies in the shared vector from ``c.buffer`` on and is as long as the delay; the oldest value is at ``s.head``.
 It starts full of InitDelayedVar, and a delay of another length starts full of what the last one gave, so that the
-output stands for the new delay (D240). How many samples a time is: D239. D numbers: see `block_decisions`.
+output stands for the new delay (D240). A delay is rounded to samples (D239). D numbers: see `block_decisions`.
 """
 
 from __future__ import annotations

@@ -27,8 +27,8 @@ from pidcfg.sim.controllers.nextopid.bits import (
 from pidcfg.sim.controllers.nextopid.output_limits import (
     DOWNWARD,
     UPWARD,
-    accepted,
-    copied,
+    accepted_change,
+    copy_mv,
     limited,
     remainder,
     total,
@@ -74,7 +74,7 @@ CONTROLLING = AUTO_MODE | CASCADE_MODE
 
 
 def mode_in_force(c: Config, sig: Sequence[float], tuning: int) -> int:
-    """The mode of this call, with `OVERRIDDEN` beside automatic and cascade (kernel, D225)."""
+    """The mode of this call, with `OVERRIDDEN` in addition to automatic and cascade (kernel, D225)."""
     b = c.base
     if tuning == HOLDS:
         return TUNING_MODE
@@ -88,12 +88,12 @@ def mode_in_force(c: Config, sig: Sequence[float], tuning: int) -> int:
     return mode
 
 
-def hands_back(mode: int, tuning: int) -> bool:
+def restores_mv(mode: int, tuning: int) -> bool:
     """Whether MV is RefMV once more: after an abort, and where control begins without a bump (kernel, D231)."""
     return tuning == ABORTED or (tuning == ENDED and mode & ~CONTROLLING == 0)
 
 
-def calculated(
+def calculate_automatic(
     c: Config, s: State, sig: Sequence[float], ki: float, p: float, d: float, change: float
 ) -> tuple[float, int]:
     """MV in automatic: the integral action that goes with it, and the bits of the limits (kernel)."""
@@ -101,11 +101,11 @@ def calculated(
     i = single(s.integral + change) if ki != 0.0 else 0.0
     bits = limited(c, s, sig, total(p, i, d, bias))
     if bits and change != 0.0:
-        i = single(s.integral + accepted(s, bits, total(p, s.integral, d, bias), change))
+        i = single(s.integral + accepted_change(s, bits, total(p, s.integral, d, bias), change))
     return i, bits
 
 
-def overridden(c: Config, s: State, sig: Sequence[float], ki: float, p: float, d: float) -> tuple[float, int]:
+def calculate_override(c: Config, s: State, sig: Sequence[float], ki: float, p: float, d: float) -> tuple[float, int]:
     """MV while another controller has the valve: its MV takes the place of P in the integral (kernel, D227)."""
     b = c.base
     i = 0.0
@@ -121,19 +121,19 @@ def manipulate(
     b = c.base
     p = proportional(c, sig, e)
     ki = integral_gain(c, sig)
-    if tuning == HOLDS or hands_back(mode, tuning):
-        bits = copied(c, s, sig, single(s.tune_out + s.tune_side * s.tune_step))
+    if tuning == HOLDS or restores_mv(mode, tuning):
+        bits = copy_mv(c, s, sig, single(s.tune_out + s.tune_side * s.tune_step))
     elif mode == MANUAL_MODE:
-        bits = copied(c, s, sig, sig[b + MANUAL_MV])
+        bits = copy_mv(c, s, sig, sig[b + MANUAL_MV])
     elif mode == TRACKING_MODE:
-        bits = copied(c, s, sig, sig[b + TRK_VAL])
+        bits = copy_mv(c, s, sig, sig[b + TRK_VAL])
     elif mode & OVERRIDDEN:
-        s.integral, bits = overridden(c, s, sig, ki, p, d)
+        s.integral, bits = calculate_override(c, s, sig, ki, p, d)
         return p, bits
     elif abs(e) < sig[b + DEAD_BAND]:
-        bits = copied(c, s, sig, s.out)
+        bits = copy_mv(c, s, sig, s.out)
     else:
-        i, bits = calculated(c, s, sig, ki, p, d, increment(c, sig, ki, e))
+        i, bits = calculate_automatic(c, s, sig, ki, p, d, increment(c, sig, ki, e))
         s.integral = finite(i, s.integral)
         return p, bits
     s.integral = finite(remainder(s.out, p, d, sig[b + BIAS]), s.integral) if ki != 0.0 else 0.0
@@ -141,7 +141,7 @@ def manipulate(
 
 
 def write_outputs(c: Config, s: State, sig: MutableSequence[float], mode: int, bits: int) -> None:
-    """MV and what a cascade master is told (kernel, D226)."""
+    """MV, and the tracking and windup outputs for a cascade master (kernel, D226)."""
     b = c.base
     up = 1.0 if bits & UPWARD else 0.0
     down = 1.0 if bits & DOWNWARD else 0.0

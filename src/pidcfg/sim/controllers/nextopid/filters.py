@@ -1,7 +1,7 @@
 """ControlLowFilter, ControlLag and ControlLeadLag: exact first-order steps, every result in single precision.
 
-A first call has no time before it: it shows where the block starts (D237). Limits: D238. What is no number: D247.
-D numbers: see `block_decisions`.
+A first call has no time before it: it shows where the block starts (D237). At a limit a
+lag goes on from it (D238); a result that is no number is not written (D247). D numbers: see `block_decisions`.
 """
 
 from __future__ import annotations

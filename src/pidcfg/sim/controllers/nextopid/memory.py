@@ -6,7 +6,6 @@ one for each input that nothing in the program is wired to, which plants write; 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -31,12 +30,7 @@ if TYPE_CHECKING:
 
 BUFFERED = ("ControlDelay", "ControlDelayLag")
 SHOWN = ("PV", "MV", "IntegralAction")
-"""Parameters of a loop that are signals of the report, beside the set point in force and what is wired."""
-
-
-@dataclass(frozen=True, slots=True)
-class Options:
-    """What a scenario chooses about the PLC: nothing that its program does not say."""
+"""Parameters of a loop that are signals of the report, besides the set point in force and wired outputs."""
 
 
 class WireRow(NamedTuple):
@@ -58,7 +52,7 @@ def number_of(kind: IecType, content: Content) -> float:
 
 
 def is_open(kind_name: str, row: Parameter) -> bool:
-    """Whether an input is left to the program around when it is not given."""
+    """Whether the surrounding program writes an input that the configuration leaves out."""
     field = BLOCK_TYPES[kind_name].model.model_fields.get(row.name)
     return field is not None and field.default is None and row.type.kind != "bool"
 
@@ -76,7 +70,7 @@ class Memory(Plc):
         types = {
             name: BOOL if isinstance(content, bool) else REAL for name, content in self.words.items() if "." not in name
         }
-        self.layout = Layout.of(types, [(own.name, BLOCK_TYPES[own.type]) for own in self.items])
+        self.layout = Layout.of(types, [(item.name, BLOCK_TYPES[item.type]) for item in self.items])
         self.wires = self._read_wires()
         self.sig = [0.0] * self.layout.size
         self.outside: dict[str, int] = {}
@@ -86,7 +80,7 @@ class Memory(Plc):
                 self.sig[self.layout.numbers[name]] = number_of(self.layout.types[name], content)
         self.listed = sorted(range(len(self.items)), key=lambda i: self.items[i].loop is None)
         """Numbers of the items as the records are listed: loops first."""
-        self.loops = [own.name for own in self.items if own.loop is not None]
+        self.loops = [item.name for item in self.items if item.loop is not None]
         self.cfg = [Config() for _ in self.items]
         self.st = [State() for _ in self.items]
         self._fill()
@@ -97,38 +91,38 @@ class Memory(Plc):
         return frozenset(number for expression in self.wires.values() for number in expression.signals)
 
     def _read_wires(self) -> Wires:
-        found: Wires = {}
-        for i, own in enumerate(self.layout.instances):
-            for row in own.kind.inputs:
-                content = self.words.get(f"{own.name}.{row.name}")
+        wires: Wires = {}
+        for i, instance in enumerate(self.layout.instances):
+            for row in instance.kind.inputs:
+                content = self.words.get(f"{instance.name}.{row.name}")
                 if isinstance(content, Wire):
                     try:
-                        found[i, row.name] = self.layout.read(row.type, content.text)
+                        wires[i, row.name] = self.layout.read(row.type, content.text)
                     except ExpressionError as error:
-                        raise DecodeError(f"{own.name}.{row.name}: {error.message}") from None
-        return found
+                        raise DecodeError(f"{instance.name}.{row.name}: {error.message}") from None
+        return wires
 
     def _fill(self) -> None:
         """Records in the order of `listed`, and the shared vector."""
         rows: list[WireRow] = []
         for place, i in enumerate(self.listed):
-            c, s, own = self.cfg[place], self.st[place], self.layout.instances[i]
-            c.kind, c.base = slots.KINDS[own.kind.name], own.base
+            c, s, instance = self.cfg[place], self.st[place], self.layout.instances[i]
+            c.kind, c.base = slots.KINDS[instance.kind.name], instance.base
             self._time(c, s, self.items[i])
-            c.whole = int(own.kind.name.endswith("INT"))
-            own_rows = sorted(self._wires_of(i), key=lambda row: not row.early)
-            c.wires, c.early = len(rows), sum(row.early for row in own_rows)
-            rows += own_rows
+            c.whole = int(instance.kind.name.endswith("INT"))
+            wires = sorted(self._wires_of(i), key=lambda row: not row.early)
+            c.wires, c.early = len(rows), sum(row.early for row in wires)
+            rows += wires
             c.wires_end = len(rows)
             if self.items[i].loop is not None:
-                self._loop_slots(c, own.name)
+                self._loop_slots(c, instance.name)
         place_of = {i: place for place, i in enumerate(self.listed)}
         for turn, i in enumerate(self.layout.order(self.wires)):
             self.cfg[turn].turn = place_of[i]
         self.aux = self._vector(rows)
 
-    def _time(self, c: Config, s: State, own: ItemSettings) -> None:
-        c.period = self.task if own.sample_time is None else ticks(own.sample_time)
+    def _time(self, c: Config, s: State, item: ItemSettings) -> None:
+        c.period = self.task if item.sample_time is None else ticks(item.sample_time)
         c.ts, s.period = single(c.period / TICKS), c.period
 
     def _loop_slots(self, c: Config, name: str) -> None:
@@ -140,15 +134,20 @@ class Memory(Plc):
         c.sig_sp = len(self.sig) - 1
 
     def _wires_of(self, i: int) -> Iterator[WireRow]:
-        """The wires of a block; an input that is left to the program around is wired to a signal of its own.
+        """The wires of a block; an open input is wired to a signal of the surrounding program.
 
-        The program around assigns that before the first call: what other wires read of it is early.
+        The surrounding program assigns that before the first call: what other wires read of it is early.
         """
-        own = self.layout.instances[i]
-        for offset, row in enumerate(own.kind.table.rows):
-            name, target = f"{own.name}.{row.name}", own.base + offset
+        instance = self.layout.instances[i]
+        for offset, row in enumerate(instance.kind.table.rows):
+            name, target = f"{instance.name}.{row.name}", instance.base + offset
             expression, early = self.wires.get((i, row.name)), False
-            if expression is None and row.access == "input" and name not in self.words and is_open(own.kind.name, row):
+            if (
+                expression is None
+                and row.access == "input"
+                and name not in self.words
+                and is_open(instance.kind.name, row)
+            ):
                 self.outside[name] = len(self.sig)
                 self.sig.append(0.0)
                 expression = Expression(name, (SIGNAL, self.outside[name]), (), frozenset(), 1)

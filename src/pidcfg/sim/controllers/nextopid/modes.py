@@ -25,42 +25,42 @@ if TYPE_CHECKING:
     from pidcfg.sim.controllers.nextopid.state import Config, State
 
 MANUAL_ON, MANUAL_OFF, CASC_ON, CASC_OFF, TUNE_ON, TUNE_OFF, ACCEPT = 1, 2, 4, 8, 16, 32, 64
-"""What is asked of a loop (`State.ask`)."""
+"""Commands of the operator (`State.command`)."""
 NO_RUN, RUNNING, DONE, FAILED, CANCELLED = range(5)
-"""How its last auto-tuning stands (`State.kept`)."""
+"""State of the last auto-tuning (`State.tune_end`)."""
 ON_OFF_MANUAL = slots.PLACES["ControlON_OFF"]["Manual"]
 
 
 def operate(c: Config, s: State, sig: MutableSequence[float]) -> None:
-    """Writes what has been asked for."""
+    """Writes the parameters that the operator's commands change."""
     manual = c.base + (ON_OFF_MANUAL if c.kind == slots.ON_OFF else PIDA_MANUAL)
-    if s.ask & (MANUAL_ON | MANUAL_OFF):
-        sig[manual] = 1.0 if s.ask & MANUAL_ON else 0.0
-    if s.ask & (CASC_ON | CASC_OFF):
-        sig[c.base + CASC] = 1.0 if s.ask & CASC_ON else 0.0
-    if s.ask & ACCEPT:
+    if s.command & (MANUAL_ON | MANUAL_OFF):
+        sig[manual] = 1.0 if s.command & MANUAL_ON else 0.0
+    if s.command & (CASC_ON | CASC_OFF):
+        sig[c.base + CASC] = 1.0 if s.command & CASC_ON else 0.0
+    if s.command & ACCEPT:
         sig[c.base + KP] = sig[c.base + RESULT]
         sig[c.base + TI_KI] = sig[c.base + RESULT + 1]
         sig[c.base + TD_KD] = sig[c.base + RESULT + 2]
-    if s.ask & (TUNE_ON | TUNE_OFF):
-        sig[c.base + AUTO_TUNE] = 1.0 if s.ask & TUNE_ON else 0.0
-    s.ask = 0
+    if s.command & (TUNE_ON | TUNE_OFF):
+        sig[c.base + AUTO_TUNE] = 1.0 if s.command & TUNE_ON else 0.0
+    s.command = 0
 
 
 def keep_results(c: Config, s: State, sig: MutableSequence[float]) -> None:
-    """The block forgets its results when AutoTune goes off; the report does not."""
+    """Results for the report: the block clears its own when AutoTune goes off."""
     b = c.base
     if sig[b + AUTO_TUNE] == 0.0:
-        if s.kept == RUNNING:
-            s.kept = CANCELLED
+        if s.tune_end == RUNNING:
+            s.tune_end = CANCELLED
     elif sig[b + TUNE_DONE] == 0.0:
-        s.kept = RUNNING
-    elif s.kept not in (DONE, FAILED):
-        s.kept = FAILED if sig[b + TUNE_ERROR] != 0.0 else DONE
-        s.found_kp = sig[b + RESULT]
-        s.found_ti = sig[b + RESULT + 1]
-        s.found_td = sig[b + RESULT + 2]
-        s.found_flags = 0
+        s.tune_end = RUNNING
+    elif s.tune_end not in (DONE, FAILED):
+        s.tune_end = FAILED if sig[b + TUNE_ERROR] != 0.0 else DONE
+        s.result_kp = sig[b + RESULT]
+        s.result_ti = sig[b + RESULT + 1]
+        s.result_td = sig[b + RESULT + 2]
+        s.result_flags = 0
         for i in range(FLAGS):
             if sig[b + TUNE_FLAGS + i] != 0.0:
-                s.found_flags |= 1 << i
+                s.result_flags |= 1 << i

@@ -28,11 +28,11 @@ def remainder(x: float, p: float, d: float, bias: float) -> float:
 
 
 def whole(c: Config, mv: float) -> float:
-    """MV as its type has it (kernel, D228)."""
+    """MV rounded where the block is an INT one (kernel, D228)."""
     return nearest(mv) if c.whole else mv
 
 
-def copied(c: Config, s: State, sig: Sequence[float], mv: float) -> int:
+def copy_mv(c: Config, s: State, sig: Sequence[float], mv: float) -> int:
     """MV from elsewhere, within MinMV and MaxMV (kernel): the bits that tell whether they limit it."""
     b = c.base
     s.out = whole(c, clamp(mv, sig[b + MIN_MV], sig[b + MAX_MV]))
@@ -65,7 +65,7 @@ def limited(c: Config, s: State, sig: Sequence[float], x: float) -> int:
     return bits
 
 
-def accepted(s: State, bits: int, without: float, change: float) -> float:
+def accepted_change(s: State, bits: int, without: float, change: float) -> float:
     """How much of an increment of the integral action does not push MV past the limit that it is at (kernel, D222).
 
     ``without`` is P + I + D + BIAS before the increment.

@@ -1,4 +1,4 @@
-"""The NextoPID program as an object: made of its parameters, and handled from outside as its operator would."""
+"""The virtual NextoPID program: built from its parameters, operated as by its operator."""
 
 from __future__ import annotations
 
@@ -8,13 +8,13 @@ from pidcfg.encoders.maps.nextopid import BLOCK_TYPES
 from pidcfg.encoders.parameters import Parameter, shortest
 from pidcfg.schemas.iec import Wire
 from pidcfg.sim.controllers.nextopid import modes, report
-from pidcfg.sim.controllers.nextopid.memory import SHOWN, Memory, Options, number_of
+from pidcfg.sim.controllers.nextopid.memory import SHOWN, Memory, number_of
 from pidcfg.sim.controllers.nextopid.report import AUX_BITS, FLAG_BITS, MODES, REASONS, RESULT_FLAGS, TUNE_STATUS
 from pidcfg.sim.controllers.nextopid.setting import keys_of
 from pidcfg.sim.expressions import FAULTS
 from pidcfg.sim.named_settings import NamedKeys
 from pidcfg.sim.notices import tell
-from pidcfg.sim.plc import COUNTS
+from pidcfg.sim.plc import COUNTS, NoOptions
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, MutableSequence, Sequence
@@ -40,7 +40,7 @@ class Nextopid(Memory):
 
     def __init__(self, image: Program) -> None:
         super().__init__(image)
-        self.keys = {own.name: self._keys(own.name, own.type) for own in self.items}
+        self.keys = {item.name: self._keys(item.name, item.type) for item in self.items}
         self.goals = [self._goal(loop) for loop in self.loops]
         self.scales = [self._scale(loop) for loop in self.loops]
         self.signals = self._names()
@@ -51,11 +51,11 @@ class Nextopid(Memory):
         self.inlets = {loop: name for loop in self.wired if (name := self._inlet(f"{loop}.PV"))}
 
     def _wired(self, name: str) -> dict[str, str]:
-        own = f"{name}."
+        prefix = f"{name}."
         return {
-            key.removeprefix(own): content.text
+            key.removeprefix(prefix): content.text
             for key, content in self.words.items()
-            if key.startswith(own) and isinstance(content, Wire)
+            if key.startswith(prefix) and isinstance(content, Wire)
         }
 
     def _keys(self, name: str, kind: str) -> NamedKeys:
@@ -84,28 +84,28 @@ class Nextopid(Memory):
     def _names(self) -> list[str]:
         """Signals of the report: those from outside, what loops and blocks give, and what wires read."""
         shown = set(range(len(self.layout.signals)))
-        for own in self.layout.instances:
-            for i, row in enumerate(own.kind.table.rows):
-                if own.name in self.loops:
-                    wanted = row.name in SHOWN or (row.access == "output" and own.base + i in self.read)
+        for instance in self.layout.instances:
+            for i, row in enumerate(instance.kind.table.rows):
+                if instance.name in self.loops:
+                    wanted = row.name in SHOWN or (row.access == "output" and instance.base + i in self.read)
                 else:
                     wanted = row.access == "output" and row.name not in {"Error", "SampleTime", "Warning"}
                 if wanted and "Bits." not in row.name:
-                    shown.add(own.base + i)
+                    shown.add(instance.base + i)
         name_of = {number: name for name, number in self.layout.numbers.items() if number in shown}
         name_of |= {self.cfg[i].sig_sp: f"{loop}.SP" for i, loop in enumerate(self.loops)}
         return [name_of.get(number, "") for number in range(len(self.sig))]
 
     def _inputs(self) -> dict[str, int]:
         """Signals from outside, and parameters of blocks that nothing is wired to."""
-        found = {name: self.layout.numbers[name] for name in self.layout.signals}
-        for own in self.items:
-            if own.loop is None:
-                for row in BLOCK_TYPES[own.type].inputs:
-                    name = f"{own.name}.{row.name}"
+        inputs = {name: self.layout.numbers[name] for name in self.layout.signals}
+        for item in self.items:
+            if item.loop is None:
+                for row in BLOCK_TYPES[item.type].inputs:
+                    name = f"{item.name}.{row.name}"
                     if not isinstance(self.words.get(name), Wire):
-                        found[name] = self.outside.get(name, self.layout.numbers[name])
-        return found
+                        inputs[name] = self.outside.get(name, self.layout.numbers[name])
+        return inputs
 
     def _inlet(self, name: str) -> str | None:
         """Where a measurement comes into the program: followed back through wires and filters; None: nowhere alone."""
@@ -120,7 +120,7 @@ class Nextopid(Memory):
 
     def _longest(self) -> float:
         """Time constants and delays of all blocks, as they stand before the first cycle."""
-        names = (f"{own.name}.{row}" for own in self.items for row in LONG if own.loop is None)
+        names = (f"{item.name}.{row}" for item in self.items for row in LONG if item.loop is None)
         return max([0.0, *(self.sig[self.layout.numbers[name]] for name in names if name in self.layout.numbers)])
 
     def faults(self) -> Iterator[tuple[int, str, str]]:
@@ -130,7 +130,7 @@ class Nextopid(Memory):
             if s.fault:
                 yield s.fault_at, name_of[s.fault_target], FAULTS[s.fault]
 
-    # --- what the runner asks ----------------------------------------------------------------------------------------
+    # --- what the runner reads ---------------------------------------------------------------------------------------
 
     @property
     def rises(self) -> list[bool]:
@@ -148,8 +148,8 @@ class Nextopid(Memory):
         return next((name for name, bit in MODES.items() if status & bit), "auto")
 
     @classmethod
-    def is_about_mode(cls, requested: int, reason: int) -> bool:  # noqa: ARG003 - it does when a mode was asked for
-        """Whether a mode was asked for."""
+    def is_about_mode(cls, requested: int, reason: int) -> bool:  # noqa: ARG003 - every refused mode request does
+        """Whether a mode was requested."""
         return requested != 0
 
     # --- signals and parameters --------------------------------------------------------------------------------------
@@ -158,8 +158,8 @@ class Nextopid(Memory):
         """The value of a signal, or of a block's parameter, as `inputs` takes it."""
         owner, _, row = name.partition(".")
         if row:
-            found = self.keys[owner].find((row,))
-            return number_of(found.type, self.keys[owner].parse(found, value))
+            parameter = self.keys[owner].find((row,))
+            return number_of(parameter.type, self.keys[owner].parse(parameter, value))
         signal = Parameter(name, self.layout.signals[name])
         return number_of(signal.type, NamedKeys({name: signal}, {}).parse(signal, value))
 
@@ -198,20 +198,20 @@ class Nextopid(Memory):
 
     def request(self, loop: int, mode: str) -> None:
         """Manual and CASC are written, unless the program wires them."""
-        name, s, bit = self.loops[loop], self.st[loop], MODES[mode]
+        name, s, code = self.loops[loop], self.st[loop], self.request_code(mode)
         wired = self._wired(name)
         if mode == "cascade" and f"{name}.CASC" not in self.layout.numbers:
-            tell(s, report.NO_CASCADE, bit)
+            tell(s, report.NO_CASCADE, code)
         elif "Manual" in wired:
-            tell(s, report.IS_WIRED, bit)
+            tell(s, report.IS_WIRED, code)
         elif mode in {"auto", "cascade"} and "CASC" in wired:
-            tell(s, report.CASC_IS_WIRED, bit)
+            tell(s, report.CASC_IS_WIRED, code)
         elif mode in {"tracking", "autotune"}:
-            tell(s, report.COMES_ABOUT, bit)
+            tell(s, report.COMES_ABOUT, code)
         else:
-            s.ask |= modes.MANUAL_ON if mode == "manual" else modes.MANUAL_OFF
+            s.command |= modes.MANUAL_ON if mode == "manual" else modes.MANUAL_OFF
             if mode != "manual" and f"{name}.CASC" in self.layout.numbers:
-                s.ask |= modes.CASC_ON if mode == "cascade" else modes.CASC_OFF
+                s.command |= modes.CASC_ON if mode == "cascade" else modes.CASC_OFF
 
     def autotune(self, loop: int, command: str) -> None:
         """``start`` and ``cancel`` write AutoTune; ``accept`` copies the results over the gains and resets it."""
@@ -221,30 +221,30 @@ class Nextopid(Memory):
         elif "AutoTune" in self._wired(name):
             tell(s, report.TUNE_IS_WIRED)
         elif command == "start":
-            s.ask |= modes.TUNE_ON
+            s.command |= modes.TUNE_ON
         elif command == "cancel":
-            s.ask |= modes.TUNE_OFF
-        elif s.kept == modes.DONE:
-            s.ask |= modes.ACCEPT | modes.TUNE_OFF
+            s.command |= modes.TUNE_OFF
+        elif s.tune_end == modes.DONE:
+            s.command |= modes.ACCEPT | modes.TUNE_OFF
         else:
             tell(s, report.NOTHING_TO_ACCEPT)
 
     def tuned(self, loop: int) -> Mapping[str, Any] | None:
         """How the last auto-tuning of a loop went; None where there was none."""
         s = self.st[loop]
-        if s.kept == modes.NO_RUN:
+        if s.tune_end == modes.NO_RUN:
             return None
-        ended = s.kept in {modes.DONE, modes.FAILED}
-        flags = [name for i, name in enumerate(RESULT_FLAGS) if s.found_flags >> i & 1 and ended]
-        found = dict(zip(self.tuned_names, map(shortest, (s.found_kp, s.found_ti, s.found_td)), strict=True))
+        ended = s.tune_end in {modes.DONE, modes.FAILED}
+        flags = [name for i, name in enumerate(RESULT_FLAGS) if s.result_flags >> i & 1 and ended]
+        results = dict(zip(self.tuned_names, map(shortest, (s.result_kp, s.result_ti, s.result_td)), strict=True))
         return {
             "done": ended,
-            "error": s.kept == modes.FAILED,
-            "status": ", ".join(flags) or TUNE_STATUS[s.kept],
-            "results": found if ended and any(found.values()) else {},
+            "error": s.tune_end == modes.FAILED,
+            "status": ", ".join(flags) or TUNE_STATUS[s.tune_end],
+            "results": results if ended and any(results.values()) else {},
         }
 
 
-def load(image: Program, options: Options | None = None) -> Nextopid:  # noqa: ARG001 - there is nothing to choose
+def load(image: Program, options: NoOptions | None = None) -> Nextopid:  # noqa: ARG001 - there is nothing to choose
     """The virtual PLC of a program, before its first cycle."""
     return Nextopid(image)

@@ -1,4 +1,4 @@
-"""What a NextoPID loop tells the outside: names of modes, bits and signals, and notices in words."""
+"""How a NextoPID loop is reported: names of modes, bits and signals, and notices in words."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ MODES = {
     "tracking": bits.TRACKING_MODE,
     "autotune": bits.TUNING_MODE,
 }
-"""What can be asked for are the first three; the others come about."""
+"""The first three can be requested; the others follow from inputs of the block."""
 ROWS = [row.name for row in BLOCK_TYPES["PIDA_TUNE_REAL"].table.rows]
 ERRORS = [name for name in ROWS if name.startswith("ErrBits.")]
 WARNINGS = [name for name in ROWS if name.startswith("WarnBits.")]
@@ -21,7 +21,7 @@ AUX_BITS = {name: 1 << i for i, name in enumerate(WARNINGS)}
 RESULT_FLAGS = [name.removeprefix("AutoTuneResult.") for name in ROWS[ROWS.index("AutoTuneResult.Bad_PercAmpMV") :]]
 
 IS_WIRED = 1
-"""Reasons of notices; one for each of the three requests that wires stand against."""
+"""Reasons of notices; one for each of the three requests that a wire prevents."""
 CASC_IS_WIRED = 2
 TUNE_IS_WIRED = 3
 NO_TUNE = 4

@@ -12,7 +12,6 @@ from pidcfg.sim.controllers.nextopid import slots
 from pidcfg.sim.controllers.nextopid.delay import delay, delay_lag
 from pidcfg.sim.controllers.nextopid.equation import pid
 from pidcfg.sim.controllers.nextopid.filters import lag, lead_lag, low_filter
-from pidcfg.sim.controllers.nextopid.memory import Options
 from pidcfg.sim.controllers.nextopid.modes import keep_results, operate
 from pidcfg.sim.controllers.nextopid.on_off import on_off
 from pidcfg.sim.controllers.nextopid.plc import Nextopid, load
@@ -20,6 +19,7 @@ from pidcfg.sim.controllers.nextopid.pwm import pwm
 from pidcfg.sim.controllers.nextopid.selectors import select_max, select_min, split_range
 from pidcfg.sim.controllers.nextopid.state import Config, State
 from pidcfg.sim.controllers.nextopid.wires import value_of, wire_in
+from pidcfg.sim.plc import NoOptions as Options
 
 __all__ = ["INLINED", "Config", "Nextopid", "Options", "State", "call", "load", "scan"]
 
@@ -73,7 +73,7 @@ def scan(tick: int, cfg: list[Config], st: list[State], aux: list[float], sig: l
         s = st[i]
         if tick >= s.due:
             s.due = tick + s.period
-            if s.ask != 0:
+            if s.command != 0:
                 operate(c, s, sig)
             wire_in(c, s, aux, sig, c.wires_end)
             if s.fault != 0 and s.fault_at < 0:

@@ -1,6 +1,6 @@
 """ControlSelectMax, ControlSelectMin and ControlSplitRange: functions, which keep nothing from call to call.
 
-Which of two equal outputs is selected: D245. How a range is split: D246. D numbers: see `block_decisions`.
+Of two equal outputs MV2 is selected (D245); a range is split at SPLIT (D246). D numbers: see `block_decisions`.
 """
 
 from __future__ import annotations

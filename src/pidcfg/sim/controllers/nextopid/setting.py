@@ -30,12 +30,12 @@ def parse_tune_mode(value: object) -> str:
 
 def parse_gain(value: object) -> Decimal:
     """A gain of the independent form, which is no time (D202)."""
-    found = parse_duration(value)
-    if found.unit is not None:
+    duration = parse_duration(value)
+    if duration.unit is not None:
         refuse(
             "set_value", f"{value} is a time, but with Indep TRUE it is a gain", help="write a number without a unit"
         )
-    return found.value
+    return duration.value
 
 
 def keys_of(kind: str, name: str, wired: Mapping[str, str], *, independent: bool = False) -> NamedKeys:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from pidcfg.sim.records import LoopConfig, Tuned
+from pidcfg.sim.records import LoopConfig, RelayState
 
 # `State.status`: the mode reached
 MANUAL_MODE, AUTO_MODE, CASCADE_MODE, TRACKING_MODE, TUNING_MODE, OVERRIDDEN = 1, 2, 4, 8, 16, 32
@@ -42,17 +42,17 @@ class Config(LoopConfig):
 
 
 @dataclass(slots=True)
-class State(Tuned):
+class State(RelayState):
     """What a block keeps. `LoopState`: ``pv`` and ``out`` are PV and MV of the last call."""
 
-    ask: int = 0
-    """What the operator wants at the next call (`modes`)."""
-    kept: int = 0
-    """How the last auto-tuning stands, and what it found (`modes`)."""
-    found_kp: float = 0.0
-    found_ti: float = 0.0
-    found_td: float = 0.0
-    found_flags: int = 0
+    command: int = 0
+    """Commands of the operator, as bits, for the next call (`modes`)."""
+    tune_end: int = 0
+    """State of the last auto-tuning, and its results (`modes`)."""
+    result_kp: float = 0.0
+    result_ti: float = 0.0
+    result_td: float = 0.0
+    result_flags: int = 0
     fault: int = 0
     """Why a wire had no value, the first time (`pidcfg.sim.expressions.FAULTS`), for which slot, and when in ticks."""
     fault_target: int = 0
@@ -73,7 +73,7 @@ class State(Tuned):
     head: int = 0
     """Next place of a delay line, or cycle of a period of pulses."""
     delayed: float = 0.0
-    """What a delay line has given last."""
+    """Last output of a delay line."""
     held: int = 0
     """Cycles for which pulses are on."""
     tune_band: float = 0.0
