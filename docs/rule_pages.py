@@ -64,7 +64,7 @@ def rule_pages() -> dict[str, str]:
     """The index of all rules, and a page a group."""
     pages = {"rules.md": index()}
     for group, title in TITLES.items():
-        sections = "\n".join("#" + page(rule) for rule in rules_of(group))
+        sections = "\n".join(f"{former_heading(rule)}#{page(rule)}" for rule in rules_of(group))
         pages[f"rules-{group}.md"] = (
             f"# {title}\n\n{ABOUT[group]} [All rules](rules.md) stand in one list.\n\n{sections}"
         )
@@ -91,6 +91,12 @@ def former_anchor(rule: Rule) -> str:
     """Where links lead that know a rule by its code from before every vendor had a prefix."""
     code = former(rule.code)
     return "" if code == rule.code else f'<a id="{code.lower()}"></a>'
+
+
+def former_heading(rule: Rule) -> str:
+    """Where links lead that know a rule's heading with its former code."""
+    name = anchor(rule).replace(rule.code.lower(), former(rule.code).lower(), 1)
+    return "" if name == anchor(rule) else f'<a id="{name}"></a>\n\n'
 
 
 def anchor(rule: Rule) -> str:

@@ -14,7 +14,11 @@ from shell import captured, pidcfg
 ROOT = Path(__file__).parents[1]
 CONFIGURATIONS = sorted(p for p in ROOT.glob("examples/*/*.yaml") if ".scenario" not in p.name)
 SCENARIOS = sorted(ROOT.glob("examples/*/*.scenario.yaml"))
-CASES = [path for hundred in range(1, 9) for path in sorted(ROOT.glob(f"tests/cases/PID{hundred}*.yaml"))[::25]]
+CASES = [
+    path
+    for prefix in ("PID1", *(vendor.prefix for vendor in VENDORS.values()))
+    for path in sorted(ROOT.glob(f"tests/cases/{prefix}*.yaml"))[::25]
+]
 SHORT = [ROOT / "examples" / name for name in ("click/tank.scenario.yaml", "dl06/flow.scenario.yaml")]
 OTHER = {"dl06": "click", "click": "ezlogix", "ezlogix": "nextopid", "nextopid": "dpide", "dpide": "generic"}
 """To which vendor the examples are converted here."""

@@ -1,5 +1,7 @@
 """The catalog of rules: every code is in the group that it begins like, and looking one up imports no other vendor."""
 
+import importlib
+import pkgutil
 import subprocess
 import sys
 from pathlib import Path
@@ -20,6 +22,7 @@ from pidcfg.validate.catalog import (
     unusable,
 )
 from pidcfg.validate.codes import READING
+from pidcfg.validate.rule import Rule
 from pidcfg.validate.rules import collect, common
 from pidcfg.vendors import VENDORS
 
@@ -113,3 +116,12 @@ def test_a_text_that_cannot_be_read_is_unusable_and_nothing_else():
     found = {code for code in rules() if unusable(Diagnostic(code, Severity.ERROR, "", ""))}
 
     assert found == {rule.code for rule in READING} | {"PID041"}
+
+
+@pytest.mark.parametrize("vendor", VENDORS)
+def test_every_rule_of_a_vendor_is_in_its_list(vendor):
+    listed = VENDORS[vendor].load("rules")
+    package = importlib.import_module(f"pidcfg.validate.rules.{vendor}")
+    for info in pkgutil.iter_modules(package.__path__, f"{package.__name__}."):
+        rules_there = [value for value in vars(importlib.import_module(info.name)).values() if isinstance(value, Rule)]
+        assert not [rule.code for rule in rules_there if rule.code not in listed], f"{info.name} is not collected"

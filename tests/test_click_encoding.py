@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import struct
+from dataclasses import replace
 from decimal import Decimal
 from pathlib import Path
 
@@ -278,3 +279,15 @@ def test_the_starter_comes_back(name):
     config = ClickFile.model_validate(read_document(path.read_bytes(), path.name).data)
     image = encode(config).image
     assert encode(ClickFile.model_validate(decode(image.words, image.settings, image.plc).data)).image == image
+
+
+@pytest.mark.parametrize("offset", [23, 25])
+def test_a_register_that_is_taken_or_outside_its_block_is_refused(offset):
+    words = (*(word for word in DF_BLOCK.words if word.access != "reserved"), replace(DF_BLOCK.words[0], offset=offset))
+    with pytest.raises(ValueError, match=r"DFn\+2[35] is taken, or outside the 25 registers"):
+        replace(DF_BLOCK, words=words).filled(DF_BLOCK.words[0].basis)
+
+
+def test_every_setting_of_the_map_has_a_place_in_the_file():
+    """Of a register without one, what is written would be lost without a word."""
+    assert [w.name for t in TABLES for w in t.words if w.access == "setting" and w.path is None and not t.bits] == []

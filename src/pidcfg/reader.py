@@ -77,7 +77,11 @@ def reader_of(files: Files) -> Reader:
 
 def data_of(text: str | bytes) -> bytes:
     """A text as a file holds it; what is no character stays there for the parser to find."""
-    return text.encode("utf-8", "surrogatepass") if isinstance(text, str) else bytes(text)
+    if isinstance(text, str):
+        return text.encode("utf-8", "surrogatepass")
+    if isinstance(text, bytes | bytearray | memoryview):
+        return bytes(text)
+    raise TypeError(f"a source is a pathlib.Path, str or bytes, not {type(text).__name__}")
 
 
 def source_data(source: Path | str | bytes, name: str | None, files: Files, most: int) -> tuple[bytes, str]:

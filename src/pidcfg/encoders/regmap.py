@@ -160,8 +160,16 @@ class RegisterMap:
         return self.label.format(offset)
 
     def filled(self, basis: Basis) -> RegisterMap:
-        """The map with a reserved row for every register that has none; ``basis`` says so."""
-        have = {word.offset: word for word in self.words}
+        """The map with a reserved row for every register that has none; ``basis`` says so.
+
+        Raises `ValueError` for an offset that stands twice or lies outside the block.
+        """
+        have: dict[int, Word] = {}
+        for word in self.words:
+            if word.offset in have or not 0 <= word.offset < self.size:
+                where = f"{self.title}: {word.name} at {self.at(word.offset)}"
+                raise ValueError(f"{where} is taken, or outside the {self.size} registers")
+            have[word.offset] = word
         rows = (
             have.get(n) or Word(n, f"reserved_{n:02d}", None, RESERVED, "", "Reserved", "-", basis, "reserved")
             for n in range(self.size)

@@ -95,8 +95,9 @@ def _take(left: Counter[Entry], key: Entry) -> bool:
 
 
 def without(entries: Sequence[Entry], stale: Sequence[Entry]) -> list[Entry]:
-    """What is left of a baseline: never more than there was."""
-    return sorted((Counter(entries) - Counter(stale)).elements())
+    """What is left of a baseline, with its codes as they are written there: never more than there was."""
+    left = Counter(stale)
+    return sorted(e for e, now in zip(entries, with_current_codes(entries), strict=True) if not _take(left, now))
 
 
 def to_text(entries: Iterable[Entry]) -> str:

@@ -128,11 +128,11 @@ def former_codes(doc: Document) -> Iterator[tuple[str, Edit]]:
         return
     for comment in comments_in(doc.text):
         for match in DIRECTIVE.finditer(comment.text):
-            if match["word"].lower() != WORD or match["codes"] is None:
+            if match["word"].lower() != WORD or match["codes"] is None or match.start():
                 continue
-            for code in re.finditer(r"[^,\s]+", match["codes"]):
+            for code in re.finditer(r"[^,\s](?:[^,]*[^,\s])?", match["codes"]):
                 name = current(code[0].upper())
-                if name != code[0].upper():
+                if name != code[0].upper() and name in rules(name):
                     start = match.start("codes") + code.start()
                     yield code[0], Edit(_part(comment, start, start + len(code[0])), name)
 

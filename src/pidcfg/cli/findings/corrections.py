@@ -29,7 +29,7 @@ from pidcfg.source import read_document
 from pidcfg.validate.catalog import unusable
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Sequence
 
     from pidcfg.cli.files.inputs import Input
     from pidcfg.cli.findings.policy import Rules
@@ -53,13 +53,14 @@ def fixing(inputs: Sequence[Input], limits: Limits, rules: Rules, ctx: click.Con
     work = progress((_corrected(entry, limits, rules, ctx) for entry in inputs), "correcting", len(inputs))
     done = list(zip(inputs, work, strict=True))
     changed = [(entry, fixed) for entry, fixed in done if fixed.data != entry.data]
-    total = f"{count(sum(len(f.fixed) for _, f in changed), 'finding')} in {count(len(changed), 'file')}"
+    corrected = [fixed for _, fixed in changed if fixed.fixed]
+    total = f"{count(sum(len(f.fixed) for f in corrected), 'finding')} in {count(len(corrected), 'file')}"
     if diff:
         _print_bytes("".join(difference(entry.name, entry.data, fixed.data) for entry, fixed in changed))
         if not quiet:
             note(f"{total} would be corrected")
         unread = any(unusable(d) for _, fixed in done for d in fixed.left)
-        ctx.exit(Exit.UNUSABLE if unread else Exit.FINDINGS if changed else Exit.OK)
+        ctx.exit(Exit.UNUSABLE if unread else Exit.FINDINGS if corrected else Exit.OK)
     if piped:
         sys.stdout.buffer.write(done[0][1].data)
     else:
@@ -109,18 +110,19 @@ def _corrected(entry: Input, limits: Limits, rules: Rules, ctx: click.Context) -
     fixer = Fixer(
         lambda data: read_document(data, entry.name, limits), check, lambda d: named(d.code, rules.select, ignore)
     )
-    return _with_current_codes(fixer.fix(entry.data), entry.name, limits)
+    fixed = fixer.fix(entry.data)
+    if any(map(unusable, fixed.left)):
+        return fixed
+    return _with_current_codes(fixed, lambda code: named(code, rules.select, ignore), entry.name, limits)
 
 
-def _with_current_codes(fixed: Fixed, name: str, limits: Limits) -> Fixed:
-    """A corrected file whose comments name codes as they are called now; no finding belongs to that."""
+def _with_current_codes(fixed: Fixed, wanted: Callable[[str], bool], name: str, limits: Limits) -> Fixed:
+    """A corrected file whose comments name the wanted codes as they are called now; no finding belongs to that."""
     from pidcfg.validate.fixes import same, splice
     from pidcfg.validate.suppression import former_codes
 
     doc = read_document(fixed.data, name, limits)
-    if doc.data is None:
-        return fixed
-    edits = [edit for _, edit in former_codes(doc)]
+    edits = [edit for _, edit in former_codes(doc) if wanted(edit.text)]
     data = fixed.data.replace(doc.text.encode(), splice(doc.text, edits).encode())
     return replace(fixed, data=data) if edits and same(read_document(data, name, limits).data, doc.data) else fixed
 

@@ -160,7 +160,7 @@ def _with_baseline(
     if rules.shrink:
         from pidcfg.cli.files.outputs import write_files
 
-        write_files({name: to_text(without(entries, compared.stale))}, force=True)
+        write_files({name: to_text(without(file_entries, compared.stale))}, force=True)
         result.remarks.append(f"{name}: {count(len(compared.stale), 'entry', 'entries')} removed")
         return
     ignored = {entry(one.finding, file_of) for one in result.ignored}

@@ -101,7 +101,7 @@ def fingerprints(findings: Findings) -> list[str]:
     prints = []
     for d in findings.reported:
         steps = [step for step in d.path if isinstance(step, str)]
-        value = _source_text(d.span, rows.get(d.file, []))
+        value = CODE.sub(lambda match: former(match[0]), _source_text(d.span, rows.get(d.file, [])))
         message = CODE.sub(lambda match: former(match[0]), VOLATILE.sub("", d.message))
         key = "\0".join((former(d.code), display_name(d.file), d.loop or "", ".".join(steps), value, message))
         seen[key] += 1
