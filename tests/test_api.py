@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import builtins
 import dataclasses
+import decimal
 import gc
 import importlib
 import io
@@ -386,3 +387,29 @@ def test_words_come_back_as_data():
 def test_unknown_names_are_attribute_errors():
     with pytest.raises(AttributeError):
         _ = pidcfg.nothing
+
+
+def test_the_decimals_of_the_caller_change_no_result_and_stay_as_they_are():
+    plain = pidcfg.convert(TANK, "dl06").to_json()
+    with decimal.localcontext(decimal.Context(prec=5, rounding=decimal.ROUND_UP)) as context:
+        assert pidcfg.convert(TANK, "dl06").to_json() == plain
+        assert context.prec == 5
+        assert not any(context.flags.values())
+
+
+def test_a_configuration_without_loops_is_no_crash():
+    text = "pidcfg: 1\nvendor: dl06\nplc: {loop_table: V2000, reset_decimals: 1}\nloops: []\n"
+    for target in ("click", "ezlogix", "dpide", "generic"):
+        assert [d.code for d in pidcfg.convert(text, target).findings if d.severity.label == "error"] == ["PID042"]
+
+
+@pytest.mark.parametrize("case", ["CK321", "DL276-3"])
+def test_words_that_cannot_be_read_back_are_a_finding_of_diff(case):
+    path = ROOT / "tests" / "cases" / f"{case}.yaml"
+    assert [d.code for d in pidcfg.diff(path, path).findings] == ["PID041"]
+
+
+@pytest.mark.parametrize("source", [3, 10**11, True, ["a"], Path])
+def test_what_is_no_source_is_a_type_error(source):
+    with pytest.raises(TypeError, match="a source is a"):
+        pidcfg.check(source)

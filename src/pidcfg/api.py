@@ -7,9 +7,11 @@ that is not there is an `OSError`, a wrong argument a `ValueError` that names th
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from decimal import Context, localcontext
+from functools import wraps
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, get_args
+from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar, get_args
 
 from pidcfg.limits import DEFAULT, Limits
 from pidcfg.reader import Files, data_of, reader_of, source_data
@@ -17,7 +19,7 @@ from pidcfg.results.arguments import ArgumentError, refuse_unknown, vendor_named
 from pidcfg.vendors import VENDORS, format_names
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
+    from collections.abc import Mapping
 
     from pidcfg.encoders.image import Decoded
     from pidcfg.results.conversion import ConvertResult
@@ -34,6 +36,24 @@ if TYPE_CHECKING:
     from pidcfg.validate.engine import Checked
 
 
+P = ParamSpec("P")
+R = TypeVar("R")
+DECIMALS = Context()
+"""How the calls calculate, whatever the caller has set: 28 digits, half to even."""
+
+
+def _exact(call: Callable[P, R]) -> Callable[P, R]:
+    """Neither takes the rounding of decimals from the caller's thread nor leaves flags there."""
+
+    @wraps(call)
+    def in_context(*args: P.args, **kwargs: P.kwargs) -> R:
+        with localcontext(DECIMALS):
+            return call(*args, **kwargs)
+
+    return in_context
+
+
+@_exact
 def load(source: Source, *, name: str | None = None, files: Files = None, limits: Limits = DEFAULT) -> LoadResult:
     """A configuration or scenario as data, with what is wrong with its text and its keys; no rule looks at it.
 
@@ -46,6 +66,7 @@ def load(source: Source, *, name: str | None = None, files: Files = None, limits
     return loaded(document_of(source, name, files, limits))
 
 
+@_exact
 def check(
     source: Source,
     *,
@@ -65,6 +86,7 @@ def check(
     return checked(document_of(source, name, files, limits), limits, reader_of(files), comments=comments)
 
 
+@_exact
 def encode(
     source: Source,
     format: str = "text",  # noqa: A002 - what the option is called
@@ -91,6 +113,7 @@ def encode(
     return encoded(checked, format, added_to, limits, errors=allow_errors)
 
 
+@_exact
 def decode(
     source: Path | str | bytes | Sequence[Path | str | bytes],
     vendor: str,
@@ -122,6 +145,7 @@ def decode(
     return decoded(entries, family, format, options or {}, limits, annotate=annotate)
 
 
+@_exact
 def convert(
     source: Source,
     to: str,
@@ -147,6 +171,7 @@ def convert(
     return converted(checked, target, options or {}, limits, compare)
 
 
+@_exact
 def diff(
     before: Source,
     after: Source,
@@ -169,6 +194,7 @@ def diff(
     return compared((one[0], two[0]), (one[1], two[1]), family, limits)
 
 
+@_exact
 def simulate(
     source: Source,
     *,
@@ -201,6 +227,7 @@ def simulate(
     return SimulateResult(simulate_document(doc, settings, limits, reader_of(files), record=record))
 
 
+@_exact
 def tune(
     method: str,
     form: Form = "PID",
@@ -247,6 +274,7 @@ def tune(
     return gains.tuned(method, form, values, step, target, limits)
 
 
+@_exact
 def explain(
     *things: str,
     vendor: str | None = None,

@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING, Any
 
 from pydantic import BaseModel
 
-from pidcfg.conversion.ledger import LOSSES, Change, ConvertError, NeutralLoop, TargetFile, changes
+from pidcfg.conversion.ledger import LOSSES, Change, ConvertError, Missing, NeutralLoop, TargetFile, changes
 from pidcfg.conversion.settle import settled, validated
 from pidcfg.conversion.unmatched import harmless
+from pidcfg.encoders.words import DecodeError
 from pidcfg.paths import steps
 from pidcfg.schemas.generic import GenericFile
 
@@ -72,7 +73,12 @@ def convert(config: Any, source: Vendor, target: Vendor, options: Mapping[str, A
     """
     generic, loops = neutral_loops(config, source)
     file: TargetFile = target.load("from_neutral")(generic, options)
-    stored = settled(file, target)
+    try:
+        stored = settled(file, target)
+    except DecodeError:
+        if generic.loops:
+            raise
+        raise ConvertError([Missing(("loops",), "there is no loop to convert: add one")]) from None
     report = []
     for i, (loop, neutral) in enumerate(zip(generic.loops, loops, strict=True)):
         is_default = partial(_is_default, loop)

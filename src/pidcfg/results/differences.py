@@ -14,6 +14,7 @@ from pidcfg.differences.result import RISKS, Compared
 from pidcfg.differences.side import Side, side_of
 from pidcfg.document import Document, Node
 from pidcfg.encoders.listing import ListingError
+from pidcfg.encoders.words import DecodeError
 from pidcfg.listings import decode_listing, read_listing
 from pidcfg.reader import SUFFIXES
 from pidcfg.results.arguments import ArgumentError
@@ -166,6 +167,10 @@ def _merged(under: Mapping[str, Any], over: Mapping[str, Any]) -> dict[str, Any]
 def _side(name: str, config: Any, vendor: Vendor) -> Side:
     try:
         return side_of(config, vendor)
+    except DecodeError as error:
+        cure = "correct what `pidcfg validate` says of it"
+        message = f"its words cannot be read back: {error}"
+        raise _SideError(name, [Diagnostic("PID041", Severity.ERROR, message, name, help=cure)]) from None
     except ConvertError as error:
         rows = [Diagnostic("PID042", Severity.ERROR, row.message, name, path=row.path) for row in error.missing]
         raise _SideError(name, rows) from None
