@@ -33,7 +33,7 @@ class Registers(View[Loop]):
     deadband_on: bool = True
     extents: tuple[Extent, ...] = ()
 
-    def given(self, name):
+    def value(self, name):
         return self.words.get(name) or None
 
     def holds(self, *names):
