@@ -7,21 +7,35 @@ that is not there is an `OSError`, a wrong argument a `ValueError` that names th
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from decimal import Context, localcontext
-from functools import wraps
-from pathlib import Path
-from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar, get_args
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, get_args
 
 from pidcfg.limits import DEFAULT, Limits
-from pidcfg.reader import Files, data_of, reader_of, source_data
+from pidcfg.reader import Files, reader_of, source_data
 from pidcfg.results.arguments import ArgumentError, refuse_unknown, vendor_named
-from pidcfg.vendors import VENDORS, format_names
+from pidcfg.results.exact import exact
+from pidcfg.results.models import check_file, check_text, decode_words
+from pidcfg.vendors import format_names
+
+__all__ = [
+    "check",
+    "check_file",
+    "check_text",
+    "convert",
+    "decode",
+    "decode_words",
+    "diff",
+    "encode",
+    "explain",
+    "load",
+    "simulate",
+    "tune",
+]
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Callable, Mapping
+    from pathlib import Path
 
-    from pidcfg.encoders.image import Decoded
     from pidcfg.results.conversion import ConvertResult
     from pidcfg.results.differences import DiffResult
     from pidcfg.results.explanations import ExplainResult
@@ -33,27 +47,9 @@ if TYPE_CHECKING:
     from pidcfg.sim.engine import EngineName
     from pidcfg.sim.trace import Sink
     from pidcfg.tuning.rules import Form
-    from pidcfg.validate.engine import Checked
 
 
-P = ParamSpec("P")
-R = TypeVar("R")
-DECIMALS = Context()
-"""How the calls calculate, whatever the caller has set: 28 digits, half to even."""
-
-
-def _exact(call: Callable[P, R]) -> Callable[P, R]:
-    """Neither takes the rounding of decimals from the caller's thread nor leaves flags there."""
-
-    @wraps(call)
-    def in_context(*args: P.args, **kwargs: P.kwargs) -> R:
-        with localcontext(DECIMALS):
-            return call(*args, **kwargs)
-
-    return in_context
-
-
-@_exact
+@exact
 def load(source: Source, *, name: str | None = None, files: Files = None, limits: Limits = DEFAULT) -> LoadResult:
     """A configuration or scenario as data, with what is wrong with its text and its keys; no rule looks at it.
 
@@ -66,7 +62,7 @@ def load(source: Source, *, name: str | None = None, files: Files = None, limits
     return loaded(document_of(source, name, files, limits))
 
 
-@_exact
+@exact
 def check(
     source: Source,
     *,
@@ -86,7 +82,7 @@ def check(
     return checked(document_of(source, name, files, limits), limits, reader_of(files), comments=comments)
 
 
-@_exact
+@exact
 def encode(
     source: Source,
     format: str = "text",  # noqa: A002 - what the option is called
@@ -113,7 +109,7 @@ def encode(
     return encoded(checked, format, added_to, limits, errors=allow_errors)
 
 
-@_exact
+@exact
 def decode(
     source: Path | str | bytes | Sequence[Path | str | bytes],
     vendor: str,
@@ -145,7 +141,7 @@ def decode(
     return decoded(entries, family, format, options or {}, limits, annotate=annotate)
 
 
-@_exact
+@exact
 def convert(
     source: Source,
     to: str,
@@ -171,7 +167,7 @@ def convert(
     return converted(checked, target, options or {}, limits, compare)
 
 
-@_exact
+@exact
 def diff(
     before: Source,
     after: Source,
@@ -194,7 +190,7 @@ def diff(
     return compared((one[0], two[0]), (one[1], two[1]), family, limits)
 
 
-@_exact
+@exact
 def simulate(
     source: Source,
     *,
@@ -227,7 +223,7 @@ def simulate(
     return SimulateResult(simulate_document(doc, settings, limits, reader_of(files), record=record))
 
 
-@_exact
+@exact
 def tune(
     method: str,
     form: Form = "PID",
@@ -274,7 +270,7 @@ def tune(
     return gains.tuned(method, form, values, step, target, limits)
 
 
-@_exact
+@exact
 def explain(
     *things: str,
     vendor: str | None = None,
@@ -297,28 +293,3 @@ def explain(
     family = None if vendor is None else vendor_named(vendor).key
     checked = None if config is None else checked_of(config, name, files, limits)
     return explained(things, family, tuple(blocks), checked, loop=loop)
-
-
-def check_text(text: str | bytes, file: str = "<text>") -> Checked:
-    """A configuration as text: its findings, and when it is sound its model and its ``encoding.image``.
-
-    Nothing is raised for what is wrong with the text; it is in ``findings``.
-    """
-    from pidcfg.results.sources import checked_of
-
-    return checked_of(data_of(text), file, None, DEFAULT)
-
-
-def check_file(path: str | Path) -> Checked:
-    """A configuration file. Raises `OSError` when it cannot be read."""
-    return check_text(Path(path).read_bytes(), Path(path).as_posix())
-
-
-def decode_words(vendor: str, words: Mapping[int, int], **options: Any) -> Decoded:
-    """Words by address back to a configuration as plain data; options as in ``pidcfg decode``.
-
-    Raises `KeyError` for a vendor that is not known and `pidcfg.encoders.words.DecodeError` for words that are missing
-    or impossible.
-    """
-    decoded: Decoded = VENDORS[vendor].load("decode")(words, options=options)
-    return decoded
