@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from pidcfg.encoders.maps.dpide import ROWS
+from pidcfg.encoders.maps.dpide import LOOPS
 from pidcfg.encoders.settings import read_settings
 from pidcfg.schemas.dpide import PlcSettings, Scale
 from pidcfg.sim.controllers.dpide import state as bits
@@ -16,7 +16,7 @@ from pidcfg.sim.controllers.dpide.words import MILLISECOND, absorb, configure, o
 from pidcfg.sim.plc import Plc
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping, MutableSequence, Sequence
+    from collections.abc import Mapping, MutableSequence, Sequence
 
     from pidcfg.encoders.parameters import Program
 
@@ -32,7 +32,7 @@ class Memory(Plc):
         self.problems: list[str] = []
         """Operands that are no value of their type."""
         self._interval = (read_settings(PlcSettings, program.plc, "plc").interrupt_task or 0) * MILLISECOND
-        self.loops = [str(entry["loop"]) for entry in program.settings] or loops_of(words)
+        self.loops = [str(entry["loop"]) for entry in program.settings] or LOOPS.loop_names(words)
         entries: Sequence[Mapping[str, Any]] = program.settings or [{}] * len(self.loops)
         self._devices = [dict(entry.get("devices", {})) for entry in entries]
         self._operands = [operands_of(words, loop, self.problems) for loop in self.loops]
@@ -108,9 +108,3 @@ class Memory(Plc):
         """The signals that an operator's change affects at once."""
         for c, s in zip(self.cfg, self.st, strict=True):
             show(c, s, sig)
-
-
-def loops_of(words: Iterable[str]) -> list[str]:
-    """The loops of a listing without settings, in its order."""
-    pairs = (name.rpartition(".") for name in words)
-    return list(dict.fromkeys(loop for loop, _, operand in pairs if loop and operand in ROWS))

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from pidcfg.encoders.generic.decode import loop_names
-from pidcfg.encoders.maps.generic import NEEDED
+from pidcfg.encoders.maps.generic import LOOPS, NEEDED
 from pidcfg.sim.controllers.generic import state as bits
 from pidcfg.sim.controllers.generic.report import (
     ABOUT_MODE,
@@ -48,7 +47,7 @@ class Generic(Plc):
         words = program.words
         self.problems: list[str] = []
         """Parameters that are missing."""
-        self.loops = [str(entry["loop"]) for entry in program.settings] or loop_names(words)
+        self.loops = [str(entry["loop"]) for entry in program.settings] or LOOPS.loop_names(words)
         sources = [dict(entry.get("setpoint", {})).get("source") for entry in program.settings] or [None] * len(
             self.loops
         )
