@@ -183,5 +183,9 @@ def test_tuning_finds_its_fields():
     assert [TUNED.unit(name) for name in TUNED.names] == ["", "s", "s"]
     assert TUNED.gain_unit == "engineering"
     assert TUNED.limits(GenericFile, "tuning.gain").low == "0"
+    assert TUNED.limits(GenericFile, "tuning.derivative_on") is None
+    for name in ("nothing", "nothing.gain"):
+        with pytest.raises(KeyError, match=name):
+            TUNED.limits(GenericFile, name)
     assert TUNED.stored("tuning.gain", Decimal("0.1")) == Decimal("0.1")
     assert set(PLAIN) <= set(Loop.model_fields)
