@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING, Any
 
 from pidcfg.sim.controllers.click import modes as click_modes
 from pidcfg.sim.controllers.click import state as bits
-from pidcfg.sim.controllers.click import tune_results as click_tune_results
 from pidcfg.sim.controllers.click.memory import Memory
 from pidcfg.sim.controllers.click.report import ABOUT_MODE, ALARM_BITS, FLAG_BITS, MODES, REASONS
 from pidcfg.sim.controllers.click.setting import KEYS, check_setting, settings_of
@@ -20,19 +19,13 @@ from pidcfg.sim.controllers.click.words import float_of, sample_ticks
 from pidcfg.sim.notices import tell_request
 from pidcfg.sim.plc import SWITCH_AND_TUNE, ScanOptions
 from pidcfg.sim.records import NEVER
+from pidcfg.sim.tuning_rules import DONE, TUNE_STATUS
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, MutableSequence
 
     from pidcfg.encoders.image import Image
     from pidcfg.schemas.base import Quantity
-
-STATUS = {
-    click_tune_results.DONE: "done",
-    click_tune_results.FAILED: "error",
-    click_tune_results.CANCELLED: "cancelled",
-}
-"""How an autotune went, by `State.tune_done`."""
 
 
 class Click(Memory):
@@ -102,8 +95,8 @@ class Click(Memory):
         error = bool(s.status & bits.TUNE_ERROR)
         if not (s.tune_done or s.status & bits.TUNING or error):
             return None
-        done = s.tune_done == click_tune_results.DONE
-        status = "running" if s.status & bits.TUNING else "error" if error else STATUS[s.tune_done]
+        done = s.tune_done == DONE
+        status = "running" if s.status & bits.TUNING else "error" if error else TUNE_STATUS[s.tune_done]
         registers.absorb(s)
         n = registers.numbers()
         results = {name: n[name] / 1000 if name == "sample_rate" else n[name] for name in self.tuned_names}

@@ -6,18 +6,18 @@ from dataclasses import fields
 from typing import TYPE_CHECKING, Any
 
 from pidcfg.schemas.base import refuse
-from pidcfg.sim.controllers.dpide import autotune as dpide_autotune
 from pidcfg.sim.controllers.dpide import report
 from pidcfg.sim.controllers.dpide import state as bits
 from pidcfg.sim.controllers.dpide.memory import Memory
 from pidcfg.sim.controllers.dpide.modes import enter
-from pidcfg.sim.controllers.dpide.report import ABOUT_MODE, FLAG_BITS, MODES, REASONS, TUNE_STATUS
+from pidcfg.sim.controllers.dpide.report import ABOUT_MODE, FLAG_BITS, MODES, REASONS
 from pidcfg.sim.controllers.dpide.setting import KEYS, Seconds, with_mark
 from pidcfg.sim.controllers.dpide.words import effect, sampling_time
 from pidcfg.sim.notices import tell
 from pidcfg.sim.plc import SWITCH_AND_TUNE, ScanOptions
 from pidcfg.sim.records import NEVER
 from pidcfg.sim.terms import clamp, single
+from pidcfg.sim.tuning_rules import DONE, FAILED, TUNE_STATUS
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, MutableSequence
@@ -110,7 +110,7 @@ class Dpide(Memory):
         running = bool(s.status & bits.TUNING)
         if not (running or s.tune_done):
             return None
-        done, error = s.tune_done == dpide_autotune.DONE, s.tune_done == dpide_autotune.FAILED
+        done, error = s.tune_done == DONE, s.tune_done == FAILED
         status = "running" if running else TUNE_STATUS[s.tune_done]
         if error:
             status = f"{status}: {REASONS[s.tune_reason].partition(': ')[2]}"
