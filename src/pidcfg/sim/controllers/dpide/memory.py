@@ -6,60 +6,60 @@ from typing import TYPE_CHECKING, Any
 
 from pidcfg.encoders.maps.dpide import LOOPS
 from pidcfg.encoders.settings import read_settings
-from pidcfg.schemas.dpide import PlcSettings, Scale
+from pidcfg.schemas.dpide import PlcSettings
 from pidcfg.sim.controllers.dpide import state as bits
 from pidcfg.sim.controllers.dpide.modes import enter
 from pidcfg.sim.controllers.dpide.report import SIGNALS
+from pidcfg.sim.controllers.dpide.setting import KEYS
 from pidcfg.sim.controllers.dpide.signals import show
 from pidcfg.sim.controllers.dpide.state import Config, State
-from pidcfg.sim.controllers.dpide.words import MILLISECOND, absorb, configure, operands_of, scale_of
-from pidcfg.sim.plc import Plc
+from pidcfg.sim.controllers.dpide.words import MILLISECOND, Operands, absorb, configure, operands_of, sampling_time
+from pidcfg.sim.named_plc import NamedPlc
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, MutableSequence, Sequence
-
-    from pidcfg.encoders.parameters import Program
+    from collections.abc import Mapping, MutableSequence
 
 
-class Memory(Plc):
+class Memory(NamedPlc):
     """The operands of a program, and what the kernels make of them."""
 
     cfg: list[Config]
     st: list[State]
 
-    def __init__(self, program: Program) -> None:
-        words = program.words
-        self.problems: list[str] = []
-        """Operands that are no value of their type."""
-        self._interval = (read_settings(PlcSettings, program.plc, "plc").interrupt_task or 0) * MILLISECOND
-        self.loops = [str(entry["loop"]) for entry in program.settings] or LOOPS.loop_names(words)
-        entries: Sequence[Mapping[str, Any]] = program.settings or [{}] * len(self.loops)
-        self._devices = [dict(entry.get("devices", {})) for entry in entries]
-        self._operands = [operands_of(words, loop, self.problems) for loop in self.loops]
-        self.place_loops(Config, State, SIGNALS)
-        for i in range(len(self.loops)):
-            self._begin(i)
-        scales = [read_settings(Scale, entry.get("pv", {}), f"settings[{i}].pv") for i, entry in enumerate(entries)]
-        self.scales = [scale_of(scale, s.sp) for scale, s in zip(scales, self.st, strict=True)]
+    named, keys, sample_key = LOOPS, KEYS, "CYCLE"
+    config, state, slots = Config, State, SIGNALS
 
-    def _begin(self, i: int) -> None:
-        """What a loop starts with: its operands, the mode that they make, and its places in the shared vectors."""
-        c, s = self.cfg[i], self.st[i]
-        configure(c, s, self._operands[i], self._interval)
-        c.period = s.period
-        c.sv_from, c.bias_from, c.mout_from = (self._writer(i, name) for name in ("SV", "BIAS", "MOUT"))
-        c.joined = int("MOUT" in self._devices[i] and self._devices[i]["MOUT"] == self._devices[i].get("MV"))
+    def contents_of(self, words: Mapping[str, Any], loop: str) -> Operands:
+        """The operands of a loop; what is no value is told."""
+        return operands_of(words, loop, self.problems)
+
+    def prepare(self) -> None:
+        """The interval of an interrupt task in ticks (0: none), and the devices of all operands."""
+        self._interval = (read_settings(PlcSettings, self._file, "plc").interrupt_task or 0) * MILLISECOND
+        self._devices = [dict(entry.get("devices", {})) for entry in self._settings]
+
+    def begin(self, loop: int) -> None:
+        """What an instruction starts with: its operands, the mode that they make, and who writes to its devices."""
+        c, s = self.cfg[loop], self.st[loop]
+        configure(c, s, self._contents[loop], self._interval)
+        c.sv_from, c.bias_from, c.mout_from = (self._writer(loop, name) for name in ("SV", "BIAS", "MOUT"))
+        devices = self._devices[loop]
+        c.joined = int("MOUT" in devices and devices["MOUT"] == devices.get("MV"))
         s.status = bits.OFF
-        enter(c, s, self._mode(i))
+        enter(c, s, self._mode(loop))
         s.wanted = s.status & bits.MODES
         if s.status & bits.OFF:
             s.out = 0.0
-        self._join(i)
+        self._join(loop)
         show(c, s, self.sig)
+
+    def sample_ticks(self, value: Any) -> int:
+        """CYCLE, unless an interrupt task has the sampling time."""
+        return 0 if self._interval else sampling_time(value)
 
     def _mode(self, i: int) -> int:
         """The mode that PID_RUN, PID_MODE and PID_MAN make."""
-        if not self._operands[i]["PID_RUN"]:
+        if not self._contents[i]["PID_RUN"]:
             return bits.OFF
         if self.st[i].mode == 1:
             return bits.TUNING
@@ -93,9 +93,9 @@ class Memory(Plc):
         """A mode that operands make takes effect with the next calculation, FALSE for PID_RUN at once."""
         c, s = self.cfg[i], self.st[i]
         before = s.mode
-        absorb(self._operands[i], s)
-        self._operands[i] |= values
-        configure(c, s, self._operands[i], self._interval)
+        absorb(self._contents[i], s)
+        self._contents[i] |= values
+        configure(c, s, self._contents[i], self._interval)
         if s.mode == 1 != before:
             s.mode_before = before
         s.wanted = self._mode(i)

@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
-from dataclasses import fields
 from typing import TYPE_CHECKING, Any
 
+from pidcfg.encoders.settings import read_settings
 from pidcfg.schemas.base import refuse
+from pidcfg.schemas.dpide import Scale
 from pidcfg.sim.controllers.dpide import report
 from pidcfg.sim.controllers.dpide import state as bits
 from pidcfg.sim.controllers.dpide.memory import Memory
 from pidcfg.sim.controllers.dpide.modes import enter
 from pidcfg.sim.controllers.dpide.report import ABOUT_MODE, FLAG_BITS, MODES, REASONS
 from pidcfg.sim.controllers.dpide.setting import KEYS, Seconds, with_mark
-from pidcfg.sim.controllers.dpide.words import effect, sampling_time
+from pidcfg.sim.controllers.dpide.words import effect, scale_of
 from pidcfg.sim.notices import tell
-from pidcfg.sim.plc import SWITCH_AND_TUNE, ScanOptions
+from pidcfg.sim.plc import SWITCH_AND_TUNE
 from pidcfg.sim.records import NEVER
 from pidcfg.sim.terms import clamp, single
 from pidcfg.sim.tuning_rules import DONE, FAILED, TUNE_STATUS
@@ -24,6 +25,7 @@ if TYPE_CHECKING:
 
     from pidcfg.encoders.parameters import Program
     from pidcfg.schemas.base import Quantity
+    from pidcfg.sim.plc import ScanOptions
 
 
 class Dpide(Memory):
@@ -31,17 +33,19 @@ class Dpide(Memory):
 
     out_name = "MV"
     modes: Mapping[str, int] = MODES
-    options = tuple(f.name for f in fields(ScanOptions))
     commands = SWITCH_AND_TUNE
     tuned_names = ("Kc_Kp", "Ti_Ki", "Td_Kd", "Tf")
     flag_bits: Mapping[str, int] = FLAG_BITS
     reasons: Mapping[int, str] = REASONS
     about_mode = ABOUT_MODE
 
-    def __init__(self, program: Program) -> None:
-        super().__init__(program)
-        self.goals = [self.mode(s.status) for s in self.st]
+    def __init__(self, program: Program, options: ScanOptions | None = None) -> None:
+        super().__init__(program, options)
         self._dependent = [bool(c.dependent) for c in self.cfg]
+        scales = (
+            read_settings(Scale, entry.get("pv", {}), f"settings[{i}].pv") for i, entry in enumerate(self._settings)
+        )
+        self.scales = [scale_of(scale, s.sp) for scale, s in zip(scales, self.st, strict=True)]
 
     @property
     def rises(self) -> list[bool]:
@@ -139,10 +143,6 @@ class Dpide(Memory):
             )
         return content
 
-    def period_set(self, loop: int, path: tuple[str, ...], value: Any) -> int:  # noqa: ARG002 - all loops are alike
-        """The sampling time that a value for this key makes, in ticks; 0: another key, or an interrupt task has it."""
-        return sampling_time(value) if KEYS.find(path).name == "CYCLE" and not self._interval else 0
-
     def set(self, loop: int, path: tuple[str, ...], value: float, sig: MutableSequence[float]) -> str | None:
         """Write an operand; returns why it does not act as it stands, if so."""
         name = KEYS.find(path).name
@@ -156,9 +156,7 @@ class Dpide(Memory):
         writer = self._writer(loop, name)
         if writer >= 0:
             return f"MV of {self.loops[writer]} stands in the same device and overwrites it"
-        return effect(name, c, s, self._operands[loop], self._interval)
+        return effect(name, c, s, self._contents[loop], self._interval)
 
 
-def load(program: Program, options: ScanOptions | None = None) -> Dpide:  # noqa: ARG001 - the base step is the runner's
-    """The virtual PLC of a program's operands, as it stands when it begins to run."""
-    return Dpide(program)
+load = Dpide
