@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 from pidcfg.diagnostics import path_text
 from pidcfg.encoders.image import Block, Encoding, no_registers
 from pidcfg.explanation.page import Origin, Page
-from pidcfg.explanation.question import QuestionError
 from pidcfg.explanation.texts import units_of
 from pidcfg.explanation.values import Placement
 from pidcfg.paths import has_key, steps, value_at
@@ -62,14 +61,13 @@ class Configured:
     def named(self, table: RegisterMap, word: Word, loop: str | None) -> Iterator[tuple[Placement, int]]:
         """A register in every block of its kind, or in that of one loop, with its addresses.
 
-        Raises `QuestionError` for a block that leaves the PLC's memory, where it has none.
+        Raises `NoRegisterError` for a block that leaves the PLC's memory, where it has none.
         """
         encoding: Any = self.checked.encoding
         for block in self.blocks:
             if block.table.title == table.title and loop in {None, block.loop}:
                 if block in encoding.outside:
-                    error = no_registers(block, encoding.space)
-                    raise QuestionError(f"{error}; 'pidcfg validate {self.document.file}' says where it may begin")
+                    raise no_registers(block, encoding.space)
                 yield self._placement(block, word.offset), block.start + word.offset
 
     def _placement(self, block: Block, offset: int) -> Placement:
