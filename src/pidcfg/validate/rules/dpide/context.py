@@ -35,9 +35,13 @@ class LoopView(View[Loop]):
         values = [Decimal(repr(self.contents[name])) for name in operands if name in self.contents]
         return values if len(values) == len(operands) else []
 
+    def number(self, operand: str) -> Decimal | None:
+        """The number of an operand; None where it does not fit."""
+        return next(iter(self.held(operand)), None)
+
     def coefficient(self, operand: str) -> Decimal:
         """A coefficient as the PLC uses it: below 0 it counts as 0."""
-        return max(Decimal(0), *self.held(operand)) if self.held(operand) else Decimal(0)
+        return max(Decimal(0), self.number(operand) or Decimal(0))
 
     @cached_property
     def cycle(self) -> Decimal:
