@@ -77,13 +77,10 @@ def sign(c: Config, s: State) -> float:
 
 def measure(c: Config, s: State, aux: list[float], change: float) -> None:
     """Slope and dead time of the recorded response, and the gains they give."""
-    steepest, dead = steepest_line(s, c.tune_buffer, aux, change)
-    if steepest <= 0.0:
+    slope, dead = steepest_line(s, c.tune_buffer, aux, change)
+    if slope <= 0.0:
         fail(s, TUNE_NO_RESPONSE)
         return
-    seconds = s.period / TICKS
-    dead *= seconds
-    slope = steepest / (s.tune_stride * seconds)
     gain, reset, rate, sample = curve_gains(c.tune_pi, STEP * (c.out_high - c.out_low) / (dead * slope), dead)
     store(c, s, gain, reset, rate, sample)
 
@@ -95,7 +92,7 @@ def respond(c: Config, s: State, aux: list[float]) -> None:
     span = c.pv_high - c.pv_low
     second = int(abs(s.tune_step) > STEP)
     count = span * RESOLUTION
-    verdict, change = judge_response(s, c.tune_buffer, aux, span, count, count, s.period / TICKS, second)
+    verdict, change = judge_response(s, c.tune_buffer, aux, span, count, count, second)
     if verdict == ANSWERED:
         measure(c, s, aux, change)
     elif verdict == TOO_SMALL:
