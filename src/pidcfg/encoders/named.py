@@ -55,9 +55,9 @@ class NamedLoops:
     title: str
     """A parameter, ``an operand of DPIDE``."""
     kind: str
-    """What a name without a parameter is none of."""
-    nothing: str
-    """What a listing without any loop lacks."""
+    """The same, of a name that is none."""
+    entry: str
+    """An entry of a listing, for the message that there is none."""
     needed: Sequence[str] = ()
     """Parameters without a default."""
     always: frozenset[str] = frozenset()
@@ -68,8 +68,8 @@ class NamedLoops:
     """What options say where no settings stand beside the parameters."""
     last: Sequence[str] = ()
     """Settings that a file has behind the parameters of their section."""
-    names_strangers: bool = False
-    """Whether loops that the settings do not name are told."""
+    notes_other_loops: bool = False
+    """Whether a note names loops that the settings leave out."""
     devices: Callable[[Any], Mapping[str, str]] = lambda _loop: NOTHING
     """Where parameters of a loop stand in the PLC's memory."""
 
@@ -130,14 +130,14 @@ class NamedLoops:
         file = read_settings(self.file, plc or {}, "plc")
         entries: Sequence[Mapping[str, Any]] = list(settings) or [{"loop": name} for name in self.loop_names(words)]
         if not entries:
-            raise DecodeError(f"the listing holds no {self.nothing}")
+            raise DecodeError(f"the listing holds no {self.entry}")
         if self.options:
             entries = with_options(entries, options or {}, self.options)
         loops: list[Any] = [read_settings(self.settings, entry, f"settings[{i}]") for i, entry in enumerate(entries)]
         names = {loop.loop for loop in loops}
         self._check_names(words, names)
-        strangers = [name for name in self.loop_names(words) if self.names_strangers and name not in names]
-        notes = [f"{name} is not carried over: the settings do not name it" for name in strangers]
+        others = [name for name in self.loop_names(words) if self.notes_other_loops and name not in names]
+        notes = [f"{name} is not carried over: the settings do not name it" for name in others]
         data: Data = {"pidcfg": 1, "vendor": self.vendor}
         data |= present({key: getattr(file, key) for key in SectionSettings.model_fields})
         of_plc = present({key: value for key, value in dict(file).items() if key not in SectionSettings.model_fields})

@@ -88,7 +88,7 @@ LOOPS = NamedLoops(
     file=PlcSettings,
     title="an operand of DPIDE",
     kind="an operand of DPIDE",
-    nothing="operand of a DPIDE instruction, such as OVEN.SV",
+    entry="operand of a DPIDE instruction, such as OVEN.SV",
     needed=NEEDED,
     # they decide what the gains mean and on which side the loop acts
     always=frozenset({"PID_EQ", "PID_DIR"}),

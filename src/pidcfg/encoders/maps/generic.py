@@ -78,10 +78,10 @@ LOOPS = NamedLoops(
     file=PlcSettings,
     title="a field of a neutral loop",
     kind="a field of a loop",
-    nothing="parameter of a loop, such as TIC-101.tuning.gain",
+    entry="parameter of a loop, such as TIC-101.tuning.gain",
     needed=NEEDED,
     last=("setpoint.source", "setpoint.follows_pv", "pv.unit", "output.unit"),
-    names_strangers=True,
+    notes_other_loops=True,
 )
 TUNED = TunedParameters(
     LOOP_TABLE,
