@@ -33,6 +33,7 @@ from pidcfg.validate.catalog import rules
 from pidcfg.vendors import VENDORS
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
+STARTERS = Path(__file__).parents[1] / "src/pidcfg/starters"
 ALL = list(VENDORS)
 
 
@@ -602,6 +603,28 @@ def test_json_keeps_every_field():
 
 
 # --- with a configuration --------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("vendor", "changes", "thing", "base"),
+    [
+        ("dl06", {"loop_table: V2000": "loop_table: V177770"}, "gain", "V177770"),
+        ("ezlogix", {"registers: R101": "registers: R65530"}, "proportional_gain", "R65530"),
+    ],
+)
+def test_registers_of_a_block_that_leaves_the_memory_are_refused_by_name(tmp_path, vendor, changes, thing, base):
+    text = (STARTERS / f"{vendor}.yaml").read_text(encoding="utf-8")
+    for old, new in changes.items():
+        assert old in text
+        text = text.replace(old, new)
+    path = tmp_path / "far.yaml"
+    path.write_text(text, encoding="utf-8")
+
+    result = run(thing, "--in", str(path))
+
+    assert result.exit_code == 2, result.output
+    assert f"at {base} goes on behind the last register; 'pidcfg validate" in result.stderr
+    assert run("DL242", "--in", str(path)).exit_code == 0, "what needs no address is explained"
 
 
 def test_a_configuration_tells_loop_line_and_value():

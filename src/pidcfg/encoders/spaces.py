@@ -70,6 +70,10 @@ BIT = Kind("bit", 1, bool, _bit, "true or false")
 SINGLE = Kind("float", 8, single_value, _single, "a finite single-precision number")
 
 
+class NoRegisterError(LookupError):
+    """A register that does not exist: it lies behind the last one of its bank."""
+
+
 @dataclass(frozen=True, slots=True)
 class Bank:
     """Registers with one prefix, from ``first`` to ``last``."""
@@ -79,6 +83,10 @@ class Bank:
     last: int
     kind: Kind
     octal: bool = False
+
+    def name(self, n: int) -> str:
+        """An address as the vendor writes it: ``DF106``."""
+        return f"{self.prefix}{n:{'o' if self.octal else 'd'}}"
 
 
 @dataclass(frozen=True)
@@ -96,7 +104,9 @@ class Space:
         return self._row[prefix] * BANK + n
 
     def place(self, number: int) -> tuple[Bank, int]:
-        """A plain number's bank, and its number there."""
+        """A plain number's bank, and its number there; raises `NoRegisterError` behind the last bank."""
+        if number // BANK >= len(self.banks):
+            raise NoRegisterError(f"no register lies behind {self.banks[-1].name(self.banks[-1].last)}")
         return self.banks[number // BANK], number % BANK
 
     def same_bank(self, first: int, last: int) -> bool:
@@ -106,7 +116,7 @@ class Space:
     def name(self, number: int) -> str:
         """An address as the vendor writes it: ``DF106``."""
         bank, n = self.place(number)
-        return f"{bank.prefix}{n:{'o' if bank.octal else 'd'}}"
+        return bank.name(n)
 
     def kind(self, number: int) -> Kind:
         """What an address holds."""
