@@ -126,7 +126,7 @@ def test_a_number_that_is_spoiled_does_not_come_back_as_it_was(vendor):
 
 
 def leaves(model, above=""):
-    """Paths of all keys of a model; of several models at one place all their keys. A section is not one of them."""
+    """Paths of all keys of a model; a section is not one of them."""
     for key, field in model.model_fields.items():
         inner = [m for m in models_in(field.annotation) if m is not model]
         for below in inner:
@@ -144,38 +144,51 @@ def sections(model, above=""):
                 yield from sections(below, f"{above}{key}.")
 
 
-def below(path, row):
-    """Whether one path is the other, or leads to it: a pair has two rows, a section may have one."""
-    return f"{row}.".startswith(f"{path}.") or f"{path}.".startswith(f"{row}.")
+def leads_to(row, key):
+    """Whether a row holds a field: the field itself, an end of a pair, or all of the section that the field is in."""
+    return row in {key, f"{key}.0", f"{key}.1"} or key.startswith(f"{row}.")
+
+
+def is_held(key, rows):
+    """Whether rows hold a field; of a pair both ends."""
+    return any(key == row or key.startswith(f"{row}.") for row in rows) or {f"{key}.0", f"{key}.1"} <= rows
 
 
 def rows_of(table):
-    """The rows that a file says, by the paths of their values."""
+    """What a file says of a table's rows, by the paths of their values."""
     if isinstance(table, RegisterMap):
         return table.paths()
     return [row.name for row in table.rows if row.access == "input"]
 
 
-def places(vendor, table):
-    """The section of the file that a table is about: the one where most of its rows lead to a field."""
-    keys, rows = {*leaves(vendor.model)}, rows_of(table)
-    counts = {
-        start: sum(any(below(key, start + row) for key in keys) for row in rows) for start in sections(vendor.model)
-    }
-    most = max(counts.values())
-    return [start for start, count in counts.items() if count == most]
+def tables_of(vendor):
+    """Each table with the model that it is about, and where its rows begin there.
+
+    A book says the model of a block of several kinds; the others are about the section to which most rows lead.
+    """
+    models = getattr(vendor.load("explainer"), "schemas", {})
+    for table in vendor.load("registers"):
+        if table.title in models:
+            yield table, models[table.title], ""
+            continue
+        keys, rows = {*leaves(vendor.model)}, rows_of(table)
+        starts = [*sections(vendor.model)]
+        yield (
+            table,
+            vendor.model,
+            max(starts, key=lambda start: sum(any(leads_to(start + row, key) for key in keys) for row in rows)),
+        )
 
 
 def kept_outside(vendor):
     """Keys that stand beside the registers, as the vendor's decoder reads them there."""
     bases = (LoopNameSettings, SectionSettings)
     models = [m for m in vars(vendor.module("decode")).values() if isinstance(m, type) and issubclass(m, BaseModel)]
-    return {
-        path for model in models if model.__name__.endswith("Settings") and model not in bases for path in leaves(model)
-    }
+    settings = [model for model in models if model.__name__.endswith("Settings") and model not in bases]
+    return {path for model in settings for path in leaves(model)} | {"pidcfg", "vendor", "name"}
 
 
-def is_mapping(model, path):
+def has_free_keys(model, path):
     """Whether the keys below a key are the user's, such as names of signals."""
     field = model.model_fields.get(path)
     return field is not None and hasattr(field.get_default(call_default_factory=True), "items")
@@ -183,24 +196,27 @@ def is_mapping(model, path):
 
 @every_vendor
 def test_every_row_leads_to_a_field(vendor):
-    keys, book = {*leaves(vendor.model)}, vendor.load("explainer")
-    for table in vendor.load("registers"):
-        start = places(vendor, table)[0]
+    writers = vendor.load("explainer").writers
+    for table, model, start in tables_of(vendor):
+        keys = {*leaves(model)}
         for row in rows_of(table):
-            assert any(below(key, start + row) for key in keys) or row in book.writers, (table.title, row)
+            assert any(leads_to(start + row, key) for key in keys) or row in writers, (table.title, row)
 
 
 @every_vendor
 def test_every_field_has_a_row_or_stands_beside_the_registers(vendor):
-    rows = {
-        start + row for table in vendor.load("registers") for start in places(vendor, table) for row in rows_of(table)
-    }
+    rows = {}
+    for table, model, start in tables_of(vendor):
+        rows.setdefault(model, set()).update(start + row for row in rows_of(table))
     outside, aliases = kept_outside(vendor), getattr(vendor.load("explainer"), "aliases", {})
-    head = {"pidcfg", "vendor"}
-    for path in {*leaves(vendor.model)} - head:
-        inner = path.partition(".")[2]
-        held = any(below(path, row) for row in rows) or inner in aliases or is_mapping(vendor.model, path)
-        assert held or {path, inner} & outside or inner == "name", path
+    blocks = {key for model in rows if model is not vendor.model for key in leaves(model)}
+    for model in {vendor.model, *rows}:
+        for path in leaves(model):
+            inner = path.partition(".")[2]
+            if model is vendor.model and inner in blocks:
+                continue
+            held = is_held(path, rows.get(model, set())) or inner in aliases or has_free_keys(model, path)
+            assert held or {path, inner} & outside, (model, path)
 
 
 # --- both engines ----------------------------------------------------------------------------------------------------
