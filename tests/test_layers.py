@@ -39,8 +39,8 @@ MAY_IMPORT = {
     "explanation":  "refs control_characters diagnostics schemas encoders vendors validate",
     "sim":          "refs schemas encoders tuning",
     "pictures":     "",
-    "report":       "refs control_characters limits diagnostics document schemas encoders vendors conversion differences "
-                    "validate explanation sim pictures",
+    "report":       "refs control_characters limits diagnostics document schemas encoders vendors conversion "
+                    "differences validate explanation sim pictures",
     "scenario":     "refs limits reader diagnostics document source schemas encoders vendors listings conversion "
                     "differences validate sim pictures",
     "results":      "limits reader writer diagnostics document source schemas encoders vendors listings conversion "
