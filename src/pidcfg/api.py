@@ -132,6 +132,7 @@ def decode(
     family = vendor_named(vendor)
     if format is not None:
         refuse_unknown("format", format, family.load("formats"))
+    source = bytes(source) if isinstance(source, bytearray | memoryview) else source
     sources = source if isinstance(source, Sequence) and not isinstance(source, str | bytes) else [source]
     names = [name] * len(sources) if name is None or isinstance(name, str) else list(name)
     if not sources or len(names) != len(sources):
