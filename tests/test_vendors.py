@@ -5,7 +5,9 @@ from __future__ import annotations
 import io
 import json
 from dataclasses import replace
-from importlib import resources
+from importlib import import_module, resources
+from pathlib import Path
+from types import SimpleNamespace
 
 import jsonschema
 import pytest
@@ -15,6 +17,8 @@ from ruamel.yaml import YAML
 import pidcfg as api
 from pidcfg.cli.formats import formats_of
 from pidcfg.encoders.regmap import RegisterMap
+from pidcfg.explanation.direction import PV_RISES
+from pidcfg.report.facts import direction, tuning
 from pidcfg.schemas.common import LoopNameSettings, SectionSettings
 from pidcfg.schemas.document import models_in
 from pidcfg.vendors import VENDORS
@@ -238,9 +242,12 @@ def test_both_engines_run_the_starter_alike(vendor):
 
 
 @every_vendor
-def test_an_event_on_the_set_point_begins_a_step(vendor):
-    files = {"starter.yaml": starter(vendor)}
-    (loop,) = api.simulate(scenario(vendor), name="run.yaml", files=files).to_json()["loops"].values()
+@pytest.mark.parametrize("own", [False, True], ids=["setpoint", "own-key"])
+def test_an_event_on_the_set_point_begins_a_step(vendor, own):
+    controller = vendor.module("controller")
+    key = controller.load(api.encode(starter(vendor)).image, controller.Options()).setpoint if own else "setpoint"
+    files, text = {"starter.yaml": starter(vendor)}, scenario(vendor).replace("setpoint: 60", f"{key}: 60")
+    (loop,) = api.simulate(text, name="run.yaml", files=files).to_json()["loops"].values()
     assert loop["metrics"]["overshoot"] is not None
 
 
@@ -331,6 +338,44 @@ def test_convert_reports_in_every_format(vendor, folder):
     name = api.load(starter(vendor)).model.loops[0].name
     for kind in formats_of("convert"):
         assert name in (folder / f"out.{kind}").read_text("utf-8"), kind
+
+
+# --- what a vendor of another shape would need ------------------------------------------------------------------------
+
+
+class Nested:
+    """A vendor whose action and form stand in sections."""
+
+    def load(self, what):
+        tables = {
+            "explainer": SimpleNamespace(direction=SimpleNamespace(key="control.action")),
+            "tuned": SimpleNamespace(
+                heating="control.action direct", dependent=("tuning.form", True), names=(), key=lambda name: name
+            ),
+        }
+        return tables[what]
+
+
+@pytest.mark.parametrize(
+    ("action", "form", "found"),
+    [
+        ("direct", True, [PV_RISES[True], "dependent: Ti and Td are times"]),
+        ("reverse", False, [PV_RISES[False], "independent: Ki and Kd are gains"]),
+    ],
+)
+def test_a_report_reads_action_and_form_in_sections(action, form, found):
+    loop = SimpleNamespace(control=SimpleNamespace(action=action), tuning=SimpleNamespace(form=form))
+    assert [direction(Nested(), loop), *(text for _, text in tuning(Nested(), loop, {}))] == found
+
+
+@every_vendor
+def test_the_page_of_the_rules_needs_no_words_of_its_own(vendor, monkeypatch):
+    monkeypatch.syspath_prepend(Path(__file__).parents[1] / "docs")
+    rule_pages = import_module("rule_pages")
+    monkeypatch.delitem(rule_pages.TITLES, vendor.key)
+    monkeypatch.delitem(rule_pages.ABOUT, vendor.key)
+    page = rule_pages.rule_pages()[f"rules-{vendor.key}.md"]
+    assert page.startswith(f"# Rules of the {vendor.title}\n")
 
 
 # --- a part that is missing ------------------------------------------------------------------------------------------

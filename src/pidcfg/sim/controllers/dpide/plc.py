@@ -29,6 +29,7 @@ if TYPE_CHECKING:
 class Dpide(Memory):
     """A Delta AS as loaded from its operands."""
 
+    setpoint = KEYS.short["setpoint"]
     out_name = "MV"
     modes: Mapping[str, int] = MODES
     options = tuple(f.name for f in fields(ScanOptions))
