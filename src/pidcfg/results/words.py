@@ -155,10 +155,15 @@ def decoded(
     annotate: bool,
 ) -> DecodeResult:
     """The configuration of a listing in one or more files, each its bytes and its name."""
-    listings, name = [], files[0][1]
-    try:
-        for data, name in files:  # noqa: B007 - the name of the file that cannot be read
+    listings, faults = [], []
+    for data, name in files:
+        try:
             listings.append(read_listing(data, vendor, limits, kind))
+        except ListingError as error:
+            faults.append(unreadable(error, name))
+    if faults:
+        return DecodeResult(tuple(faults))
+    try:
         values = vendor_options(vendor, "decode_options", options)
         listing = together(listings)
         if annotate:
@@ -166,5 +171,5 @@ def decoded(
             return DecodeResult(text=text, notes=notes)
         decoded = decode_listing(listing, vendor, values)
     except ListingError as error:
-        return DecodeResult((unreadable(error, name),))
+        return DecodeResult((unreadable(error, files[-1][1]),))
     return DecodeResult((), decoded.data, yaml_text(decoded.data), decoded.notes)

@@ -10,7 +10,6 @@ from functools import cache
 from typing import TYPE_CHECKING
 
 from pidcfg.diagnostics import Severity, number_of
-from pidcfg.schemas.names import nearest
 from pidcfg.validate.codes import LISTING, READING, SCENARIO, SCHEMA, SUPPRESSION
 from pidcfg.vendors import VENDORS
 
@@ -77,6 +76,8 @@ def suggestion(text: str) -> str:
 
 def _nearest(code: str, name: str) -> str | None:
     """The code with the same number, which no two have, or of that name; the beginning of some; the most alike."""
+    from pidcfg.schemas.names import nearest
+
     code = re.sub("(?<=[0-9])O|O(?=[0-9])", "0", code)
     number, begin = re.search("[0-9]{3}", code), re.match("[A-Z]+[0-9]{2}", code)
     for known, rule in rules().items():
