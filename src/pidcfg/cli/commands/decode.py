@@ -8,7 +8,7 @@ import click
 
 from pidcfg.cli import options
 from pidcfg.cli.arguments import refuse_all, usage
-from pidcfg.cli.files.inputs import read_input
+from pidcfg.cli.files.inputs import listing_fault, read_input
 from pidcfg.cli.main import Exit
 from pidcfg.cli.terminal.console import echo, note
 from pidcfg.vendors import VENDORS, format_names
@@ -16,7 +16,6 @@ from pidcfg.vendors import VENDORS, format_names
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from pidcfg.cli.files.inputs import Input
     from pidcfg.limits import Limits
 
 EPILOG = options.examples(
@@ -72,7 +71,9 @@ def command(
 
     entries = [read_input(name, limits) for name in image]
     if any(entry.problem is not None for entry in entries):
-        refuse_all([fault for entry in entries if (fault := _fault(entry, vendor, kind, limits)) is not None])
+        refuse_all(
+            [fault for entry in entries if (fault := listing_fault(entry, VENDORS[vendor], limits, kind)) is not None]
+        )
     data, names = [entry.data for entry in entries], [entry.name for entry in entries]
     with usage():
         result = decode(data, vendor, format=kind, annotate=annotate, options=texts, name=names, limits=limits)
@@ -86,17 +87,3 @@ def command(
     if not quiet:
         for line in result.notes:
             note(f"note: {line}")
-
-
-def _fault(entry: Input, vendor: str, kind: str | None, limits: Limits) -> str | None:
-    """What is wrong with one of the files by itself."""
-    from pidcfg.encoders.listing import ListingError
-    from pidcfg.listings import read_listing
-
-    if entry.problem is not None:
-        return entry.problem
-    try:
-        read_listing(entry.data, VENDORS[vendor], limits, kind)
-    except ListingError as error:
-        return f"{entry.name}:{error.line}:{error.column}: {error}"
-    return None

@@ -80,7 +80,7 @@ def _inputs(
     file: str, into: str | None, fmt: str, limits: Limits
 ) -> tuple[Document, tuple[bytes, str] | tuple[None, None]]:
     """The configuration, and the file that the format adds to; what is wrong with both ends the command, in order."""
-    from pidcfg.api import check
+    from pidcfg.api import encode
     from pidcfg.cli.files.inputs import read_input
     from pidcfg.cli.findings.collect import one_configuration, show_errors
 
@@ -95,8 +95,8 @@ def _inputs(
     problem = None if other is None else _problem(other, limits)
     if problem is not None:
         faults.append(problem)
-        if configuration is not None and not (found := check(configuration, limits=limits)).ok:
-            show_errors(found.findings, found.document, fmt)
+        if configuration is not None and not (alone := encode(configuration, limits=limits)).ok:
+            show_errors(alone.findings, alone.document, fmt)
     if faults or configuration is None:
         refuse_all(faults)
     return configuration, (None, None) if other is None else (other.data, other.name)
