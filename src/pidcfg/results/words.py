@@ -34,8 +34,8 @@ class EncodeResult:
     """Of the configuration, and of the file that the format adds to."""
     vendor: str | None = None
     image: Any = None
-    """`pidcfg.encoders.image.Image`, of a vendor that names its parameters `pidcfg.encoders.named.Program`; None where
-    errors are in the way."""
+    """`pidcfg.encoders.image.Image`, of a vendor that names its parameters `pidcfg.encoders.parameters.Program`; None
+    where errors are in the way."""
     kind: FileKind | None = None
     """The format: its name, its encoding in a file."""
     files: Mapping[str, str] = field(default_factory=dict)
