@@ -46,6 +46,10 @@ class Kind:
         """The largest raw content."""
         return 1 if self is BIT else (1 << 4 * self.digits) - 1
 
+    def __reduce__(self) -> tuple[Callable[[str], Kind], tuple[str]]:
+        """A copy, be it in another process, is the kind itself."""
+        return kind_named, (self.name,)
+
 
 def _whole(value: object, low: int, high: int) -> int | None:
     return value if isinstance(value, int) and not isinstance(value, bool) and low <= value <= high else None
@@ -68,6 +72,11 @@ WORD = Kind("word", 4, int, lambda v: _whole(v, 0, WORD_MAX), "a word of 0 to 65
 INT16 = Kind("integer", 4, lambda raw: raw - 0x10000 if raw > 0x7FFF else raw, _signed, "an integer of -32768 to 32767")
 BIT = Kind("bit", 1, bool, _bit, "true or false")
 SINGLE = Kind("float", 8, single_value, _single, "a finite single-precision number")
+
+
+def kind_named(name: str) -> Kind:
+    """One of the kinds that there are."""
+    return next(kind for kind in (WORD, INT16, BIT, SINGLE) if kind.name == name)
 
 
 class NoRegisterError(LookupError):

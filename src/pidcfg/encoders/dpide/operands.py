@@ -9,6 +9,7 @@ from __future__ import annotations
 import csv
 from typing import TYPE_CHECKING, Any
 
+from pidcfg.control_characters import printable
 from pidcfg.encoders.listing import Listing, ListingError, comments, csv_rows, csv_text, load_json
 from pidcfg.encoders.maps.dpide import DPIDE_TABLE, LOOPS, OUTSIDE, ROWS
 from pidcfg.encoders.parameter_files import RISKY, content_of, read_csv, read_json
@@ -55,7 +56,7 @@ def unit_of(row: Parameter, settings: Mapping[str, Any], *, dependent: bool) -> 
     if row.name == "Ti_Ki":
         return "s" if dependent else "1/s"
     unit = settings.get(row.unit, {}).get("unit") or "" if row.unit in {"pv", "output"} else row.unit
-    text = " ".join(str(unit).split())
+    text = printable(" ".join(str(unit).split()))
     return f"({text})" if text.startswith(RISKY) else text
 
 

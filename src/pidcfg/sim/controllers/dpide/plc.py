@@ -47,6 +47,7 @@ class Dpide(NamedPlc):
     st: list[State]
     named, keys, sample_key = LOOPS, KEYS, "CYCLE"
     config, state, slots = Config, State, SIGNALS
+    setpoint = KEYS.short["setpoint"]
     out_name = "MV"
     modes: Mapping[str, int] = MODES
     commands = SWITCH_AND_TUNE
