@@ -88,7 +88,7 @@ def index() -> str:
         text += f"\n## {title(group)}\n\n| code | severity | what is wrong |\n|---|---|---|\n"
         for rule in rules_of(group):
             link = f'<a id="{rule.code.lower()}"></a>[{rule.code}](rules-{group}.md#{anchor(rule)})'
-            text += f"| {former_anchor(rule)}{link} | {rule.severity.label} | {rule.title} |\n"
+            text += f"| {former_anchor(rule)}{link} | {rule.kind} | {rule.title} |\n"
     return text
 
 
@@ -100,13 +100,13 @@ def former_anchor(rule: Rule) -> str:
 
 def former_heading(rule: Rule) -> str:
     """Where links lead that know a rule's heading with its former code."""
-    name = anchor(rule).replace(rule.code.lower(), former(rule.code).lower(), 1)
+    name = f"{former(rule.code).lower()}-{rule.name}-{rule.severity.label}"
     return "" if name == anchor(rule) else f'<a id="{name}"></a>\n\n'
 
 
 def anchor(rule: Rule) -> str:
     """Where a rule's heading is, as code-hosting sites and the documentation site both make it."""
-    return f"{rule.code.lower()}-{rule.name}-{rule.severity.label}"
+    return f"{rule.code.lower()}-{rule.name}-{rule.kind}"
 
 
 # --- decisions --------------------------------------------------------------------------------------------------------

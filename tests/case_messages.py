@@ -15,7 +15,8 @@ GOLDEN = FOLDER / "messages.txt"
 def lines(case: Path) -> list[str]:
     """The findings of one file that carry its code, each in a line."""
     code = CODE.match(case.stem)[0]
-    found = [d for d in check_document(read_document(case.read_bytes(), case.name)).findings if d.code == code]
+    checked = check_document(read_document(case.read_bytes(), case.name))
+    found = [d for d in (*checked.findings, *checked.to_check) if d.code == code]
     return [
         f"{d.file}:{d.span.line}:{d.span.column} {d.severity.label}: {d.message}"
         + (f" [{d.plc_effect}]" if d.plc_effect else "")

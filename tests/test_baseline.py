@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import json
-import re
+import os
 from collections import Counter
+from pathlib import Path
 
 import pytest
 from hypothesis import given
@@ -12,10 +13,20 @@ from hypothesis import strategies as st
 
 from living_rig import GOOD, TWICE, run
 from pidcfg.diagnostics import Diagnostic, Severity, Span, number_of
-from pidcfg.validate.baseline import Entry, compare, enters, entry, from_text, to_text, without
-from pidcfg.validate.catalog import CODE
+from pidcfg.source import read_document
+from pidcfg.validate.baseline import Baseline, Entry, compare, enters, entry, from_text, to_text, without
+from pidcfg.validate.former_baseline import FormerEntry
+from pidcfg.validate.identity import value_of
 
 KNOWN = "known.json"
+ROW = (
+    '{"version": 2, "findings": [{"file": "a.yaml", "code": "DL242", "severity": "error", "loop": "A", '
+    '"key": "alarms.pv.low", "value": null, "count": 1}]}'
+)
+
+
+def document(text):
+    return read_document(text.encode(), "a.yaml")
 
 
 @pytest.fixture
@@ -35,10 +46,11 @@ def test_a_baseline_is_made_when_it_is_asked_for_and_then_nothing_is_reported(va
     assert (found.code, found.out) == (0, "")
     assert "0 errors, 0 warnings, 0 infos; 3 in the baseline" in found.err
     rows = json.loads((tmp_path / KNOWN).read_text("utf-8"))["findings"]
-    assert [(r["code"], r["file"], r["path"]) for r in rows] == [
-        ("DL242", "a.yaml", "loops[A].alarms.pv.high"),
-        ("DL242", "a.yaml", "loops[A].alarms.pv.low"),
-        ("DL254", "a.yaml", "loops[A].alarms.hysteresis"),
+    assert [list(row) for row in rows] == [["file", "code", "severity", "loop", "key", "value", "count"]] * 3
+    assert [tuple(row.values()) for row in rows] == [
+        ("a.yaml", "DL242", "error", "A", "alarms.pv.high", "15", 1),
+        ("a.yaml", "DL242", "error", "A", "alarms.pv.low", "15", 1),
+        ("a.yaml", "DL254", "info", "A", "alarms.hysteresis", None, 1),
     ]
 
 
@@ -73,8 +85,10 @@ def test_what_no_longer_occurs_is_reported_at_its_line_and_removed_on_request(va
     for row in (row for row in found.out.splitlines() if "PID048" in row):
         number = int(row.split(":")[1])
         assert '"DL242"' in lines[number - 1]
-        assert row.startswith(f"known.json:{number}:5: warning PID048: DL242 no longer occurs in a.yaml at loops[A]")
-    assert found.out.count("PID048") == 2
+        assert row.startswith(
+            f"known.json:{number}:5: warning PID048: DL242 no longer occurs in a.yaml at A alarms.pv."
+        )
+    assert len(json.loads(validate("a.yaml", "--format", "json").out)["findings"]) == 2
     shrunk = validate("a.yaml", "--shrink-baseline")
     assert "known.json: 2 entries removed" in shrunk.err
     assert [row["code"] for row in json.loads((tmp_path / KNOWN).read_text("utf-8"))["findings"]] == ["DL254"]
@@ -91,13 +105,21 @@ def test_an_entry_is_not_called_gone_because_it_was_not_looked_for(validate, tmp
     (tmp_path / "a.yaml").write_text("pidcfg: [", "utf-8")
     assert "PID048" not in validate().out, "the file could not be read"
     (tmp_path / "a.yaml").unlink()
-    assert validate("b.yaml").out.count("PID048") == 3, "the file has gone"
+    assert validate("b.yaml", "--format", "concise").out.count("PID048") == 3, "the file has gone"
 
 
 def test_a_value_that_changes_is_a_new_finding(validate, tmp_path):
     validate("a.yaml", "--create-baseline")
-    (tmp_path / "a.yaml").write_text(TWICE.replace("low_low: 15, low: 15", "low_low: 20, low: 15"), "utf-8")
-    assert validate().code == 1
+    (tmp_path / "a.yaml").write_text(TWICE.replace(" low: 15, high: 15", " low: 14, high: 15"), "utf-8")
+    found = validate()
+    assert found.code == 1
+    assert "error DL242: low is 14 " in found.out
+    assert "DL242 no longer occurs in a.yaml at A alarms.pv.low: 15" in found.out
+
+
+@pytest.mark.parametrize("spelling", ["15.0", "1.5e+1", '"15 "'])
+def test_another_spelling_of_a_value_is_no_other_value(spelling):
+    assert value_of(document(f"loops: [{{name: A, x: {spelling}}}]"), ("loops", 0, "x")) == "15"
 
 
 def test_unusable_input_and_schema_errors_never_enter(validate, tmp_path):
@@ -120,9 +142,17 @@ def test_paths_are_seen_from_the_baseline(validate, tmp_path, monkeypatch, capsy
     ("text", "words"),
     [
         ("{", "1:2: not JSON"),
-        ("[]", "not a baseline of version 1"),
-        ('{"version": 2, "findings": []}', "version 1"),
+        ("[]", "not a baseline of version 2"),
+        ('{"version": 3, "findings": []}', "version 2"),
+        ('{"version": true, "findings": []}', "version 2"),
+        ('{"version": 2, "findings": 3}', "version 2"),
         ('{"version": 1, "findings": [{"code": "DL242"}]}', "findings[0] must have the texts code"),
+        ('{"version": 2, "findings": ["DL242"]}', "findings[0] must have the texts file"),
+        (ROW.replace('"count": 1', '"count": 0'), "a count above 0"),
+        (ROW.replace('"count": 1', '"count": true'), "a count above 0"),
+        (ROW.replace('"count": 1', '"count": 1000000000000'), "a count above 0"),
+        (ROW.replace('"value": null', '"value": 15'), "text or null"),
+        (ROW.replace('"loop": "A"', '"loop": null'), "must have the texts"),
         ("[" * 100_000, "not JSON"),
     ],
 )
@@ -141,23 +171,31 @@ def test_a_baseline_needs_a_name(monkeypatch, capsysbinary, tmp_path, option):
 
 
 CODES = st.sampled_from(["PID020", "PID043", "PID054", "PID101", "DL242"])
+VALUES = st.sampled_from([None, "15", "16"])
 FOUND = st.builds(
-    lambda code, severity, file, message: Diagnostic(code, severity, message, file, Span(1, 1, 1, 2), ("loops", 0)),
+    lambda code, severity, file, loop, value: Diagnostic(
+        code, severity, "says something", file, Span(1, 1, 1, 2), ("loops", 0), loop, key="mode", value=value
+    ),
     CODES,
     st.sampled_from(Severity),
     st.sampled_from(["a", "b"]),
-    st.sampled_from(["x", "y"]),
+    st.sampled_from(["", "A"]),
+    VALUES,
 )
 ENTRIES = st.lists(
     st.builds(
         Entry,
+        st.sampled_from(["a", "b"]),
         CODES,
         st.sampled_from(["error", "warning"]),
-        st.sampled_from(["a", "b"]),
-        st.just("loops[0]"),
-        st.sampled_from(["x", "y"]),
+        st.sampled_from(["", "A"]),
+        st.just("mode"),
+        VALUES,
     ),
     max_size=8,
+)
+ROWS = st.lists(
+    st.builds(FormerEntry, CODES, st.just("error"), st.just("a"), st.just("x"), st.text(max_size=4)), max_size=3
 )
 
 
@@ -169,7 +207,7 @@ def test_a_baseline_only_shrinks_and_loses_no_finding(found, entries, checked, a
     for one in set(left):
         assert left.count(one) <= entries.count(one)
     assert {e.file for e in outcome.stale} <= checked
-    assert sorted([*left, *outcome.stale]) == sorted(entries)
+    assert Counter([*left, *outcome.stale]) == Counter(entries)
     chosen = [d for d in found if all_chosen or number_of(d.code) > "100"]
     assert sorted(map(id, [*outcome.new, *outcome.known])) == sorted(map(id, chosen)), "new or known, each once"
     assert all(enters(d) and entry(d, str) in entries for d in outcome.known)
@@ -182,11 +220,98 @@ def test_a_baseline_only_shrinks_and_loses_no_finding(found, entries, checked, a
     assert again.stale == []
 
 
-@given(ENTRIES)
-def test_a_baseline_reads_back_as_it_was_written(entries):
-    text = to_text(entries)
-    assert from_text(text) == sorted(entries, key=lambda entry: (number_of(entry.code), entry))
-    assert to_text(reversed(entries)) == text
-    assert [line for line in text.splitlines() if re.search(CODE, line)] == [
-        line for line in text.splitlines() if line.startswith('    {"code": ')
-    ], "an entry is a line"
+@given(ENTRIES, ROWS)
+def test_a_baseline_reads_back_as_it_was_written(entries, former):
+    text = to_text(Baseline(entries, former))
+    read = from_text(text)
+    assert Counter(read.entries) == Counter(entries)
+    assert sorted(read.former) == sorted(former)
+    assert to_text(Baseline(entries[::-1], former[::-1])) == text
+    rows = len(set(entries)) + len(former)
+    assert text.count("\n") == (rows + 5 if rows else 4), "an entry is a line"
+
+
+# --- the first format -------------------------------------------------------------------------------------------------
+
+FORMER = Path(__file__).parent / "data" / "former-baseline"
+"""Files and their baseline as version 0.2 wrote it, when one finding stood for several loops."""
+
+
+@pytest.fixture
+def former(monkeypatch, capsysbinary, tmp_path):
+    """The command in a folder with a baseline of the first format."""
+    for source in FORMER.iterdir():
+        (tmp_path / source.name).write_bytes(source.read_bytes())
+    monkeypatch.chdir(tmp_path)
+    return lambda *args: run(monkeypatch, capsysbinary, *(args or ["plant.yaml"]), "--baseline", KNOWN)
+
+
+def rows_of(path):
+    return json.loads(path.read_text("utf-8"))["findings"]
+
+
+def test_a_baseline_of_the_first_format_is_renewed_with_one_message(former, tmp_path):
+    assert len(rows_of(tmp_path / KNOWN)) == 8
+    first = former("plant.yaml", "--strict")
+    assert (first.code, first.out) == (0, "")
+    assert first.err.splitlines()[0].startswith(f"{KNOWN}: 8 entries of the first format renewed: ")
+    assert len(first.err.splitlines()) == 2
+    assert {row["loop"] for row in rows_of(tmp_path / KNOWN) if row["code"] == "DL211"} == {"FIC", "TIC", "LIC", "PIC"}
+    assert {row["loop"] for row in rows_of(tmp_path / KNOWN) if row["code"] == "DL292"} == {"LIC", "PIC"}
+    renewed = (tmp_path / KNOWN).read_bytes()
+    again = former("plant.yaml", "--strict")
+    assert (again.code, again.out) == (0, "")
+    assert "renewed" not in again.err
+    assert (tmp_path / KNOWN).read_bytes() == renewed
+
+
+def test_rows_of_files_that_are_not_checked_wait(former, tmp_path):
+    (tmp_path / "other.yaml").write_text((tmp_path / "plant.yaml").read_text("utf-8"), "utf-8")
+    data = json.loads((tmp_path / KNOWN).read_text("utf-8"))
+    data["findings"] += [{**row, "file": "other.yaml"} for row in data["findings"]]
+    (tmp_path / KNOWN).write_text(json.dumps(data), "utf-8")
+    assert former("plant.yaml", "--strict").code == 0
+    rows = rows_of(tmp_path / KNOWN)
+    assert {row["file"] for row in rows if "message" in row} == {"other.yaml"}
+    assert "7 entries" in former("other.yaml", "--strict").err
+    assert not any("message" in row for row in rows_of(tmp_path / KNOWN))
+    assert former(".", "--strict").code == 0
+
+
+def test_a_row_of_the_first_format_knows_no_other_value_and_no_other_loop(former, tmp_path):
+    text = (tmp_path / "plant.yaml").read_text("utf-8")
+    loop = text[text.index("  - name: FIC") : text.index("  - name: TIC")].replace("FIC", "NEW")
+    (tmp_path / "plant.yaml").write_text(text.replace("low: 15, high", "low: 14, high") + loop, "utf-8")
+    rows = json.loads(former("plant.yaml", "--format", "json").out)["findings"]
+    assert {(d["code"], d["loop"]) for d in rows} == {
+        ("DL211", "NEW"),
+        ("DL231", "NEW"),
+        ("DL242", "TIC"),
+        ("PID048", ""),
+    }
+
+
+def test_a_row_that_named_other_loops_knows_them_when_the_first_has_changed(former, tmp_path):
+    text = (tmp_path / "plant.yaml").read_text("utf-8").replace("reset: 3}", "reset: 3.5}")
+    (tmp_path / "plant.yaml").write_text(text, "utf-8")
+    rows = json.loads(former("plant.yaml", "--format", "json").out)["findings"]
+    assert {(d["code"], d["loop"]) for d in rows} == {("DL211", "FIC")}
+
+
+def test_a_row_that_knows_nothing_any_more_is_reported_and_removed(former, tmp_path):
+    text = (tmp_path / "plant.yaml").read_text("utf-8").replace("slot: 2, channel: 3}}", "slot: 2, channel: 5}}", 1)
+    (tmp_path / "plant.yaml").write_text(text, "utf-8")
+    found = former()
+    number = next(i for i, line in enumerate((tmp_path / KNOWN).read_text("utf-8").splitlines(), 1) if "DL292" in line)
+    assert f"{KNOWN}:{number}:5: warning PID048: DL292 no longer occurs in plant.yaml at loops[PIC]" in found.out
+    assert "1 entry removed" in former("plant.yaml", "--shrink-baseline").err
+    assert former("plant.yaml", "--strict").code == 0
+
+
+def test_a_read_only_baseline_of_the_first_format_is_used_as_it_is(former, tmp_path, monkeypatch):
+    before = (tmp_path / KNOWN).read_bytes()
+    monkeypatch.setattr(os, "access", lambda *_: False)
+    found = former("plant.yaml", "--strict")
+    assert (found.code, found.out) == (0, "")
+    assert f"{KNOWN} is read-only" in found.err
+    assert (tmp_path / KNOWN).read_bytes() == before

@@ -592,6 +592,17 @@ def test_diff_prints_a_patch_alone(validate, tmp_path, option):
     assert validate("a.yaml", "--diff").out.startswith("--- a.yaml"), "a settings file asks for no report"
 
 
+@pytest.mark.parametrize("options", [(), ("--create-baseline",)])
+def test_nothing_is_corrected_before_a_baseline_that_cannot_be_used(validate, tmp_path, options):
+    if options:
+        (tmp_path / "k.json").write_text('{"version": 2, "findings": []}', "utf-8")
+    before = (tmp_path / "a.yaml").read_bytes()
+    found = validate("a.yaml", "--fix", "--baseline", "k.json", *options)
+    assert (found.code, found.out) == (2, "")
+    assert "k.json" in found.err
+    assert (tmp_path / "a.yaml").read_bytes() == before
+
+
 @pytest.mark.skipif(os.name != "posix", reason="rights and links of POSIX")
 def test_protected_and_linked_files_are_not_replaced(validate, tmp_path):
     (tmp_path / "b.yaml").write_bytes(WRONG.encode())

@@ -14,7 +14,7 @@ from pidcfg.validate.ideas.alarms import (
 )
 from pidcfg.validate.ideas.blocks import Extent, block_beyond_bank, blocks_overlap, too_many_loops
 from pidcfg.validate.ideas.cascades import rings
-from pidcfg.validate.ideas.duplicates import MOST_NAMES, repeats, reported_once
+from pidcfg.validate.ideas.duplicates import MOST_NAMES, at_both, in_words, sharing
 from pidcfg.validate.ideas.limits import NUMBERS, outside_limits
 from pidcfg.validate.views import View, complete, number_text, value_or_switch, with_unit
 
@@ -77,31 +77,40 @@ def test_long_cascades_are_followed_in_linear_time():
     assert list(rings([*range(1, count), 0])) == [list(range(count))]
 
 
-def test_every_later_row_of_a_key_is_a_repeat_of_the_first():
-    assert list(repeats([("x", 1), ("y", 2), ("x", 3), ("x", 4)])) == [("x", 3, 1), ("x", 4, 1)]
+def views(*names):
+    return [View(i, Loop(name)) for i, name in enumerate(names)]
+
+
+def test_what_several_loops_have_is_reported_at_each_of_them():
+    a, b, c, d = views("A", "B", "C", "D")
+    assert list(sharing([("x", a), ("y", b), ("x", c), ("x", d)])) == [
+        ("x", a, ("C", "D")),
+        ("x", c, ("A", "D")),
+        ("x", d, ("A", "C")),
+    ]
+
+
+def test_a_finding_of_two_loops_stands_at_both_and_names_the_other():
+    a, b = views("A", "B")
+    found = list(at_both(a, a.at("mode"), b, b.at("pv", "range"), value=3))
+    assert [(f.path, f.with_loops, f.values) for f in found] == [
+        (("loops", 0, "mode"), ("B",), {"value": 3}),
+        (("loops", 1, "pv", "range"), ("A",), {"value": 3}),
+    ]
 
 
 @pytest.mark.parametrize(
     ("count", "text"),
     [
-        (1, ""),
-        (2, ", as in L1"),
-        (MOST_NAMES + 1, ", as in L1, L2, L3, L4, L5, L6, L7, L8"),
-        (MOST_NAMES + 3, ", as in L1, L2, L3, L4, L5, L6, L7, L8 and 2 more"),
+        (1, "L0"),
+        (2, "L0 and L1"),
+        (3, "L0, L1 and L2"),
+        (MOST_NAMES, "L0, L1, L2, L3, L4, L5, L6 and L7"),
+        (MOST_NAMES + 2, "L0, L1, L2, L3, L4, L5, L6, L7 and 2 more"),
     ],
 )
-def test_a_finding_that_is_reported_once_names_the_other_loops(count, text):
-    views = [View(i, Loop(f"L{i}")) for i in range(count)]
-
-    (found,) = reported_once(views, lambda view: view.at("mode", own=view.name))
-
-    assert found.path == ("loops", 0, "mode")
-    assert found.values == {"own": "L0", "others": text}
-    assert found.other_loops == tuple(f"L{i}" for i in range(1, count))
-
-
-def test_nothing_is_reported_once_of_no_loops():
-    assert list(reported_once([], lambda view: view.at("mode"))) == []
+def test_names_in_a_message(count, text):
+    assert in_words([f"L{i}" for i in range(count)]) == text
 
 
 # --- blocks ----------------------------------------------------------------------------------------------------------
@@ -122,11 +131,12 @@ def test_a_block_may_end_at_the_last_address_and_not_beyond(first, latest):
 def test_blocks_overlap_where_they_share_a_register(second, overlaps):
     found = list(blocks_overlap([placed(0, 0), placed(1, second)]))
 
-    assert [entry.path for entry in found] == ([("loops", 1, "registers")] if overlaps else [])
+    assert [entry.path for entry in found] == [("loops", i, "registers") for i in (0, 1) if overlaps]
+    assert [entry.with_loops for entry in found] == [("L1",), ("L0",)][: 2 * overlaps]
 
 
-@pytest.mark.parametrize(("count", "expected"), [(2, []), (3, [("loops", 2)])])
-def test_the_first_loop_without_room_is_reported(count, expected):
+@pytest.mark.parametrize(("count", "expected"), [(2, []), (3, [("loops",)])])
+def test_a_file_with_more_loops_than_there_is_room_for_is_reported_once(count, expected):
     found = list(too_many_loops([placed(i, 10 * i) for i in range(count)], 2))
 
     assert [entry.path for entry in found] == expected

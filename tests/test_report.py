@@ -499,11 +499,9 @@ def test_a_text_in_a_style_sheet_is_nothing_but_a_text():
     assert css_string('a"b</style>\\é') == '"a\\22 b\\3c \\2f style\\3e \\5c \\e9 "'
 
 
-def test_a_finding_that_is_reported_once_stands_on_the_sheet_of_every_loop_it_concerns():
-    sheets = {sheet.name: sheet for _, sheet in example("dl06/extruder").loops}
-    once = next(d for sheet in sheets.values() for d in sheet.findings if d.also)
-    assert all(once in sheets[name].findings for name in (once.loop, *once.also))
-    assert len(once.also) > 1
+def test_a_fault_of_several_loops_stands_on_the_sheet_of_each():
+    sheets = [sheet for _, sheet in example("dl06/extruder").loops]
+    assert all([d.loop for d in sheet.findings if d.code == "DL211"] == [sheet.name] for sheet in sheets)
 
 
 def test_a_configuration_with_errors_says_on_every_sheet_that_it_is_not_for_download():

@@ -55,14 +55,19 @@ class Diagnostic:
     file: str
     span: Span = START
     path: Path = ()
-    loop: str | None = None
-    also: tuple[str, ...] = ()
-    """Further loops that it concerns, where it is reported once."""
+    loop: str = ""
+    """The loop that it concerns; empty where it concerns none."""
+    with_loops: tuple[str, ...] = ()
+    """The other loops of the same fault; each has a finding that names this one."""
     plc_effect: str | None = None
     reference: str | None = None
     help: str | None = None
     edits: tuple[Edit, ...] = ()
     """Edits that correct the text without changing what a plant does; empty where a person has to decide."""
+    key: str = ""
+    """Where it is written, seen from its loop and without a place in a list: ``tuning.reset``."""
+    value: str | None = None
+    """What is written there, in one spelling (`pidcfg.validate.identity`); None where nothing is."""
 
     @property
     def where(self) -> str:
@@ -70,9 +75,9 @@ class Diagnostic:
         return path_text(self.path)
 
     @property
-    def order(self) -> tuple[str, Span, str, str]:
-        """Sort key: file, position, number of the code, message."""
-        return (self.file, self.span, number_of(self.code), self.message)
+    def order(self) -> tuple[str, Span, str, str, str]:
+        """Sort key: file, position, number of the code, message, path."""
+        return (self.file, self.span, number_of(self.code), self.message, self.where)
 
 
 def number_of(code: str) -> str:
@@ -87,6 +92,6 @@ def path_text(path: Path) -> str:
 
 
 def ordered(findings: list[Diagnostic]) -> list[Diagnostic]:
-    """Sorted, and each finding once (a faulty anchor used n times is written in one place)."""
-    unique = {(d.file, d.span, d.code, d.message): d for d in sorted(findings, key=lambda d: d.order)}
+    """Sorted, and each finding of a loop once (a faulty anchor that it uses n times is written in one place)."""
+    unique = {(d.file, d.span, d.code, d.message, d.loop): d for d in sorted(findings, key=lambda d: d.order)}
     return list(unique.values())

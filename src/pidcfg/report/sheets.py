@@ -45,7 +45,7 @@ def plc_sheet(checked: Checked, number: int, findings: Sequence[Diagnostic]) -> 
         blocks=() if named else Words(encoding).blocks(None),
         parameters=parameters_of(image, None, book_of(vendor)) if named else (),
         outside=tuple(flat({key: value for key, value in image.plc.items() if key not in ELSEWHERE})),
-        checklist=vendor.load("checklist")(config),
+        checklist=checked.checklist,
         loops=tuple(
             _loop_sheet(checked, i, f"{anchor}-loop-{i + 1}", findings, loops[i]) for i in range(len(config.loops))
         ),
@@ -93,7 +93,7 @@ def _loop_sheet(
         blocks=() if named else Words(encoding, sides(loop), setting_units, book_of(vendor).writers).blocks(i),
         parameters=parameters_of(image, loop.name, book_of(vendor), units) if named else (),
         outside=tuple((key, value) for key, value in flat(outside) if not key.startswith((DEVICES, *PLACES))),
-        findings=tuple(d for d in findings if loop.name in {d.loop, *d.also} and d.file == checked.document.file),
+        findings=tuple(d for d in findings if loop.name == d.loop and d.file == checked.document.file),
     )
 
 

@@ -35,6 +35,7 @@ def finding_data(d: Diagnostic) -> Data:
         "column": d.span.column,
         "path": d.where,
         "loop": d.loop,
+        "with": list(d.with_loops),
         "plc_effect": d.plc_effect,
         "reference": d.reference,
         "help": d.help,

@@ -92,8 +92,9 @@ def encoded(
         kind: FileKind = format_of(vendor, name)
     except KeyError as error:
         raise ArgumentError(error.args[0], "format") from None
-    checklist: tuple[str, ...] = vendor.load("checklist")(checked.config)
-    result = EncodeResult(checked.document, checked.findings, vendor.key, encoding.image, kind, checklist=checklist)
+    result = EncodeResult(
+        checked.document, checked.findings, vendor.key, encoding.image, kind, checklist=checked.checklist
+    )
     return _with_texts(result, kind, into, limits)
 
 

@@ -20,6 +20,7 @@ from pidcfg.source import read_document
 from pidcfg.validate.catalog import unusable
 from pidcfg.validate.codes import SCENARIO_KINDS
 from pidcfg.validate.engine import check_document, is_scenario
+from pidcfg.validate.identity import key_of, value_of
 from pidcfg.validate.schema import read_model
 from pidcfg.vendors import VENDORS
 
@@ -125,7 +126,18 @@ def place(problem: Problem, doc: Document) -> Diagnostic:
         column = span.column + problem.offset + quoted
         span = Span(span.line, column, span.line, column + 1)
     code, severity = SCENARIO_KINDS[problem.kind], SEVERITIES[problem.severity]
-    return Diagnostic(code, severity, problem.message, doc.file, span, problem.path, problem.loop, help=problem.help)
+    return Diagnostic(
+        code,
+        severity,
+        problem.message,
+        doc.file,
+        span,
+        problem.path,
+        problem.loop or "",
+        help=problem.help,
+        key=key_of(doc, problem.path),
+        value=value_of(doc, problem.path),
+    )
 
 
 def _read_config(loaded: Loaded, scenario: Scenario, limits: Limits, reader: Reader) -> None:

@@ -1,43 +1,54 @@
 """Known findings: a list that is written once and from then on only shrinks.
 
-An entry has no line number, so that it survives edits above it: code, severity, file, path and message. The path
-names loops rather than counting them.
+An entry has neither a line nor a message: it is file, code, severity, loop, key and the value that is written there
+(`pidcfg.validate.identity`), with how many such findings there are. So it survives every edit that does not touch its
+loop, and a value that changes is a new finding. Entries of the first format, which knew findings by their message, are
+in `pidcfg.validate.former_baseline`.
 """
 
 from __future__ import annotations
 
 import json
-import re
 from collections import Counter
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from pidcfg.diagnostics import Diagnostic, Severity, Span, number_of
-from pidcfg.validate.catalog import current, former, ignorable
+from pidcfg.validate.catalog import current, ignorable
 from pidcfg.validate.codes import D317, SUPPRESSION
+from pidcfg.validate.former_baseline import FormerEntry
 from pidcfg.writer import json_line
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+    from collections.abc import Callable, Collection, Iterable, Sequence
 
-VERSION = 1
+VERSION, FIRST = 2, 1
 NEVER_KNOWN = frozenset(rule.code for rule in SUPPRESSION)
 """What is wrong with ignores and with the baseline itself is to be corrected, and never enters a baseline."""
-COUNTED_LOOP = re.compile(r"^loops\[\d+\]")
+COUNT = "count"
 
 
 class Entry(NamedTuple):
     """A finding without its place; the file is seen from the folder of the baseline."""
 
+    file: str
     code: str
     severity: str
-    file: str
-    path: str
-    message: str
+    loop: str
+    key: str
+    value: str | None
 
 
 class BaselineError(Exception):
     """A baseline that cannot be read."""
+
+
+@dataclass(frozen=True, slots=True)
+class Baseline:
+    """What a file of known findings has: an entry as often as it counts, and rows of the first format."""
+
+    entries: list[Entry] = field(default_factory=list)
+    former: list[FormerEntry] = field(default_factory=list)
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,8 +62,8 @@ class Compared:
 
 def entry(finding: Diagnostic, file_of: Callable[[str], str]) -> Entry:
     """A finding as a baseline keeps it."""
-    path = COUNTED_LOOP.sub(lambda _: f"loops[{finding.loop}]", finding.where) if finding.loop else finding.where
-    return Entry(finding.code, finding.severity.label, file_of(finding.file), path, finding.message)
+    d = finding
+    return Entry(file_of(d.file), d.code, d.severity.label, d.loop, d.key, d.value)
 
 
 def enters(finding: Diagnostic) -> bool:
@@ -82,10 +93,14 @@ def compare(
                 known.append(d)
         elif is_selected(d):
             new.append(d)
-    unread = {file_of(d.file) for d in findings if not ignorable(d)}
-    read_files = checked_files - unread
-    stale = [e for e in entries if e.file in read_files and _take(left, e)]
+    files = read_files(findings, checked_files, file_of)
+    stale = [e for e in entries if e.file in files and _take(left, e)]
     return Compared(new, known, stale)
+
+
+def read_files(findings: Sequence[Diagnostic], checked_files: set[str], file_of: Callable[[str], str]) -> set[str]:
+    """The files that every rule has seen: of the others nobody can say what no longer occurs."""
+    return checked_files - {file_of(d.file) for d in findings if not ignorable(d)}
 
 
 def _take(left: Counter[Entry], key: Entry) -> bool:
@@ -96,67 +111,106 @@ def _take(left: Counter[Entry], key: Entry) -> bool:
 
 
 def without(entries: Sequence[Entry], stale: Sequence[Entry]) -> list[Entry]:
-    """What is left of a baseline, with its codes as they are written there: never more than there was."""
+    """What is left of a baseline: never more than there was."""
     left = Counter(stale)
-    return sorted(e for e, now in zip(entries, with_current_codes(entries), strict=True) if not _take(left, now))
+    return [e for e in entries if not _take(left, e)]
 
 
-def to_text(entries: Iterable[Entry]) -> str:
+def to_text(baseline: Baseline) -> str:
     """A baseline as a file: one entry a line, in order, so that a diff shows what was removed."""
-    in_order = sorted(entries, key=lambda e: (number_of(e.code), e))
-    rows = ",\n".join(f"    {_row(e)}" for e in in_order)
-    body = f"[\n{rows}\n  ]" if rows else "[]"
+    rows = [_row(e, count) for e, count in sorted(Counter(baseline.entries).items(), key=lambda row: _order(row[0]))]
+    rows += [json_line(e._asdict()) for e in sorted(baseline.former)]
+    body = "[\n" + ",\n".join(f"    {row}" for row in rows) + "\n  ]" if rows else "[]"
     return f'{{\n  "version": {VERSION},\n  "findings": {body}\n}}\n'
 
 
-def from_text(text: str) -> list[Entry]:
-    """The entries of a file; raises `BaselineError`."""
+def _order(e: Entry) -> tuple[str, ...]:
+    """By number of the code, as findings are."""
+    return (number_of(e.code), *e[:-1], "" if e.value is None else f"={e.value}")
+
+
+def _row(e: Entry, count: int) -> str:
+    """An entry as the file has it, without the comma behind it."""
+    return json_line({**e._asdict(), COUNT: count})
+
+
+def from_text(text: str) -> Baseline:
+    """What a file says; raises `BaselineError`."""
     try:
         data = json.loads(text)
     except json.JSONDecodeError as error:
         raise BaselineError(f"{error.lineno}:{error.colno}: not JSON: {error.msg}") from None
     except (RecursionError, ValueError) as error:
         raise BaselineError(f"1:1: not JSON: {type(error).__name__}") from None
-    if not isinstance(data, dict) or data.get("version") != VERSION or not isinstance(data.get("findings"), list):
+    if not isinstance(data, dict) or not isinstance(data.get("findings"), list):
         raise BaselineError(f"1:1: not a baseline of version {VERSION}")
-    return [_entry(number, row) for number, row in enumerate(data["findings"])]
+    version = data.get("version")
+    if isinstance(version, bool) or version not in {FIRST, VERSION}:
+        raise BaselineError(f"1:1: not a baseline of version {VERSION}")
+    baseline = Baseline()
+    for number, row in enumerate(data["findings"]):
+        _read(number, row, baseline, first=version == FIRST)
+    return baseline
 
 
-def _entry(number: int, row: Mapping[str, Any]) -> Entry:
-    if not isinstance(row, dict) or set(row) != set(Entry._fields) or not all(isinstance(v, str) for v in row.values()):
-        raise BaselineError(f"1:1: findings[{number}] must have the texts {', '.join(Entry._fields)}")
-    return Entry(**row)
+def _read(number: int, row: Any, baseline: Baseline, *, first: bool) -> None:
+    """One row of a file, put where it belongs."""
+    keys = set(row) if isinstance(row, dict) else set()
+    if keys == set(FormerEntry._fields) and all(isinstance(value, str) for value in row.values()):
+        baseline.former.append(FormerEntry(**row))
+        return
+    fields = FormerEntry._fields if first else Entry._fields
+    if first or keys != {*Entry._fields, COUNT} or not _is_sound(row):
+        more = "" if first else f" (value: text or null) and a {COUNT} above 0"
+        raise BaselineError(f"1:1: findings[{number}] must have the texts {', '.join(fields)}{more}")
+    count = row.pop(COUNT)
+    baseline.entries.extend([Entry(**row)] * count)
 
 
-def with_current_codes(entries: Iterable[Entry]) -> list[Entry]:
-    """Entries of a baseline with their codes as they are written now."""
-    return [e._replace(code=current(e.code)) for e in entries]
+MOST = 1_000_000
+"""Findings that one entry may stand for."""
 
 
-def _row(entry: Entry) -> str:
-    """An entry as the file has it, without the comma behind it."""
-    return json_line(entry._asdict())
+def _is_sound(row: dict[str, Any]) -> bool:
+    """Whether a row has the right types."""
+    texts = (row[key] for key in Entry._fields if key != "value")
+    count, value = row[COUNT], row["value"]
+    whole = isinstance(count, int) and not isinstance(count, bool) and 0 < count <= MOST
+    return whole and (value is None or isinstance(value, str)) and all(isinstance(text, str) for text in texts)
 
 
-def stale_findings(stale: Sequence[Entry], ignored: Collection[Entry], text: str, file: str) -> list[Diagnostic]:
+def stale_findings(
+    stale: Sequence[Entry], ignored: Collection[Entry], entries: Sequence[Entry], text: str, file: str
+) -> list[Diagnostic]:
     """Entries that no longer occur, or are ``ignored`` by a comment now, as findings at their lines of the file."""
-    lines = text.splitlines()
-    where = {line.strip().rstrip(","): number for number, line in reversed(list(enumerate(lines, start=1)))}
+    counts = Counter(entries)
     findings = []
-    for e in stale:
-        line = next((where[row] for row in map(_row, (e, e._replace(code=former(e.code)))) if row in where), 1)
-        column = len(lines[line - 1]) - len(lines[line - 1].lstrip()) + 1
+    for e, number in Counter(stale).items():
+        share = f" ({number} of {counts[e]})" if number < counts[e] else ""
         status = "is ignored by a comment now" if e in ignored else "no longer occurs"
-        message = f"{e.code} {status} in {e.file}" + (f" at {e.path}" if e.path else "") + f": {e.message}"
-        findings.append(
-            Diagnostic(
-                "PID048",
-                Severity.WARNING,
-                message,
-                file,
-                Span(line, column, line, max(column, len(lines[line - 1])) + 1),
-                reference=str(D317),
-                help="--shrink-baseline removes it",
-            )
-        )
+        place = " ".join(part for part in (e.loop, e.key) if part)
+        message = f"{e.code} {status}{share} in {e.file}" + (f" at {place}" if place else "")
+        message += "" if e.value is None else f": {e.value}"
+        findings.append(stale_finding(message, _row(e, counts[e]), text, file))
     return findings
+
+
+def stale_rows(rows: Iterable[FormerEntry], text: str, file: str) -> list[Diagnostic]:
+    """Rows of the first format that know no finding, as findings at their lines of the file."""
+    findings = []
+    for row in rows:
+        place = f" at {row.path}" if row.path else ""
+        message = f"{current(row.code)} no longer occurs in {row.file}{place}: {row.message}"
+        findings.append(stale_finding(message, json_line(row._asdict()), text, file))
+    return findings
+
+
+def stale_finding(message: str, row: str, text: str, file: str) -> Diagnostic:
+    """A finding at the line of a row of the file; at the first line where somebody wrote the row in another way."""
+    lines = text.split("\n")
+    line = next((n for n, content in enumerate(lines, start=1) if content.strip().rstrip(",") == row), 1)
+    content = lines[line - 1]
+    column = len(content) - len(content.lstrip()) + 1
+    span = Span(line, column, line, max(column, len(content)) + 1)
+    cure = "--shrink-baseline removes it"
+    return Diagnostic("PID048", Severity.WARNING, message, file, span, reference=str(D317), help=cure)

@@ -24,18 +24,21 @@ D315 = Decision(
     "what may be ignored, and where that counts",
     "A comment, a baseline or --ignore quietens `pidcfg validate` and "
     "nothing else: `encode`, `convert` and `simulate` go on refusing what has errors. Errors of text, schema and scenario "
-    "(PID0xx) cannot be ignored at all; warnings and every rule from PID101 on can. A comment names whole codes and a "
-    "reason, and is reported when it ignores nothing.",
+    "(PID0xx) cannot be ignored at all, nor two loops of one name (PID106); warnings and every other rule from PID101 on "
+    "can. A comment names whole codes and a reason, and is reported when it ignores nothing.",
     "The words of a wrong configuration stay wrong when somebody stops reading about it, and a file that could not be "
     "read in one way only has not been checked.",
 )
 D317 = Decision(
     317,
     "what makes a finding a known one",
-    "A baseline knows findings by code, severity, file, path with the name of "
-    "the loop, and message, never by line. It is made once, by --create-baseline, and after that only loses entries.",
-    "Lines move with every edit above them; a value that changes makes another message, and so a finding that somebody "
-    "has to look at.",
+    "A baseline knows findings by file, code, severity, loop, key and the value that is written there, and how many "
+    "there are; never by line or message. Other loops of the fault, addresses and numbers of items are no part of it. It "
+    "is made once, by --create-baseline, and after that only loses entries; one of the first format, which knew "
+    "messages, is written anew when it is read.",
+    "Lines and addresses move with every loop that is inserted, and messages quote both; none of that is a new fault. A "
+    "value that changes is, and somebody has to look at it. Of several keys that do not fit together the one that is "
+    "reported counts.",
 )
 
 

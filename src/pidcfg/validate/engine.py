@@ -7,17 +7,24 @@ from typing import TYPE_CHECKING, Any
 
 from pidcfg.diagnostics import Diagnostic, Severity, Span, ordered
 from pidcfg.limits import DEFAULT, Limits
+from pidcfg.validate.checklist import is_to_check, lines
 from pidcfg.validate.edits import of_quotes, of_value
-from pidcfg.validate.schema import loop_name, not_a_choice, read_model, same_word
+from pidcfg.validate.identity import key_of, loop_name, value_of
+from pidcfg.validate.schema import not_a_choice, read_model, same_word
 from pidcfg.vendors import VENDORS, Vendor
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
+    from collections.abc import Iterable, Iterator, Sequence
 
     from pidcfg.encoders.image import Encoding
+    from pidcfg.paths import Path
     from pidcfg.source import Document
     from pidcfg.validate.rule import Finding, Rule
     from pidcfg.validate.views import Context
+
+
+MOST_TEXTS = 8
+"""Faults of one rule at one key that a message describes before it only counts."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,6 +36,16 @@ class Checked:
     vendor: Vendor | None = None
     config: Any = None
     encoding: Encoding | None = None
+    to_check: tuple[Diagnostic, ...] = ()
+    """What is right and has to be looked at on the plant: no findings, but lines of the checklist."""
+
+    @property
+    def checklist(self) -> tuple[str, ...]:
+        """What no file can set or prove, where it could be read: the vendor's own lines, and those of its rules."""
+        if self.vendor is None or self.config is None:
+            return ()
+        of_vendor: tuple[str, ...] = self.vendor.load("checklist")(self.config)
+        return (*of_vendor, *lines(self.to_check))
 
     @property
     def failed(self) -> bool:
@@ -56,8 +73,10 @@ def check_document(doc: Document, limits: Limits = DEFAULT) -> Checked:
         return Checked(doc, tuple(ordered(findings)), vendor)
     encoding = vendor.encoder(config)
     context = vendor.load("context")(config, encoding)
-    findings += run_rules(vendor.load("rules").values(), context, doc)
-    return Checked(doc, tuple(ordered(findings)), vendor, config, encoding)
+    of_rules = list(run_rules(vendor.load("rules").values(), context, doc))
+    findings += (d for d in of_rules if not is_to_check(d))
+    to_check = tuple(ordered([d for d in of_rules if is_to_check(d)]))
+    return Checked(doc, tuple(ordered(findings)), vendor, config, encoding, to_check)
 
 
 def vendor_of(doc: Document) -> tuple[Vendor | None, list[Diagnostic]]:
@@ -83,24 +102,32 @@ def run_rules(rules: Iterable[Rule], context: Context[Any, Any], doc: Document) 
     """The findings of rules, with positions."""
     for rule in rules:
         if rule.check is not None:
+            places: dict[Path, list[Finding]] = {}
             for finding in rule.check(context):
-                yield place(rule, finding, doc)
+                places.setdefault(finding.path, []).append(finding)
+            for findings in places.values():
+                yield place(rule, findings, doc)
 
 
-def place(rule: Rule, finding: Finding, doc: Document) -> Diagnostic:
-    """A finding with its message and the place where it is written."""
+def place(rule: Rule, findings: Sequence[Finding], doc: Document) -> Diagnostic:
+    """What a rule finds at one key, with its message and the place where it is written: one finding, the worst."""
+    finding = max(findings, key=lambda one: one.severity or rule.severity)
+    texts = dict.fromkeys(rule.message.format(**one.values) for one in findings[:MOST_TEXTS])
+    more = f"; and {len(findings) - MOST_TEXTS} more" if len(findings) > MOST_TEXTS else ""
     return Diagnostic(
         code=rule.code,
         severity=finding.severity or rule.severity,
-        message=rule.message.format(**finding.values),
+        message="; ".join(texts) + more,
         file=doc.file,
         span=span_in(doc, finding),
         path=finding.path,
         loop=loop_name(doc, finding.path),
-        also=finding.other_loops,
+        with_loops=tuple(dict.fromkeys(name for one in findings for name in one.with_loops)),
         plc_effect=finding.plc_effect,
         reference=str(finding.basis or rule.basis),
         help=finding.fix or rule.part("Fix"),
+        key=key_of(doc, finding.path),
+        value=value_of(doc, finding.path),
     )
 
 

@@ -27,7 +27,7 @@ def page(rule: Rule) -> str:
     """A rule as Markdown."""
     example = rule.part("Example")
     parts = [
-        f"# {rule.code} {rule.name} ({rule.severity.label})",
+        f"# {rule.code} {rule.name} ({rule.kind})",
         rule.title,
         *([f"Message: `{rule.message}`"] if rule.message != "{text}" else []),
         f"**Why.** {rule.part('Why')}",

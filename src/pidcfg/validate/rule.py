@@ -34,8 +34,16 @@ class Finding:
     basis: Basis | None = None
     offset: int | None = None
     """The character (0-based) within a value that the finding points at; None: the whole value."""
-    other_loops: tuple[str, ...] = ()
-    """Further loops that it concerns, where it is reported once."""
+    with_loops: tuple[str, ...] = ()
+    """The other loops of the same fault, each of which gets a finding of its own."""
+
+    def quoting(self, **values: object) -> Finding:
+        """The same, with these values of the message as well."""
+        return replace(self, values={**self.values, **values})
+
+    def shared_with(self, *loops: str) -> Finding:
+        """The same, of a fault that concerns these loops as well."""
+        return replace(self, with_loops=loops)
 
 
 Findings = Iterator[Finding]
@@ -61,6 +69,13 @@ class Rule:
     """Whether a comment, a baseline or an option may take away what it finds."""
     unusable: bool = False
     """Whether a file that has the fault cannot be read at all."""
+    checklist: bool = False
+    """Whether it is nothing that a file could say better, but something to look at: a line of the checklist."""
+
+    @property
+    def kind(self) -> str:
+        """What it yields, in a word: ``error``, ``warning``, ``info`` or ``checklist``."""
+        return "checklist" if self.checklist else self.severity.label
 
     @property
     def title(self) -> str:
@@ -106,6 +121,12 @@ def info(code: str, basis: Basis, message: str) -> Label:
     return _label(Severity.INFO, code, basis, message)
 
 
+def checklist(code: str, basis: Basis, message: str) -> Label:
+    """A rule about what is right as it stands and has to be looked at on the plant: a line of the checklist."""
+    label = _label(Severity.INFO, code, basis, message)
+    return lambda check: replace(label(check), checklist=True)
+
+
 def _each(attribute: str) -> Callable[[Rule], Rule]:
     """A rule whose check looks at one item of its context, such as a loop, turned into one that looks at them all."""
 
@@ -121,6 +142,11 @@ def _each(attribute: str) -> Callable[[Rule], Rule]:
         return replace(rule, check=every)
 
     return of_all
+
+
+def always(rule: Rule) -> Rule:
+    """Above the label of a rule that no comment, setting or baseline covers."""
+    return replace(rule, ignorable=False)
 
 
 per_loop = _each("loops")

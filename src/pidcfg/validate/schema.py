@@ -11,6 +11,7 @@ from pydantic import BaseModel, ValidationError
 from pidcfg.diagnostics import Diagnostic, Edit, Severity
 from pidcfg.validate.codes import BY_KIND, OTHER_KIND
 from pidcfg.validate.edits import MOST_KEYS, key_edits, of_value
+from pidcfg.validate.identity import loop_name
 from pidcfg.validate.spelling import clear_match, keys_of, models_in
 
 if TYPE_CHECKING:
@@ -223,14 +224,3 @@ def renames(
         return {}
     new_keys = {path: key for path, place in unknown if (key := clear_match(str(path[-1]), keys_at(model, place)))}
     return key_edits(new_keys, [e for _, e in errors], model, doc)
-
-
-def loop_name(doc: Document, path: Path) -> str | None:
-    """The name of the loop that a path is in, if it can be read."""
-    data = doc.data or {}
-    loops = data.get("loops")
-    if len(path) > 1 and path[0] == "loops" and isinstance(path[1], int) and isinstance(loops, list):
-        entry = loops[path[1]] if path[1] < len(loops) else None
-        name = entry.get("name") if isinstance(entry, dict) else None
-        return str(name) if name is not None else None
-    return None

@@ -52,4 +52,4 @@ def _list(rules: list[Rule], fmt: str) -> None:
         rows = [as_data(rule) for rule in rules]
         echo_json(json_text({"version": 1, "rules": rows}))
     else:
-        show("".join(f"{r.code}  {r.severity.label:<7}  {r.name:<34}  {r.title}\n" for r in rules))
+        show("".join(f"{r.code}  {r.kind:<9}  {r.name:<34}  {r.title}\n" for r in rules))

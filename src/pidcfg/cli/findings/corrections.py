@@ -87,6 +87,10 @@ def refuse_options(ctx: click.Context, reports: Sequence[Report]) -> None:
     named += ["--format"] * (ctx.get_parameter_source("fmt") is ParameterSource.COMMANDLINE)
     if ctx.params["diff"] and named:
         raise click.UsageError(f"--diff prints a patch and nothing else, so it takes no {' or '.join(named)}", ctx)
+    baseline = ctx.params["baseline"]
+    if ctx.params["fix"] and baseline is not None and Path(baseline).exists() == ctx.params["create"]:
+        there = "exists and only shrinks" if ctx.params["create"] else "is not there; --create-baseline makes it"
+        raise click.ClickException(f"{baseline} {there}; nothing was corrected")
     for report in reports:
         try:
             with tempfile.TemporaryFile(dir=Path(report.path).resolve().parent):

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from pidcfg.cli.findings.settings import Settings
     from pidcfg.diagnostics import Diagnostic, Severity
     from pidcfg.source import Document
-    from pidcfg.validate.baseline import Entry
+    from pidcfg.validate.baseline import Baseline
     from pidcfg.validate.suppression import Ignored
 
 LARGEST = 64 << 20
@@ -120,17 +120,7 @@ def _with_baseline(
 ) -> None:
     """Takes known findings out, and reports or removes what no longer occurs; or writes the first baseline."""
     from pidcfg.cli.files.identity import relative
-    from pidcfg.cli.findings.former_codes import remark
-    from pidcfg.validate.baseline import (
-        compare,
-        enters,
-        entry,
-        from_text,
-        stale_findings,
-        to_text,
-        with_current_codes,
-        without,
-    )
+    from pidcfg.validate import baseline
 
     name = rules.baseline or ""
     folder = Path(os.path.abspath(name)).parent  # noqa: PTH100 - paths are as they are named, links are not followed
@@ -139,33 +129,75 @@ def _with_baseline(
         return relative(file, folder)
 
     if rules.create:
-        result.known = [d for d in result.kept if enters(d) and d.file != STDIN_NAME]
+        result.known = [d for d in result.kept if baseline.enters(d) and d.file != STDIN_NAME]
         new_ids = {id(d) for d in result.known}
         result.kept = [d for d in result.kept if id(d) not in new_ids]
-        _write(name, to_text(entry(d, file_of) for d in result.known), "--create-baseline")
+        text = baseline.to_text(baseline.Baseline([baseline.entry(d, file_of) for d in result.known]))
+        _write(name, text, "--create-baseline")
         result.remarks.append(f"{name}: {count(len(result.known), 'finding')} written")
         return
     text = _read(name)
-    file_entries = _entries(from_text, text, name)
-    entries = with_current_codes(file_entries)
-    for before, after in zip(file_entries, entries, strict=True):
-        if before != after:
-            remark(before.code, after.code)
-            break
-    checked_files = {file_of(file) for file in documents} | {e.file for e in entries if not (folder / e.file).exists()}
-    compared = compare(all_findings, is_selected, entries, checked_files, file_of)
+    known = _parsed(text, name)
+    if known.former:
+        known, text = _renewed(known, text, name, all_findings, file_of, result.remarks)
+    files = {e.file for e in known.entries} | {row.file for row in known.former}
+    checked_files = {file_of(file) for file in documents} | {file for file in files if not (folder / file).exists()}
+    compared = baseline.compare(all_findings, is_selected, known.entries, checked_files, file_of)
     result.kept, result.known = compared.new, compared.known
-    if not compared.stale:
-        return
-    if rules.shrink:
+    read_files = baseline.read_files(all_findings, checked_files, file_of)
+    former = [row for row in known.former if row.file in read_files]
+    if rules.shrink and (compared.stale or former):
         from pidcfg.cli.files.outputs import write_files
 
-        write_files({name: to_text(without(file_entries, compared.stale))}, force=True)
-        result.remarks.append(f"{name}: {count(len(compared.stale), 'entry', 'entries')} removed")
+        left = [row for row in known.former if row.file not in read_files]
+        entries = baseline.without(known.entries, compared.stale)
+        write_files({name: baseline.to_text(baseline.Baseline(entries, left))}, force=True)
+        result.remarks.append(f"{name}: {count(len(compared.stale) + len(former), 'entry', 'entries')} removed")
         return
-    ignored = {entry(one.finding, file_of) for one in result.ignored}
-    stale = stale_findings(compared.stale, ignored, text, Path(name).as_posix())
+    ignored = {baseline.entry(one.finding, file_of) for one in result.ignored}
+    shown = Path(name).as_posix()
+    stale = baseline.stale_findings(compared.stale, ignored, known.entries, text, shown)
+    stale += baseline.stale_rows(former, text, shown)
     result.kept += [d for d in stale if is_selected(d)]
+
+
+def _renewed(
+    known: Baseline,
+    text: str,
+    name: str,
+    findings: Sequence[Diagnostic],
+    file_of: Callable[[str], str],
+    remarks: list[str],
+) -> tuple[Baseline, str]:
+    """A baseline whose rows of the first format are entries now, as far as their findings are there, and its text.
+
+    The file is written anew, since no row of the old form would survive the next edit of another loop; where it cannot
+    be, the run goes on with what it says.
+    """
+    from pidcfg.cli.files.outputs import write_files
+    from pidcfg.validate import baseline
+    from pidcfg.validate.former_baseline import renewed
+
+    rows = renewed(known.former, [d for d in findings if baseline.enters(d)], file_of)
+    entries = [*known.entries, *(baseline.entry(d, file_of) for d in rows.known)]
+    result = baseline.Baseline(entries, rows.left)
+    number = len(known.former) - len(rows.left)
+    if not number:
+        return result, text
+    what = f"{count(number, 'entry', 'entries')} of the first format"
+    try:
+        if os.access(name, os.W_OK):
+            write_files({name: baseline.to_text(result)}, force=True)
+        else:
+            remarks.append(f"{name} is read-only, so {what} could not be renewed")
+            return result, text
+    except click.ClickException as error:
+        remarks.append(f"{what} could not be renewed: {error.message}")
+        return result, text
+    remarks.append(
+        f"{name}: {what} renewed: findings are known by loop, key and value now, one a loop; commit the file"
+    )
+    return result, baseline.to_text(result)
 
 
 def count(number: int, one: str, many: str | None = None) -> str:
@@ -173,12 +205,12 @@ def count(number: int, one: str, many: str | None = None) -> str:
     return f"{number} {one if number == 1 else many or one + 's'}"
 
 
-def _entries(parse: Callable[[str], list[Entry]], text: str, name: str) -> list[Entry]:
-    """The entries of a baseline, or one clear error."""
-    from pidcfg.validate.baseline import BaselineError
+def _parsed(text: str, name: str) -> Baseline:
+    """What a baseline says, or one clear error."""
+    from pidcfg.validate.baseline import BaselineError, from_text
 
     try:
-        return parse(text)
+        return from_text(text)
     except BaselineError as error:
         raise click.ClickException(f"{name}:{error}; a new one is made with --create-baseline") from None
 

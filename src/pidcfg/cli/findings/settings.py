@@ -1,7 +1,7 @@
 """Settings of `validate` from ``pidcfg.toml`` or ``[tool.pidcfg]`` of a ``pyproject.toml``.
 
 A file can choose what is reported and how, and nothing else: it opens no connection, runs nothing, raises no limit and
-names no file to write. The command line wins over it.
+names no file to write, but for a baseline of the first format, which is renewed where it is. The command line wins.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 SETTINGS_FILE, PYPROJECT = "pidcfg.toml", "pyproject.toml"
 TABLE = "tool.pidcfg"
 REPOSITORY = ".git"
-HAS_TABLE = re.compile(rb"tool[\"' \t]*\.[\"' \t]*pidcfg|^[ \t]*\[[\"' \t]*tool[\"' \t]*\]", re.MULTILINE)
+HAS_TABLE = re.compile(rb"tool[\"' \t]*\.[\"' \t]*pidcfg|^[ \t]*\[?[\"' \t]*tool[\"' \t]*[\]=]", re.MULTILINE)
 """What a shared file must hold before it is read as TOML."""
 SETTINGS, CONFIG_FILE, IS_ISOLATED = "pidcfg.settings", "pidcfg.config", "pidcfg.isolated"
 PARAMETERS = {"format": "fmt"}

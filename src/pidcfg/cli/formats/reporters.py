@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import re
+from collections.abc import Hashable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from pidcfg.control_characters import printable
+from pidcfg.diagnostics import Severity
 from pidcfg.results.findings import counts, findings_data
 from pidcfg.source import Document
 from pidcfg.writer import json_text
@@ -15,14 +17,23 @@ if TYPE_CHECKING:
 
 Documents = Mapping[str, Document]
 MAX_LINE = 160
+MOST_PLACES = 24
+"""Further places that a line names before it only counts."""
 
 
 def text(findings: Sequence[Diagnostic], documents: Documents) -> str:
-    """One block a finding: place, message, the line with a caret, what the PLC does, where it says so, the cure."""
-    return "".join(_block(d, documents.get(d.file)) + "\n" for d in findings)
+    """One block a rule and cure: place, message, the line with a caret, the PLC, the manual, the cure, further places.
+
+    Grouping is for the eye alone: findings are collected, counted, ignored and known one by one before.
+    """
+    groups: dict[Hashable, list[Diagnostic]] = {}
+    for d in findings:
+        groups.setdefault((d.file, d.code, d.severity, d.reference, d.help, d.plc_effect is None), []).append(d)
+    return "".join(_block(group, documents.get(group[0].file)) + "\n" for group in groups.values())
 
 
-def _block(d: Diagnostic, doc: Document | None) -> str:
+def _block(group: Sequence[Diagnostic], doc: Document | None) -> str:
+    d = group[0]
     loop = f" [{d.loop}]" if d.loop else ""
     lines = [f"{d.file}:{d.span.line}:{d.span.column}: {d.severity.label} {d.code}: {d.message}{loop}"]
     lines += _excerpt(d, doc)
@@ -31,7 +42,37 @@ def _block(d: Diagnostic, doc: Document | None) -> str:
         for label, value in (("PLC", d.plc_effect), ("see", d.reference), ("cure", d.help))
         if value
     ]
+    lines += [f"      = also: {row}" for row in _further(group)]
     return "\n".join(lines) + "\n"
+
+
+def _further(group: Sequence[Diagnostic]) -> list[str]:
+    """The other findings of a group: those that say the same, and infos, by name; of the rest what each says."""
+    kinds: dict[str, list[Diagnostic]] = {}
+    for d in group:
+        kinds.setdefault("" if d.severity is Severity.INFO else _words(d), []).append(d)
+    (_, *same), *rest = kinds.values()
+    rows = [_places(same)] if same else []
+    for first, *others in rest:
+        loop = f" [{first.loop}]" if first.loop else ""
+        also = f", and {_places(others)}" if others else ""
+        rows.append(f"{first.span.line}:{first.span.column}: {first.message}{loop}{also}")
+    return rows
+
+
+def _places(findings: Sequence[Diagnostic]) -> str:
+    """Loops and lines of findings."""
+    places = [f"{d.loop} (line {d.span.line})" if d.loop else f"line {d.span.line}" for d in findings]
+    if len(places) > MOST_PLACES:
+        places[MOST_PLACES:] = [f"{len(places) - MOST_PLACES} more (--format concise has a line for each)"]
+    return ", ".join(places)
+
+
+def _words(d: Diagnostic) -> str:
+    """What a finding says, whichever loop it says it of; what concerns several loops names them all."""
+    if not d.loop or d.with_loops:
+        return d.message
+    return re.sub(rf"(?<!\w){re.escape(d.loop)}(?!\w)", "", d.message)
 
 
 def _excerpt(d: Diagnostic, doc: Document | None) -> list[str]:

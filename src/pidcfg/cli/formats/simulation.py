@@ -40,7 +40,7 @@ def failed_expectation(outcome: Outcome, i: int, verdict: Verdict) -> Diagnostic
     stated = doc.data["expect"][i] if doc.data else {}
     names = (stated.get("loop"), str(stated.get("signal", "")).rpartition(".")[0])
     loops = () if outcome.report is None else outcome.report.loops
-    loop = next((str(name) for name in names if name in loops), None)
+    loop = next((str(name) for name in names if name in loops), "")
     message = f"expected: {verdict.text}; measured: {value_text(verdict.value)}"
     return Diagnostic("PID061", Severity.ERROR, message, outcome.file, doc.locate(path), path, loop)
 
@@ -50,4 +50,4 @@ def run_errors(outcome: Outcome) -> Iterator[Diagnostic]:
     for note in () if outcome.report is None else outcome.report.notes:
         if note.error:
             text = f"at {note.at:g} s: {note.text}"
-            yield Diagnostic("PID062", Severity.ERROR, text, outcome.file, START, (), note.loop)
+            yield Diagnostic("PID062", Severity.ERROR, text, outcome.file, START, (), note.loop or "")

@@ -54,7 +54,7 @@ def patterns() -> tuple[re.Pattern[str], ...]:
             rf"^(?P<place>\S.*?:\d+(?::\d+)?:) {SEVERITY} (?P<code>{CODE.pattern})",
             r"^(?P<gutter> *\d+ \|)",
             r"^(?P<gutter>      \|)\s+(?P<caret>\^+)$",
-            r"^      (?P<label>= (?:PLC|see|cure):)",
+            r"^      (?P<label>= (?:PLC|see|cure|also):)",
             rf"^(?P<code>{CODE.pattern})  {SEVERITY} +(?P<dim>\S+)",
             # the line that counts them
             rf"^\d+ files? checked: {_counted('bad', 'error')}, {_counted('doubtful', 'warning')}",

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from itertools import combinations
+from itertools import permutations
 from typing import TYPE_CHECKING, NamedTuple, Protocol
 
+from pidcfg.validate.rule import finding
 from pidcfg.validate.views import Placed
 
 if TYPE_CHECKING:
@@ -50,15 +51,16 @@ def block_beyond_bank(view: BlockView, last: Mapping[str, int]) -> Findings:
 
 
 def blocks_overlap(views: Sequence[BlockView]) -> Findings:
-    """Each pair of loops whose blocks share registers, at the later one."""
-    for first, second in combinations(views, 2):
-        for extent, other in zip(second.extents, first.extents, strict=True):
-            if extent.first <= other.last and other.first <= extent.last:
+    """Loops whose blocks share registers, at each of them."""
+    for view, other in permutations(views, 2):
+        for extent, theirs in zip(view.extents, other.extents, strict=True):
+            if extent.first <= theirs.last and theirs.first <= extent.last:
                 key = extent.key
-                yield second.at(key, block=key, extent=extent, loop=second.name, other_extent=other, other=first.name)
+                finding = view.at(key, block=key, extent=extent, loop=view.name, other_extent=theirs, other=other.name)
+                yield finding.shared_with(other.name)
 
 
 def too_many_loops(views: Sequence[Placed], most: int) -> Findings:
-    """The first loop of a file that its PLC has no room for."""
+    """A file with more loops than its PLC has room for."""
     if len(views) > most:
-        yield views[most].at_key(number=most + 1, count=len(views), limit=most)
+        yield finding("loops", key=True, count=len(views), limit=most)

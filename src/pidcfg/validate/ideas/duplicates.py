@@ -1,38 +1,49 @@
-"""What several loops have in common: what no two may, and what is reported once for all of them."""
+"""What several loops have in common, reported at each of them: what no two may share, and what concerns a pair."""
 
 from __future__ import annotations
 
-from dataclasses import replace
-from typing import TYPE_CHECKING, TypeVar
-
-from pidcfg.validate.views import Placed
+from typing import TYPE_CHECKING, Protocol, TypeVar
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Hashable, Iterable, Iterator, Sequence
+    from collections.abc import Hashable, Iterable, Iterator, Sequence
 
     from pidcfg.validate.rule import Finding, Findings
 
+
+class HasName(Protocol):
+    """A loop, or a block of a program."""
+
+    @property
+    def name(self) -> str:
+        """Its name."""
+
+
 MOST_NAMES = 8
 """Loops that a message names before it only counts."""
-Row = TypeVar("Row")
 Key = TypeVar("Key", bound="Hashable")
-ViewT = TypeVar("ViewT", bound=Placed)
+ViewT = TypeVar("ViewT", bound=HasName)
 
 
-def repeats(rows: Iterable[tuple[Key, Row]]) -> Iterator[tuple[Key, Row, Row]]:
-    """Every row whose key an earlier one has: the key, the row, and the first row that has it."""
-    first: dict[Key, Row] = {}
-    for key, row in rows:
-        if key in first:
-            yield key, row, first[key]
-        first.setdefault(key, row)
+def sharing(rows: Iterable[tuple[Key, ViewT]]) -> Iterator[tuple[Key, ViewT, tuple[str, ...]]]:
+    """Every loop whose key another one has too: the key, the loop, and the names of the others."""
+    groups: dict[Key, list[ViewT]] = {}
+    for key, view in rows:
+        groups.setdefault(key, []).append(view)
+    for key, views in groups.items():
+        for view in views:
+            others = tuple(dict.fromkeys(other.name for other in views if other is not view))
+            if others:
+                yield key, view, others
 
 
-def reported_once(views: Sequence[ViewT], finding_of: Callable[[ViewT], Finding]) -> Findings:
-    """The finding of the first of some loops; its message names the ``others``."""
-    if views:
-        others = tuple(view.name for view in views[1:])
-        more = f" and {len(others) - MOST_NAMES} more" if len(others) > MOST_NAMES else ""
-        text = f", as in {', '.join(others[:MOST_NAMES])}{more}" if others else ""
-        first = finding_of(views[0])
-        yield replace(first, other_loops=others, values={**first.values, "others": text})
+def at_both(one: HasName, at_one: Finding, other: HasName, at_other: Finding, /, **values: object) -> Findings:
+    """A finding at each of two loops, which names the other one; with the values of the message that both have."""
+    yield at_one.quoting(**values).shared_with(other.name)
+    yield at_other.quoting(**values).shared_with(one.name)
+
+
+def in_words(names: Sequence[str]) -> str:
+    """Names as a message lists them: ``A, B and C``; after eight of them only how many more there are."""
+    if len(names) > MOST_NAMES:
+        return f"{', '.join(names[:MOST_NAMES])} and {len(names) - MOST_NAMES} more"
+    return " and ".join(part for part in (", ".join(names[:-1]), *names[-1:]) if part)

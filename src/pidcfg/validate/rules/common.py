@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from decimal import Decimal
 from functools import cache
 from typing import TYPE_CHECKING, Any, TypeAlias, get_args
@@ -11,8 +12,7 @@ from pydantic import BaseModel
 from pidcfg.refs import Decision
 from pidcfg.schemas.base import decimal_text
 from pidcfg.schemas.limits import Limits
-from pidcfg.validate.ideas.duplicates import repeats
-from pidcfg.validate.rule import Finding, Findings, error, finding, warning
+from pidcfg.validate.rule import Finding, Findings, always, error, finding, warning
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -193,16 +193,20 @@ def rounded_value(context: AnyContext) -> Findings:
             )
 
 
-@error("PID106", D08, "the name {name} is already used by loop {first}")
+@always
+@error("PID106", D08, "the name {name} is used by {count} loops")
 def duplicate_loop_name(context: AnyContext) -> Findings:
     """Two loops have the same name.
 
-    Why: cascade links, scenarios and reports could mean either.
+    Why: cascade links, scenarios and reports could mean either, and so could a baseline. No comment, setting or
+    baseline covers it.
 
     Fix: rename one of them.
     """
-    for name, i, first in repeats((loop.name, i) for i, loop in enumerate(context.config.loops)):
-        yield finding("loops", i, "name", name=name, first=first + 1)
+    counts = Counter(loop.name for loop in context.config.loops)
+    for i, loop in enumerate(context.config.loops):
+        if counts[loop.name] > 1:
+            yield finding("loops", i, "name", name=loop.name, count=counts[loop.name])
 
 
 @warning("PID107", D09, "the list of loops is empty")

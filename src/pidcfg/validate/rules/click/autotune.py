@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from pidcfg.refs import CLICK, Decision
 from pidcfg.schemas.base import decimal_text
-from pidcfg.validate.rule import Findings, info, per_loop
+from pidcfg.validate.rule import Findings, checklist, info, per_loop
 
 if TYPE_CHECKING:
     from pidcfg.validate.rules.click.context import LoopView
@@ -45,14 +45,14 @@ def autotune_drops_derivative(view: LoopView) -> Findings:
 
 
 @per_loop
-@info("CK392", OUTPUT, "a closed-loop autotune moves the output between {low} and {high} only")
+@checklist("CK392", OUTPUT, "a closed-loop autotune moves the output between {low} and {high} only")
 def autotune_between_narrow_limits(view: LoopView) -> Findings:
     """A closed-loop autotune is planned for a loop with narrowed output limits.
 
     Why: the output stays within its limits during the autotune too. Narrow ones make the PV's swing smaller, so that
     noise counts for more.
 
-    Fix: nothing, if the PV moves clearly; otherwise widen the limits while tuning, or use the open-loop method.
+    Fix: see that the PV moves clearly; otherwise widen the limits while tuning, or use the open-loop method.
     """
     limits = view.holds("output_lower", "output_upper")
     planned = "autotune" in view.loop.model_fields_set and view.loop.autotune.method == "closed"

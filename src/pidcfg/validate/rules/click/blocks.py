@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from pidcfg.encoders.maps.click import LOOPS, SPACE
 from pidcfg.refs import CLICK, Decision
 from pidcfg.validate.ideas import blocks
-from pidcfg.validate.ideas.duplicates import repeats
+from pidcfg.validate.ideas.duplicates import in_words, sharing
 from pidcfg.validate.rule import Findings, error, per_loop
 
 if TYPE_CHECKING:
@@ -57,7 +57,7 @@ def blocks_overlap(context: ClickContext) -> Findings:
     return blocks.blocks_overlap(context.loops)
 
 
-@error("CK303", D130, "loop {number} of {count}: a CLICK PLC calculates at most {limit} loops")
+@error("CK303", D130, "{count} loops are listed; a CLICK PLC calculates at most {limit}")
 def too_many_loops(context: ClickContext) -> Findings:
     """The file has more loops than the PLC.
 
@@ -68,7 +68,7 @@ def too_many_loops(context: ClickContext) -> Findings:
     return blocks.too_many_loops(context.loops, LOOPS)
 
 
-@error("CK304", PWM, "{bit} is already the PWM output of {other}: two loops would switch it")
+@error("CK304", PWM, "{bit} is also the PWM output of {others}: two loops would switch it")
 def pwm_output_shared(context: ClickContext) -> Findings:
     """Two loops pulse the same discrete output.
 
@@ -77,5 +77,5 @@ def pwm_output_shared(context: ClickContext) -> Findings:
     Fix: give each loop a discrete output of its own.
     """
     pulsed = ((view.loop.output.pwm.bit, view) for view in context.loops if view.loop.output.pwm is not None)
-    for bit, view, first in repeats(pulsed):
-        yield view.at("output", "pwm", "bit", bit=bit, other=first.name)
+    for bit, view, others in sharing(pulsed):
+        yield view.at("output", "pwm", "bit", bit=bit, others=in_words(others)).shared_with(*others)

@@ -89,15 +89,13 @@ def nicknames_collide(context: ClickContext) -> Findings:
 
     Fix: rename one of the loops.
     """
-    owners: dict[str, tuple[str, str]] = {}
+    owners: dict[str, dict[str, str]] = {}
     for view in context.loops:
-        name, nicknames = view.name, {}
-        clash = None
         for suffix in SUFFIXES.values():
-            nickname = name + suffix
-            nicknames[nickname.lower()] = (nickname, name)
-            clash = clash or owners.get(nickname.lower())
-        if clash is not None and clash[1] != name:
-            nickname = nicknames[clash[0].lower()][0]
-            yield view.at("name", mine=nickname, theirs=clash[0], other=clash[1])
-        owners |= nicknames
+            nickname = view.name + suffix
+            owners.setdefault(nickname.lower(), {})[view.name] = nickname
+    for view in context.loops:
+        shared = (owners[(view.name + suffix).lower()] for suffix in SUFFIXES.values())
+        pairs = {other: (group[view.name], group[other]) for group in shared for other in group if other != view.name}
+        for other, (mine, theirs) in pairs.items():
+            yield view.at("name", mine=mine, theirs=theirs, other=other).shared_with(other)

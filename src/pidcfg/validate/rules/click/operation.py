@@ -6,11 +6,10 @@ from typing import TYPE_CHECKING
 
 from pidcfg.refs import CLICK
 from pidcfg.schemas.click import D100, EFFECT
-from pidcfg.validate.ideas.duplicates import reported_once
 from pidcfg.validate.rule import Findings, error, info, per_loop, warning
 
 if TYPE_CHECKING:
-    from pidcfg.validate.rules.click.context import ClickContext, LoopView
+    from pidcfg.validate.rules.click.context import LoopView
 
 ERRORS = CLICK.at("CLICK PID Errors")
 MANUAL = CLICK.at("Manual Mode")
@@ -96,18 +95,15 @@ def auto_with_pid_error(view: LoopView) -> Findings:
         )
 
 
-@info(
-    "CK320",
-    MANUAL,
-    "mode is auto, but every start of the PLC leaves the loop in Manual until {register} is set{others}",
-)
-def auto_is_not_downloaded(context: ClickContext) -> Findings:
+@per_loop
+@info("CK320", MANUAL, "mode is auto, but every start of the PLC leaves the loop in Manual until {register} is set")
+def auto_is_not_downloaded(view: LoopView) -> Findings:
     """A loop is meant for Auto, which no download can bring about.
 
     Why: the change from STOP to RUN puts all loops into Manual, and the request for Auto is a momentary bit, so it is
-    written as 0. After a power failure the loops stay in Manual until somebody notices. It is reported once a file.
+    written as 0. After a power failure the loops stay in Manual until somebody notices.
 
     Fix: let the ladder program set the request once the plant is ready, or tell the operators.
     """
-    waiting = [view for view in context.loops if view.loop.mode == "auto" and not view.errors]
-    return reported_once(waiting, lambda view: view.at("mode", register=view.register("auto_request")))
+    if view.loop.mode == "auto" and not view.errors:
+        yield view.at("mode", register=view.register("auto_request"))

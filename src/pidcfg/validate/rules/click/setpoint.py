@@ -8,14 +8,13 @@ from pidcfg.diagnostics import Severity
 from pidcfg.encoders.maps.click import SETPOINT_CROSSED
 from pidcfg.refs import CLICK, Decision
 from pidcfg.schemas.click import EFFECT
-from pidcfg.validate.ideas.duplicates import reported_once
 from pidcfg.validate.ideas.limits import NUMBERS, outside_limits
 from pidcfg.validate.rule import Findings, error, info, per_loop, warning
 
 if TYPE_CHECKING:
     from decimal import Decimal
 
-    from pidcfg.validate.rules.click.context import ClickContext, LoopView
+    from pidcfg.validate.rules.click.context import LoopView
 
 LIMITS = CLICK.at("Setpoint Upper and Lower Limits")
 RANGE = CLICK.at("PV Upper and Lower Limits")
@@ -223,25 +222,21 @@ def setpoint_limit_switched_off(view: LoopView) -> Findings:
             )
 
 
+@per_loop
 @info(
     "CK318",
     TRANSFER,
-    "the set point {value} is replaced by the PV when the loop goes from Manual to Auto (bumpless 1){others}",
+    "the set point {value} is replaced by the PV when the loop goes from Manual to Auto (bumpless 1)",
 )
-def setpoint_replaced_by_pv(context: ClickContext) -> Findings:
+def setpoint_replaced_by_pv(view: LoopView) -> Findings:
     """The set point of the file does not survive the change to Auto.
 
-    Why: bumpless mode 1 makes set point and PV equal at that moment, so that the output need not move. It is reported
-    once a file.
+    Why: bumpless mode 1 makes set point and PV equal at that moment, so that the output need not move.
 
     Fix: let the operator or the ladder program write the set point after the change to Auto, or take `bumpless: 2`.
     """
-    replaced = [
-        view
-        for view in context.loops
-        if view.loop.mode == "auto" and view.loop.bumpless == 1 and view.loop.setpoint.value is not None
-    ]
-    return reported_once(replaced, lambda view: view.at("setpoint", "value", value=view.shown("setpoint")))
+    if view.loop.mode == "auto" and view.loop.bumpless == 1 and view.loop.setpoint.value is not None:
+        yield view.at("setpoint", "value", value=view.shown("setpoint"))
 
 
 @per_loop

@@ -6,7 +6,7 @@ from decimal import Decimal
 
 from pidcfg.refs import CLICK, Decision
 from pidcfg.schemas.base import decimal_text
-from pidcfg.validate.rule import Findings, info, per_loop, warning
+from pidcfg.validate.rule import Findings, checklist, info, per_loop, warning
 from pidcfg.validate.rules.click.context import NO_INTEGRAL, LoopView
 from pidcfg.validate.views import number_text
 
@@ -66,7 +66,7 @@ def integral_faster_than_proportional(view: LoopView) -> Findings:
 
 
 @per_loop
-@info(
+@checklist(
     "CK332",
     RESET,
     "reset_time is {reset} s: from about 1000 s on there is as good as no integral, and an error may stay",
@@ -77,7 +77,7 @@ def integral_as_good_as_off(view: LoopView) -> Findings:
     Why: the integral cannot be switched off; a very long reset time is how the help removes its effect. The output then
     stays around what Manual left, and a loop that was meant to have a slow integral keeps an offset for hours.
 
-    Fix: nothing, if a loop without an integral (or a very slow process) is meant; otherwise shorten the reset time.
+    Fix: see that a loop without an integral (or a very slow process) is meant; otherwise shorten the reset time.
     """
     if view.loop.tuning.reset_time >= NO_INTEGRAL and view.sound("reset_time"):
         yield view.at("tuning", "reset_time", reset=decimal_text(view.loop.tuning.reset_time))
@@ -161,7 +161,7 @@ def freeze_without_integral(view: LoopView) -> Findings:
     Why: it stops the integral at the limits of the output; with a reset time of 1000 s and more there is none to speak
     of.
 
-    Fix: nothing, or leave `freeze_bias` out.
+    Fix: leave `freeze_bias` out, or shorten the reset time if an integral is meant.
     """
     if view.loop.freeze_bias and view.loop.tuning.reset_time >= NO_INTEGRAL:
         yield view.at("freeze_bias", reset=decimal_text(view.loop.tuning.reset_time))

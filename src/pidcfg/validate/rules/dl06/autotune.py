@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from pidcfg.encoders.words import nearest
 from pidcfg.refs import DL06, Decision
-from pidcfg.validate.rule import Findings, info, per_loop, warning
+from pidcfg.validate.rule import Findings, checklist, info, per_loop, warning
 
 if TYPE_CHECKING:
     from pidcfg.validate.rules.dl06.context import LoopView
@@ -62,7 +62,7 @@ def autotune_in_wrong_mode(view: LoopView) -> Findings:
 
 
 @per_loop
-@info("DL298", D29, "a closed-loop auto-tune switches the output between {low} and {high} only")
+@checklist("DL298", D29, "a closed-loop auto-tune switches the output between {low} and {high} only")
 def autotune_between_narrow_limits(view: LoopView) -> Findings:
     """A closed-loop auto-tune is planned for a loop with narrowed output limits.
 
@@ -70,7 +70,7 @@ def autotune_between_narrow_limits(view: LoopView) -> Findings:
     more; the full range, on the other hand, is what the manual calls an error (bit 13 of +06). The two passages
     contradict each other.
 
-    Fix: nothing, if the PV moves clearly; otherwise widen the limits while tuning, or use the open-loop method.
+    Fix: see that the PV moves clearly; otherwise widen the limits while tuning, or use the open-loop method.
     """
     limits = view.holds("output_low", "output_high")
     ends = view.scales["output"].format

@@ -11,8 +11,8 @@ from pidcfg.refs import DL06, Decision
 from pidcfg.schemas.base import decimal_text
 from pidcfg.schemas.octal import v_name
 from pidcfg.validate.ideas.cascades import rings
-from pidcfg.validate.ideas.duplicates import repeats
-from pidcfg.validate.rule import Finding, Findings, error, warning
+from pidcfg.validate.ideas.duplicates import at_both, in_words, sharing
+from pidcfg.validate.rule import Findings, error, warning
 
 if TYPE_CHECKING:
     from decimal import Decimal
@@ -86,9 +86,12 @@ def cascade_cycle(context: Dl06Context) -> Findings:
     """
     for ring in rings(context.majors):
         if len(ring) > 1:
-            view = context.loops[ring[0]]
-            circle = " from ".join(context.loops[i].name for i in (*ring, ring[0]))
-            yield view.at(link_key(view), circle=circle, plc_effect="the loops stay in Manual")
+            names = [context.loops[i].name for i in ring]
+            circle = " from ".join((*names, names[0]))
+            for i in ring:
+                view = context.loops[i]
+                finding = view.at(link_key(view), circle=circle, plc_effect="the loops stay in Manual")
+                yield finding.shared_with(*(name for name in names if name != view.name))
 
 
 @error("DL259", CASCADED, "{minor} reads {format}, but {major} writes its output to {word} as {other}")
@@ -104,7 +107,9 @@ def cascade_format_mismatch(context: Dl06Context) -> Findings:
         written, read = major.scales["output"].format.name, minor.scales["pv"].format.name
         if written != read:
             key = ("pv", "format") if "format" in minor.loop.pv.model_fields_set else (link_key(minor),)
-            yield minor.at(*key, minor=minor.name, format=read, major=major.name, other=written, word=major.v("output"))
+            word = major.v("output")
+            values = {"minor": minor.name, "format": read, "major": major.name, "other": written, "word": word}
+            yield from at_both(minor, minor.at(*key), major, major.at("output", "format"), **values)
 
 
 @error("DL260", D24, "{minor} reads the output of {major} as {read}, but {major} writes it as {written}")
@@ -120,29 +125,26 @@ def cascade_range_mismatch(context: Dl06Context) -> Findings:
         written, read = major.loop.output.range, minor.loop.pv.range
         same_unit = None in {major.loop.output.unit, minor.loop.pv.unit} or major.loop.output.unit == minor.loop.pv.unit
         if (written is None) != (read is None):
-            yield _one_range(major, minor)
+            yield from _one_range(major, minor)
         elif written is not None and read is not None and (written != read or not same_unit):
-            yield major.at(
-                "output",
-                "range" if written != read else "unit",
-                minor=minor.name,
-                major=major.name,
-                read=_range_text(read, minor.loop.pv.unit),
-                written=_range_text(written, major.loop.output.unit),
-            )
+            key = "range" if written != read else "unit"
+            values = _scales(major, minor)
+            yield from at_both(major, major.at("output", key), minor, minor.at("pv", key), **values)
 
 
-def _one_range(major: LoopView, minor: LoopView) -> Finding:
+def _one_range(major: LoopView, minor: LoopView) -> Findings:
     """Only one side has a scale: it cannot be compared, and the other side's values are raw counts."""
-    view, part = (major, "output") if major.loop.output.range is None else (minor, "pv")
-    return view.at_key(
-        part,
-        severity=Severity.WARNING,
-        minor=minor.name,
-        major=major.name,
-        read=_scale_text(minor.loop.pv),
-        written=_scale_text(major.loop.output),
+    values = _scales(major, minor)
+    at_major, at_minor = (
+        view.at(part, "range", severity=Severity.WARNING) for view, part in ((major, "output"), (minor, "pv"))
     )
+    yield from at_both(major, at_major, minor, at_minor, **values)
+
+
+def _scales(major: LoopView, minor: LoopView) -> dict[str, str]:
+    """The two scales of a cascade as a message compares them."""
+    texts = {"read": _scale_text(minor.loop.pv), "written": _scale_text(major.loop.output)}
+    return {"minor": minor.name, "major": major.name, **texts}
 
 
 def _scale_text(part: Pv | Output) -> str:
@@ -169,14 +171,13 @@ def cascade_into_square_root(context: Dl06Context) -> Findings:
     for major, minor in context.cascades:
         most, top = major.counts("output_high"), minor.scales["sp"].full
         if minor.loop.pv.square_root and most is not None and most > round(top):
-            yield minor.at(
-                "pv", "square_root", minor=minor.name, top=round(top), major=major.name, most=major.shown("output_high")
-            )
+            most_text = major.shown("output_high")
+            values = {"minor": minor.name, "top": round(top), "major": major.name, "most": most_text}
+            at_minor, at_major = minor.at("pv", "square_root"), major.at("output", "limits")
+            yield from at_both(minor, at_minor, major, at_major, **values)
 
 
-@warning(
-    "DL262", SOURCES, "{major} is already the major loop of {first}; {name} takes the same output as its set point"
-)
+@warning("DL262", SOURCES, "{major} is also the major loop of {others}; {name} takes the same output as its set point")
 def shared_major_loop(context: Dl06Context) -> Findings:
     """Two minor loops have the same major loop.
 
@@ -185,8 +186,10 @@ def shared_major_loop(context: Dl06Context) -> Findings:
 
     Fix: give each minor loop a major loop of its own, or split the output in the ladder program.
     """
-    for major, minor, first in repeats((major.index, minor) for major, minor in context.cascades):
-        yield minor.at(link_key(minor), major=context.loops[major].name, first=first.name, name=minor.name)
+    for index, minor, others in sharing((major.index, minor) for major, minor in context.cascades):
+        major = context.loops[index].name
+        finding = minor.at(link_key(minor), major=major, others=in_words(others), name=minor.name)
+        yield finding.shared_with(*others)
 
 
 @error("DL263", POINTER, "remote_setpoint is {address}, but cascade_from {major} points {word} at {output}")

@@ -6,9 +6,13 @@ from typing import TYPE_CHECKING
 
 from pidcfg.refs import DL06, Decision
 from pidcfg.schemas.base import decimal_text
+from pidcfg.validate.ideas.duplicates import at_both
 from pidcfg.validate.rule import Findings, error, info, per_loop, warning
+from pidcfg.validate.rules.dl06.cascade import link_key
 
 if TYPE_CHECKING:
+    from decimal import Decimal
+
     from pidcfg.validate.rules.dl06.context import Dl06Context, LoopView
 
 OVERRIDE = DL06.at("Loop Mode Override")
@@ -29,7 +33,7 @@ RATIO = 10
 @error(
     "DL265",
     OVERRIDE,
-    "mode is {mode}, but {major} is meant for {goal} and cannot leave Manual until {name} is in Cascade",
+    "{name} has mode {mode}, but {major} is meant for {goal} and cannot leave Manual until {name} is in Cascade",
 )
 def major_loop_stuck_in_manual(context: Dl06Context) -> Findings:
     """A minor loop is not meant for Cascade although its major loop is meant to run.
@@ -42,9 +46,9 @@ def major_loop_stuck_in_manual(context: Dl06Context) -> Findings:
     for major, minor in context.cascades:
         if minor.loop.mode != "cascade" and major.loop.mode != "manual":
             effect = f"bit 0 of {major.v('mode_and_alarm_status')} ({major.name} in Manual) stays on"
-            yield minor.at(
-                "mode", plc_effect=effect, mode=minor.loop.mode, name=minor.name, major=major.name, goal=major.loop.mode
-            )
+            values = {"mode": minor.loop.mode, "name": minor.name, "major": major.name, "goal": major.loop.mode}
+            at_minor, at_major = (view.at("mode", plc_effect=effect) for view in (minor, major))
+            yield from at_both(minor, at_minor, major, at_major, **values)
 
 
 @per_loop
@@ -68,7 +72,7 @@ def cascade_mode_without_major(view: LoopView) -> Findings:
 @warning(
     "DL267",
     CASCADED,
-    "mode is manual, but {minor} is meant for cascade: its set point would be this loop's manual output",
+    "{major} has mode manual, but {minor} is meant for cascade: its set point would be the manual output of {major}",
 )
 def major_loop_left_in_manual(context: Dl06Context) -> Findings:
     """The major loop of a running cascade is meant for Manual.
@@ -80,21 +84,27 @@ def major_loop_left_in_manual(context: Dl06Context) -> Findings:
     """
     for major, minor in context.cascades:
         if major.loop.mode == "manual" and minor.loop.mode == "cascade":
-            yield major.at("mode", minor=minor.name)
+            values = {"major": major.name, "minor": minor.name}
+            yield from at_both(major, major.at("mode"), minor, minor.at("mode"), **values)
 
 
-@info("DL268", CASCADED, "mode is {mode}, so {name} keeps its own set point, and the output of {major} leads nowhere")
+@info(
+    "DL268",
+    CASCADED,
+    "{name} has mode {mode}, so it keeps its own set point, and the output of {major} leads nowhere",
+)
 def idle_cascade(context: Dl06Context) -> Findings:
     """A minor loop is not meant for Cascade, and its major loop is meant for Manual.
 
     Why: the link is programmed but idle. That is how minor loops are tuned; in normal operation all inner loops run in
     Cascade and the outermost one in Auto. Mode is Manual where it is left out.
 
-    Fix: after tuning, write `mode: cascade` for this loop and `mode: auto` for the outermost loop.
+    Fix: after tuning, write `mode: cascade` for the inner loop and `mode: auto` for the outermost loop.
     """
     for major, minor in context.cascades:
         if minor.loop.mode != "cascade" and major.loop.mode == "manual":
-            yield minor.at("mode", mode=minor.loop.mode, name=minor.name, major=major.name)
+            values = {"mode": minor.loop.mode, "name": minor.name, "major": major.name}
+            yield from at_both(minor, minor.at("mode"), major, major.at("mode"), **values)
 
 
 @warning("DL269", INTRODUCTION, "{major} samples every {fast} s, faster than its minor loop {minor} with {slow} s")
@@ -109,9 +119,7 @@ def major_loop_faster_than_minor(context: Dl06Context) -> Findings:
     for major, minor in context.cascades:
         slow, fast = minor.loop.sample_rate, major.loop.sample_rate
         if fast < slow:
-            yield major.at(
-                "sample_rate", major=major.name, fast=decimal_text(fast), minor=minor.name, slow=decimal_text(slow)
-            )
+            yield from _at_rates(major, minor, slow=slow, fast=fast)
 
 
 @info(
@@ -130,21 +138,21 @@ def cascade_rates_close(context: Dl06Context) -> Findings:
     for major, minor in context.cascades:
         slow, fast = major.loop.sample_rate, minor.loop.sample_rate
         if 0 < fast <= slow < RATIO * fast:
-            yield major.at(
-                "sample_rate",
-                major=major.name,
-                slow=decimal_text(slow),
-                minor=minor.name,
-                fast=decimal_text(fast),
-                ratio=f"{slow / fast:.3g}",
-                limit=RATIO,
-            )
+            ratio = f"{slow / fast:.3g}"
+            yield from _at_rates(major, minor, slow=slow, fast=fast, ratio=ratio, limit=RATIO)
+
+
+def _at_rates(major: LoopView, minor: LoopView, slow: Decimal, fast: Decimal, **values: object) -> Findings:
+    """A finding at the sample rates of both loops."""
+    values |= {"major": major.name, "minor": minor.name, "slow": decimal_text(slow), "fast": decimal_text(fast)}
+    yield from at_both(major, major.at("sample_rate"), minor, minor.at("sample_rate"), **values)
 
 
 @warning(
     "DL271",
     D26,
-    "the output runs from {low} to {high}, but {minor} limits its set point to {least} to {most}: beyond it winds up",
+    "the output of {major} runs from {low} to {high}, but {minor} limits its set point to {least} to {most}: beyond it "
+    "winds up",
 )
 def cascade_output_beyond_setpoint_limits(context: Dl06Context) -> Findings:
     """The output limits of a major loop reach beyond the set point limits of its minor loop.
@@ -159,21 +167,22 @@ def cascade_output_beyond_setpoint_limits(context: Dl06Context) -> Findings:
         if not minor.setpoint_limited or minor.loop.pv.square_root or not output or not setpoint:
             continue
         if output[0] < setpoint[0] or output[1] > setpoint[1]:
-            yield major.at(
-                "output",
-                "limits",
-                minor=minor.name,
-                low=major.eu(output[0], "output"),
-                high=major.eu(output[1], "output"),
-                least=minor.eu(setpoint[0], "sp"),
-                most=minor.eu(setpoint[1], "sp"),
-            )
+            values = {
+                "major": major.name,
+                "minor": minor.name,
+                "low": major.eu(output[0], "output"),
+                "high": major.eu(output[1], "output"),
+                "least": minor.eu(setpoint[0], "sp"),
+                "most": minor.eu(setpoint[1], "sp"),
+            }
+            at_major, at_minor = major.at("output", "limits"), minor.at("setpoint", "limits")
+            yield from at_both(major, at_major, minor, at_minor, **values)
 
 
 @warning(
     "DL272",
     SOURCES,
-    "the output is the set point of {minor} and is also transferred to slot {slot}, channel {channel}",
+    "the output of {major} is the set point of {minor} and is also transferred to slot {slot}, channel {channel}",
 )
 def cascade_output_also_transferred(context: Dl06Context) -> Findings:
     """The output of a major loop also goes to an analog channel.
@@ -186,4 +195,7 @@ def cascade_output_also_transferred(context: Dl06Context) -> Findings:
     for major, minor in context.cascades:
         transfer = major.loop.output.transfer
         if transfer is not None and transfer.slot is not None:
-            yield major.at_key("output", "transfer", minor=minor.name, slot=transfer.slot, channel=transfer.channel)
+            where = {"slot": transfer.slot, "channel": transfer.channel}
+            values = {"major": major.name, "minor": minor.name, **where}
+            at_major, at_minor = major.at_key("output", "transfer"), minor.at(link_key(minor))
+            yield from at_both(major, at_major, minor, at_minor, **values)

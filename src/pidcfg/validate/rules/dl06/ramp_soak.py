@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from itertools import combinations
+from itertools import permutations
 from typing import TYPE_CHECKING
 
 from pidcfg.diagnostics import Severity
@@ -104,12 +104,10 @@ def ramp_soak_tables_overlap(context: Dl06Context) -> Findings:
 
     Fix: place the tables at least 40 octal words apart.
     """
-    for (_, first, last), (view, start, end) in combinations(tables(context), 2):
+    for (view, first, last), (other, start, end) in permutations(tables(context), 2):
         if first <= end and last >= start:
-            other = next(v for v, f, _ in tables(context) if f == first)
-            yield view.at(
-                "ramp_soak", "table", words=between((start, end)), other=other.name, theirs=between((first, last))
-            )
+            words, theirs = between((first, last)), between((start, end))
+            yield view.at("ramp_soak", "table", words=words, other=other.name, theirs=theirs).shared_with(other.name)
 
 
 @per_loop

@@ -6,11 +6,10 @@ from typing import TYPE_CHECKING
 
 from pidcfg.refs import DL06, Decision
 from pidcfg.validate.ideas import alarms
-from pidcfg.validate.ideas.duplicates import reported_once
 from pidcfg.validate.rule import Findings, error, info, per_loop, warning
 
 if TYPE_CHECKING:
-    from pidcfg.validate.rules.dl06.context import Dl06Context, LoopView
+    from pidcfg.validate.rules.dl06.context import LoopView
 
 LIMITS = DL06.at("Setpoint (SP) Limits")
 BUMPLESS = DL06.at("Bumpless Transfers")
@@ -87,26 +86,22 @@ def setpoint_limits_switched_off(view: LoopView) -> Findings:
         )
 
 
+@per_loop
 @info(
     "DL231",
     TROUBLE,
-    "the set point {value} is replaced by the PV when the loop goes from Manual to Auto (Bumpless I){others}",
+    "the set point {value} is replaced by the PV when the loop goes from Manual to Auto (Bumpless I)",
 )
-def setpoint_replaced_on_transfer(context: Dl06Context) -> Findings:
+def setpoint_replaced_on_transfer(view: LoopView) -> Findings:
     """The set point of the file does not survive the change to Auto.
 
     Why: Bumpless Transfer I makes the set point equal to the PV at that moment. "The loop setpoint appears to be
-    changing by itself" is a question of the manual's troubleshooting section. It is
-    reported once a file.
+    changing by itself" is a question of the manual's troubleshooting section.
 
     Fix: let the operator or the ladder program write the set point after the change to Auto, or take Bumpless II.
     """
-    replaced = [
-        view
-        for view in context.loops
-        if view.loop.mode == "auto" and view.loop.bumpless == "I" and view.loop.setpoint.value is not None
-    ]
-    return reported_once(replaced, lambda view: view.at("setpoint", "value", value=view.shown("setpoint")))
+    if view.loop.mode == "auto" and view.loop.bumpless == "I" and view.loop.setpoint.value is not None:
+        yield view.at("setpoint", "value", value=view.shown("setpoint"))
 
 
 @per_loop

@@ -91,8 +91,10 @@ def more_loops_than_the_cpu_has(context: Dl06Context) -> Findings:
     """
     if context.setup.flags & TOO_MANY:
         written = context.config.plc.number_of_loops is not None
-        place = COUNT if written else ("loops", CPU.loops)
-        yield finding(*place, plc_effect="V7642 bit 2", count=context.count, cpu=CPU.title, limit=CPU.loops)
+        place = COUNT if written else ("loops",)
+        yield finding(
+            *place, key=not written, plc_effect="V7642 bit 2", count=context.count, cpu=CPU.title, limit=CPU.loops
+        )
 
 
 @error("DL204", FLAGS, "the loop table of {loops} occupies {words}, past the boundary at {limit}")

@@ -8,7 +8,7 @@ from pidcfg.encoders.maps.dl06 import D16
 from pidcfg.encoders.words import nearest
 from pidcfg.refs import DL06, Decision
 from pidcfg.validate.ideas.alarms import PV_POINTS
-from pidcfg.validate.rule import Findings, info, per_loop, warning
+from pidcfg.validate.rule import Findings, checklist, info, per_loop, warning
 
 if TYPE_CHECKING:
     from pidcfg.validate.rules.dl06.context import LoopView
@@ -24,7 +24,7 @@ D17 = Decision(
 
 
 @per_loop
-@info(
+@checklist(
     "DL235",
     D16,
     "square-root extract: {word} holds the set point divided by the root of the span, 0 to {top} counts, "
@@ -38,7 +38,7 @@ def square_root_rescales_setpoint(view: LoopView) -> Findings:
     set point that a panel or the ladder writes must be converted there. An error of full flow keeps its full effect;
     the absolute alarms compare the raw PV.
 
-    Fix: nothing, if all who write the set point know. The 15-bit format gives finer steps.
+    Fix: see that all who write the set point know its scale. The 15-bit format gives finer steps.
     """
     if view.loop.pv.square_root:
         top = nearest(view.scales["sp"].full)

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+from itertools import product
 from typing import TYPE_CHECKING
 
 from pidcfg.encoders.dl06.encode import LOOP_SIZE
 from pidcfg.encoders.maps.dl06 import CPU, D03, LOOP_TABLE
 from pidcfg.refs import DL06
 from pidcfg.schemas.octal import v_name
-from pidcfg.validate.ideas.duplicates import repeats, reported_once
-from pidcfg.validate.rule import Finding, Findings, error, info, per_loop, warning
+from pidcfg.validate.ideas.duplicates import at_both, in_words, sharing
+from pidcfg.validate.rule import Finding, Findings, checklist, error, info, per_loop, warning
 from pidcfg.validate.rules.dl06.ramp_soak import tables
 from pidcfg.validate.rules.dl06.setup import between
 
@@ -99,7 +100,7 @@ def output_transferred_to_memory(view: LoopView) -> Findings:
         yield view.at("output", "transfer", "address", address=v_name(transfer.address), word=view.v("output_transfer"))
 
 
-@error("DL292", SOURCES, "slot {slot}, channel {channel} is already the output of {other}")
+@error("DL292", SOURCES, "slot {slot}, channel {channel} is also the output of {others}")
 def output_channel_written_twice(context: Dl06Context) -> Findings:
     """Two loops transfer their outputs to the same channel.
 
@@ -108,14 +109,16 @@ def output_channel_written_twice(context: Dl06Context) -> Findings:
     Fix: correct the slot or channel of one of them.
     """
     rows = ((channel_of(view.loop.output.transfer), view) for view in context.loops)
-    for channel, view, first in repeats((channel, view) for channel, view in rows if channel is not None):
-        yield view.at_key("output", "transfer", slot=channel[0], channel=channel[1], other=first.name)
+    for (slot, channel), view, others in sharing((place, view) for place, view in rows if place is not None):
+        finding = view.at_key("output", "transfer", slot=slot, channel=channel, others=in_words(others))
+        yield finding.shared_with(*others)
 
 
 @info(
     "DL293",
     SELECT,
-    "slot {slot}, channel {channel} is also the PV of {other}: right only for a combined input/output module",
+    "slot {slot}, channel {channel} is the PV of {reader} and the output of {writer}: right only for a combined "
+    "input/output module",
 )
 def channel_read_and_written(context: Dl06Context) -> Findings:
     """An output goes to the slot and channel from which a PV is read.
@@ -125,15 +128,16 @@ def channel_read_and_written(context: Dl06Context) -> Findings:
 
     Fix: check the module in this slot.
     """
-    read: dict[tuple[int, int], str] = {}
-    for view in context.loops:
-        channel = channel_of(view.loop.pv.transfer)
-        if channel is not None:
-            read.setdefault(channel, view.name)
-    for view in context.loops:
-        channel = channel_of(view.loop.output.transfer)
-        if channel is not None and channel in read:
-            yield view.at_key("output", "transfer", slot=channel[0], channel=channel[1], other=read[channel])
+    for reader, writer in product(context.loops, repeat=2):
+        place = channel_of(reader.loop.pv.transfer)
+        if place is None or place != channel_of(writer.loop.output.transfer):
+            continue
+        values = {"slot": place[0], "channel": place[1], "reader": reader.name, "writer": writer.name}
+        at_writer, at_reader = writer.at_key("output", "transfer"), reader.at_key("pv", "transfer")
+        if reader is writer:
+            yield at_writer.quoting(**values)
+        else:
+            yield from at_both(writer, at_writer, reader, at_reader, **values)
 
 
 @warning("DL294", SOURCES, "the PV's source {address} is {what}")
@@ -162,26 +166,23 @@ def _in_tables(context: Dl06Context, address: int) -> str:
     return "" if owner is None else f"in the ramp/soak table of {owner.name}"
 
 
-@info(
+@per_loop
+@checklist(
     "DL295",
     D03,
-    "{word} holds {digits}: slot {slot} by the manual's table (1 to 4), but its text counts slots from "
-    "0{hexadecimal}{others}",
+    "{word} holds {digits}: slot {slot} by the manual's table (1 to 4), but its text counts slots from 0{hexadecimal}",
 )
-def slot_counted_two_ways(context: Dl06Context) -> Findings:
+def slot_counted_two_ways(view: LoopView) -> Findings:
     """The manual counts the slots of the option cards in two ways.
 
     Why: its table says 1 to 4; its text says that slot 1 is the second slot and slot 0 is adjacent to the CPU. The file
-    is encoded by the table. Channels from 10 on are stored as hexadecimal digits, which the manual leaves open. It is
-    reported once a file. All channels of a module that is used this way are closed to the pointer method.
+    is encoded by the table. Channels from 10 on are stored as hexadecimal digits, which the manual leaves open.
+    All channels of a module that is used this way are closed to the pointer method.
 
-    Fix: nothing, once the first download has shown that the PV follows the right terminal.
+    Fix: see that the PV follows the right terminal.
     """
-    first: dict[str, LoopView] = {}
-    for view in context.loops:
-        if _channels(view):
-            first.setdefault(view.name, view)
-    return reported_once(list(first.values()), _slot)
+    if _channels(view):
+        yield _slot(view)
 
 
 def _channels(view: LoopView) -> list[tuple[str, tuple[int, int]]]:

@@ -10,7 +10,6 @@ from pidcfg.encoders.maps.dl06 import D01, RESET
 from pidcfg.encoders.words import EncodeError, bcd_digits
 from pidcfg.refs import DL06, Decision
 from pidcfg.schemas.base import decimal_text
-from pidcfg.validate.ideas.duplicates import reported_once
 from pidcfg.validate.rule import Finding, Findings, error, info, per_loop, warning
 from pidcfg.validate.views import value_or_switch
 
@@ -43,20 +42,19 @@ LARGEST_LIMIT = 20
     "DL211",
     D01,
     "reset {value} {unit} is stored as {digits}: {one} {unit} by the manual's feature table (xxx.x), "
-    "{two} {unit} by its text (xx.xx){others}",
+    "{two} {unit} by its text (xx.xx)",
 )
 def reset_has_two_readings(context: Dl06Context) -> Findings:
     """The manual contradicts itself about the decimals of the reset word, and the file takes no side.
 
     Why: the feature table says 0.1 to 999.8, the text says that all three gains are xx.xx. The wrong reading makes the
-    integral ten times too strong or too weak, in every loop of the file; it is reported once, at the first.
+    integral ten times too strong or too weak, in every loop of the file.
 
     Fix: download, compare one reset value with the PID setup dialog, then write `reset_decimals: 1` (or 2) under `plc`;
     the warning goes away with it.
     """
-    if "reset_decimals" in context.config.plc.model_fields_set:
-        return iter(())
-    return reported_once([view for view in context.loops if reset_digits(view) is not None], _two_readings)
+    if "reset_decimals" not in context.config.plc.model_fields_set:
+        yield from (_two_readings(view) for view in context.loops if reset_digits(view) is not None)
 
 
 def _two_readings(view: LoopView) -> Finding:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from pidcfg.encoders.maps.dpide import REMARKS, TABLE
-from pidcfg.validate.rule import Findings, info, per_loop, warning
+from pidcfg.validate.rule import Findings, checklist, info, per_loop, warning
 from pidcfg.validate.rules.dpide.derivative import derivative_of
 from pidcfg.validate.views import number_text
 
@@ -47,14 +47,14 @@ def dead_band_covers_range(view: LoopView) -> Findings:
 
 
 @per_loop
-@info("DP763", REMARKS, "when PV leaves the dead band of {value}, the error jumps from 0 to that, and {effect}")
+@checklist("DP763", REMARKS, "when PV leaves the dead band of {value}, the error jumps from 0 to that, and {effect}")
 def dead_band_kick(view: LoopView) -> Findings:
     """A dead band makes the output jump at its edge.
 
     Why: inside the band the error counts as 0 after PV has crossed SV. At its edge the full error comes back within one
     cycle, and MV jumps by the band times the gain. The previous error was 0, so a derivative of the error is a pulse.
 
-    Fix: nothing, if the actuator bears it. Otherwise write a smaller band, and `PID_DE: true` for the derivative.
+    Fix: see that the actuator bears it. Otherwise write a smaller band, and `PID_DE: true` for the derivative.
     """
     if any(view.held("ERR_DBW")):
         kicks = not view.loop.PID_DE and derivative_of(view) > 0

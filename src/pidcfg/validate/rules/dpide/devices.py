@@ -95,9 +95,7 @@ def integral_block_overlaps(context: DpideContext) -> Findings:
     """
     for first, second in overlapping(context):
         if "I_MV" in {first.operand, second.operand}:
-            yield second.view.at(
-                *second.path, mine=second.name, place=second.place, other=first.name, other_place=first.place
-            )
+            yield from _at_operands(first, second)
 
 
 @error("DP703", D258, "{mine} at {place} and {other} at {other_place} {reason}")
@@ -114,14 +112,17 @@ def devices_collide(context: DpideContext) -> Findings:
     for first, second in overlapping(context):
         reason = None if "I_MV" in {first.operand, second.operand} else conflict(first, second)
         if reason is not None:
-            yield second.view.at(
-                *second.path,
-                mine=second.name,
-                place=second.place,
-                other=first.name,
-                other_place=first.place,
-                reason=reason,
-            )
+            yield from _at_operands(first, second, reason=reason)
+
+
+def _at_operands(first: Held, second: Held, **values: str) -> Findings:
+    """A finding at the operand of each loop; of operands of one loop at the second."""
+    pairs = [(second, first)] if first.view is second.view else [(second, first), (first, second)]
+    for item, other in pairs:
+        finding = item.view.at(
+            *item.path, mine=item.name, place=item.place, other=other.name, other_place=other.place
+        ).quoting(**values)
+        yield finding if len(pairs) == 1 else finding.shared_with(other.view.name)
 
 
 def conflict(first: Held, second: Held) -> str | None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from pidcfg.encoders.dpide.symbols import D256, identifier, unusable
-from pidcfg.validate.ideas.duplicates import repeats
+from pidcfg.validate.ideas.duplicates import in_words, sharing
 from pidcfg.validate.rule import Findings, info, per_loop
 
 if TYPE_CHECKING:
@@ -27,7 +27,7 @@ def name_without_symbols(view: LoopView) -> Findings:
         yield view.at("name", reason=reason)
 
 
-@info("DP772", D256, "its symbols would be those of loop {other}, such as {symbol}")
+@info("DP772", D256, "its symbols would be those of {others}, such as {symbol}")
 def symbols_collide(context: DpideContext) -> Findings:
     """Two loops have the same symbols.
 
@@ -37,6 +37,8 @@ def symbols_collide(context: DpideContext) -> Findings:
     Fix: rename one of them, if the symbol table is wanted.
     """
     usable = [view for view in context.loops if unusable(view.name) is None]
-    for _, view, first in repeats((identifier(view.name, "SV").casefold(), view) for view in usable):
-        if first.name != view.name:
-            yield view.at("name", other=first.name, symbol=identifier(view.name, "SV"))
+    for _, view, names in sharing((identifier(view.name, "SV").casefold(), view) for view in usable):
+        others = [name for name in names if name != view.name]
+        if others:
+            finding = view.at("name", others=in_words(others), symbol=identifier(view.name, "SV"))
+            yield finding.shared_with(*others)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from pidcfg.encoders.maps.dpide import TABLE, WRITTEN
 from pidcfg.refs import DPIDE, Decision
 from pidcfg.schemas.base import decimal_text
-from pidcfg.validate.rule import Findings, error, info, per_loop, warning
+from pidcfg.validate.rule import Findings, checklist, error, info, per_loop, warning
 
 if TYPE_CHECKING:
     from pidcfg.validate.rules.dpide.context import LoopView
@@ -66,14 +66,14 @@ def tuned_coefficients_without_devices(view: LoopView) -> Findings:
 
 
 @per_loop
-@info("DP707", TABLE, "PID_MODE 1: the loop tunes as soon as it runs, and swings MV between {low} and {high}")
+@checklist("DP707", TABLE, "PID_MODE 1: the loop tunes as soon as it runs, and swings MV between {low} and {high}")
 def tunes_at_once(view: LoopView) -> Findings:
     """The file starts an autotune.
 
     Why: the instruction switches the output to find out how the process answers, without a ramp. That is right for an
     oven, and wrong for a motor.
 
-    Fix: nothing, if that is meant. Otherwise write 0.
+    Fix: see that the plant may be moved at that moment. Otherwise write 0.
     """
     if view.loop.PID_MODE == AUTOTUNE and view.loop.PID_RUN and view.limits is not None:
         low, high = view.limits

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from pidcfg.encoders.maps.dpide import TABLE
 from pidcfg.refs import DPIDE
 from pidcfg.validate.ideas.limits import outside_limits
-from pidcfg.validate.rule import Findings, error, info, per_loop, warning
+from pidcfg.validate.rule import Findings, checklist, error, per_loop, warning
 from pidcfg.validate.views import number_text
 
 if TYPE_CHECKING:
@@ -97,14 +97,14 @@ def limits_beyond_output(view: LoopView) -> Findings:
 
 
 @per_loop
-@info("DP746", TABLE, "MV is 0 while PID_RUN is FALSE, which is outside its limits {low} to {high}")
+@checklist("DP746", TABLE, "MV is 0 while PID_RUN is FALSE, which is outside its limits {low} to {high}")
 def stop_outside_limits(view: LoopView) -> Findings:
     """A loop that is stopped writes an output that lies outside its limits.
 
     Why: with PID_RUN FALSE the instruction resets MV to 0 and does not look at the limits. Where 0 is not off, the
     actuator moves.
 
-    Fix: nothing, if 0 is safe. Otherwise switch the instruction's EN off to hold MV, or let the program write the
+    Fix: see that 0 is safe. Otherwise switch the instruction's EN off to hold MV, or let the program write the
     output while the loop is stopped.
     """
     if view.limits is not None and not view.limits[0] <= 0 <= view.limits[1]:

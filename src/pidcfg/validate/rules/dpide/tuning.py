@@ -8,7 +8,7 @@ from pidcfg.diagnostics import Severity
 from pidcfg.encoders.maps.dpide import TABLE
 from pidcfg.refs import DPIDE
 from pidcfg.schemas.iec import Timed
-from pidcfg.validate.rule import Findings, error, info, per_loop, warning
+from pidcfg.validate.rule import Findings, checklist, error, per_loop, warning
 from pidcfg.validate.views import number_text
 
 if TYPE_CHECKING:
@@ -85,13 +85,13 @@ def negative_coefficient(view: LoopView) -> Findings:
 
 
 @per_loop
-@info("DP714", TABLE, "Ti_Ki is 0: without an integral the PV stays beside SV, unless BIAS is just right")
+@checklist("DP714", TABLE, "Ti_Ki is 0: without an integral the PV stays beside SV, unless BIAS is just right")
 def no_integral(view: LoopView) -> Findings:
     """There is no integral term.
 
     Why: MV is BIAS where PV is SV; any other load needs an error that stays.
 
-    Fix: nothing, if a steady error is acceptable. Otherwise write Ti or Ki.
+    Fix: see that a steady error is acceptable. Otherwise write Ti or Ki.
     """
     if view.held("Ti_Ki") == [0] and not (is_dead(view) or has_no_term(view) or tunes_itself(view)):
         yield view.at("Ti_Ki")
@@ -140,13 +140,13 @@ def integral_faster_than_cycle(view: LoopView) -> Findings:
 
 
 @per_loop
-@info("DP717", TABLE, "Kc_Kp is {gain}: the independent form works without a proportional term")
+@checklist("DP717", TABLE, "Kc_Kp is {gain}: the independent form works without a proportional term")
 def no_proportional(view: LoopView) -> Findings:
     """There is no proportional term, but another one.
 
     Why: an integral alone is slow, and swings with most processes.
 
-    Fix: nothing, if that is meant. Otherwise write Kp.
+    Fix: see that no proportional term is meant. Otherwise write Kp.
     """
     alone = not view.loop.PID_EQ and view.held("Kc_Kp") == [0] and not has_no_term(view)
     if alone and not tunes_itself(view):

@@ -48,7 +48,7 @@ def blocks_overlap(context: EzlogixContext) -> Findings:
     return blocks.blocks_overlap(context.loops)
 
 
-@error("EZ403", COUNT, "loop {number} of {count}: an EZLogix PLC calculates at most {limit} loops")
+@error("EZ403", COUNT, "{count} loops are listed; an EZLogix PLC calculates at most {limit}")
 def too_many_loops(context: EzlogixContext) -> Findings:
     """The file has more loops than the PLC.
 

@@ -7,11 +7,10 @@ from typing import TYPE_CHECKING
 
 from pidcfg.refs import EZLOGIX, Decision
 from pidcfg.schemas.base import decimal_text
-from pidcfg.validate.ideas.duplicates import reported_once
-from pidcfg.validate.rule import Findings, error, info, per_loop, warning
+from pidcfg.validate.rule import Findings, checklist, error, info, per_loop, warning
 
 if TYPE_CHECKING:
-    from pidcfg.validate.rules.ezlogix.context import EzlogixContext, LoopView
+    from pidcfg.validate.rules.ezlogix.context import LoopView
 
 VELOCITY = EZLOGIX.at("Velocity Algorithm")
 POSITION = EZLOGIX.at("Position Algorithm")
@@ -40,25 +39,26 @@ TENTH = 410
 """Counts: 10 % of the CV."""
 
 
-@info(
+@per_loop
+@checklist(
     "EZ421",
     VELOCITY,
     "velocity is the position form with the derivative of the PV, not an incremental form; its sign is printed "
-    "for direct action only, and taken as {sign} here{others}",
+    "for direct action only, and taken as {sign} here",
 )
-def velocity_is_not_incremental(context: EzlogixContext) -> Findings:
+def velocity_is_not_incremental(view: LoopView) -> Findings:
     """The algorithm that the manual calls velocity computes no increments.
 
     Why: other controllers add increments to the CV in their velocity form, so that it cannot wind up and needs no
     offset. This one has the whole sum like the position form; the derivative looks at the PV, so that a new set point
     gives no kick. As printed it would be positive feedback with reverse action: the printed sign is a misprint, and
-    `pidcfg` takes the sign that the error has. It is reported once a file.
+    `pidcfg` takes the sign that the error has.
 
-    Fix: nothing; but try a new loop with derivative in Manual and Auto on a harmless process. While the PV rises fast
+    Fix: try a new loop with derivative in Manual and Auto on a harmless process. While the PV rises fast
     the CV must rise with `action: direct` (cooling), and fall with `action: reverse` (heating).
     """
-    moving = [view for view in context.loops if view.loop.algorithm == "velocity" and view.held("derivative_time")]
-    return reported_once(moving, lambda view: view.at("algorithm", sign="+" if view.loop.action == "direct" else "-"))
+    if view.loop.algorithm == "velocity" and view.held("derivative_time"):
+        yield view.at("algorithm", sign="+" if view.loop.action == "direct" else "-")
 
 
 @per_loop

@@ -47,15 +47,14 @@ def tags_collide(context: EzlogixContext) -> Findings:
 
     Fix: rename one of the loops, or use {loop} in the template.
     """
-    owners: dict[str, str] = {}
+    template = context.config.plc.tag_names
+    owners: dict[str, dict[str, str]] = {}
     for view in context.loops:
-        name = view.name
-        tags = {
-            tag.casefold(): tag
-            for variable in VARIABLES.values()
-            for tag in (tag_name(context.config.plc.tag_names, view.index + 1, name, variable),)
-        }
-        clash = next((key for key in tags if owners.get(key, name) != name), None)
-        if clash is not None:
-            yield view.at("name", tag=tags[clash], other=owners[clash])
-        owners = {**dict.fromkeys(tags, name), **owners}
+        for variable in VARIABLES.values():
+            tag = tag_name(template, view.index + 1, view.name, variable)
+            owners.setdefault(tag.casefold(), {}).setdefault(view.name, tag)
+    for view in context.loops:
+        groups = [group for group in owners.values() if view.name in group]
+        pairs = {other: group[view.name] for group in reversed(groups) for other in group if other != view.name}
+        for other, tag in pairs.items():
+            yield view.at("name", tag=tag, other=other).shared_with(other)

@@ -10,7 +10,7 @@ from pidcfg.refs import EZLOGIX, Decision
 from pidcfg.schemas.base import decimal_text
 from pidcfg.schemas.ezlogix import CV_FULL
 from pidcfg.validate.ideas.limits import NUMBERS, outside_limits
-from pidcfg.validate.rule import Findings, error, info, per_loop, warning
+from pidcfg.validate.rule import Findings, checklist, error, info, per_loop, warning
 
 if TYPE_CHECKING:
     from pidcfg.validate.rules.ezlogix.context import LoopView
@@ -88,14 +88,14 @@ def anti_windup_blind_to_limits(view: LoopView) -> Findings:
 
 
 @per_loop
-@info("EZ457", LOW, "the CV low limit is {low}: in Auto the output never goes below {percent} %")
+@checklist("EZ457", LOW, "the CV low limit is {low}: in Auto the output never goes below {percent} %")
 def output_never_off(view: LoopView) -> Findings:
     """The CV low limit is above 0.
 
     Why: the loop cannot switch its output off, whatever the PV is; pulses keep the minimum duty cycle that the dialog
     shows. With a heater that is more than the losses at the set point, the temperature goes on rising.
 
-    Fix: nothing, if the process needs a minimum; otherwise a low limit of 0.
+    Fix: see that the process needs this minimum; otherwise write a low limit of 0.
     """
     low = view.cv_limits[0] if view.cv_limits is not None else 0
     if low and not left_out(view, low):

@@ -10,7 +10,7 @@ from pidcfg.encoders.maps.ezlogix import DUTY_FULL
 from pidcfg.refs import EZLOGIX, Decision
 from pidcfg.schemas.base import decimal_text
 from pidcfg.schemas.ezlogix import CV_FULL
-from pidcfg.validate.rule import Findings, error, info, per_loop, warning
+from pidcfg.validate.rule import Findings, checklist, error, info, per_loop, warning
 from pidcfg.validate.rules.ezlogix.equation import at_defaults
 from pidcfg.validate.views import number_text
 
@@ -250,14 +250,14 @@ def cycle_beyond_integral_time(context: EzlogixContext) -> Findings:
             yield view.at("output", "pulse", "cycle_time", cycle=decimal_text(p.cycle), integral=decimal_text(integral))
 
 
-@info("EZ473", D192, "a cycle of {cycle} s is up to {times} million pulses a year: for solid-state outputs only")
+@checklist("EZ473", D192, "a cycle of {cycle} s is up to {times} million pulses a year: for solid-state outputs only")
 def cycle_wears_relays(context: EzlogixContext) -> Findings:
     """The cycle time is short for an electromechanical relay or contactor.
 
     Why: each cycle switches once on and once off. The manual suggests cycles as long as possible to extend the life of
     relays; a contactor is worn after some million operations.
 
-    Fix: nothing for solid-state outputs and valves made for it; otherwise 10 s or more.
+    Fix: see that the output is solid-state, or the valve made for it; otherwise write 10 s or more.
     """
     for view, p in pulses(context):
         if p.cycle < SPARING:

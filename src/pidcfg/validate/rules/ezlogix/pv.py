@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from pidcfg.encoders.maps.ezlogix import D154
 from pidcfg.refs import EZLOGIX, Decision
 from pidcfg.schemas.ezlogix import CV_FULL, D150
-from pidcfg.validate.rule import Findings, error, info, per_loop, warning
+from pidcfg.validate.rule import Findings, checklist, error, per_loop, warning
 from pidcfg.validate.views import number_text
 
 if TYPE_CHECKING:
@@ -28,7 +28,7 @@ D187 = Decision(
 
 
 @per_loop
-@info(
+@checklist(
     "EZ445",
     D154,
     "square root: {register} holds the set point on the scale of the root, 0 to {top} counts, {step} % of full "
@@ -41,8 +41,8 @@ def square_root_rescales_set_point(view: LoopView) -> Findings:
     the root's scale. Of 4095 counts 64 are left. `pidcfg` converts what is written in the file; a set point that a
     panel or the ladder program writes must be converted there.
 
-    Fix: nothing, if all who write the set point know. For finer steps take the root in the ladder program, into an R
-    register with 0 to 4095 counts, and switch `square_root` off.
+    Fix: see that all who write the set point know its scale. For finer steps take the root in the ladder program, into
+    an R register with 0 to 4095 counts, and switch `square_root` off.
     """
     if view.loop.pv.square_root and view.scales["pv"].format.minimum == 0:
         top = view.scales["sp"].top
@@ -87,14 +87,14 @@ def square_root_of_offset_range(view: LoopView) -> Findings:
 
 
 @per_loop
-@info("EZ448", D150, "the PV spans {span} counts, the CV 4095: a gain of 1 acts as {times} would on percentages")
+@checklist("EZ448", D150, "the PV spans {span} counts, the CV 4095: a gain of 1 acts as {times} would on percentages")
 def counts_beyond_cv(view: LoopView) -> Findings:
     """The PV has more than twice as many counts as the CV.
 
     Why: the gain is in counts of the CV per count of the PV. With a PV of 16 bits the same gain is 16 times as strong
     as with one of 12 bits, and gains below 0.10 have few digits.
 
-    Fix: nothing, if the gain was chosen for these counts. Otherwise scale the PV to 0 to 4095 in the ladder program.
+    Fix: see that the gain was chosen for these counts. Otherwise scale the PV to 0 to 4095 in the ladder program.
     """
     span = view.scales["pv"].format.span
     if span > MUCH * CV_FULL:

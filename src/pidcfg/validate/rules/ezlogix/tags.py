@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from itertools import combinations
+from itertools import combinations, permutations
 from typing import TYPE_CHECKING
 
 from pidcfg.diagnostics import Severity
 from pidcfg.refs import EZLOGIX, Decision
-from pidcfg.validate.ideas.duplicates import repeats
-from pidcfg.validate.rule import Findings, error, info, per_loop, warning
+from pidcfg.validate.ideas.duplicates import at_both
+from pidcfg.validate.rule import Findings, checklist, error, info, per_loop, warning
 from pidcfg.validate.rules.ezlogix.context import PLACES, EzlogixContext, LoopView, register_number
 
 if TYPE_CHECKING:
@@ -40,7 +40,7 @@ CV = "CV tag"
 NAMES = {offset: name for name, offset in PLACES.items()}
 
 
-@error("EZ404", BASE, "the {what} tag {tag} is the register {register} of {owner}: {consequence}")
+@error("EZ404", BASE, "the {what} tag {tag} of {loop} is the register {register} of {owner}: {consequence}")
 def tag_in_register_block(context: EzlogixContext) -> Findings:
     """A PV or CV tag is one of the 32 registers of a loop.
 
@@ -55,22 +55,25 @@ def tag_in_register_block(context: EzlogixContext) -> Findings:
             owner = context.owner(tag)
             if owner is None or (what == "CV" and context.inner(view) is not None):
                 continue
-            consequence = "the loop overwrites it" if what == "CV" else "it is no measurement"
-            yield view.at(
-                place,
-                "tag",
-                what=what,
-                tag=tag,
-                register=NAMES[owner[1]],
-                owner=owner[0].loop.name,
-                consequence=consequence,
-            )
+            values = {
+                "what": what,
+                "tag": tag,
+                "loop": view.name,
+                "register": NAMES[owner[1]],
+                "owner": owner[0].name,
+                "consequence": "the loop overwrites it" if what == "CV" else "it is no measurement",
+            }
+            if owner[0] is view:
+                yield view.at(place, "tag").quoting(**values)
+            else:
+                at_owner = owner[0].at(owner[0].extents[0].key)
+                yield from at_both(view, view.at(place, "tag"), owner[0], at_owner, **values)
 
 
-@info(
+@checklist(
     "EZ405",
     D180,
-    "the CV tag {tag} is the set point register of {inner}: a cascade; the CV's limits are {low} and {high} "
+    "the CV tag {tag} of {loop} is the set point register of {inner}: a cascade; the CV's limits are {low} and {high} "
     "counts, the set point's {inner_low} and {inner_high}",
 )
 def cv_writes_set_point(context: EzlogixContext) -> Findings:
@@ -80,8 +83,8 @@ def cv_writes_set_point(context: EzlogixContext) -> Findings:
     Where it may go beyond the inner set point's limits (a warning), the set point stands still and the outer loop winds
     up, since a CV saturates at 0 and 4095 only.
 
-    Fix: nothing, if a cascade is meant; make the CV's limits those of the inner set point. Otherwise choose a register
-    outside all blocks.
+    Fix: make the CV's limits those of the inner set point, if a cascade is meant. Otherwise choose a register outside
+    all blocks.
     """
     for view in context.loops:
         inner = context.inner(view)
@@ -90,20 +93,14 @@ def cv_writes_set_point(context: EzlogixContext) -> Findings:
         cv, sp = view.cv_limits, inner.setpoint_limits
         if cv is not None and sp is not None:
             beyond = cv[0] < sp[0] or cv[1] > sp[1]
-            yield view.at(
-                "output",
-                "tag",
-                severity=Severity.WARNING if beyond else None,
-                tag=view.loop.output.tag,
-                inner=inner.name,
-                low=cv[0],
-                high=cv[1],
-                inner_low=sp[0],
-                inner_high=sp[1],
-            )
+            severity = Severity.WARNING if beyond else None
+            names = {"loop": view.name, "tag": view.loop.output.tag, "inner": inner.name}
+            limits = {"low": cv[0], "high": cv[1], "inner_low": sp[0], "inner_high": sp[1]}
+            at_outer, at_inner = view.at("output", "tag", severity=severity), inner.at("setpoint", severity=severity)
+            yield from at_both(view, at_outer, inner, at_inner, **names, **limits)
 
 
-@error("EZ406", CV_TAG, "{tag} is already the {what} of {other}: two loops would write it")
+@error("EZ406", CV_TAG, "{tag} is also the {what} of {other}: two loops would write it")
 def output_tag_shared(context: EzlogixContext) -> Findings:
     """Two loops have one CV tag, or one control output.
 
@@ -111,9 +108,12 @@ def output_tag_shared(context: EzlogixContext) -> Findings:
 
     Fix: give each loop outputs of its own. Where one actuator serves two loops, let the ladder program choose.
     """
-    for tag, (view, what), (first, _) in repeats(_written(context)):
-        place = ("output", "tag") if what == CV else ("output", "pulse", "tag")
-        yield view.at(*place, basis=None if what == CV else OUTPUT_TAG, tag=tag, what=what, other=first.name)
+    for (tag, (view, what)), (other_tag, (other, theirs)) in permutations(_written(context), 2):
+        if tag == other_tag:
+            place = ("output", "tag") if what == CV else ("output", "pulse", "tag")
+            basis = None if what == CV else OUTPUT_TAG
+            found = view.at(*place, basis=basis, tag=tag, what=theirs, other=other.name)
+            yield found if other is view else found.shared_with(other.name)
 
 
 def _written(context: EzlogixContext) -> Iterator[tuple[str, tuple[LoopView, str]]]:
@@ -143,7 +143,7 @@ def same_pv(context: EzlogixContext) -> Iterator[tuple[LoopView, LoopView]]:
     return (pair for pair in combinations(context.loops, 2) if pair[0].loop.pv.tag == pair[1].loop.pv.tag)
 
 
-@info("EZ408", D181, "{tag} is already the PV of {other}, which acts in the same direction: {action}")
+@info("EZ408", D181, "{tag} is also the PV of {other}, which acts in the same direction: {action}")
 def pv_tag_shared(context: EzlogixContext) -> Findings:
     """Two loops read the same measurement and act in the same direction.
 
@@ -155,7 +155,9 @@ def pv_tag_shared(context: EzlogixContext) -> Findings:
     """
     for first, second in same_pv(context):
         if first.loop.action == second.loop.action:
-            yield second.at("pv", "tag", tag=second.loop.pv.tag, other=first.name, action=second.loop.action)
+            at_first, at_second = first.at("pv", "tag", other=second.name), second.at("pv", "tag", other=first.name)
+            values = {"tag": second.loop.pv.tag, "action": second.loop.action}
+            yield from at_both(first, at_first, second, at_second, **values)
 
 
 @warning(
@@ -178,15 +180,9 @@ def set_points_crossed(context: EzlogixContext) -> Findings:
         if same_scale and heating.setpoint is not None and cooling.setpoint is not None:
             high, low = heating.setpoint, cooling.setpoint
             if high > low:
-                yield second.at(
-                    "setpoint",
-                    "value",
-                    tag=second.loop.pv.tag,
-                    heating=heating.name,
-                    cooling=cooling.name,
-                    high=high,
-                    low=low,
-                )
+                names = {"tag": second.loop.pv.tag, "heating": heating.name, "cooling": cooling.name}
+                at_first, at_second = (view.at("setpoint", "value", high=high, low=low) for view in (first, second))
+                yield from at_both(first, at_first, second, at_second, **names)
 
 
 def logical(context: EzlogixContext, tag: str) -> bool:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 from pidcfg.encoders.generic.decisions import D302
 from pidcfg.schemas.names import nearest
 from pidcfg.validate.ideas.cascades import rings
+from pidcfg.validate.ideas.duplicates import at_both
 from pidcfg.validate.rule import Findings, error, per_loop, warning
 
 if TYPE_CHECKING:
@@ -57,8 +58,12 @@ def cascade_ring(context: GenericContext) -> Findings:
     masters = [master_of(context, view) for view in context.loops]
     for ring in rings([None if master is None else master.index for master in masters]):
         if len(ring) > 1:
-            names = " - ".join(context.loops[i].name for i in (*ring, ring[0]))
-            yield context.loops[ring[0]].at("setpoint", "source", names=names)
+            names = [context.loops[i].name for i in ring]
+            way = " - ".join((*names, names[0]))
+            for i in ring:
+                view = context.loops[i]
+                others = (name for name in names if name != view.name)
+                yield view.at("setpoint", "source", names=way).shared_with(*others)
 
 
 @per_loop
@@ -74,7 +79,9 @@ def cascade_without_source(view: LoopView) -> Findings:
         yield view.at("mode")
 
 
-@warning("GN835", D302, "the output of {master} has the range {low} to {high}, this PV {own_low} to {own_high}")
+@warning(
+    "GN835", D302, "the output of {master} has the range {low} to {high}, the PV of {slave} {own_low} to {own_high}"
+)
 def cascade_scales_differ(context: GenericContext) -> Findings:
     """The master's output and the slave's PV have different ranges.
 
@@ -90,12 +97,13 @@ def cascade_scales_differ(context: GenericContext) -> Findings:
             continue
         output, pv = master.loop.output.range, view.loop.pv.range
         if output != pv:
-            yield view.at(
-                "setpoint",
-                "source",
-                master=master.loop.name,
-                low=output[0],
-                high=master.out(output[1]),
-                own_low=pv[0],
-                own_high=view.pv(pv[1]),
-            )
+            values = {
+                "master": master.name,
+                "slave": view.name,
+                "low": output[0],
+                "high": master.out(output[1]),
+                "own_low": pv[0],
+                "own_high": view.pv(pv[1]),
+            }
+            at_slave, at_master = view.at("setpoint", "source"), master.at("output", "range")
+            yield from at_both(view, at_slave, master, at_master, **values)

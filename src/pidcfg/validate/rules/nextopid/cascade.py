@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING
 
 from pidcfg.refs import NEXTOPID
 from pidcfg.validate.ideas.cascades import rings
-from pidcfg.validate.rule import Finding, Findings, error, info, per_pid, warning
+from pidcfg.validate.ideas.duplicates import at_both, in_words
+from pidcfg.validate.rule import Findings, error, info, per_pid, warning
 from pidcfg.validate.rules.nextopid.links import D218
 from pidcfg.validate.views import number_text
 
@@ -31,9 +32,12 @@ def cascade_in_a_circle(context: NextopidContext) -> Findings:
     """
     masters = {link.slave.number: link.master.number for link in context.network.links}
     for ring in rings([masters.get(view.number) for view in context.views]):
-        names = [context.views[i].name for i in (*ring, ring[0])]
-        way = " follows ".join(names if len(names) <= MOST_NAMES else [*names[:MOST_NAMES], "…"])
-        yield context.views[ring[0]].at("SP_CASC", name=names[0], way=way)
+        names = [context.views[i].name for i in ring]
+        circle = [*names, names[0]]
+        way = " follows ".join(circle if len(circle) <= MOST_NAMES else [*circle[:MOST_NAMES], "…"])
+        for view in (context.views[i] for i in ring):
+            finding = view.at("SP_CASC", name=view.name, way=way)
+            yield finding.shared_with(*(name for name in names if name != view.name))
 
 
 @error(
@@ -49,9 +53,13 @@ def two_masters(context: NextopidContext) -> Findings:
     Fix: choose one, or put a selector between them and wire it as an override.
     """
     for links in context.network.links_of_slave.values():
-        masters, view = [link.master.name for link in links], links[0].slave
+        masters, view = [link.master for link in links], links[0].slave
         if len(masters) > 1:
-            yield view.at("SP_CASC", slave=view.name, masters=" and ".join(masters))
+            names = [master.name for master in masters]
+            values = {"slave": view.name, "masters": in_words(names)}
+            yield view.at("SP_CASC").quoting(**values).shared_with(*names)
+            for master in masters:
+                yield master.at("name").quoting(**values).shared_with(view.name)
 
 
 @warning(
@@ -69,7 +77,11 @@ def several_slaves(context: NextopidContext) -> Findings:
     """
     for master, links in context.network.masters():
         if len(links) > 1:
-            yield master.at("name", master=master.name, slaves=" and ".join(link.slave.name for link in links))
+            names = [link.slave.name for link in links]
+            values = {"master": master.name, "slaves": in_words(names)}
+            yield master.at("name").quoting(**values).shared_with(*names)
+            for link in links:
+                yield link.slave.at("SP_CASC").quoting(**values).shared_with(master.name)
 
 
 @info("NX665", CASCADE, "CASC is FALSE: {loop}{role} never follows SP_CASC, {source}")
@@ -116,7 +128,7 @@ def master_in_cascade_mode(context: NextopidContext) -> Findings:
             yield master.at("CASC", loop=master.name, slave=links[0].slave.name, value=value)
 
 
-@warning("NX673", LIMITS, "{key} {mine} of the master {master} is beyond {limit} {theirs} of its slave {slave}")
+@warning("NX673", LIMITS, "{parameter} {mine} of the master {master} is beyond {limit} {theirs} of its slave {slave}")
 def master_range_beyond_slave(context: NextopidContext) -> Findings:
     """A master can ask its slave for more than the slave takes.
 
@@ -131,16 +143,11 @@ def master_range_beyond_slave(context: NextopidContext) -> Findings:
             if mv is None or pv is None or link.master.mv_limits is None or link.slave.pv_limits is None:
                 continue
             if link.exact and (mv - pv) * way > 0:
-                yield link.master.at(
-                    key,
-                    f"{link.slave.name}.WarnBits.SP_CASC_{limit}",
-                    key=key,
-                    mine=link.master.shown(key),
-                    master=link.master.name,
-                    limit=limit,
-                    theirs=link.slave.shown(limit),
-                    slave=link.slave.name,
-                )
+                effect = f"{link.slave.name}.WarnBits.SP_CASC_{limit}"
+                shown = {"mine": link.master.shown(key), "limit": limit, "theirs": link.slave.shown(limit)}
+                names = {"parameter": key, "master": link.master.name, "slave": link.slave.name}
+                at_master, at_slave = link.master.at(key, effect), link.slave.at(limit, effect)
+                yield from at_both(link.master, at_master, link.slave, at_slave, **shown, **names)
 
 
 @warning("NX674", HINTS, "the slave {slave} is calculated every {time} s, its master {master} every {other} s")
@@ -154,12 +161,7 @@ def slave_slower_than_master(context: NextopidContext) -> Findings:
     """
     for link in context.network.links:
         if link.slave.sample_time > link.master.sample_time:
-            yield Finding(
-                link.slave.time_place,
-                {
-                    "slave": link.slave.name,
-                    "master": link.master.name,
-                    "time": number_text(link.slave.sample_time),
-                    "other": number_text(link.master.sample_time),
-                },
-            )
+            times = {"time": number_text(link.slave.sample_time), "other": number_text(link.master.sample_time)}
+            values = {"slave": link.slave.name, "master": link.master.name, **times}
+            at_slave, at_master = link.slave.at("sample_time"), link.master.at("sample_time")
+            yield from at_both(link.slave, at_slave, link.master, at_master, **values)

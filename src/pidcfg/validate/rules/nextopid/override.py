@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING
 
 from pidcfg.diagnostics import Severity
 from pidcfg.refs import NEXTOPID, Decision
-from pidcfg.validate.rule import Findings, error, info, per_pid, warning
+from pidcfg.validate.ideas.duplicates import at_both
+from pidcfg.validate.rule import Findings, checklist, error, info, per_pid, warning
 from pidcfg.validate.rules.nextopid.links import D218, fault_of
 from pidcfg.validate.rules.nextopid.paths import SELECTORS
 from pidcfg.validate.views import number_text
@@ -110,14 +111,10 @@ def selector_of_opposite_loops(context: NextopidContext) -> Findings:
         if None not in modes and modes[0] != modes[1]:
             smaller = selector.type == "ControlSelectMin"
             sides = ["above" if bool(mode) == smaller else "below" for mode in modes]
-            yield selector.at(
-                "type",
-                selector=selector.name,
-                first=first.loop.name,
-                second=second.loop.name,
-                side=sides[0],
-                other_side=sides[1],
-            )
+            values = {"selector": selector.name, "first": first.loop.name, "second": second.loop.name}
+            values |= {"side": sides[0], "other_side": sides[1]}
+            at_first, at_second = first.loop.at("Direct"), second.loop.at("Direct")
+            yield from at_both(first.loop, at_first, second.loop, at_second, **values)
 
 
 @warning("NX679", OVERRIDE, "{selector} compares MV of {first} ({limits}) with MV of {second} ({others})")
@@ -132,14 +129,10 @@ def override_limits_differ(context: NextopidContext) -> Findings:
     for selector, first, second in context.network.pairs():
         one, other = first.loop.mv_limits, second.loop.mv_limits
         if one and other and one != other and first.exact and second.exact:
-            yield selector.at(
-                "MV2",
-                selector=selector.name,
-                first=first.loop.name,
-                second=second.loop.name,
-                limits=_range(first.loop),
-                others=_range(second.loop),
-            )
+            key = "MinMV" if one[0] != other[0] else "MaxMV"
+            ranges = {"limits": _range(first.loop), "others": _range(second.loop)}
+            values = {"selector": selector.name, "first": first.loop.name, "second": second.loop.name, **ranges}
+            yield from at_both(first.loop, first.loop.at(key), second.loop, second.loop.at(key), **values)
 
 
 def _range(loop: BlockView) -> str:
@@ -168,14 +161,14 @@ def override_without_selector(context: NextopidContext) -> Findings:
             yield view.at("OVERR", found=state, what="TRK_VAL, the MV that controls instead, is not given")
 
 
-@info("NX681", D219, "{loop} has no integral: OVERR and TRK_VAL change nothing in it")
+@checklist("NX681", D219, "{loop} has no integral: OVERR and TRK_VAL change nothing in it")
 def override_without_integral(context: NextopidContext) -> Findings:
     """A loop of an override has no integral.
 
     Why: override works on the integral alone. Without one the loop takes the valve at a fixed distance from its set
     point, which may be what is wanted of a limiter.
 
-    Fix: nothing, or give Ti_Ki.
+    Fix: see that a loop without an integral is meant; otherwise give Ti_Ki.
     """
     for legs in context.network.legs_of_loop.values():
         loop = legs[0].loop

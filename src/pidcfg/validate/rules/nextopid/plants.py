@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from pidcfg.refs import NEXTOPID, Decision
-from pidcfg.validate.rule import Finding, Findings, error, warning
+from pidcfg.validate.rule import Findings, error, warning
 from pidcfg.validate.rules.nextopid.known import value_text
 from pidcfg.validate.rules.nextopid.paths import Ring
 from pidcfg.validate.views import number_text
@@ -80,7 +80,9 @@ def sample_time_long_for_the_process(context: NextopidContext) -> Findings:
         slowest = max(ring.processes, key=lambda block: block.number_of("Tc") or 0, default=None)
         constant = None if slowest is None else slowest.number_of("Tc")
         if slowest is not None and constant is not None and 0 < constant <= 10 * view.sample_time:
-            yield Finding(
-                view.time_place,
-                {"sample": number_text(view.sample_time), "constant": number_text(constant), "process": slowest.name},
+            yield view.at(
+                "sample_time",
+                sample=number_text(view.sample_time),
+                constant=number_text(constant),
+                process=slowest.name,
             )

@@ -24,7 +24,6 @@ from pidcfg.validate.views import Context
 if TYPE_CHECKING:
     from pidcfg.diagnostics import Severity
     from pidcfg.encoders.parameters import Parameter
-    from pidcfg.paths import Path
     from pidcfg.schemas.expressions import Expression
 
 PV_KEYS = frozenset(("SP", "SP_CASC", "PV", "MaxPV", "MinPV", "DeadBand"))
@@ -103,12 +102,6 @@ class BlockView:
         """The interval of its calls in s."""
         time: Decimal | None = getattr(self.item, "sample_time", None)
         return self.context.config.plc.sample_time if time is None else time
-
-    @property
-    def time_place(self) -> Path:
-        """Where the interval of its calls is written."""
-        has_time = getattr(self.item, "sample_time", None) is not None
-        return (*self.placed.place, "sample_time") if has_time else ("plc", "sample_time")
 
     @cached_property
     def mv_limits(self) -> tuple[Decimal, Decimal] | None:

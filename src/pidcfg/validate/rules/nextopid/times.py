@@ -47,8 +47,7 @@ def sample_time_above_60_s(view: BlockView) -> Findings:
     Fix: call it more often; a slow process is served by small gains, not by long intervals.
     """
     if view.sample_time > LONGEST_SAMPLE:
-        values = {"time": number_text(view.sample_time)}
-        yield Finding(view.time_place, values, plc_effect="ErrBits.SampleTime")
+        yield view.at("sample_time", "ErrBits.SampleTime", time=number_text(view.sample_time))
 
 
 @error("NX625", ERRORS, "sample_time is {time} s; it must be above 0")

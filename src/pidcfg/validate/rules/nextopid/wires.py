@@ -11,6 +11,7 @@ from pidcfg.encoders.nextopid.encode import WireError
 from pidcfg.encoders.nextopid.wiring import D204, D205
 from pidcfg.refs import NEXTOPID, Decision
 from pidcfg.schemas.names import nearest
+from pidcfg.validate.ideas.duplicates import in_words
 from pidcfg.validate.rule import Finding, Findings, error, info, warning
 
 if TYPE_CHECKING:
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
     from pidcfg.validate.rules.nextopid.context import NextopidContext
 
 BLOCKS = NEXTOPID.at("chapter 1: Introduction")
+LOOP = "the loop"
 
 D209 = Decision(
     209,
@@ -91,7 +93,9 @@ def ring_without_delay(context: NextopidContext) -> Findings:
         names = [context.views[i].name for i in ring]
         several = f"{', '.join(names[:-1])} and {names[-1]} feed each other"
         text = f"{names[0]} feeds itself" if len(names) == 1 else several
-        yield context.views[ring[0]].at("name", names=text)
+        loops = [context.views[i].name for i in ring if context.views[i].placed.is_loop]
+        for view in (context.views[i] for i in ring):
+            yield view.at("name", names=text).shared_with(*(name for name in loops if name != view.name))
 
 
 @error("NX603", BLOCKS, "{name} is the library's own {taken}")
@@ -107,7 +111,7 @@ def name_of_a_library_block(context: NextopidContext) -> Findings:
             yield Finding(path, {"name": name, "taken": LIBRARY[name.casefold()]}, key=path[0] == "signals")
 
 
-@error("NX604", D209, "the name {name} is already used by {first}{letters}")
+@error("NX604", D209, "the name {name} is also that of {others}{letters}")
 def name_used_twice(context: NextopidContext) -> Findings:
     """The program, its signals and its blocks do not all have names of their own.
 
@@ -116,14 +120,19 @@ def name_used_twice(context: NextopidContext) -> Findings:
 
     Fix: rename one of them.
     """
-    first: dict[str, tuple[str, str, Path]] = {}
-    for what, name, path in named(context):
-        other = first.setdefault(name.casefold(), (what, name, path))
-        both_loops = path[0] == other[2][0] == "loops" and name == other[1]  # PID106
-        if other[2] != path and not both_loops:
-            letters = "" if name == other[1] else ": capital and small letters are the same"
-            values = {"name": name, "first": f"{other[0]} {other[1]}", "letters": letters}
-            yield Finding(path, values, key=path[0] == "signals")
+    groups: dict[str, list[tuple[str, str, Path]]] = {}
+    for row in named(context):
+        groups.setdefault(row[1].casefold(), []).append(row)
+    for rows in groups.values():
+        for what, name, path in rows if len(rows) > 1 else ():
+            mine = (what, name) if what == LOOP else None  # loops of one name have PID106
+            others = [row for row in rows if row[2] != path and row[:2] != mine]
+            if others:
+                same = all(row[1] == name for row in others)
+                letters = "" if same else ": capital and small letters are the same"
+                values = {"name": name, "others": in_words([" ".join(row[:2]) for row in others]), "letters": letters}
+                loops = (row[1] for row in others if row[0] == LOOP)
+                yield Finding(path, values, key=path[0] == "signals").shared_with(*loops)
 
 
 @info("NX605", D210, "no wire reads the signal {name}")
@@ -175,7 +184,7 @@ def named(context: NextopidContext) -> Iterator[tuple[str, str, Path]]:
     for name in context.config.signals:
         yield "the signal", name, ("signals", name)
     for placed in context.encoding.items:
-        yield "the loop" if placed.is_loop else "the block", placed.item.name, (*placed.place, "name")
+        yield LOOP if placed.is_loop else "the block", placed.item.name, (*placed.place, "name")
 
 
 def _read(context: NextopidContext) -> set[str]:

@@ -1,0 +1,141 @@
+"""What covers a finding covers it after every edit that does not touch its loop, and no other one instead."""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from dataclasses import replace
+from decimal import Decimal
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from edited_files import NAME, checked, inserted, moved, pool, renamed, reordered, spaced
+from pidcfg.cli.options import selected
+from pidcfg.source import read_document
+from pidcfg.validate.baseline import compare, enters, entry
+from pidcfg.validate.suppression import suppress
+
+VENDORS = ("dl06", "click", "ezlogix", "nextopid", "dpide", "generic")
+
+OF_ALL_LOOPS = {"DL210"}
+"""Rules about each loop for which the number of loops counts: with a fifth loop the CPU really is too slow."""
+EXAMPLES = settings(max_examples=25)
+
+
+def identity(d):
+    return entry(d, str)
+
+
+def findings(text):
+    return list(checked(text).findings)
+
+
+@st.composite
+def edits(draw, parts):
+    """An edited file, and the names of loops that the edits touched."""
+    touched = set()
+    for n in range(draw(st.integers(1, 3))):
+        kind = draw(st.sampled_from(["append", "insert", "reorder", "rename", "move", "space"]))
+        at = draw(st.integers(0, len(parts.loops) - 1))
+        if kind in {"append", "insert"} and not any(name.startswith("ADDED") for name in parts.names):
+            parts = inserted(parts, len(parts.loops) if kind == "append" else at, n + 1)
+            touched.add(f"ADDED{n + 1}")
+        elif kind == "reorder":
+            parts = reordered(parts, draw(st.permutations(range(len(parts.loops)))))
+        elif kind == "space":
+            parts = spaced(parts, at)
+        elif kind in {"rename", "move"} and not touched & {"RENAMED"}:
+            name = parts.names[at]
+            after = (renamed if kind == "rename" else moved)(parts, name)
+            if after.vendor != "dl06" or kind == "rename":
+                touched |= {name, "RENAMED"} if after != parts else set()
+            parts = after
+    return parts, touched
+
+
+def concerns(d, touched):
+    """Whether an edit of these loops may change a finding: it is one of theirs, or of something that they share."""
+    return d.loop in touched or bool(touched & set(d.with_loops)) or not d.loop or d.code in OF_ALL_LOOPS
+
+
+@pytest.mark.parametrize("vendor", VENDORS)
+@EXAMPLES
+@given(data=st.data())
+def test_edits_elsewhere_never_change_what_is_covered(vendor, data):
+    parts = data.draw(st.sampled_from(pool(vendor)))
+    before = findings(parts.text)
+    target = data.draw(st.sampled_from([d for d in before if d.loop]))
+    with_comment = commented(parts, target)
+    edited, touched = data.draw(edits(with_comment))
+    text = edited.text
+    after = findings(text)
+    mine, theirs = ([d for d in rows if not concerns(d, touched)] for rows in (before, after))
+
+    assert Counter(map(identity, mine)) == Counter(map(identity, theirs))
+
+    known = compare(after, lambda _: True, list(map(identity, filter(enters, before))), set(), str).known
+    assert all(any(d is one for one in known) for d in theirs if enters(d)), "the baseline"
+    assert all(identity(d) in set(map(identity, before)) for d in known)
+
+    covered = {identity(d) for d in before if not any(d is one for one in selected(before, [], [target.code]))}
+    assert covered >= {identity(d) for d in theirs if d not in selected(after, [], [target.code])}, "a setting"
+
+    ignored = [one.finding for one in suppress(after, read_document(text.encode(), "plant.yaml")).ignored]
+    first = suppress(findings(with_comment.text), read_document(with_comment.text.encode(), "plant.yaml")).ignored
+    assert Counter(identity(d) for d in ignored if not concerns(d, touched)) == Counter(
+        identity(one.finding) for one in first if not concerns(one.finding, touched)
+    ), "a comment"
+    assert {d.loop for d in ignored} <= {target.loop, *("RENAMED" for _ in touched)}
+
+
+def commented(parts, d):
+    """The file with a comment behind the line of a finding; unchanged where that line has none of its own."""
+    lines = parts.text.split("\n")
+    line = lines[d.span.line - 1]
+    start = len(parts.head.split("\n"))
+    for i, loop in enumerate(parts.loops):
+        rows = loop.split("\n")
+        if start <= d.span.line < start + len(rows) - 1:
+            rows[d.span.line - start] = f"{re.sub(r' *# (?:expect|ok).*', '', line)}  # pidcfg: ignore[{d.code}] reason"
+            loops = (*parts.loops[:i], "\n".join(rows), *parts.loops[i + 1 :])
+            return type(parts)(parts.vendor, parts.head, loops, parts.tail)
+        start += len(rows) - 1
+    return parts
+
+
+@pytest.mark.parametrize("vendor", VENDORS)
+@EXAMPLES
+@given(data=st.data())
+def test_a_value_that_changes_makes_a_new_finding(vendor, data):
+    parts = data.draw(st.sampled_from(pool(vendor)))
+    before = findings(parts.text)
+    numbers = [d for d in before if d.loop and d.value and re.fullmatch(r"-?\d+(\.\d+)?", d.value)]
+    if not numbers:
+        return
+    d = data.draw(st.sampled_from(numbers))
+    factor = data.draw(st.sampled_from(["0.999", "1.001", "2", "1.1", "0.5"]))
+    lines = parts.text.split("\n")
+    row = lines[d.span.line - 1]
+    value = f"{Decimal(d.value) * Decimal(factor) + (d.value == '0'):f}"
+    lines[d.span.line - 1] = row[: d.span.column - 1] + value + row[d.span.end_column - 1 :]
+    after = findings("\n".join(lines))
+    same = [one for one in after if (one.code, one.loop, one.key) == (d.code, d.loop, d.key) and one.path == d.path]
+    known = compare(after, lambda _: True, list(map(identity, before)), set(), str).known
+    assert not any(one is k for one in same for k in known)
+
+
+@pytest.mark.parametrize("vendor", VENDORS)
+@EXAMPLES
+@given(data=st.data())
+def test_the_same_faults_in_a_new_loop_are_new(vendor, data):
+    parts = data.draw(st.sampled_from(pool(vendor)))
+    before = findings(parts.text)
+    i = data.draw(st.sampled_from(sorted({d.path[1] for d in before if d.loop})))
+    at = data.draw(st.integers(0, len(parts.loops)))
+    copy = NAME.sub(lambda match: match[1] + "COPIED", parts.loops[i], count=1)
+    after = findings(replace(parts, loops=(*parts.loops[:at], copy, *parts.loops[at:])).text)
+    known = compare(after, lambda _: True, list(map(identity, before)), set(), str).known
+    assert "COPIED" not in {d.loop for d in known}
+    assert any(d.loop == "COPIED" for d in after) or vendor == "nextopid", "a loop that nothing is wired to has fewer"
