@@ -15,7 +15,6 @@ from pidcfg.vendors import format_names
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from pidcfg.cli.files.inputs import Input
     from pidcfg.encoders.files import FileKind
     from pidcfg.limits import Limits
 
@@ -24,6 +23,7 @@ EPILOG = options.examples(
     "pidcfg encode reactor.yaml --format ihex -o reactor.hex",
     "pidcfg encode reactor.yaml --format json | jq '.words[0]'",
     "pidcfg encode tank.yaml --format nickname-csv --into project.csv -o merged.csv",
+    "pidcfg encode reactor.yaml --format modbus --changed-from upload.csv -o changes.csv",
 )
 
 
@@ -40,10 +40,25 @@ EPILOG = options.examples(
     metavar="FILE",
     help="A file of yours that the format adds to, such as a tag list. It is not changed itself.",
 )
+@click.option(
+    "--changed-from",
+    metavar="LISTING",
+    help="Write only what differs from this listing, such as an upload, without what the PLC or the process writes.",
+)
+@click.option("--live", is_flag=True, help="With --changed-from: also words that the PLC or the process writes.")
 @options.QUIET
 @options.LIMITS
 def command(
-    file: str, fmt: str, out: str | None, force: bool, allow_errors: bool, into: str | None, quiet: bool, limits: Limits
+    file: str,
+    fmt: str,
+    out: str | None,
+    force: bool,
+    allow_errors: bool,
+    into: str | None,
+    changed_from: str | None,
+    live: bool,
+    quiet: bool,
+    limits: Limits,
 ) -> None:
     """Write the PLC's memory for the configuration FILE (- for standard input): every word with its address."""
     from pidcfg.api import encode
@@ -53,11 +68,20 @@ def command(
     from pidcfg.encoders.listing import ListingError
 
     configuration = one_configuration(file, limits)
-    other = None if into is None else _other(into, limits)
-    data, name = (None, None) if other is None else (other.data, other.name)
+    (data, name), (old, old_name) = _other(into, limits), _other(changed_from, limits)
     try:
         with usage():
-            result = encode(configuration, fmt, into=data, into_name=name, allow_errors=allow_errors, limits=limits)
+            result = encode(
+                configuration,
+                fmt,
+                into=data,
+                into_name=name,
+                changed_from=old,
+                changed_from_name=old_name,
+                live=live,
+                allow_errors=allow_errors,
+                limits=limits,
+            )
     except (UnwritableError, ListingError) as error:
         raise click.ClickException(f"{file}: {error}") from None
     if result.kind is None:
@@ -77,16 +101,18 @@ def command(
         click.get_current_context().exit(Exit.FINDINGS)
 
 
-def _other(name: str, limits: Limits) -> Input:
-    """The file that the format adds to."""
+def _other(name: str | None, limits: Limits) -> tuple[bytes, str] | tuple[None, None]:
+    """Bytes and name of the file that the format adds to, or that is compared with."""
     from pidcfg.cli.files.inputs import read_input
 
+    if name is None:
+        return None, None
     entry = read_input(name, limits)
     if entry.problem is not None:
         raise click.ClickException(entry.problem)
     if len(entry.data) > limits.file_bytes:
         raise click.ClickException(f"{entry.name} is larger than {limits.file_bytes} bytes; raise it with --limit")
-    return entry
+    return entry.data, entry.name
 
 
 def tell(kind: FileKind, names: list[str], checklist: tuple[str, ...], values: int, out: str | None) -> None:
@@ -103,10 +129,13 @@ def _put(kind: FileKind, parts: Mapping[str, str], out: str | None, *, force: bo
     """Writes the texts, to standard output without ``out``; returns the names of the files."""
     from pidcfg.cli.files.outputs import write_files
 
-    if out is not None:
+    if parts and out is not None:
         files = {part_name(out, suffix): text.encode(kind.encoding) for suffix, text in parts.items()}
         write_files(files, force=force)
         return list(files)
+    if not parts:
+        note("nothing differs")
+        return []
     if len(parts) > 1 or kind.encoding != "utf-8":
         raise click.UsageError(f"{kind.name} is not for a terminal; name its file with -o")
     (echo_json if kind.name == "json" else echo)(next(iter(parts.values())))

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from pidcfg.encoders.parameters import Parameter, ParameterTable
 from pidcfg.encoders.tuned import TunedParameters
+from pidcfg.encoders.written import Written
 from pidcfg.schemas.generic import D280, Loop
 from pidcfg.schemas.iec import BOOL, DERIVATIVE_OF, LOOP_MODE, LREAL
 from pidcfg.schemas.limits import limits_at
@@ -106,3 +107,11 @@ def split(name: str) -> tuple[str, str]:
         if path in ROWS and len(steps) > count:
             return name[: -len(path) - 1], path
     return "", ""
+
+
+WRITTEN = (
+    Written("mode", "live", "the operator or the program", D280),
+    Written("setpoint.value", "operated", "the operator or the program", D280),
+    Written("output.manual", "operated", "the operator", D280),
+)
+"""Who else writes a field of a running loop."""
