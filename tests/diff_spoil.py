@@ -24,6 +24,8 @@ import neutral_strategies
 import nextopid_strategies
 import pidcfg
 from pidcfg.encoders.files import UnwritableError
+from pidcfg.limits import DEFAULT
+from pidcfg.listings import read_listing
 from pidcfg.paths import dotted, has_key, value_at
 from pidcfg.vendors import VENDORS
 from pidcfg.writer import yaml_text
@@ -106,14 +108,14 @@ def listings(checked):
             yield name, result.text.encode(result.kind.encoding)
 
 
-def spoil(score, vendor, configs, rng):
+def spoil(score, vendor, configs, rng, changes):
     """One file against a copy in which one key is another's."""
     one, two = (plain(vendor, config) for config in configs)
     every = sorted({*paths(one), *paths(two)}, key=str)
     rng.shuffle(every)
     before = pidcfg.check_text(yaml_text(one))
     own(score, before)
-    for path in every[:CHANGES]:
+    for path in every[:changes]:
         other = changed(one, two, path)
         if other is None:
             continue
@@ -128,10 +130,6 @@ def spoil(score, vendor, configs, rng):
             judge(score, path, before, after, result, rng)
 
 
-CHANGES = 12
-"""Keys that are tried in each file."""
-
-
 def own(score, checked):
     """A file against its own words in every format: nothing differs, nothing is left out."""
     for name, listing in listings(checked):
@@ -142,6 +140,24 @@ def own(score, checked):
             score.untrue[
                 f"own {name}: {[(d.key, d.before, d.after) for r in told for d in r.differences] or told}"
             ] += 1
+
+
+def written_in_part(score, before, after, name, olds, news):
+    """What `encode` writes with ``changed_from``, over the old listing, is the new one."""
+    kind = before.vendor.load("formats")[name]
+    if not kind.partial:
+        return
+    score.compared[f"own part {name}"] += 1
+    part = pidcfg.encode(after.document, name, changed_from=olds[name], live=True, allow_errors=True)
+    texts = (olds[name], next(iter(part.files.values()), "").encode(kind.encoding), news[name])
+    old, changed, new = ({} if not text else read_listing(text, before.vendor, DEFAULT, name).words for text in texts)
+    if {**{key: raw for key, raw in old.items() if key in new}, **changed} != new:
+        score.untrue[f"part {name}: {differing_keys(before, after)}"] += 1
+
+
+def differing_keys(before, after):
+    """The keys that two files differ in."""
+    return [d.key for loop in pidcfg.diff(before.document, after.document).loops for d in loop.differences]
 
 
 def is_whole(checked, name):
@@ -163,6 +179,11 @@ def judge(score, path, before, after, result, rng):
     olds, news = dict(listings(before)), dict(listings(after))
     name = rng.choice(sorted(olds.keys() & news.keys()))
     both = (f"a.{name}", f"b.{name}")
+    written_in_part(score, before, after, name, olds, news)
+    is_beside = not any(overlap(d.key, key) and d.address for loop in result.loops for d in loop.differences)
+    if is_beside and not before.vendor.load("formats")[name].carries_comments:
+        score.apart[f"{name}: {key} has no place in this format"] += 1
+        return
     see(score, f"file/{name}", key, pidcfg.diff(before.document, news[name], names=(None, both[1])))
     see(score, f"{name}/file", key, pidcfg.diff(olds[name], after.document, names=(both[0], None)))
     see(score, f"{name}/{name}", key, pidcfg.diff(olds[name], news[name], names=both, like=before.document))
@@ -210,8 +231,8 @@ def moved_or_renamed(key, result):
 ALIASES = {"cascade_from": ("remote_setpoint",), "remote_setpoint": ("cascade_from",)}
 
 
-def score_of(key, files, number=1):
-    """The score of one vendor over so many random files."""
+def score_of(key, files, changes=12, number=1):
+    """The score of one vendor over so many random files, of each so many keys."""
     score, rng, vendor = Score(), random.Random(number), VENDORS[key]
 
     @seed(number)
@@ -225,7 +246,7 @@ def score_of(key, files, number=1):
     @given(st.tuples(STRATEGIES[key], STRATEGIES[key]))
     def run(configs):
         if all(len(config.loops) for config in configs):
-            spoil(score, vendor, configs, rng)
+            spoil(score, vendor, configs, rng, changes)
 
     run()
     return score

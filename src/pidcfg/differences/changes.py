@@ -12,6 +12,7 @@ from pidcfg.differences.wired import content_of
 from pidcfg.encoders.listing import few
 from pidcfg.encoders.parameters import Program
 from pidcfg.listings import Reading
+from pidcfg.paths import is_given
 from pidcfg.refs import Decision
 
 if TYPE_CHECKING:
@@ -23,8 +24,8 @@ if TYPE_CHECKING:
 D347 = Decision(
     347,
     "what is written in part leaves alone what runs",
-    "`encode --changed-from` writes the words that differ and are settings; those that the PLC or the process writes "
-    "(D345) are left out, but for `--live`. A set point that differs is written, and named.",
+    "`encode --changed-from` writes the words that differ. Those that the PLC or the process writes (D345) and of "
+    "which the file says nothing are left out, but for `--live`; a set point that differs is written, and named.",
     "A listing of a running PLC differs in its bias and output; writing 0 there is a bump of the valve.",
 )
 
@@ -40,15 +41,18 @@ def changes_from(subject: Subject, listing: Listing, *, live: bool) -> Changes:
     """What a PLC lacks that holds the words of a listing; ``live``: also words that the PLC or the process writes."""
     image = subject.encoding.image
     written, left, operated = set[Any](), list[str](), list[str]()
+    given = {item.name: item for item in (*getattr(subject.config, "blocks", ()), *subject.config.loops)}
     for owner, item, number in _differing(subject, listing):
         told = [f"{owner} {item.key}".lstrip()] if number in listing.words else []
-        if item.kind in {"live", "reserved"} and not live:
+        keys = [step for step in item.key.split(".") if not step.isdecimal()]
+        is_said = owner in given and is_given(given[owner], keys)
+        if item.kind in {"live", "reserved"} and not (live or is_said):
             left += told
         else:
             written.add(number)
-            operated += told if item.kind == "operated" else []
+            operated += told if item.kind in {"live", "operated"} else []
     cells = tuple(cell for cell in image.cells if cell.number in written)
-    notes = [f"written, although the operator may have set it: {few(operated)}"] if operated else []
+    notes = [f"written, although it may be set while the PLC runs: {few(operated)}"] if operated else []
     notes += [f"left out, since the PLC or the process writes it: {few(left)} (--live)"] if left else []
     held = {cell.number for cell in image.cells}
     rest = [listing.shown[number] for number in listing.words if number not in held]

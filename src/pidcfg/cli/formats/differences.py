@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 REST = "file"
 """What belongs to no loop."""
-FEW = 8
+FEW = 6
 """Keys that a line lists before it only counts."""
 
 
@@ -78,8 +78,8 @@ def _is_number(word: str, value: Any) -> bool:
 
 def _same_values(rows: tuple[Difference, ...]) -> str:
     """Values that are the same in other words, in one line."""
-    words = [f"{d.key} {_word(d)}" for d in rows if d.other_word_only]
-    return f"same values, other words: {', '.join(words)}" if words else ""
+    words = tuple(f"{d.key} {_word(d)}" for d in rows if d.other_word_only)
+    return f"same values, other words: {_some(words)}" if words else ""
 
 
 def _some(keys: tuple[str, ...]) -> str:
