@@ -47,16 +47,17 @@ class Comparison:
         self.listings = (before.is_listing, after.is_listing)
 
     def rows(self) -> list[Compared]:
-        """Every loop; blocks and the rest of the file only where there is something to tell of them."""
+        """Every loop; blocks, and at the end the rest of the file, only where there is something to tell of them."""
         pairs = pairs_of(self.before.owners, self.after.owners)
         places = {two.name: place for two, place in moved(pairs)}
         names = {one.name: two.name for one, two in pairs if one and two and one.name != two.name}
-        rows = []
+        rows: list[Compared] = []
+        rest: list[Compared] = []
         for one, two in pairs:
-            row = self._row((one, two), names, places)
-            if "loop" in {owner.kind for owner in (one, two) if owner} or not _is_silent(row):
-                rows.append(row)
-        return rows
+            row, kinds = self._row((one, two), names, places), {owner.kind for owner in (one, two) if owner}
+            if "loop" in kinds or not _is_silent(row):
+                (rest if "file" in kinds else rows).append(row)
+        return rows + rest
 
     def _row(self, pair: Pair, names: Mapping[str, str], places: Mapping[str, tuple[str, str]]) -> Compared:
         one, two = pair
@@ -135,9 +136,10 @@ class Comparison:
         neutral, risk, note = judged_key(key, self.fields(loop, key), before, after)
         by = one.by or two.by
         if fault := one.fault or two.fault:
-            note = f"no value: {fault}"
+            note = f"no value: {fault.rpartition(': ')[2]}"
         elif by and any(self.listings) and "operated" not in {one.kind, two.kind}:
-            note = "; ".join(part for part in (note, f"written by {by}, too") if part)
+            written = f"written by {by}" if "live" in {one.kind, two.kind} else f"written by {by}, too"
+            note = "; ".join(part for part in (note, written) if part)
         address = two.address or one.address
         return Difference(neutral, risk, before, after, note, key, unit, address, one.word, two.word)
 

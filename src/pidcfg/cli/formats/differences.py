@@ -14,6 +14,8 @@ if TYPE_CHECKING:
     from pidcfg.differences.result import Compared, Difference
     from pidcfg.results.differences import DiffResult
 
+WORD = "word "
+"""What stands before a content that is no value."""
 REST = "file"
 """What belongs to no loop."""
 FEW = 6
@@ -47,14 +49,16 @@ def _heading(entry: Compared) -> str:
 
 def _change(d: Difference) -> str:
     """Both values with their unit: ``2.5 → 3.1 %/%``."""
-    return f"{_value(d.before, d.word_before)} → {_value(d.after, d.word_after)} {d.unit}".rstrip()
+    values = [_value(d.before, d.word_before), _value(d.after, d.word_after)]
+    unit = "" if any(value.startswith(WORD) for value in values) else d.unit
+    return f"{values[0]} → {values[1]} {unit}".rstrip()
 
 
 def _value(value: Any, word: str | None) -> str:
     """A value; where there is none, a dash, and for what is no value its word."""
     if isinstance(value, list):
         return f"[{', '.join(map(text_of, value))}]"
-    return text_of(value) if value is not None or not word or not word.strip("0.") else f"word {word}"
+    return text_of(value) if value is not None or not word or not word.strip("0.") else f"{WORD}{word}"
 
 
 def _word(d: Difference) -> str:
@@ -108,7 +112,7 @@ def as_text(result: DiffResult) -> str:
         heading = _heading(entry)
         if body or heading:
             lines += ["", f"{entry.loop or REST}{': ' if heading else ''}{heading}", *body]
-    same = [entry.loop for entry in result.loops if entry.same and entry.loop and not entry.missing]
+    same = [entry.loop for entry in result.loops if entry.same and entry.loop and not (entry.missing or entry.operated)]
     if same:
         lines += ["", f"the same: {', '.join(same)}"]
     return "\n".join(lines) + "\n"
@@ -138,7 +142,7 @@ def as_markdown(result: DiffResult) -> str:
             lines += [*HEADER, *rows] if rows else []
             lines += [line for text in asides for line in ("", cell(f"{text[:1].upper()}{text[1:]}."))]
     if result.same:
-        lines += ["", "No difference."]
+        lines += ["", "No other difference." if any(entry.operated for entry in result.loops) else "No difference."]
     return "\n".join(lines) + "\n"
 
 
