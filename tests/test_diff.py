@@ -113,8 +113,10 @@ def test_across_vendors_and_in_every_format(tmp_path):
 
 def test_loops_that_come_and_go_are_told():
     less = REACTOR[: REACTOR.index("  - name: LIC-103")]
-    assert [(c.loop, c.status) for c in pidcfg_package.diff(REACTOR, less).loops][-1] == ("LIC-103", "removed")
-    assert [(c.loop, c.status) for c in pidcfg_package.diff(less, REACTOR).loops][-1] == ("LIC-103", "added")
+    for pair, status in (((REACTOR, less), "removed"), ((less, REACTOR), "added")):
+        result = pidcfg_package.diff(*pair)
+        assert [(c.loop, c.status) for c in result.loops][2] == ("LIC-103", status)
+        assert [(d.key, d.address) for d in result.loops[-1].differences] == [("plc.number_of_loops", "V7641")]
 
 
 @pytest.mark.parametrize(

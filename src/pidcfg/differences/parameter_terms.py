@@ -92,7 +92,7 @@ def _item(subject: Subject, cell: Entry, model: Any, writer: Written | None) -> 
         address,
         word,
         kind,
-        "" if writer is None else writer.by,
+        "" if writer is None or isinstance(content, Wire) else writer.by,
         fault,
         known,
     )

@@ -166,11 +166,10 @@ def _in_one_unit(one: Item, two: Item) -> tuple[str, object, object]:
     """The unit of both values, of which one may be a word such as ``off``; where they have two, they carry them."""
     if isinstance(one.content, Wired) or isinstance(two.content, Wired):
         return "", one.value, two.value
-    for item, other in ((one, two), (two, one)):
-        if isinstance(item.value, str) and not item.unit:
-            return other.unit, one.value, two.value
-    if one.value is None or two.value is None or one.unit == two.unit:
+    if one.value is None or two.value is None:
         return (two.unit if two.value is not None else one.unit), one.value, two.value
+    if one.unit == two.unit or not (one.unit and two.unit):
+        return one.unit or two.unit, one.value, two.value
     return "", f"{one.value} {one.unit}".rstrip(), f"{two.value} {two.unit}".rstrip()
 
 
