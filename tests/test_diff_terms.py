@@ -224,6 +224,12 @@ def test_two_uploads_are_compared_raw_or_like_a_file(like):
     assert row == ("alarms.pv.high", *values, "V2055", "0A66", "0999")
 
 
+def test_a_file_of_another_vendor_names_no_loops():
+    listing = pidcfg.encode(REACTOR, "ihex").text
+    with pytest.raises(ValueError, match="`like` is a file of AutomationDirect CLICK, not of `vendor`"):
+        pidcfg.diff(listing, listing, names=("a.hex", "b.hex"), vendor="dl06", like=FILES["click"])
+
+
 def test_listings_whose_loops_nobody_knows_are_compared_by_address():
     views = [
         pidcfg.encode(text, "cdv").text.encode("utf-16-le")
@@ -301,6 +307,13 @@ def test_a_loop_in_front_moves_the_others():
     assert "TIC-101: moved V2040 → V2100" in as_text(result)
     assert [d.key for d in loops(result)["FIC-102"].differences] == ["cascade_from"]
     assert all(d.other_word_only for d in loops(result)["FIC-102"].differences)
+
+
+def test_loops_of_one_name_are_matched_in_their_order():
+    text = edited(REACTOR, ("LIC-103", "FIC-102"))
+    assert pidcfg.diff(text, text).same
+    (changed,) = [loop for loop in pidcfg.diff(text, edited(text, ("gain: 1.20", "gain: 1.3"))).loops if not loop.same]
+    assert [d.address for d in changed.differences] == ["V2110"]
 
 
 def test_another_loop_at_the_same_place_is_no_renamed_one():

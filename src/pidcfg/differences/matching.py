@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from typing import TYPE_CHECKING
 
 from pidcfg.refs import Decision
@@ -28,10 +29,11 @@ Pair = tuple["Owner | None", "Owner | None"]
 
 def pairs_of(before: Sequence[Owner], after: Sequence[Owner]) -> list[Pair]:
     """Owners that belong together, in the order of the second side, what was removed behind the one it followed."""
-    partners = {two.name: one for two in after for one in before if (one.name, one.kind) == (two.name, two.kind)}
+    named = dict(zip(_keys(before), before, strict=True))
+    partners = {id(two): named[key] for key, two in zip(_keys(after), after, strict=True) if key in named}
     for is_same in (_same_place, _same_content):
         _rename(before, after, partners, is_same)
-    pairs: list[Pair] = [(partners.get(two.name), two) for two in after]
+    pairs: list[Pair] = [(partners.get(id(two)), two) for two in after]
     found = {id(one) for one in partners.values()}
     for i, one in enumerate(before):
         if id(one) not in found:
@@ -43,17 +45,27 @@ def pairs_of(before: Sequence[Owner], after: Sequence[Owner]) -> list[Pair]:
 def _rename(
     before: Sequence[Owner],
     after: Sequence[Owner],
-    partners: dict[str, Owner],
+    partners: dict[int, Owner],
     is_same: Callable[[Owner, Owner, int, int], bool],
 ) -> None:
     """Adds pairs of loops that have no partner yet."""
     for j, two in enumerate(after):
         taken = {id(one) for one in partners.values()}
         free = ((i, one) for i, one in enumerate(before) if id(one) not in taken and one.kind == two.kind)
-        if two.name not in partners:
+        if id(two) not in partners:
             one = next((one for i, one in free if is_same(one, two, i, j)), None)
             if one is not None:
-                partners[two.name] = one
+                partners[id(two)] = one
+
+
+def _keys(owners: Sequence[Owner]) -> list[tuple[str, str, int]]:
+    """What owners are called; of several with one name the first belongs to the first of the other side, and so on."""
+    seen: Counter[tuple[str, str]] = Counter()
+    keys: list[tuple[str, str, int]] = []
+    for owner in owners:
+        seen[owner.kind, owner.name] += 1
+        keys.append((owner.kind, owner.name, seen[owner.kind, owner.name]))
+    return keys
 
 
 def _same_place(one: Owner, two: Owner, i: int, j: int) -> bool:

@@ -49,7 +49,7 @@ class Comparison:
     def rows(self) -> list[Compared]:
         """Every loop; blocks, and at the end the rest of the file, only where there is something to tell of them."""
         pairs = pairs_of(self.before.owners, self.after.owners)
-        places = {two.name: place for two, place in moved(pairs)}
+        places = {id(two): place for two, place in moved(pairs)}
         names = {one.name: two.name for one, two in pairs if one and two and one.name != two.name}
         rows: list[Compared] = []
         rest: list[Compared] = []
@@ -59,14 +59,14 @@ class Comparison:
                 (rest if "file" in kinds else rows).append(row)
         return rows + rest
 
-    def _row(self, pair: Pair, names: Mapping[str, str], places: Mapping[str, tuple[str, str]]) -> Compared:
+    def _row(self, pair: Pair, names: Mapping[str, str], places: Mapping[int, tuple[str, str]]) -> Compared:
         one, two = pair
         if one is None:
             return Compared(two.name if two else "", "added")
         if two is None:
             return Compared(one.name, "removed")
         rows = self._compared(one, two, names)
-        place, is_renamed = places.get(two.name), one.name != two.name
+        place, is_renamed = places.get(id(two)), one.name != two.name
         status: Status = "renamed" if is_renamed else "moved" if place else "changed" if rows.differs else "same"
         return Compared(
             two.name,

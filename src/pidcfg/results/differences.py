@@ -80,10 +80,13 @@ class DiffResult:
 
     @property
     def sides(self) -> tuple[Side, Side] | None:
-        """Both sides in the neutral form, as far as they have one."""
+        """Both sides in the neutral form, as far as they have one; None: words of one cannot be read back."""
         if self.sources is None:
             return None
-        one, two = (side_of(*source, partial=True) for source in self.sources)
+        try:
+            one, two = (side_of(*source, partial=True) for source in self.sources)
+        except DecodeError:
+            return None
         return one, two
 
     @property
@@ -210,6 +213,8 @@ def _subjects(
     like = None if options.like is None else _configuration(options.like, options.like.document.file)
     like = like or next((subject for subject in known if subject is not None), None)
     vendor = options.vendor or (None if like is None else like.vendor)
+    if options.like is not None and like is not None and like.vendor is not vendor:
+        raise ArgumentError(f"`like` is a file of {like.vendor.title}, not of `vendor`", "like", "vendor")
     for i in sorted((0, 1), key=lambda i: _says_names(sides[i], vendor, limits), reverse=True):
         side = sides[i]
         if isinstance(side, tuple):
