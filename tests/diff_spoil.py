@@ -215,6 +215,8 @@ def see(score, comparison, key, result):
         return
     if any(overlap(name, row) for name in names for row in apart):
         score.apart[f"{comparison.replace('file', 'F')}: {key}"] += 1
+    elif key == TABLE and comparison != "file/file":
+        score.apart[f"{comparison}: a listing without {key} says nothing of it"] += 1
     elif key.startswith("state.") and "nickname" in comparison:
         score.apart[f"{comparison}: {key} has no place in this format"] += 1
     elif not any(loop.differences for loop in result.loops):
@@ -228,6 +230,8 @@ def moved_or_renamed(key, result):
     return key == "name" and any(loop.status in {"renamed", "added"} for loop in result.loops)
 
 
+TABLE = "ramp_soak.steps"
+"""A table that a file may leave alone."""
 ALIASES = {"cascade_from": ("remote_setpoint",), "remote_setpoint": ("cascade_from",)}
 
 

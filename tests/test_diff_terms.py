@@ -269,6 +269,17 @@ def test_a_loop_that_the_file_does_not_know_gets_a_name_of_its_own():
 # --- loops as a whole ------------------------------------------------------------------------------------------------
 
 
+def test_a_table_that_is_left_alone_differs_from_one_of_zeros():
+    bare = REACTOR[: REACTOR.index("      steps:")] + REACTOR[REACTOR.index("  - name: LIC-103") :]
+    zeros = edited(bare, ("table: V3000\n", "table: V3000\n      steps: []\n"))
+    assert rows(pidcfg.diff(bare, zeros), "TIC-101") == [
+        ("ramp_soak.steps", None, "the table is written", "", "", None, None)
+    ]
+    assert {d.key.rpartition(".")[0] for d in loops(pidcfg.diff(bare, REACTOR))["TIC-101"].differences} == {
+        "ramp_soak.steps.0", "ramp_soak.steps.1"
+    }  # fmt: skip
+
+
 def test_a_renamed_loop_is_told_as_that_and_what_points_at_it_is_no_difference():
     result = pidcfg.diff(REACTOR, edited(REACTOR, ("TIC-101", "TIC-7")))
     assert {loop.loop: (loop.status, loop.was, loop.differences) for loop in result.loops} == {

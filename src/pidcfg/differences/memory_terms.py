@@ -49,7 +49,7 @@ def memory_terms(subject: Subject) -> Terms:
         table: tuple[Written, ...] = subject.vendor.load("written")
         items = {key: item for block in blocks for key, item in block.items(table, values)}
         names, entry = {row.name: row for row in table if row.when(values)}, settings[i]
-        items |= beside(entry, loop, names)
+        items |= beside(entry, loop, names) | dict(_tables(blocks))
         if entry.get(SETPOINT) is False:
             items[SETPOINT_VALUE] = replace(items[SETPOINT_VALUE], kind="live")
         items |= dict(others(loop, subject, [*items, *(key for block in blocks for key in block.instead())]))
@@ -63,6 +63,12 @@ def memory_terms(subject: Subject) -> Terms:
         return Terms(owners)
     words, space = reading.listing.words, subject.encoding.space
     return Terms(owners, is_listing=True, holds=lambda address: space.parse(address.partition(".")[0]) in words)
+
+
+def _tables(blocks: list[_Block]) -> Iterator[tuple[str, Item]]:
+    """The tables of a loop that a file may leave alone, ``ramp_soak.steps``: that it writes them, if only zeros."""
+    for key in dict.fromkeys(block.prefix.rstrip(".0123456789") for block in blocks if block.prefix):
+        yield key, Item(key, "the table is written", content=True, file_only=True)
 
 
 class _Block:

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 Fate = Literal["same", "missing", "live", "operated", "differs"]
 """What becomes of a key: a listing does not hold it, the PLC or the process writes it, the operator does, …"""
-SETPOINT, SOURCE = "setpoint.value", "setpoint.source"
+SOURCE = "setpoint.source"
 
 
 @dataclass(slots=True)
@@ -71,7 +71,7 @@ class Comparison:
         return Compared(
             two.name,
             status,
-            by_risk(_without_setpoint_switch(rows.differs)),
+            by_risk(_once(rows.differs)),
             one.name if is_renamed else "",
             place,
             by_risk(rows.operated),
@@ -173,7 +173,7 @@ def _in_one_unit(one: Item, two: Item) -> tuple[str, object, object]:
     return "", f"{one.value} {one.unit}".rstrip(), f"{two.value} {two.unit}".rstrip()
 
 
-def _without_setpoint_switch(rows: Sequence[Difference]) -> Iterator[Difference]:
-    """A set point that is left to the operator is told once: by its word, where that differs."""
-    told = any(row.key == SETPOINT and row.address for row in rows)
-    yield from (row for row in rows if row.key != SETPOINT or row.address or not told)
+def _once(rows: Sequence[Difference]) -> Iterator[Difference]:
+    """What a register or a part of it tells is told by no other row: that it is left to the operator, or left alone."""
+    words = [row.key for row in rows if row.address]
+    yield from (row for row in rows if row.address or not any(f"{word}.".startswith(f"{row.key}.") for word in words))
