@@ -1,4 +1,4 @@
-"""`pidcfg diff`: by meaning, in engineering units, ranked by risk, across vendors and against memory."""
+"""`pidcfg diff`: key by key within a vendor, by meaning between two, ranked by risk, and against memory."""
 
 from __future__ import annotations
 
@@ -16,19 +16,21 @@ import pidcfg as pidcfg_package
 from pidcfg import check_file, check_text
 from pidcfg.cli.commands import diff
 from pidcfg.conversion.pipeline import ConvertError
-from pidcfg.differences.meaning import compare
 from pidcfg.differences.result import RISKS
-from pidcfg.differences.side import side_of
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 TANK = (EXAMPLES / "click/tank.yaml").read_text("utf-8")
 REACTOR = (EXAMPLES / "dl06/reactor.yaml").read_text("utf-8")
 
 
+def loop_of(result):
+    """The first loop of a comparison."""
+    return next(loop for loop in result.loops if loop.loop)
+
+
 def differences(before, after):
     """Fields that differ in the first loop, with their risks and notes."""
-    sides = [side_of(found.config, found.vendor) for found in map(check_text, (before, after))]
-    return {d.field: (d.risk, d.note) for d in compare(*sides)[0].differences}
+    return {d.field: (d.risk, d.note) for d in loop_of(pidcfg_package.diff(before, after)).differences}
 
 
 def pidcfg(*args, cwd=EXAMPLES):
@@ -102,17 +104,19 @@ def test_across_vendors_and_in_every_format(tmp_path):
     other.write_text(edited(text, "action: direct", "action: reverse"), "utf-8")
     found = json.loads(pidcfg(before, other, "--format", "json").stdout)
     assert found["loops"][0]["differences"][0]["field"] == "output_raises_pv"
+    assert found["loops"][0]["differences"][0]["key"] is None
     assert found["summary"]["critical"] == 1
     markdown = pidcfg(before, other, "--format", "markdown").stdout
-    assert "| critical | output_raises_pv | true | false |" in markdown
-    assert "critical  output_raises_pv: true -> false" in pidcfg(before, other).stdout
+    assert "| **critical** | output_raises_pv | true → false |" in markdown
+    assert "critical  output_raises_pv: true → false" in pidcfg(before, other).stdout
 
 
 def test_loops_that_come_and_go_are_told():
     less = REACTOR[: REACTOR.index("  - name: LIC-103")]
-    sides = [side_of(found.config, found.vendor) for found in map(check_text, (REACTOR, less))]
-    assert [(c.loop, c.status) for c in compare(*sides)][-1] == ("LIC-103", "removed")
-    assert [(c.loop, c.status) for c in compare(*reversed(sides))][-1] == ("LIC-103", "added")
+    for pair, status in (((REACTOR, less), "removed"), ((less, REACTOR), "added")):
+        result = pidcfg_package.diff(*pair)
+        assert [(c.loop, c.status) for c in result.loops][2] == ("LIC-103", status)
+        assert [(d.key, d.address) for d in result.loops[-1].differences] == [("plc.number_of_loops", "V7641")]
 
 
 @pytest.mark.parametrize(
@@ -155,7 +159,7 @@ def test_json_says_what_a_comparison_lacks(monkeypatch, capsys):
         raise ConvertError([lacking])
 
     monkeypatch.setattr("pidcfg.results.differences.side_of", refuse)
-    result = pidcfg_package.diff(REACTOR, REACTOR, names=("a.yaml", "b.yaml"))
+    result = pidcfg_package.diff(REACTOR, TANK, names=("a.yaml", "b.yaml"))
     with pytest.raises(click.ClickException, match=r"a\.yaml does not say what its values mean"):
         diff.refuse(result, "json")
     (found,) = json.loads(capsys.readouterr().out)["findings"]
@@ -170,10 +174,9 @@ MORE = "  - {name: MORE, type: ControlLowFilter, InVar: Sensor, Tc: 9}"
 
 def compared(before, after):
     """Everything that is not the same: status, or fields with their risks and both values."""
-    sides = [side_of(found.config, found.vendor) for found in map(check_text, (before, after))]
     return {
-        c.loop: [(d.field, d.risk, d.before, d.after) for d in c.differences] or c.status
-        for c in compare(*sides)
+        c.loop: [(d.key or d.field, d.risk, d.before, d.after) for d in c.differences] or c.status
+        for c in pidcfg_package.diff(before, after).loops
         if c.status != "same"
     }
 
@@ -189,17 +192,17 @@ def test_a_loop_without_a_neutral_form_is_no_obstacle(listing):
     ("text", "old", "new", "found"),
     [
         (FURNACE, "DeadBand: 2.0", "DeadBand: 3.0", {"FAN": [("DeadBand", "medium", 2, 3)]}),
-        (FURNACE, "Direct: true", "Direct: false", {"FAN": [("Direct", "medium", True, False)]}),
-        (FURNACE, "pv: {unit: degC}", "pv: {unit: K}", {"FAN": [("pv", "medium", {"unit": "degC"}, {"unit": "K"})]}),
+        (FURNACE, "Direct: true", "Direct: false", {"FAN": [("Direct", "critical", True, False)]}),
+        (FURNACE, "pv: {unit: degC}", "pv: {unit: K}", {"FAN": [("pv.unit", "cosmetic", "degC", "K")]}),
         (FURNACE, "Sensor: 0.0", "Sensor: 1.0", {"signals": [("Sensor", "medium", 0, 1)]}),
         (FURNACE, "InVar: Sensor", "InVar: Sensor * 2", {"FILTER": [("InVar", "medium", "Sensor", "Sensor * 2")]}),
-        (FURNACE, "Tc: 2.0", "Tc: 4.0", {"TIC_1": [("pv.filter", "medium", 2, 4)]}),
-        (FURNACE, "Kp: 4.0", "Kp: 8.0", {"TIC_1": [("tuning.gain", "medium", 4, 8)]}),
+        (FURNACE, "Tc: 2.0", "Tc: 4.0", {"FILTER": [("Tc", "medium", 2, 4)]}),
+        (FURNACE, "Kp: 4.0", "Kp: 8.0", {"TIC_1": [("Kp", "medium", 4, 8)]}),
         (
             FURNACE,
             "PV: FILTER.OutVar",
             "PV: Sensor",
-            {"TIC_1": [("pv.filter", "medium", 2, 0), ("PV", "medium", "FILTER.OutVar", "Sensor")]},
+            {"TIC_1": [("PV", "medium", "FILTER.OutVar", "Sensor")]},
         ),
         (FURNACE, "  - {name: FILTER,", f"{MORE}\n  - {{name: FILTER,", {"MORE": "added"}),
         (FURNACE.replace("  - {name: FILTER,", f"{MORE}\n  - {{name: FILTER,"), MORE, "", {"MORE": "removed"}),
@@ -210,7 +213,7 @@ def test_a_loop_without_a_neutral_form_is_no_obstacle(listing):
             {"TIC_1": [("Windup_H_IN", "medium", "TIC_2.Windup_H_OUT", "TIC_2.Windup_L_OUT")]},
         ),
         (NETWORK, "TRK_VAL: FIC_3.PV", "TRK_VAL: FIC_3.SP", {"TIC_2": [("TRK_VAL", "medium", "FIC_3.PV", "FIC_3.SP")]}),
-        (NETWORK, "CASC: Cascade_3", "CASC: Cascade_2", {"FIC_3": [("CASC", "medium", "Cascade_3", "Cascade_2")]}),
+        (NETWORK, "CASC: Cascade_3", "CASC: Cascade_2", {"FIC_3": [("CASC", "high", "Cascade_3", "Cascade_2")]}),
     ],
 )
 def test_what_no_neutral_field_says_is_compared_in_the_vendor_s_own_words(text, old, new, found):
@@ -233,7 +236,7 @@ def test_named_parameters_are_the_same_as_themselves(example):
 
 def test_a_loop_that_lost_its_neutral_form_differs_in_the_parameter_that_did_it():
     found = compared(NETWORK, edited(NETWORK, "    MinPV: 0.0", "    MinPV: FIC_3.MV - 5"))
-    assert found == {"TIC_1": [("type", "high", "PID", "no PID"), ("MinPV", "medium", 0, "FIC_3.MV - 5")]}
+    assert found == {"TIC_1": [("MinPV", "high", 0, "FIC_3.MV - 5")]}
 
 
 def test_a_loop_without_a_neutral_form_is_no_pid_of_another_vendor():

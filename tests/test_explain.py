@@ -25,8 +25,8 @@ from pidcfg.explanation.decisions import all_decisions
 from pidcfg.explanation.lookup import explain
 from pidcfg.explanation.question import Question, QuestionError
 from pidcfg.explanation.render import as_data, as_text
-from pidcfg.explanation.texts import unit_text, units_of
 from pidcfg.schemas.document import models_in
+from pidcfg.schemas.units import unit_text, units_of
 from pidcfg.sim.controllers.ezlogix import autotune as ezlogix_autotune
 from pidcfg.source import read_document
 from pidcfg.validate.catalog import rules

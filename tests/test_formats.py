@@ -658,7 +658,7 @@ def pair(folder):
 def test_diff_reports_to_files(pair):
     options = [f"--output={fmt}={fmt}.out" for fmt in ("text", "json", "markdown")]
     result = run("diff", "a.yaml", "b.yaml", "--format", "markdown", *options)
-    assert result.stdout.startswith("### PID loops: `a.yaml` to `b.yaml`")
+    assert result.stdout.startswith("### PID loops: `a.yaml` → `b.yaml`")
     for fmt in ("text", "json", "markdown"):
         printed = run("diff", "a.yaml", "b.yaml", "--format", fmt).stdout
         assert (pair / f"{fmt}.out").read_text("utf-8") == printed

@@ -32,7 +32,7 @@ MAY_IMPORT = {
     "vendors":      "refs schemas encoders",
     "listings":     "limits encoders vendors writer",
     "conversion":   "refs diagnostics limits document source comments schemas encoders vendors",
-    "differences":  "refs schemas encoders vendors conversion",
+    "differences":  "refs diagnostics schemas encoders vendors listings conversion",
     "tuning":       "refs limits schemas encoders vendors listings",
     "validate":     "refs limits diagnostics document source comments aliases schemas encoders vendors conversion "
                     "tuning writer",

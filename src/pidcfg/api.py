@@ -8,7 +8,6 @@ stands in ``docs/api.md``.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import TYPE_CHECKING, get_args
 
 from pidcfg.limits import DEFAULT, Limits
@@ -34,7 +33,7 @@ __all__ = [
 ]
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
+    from collections.abc import Callable, Mapping, Sequence
     from pathlib import Path
 
     from pidcfg.results.conversion import ConvertResult
@@ -90,6 +89,9 @@ def encode(
     *,
     into: Path | str | bytes | None = None,
     into_name: str | None = None,
+    changed_from: Path | str | bytes | None = None,
+    changed_from_name: str | None = None,
+    live: bool = False,
     allow_errors: bool = False,
     name: str | None = None,
     files: Files = None,
@@ -97,17 +99,18 @@ def encode(
 ) -> EncodeResult:
     """The PLC's memory for a configuration: every word with its address, and its texts in one of the vendor's formats.
 
-    ``into``: a file that the format adds to, such as a tag list. ``allow_errors``: although rules find errors, as long
-    as every value has its word. Raises `pidcfg.encoders.files.UnwritableError` (a `ValueError`) for what the format
-    cannot hold, although the PLC can.
+    ``into``: a file that the format adds to. ``changed_from``: a listing; only words that differ from it are written,
+    ``live``: also those that the PLC or the process writes. ``allow_errors``: although rules find errors, as long as
+    every value has its word. Raises `UnwritableError` (a `ValueError`) for what the format cannot hold.
     """
     from pidcfg.results.sources import checked_of
-    from pidcfg.results.words import encoded
+    from pidcfg.results.words import EncodeOptions, encoded
 
     refuse_unknown("format", format, format_names())
-    checked = checked_of(source, name, files, limits)
-    added_to = None if into is None else source_data(into, into_name, files, limits.file_bytes + 1)
-    return encoded(checked, format, added_to, limits, errors=allow_errors)
+    checked, most = checked_of(source, name, files, limits), limits.file_bytes + 1
+    added_to = None if into is None else source_data(into, into_name, files, most)
+    old = None if changed_from is None else source_data(changed_from, changed_from_name, files, most)
+    return encoded(checked, format, EncodeOptions(added_to, old, live, allow_errors), limits)
 
 
 @exact
@@ -116,6 +119,7 @@ def decode(
     vendor: str,
     *,
     format: str | None = None,  # noqa: A002 - as in `encode`
+    like: Source | None = None,
     annotate: bool = False,
     options: Mapping[str, object] | None = None,
     name: str | Sequence[str] | None = None,
@@ -124,23 +128,18 @@ def decode(
 ) -> DecodeResult:
     """A memory listing back to a configuration; several files of one image as a list, ``name`` then being one too.
 
-    ``format``: of the listing, where it does not tell by itself. ``annotate``: the listing with a meaning beside every
-    word instead. ``options``: what a listing may lack, as the vendor's options of ``pidcfg decode``: ``loop_table``,
-    ``number_of_loops`` and so on.
+    ``format``: where the listing does not tell. ``like``: a configuration that gives names, ranges and units.
+    ``annotate``: the listing with a meaning beside every word instead. ``options``: the vendor's of ``pidcfg decode``.
     """
-    from pidcfg.results.words import decoded
+    from pidcfg.results.sources import checked_of, files_of
+    from pidcfg.results.words import DecodeOptions, decoded
 
     family = vendor_named(vendor)
     if format is not None:
         refuse_unknown("format", format, family.load("formats"))
-    source = bytes(source) if isinstance(source, bytearray | memoryview) else source
-    sources = source if isinstance(source, Sequence) and not isinstance(source, str | bytes) else [source]
-    names = [name] * len(sources) if name is None or isinstance(name, str) else list(name)
-    if not sources or len(names) != len(sources):
-        raise ArgumentError("`source` and `name` are lists of the same length, and not empty", "source", "name")
-    most = limits.file_bytes + 1
-    entries = [source_data(one, label, files, most) for one, label in zip(sources, names, strict=True)]
-    return decoded(entries, family, format, options or {}, limits, annotate=annotate)
+    entries = files_of(source, name, files, limits)
+    other = None if like is None else checked_of(like, None, files, limits)
+    return decoded(entries, family, DecodeOptions(format, other, annotate), options or {}, limits)
 
 
 @exact
@@ -175,21 +174,25 @@ def diff(
     after: Source,
     *,
     vendor: str | None = None,
+    like: Source | None = None,
+    live: bool = False,
     names: tuple[str | None, str | None] = (None, None),
     files: Files = None,
     limits: Limits = DEFAULT,
 ) -> DiffResult:
-    """Two configurations, or a configuration and a memory listing, compared by meaning in engineering units.
+    """Two configurations or memory listings: key by key within one vendor, by meaning between two.
 
     A side whose name ends in .yaml or .yml, or that has no name, is a configuration, another one a listing. ``vendor``:
-    the PLC family of a listing, where the other side does not tell.
+    the PLC family of a listing, where the other side does not tell. ``like``: a configuration that gives listings their
+    names, ranges and units; else it is the other side. ``live``: also words that the PLC or the process writes.
     """
-    from pidcfg.results.differences import compared
-    from pidcfg.results.sources import side_of
+    from pidcfg.results.differences import DiffOptions, compared
+    from pidcfg.results.sources import checked_of, side_of
 
     family = None if vendor is None else vendor_named(vendor)
+    other = None if like is None else checked_of(like, None, files, limits)
     one, two = (side_of(source, label, files, limits) for source, label in zip((before, after), names, strict=True))
-    return compared((one[0], two[0]), (one[1], two[1]), family, limits)
+    return compared((one[0], two[0]), (one[1], two[1]), DiffOptions(family, other, live), limits)
 
 
 @exact

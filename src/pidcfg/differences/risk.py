@@ -6,9 +6,11 @@ from decimal import Decimal
 from typing import TYPE_CHECKING, Any
 
 from pidcfg.conversion.values import number_of, shown
-from pidcfg.differences.result import Difference
+from pidcfg.differences.result import RISKS, Difference
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable
+
     from pidcfg.differences.result import Risk
 
 MUCH = Decimal(2)
@@ -36,7 +38,59 @@ GRAVE: dict[str, tuple[Risk, str]] = {
     "output.max_rate":     ("high", "the output moves at another speed"),
 }
 COSMETIC = ("name", "description", "pv.unit", "output.unit")
+SWITCHES = ("anti_windup", "tuning.proportional", "pv.square_root", "output_raises_pv")
+"""Fields that a number becomes only when it is switched on or off."""
+RANKED = frozenset((*GRAVE, *LOW_ENDS, *HIGH_ENDS, *HIGH_ALARMS, *LOW_ALARMS))
+"""Fields that are ranked by name; a vendor's key may have the same one."""
 # fmt: on
+
+
+PLACES = ("loop_table", "registers", "discretes", "bits", "integers", "floats", "device")
+SIGNALS = ("tag", "format", "transfer", "counts", "pwm", "curve")
+"""Words of keys that say which signal is read or driven, and what its counts mean."""
+DIRECTIONS = ("action", "Direct", "PID_DIR", "output_raises_pv")
+"""Keys of the direction of control, whatever the vendor calls it."""
+
+
+def judged_key(key: str, fields: Iterable[str], before: Any, after: Any) -> tuple[str, Risk, str]:
+    """The field that a key of a vendor is, how grave its difference is, and what it means.
+
+    ``fields``: the neutral fields that it becomes; of several the one of which most can go wrong.
+    """
+    last = key.rpartition(".")[2]
+    if last in DIRECTIONS:
+        return ("output_raises_pv", *GRAVE["output_raises_pv"])
+    one, two = number_of(before), number_of(after)
+    is_switched = isinstance(before, bool | str) or isinstance(after, bool | str) or bool(before) != bool(after)
+    ends = {_at_end(name, key) for name in fields if is_switched or name not in SWITCHES}
+    names = sorted(name for name in ends if name is not None)
+    names = names or [key] * (key in RANKED)
+    ranks = [(name, *_meaning(name, before, after, one, two)) for name in names]
+    field, risk, note = min(ranks, key=lambda rank: RISKS.index(rank[1]), default=(key, *_of_key(key, before, after)))
+    if one and two is not None and not note:
+        note = f"{float(two / one - 1) * 100:+.3g} %"
+    return field, risk, note
+
+
+def _at_end(name: str, key: str) -> str | None:
+    """The neutral field of a key that may be one end of a pair; None where the name is of the other end."""
+    ends = ("0", "1")
+    end, other = key.rpartition(".")[2], name.rpartition(".")[2]
+    if end not in ends:
+        return name
+    return f"{name}.{end}" if other not in ends else name if end == other else None
+
+
+def _of_key(key: str, before: Any, after: Any) -> tuple[Risk, str]:
+    """How grave a difference of a key is that becomes no neutral field."""
+    last = key.rpartition(".")[2]
+    if last in {*COSMETIC, "unit"}:
+        return "cosmetic", ""
+    if last in PLACES:
+        return "low", ""
+    if last.endswith("enabled") and key.startswith("alarms"):
+        return ("high", "the alarm is gone") if before and not after else ("low", "a new alarm")
+    return ("high" if any(word in key for word in SIGNALS) else "medium"), ""
 
 
 def judged(field: str, before: Any, after: Any) -> Difference:

@@ -45,6 +45,8 @@ class FileKind:
     """Whether the checklist stands in the file itself."""
     whole: bool = True
     """Whether every register has its value in it."""
+    partial: bool = False
+    """Whether it may hold some registers only, to be written over what the PLC has."""
 
 
 def kind_of(text: str, kinds: dict[str, FileKind]) -> FileKind | None:
@@ -67,6 +69,7 @@ def listings(space: Space, title: str, numbering: Numbering | None = None) -> di
             write_text,
             partial(read_text, space=space),
             lambda text: first_line(text).startswith(prefixes) and "," not in first_line(text),
+            partial=True,
         ),
         FileKind(
             "csv",
@@ -74,6 +77,7 @@ def listings(space: Space, title: str, numbering: Numbering | None = None) -> di
             write_csv,
             partial(read_csv, space=space),
             lambda text: {"address", "table", "tag"} & set(columns(text)) == {"address"},
+            partial=True,
         ),
         FileKind(
             "json",
@@ -81,6 +85,7 @@ def listings(space: Space, title: str, numbering: Numbering | None = None) -> di
             write_json,
             partial(read_json, space=space),
             lambda text: text.lstrip().startswith("{"),
+            partial=True,
         ),
     ]
     if numbering is not None:
@@ -91,6 +96,7 @@ def listings(space: Space, title: str, numbering: Numbering | None = None) -> di
                 partial(write_modbus, numbering=numbering),
                 partial(read_modbus, space=space, numbering=numbering),
                 lambda text: "table" in columns(text),
+                partial=True,
             )
         )
     return {kind.name: kind for kind in kinds}

@@ -53,6 +53,8 @@ class Listing:
     lines: dict[Any, int] = field(default_factory=dict)
     """Where each word stands, and how its address is written."""
     shown: dict[Any, str] = field(default_factory=dict)
+    described: bool = False
+    """Whether it says what no register holds as pidcfg writes it, so that what it does not say is not there."""
     notes: tuple[str, ...] = ()
     """What the reader passed over or takes otherwise than it is written."""
 
@@ -168,7 +170,7 @@ def settings_line(line: str, number: int, listing: Listing) -> bool:
             if not isinstance(entry, dict):
                 raise ListingError("the settings are not a mapping", number, len(start) + 1)
             if start == PLC:
-                listing.plc = entry
+                listing.plc, listing.described = entry, True
             else:
                 listing.settings = (*listing.settings, entry)
             return True
@@ -181,6 +183,7 @@ def take_settings(document: Any, listing: Listing) -> None:
     if not isinstance(settings, list) or not all(isinstance(s, dict) for s in settings) or not isinstance(plc, dict):
         raise ListingError("the settings are not a list of mappings, one a loop")
     listing.settings, listing.plc = tuple(settings), plc
+    listing.described = {"settings", "plc"} <= document.keys()
 
 
 def few(names: list[str]) -> str:

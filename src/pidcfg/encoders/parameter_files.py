@@ -172,11 +172,23 @@ def _json_content(entry: Mapping[str, Any], place: str) -> Content | Wire:
 def parameter_listings(title: str) -> dict[str, FileKind]:
     """The formats that every vendor with named parameters has: text, csv and json."""
     kinds = (
-        FileKind("text", title, write_text, read_text, lambda text: _typed(first_line(text))),
+        FileKind("text", title, write_text, read_text, lambda text: _typed(first_line(text)), partial=True),
         FileKind(
-            "csv", f"{title} for spreadsheets", write_csv, read_csv, lambda text: {"name", "type"} <= {*columns(text)}
+            "csv",
+            f"{title} for spreadsheets",
+            write_csv,
+            read_csv,
+            lambda text: {"name", "type"} <= {*columns(text)},
+            partial=True,
         ),
-        FileKind("json", f"{title} for programs", write_json, read_json, lambda text: text.lstrip().startswith("{")),
+        FileKind(
+            "json",
+            f"{title} for programs",
+            write_json,
+            read_json,
+            lambda text: text.lstrip().startswith("{"),
+            partial=True,
+        ),
     )
     return {kind.name: kind for kind in kinds}
 

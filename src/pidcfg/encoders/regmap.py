@@ -67,6 +67,8 @@ class Word:
     read: str
     basis: Basis
     access: Access = "setting"
+    instead: str | None = None
+    """Another key of the file that says the same in other words."""
 
 
 @dataclass(frozen=True, slots=True)

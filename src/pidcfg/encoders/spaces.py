@@ -131,6 +131,11 @@ class Space:
         """What an address holds."""
         return self.place(number)[0].kind
 
+    def shown(self, number: int, raw: int) -> str:
+        """A content as the vendor's tools show it: hexadecimal where addresses are octal, so that BCD is its digits."""
+        bank, _ = self.place(number)
+        return bank.kind.hex(raw) if bank.octal else bank.kind.text(raw)
+
     def parse(self, text: str) -> int | None:
         """A written address as a plain number; None for anything else."""
         match = re.fullmatch(r"([A-Z]+)([0-9]{1,6})", text)

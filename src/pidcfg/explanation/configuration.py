@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 from pidcfg.diagnostics import path_text
 from pidcfg.encoders.image import Block, Encoding, no_registers
 from pidcfg.explanation.page import Origin, Page
-from pidcfg.explanation.texts import units_of
 from pidcfg.explanation.values import Placement
 from pidcfg.paths import has_key, steps, value_at
+from pidcfg.schemas.units import units_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence

@@ -33,12 +33,12 @@ from pidcfg.explanation.annotate import Start
 from pidcfg.explanation.book import Direction
 from pidcfg.explanation.find_register import RegisterBook
 from pidcfg.explanation.registers import FILE, Block
-from pidcfg.explanation.texts import units_of
 from pidcfg.explanation.values import UNKNOWN, Placement, Scaling, special_code, unit_of
 from pidcfg.schemas.base import decimal_text
 from pidcfg.schemas.dl06 import LoopSettings, PlcSettings, Transfer
 from pidcfg.schemas.limits import limits_at
 from pidcfg.schemas.octal import v_name
+from pidcfg.schemas.units import units_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping

@@ -15,9 +15,9 @@ from pidcfg.explanation.annotate import Start, block_claims
 from pidcfg.explanation.book import Direction, Series
 from pidcfg.explanation.find_register import RegisterBook
 from pidcfg.explanation.registers import DIALOG, FILE, Block
-from pidcfg.explanation.texts import units_of
 from pidcfg.explanation.values import Scaling
 from pidcfg.schemas.ezlogix import OutputSettings, PvSettings
+from pidcfg.schemas.units import units_of
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

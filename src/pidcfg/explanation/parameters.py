@@ -11,9 +11,10 @@ from pidcfg.encoders.regmap import Bits
 from pidcfg.explanation.annotate import Line
 from pidcfg.explanation.book import WRITERS, Book, Part, Record
 from pidcfg.explanation.page import Value
-from pidcfg.explanation.texts import SIDES, first_sentence, key_text, unit_text, units_of
+from pidcfg.explanation.texts import first_sentence, key_text
 from pidcfg.schemas.base import decimal_text
 from pidcfg.schemas.iec import Wire
+from pidcfg.schemas.units import SIDES, unit_text, units_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping, Sequence

@@ -1,11 +1,10 @@
-"""What a key of a configuration is, from the text below its field in the schema, and units in the words of a loop."""
+"""What a key of a configuration is, from the text below its field in the schema, and what is allowed there."""
 
 from __future__ import annotations
 
 from functools import cache
 from typing import TYPE_CHECKING
 
-from pidcfg.paths import value_at
 from pidcfg.schemas.document import field_texts, models_in, models_of
 from pidcfg.schemas.limits import Limits, limits_at
 
@@ -13,9 +12,6 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from pydantic import BaseModel
-
-SIDES = ("pv", "output")
-"""The two ends of a loop, which have units of their own."""
 
 
 @cache
@@ -68,19 +64,3 @@ def first_sentence(text: str) -> str:
         if text[at : at + 2] in {"; ", ". ", ": "} and text.count("(", 0, at) == text.count(")", 0, at):
             return text[:at]
     return text.removesuffix(".")
-
-
-def units_of(loop: object) -> dict[str, str]:
-    """The units of PV and output that a loop, or what a listing says of one, gives."""
-    return {side: str(unit) for side in SIDES if (unit := value_at(loop, (side, "unit")))}
-
-
-def unit_text(unit: str, units: Mapping[str, str], nested: str = " per ") -> str:
-    """A unit of a table with the loop's own for ``pv`` and ``output``: ``pv/s`` is ``degC/s``, or ``m3/h per s``.
-
-    ``nested`` divides where a part is a quotient itself.
-    """
-    if " per " in unit:
-        return " per ".join(unit_text(part, units, nested) for part in unit.split(" per "))
-    parts = [units.get(part, part) for part in unit.split("/")]
-    return (nested if len(parts) > 1 and any("/" in part for part in parts) else "/").join(parts)

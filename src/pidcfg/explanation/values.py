@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from pidcfg.encoders.regmap import decode_one, scale_of
 from pidcfg.encoders.scales import Position, before_root
 from pidcfg.encoders.words import Choice, DecodeError
-from pidcfg.explanation.texts import unit_text
 from pidcfg.schemas.base import Quantity, decimal_text
+from pidcfg.schemas.units import unit_text
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping

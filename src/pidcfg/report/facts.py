@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING, Any
 
 from pidcfg.encoders.words import DecodeError
 from pidcfg.explanation.direction import PV_RISES
-from pidcfg.explanation.texts import unit_text
 from pidcfg.paths import steps, value_at
 from pidcfg.report.roots import loop_words
 from pidcfg.report.texts import SIDES, number, text
 from pidcfg.schemas.iec import Wire
+from pidcfg.schemas.units import unit_text
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence

@@ -3,72 +3,29 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
-from functools import cache
-from typing import TYPE_CHECKING, Any, get_args
+from typing import TYPE_CHECKING, Any
 
-from pydantic import BaseModel
-
-from pidcfg.diagnostics import path_text
-from pidcfg.encoders.parameters import ParameterTable
-from pidcfg.explanation.texts import texts_of, unit_text, units_of
-from pidcfg.paths import Path, value_at
+from pidcfg.differences.leaves import Leaf, leaves, unit_of, units_by_path
+from pidcfg.explanation.texts import texts_of
+from pidcfg.paths import value_at
 from pidcfg.report.content import Group, Setting
 from pidcfg.report.texts import SIDES, cell
-from pidcfg.schemas.base import UNIT_WORDS, Duration, Minutes, Quantity, Seconds
-from pidcfg.schemas.iec import Wire
-from pidcfg.schemas.limits import Limits
 from pidcfg.schemas.rates import Rate
+from pidcfg.schemas.units import unit_text, units_of
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
+    from collections.abc import Mapping
+
+    from pydantic import BaseModel
 
     from pidcfg.vendors import Vendor
 
 HEADING = ("pidcfg", "vendor", "name", "description", "loops")
 """Keys that have a place of their own in a report."""
-RANGES = ("range", "input_range")
-GAINS = {"percent": "%/pv", "engineering": "output/pv"}
-"""Units of a gain by what the vendor counts it in; a gain of counts per count has none."""
-OF_GAINS = ("output/pv", "output/pv/s", "output per pv/s")
-"""Units of the three gains of an independent form: MV for the error, for its integral, for its derivative."""
 NOWHERE = "no register"
 GENERAL = "General"
 CHOICE = re.compile(" or |, ")
 """Stands in a unit that depends on another setting."""
-TIMES = {get_args(Seconds)[1]: "s", get_args(Minutes)[1]: "min"}
-
-
-@dataclass(frozen=True, slots=True)
-class Leaf:
-    """A value of a model: its path, the model that has it, and whether the file says it."""
-
-    path: Path
-    value: Any
-    model: BaseModel
-    key: str
-    given: bool
-
-    @property
-    def text(self) -> str:
-        """Its path as text: ``steps[0].slope``."""
-        return path_text(self.path)
-
-
-def leaves(model: BaseModel, above: Path = (), *, given: bool = True) -> Iterator[Leaf]:
-    """Every value of a model that is one, in the order of its fields."""
-    for key in type(model).model_fields:
-        value, written = getattr(model, key), given and key in model.model_fields_set
-        path = (*above, key)
-        if isinstance(value, BaseModel):
-            yield from leaves(value, path, given=written)
-        elif isinstance(value, tuple) and value and all(isinstance(part, BaseModel) for part in value):
-            for i, part in enumerate(value):
-                yield from leaves(part, (*path, i), given=written)
-        elif hasattr(value, "items"):
-            yield from (Leaf((*path, name), part, model, key, written) for name, part in value.items())
-        elif value not in (None, ()):
-            yield Leaf(path, value, model, key, written)
 
 
 def table_units(vendor: Vendor, units: Mapping[str, str]) -> dict[str, str]:
@@ -76,83 +33,9 @@ def table_units(vendor: Vendor, units: Mapping[str, str]) -> dict[str, str]:
     return {path: unit_text(unit, units) for path, unit in units_by_path(vendor).items() if not CHOICE.search(unit)}
 
 
-@cache
-def units_by_path(vendor: Vendor) -> Mapping[str, str]:
-    """The units of the vendor's registers and parameters by the path of their value."""
-    units: dict[str, str] = {}
-    for table in vendor.load("registers"):
-        if isinstance(table, ParameterTable):
-            rows = [(row.name, row.unit) for row in table.rows]
-        else:
-            rows = [(word.path, word.unit) for word in table.words if word.path is not None]
-        for path, unit in rows:
-            if unit:
-                units.setdefault(path, unit)
-    return units
-
-
 def sides(loop: object) -> dict[str, str]:
     """The units of PV and output; words for those that the loop does not say."""
     return {**SIDES, **units_of(loop)}
-
-
-def _is_raw(leaf: Leaf, unit: str, loop: Any) -> bool:
-    """Whether a quantity is raw counts: written so, or on a scale without a range."""
-    quantities = leaf.value if isinstance(leaf.value, tuple) and type(leaf.value) is tuple else (leaf.value,)
-    if not all(isinstance(part, Quantity) for part in quantities):
-        return False
-    section = getattr(loop, unit.partition("/")[0], None)
-    return all(part.counts for part in quantities) or getattr(section, "range", None) is None
-
-
-def unit_of(leaf: Leaf, loop: Any, vendor: Vendor) -> str:
-    """The unit of a setting as a reader needs it, with nothing left to be chosen."""
-    value, units = leaf.value, sides(loop)
-    chosen = getattr(leaf.model, f"{leaf.key}_unit", None)
-    duration = value if isinstance(value, Duration) else getattr(value, "duration", None)
-    if isinstance(duration, Duration):
-        return duration.unit or UNIT_WORDS.get(str(chosen), "") or _table_unit(leaf, vendor)
-    if isinstance(value, Rate):
-        return unit_text(f"pv/{value.per}", {**units, "pv": "counts"} if value.counts else units)
-    if isinstance(value, bool | str | Wire) and not leaf.text.endswith(RANGES):
-        return ""
-    unit = _table_unit(leaf, vendor)
-    if _is_raw(leaf, unit, loop):
-        return "/".join(["counts", *unit.split("/")[1:]])
-    return unit_text(unit, units)
-
-
-def _term_unit(leaf: Leaf, vendor: Vendor) -> str:
-    """The unit of one of the three terms, where the vendor's tables leave it open."""
-    tuned = vendor.load("tuned")
-    keys = [tuned.key(name) for name in tuned.names]
-    if leaf.text == keys[0]:
-        return GAINS.get(tuned.gain_unit, "")
-    form = getattr(tuned, "dependent", None)
-    chosen = getattr(leaf.model, form[0], None) if form else None
-    if leaf.text not in keys or not isinstance(chosen, bool):
-        return ""
-    return "s" if form is None or chosen is form[1] else OF_GAINS[keys.index(leaf.text)]
-
-
-def _table_unit(leaf: Leaf, vendor: Vendor) -> str:
-    """The unit by the vendor's tables, then by the limits of the field, then by its type."""
-    table, text = units_by_path(vendor), leaf.text
-    places = (text, f"{text}.0", text.rpartition("].")[2])
-    unit = _term_unit(leaf, vendor) or next((table[place] for place in places if place in table), "")
-    if unit:
-        return unit
-    field = type(leaf.model).model_fields[leaf.key]
-    limits = next((m for m in field.metadata if isinstance(m, Limits) and m.unit), None)
-    if limits is not None:
-        return limits.unit
-    if leaf.key in RANGES:
-        return str(leaf.path[-2])
-    return next((TIMES[m] for m in field.metadata if _is_time(m)), "")
-
-
-def _is_time(mark: Any) -> bool:
-    return any(mark is time or mark == time for time in TIMES)
 
 
 def setting(leaf: Leaf, loop: Any, vendor: Vendor, written: Any, place: str) -> Setting:
@@ -160,7 +43,7 @@ def setting(leaf: Leaf, loop: Any, vendor: Vendor, written: Any, place: str) -> 
     spelled = isinstance(leaf.value, int) and not isinstance(leaf.value, bool) and isinstance(written, str)
     address = spelled and not _is_number(written.strip("-"))
     value = str(written) if address else shown(leaf)
-    unit = "" if address else unit_of(leaf, loop, vendor)
+    unit = "" if address else unit_of(leaf, loop, vendor, sides(loop))
     return Setting(leaf.text, value, unit, texts_of(type(leaf.model)).get(leaf.key, ""), leaf.given, place)
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, cast
 
-from pidcfg.differences.vendor_fields import PLACES
+from pidcfg.differences.risk import PLACES
 from pidcfg.encoders.parameters import Program
 from pidcfg.encoders.spaces import NoRegisterError
 from pidcfg.report.content import LoopSheet, PlcSheet

@@ -10,13 +10,13 @@ from pidcfg.diagnostics import path_text
 from pidcfg.encoders.parameters import shown
 from pidcfg.encoders.regmap import Bits
 from pidcfg.encoders.words import DecodeError
-from pidcfg.explanation.texts import unit_text
 from pidcfg.report import content
 from pidcfg.report.roots import word_before_root
 from pidcfg.report.settings import CHOICE
 from pidcfg.report.texts import cell as cell_of
 from pidcfg.schemas.base import Quantity
 from pidcfg.schemas.iec import Wire
+from pidcfg.schemas.units import unit_text
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping

@@ -1,29 +1,35 @@
-"""Two configurations compared by meaning: the result of `pidcfg.diff`, and its JSON."""
+"""Two configurations compared: the result of `pidcfg.diff`, and its JSON."""
 
 from __future__ import annotations
 
 from collections import Counter
 from dataclasses import dataclass
 from pathlib import PurePath
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, get_args
 
 from pidcfg.conversion.pipeline import ConvertError
 from pidcfg.diagnostics import Diagnostic, Severity
+from pidcfg.differences.fields import fields_of, neutral_fields
 from pidcfg.differences.meaning import compare
-from pidcfg.differences.result import RISKS, Compared
+from pidcfg.differences.raw_terms import raw_terms
+from pidcfg.differences.result import RISKS, Status
 from pidcfg.differences.side import Side, side_of
+from pidcfg.differences.terms import Subject
+from pidcfg.differences.terms_of import terms_of
+from pidcfg.differences.within import Comparison
 from pidcfg.document import Document, Node
 from pidcfg.encoders.listing import ListingError
 from pidcfg.encoders.words import DecodeError
-from pidcfg.listings import decode_listing, read_listing
+from pidcfg.listings import read_listing, reading_of
 from pidcfg.reader import SUFFIXES
 from pidcfg.results.arguments import ArgumentError
 from pidcfg.results.findings import Data, errors_in, findings_data
 from pidcfg.results.words import unreadable
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Sequence
 
+    from pidcfg.differences.result import Compared, Difference
     from pidcfg.limits import Limits
     from pidcfg.validate.engine import Checked
     from pidcfg.vendors import Vendor
@@ -32,6 +38,15 @@ Configuration = tuple[Any, "Vendor"]
 """A typed configuration and its vendor."""
 Entry = tuple[bytes, str]
 """The bytes of a memory listing, and its name."""
+
+
+@dataclass(frozen=True, slots=True)
+class DiffOptions:
+    """How two sides are compared: the family of listings, what they are read like, whether live words count."""
+
+    vendor: Vendor | None = None
+    like: Checked | None = None
+    live: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,26 +62,39 @@ class DiffResult:
     refused: str = ""
     """The side that the findings are of, and its name."""
     loops: tuple[Compared, ...] = ()
-    sides: tuple[Side, Side] | None = None
     sources: tuple[Configuration, Configuration] | None = None
     """Configuration and vendor of both sides."""
+
+    notes: tuple[str, ...] = ()
+    """What a listing did not say, or could not be read of it."""
 
     @property
     def ok(self) -> bool:
         """Whether both sides could be compared; they may differ."""
-        return self.sides is not None
+        return not self.refused
 
     @property
     def same(self) -> bool:
-        """Whether nothing differs."""
-        return self.ok and all(loop.status == "same" for loop in self.loops)
+        """Whether nothing differs; what the operator sets is no difference."""
+        return self.ok and all(loop.same for loop in self.loops)
+
+    @property
+    def sides(self) -> tuple[Side, Side] | None:
+        """Both sides in the neutral form, as far as they have one; None: words of one cannot be read back."""
+        if self.sources is None:
+            return None
+        try:
+            one, two = (side_of(*source, partial=True) for source in self.sources)
+        except DecodeError:
+            return None
+        return one, two
 
     @property
     def summary(self) -> dict[str, int]:
         """How many differences there are of each risk, and loops of each status."""
         count = Counter(difference.risk for loop in self.loops for difference in loop.differences)
         statuses = Counter(loop.status for loop in self.loops)
-        return {risk: count[risk] for risk in RISKS} | {s: statuses[s] for s in ("same", "changed", "added", "removed")}
+        return {risk: count[risk] for risk in RISKS} | {status: statuses[status] for status in get_args(Status)}
 
     def to_json(self) -> Data:
         """What ``pidcfg diff --format json`` prints: the differences, or the errors of the side that is in the way."""
@@ -76,14 +104,44 @@ class DiffResult:
             {
                 "loop": loop.loop,
                 "status": loop.status,
-                "differences": [
-                    {"field": d.field, "risk": d.risk, "from": d.before, "to": d.after, "note": d.note}
-                    for d in loop.differences
-                ],
+                "was": loop.was or None,
+                "moved": None if loop.moved is None else {"from": loop.moved[0], "to": loop.moved[1]},
+                "differences": [_difference_data(d) for d in loop.differences],
+                "operated": [_difference_data(d) for d in loop.operated],
+                "left_out": list(loop.left_out),
+                "missing": list(loop.missing),
             }
             for loop in self.loops
         ]
-        return {"version": 1, "from": self.before, "to": self.after, "loops": loops, "summary": self.summary}
+        return {
+            "version": 1,
+            "from": self.before,
+            "to": self.after,
+            "loops": loops,
+            "summary": self.summary,
+            "notes": list(self.notes),
+        }
+
+
+def _difference_data(d: Difference) -> Data:
+    return {
+        "field": d.field,
+        "key": d.key or None,
+        "risk": d.risk,
+        "from": d.before,
+        "to": d.after,
+        "unit": d.unit,
+        "address": d.address or None,
+        "word_from": d.word_before,
+        "word_to": d.word_after,
+        "note": d.note,
+    }
+
+
+WORD_BY_WORD = (
+    "nothing tells where the loops are, so that words are compared by their addresses; name a configuration to read "
+    "the listings like"
+)
 
 
 class _SideError(Exception):
@@ -101,67 +159,111 @@ def is_listing(name: str) -> bool:
 
 
 def compared(
-    sides: tuple[Checked | Entry, Checked | Entry], names: tuple[str, str], vendor: Vendor | None, limits: Limits
+    sides: tuple[Checked | Entry, Checked | Entry],
+    names: tuple[str, str],
+    options: DiffOptions,
+    limits: Limits,
 ) -> DiffResult:
     """The comparison of two checked configurations or listings.
 
-    A listing is of the vendor that is named, or of the other side's; names and ranges that it does not carry are those
-    of the other side.
+    A listing is of the vendor that is named, or of the other side's. Names, ranges and units that it does not carry are
+    those of the configuration that it is to be read like, else of the other side.
     """
     try:
-        configurations = [
-            None if isinstance(side, tuple) else _configuration(side, name)
-            for side, name in zip(sides, names, strict=True)
-        ]
-        other, family = next((source for source in configurations if source is not None), (None, None))
-        first, second = (
-            _listing(side, vendor or family, other, limits) if isinstance(side, tuple) else _configuration(side, name)
-            for side, name in zip(sides, names, strict=True)
-        )
-        one, two = (_side(name, *source) for name, source in zip(names, (first, second), strict=True))
+        subjects = _subjects(sides, names, options, limits)
+        (one, two), sources = subjects, tuple((subject.config, subject.vendor) for subject in subjects)
+        if one.vendor is two.vendor:
+            loops = _in_own_terms(one, two, live=options.live)
+        else:
+            loops = compare(*(_side(name, *source) for name, source in zip(names, sources, strict=True)))
     except _SideError as error:
-        return DiffResult(*names, error.findings, error.document, error.name)
-    return DiffResult(*names, loops=tuple(compare(one, two)), sides=(one, two), sources=(first, second))
+        return _word_by_word(sides, names, options, limits) or DiffResult(
+            *names, error.findings, error.document, error.name
+        )
+    notes = tuple(
+        f"{name}: {note}"
+        for name, subject in zip(names, subjects, strict=True)
+        for note in (subject.reading.notes if subject.reading else ())
+    )
+    return DiffResult(*names, loops=tuple(loops), sources=(sources[0], sources[1]), notes=notes)
 
 
-def _configuration(checked: Checked, name: str) -> Configuration:
+def _word_by_word(
+    sides: tuple[Checked | Entry, Checked | Entry], names: tuple[str, str], options: DiffOptions, limits: Limits
+) -> DiffResult | None:
+    """Two listings of which nothing tells where their loops are; None: they are not, or cannot be read at all."""
+    entries = [side for side in sides if isinstance(side, tuple)]
+    if len(entries) < len(sides) or options.vendor is None or options.like is not None:
+        return None
+    try:
+        one, two = (raw_terms(read_listing(data, options.vendor, limits), options.vendor) for data, _ in entries)
+    except ListingError:
+        return None
+    rows = Comparison(one, two, lambda *_: (), live=True).rows()
+    return DiffResult(*names, loops=tuple(rows), notes=(WORD_BY_WORD,))
+
+
+def _subjects(
+    sides: tuple[Checked | Entry, Checked | Entry], names: tuple[str, str], options: DiffOptions, limits: Limits
+) -> tuple[Subject, Subject]:
+    """Both sides; listings are read when it is known what they are like."""
+    known: list[Subject | None] = [
+        None if isinstance(side, tuple) else _configuration(side, name) for side, name in zip(sides, names, strict=True)
+    ]
+    like = None if options.like is None else _configuration(options.like, options.like.document.file)
+    like = like or next((subject for subject in known if subject is not None), None)
+    vendor = options.vendor or (None if like is None else like.vendor)
+    if options.like is not None and like is not None and like.vendor is not vendor:
+        raise ArgumentError(f"`like` is a file of {like.vendor.title}, not of `vendor`", "like", "vendor")
+    for i in sorted((0, 1), key=lambda i: _says_names(sides[i], vendor, limits), reverse=True):
+        side = sides[i]
+        if isinstance(side, tuple):
+            known[i] = _listing(side, vendor, like, limits)
+            like = like or known[i]
+    one, two = known
+    if one is None or two is None:
+        raise AssertionError("both sides are read")
+    return one, two
+
+
+def _says_names(side: Checked | Entry, vendor: Vendor | None, limits: Limits) -> bool:
+    """Whether a listing says names of loops, so that it is read before one that does not."""
+    try:
+        return isinstance(side, tuple) and vendor is not None and bool(read_listing(side[0], vendor, limits).settings)
+    except ListingError:
+        return False
+
+
+def _configuration(checked: Checked, name: str) -> Subject:
     """A configuration whose values all have their words."""
     if checked.vendor is None or checked.encoding is None or not checked.encoding.whole:
         raise _SideError(name, checked.findings, checked.document)
-    return checked.config, checked.vendor
+    return Subject(checked.vendor, checked.config, checked.encoding)
 
 
-def _listing(entry: Entry, vendor: Vendor | None, other: Any, limits: Limits) -> Configuration:
-    """A listing's configuration."""
+def _listing(entry: Entry, vendor: Vendor | None, like: Subject | None, limits: Limits) -> Subject:
+    """A listing as far as it can be read."""
     if vendor is None:
         raise ArgumentError("neither file says the PLC family; name it with `vendor`", "vendor")
     data, name = entry
+    other = (like.config, like.encoding) if like is not None and like.vendor is vendor else None
     try:
-        listing = read_listing(data, vendor, limits)
-        if other is not None:
-            image = vendor.encoder(other).image
-            listing.settings, listing.plc = _completed(listing.settings, image.settings), {**image.plc, **listing.plc}
-        decoded = decode_listing(listing, vendor, {})
+        reading = reading_of(read_listing(data, vendor, limits), vendor, other)
     except ListingError as error:
         cure = f"decode it first: pidcfg decode {name} --vendor {vendor.key}"
         raise _SideError(name, [unreadable(error, name, cure)]) from None
-    return vendor.model.model_validate(decoded.data), vendor
+    return Subject(vendor, reading.config, reading.encoding, reading)
 
 
-def _completed(settings: Sequence[Mapping[str, Any]], other: Sequence[Mapping[str, Any]]) -> Any:
-    """Settings of a listing with what only the other side says of the loop with the same name."""
-    if not settings:
-        return other
-    by_name = {entry.get("loop"): entry for entry in other}
-    return tuple(_merged(by_name.get(entry.get("loop"), {}), entry) for entry in settings)
+def _in_own_terms(one: Subject, two: Subject, *, live: bool) -> list[Compared]:
+    """The comparison within a vendor."""
+    before, after = (terms_of(subject) for subject in (one, two))
+    fields = [fields_of(subject.vendor, subject.config, subject.encoding) for subject in (one, two)]
 
+    def neutral(loop: str, key: str) -> list[str]:
+        return [name for side in fields for name in neutral_fields(side, loop, key)]
 
-def _merged(under: Mapping[str, Any], over: Mapping[str, Any]) -> dict[str, Any]:
-    merged = {**under, **over}
-    for key in under.keys() & over.keys():
-        if isinstance(under[key], dict) and isinstance(over[key], dict):
-            merged[key] = _merged(under[key], over[key])
-    return merged
+    return Comparison(before, after, neutral, live=live).rows()
 
 
 def _side(name: str, config: Any, vendor: Vendor) -> Side:

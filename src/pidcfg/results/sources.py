@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from pidcfg.document import Document
 from pidcfg.reader import Files, source_data
+from pidcfg.results.arguments import ArgumentError
 from pidcfg.source import read_document
 from pidcfg.validate.engine import Checked, check_document
 
@@ -27,6 +29,22 @@ def document_of(source: Source, name: str | None, files: Files, limits: Limits) 
 def checked_of(source: Source, name: str | None, files: Files, limits: Limits) -> Checked:
     """A source as a checked configuration."""
     return check_document(document_of(source, name, files, limits), limits)
+
+
+def files_of(
+    source: Path | str | bytes | Sequence[Path | str | bytes],
+    name: str | Sequence[str] | None,
+    files: Files,
+    limits: Limits,
+) -> list[tuple[bytes, str]]:
+    """One or several files, each its bytes and its name; raises `ArgumentError` where names and files do not agree."""
+    source = bytes(source) if isinstance(source, bytearray | memoryview) else source
+    sources = source if isinstance(source, Sequence) and not isinstance(source, str | bytes) else [source]
+    names = [name] * len(sources) if name is None or isinstance(name, str) else list(name)
+    if not sources or len(names) != len(sources):
+        raise ArgumentError("`source` and `name` are lists of the same length, and not empty", "source", "name")
+    most = limits.file_bytes + 1
+    return [source_data(one, label, files, most) for one, label in zip(sources, names, strict=True)]
 
 
 def side_of(source: Source, name: str | None, files: Files, limits: Limits) -> tuple[Checked | tuple[bytes, str], str]:

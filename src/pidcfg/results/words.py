@@ -8,6 +8,8 @@ from dataclasses import dataclass, field, fields, replace
 from typing import TYPE_CHECKING, Any
 
 from pidcfg.diagnostics import Diagnostic, Severity, Span
+from pidcfg.differences.changes import changes_from
+from pidcfg.differences.terms import Subject
 from pidcfg.encoders.listing import ListingError
 from pidcfg.listings import annotate_listing, decode_listing, exact_text, read_listing, refuse_large, together
 from pidcfg.results.arguments import ArgumentError, vendor_options
@@ -23,6 +25,9 @@ if TYPE_CHECKING:
     from pidcfg.limits import Limits
     from pidcfg.validate.engine import Checked
     from pidcfg.vendors import Vendor
+
+File = tuple[bytes, str]
+"""The bytes of a file, and its name."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,7 +48,8 @@ class EncodeResult:
     checklist: tuple[str, ...] = ()
     """What a person should check after the download."""
     merged: tuple[str, ...] = ()
-    """What was done to a file of the user's; lines that begin with ``conflict`` say what was left out."""
+    """What was done to a file of the user's, where lines that begin with ``conflict`` say what was left out; what is
+    to be told of an image that is written in part."""
 
     def __reduce__(self) -> tuple[Callable[..., EncodeResult], tuple[Any, ...]]:
         """The format goes by its name, since its reader and writer cannot be copied to another process."""
@@ -77,16 +83,25 @@ def _restored(document: Document, findings: tuple[Diagnostic, ...], vendor: str 
     return EncodeResult(document, findings, vendor, image, kind, *rest)
 
 
-def encoded(
-    checked: Checked, name: str, into: tuple[bytes, str] | None, limits: Limits, *, errors: bool
-) -> EncodeResult:
-    """The memory of a checked configuration in a format; ``into``: bytes and name of a file that it adds to.
+@dataclass(frozen=True, slots=True)
+class EncodeOptions:
+    """How a configuration is written."""
 
-    ``errors``: although the configuration has some, if only every value has its word.
-    """
+    into: File | None = None
+    """A file that the format adds to."""
+    changed_from: File | None = None
+    """A listing: only words that differ from it are written."""
+    live: bool = False
+    """Whether words that the PLC or the process writes are so, too."""
+    errors: bool = False
+    """Although the configuration has errors, if only every value has its word."""
+
+
+def encoded(checked: Checked, name: str, options: EncodeOptions, limits: Limits) -> EncodeResult:
+    """The memory of a checked configuration in a format."""
     vendor, encoding = checked.vendor, checked.encoding
     faulty = bool(errors_in(checked.findings))
-    if vendor is None or encoding is None or (faulty and not (errors and encoding.whole)):
+    if vendor is None or encoding is None or (faulty and not (options.errors and encoding.whole)):
         return EncodeResult(checked.document, checked.findings)
     try:
         kind: FileKind = format_of(vendor, name)
@@ -95,10 +110,33 @@ def encoded(
     result = EncodeResult(
         checked.document, checked.findings, vendor.key, encoding.image, kind, checklist=checked.checklist
     )
-    return _with_texts(result, kind, into, limits)
+    if options.changed_from is None:
+        if options.live:
+            raise ArgumentError("`live` is for `changed_from` only", "live", "changed_from")
+        return _with_texts(result, kind, options.into, limits)
+    return _in_part(result, kind, Subject(vendor, checked.config, encoding), options, limits)
 
 
-def _with_texts(result: EncodeResult, kind: FileKind, into: tuple[bytes, str] | None, limits: Limits) -> EncodeResult:
+def _in_part(
+    result: EncodeResult, kind: FileKind, subject: Subject, options: EncodeOptions, limits: Limits
+) -> EncodeResult:
+    """The result with what differs from a listing."""
+    if not kind.partial:
+        able = [other.name for other in subject.vendor.load("formats").values() if other.partial]
+        reason = f"{kind.name} is not written in part (`changed_from`); {', '.join(able)} are"
+        raise ArgumentError(reason, "changed_from")
+    if options.into is not None:
+        raise ArgumentError("`into` and `changed_from` do not go together", "into", "changed_from")
+    data, name = options.changed_from or (b"", "")
+    try:
+        listing = read_listing(data, subject.vendor, limits)
+    except ListingError as error:
+        return replace(result, findings=(*result.findings, unreadable(error, name)))
+    image, notes = changes_from(subject, listing, live=options.live)
+    return replace(_with_texts(replace(result, image=image), kind, None, limits), merged=notes)
+
+
+def _with_texts(result: EncodeResult, kind: FileKind, into: File | None, limits: Limits) -> EncodeResult:
     """The result with the texts of its format, perhaps within a file of the user's."""
     if into is None:
         if kind.needs_into:
@@ -146,20 +184,31 @@ class DecodeResult:
         return {"version": 1, "text": self.text} if self.ok else findings_data(self.findings)
 
 
+@dataclass(frozen=True, slots=True)
+class DecodeOptions:
+    """How a listing is read."""
+
+    kind: str | None = None
+    """Its format; None: it tells by itself."""
+    like: Checked | None = None
+    """A configuration that gives names, ranges and units where the listing does not."""
+    annotate: bool = False
+    """Give the listing with a meaning beside every word instead."""
+
+
 def decoded(
-    files: Sequence[tuple[bytes, str]],
-    vendor: Vendor,
-    kind: str | None,
-    options: Mapping[str, object],
-    limits: Limits,
-    *,
-    annotate: bool,
+    files: Sequence[File], vendor: Vendor, choices: DecodeOptions, options: Mapping[str, object], limits: Limits
 ) -> DecodeResult:
-    """The configuration of a listing in one or more files, each its bytes and its name."""
+    """The configuration of a listing in one or more files; ``options``: the vendor's own."""
+    image = None
+    if choices.like is not None:
+        image = _image_of(choices.like, vendor)
+        if image is None:
+            return DecodeResult(tuple(errors_in(choices.like.findings)))
     listings, faults = [], []
     for data, name in files:
         try:
-            listings.append(read_listing(data, vendor, limits, kind))
+            listings.append(read_listing(data, vendor, limits, choices.kind))
         except ListingError as error:
             faults.append(unreadable(error, name))
     if faults:
@@ -167,10 +216,17 @@ def decoded(
     try:
         values = vendor_options(vendor, "decode_options", options)
         listing = together(listings)
-        if annotate:
+        if choices.annotate:
             text, notes = annotate_listing(listing, vendor, values)
             return DecodeResult(text=text, notes=notes)
-        decoded = decode_listing(listing, vendor, values)
+        decoded = decode_listing(listing, vendor, values, image)
     except ListingError as error:
         return DecodeResult((unreadable(error, files[-1][1]),))
     return DecodeResult((), decoded.data, yaml_text(decoded.data), decoded.notes)
+
+
+def _image_of(like: Checked, vendor: Vendor) -> Any:
+    """The image of a configuration that a listing is to be read like; None: it has errors that leave none."""
+    if like.vendor is not None and like.vendor is not vendor:
+        raise ArgumentError(f"`like` is a file of {like.vendor.title}, not of {vendor.title}", "like")
+    return like.encoding.image if like.encoding is not None and like.encoding.whole else None

@@ -22,6 +22,7 @@ EPILOG = options.examples(
     "pidcfg decode reactor.json --vendor dl06",
     "pidcfg decode reactor.hex --vendor dl06 -o decoded.yaml",
     "pidcfg decode table.csv --vendor dl06 --loop-table V2000 --number-of-loops 3",
+    "pidcfg decode upload.hex --vendor dl06 --like reactor.yaml",
     "pidcfg decode nicknames.csv --vendor click --pwm-bit none",
     "pidcfg decode reactor.hex --vendor dl06 --annotate",
 )
@@ -44,6 +45,11 @@ def vendor_options(command: Callable[..., Any]) -> Callable[..., Any]:
     type=click.Choice(format_names()),
     help="The listing's format; found out by itself when not given.",
 )
+@click.option(
+    "--like",
+    metavar="FILE",
+    help="A configuration that gives names, ranges and units where the listing does not.",
+)
 @click.option("--annotate", is_flag=True, help="Print the listing with a meaning beside every word instead.")
 @vendor_options
 @options.OUT
@@ -54,6 +60,7 @@ def command(
     image: tuple[str, ...],
     vendor: str,
     kind: str | None,
+    like: str | None,
     annotate: bool,
     out: str | None,
     force: bool,
@@ -67,6 +74,7 @@ def command(
     """
     from pidcfg.api import decode
     from pidcfg.cli.files.outputs import write_files
+    from pidcfg.cli.findings.collect import one_configuration
     from pidcfg.cli.formats.reporters import text
 
     entries = [read_input(name, limits) for name in image]
@@ -75,8 +83,11 @@ def command(
             [fault for entry in entries if (fault := listing_fault(entry, VENDORS[vendor], limits, kind)) is not None]
         )
     data, names = [entry.data for entry in entries], [entry.name for entry in entries]
+    other = None if like is None else one_configuration(like, limits)
     with usage():
-        result = decode(data, vendor, format=kind, annotate=annotate, options=texts, name=names, limits=limits)
+        result = decode(
+            data, vendor, format=kind, like=other, annotate=annotate, options=texts, name=names, limits=limits
+        )
     if not result.text:
         note(text(result.findings, {}).rstrip())
         click.get_current_context().exit(Exit.UNUSABLE)

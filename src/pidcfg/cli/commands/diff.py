@@ -1,4 +1,4 @@
-"""``pidcfg diff``: two configurations, or a configuration and a memory listing, compared by meaning."""
+"""``pidcfg diff``: two configurations or memory listings compared, in their own words within a vendor."""
 
 from __future__ import annotations
 
@@ -25,7 +25,8 @@ UNREADABLE, UNSAID = "PID041", "PID042"
 """A listing that cannot be read; a configuration that does not say what its values mean."""
 EPILOG = options.examples(
     "pidcfg diff main.yaml branch.yaml",
-    "pidcfg diff reactor.yaml upload.hex --vendor dl06",
+    "pidcfg diff reactor.yaml upload.hex --exit-code",
+    "pidcfg diff monday.hex friday.hex --like reactor.yaml",
     "pidcfg diff reactor.yaml reactor-click.yaml --format markdown",
     "pidcfg diff main.yaml branch.yaml --output markdown=changes.md --output json=changes.json",
     "pidcfg diff main.yaml branch.yaml --plot before-after.svg",
@@ -40,6 +41,12 @@ EPILOG = options.examples(
     type=click.Choice(list(VENDORS)),
     help="The PLC family of a memory listing, where the other side does not tell.",
 )
+@click.option(
+    "--like",
+    metavar="FILE",
+    help="A configuration that gives listings their names, ranges and units; else it is the other side.",
+)
+@click.option("--live", is_flag=True, help="Compare with a listing also what runs: PV, output, mode, status, requests.")
 @report_options.report_format("diff")
 @report_options.report_files("diff")
 @plots.OVERLAY
@@ -50,6 +57,8 @@ def command(
     before: str,
     after: str,
     vendor: str | None,
+    like: str | None,
+    live: bool,
     fmt: str,
     reports: tuple[report_options.Report, ...],
     plot: tuple[str, ...],
@@ -57,9 +66,12 @@ def command(
     exits: bool,
     limits: Limits,
 ) -> None:
-    """Compare BEFORE and AFTER, configurations of any vendors or memory listings, in engineering units.
+    """Compare BEFORE and AFTER, configurations of any vendors or memory listings.
 
-    Loops are matched by name, then by their order. Differences are ranked by what can go wrong.
+    Two of one vendor are compared key by key, with units and registers; two of different vendors by meaning, in
+    engineering units. Differences are ranked by what can go wrong. Against a listing are left out: PV, output, mode,
+    status, requests, the bias of a loop with an integral, a set point under ramp/soak or from another loop. Another set
+    point is shown as operated, and is no difference.
     """
     from pidcfg.api import diff
     from pidcfg.cli.files.inputs import Input
@@ -74,9 +86,12 @@ def command(
             _unreadable(entry, other, vendor, limits, fmt)
     one, two = (source.data if isinstance(source, Input) else source for source in sources)
     with usage():
-        result = diff(one, two, vendor=vendor, names=(before, after), limits=limits)
+        names_of = None if like is None else _configuration(like, limits)
+        result = diff(one, two, vendor=vendor, like=names_of, live=live, names=(before, after), limits=limits)
     if not result.ok:
         refuse(result, fmt)
+    for line in result.notes:
+        note(f"note: {line}")
     charts = plots.of_sides(result) if plot else []
     pictures = plots.drawn(plot, charts, f"{Path(before).name} and {Path(after).name}")
     report_options.deliver(fmt, reports, lambda name: render(name, result), pictures, force=force)
@@ -86,14 +101,20 @@ def command(
         click.get_current_context().exit(Exit.FINDINGS)
 
 
+def _configuration(name: str, limits: Limits) -> Document:
+    """The document of a configuration."""
+    from pidcfg.cli.findings.collect import one_configuration
+
+    return one_configuration(name, limits)
+
+
 def _source(name: str, limits: Limits) -> Document | Input:
     """A YAML file's document, or a memory listing as it was read."""
     from pidcfg.cli.files.inputs import STDIN, read_input
-    from pidcfg.cli.findings.collect import one_configuration
     from pidcfg.results.differences import is_listing
 
     if name == STDIN or not is_listing(name):
-        return one_configuration(name, limits)
+        return _configuration(name, limits)
     return read_input(name, limits)
 
 

@@ -13,7 +13,7 @@ from pidcfg.cli.terminal.console import echo, echo_json, note
 from pidcfg.vendors import format_names
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Mapping, Sequence
 
     from pidcfg.cli.files.inputs import Input
     from pidcfg.document import Document
@@ -25,6 +25,7 @@ EPILOG = options.examples(
     "pidcfg encode reactor.yaml --format ihex -o reactor.hex",
     "pidcfg encode reactor.yaml --format json | jq '.words[0]'",
     "pidcfg encode tank.yaml --format nickname-csv --into project.csv -o merged.csv",
+    "pidcfg encode reactor.yaml --format modbus --changed-from upload.csv -o changes.csv",
 )
 
 
@@ -41,10 +42,25 @@ EPILOG = options.examples(
     metavar="FILE",
     help="A file of yours that the format adds to, such as a tag list. It is not changed itself.",
 )
+@click.option(
+    "--changed-from",
+    metavar="LISTING",
+    help="Write only what differs from this listing, such as an upload, without what the PLC or the process writes.",
+)
+@click.option("--live", is_flag=True, help="With --changed-from: also words that the PLC or the process writes.")
 @options.QUIET
 @options.LIMITS
 def command(
-    file: str, fmt: str, out: str | None, force: bool, allow_errors: bool, into: str | None, quiet: bool, limits: Limits
+    file: str,
+    fmt: str,
+    out: str | None,
+    force: bool,
+    allow_errors: bool,
+    into: str | None,
+    changed_from: str | None,
+    live: bool,
+    quiet: bool,
+    limits: Limits,
 ) -> None:
     """Write the PLC's memory for the configuration FILE (- for standard input): every word with its address."""
     from pidcfg.api import encode
@@ -53,10 +69,21 @@ def command(
     from pidcfg.encoders.files import CONFLICT, UnwritableError
     from pidcfg.encoders.listing import ListingError
 
-    configuration, (data, name) = _inputs(file, into, fmt, limits)
+    configuration, others = _inputs(file, (into, changed_from), fmt, limits)
+    (data, name), (old, old_name) = others
     try:
         with usage():
-            result = encode(configuration, fmt, into=data, into_name=name, allow_errors=allow_errors, limits=limits)
+            result = encode(
+                configuration,
+                fmt,
+                into=data,
+                into_name=name,
+                changed_from=old,
+                changed_from_name=old_name,
+                live=live,
+                allow_errors=allow_errors,
+                limits=limits,
+            )
     except (UnwritableError, ListingError) as error:
         raise click.ClickException(f"{file}: {error}") from None
     if result.kind is None:
@@ -77,9 +104,12 @@ def command(
 
 
 def _inputs(
-    file: str, into: str | None, fmt: str, limits: Limits
-) -> tuple[Document, tuple[bytes, str] | tuple[None, None]]:
-    """The configuration, and the file that the format adds to; what is wrong with both ends the command, in order."""
+    file: str, others: Sequence[str | None], fmt: str, limits: Limits
+) -> tuple[Document, list[tuple[bytes, str] | tuple[None, None]]]:
+    """The configuration, and the files that the format adds to or that are compared with.
+
+    What is wrong with any of them ends the command, in order.
+    """
     from pidcfg.api import encode
     from pidcfg.cli.files.inputs import read_input
     from pidcfg.cli.findings.collect import one_configuration, show_errors
@@ -91,19 +121,19 @@ def _inputs(
         raise
     except click.ClickException as error:
         faults.append(error.message)
-    other = None if into is None else read_input(into, limits)
-    problem = None if other is None else _problem(other, limits)
-    if problem is not None:
-        faults.append(problem)
+    inputs = [None if name is None else read_input(name, limits) for name in others]
+    problems = [problem for entry in inputs if entry is not None and (problem := _problem(entry, limits)) is not None]
+    if problems:
+        faults += problems
         if configuration is not None and not (alone := encode(configuration, limits=limits)).ok:
             show_errors(alone.findings, alone.document, fmt)
     if faults or configuration is None:
         refuse_all(faults)
-    return configuration, (None, None) if other is None else (other.data, other.name)
+    return configuration, [(None, None) if entry is None else (entry.data, entry.name) for entry in inputs]
 
 
 def _problem(entry: Input, limits: Limits) -> str | None:
-    """Why nothing can be added to a file."""
+    """Why a file cannot be used."""
     if entry.problem is None and len(entry.data) > limits.file_bytes:
         return f"{entry.name} is larger than {limits.file_bytes} bytes; raise it with --limit"
     return entry.problem
@@ -123,10 +153,13 @@ def _put(kind: FileKind, parts: Mapping[str, str], out: str | None, *, force: bo
     """Writes the texts, to standard output without ``out``; returns the names of the files."""
     from pidcfg.cli.files.outputs import write_files
 
-    if out is not None:
+    if parts and out is not None:
         files = {part_name(out, suffix): text.encode(kind.encoding) for suffix, text in parts.items()}
         write_files(files, force=force)
         return list(files)
+    if not parts:
+        note("nothing differs")
+        return []
     if len(parts) > 1 or kind.encoding != "utf-8":
         raise click.UsageError(f"{kind.name} is not for a terminal; name its file with -o")
     (echo_json if kind.name == "json" else echo)(next(iter(parts.values())))

@@ -65,6 +65,7 @@ FORMATS = listings(SPACE, "register listing", Numbering()) | {
         read_dataview,
         lambda text: re.fullmatch(r"(-1|0),[0-9]+,[0-9]+", first_line(text)) is not None,
         encoding="utf-16-le",
+        partial=True,
         carries_comments=False,
         whole=False,
     ),

@@ -32,8 +32,9 @@ def decode(
     """The configuration that these words hold.
 
     ``settings`` and ``plc`` are what an encoder put beside the words. ``options``: ``loop_table`` and
-    ``number_of_loops`` for a listing without set-up words, ``reset_decimals``. Raises `DecodeError` naming the address
-    of a word that is missing or is no value.
+    ``number_of_loops`` for a listing without set-up words, ``reset_decimals``; ``names_only``: the settings are those
+    of another image, so that the words say how many loops there are. Raises `DecodeError` naming the address of a word
+    that is missing or is no value.
     """
     options = options or {}
     entries = [read_settings(LoopSettings, entry, f"settings[{i}]") for i, entry in enumerate(settings)]
@@ -66,7 +67,7 @@ def _option(options: Mapping[str, Any], key: str, stored: int | None, title: str
 def _count(options: Mapping[str, Any], words: Mapping[int, int], settings: Sequence[LoopSettings]) -> int:
     """How many loops to read; the listing of a set-up that is wrong on purpose says so in its settings."""
     stored = words.get(LOOP_COUNT)
-    if options.get("number_of_loops") is None and settings:
+    if options.get("number_of_loops") is None and settings and (stored is None or not options.get("names_only")):
         return len(settings)
     try:
         digits = None if stored is None else bcd_digits(stored)

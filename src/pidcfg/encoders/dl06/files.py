@@ -35,6 +35,7 @@ FORMATS = listings(SPACE, "V-memory listing", Numbering()) | {
         read_ihex,
         lambda text: text.startswith(":"),
         carries_comments=False,
+        partial=True,
     ),
 }
 

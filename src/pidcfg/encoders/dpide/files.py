@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from pidcfg.encoders.dpide.operands import read_csv_devices, read_json_devices, read_operands, write_operands
 from pidcfg.encoders.dpide.symbols import COLUMNS, ENCODING, read_symbols, write_symbols
 from pidcfg.encoders.files import FileKind, columns
-from pidcfg.encoders.maps.dpide import OUTSIDE, WRITTEN
+from pidcfg.encoders.maps.dpide import OUTSIDE, WRITTEN_BY_AUTOTUNE
 from pidcfg.encoders.parameter_files import parameter_listings
 from pidcfg.schemas.dpide_devices import place_of
 
@@ -74,5 +74,5 @@ def _direction(loop: Loop) -> str:
 
 def _without_device(loop: Loop) -> list[str]:
     """Operands that the PLC may write and that have no device in the file."""
-    written = [*OUTSIDE, *(WRITTEN if loop.PID_MODE == 1 else ()), *(["MOUT"] if loop.MOUT_AUTO else [])]
+    written = [*OUTSIDE, *(WRITTEN_BY_AUTOTUNE if loop.PID_MODE == 1 else ()), *(["MOUT"] if loop.MOUT_AUTO else [])]
     return [name for name in written if name != "I_MV" and name not in loop.devices.given()]

@@ -14,6 +14,7 @@ from pidcfg.encoders.regmap import RegisterMap, Word
 from pidcfg.encoders.spaces import BIT, INT16, SINGLE, Bank, Space
 from pidcfg.encoders.tuned import TunedWords
 from pidcfg.encoders.words import FLAG, Choice, Implied, Single
+from pidcfg.encoders.written import Written
 from pidcfg.refs import CLICK, CLICK_HELP, Decision
 from pidcfg.schemas import click as limits
 from pidcfg.schemas.click import BITS, D100, D101, FLOATS, INTEGERS
@@ -217,3 +218,25 @@ ERRORS = (
 """The errors in the order of their numbers; DSn+00 holds the lowest one that is active."""
 SETPOINT_CROSSED = next(error.number for error in ERRORS if error.above is not None)
 OUTPUT_BELOW_ZERO = next(error.number for error in ERRORS if error.register == "output_lower")
+
+WRITTEN = (
+    Written("raw_pv", "live", "the program", CLICK.at("Raw Process Variable (DFn+11)")),
+    Written(
+        "output", "live", "the PLC in Auto; in Manual the operator or the program", CLICK.at("Control Output (DFn+08)")
+    ),
+    Written(
+        "bias", "live", "the PLC: a CLICK loop always has an integral", CLICK.at("Freeze Bias (Anti-Windup) (Cn+05)")
+    ),
+    Written(
+        "setpoint",
+        "operated",
+        "the operator or the program; the PLC, beyond a limit that is enabled",
+        CLICK.at("Setpoint Upper and Lower Limits"),
+    ),
+    Written("mode", "live", "the operator or the program, by requests", MODES),
+    *(
+        Written(name, "compared", "an autotune", MODES)
+        for name in ("sample_rate", "proportional_gain", "reset_time", "derivative_gain")
+    ),
+)
+"""Who else writes a register of a loop; whatever no row names is yours, or the PLC's by its access."""

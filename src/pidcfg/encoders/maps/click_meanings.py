@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pidcfg.encoders.click.errors import condition
-from pidcfg.encoders.maps.click import ALARMS, ERRORS, MODES, OUTPUT_BELOW_ZERO, PidError
+from pidcfg.encoders.maps.click import ALARMS, ERRORS, MODES, OUTPUT_BELOW_ZERO, WRITTEN, PidError
 from pidcfg.encoders.meanings import Code, Meaning
 from pidcfg.refs import CLICK
 from pidcfg.schemas.click import D100, D101
@@ -46,10 +46,7 @@ WORDS = {
 # fmt: on
 """By the name of a register that the configuration does not set."""
 
-WRITERS = {
-    "raw_pv": "the program",
-    "output": "the PLC in Auto; in Manual the operator or the program",
-}
+WRITERS = {row.name: row.by for row in WRITTEN if row.name in {"raw_pv", "output"}}
 """Who writes a register that is not the PLC's alone."""
 DOUBTS = dict.fromkeys(
     ("action", "autotune_method", "autotune_type"), f"inferred, not printed: compare the PID window, D{D100.number}"

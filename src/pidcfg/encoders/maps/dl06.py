@@ -16,6 +16,7 @@ from pidcfg.encoders.scales import Distance, Format, Position
 from pidcfg.encoders.spaces import WORD, Bank, Space
 from pidcfg.encoders.tuned import TunedWords
 from pidcfg.encoders.words import Bcd, Binary, Pointer, SignMagnitude
+from pidcfg.encoders.written import D345, Written
 from pidcfg.refs import DL06, Decision
 from pidcfg.schemas.octal import HIGHEST
 
@@ -91,6 +92,8 @@ ADDRESS = Pointer()
 BITS = Binary()
 GAIN = Bcd(2, off=(0,))
 RESET = {1: Bcd(1, off=(0, 9999)), 2: Bcd(2, off=(0, 9999))}
+RESET_OFF = frozenset(digits * codec.step for codec in RESET.values() for digits in codec.off)
+"""Reset times that mean no integral."""
 FILTER = Bcd(1, off=(0,))
 SAMPLE_RATE = Bcd(2, off=(0,), special="not allowed")
 SLOPE = Bcd(2, off=(0,), special="ends the profile")
@@ -128,7 +131,7 @@ LOOP_TABLE = RegisterMap(
         Word(0o27, "setpoint_high",          "setpoint.limits.1",     Position("sp"),      "pv",     "SP upper limit",                       "yes", TABLE),
         Word(0o30, "output_low",             "output.limits.0",       Position("output"),  "output", "Control output lower limit",           "no**", TABLE),
         Word(0o31, "output_high",            "output.limits.1",       Position("output"),  "output", "Control output upper limit",           "no**", TABLE),
-        Word(0o32, "remote_setpoint",        "remote_setpoint",       ADDRESS,             "",       "Remote SP V-memory address pointer",   "yes", TABLE),
+        Word(0o32, "remote_setpoint",        "remote_setpoint",       ADDRESS,             "",       "Remote SP V-memory address pointer",   "yes", TABLE, instead="cascade_from"),
         Word(0o33, "ramp_soak_flags",        None,                    BITS,                "",       "Ramp/soak setting flags",              "yes", TABLE),
         Word(0o34, "ramp_soak_table",        "ramp_soak.table",       ADDRESS,             "",       "Ramp/soak table starting address",     "no**", TABLE),
         Word(0o35, "ramp_soak_errors",       None,                    BITS,                "",       "Ramp/soak table programming errors",   "no**", TABLE, "status"),
@@ -280,3 +283,28 @@ CPU = Cpu(
     fast_rate="0.05",
     slow_rate="0.1",
 )
+
+
+SOURCES = DL06.at("Data Sources")
+TUNE = DL06.at("Open-Loop Auto Tuning, Closed-Loop Auto Tuning")
+RUNS = DL06.at("Loop Modes")
+WRITTEN = (
+    Written("pv", "live", "the ladder program, or the PLC by auto transfer (+36)", SOURCES),
+    Written("output", "live", "the PLC in Automatic and Cascade; in Manual the operator or the program", RUNS),
+    Written(
+        "bias",
+        "live",
+        "the PLC; the program too, for feedforward",
+        DL06.at("Bias Term"),
+        lambda values: values["tuning.reset"] not in RESET_OFF,
+    ),
+    Written("bias", "compared", "the program: without an integral the bias stays what it is", D345),
+    Written("setpoint", "live", "the ramp/soak generator", SOURCES, lambda values: values["ramp_soak.enabled"]),
+    Written(
+        "setpoint", "live", "the loop or the word that +32 points at", SOURCES, lambda values: values["remote_setpoint"]
+    ),
+    Written("setpoint", "operated", "the operator or the program", SOURCES),
+    Written("mode", "live", "the operator or the program, by requests", D04),
+    *(Written(name, "compared", "an auto-tune", TUNE) for name in ("sample_rate", "gain", "reset", "rate")),
+)
+"""Who else writes a word of a loop; whatever no row names is yours, or the PLC's by its access."""

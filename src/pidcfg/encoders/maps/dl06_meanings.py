@@ -5,7 +5,7 @@ Keys are the register's name and the lowest bit of the row in the register map; 
 
 from __future__ import annotations
 
-from pidcfg.encoders.maps.dl06 import CPU, D04, FLAGS
+from pidcfg.encoders.maps.dl06 import CPU, D04, FLAGS, WRITTEN
 from pidcfg.encoders.meanings import Meaning
 from pidcfg.refs import DL06
 from pidcfg.schemas.octal import v_name
@@ -159,9 +159,5 @@ WORDS = {
     ),
 }
 """By the name of a register that the configuration does not set."""
-WRITERS = {
-    "pv": "the ladder program, or the PLC by auto transfer (+36)",
-    "bias": "the PLC; the program too, for feedforward",
-    "output": "the PLC in Automatic and Cascade; in Manual the operator or the program",
-}
+WRITERS = {row.name: row.by for row in reversed(WRITTEN) if row.name in {"pv", "bias", "output"}}
 """Who writes a word that is not the PLC's alone."""

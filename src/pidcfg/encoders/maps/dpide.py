@@ -8,6 +8,7 @@ from pidcfg.encoders.named import NamedLoops
 from pidcfg.encoders.parameters import Parameter, ParameterTable
 from pidcfg.encoders.settings import LoopOption
 from pidcfg.encoders.tuned import TunedParameters
+from pidcfg.encoders.written import Written
 from pidcfg.refs import DPIDE, Decision
 from pidcfg.schemas.dpide import D251, Loop, LoopSettings, PlcSettings
 from pidcfg.schemas.iec import BOOL, DINT, REAL
@@ -76,7 +77,7 @@ TUNED = TunedParameters(
 )
 OUTSIDE = ("PV", "I_MV", "MV")
 """Operands that the process or the instruction writes."""
-WRITTEN = ("PID_MODE", "Kc_Kp", "Ti_Ki", "Td_Kd", "Tf")
+WRITTEN_BY_AUTOTUNE = ("PID_MODE", "Kc_Kp", "Ti_Ki", "Td_Kd", "Tf")
 """Operands that the autotune writes, so that they cannot be numbers in the program."""
 NEEDED = ("SV", "CYCLE", "Kc_Kp", "Ti_Ki", "Td_Kd", "MV_MAX", "MV_MIN")
 """Operands without a default."""
@@ -96,3 +97,24 @@ LOOPS = NamedLoops(
     options=(LoopOption(("device",), "device", "the device of I_MV (30 registers)"),),
     devices=lambda loop: loop.devices.given() | {"I_MV": loop.device},
 )
+
+MODES = DPIDE.at("The diagram of switching to PID_MAN / MOUT_AUTO")
+WRITTEN = (
+    Written("PV", "live", "the program: it is an input, the measurement", TABLE),
+    Written("MV", "live", "the PLC", TABLE),
+    Written("I_MV", "live", "the PLC; the program may read, clear or change it", REMARKS),
+    Written("SV", "operated", "the operator or the program", TABLE),
+    Written("PID_MAN", "live", "the operator or the program", MODES),
+    Written("PID_RUN", "operated", "the operator or the program", TABLE),
+    Written("MOUT", "live", "the PLC: with MOUT_AUTO it follows MV", MODES, lambda values: values["MOUT_AUTO"]),
+    Written("MOUT", "operated", "the operator: the output in manual", MODES),
+    Written(
+        "PID_MODE",
+        "live",
+        "the operator, who tunes with 1, and the PLC, which then writes 0",
+        REMARKS,
+        lambda values: values["PID_MODE"] == 1,
+    ),
+    *(Written(name, "compared", "an autotune", TABLE) for name in WRITTEN_BY_AUTOTUNE),
+)
+"""Who else writes an operand; whatever no row names is yours."""

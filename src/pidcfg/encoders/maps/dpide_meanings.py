@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from pidcfg.encoders.maps.dpide import TABLE
+from pidcfg.encoders.maps.dpide import TABLE, WRITTEN
 from pidcfg.encoders.meanings import Code, Meaning
 
 # fmt: off
@@ -31,10 +31,7 @@ STATES = {
 }
 """What a BOOL operand chooses."""
 
-WRITERS = {
-    "PV": "the program: it is an input, the measurement",
-    "I_MV": "the PLC; the program may read, clear or change it",
-}
+WRITERS = {row.name: row.by for row in WRITTEN if row.name in {"PV", "I_MV"}}
 """Who writes an operand that is not yours alone."""
 
 INTEGRAL = (

@@ -12,6 +12,7 @@ from pidcfg.encoders.scales import Distance, Format, Position, Scale
 from pidcfg.encoders.spaces import BIT, WORD, Bank, Space
 from pidcfg.encoders.tuned import TunedWords
 from pidcfg.encoders.words import FLAG, WORD_MAX, Choice, EncodeError, Implied
+from pidcfg.encoders.written import Written
 from pidcfg.refs import EZLOGIX, Decision
 from pidcfg.schemas.ezlogix import (
     AUTOTUNE,
@@ -157,3 +158,14 @@ def counts_format(low: int, high: int) -> Format:
 
 CV = counts_format(0, CV_FULL)
 RAW_SCALES = {"pv": Scale(counts_format(0, WORD_MAX)), "sp": Scale(counts_format(0, WORD_MAX)), "output": Scale(CV)}
+
+WRITTEN = (
+    Written("setpoint", "operated", "the operator or the program", EZLOGIX.at("PID Monitor")),
+    Written("mode", "live", "the operator or the program", MODE),
+    Written("autotune_timeout", "compared", "an autotune, which counts it down", AUTOTUNE),
+    *(
+        Written(name, "compared", "an autotune", AUTOTUNE)
+        for name in ("proportional_gain", "integral_time", "derivative_time")
+    ),
+)
+"""Who else writes a register of a loop; whatever no row names is yours, or the PLC's by its access."""

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 from pidcfg.encoders.named import NamedLoops
 from pidcfg.encoders.parameters import Parameter, ParameterTable
 from pidcfg.encoders.tuned import TunedParameters
+from pidcfg.encoders.written import Written
 from pidcfg.schemas.generic import D280, Loop, LoopSettings, PlcSettings
 from pidcfg.schemas.iec import BOOL, DERIVATIVE_OF, LOOP_MODE, LREAL
 
@@ -89,3 +90,10 @@ TUNED = TunedParameters(
     "output_raises_pv: true",
     "output_raises_pv: false",
 )
+
+WRITTEN = (
+    Written("mode", "live", "the operator or the program", D280),
+    Written("setpoint.value", "operated", "the operator or the program", D280),
+    Written("output.manual", "operated", "the operator", D280),
+)
+"""Who else writes a field of a running loop."""

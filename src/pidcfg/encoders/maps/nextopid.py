@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING, Any, get_args
 
 from pidcfg.encoders.parameters import Parameter, ParameterTable
 from pidcfg.encoders.tuned import TunedParameters
-from pidcfg.refs import Decision
+from pidcfg.encoders.written import Written
+from pidcfg.refs import NEXTOPID, Decision
 from pidcfg.schemas import nextopid as schema
 from pidcfg.schemas.iec import BOOL, INT, REAL, IecType
 from pidcfg.schemas.limits import Limits, limits_at
@@ -195,3 +196,17 @@ MOST_SAMPLES = 100
 TUNED = TunedParameters(
     BLOCK_TYPES["PIDA_REAL"].table, ("Kp", "Ti_Ki", "Td_Kd"), "Direct FALSE", "Direct TRUE", dependent=("Indep", False)
 )
+INPUTS = NEXTOPID.at("Input Parameters")
+SIGNAL = "signals"
+"""What stands for the name of a signal."""
+WRITTEN = (
+    Written("PV", "live", "the program: it is an input, the measurement", INPUTS),
+    Written("InVar", "live", "the program: it is an input", INPUTS),
+    Written("SP", "operated", "the operator or the program", INPUTS),
+    Written("SP_CASC", "live", "the program: the set point of a cascade", INPUTS),
+    Written("ManualMV", "operated", "the operator: the output in manual", INPUTS),
+    Written("Manual", "live", "the operator or the program", INPUTS),
+    Written("CASC", "live", "the operator or the program", INPUTS),
+    Written(SIGNAL, "live", "the program around: a signal has only its first value in a file", D203),
+)
+"""Who else writes a parameter that is not wired; whatever no row names is yours."""

@@ -6,7 +6,7 @@ from typing import get_args
 
 from pidcfg.differences.result import RISKS, Status
 from pidcfg.results.schemas import findings
-from pidcfg.results.schemas.parts import VERSION, Schema, anything, count, listing, record, text
+from pidcfg.results.schemas.parts import VERSION, Schema, anything, count, listing, or_null, record, text
 
 
 def schema() -> Schema:
@@ -18,27 +18,41 @@ def schema() -> Schema:
         version=VERSION,
         from_=text("The first file."),
         to=text("The second file."),
-        loops=listing("One a loop.", loop()),
+        loops=listing("One a loop; one without a name is the rest of the file.", loop()),
         summary=record("How many there are.", **counts),
+        notes=listing("What a listing did not say, or could not be read of it.", text("A note.")),
     )
     return {"oneOf": [report, findings.schema()]}
 
 
 def loop() -> Schema:
     """A loop on both sides, or on one."""
+    place = record("Where its registers begin.", from_=text("Before."), to=text("After."))
     return record(
         "A loop.",
-        loop=text("Its name."),
-        status=text("The same, changed, or on one side only.", *get_args(Status)),
-        differences=listing(
-            "The gravest first.",
-            record(
-                "A field that differs.",
-                field=text("Its key."),
-                risk=text("What can go wrong.", *RISKS),
-                from_=anything("The value before."),
-                to=anything("The value after."),
-                note=text("What it means; may be empty."),
-            ),
-        ),
+        loop=text("Its name; empty: what belongs to no loop."),
+        status=text("What became of it; one that is renamed or moved may have differences.", *get_args(Status)),
+        was=or_null(text("Its name before, where it is another one.")),
+        moved=or_null(place),
+        differences=listing("The gravest first.", difference()),
+        operated=listing("What the operator sets; no difference.", difference()),
+        left_out=listing("Keys of words that differ and that the PLC or the process writes.", text("A key.")),
+        missing=listing("Keys that a listing does not hold.", text("A key.")),
+    )
+
+
+def difference() -> Schema:
+    """A key that differs."""
+    return record(
+        "A key that differs.",
+        field=text("The field of the neutral form, else the key."),
+        key=or_null(text("The key of the file; null between two vendors.")),
+        risk=text("What can go wrong.", *RISKS),
+        from_=anything("The value before; null: not given."),
+        to=anything("The value after; null: not given."),
+        unit=text("The unit of both values; may be empty."),
+        address=or_null(text("The register; null: none holds it.")),
+        word_from=or_null(text("The content of the register before, as the PLC shows it.")),
+        word_to=or_null(text("The content after.")),
+        note=text("What it means; may be empty."),
     )

@@ -5,7 +5,7 @@ from __future__ import annotations
 from itertools import combinations
 from typing import TYPE_CHECKING, NamedTuple
 
-from pidcfg.encoders.maps.dpide import REMARKS, ROWS, WRITTEN
+from pidcfg.encoders.maps.dpide import REMARKS, ROWS, WRITTEN_BY_AUTOTUNE
 from pidcfg.refs import Decision
 from pidcfg.schemas.dpide_devices import D250, LAST_REGISTER, Place, place_of
 from pidcfg.validate.rule import Findings, error
@@ -146,7 +146,7 @@ def is_written(item: Held) -> bool:
     if item.operand == "MOUT":
         return item.view.loop.MOUT_AUTO or item.view.has_device("MOUT_AUTO")
     tunes = item.view.loop.PID_MODE == 1 or item.view.has_device("PID_MODE")
-    return item.operand == "MV" or (tunes and item.operand in WRITTEN)
+    return item.operand == "MV" or (tunes and item.operand in WRITTEN_BY_AUTOTUNE)
 
 
 def _conflict_with_output(first: Held, second: Held, outputs: list[Held]) -> str | None:

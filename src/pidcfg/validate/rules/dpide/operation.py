@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from pidcfg.encoders.maps.dpide import TABLE, WRITTEN
+from pidcfg.encoders.maps.dpide import TABLE, WRITTEN_BY_AUTOTUNE
 from pidcfg.refs import DPIDE, Decision
 from pidcfg.schemas.base import decimal_text
 from pidcfg.validate.rule import Findings, checklist, error, info, per_loop, warning
@@ -60,7 +60,7 @@ def tuned_coefficients_without_devices(view: LoopView) -> Findings:
 
     Fix: give the four operands devices, in a latched range.
     """
-    bare = [name for name in WRITTEN[1:] if not view.has_device(name)]
+    bare = [name for name in WRITTEN_BY_AUTOTUNE[1:] if not view.has_device(name)]
     if view.loop.PID_MODE == AUTOTUNE and bare:
         yield view.at("PID_MODE", names=", ".join(bare), have="has" if len(bare) == 1 else "have")
 

@@ -1,0 +1,53 @@
+"""What a wire means, however it is written: two expressions are compared by what they calculate, step by step."""
+
+from __future__ import annotations
+
+import re
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from pidcfg.schemas.expressions import CONSTANT, FUNCTIONS, SIGNAL, ExpressionError, parse
+from pidcfg.schemas.iec import Wire
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+NAME = re.compile(r"[A-Za-z_]\w*(?:\.\w+)*")
+
+
+class Wired(NamedTuple):
+    """The steps of an expression, each with its constant or the name of its signal; else its text."""
+
+    steps: tuple[tuple[int, float | str | None], ...]
+    text: str = ""
+
+    def renamed(self, names: Mapping[str, str]) -> Wired:
+        """The same with other names of blocks."""
+        return Wired(tuple((op, _renamed(operand, names)) for op, operand in self.steps), self.text)
+
+
+def _renamed(operand: float | str | None, names: Mapping[str, str]) -> float | str | None:
+    if not isinstance(operand, str):
+        return operand
+    block, dot, key = operand.partition(".")
+    return f"{names.get(block, block)}{dot}{key}"
+
+
+def content_of(raw: Any) -> Any:
+    """A content as it is compared: of a wire what it means."""
+    if not isinstance(raw, Wire):
+        return raw
+    names = [name for name in dict.fromkeys(NAME.findall(raw.text)) if name not in FUNCTIONS]
+    try:
+        code, constants = _code(raw.text, names)
+    except ExpressionError:
+        return Wired((), raw.text)
+    steps = []
+    for op, operand in zip(code[::2], code[1::2], strict=True):
+        value = names[operand] if op == SIGNAL else constants[operand] if op == CONSTANT else None
+        steps.append((op, value))
+    return Wired(tuple(steps))
+
+
+def _code(text: str, names: list[str]) -> tuple[tuple[int, ...], tuple[float, ...]]:
+    expression = parse(text, {name: i for i, name in enumerate(names)})
+    return expression.code, expression.constants

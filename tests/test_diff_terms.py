@@ -1,0 +1,418 @@
+"""`pidcfg.diff` within a vendor: keys, units, registers, words; listings; what runs; loops renamed or moved."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+import diff_spoil
+import pidcfg
+from pidcfg.cli.formats.differences import as_markdown, as_text
+from pidcfg.encoders.parameters import ParameterTable
+from pidcfg.limits import DEFAULT
+from pidcfg.listings import read_listing
+from pidcfg.vendors import VENDORS
+
+EXAMPLES = Path(__file__).parents[1] / "examples"
+FILES = {
+    vendor: (EXAMPLES / vendor / f"{name}.yaml").read_text("utf-8")
+    for vendor, name in {
+        "dl06": "reactor",
+        "click": "tank",
+        "ezlogix": "oven",
+        "dpide": "oven",
+        "nextopid": "furnace",
+        "generic": "boiler",
+    }.items()
+}
+REACTOR = FILES["dl06"]
+
+
+def edited(text, *pairs):
+    """A text with places changed, each of which must be there."""
+    for old, new in pairs:
+        assert old in text, old
+        text = text.replace(old, new)
+    return text
+
+
+def upload(text, name="text", **words):
+    """The listing of a configuration, with other words at some addresses."""
+    lines = pidcfg.encode(text, name).text.splitlines(keepends=True)
+    for address, word in words.items():
+        (row,) = (i for i, line in enumerate(lines) if line.startswith(f"{address} "))
+        lines[row] = f"{address} {word}\n"
+    return "".join(lines)
+
+
+def loops(result):
+    """Loops by name."""
+    return {loop.loop: loop for loop in result.loops}
+
+
+def rows(result, loop):
+    """What differs in a loop: key, both values, unit, register with both contents."""
+    return [
+        (d.key, d.before, d.after, d.unit, d.address, d.word_before, d.word_after)
+        for d in loops(result)[loop].differences
+    ]
+
+
+# --- keys, units, words ----------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("vendor", "old", "new", "loop", "row"),
+    [
+        ("dl06", "gain: 2.50", "gain: 3.1", "TIC-101", ("tuning.gain", 2.5, 3.1, "%/%", "V2050", "0250", "0310")),
+        ("dl06", "filter: 0.5", "filter: 0.7", "TIC-101", ("pv.filter", 0.5, 0.7, "", "V2064", "0005", "0007")),
+        ("dl06", "bumpless: II", "bumpless: I", "LIC-103", ("bumpless", "II", "I", "", "V2100.3", "1", "0")),
+        (
+            "dl06", "reset_unit: minutes", "reset_unit: seconds", "LIC-103",
+            ("tuning.reset_unit", "minutes", "seconds", "", "V2101.4", "1", "0"),
+        ),
+        ("dl06", "reset: 180.0", "reset: off", "TIC-101", ("tuning.reset", 180, "off", "s", "V2051", "1800", "0000")),
+        ("dl06", "channel: 2}", "channel: 3}", "TIC-101",
+         ("pv.transfer", "base 0, slot 1, channel 2", "base 0, slot 1, channel 3", "", "V2076", "0102", "0103")),
+        ("dl06", "cascade_from: TIC-101", "cascade_from: LIC-103", "FIC-102",
+         ("cascade_from", "TIC-101", "LIC-103", "", "V2032", "0425", "0445")),
+        ("dl06", "slope: 0.10", "slope: 0.20", "TIC-101",
+         ("ramp_soak.steps.0.slope", 0.1, 0.2, "degC/s", "V3001", "0205", "0410")),
+        ("click", "sample_rate: 500 ms", "sample_rate: 1 s", "TANK1",
+         ("sample_rate", 0.5, 1, "s", "DS106", "500", "1000")),
+        ("click", "proportional_gain: 6", "proportional_gain: 8", "TANK1",
+         ("tuning.proportional_gain", 6, 8, "%/degF", "DF106", "6.0", "8.0")),
+        ("click", "action_verified: true ", "action_verified: false ", "TANK1",
+         ("action_verified", True, False, "", "", None, None)),
+        ("ezlogix", "proportional_gain: 8.00", "proportional_gain: 8.50", "OVEN1",
+         ("tuning.proportional_gain", 8, 8.5, "", "R103", "800", "850")),
+        ("ezlogix", "action: reverse", "action: direct", "OVEN1", ("action", "reverse", "direct", "", "", None, None)),
+        ("dpide", "Kc_Kp: 40.0", "Kc_Kp: 30", "OVEN", ("Kc_Kp", 40, 30, "ms/degC", "D112", "40.0", "30.0")),
+        ("dpide", "PID_DIR: true", "PID_DIR: false", "OVEN",
+         ("PID_DIR", True, False, "", "OVEN.PID_DIR", "TRUE", "FALSE")),
+        ("nextopid", "Tc: 2.0", "Tc: 3", "FILTER", ("Tc", 2, 3, "", "FILTER.Tc", "2.0", "3.0")),
+        ("generic", "high: 115", "high: 110", "TIC-1",
+         ("alarms.pv.high", 115, 110, "degC", "TIC-1.alarms.pv.high", "115.0", "110.0")),
+    ],
+)  # fmt: skip
+def test_a_key_is_told_in_the_words_of_the_file_and_of_the_plc(vendor, old, new, loop, row):
+    result = pidcfg.diff(FILES[vendor], edited(FILES[vendor], (old, new)))
+    assert rows(result, loop)[0] == row
+    assert [name for name, entry in loops(result).items() if entry.status == "changed"] == [loop]
+
+
+def test_text_says_key_unit_and_register():
+    result = pidcfg.diff(REACTOR, edited(REACTOR, ("gain: 2.50", "gain: 3.1")), names=("a.yaml", "b.yaml"))
+    assert as_text(result).splitlines() == [
+        "a.yaml → b.yaml",
+        "",
+        "TIC-101",
+        "  medium    tuning.gain: 2.5 → 3.1 %/% (V2050 0250 → 0310)  +24 %",
+        "",
+        "the same: FIC-102, LIC-103",
+    ]
+    (difference,) = loops(result)["TIC-101"].differences
+    assert result.to_json()["loops"][1]["differences"] == [
+        {
+            "field": difference.field, "key": "tuning.gain", "risk": "medium", "from": 2.5, "to": 3.1, "unit": "%/%",
+            "address": "V2050", "word_from": "0250", "word_to": "0310", "note": "+24 %",
+        }
+    ]  # fmt: skip
+
+
+def test_the_neutral_field_stays_the_field():
+    result = pidcfg.diff(REACTOR, edited(REACTOR, ("action: reverse", "action: direct"), ("rate: 6.0", "rate: 7")))
+    fields = {d.key: (d.field, d.risk) for loop in result.loops for d in loop.differences}
+    assert fields["action"] == ("output_raises_pv", "critical")
+    assert fields["tuning.rate"] == ("tuning.derivative_time", "medium")
+
+
+def test_values_that_are_the_same_on_another_scale_are_one_line():
+    result = pidcfg.diff(REACTOR, edited(REACTOR, ("range: [0, 200]", "range: [0, 250]")))
+    assert "  high      pv.range.1: 200 → 250 degC" in as_text(result)
+    assert "  same values, other words: setpoint.value V2042 06CC → 0570, " in as_text(result)
+    assert {d.key for d in loops(result)["TIC-101"].differences if not d.other_word_only} == {"pv.range.1"}
+
+
+def test_markdown_is_a_table_with_what_is_grave_in_bold():
+    after = edited(REACTOR, ("action: reverse", "action: direct"), ("name: FIC-102", "name: FIC-1"))
+    lines = as_markdown(pidcfg.diff(REACTOR, after, names=("a.yaml", "b.yaml"))).splitlines()
+    assert lines[0] == "### PID loops: `a.yaml` → `b.yaml`"
+    assert "**FIC-1** renamed, was FIC-102" in lines
+    assert (
+        "| **critical** | action | reverse → direct | V2100.4 1 → 0 | "
+        "the action is reversed: positive feedback on the same plant |"
+    ) in lines
+
+
+# --- listings --------------------------------------------------------------------------------------------------------
+
+RUNNING = {"V2043": "0700", "V2044": "0400", "V2045": "0555", "V2046": "0002", "V2106": "0082", "V2105": "0123"}
+"""PV, bias, output and status of a loop that runs."""
+
+
+def test_what_runs_is_left_out_and_told():
+    listing = upload(REACTOR, **RUNNING)
+    result = pidcfg.diff(REACTOR, listing, names=(None, "upload.txt"))
+    assert result.same
+    assert loops(result)["TIC-101"].left_out == ("state.pv", "state.bias", "state.output", "mode_and_alarm_status")
+    assert "left out, since it runs: state.pv, state.bias, state.output, mode_and_alarm_status (--live)" in as_text(
+        result
+    )
+    live = pidcfg.diff(REACTOR, listing, names=(None, "upload.txt"), live=True)
+    assert not live.same
+    assert rows(live, "TIC-101")[0] == ("state.pv", None, 87.5, "degC", "V2043", "0000", "0700")
+
+
+def test_another_set_point_is_the_operators_and_no_difference():
+    result = pidcfg.diff(REACTOR, upload(REACTOR, V2102="0900"), names=(None, "upload.txt"))
+    assert result.same
+    (operated,) = loops(result)["LIC-103"].operated
+    assert (operated.key, operated.before, operated.address, operated.word_after) == (
+        "setpoint.value",
+        "2048 counts",
+        "V2102",
+        "0900",
+    )
+    assert "operated  setpoint.value" in as_text(result)
+    assert "| operated | setpoint.value |" in as_markdown(result)
+
+
+def test_a_set_point_of_a_profile_or_of_another_loop_is_left_out():
+    result = pidcfg.diff(REACTOR, upload(REACTOR, V2042="0900", V2002="0100"), names=(None, "upload.txt"))
+    assert result.same
+    for loop in ("TIC-101", "FIC-102"):
+        assert (loops(result)[loop].operated, loops(result)[loop].left_out) == ((), ("setpoint.value",))
+
+
+@pytest.mark.parametrize(("reset", "same"), [("180.0", True), ("off", False), ("999.9", False)])
+def test_a_bias_is_compared_where_there_is_no_integral(reset, same):
+    text = edited(REACTOR, ("reset: 180.0", f"reset: {reset}"))
+    listing = pidcfg.encode(text, allow_errors=True).text.replace("V2044   0000      0", "V2044   0400   1024")
+    result = pidcfg.diff(text, listing, names=(None, "upload.txt"))
+    assert result.same is same
+    assert bool(loops(result)["TIC-101"].left_out) is same
+
+
+def test_what_an_autotune_writes_is_compared_and_named():
+    result = pidcfg.diff(REACTOR, upload(REACTOR, V2050="0310"), names=(None, "upload.txt"))
+    (difference,) = loops(result)["TIC-101"].differences
+    assert (difference.after, difference.note) == (3.1, "+24 %; written by an auto-tune, too")
+
+
+def test_a_word_that_is_no_value_hides_no_other():
+    listing = upload(REACTOR, V2050="02A0", V2051="0900", V2110="0777")
+    result = pidcfg.diff(REACTOR, listing, names=(None, "upload.txt"))
+    (bad, reset) = sorted(loops(result)["TIC-101"].differences, key=lambda d: d.address)
+    assert (bad.before, bad.after, bad.word_after) == (2.5, None, "02A0")
+    assert bad.note == "no value: 0x02A0 has a digit above 9"
+    assert (reset.before, reset.after, reset.unit) == (180, 90, "s")
+    assert [d.after for d in loops(result)["LIC-103"].differences] == [7.77]
+    assert "tuning.gain: 2.5 → word 02A0 (V2050 0250 → 02A0)" in as_text(result)
+    both = pidcfg.diff(listing, upload(REACTOR), names=("a.txt", "b.txt"), vendor="dl06")
+    assert {d.address for loop in both.loops for d in loop.differences} == {"V2050", "V2051", "V2110"}
+
+
+@pytest.mark.parametrize("like", [None, REACTOR])
+def test_two_uploads_are_compared_raw_or_like_a_file(like):
+    old = pidcfg.encode(REACTOR, "ihex").text
+    new = pidcfg.encode(edited(REACTOR, ("high: 130", "high: 120")), "ihex").text
+    result = pidcfg.diff(old, new, names=("a.hex", "b.hex"), vendor="dl06", like=like)
+    (row,) = rows(result, "LOOP-2" if like is None else "TIC-101")
+    values = (2662, 2457, "counts") if like is None else (130, 120, "degC")
+    assert row == ("alarms.pv.high", *values, "V2055", "0A66", "0999")
+
+
+def test_a_file_of_another_vendor_names_no_loops():
+    listing = pidcfg.encode(REACTOR, "ihex").text
+    with pytest.raises(ValueError, match="`like` is a file of AutomationDirect CLICK, not of `vendor`"):
+        pidcfg.diff(listing, listing, names=("a.hex", "b.hex"), vendor="dl06", like=FILES["click"])
+
+
+def test_listings_whose_loops_nobody_knows_are_compared_by_address():
+    views = [
+        pidcfg.encode(text, "cdv").text.encode("utf-16-le")
+        for text in (FILES["click"], edited(FILES["click"], ("proportional_gain: 6", "proportional_gain: 8")))
+    ]
+    result = pidcfg.diff(*views, names=("a.cdv", "b.cdv"), vendor="click")
+    assert rows(result, "") == [("DF106", 6, 8, "", "DF106", "6.0", "8.0")]
+    assert "name a configuration" in result.notes[0]
+
+
+def test_a_listing_that_holds_less_says_so():
+    listing = "".join(line for line in upload(REACTOR).splitlines(keepends=True) if not line.startswith("V3"))
+    result = pidcfg.diff(REACTOR, listing, names=(None, "upload.txt"))
+    assert result.same
+    assert "ramp_soak.steps.0.ramp_to" in loops(result)["TIC-101"].missing
+    assert "not in the listing: ramp_soak.steps.0.ramp_to" in as_text(result)
+
+
+def test_decode_takes_names_ranges_and_units_from_a_file():
+    listing = pidcfg.encode(edited(REACTOR, ("gain: 2.50", "gain: 3.1")), "ihex").text
+    result = pidcfg.decode(listing, "dl06", like=REACTOR)
+    assert pidcfg.diff(REACTOR, result.text).summary["changed"] == 1
+    loop = result.data["loops"][1]
+    assert (loop["name"], loop["tuning"]["gain"], loop["pv"]["unit"]) == ("TIC-101", 3.1, "degC")
+    with pytest.raises(ValueError, match="`like` is a file of AutomationDirect CLICK"):
+        pidcfg.decode(listing, "dl06", like=FILES["click"])
+
+
+def test_a_loop_that_the_file_does_not_know_gets_a_name_of_its_own():
+    less = REACTOR[: REACTOR.index("  - name: LIC-103")]
+    listing = pidcfg.encode(REACTOR, "ihex").text
+    assert [loop["name"] for loop in pidcfg.decode(listing, "dl06", like=less).data["loops"]][2] == "LOOP-3"
+    statuses = {loop.loop: loop.status for loop in pidcfg.diff(less, listing, names=(None, "u.hex")).loops}
+    assert statuses == {"": "changed", "FIC-102": "same", "TIC-101": "same", "LOOP-3": "added"}
+
+
+# --- loops as a whole ------------------------------------------------------------------------------------------------
+
+
+def test_a_table_that_is_left_alone_differs_from_one_of_zeros():
+    bare = REACTOR[: REACTOR.index("      steps:")] + REACTOR[REACTOR.index("  - name: LIC-103") :]
+    zeros = edited(bare, ("table: V3000\n", "table: V3000\n      steps: []\n"))
+    assert rows(pidcfg.diff(bare, zeros), "TIC-101") == [
+        ("ramp_soak.steps", None, "the table is written", "", "", None, None)
+    ]
+    assert {d.key.rpartition(".")[0] for d in loops(pidcfg.diff(bare, REACTOR))["TIC-101"].differences} == {
+        "ramp_soak.steps.0", "ramp_soak.steps.1"
+    }  # fmt: skip
+
+
+def test_a_renamed_loop_is_told_as_that_and_what_points_at_it_is_no_difference():
+    result = pidcfg.diff(REACTOR, edited(REACTOR, ("TIC-101", "TIC-7")))
+    assert {loop.loop: (loop.status, loop.was, loop.differences) for loop in result.loops} == {
+        "FIC-102": ("same", "", ()),
+        "TIC-7": ("renamed", "TIC-101", ()),
+        "LIC-103": ("same", "", ()),
+    }
+    assert "TIC-7: renamed, was TIC-101" in as_text(result)
+
+
+@pytest.mark.parametrize(
+    ("vendor", "old", "new"),
+    [
+        ("nextopid", "TIC_1", "TIC_9"),
+        ("generic", "TIC-1", "TIC-9"),
+        ("click", "TANK1", "TANK2"),
+        ("dpide", "OVEN", "KILN"),
+    ],
+)
+def test_wires_to_a_renamed_loop_are_the_same(vendor, old, new):
+    wires = {"nextopid": [(f" {old}.MV", f" {new}.MV")], "generic": [(f"source: {old}", f"source: {new}")]}
+    after = edited(FILES[vendor], (f"name: {old}\n", f"name: {new}\n"), *wires.get(vendor, ()))
+    result = pidcfg.diff(FILES[vendor], after)
+    assert {loop.status for loop in result.loops} <= {"renamed", "same"}
+    assert [(loop.was, loop.differences) for loop in result.loops if loop.status == "renamed"] == [(old, ())]
+
+
+def test_a_loop_in_front_moves_the_others():
+    loop = REACTOR[REACTOR.index("  - name: LIC-103") :]
+    after = edited(REACTOR, ("loops:\n", "loops:\n" + loop.replace("LIC-103", "LIC-1")))
+    result = pidcfg.diff(REACTOR, after)
+    assert {name: entry.status for name, entry in loops(result).items()} == {
+        "": "changed", "LIC-1": "added", "FIC-102": "moved", "TIC-101": "moved", "LIC-103": "moved"
+    }  # fmt: skip
+    assert loops(result)["TIC-101"].moved == ("V2040", "V2100")
+    assert "TIC-101: moved V2040 → V2100" in as_text(result)
+    assert [d.key for d in loops(result)["FIC-102"].differences] == ["cascade_from"]
+    assert all(d.other_word_only for d in loops(result)["FIC-102"].differences)
+
+
+def test_loops_of_one_name_are_matched_in_their_order():
+    text = edited(REACTOR, ("LIC-103", "FIC-102"))
+    assert pidcfg.diff(text, text).same
+    (changed,) = [loop for loop in pidcfg.diff(text, edited(text, ("gain: 1.20", "gain: 1.3"))).loops if not loop.same]
+    assert [d.address for d in changed.differences] == ["V2110"]
+
+
+def test_another_loop_at_the_same_place_is_no_renamed_one():
+    after = REACTOR[: REACTOR.index("  - name: LIC-103")] + (
+        "  - {name: PIC-9, mode: manual, sample_rate: 0.1, action: direct, tuning: {gain: 9, reset: 3, rate: 1},\n"
+        "     pv: {range: [0, 16], unit: bar, format: 15-bit unipolar}, output: {range: [0, 10]}}\n"
+    )
+    statuses = {loop.loop: loop.status for loop in pidcfg.diff(REACTOR, after).loops}
+    assert (statuses["LIC-103"], statuses["PIC-9"]) == ("removed", "added")
+
+
+# --- what is written in part -----------------------------------------------------------------------------------------
+
+
+def words(text, vendor):
+    """The words of a listing."""
+    return read_listing(text.encode(), VENDORS[vendor], DEFAULT).words
+
+
+EDITS = {
+    "dl06": [("gain: 2.50", "gain: 3.1"), ("bumpless: II", "bumpless: I"), ("value: 85.0", "value: 80")],
+    "click": [("proportional_gain: 6", "proportional_gain: 8"), ("sample_rate: 500 ms", "sample_rate: 1 s")],
+    "ezlogix": [("proportional_gain: 8.00", "proportional_gain: 8.50"), ("anti_windup: true", "anti_windup: false")],
+    "dpide": [("Kc_Kp: 40.0", "Kc_Kp: 30"), ("PID_DE: true", "PID_DE: false")],
+    "nextopid": [("Tc: 2.0", "Tc: 3"), ("InVar: Sensor", "InVar: Sensor * 2"), ("Kp: 4.0", "Kp: 5")],
+    "generic": [("gain: 1.2", "gain: 1.3"), ("high: 115", "high: 110")],
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("vendor", "name"),
+    [(vendor, kind.name) for vendor in EDITS for kind in VENDORS[vendor].load("formats").values() if kind.partial],
+)
+def test_the_changed_words_over_the_old_ones_are_the_new_ones(vendor, name):
+    before, after = FILES[vendor], edited(FILES[vendor], *EDITS[vendor])
+    old, new = (pidcfg.encode(text, name, allow_errors=True).text for text in (before, after))
+    part = pidcfg.encode(after, name, changed_from=old, allow_errors=True).text
+    changed = words(part, vendor)
+    assert words(old, vendor) | changed == words(new, vendor)
+    assert all(words(old, vendor)[address] != raw for address, raw in changed.items())
+    assert changed
+
+
+@pytest.mark.parametrize(("vendor", "name", "able"), [
+    ("click", "nickname-csv", "text, csv, json, modbus, cdv"), ("ezlogix", "tags", "text, csv, json"),
+    ("dpide", "operands", "text, csv, json"), ("nextopid", "st", "text, csv, json"),
+])  # fmt: skip
+def test_a_format_that_cannot_be_partial_names_those_that_can(vendor, name, able):
+    with pytest.raises(ValueError, match=f"{name} is not written in part .*; {able} are"):
+        pidcfg.encode(FILES[vendor], name, changed_from="anything")
+
+
+def test_what_runs_is_not_written_and_a_set_point_is_named():
+    listing = upload(edited(REACTOR, ("gain: 2.50", "gain: 2")), **RUNNING, V2102="0900")
+    result = pidcfg.encode(REACTOR, changed_from=listing)
+    assert words(result.text, "dl06") == {0o2050: 0x0250, 0o2102: 0x0800}
+    assert result.merged[0] == "written, although it may be set while the PLC runs: LIC-103 setpoint.value"
+    assert result.merged[1].startswith("left out, since the PLC or the process writes it: TIC-101 state.pv")
+    whole = pidcfg.encode(REACTOR, changed_from=listing, live=True)
+    assert words(listing, "dl06") | words(whole.text, "dl06") == words(upload(REACTOR), "dl06")
+
+
+def test_nothing_that_differs_is_no_file():
+    result = pidcfg.encode(FILES["click"], "cdv", changed_from=pidcfg.encode(FILES["click"]).text)
+    assert (dict(result.files), result.image.cells) == ({}, ())
+
+
+def test_live_needs_a_listing():
+    with pytest.raises(ValueError, match="`live` is for `changed_from` only"):
+        pidcfg.encode(REACTOR, live=True)
+
+
+# --- tables and measures ---------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("vendor", VENDORS.values(), ids=list(VENDORS))
+def test_who_writes_what_is_about_registers_that_there_are(vendor):
+    beside = {"mode", "signals"}
+    names = set()
+    for table in vendor.load("registers"):
+        names |= {row.name for row in (table.rows if isinstance(table, ParameterTable) else table.words)}
+    table = vendor.load("written")
+    assert {row.name for row in table} <= names | beside
+    assert all(row.by and str(row.basis) for row in table)
+
+
+@pytest.mark.parametrize("vendor", diff_spoil.STRATEGIES)
+def test_every_changed_key_of_random_files_is_seen(vendor):
+    score = diff_spoil.score_of(vendor, 2, 3)
+    assert score.changes
+    assert (dict(score.unseen), dict(score.untrue)) == ({}, {})
