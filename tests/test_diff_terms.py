@@ -73,6 +73,10 @@ def rows(result, loop):
             ("tuning.reset_unit", "minutes", "seconds", "", "V2101.4", "1", "0"),
         ),
         ("dl06", "reset: 180.0", "reset: off", "TIC-101", ("tuning.reset", 180, "off", "s", "V2051", "1800", "0000")),
+        ("dl06", "reset: 180.0", "reset: 4 min", "TIC-101",
+         ("tuning.reset", "180 s", "4 min", "", "V2051", "1800", "2400")),
+        ("click", ", pwm: {bit: Y001, period: 5}", "", "TANK1",
+         ("output.pwm.bit", "Y001", None, "", "", None, None)),
         ("dl06", "channel: 2}", "channel: 3}", "TIC-101",
          ("pv.transfer", "base 0, slot 1, channel 2", "base 0, slot 1, channel 3", "", "V2076", "0102", "0103")),
         ("dl06", "cascade_from: TIC-101", "cascade_from: LIC-103", "FIC-102",
@@ -228,6 +232,35 @@ def test_a_file_of_another_vendor_names_no_loops():
     listing = pidcfg.encode(REACTOR, "ihex").text
     with pytest.raises(ValueError, match="`like` is a file of AutomationDirect CLICK, not of `vendor`"):
         pidcfg.diff(listing, listing, names=("a.hex", "b.hex"), vendor="dl06", like=FILES["click"])
+
+
+@pytest.mark.parametrize("formats", [("ihex", "text"), ("text", "ihex")])
+def test_a_listing_without_names_takes_them_from_the_other(formats):
+    texts = [pidcfg.encode(REACTOR, name).text for name in formats]
+    result = pidcfg.diff(*texts, names=("a.lst", "b.lst"), vendor="dl06")
+    assert result.same
+    assert list(loops(result)) == ["FIC-102", "TIC-101", "LIC-103"]
+
+
+def test_a_set_point_that_the_file_leaves_to_the_operator_is_left_out():
+    text = edited(REACTOR, ('    setpoint: {value: "2048 counts"}        # raw counts are always possible\n', ""))
+    result = pidcfg.diff(text, upload(text, V2102="0900"), names=(None, "upload.txt"))
+    assert (loops(result)["LIC-103"].operated, loops(result)["LIC-103"].left_out) == ((), ("setpoint.value",))
+
+
+def test_a_table_that_the_file_leaves_alone_is_no_difference_to_a_listing():
+    bare = REACTOR[: REACTOR.index("      steps:")] + REACTOR[REACTOR.index("  - name: LIC-103") :]
+    assert pidcfg.diff(bare, pidcfg.encode(REACTOR, "ihex").text, names=(None, "upload.hex")).same
+
+
+def test_what_stands_beside_the_words_is_compared_also_where_a_listing_says_nothing_of_it():
+    bare = edited(FILES["dpide"], ("    pv: {range: [0, 400], unit: degC}\n", ""), (", unit: ms}", "}"))
+    listing = pidcfg.encode(edited(bare, ("    output: {range: [0, 4000]}\n", "")), "csv").text
+    assert [d.key for d in loops(pidcfg.diff(bare, listing, names=(None, "upload.csv")))["OVEN"].differences] == [
+        "output.range.0", "output.range.1"
+    ]  # fmt: skip
+    nameless = "".join(line for line in listing.splitlines(keepends=True) if not line.startswith("#"))
+    assert pidcfg.diff(bare, nameless, names=(None, "upload.csv")).same
 
 
 def test_listings_whose_loops_nobody_knows_are_compared_by_address():

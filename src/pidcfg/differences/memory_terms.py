@@ -49,12 +49,12 @@ def memory_terms(subject: Subject) -> Terms:
         table: tuple[Written, ...] = subject.vendor.load("written")
         items = {key: item for block in blocks for key, item in block.items(table, values)}
         names, entry = {row.name: row for row in table if row.when(values)}, settings[i]
-        items |= beside(entry, loop, names) | dict(_tables(blocks))
+        items |= beside(entry, loop, names) | (dict(_tables(blocks)) if subject.reading is None else {})
         if entry.get(SETPOINT) is False:
             items[SETPOINT_VALUE] = replace(items[SETPOINT_VALUE], kind="live")
         items |= dict(others(loop, subject, [*items, *(key for block in blocks for key in block.instead())]))
         place = " ".join(subject.encoding.space.name(b.block.start) for b in blocks if not b.prefix)
-        loops.append(Owner(loop.name, "loop", place, items, subject.is_described(entry, place)))
+        loops.append(Owner(loop.name, "loop", place, items, subject.is_described))
     setup = [_Block(subject, block, subject.config) for block in subject.encoding.blocks if not block.place]
     registers = {key: item for block in setup for key, item in block.items((), {})}
     owners = (whole_file(subject, registers), *loops)

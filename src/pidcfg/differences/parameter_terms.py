@@ -48,17 +48,16 @@ def parameter_terms(subject: Subject) -> Terms:
     for name, entries in cells.items():
         model = models.get(name)
         values = {cell.field: cell.raw for cell in entries}
-        items, described, place = {}, True, str(getattr(model, "device", ""))
+        items, place = {}, str(getattr(model, "device", ""))
         for cell in entries:
             writer = writer_of(table, SIGNALS if model is None else cell.field, values)
             items[cell.field] = _item(subject, cell, model, writer)
         if model is not None:
             entry = settings[names.index(name)]
-            described = subject.is_described(entry, place)
             items |= beside(entry, model, {})
             items |= dict(others(model, subject, [*items, *image.settings[names.index(name)]]))
         kind: OwnerKind = "signals" if model is None else "loop" if name in loops else "block"
-        owners.append(Owner(name, kind, place, items, described))
+        owners.append(Owner(name, kind, place, items, subject.is_described))
     return Terms(tuple(owners), is_listing=subject.reading is not None)
 
 

@@ -77,7 +77,7 @@ class Owner:
     items: dict[str, Item] = field(default_factory=dict)
     """By what is told apart: the path of a register's row, or a key."""
     is_described: bool = True
-    """Whether this side says what no register holds: of a listing, that more stands beside its words than a name."""
+    """Whether this side says what no register holds, so that what it does not say is not there."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,11 +106,10 @@ class Subject(NamedTuple):
         by_name = {name_in(entry): entry for entry in self.reading.listing.settings}
         return [by_name.get(name_in(entry), {}) for entry in self.encoding.image.settings]
 
-    def is_described(self, entry: Mapping[str, Any], place: str) -> bool:
-        """Whether settings beside the words say more than a name and addresses."""
-        if self.reading is None or self.reading.listing.described:
-            return True
-        return any(key not in NAMES and value not in place.split() for key, value in entry.items())
+    @property
+    def is_described(self) -> bool:
+        """Whether this side says what no register holds, so that what it does not say is not there."""
+        return self.reading is None or self.reading.listing.described
 
 
 def name_in(entry: Mapping[str, Any]) -> str:
@@ -160,13 +159,13 @@ def kind_by(access: Access, writer: Written | None) -> Kind:
 
 
 def flat(entry: Mapping[str, Any], above: str = "") -> Iterator[tuple[str, Any]]:
-    """The values of nested mappings by their dotted keys."""
+    """The values of nested mappings by their dotted keys, without what is nothing."""
     for key, value in entry.items():
         if isinstance(value, dict):
             yield from flat(value, f"{above}{key}.")
         elif isinstance(value, list):
             yield from ((f"{above}{key}.{i}", end) for i, end in enumerate(value))
-        else:
+        elif value is not None:
             yield f"{above}{key}", value
 
 
@@ -224,4 +223,4 @@ def whole_file(subject: Subject, registers: Mapping[str, Item]) -> Owner:
     for name, value in flat(entry):
         key = name if name in TOP else f"plc.{name}"
         items.setdefault(key, Item(key, number(value), "", number(value)))
-    return Owner("", "file", "", items, is_described=subject.is_described(entry, ""))
+    return Owner("", "file", "", items, is_described=subject.is_described)

@@ -37,7 +37,7 @@ def read_source(source: Source) -> Listing:
     """As `read_st`, of what has been taken apart."""
     listing = Listing(vendor="nextopid")
     scope = Scope.of(source, listing)
-    described = bool(listing.plc)
+    listing.described = described = bool(listing.plc)
     calls = Calls(scope)
     for statement in source.statements:
         calls.take(statement)
