@@ -21,7 +21,7 @@ VENDORS = ("dl06", "click", "ezlogix", "nextopid", "dpide", "generic")
 
 OF_ALL_LOOPS = {"DL210"}
 """Rules about each loop for which the number of loops counts: with a fifth loop the CPU really is too slow."""
-EXAMPLES = settings(max_examples=25)
+EXAMPLES = settings(max_examples=20)
 
 
 def identity(d):
@@ -138,4 +138,3 @@ def test_the_same_faults_in_a_new_loop_are_new(vendor, data):
     after = findings(replace(parts, loops=(*parts.loops[:at], copy, *parts.loops[at:])).text)
     known = compare(after, lambda _: True, list(map(identity, before)), set(), str).known
     assert "COPIED" not in {d.loop for d in known}
-    assert any(d.loop == "COPIED" for d in after) or vendor == "nextopid", "a loop that nothing is wired to has fewer"
