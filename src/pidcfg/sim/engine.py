@@ -11,12 +11,13 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 from pidcfg.sim import kernel
 from pidcfg.sim.kernel import LOG_COLUMNS, LOG_ROWS, Log, Loops, Meters, Span, World
-from pidcfg.sim.metrics import Band, Gauge, Meter, measure_loop
+from pidcfg.sim.metrics import Band, Gauge, measure_loop
 from pidcfg.sim.plants import step_plants
 
 if TYPE_CHECKING:
     from collections.abc import Callable, MutableSequence
 
+    from pidcfg.sim.meters import Meter
     from pidcfg.sim.network import Network
     from pidcfg.sim.plc import Controller, Plc
 

@@ -5,7 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from pidcfg.sim.metrics import NEVER, Band, Gauge, Meter, settling_time
+from pidcfg.sim.meters import NEVER, Meter
+from pidcfg.sim.metrics import Band, Gauge, settling_time
 from pidcfg.sim.plc import TICKS, steps_until
 from pidcfg.sim.report import Range, Verdict, rounded
 

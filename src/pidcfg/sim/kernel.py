@@ -9,7 +9,8 @@ from dataclasses import dataclass
 from typing import Any, Generic, NamedTuple, TypeVar
 
 from pidcfg.sim.expressions import evaluate
-from pidcfg.sim.metrics import Band, Gauge, Meter, measure_loop, read_gauges, watch_bands
+from pidcfg.sim.meters import Meter, change_status
+from pidcfg.sim.metrics import Band, Gauge, measure_loop, read_gauges, watch_bands
 from pidcfg.sim.plants import Plant, add_noise, step_plants
 
 Config = TypeVar("Config")
@@ -154,8 +155,8 @@ def write_log(
             rows[at + 3] = s.aux_status
             rows[at + 4] = s.notice
             counts[0] += 1
-            m.status = s.status
-            m.aux_status = s.aux_status
+            if s.status != m.status or s.aux_status != m.aux_status:
+                change_status(k, m, s.status, s.aux_status)
             s.notice = 0
 
 
@@ -178,13 +179,13 @@ def advance(k: int, last: int, zero: int, world: World, loops: Loops[Any, Any], 
             read_channels(k, channels, sig, code, constants, stack)
         scan(k * tick, cfg, st, aux, sig)
         now = k - zero
+        write_log(now, st, loop_meters, rows, counts)
         for i in range(len(loop_meters)):
             measure_loop(now, loop_meters[i], sig)
         if counts[2] > 0:
             watch_bands(now, bands, loop_meters, sig)
         if len(gauges) > 0:
             read_gauges(now, gauges, sig)
-        write_log(now, st, loop_meters, rows, counts)
         if every > 0 and now % every == 0:
             at = counts[1] * len(shown)
             for i in range(len(shown)):

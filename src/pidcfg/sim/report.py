@@ -70,6 +70,30 @@ class Verdict:
 
 
 @dataclass(frozen=True, slots=True)
+class Standing:
+    """What a standing expectation says of a loop, in words.
+
+    Of one that is not ``judged`` nothing is known: it does not fail a run, and ``text`` says why.
+    """
+
+    kind: str
+    loop: str
+    """Empty: the PLC."""
+    passed: bool
+    judged: bool
+    text: str
+    at: float | None = None
+    """Since when, in s."""
+    allowed: str | None = None
+    """The reason for which the scenario allows it."""
+
+    @property
+    def fails(self) -> bool:
+        """Whether it fails the run."""
+        return not self.passed and self.allowed is None
+
+
+@dataclass(frozen=True, slots=True)
 class Note:
     """Something that happened and needs saying: a parameter that has no effect yet, an expression without a value."""
 
@@ -84,6 +108,8 @@ class LoopReport:
     """What became of one loop. A flag is true when it was on at any time; ``unlisted`` counts what lists leave out."""
 
     metrics: Mapping[str, float | None] = field(default_factory=dict)
+    time_in_control: float = 0.0
+    """How long the loop was in Auto or Cascade, in s."""
     alarms: list[Alarm] = field(default_factory=list)
     modes: list[ModeChange] = field(default_factory=list)
     first_mode: str = ""
@@ -115,6 +141,8 @@ class Report:
     loops: dict[str, LoopReport] = field(default_factory=dict)
     signals: dict[str, Range] = field(default_factory=dict)
     expectations: list[Verdict] = field(default_factory=list)
+    standing: list[Standing] = field(default_factory=list)
+    """What is expected of every run."""
     events: list[Note] = field(default_factory=list)
     """The events of the scenario in words, as they took effect."""
     notes: list[Note] = field(default_factory=list)
@@ -130,6 +158,7 @@ class Report:
         """Whether every expectation holds and nothing went wrong in the run itself."""
         return (
             all(verdict.passed for verdict in self.expectations)
+            and not any(verdict.fails for verdict in self.standing)
             and not any(note.error for note in self.notes)
             and not any(problem.severity == "error" for problem in self.problems)
         )
