@@ -17,7 +17,7 @@ from pidcfg.sim.plants import step_plants
 if TYPE_CHECKING:
     from collections.abc import Callable, MutableSequence
 
-    from pidcfg.sim.meters import Meter
+    from pidcfg.sim.meters import Meter, Onset
     from pidcfg.sim.network import Network
     from pidcfg.sim.plc import Controller, Plc
 
@@ -60,6 +60,7 @@ class Machine:
     meters: list[Meter]
     bands: list[Band]
     gauges: list[Gauge]
+    onsets: list[Onset]
     shown: list[int]
     kernels: Kernels
     stack: list[float] = field(default_factory=list)
@@ -74,7 +75,7 @@ class Machine:
 
     def advance(self, k: int, last: int, zero: int, every: int, noise_from: int) -> int:
         """`kernel.advance` with this run's data."""
-        meters = Meters(self.meters, self.bands, self.gauges)
+        meters = Meters(self.meters, self.bands, self.gauges, self.onsets)
         log = Log(self.log, self.trend, self.counts, self.shown, every)
         return self.kernels.advance(k, last, zero, self._world(noise_from), self._loops(), meters, log)
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import Any, Generic, NamedTuple, TypeVar
 
 from pidcfg.sim.expressions import evaluate
-from pidcfg.sim.meters import Meter, change_status
+from pidcfg.sim.meters import Meter, Onset, change_status, note_onsets
 from pidcfg.sim.metrics import Band, Gauge, measure_loop, read_gauges, watch_bands
 from pidcfg.sim.plants import Plant, add_noise, step_plants
 
@@ -88,6 +88,7 @@ class Meters(NamedTuple):
     loops: MutableSequence[Meter]
     bands: MutableSequence[Band]
     gauges: MutableSequence[Gauge]
+    onsets: MutableSequence[Onset]
 
 
 class Log(NamedTuple):
@@ -141,7 +142,12 @@ def read_channels(
 
 
 def write_log(
-    k: int, st: Sequence[Any], meters: Sequence[Meter], rows: MutableSequence[int], counts: MutableSequence[int]
+    k: int,
+    st: Sequence[Any],
+    meters: Sequence[Meter],
+    onsets: Sequence[Onset],
+    rows: MutableSequence[int],
+    counts: MutableSequence[int],
 ) -> None:
     """A row for every loop whose status changed or that has a notice (kernel)."""
     for i in range(len(meters)):
@@ -157,6 +163,7 @@ def write_log(
             counts[0] += 1
             if s.status != m.status or s.aux_status != m.aux_status:
                 change_status(k, m, s.status, s.aux_status)
+                note_onsets(k, i, s.status, onsets)
             s.notice = 0
 
 
@@ -167,7 +174,7 @@ def advance(k: int, last: int, zero: int, world: World, loops: Loops[Any, Any], 
     """
     tick, plants, channels, delay, sig, code, constants, stack, noise, columns, noise_from = world
     cfg, st, aux = loops
-    loop_meters, bands, gauges = meters
+    loop_meters, bands, gauges, onsets = meters
     rows, trend, counts, shown, every = log
     room = len(rows) // LOG_COLUMNS - len(loop_meters)
     while k < last and counts[0] <= room:
@@ -179,7 +186,7 @@ def advance(k: int, last: int, zero: int, world: World, loops: Loops[Any, Any], 
             read_channels(k, channels, sig, code, constants, stack)
         scan(k * tick, cfg, st, aux, sig)
         now = k - zero
-        write_log(now, st, loop_meters, rows, counts)
+        write_log(now, st, loop_meters, onsets, rows, counts)
         for i in range(len(loop_meters)):
             measure_loop(now, loop_meters[i], sig)
         if counts[2] > 0:

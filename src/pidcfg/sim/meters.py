@@ -9,6 +9,10 @@ people; no verdict reads it, so that a batch of runs without a journal is judged
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
 
 NEVER = 1 << 62
 """A base step that no run reaches."""
@@ -105,6 +109,15 @@ class Meter:
     """The sum of all."""
 
 
+@dataclass(slots=True)
+class Onset:
+    """When a bit of a loop's status came on for the first time (−1: not yet)."""
+
+    loop: int
+    bit: int
+    first: int = -1
+
+
 def change_status(k: int, m: Meter, status: int, aux_status: int) -> None:
     """A loop's status has changed with base step ``k`` (kernel)."""
     if m.status & m.wanted and m.status > 0 and status & m.wanted == 0:
@@ -124,6 +137,14 @@ def change_status(k: int, m: Meter, status: int, aux_status: int) -> None:
         m.control = control
         m.control_since = k
     count_alarm(k, m)
+
+
+def note_onsets(k: int, loop: int, status: int, onsets: Sequence[Onset]) -> None:
+    """Bits that somebody waits for, with a loop's new status at base step ``k`` (kernel)."""
+    for i in range(len(onsets)):
+        onset = onsets[i]
+        if onset.loop == loop and onset.first < 0 and status & onset.bit:
+            onset.first = k
 
 
 def count_alarm(k: int, m: Meter) -> None:

@@ -14,12 +14,12 @@ from typing import TYPE_CHECKING, Literal
 
 from pidcfg.sim.engine import CHUNK, EngineName, Machine, choose, numba_kernels, python_kernels
 from pidcfg.sim.events import Agenda
-from pidcfg.sim.expect import Outcome, verdict, watches_of
+from pidcfg.sim.expect import Outcome, Watch, verdict, watches_of
 from pidcfg.sim.faults import faults
 from pidcfg.sim.feedback import wrong_actions
 from pidcfg.sim.influence import Influence
 from pidcfg.sim.journal import Journal
-from pidcfg.sim.meters import time_in_control
+from pidcfg.sim.meters import Onset, time_in_control
 from pidcfg.sim.metrics import DEFAULT_BAND, Band, Gauge, begin, loop_metrics
 from pidcfg.sim.plc import TICKS, Controller, Plc
 from pidcfg.sim.prepare import base_step, misses, prepare, uneven
@@ -90,7 +90,7 @@ class _Run:
     machine: Machine
     journal: Journal
     agenda: Agenda
-    watches: dict[int, Band | Gauge]
+    watches: dict[int, Watch]
     """What is measured for one expectation alone, by its number."""
     problems: list[Problem]
     notes: list[Note] = field(default_factory=list)
@@ -122,9 +122,10 @@ class _Run:
         watches = watches_of(scenario, plc, net, step)
         bands += [w for w in watches.values() if isinstance(w, Band)]
         gauges += [w for w in watches.values() if isinstance(w, Gauge)]
+        onsets = [w for w in watches.values() if isinstance(w, Onset)]
         engine = choose(settings.engine, (last + 1) * len(meters), controller)
         kernels = numba_kernels(controller) if engine == "numba" else python_kernels(controller)
-        machine = Machine(net, plc, step, meters, bands, gauges, list(net.names.values()), kernels)
+        machine = Machine(net, plc, step, meters, bands, gauges, onsets, list(net.names.values()), kernels)
         journal = Journal(plc, step / TICKS)
         agenda = Agenda(scenario, plc, net, machine, journal, influence, step)
         notes = [Note(0.0, None, f"word without a value: {problem}") for problem in plc.problems]
@@ -224,8 +225,9 @@ class _Run:
             values = loop_metrics(meter, machine.bands[i], self.last, self.dt, sig)
             report.metrics = {name: None if v is None else rounded(v) for name, v in values.items()}
             report.time_in_control = rounded(time_in_control(meter, self.last) * self.dt)
+        metrics = [report.metrics for report in self.journal.loops]
         signals = self._signals()
-        outcome = Outcome(self.plc, self.journal, machine.meters, signals, self.dt, self.last, self.agenda.modes)
+        outcome = Outcome(self.plc, metrics, machine.meters, signals, self.dt, self.last, self.agenda.modes)
         wanted = enumerate(self.scenario.expect)
         evidence = self._evidence()
         verdicts = standing(evidence)
