@@ -34,7 +34,7 @@ class Influence:
     driven: list[bool] = field(default_factory=list)
     """Whether each loop's output moves its PV, or a signal does that the scenario sets."""
     set_points: list[set[int]] = field(default_factory=list)
-    """The signals that each loop's set point in force is made of by the program alone, without a PV."""
+    """The signals that each loop's set point in force is made of by the program alone, without another loop."""
 
     @classmethod
     def of(cls, scenario: Scenario, net: Network, plc: Plc) -> Influence:
@@ -61,9 +61,9 @@ class Influence:
         return self
 
     def _made_of(self, slot: int) -> set[int]:
-        """Signals from outside that reach a slot otherwise than through a loop's PV."""
-        pvs = {c.sig_pv for c in self.plc.cfg[: len(self.plc.loops)]}
-        return {source for source in self.net.outside.values() if slot in self.reach([source], without=pvs)}
+        """Signals from outside that reach a slot otherwise than through a loop."""
+        loops = {place for c in self.plc.cfg[: len(self.plc.loops)] for place in (c.sig_pv, c.sig_out)}
+        return {source for source in self.net.outside.values() if slot in self.reach([source], without=loops)}
 
     def _add(self, sources: Iterable[int], targets: Iterable[int]) -> None:
         for source in sources:
@@ -76,7 +76,8 @@ class Influence:
 
     def reach(self, sources: Iterable[int], without: Collection[int] = ()) -> set[int]:
         """Everything that follows the ``sources``, themselves included; not by way of ``without``."""
-        reached, waiting = set(sources), list(sources)
+        waiting = list(sources)
+        reached = set(waiting)
         while waiting:
             for target in self.moves.get(waiting.pop(), ()):
                 if target not in reached and target not in without:

@@ -6,9 +6,21 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Mapping, Sequence
 
     from pidcfg.sim.problems import Problem
+
+
+STANDING_KINDS = (
+    "not-in-mode",
+    "set-up-error",
+    "pv-not-driven",
+    "saturated",
+    "out-of-range",
+    "oscillates",
+    "alarm-stands",
+)
+"""What a standing expectation can find, in the order of the report."""
 
 
 class ScanTime(NamedTuple):
@@ -162,6 +174,48 @@ class Report:
             and not any(note.error for note in self.notes)
             and not any(problem.severity == "error" for problem in self.problems)
         )
+
+
+@dataclass(frozen=True, slots=True)
+class Tally:
+    """How many standing expectations hold, fail, are allowed to fail, and are not judged."""
+
+    held: int
+    failed: int
+    allowed: int
+    unjudged: int
+
+    @classmethod
+    def of(cls, verdicts: Sequence[Standing]) -> Tally:
+        """Of the verdicts of a run."""
+        judged = [v for v in verdicts if v.judged]
+        return cls(
+            held=sum(v.passed for v in judged),
+            failed=sum(v.fails for v in judged),
+            allowed=sum(v.allowed is not None for v in judged),
+            unjudged=len(verdicts) - len(judged),
+        )
+
+    @property
+    def judged(self) -> int:
+        """How many are judged."""
+        return self.held + self.failed + self.allowed
+
+    def in_words(self) -> str:
+        """``20 of 21 standing ones, 1 allowed, 3 not judged``."""
+        rest = [f"{n} {what}" for n, what in ((self.allowed, "allowed"), (self.unjudged, "not judged")) if n]
+        return ", ".join([f"{self.held} of {self.judged} standing ones", *rest])
+
+
+def in_short(verdicts: Sequence[Standing]) -> list[tuple[str, str, str]]:
+    """What is not simply so, by loop: ``FAILED``, ``allowed`` or ``not judged``, the kinds, and why."""
+    rows: dict[tuple[str, str, str], list[str]] = {}
+    for v in verdicts:
+        word = "not judged" if not v.judged else "passed" if v.passed else "FAILED" if v.fails else "allowed"
+        if word != "passed":
+            why = v.text if v.allowed is None else f"{v.text} (allowed: {v.allowed})"
+            rows.setdefault((word, v.loop, why), []).append(v.kind)
+    return [(word, f"{loop} {', '.join(kinds)}".strip(), why) for (word, loop, why), kinds in rows.items()]
 
 
 def rounded(value: float) -> float:
