@@ -217,11 +217,10 @@ def test_a_request_that_is_refused_fails_though_an_earlier_one_was_granted():
 
 
 def test_a_loop_that_loses_its_mode_by_itself_fails():
-    result = outcome(
-        "dl06", config=[SIDES["dl06"].alarms], more="  - {at: 120, loop: TANK, set: {alarms.deviation.yellow: 20}}\n"
-    )
+    crossed = "  - {at: 120, loop: TANK, set: {alarms.deviation.yellow: 20}}\n"
+    result = outcome("dl06", config=[SIDES["dl06"].alarms], more=crossed)
     assert result.passed, "an alarm limit is read when the alarm is switched on"
-    more = "  - {at: 120, loop: TANK, set: {alarms.deviation.yellow: 20}}\n  - {at: 130, plc: program}\n  - {at: 131, plc: run}\n"
+    more = f"{crossed}  - {{at: 130, plc: program}}\n  - {{at: 131, plc: run}}\n"
     result = outcome("dl06", ("initial: 40", "initial: 60"), config=[SIDES["dl06"].alarms], more=more)
     assert failures(result) == {"set-up-error"}, "the switch of the CPU is an event that takes modes away"
 
@@ -243,9 +242,11 @@ def test_a_signal_of_the_program_says_why_a_loop_tracks():
 
 
 def test_an_expectation_on_its_mode_says_so_too():
-    dropped = "  - {at: 120, loop: TANK, set: {sample_rate: 0}}\n  - {at: 125, plc: program}\nexpect:\n  - {loop: TANK, mode: manual}\n"
-    found = verdict(outcome("dl06", more=dropped), "not-in-mode")
-    assert found.passed
+    slow = "  - {at: 120, loop: TANK, set: {sample_rate: 50 ms}}\n"
+    assert verdict(outcome("click", more=slow), "not-in-mode").text.startswith("is meant for auto and ends in manual")
+    found = verdict(outcome("click", more=f"{slow}expect:\n  - {{loop: TANK, mode: manual}}\n"), "not-in-mode")
+    assert (found.passed, found.judged) == (True, False)
+    assert found.text.endswith("an expectation names manual")
 
 
 CASCADE = """\
@@ -476,10 +477,11 @@ def test_opposite_loops_on_one_pv_share_its_range():
     )
     cool = cool.replace("    cascade_from: TANK\n", "").replace("value: 30", "value: 61")
     config = [("    output: {range: [0, 100]}\n", f"    output: {{range: [0, 100]}}\n{cool}")]
-    plant = (
-        PLANT,
-        "plants:\n  - {name: water, model: first_order, input: TANK.OUT - COOL.OUT, gain: 1, load: 20, time_constant: 20, dead_time: 1, initial: 40}\nconnect: {TANK.PV: water, COOL.PV: water}\n",
+    water = (
+        "plants:\n  - {name: water, model: first_order, input: TANK.OUT - COOL.OUT, gain: 1, load: 20, "
+        "time_constant: 20, dead_time: 1, initial: 40}\nconnect: {TANK.PV: water, COOL.PV: water}\n"
     )
+    plant = (PLANT, water)
     result = outcome("dl06", plant, ("setpoint: 65", "setpoint: 50"), config=config)
     assert result.passed, [v for v in result.report.standing if v.fails]
 
