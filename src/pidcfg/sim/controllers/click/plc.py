@@ -8,8 +8,10 @@ from __future__ import annotations
 
 from dataclasses import fields
 from decimal import Decimal
+from math import sqrt
 from typing import TYPE_CHECKING, Any
 
+from pidcfg.encoders.maps.click import TUNED
 from pidcfg.sim.controllers.click import modes as click_modes
 from pidcfg.sim.controllers.click import state as bits
 from pidcfg.sim.controllers.click import tune_results as click_tune_results
@@ -94,6 +96,16 @@ class Click(Memory):
         """The first deviation alarm."""
         limit = self.cfg[loop].deviation_high
         return None if limit >= bits.UNBOUNDED else limit
+
+    def integrates(self, loop: int, sig: Sequence[float]) -> bool:  # noqa: ARG002 - registers
+        """The longest reset time is as good as none."""
+        return self.st[loop].reset < float(TUNED.no_integral)
+
+    def dead_band(self, loop: int, sig: Sequence[float]) -> float:  # noqa: ARG002 - registers
+        """DFn+03, which is compared with the squared error where that is on."""
+        c = self.cfg[loop]
+        band = sqrt(c.deadband) if c.squared else c.deadband
+        return band if c.deadband_on else 0.0
 
     def pulse_cycle(self, loop: int) -> float:
         """The PWM period."""

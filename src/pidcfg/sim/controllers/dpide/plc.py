@@ -66,6 +66,10 @@ class Dpide(Memory):
         """MV_MIN and MV_MAX."""
         return self.cfg[loop].low, self.cfg[loop].high
 
+    def dead_band(self, loop: int, sig: Sequence[float]) -> float:  # noqa: ARG002 - operands
+        """ERR_DBW."""
+        return self.cfg[loop].band
+
     # --- the PLC's switch --------------------------------------------------------------------------------------------
 
     def start(self, tick: int) -> None:

@@ -64,6 +64,11 @@ class Ezlogix(Memory):
         c = self.cfg[loop]
         return c.out_low + c.m_low * c.out_width / CV_FULL, c.out_low + c.m_high * c.out_width / CV_FULL
 
+    def dead_band(self, loop: int, sig: Sequence[float]) -> float:  # noqa: ARG002 - registers
+        """Base+5; of a root the error has another scale."""
+        c = self.cfg[loop]
+        return c.deadband * (c.scale if c.root else 1.0) * c.pv_width / c.pv_span
+
     def pulse_cycle(self, loop: int) -> float:
         """The cycle time of the control output."""
         return self.cfg[loop].cycle / TICKS

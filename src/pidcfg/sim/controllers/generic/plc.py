@@ -98,6 +98,10 @@ class Generic(Plc):
         limit = self.cfg[loop].deviation_at
         return None if limit >= bits.UNREACHED else limit
 
+    def dead_band(self, loop: int, sig: Sequence[float]) -> float:  # noqa: ARG002 - no signals
+        """``deadband``."""
+        return self.cfg[loop].band
+
     def pulse_cycle(self, loop: int) -> float:
         """The period of the pulses."""
         return self.cfg[loop].cycle / TICKS if self.cfg[loop].pulses else 0.0
