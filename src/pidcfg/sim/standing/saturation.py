@@ -20,7 +20,7 @@ DEVIATION = 0.01
 SWITCHED = 0.05
 """The same of a loop whose output is on or off, which is always at a limit."""
 PACE = 0.02
-"""Of an error, that it has to lose from one half of the window to the other: else it takes more than twice the run again.
+"""Of an error, that it has to lose from one half of the window to the other: else it takes twice the run again.
 """
 
 
