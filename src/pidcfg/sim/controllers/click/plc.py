@@ -8,27 +8,35 @@ from __future__ import annotations
 
 from dataclasses import fields
 from decimal import Decimal
-from math import isfinite
+from math import isfinite, sqrt
 from typing import TYPE_CHECKING, Any
 
-from pidcfg.encoders.maps.click import ERRORS
+from pidcfg.encoders.maps.click import ERRORS, TUNED
 from pidcfg.sim.controllers.click import modes as click_modes
 from pidcfg.sim.controllers.click import state as bits
 from pidcfg.sim.controllers.click.equation import coefficients
 from pidcfg.sim.controllers.click.errors import lowest_error
-from pidcfg.sim.controllers.click.report import ABOUT_MODE, ALARM_BITS, FLAG_BITS, MODES, REASONS, SIGNALS
+from pidcfg.sim.controllers.click.report import (
+    ABOUT_MODE,
+    ALARM_BITS,
+    FLAG_BITS,
+    MODES,
+    OUTER_ALARMS,
+    REASONS,
+    SIGNALS,
+)
 from pidcfg.sim.controllers.click.setting import KEYS, check_setting, settings_of
 from pidcfg.sim.controllers.click.state import Config, State
 from pidcfg.sim.controllers.click.words import configure, float_of, loop_of, sample_ticks, write_state
 from pidcfg.sim.notices import tell_request
-from pidcfg.sim.plc import SWITCH_AND_TUNE, Plc, ScanOptions
+from pidcfg.sim.plc import SWITCH_AND_TUNE, TICKS, Plc, ScanOptions
 from pidcfg.sim.reaction_curve import POINTS
 from pidcfg.sim.records import NEVER
 from pidcfg.sim.terms import finite
 from pidcfg.sim.tuning_rules import DONE, TUNE_STATUS
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, MutableSequence
+    from collections.abc import Mapping, MutableSequence, Sequence
 
     from pidcfg.encoders.image import Image
     from pidcfg.schemas.base import Quantity
@@ -54,6 +62,8 @@ class Click(Plc):
     flag_bits: Mapping[str, int] = FLAG_BITS
     reasons: Mapping[int, str] = REASONS
     about_mode = ABOUT_MODE
+    outer_alarms = OUTER_ALARMS
+    error_flags = ("pid_error",)
 
     def __init__(self, image: Image) -> None:
         words = image.words
@@ -155,6 +165,34 @@ class Click(Plc):
     def rises(self) -> list[bool]:
         """Direct (forward) action: the PV rises with the output."""
         return [not c.reverse for c in self.cfg]
+
+    @property
+    def word_owners(self) -> dict[str, int]:  # type: ignore[override]  # a table of the registers' addresses
+        """DSn+00 of each loop."""
+        return {name: i for i, name in enumerate(self.flags)}
+
+    def output_limits(self, loop: int, sig: Sequence[float]) -> tuple[float, float]:  # noqa: ARG002 - registers
+        """CO's lower and upper limit."""
+        return self.cfg[loop].out_low, self.cfg[loop].out_high
+
+    def inner_deviation(self, loop: int) -> float | None:
+        """The first deviation alarm."""
+        limit = self.cfg[loop].deviation_high
+        return None if limit >= bits.UNBOUNDED else limit
+
+    def integrates(self, loop: int, sig: Sequence[float]) -> bool:  # noqa: ARG002 - registers
+        """The longest reset time is as good as none."""
+        return self.st[loop].reset < float(TUNED.no_integral)
+
+    def dead_band(self, loop: int, sig: Sequence[float]) -> float:  # noqa: ARG002 - registers
+        """DFn+03, which is compared with the squared error where that is on."""
+        c = self.cfg[loop]
+        band = sqrt(c.deadband) if c.squared else c.deadband
+        return band if c.deadband_on else 0.0
+
+    def pulse_cycle(self, loop: int) -> float:
+        """The PWM period."""
+        return self.cfg[loop].pwm_period / TICKS if self.cfg[loop].pwm else 0.0
 
     def request(self, loop: int, mode: str) -> None:
         """A mode request goes on; it is looked at with the next sample and is off again."""

@@ -33,7 +33,7 @@ from pidcfg.sim.terms import clamp, single
 from pidcfg.sim.tuning_rules import DONE, FAILED, TUNE_STATUS
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, MutableSequence
+    from collections.abc import Mapping, MutableSequence, Sequence
 
     from pidcfg.encoders.parameters import Program
     from pidcfg.schemas.base import Quantity
@@ -55,13 +55,15 @@ class Dpide(NamedPlc):
     flag_bits: Mapping[str, int] = FLAG_BITS
     reasons: Mapping[int, str] = REASONS
     about_mode = ABOUT_MODE
+    mode_keys = ("PID_RUN", "PID_MAN", "PID_MODE")
 
     def __init__(self, program: Program, options: ScanOptions | None = None) -> None:
         super().__init__(program, options)
         self._dependent = [bool(c.dependent) for c in self.cfg]
-        scales = (
+        scales = [
             read_settings(Scale, entry.get("pv", {}), f"settings[{i}].pv") for i, entry in enumerate(self._settings)
-        )
+        ]
+        self._ranged = [scale.range is not None for scale in scales]
         self.scales = [scale_of(scale, s.sp) for scale, s in zip(scales, self.st, strict=True)]
 
     def contents_of(self, words: Mapping[str, Any], loop: str) -> Operands:
@@ -148,6 +150,27 @@ class Dpide(NamedPlc):
     def rises(self) -> list[bool]:
         """Forward action: PV rises with MV."""
         return [bool(c.forward) for c in self.cfg]
+
+    @property
+    def masters(self) -> list[int]:
+        """The loop whose MV stands in the device of SV (D266)."""
+        return [c.sv_from for c in self.cfg]
+
+    def intended_mode(self, loop: int, sig: Sequence[float]) -> str:  # noqa: ARG002 - operands
+        """What PID_RUN, PID_MODE and PID_MAN say."""
+        return self.mode(self.st[loop].wanted)
+
+    def pv_range(self, loop: int) -> tuple[float, float] | None:
+        """``pv.range``; no operand has it."""
+        return self.scales[loop][:2] if self._ranged[loop] else None
+
+    def output_limits(self, loop: int, sig: Sequence[float]) -> tuple[float, float]:  # noqa: ARG002 - operands
+        """MV_MIN and MV_MAX."""
+        return self.cfg[loop].low, self.cfg[loop].high
+
+    def dead_band(self, loop: int, sig: Sequence[float]) -> float:  # noqa: ARG002 - operands
+        """ERR_DBW."""
+        return self.cfg[loop].band
 
     # --- the PLC's switch --------------------------------------------------------------------------------------------
 

@@ -26,14 +26,14 @@ from pidcfg.sim.controllers.ezlogix.signals import show
 from pidcfg.sim.controllers.ezlogix.state import Config, State
 from pidcfg.sim.controllers.ezlogix.words import absorb, configure, loop_of, tag_number, ticks, tuning
 from pidcfg.sim.notices import tell
-from pidcfg.sim.plc import SWITCH_AND_TUNE, CountsPlc, NoOptions
+from pidcfg.sim.plc import SWITCH_AND_TUNE, TICKS, CountsPlc, NoOptions
 from pidcfg.sim.reaction_curve import POINTS
 from pidcfg.sim.records import NEVER
 from pidcfg.sim.settings import encode_row, items_of
 from pidcfg.sim.terms import clamp
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, MutableSequence
+    from collections.abc import Mapping, MutableSequence, Sequence
 
     from pidcfg.encoders.image import Image
     from pidcfg.encoders.regmap import Word
@@ -52,6 +52,7 @@ class Ezlogix(CountsPlc):
     tuned_names = ("proportional_gain", "integral_time", "derivative_time")
     flag_bits: Mapping[str, int] = FLAG_BITS
     reasons: Mapping[int, str] = REASONS
+    tuning_flags = ("autotune_running",)
 
     def __init__(self, image: Image) -> None:
         words = image.words
@@ -128,6 +129,26 @@ class Ezlogix(CountsPlc):
     def rises(self) -> list[bool]:
         """Reverse controller action: the PV rises with the CV."""
         return [not c.direct for c in self.cfg]
+
+    @property
+    def masters(self) -> list[int]:
+        """The loop whose CV tag is a loop's set point register (D177)."""
+        feeds = [c.feeds for c in self.cfg]
+        return [feeds.index(i) if i in feeds else -1 for i in range(len(feeds))]
+
+    def output_limits(self, loop: int, sig: Sequence[float]) -> tuple[float, float]:  # noqa: ARG002 - registers
+        """The CV limits."""
+        c = self.cfg[loop]
+        return c.out_low + c.m_low * c.out_width / CV_FULL, c.out_low + c.m_high * c.out_width / CV_FULL
+
+    def dead_band(self, loop: int, sig: Sequence[float]) -> float:  # noqa: ARG002 - registers
+        """Base+5; of a root the error has another scale."""
+        c = self.cfg[loop]
+        return c.deadband * (c.scale if c.root else 1.0) * c.pv_width / c.pv_span
+
+    def pulse_cycle(self, loop: int) -> float:
+        """The cycle time of the control output."""
+        return self.cfg[loop].cycle / TICKS
 
     # --- the PLC's switch --------------------------------------------------------------------------------------------
 

@@ -12,6 +12,7 @@ from pidcfg.sim.controllers.generic.report import (
     FLAG_BITS,
     MODES,
     NO_SOURCE,
+    OUTER_ALARMS,
     REASONS,
     SIGNALS,
 )
@@ -20,7 +21,7 @@ from pidcfg.sim.controllers.generic.state import Config, State
 from pidcfg.sim.controllers.generic.words import Fields, configure, effect, fields_of, ticks
 from pidcfg.sim.named_plc import NamedPlc
 from pidcfg.sim.notices import noticed
-from pidcfg.sim.plc import COUNTS
+from pidcfg.sim.plc import COUNTS, TICKS
 from pidcfg.sim.terms import clamp
 
 if TYPE_CHECKING:
@@ -43,6 +44,7 @@ class Generic(NamedPlc):
     flag_bits: Mapping[str, int] = FLAG_BITS
     reasons: Mapping[int, str] = REASONS
     about_mode = ABOUT_MODE
+    outer_alarms = OUTER_ALARMS
 
     def contents_of(self, words: Mapping[str, Any], loop: str) -> Fields:
         """The fields of a loop; what is missing or no value is told."""
@@ -79,6 +81,28 @@ class Generic(NamedPlc):
     def rises(self) -> list[bool]:
         """Whether the PV rises with the output."""
         return [bool(c.raises) for c in self.cfg]
+
+    @property
+    def masters(self) -> list[int]:
+        """The loops that ``setpoint.source`` names."""
+        return [c.source for c in self.cfg]
+
+    def output_limits(self, loop: int, sig: Sequence[float]) -> tuple[float, float]:  # noqa: ARG002 - no signals
+        """``output.limits``, or the range."""
+        return self.cfg[loop].low, self.cfg[loop].high
+
+    def inner_deviation(self, loop: int) -> float | None:
+        """``alarms.deviation.high``."""
+        limit = self.cfg[loop].deviation_at
+        return None if limit >= bits.UNREACHED else limit
+
+    def dead_band(self, loop: int, sig: Sequence[float]) -> float:  # noqa: ARG002 - no signals
+        """``deadband``."""
+        return self.cfg[loop].band
+
+    def pulse_cycle(self, loop: int) -> float:
+        """The period of the pulses."""
+        return self.cfg[loop].cycle / TICKS if self.cfg[loop].pulses else 0.0
 
     def _show(self, i: int, sig: MutableSequence[float]) -> None:
         """The signals that an operator's change affects at once."""
