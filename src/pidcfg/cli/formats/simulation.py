@@ -58,7 +58,7 @@ def failed_standing(outcome: Outcome, verdict: Standing) -> Diagnostic:
     subject = f"{verdict.loop}: " if verdict.loop else ""
     message = f"{verdict.kind}: {subject}{verdict.text}"
     span = outcome.documents[file].locate(path)
-    return Diagnostic("PID063", Severity.ERROR, message, file, span, path, verdict.loop or None)
+    return Diagnostic("PID063", Severity.ERROR, message, file, span, path, verdict.loop or "")
 
 
 def loop_path(doc: Document | None, loop: str) -> Path | None:
