@@ -25,7 +25,18 @@ WORKFLOW = YAML(typ="safe").load((CI / "github-workflow.yml").read_text("utf-8")
 GITLAB = YAML(typ="safe").load((CI / "gitlab-ci.yml").read_text("utf-8"))
 HOOKS = {hook["id"]: hook for hook in YAML(typ="safe").load((ROOT / ".pre-commit-hooks.yaml").read_text("utf-8"))}
 REACTOR = ROOT / "examples/dl06/reactor.yaml"
-SCENARIO = "pidcfg: 1\nscenario: short\nconfig: reactor.yaml\nduration: 20\nexpect: [{signal: TIC-101.PV, max: %s}]\n"
+SCENARIO = """\
+pidcfg: 1
+scenario: short
+config: reactor.yaml
+duration: 20
+initial: steady
+plants:
+  FIC-102: {model: first_order, gain: 0.5, time_constant: 3, dead_time: 0.4, initial: 20}
+  TIC-101: {model: first_order, input: FIC-102.PV, gain: 4.0, time_constant: 240, dead_time: 15, initial: 80}
+  LIC-103: {model: integrator, gain: -0.02, load: 1.0, initial: 50}
+expect: [{signal: TIC-101.PV, max: %s}]
+"""
 needs_bash = pytest.mark.skipif(os.name == "nt" or not shutil.which("bash"), reason="the jobs' steps are for bash")
 needs_git = pytest.mark.skipif(not shutil.which("git"), reason="the job compares commits of git")
 
@@ -209,7 +220,7 @@ def test_the_workflow_comments_what_a_pull_request_changes(project, shell, tmp_p
     text = (project / "diff.md").read_text("utf-8")
     assert text == summary.read_text("utf-8")
     assert "**FIC-102**" in text
-    assert re.search(r"\| high \| tuning.gain \| .* \| .* \|", text), text
+    assert re.search(r"\| \*\*high\*\* \| tuning.gain \| .* \| .* \|", text), text
     assert "compose" not in text
     assert not (project / "before").exists()
     assert shell(steps("compare")["Comment"], NUMBER="7").returncode == 0
