@@ -43,6 +43,8 @@ RULES = """\
 The {count} mistakes that `pidcfg validate` knows. Each has a code that never means anything else, and a section with
 the reason, the cure and the manual's place; `pidcfg rule CODE` prints the same text. An error is what the PLC refuses,
 or what makes a loop run away or stand still; a warning is what is seldom meant; an info is worth knowing.
+A line of the checklist is right as it stands and wants a look at the plant: `pidcfg encode` and the report print it,
+`validate` does not.
 
 A code begins with the prefix of its vendor ({prefixes}), or with `PID` where it is about any file or every
 vendor. `--select DL` chooses one vendor's rules, `--select PID` all there are. Codes from before the prefixes

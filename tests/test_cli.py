@@ -86,6 +86,7 @@ def test_json_findings_have_the_published_layout(reactor):
         "column",
         "path",
         "loop",
+        "with",
         "plc_effect",
         "reference",
         "help",
@@ -111,7 +112,10 @@ def test_findings_point_through_aliases_at_the_text_to_edit(tmp_path):
     (tmp_path / "x.yaml").write_text(text, "utf-8")
     found = json.loads(run("validate", "x.yaml", "--format", "json", "--severity", "error", cwd=tmp_path).stdout)
     line = next(i for i, row in enumerate(text.splitlines(), start=1) if "gain: 400" in row)
-    assert [(f["code"], f["line"]) for f in found["findings"]] == [("PID101", line)], "once, where it is written"
+    assert [(f["code"], f["line"]) for f in found["findings"]] == [("PID101", line)] * 4, (
+        "of each loop, where it is written"
+    )
+    assert [f["loop"] for f in found["findings"]] == ["TIC-Z1", "TIC-Z2", "TIC-Z3", "TIC-Z4"]
 
 
 def test_folders_take_files_with_our_key_only(reactor, tmp_path):

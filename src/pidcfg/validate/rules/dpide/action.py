@@ -39,7 +39,7 @@ def choice_not_given(view: LoopView) -> Findings:
     """
     for operand, (meaning, other) in CHOICES.items():
         if not view.gives(operand):
-            yield view.at_key(operand=operand, meaning=meaning, other=other)
+            yield view.at(operand, operand=operand, meaning=meaning, other=other)
 
 
 @per_loop

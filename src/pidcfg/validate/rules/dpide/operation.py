@@ -140,7 +140,7 @@ def bump_after_manual(view: LoopView) -> Findings:
     Fix: write `PID_MODE: 2`, if the jump matters.
     """
     if view.loop.PID_MODE == 0 and may_be_manual(view) and not view.has_device("PID_MODE"):
-        yield view.at("PID_MODE") if view.gives("PID_MODE") else view.at_key()
+        yield view.at("PID_MODE")
 
 
 @per_loop
@@ -155,4 +155,4 @@ def bump_into_manual(view: LoopView) -> Findings:
     """
     follows = view.loop.MOUT_AUTO or view.has_device("MOUT_AUTO") or view.mout_is_mv
     if view.has_device("PID_MAN") and not follows:
-        yield view.at("MOUT_AUTO") if view.gives("MOUT_AUTO") else view.at_key()
+        yield view.at("MOUT_AUTO")
