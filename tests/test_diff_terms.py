@@ -354,6 +354,14 @@ def test_a_loop_in_front_moves_the_others():
     assert all(d.other_word_only for d in loops(result)["FIC-102"].differences)
 
 
+def test_a_loop_without_addresses_moves_in_the_order_of_the_file():
+    text = FILES["generic"]
+    first, second = (text.index(f"  - name: {name}\n") for name in ("TIC-1", "TIC-2"))
+    after = text[:first] + text[second:].rstrip() + "\n\n" + text[first:second]
+    moved = {loop.loop: loop.moved for loop in pidcfg.diff(text, after).loops if loop.status != "same"}
+    assert moved == {"TIC-2": ("loop 3", "loop 1")}
+
+
 def test_loops_of_one_name_are_matched_in_their_order():
     text = edited(REACTOR, ("LIC-103", "FIC-102"))
     assert pidcfg.diff(text, text).same
