@@ -123,7 +123,7 @@ def _longest_rise(numbers: Sequence[int]) -> frozenset[int]:
     """The places of as many numbers as possible of which each is larger than the one before."""
     rises: list[tuple[int, ...]] = [()]
     for i, number in enumerate(numbers):
-        before = (rise for rise in rises if not rise or numbers[rise[-1]] < number)
-        longest: tuple[int, ...] = max(before, key=len)
-        rises.append((*longest, i))
-    return frozenset(max(rises, key=len))
+        below = [rise for rise in rises if not rise or numbers[rise[-1]] < number]
+        rises.append((*max(below, key=len), i))
+    longest = max(rises, key=len)
+    return frozenset(longest)
