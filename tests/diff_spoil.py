@@ -217,7 +217,7 @@ def see(score, comparison, key, result):
         score.apart[f"{comparison.replace('file', 'F')}: {key}"] += 1
     elif key == TABLE and comparison != "file/file":
         score.apart[f"{comparison}: a listing without {key} says nothing of it"] += 1
-    elif key.startswith("state.") and "nickname" in comparison:
+    elif key.startswith("state.") and ("nickname" in comparison or "cdv" in comparison):
         score.apart[f"{comparison}: {key} has no place in this format"] += 1
     elif not any(loop.differences for loop in result.loops):
         score.unseen[f"{comparison}: {key}"] += 1

@@ -9,6 +9,7 @@ import pytest
 import diff_spoil
 import pidcfg
 from pidcfg.cli.formats.differences import as_markdown, as_text
+from pidcfg.cli.main import main
 from pidcfg.encoders.parameters import ParameterTable
 from pidcfg.limits import DEFAULT
 from pidcfg.listings import read_listing
@@ -353,6 +354,14 @@ def test_a_loop_in_front_moves_the_others():
     assert all(d.other_word_only for d in loops(result)["FIC-102"].differences)
 
 
+def test_a_loop_without_addresses_moves_in_the_order_of_the_file():
+    text = FILES["generic"]
+    first, second = (text.index(f"  - name: {name}\n") for name in ("TIC-1", "TIC-2"))
+    after = text[:first] + text[second:].rstrip() + "\n\n" + text[first:second]
+    moved = {loop.loop: loop.moved for loop in pidcfg.diff(text, after).loops if loop.status != "same"}
+    assert moved == {"TIC-2": ("loop 3", "loop 1")}
+
+
 def test_loops_of_one_name_are_matched_in_their_order():
     text = edited(REACTOR, ("LIC-103", "FIC-102"))
     assert pidcfg.diff(text, text).same
@@ -422,7 +431,27 @@ def test_what_runs_is_not_written_and_a_set_point_is_named():
 
 def test_nothing_that_differs_is_no_file():
     result = pidcfg.encode(FILES["click"], "cdv", changed_from=pidcfg.encode(FILES["click"]).text)
-    assert (dict(result.files), result.image.cells) == ({}, ())
+    assert (result.ok, dict(result.files), result.image.cells) == (True, {}, ())
+    unread = pidcfg.encode(FILES["click"], "cdv", changed_from="nothing", changed_from_name="upload.txt")
+    assert (unread.ok, [(d.code, d.file) for d in unread.findings][-1]) == (False, ("PID041", "upload.txt"))
+
+
+def test_the_command_says_that_nothing_differs_and_writes_no_file(tmp_path, capsys, monkeypatch):
+    (tmp_path / "upload.txt").write_text(pidcfg.encode(FILES["click"]).text, "utf-8")
+    out = tmp_path / "part.cdv"
+    args = [
+        "encode",
+        str(EXAMPLES / "click/tank.yaml"),
+        "--format",
+        "cdv",
+        "--changed-from",
+        str(tmp_path / "upload.txt"),
+    ]
+    monkeypatch.setattr("sys.argv", ["pidcfg", *args, "-o", str(out)])
+    with pytest.raises(SystemExit) as end:
+        main()
+    assert (end.value.code or 0, out.exists()) == (0, False)
+    assert "nothing differs" in capsys.readouterr().err
 
 
 def test_live_needs_a_listing():

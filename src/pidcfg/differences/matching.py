@@ -103,7 +103,27 @@ def is_place(value: object, owner: Owner) -> bool:
 
 
 def moved(pairs: Sequence[Pair]) -> Iterator[tuple[Owner, tuple[str, str]]]:
-    """Loops of the second side whose registers begin elsewhere than on the first, with both places."""
-    for one, two in pairs:
-        if one is not None and two is not None and one.place != two.place:
+    """Loops of the second side that have another place than on the first, with both places.
+
+    That is where its registers begin; where a vendor gives loops no addresses, its number, if its order has changed.
+    """
+    both = [(one, two) for one, two in pairs if one is not None and two is not None and two.kind == "loop"]
+    for one, two in both:
+        if one.place != two.place:
             yield two, (one.place, two.place)
+    bare = [(one, two) for one, two in both if not (one.place or two.place)]
+    numbers = [one.number for one, _ in bare]
+    kept = _longest_rise(numbers)
+    for i, (one, two) in enumerate(bare):
+        if i not in kept:
+            yield two, (f"loop {one.number}", f"loop {two.number}")
+
+
+def _longest_rise(numbers: Sequence[int]) -> frozenset[int]:
+    """The places of as many numbers as possible of which each is larger than the one before."""
+    rises: list[tuple[int, ...]] = [()]
+    for i, number in enumerate(numbers):
+        below = [rise for rise in rises if not rise or numbers[rise[-1]] < number]
+        rises.append((*max(below, key=len), i))
+    longest = max(rises, key=len)
+    return frozenset(longest)

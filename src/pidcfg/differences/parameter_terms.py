@@ -43,7 +43,7 @@ def parameter_terms(subject: Subject) -> Terms:
     cells: dict[str, list[Entry]] = {name: [] for name in names}
     for cell in image.cells:
         cells.setdefault(owner_of(cell.address, names), []).append(cell)
-    loops = {loop.name for loop in subject.config.loops}
+    loops = {loop.name: i for i, loop in enumerate(subject.config.loops, start=1)}
     owners, settings = [whole_file(subject, {})], subject.settings
     for name, entries in cells.items():
         model = models.get(name)
@@ -57,7 +57,7 @@ def parameter_terms(subject: Subject) -> Terms:
             items |= beside(entry, model, {})
             items |= dict(others(model, subject, [*items, *image.settings[names.index(name)]]))
         kind: OwnerKind = "signals" if model is None else "loop" if name in loops else "block"
-        owners.append(Owner(name, kind, place, items, subject.is_described))
+        owners.append(Owner(name, kind, place, items, subject.is_described, loops.get(name, 0)))
     return Terms(tuple(owners), is_listing=subject.reading is not None)
 
 

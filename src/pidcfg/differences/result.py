@@ -52,7 +52,7 @@ class Compared:
     was: str = ""
     """Its name on the first side, where that is another one."""
     moved: tuple[str, str] | None = None
-    """Where its registers begin on both sides, where that differs."""
+    """Where its registers begin on both sides, where that differs; without addresses, its number in the file."""
     operated: tuple[Difference, ...] = ()
     """What the operator sets: shown apart, and no difference."""
     left_out: tuple[str, ...] = ()

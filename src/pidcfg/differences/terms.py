@@ -78,6 +78,8 @@ class Owner:
     """By what is told apart: the path of a register's row, or a key."""
     is_described: bool = True
     """Whether this side says what no register holds, so that what it does not say is not there."""
+    number: int = 0
+    """Of a loop: its place in the order of the file, from 1."""
 
 
 @dataclass(frozen=True, slots=True)

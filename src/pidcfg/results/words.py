@@ -58,8 +58,8 @@ class EncodeResult:
 
     @property
     def ok(self) -> bool:
-        """Whether there is a text."""
-        return bool(self.files)
+        """Whether there is a text; a part in which nothing differs may need none."""
+        return bool(self.files) or (self.image is not None and not self.image.cells)
 
     @property
     def text(self) -> str:
