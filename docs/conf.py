@@ -51,6 +51,7 @@ ORDER = {
         "commands",
         "file-format",
         "scenarios",
+        "what-green-means",
         "settings",
         "output-formats",
         "From Python <api>",
