@@ -1,0 +1,198 @@
+"""How many mistakes a run of `simulate` does not notice: the measure of its standing expectations.
+
+Run it with ``python tests/spoil_runs.py [EXAMPLE…]``, such as ``dl06/oven``. Every example scenario is run as it is, and
+with each mistake of `spoils`, written expectations taken out. A mistake counts where the run is another one: a PV
+differs by more than `SHARE` of its span (or `RESPONSE` of how far it went) for more than `LONG` of the time, or another
+mode, alarm or error of the set-up appears. Of these runs nearly all have to fail by a standing expectation; those of
+the good files must not. What the configuration's own rules refuse does not run, and is not counted.
+"""
+
+from __future__ import annotations
+
+import argparse
+import io
+import json
+import math
+import sys
+from bisect import bisect_right
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from ruamel.yaml import YAML
+
+import pidcfg
+from spoils import VENDORS, Data, ends, number, spoils
+
+EXAMPLES = Path(__file__).parents[1] / "examples"
+SHARE, RESPONSE, LEAST = 0.05, 0.2, 0.01
+"""Of the span, and of the response but at least so much of the span: a difference that counts."""
+LONG = 0.1
+"""Of the run: how long it must last."""
+ROWS = 400
+GOAL = 0.95
+"""Of the mistakes that count."""
+
+
+@dataclass
+class Run:
+    """What is compared of a run."""
+
+    times: list[float] = field(default_factory=list)
+    pvs: dict[str, list[float]] = field(default_factory=dict)
+    happened: frozenset[tuple[str, ...]] = frozenset()
+    """Modes, alarms and errors of the set-up by loop."""
+    failures: tuple[str, ...] = ()
+    """Standing expectations that fail, with what they say."""
+    unjudged: tuple[str, ...] = ()
+    other: tuple[str, ...] = ()
+    """Whatever else makes the run fail: errors of the configuration, of the action, of an expression."""
+    steps: int = 0
+    ran: bool = True
+
+
+@dataclass(frozen=True)
+class Result:
+    """What became of one mistake; ``differs``: why it counts, empty where it does not."""
+
+    example: str
+    spoil: str
+    intent: bool
+    ran: bool
+    differs: str
+    figure: float
+    failures: tuple[str, ...]
+    unjudged: tuple[str, ...]
+    other: tuple[str, ...]
+
+
+def read(path: Path) -> Data:
+    """A file's data; what YAML shares by anchors is no longer shared."""
+    data: Data = json.loads(json.dumps(YAML(typ="safe", pure=True).load(path)))
+    return data
+
+
+def run(config: Data, scenario: Data, every: int) -> Run:
+    """Runs both files from memory."""
+    trend = io.StringIO()
+    files = {"x.scenario.yaml": json.dumps(scenario), str(scenario["config"]): json.dumps(config)}
+    result = pidcfg.simulate(Path("x.scenario.yaml"), files=files, every=every, trend=trend, engine="python")
+    report = result.report
+    errors = tuple(f"{d.code}: {d.message}" for d in result.findings if d.severity.label == "error")
+    if report is None:
+        return Run(other=errors, ran=False)
+    rows = [line.split(",") for line in trend.getvalue().splitlines()]
+    columns = {name: [float(row[i]) for row in rows[1:]] for i, name in enumerate(rows[0])}
+    standing = getattr(report, "standing", ())
+    failures = tuple(f"{v.kind} {v.loop}: {v.text}" for v in standing if v.judged and not v.passed and v.allowed is None)
+    unjudged = tuple(f"{v.kind} {v.loop}: {v.text}" for v in standing if not v.judged)
+    notes = tuple(note.text for note in report.notes if note.error)
+    return Run(
+        columns["time"],
+        {loop: columns[f"{loop}.PV"] for loop in report.loops},
+        frozenset(happenings(report)),
+        failures,
+        unjudged,
+        errors + notes,
+        report.steps,
+    )
+
+
+def happenings(report: Any) -> Iterator[tuple[str, ...]]:
+    """Modes that loops reach, those refused, alarms and errors of the set-up."""
+    for name, loop in report.loops.items():
+        yield from ((name, "mode", entry.mode, "refused" * bool(entry.reason)) for entry in loop.modes)
+        yield from ((name, "alarm", alarm.alarm) for alarm in loop.alarms)
+        yield from ((name, flag) for flag, on in loop.flags.items() if on and "rror" in flag)
+    yield from ((word, value) for word, value in report.plc_flags.items() if int(value, 16))
+
+
+def difference(good: Run, bad: Run, spans: dict[str, float]) -> tuple[str, float]:
+    """Why a mistake counts, and the longest share of the time for which a PV differs."""
+    share, name = max((apart(good, bad, loop, span), loop) for loop, span in spans.items())
+    if bad.happened != good.happened:
+        what = sorted(bad.happened ^ good.happened)[0]
+        return " ".join(filter(None, what)), share
+    return (f"PV of {name}" if share > LONG else ""), share
+
+
+def apart(good: Run, bad: Run, loop: str, span: float) -> float:
+    """The share of the time for which a PV is elsewhere than in the good run."""
+    mine, theirs = good.pvs[loop], bad.pvs[loop]
+    response = max(mine) - min(mine)
+    limit = min(SHARE * span, max(RESPONSE * response, LEAST * span))
+    places = (bisect_right(bad.times, time) - 1 for time in good.times)
+    off = sum(not math.isclose(a, theirs[k], rel_tol=0, abs_tol=limit) for a, k in zip(mine, places, strict=True))
+    return off / len(mine)
+
+
+def measure(example: str, part: slice = slice(None)) -> list[Result]:
+    """One example: as it is, and with its mistakes."""
+    scenario = read(EXAMPLES / f"{example}.scenario.yaml")
+    config = read(EXAMPLES / example.partition("/")[0] / scenario["config"])
+    keys = VENDORS[config["vendor"]]
+    spans = {str(loop["name"]): abs(ends(loop, keys.span)[1] - ends(loop, keys.span)[0]) for loop in config["loops"]}
+    steps = run(config, scenario, 10**9).steps
+    every = max(1, steps // ROWS)
+    whole = {key: value for key, value in scenario.items() if key != "expect"}
+    good = run(config, whole, every)
+    results = [Result(example, "", False, good.ran, "", 0.0, good.failures, good.unjudged, good.other)]
+    for spoil in list(spoils(config, scenario))[part]:
+        bad = run(spoil.config, spoil.scenario, every)
+        why, figure = difference(good, bad, spans) if bad.ran else ("", 0.0)
+        results.append(
+            Result(example, spoil.name, spoil.intent, bad.ran, why, figure, bad.failures, bad.unjudged, bad.other)
+        )
+    return results
+
+
+def report(results: Sequence[Result]) -> bool:
+    """Prints the figures and what survives; whether the goal is reached."""
+    good = [r for r in results if not r.spoil]
+    bad = [r for r in results if r.spoil]
+    ran = [r for r in bad if r.ran]
+    counting = [r for r in ran if r.differs and not r.intent]
+    intents = [r for r in ran if r.differs and r.intent]
+    kinds = Counter(failure.partition(" ")[0] for r in counting for failure in r.failures[:1])
+    for r in ran:
+        if not r.differs:
+            rest = f"fails: {r.failures[0]}" if r.failures else ""
+            print(f"  no difference  {r.example}  {r.spoil}: {r.figure:.1%} of the time  {rest}")
+    for r in [*counting, *intents]:
+        if not r.failures:
+            word = "intent" if r.intent else "survives" if not r.other else "other error"
+            why = "; ".join(r.other[:1] or r.unjudged[:3])
+            print(f"  {word:13}  {r.example}  {r.spoil}: {r.differs}, {r.figure:.1%} of the time  [{why}]")
+    wrong = [r for r in good if r.failures or not r.ran]
+    for r in wrong:
+        print(f"  good, and fails  {r.example}: {'; '.join(r.failures or r.other)}")
+    failed, otherwise = sum(bool(r.failures) for r in counting), sum(bool(not r.failures and r.other) for r in counting)
+    print(f"{len(good)} good runs, of which {len(wrong)} fail (goal 0)")
+    print(f"{len(bad)} mistakes, of which {len(bad) - len(ran)} do not run at all, {len(counting)} count")
+    share = failed / max(1, len(counting))
+    print(f"{failed} of {len(counting)} fail by a standing expectation: {share:.1%} (goal {GOAL:.0%}), {otherwise} by another error")
+    print("   by the first kind: " + ", ".join(f"{kind} {n}" for kind, n in kinds.most_common()))
+    print(f"{len(intents)} edits say that nothing is to be controlled, {sum(bool(r.failures) for r in intents)} of them fail")
+    per_vendor = Counter(r.example.partition("/")[0] for r in counting)
+    found = Counter(r.example.partition("/")[0] for r in counting if r.failures)
+    print("   " + ", ".join(f"{vendor} {found[vendor]} of {n}" for vendor, n in per_vendor.items()))
+    return share >= GOAL and not wrong
+
+
+def main(arguments: Sequence[str]) -> int:
+    """The command line."""
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser.add_argument("examples", nargs="*", help="such as dl06/oven; all when none is named")
+    parser.add_argument("--jobs", type=int, default=2, help="processes")
+    options = parser.parse_args(arguments)
+    every = sorted(path.parent.name + "/" + path.name.partition(".")[0] for path in EXAMPLES.glob("*/*.scenario.yaml"))
+    with ProcessPoolExecutor(options.jobs) as pool:
+        results = [r for part in pool.map(measure, options.examples or every) for r in part]
+    return 0 if report(results) else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
