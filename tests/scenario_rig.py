@@ -74,7 +74,7 @@ class Plc(BasePlc):
     pulses: tuple[str, ...] = ()
     rises: tuple[bool, ...] = (True,) * 8
     word_of_flags: str = "0x{:04X}"
-    modes: tuple[str, ...] = tuple(MODES)
+    modes: dict[str, int] = field(default_factory=lambda: dict(MODES))
     alarm_bits: dict[str, int] = field(default_factory=lambda: {"high": ALARM})
     flag_bits: dict[str, int] = field(default_factory=lambda: {"odd": FLAG})
     aux_bits: dict[str, int] = field(default_factory=lambda: {"complete": 1})
@@ -146,6 +146,9 @@ class Plc(BasePlc):
         if not self.st[loop].status & FLAG:
             return None
         return {"done": True, "error": False, "status": "done", "results": {"gain": 2.5}}
+
+    def output_limits(self, _loop, _sig):
+        return -1e6, 1e6
 
     def program(self, _sig):
         self.calls.append(("program",))

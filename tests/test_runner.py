@@ -39,8 +39,8 @@ def test_plants_hold_their_initial_value_at_time_zero_and_answer_one_step_later(
 
 
 def test_the_trend_has_every_step_from_zero_to_the_end_with_exact_times():
-    _, trend = run(QUIET, duration=0.9, step=0.3)
-    assert [line.split(",")[0] for line in trend.splitlines()] == ["time", "0", "0.3", "0.6", "0.9"]
+    _, trend = run(QUIET, duration=1.2, step=0.3)
+    assert [line.split(",")[0] for line in trend.splitlines()] == ["time", "0", "0.3", "0.6", "0.9", "1.2"]
     assert trend.splitlines()[0] == "time,A.PV,A.SP,A.OUT,A.BIAS,B.PV,B.SP,B.OUT,B.BIAS"
     _, thin = run(QUIET, duration=10, every=4)
     assert rows(thin)["time"] == [0, 4, 8]
@@ -273,7 +273,8 @@ def test_flags_and_auto_tune_are_reported_and_expected():
 
 
 def test_a_set_that_has_no_effect_yet_is_noted():
-    report, _ = run(FOLLOW + "events: [{at: 2, loop: A, set: {limit: 5}}]\n")
+    plants = "plants: {A: {model: first_order, gain: 0.1, time_constant: 5}}\nloops: [A]\n"
+    report, _ = run(f"{plants}events: [{{at: 2, loop: A, set: {{limit: 5}}}}]\n")
     assert [(n.at, n.loop, n.text, n.error) for n in report.notes] == [(2, "A", "limit: is read later", False)]
     assert report.passed
 
@@ -501,7 +502,8 @@ def test_only_an_event_that_names_the_set_point_starts_a_step(monkeypatch):
         return original(self, loop, path, value, sig)
 
     monkeypatch.setattr(type(plc), "set", also_moves_the_set_point)
-    report, _ = run(WIRED + "events: [{at: 3, loop: A, set: {gain: 3}}, {at: 4, loop: B, set: {setpoint: 60}}]\n")
+    plants = "plants: {A: {model: dead_time}, B: {model: dead_time}}\n"
+    report, _ = run(plants + "events: [{at: 3, loop: A, set: {gain: 3}}, {at: 4, loop: B, set: {setpoint: 60}}]\n")
     assert report.loops["A"].metrics["overshoot"] is None
     assert report.loops["B"].metrics["overshoot"] is not None
 

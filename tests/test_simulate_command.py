@@ -96,7 +96,7 @@ def test_the_reactor_meets_its_expectations(folder):
     assert "reactor.scenario.yaml runs reactor.yaml" in text
     assert "V7642 = 0x0000" in text
     assert "120 s  TIC-101  event: set setpoint to 95" in text
-    assert text.rstrip().endswith("passed: 4 of 4 expectations")
+    assert text.rstrip().endswith("passed: 4 of 4 expectations, 22 of 22 standing ones")
     assert "\x1b" not in text
 
 
@@ -112,6 +112,7 @@ def test_the_json_report_has_the_published_layout(folder):
         "loops",
         "signals",
         "expectations",
+        "standing",
         "notes",
         "findings",
         "passed",
@@ -127,7 +128,11 @@ def test_the_json_report_has_the_published_layout(folder):
         "itae",
         "total_variation",
         "final_error",
+        "oscillation_period",
+        "oscillation_amplitude",
     ]
+    assert loop["time_in_control"] == 1800.0
+    assert {tuple(v) for v in data["standing"]} == {("kind", "loop", "passed", "judged", "at", "text", "allowed")}
     assert loop["alarms"][0].keys() == {"alarm", "at", "cleared"}
     assert loop["modes"] == [{"at": 0.0, "requested": "auto", "mode": "auto", "reason": None}]
     assert loop["flags"]["alarm_programming_error"] is False

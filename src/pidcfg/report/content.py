@@ -194,6 +194,10 @@ class RunSheet:
     autotunes: tuple[tuple[str, str, tuple[tuple[str, float], ...]], ...] = ()
     """Loop, status and the gains found."""
     expectations: tuple[Expectation, ...] = ()
+    standing: tuple[tuple[str, str, str], ...] = ()
+    """Standing expectations that do not simply hold: the verdict, loop and kinds, and why."""
+    sound: tuple[int, int] = (0, 0)
+    """Standing expectations that hold, and those that are judged; what is allowed counts as failed."""
     charts: Sequence[Chart] = ()
 
 
@@ -221,4 +225,5 @@ class Content:
     def verdicts(self) -> tuple[int, int]:
         """Expectations that hold, and all."""
         every = [expectation for run in self.runs for expectation in run.expectations]
-        return sum(expectation.passed for expectation in every), len(every)
+        held, judged = (sum(run.sound[i] for run in self.runs) for i in (0, 1))
+        return sum(expectation.passed for expectation in every) + held, len(every) + judged

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from pidcfg.report.content import Expectation, Happening, RunSheet
 from pidcfg.report.texts import measured, number, text
+from pidcfg.sim.report import Tally, in_short
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
@@ -23,6 +24,8 @@ METRIC_TITLES = {
     "itae": "ITAE",
     "total_variation": "Total variation",
     "final_error": "Final error",
+    "oscillation_period": "Oscillation period, s",
+    "oscillation_amplitude": "Oscillation amplitude",
 }
 """Integrals and errors are in the PV's unit, the total variation in the output's."""
 
@@ -65,6 +68,8 @@ def run_sheet(run: Run, number: int) -> RunSheet:
         flags=tuple((name, on) for name, loop in report.loops.items() if (on := flags_on(loop))),
         autotunes=tuple(autotunes(report)),
         expectations=tuple(Expectation(v.text, v.passed, measured_text(v.value)) for v in report.expectations),
+        standing=tuple(in_short(report.standing)),
+        sound=(Tally.of(report.standing).held, Tally.of(report.standing).judged),
         charts=run.charts,
         before_root=tuple(run.before_root.items()),
     )
@@ -74,13 +79,16 @@ def verdict_of(run: Run, report: Report) -> str:
     """One sentence on how it went."""
     total = len(report.expectations)
     failed = sum(not verdict.passed for verdict in report.expectations)
-    if failed:
-        return f"{failed} of {total} expectations failed."
+    tally = Tally.of(report.standing)
+    if failed or tally.failed:
+        written = f"{failed} of {total} expectations" if failed else ""
+        standing = f"{tally.failed} of {tally.judged} standing ones" if tally.failed else ""
+        return f"{', '.join(part for part in (written, standing) if part)} failed."
     if run.unjudged:
         return "The configuration has errors, and nothing is expected of the run."
     if not run.passed:
         return f"There was an error in the run; {total} of {total} expectations passed."
-    return f"All {total} expectations passed." if total else "Nothing is expected of this run."
+    return f"{total} of {total} expectations, {tally.in_words()}."
 
 
 def facts(report: Report) -> Iterator[tuple[str, str]]:

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from pidcfg.diagnostics import Diagnostic
     from pidcfg.scenario.outcome import Outcome
     from pidcfg.sim.recording import Recording
-    from pidcfg.sim.report import LoopReport, Report
+    from pidcfg.sim.report import LoopReport, Report, Standing
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,7 +66,7 @@ def _run(outcome: Outcome) -> Data:
     report = outcome.report
     findings = {"findings": [finding_data(d) for d in outcome.findings], "passed": outcome.passed}
     if report is None:
-        nothing: Data = {"plc_flags": {}, "loops": {}, "signals": {}, "expectations": [], "notes": []}
+        nothing: Data = {"plc_flags": {}, "loops": {}, "signals": {}, "expectations": [], "standing": [], "notes": []}
         return {"scenario": None, "file": outcome.file, "engine": None, **nothing, **findings}
     timing = report.scan_time
     scan = {} if timing is None else {"scan_time": dict(zip(timing._fields, map(rounded, timing), strict=True))}
@@ -79,15 +79,30 @@ def _run(outcome: Outcome) -> Data:
         "loops": {name: _loop(loop) for name, loop in report.loops.items()},
         "signals": {name: {"min": seen.low, "max": seen.high, "final": seen.final} for name, seen in signals},
         "expectations": [{"text": v.text, "passed": v.passed, "value": v.value} for v in report.expectations],
+        "standing": [standing_data(v) for v in report.standing],
         "notes": [{"at": n.at, "loop": n.loop, "text": n.text, "error": n.error} for n in report.notes],
         **findings,
         **scan,
     }
 
 
+def standing_data(v: Standing) -> Data:
+    """A standing expectation: what is not judged has passed, but says nothing."""
+    return {
+        "kind": v.kind,
+        "loop": v.loop,
+        "passed": v.passed,
+        "judged": v.judged,
+        "at": v.at,
+        "text": v.text,
+        "allowed": v.allowed,
+    }
+
+
 def _loop(loop: LoopReport) -> Data:
     data: dict[str, Any] = {
         "metrics": {name: loop.metrics.get(name) for name in METRICS},
+        "time_in_control": loop.time_in_control,
         "alarms": [{"alarm": a.alarm, "at": a.at, "cleared": a.cleared} for a in loop.alarms],
         "modes": [{"at": m.at, "requested": m.requested, "mode": m.mode, "reason": m.reason} for m in loop.modes],
         "flags": dict(loop.flags),

@@ -14,6 +14,7 @@ from pydantic import BeforeValidator, Field, model_validator
 from pidcfg.schemas.base import AnyQuantity, Flag, FormatVersion, Integer, Model, Name, Number, Range, Seconds, Text
 from pidcfg.schemas.scenario_fields import (
     AnyBound,
+    AnyMode,
     Expression,
     Initial,
     Key,
@@ -21,6 +22,7 @@ from pidcfg.schemas.scenario_fields import (
     Metric,
     ModelName,
     Percent,
+    StandingKind,
     Times,
     Truth,
     both_forms,
@@ -139,14 +141,25 @@ class Expectation(Model):
     """The alarm must come before this time."""
     after: Seconds | None = None
     """The alarm must come after this time and not earlier."""
-    mode: Text | None = None
-    """The mode at the end, or ``at`` a time."""
+    mode: AnyMode | None = None
+    """The mode at the end, or ``at`` a time; ``{never: auto}``: the loop must not come into it."""
     flag: Text | None = None
     """A condition of a loop; without ``loop`` a set-up error word, V7642. It must be true, or what ``is`` says."""
     value: Annotated[Truth | None, Field(alias="is")] = None
     """Of a flag: what it must be; true when not given."""
     autotune: Text | None = None
     """A result of auto-tune, by the vendor's name, with ``min`` and ``max``; or ``done``, ``error``."""
+
+
+class Allowance(Model):
+    """A standing expectation that a loop may fail, since that is what the scenario shows."""
+
+    kind: StandingKind
+    """What is allowed: its kind as the report names it."""
+    loop: Name
+    """The loop that may."""
+    reason: Text
+    """Why; the report repeats it."""
 
 
 class Scenario(Model):
@@ -180,5 +193,9 @@ class Scenario(Model):
     """What happens, and when."""
     expect: tuple[Expectation, ...] = ()
     """What must be so; it decides the exit code."""
+    allow: tuple[Allowance, ...] = ()
+    """Standing expectations that a loop may fail."""
+    loops: tuple[Name, ...] | None = None
+    """The loops that the standing expectations judge; not given: all."""
 
     _whole = model_validator(mode="before")(whole)

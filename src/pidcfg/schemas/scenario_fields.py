@@ -19,6 +19,7 @@ from pidcfg.schemas.base import (
     parse_pair,
     parse_quantity,
     parse_seconds,
+    parse_text,
     refuse,
 )
 
@@ -28,6 +29,23 @@ class Bound(NamedTuple):
 
     value: Decimal
     unit: Literal["", "%", "s"] = ""
+
+
+class Never(NamedTuple):
+    """A mode that a loop must not reach."""
+
+    mode: str
+
+
+def parse_mode(value: object) -> str | Never:
+    """A mode, ``manual``, or one that must not come, ``{never: auto}``."""
+    if isinstance(value, Never):
+        return value
+    if isinstance(value, Mapping):
+        if set(value) != {"never"}:
+            refuse("mode_form", "a mode is wanted", help="write 'mode: auto', or 'mode: {never: auto}'")
+        return Never(parse_text(value["never"]))
+    return parse_text(value)
 
 
 def parse_percent(value: object) -> Decimal:
@@ -150,6 +168,17 @@ MOST_LOOPS = 9999
 
 _BOUND_SCHEMA = {"anyOf": [{"type": "number"}, {"type": "string", "pattern": r"^[-+]?[0-9.]+ ?(%|ms|s|min|h)$"}]}
 _PERCENT_SCHEMA = {"anyOf": [{"type": "number"}, {"type": "string", "pattern": r"^[0-9.]+ ?%$"}]}
+_MODE_SCHEMA = {
+    "anyOf": [
+        {"type": "string"},
+        {
+            "type": "object",
+            "properties": {"never": {"type": "string"}},
+            "required": ["never"],
+            "additionalProperties": False,
+        },
+    ]
+}
 _TIMES_SCHEMA = {"type": "array", "items": {"type": ["number", "string"]}, "minItems": 2, "maxItems": 2}
 _INITIAL_SCHEMA = {
     "anyOf": [{"const": "steady"}, {"type": "object", "additionalProperties": {"type": ["number", "string"]}}]
@@ -163,6 +192,7 @@ LoopCount = Annotated[
 ]
 AnyBound = Annotated[Bound, PlainValidator(parse_bound), WithJsonSchema(_BOUND_SCHEMA)]
 Percent = Annotated[Decimal, PlainValidator(parse_percent), WithJsonSchema(_PERCENT_SCHEMA)]
+AnyMode = Annotated[str | Never, PlainValidator(parse_mode), WithJsonSchema(_MODE_SCHEMA)]
 Truth = Annotated[bool | int, PlainValidator(parse_truth), WithJsonSchema({"type": ["boolean", "integer", "string"]})]
 Times = Annotated[
     tuple[Decimal, Decimal],
@@ -174,4 +204,19 @@ Expression = Annotated[
 ]
 Key = Annotated[str | int, PlainValidator(parse_key), WithJsonSchema({"type": "string"})]
 ModelName = Literal["first_order", "second_order", "integrator", "lead_lag", "dead_time", "valve"]
-Metric = Literal["overshoot", "settling_time", "rise_time", "iae", "ise", "itae", "total_variation", "final_error"]
+Metric = Literal[
+    "overshoot",
+    "settling_time",
+    "rise_time",
+    "iae",
+    "ise",
+    "itae",
+    "total_variation",
+    "final_error",
+    "oscillation_period",
+    "oscillation_amplitude",
+]
+StandingKind = Literal[
+    "not-in-mode", "set-up-error", "pv-not-driven", "saturated", "out-of-range", "oscillates", "alarm-stands"
+]
+"""What a standing expectation can find, in the order of the report."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from pidcfg.schemas.scenario_fields import Never
 from pidcfg.sim.problems import Problem, unknown
 
 if TYPE_CHECKING:
@@ -23,7 +24,12 @@ SUBJECTS = {
     "mode": {"loop", "mode", "at"},
 }
 """What an expectation can be about, and the keys that go with it."""
-UNITS = {"overshoot": ("", "%"), "settling_time": ("", "s"), "rise_time": ("", "s")}
+UNITS = {
+    "overshoot": ("", "%"),
+    "settling_time": ("", "s"),
+    "rise_time": ("", "s"),
+    "oscillation_period": ("", "s"),
+}
 """Units that the bounds of a metric may carry; none by default."""
 
 
@@ -71,9 +77,12 @@ def _check_names(path: Path, subject: str, wanted: Expectation, plc: Plc, scenar
         "autotune": ["done", "error", *plc.tuned_names],
     }.get(subject)
     name = getattr(wanted, subject)
+    if isinstance(name, Never):
+        name, path = name.mode, (*path, "mode")
+        subject = "never"
     if known is not None and name not in known:
         yield unknown(
-            (*path, subject), {"flag": "flag", "autotune": "result of auto-tune"}.get(subject, subject), name, known
+            (*path, subject), {"autotune": "result of auto-tune", "never": "mode"}.get(subject, subject), name, known
         )
 
 
@@ -94,6 +103,8 @@ def _check_bounds(path: Path, subject: str, wanted: Expectation, present: set[st
         and ({"at", "after"} & present or ("before" in present and not wanted.never))
     ):
         yield Problem((*path, "never"), "an alarm that never comes has no time; 'before' may limit it", key=True)
+    if isinstance(wanted.mode, Never) and "at" in present:
+        yield Problem((*path, "at"), "a mode that never comes has no time", key=True)
     if wanted.band is not None and not (wanted.metric == "settling_time" and 0 < wanted.band < 100):
         yield Problem(
             (*path, "band"), "band is the share (above 0 %, below 100 %) of the step in settling_time", key=True

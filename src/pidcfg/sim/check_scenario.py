@@ -62,6 +62,25 @@ def check_scenario(scenario: Scenario, plc: Plc) -> Iterator[Problem]:
         yield from _check_event(("events", i), event, scenario, plc)
     for i, expectation in enumerate(scenario.expect):
         yield from check_expectation(("expect", i), expectation, scenario, plc)
+    yield from _check_standing(scenario, plc)
+
+
+def _check_standing(scenario: Scenario, plc: Plc) -> Iterator[Problem]:
+    """Loops that standing expectations name, reasons, and a run that is too short to be judged."""
+    for i, entry in enumerate(scenario.allow):
+        if entry.loop not in plc.loops:
+            yield unknown(("allow", i, "loop"), "loop", entry.loop, plc.loops)
+        if not entry.reason.strip():
+            yield Problem(("allow", i, "reason"), "the reason is empty", "value", help="say why the loop may")
+    for i, name in enumerate(scenario.loops or ()):
+        if name not in plc.loops:
+            yield unknown(("loops", i), "loop", name, plc.loops)
+    if scenario.loops is not None and not scenario.loops:
+        yield Problem(("loops",), "no loop is judged", "value", help="name the loops, or leave out the key")
+    slowest = max((c.period for c in plc.cfg[: len(plc.loops)]), default=0)
+    if 0 < scenario.duration * TICKS < slowest:
+        message = f"{scenario.duration:f} s are shorter than a sample of the slowest loop, {slowest / TICKS:g} s"
+        yield Problem(("duration",), message, "value", help="nothing can be judged; let the scenario run longer")
 
 
 def _check_times(scenario: Scenario) -> Iterator[Problem]:

@@ -11,12 +11,13 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 from pidcfg.sim import kernel
 from pidcfg.sim.kernel import LOG_COLUMNS, LOG_ROWS, Log, Loops, Meters, Span, World
-from pidcfg.sim.metrics import Band, Gauge, Meter, measure_loop
+from pidcfg.sim.metrics import Band, Gauge, measure_loop
 from pidcfg.sim.plants import step_plants
 
 if TYPE_CHECKING:
     from collections.abc import Callable, MutableSequence
 
+    from pidcfg.sim.meters import Meter, Onset
     from pidcfg.sim.network import Network
     from pidcfg.sim.plc import Controller, Plc
 
@@ -59,6 +60,7 @@ class Machine:
     meters: list[Meter]
     bands: list[Band]
     gauges: list[Gauge]
+    onsets: list[Onset]
     shown: list[int]
     kernels: Kernels
     stack: list[float] = field(default_factory=list)
@@ -73,7 +75,7 @@ class Machine:
 
     def advance(self, k: int, last: int, zero: int, every: int, noise_from: int) -> int:
         """`kernel.advance` with this run's data."""
-        meters = Meters(self.meters, self.bands, self.gauges)
+        meters = Meters(self.meters, self.bands, self.gauges, self.onsets)
         log = Log(self.log, self.trend, self.counts, self.shown, every)
         return self.kernels.advance(k, last, zero, self._world(noise_from), self._loops(), meters, log)
 

@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING
 
 from pidcfg.paths import dotted, leaves
 from pidcfg.schemas.base import Quantity, parse_number
+from pidcfg.sim.loop_facts import IN_CONTROL
+from pidcfg.sim.meters import count_alarm, want
 from pidcfg.sim.metrics import begin_step
 from pidcfg.sim.parameters import numbers_of, set_parameters
 from pidcfg.sim.plc import TICKS, Plc, steps_until
@@ -19,6 +21,7 @@ if TYPE_CHECKING:
 
     from pidcfg.schemas.scenario import Event, Scenario
     from pidcfg.sim.engine import Machine
+    from pidcfg.sim.influence import Influence
     from pidcfg.sim.journal import Journal
     from pidcfg.sim.network import Network
 
@@ -38,6 +41,7 @@ class Agenda:
     net: Network
     machine: Machine
     journal: Journal
+    influence: Influence
     step: int
     modes: dict[int, str] = field(default_factory=dict)
     """Modes at the times that expectations look at them, by number of the expectation."""
@@ -84,25 +88,52 @@ class Agenda:
         elif event.disturb is not None:
             self.disturb(event)
         elif event.loop is None:
-            for keys, value, _ in leaves(event.set):
-                name = dotted(keys)
-                self.net.sig[self.net.outside[name]] = (
-                    self.plc.check_input(name, value) if name in self.plc.inputs else float(parse_number(value))
-                )
+            self.set_signals(k, event)
         elif event.set is not None:
             late = self.write(k, self.plc.loops.index(event.loop), event)
             return Note(time, event.loop, late) if late else None
         else:
-            self.operate(self.plc.loops.index(event.loop), event, number)
+            self.operate(k, self.plc.loops.index(event.loop), event, number)
         return None
 
-    def operate(self, loop: int, event: Event, number: int) -> None:
+    def set_signals(self, k: int, event: Event) -> None:
+        """Values from outside; they may be a loop's set point, or what chooses its mode."""
+        before = list(self.net.sig)
+        for keys, value, _ in leaves(event.set):
+            name = dotted(keys)
+            self.net.sig[self.net.outside[name]] = (
+                self.plc.check_input(name, value) if name in self.plc.inputs else float(parse_number(value))
+            )
+        slots = {slot for slot in self.influence.signals_set(event) if self.net.sig[slot] != before[slot]}
+        for i in range(len(self.plc.loops)):
+            if slots & set(self.plc.mode_inputs(i)):
+                self.renew_intent(k, i)
+            if slots & self.influence.set_points[i]:
+                self.begin_step(k, i, before[self.plc.cfg[i].sig_sp])
+
+    def renew_intent(self, k: int, loop: int) -> None:
+        """What chooses a loop's mode says something else now."""
+        mode = self.plc.intended_mode(loop, self.net.sig)
+        bits = self.plc.modes.get(mode, 0)
+        if bits & self.plc.control_bits != self.machine.meters[loop].wanted:
+            want(self.machine.meters[loop], k, bits)
+
+    def begin_step(self, k: int, loop: int, before: float) -> None:
+        """Measures from here on how a loop follows its set point, if it controls anything."""
+        if self.plc.mode(self.plc.st[loop].status) in IN_CONTROL and self.influence.driven[loop]:
+            self.machine.counts[2] += 1
+            period = -(-self.plc.cfg[loop].period // self.step)
+            begin_step(self.machine.meters[loop], k, before, period, self.net.sig)
+
+    def operate(self, k: int, loop: int, event: Event, number: int) -> None:
         """What an operator does to a loop, or a sensor by itself."""
         if event.pv is not None and event.loop is not None:
             self.break_sensor(event.loop, loop, event.pv, number)
+            self.excuse_alarms(k, loop, broken=True)
         elif event.mode is not None:
             self.journal.requested[loop] = event.mode
             self.plc.request(loop, event.mode)
+            want(self.machine.meters[loop], k, self.plc.modes[event.mode])
         elif event.ramp_soak is not None:
             self.plc.ramp_soak(loop, event.ramp_soak)
         elif event.autotune is not None:
@@ -111,7 +142,7 @@ class Agenda:
     def write(self, k: int, loop: int, event: Event) -> str | None:
         """Writes parameters; an event that changes the set point in force starts what is measured from it."""
         sig, config = self.net.sig, self.plc.cfg[loop]
-        before, changed = sig[config.sig_sp], False
+        before, changed, of_mode = sig[config.sig_sp], False, False
         late = []
         for keys, value, _ in leaves(event.set):
             present = sig[config.sig_sp]
@@ -119,9 +150,11 @@ class Agenda:
             if effect:
                 late.append(f"{dotted(keys)}: {effect}")
             changed |= keys in SETPOINT and sig[config.sig_sp] != present
+            of_mode |= dotted(keys) in self.plc.mode_keys
+        if of_mode:
+            self.renew_intent(k, loop)
         if changed:
-            self.machine.counts[2] += 1
-            begin_step(self.machine.meters[loop], k, before, -(-config.period // self.step), sig)
+            self.begin_step(k, loop, before)
         return "; ".join(late) or None
 
     def disturb(self, event: Event) -> None:
@@ -144,10 +177,16 @@ class Agenda:
         channel.broken = 1
         self.broken[name] = number
 
-    def repair(self, event: Event, number: int, _k: int) -> None:
+    def excuse_alarms(self, k: int, loop: int, *, broken: bool) -> None:
+        """While its sensor is broken, a loop's alarms are what is expected of it."""
+        self.machine.meters[loop].broken = int(broken)
+        count_alarm(k, self.machine.meters[loop])
+
+    def repair(self, event: Event, number: int, k: int) -> None:
         """The end of a fault, unless a later one has taken its place."""
         if event.loop is not None and self.broken.get(event.loop) == number:
             self.net.channels[self.net.faults[event.loop]].broken = 0
+            self.excuse_alarms(k, self.plc.loops.index(event.loop), broken=False)
 
     def switch(self, k: int, mode: str) -> None:
         """The CPU's mode switch."""

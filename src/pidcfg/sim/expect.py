@@ -5,22 +5,25 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from pidcfg.sim.metrics import NEVER, Band, Gauge, Meter, settling_time
+from pidcfg.schemas.scenario_fields import Never
+from pidcfg.sim.meters import NEVER, Meter, Onset
+from pidcfg.sim.metrics import OF_A_STEP, OF_SWINGS, Band, Gauge, settling_time
 from pidcfg.sim.plc import TICKS, steps_until
 from pidcfg.sim.report import Range, Verdict, rounded
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Mapping, Sequence
 
     from pidcfg.schemas.scenario import Expectation, Scenario
     from pidcfg.schemas.scenario_fields import Bound
-    from pidcfg.sim.journal import Journal
     from pidcfg.sim.network import Network
     from pidcfg.sim.plc import Plc
 
-UNITS = {"overshoot": " %", "settling_time": " s", "rise_time": " s"}
-"""Metrics of a step of the set point, with their units."""
-NO_STEP = " (no event changes the set point: there is no step to measure)"
+UNITS = {"overshoot": " %", "settling_time": " s", "rise_time": " s", "oscillation_period": " s"}
+"""Metrics that have a unit of their own."""
+NO_STEP = "no event changes the set point while the loop is in Auto or Cascade and moves its PV"
+NO_CONTROL = "the loop was not in Auto or Cascade"
+NO_SWINGS = "the PV does not oscillate"
 
 
 @dataclass(slots=True)
@@ -28,7 +31,8 @@ class Outcome:
     """What the verdicts are drawn from, once a run is over."""
 
     plc: Plc
-    journal: Journal
+    metrics: Sequence[Mapping[str, float | None]]
+    """Of each loop."""
     meters: list[Meter]
     signals: Mapping[str, Range]
     dt: float
@@ -37,9 +41,12 @@ class Outcome:
     """Modes that were looked at on the way, by the number of the expectation."""
 
 
-def watches_of(scenario: Scenario, plc: Plc, net: Network, step: int) -> dict[int, Band | Gauge]:
-    """Bands and gauges that one expectation alone needs."""
-    watches: dict[int, Band | Gauge] = {}
+Watch = Band | Gauge | Onset
+
+
+def watches_of(scenario: Scenario, plc: Plc, net: Network, step: int) -> dict[int, Watch]:
+    """What one expectation alone needs to be measured."""
+    watches: dict[int, Watch] = {}
     for i, wanted in enumerate(scenario.expect):
         if wanted.band is not None:
             watches[i] = Band(plc.loops.index(wanted.loop or ""), float(wanted.band) / 100)
@@ -47,23 +54,29 @@ def watches_of(scenario: Scenario, plc: Plc, net: Network, step: int) -> dict[in
             first = 0 if wanted.start is None else steps_until(wanted.start, step)
             last = NEVER if wanted.until is None else int(wanted.until * TICKS) // step
             watches[i] = Gauge(net.names[wanted.signal], first=first, last=last)
+        elif wanted.alarm is not None:
+            watches[i] = Onset(plc.loops.index(wanted.loop or ""), plc.alarm_bits[wanted.alarm])
     return watches
 
 
-def verdict(i: int, wanted: Expectation, watch: Band | Gauge | None, out: Outcome) -> Verdict:
+def verdict(i: int, wanted: Expectation, watch: Watch | None, out: Outcome) -> Verdict:
     """The verdict on expectation ``i``; ``watch`` is what was measured for it alone."""
     if wanted.metric is not None:
         return _metric(wanted, watch, out)
     if wanted.signal is not None:
         return _signal(wanted, watch, out)
     if wanted.alarm is not None:
-        return _alarm(wanted, out)
+        return _alarm(wanted, watch, out)
     if wanted.flag is not None:
         return _flag(wanted, out)
     if wanted.autotune is not None:
         return _autotune(wanted, out)
     loop = out.plc.loops.index(wanted.loop or "")
-    mode = out.modes.get(i, out.journal.mode[loop])
+    if isinstance(wanted.mode, Never):
+        name = wanted.mode.mode
+        came = bool(out.meters[loop].ever & out.plc.modes[name])
+        return Verdict(f"{wanted.loop} mode is never {name}", not came, name if came else None)
+    mode = out.modes.get(i, out.plc.mode(out.meters[loop].status))
     when = "at the end" if wanted.at is None else f"at {wanted.at:f} s"
     return Verdict(f"{wanted.loop} mode is {wanted.mode} {when}", mode == wanted.mode, mode)
 
@@ -75,7 +88,7 @@ def _bounds(minimum: Bound | None, maximum: Bound | None, unit: str = "") -> str
 
 
 def _inside(value: float | None, minimum: Bound | None, maximum: Bound | None) -> bool:
-    """Whether a number keeps its bounds; none at all (never settled, no step) does not."""
+    """Whether a number keeps its bounds; none at all (never settled, nothing measured) does not."""
     return (
         value is not None
         and (minimum is None or value >= float(minimum.value))
@@ -83,20 +96,30 @@ def _inside(value: float | None, minimum: Bound | None, maximum: Bound | None) -
     )
 
 
-def _metric(wanted: Expectation, watch: Band | Gauge | None, out: Outcome) -> Verdict:
+def _metric(wanted: Expectation, watch: Watch | None, out: Outcome) -> Verdict:
     loop = out.plc.loops.index(wanted.loop or "")
     name = str(wanted.metric)
-    value = out.journal.loops[loop].metrics[name]
+    value = out.metrics[loop][name]
     band = ""
     if isinstance(watch, Band):
         time = settling_time(out.meters[loop], watch, out.last, out.dt)
         value, band = None if time is None else rounded(time), f" (band {wanted.band:f} %)"
     text = f"{wanted.loop} {name}{band} {_bounds(wanted.min, wanted.max, UNITS.get(name, ''))}"
-    text += NO_STEP if name in UNITS and out.meters[loop].event < 0 else ""
+    nothing = _nothing_measured(name, value, out.meters[loop])
+    text += f" (nothing was measured: {nothing})" if nothing else ""
     return Verdict(text, _inside(value, wanted.min, wanted.max), value)
 
 
-def _signal(wanted: Expectation, watch: Band | Gauge | None, out: Outcome) -> Verdict:
+def _nothing_measured(name: str, value: float | None, m: Meter) -> str:
+    """Why a metric has no value, where there was nothing to measure; a step that never settled was measured."""
+    if value is not None:
+        return ""
+    if name in OF_A_STEP:
+        return NO_STEP if m.event < 0 or not m.stepped else ""
+    return NO_SWINGS if name in OF_SWINGS else NO_CONTROL
+
+
+def _signal(wanted: Expectation, watch: Watch | None, out: Outcome) -> Verdict:
     name = str(wanted.signal)
     seen = out.signals[name]
     if isinstance(watch, Gauge) and watch.low > watch.high:
@@ -117,9 +140,8 @@ def _signal(wanted: Expectation, watch: Band | Gauge | None, out: Outcome) -> Ve
     return Verdict(f"{name} {', '.join(p for p in parts if p)}{since}{until}", low and high and final, value)
 
 
-def _alarm(wanted: Expectation, out: Outcome) -> Verdict:
-    loop = out.plc.loops.index(wanted.loop or "")
-    first = out.journal.first.get((loop, str(wanted.alarm)))
+def _alarm(wanted: Expectation, watch: Watch | None, out: Outcome) -> Verdict:
+    first = rounded(watch.first * out.dt) if isinstance(watch, Onset) and watch.first >= 0 else None
     subject = f"{wanted.loop} alarm {wanted.alarm}"
     if wanted.never and wanted.before is not None:
         text = f"{subject} never before {wanted.before:f} s"
@@ -151,13 +173,14 @@ def _flag(wanted: Expectation, out: Outcome) -> Verdict:
         passed = word == expected if type(expected) is int else bool(word) == expected
         shown = form.format(expected) if type(expected) is int else "set" if expected else "clear"
         return Verdict(f"{name} is {shown}", passed, form.format(word))
-    seen = out.journal.loops[out.plc.loops.index(wanted.loop)].flags[name]
+    meter = out.meters[out.plc.loops.index(wanted.loop)]
+    seen = bool(meter.ever & out.plc.flag_bits.get(name, 0) or meter.ever_aux & out.plc.aux_bits.get(name, 0))
     return Verdict(f"{wanted.loop} flag {name} {'on' if expected else 'off'}", seen == bool(expected), seen)
 
 
 def _autotune(wanted: Expectation, out: Outcome) -> Verdict:
     name = str(wanted.autotune)
-    tuned = out.journal.loops[out.plc.loops.index(wanted.loop or "")].autotune
+    tuned = out.plc.tuned(out.plc.loops.index(wanted.loop or ""))
     subject = f"{wanted.loop} autotune {name}"
     if name in {"done", "error"}:
         expected = True if wanted.value is None else bool(wanted.value)

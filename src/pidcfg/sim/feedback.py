@@ -41,8 +41,12 @@ def wrong_actions(net: Network, plc: Plc) -> Iterator[Problem]:
             yield Problem(place, message, "wrong_action", help=cure, key=True, loop=loop)
 
 
-def answer(net: Network, plc: Plc, loop: int) -> float:
-    """The change of a loop's PV after its output is raised: only its sign means anything, 0: none, or not known."""
+def answer(net: Network, plc: Plc, loop: int, other: int | None = None) -> float:
+    """The change of a loop's PV after its output is raised: only its sign means anything, 0: none, or not known.
+
+    With ``other``, the change of that loop's PV.
+    """
+    watched = loop if other is None else other
     raised = list(net.sig)
     outputs = {plc.cfg[loop].sig_out, *(net.names.get(f"{plc.loops[loop]}.{name}", -1) for name in plc.pulses)} - {-1}
     for slot in outputs:
@@ -52,8 +56,8 @@ def answer(net: Network, plc: Plc, loop: int) -> float:
         raised[plant.slot] += moved
         if plant.measured != plant.slot:
             raised[plant.measured] += moved
-    inlet = plc.inlets.get(plc.loops[loop])
-    target = plc.cfg[loop].sig_in if inlet is None else plc.inputs[inlet]
+    inlet = plc.inlets.get(plc.loops[watched])
+    target = plc.cfg[watched].sig_in if inlet is None else plc.inputs[inlet]
     change: float = raised[target] - net.sig[target]
     for channel in net.channels:
         if channel.target == target:

@@ -30,8 +30,6 @@ class Journal:
     loops: list[LoopReport] = field(default_factory=list)
     mode: list[str] = field(default_factory=list)
     active: list[dict[str, float]] = field(default_factory=list)
-    first: dict[tuple[int, str], float] = field(default_factory=dict)
-    """When each alarm came on for the first time, by loop and alarm."""
     since: list[dict[str, float]] = field(default_factory=list)
     """When each flag that is on came on, by loop."""
     stage: list[tuple[str, float]] = field(default_factory=list)
@@ -79,7 +77,6 @@ class Journal:
         for name, mask in self.plc.alarm_bits.items():
             if status & mask and name not in active:
                 active[name] = time
-                self.first.setdefault((loop, name), time)
             elif not status & mask and name in active:
                 self._list(loop, self.loops[loop].alarms, Alarm(name, active.pop(name), time))
 

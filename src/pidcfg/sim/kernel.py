@@ -9,7 +9,8 @@ from dataclasses import dataclass
 from typing import Any, Generic, NamedTuple, TypeVar
 
 from pidcfg.sim.expressions import evaluate
-from pidcfg.sim.metrics import Band, Gauge, Meter, measure_loop, read_gauges, watch_bands
+from pidcfg.sim.meters import Meter, Onset, change_status, note_onsets
+from pidcfg.sim.metrics import Band, Gauge, measure_loop, read_gauges, watch_bands
 from pidcfg.sim.plants import Plant, add_noise, step_plants
 
 Config = TypeVar("Config")
@@ -87,6 +88,7 @@ class Meters(NamedTuple):
     loops: MutableSequence[Meter]
     bands: MutableSequence[Band]
     gauges: MutableSequence[Gauge]
+    onsets: MutableSequence[Onset]
 
 
 class Log(NamedTuple):
@@ -140,7 +142,12 @@ def read_channels(
 
 
 def write_log(
-    k: int, st: Sequence[Any], meters: Sequence[Meter], rows: MutableSequence[int], counts: MutableSequence[int]
+    k: int,
+    st: Sequence[Any],
+    meters: Sequence[Meter],
+    onsets: Sequence[Onset],
+    rows: MutableSequence[int],
+    counts: MutableSequence[int],
 ) -> None:
     """A row for every loop whose status changed or that has a notice (kernel)."""
     for i in range(len(meters)):
@@ -154,8 +161,9 @@ def write_log(
             rows[at + 3] = s.aux_status
             rows[at + 4] = s.notice
             counts[0] += 1
-            m.status = s.status
-            m.aux_status = s.aux_status
+            if s.status != m.status or s.aux_status != m.aux_status:
+                change_status(k, m, s.status, s.aux_status)
+                note_onsets(k, i, s.status, onsets)
             s.notice = 0
 
 
@@ -166,7 +174,7 @@ def advance(k: int, last: int, zero: int, world: World, loops: Loops[Any, Any], 
     """
     tick, plants, channels, delay, sig, code, constants, stack, noise, columns, noise_from = world
     cfg, st, aux = loops
-    loop_meters, bands, gauges = meters
+    loop_meters, bands, gauges, onsets = meters
     rows, trend, counts, shown, every = log
     room = len(rows) // LOG_COLUMNS - len(loop_meters)
     while k < last and counts[0] <= room:
@@ -178,13 +186,13 @@ def advance(k: int, last: int, zero: int, world: World, loops: Loops[Any, Any], 
             read_channels(k, channels, sig, code, constants, stack)
         scan(k * tick, cfg, st, aux, sig)
         now = k - zero
+        write_log(now, st, loop_meters, onsets, rows, counts)
         for i in range(len(loop_meters)):
             measure_loop(now, loop_meters[i], sig)
         if counts[2] > 0:
             watch_bands(now, bands, loop_meters, sig)
         if len(gauges) > 0:
             read_gauges(now, gauges, sig)
-        write_log(now, st, loop_meters, rows, counts)
         if every > 0 and now % every == 0:
             at = counts[1] * len(shown)
             for i in range(len(shown)):

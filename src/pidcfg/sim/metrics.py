@@ -1,7 +1,7 @@
 """How well a loop did, worked out on the way: memory does not grow with the length of a run.
 
-Integrals run over the whole run; overshoot, settling time and rise time count from the last set-point event of the
-loop, and are None when there was none (or when the loop never got there).
+Integrals run over the time in Auto or Cascade; overshoot, settling time and rise time count from the last event that
+changed the set point while the loop was there, and are None when there was none (or when the loop never got there).
 """
 
 from __future__ import annotations
@@ -9,48 +9,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from pidcfg.sim.meters import NEVER, Meter, oscillation, time_in_control, watch_end
+
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
 DEFAULT_BAND = 0.05
 """Share of the set-point step within which a loop counts as settled, unless an expectation says otherwise."""
-
-NEVER = 1 << 62
-"""A base step that no run reaches."""
-
-
-@dataclass(slots=True)
-class Meter:
-    """What is known about one loop so far; ``pv``, ``sp``, ``out`` are signals, times are base steps (−1: not yet)."""
-
-    pv: int
-    sp: int
-    out: int
-    status: int = -1
-    aux_status: int = -1
-    iae: float = 0.0
-    ise: float = 0.0
-    itae: float = 0.0
-    """Sums over base steps: the integrals are these times dt, and times dt² for ``itae``."""
-    variation: float = 0.0
-    last_out: float = 0.0
-    last_sp: float = 0.0
-    pv_low: float = 0.0
-    pv_high: float = 0.0
-    sp_low: float = 0.0
-    sp_high: float = 0.0
-    out_low: float = 0.0
-    out_high: float = 0.0
-    event: int = -1
-    before: float = 0.0
-    after: float = 0.0
-    stepped: int = 0
-    locked: int = 0
-    """Until this base step the new set point may still be limited by the controller."""
-    peak_low: float = 0.0
-    peak_high: float = 0.0
-    rise_from: int = -1
-    rise_to: int = -1
 
 
 @dataclass(slots=True)
@@ -76,11 +41,14 @@ class Gauge:
 def measure_loop(k: int, m: Meter, sig: Sequence[float]) -> None:
     """One loop's signals at base step ``k``, which stand for the time up to the next (kernel)."""
     pv, sp, out = sig[m.pv], sig[m.sp], sig[m.out]
-    if sp != pv:
-        e = abs(sp - pv)
-        m.iae += e
-        m.ise += e * e
-        m.itae += e * k
+    if m.control == 1:
+        if sp != pv:
+            e = abs(sp - pv)
+            m.iae += e
+            m.ise += e * e
+            m.itae += e * k
+        if m.event >= 0:
+            follow_step(k, m, pv, sp)
     if out != m.last_out:
         m.variation += abs(out - m.last_out)
         m.last_out = out
@@ -98,8 +66,8 @@ def measure_loop(k: int, m: Meter, sig: Sequence[float]) -> None:
             m.sp_high = sp
         elif sp < m.sp_low:
             m.sp_low = sp
-    if m.event >= 0:
-        follow_step(k, m, pv, sp)
+    if k >= m.watched:
+        watch_end(k, m, pv, sp)
 
 
 def follow_step(k: int, m: Meter, pv: float, sp: float) -> None:
@@ -124,7 +92,8 @@ def watch_bands(k: int, bands: Sequence[Band], meters: Sequence[Meter], sig: Seq
     for i in range(len(bands)):
         b = bands[i]
         m = meters[b.loop]
-        if m.event >= 0 and (m.stepped == 0 or abs(sig[m.pv] - m.after) > b.share * abs(m.after - m.before)):
+        away = abs(sig[m.pv] - m.after)
+        if m.event >= 0 and m.control == 1 and (m.stepped == 0 or away > b.share * abs(m.after - m.before)):
             b.outside = k
 
 
@@ -170,25 +139,48 @@ def rise_time(m: Meter, dt: float) -> float | None:
 
 
 def settling_time(m: Meter, band: Band, last: int, dt: float) -> float | None:
-    """The time from the event until the PV stayed inside the band, in s; None when it was outside at the end."""
-    if not m.stepped or band.outside == last:
+    """The time from the event until the PV stayed inside the band, in s.
+
+    None when it was outside when the run ended, or when the loop left Auto and Cascade.
+    """
+    end = last if m.control else m.control_since - 1
+    if not m.stepped or band.outside == end:
         return None
     return max(0, band.outside + 1 - m.event) * dt
 
 
 def loop_metrics(m: Meter, band: Band, last: int, dt: float, sig: Sequence[float]) -> dict[str, float | None]:
-    """All metrics of a loop by name, in the units of its PV and output."""
+    """All metrics of a loop by name, in the units of its PV and output; None: there was nothing to measure."""
+    controlled = time_in_control(m, last) > 0
+    swings = oscillation(m, last)
     return {
         "overshoot": overshoot(m),
         "settling_time": settling_time(m, band, last, dt),
         "rise_time": rise_time(m, dt),
-        "iae": m.iae * dt,
-        "ise": m.ise * dt,
-        "itae": m.itae * dt * dt,
+        "iae": m.iae * dt if controlled else None,
+        "ise": m.ise * dt if controlled else None,
+        "itae": m.itae * dt * dt if controlled else None,
         "total_variation": m.variation,
-        "final_error": sig[m.sp] - sig[m.pv],
+        "final_error": sig[m.sp] - sig[m.pv] if m.control else None,
+        "oscillation_period": None if swings is None else swings[0] * dt,
+        "oscillation_amplitude": None if swings is None else swings[1],
     }
 
 
-METRICS = ("overshoot", "settling_time", "rise_time", "iae", "ise", "itae", "total_variation", "final_error")
+METRICS = (
+    "overshoot",
+    "settling_time",
+    "rise_time",
+    "iae",
+    "ise",
+    "itae",
+    "total_variation",
+    "final_error",
+    "oscillation_period",
+    "oscillation_amplitude",
+)
 """In the order of the report."""
+OF_A_STEP = ("overshoot", "settling_time", "rise_time")
+"""Metrics of a step of the set point; the others need none."""
+OF_SWINGS = ("oscillation_period", "oscillation_amplitude")
+"""None when the PV does not swing."""

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from math import ceil, gcd
 from typing import TYPE_CHECKING, Any, Protocol
 
+from pidcfg.sim.loop_facts import LoopFacts
 from pidcfg.sim.notices import REQUEST_BITS, notices
 
 if TYPE_CHECKING:
@@ -34,7 +35,7 @@ def steps_until(time: Decimal, step: int) -> int:
     return -(-ceil(time * TICKS) // step)
 
 
-class Plc(ABC):
+class Plc(LoopFacts, ABC):
     """A PLC as loaded from its words, ready for the program-to-run transition.
 
     Vendors derive theirs; attributes that have a value here are those of most PLCs.
@@ -207,10 +208,10 @@ class Plc(ABC):
     def request(self, loop: int, mode: str) -> None:
         """A one-shot mode request."""
 
-    def ramp_soak(self, loop: int, command: str) -> None:  # noqa: B027 - most PLCs have no profiles
+    def ramp_soak(self, loop: int, command: str) -> None:
         """One of ``commands["ramp_soak"]``."""
 
-    def autotune(self, loop: int, command: str) -> None:  # noqa: B027 - the neutral form has none
+    def autotune(self, loop: int, command: str) -> None:
         """One of ``commands["autotune"]``."""
 
     def tuned(self, loop: int) -> Mapping[str, Any] | None:  # noqa: ARG002 - as above
@@ -231,10 +232,10 @@ class Plc(ABC):
             self.in_run = False
             self.stop(sig)
 
-    def start(self, tick: int) -> None:  # noqa: B027 - some PLCs have no switch
+    def start(self, tick: int) -> None:
         """The program-to-run transition, with the set-up check."""
 
-    def stop(self, sig: MutableSequence[float]) -> None:  # noqa: B027 - as above
+    def stop(self, sig: MutableSequence[float]) -> None:
         """The run-to-program transition: loops stop, except those that are independent of the CPU mode."""
 
     def scan_time(self, without_loops: float) -> ScanTime | None:  # noqa: ARG002 - most manuals give no times

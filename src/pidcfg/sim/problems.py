@@ -27,8 +27,9 @@ KINDS = (
     "set_up",
     "no_steady_state",
     "wrong_action",
+    "idle_allowance",
 )
-"""Kinds of problems; the last six do not keep a scenario from running."""
+"""Kinds of problems; the last seven do not keep a scenario from running."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,9 +6,21 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Mapping, Sequence
 
     from pidcfg.sim.problems import Problem
+
+
+STANDING_KINDS = (
+    "not-in-mode",
+    "set-up-error",
+    "pv-not-driven",
+    "saturated",
+    "out-of-range",
+    "oscillates",
+    "alarm-stands",
+)
+"""What a standing expectation can find, in the order of the report."""
 
 
 class ScanTime(NamedTuple):
@@ -70,6 +82,30 @@ class Verdict:
 
 
 @dataclass(frozen=True, slots=True)
+class Standing:
+    """What a standing expectation says of a loop, in words.
+
+    Of one that is not ``judged`` nothing is known: it does not fail a run, and ``text`` says why.
+    """
+
+    kind: str
+    loop: str
+    """Empty: the PLC."""
+    passed: bool
+    judged: bool
+    text: str
+    at: float | None = None
+    """Since when, in s."""
+    allowed: str | None = None
+    """The reason for which the scenario allows it."""
+
+    @property
+    def fails(self) -> bool:
+        """Whether it fails the run."""
+        return not self.passed and self.allowed is None
+
+
+@dataclass(frozen=True, slots=True)
 class Note:
     """Something that happened and needs saying: a parameter that has no effect yet, an expression without a value."""
 
@@ -84,6 +120,8 @@ class LoopReport:
     """What became of one loop. A flag is true when it was on at any time; ``unlisted`` counts what lists leave out."""
 
     metrics: Mapping[str, float | None] = field(default_factory=dict)
+    time_in_control: float = 0.0
+    """How long the loop was in Auto or Cascade, in s."""
     alarms: list[Alarm] = field(default_factory=list)
     modes: list[ModeChange] = field(default_factory=list)
     first_mode: str = ""
@@ -115,6 +153,8 @@ class Report:
     loops: dict[str, LoopReport] = field(default_factory=dict)
     signals: dict[str, Range] = field(default_factory=dict)
     expectations: list[Verdict] = field(default_factory=list)
+    standing: list[Standing] = field(default_factory=list)
+    """What is expected of every run."""
     events: list[Note] = field(default_factory=list)
     """The events of the scenario in words, as they took effect."""
     notes: list[Note] = field(default_factory=list)
@@ -130,9 +170,52 @@ class Report:
         """Whether every expectation holds and nothing went wrong in the run itself."""
         return (
             all(verdict.passed for verdict in self.expectations)
+            and not any(verdict.fails for verdict in self.standing)
             and not any(note.error for note in self.notes)
             and not any(problem.severity == "error" for problem in self.problems)
         )
+
+
+@dataclass(frozen=True, slots=True)
+class Tally:
+    """How many standing expectations hold, fail, are allowed to fail, and are not judged."""
+
+    held: int
+    failed: int
+    allowed: int
+    unjudged: int
+
+    @classmethod
+    def of(cls, verdicts: Sequence[Standing]) -> Tally:
+        """Of the verdicts of a run."""
+        judged = [v for v in verdicts if v.judged]
+        return cls(
+            held=sum(v.passed for v in judged),
+            failed=sum(v.fails for v in judged),
+            allowed=sum(v.allowed is not None for v in judged),
+            unjudged=len(verdicts) - len(judged),
+        )
+
+    @property
+    def judged(self) -> int:
+        """How many are judged."""
+        return self.held + self.failed + self.allowed
+
+    def in_words(self) -> str:
+        """``20 of 21 standing ones, 1 allowed, 3 not judged``."""
+        rest = [f"{n} {what}" for n, what in ((self.allowed, "allowed"), (self.unjudged, "not judged")) if n]
+        return ", ".join([f"{self.held} of {self.judged} standing ones", *rest])
+
+
+def in_short(verdicts: Sequence[Standing]) -> list[tuple[str, str, str]]:
+    """What is not simply so, by loop: ``FAILED``, ``allowed`` or ``not judged``, the kinds, and why."""
+    rows: dict[tuple[str, str, str], list[str]] = {}
+    for v in verdicts:
+        word = "not judged" if not v.judged else "passed" if v.passed else "FAILED" if v.fails else "allowed"
+        if word != "passed":
+            why = v.text if v.allowed is None else f"{v.text} (allowed: {v.allowed})"
+            rows.setdefault((word, v.loop, why), []).append(v.kind)
+    return [(word, f"{loop} {', '.join(kinds)}".strip(), why) for (word, loop, why), kinds in rows.items()]
 
 
 def rounded(value: float) -> float:

@@ -14,16 +14,21 @@ from typing import TYPE_CHECKING, Literal
 
 from pidcfg.sim.engine import CHUNK, EngineName, Machine, choose, numba_kernels, python_kernels
 from pidcfg.sim.events import Agenda
-from pidcfg.sim.expect import Outcome, verdict, watches_of
-from pidcfg.sim.expressions import FAULTS
+from pidcfg.sim.expect import Outcome, Watch, verdict, watches_of
+from pidcfg.sim.faults import faults
 from pidcfg.sim.feedback import wrong_actions
+from pidcfg.sim.influence import Influence
 from pidcfg.sim.journal import Journal
-from pidcfg.sim.metrics import DEFAULT_BAND, Band, Gauge, Meter, begin, loop_metrics
+from pidcfg.sim.meters import Onset, time_in_control
+from pidcfg.sim.metrics import DEFAULT_BAND, Band, Gauge, begin, loop_metrics
 from pidcfg.sim.plc import TICKS, Controller, Plc
 from pidcfg.sim.prepare import base_step, misses, prepare, uneven
 from pidcfg.sim.problems import Problem
 from pidcfg.sim.report import Note, Range, Report, ScanTime, Verdict, rounded
 from pidcfg.sim.rest import initial_values, rest
+from pidcfg.sim.standing.evidence import Evidence
+from pidcfg.sim.standing.judge import standing, unused_allowances
+from pidcfg.sim.standing.watch import meters_of
 from pidcfg.sim.steady import UnsteadyError, settle
 from pidcfg.sim.trace import Sink, Trend
 
@@ -85,7 +90,7 @@ class _Run:
     machine: Machine
     journal: Journal
     agenda: Agenda
-    watches: dict[int, Band | Gauge]
+    watches: dict[int, Watch]
     """What is measured for one expectation alone, by its number."""
     problems: list[Problem]
     notes: list[Note] = field(default_factory=list)
@@ -109,18 +114,20 @@ class _Run:
                 plc.set_output(plc.loops.index(loop), value, net.sig)
         rest(net, initial_values(net))
         problems += wrong_actions(net, plc)
-        meters = [Meter(c.sig_pv, c.sig_sp, c.sig_out) for c in plc.cfg[: len(plc.loops)]]
+        influence = Influence.of(scenario, net, plc)
+        meters = meters_of(scenario, plc, net, influence, step, last)
         bands = [Band(i, DEFAULT_BAND) for i in range(len(meters))]
         watched = {slot for m in meters for slot in (m.pv, m.sp, m.out)}
         gauges = [Gauge(slot) for slot in net.names.values() if slot not in watched]
         watches = watches_of(scenario, plc, net, step)
         bands += [w for w in watches.values() if isinstance(w, Band)]
         gauges += [w for w in watches.values() if isinstance(w, Gauge)]
+        onsets = [w for w in watches.values() if isinstance(w, Onset)]
         engine = choose(settings.engine, (last + 1) * len(meters), controller)
         kernels = numba_kernels(controller) if engine == "numba" else python_kernels(controller)
-        machine = Machine(net, plc, step, meters, bands, gauges, list(net.names.values()), kernels)
+        machine = Machine(net, plc, step, meters, bands, gauges, onsets, list(net.names.values()), kernels)
         journal = Journal(plc, step / TICKS)
-        agenda = Agenda(scenario, plc, net, machine, journal, step)
+        agenda = Agenda(scenario, plc, net, machine, journal, influence, step)
         notes = [Note(0.0, None, f"word without a value: {problem}") for problem in plc.problems]
         return cls(scenario, settings, plc, net, step, last, engine, machine, journal, agenda, watches, problems, notes)
 
@@ -217,9 +224,14 @@ class _Run:
         for i, (meter, report) in enumerate(zip(machine.meters, self.journal.loops, strict=True)):
             values = loop_metrics(meter, machine.bands[i], self.last, self.dt, sig)
             report.metrics = {name: None if v is None else rounded(v) for name, v in values.items()}
+            report.time_in_control = rounded(time_in_control(meter, self.last) * self.dt)
+        metrics = [report.metrics for report in self.journal.loops]
         signals = self._signals()
-        outcome = Outcome(self.plc, self.journal, machine.meters, signals, self.dt, self.last, self.agenda.modes)
+        outcome = Outcome(self.plc, metrics, machine.meters, signals, self.dt, self.last, self.agenda.modes)
         wanted = enumerate(self.scenario.expect)
+        evidence = self._evidence()
+        verdicts = standing(evidence)
+        self.problems += unused_allowances(evidence, verdicts)
         return Report(
             scenario=self.scenario.scenario,
             step=self.dt,
@@ -231,12 +243,23 @@ class _Run:
             loops=dict(zip(self.plc.loops, self.journal.loops, strict=True)),
             signals=signals,
             expectations=[_placed(verdict(i, one, self.watches.get(i), outcome), one) for i, one in wanted],
+            standing=verdicts,
             events=self.agenda.done,
-            notes=sorted([*self.notes, *self.journal.notes(), *self._faults()], key=lambda note: note.at),
+            notes=sorted(
+                [*self.notes, *self.journal.notes(), *faults(self.scenario, self.plc, self.net, self.step, self.zero)],
+                key=lambda note: note.at,
+            ),
             problems=self.problems,
             settled=rounded(self.zero * self.dt) if self.zero else None,
             scan_time=self._scan_time(),
         )
+
+    def _evidence(self) -> Evidence:
+        changes = {i: loop.modes[-1].reason for i, loop in enumerate(self.journal.loops) if loop.modes}
+        reasons = {i: reason for i, reason in changes.items() if reason}
+        influence = self.agenda.influence
+        meters = self.machine.meters
+        return Evidence(self.scenario, self.plc, self.net, influence, meters, self.step, self.last, reasons)
 
     def _scan_time(self) -> ScanTime | None:
         scan = self.scenario.plc.scan_time
@@ -251,28 +274,6 @@ class _Run:
             name: Range(rounded(lows[slot][0]), rounded(lows[slot][1]), rounded(sig[slot]))
             for name, slot in self.net.names.items()
         }
-
-    def _faults(self) -> list[Note]:
-        """Expressions that had no value, with the first time."""
-        notes = []
-        named = {at: name for name, at in self.net.plant_of.items()}
-        for i, plant in enumerate(self.net.plants):
-            if plant.fault:
-                text = str(self.net.texts[named[i]][1].input)
-                notes.append(self._fault(plant.fault, plant.fault_at, f"input of {named[i]}", text))
-        for i, channel in enumerate(self.net.channels):
-            if channel.fault:
-                key = str(self.net.sources[i][-1])
-                notes.append(self._fault(channel.fault, channel.fault_at, key, self.scenario.connect[key]))
-        for tick, name, why in self.plc.faults():
-            time = rounded(max(0, tick // self.step - self.zero) * self.dt)
-            message = f"the wire of {name} has no value ({why}); it kept the one that it had"
-            notes.append(Note(time, None, message, error=True))
-        return notes
-
-    def _fault(self, fault: int, k: int, what: str, text: str) -> Note:
-        time = rounded(max(0, k - self.zero) * self.dt)
-        return Note(time, None, f"{what}: {FAULTS[fault]} in {text!r}; the signal kept its last value", error=True)
 
 
 def _placed(result: Verdict, wanted: Expectation) -> Verdict:

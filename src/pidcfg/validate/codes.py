@@ -119,6 +119,8 @@ SCENARIO = (
     _row("PID060", "wrong-action", "The action of a loop does not fit its plant.", "The output would drive the PV away from the set point: a heater runs to full power and stays there.", "Compare the action with the plant: DL06 and CLICK name the process (direct: the PV rises with the output), EZLogix the controller (reverse: the output rises when the PV falls). Then the sign of the plant's gain."),
     _row("PID058", "unusable-configuration", "The configuration or listing of a scenario cannot be used.", "There is nothing to simulate.", "Correct the path, or validate the configuration."),
     _row("PID061", "expectation-failed", "An expectation of a scenario does not hold.", "The loops do not do what they were set up for, or more was expected than they can do.", "Look at the trend (`pidcfg simulate … --csv`), then correct the configuration, the plant or the expectation."),
+    _row("PID063", "standing-expectation-failed", "A loop of a scenario does not control.", "Every run is expected to be a sound one: loops come into their modes, their outputs move their PVs, nothing stays saturated, swings or stands in alarm.", "Look at what the message names; where the scenario is meant to show it, write an entry of `allow` with its reason."),
+    _row("PID064", "idle-allowance", "An entry of `allow` allows nothing.", "It would hide the next failure of its kind.", "Remove the entry.", Severity.WARNING),
     _row("PID062", "run-error", "Something in a run has no value.", "What is calculated from there on, and what is expected of it, means nothing.", "Correct the expression or the event that the message names."),
 )
 # fmt: on
@@ -135,6 +137,7 @@ SCENARIO_KINDS = {
     "limit": "PID013",
     "set_up": "PID059",
     "wrong_action": "PID060",
+    "idle_allowance": "PID064",
 }
 """Codes of `pidcfg.sim.problems.Problem` by kind."""
 

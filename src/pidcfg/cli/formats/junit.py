@@ -35,6 +35,8 @@ class Case:
     """Kind, message and text of each."""
     errors: tuple[tuple[str, str, str], ...] = ()
     output: str = ""
+    skipped: str = ""
+    """Why it was not judged, or need not pass."""
 
 
 def findings_junit(findings: Findings) -> str:
@@ -56,8 +58,8 @@ def _rule_cases(reported: Sequence[Diagnostic], fails: Severity) -> Iterator[Cas
 
 
 def runs_junit(outcomes: Sequence[Outcome], fails: Severity) -> str:
-    """A suite a scenario: whether the run is sound, then each expectation."""
-    suites = {display_name(o.file): [_soundness(o, fails), *_expectations(o)] for o in outcomes}
+    """A suite a scenario: whether the run is sound, then each expectation, the standing ones last."""
+    suites = {display_name(o.file): [_soundness(o, fails), *_expectations(o), *_standing(o)] for o in outcomes}
     return _document("pidcfg simulate", suites)
 
 
@@ -86,6 +88,22 @@ def _expectations(outcome: Outcome) -> Iterator[Case]:
             yield Case(name, output=f"measured: {value_text(verdict.value)}")
         else:
             yield Case(name, (_entry(failed_expectation(outcome, i, verdict)),))
+
+
+def _standing(outcome: Outcome) -> Iterator[Case]:
+    """A case a standing expectation; one that is allowed to fail, or not judged, is skipped."""
+    from pidcfg.cli.formats.simulation import failed_standing
+
+    for v in () if outcome.report is None else outcome.report.standing:
+        name = f"{v.loop} {v.kind}".strip()
+        if v.fails:
+            yield Case(name, (_entry(failed_standing(outcome, v)),))
+        elif v.allowed is not None:
+            yield Case(name, skipped=f"failed, and allowed: {v.allowed}", output=v.text)
+        elif not v.judged:
+            yield Case(name, skipped=f"not judged: {v.text}")
+        else:
+            yield Case(name, output=v.text)
 
 
 def _case(name: str, diagnostics: Sequence[Diagnostic], failing: Sequence[Diagnostic], *, unusable: bool) -> Case:
@@ -123,13 +141,18 @@ def _add(suite: ET.Element, title: str, case: Case) -> None:
     for tag, entries in (("error", case.errors), ("failure", case.failures)):
         for kind, message, text in entries:
             ET.SubElement(node, tag, {"message": _legal(message), "type": kind}).text = _legal(text)
+    if case.skipped:
+        ET.SubElement(node, "skipped", {"message": _legal(case.skipped)})
     if case.output:
         ET.SubElement(node, "system-out").text = _legal(case.output)
 
 
 def _totals(cases: Sequence[Case]) -> dict[str, str]:
     failed = sum(bool(case.failures) and not case.errors for case in cases)
-    return {"tests": str(len(cases)), "failures": str(failed), "errors": str(sum(bool(c.errors) for c in cases))}
+    errors, skipped = (
+        sum(bool(each) for each in row) for row in zip(*((c.errors, c.skipped) for c in cases), strict=True)
+    )
+    return {"tests": str(len(cases)), "failures": str(failed), "errors": str(errors), "skipped": str(skipped)}
 
 
 def _legal(text: str) -> str:

@@ -7,18 +7,19 @@ from typing import TYPE_CHECKING, Any
 from pidcfg.cli.formats.reporters import text as findings_text
 from pidcfg.diagnostics import Severity
 from pidcfg.results.runs import runs_data
-from pidcfg.sim.metrics import METRICS
+from pidcfg.sim.metrics import METRICS, OF_SWINGS
+from pidcfg.sim.report import Tally, in_short
 from pidcfg.writer import json_text
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterable, Sequence
 
     from pidcfg.scenario.outcome import Outcome
     from pidcfg.sim.report import Report
 
 SHOWN = 60
 """Lines of the list of happenings; JSON has all of them."""
-METRIC_UNITS = {"overshoot": " %", "settling_time": " s", "rise_time": " s"}
+METRIC_UNITS = {"overshoot": " %", "settling_time": " s", "rise_time": " s", "oscillation_period": " s"}
 
 
 def text(outcomes: Sequence[Outcome]) -> str:
@@ -89,9 +90,20 @@ def _tables(report: Report) -> str:
         values = [loop.metrics.get(metric) for metric in METRICS]
         units = [METRIC_UNITS.get(metric, "") for metric in METRICS]
         metrics.append((name, *(_number(v, unit) for v, unit in zip(values, units, strict=True))))
+    metrics = [tuple(row) for row in zip(*_measured(zip(*metrics, strict=True)), strict=True)]
+    parts = [
+        f"  {name}: integrals and errors over the {loop.time_in_control:g} s in Auto or Cascade\n"
+        for name, loop in report.loops.items()
+        if 0 < loop.time_in_control < report.duration
+    ]
     signals = [("", "min", "max", "final")]
     signals += [(name, f"{s.low:g}", f"{s.high:g}", f"{s.final:g}") for name, s in report.signals.items()]
-    return "Metrics\n" + _table(metrics, left=1) + "\nSignals\n" + _table(signals, left=1)
+    return "Metrics\n" + _table(metrics, left=1) + "".join(parts) + "\nSignals\n" + _table(signals, left=1)
+
+
+def _measured(columns: Iterable[tuple[str, ...]]) -> list[tuple[str, ...]]:
+    """The columns of metrics, without those of swings where no loop swings."""
+    return [column for column in columns if column[0] not in OF_SWINGS or set(column[1:]) != {"-"}]
 
 
 def _number(value: float | None, unit: str) -> str:
@@ -112,16 +124,26 @@ def _flags(report: Report) -> str:
 
 def _verdicts(outcome: Outcome, report: Report) -> str:
     rows = [("passed" if v.passed else "FAILED", f"{v.text}: {value_text(v.value)}") for v in report.expectations]
-    return ("Expectations\n" + _table(rows) if rows else "") + verdict_line(outcome, report) + "\n"
+    standing = in_short(report.standing)
+    return (
+        ("Expectations\n" + _table(rows) if rows else "")
+        + ("Standing expectations\n" + _table(standing) if standing else "")
+        + verdict_line(outcome, report)
+        + "\n"
+    )
 
 
 def verdict_line(outcome: Outcome, report: Report) -> str:
     """How a run went, in one line."""
     failed = sum(not verdict.passed for verdict in report.expectations)
-    total = len(report.expectations)
+    total, tally = len(report.expectations), Tally.of(report.standing)
     errors = any(note.error for note in report.notes) or any(p.severity == "error" for p in report.problems)
-    line = f"FAILED: {failed} of {total} expectations" if failed else f"passed: {total} of {total} expectations"
-    if errors and not failed:
+    line = f"passed: {total} of {total} expectations, {tally.in_words()}"
+    if failed or tally.failed:
+        parts = [f"{failed} of {total} expectations"] * (failed > 0)
+        parts += [f"{tally.failed} of {tally.judged} standing ones"] * (tally.failed > 0)
+        line = f"FAILED: {', '.join(parts)}"
+    elif errors:
         line = f"FAILED: an error in the run ({total} of {total} expectations passed)"
     if outcome.unjudged:
         line = "FAILED: the configuration has errors, and nothing is expected of the run"

@@ -17,7 +17,7 @@ from pidcfg.results.schemas.parts import (
     text,
 )
 from pidcfg.sim.metrics import METRICS
-from pidcfg.sim.report import ScanTime
+from pidcfg.sim.report import STANDING_KINDS, ScanTime
 
 
 def schema() -> Schema:
@@ -46,6 +46,7 @@ def run() -> Schema:
         loops=by_name("By the loop's name.", {"$ref": "#/$defs/loop"}),
         signals=by_name("By the signal's name, such as TIC-101.PV.", record("How far it went.", **extreme)),
         expectations=listing("In the scenario's order.", expectation()),
+        standing=listing("What is expected of every run.", standing()),
         notes=listing("What happened and needs saying.", note()),
         findings=listing("In the scenario and its configuration.", {"$ref": "#/$defs/finding"}),
         passed=switch("Whether it ran and everything expected of it holds."),
@@ -63,6 +64,7 @@ def loop() -> Schema:
         "What became of a loop.",
         ("autotune",),
         metrics=record("How well it did.", **{name: or_null(number(measured)) for name in METRICS}),
+        time_in_control=number("How long it was in Auto or Cascade, in s."),
         alarms=listing("In order of time.", alarm()),
         modes=listing("Modes reached, and requests refused.", mode()),
         flags=by_name("Whether a flag was on at any time.", switch("On at any time.")),
@@ -105,6 +107,20 @@ def expectation() -> Schema:
         text=text("In words."),
         passed=switch("Whether it holds."),
         value=anything("What was measured."),
+    )
+
+
+def standing() -> Schema:
+    """A standing expectation and its verdict."""
+    return record(
+        "A standing expectation.",
+        kind=text("What it is about.", *STANDING_KINDS),
+        loop=text("The loop; empty: the PLC."),
+        passed=switch("Whether it holds; true where nothing is known."),
+        judged=switch("Whether the run tells."),
+        at=or_null(number("Since when, in s.")),
+        text=text("In words; of what is not judged, why not."),
+        allowed=or_null(text("The reason for which the scenario allows it to fail.")),
     )
 
 

@@ -14,15 +14,15 @@ from pidcfg.sim.controllers.click import modes as click_modes
 from pidcfg.sim.controllers.click import state as bits
 from pidcfg.sim.controllers.click import tune_results as click_tune_results
 from pidcfg.sim.controllers.click.memory import Memory
-from pidcfg.sim.controllers.click.report import ABOUT_MODE, ALARM_BITS, FLAG_BITS, MODES, REASONS
+from pidcfg.sim.controllers.click.report import ABOUT_MODE, ALARM_BITS, FLAG_BITS, MODES, OUTER_ALARMS, REASONS
 from pidcfg.sim.controllers.click.setting import KEYS, check_setting, settings_of
 from pidcfg.sim.controllers.click.words import float_of, sample_ticks
 from pidcfg.sim.notices import tell_request
-from pidcfg.sim.plc import SWITCH_AND_TUNE, ScanOptions
+from pidcfg.sim.plc import SWITCH_AND_TUNE, TICKS, ScanOptions
 from pidcfg.sim.records import NEVER
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, MutableSequence
+    from collections.abc import Mapping, MutableSequence, Sequence
 
     from pidcfg.encoders.image import Image
     from pidcfg.schemas.base import Quantity
@@ -48,6 +48,8 @@ class Click(Memory):
     flag_bits: Mapping[str, int] = FLAG_BITS
     reasons: Mapping[int, str] = REASONS
     about_mode = ABOUT_MODE
+    outer_alarms = OUTER_ALARMS
+    error_flags = ("pid_error",)
 
     def __init__(self, image: Image) -> None:
         super().__init__(image)
@@ -78,6 +80,24 @@ class Click(Memory):
     def rises(self) -> list[bool]:
         """Direct (forward) action: the PV rises with the output."""
         return [not c.reverse for c in self.cfg]
+
+    @property
+    def word_owners(self) -> dict[str, int]:  # type: ignore[override]  # a table of the registers' addresses
+        """DSn+00 of each loop."""
+        return {name: i for i, name in enumerate(self.flags)}
+
+    def output_limits(self, loop: int, sig: Sequence[float]) -> tuple[float, float]:  # noqa: ARG002 - registers
+        """CO's lower and upper limit."""
+        return self.cfg[loop].out_low, self.cfg[loop].out_high
+
+    def inner_deviation(self, loop: int) -> float | None:
+        """The first deviation alarm."""
+        limit = self.cfg[loop].deviation_high
+        return None if limit >= bits.UNBOUNDED else limit
+
+    def pulse_cycle(self, loop: int) -> float:
+        """The PWM period."""
+        return self.cfg[loop].pwm_period / TICKS if self.cfg[loop].pwm else 0.0
 
     def request(self, loop: int, mode: str) -> None:
         """A mode request goes on; it is looked at with the next sample and is off again."""

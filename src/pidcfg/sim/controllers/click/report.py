@@ -28,6 +28,7 @@ ALARM_BITS = {
     "deviation_high_high": bits.DEVIATION_HIGH_HIGH,
     "rate_of_change": bits.RATE_OF_CHANGE,
 }
+OUTER_ALARMS = ("pv_low_low", "pv_high_high", "deviation_high_high")
 FLAG_BITS = {"pid_error": bits.PID_ERROR, "autotune_error": bits.TUNE_ERROR}
 
 REASONS = click_modes.REASONS | click_tune_results.REASONS

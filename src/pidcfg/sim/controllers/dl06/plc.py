@@ -14,7 +14,7 @@ from pidcfg.sim.controllers.dl06 import modes as dl06_modes
 from pidcfg.sim.controllers.dl06 import state as bits
 from pidcfg.sim.controllers.dl06 import timing as dl06_timing
 from pidcfg.sim.controllers.dl06.memory import Memory, Options
-from pidcfg.sim.controllers.dl06.report import ALARM_BITS, AUX_BITS, COMMANDS, FLAG_BITS, MODES, REASONS
+from pidcfg.sim.controllers.dl06.report import ALARM_BITS, AUX_BITS, COMMANDS, FLAG_BITS, MODES, OUTER_ALARMS, REASONS
 from pidcfg.sim.controllers.dl06.setting import CASCADE_FROM, find_rows, fits, parse_setting, stored_rate
 from pidcfg.sim.controllers.dl06.words import ticks, write_state
 from pidcfg.sim.notices import tell_request
@@ -23,7 +23,7 @@ from pidcfg.sim.records import NEVER
 from pidcfg.sim.settings import items_of
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, MutableSequence, Sequence
+    from collections.abc import Iterator, Mapping, MutableSequence, Sequence
 
     from pidcfg.encoders.image import Image
     from pidcfg.schemas.base import Quantity
@@ -47,6 +47,9 @@ class Dl06(Memory):
     flag_bits: Mapping[str, int] = FLAG_BITS
     aux_bits: Mapping[str, int] = AUX_BITS
     reasons: Mapping[int, str] = REASONS
+    outer_alarms = OUTER_ALARMS
+    error_flags = ("alarm_programming_error",)
+    tuning_flags = ("autotune_running",)
 
     def __init__(self, image: Image, options: Options) -> None:
         super().__init__(image, options)
@@ -71,6 +74,27 @@ class Dl06(Memory):
     def rises(self) -> list[bool]:
         """Direct action: the PV rises with the output."""
         return [not c.reverse for c in self.cfg]
+
+    @property
+    def masters(self) -> list[int]:
+        """The major loops, as the remote set point pointers name them."""
+        return [c.major for c in self.cfg]
+
+    def output_limits(self, loop: int, sig: Sequence[float]) -> tuple[float, float]:  # noqa: ARG002 - words, no signals
+        """+30 and +31, within the data range."""
+        c = self.cfg[loop]
+        share = c.out_width / c.out_span
+        return c.out_low + (c.m_low - c.out_min) * share, c.out_low + (c.m_high - c.out_min) * share
+
+    def inner_deviation(self, loop: int) -> float | None:
+        """The yellow deviation alarm; of a root it has another scale than the PV."""
+        c = self.cfg[loop]
+        return None if c.root or c.yellow >= bits.UNBOUNDED else c.yellow * c.pv_width / c.pv_span
+
+    def set_up_errors(self, loop: int) -> Iterator[str]:
+        """The ramp/soak programming errors of +35."""
+        if self.st[loop].rs_error:
+            yield f"ramp/soak programming error, +35 = 0x{self.st[loop].rs_error:04X}"
 
     @property
     def running(self) -> bool:

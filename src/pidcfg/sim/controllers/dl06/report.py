@@ -21,6 +21,7 @@ ALARM_BITS = {
     "deviation_red": bits.RED,
     "rate_of_change": bits.RATE_OF_CHANGE,
 }
+OUTER_ALARMS = ("pv_low_low", "pv_high_high", "deviation_red")
 FLAG_BITS = {
     "alarm_programming_error": bits.ALARM_ERROR,
     "overflow": bits.OVERFLOW,

@@ -40,6 +40,7 @@ class Memory(Plc):
         for i in range(len(self.loops)):
             self._begin(i)
         scales = [read_settings(Scale, entry.get("pv", {}), f"settings[{i}].pv") for i, entry in enumerate(entries)]
+        self._ranged = [scale.range is not None for scale in scales]
         self.scales = [scale_of(scale, s.sp) for scale, s in zip(scales, self.st, strict=True)]
 
     def _begin(self, i: int) -> None:

@@ -20,7 +20,7 @@ from pidcfg.sim.records import NEVER
 from pidcfg.sim.terms import clamp, single
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, MutableSequence
+    from collections.abc import Mapping, MutableSequence, Sequence
 
     from pidcfg.encoders.parameters import Program
     from pidcfg.schemas.base import Quantity
@@ -37,6 +37,7 @@ class Dpide(Memory):
     flag_bits: Mapping[str, int] = FLAG_BITS
     reasons: Mapping[int, str] = REASONS
     about_mode = ABOUT_MODE
+    mode_keys = ("PID_RUN", "PID_MAN", "PID_MODE")
 
     def __init__(self, program: Program) -> None:
         super().__init__(program)
@@ -47,6 +48,23 @@ class Dpide(Memory):
     def rises(self) -> list[bool]:
         """Forward action: PV rises with MV."""
         return [bool(c.forward) for c in self.cfg]
+
+    @property
+    def masters(self) -> list[int]:
+        """The loop whose MV stands in the device of SV (D266)."""
+        return [c.sv_from for c in self.cfg]
+
+    def intended_mode(self, loop: int, sig: Sequence[float]) -> str:  # noqa: ARG002 - operands
+        """What PID_RUN, PID_MODE and PID_MAN say."""
+        return self.mode(self.st[loop].wanted)
+
+    def pv_range(self, loop: int) -> tuple[float, float] | None:
+        """``pv.range``; no operand has it."""
+        return self.scales[loop][:2] if self._ranged[loop] else None
+
+    def output_limits(self, loop: int, sig: Sequence[float]) -> tuple[float, float]:  # noqa: ARG002 - operands
+        """MV_MIN and MV_MAX."""
+        return self.cfg[loop].low, self.cfg[loop].high
 
     # --- the PLC's switch --------------------------------------------------------------------------------------------
 

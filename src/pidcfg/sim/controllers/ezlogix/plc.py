@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from pidcfg.encoders.maps.ezlogix import LEAST_SAMPLE_RATE, R_BLOCK
 from pidcfg.encoders.regmap import decode_one
+from pidcfg.schemas.ezlogix import CV_FULL
 from pidcfg.sim.controllers.ezlogix import autotune as ezlogix_autotune
 from pidcfg.sim.controllers.ezlogix import report
 from pidcfg.sim.controllers.ezlogix import state as bits
@@ -14,12 +15,12 @@ from pidcfg.sim.controllers.ezlogix.report import FLAG_BITS, MODES, REASONS, TUN
 from pidcfg.sim.controllers.ezlogix.setting import CV, KEYS
 from pidcfg.sim.controllers.ezlogix.words import absorb, ticks
 from pidcfg.sim.notices import tell
-from pidcfg.sim.plc import SWITCH_AND_TUNE, NoOptions
+from pidcfg.sim.plc import SWITCH_AND_TUNE, TICKS, NoOptions
 from pidcfg.sim.records import NEVER
 from pidcfg.sim.settings import encode_row, items_of
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, MutableSequence
+    from collections.abc import Mapping, MutableSequence, Sequence
 
     from pidcfg.encoders.image import Image
     from pidcfg.encoders.regmap import Word
@@ -36,6 +37,7 @@ class Ezlogix(Memory):
     tuned_names = ("proportional_gain", "integral_time", "derivative_time")
     flag_bits: Mapping[str, int] = FLAG_BITS
     reasons: Mapping[int, str] = REASONS
+    tuning_flags = ("autotune_running",)
 
     def __init__(self, image: Image) -> None:
         super().__init__(image)
@@ -50,6 +52,21 @@ class Ezlogix(Memory):
     def rises(self) -> list[bool]:
         """Reverse controller action: the PV rises with the CV."""
         return [not c.direct for c in self.cfg]
+
+    @property
+    def masters(self) -> list[int]:
+        """The loop whose CV tag is a loop's set point register (D177)."""
+        feeds = [c.feeds for c in self.cfg]
+        return [feeds.index(i) if i in feeds else -1 for i in range(len(feeds))]
+
+    def output_limits(self, loop: int, sig: Sequence[float]) -> tuple[float, float]:  # noqa: ARG002 - registers
+        """The CV limits."""
+        c = self.cfg[loop]
+        return c.out_low + c.m_low * c.out_width / CV_FULL, c.out_low + c.m_high * c.out_width / CV_FULL
+
+    def pulse_cycle(self, loop: int) -> float:
+        """The cycle time of the control output."""
+        return self.cfg[loop].cycle / TICKS
 
     # --- the PLC's switch --------------------------------------------------------------------------------------------
 

@@ -13,6 +13,7 @@ from pidcfg.sim.controllers.generic.report import (
     FLAG_BITS,
     MODES,
     NO_SOURCE,
+    OUTER_ALARMS,
     REASONS,
     SIGNALS,
 )
@@ -20,7 +21,7 @@ from pidcfg.sim.controllers.generic.setting import KEYS
 from pidcfg.sim.controllers.generic.state import Config, State
 from pidcfg.sim.controllers.generic.words import configure, effect, fields_of, ticks
 from pidcfg.sim.notices import noticed
-from pidcfg.sim.plc import COUNTS, Plc, ScanOptions
+from pidcfg.sim.plc import COUNTS, TICKS, Plc, ScanOptions
 from pidcfg.sim.terms import clamp
 
 if TYPE_CHECKING:
@@ -43,6 +44,7 @@ class Generic(Plc):
     flag_bits: Mapping[str, int] = FLAG_BITS
     reasons: Mapping[int, str] = REASONS
     about_mode = ABOUT_MODE
+    outer_alarms = OUTER_ALARMS
 
     def __init__(self, program: Program) -> None:
         words = program.words
@@ -81,6 +83,24 @@ class Generic(Plc):
     def rises(self) -> list[bool]:
         """Whether the PV rises with the output."""
         return [bool(c.raises) for c in self.cfg]
+
+    @property
+    def masters(self) -> list[int]:
+        """The loops that ``setpoint.source`` names."""
+        return [c.source for c in self.cfg]
+
+    def output_limits(self, loop: int, sig: Sequence[float]) -> tuple[float, float]:  # noqa: ARG002 - no signals
+        """``output.limits``, or the range."""
+        return self.cfg[loop].low, self.cfg[loop].high
+
+    def inner_deviation(self, loop: int) -> float | None:
+        """``alarms.deviation.high``."""
+        limit = self.cfg[loop].deviation_at
+        return None if limit >= bits.UNREACHED else limit
+
+    def pulse_cycle(self, loop: int) -> float:
+        """The period of the pulses."""
+        return self.cfg[loop].cycle / TICKS if self.cfg[loop].pulses else 0.0
 
     def _show(self, i: int, sig: MutableSequence[float]) -> None:
         """The signals that an operator's change affects at once."""

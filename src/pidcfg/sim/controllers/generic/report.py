@@ -24,6 +24,7 @@ ALARM_BITS = {
     "deviation_high": bits.DEVIATION,
     "rate_of_change": bits.RATE,
 }
+OUTER_ALARMS = ("high_high", "low_low", "deviation_high_high")
 FLAG_BITS = {
     "out_limited": bits.LIMITED,
     "rate_limited": bits.SLOWED,

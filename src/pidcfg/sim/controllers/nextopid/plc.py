@@ -8,7 +8,8 @@ from pidcfg.encoders.maps.nextopid import BLOCK_TYPES
 from pidcfg.encoders.parameters import Parameter, shortest
 from pidcfg.schemas.iec import Wire
 from pidcfg.sim.controllers.nextopid import modes, report
-from pidcfg.sim.controllers.nextopid.memory import SHOWN, Memory, number_of
+from pidcfg.sim.controllers.nextopid.facts import Facts
+from pidcfg.sim.controllers.nextopid.memory import SHOWN, number_of
 from pidcfg.sim.controllers.nextopid.report import AUX_BITS, FLAG_BITS, MODES, REASONS, RESULT_FLAGS, TUNE_STATUS
 from pidcfg.sim.controllers.nextopid.setting import keys_of
 from pidcfg.sim.expressions import FAULTS
@@ -27,7 +28,7 @@ LONG = ("Tc", "Tlag", "DelayTime")
 """Parameters of blocks that are times for something to settle."""
 
 
-class Nextopid(Memory):
+class Nextopid(Facts):
     """A NextoPID program as loaded."""
 
     out_name = "MV"

@@ -1,0 +1,130 @@
+"""What verdicts on a run ask of a NextoPID program: modes, limits and wires, from the signals that blocks share."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from pidcfg.schemas.expressions import SIGNAL
+from pidcfg.sim.controllers.nextopid import slots
+from pidcfg.sim.controllers.nextopid import state as bits
+from pidcfg.sim.controllers.nextopid.memory import Memory
+from pidcfg.sim.controllers.nextopid.report import ERRORS
+from pidcfg.sim.controllers.nextopid.wires import ROW, ROWS
+from pidcfg.sim.plc import TICKS
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
+MODE_KEYS = ("Manual", "CASC", "TRK_IN", "AutoTune")
+"""The inputs that choose the mode of a loop."""
+SELECTORS = (slots.SELECT_MAX, slots.SELECT_MIN)
+SELECTED = [(slots.PLACES["ControlSelectMax"][f"MV{i}"], slots.PLACES["ControlSelectMax"][f"OVERR{i}"]) for i in (1, 2)]
+"""The inputs of a selector, and what tells the controller behind each that it is left out."""
+PWM = slots.PLACES["ControlPWM"]
+
+
+class Facts(Memory):
+    """A program's answers for the standing expectations."""
+
+    error_flags = tuple(ERRORS)
+    mode_keys = MODE_KEYS
+
+    def wires_of(self, place: int) -> Iterator[tuple[int, list[int]]]:
+        """The wires of a block: the parameter that each renews, and the signals that it reads."""
+        c, aux = self.cfg[place], self.aux
+        for row in range(ROWS + ROW * c.wires, ROWS + ROW * c.wires_end, ROW):
+            code = range(int(aux[row + 2]), int(aux[row + 3]), 2)
+            yield int(aux[row]), [int(aux[at + 1]) for at in code if aux[at] == SIGNAL]
+
+    @property
+    def flow(self) -> Iterator[tuple[int, int]]:
+        """Wires, and from each input of a block to its outputs."""
+        for place, i in enumerate(self.listed):
+            for target, sources in self.wires_of(place):
+                yield from ((source, target) for source in sources)
+            rows = list(enumerate(self.layout.instances[i].kind.table.rows, self.layout.instances[i].base))
+            outputs = [slot for slot, row in rows if row.access == "output"]
+            for slot, row in rows:
+                if row.access == "input":
+                    yield from ((slot, output) for output in outputs)
+                if row.name in {"SP", "SP_CASC"} and self.items[i].loop is not None:
+                    yield slot, self.cfg[place].sig_sp
+
+    @property
+    def masters(self) -> list[int]:
+        """The loop whose MV comes in at SP_CASC, by whatever blocks."""
+        outs = {c.sig_out: i for i, c in enumerate(self.cfg[: len(self.loops)])}
+        flow = list(self.flow)
+        found = []
+        for i, c in enumerate(self.cfg[: len(self.loops)]):
+            waiting, seen, master = [c.base + slots.SP_CASC] if c.kind != slots.ON_OFF else [], set(), -1
+            while waiting and master < 0:
+                slot = waiting.pop(0)
+                master = outs.get(slot, -1) if outs.get(slot, i) != i else -1
+                if slot not in seen and slot not in outs:
+                    seen.add(slot)
+                    waiting += [source for source, target in flow if target == slot]
+            found.append(master)
+        return found
+
+    def intended_mode(self, loop: int, sig: Sequence[float]) -> str:
+        """What Manual and CASC say, or what they are wired to."""
+        if self.value_of(loop, "Manual", sig):
+            return "manual"
+        return "cascade" if self.value_of(loop, "CASC", sig) else "auto"
+
+    def value_of(self, loop: int, row: str, sig: Sequence[float]) -> float:
+        """The value of a parameter, or of the signal that it is wired to; 0 where the loop has none."""
+        number = self.layout.numbers.get(f"{self.loops[loop]}.{row}")
+        wired = next((sources for target, sources in self.wires_of(loop) if target == number), ())
+        return 0.0 if number is None else sig[wired[0]] if len(wired) == 1 else sig[number]
+
+    def mode_inputs(self, loop: int) -> set[int]:
+        """What the wires of its mode inputs read."""
+        base = self.cfg[loop].base
+        kind = self.layout.instances[self.listed[loop]].kind
+        places = {base + i for i, row in enumerate(kind.table.rows) if row.name in MODE_KEYS}
+        return {slot for target, sources in self.wires_of(loop) if target in places for slot in sources}
+
+    def output_limits(self, loop: int, sig: Sequence[float]) -> tuple[float, float]:
+        """MinMV and MaxMV; of ControlON_OFF off and on."""
+        if self.only_switches(loop):
+            return 0.0, 1.0
+        base = self.cfg[loop].base
+        return sig[base + slots.MIN_MV], sig[base + slots.MAX_MV]
+
+    def only_switches(self, loop: int) -> bool:
+        """Whether the loop is a ControlON_OFF."""
+        return bool(self.cfg[loop].kind == slots.ON_OFF)
+
+    def pulse_cycle(self, loop: int) -> float:
+        """The period of a ControlPWM that reads the loop's MV."""
+        for place, c in enumerate(self.cfg):
+            reads = any(self.cfg[loop].sig_out in sources for _, sources in self.wires_of(place))
+            if c.kind == slots.PWM and reads:
+                return float(self.sig[c.base + PWM["Period"]] * c.period / TICKS)
+        return 0.0
+
+    def program_errors(self, sig: Sequence[float]) -> Iterator[str]:
+        """Blocks whose output Error is on; loops have ErrBits."""
+        for instance in self.layout.instances:
+            number = self.layout.numbers.get(f"{instance.name}.Error")
+            if number is not None and instance.name not in self.loops and sig[number]:
+                yield f"{instance.name}.Error is on"
+
+    def windup_input(self, loop: int, sig: Sequence[float]) -> bool:
+        """Windup_H_IN or Windup_L_IN."""
+        base = self.cfg[loop].base
+        return not self.only_switches(loop) and bool(sig[base + slots.WINDUP_H_IN] or sig[base + slots.WINDUP_L_IN])
+
+    def left_out(self, loop: int, sig: Sequence[float]) -> bool:
+        """Whether OVERR is on, or a selector that reads its MV takes the other one."""
+        if self.st[loop].status & bits.OVERRIDDEN:
+            return True
+        for place, c in enumerate(self.cfg):
+            if c.kind in SELECTORS:
+                wired = dict(self.wires_of(place))
+                for value, out in SELECTED:
+                    if self.cfg[loop].sig_out in wired.get(c.base + value, ()) and sig[c.base + out]:
+                        return True
+        return False

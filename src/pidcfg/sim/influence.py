@@ -1,0 +1,130 @@
+"""What moves what in a run: signals that follow others through plants, connections and the PLC's program.
+
+Design. A graph of signals (their slots), worked out once from the wiring; whether anything really moves is for the run
+to tell, but a plant without gain and without an event that gives it one moves nothing. Every loop's PV moves its output
+and so does its set point.
+"""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+from pidcfg.paths import dotted, leaves
+from pidcfg.schemas.expressions import SIGNAL
+
+if TYPE_CHECKING:
+    from collections.abc import Collection, Iterable, Iterator
+
+    from pidcfg.schemas.scenario import Event, Scenario
+    from pidcfg.sim.kernel import Channel
+    from pidcfg.sim.network import Network
+    from pidcfg.sim.plants import Plant
+    from pidcfg.sim.plc import Plc
+
+
+@dataclass(slots=True)
+class Influence:
+    """The graph, and the questions that verdicts ask of it."""
+
+    net: Network
+    plc: Plc
+    moves: dict[int, set[int]] = field(default_factory=lambda: defaultdict(set))
+    driven: list[bool] = field(default_factory=list)
+    """Whether each loop's output moves its PV, or a signal does that the scenario sets."""
+    set_points: list[set[int]] = field(default_factory=list)
+    """The signals that each loop's set point in force is made of by the program alone, without another loop."""
+
+    @classmethod
+    def of(cls, scenario: Scenario, net: Network, plc: Plc) -> Influence:
+        """Of a scenario whose network is ready."""
+        self = cls(net, plc)
+        awoken = {e.plant or e.loop for e in scenario.events if (e.disturb or {}).get("gain")}
+        for name, at in net.plant_of.items():
+            plant = net.plants[at]
+            if plant.gain or name in awoken:
+                self._add(read_by(net, plant), (plant.slot, plant.measured))
+            self._add([plant.slot], [plant.measured])
+        for channel in net.channels:
+            self._add(read_by(net, channel), [channel.target])
+        for i, c in enumerate(plc.cfg[: len(plc.loops)]):
+            self._add([c.sig_in], [c.sig_pv])
+            self._add([c.sig_pv, c.sig_sp], [c.sig_out])
+            self._add([c.sig_out], self.pulses(i))
+        for source, target in plc.flow:
+            self.moves[source].add(target)
+        played = self.reach(slot for event in scenario.events for slot in self.signals_set(event))
+        for i, c in enumerate(plc.cfg[: len(plc.loops)]):
+            self.driven.append(c.sig_pv in self.of_output(i) | played)
+            self.set_points.append(self._made_of(c.sig_sp))
+        return self
+
+    def _made_of(self, slot: int) -> set[int]:
+        """Signals from outside that reach a slot otherwise than through a loop."""
+        loops = {place for c in self.plc.cfg[: len(self.plc.loops)] for place in (c.sig_pv, c.sig_out)}
+        return {source for source in self.net.outside.values() if slot in self.reach([source], without=loops)}
+
+    def _add(self, sources: Iterable[int], targets: Iterable[int]) -> None:
+        for source in sources:
+            self.moves[source].update(targets)
+
+    def pulses(self, loop: int) -> list[int]:
+        """The signals that follow a loop's output as pulses."""
+        names = (f"{self.plc.loops[loop]}.{name}" for name in self.plc.pulses)
+        return [self.net.names[name] for name in names if name in self.net.names]
+
+    def reach(self, sources: Iterable[int], without: Collection[int] = ()) -> set[int]:
+        """Everything that follows the ``sources``, themselves included; not by way of ``without``."""
+        waiting = list(sources)
+        reached = set(waiting)
+        while waiting:
+            for target in self.moves.get(waiting.pop(), ()):
+                if target not in reached and target not in without:
+                    reached.add(target)
+                    waiting.append(target)
+        return reached
+
+    def of_output(self, loop: int) -> set[int]:
+        """Everything that a loop's output moves."""
+        return self.reach([self.plc.cfg[loop].sig_out])
+
+    def of_event(self, event: Event) -> set[int]:
+        """Everything that an event moves; one of the CPU moves all outputs."""
+        cfg = self.plc.cfg[: len(self.plc.loops)]
+        if event.plc is not None:
+            return self.reach([c.sig_out for c in cfg])
+        if event.disturb is not None:
+            return self.reach([self.net.plants[self.net.plant_of[event.plant or event.loop or ""]].slot])
+        if event.loop is None:
+            return self.reach(self.signals_set(event))
+        c = cfg[self.plc.loops.index(event.loop)]
+        return self.reach([c.sig_pv if event.pv is not None else c.sig_sp])
+
+    def signals_set(self, event: Event) -> list[int]:
+        """The signals from outside that an event sets."""
+        if event.set is None or event.loop is not None:
+            return []
+        return [self.net.outside[dotted(keys)] for keys, _, _ in leaves(event.set)]
+
+    def concerns(self, event: Event, loop: int) -> bool:
+        """Whether an event moves a loop's PV or its set point."""
+        c = self.plc.cfg[loop]
+        moved = self.of_event(event)
+        return c.sig_pv in moved or c.sig_sp in moved
+
+    def plants_between(self, loop: int) -> Iterator[str]:
+        """The plants by which a loop's output moves its PV."""
+        after, pv = self.of_output(loop), self.plc.cfg[loop].sig_pv
+        for name, at in self.net.plant_of.items():
+            slot = self.net.plants[at].slot
+            if slot in after and pv in self.reach([slot]):
+                yield name
+
+
+def read_by(net: Network, reader: Plant | Channel) -> Collection[int]:
+    """The signals that a plant or a channel reads."""
+    if reader.source >= 0:
+        return (reader.source,)
+    code = net.pool.code[reader.first : reader.last]
+    return {operand for op, operand in zip(code[::2], code[1::2], strict=True) if op == SIGNAL}

@@ -1,0 +1,240 @@
+"""What is counted about a loop while it runs, so that verdicts need nothing but numbers that a kernel keeps.
+
+Design. A `Meter` a loop. What depends on the loop's status (time in Auto or Cascade, time in alarm, every mode and flag
+that there was) is counted when the status changes, and costs nothing between. What depends on its signals is looked at
+at each base step, the swings of the PV only in the last third of the run. The journal lists the same happenings for
+people; no verdict reads it, so that a batch of runs without a journal is judged alike.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+NEVER = 1 << 62
+"""A base step that no run reaches."""
+
+
+@dataclass(slots=True)
+class Meter:
+    """What is known about one loop so far; ``pv``, ``sp``, ``out`` are signals, times are base steps (−1: not yet)."""
+
+    pv: int
+    sp: int
+    out: int
+    status: int = -1
+    aux_status: int = -1
+    iae: float = 0.0
+    ise: float = 0.0
+    itae: float = 0.0
+    """Sums over base steps in Auto or Cascade: the integrals are these times dt, and times dt² for ``itae``."""
+    variation: float = 0.0
+    last_out: float = 0.0
+    last_sp: float = 0.0
+    pv_low: float = 0.0
+    pv_high: float = 0.0
+    sp_low: float = 0.0
+    sp_high: float = 0.0
+    out_low: float = 0.0
+    out_high: float = 0.0
+    event: int = -1
+    before: float = 0.0
+    after: float = 0.0
+    stepped: int = 0
+    locked: int = 0
+    """Until this base step the new set point may still be limited by the controller."""
+    peak_low: float = 0.0
+    peak_high: float = 0.0
+    rise_from: int = -1
+    rise_to: int = -1
+    # modes
+    control_bits: int = 0
+    """The bits of ``status`` that mean Auto or Cascade."""
+    control: int = 0
+    """Whether one of them is on."""
+    control_since: int = 0
+    """When that changed last."""
+    control_steps: int = 0
+    """Base steps in Auto or Cascade, up to the last change."""
+    wanted: int = 0
+    """The mode bits that are to be reached; 0: the loop is meant for none of ``control_bits``."""
+    seen: int = 0
+    """Every status bit since the mode was wanted."""
+    left: int = -1
+    """When a loop that was in its wanted mode left it last."""
+    missed: int = -1
+    """When a wanted mode that had not been reached was given up for another."""
+    ever: int = 0
+    """Every status bit of the run, and every auxiliary one."""
+    ever_aux: int = 0
+    # alarms of the outermost kind, while in Auto or Cascade and with the sensor sound
+    outer_bits: int = 0
+    broken: int = 0
+    """The loop's sensor is broken by an event."""
+    alarm: int = 0
+    alarm_since: int = 0
+    alarm_steps: int = 0
+    alarms: int = 0
+    """The bits of those that came."""
+    # the end of the run
+    watched: int = NEVER
+    """From here on its end is looked at: the first of the next two."""
+    window: int = NEVER
+    """Where the error is noted, for whether a loop at its limit gets on."""
+    late: int = NEVER
+    """Where the last third begins."""
+    late_status: int = 0
+    """Every status bit of the last third, and every auxiliary one."""
+    late_aux: int = 0
+    error_then: float = 0.0
+    """The error at ``window``, without its sign."""
+    # swings of the PV in the last third
+    least: float = 0.0
+    """A move of the PV that is no larger is no swing."""
+    course: int = 1
+    """The PV rises (1) or falls (−1)."""
+    extreme: float = 0.0
+    extreme_at: int = -1
+    turns: int = 0
+    """Turning points so far, the first of which may be none: the run was cut there."""
+    turn_value: float = 0.0
+    first_turn: int = 0
+    last_turn: int = 0
+    first_swing: float = 0.0
+    last_swing: float = 0.0
+    swings: float = 0.0
+    """The sum of all."""
+
+
+@dataclass(slots=True)
+class Onset:
+    """When a bit of a loop's status came on for the first time (−1: not yet)."""
+
+    loop: int
+    bit: int
+    first: int = -1
+
+
+def change_status(k: int, m: Meter, status: int, aux_status: int) -> None:
+    """A loop's status has changed with base step ``k`` (kernel)."""
+    if m.status & m.wanted and m.status > 0 and status & m.wanted == 0:
+        m.left = k
+    m.status = status
+    m.aux_status = aux_status
+    m.seen |= status
+    m.ever |= status
+    m.ever_aux |= aux_status
+    if k >= m.late:
+        m.late_status |= status
+        m.late_aux |= aux_status
+    control = 1 if status & m.control_bits else 0
+    if control != m.control:
+        if m.control == 1:
+            m.control_steps += k - m.control_since
+        m.control = control
+        m.control_since = k
+    count_alarm(k, m)
+
+
+def note_onsets(k: int, loop: int, status: int, onsets: Sequence[Onset]) -> None:
+    """Bits that somebody waits for, with a loop's new status at base step ``k`` (kernel)."""
+    for i in range(len(onsets)):
+        onset = onsets[i]
+        if onset.loop == loop and onset.first < 0 and status & onset.bit:
+            onset.first = k
+
+
+def count_alarm(k: int, m: Meter) -> None:
+    """An alarm of the outermost kind has come or gone, or no longer counts (kernel)."""
+    bits = m.status & m.outer_bits if m.control == 1 and m.broken == 0 else 0
+    m.alarms |= bits
+    alarm = 1 if bits else 0
+    if alarm != m.alarm:
+        if m.alarm == 1:
+            m.alarm_steps += k - m.alarm_since
+        m.alarm = alarm
+        m.alarm_since = k
+
+
+def watch_end(k: int, m: Meter, pv: float, sp: float) -> None:
+    """What only the end of a run tells: the error at the beginning of its last tenth, and swings of the PV (kernel)."""
+    if k == m.window:
+        m.error_then = abs(sp - pv)
+    if k == m.late:
+        m.late_status |= m.status
+        m.late_aux |= m.aux_status
+    if k >= m.late:
+        if m.control == 0 or m.extreme_at < 0:
+            m.extreme = pv
+            m.extreme_at = k
+            m.turns = 0
+        elif m.course > 0:
+            if pv > m.extreme:
+                m.extreme = pv
+                m.extreme_at = k
+            elif m.extreme - pv > m.least:
+                turn(k, m, pv)
+        elif pv < m.extreme:
+            m.extreme = pv
+            m.extreme_at = k
+        elif pv - m.extreme > m.least:
+            turn(k, m, pv)
+
+
+def turn(k: int, m: Meter, pv: float) -> None:
+    """The PV has come so far from its last extreme that this was a turning point (kernel)."""
+    if m.turns == 0:
+        m.swings = 0.0
+    elif m.turns == 1:
+        m.first_turn = m.extreme_at
+    else:
+        m.last_swing = abs(m.extreme - m.turn_value)
+        m.swings += m.last_swing
+        if m.turns == 2:
+            m.first_swing = m.last_swing
+    m.turn_value = m.extreme
+    m.last_turn = m.extreme_at
+    m.turns += 1
+    m.course = -m.course
+    m.extreme = pv
+    m.extreme_at = k
+
+
+# --- between two segments, and at the end ----------------------------------------------------------------------------
+
+
+def want(m: Meter, k: int, bits: int) -> None:
+    """Another mode is wanted from base step ``k`` on; the one before is missed if it had not been reached."""
+    if m.wanted and not m.seen & m.wanted and m.missed < 0:
+        m.missed = k
+    m.wanted = bits & m.control_bits
+    m.seen = max(m.status, 0)
+    m.left = -1
+
+
+def time_in_control(m: Meter, last: int) -> int:
+    """Base steps in Auto or Cascade, of those up to ``last``."""
+    return m.control_steps + (last - m.control_since if m.control else 0)
+
+
+def time_in_alarm(m: Meter, last: int) -> int:
+    """Base steps in an alarm of the outermost kind, of those up to ``last``."""
+    return m.alarm_steps + (last - m.alarm_since if m.alarm else 0)
+
+
+PERIODS = 3
+"""Whole periods that make an oscillation."""
+SUSTAINED = 0.8
+"""Of the first swing that the last one must have."""
+
+
+def oscillation(m: Meter, last: int) -> tuple[float, float] | None:
+    """Period in base steps and amplitude (half peak to peak) of a sustained oscillation in the last third."""
+    halves = m.turns - 2
+    if halves < 2 * PERIODS or m.last_swing < SUSTAINED * m.first_swing:
+        return None
+    period = 2 * (m.last_turn - m.first_turn) / halves
+    return (period, m.swings / halves / 2) if last - m.last_turn <= period else None

@@ -1,0 +1,88 @@
+"""What a loop's signals must show at the end: ``pv-not-driven``, ``out-of-range``, ``oscillates``, ``alarm-stands``."""
+
+from __future__ import annotations
+
+from pidcfg.sim.meters import oscillation, time_in_alarm
+from pidcfg.sim.standing.evidence import Evidence, Judgement, unjudged
+from pidcfg.sim.standing.watch import noise_of
+
+LONG = 0.1
+"""The share of a run for which an outermost alarm may stand."""
+RIPPLE = 4
+"""Cycles of pulses that the period of their ripple takes at most: some are too short and left out."""
+SAME = 0.1
+"""By how much two periods may differ that are the same."""
+REPEATED = 2
+"""Events in the last third that may make a PV swing."""
+NOISES = 6
+"""Standard deviations of its noise that a PV may lie outside its range."""
+
+
+def pv_not_driven(e: Evidence, i: int) -> Judgement:
+    """Judges one loop."""
+    if e.influence.driven[i]:
+        return Judgement(passed=True, text="its output moves its PV")
+    return Judgement(passed=False, text="nothing that its output does reaches its PV, so nothing is controlled")
+
+
+def out_of_range(e: Evidence, i: int) -> Judgement:
+    """Judges one loop, by what its sensor shows at the end."""
+    ends = e.plc.pv_range(i)
+    if ends is None:
+        return unjudged("its configuration gives no range of the PV")
+    if e.meters[i].broken:
+        return unjudged("an event has broken its sensor")
+    low, high = sorted(ends)
+    value = e.sig[e.plc.cfg[i].sig_in]
+    slack = max(e.least(i), NOISES * noise_of(e.scenario, e.plc, e.net, i))
+    if low - slack <= value <= high + slack:
+        return Judgement(passed=True, text="its PV ends inside its range")
+    return Judgement(passed=False, text=f"its PV ends at {value:g}, outside its range of {low:g} to {high:g}")
+
+
+def oscillates(e: Evidence, i: int) -> Judgement:
+    """Judges one loop, by the swings of its PV in the last third of the run."""
+    m = e.meters[i]
+    swings = oscillation(m, e.last)
+    if swings is None:
+        return Judgement(passed=True, text="its PV does not oscillate in the last third of the run")
+    period = e.seconds(swings[0])
+    text = f"its PV oscillates with a period of {period:.4g} s and an amplitude of {swings[1]:.4g}"
+    why = _excuse(e, i, period)
+    return unjudged(f"{text}: {why}") if why else Judgement(passed=False, text=text, at=e.seconds(m.first_turn))
+
+
+def _excuse(e: Evidence, i: int, period: float) -> str:
+    """Why an oscillation need not be the loop's fault."""
+    m, plc = e.meters[i], e.plc
+    if plc.only_switches(i):
+        return "its output is on or off"
+    if period <= RIPPLE * plc.pulse_cycle(i):
+        return "it is the ripple of its pulses"
+    for j, name in enumerate(plc.loops):
+        other = oscillation(e.meters[j], e.last)
+        drives = (plc.only_switches(j) or plc.pulse_cycle(j)) and plc.cfg[i].sig_pv in e.influence.of_output(j)
+        if j != i and drives and other and abs(e.seconds(other[0]) - period) <= SAME * period:
+            return f"{name} drives it, whose output is on or off"
+    tuning = sum(plc.flag_bits[name] for name in plc.tuning_flags) | plc.modes.get("autotune", 0)
+    if m.late_status & tuning:
+        return "an auto-tune runs in the last third"
+    if plc.profile_step(m.late_aux):
+        return "a profile runs in the last third"
+    times = e.events_on(i, m.late)
+    return f"{len(times)} events move it in the last third" if len(times) >= REPEATED else ""
+
+
+def alarm_stands(e: Evidence, i: int) -> Judgement:
+    """Judges one loop, by its outermost alarms while it controls and its sensor is sound."""
+    m, plc = e.meters[i], e.plc
+    names = [name for name in plc.outer_alarms if m.alarms & plc.alarm_bits[name]]
+    if m.alarm:
+        stand = [name for name in names if m.status & plc.alarm_bits[name]]
+        since = e.seconds(m.alarm_since)
+        return Judgement(passed=False, text=f"{' and '.join(stand)} stands at the end, since {since:g} s", at=since)
+    steps = time_in_alarm(m, e.last)
+    if steps > LONG * e.last:
+        text = f"{' and '.join(names)} stands for {e.seconds(steps):g} s, {100 * steps / e.last:.0f} % of the run"
+        return Judgement(passed=False, text=text)
+    return Judgement(passed=True, text="no alarm of the outermost kind stands")
