@@ -1,8 +1,8 @@
 """Mistakes that people make in a configuration and its scenario: small edits of their data, by structure.
 
 A configuration's keys are told by a table, a row a vendor. `spoils` gives every mistake that fits an example, each with
-both files changed. What a file then says on purpose (Manual, a stopped CPU) is marked as an `intent`: no run can tell
-such an edit from what was wanted.
+both files changed. What a file may well say on purpose (Manual, a stopped CPU, another set point within its range) is
+marked as an `intent`: no run can tell such an edit from what was wanted.
 """
 
 from __future__ import annotations
@@ -163,7 +163,7 @@ ABSENT = {"Direct": False, "Indep": False, "pv.square_root": False, "error.curve
 
 @dataclass(frozen=True)
 class Spoil:
-    """One mistake; ``intent``: the file then says that nothing is to be controlled."""
+    """One mistake; ``intent``: a file may well say this on purpose."""
 
     name: str
     config: Data
@@ -231,8 +231,8 @@ Edit = Callable[[Data, Data], bool]
 
 
 def spoils(config: Data, scenario: Data) -> Iterator[Spoil]:
-    """All mistakes that fit an example; written expectations and allowances are taken out."""
-    bare = {key: value for key, value in scenario.items() if key not in {"expect", "allow"}}
+    """All mistakes that fit an example; written expectations are taken out."""
+    bare = {key: value for key, value in scenario.items() if key != "expect"}
     for name, edit, intent in edits(config, bare):
         one, two = copy.deepcopy((config, bare))
         if edit(one, two) and (one, two) != (config, bare):
@@ -291,7 +291,10 @@ def of_loop(keys: Keys, loop: Data) -> Iterator[tuple[str, Callable[[Data], obje
         (keys.sample, (20,)),
     ):
         for factor in factors:
-            yield f"{path} × {factor:.2g}", writes({path: times(value_at(loop, path), factor, keys.most.get(path, 1e9))})
+            yield (
+                f"{path} × {factor:.2g}",
+                writes({path: times(value_at(loop, path), factor, keys.most.get(path, 1e9))}),
+            )
     yield "no reset", writes({keys.reset: keys.no_reset})
     for path in keys.flags:
         yield f"{path} off", writes({path: False if value_at(loop, path) else None})
@@ -322,7 +325,6 @@ def of_ranges(keys: Keys, loop: Data) -> Iterator[tuple[str, Callable[[Data], ob
     stroke = most - least
     for name, sp in (("above its range", high + span), ("below its range", low - span / 2)):
         yield f"set point {name}", writes({keys.setpoint: sp})
-    yield "set point at the end of its range", writes({keys.setpoint: high - 0.001 * span})
     for name, one, two in (
         ("crossed", most, least),
         ("the lowest tenth", least, least + 0.1 * stroke),
@@ -354,7 +356,10 @@ def of_alarms(keys: Keys, loop: Data) -> Iterator[tuple[str, Callable[[Data], ob
             ("of which the inner two are crossed", (0.01, 0.9, 0.1, 0.99)),
             ("with a high-high at the set point", (0.001, 0.002, 0.003, 0.01)),
         ):
-            yield f"alarms {name}", writes({p: round(low + s * span, 3) for p, s in zip(keys.alarms, shares, strict=True)})
+            yield (
+                f"alarms {name}",
+                writes({p: round(low + s * span, 3) for p, s in zip(keys.alarms, shares, strict=True)}),
+            )
     if keys.deviations:
         inner, outer = keys.deviations
         yield "deviation alarms crossed", writes({inner: round(0.2 * span, 3), outer: round(0.02 * span, 3)})
@@ -367,10 +372,20 @@ def of_run(keys: Keys, config: Data, scenario: Data, i: int) -> Iterator[tuple[s
     for what, value in (("at its lowest", low), ("at its highest", high), ("stuck", low + 0.37 * (high - low))):
         for share in (0.05, 0.6):
             yield f"sensor {what} from {share:.0%}", event(at=share * duration, loop=name, pv=value), False
-    yield "set point far above", event(at=duration / 20, loop=name, set={keys.set_key: high - 0.001 * (high - low)}), False
+    top = high - 0.001 * (high - low)
+    yield "set point at the end of its range", in_loop(i, writes({keys.setpoint: top})), True
+    yield "set point far above", event(at=duration / 20, loop=name, set={keys.set_key: top}), True
     yield "manual for ever", event(at=duration / 20, loop=name, mode="manual"), True
     yield "is meant for manual", in_loop(i, writes(keys.manual)), True
-    yield "gain × 20 by an event", event(at=duration / 20, loop=name, set={keys.gain: times(value_at(loop, keys.gain), 20, keys.most.get(keys.gain, 1e9))}), False
+    yield (
+        "gain × 20 by an event",
+        event(
+            at=duration / 20,
+            loop=name,
+            set={keys.gain: times(value_at(loop, keys.gain), 20, keys.most.get(keys.gain, 1e9))},
+        ),
+        False,
+    )
     yield "PV not connected", in_connections(f"{name}.PV", None), False
     for what, text in (("× 10", "10 * ({})"), ("÷ 10", "({}) / 10"), ("of the wrong sign", "0 - ({})")):
         yield f"PV connected {what}", in_connections(f"{name}.PV", text), False
@@ -380,7 +395,11 @@ def of_run(keys: Keys, config: Data, scenario: Data, i: int) -> Iterator[tuple[s
     for other in config["loops"]:
         if other is not loop:
             yield f"plant changed with {other['name']}", swapped(name, other["name"]), False
-            yield f"its output wired to the plants of {other['name']}", outputs_swapped(name, other["name"], keys.output), False
+            yield (
+                f"its output wired to the plants of {other['name']}",
+                outputs_swapped(name, other["name"], keys.output),
+                False,
+            )
             yield from of_cascade(i, loop, str(other["name"]))
 
 
@@ -504,7 +523,9 @@ def in_connections(key: str, text: str | None) -> Edit:
 
 def without_plant(name: str) -> Edit:
     """No plant for a loop."""
-    return lambda _, scenario: isinstance(scenario.get("plants"), dict) and scenario["plants"].pop(name, None) is not None
+    return lambda _, scenario: (
+        isinstance(scenario.get("plants"), dict) and scenario["plants"].pop(name, None) is not None
+    )
 
 
 def without_events(removed: Callable[[Data], bool]) -> Edit:

@@ -27,7 +27,7 @@ def saturated(e: Evidence, i: int) -> Judgement:
     allowed = DEVIATION * e.span(i) if allowed is None else allowed
     if not limit or error <= allowed or m.error_then - error >= e.least(i):
         return Judgement(passed=True, text="does not stay at a limit of its output with an error")
-    exempt = _exempt(e, i)
+    exempt = exemption(e, i)
     if exempt:
         return unjudged(exempt)
     since = e.seconds(m.window)
@@ -54,7 +54,7 @@ def _limit(e: Evidence, i: int) -> str:
     return ""
 
 
-def _exempt(e: Evidence, i: int) -> str:
+def exemption(e: Evidence, i: int) -> str:
     """Why a loop may stay at a limit; empty: nothing says so."""
     if e.plc.left_out(i, e.sig) or _selected_away(e, i):
         return "a selector leaves its output out"
