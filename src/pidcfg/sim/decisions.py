@@ -9,13 +9,15 @@ RUN = (
         80,
         "metrics look at the loop's signals as the PLC sees them",
         "PV, SP and output are the words in engineering units, held between samples: with filter, noise, rounding and "
-        "a broken sensor. Integrals are sums over base steps, without the last one, which stands for no time.",
+        "a broken sensor. Integrals are sums over the base steps in Auto or Cascade, without the last one, which "
+        "stands for no time; a loop that was in neither has none, and one that does not end there no final error.",
         "Every metric can then be worked out again from the trend.",
     ),
     Decision(
         81,
         "a step is measured from its event to where the set point goes",
-        "Overshoot, settling time and rise time count from the last event that changed a loop's set point. The step "
+        "Overshoot, settling time and rise time count from the last event that changed a loop's set point, or a signal "
+        "that its set point reads, while the loop was in Auto or Cascade and its PV was driven. The step "
         "goes from the set point before to the one that the controller has limited it to within a sample. A "
         "loop that is "
         "outside the band at the end has not settled: the value is none, and an expectation of it fails.",
@@ -66,5 +68,63 @@ RUN = (
         "Lists of a loop "
         "end at 1000 entries each, and the report says how many are left out.",
         "A condition that was corrected still happened; a chattering alarm must not fill the memory.",
+    ),
+    Decision(
+        330,
+        "what takes a loop out of its mode",
+        "A loop is meant for the mode of its configuration, of the last event that requests one, or of the parameters "
+        "and signals that choose it, and has to reach it and end in it. Where it left it, an event on its cascade, on "
+        "those signals or on the CPU within ten samples before says why, or an expectation on its mode.",
+        "An event long before, or one of the set point, explains nothing.",
+    ),
+    Decision(
+        331,
+        "the end of a run",
+        "Whether an output stays at a limit is looked at in the last tenth of the run, three dead times of the loop's "
+        "plants and ten samples at least; an error that loses there a twentieth, two counts and 0.1 % of span is on "
+        "its way. A master is at a limit, too, where its slave's output or set point is.",
+        "Shorter looks take a dead time for a fault, longer ones what happened before. Slower than that the error would "
+        "last for twice the run again, as it does where the PV creeps towards a value that is not the set point.",
+    ),
+    Decision(
+        332,
+        "what counts as an error at a limit",
+        "More than 1 % of span, or than the inner deviation alarm where that is closer. A loop that a selector leaves out, one whose windup "
+        "input is on without a slave that is itself at a limit, and one of two loops of opposite effect on one PV "
+        "while the other is inside its limits, are not judged.",
+        "There the output at its limit is what the program wants. Deviation alarms are often set wide for the start-up, "
+        "and with 5 % of span most outputs that were limited wrongly went unseen.",
+    ),
+    Decision(
+        333,
+        "what counts as an oscillation",
+        "Turning points of the PV in the last third of the run, of swings above 4 counts, 1 % of span and ten "
+        "standard deviations of its noise; three periods after the first one, the last swing at least 0.8 of the "
+        "first, and the last turning point not longer ago than a period. The period is the mean one, the amplitude "
+        "half the mean swing.",
+        "Noise alone reaches six to nine standard deviations from peak to peak in a run of ordinary length.",
+    ),
+    Decision(
+        334,
+        "oscillations that nobody can cure",
+        "A loop whose output is on or off, the ripple of pulses (a period of at most four of their cycles) and loops "
+        "that such a loop drives with its period are not judged; neither is a third with an auto-tune, a profile, or "
+        "two events that move the loop.",
+        "A slower swing of a loop with pulses is a matter of its tuning like any other.",
+    ),
+    Decision(
+        335,
+        "alarms that stand",
+        "The outermost alarms (low-low, high-high, the outer deviation) of a loop in Auto or Cascade, together: at the "
+        "end, or for more than a tenth of the run. The time in which an event has broken the loop's sensor does not "
+        "count, nor does an alarm that an expectation waits for.",
+        "An alarm of start-up is short; what is broken shows in the alarms and is meant to.",
+    ),
+    Decision(
+        336,
+        "what follows from an error that is expected",
+        "An error word of the PLC that an expectation names excuses all loops; an error of a loop, or the expectation "
+        "that it never comes into Auto or Cascade, itself and its cascade. Nothing of them is judged.",
+        "A wrong set-up can be written down and seen to fail, and what follows from it is no news.",
     ),
 )

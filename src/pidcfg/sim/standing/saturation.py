@@ -15,17 +15,19 @@ if TYPE_CHECKING:
     from pidcfg.sim.kernel import Channel
     from pidcfg.sim.plants import Plant
 
-DEVIATION = 0.05
-"""Of the span: an error that is too much, where no deviation alarm says so."""
+DEVIATION = 0.01
+"""Of the span: an error that is too much, unless the inner deviation alarm is closer."""
+PACE = 0.05
+"""Of an error, that it has to lose in the window: slower, it would take twice the run again."""
 
 
 def saturated(e: Evidence, i: int) -> Judgement:
     """Judges one loop, by the window at the end of the run."""
     m = e.meters[i]
     error, limit = e.error(i), _limit(e, i)
-    allowed = e.plc.inner_deviation(i)
-    allowed = DEVIATION * e.span(i) if allowed is None else allowed
-    if not limit or error <= allowed or m.error_then - error >= e.least(i):
+    inner = e.plc.inner_deviation(i)
+    allowed = min(DEVIATION * e.span(i), e.span(i) if inner is None else inner)
+    if not limit or error <= allowed or m.error_then - error >= max(e.least(i), PACE * m.error_then):
         return Judgement(passed=True, text="does not stay at a limit of its output with an error")
     exempt = exemption(e, i)
     if exempt:

@@ -1,0 +1,597 @@
+"""Standing expectations: a sound run of each vendor passes, and each kind finds what has been spoiled."""
+
+from __future__ import annotations
+
+import json
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from pidcfg.cli.formats.simulation import render_runs
+from pidcfg.cli.formats.simulation_text import verdict_line
+from pidcfg.schemas.scenario_fields import StandingKind
+from pidcfg.sim.meters import Meter, change_status, oscillation, time_in_alarm, time_in_control, want, watch_end
+from pidcfg.sim.report import STANDING_KINDS
+from pidcfg.sim.standing.judge import KINDS
+from standing_rig import SCENARIO, SIDES, failures, outcome, verdict
+
+VENDORS = [*SIDES]
+PLANT = SCENARIO[SCENARIO.index("plants:") : SCENARIO.index("events:")]
+WEAK = ("gain: 1,", "gain: 0.3,")
+"""Full power does not reach the set point."""
+LOW_ALARM = ("    output:", "    alarms: {pv: {low_low: 70, low: 80, high: 90, high_high: 95}}\n    output:")
+"""The PV starts below it, and a DL06 in alarm refuses Auto."""
+ALARMING = [vendor for vendor, side in SIDES.items() if side.alarms is not None]
+
+
+def test_the_kinds_are_the_same_everywhere():
+    assert tuple(KINDS) == STANDING_KINDS == StandingKind.__args__
+
+
+# --- each kind, each vendor ------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("vendor", VENDORS)
+def test_a_sound_run_passes_with_every_kind_judged(vendor):
+    result = outcome(vendor)
+    assert result.passed
+    assert [(v.kind, v.loop) for v in result.report.standing] == [
+        ("set-up-error", ""),
+        *((kind, "TANK") for kind in STANDING_KINDS),
+    ]
+    assert all(v.passed and v.judged for v in result.report.standing)
+    assert result.report.loops["TANK"].metrics["oscillation_period"] is None
+
+
+@pytest.mark.parametrize("vendor", VENDORS)
+def test_without_a_plant_nothing_is_controlled(vendor):
+    result = outcome(vendor, (PLANT, ""))
+    assert "pv-not-driven" in failures(result)
+    assert result.report.loops["TANK"].metrics["overshoot"] is None
+
+
+@pytest.mark.parametrize("vendor", VENDORS)
+@pytest.mark.parametrize("pv", ["50", "other"])
+def test_a_pv_from_elsewhere_is_not_driven(vendor, pv):
+    other = "" if pv != "other" else "signals: {other: 50}\n"
+    result = outcome(vendor, (PLANT, f"{other}connect: {{TANK.PV: {pv}}}\n"))
+    assert "pv-not-driven" in failures(result)
+
+
+@pytest.mark.parametrize("vendor", VENDORS)
+def test_a_signal_that_the_scenario_drives_will_do(vendor):
+    events = "events:\n  - {at: 20, set: {other: 55}}\n"
+    result = outcome(vendor, (PLANT, "signals: {other: 50}\nconnect: {TANK.PV: other}\n"), ("events:\n", events))
+    assert verdict(result, "pv-not-driven").passed
+
+
+@pytest.mark.parametrize("vendor", VENDORS)
+def test_a_plant_without_gain_moves_nothing(vendor):
+    assert "pv-not-driven" in failures(outcome(vendor, ("gain: 1,", "gain: 0,")))
+
+
+@pytest.mark.parametrize("vendor", VENDORS)
+def test_full_power_that_does_not_suffice_is_saturated(vendor):
+    result = outcome(vendor, WEAK)
+    found = verdict(result, "saturated")
+    assert (found.passed, found.judged, found.at) == (False, True, 180.0)
+    assert "upper output limit" in found.text
+    assert not result.passed
+
+
+@pytest.mark.parametrize("vendor", VENDORS)
+def test_an_error_that_gets_smaller_is_not_saturated(vendor):
+    slow = ("time_constant: 20", "time_constant: 400")
+    assert failures(outcome(vendor, slow)) == set()
+
+
+@pytest.mark.parametrize("vendor", VENDORS)
+def test_an_event_in_the_window_leaves_saturation_open(vendor):
+    found = verdict(outcome(vendor, WEAK, ("at: 80", "at: 190")), "saturated")
+    assert (found.passed, found.judged) == (True, False)
+    assert found.text.endswith("an event at 190 s")
+
+
+@pytest.mark.parametrize("vendor", VENDORS)
+def test_the_window_is_three_dead_times_long_at_least(vendor):
+    found = verdict(outcome(vendor, WEAK, ("dead_time: 1", "dead_time: 15")), "saturated")
+    assert found.at == 155.0
+
+
+@pytest.mark.parametrize("vendor", VENDORS)
+def test_a_pv_beyond_its_range_is_found(vendor):
+    assert {"saturated", "out-of-range"} <= failures(outcome(vendor, ("load: 20", "load: 150")))
+    assert failures(outcome(vendor, ("load: 20", "load: 150"), more="loops: [TANK]\n"))
+
+
+@pytest.mark.parametrize("vendor", VENDORS)
+def test_a_gain_far_too_high_oscillates(vendor):
+    result = outcome(vendor, config=[SIDES[vendor].gain])
+    assert "oscillates" in failures(result)
+    metrics = result.report.loops["TANK"].metrics
+    assert 4.5 < metrics["oscillation_period"] < 5.5, "about 4.9 dead times of 1 s with their samples"
+    assert 2.5 < metrics["oscillation_amplitude"] < 3
+
+
+@pytest.mark.parametrize("vendor", VENDORS)
+def test_events_that_repeat_leave_an_oscillation_open(vendor):
+    more = "".join(f"  - {{at: {at}, loop: TANK, set: {{setpoint: {60 + at % 4}}}}}\n" for at in (150, 161, 173))
+    found = verdict(outcome(vendor, config=[SIDES[vendor].gain], more=more), "oscillates")
+    assert (found.passed, found.judged) == (True, False)
+    assert found.text.endswith("3 events move it in the last third")
+
+
+@pytest.mark.parametrize("vendor", ALARMING)
+def test_an_outer_alarm_that_stands_is_found(vendor):
+    result = outcome(vendor, WEAK, config=[SIDES[vendor].alarms])
+    assert "alarm-stands" in failures(result)
+    assert verdict(result, "alarm-stands").at == 0.0
+
+
+@pytest.mark.parametrize("vendor", ALARMING)
+def test_an_outer_alarm_may_stand_for_a_tenth_of_the_run(vendor):
+    config = [SIDES[vendor].alarms]
+    assert "alarm-stands" not in failures(outcome(vendor, ("initial: 40", "initial: 58"), config=config))
+    result = outcome(vendor, ("time_constant: 20", "time_constant: 60"), config=config)
+    assert "% of the run" in verdict(result, "alarm-stands").text
+
+
+@pytest.mark.parametrize("vendor", ALARMING)
+def test_an_alarm_that_is_expected_may_stand(vendor):
+    name = {"dl06": "deviation_red"}.get(vendor, "deviation_high_high")
+    expected = f"expect:\n  - {{loop: TANK, alarm: {name}, after: 0}}\n"
+    assert "alarm-stands" not in failures(outcome(vendor, WEAK, config=[SIDES[vendor].alarms], more=expected))
+
+
+@pytest.mark.parametrize("vendor", ALARMING)
+def test_an_alarm_of_a_broken_sensor_may_stand_as_long_as_it_is_broken(vendor):
+    config = [SIDES[vendor].alarms]
+    start = ("initial: 40", "initial: 58")
+    assert "alarm-stands" not in failures(
+        outcome(vendor, start, config=config, more="  - {at: 100, loop: TANK, pv: 0}\n")
+    )
+    afterwards = "  - {at: 100, loop: TANK, pv: 0, for: 60}\n"
+    found = verdict(
+        outcome(vendor, start, ("time_constant: 20", "time_constant: 80"), config=config, more=afterwards),
+        "alarm-stands",
+    )
+    assert not found.passed, "the loop has been driven away meanwhile"
+
+
+# --- modes -----------------------------------------------------------------------------------------------------------
+
+
+def test_a_loop_that_is_refused_auto_for_the_whole_run_fails():
+    result = outcome("dl06", config=[LOW_ALARM])
+    assert failures(result) == {"not-in-mode"}
+    found = verdict(result, "not-in-mode")
+    assert (found.text, found.at) == ("is meant for auto and stays in manual: refused: a PV alarm is active", 0.0)
+    others = {v.kind: v.text for v in result.report.standing if not v.judged}
+    assert others == dict.fromkeys(
+        ("pv-not-driven", "saturated", "out-of-range", "oscillates", "alarm-stands"), "in manual from start to end"
+    )
+    assert result.report.loops["TANK"].metrics["iae"] is None
+
+
+@pytest.mark.parametrize("vendor", ["dl06", "click", "ezlogix", "generic"])
+def test_a_loop_that_is_meant_for_manual_is_not_judged(vendor):
+    result = outcome(
+        vendor,
+        (PLANT, ""),
+        config=[("mode: auto", "mode: manual")] if vendor != "generic" else [("    pv:", "    mode: manual\n    pv:")],
+    )
+    assert {v.kind for v in result.report.standing if v.judged and v.loop} == {"set-up-error"}
+    assert failures(result) == set()
+
+
+@pytest.mark.parametrize(
+    ("vendor", "key"), [("nextopid", "Manual: true"), ("dpide", "PID_MAN: true"), ("dpide", "PID_RUN: false")]
+)
+def test_parameters_say_that_a_loop_is_meant_for_manual(vendor, key):
+    first = {"nextopid": "    SP:", "dpide": "    SV:"}[vendor]
+    result = outcome(vendor, (PLANT, ""), config=[(first, f"    {key}\n{first}")])
+    assert verdict(result, "not-in-mode").text == "is meant for manual"
+    assert failures(result) == set()
+
+
+@pytest.mark.parametrize("vendor", VENDORS)
+def test_an_operator_may_take_a_loop_out_of_auto(vendor):
+    result = outcome(vendor, more="  - {at: 150, loop: TANK, mode: manual}\n")
+    assert result.passed
+    assert verdict(result, "not-in-mode").passed
+    metrics = result.report.loops["TANK"]
+    assert metrics.metrics["final_error"] is None
+    assert 149 < metrics.time_in_control < 151
+
+
+def test_a_request_that_is_refused_fails_though_an_earlier_one_was_granted():
+    more = "  - {at: 100, loop: TANK, mode: manual}\n  - {at: 150, loop: TANK, mode: auto}\n"
+    alarm = ("    output:", "    alarms: {pv: {low_low: 1, low: 2, high: 62, high_high: 95}}\n    output:")
+    result = outcome("dl06", config=[alarm], more=more)
+    assert failures(result) == {"not-in-mode"}
+    assert verdict(result, "not-in-mode").text.startswith("is meant for auto and stays in manual: refused")
+    given_up = outcome("dl06", config=[alarm], more=f"{more}  - {{at: 180, loop: TANK, mode: manual}}\n")
+    assert verdict(given_up, "not-in-mode").text.startswith("does not come into its mode until 180 s")
+
+
+def test_a_loop_that_loses_its_mode_by_itself_fails():
+    crossed = "  - {at: 120, loop: TANK, set: {alarms.deviation.yellow: 20}}\n"
+    result = outcome("dl06", config=[SIDES["dl06"].alarms], more=crossed)
+    assert result.passed, "an alarm limit is read when the alarm is switched on"
+    more = f"{crossed}  - {{at: 130, plc: program}}\n  - {{at: 131, plc: run}}\n"
+    result = outcome("dl06", ("initial: 40", "initial: 60"), config=[SIDES["dl06"].alarms], more=more)
+    assert failures(result) == {"set-up-error"}, "the switch of the CPU is an event that takes modes away"
+
+
+@pytest.mark.parametrize("vendor", ["dl06", "click"])
+def test_a_stop_of_the_plc_says_why_a_loop_is_in_manual(vendor):
+    word = {"dl06": "program"}.get(vendor, "stop")
+    found = verdict(outcome(vendor, more=f"  - {{at: 150, plc: {word}}}\n"), "not-in-mode")
+    assert (found.passed, found.judged) == (True, False)
+    assert f"the event at 150 s, PLC to {word} mode" in found.text
+
+
+def test_a_signal_of_the_program_says_why_a_loop_tracks():
+    wired = ("    TRK_IN: Hold\n", "    TRK_IN: Hold\n    TRK_VAL: 30.0\n")
+    found = verdict(outcome("nextopid", config=[wired], more="  - {at: 150, set: {Hold: true}}\n"), "not-in-mode")
+    assert (found.passed, found.judged) == (True, False)
+    result = outcome("nextopid", config=[wired, ("Hold: false", "Hold: true")])
+    assert failures(result) == {"not-in-mode"}
+
+
+def test_an_expectation_on_its_mode_says_so_too():
+    slow = "  - {at: 120, loop: TANK, set: {sample_rate: 50 ms}}\n"
+    assert verdict(outcome("click", more=slow), "not-in-mode").text.startswith("is meant for auto and ends in manual")
+    found = verdict(outcome("click", more=f"{slow}expect:\n  - {{loop: TANK, mode: manual}}\n"), "not-in-mode")
+    assert (found.passed, found.judged) == (True, False)
+    assert found.text.endswith("an expectation names manual")
+
+
+CASCADE = """\
+  - name: FLOW
+    mode: cascade
+    sample_rate: 0.5
+    action: direct
+    bumpless: II
+    tuning: {gain: 1.00, reset: 5.0, rate: 0}
+    pv: {range: [0, 100]}
+    setpoint: {value: 30}
+    output: {range: [0, 100]}
+    cascade_from: TANK
+"""
+SLAVE = (
+    PLANT,
+    PLANT.replace("  TANK: {", "  FLOW: {model: first_order, gain: 1, time_constant: 1}\n  TANK: {input: FLOW.PV, "),
+)
+
+
+def cascade(*edits, more="", config=()):
+    return outcome(
+        "dl06",
+        SLAVE,
+        *edits,
+        config=[("    output: {range: [0, 100]}\n", f"    output: {{range: [0, 100]}}\n{CASCADE}"), *config],
+        more=more,
+    )
+
+
+def test_a_cascade_is_judged_loop_by_loop():
+    assert cascade().passed
+    result = cascade(more="  - {at: 150, loop: FLOW, mode: auto}\n")
+    assert result.passed
+    found = verdict(result, "not-in-mode")
+    assert not found.judged
+    assert "the event at 150 s on FLOW" in found.text
+    alone = cascade(config=[("mode: cascade", "mode: auto")])
+    assert failures(alone) == {"not-in-mode"}, "a master needs its slave in Cascade"
+
+
+def test_a_master_ends_at_the_limit_of_its_slave():
+    result = cascade(WEAK)
+    assert not verdict(result, "saturated").passed
+    assert failures(cascade(("gain: 1, time_constant: 1}", "gain: 0.4, time_constant: 1}"))) == {"saturated"}
+
+
+# --- errors of the set-up --------------------------------------------------------------------------------------------
+
+
+def test_a_set_up_that_the_cpu_refuses_fails_once():
+    result = outcome("dl06", more="plc: {number_of_loops: 9}\n")
+    assert [(v.loop, v.kind, v.text) for v in result.report.standing if v.fails] == [
+        ("", "set-up-error", "V7642 = 0x0004")
+    ]
+    assert verdict(result, "not-in-mode").text == "V7642 keeps the loop task off"
+    expected = outcome("dl06", more="plc: {number_of_loops: 9}\nexpect:\n  - {flag: V7642, is: 0x0004}\n")
+    assert expected.passed
+    assert {v.text for v in expected.report.standing} == {"V7642 is expected"}
+
+
+def test_no_loop_task_without_an_error_fails_by_its_modes():
+    assert failures(outcome("dl06", more="plc: {number_of_loops: 0}\n")) == {"not-in-mode"}
+
+
+ALARM_ORDER = ("    output:", "    alarms: {deviation: {yellow: 5, red: 2}}\n    output:")
+
+
+def test_an_alarm_programming_error_fails_unless_it_is_expected():
+    result = outcome("dl06", config=[ALARM_ORDER])
+    assert failures(result) == {"not-in-mode", "set-up-error"}
+    assert verdict(result, "set-up-error").text == "alarm_programming_error"
+    for expected in ("flag: alarm_programming_error", "mode: {never: auto}"):
+        result = outcome("dl06", config=[ALARM_ORDER], more=f"expect:\n  - {{loop: TANK, {expected}}}\n")
+        assert failures(result) == set(), expected
+        assert result.report.passed
+    not_so = outcome(
+        "dl06", config=[ALARM_ORDER], more="expect:\n  - {loop: TANK, flag: alarm_programming_error, is: false}\n"
+    )
+    assert failures(not_so) == {"not-in-mode", "set-up-error"}
+
+
+def test_an_error_that_is_expected_of_one_loop_excuses_its_cascade():
+    broken = CASCADE.replace("    output:", "    alarms: {deviation: {yellow: 5, red: 2}}\n    output:")
+    edit = ("    output: {range: [0, 100]}\n", f"    output: {{range: [0, 100]}}\n{broken}")
+    result = outcome("dl06", SLAVE, config=[edit])
+    assert {(v.loop, v.kind) for v in result.report.standing if v.fails} == {
+        ("TANK", "not-in-mode"),
+        ("FLOW", "not-in-mode"),
+        ("FLOW", "set-up-error"),
+    }
+    result = outcome("dl06", SLAVE, config=[edit], more="expect:\n  - {loop: FLOW, flag: alarm_programming_error}\n")
+    assert failures(result) == set()
+
+
+def test_a_ramp_soak_table_out_of_memory_is_an_error_of_the_set_up():
+    table = "    ramp_soak: {table: V7000, steps: [{ramp_to: 65, slope: 1, soak: 1}]}\n"
+    edit = ("    output:", f"{table}    output:")
+    start = "  - {at: 10, loop: TANK, ramp_soak: start}\n"
+    assert failures(outcome("dl06", config=[edit], more=start)) == set()
+    outside = (edit[0], edit[1].replace("V7000", "V7700"))
+    found = verdict(outcome("dl06", config=[outside], more=start), "set-up-error")
+    assert found.text.startswith("ramp/soak programming error, +35 = 0x")
+
+
+def test_a_pid_error_of_a_click_is_an_error_of_the_set_up():
+    result = outcome("click", more="  - {at: 120, loop: TANK, set: {sample_rate: 50 ms}}\n")
+    assert {"set-up-error", "not-in-mode"} <= failures(result)
+    assert verdict(result, "set-up-error").text == "pid_error, DS101 = 10"
+
+
+def test_error_bits_of_a_nextopid_are_errors_of_the_set_up():
+    result = outcome("nextopid", more="  - {at: 120, loop: TANK, set: {Ti_Ki: -1}}\n")
+    assert verdict(result, "set-up-error").text == "ErrBits.Ti_Ki"
+    block = (
+        "signals:",
+        "blocks:\n  - {name: SPLIT, type: ControlSplitRange, MV: TANK.MV, SPLIT: 200, Mode: 4}\nsignals:",
+    )
+    found = verdict(outcome("nextopid", config=[block]), "set-up-error", "")
+    assert found.text == "SPLIT.Error is on"
+
+
+# --- what a scenario may say -----------------------------------------------------------------------------------------
+
+
+def test_what_is_allowed_is_shown_as_not_passed_and_does_not_fail_the_run():
+    allow = "allow:\n  - {kind: saturated, loop: TANK, reason: the heater is on loan}\n"
+    result = outcome("dl06", WEAK, more=allow)
+    found = verdict(result, "saturated")
+    assert result.passed
+    assert (found.passed, found.judged, found.allowed) == (False, True, "the heater is on loan")
+    assert verdict_line(result.outcome, result.report) == "passed: 0 of 0 expectations, 7 of 8 standing ones, 1 allowed"
+
+
+def test_an_entry_that_allows_nothing_is_a_warning():
+    result = outcome("dl06", more="allow:\n  - {kind: saturated, loop: TANK, reason: of old}\n")
+    assert result.passed
+    (found,) = result.findings
+    assert (found.code, found.severity.label, found.span.line, found.loop) == ("PID064", "warning", 11, "TANK")
+
+
+@pytest.mark.parametrize(
+    ("text", "code", "message"),
+    [
+        ("allow: [{kind: saturated, loop: TANKS, reason: x}]", "PID050", "'TANKS' is no loop"),
+        ("allow: [{kind: saturated, loop: TANK}]", "PID021", "reason"),
+        ("allow: [{kind: saturated, loop: TANK, reason: ' '}]", "PID053", "the reason is empty"),
+        ("allow: [{kind: saturation, loop: TANK, reason: x}]", "PID027", "saturation"),
+        ("loops: [TANKS]", "PID050", "'TANKS' is no loop"),
+        ("loops: []", "PID053", "no loop is judged"),
+        ("expect: [{loop: TANK, mode: {never: autom}}]", "PID050", "'autom' is no mode"),
+        ("expect: [{loop: TANK, mode: {not: auto}}]", "PID022", "a mode is wanted"),
+        ("expect: [{loop: TANK, mode: {never: auto}, at: 5}]", "PID052", "has no time"),
+    ],
+)
+def test_bad_input_is_an_error_at_its_line(text, code, message):
+    result = outcome("dl06", more=f"{text}\n")
+    assert result.report is None
+    (found,) = [d for d in result.findings if d.severity.label == "error"]
+    assert (found.code, found.span.line) == (code, 10)
+    assert message in found.message
+
+
+@pytest.mark.parametrize(
+    ("duration", "message"),
+    [("0", "must be above 0 s"), ("300 ms", "shorter than a sample of the slowest loop, 0.5 s")],
+)
+def test_a_run_that_cannot_be_judged_is_an_error_at_its_line(duration, message):
+    result = outcome("dl06", ("duration: 200", f"duration: {duration}"))
+    assert result.report is None
+    found = next(d for d in result.findings if d.severity.label == "error")
+    assert (found.span.line, found.code) == (4, "PID053")
+    assert message in found.message
+
+
+def test_loops_that_are_left_out_are_named():
+    two = (
+        SLAVE[1]
+        .replace("  FLOW: {model: first_order, gain: 1, time_constant: 1}\n", "")
+        .replace("input: FLOW.PV, ", "")
+    )
+    flow = CASCADE.replace("mode: cascade", "mode: auto").replace("    cascade_from: TANK\n", "")
+    config = [("    output: {range: [0, 100]}\n", f"    output: {{range: [0, 100]}}\n{flow}")]
+    assert failures(outcome("dl06", (PLANT, two), config=config)) >= {"pv-not-driven"}
+    result = outcome("dl06", (PLANT, two), config=config, more="loops: [TANK]\n")
+    assert result.passed
+    assert {v.text for v in result.report.standing if v.loop == "FLOW"} == {"the scenario's loops leave it out"}
+
+
+def test_a_mode_that_must_not_come():
+    expected = "expect:\n  - {loop: TANK, mode: {never: auto}}\n"
+    came = outcome("dl06", more=expected).report.expectations[0]
+    assert (came.text, came.passed, came.value) == ("TANK mode is never auto", False, "auto")
+    kept = outcome("dl06", config=[LOW_ALARM], more=expected)
+    assert kept.report.expectations[0].passed
+    assert kept.passed
+
+
+@pytest.mark.parametrize("metric", ["overshoot", "settling_time", "rise_time", "iae", "ise", "itae", "final_error"])
+def test_nothing_measured_fails_whatever_was_expected(metric):
+    expected = f"expect:\n  - {{loop: TANK, metric: {metric}, max: 1000000}}\n"
+    found = outcome("dl06", config=[LOW_ALARM], more=expected).report.expectations[0]
+    assert (found.passed, found.value) == (False, None)
+    assert "nothing was measured" in found.text
+    assert outcome("dl06", more=expected).report.expectations[0].passed
+
+
+@pytest.mark.parametrize("vendor", VENDORS)
+def test_overshoot_counts_only_where_the_output_moves_the_pv(vendor):
+    expected = "expect:\n  - {loop: TANK, metric: overshoot, max: 100 %}\n"
+    assert outcome(vendor, more=expected).passed
+    assert not outcome(vendor, (PLANT, ""), more=expected).report.expectations[0].passed
+
+
+def test_a_signal_that_the_set_point_reads_makes_a_step():
+    config = [("signals: {Hold: false}", "signals: {Hold: false, Target: 60.0}"), ("SP: 60.0", "SP: Target")]
+    result = outcome("nextopid", ("loop: TANK, set: {setpoint: 65}", "set: {Target: 65}"), config=config)
+    assert result.report.loops["TANK"].metrics["overshoot"] is not None
+    other = outcome("nextopid", ("loop: TANK, set: {setpoint: 65}", "set: {Hold: false}"))
+    assert other.report.loops["TANK"].metrics["overshoot"] is None
+
+
+def test_opposite_loops_on_one_pv_share_its_range():
+    cool = (
+        CASCADE.replace("FLOW", "COOL")
+        .replace("mode: cascade", "mode: auto")
+        .replace("action: direct", "action: reverse")
+    )
+    cool = cool.replace("    cascade_from: TANK\n", "").replace("value: 30", "value: 61")
+    config = [("    output: {range: [0, 100]}\n", f"    output: {{range: [0, 100]}}\n{cool}")]
+    water = (
+        "plants:\n  - {name: water, model: first_order, input: TANK.OUT - COOL.OUT, gain: 1, load: 20, "
+        "time_constant: 20, dead_time: 1, initial: 40}\nconnect: {TANK.PV: water, COOL.PV: water}\n"
+    )
+    plant = (PLANT, water)
+    result = outcome("dl06", plant, ("setpoint: 65", "setpoint: 50"), config=config)
+    assert result.passed, [v for v in result.report.standing if v.fails]
+
+
+# --- formats ---------------------------------------------------------------------------------------------------------
+
+
+def test_every_format_names_what_fails():
+    result = outcome("dl06", WEAK)
+    outcomes = [result.outcome]
+    message = "saturated: TANK: ends at its upper output limit with an error of 15.02, no smaller than at 180 s"
+    text = render_runs("text", outcomes)
+    assert "  FAILED  TANK saturated  ends at its upper output limit" in text
+    assert text.rstrip().endswith("FAILED: 1 of 8 standing ones")
+    data = json.loads(render_runs("json", outcomes))
+    assert data["passed"] is False
+    assert [v for v in data["standing"] if not v["passed"]] == [
+        {
+            "kind": "saturated",
+            "loop": "TANK",
+            "passed": False,
+            "judged": True,
+            "at": 180.0,
+            "text": message[17:],
+            "allowed": None,
+        }
+    ]
+    junit = render_runs("junit", outcomes)
+    assert 'tests="9" failures="1"' in junit
+    assert 'name="TANK saturated"' in junit
+    sarif = json.loads(render_runs("sarif", outcomes))["runs"][0]["results"]
+    assert [(r["ruleId"], r["level"]) for r in sarif] == [("PID063", "error")]
+    place = sarif[0]["locations"][0]["physicalLocation"]
+    assert (place["artifactLocation"]["uri"], place["region"]["startLine"]) == ("tank.yaml", 5)
+    assert "file=tank.yaml,line=5" in render_runs("github", outcomes)
+    assert message in render_runs("github", outcomes)
+    assert json.loads(render_runs("gitlab", outcomes))[0]["location"]["lines"]["begin"] == 5
+    assert result.to_json() == data
+
+
+def test_what_is_allowed_or_not_judged_is_skipped_in_junit():
+    allow = "allow:\n  - {kind: saturated, loop: TANK, reason: on loan}\n"
+    junit = render_runs("junit", [outcome("dl06", WEAK, more=allow).outcome])
+    assert '<skipped message="failed, and allowed: on loan" />' in junit
+    assert 'failures="0"' in junit
+    junit = render_runs("junit", [outcome("dl06", WEAK, ("at: 80", "at: 190")).outcome])
+    assert "an event at 190 s" in junit
+    assert 'skipped="1"' in junit
+
+
+# --- meters ----------------------------------------------------------------------------------------------------------
+
+
+def swung(pvs, least=1.0):
+    """The meter of a PV in Auto, looked at from its first value on."""
+    m = Meter(0, 1, 2, control_bits=2, late=0, window=0, watched=0, least=least)
+    change_status(0, m, 2, 0)
+    for k, pv in enumerate(pvs):
+        watch_end(k, m, pv, 0.0)
+    return m, len(pvs) - 1
+
+
+@given(
+    period=st.integers(8, 200),
+    amplitude=st.floats(0.6, 1e3),
+    phase=st.floats(0, 6),
+    periods=st.floats(5, 12),
+)
+def test_a_sine_has_its_period_and_amplitude(period, amplitude, phase, periods):
+    pvs = [amplitude * math.sin(2 * math.pi * k / period + phase) for k in range(int(period * periods))]
+    swings = oscillation(*swung(pvs))
+    assert swings is not None
+    assert abs(swings[0] - period) <= 1
+    assert 0.9 * amplitude <= swings[1] <= amplitude * (1 + 1e-9)
+
+
+@given(period=st.integers(10, 100), periods=st.floats(0.5, 3))
+def test_fewer_than_three_periods_are_no_oscillation(period, periods):
+    assert oscillation(*swung([9 * math.sin(2 * math.pi * k / period) for k in range(int(period * periods))])) is None
+
+
+def test_an_oscillation_must_be_sustained_large_and_last_to_the_end():
+    wave = [math.sin(k / 5) for k in range(400)]
+    assert oscillation(*swung([10 * y for y in wave]))
+    assert oscillation(*swung([10 * y * 0.998**k for k, y in enumerate(wave)])) is None, "it dies away"
+    assert oscillation(*swung([10 * y for y in wave], least=21.0)) is None, "it is smaller than what counts"
+    assert oscillation(*swung([10 * y for y in wave[:250]] + [0.0] * 150)) is None, "it has ended"
+    assert oscillation(*swung([10 * y * 1.002**k for k, y in enumerate(wave)])), "it grows"
+
+
+statuses = st.lists(st.tuples(st.integers(1, 9), st.sampled_from([1, 2, 2 | 8, 1 | 8])), min_size=1, max_size=30)
+
+
+@given(statuses)
+def test_times_are_what_counting_each_base_step_gives(changes):
+    m = Meter(0, 1, 2, control_bits=2, outer_bits=8)
+    k, status, control, alarm = 0, 0, 0, 0
+    for steps, new in changes:
+        if new != status:
+            status = new
+            change_status(k, m, status, 0)
+        control += steps * bool(status & 2)
+        alarm += steps * (status & 10 == 10)
+        k += steps
+    assert (time_in_control(m, k), time_in_alarm(m, k)) == (control, alarm)
+
+
+def test_a_wanted_mode_is_missed_when_another_is_wanted_before_it_came():
+    m = Meter(0, 1, 2, control_bits=6)
+    want(m, 0, 2)
+    change_status(0, m, 1, 0)
+    want(m, 7, 1)
+    assert (m.missed, m.wanted) == (7, 0)
