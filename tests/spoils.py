@@ -233,9 +233,11 @@ Edit = Callable[[Data, Data], bool]
 def spoils(config: Data, scenario: Data) -> Iterator[Spoil]:
     """All mistakes that fit an example; written expectations are taken out."""
     bare = {key: value for key, value in scenario.items() if key != "expect"}
+    names: set[str] = set()
     for name, edit, intent in edits(config, bare):
         one, two = copy.deepcopy((config, bare))
-        if edit(one, two) and (one, two) != (config, bare):
+        if name not in names and edit(one, two) and (one, two) != (config, bare):
+            names.add(name)
             yield Spoil(name, one, two, intent)
 
 

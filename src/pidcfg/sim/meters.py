@@ -238,8 +238,3 @@ def oscillation(m: Meter, last: int) -> tuple[float, float] | None:
         return None
     period = 2 * (m.last_turn - m.first_turn) / halves
     return (period, m.swings / halves / 2) if last - m.last_turn <= period else None
-
-
-def ripple(m: Meter) -> float:
-    """Half peak to peak of the swings of the PV in the last third, sustained or not; 0: there are none."""
-    return m.swings / (m.turns - 2) / 2 if m.turns > 2 else 0.0

@@ -7,7 +7,6 @@ from dataclasses import replace
 
 from pidcfg.sim.problems import Problem
 from pidcfg.sim.report import Standing, rounded
-from pidcfg.sim.standing.arrival import off_set_point
 from pidcfg.sim.standing.errors import expected_errors, plc_error, set_up_error
 from pidcfg.sim.standing.evidence import Evidence, Judgement, unjudged
 from pidcfg.sim.standing.modes import not_in_mode
@@ -21,7 +20,6 @@ KINDS: dict[str, tuple[Judge, str]] = {
     "set-up-error": (set_up_error, ""),
     "pv-not-driven": (pv_not_driven, "controlled"),
     "saturated": (saturated, "in control"),
-    "off-set-point": (off_set_point, "in control"),
     "out-of-range": (out_of_range, "controlled"),
     "oscillates": (oscillates, "controlled"),
     "alarm-stands": (alarm_stands, "controlled"),

@@ -29,7 +29,7 @@ def saturated(e: Evidence, i: int) -> Judgement:
     allowed = min(DEVIATION * e.span(i), e.span(i) if inner is None else inner)
     if not limit or error <= allowed or m.error_then - error >= max(e.least(i), PACE * m.error_then):
         return Judgement(passed=True, text="does not stay at a limit of its output with an error")
-    exempt = exemption(e, i)
+    exempt = _exempt(e, i)
     if exempt:
         return unjudged(exempt)
     since = e.seconds(m.window)
@@ -56,7 +56,7 @@ def _limit(e: Evidence, i: int) -> str:
     return ""
 
 
-def exemption(e: Evidence, i: int) -> str:
+def _exempt(e: Evidence, i: int) -> str:
     """Why a loop may stay at a limit; empty: nothing says so."""
     if e.plc.left_out(i, e.sig) or _selected_away(e, i):
         return "a selector leaves its output out"
