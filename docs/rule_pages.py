@@ -23,7 +23,7 @@ TITLES = {
     "dpide": "Rules of the DPIDE",
     "generic": "Rules of the neutral form",
 }
-"""A page a group of codes."""
+"""Of the pages, one a group of codes: where a vendor's own title would be too long."""
 
 ABOUT = {
     "reading": """\
@@ -63,12 +63,17 @@ CHOICES = "|".join(VENDORS)
 def rule_pages() -> dict[str, str]:
     """The index of all rules, and a page a group."""
     pages = {"rules.md": index()}
-    for group, title in TITLES.items():
+    for group in GROUPS:
         sections = "\n".join(f"{former_heading(rule)}#{page(rule)}" for rule in rules_of(group))
         pages[f"rules-{group}.md"] = (
-            f"# {title}\n\n{ABOUT[group]} [All rules](rules.md) stand in one list.\n\n{sections}"
+            f"# {title(group)}\n\n{ABOUT.get(group, '')} [All rules](rules.md) stand in one list.\n\n{sections}"
         )
     return pages
+
+
+def title(group: str) -> str:
+    """The title of a group's page; a vendor without one of its own has that of its row."""
+    return TITLES.get(group) or f"Rules of the {VENDORS[group].title}"
 
 
 def rules_of(group: str) -> list[Rule]:
@@ -80,7 +85,7 @@ def index() -> str:
     """Every rule in a line, under the group that explains it."""
     text = RULES.format(count=len(rules()), prefixes=", ".join(f"`{v.prefix}` {v.title}" for v in VENDORS.values()))
     for group in GROUPS:
-        text += f"\n## {TITLES[group]}\n\n| code | severity | what is wrong |\n|---|---|---|\n"
+        text += f"\n## {title(group)}\n\n| code | severity | what is wrong |\n|---|---|---|\n"
         for rule in rules_of(group):
             link = f'<a id="{rule.code.lower()}"></a>[{rule.code}](rules-{group}.md#{anchor(rule)})'
             text += f"| {former_anchor(rule)}{link} | {rule.severity.label} | {rule.title} |\n"

@@ -147,6 +147,9 @@ class Plc(BasePlc):
             return None
         return {"done": True, "error": False, "status": "done", "results": {"gain": 2.5}}
 
+    def integrates(self, _loop, _sig):
+        return False
+
     def output_limits(self, _loop, _sig):
         return -1e6, 1e6
 

@@ -27,6 +27,12 @@ class Side:
     action: tuple[str, str]
     gain: tuple[str, str]
     """As it is, and so high that the loop swings for ever."""
+    soft: str
+    """A gain that leaves most of the work to the integral."""
+    slow: tuple[str, str]
+    """The integral time, and one that is far too long."""
+    off: str
+    """No integral."""
     alarms: tuple[str, str] | None = None
     """Where alarms are written, and narrow ones."""
 
@@ -50,6 +56,9 @@ loops:
 """,
         ("action: direct", "action: reverse"),
         ("gain: 2.00", "gain: 60.00"),
+        "gain: 0.50",
+        ("reset: 20.0", "reset: 900.0"),
+        "reset: off",
         ("    output:", "    alarms: {deviation: {yellow: 5, red: 10}, hysteresis: 2 counts}\n    output:"),
     ),
     "click": Side(
@@ -74,6 +83,9 @@ loops:
 """,
         ("action: direct", "action: reverse"),
         ("proportional_gain: 2", "proportional_gain: 80"),
+        "proportional_gain: 0.5",
+        ("reset_time: 20", "reset_time: 3000"),
+        "reset_time: 6000",
         ("    output:", "    alarms: {deviation: {high: 5, high_high: 10}, hysteresis: 0.1}\n    output:"),
     ),
     "ezlogix": Side(
@@ -96,6 +108,9 @@ loops:
 """,
         ("action: reverse", "action: direct"),
         ("proportional_gain: 2.00", "proportional_gain: 80.00"),
+        "proportional_gain: 0.50",
+        ("integral_time: 20.0", "integral_time: 3000.0"),
+        "integral_time: off",
     ),
     "nextopid": Side(
         """\
@@ -118,6 +133,9 @@ loops:
 """,
         ("    SP:", "    Direct: true\n    SP:"),
         ("Kp: 2.0", "Kp: 80.0"),
+        "Kp: 0.5",
+        ("Ti_Ki: 20.0", "Ti_Ki: 3000.0"),
+        "Ti_Ki: 0.0",
     ),
     "dpide": Side(
         """\
@@ -139,6 +157,9 @@ loops:
 """,
         ("PID_DIR: true", "PID_DIR: false"),
         ("Kc_Kp: 2.0", "Kc_Kp: 80.0"),
+        "Kc_Kp: 0.5",
+        ("Ti_Ki: 20.0", "Ti_Ki: 3000.0"),
+        "Ti_Ki: 0.0",
     ),
     "generic": Side(
         """\
@@ -155,6 +176,9 @@ loops:
 """,
         ("output_raises_pv: true", "output_raises_pv: false"),
         ("gain: 2,", "gain: 80,"),
+        "gain: 0.5,",
+        ("integral_time: 20 s", "integral_time: 3000 s"),
+        "integral_time: 0 s",
         ("    output:", "    alarms: {deviation: {high: 5, high_high: 10}}\n    output:"),
     ),
 }

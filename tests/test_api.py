@@ -23,6 +23,7 @@ import pidcfg
 from pidcfg.encoders.files import UnwritableError
 from pidcfg.limits import DEFAULT
 from pidcfg.reader import Texts
+from pidcfg.vendors import VENDORS
 
 ROOT = Path(__file__).parents[1]
 EXAMPLES = ROOT / "examples"
@@ -181,8 +182,8 @@ def test_limits_hold():
     ("call", "message"),
     [
         (
-            lambda: pidcfg.decode("", "s7"),
-            "`vendor` is 's7'; it is one of dl06, click, ezlogix, nextopid, dpide, generic",
+            lambda: pidcfg.decode("", "nobody"),
+            f"`vendor` is 'nobody'; it is one of {', '.join(VENDORS)}",
         ),
         (
             lambda: pidcfg.decode("", "dl06", format="st"),
@@ -203,7 +204,7 @@ def test_limits_hold():
             "AutomationDirect DirectLOGIC DL06 has no format cdv; it has text",
         ),
         (lambda: pidcfg.encode(REACTOR, into=""), "text is not written into another file"),
-        (lambda: pidcfg.convert(REACTOR, "s7"), "`to` is 's7'; it is one of dl06, "),
+        (lambda: pidcfg.convert(REACTOR, "nobody"), "`to` is 'nobody'; it is one of dl06, "),
         (
             lambda: pidcfg.diff("", "", names=("a.txt", "b.txt")),
             "neither file says the PLC family; name it with `vendor`",
@@ -220,7 +221,7 @@ def test_limits_hold():
         (lambda: pidcfg.tune("zn-open", pv_range=(5, 5)), "`pv_range` does not ascend"),
         (lambda: pidcfg.tune("zn-open", gain=1, record=STEP), "`gain` and `record` do not go together"),
         (lambda: pidcfg.tune("zn-open", record="a,b"), "<text> holds no samples"),
-        (lambda: pidcfg.explain("V7642", vendor="s7"), "`vendor` is 's7'; it is one of dl06, "),
+        (lambda: pidcfg.explain("V7642", vendor="nobody"), "`vendor` is 'nobody'; it is one of dl06, "),
         (lambda: pidcfg.explain("gain", config=REACTOR, vendor="click"), "`config` is of vendor dl06, not click"),
         (lambda: pidcfg.explain("nonsense!"), "nothing is known of 'nonsense!'"),
     ],
@@ -411,5 +412,7 @@ def test_words_that_cannot_be_read_back_are_a_finding_of_diff(case):
 
 @pytest.mark.parametrize("source", [3, 10**11, True, ["a"], Path])
 def test_what_is_no_source_is_a_type_error(source):
-    with pytest.raises(TypeError, match="a source is a"):
+    with pytest.raises(
+        TypeError, match=r"^`source` is .*; give a pathlib\.Path, str or bytes, or the document of a result$"
+    ):
         pidcfg.check(source)

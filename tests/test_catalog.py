@@ -19,12 +19,14 @@ from pidcfg.validate.catalog import (
     number_of,
     rule_of,
     rules,
+    suggestion,
     unusable,
 )
 from pidcfg.validate.codes import READING
 from pidcfg.validate.rule import Rule
 from pidcfg.validate.rules import collect, common
 from pidcfg.vendors import VENDORS
+from shell import captured, pidcfg
 
 ROOT = Path(__file__).parents[1]
 
@@ -42,6 +44,43 @@ def test_the_rules_of_a_vendor_have_its_codes(vendor):
 
     assert codes
     assert {group_of(code) for code in codes} == {vendor.key}
+
+
+@pytest.mark.parametrize(
+    ("text", "cure"),
+    [
+        ("PID 242", "did you mean DL242?"),
+        ("PID2999", "did you mean DL299?"),
+        ("DL-242", "did you mean DL242?"),
+        ("DL2420", "did you mean DL242?"),
+        ("242", "did you mean DL242?"),
+        ("CL301", "did you mean CK301?"),
+        ("DL24x", "did you mean DL24?"),
+        ("PID24x", "did you mean DL24?"),
+        ("DL2O2", "did you mean DL202?"),
+        ("pv-alarms-out-of-order", "did you mean DL242?"),
+        ("PID9", "'pidcfg rule' lists all"),
+        ("", "'pidcfg rule' lists all"),
+        ("hello", "'pidcfg rule' lists all"),
+    ],
+)
+def test_a_code_that_no_rule_has_is_told_the_one_that_was_meant(text, cure):
+    assert suggestion(text) == cure
+
+
+@pytest.mark.parametrize(
+    "words",
+    [("rule", "PID 242"), ("validate", "--select", "PID 242", "x"), ("validate", "--ignore", "DL 242", "x")],
+)
+def test_commands_name_the_code_that_was_meant(words):
+    code, shown, _ = captured(pidcfg, list(words))
+    assert code == 2
+    assert "did you mean DL242?" in " ".join(shown.split())
+
+
+def test_no_two_rules_have_one_number():
+    numbers = [number_of(code) for code in rules()]
+    assert len(numbers) == len({*numbers})
 
 
 def test_every_rule_is_found_by_its_code():

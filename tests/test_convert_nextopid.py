@@ -671,7 +671,7 @@ def test_networks_lose_what_has_no_twin(name):
 
 
 @pytest.mark.parametrize("name", ["cascade", "override", "ratio", "splitrange", "heatexchanger", "autotune"])
-@pytest.mark.parametrize("target", ["dl06", "click", "ezlogix", "dpide", "generic", "nextopid"])
+@pytest.mark.parametrize("target", VENDORS)
 def test_examples_convert_to_every_vendor(name, target):
     data = read_document((EXAMPLES / f"{name}.yaml").read_bytes(), name).data
     config = NextopidFile.model_validate(data)

@@ -13,6 +13,7 @@ from pidcfg.encoders.ezlogix.decode import decode
 from pidcfg.encoders.ezlogix.encode import encode
 from pidcfg.encoders.ezlogix.files import FORMATS
 from pidcfg.encoders.maps.ezlogix import BLOCKS, SPACE, TABLES, VARIABLES
+from pidcfg.encoders.spaces import NoRegisterError
 from pidcfg.encoders.words import DecodeError
 from pidcfg.schemas.ezlogix import EzlogixFile
 from pidcfg.source import read_document
@@ -45,6 +46,28 @@ def value(address: str, **changes):
     encoding = encode(configuration(**changes))
     assert encoding.misfits == ()
     return next(c.value for c in encoding.image.cells if c.address == address)
+
+
+@pytest.mark.parametrize(("base", "fits"), [("R65504", True), ("R65505", False), ("R65535", False)])
+@pytest.mark.parametrize("discretes", ["S201", "S65528", "S65529"])
+def test_a_block_that_leaves_its_bank_has_no_image(base, fits, discretes):
+    encoding = encode(configuration(registers=base, discretes=discretes))
+
+    assert encoding.whole == (fits and discretes != "S65529")
+    if encoding.whole:
+        assert encoding.image.cells[31].address == "R65535"
+    else:
+        where = discretes if fits else base
+        with pytest.raises(NoRegisterError, match=f"^the block of L1 at {where} goes on behind the last register$"):
+            _ = encoding.image
+
+
+def test_an_address_behind_the_last_bank_is_none():
+    last = SPACE.number("S", 65535)
+    assert SPACE.name(last) == "S65535"
+    for ask in (SPACE.name, SPACE.kind, SPACE.place):
+        with pytest.raises(NoRegisterError, match="no register lies behind S65535"):
+            ask(last + 1)
 
 
 PULSE = {"tag": "OR1", "pulse": {"tag": "O1", "cycle_time": 10.0, "min_on": 0.5, "min_off": 0.7}}

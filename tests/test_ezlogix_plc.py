@@ -111,9 +111,11 @@ def test_a_missing_word_counts_as_zero():
 
 
 def test_a_block_at_the_end_of_its_bank_does_not_run_into_the_next():
-    made = image({"registers": "R65535"})
-    discretes = SPACE.number("S", 1)
-    machine = load(replace(made, cells=(*made.cells, Cell("S1", discretes, 1, ""))))
+    made = image({})
+    sample_rate = replace(made.cells[0], address="R65535", number=SPACE.number("R", 65535))
+    cells = (sample_rate, *(cell for cell in made.cells if cell.address.startswith("S")))
+    cells = (*cells, Cell("S0", SPACE.number("S", 0), 1, ""), Cell("S1", SPACE.number("S", 1), 1, ""))
+    machine = load(replace(made, cells=cells, settings=({**made.settings[0], "registers": "R65535"},)))
 
     assert machine.periods == [100_000], "the first register is the last of the bank"
     assert machine.cfg[0].sp_high == 0.0

@@ -16,7 +16,7 @@ from pidcfg.encoders.generic.decode import decode
 from pidcfg.encoders.generic.encode import encode
 from pidcfg.encoders.generic.files import FORMATS, checklist
 from pidcfg.encoders.generic.options import DECODE_OPTIONS
-from pidcfg.encoders.maps.generic import NEEDED, ROWS, TUNED, split
+from pidcfg.encoders.maps.generic import LOOPS, NEEDED, ROWS, TUNED
 from pidcfg.encoders.parameters import TYPES, store
 from pidcfg.encoders.words import DecodeError
 from pidcfg.schemas.generic import GenericFile, Loop
@@ -64,10 +64,10 @@ def test_the_table_has_every_field_once():
 
 def test_no_path_is_the_end_of_another_so_that_names_with_dots_are_clear():
     assert not [(a, b) for a, b in permutations(ROWS, 2) if a.endswith(f".{b}")]
-    assert split("A.pv.pv.range.0") == ("A.pv", "pv.range.0")
-    assert split("TIC-101.tuning.gain") == ("TIC-101", "tuning.gain")
-    assert split("tuning.gain") == ("", "")
-    assert split("TIC-101.tuning.gian") == ("", "")
+    assert LOOPS.split("A.pv.pv.range.0") == ("A.pv", "pv.range.0")
+    assert LOOPS.split("TIC-101.tuning.gain") == ("TIC-101", "tuning.gain")
+    assert LOOPS.split("tuning.gain") == ("", "")
+    assert LOOPS.split("TIC-101.tuning.gian") == ("", "")
 
 
 @settings(max_examples=40)
@@ -183,5 +183,9 @@ def test_tuning_finds_its_fields():
     assert [TUNED.unit(name) for name in TUNED.names] == ["", "s", "s"]
     assert TUNED.gain_unit == "engineering"
     assert TUNED.limits(GenericFile, "tuning.gain").low == "0"
+    assert TUNED.limits(GenericFile, "tuning.derivative_on") is None
+    for name in ("nothing", "nothing.gain"):
+        with pytest.raises(KeyError, match=name):
+            TUNED.limits(GenericFile, name)
     assert TUNED.stored("tuning.gain", Decimal("0.1")) == Decimal("0.1")
     assert set(PLAIN) <= set(Loop.model_fields)

@@ -15,6 +15,7 @@ from pidcfg.validate.ideas.alarms import (
 from pidcfg.validate.ideas.blocks import Extent, block_beyond_bank, blocks_overlap, too_many_loops
 from pidcfg.validate.ideas.cascades import rings
 from pidcfg.validate.ideas.duplicates import MOST_NAMES, repeats, reported_once
+from pidcfg.validate.ideas.limits import NUMBERS, outside_limits
 from pidcfg.validate.views import View, complete, number_text, value_or_switch, with_unit
 
 
@@ -206,3 +207,32 @@ def test_a_feature_is_pointed_at_by_its_value_or_by_its_switch():
 
     assert value_or_switch(Part(3), "filter") == "filter"
     assert value_or_switch(Part(None), "filter") == "filter_enabled"
+
+
+# --- limits ----------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("limits", [(10, 20), (Decimal(10), Decimal(20)), (15, 15), (Decimal("14.999"), 15), None])
+@pytest.mark.parametrize("value", [9, 10, 15, 20, 21, Decimal("9.999"), Decimal("20.001"), None])
+def test_a_value_outside_its_limits_is_a_finding_at_its_key(value, limits):
+    found = list(outside_limits(registers(), "output", "bias", value=value, limits=limits, shown="{} %".format))
+
+    is_outside = value is not None and limits is not None and not limits[0] <= value <= limits[1]
+    assert len(found) == is_outside
+    if found:
+        assert found[0].path == ("loops", 0, "output", "bias")
+        assert found[0].values == {"value": f"{value} %", "low": str(limits[0]), "high": f"{limits[1]} %"}
+
+
+@pytest.mark.parametrize("units", [(), ("low",), ("value", "high"), NUMBERS])
+def test_a_finding_about_limits_has_units_where_its_message_wants_them(units):
+    (found,) = outside_limits(
+        registers(), "SV", value=3, limits=(1, 2), shown="{} C".format, units=units, field="sv", what="x"
+    )
+
+    assert found.values == {
+        "sv": "3 C" if "value" in units else "3",
+        "low": "1 C" if "low" in units else "1",
+        "high": "2 C" if "high" in units else "2",
+        "what": "x",
+    }

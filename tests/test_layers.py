@@ -19,7 +19,8 @@ MAY_IMPORT = {
     "limits":       "",
     "globs":        "",
     "paths":        "",
-    "writer":       "",
+    "control_characters": "",
+    "writer":       "control_characters",
     "reader":       "",
     "diagnostics":  "refs",
     "document":     "refs limits diagnostics",
@@ -27,19 +28,19 @@ MAY_IMPORT = {
     "comments":     "refs limits diagnostics document source",
     "aliases":      "refs limits diagnostics document source",
     "schemas":      "refs",
-    "encoders":     "refs paths writer schemas",
+    "encoders":     "refs paths control_characters writer schemas",
     "vendors":      "refs schemas encoders",
     "listings":     "limits encoders vendors writer",
     "conversion":   "refs diagnostics limits document source comments schemas encoders vendors",
     "differences":  "refs schemas encoders vendors conversion",
     "tuning":       "refs limits schemas encoders vendors listings",
     "validate":     "refs limits diagnostics document source comments aliases schemas encoders vendors conversion "
-                    "tuning",
-    "explanation":  "refs diagnostics schemas encoders vendors validate",
+                    "tuning writer",
+    "explanation":  "refs control_characters diagnostics schemas encoders vendors validate",
     "sim":          "refs schemas encoders tuning",
     "pictures":     "",
-    "report":       "refs limits diagnostics document schemas encoders vendors conversion differences validate "
-                    "explanation sim pictures",
+    "report":       "refs control_characters limits diagnostics document schemas encoders vendors conversion "
+                    "differences validate explanation sim pictures",
     "scenario":     "refs limits reader diagnostics document source schemas encoders vendors listings conversion "
                     "differences validate sim pictures",
     "results":      "limits reader writer diagnostics document source schemas encoders vendors listings conversion "
@@ -106,7 +107,7 @@ LOADS = {
 }
 
 STARTS = "cli cli.main cli.terminal cli.terminal.colour cli.terminal.glyphs cli.terminal.progress"
-OPTIONS = f"{STARTS} cli.commands cli.options cli.terminal.console diagnostics limits"
+OPTIONS = f"{STARTS} cli.commands cli.options cli.terminal.console control_characters diagnostics limits"
 REPORTS = "cli.files cli.files.identity cli.formats cli.formats.format cli.formats.report_options"
 READS = "cli.files cli.files.folders cli.files.identity cli.files.inputs document reader source"
 OF_VENDORS = "cli.arguments vendors encoders encoders.options " + " ".join(
@@ -116,7 +117,8 @@ MODULES = {
     # command            every module of pidcfg that it imports
     "--version":         STARTS,
     "--help":            STARTS,
-    "completion --help": f"{STARTS} cli.commands cli.commands.completion cli.terminal.console",
+    "completion --help": f"{STARTS} cli.commands cli.commands.completion cli.terminal.console "
+                         "control_characters",
     "validate --help":   f"{OPTIONS} {REPORTS} {READS} cli.commands.validate cli.findings cli.findings.settings "
                          "cli.findings.settings_keys cli.formats.findings cli.formats.reporters results "
                          "results.findings writer",
@@ -393,7 +395,7 @@ render("sarif", Findings([Diagnostic({!r}, Severity.ERROR, "message", "file.yaml
 import sys
 """
 SARIF = (
-    "cli cli.formats cli.formats.findings cli.formats.format cli.formats.sarif diagnostics refs "
+    "cli cli.formats cli.formats.findings cli.formats.format cli.formats.sarif control_characters diagnostics refs "
     "validate validate.catalog validate.codes validate.pages validate.rule vendors writer"
 )
 

@@ -83,8 +83,18 @@ def test_full_power_that_does_not_suffice_is_saturated(vendor):
 
 @pytest.mark.parametrize("vendor", VENDORS)
 def test_an_error_that_gets_smaller_is_not_saturated(vendor):
-    slow = ("time_constant: 20", "time_constant: 400")
+    slow = ("time_constant: 20", "time_constant: 800")
     assert failures(outcome(vendor, slow)) == set()
+
+
+@pytest.mark.parametrize("vendor", VENDORS)
+def test_an_integral_that_hardly_acts_leaves_an_error(vendor):
+    config = [(SIDES[vendor].gain[0], SIDES[vendor].soft), SIDES[vendor].slow]
+    result = outcome(vendor, config=config)
+    assert failures(result) == {"error-stands"}
+    assert verdict(result, "error-stands").text.startswith("ends inside its output limits with an error of ")
+    off = [(SIDES[vendor].gain[0], SIDES[vendor].soft), (SIDES[vendor].slow[0], SIDES[vendor].off)]
+    assert failures(outcome(vendor, config=off)) == set(), "without an integral an offset is meant"
 
 
 @pytest.mark.parametrize("vendor", VENDORS)
@@ -170,7 +180,8 @@ def test_a_loop_that_is_refused_auto_for_the_whole_run_fails():
     assert (found.text, found.at) == ("is meant for auto and stays in manual: refused: a PV alarm is active", 0.0)
     others = {v.kind: v.text for v in result.report.standing if not v.judged}
     assert others == dict.fromkeys(
-        ("pv-not-driven", "saturated", "out-of-range", "oscillates", "alarm-stands"), "in manual from start to end"
+        ("pv-not-driven", "saturated", "error-stands", "out-of-range", "oscillates", "alarm-stands"),
+        "in manual from start to end",
     )
     assert result.report.loops["TANK"].metrics["iae"] is None
 
@@ -378,7 +389,7 @@ def test_what_is_allowed_is_shown_as_not_passed_and_does_not_fail_the_run():
     found = verdict(result, "saturated")
     assert result.passed
     assert (found.passed, found.judged, found.allowed) == (False, True, "the heater is on loan")
-    assert verdict_line(result.outcome, result.report) == "passed: 0 of 0 expectations, 7 of 8 standing ones, 1 allowed"
+    assert verdict_line(result.outcome, result.report) == "passed: 0 of 0 expectations, 8 of 9 standing ones, 1 allowed"
 
 
 def test_an_entry_that_allows_nothing_is_a_warning():
@@ -492,10 +503,10 @@ def test_opposite_loops_on_one_pv_share_its_range():
 def test_every_format_names_what_fails():
     result = outcome("dl06", WEAK)
     outcomes = [result.outcome]
-    message = "saturated: TANK: ends at its upper output limit with an error of 15.02, no smaller than at 180 s"
+    message = "saturated: TANK: ends at its upper output limit with an error of 15.02, hardly smaller than at 180 s"
     text = render_runs("text", outcomes)
     assert "  FAILED  TANK saturated  ends at its upper output limit" in text
-    assert text.rstrip().endswith("FAILED: 1 of 8 standing ones")
+    assert text.rstrip().endswith("FAILED: 1 of 9 standing ones")
     data = json.loads(render_runs("json", outcomes))
     assert data["passed"] is False
     assert [v for v in data["standing"] if not v["passed"]] == [
@@ -510,7 +521,7 @@ def test_every_format_names_what_fails():
         }
     ]
     junit = render_runs("junit", outcomes)
-    assert 'tests="9" failures="1"' in junit
+    assert 'tests="10" failures="1"' in junit
     assert 'name="TANK saturated"' in junit
     sarif = json.loads(render_runs("sarif", outcomes))["runs"][0]["results"]
     assert [(r["ruleId"], r["level"]) for r in sarif] == [("PID063", "error")]

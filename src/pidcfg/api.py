@@ -2,7 +2,8 @@
 
 Every call takes text or files and returns a frozen result with ``findings``, ``ok`` and ``to_json()``. None prints,
 exits, handles signals or changes anything outside of its result. What is wrong with a file is in ``findings``; a file
-that is not there is an `OSError`, a wrong argument a `ValueError` that names the choices. ``docs/api.md`` has it all.
+that is not there is an `OSError`, a wrong argument a `ValueError` that names it and says what is wanted. All of it
+stands in ``docs/api.md``.
 """
 
 from __future__ import annotations
@@ -132,6 +133,7 @@ def decode(
     family = vendor_named(vendor)
     if format is not None:
         refuse_unknown("format", format, family.load("formats"))
+    source = bytes(source) if isinstance(source, bytearray | memoryview) else source
     sources = source if isinstance(source, Sequence) and not isinstance(source, str | bytes) else [source]
     names = [name] * len(sources) if name is None or isinstance(name, str) else list(name)
     if not sources or len(names) != len(sources):
@@ -248,7 +250,7 @@ def tune(
     ``gain`` is in PV units per unit of the output, negative for cooling; the times are in s. A method needs some of the
     numbers. ``record``: a CSV file of a step test (time, output, PV) in place of the first three. ``vendor``: also as
     this PLC holds them; one whose gain is a share of the span needs ``pv_range``. Raises `ValueError` for a record that
-    tells no process, and beyond the range of a rule.
+    no process fits, and beyond the range of a rule.
     """
     from pidcfg.results import gains
     from pidcfg.tuning.rules import METHODS, Form
@@ -284,8 +286,8 @@ def explain(
     """What words, contents, bits, error numbers, registers, rules and decisions mean; without one, what can be asked.
 
     ``loop``: addresses are of loops that begin where the manual's example does; ``blocks``: where loop registers begin.
-    ``config``: a configuration, for the loop and the line that set a register. Raises `ValueError` for what nothing is
-    known of.
+    ``config``: a configuration, for the loop and the line that set a register. Raises `ValueError` for an unknown
+    thing.
     """
     from pidcfg.results.explanations import explained
     from pidcfg.results.sources import checked_of

@@ -10,7 +10,7 @@ the text that has to be edited.
 from __future__ import annotations
 
 import re
-from functools import cache
+from threading import local
 from typing import TYPE_CHECKING, Any, NoReturn
 
 from pidcfg.diagnostics import START, Diagnostic, Severity, Span
@@ -28,6 +28,7 @@ UNPRINTABLE = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x84\x86-\x9f\ud800-\u
 """What YAML 1.2 calls not printable, listed rather than negated: that compiles seven times as fast."""
 UTF16_MARKS = (b"\xff\xfe", b"\xfe\xff")
 SAVE_AS_UTF8 = "save the file as UTF-8"
+THREAD = local()
 
 HINTS = (
     ("mapping values are not allowed", "check the indentation; text that holds ': ' needs quotes"),
@@ -275,12 +276,13 @@ def _walk(text: str, builder: _Builder) -> None:
         raise _RefusedError("PID001", f"not YAML: {str(e).splitlines()[0]}", START) from None
 
 
-@cache
 def parser() -> Any:
-    """One reader for all files: it keeps nothing from one text to the next."""
-    from ruamel.yaml import YAML
+    """One reader for all files of a thread: the one without C keeps the text in itself while it reads it."""
+    if not hasattr(THREAD, "parser"):
+        from ruamel.yaml import YAML
 
-    return YAML(typ="safe")
+        THREAD.parser = YAML(typ="safe")
+    return THREAD.parser
 
 
 def _refuse_syntax(text: str, error: Any) -> NoReturn:

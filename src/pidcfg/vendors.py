@@ -25,13 +25,26 @@ class Vendor:
     prefix: str
 
     def load(self, what: str) -> Any:
-        """The object that a row of `PARTS` names, imported on first use."""
-        module, _, attribute = PARTS[what].format(key=self.key, Key=self.key.capitalize()).partition(":")
-        return getattr(import_module(f"pidcfg.{module}"), attribute)
+        """The object that a row of `PARTS` names, imported on first use; raises `LookupError` where there is none."""
+        module, name = self.module(what), self._place(what)[1]
+        if not hasattr(module, name):
+            raise LookupError(f"{self.key} has no {what}: {module.__name__} has no {name}")
+        return getattr(module, name)
 
     def module(self, what: str) -> Any:
-        """The module that has the object, for its other names."""
-        return import_module(f"pidcfg.{PARTS[what].partition(':')[0].format(key=self.key)}")
+        """The module that has the object, for its other names; raises `LookupError` where there is none."""
+        name = self._place(what)[0]
+        try:
+            return import_module(name)
+        except ModuleNotFoundError as error:
+            if error.name is None or not f"{name}.".startswith(f"{error.name}."):
+                raise
+            raise LookupError(f"{self.key} has no {what}: {error.name} is missing") from None
+
+    def _place(self, what: str) -> tuple[str, str]:
+        """The module of a part, and the object's name in it."""
+        module, _, name = PARTS[what].format(key=self.key, Key=self.key.capitalize()).partition(":")
+        return f"pidcfg.{module}", name
 
     @property
     def starter(self) -> str:

@@ -4,8 +4,13 @@ from __future__ import annotations
 
 import io
 import json
+import re
 from typing import Any
 
+from pidcfg.control_characters import CONTROL
+
+IN_JSON = re.compile(f"[{CONTROL}]")
+"""Control characters that JSON may hold as they are."""
 WIDTH = 110
 ENDS_A_TEXT = frozenset("?:")
 """Signs that some readers take for the end of a text in flow style."""
@@ -13,7 +18,17 @@ ENDS_A_TEXT = frozenset("?:")
 
 def json_text(data: object, *, allow_nan: bool = True) -> str:
     """Data as indented JSON with a line end; raises `ValueError` for NaN and infinities where they are not allowed."""
-    return json.dumps(data, indent=2, ensure_ascii=False, allow_nan=allow_nan) + "\n"
+    return _without_controls(json.dumps(data, indent=2, ensure_ascii=False, allow_nan=allow_nan)) + "\n"
+
+
+def json_line(data: object) -> str:
+    """Data as JSON on one line, whoever divides a text into lines."""
+    return _without_controls(json.dumps(data, ensure_ascii=False))
+
+
+def _without_controls(text: str) -> str:
+    """JSON whose control characters are all escapes; outside of its texts there is none."""
+    return IN_JSON.sub(lambda sign: f"\\u{ord(sign.group()):04x}", text)
 
 
 def yaml_text(data: dict[str, Any]) -> str:

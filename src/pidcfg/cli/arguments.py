@@ -1,14 +1,14 @@
-"""Wrong arguments of a public call, as what they are on the command line: wrong options."""
+"""Wrong arguments of a public call, as what they are on the command line: wrong options, and files with faults."""
 
 from __future__ import annotations
 
 from contextlib import contextmanager
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NoReturn
 
 import click
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
+    from collections.abc import Iterator, Mapping, Sequence
 
 NOTHING: Mapping[str, str] = {}
 
@@ -27,3 +27,12 @@ def usage(options: Mapping[str, str] = NOTHING) -> Iterator[None]:
         raise click.BadParameter(error.remark, param_hint=option(error.names[0])) from None
     except ArgumentError as error:
         raise click.UsageError(error.spelled(option)) from None
+
+
+def refuse_all(faults: Sequence[str]) -> NoReturn:
+    """Ends the command with everything that is wrong with its files."""
+    from pidcfg.cli.terminal.console import note
+
+    for fault in faults[:-1]:
+        note(f"Error: {fault}")
+    raise click.ClickException(faults[-1])

@@ -26,12 +26,12 @@ class Words(click.ParamType[list[str], str | list[str]]):
         codes = [code.strip().upper() for code in value.split(",") if code.strip()]
         if codes:
             from pidcfg.cli.findings.former_codes import current_code
-            from pidcfg.validate.catalog import rules
+            from pidcfg.validate.catalog import rules, suggestion
 
             codes = [current_code(code, ctx) for code in codes]
             for code in codes:
                 if not rules(code):
-                    self.fail(f"no rule begins with {code!r}; 'pidcfg rule' lists all", param, ctx)
+                    self.fail(f"no rule begins with {code!r}; {suggestion(code)}", param, ctx)
         return codes
 
 

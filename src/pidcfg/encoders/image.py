@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
-from pidcfg.encoders.spaces import WORD, Kind
+from pidcfg.encoders.spaces import WORD, Kind, NoRegisterError
 from pidcfg.paths import steps
 
 if TYPE_CHECKING:
@@ -91,6 +91,12 @@ class Block:
         ]
 
 
+def no_registers(block: Block, space: Space) -> NoRegisterError:
+    """The error of a block that goes on behind the last register of its bank."""
+    whose = f" of {block.loop}" if block.loop else ""
+    return NoRegisterError(f"the block{whose} at {space.name(block.start)} goes on behind the last register")
+
+
 @dataclass(frozen=True)
 class Encoding:
     """The blocks of a configuration in the order they are written; where they overlap, the later wins."""
@@ -103,7 +109,9 @@ class Encoding:
 
     @cached_property
     def image(self) -> Image:
-        """All words in address order."""
+        """All words in address order; raises `NoRegisterError` where a block leaves its bank, and has no image."""
+        if self.outside:
+            raise no_registers(self.outside[0], self.space)
         cells = {cell.number: cell for block in self.blocks for cell in block.cells(self.space)}
         return Image(self.vendor, tuple(cells[a] for a in sorted(cells)), self.settings, self.plc)
 
@@ -112,11 +120,15 @@ class Encoding:
         """Values that their registers cannot hold, each with its place."""
         return tuple(((*b.place, *steps(m.path)), m) for b in self.blocks for m in b.encoded.misfits)
 
+    @cached_property
+    def outside(self) -> tuple[Block, ...]:
+        """Blocks that go on behind the last register of their bank."""
+        return tuple(b for b in self.blocks if not self.space.same_bank(b.start, b.start + b.table.size - 1))
+
     @property
     def whole(self) -> bool:
         """Whether every value has a register that can hold it: no misfit, and no block that leaves its bank."""
-        inside = all(self.space.same_bank(b.start, b.start + b.table.size - 1) for b in self.blocks)
-        return inside and not self.misfits
+        return not self.outside and not self.misfits
 
     @cached_property
     def rounded(self) -> tuple[tuple[Path, Rounded], ...]:

@@ -15,7 +15,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from pidcfg.encoders.image import Cell, Image
-from pidcfg.writer import json_text
+from pidcfg.writer import json_line, json_text
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping
@@ -73,8 +73,8 @@ class Listing:
 def comments(image: Image | Program, checklist: tuple[str, ...]) -> list[str]:
     """The comment lines above the words: the checklist for people, the settings for the way back."""
     lines = [f"# check after the download: {item}" for item in checklist]
-    lines.append(PLC + json.dumps(dict(image.plc), ensure_ascii=False))
-    return lines + [LOOP + json.dumps(dict(entry), ensure_ascii=False) for entry in image.settings]
+    lines.append(PLC + json_line(dict(image.plc)))
+    return lines + [LOOP + json_line(dict(entry)) for entry in image.settings]
 
 
 def csv_text(header: Iterable[str], rows: Iterable[Iterable[object]], above: Iterable[str]) -> str:

@@ -46,6 +46,10 @@ class Kind:
         """The largest raw content."""
         return 1 if self is BIT else (1 << 4 * self.digits) - 1
 
+    def __reduce__(self) -> tuple[Callable[[str], Kind], tuple[str]]:
+        """A copy, be it in another process, is the kind itself."""
+        return kind_named, (self.name,)
+
 
 def _whole(value: object, low: int, high: int) -> int | None:
     return value if isinstance(value, int) and not isinstance(value, bool) and low <= value <= high else None
@@ -70,6 +74,15 @@ BIT = Kind("bit", 1, bool, _bit, "true or false")
 SINGLE = Kind("float", 8, single_value, _single, "a finite single-precision number")
 
 
+def kind_named(name: str) -> Kind:
+    """One of the kinds that there are."""
+    return next(kind for kind in (WORD, INT16, BIT, SINGLE) if kind.name == name)
+
+
+class NoRegisterError(LookupError):
+    """A register that does not exist: it lies behind the last one of its bank."""
+
+
 @dataclass(frozen=True, slots=True)
 class Bank:
     """Registers with one prefix, from ``first`` to ``last``."""
@@ -79,6 +92,10 @@ class Bank:
     last: int
     kind: Kind
     octal: bool = False
+
+    def name(self, n: int) -> str:
+        """An address as the vendor writes it: ``DF106``."""
+        return f"{self.prefix}{n:{'o' if self.octal else 'd'}}"
 
 
 @dataclass(frozen=True)
@@ -96,7 +113,9 @@ class Space:
         return self._row[prefix] * BANK + n
 
     def place(self, number: int) -> tuple[Bank, int]:
-        """A plain number's bank, and its number there."""
+        """A plain number's bank, and its number there; raises `NoRegisterError` behind the last bank."""
+        if number // BANK >= len(self.banks):
+            raise NoRegisterError(f"no register lies behind {self.banks[-1].name(self.banks[-1].last)}")
         return self.banks[number // BANK], number % BANK
 
     def same_bank(self, first: int, last: int) -> bool:
@@ -106,7 +125,7 @@ class Space:
     def name(self, number: int) -> str:
         """An address as the vendor writes it: ``DF106``."""
         bank, n = self.place(number)
-        return f"{bank.prefix}{n:{'o' if bank.octal else 'd'}}"
+        return bank.name(n)
 
     def kind(self, number: int) -> Kind:
         """What an address holds."""

@@ -121,5 +121,9 @@ class TunedParameters:
         return Decimal(repr(store(self.table.row(name).type, value)))
 
     def limits(self, model: type[BaseModel], name: str) -> Limits | None:
-        """What the manual allows for a parameter."""
-        return next(limits_at(part, name) for part in models_of(model) if name in part.model_fields)
+        """What the manual allows for a parameter; raises `KeyError` for a name that no part of the model has."""
+        key = name.partition(".")[0]
+        part = next((part for part in models_of(model) if key in part.model_fields), None)
+        if part is None:
+            raise KeyError(name)
+        return limits_at(part, name)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from textwrap import wrap
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from pidcfg.control_characters import printable
 from pidcfg.encoders.words import DecodeError
 from pidcfg.explanation.values import Placement
 
@@ -95,4 +96,4 @@ def as_text(lines: Sequence[Line], heads: Sequence[str]) -> str:
         first, *rest = wrap(line.meaning, max(WIDTH - at, NARROWEST), break_on_hyphens=False) or [""]
         out.append("  ".join([*cells, first]).rstrip())
         out += [" " * at + text for text in rest]
-    return "\n".join(out) + "\n"
+    return printable("\n".join(out) + "\n")

@@ -6,7 +6,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from pidcfg.diagnostics import path_text
-from pidcfg.encoders.image import Block, Encoding
+from pidcfg.encoders.image import Block, Encoding, no_registers
 from pidcfg.explanation.page import Origin, Page
 from pidcfg.explanation.texts import units_of
 from pidcfg.explanation.values import Placement
@@ -59,9 +59,15 @@ class Configured:
         return None if block is None else self._placement(block, number - block.start)
 
     def named(self, table: RegisterMap, word: Word, loop: str | None) -> Iterator[tuple[Placement, int]]:
-        """A register in every block of its kind, or in that of one loop, with its addresses."""
+        """A register in every block of its kind, or in that of one loop, with its addresses.
+
+        Raises `NoRegisterError` for a block that leaves the PLC's memory, where it has none.
+        """
+        encoding: Any = self.checked.encoding
         for block in self.blocks:
             if block.table.title == table.title and loop in {None, block.loop}:
+                if block in encoding.outside:
+                    raise no_registers(block, encoding.space)
                 yield self._placement(block, word.offset), block.start + word.offset
 
     def _placement(self, block: Block, offset: int) -> Placement:

@@ -220,6 +220,7 @@ EXPLAINER = RegisterBook(
     scaling=scaling_of,
     direction=Direction("action", "the process's", {"direct": "direct", "reverse": "reverse"}),
     unstored=UNSTORED,
+    aliases={"cascade_from": "remote_setpoint"},
     starts=(Start("loop_table", "V", "V2000", TABLE_POINTER), Start("number_of_loops", "V", "1", LOOP_COUNT)),
     claims=claims,
     special=special,

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from pidcfg.encoders.dpide.decode import split as split_name
 from pidcfg.encoders.maps.dpide import D254, DPIDE_TABLE, ROWS
 from pidcfg.encoders.maps.dpide_meanings import CODES, INTEGRAL, STATES, WRITERS
 from pidcfg.explanation.book import Direction, Series
@@ -28,7 +27,7 @@ TERMS = {
 
 def split(name: str, _settings: Sequence[Mapping[str, Any]]) -> tuple[str, str | None, str]:
     """``OVEN.SV`` to its loop, the instruction and the operand."""
-    loop, operand = split_name(name)
+    loop, _, operand = name.rpartition(".")
     return loop, NAME if operand in ROWS else None, operand
 
 

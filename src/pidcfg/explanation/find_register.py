@@ -7,7 +7,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 from pidcfg.encoders.regmap import scale_of
-from pidcfg.encoders.spaces import SINGLE
+from pidcfg.encoders.spaces import SINGLE, NoRegisterError
 from pidcfg.explanation.book import Record
 from pidcfg.explanation.contents import raw_of
 from pidcfg.explanation.page import Page, Value
@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 
     from pidcfg.encoders.spaces import Bank, Kind
     from pidcfg.explanation.book import Series
+    from pidcfg.explanation.configuration import Configured
     from pidcfg.explanation.registers import Block
 
 HIGHEST_BIT = 15
@@ -252,12 +253,19 @@ class RegisterBook(Registers):
         for record in self.index.get(name.lower()) or self._nicknamed(name.lower()):
             placements = [(Placement(record.table, record.word), record.word.name)]
             if question.config is not None:
-                in_file = question.config.named(record.table, record.word, loop)
-                placements = [(p, self.space.name(number)) for p, number in in_file] or placements
+                placements = self._in_file(record, question.config, loop) or placements
             for placement, shown in placements:
                 raw = self._raw(question, self.kind(record.table), shown)
                 pages.append(self._page(placement, shown, raw, record.bit))
         return pages
+
+    def _in_file(self, record: RegisterRecord, config: Configured, loop: str | None) -> list[tuple[Placement, str]]:
+        """A register in the loops of a configuration, with its addresses."""
+        try:
+            return [(p, self.space.name(number)) for p, number in config.named(record.table, record.word, loop)]
+        except NoRegisterError as error:
+            file = config.document.file
+            raise QuestionError(f"{error}; 'pidcfg validate {file}' says where it may begin") from None
 
     def _nicknamed(self, name: str) -> list[RegisterRecord]:
         """A nickname: the loop's name and a suffix."""

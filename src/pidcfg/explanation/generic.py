@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from pidcfg.encoders.maps.generic import LOOP_TABLE
-from pidcfg.encoders.maps.generic import split as split_name
+from pidcfg.encoders.maps.generic import LOOP_TABLE, LOOPS
 from pidcfg.explanation.book import Direction
 from pidcfg.explanation.direction import PV_RISES
 from pidcfg.explanation.find_parameter import ParameterBook
@@ -19,7 +18,7 @@ DIRECTION = "output_raises_pv"
 
 def split(name: str, _settings: Sequence[Mapping[str, Any]]) -> tuple[str, str | None, str]:
     """``TIC-101.tuning.gain`` to its loop and field."""
-    loop, path = split_name(name)
+    loop, path = LOOPS.split(name)
     return loop, NAME if path else None, path
 
 

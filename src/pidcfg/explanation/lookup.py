@@ -10,7 +10,7 @@ from pidcfg.explanation.direction import ACTION, find
 from pidcfg.explanation.page import Page
 from pidcfg.explanation.question import Question, QuestionError
 from pidcfg.explanation.registers import Registers
-from pidcfg.validate.catalog import CODE, current, rules
+from pidcfg.validate.catalog import CODE, current, rules, suggestion
 from pidcfg.validate.pages import as_data, page
 from pidcfg.vendors import VENDORS
 
@@ -81,8 +81,7 @@ def _rule(question: Question) -> list[Page]:
         return []
     rule = rules(code).get(code)
     if rule is None:
-        near = difflib.get_close_matches(code, rules(), n=1)
-        raise QuestionError(f"no rule {code}" + (f"; did you mean {near[0]}?" if near else "; 'pidcfg rule' lists all"))
+        raise QuestionError(f"no rule {code}; {suggestion(code)}")
     return [Page("rule", rule.code, rule.title, reference=str(rule.basis), markdown=page(rule), extra=as_data(rule))]
 
 

@@ -6,6 +6,7 @@ import csv
 import io
 from typing import TYPE_CHECKING
 
+from pidcfg.control_characters import printable
 from pidcfg.report.texts import text
 
 if TYPE_CHECKING:
@@ -31,7 +32,7 @@ def csv_text(table: Table) -> str:
     writer = csv.writer(stream, lineterminator="\n")
     writer.writerow(table.columns)
     writer.writerows([safe(value) for value in row] for row in table.rows)
-    return stream.getvalue()
+    return printable(stream.getvalue())
 
 
 def safe(value: Value) -> str:

@@ -56,7 +56,7 @@ def facts(
 def direction(vendor: Vendor, loop: Any) -> str:
     """Where the PV goes when the output rises, by the loop's own word for its action; empty where nobody knows."""
     key, heating = vendor.load("explainer").direction.key, vendor.load("tuned").heating.rpartition(" ")[2]
-    value = getattr(loop, key, None)
+    value = value_at(loop, steps(key))
     if isinstance(value, Wire):
         return f"{WIRED}{key} := {value.text}"
     if isinstance(value, bool | str):
@@ -68,8 +68,8 @@ def tuning(vendor: Vendor, loop: Any, settings: Mapping[str, Setting]) -> Iterat
     """The form of the equation, where a vendor has two, and the three terms."""
     tuned = vendor.load("tuned")
     form, dependent = getattr(tuned, "dependent", None), None
-    if form is not None and hasattr(loop, form[0]):
-        value = getattr(loop, form[0])
+    value = None if form is None else value_at(loop, steps(form[0]))
+    if form is not None and value is not None:
         dependent = value is form[1] if isinstance(value, bool) else None
         yield "Form", FORMS[dependent] if dependent is not None else f"{WIRED}{form[0]} := {text(value)[3:]}"
     for path in map(tuned.key, tuned.names):

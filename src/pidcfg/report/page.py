@@ -6,6 +6,7 @@ import re
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from pidcfg.control_characters import printable
 from pidcfg.diagnostics import Severity
 from pidcfg.report.texts import measured, text
 
@@ -28,7 +29,7 @@ def page(content: Content) -> str:
     from pidcfg.pictures.page import FIGURE_STYLE, figures
 
     title = content.title
-    return (
+    return printable(
         _environment()
         .get_template("page.html")
         .render(

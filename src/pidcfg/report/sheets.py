@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any, cast
 
 from pidcfg.differences.vendor_fields import PLACES
 from pidcfg.encoders.parameters import Program
+from pidcfg.encoders.spaces import NoRegisterError
 from pidcfg.report.content import LoopSheet, PlcSheet
 from pidcfg.report.facts import facts, stored_setpoint
 from pidcfg.report.roots import settings_before_root, with_shares
@@ -60,7 +61,7 @@ def has_image(encoding: Any) -> bool:
     """Whether every word has an address; one outside of the PLC's memory has none."""
     try:
         return encoding.image is not None
-    except IndexError:
+    except NoRegisterError:
         return False
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from copy import deepcopy
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -88,7 +89,12 @@ class LoadResult:
     def to_json(self) -> Data:
         """Kind, vendor and data of the file (every scalar as text), and its findings."""
         findings = findings_data(self.findings)["findings"]
-        content = {"file": self.document.file, "kind": self.kind, "vendor": self.vendor, "data": self.document.data}
+        content = {
+            "file": self.document.file,
+            "kind": self.kind,
+            "vendor": self.vendor,
+            "data": deepcopy(self.document.data),
+        }
         return {"version": 1, **content, "findings": findings}
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, fields, replace
-from math import isinf
+from math import inf, isinf
 from typing import TYPE_CHECKING, TypedDict
 
 from pidcfg.results.arguments import ArgumentError
@@ -137,7 +137,7 @@ class Target:
         if vendor is not None and vendor.load("tuned").gain_unit == "span" and self.pv_range is None:
             raise ArgumentError(f"{vendor.title} has gains in shares of the span: add `pv_range` LOW HIGH", "pv_range")
         for name, span in (("pv_range", self.pv_range), ("output_range", self.output_range)):
-            if span is not None and not 0 < span[1] - span[0] < float("inf"):
+            if span is not None and not 0 < as_float(span[1]) - as_float(span[0]) < inf:
                 raise ArgumentError(f"`{name}` does not ascend", name)
 
     def gains(self, result: TuneResult) -> VendorGains | None:
@@ -146,8 +146,8 @@ class Target:
             return None
         from pidcfg.tuning.fit import fit
 
-        low, high = self.pv_range or (0.0, 1.0)
-        values = tuple(fit(result.gains, self.vendor, high - low, self.output_range[1] - self.output_range[0]))
+        spans = (float(high) - float(low) for low, high in (self.pv_range or (0.0, 1.0), self.output_range))
+        values = tuple(fit(result.gains, self.vendor, *spans))
         words = self.vendor.load("tuned")
         action = None if result.heating is None else words.heating if result.heating else words.cooling
         return VendorGains(self.vendor.key, action, values)
@@ -179,10 +179,18 @@ def tuned(
 
 def usable(name: str, value: float) -> float:
     """A number of the process; raises `ArgumentError` unless it is finite and above 0, a gain also below."""
-    signed = name == "gain"
-    if not (abs(value) <= LARGEST and (value > 0 or (signed and value))):
-        raise ArgumentError(f"`{name}`: {value:g}; write a number {'other than' if signed else 'above'} 0", name)
-    return value
+    signed, number = name == "gain", as_float(value)
+    if not (abs(number) <= LARGEST and (number > 0 or (signed and number))):
+        raise ArgumentError(f"`{name}`: {number:g}; write a number {'other than' if signed else 'above'} 0", name)
+    return number
+
+
+def as_float(value: float) -> float:
+    """Any number as a float; one that is too large is infinite."""
+    try:
+        return float(value)
+    except OverflowError:
+        return inf
 
 
 def computed(name: str, form: Form, numbers: Mapping[str, float]) -> TuneResult:

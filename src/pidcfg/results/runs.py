@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from copy import deepcopy
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -51,7 +52,7 @@ class SimulateResult:
 
     def to_json(self) -> Data:
         """What ``pidcfg simulate --format json`` prints for one scenario."""
-        return runs_data([self.outcome])
+        return deepcopy(runs_data([self.outcome]))
 
 
 def runs_data(outcomes: Sequence[Outcome]) -> Data:

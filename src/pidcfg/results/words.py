@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass, field, replace
+from copy import deepcopy
+from dataclasses import dataclass, field, fields, replace
 from typing import TYPE_CHECKING, Any
 
 from pidcfg.diagnostics import Diagnostic, Severity, Span
@@ -15,7 +16,7 @@ from pidcfg.vendors import VENDORS, format_of
 from pidcfg.writer import yaml_text
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Callable, Mapping, Sequence
 
     from pidcfg.document import Document
     from pidcfg.encoders.files import FileKind
@@ -33,8 +34,8 @@ class EncodeResult:
     """Of the configuration, and of the file that the format adds to."""
     vendor: str | None = None
     image: Any = None
-    """`pidcfg.encoders.image.Image`, of a vendor that names its parameters `pidcfg.encoders.named.Program`; None where
-    errors are in the way."""
+    """`pidcfg.encoders.image.Image`, of a vendor that names its parameters `pidcfg.encoders.parameters.Program`; None
+    where errors are in the way."""
     kind: FileKind | None = None
     """The format: its name, its encoding in a file."""
     files: Mapping[str, str] = field(default_factory=dict)
@@ -43,6 +44,11 @@ class EncodeResult:
     """What a person should check after the download."""
     merged: tuple[str, ...] = ()
     """What was done to a file of the user's; lines that begin with ``conflict`` say what was left out."""
+
+    def __reduce__(self) -> tuple[Callable[..., EncodeResult], tuple[Any, ...]]:
+        """The format goes by its name, since its reader and writer cannot be copied to another process."""
+        values = {field.name: getattr(self, field.name) for field in fields(self)}
+        return _restored, tuple({**values, "kind": None if self.kind is None else self.kind.name}.values())
 
     @property
     def ok(self) -> bool:
@@ -62,6 +68,13 @@ class EncodeResult:
             return findings_data(errors_in(self.findings))
         words: Data = json.loads(format_of(VENDORS[self.vendor], "json").write(self.image, self.checklist))
         return words
+
+
+def _restored(document: Document, findings: tuple[Diagnostic, ...], vendor: str | None, *others: Any) -> EncodeResult:
+    """A result of `encode` from what `EncodeResult.__reduce__` made of it."""
+    image, name, *rest = others
+    kind = None if vendor is None or name is None else format_of(VENDORS[vendor], name)
+    return EncodeResult(document, findings, vendor, image, kind, *rest)
 
 
 def encoded(
@@ -128,7 +141,7 @@ class DecodeResult:
     def to_json(self) -> Data:
         """The configuration that ``pidcfg decode`` prints as YAML; where there is none, the text or the errors."""
         if self.data is not None:
-            return self.data
+            return deepcopy(self.data)
         return {"version": 1, "text": self.text} if self.ok else findings_data(self.findings)
 
 
@@ -142,10 +155,15 @@ def decoded(
     annotate: bool,
 ) -> DecodeResult:
     """The configuration of a listing in one or more files, each its bytes and its name."""
-    listings, name = [], files[0][1]
-    try:
-        for data, name in files:  # noqa: B007 - the name of the file that cannot be read
+    listings, faults = [], []
+    for data, name in files:
+        try:
             listings.append(read_listing(data, vendor, limits, kind))
+        except ListingError as error:
+            faults.append(unreadable(error, name))
+    if faults:
+        return DecodeResult(tuple(faults))
+    try:
         values = vendor_options(vendor, "decode_options", options)
         listing = together(listings)
         if annotate:
@@ -153,5 +171,5 @@ def decoded(
             return DecodeResult(text=text, notes=notes)
         decoded = decode_listing(listing, vendor, values)
     except ListingError as error:
-        return DecodeResult((unreadable(error, name),))
+        return DecodeResult((unreadable(error, files[-1][1]),))
     return DecodeResult((), decoded.data, yaml_text(decoded.data), decoded.notes)

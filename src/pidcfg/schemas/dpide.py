@@ -165,5 +165,5 @@ class LoopSettings(LoopNameSettings):
     """Range and unit of the output."""
 
 
-class PlcSettings(SectionSettings, Plc):
+class PlcSettings(Plc, SectionSettings):
     """What stands beside the operands for the whole file."""

@@ -217,6 +217,13 @@ Metric = Literal[
     "oscillation_amplitude",
 ]
 StandingKind = Literal[
-    "not-in-mode", "set-up-error", "pv-not-driven", "saturated", "out-of-range", "oscillates", "alarm-stands"
+    "not-in-mode",
+    "set-up-error",
+    "pv-not-driven",
+    "saturated",
+    "error-stands",
+    "out-of-range",
+    "oscillates",
+    "alarm-stands",
 ]
 """What a standing expectation can find, in the order of the report."""

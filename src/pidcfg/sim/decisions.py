@@ -80,20 +80,28 @@ RUN = (
     Decision(
         331,
         "the end of a run",
-        "Whether an output stays at a limit is looked at in the last tenth of the run, three dead times of the loop's "
-        "plants and ten samples at least; an error that loses there a twentieth, two counts and 0.1 % of span is on "
-        "its way. A master is at a limit, too, where its slave's output or set point is.",
-        "Shorter looks take a dead time for a fault, longer ones what happened before. Slower than that the error would "
-        "last for twice the run again, as it does where the PV creeps towards a value that is not the set point.",
+        "Whether an error lasts is looked at in the last tenth of the run, three dead times of the loop's plants and "
+        "ten samples at least: its mean there in the second half against that in the first. One that loses a fiftieth, "
+        "two counts and 0.1 % of span is on its way.",
+        "Shorter looks take a dead time for a fault, longer ones what happened before; a mean is free of noise and "
+        "ripple. At a slower pace the error would last for more than twice the run again, as it does where the PV "
+        "creeps towards a value that is not the set point.",
     ),
     Decision(
         332,
-        "what counts as an error at a limit",
-        "More than 1 % of span, or than the inner deviation alarm where that is closer. A loop that a selector leaves out, one whose windup "
-        "input is on without a slave that is itself at a limit, and one of two loops of opposite effect on one PV "
-        "while the other is inside its limits, are not judged.",
-        "There the output at its limit is what the program wants. Deviation alarms are often set wide for the start-up, "
-        "and with 5 % of span most outputs that were limited wrongly went unseen.",
+        "what counts as an error at the end",
+        "More than 1 % of span (5 % where the output is on or off), or than the inner deviation alarm where that is "
+        "closer, and more than the dead band. Inside the output's limits it is one only with an integral.",
+        "Deviation alarms are often set wide for the start-up, and with 5 % of span most outputs that were limited "
+        "wrongly went unseen. Without an integral an offset is what was configured.",
+    ),
+    Decision(
+        337,
+        "outputs that may stay at a limit",
+        "A loop that a selector leaves out, one whose windup input is on without a slave that is itself at a limit, "
+        "and one of two loops of opposite effect on one PV while the other is inside its limits are not judged. A "
+        "master is at a limit, too, where its slave's output or set point is.",
+        "There the output at its limit is what the program wants.",
     ),
     Decision(
         333,

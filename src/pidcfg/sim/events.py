@@ -25,8 +25,8 @@ if TYPE_CHECKING:
     from pidcfg.sim.journal import Journal
     from pidcfg.sim.network import Network
 
-SETPOINT = (("setpoint",), ("setpoint", "value"), ("SP",), ("SV",))
-"""The keys of a loop's set point, as vendors write them."""
+SETPOINT = ("setpoint", "setpoint.value")
+"""The keys of a loop's set point with every vendor; the vendor's own is the third."""
 
 Action = Callable[[int], "Note | None"]
 """What is done at a base step (counted from time 0), and what the report shall say about it."""
@@ -149,7 +149,7 @@ class Agenda:
             effect = self.plc.set(loop, keys, self.plc.check_set(loop, keys, value), sig)
             if effect:
                 late.append(f"{dotted(keys)}: {effect}")
-            changed |= keys in SETPOINT and sig[config.sig_sp] != present
+            changed |= dotted(keys) in {*SETPOINT, self.plc.setpoint} and sig[config.sig_sp] != present
             of_mode |= dotted(keys) in self.plc.mode_keys
         if of_mode:
             self.renew_intent(k, loop)

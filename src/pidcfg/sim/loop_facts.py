@@ -78,6 +78,14 @@ class LoopFacts:
         """The inner deviation alarm, in the unit of the PV's signal; None: it is off."""
         return None
 
+    def integrates(self, loop: int, sig: Sequence[float]) -> bool:  # noqa: ARG002 - in most PLCs the state has it
+        """Whether a loop has an integral, so that no error may last."""
+        return bool(self.st[loop].reset > 0.0)
+
+    def dead_band(self, loop: int, sig: Sequence[float]) -> float:  # noqa: ARG002 - registers
+        """The error within which a loop does nothing, in the unit of the PV's signal."""
+        return 0.0
+
     def set_up_errors(self, loop: int) -> Iterable[str]:  # noqa: ARG002 - most errors are flags
         """Errors of a loop's set-up that are no flag, in words."""
         return ()

@@ -83,14 +83,17 @@ class Meter:
     watched: int = NEVER
     """From here on its end is looked at: the first of the next two."""
     window: int = NEVER
-    """Where the error is noted, for whether a loop at its limit gets on."""
+    """Where the error begins to be summed up, for whether it gets smaller."""
+    middle: int = NEVER
+    """Where the second half of that begins."""
     late: int = NEVER
     """Where the last third begins."""
     late_status: int = 0
     """Every status bit of the last third, and every auxiliary one."""
     late_aux: int = 0
-    error_then: float = 0.0
-    """The error at ``window``, without its sign."""
+    early_error: float = 0.0
+    """The sum of the error over the first half of the window, and over the second."""
+    final_error: float = 0.0
     # swings of the PV in the last third
     least: float = 0.0
     """A move of the PV that is no larger is no swing."""
@@ -160,9 +163,11 @@ def count_alarm(k: int, m: Meter) -> None:
 
 
 def watch_end(k: int, m: Meter, pv: float, sp: float) -> None:
-    """What only the end of a run tells: the error at the beginning of its last tenth, and swings of the PV (kernel)."""
-    if k == m.window:
-        m.error_then = abs(sp - pv)
+    """What only the end of a run tells: the error in its last tenth, and swings of the PV (kernel)."""
+    if k >= m.middle:
+        m.final_error += sp - pv
+    elif k >= m.window:
+        m.early_error += sp - pv
     if k == m.late:
         m.late_status |= m.status
         m.late_aux |= m.aux_status

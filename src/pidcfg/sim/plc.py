@@ -71,6 +71,8 @@ class Plc(LoopFacts, ABC):
     """Loops whose PV comes from within the PLC's program: no plant is wired to it."""
     inlets: Mapping[str, str] = {}
     """For loops whose PV the program only filters, the one of `inputs` that it filters."""
+    setpoint = "setpoint.value"
+    """The key of the set point in the vendor's configuration, for which ``setpoint`` is short in events."""
     out_name: str
     """What the vendor calls a loop's output: OUT, CV, CO, MV."""
     modes: Mapping[str, int]

@@ -9,6 +9,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from pidcfg.sim.plc import TICKS
+
 if TYPE_CHECKING:
     from pidcfg.sim.records import CurveState
 
@@ -71,7 +73,7 @@ def crossing(s: CurveState, first: int, aux: list[float], level: float) -> int:
 
 
 def steepest_line(s: CurveState, first: int, aux: list[float], change: float) -> tuple[float, float]:
-    """Rise a point of the steepest line, 0 when there is none, and the dead time in samples, at least 1 (kernel)."""
+    """Slope a second of the steepest line, 0 when there is none, and the dead time in s, at least a sample (kernel)."""
     need = max(0.1 * change, min(12.0 * s.tune_noise, 0.2 * change))
     width = crossing(s, first, aux, 2.0 * need) - crossing(s, first, aux, need)
     width = min(max(width, 1), s.tune_points - 1)
@@ -86,15 +88,16 @@ def steepest_line(s: CurveState, first: int, aux: list[float], change: float) ->
             steepest = slope
             at = j
     if steepest <= 0.0:
-        return 0.0, 1.0
+        return 0.0, 0.0
     steepest /= spread
+    seconds = s.period / TICKS
     middle = (at + width / 2.0) * s.tune_stride + (s.tune_stride + 1) / 2.0
     dead = middle - mean(aux, first + at, width + 1) / steepest * s.tune_stride
-    return steepest, max(dead, 1.0)
+    return steepest / (s.tune_stride * seconds), max(dead, 1.0) * seconds
 
 
 def judge_response(
-    s: CurveState, first: int, aux: list[float], span: float, count: float, rest: float, seconds: float, last_step: int
+    s: CurveState, first: int, aux: list[float], span: float, count: float, rest: float, last_step: int
 ) -> tuple[int, float]:
     """The judgement of a response at one of its points, and its change so far (kernel).
 
@@ -114,6 +117,6 @@ def judge_response(
             if last_step or change >= SMALL * span:
                 return ANSWERED, change
             return TOO_SMALL, change
-    elif s.tune_count > PATIENT and s.tune_count * seconds > PATIENCE:
+    elif s.tune_count > PATIENT and s.tune_count * (s.period / TICKS) > PATIENCE:
         return NO_ANSWER, change
     return GOES_ON, change

@@ -16,6 +16,7 @@ STANDING_KINDS = (
     "set-up-error",
     "pv-not-driven",
     "saturated",
+    "error-stands",
     "out-of-range",
     "oscillates",
     "alarm-stands",

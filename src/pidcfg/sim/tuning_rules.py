@@ -5,8 +5,10 @@ Kernels on the ``tune_`` fields of a loop's state; each vendor moves its output 
 
 from __future__ import annotations
 
+from math import sqrt
 from typing import TYPE_CHECKING
 
+from pidcfg.sim.plc import TICKS
 from pidcfg.tuning.rules import CLOSED_SAMPLE, GENTLE_CLOSED, OPEN_SAMPLE, ZIEGLER_NICHOLS_OPEN
 
 OBSERVED = 16
@@ -15,6 +17,13 @@ SECOND_DIFFERENCE = 1.9544
 """Mean of |y(n) - 2 y(n-1) + y(n-2)| of white noise in standard deviations: sqrt(6) sqrt(2 / pi)."""
 FIRST_TURN, LAST_TURN = 4, 8
 """Switches of a relay between which its swing is measured; the first one only starts the relay."""
+PI = 3.141592653589793
+RELAY_PATIENCE = 3600.0
+"""Seconds, or `RELAY_PATIENT` samples if those are longer, after which a relay without a switch is stopped."""
+RELAY_PATIENT = 1000
+NOTHING, DONE, FAILED, CANCELLED = 0, 1, 2, 3
+"""How an autotune went, as `RelayState.tune_done`."""
+TUNE_STATUS = {DONE: "done", FAILED: "error", CANCELLED: "cancelled"}
 
 if TYPE_CHECKING:
     from pidcfg.sim.records import CurveState, RelayState
@@ -87,6 +96,26 @@ def relay_switch(s: RelayState, p: float, e: float, band: float) -> int:
         s.tune_high = -1e18
         s.tune_low = 1e18
     return side
+
+
+def stalled(s: RelayState, samples: int, seconds: float) -> bool:
+    """Whether the relay has not switched for longer than so many samples and so many seconds, both (kernel)."""
+    quiet = s.tune_count - s.tune_points
+    return quiet > samples and quiet * (s.period / TICKS) > seconds
+
+
+def cycle_length(s: RelayState) -> float:
+    """Samples of one cycle, at the last switch (kernel)."""
+    return (s.tune_count - s.tune_start) / 2.0
+
+
+def ultimate_gain(s: RelayState, step: float, band: float, least: float) -> float:
+    """From the describing function of a relay that switches its output by ``step``, at the last switch (kernel).
+
+    ``band`` is its hysteresis, ``least`` the least square that is taken for the swing's amplitude without it.
+    """
+    half = s.tune_swing / 4.0
+    return 2.0 * step / (PI * sqrt(max(half * half - band * band, least)))
 
 
 def curve_gains(only_pi: int, gain: float, dead: float) -> Gains:

@@ -201,6 +201,10 @@ class Method:
             return self.of_ultimate(form, cycle)
         raise ValueError(f"{self.name} is made of nothing")
 
+    def __reduce__(self) -> tuple[Callable[[str], Method], tuple[str]]:
+        """A copy, be it in another process, is the method itself."""
+        return method_named, (self.name,)
+
 
 PROCESS = ("gain", "time_constant", "dead_time")
 ALL: tuple[Form, ...] = ("P", "PI", "PID")
@@ -251,3 +255,8 @@ METHODS = {
     )
 }
 """By name, in the order in which they are listed."""
+
+
+def method_named(name: str) -> Method:
+    """The method with this name; raises `KeyError`."""
+    return METHODS[name]

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from pidcfg.diagnostics import Diagnostic, Severity, Span, number_of
 from pidcfg.validate.catalog import current, former, ignorable
 from pidcfg.validate.codes import D317, SUPPRESSION
+from pidcfg.writer import json_line
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
@@ -134,7 +135,7 @@ def with_current_codes(entries: Iterable[Entry]) -> list[Entry]:
 
 def _row(entry: Entry) -> str:
     """An entry as the file has it, without the comma behind it."""
-    return json.dumps(entry._asdict(), ensure_ascii=False)
+    return json_line(entry._asdict())
 
 
 def stale_findings(stale: Sequence[Entry], ignored: Collection[Entry], text: str, file: str) -> list[Diagnostic]:

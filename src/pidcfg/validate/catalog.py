@@ -23,6 +23,8 @@ PREFIX = "PID"
 """The prefix of codes that belong to no vendor."""
 CODE = re.compile(rf"(?:{'|'.join([PREFIX, *(vendor.prefix for vendor in VENDORS.values())])})[0-9]{{3}}")
 """A code as it is written in full."""
+NO_SIGN = re.compile("[^A-Z0-9]")
+"""What people write within a code: blanks, hyphens, dots."""
 FORMER = re.compile(rf"{PREFIX}([2-8])([0-9]{{0,2}})")
 """A vendor's code, or its beginning, from before each vendor had its own prefix."""
 FORMER_GROUPS = {"2": "dl06", "3": "click", "4": "ezlogix", "5": "dl06", "6": "nextopid", "7": "dpide", "8": "generic"}
@@ -64,6 +66,26 @@ def rules(begin: str = "") -> dict[str, Rule]:
     groups = [group for group, start in GROUPS.items() if begin.startswith(start) or matches(start, begin)]
     matching = {code: rule for group in groups for code, rule in _rules_of(group).items() if matches(code, begin)}
     return dict(sorted(matching.items(), key=lambda row: number_of(row[0])))
+
+
+def suggestion(text: str) -> str:
+    """What to do about a code that no rule has: write the one that was probably meant."""
+    near = _nearest(NO_SIGN.sub("", text.upper()), text.lower())
+    return f"did you mean {near}?" if near else "'pidcfg rule' lists all"
+
+
+def _nearest(code: str, name: str) -> str | None:
+    """The code with the same number, which no two have, or of that name; the beginning of some; the most alike."""
+    from pidcfg.schemas.names import nearest
+
+    code = re.sub("(?<=[0-9])O|O(?=[0-9])", "0", code)
+    number, begin = re.search("[0-9]{3}", code), re.match("[A-Z]+[0-9]{2}", code)
+    for known, rule in rules().items():
+        if name == rule.name or (number and number_of(known) == number[0]):
+            return known
+    if begin and not number and rules(current(begin[0])):
+        return current(begin[0])
+    return nearest(code, rules()) if len(re.findall("[0-9]", code)) > 1 else None
 
 
 def rule_of(code: str) -> Rule:

@@ -15,8 +15,7 @@ from typing import TYPE_CHECKING
 from pidcfg.aliases import Places
 from pidcfg.comments import comments_in
 from pidcfg.diagnostics import Diagnostic, Edit, Severity, Span
-from pidcfg.schemas.names import nearest
-from pidcfg.validate.catalog import CODE, current, ignorable, rules, unusable
+from pidcfg.validate.catalog import current, ignorable, rules, suggestion, unusable
 from pidcfg.validate.codes import D315
 
 if TYPE_CHECKING:
@@ -177,9 +176,7 @@ def _unknown(code: str, doc: Document, ignore: _Ignore) -> Diagnostic:
     """A code that no rule has: misspelt, or only the beginning of one."""
     if rules(code):
         return _problem("PID044", f"{code} is only the beginning of a code", doc, ignore.span, "write it in full")
-    near = nearest(code, rules()) if CODE.fullmatch(code) else None
-    cure = f"did you mean {near}?" if near else "'pidcfg rule' lists all"
-    return _problem("PID044", f"no rule is called {code!r}", doc, ignore.span, cure)
+    return _problem("PID044", f"no rule is called {code!r}", doc, ignore.span, suggestion(code))
 
 
 def _without(ignore: _Ignore, unused: set[str], doc: Document) -> tuple[Edit, ...]:

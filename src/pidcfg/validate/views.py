@@ -121,8 +121,3 @@ def number_text(value: Decimal) -> str:
 def with_unit(value: Decimal, unit: str | None) -> str:
     """A number as people write it, with its unit."""
     return f"{number_text(value)} {unit}" if unit else number_text(value)
-
-
-def outside(value: Decimal, ends: Pair) -> bool:
-    """Whether a number is not between two others."""
-    return not ends[0] <= value <= ends[1]

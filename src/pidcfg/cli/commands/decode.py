@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from pidcfg.cli import options
-from pidcfg.cli.arguments import usage
-from pidcfg.cli.files.inputs import read_input
+from pidcfg.cli.arguments import refuse_all, usage
+from pidcfg.cli.files.inputs import listing_fault, read_input
 from pidcfg.cli.main import Exit
 from pidcfg.cli.terminal.console import echo, note
 from pidcfg.vendors import VENDORS, format_names
@@ -70,9 +70,10 @@ def command(
     from pidcfg.cli.formats.reporters import text
 
     entries = [read_input(name, limits) for name in image]
-    problem = next((entry.problem for entry in entries if entry.problem is not None), None)
-    if problem is not None:
-        raise click.ClickException(problem)
+    if any(entry.problem is not None for entry in entries):
+        refuse_all(
+            [fault for entry in entries if (fault := listing_fault(entry, VENDORS[vendor], limits, kind)) is not None]
+        )
     data, names = [entry.data for entry in entries], [entry.name for entry in entries]
     with usage():
         result = decode(data, vendor, format=kind, annotate=annotate, options=texts, name=names, limits=limits)

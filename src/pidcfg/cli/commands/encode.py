@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import click
 
 from pidcfg.cli import options
-from pidcfg.cli.arguments import usage
+from pidcfg.cli.arguments import refuse_all, usage
 from pidcfg.cli.main import Exit
 from pidcfg.cli.terminal.console import echo, echo_json, note
 from pidcfg.vendors import format_names
@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from pidcfg.cli.files.inputs import Input
+    from pidcfg.document import Document
     from pidcfg.encoders.files import FileKind
     from pidcfg.limits import Limits
 
@@ -48,13 +49,11 @@ def command(
     """Write the PLC's memory for the configuration FILE (- for standard input): every word with its address."""
     from pidcfg.api import encode
     from pidcfg.cli.commands.validate import exit_code
-    from pidcfg.cli.findings.collect import one_configuration, show_errors
+    from pidcfg.cli.findings.collect import show_errors
     from pidcfg.encoders.files import CONFLICT, UnwritableError
     from pidcfg.encoders.listing import ListingError
 
-    configuration = one_configuration(file, limits)
-    other = None if into is None else _other(into, limits)
-    data, name = (None, None) if other is None else (other.data, other.name)
+    configuration, (data, name) = _inputs(file, into, fmt, limits)
     try:
         with usage():
             result = encode(configuration, fmt, into=data, into_name=name, allow_errors=allow_errors, limits=limits)
@@ -77,16 +76,37 @@ def command(
         click.get_current_context().exit(Exit.FINDINGS)
 
 
-def _other(name: str, limits: Limits) -> Input:
-    """The file that the format adds to."""
+def _inputs(
+    file: str, into: str | None, fmt: str, limits: Limits
+) -> tuple[Document, tuple[bytes, str] | tuple[None, None]]:
+    """The configuration, and the file that the format adds to; what is wrong with both ends the command, in order."""
+    from pidcfg.api import encode
     from pidcfg.cli.files.inputs import read_input
+    from pidcfg.cli.findings.collect import one_configuration, show_errors
 
-    entry = read_input(name, limits)
-    if entry.problem is not None:
-        raise click.ClickException(entry.problem)
-    if len(entry.data) > limits.file_bytes:
-        raise click.ClickException(f"{entry.name} is larger than {limits.file_bytes} bytes; raise it with --limit")
-    return entry
+    configuration, faults = None, []
+    try:
+        configuration = one_configuration(file, limits)
+    except click.UsageError:
+        raise
+    except click.ClickException as error:
+        faults.append(error.message)
+    other = None if into is None else read_input(into, limits)
+    problem = None if other is None else _problem(other, limits)
+    if problem is not None:
+        faults.append(problem)
+        if configuration is not None and not (alone := encode(configuration, limits=limits)).ok:
+            show_errors(alone.findings, alone.document, fmt)
+    if faults or configuration is None:
+        refuse_all(faults)
+    return configuration, (None, None) if other is None else (other.data, other.name)
+
+
+def _problem(entry: Input, limits: Limits) -> str | None:
+    """Why nothing can be added to a file."""
+    if entry.problem is None and len(entry.data) > limits.file_bytes:
+        return f"{entry.name} is larger than {limits.file_bytes} bytes; raise it with --limit"
+    return entry.problem
 
 
 def tell(kind: FileKind, names: list[str], checklist: tuple[str, ...], values: int, out: str | None) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 from typing import TYPE_CHECKING
 
 import click
@@ -23,7 +22,7 @@ EPILOG = options.examples("pidcfg rule", "pidcfg rule PID101", "pidcfg rule DL24
 def command(code: str | None, fmt: str) -> None:
     """Explain the rule CODE, or list those whose code begins so, or all."""
     from pidcfg.cli.findings.former_codes import current_code
-    from pidcfg.validate.catalog import rules
+    from pidcfg.validate.catalog import rules, suggestion
 
     begin = current_code((code or "").upper())
     listed = rules(begin)
@@ -31,9 +30,7 @@ def command(code: str | None, fmt: str) -> None:
         _one(listed[begin], fmt)
         return
     if not listed:
-        near = difflib.get_close_matches(begin, rules(), n=1)
-        cure = f"did you mean {near[0]}?" if near else "'pidcfg rule' lists all"
-        raise click.ClickException(f"no rule begins with {code}; {cure}")
+        raise click.ClickException(f"no rule begins with {code}; {suggestion(code or '')}")
     _list(list(listed.values()), fmt)
 
 

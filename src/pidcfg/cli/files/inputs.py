@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from typing import IO
 
     from pidcfg.limits import Limits
+    from pidcfg.vendors import Vendor
 
 STDIN = "-"
 
@@ -178,3 +179,17 @@ def read_input(name: str, limits: Limits) -> Input:
         return Input(name, FILES.read(name, most))
     except (OSError, ValueError) as error:
         return Input(name, problem=refusal(name, error))
+
+
+def listing_fault(entry: Input, vendor: Vendor, limits: Limits, kind: str | None = None) -> str | None:
+    """What is wrong with a file by itself that is to be a memory listing."""
+    from pidcfg.encoders.listing import ListingError
+    from pidcfg.listings import read_listing
+
+    if entry.problem is not None:
+        return entry.problem
+    try:
+        read_listing(entry.data, vendor, limits, kind)
+    except ListingError as error:
+        return f"{entry.name}:{error.line}:{error.column}: {error}"
+    return None

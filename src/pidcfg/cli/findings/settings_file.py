@@ -53,15 +53,13 @@ def _value(key: str, value: Any, file: _File) -> Any:
 def _codes(key: str, value: Any, file: _File) -> list[str]:
     """Codes or their beginnings."""
     from pidcfg.cli.findings.former_codes import current_code
-    from pidcfg.validate.catalog import current, rules
+    from pidcfg.validate.catalog import current, rules, suggestion
 
     if not isinstance(value, list) or not all(isinstance(code, str) for code in value):
         file.refuse(key, f"{key} must be a list of codes", f"write {key} = {KEYS['select'].example}")
     for code in value:
         if not code.strip() or not rules(current(code.upper())):
-            near = nearest(code.upper(), rules())
-            cure = f"did you mean {near}?" if near else "'pidcfg rule' lists all"
-            file.refuse(key, f"no rule begins with {code!r}", cure, code)
+            file.refuse(key, f"no rule begins with {code!r}", suggestion(code), code)
     return [current_code(code.upper()) for code in value]
 
 

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from pidcfg.cli.formats.findings import sentence
 from pidcfg.cli.formats.format import Format, Kind
-from pidcfg.cli.formats.reporters import UNPRINTABLE
+from pidcfg.control_characters import printable
 
 if TYPE_CHECKING:
     from pidcfg.cli.formats.findings import Findings
@@ -18,7 +18,7 @@ def findings_concise(findings: Findings) -> str:
         f"{d.file}:{d.span.line}:{d.span.column}: {d.severity.label} {d.code} {' '.join(sentence(d).split())}"
         for d in findings.reported
     )
-    return "".join(UNPRINTABLE.sub("\N{REPLACEMENT CHARACTER}", row).replace("\n", " ") + "\n" for row in rows)
+    return "".join(printable(row).replace("\n", " ") + "\n" for row in rows)
 
 
 FORMAT = Format("people and editors: one line a finding", "concise", Kind.PLAIN, findings_concise)

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from pidcfg.cli.formats.findings import STDIN, details, display_name
 from pidcfg.cli.formats.format import Format, Kind
-from pidcfg.cli.formats.reporters import UNPRINTABLE
+from pidcfg.control_characters import printable
 from pidcfg.diagnostics import Diagnostic, Severity
 
 if TYPE_CHECKING:
@@ -39,7 +39,7 @@ def _place(d: Diagnostic) -> dict[str, str]:
 
 def escaped(text: str, table: dict[str, str]) -> str:
     """Text whose special characters are written as GitHub's runner reads them back; other control characters go."""
-    return UNPRINTABLE.sub("\N{REPLACEMENT CHARACTER}", "".join(table.get(c, c) for c in text))
+    return printable("".join(table.get(c, c) for c in text))
 
 
 FORMAT = Format("annotations in GitHub Actions; the default there", "github", Kind.LINES, findings_github)

@@ -10,6 +10,7 @@ from xml.etree import ElementTree as ET
 
 from pidcfg.cli.formats.findings import details, display_name
 from pidcfg.cli.formats.format import Format, Kind
+from pidcfg.control_characters import CONTROL
 from pidcfg.diagnostics import Severity
 from pidcfg.validate.catalog import rule_of
 
@@ -22,8 +23,8 @@ if TYPE_CHECKING:
 
 RUN = "the run is sound"
 """The test case of what is no expectation: findings, and errors on the way."""
-NO_XML = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
-"""Characters that XML 1.0 cannot hold, not even escaped."""
+NO_XML = re.compile(f"[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]|[{CONTROL}]")
+"""Characters that XML 1.0 cannot hold, not even escaped, and those that it should not."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -140,11 +141,11 @@ def _add(suite: ET.Element, title: str, case: Case) -> None:
     node = ET.SubElement(suite, "testcase", {"classname": _legal(title), "name": _legal(case.name)})
     for tag, entries in (("error", case.errors), ("failure", case.failures)):
         for kind, message, text in entries:
-            ET.SubElement(node, tag, {"message": _legal(message), "type": kind}).text = _legal(text)
+            ET.SubElement(node, tag, {"message": _legal(message), "type": kind}).text = _lines(text)
     if case.skipped:
         ET.SubElement(node, "skipped", {"message": _legal(case.skipped)})
     if case.output:
-        ET.SubElement(node, "system-out").text = _legal(case.output)
+        ET.SubElement(node, "system-out").text = _lines(case.output)
 
 
 def _totals(cases: Sequence[Case]) -> dict[str, str]:
@@ -157,6 +158,11 @@ def _totals(cases: Sequence[Case]) -> dict[str, str]:
 
 def _legal(text: str) -> str:
     return NO_XML.sub("", text)
+
+
+def _lines(text: str) -> str:
+    """The text of an element, whose carriage returns nothing would escape."""
+    return _legal(text).replace("\r", "")
 
 
 FORMAT = Format("test reports of nearly every CI system", "xml", Kind.XML, findings_junit, runs_junit)

@@ -12,6 +12,7 @@ from pidcfg.cli.files.identity import identity, one_file, was_read
 from pidcfg.cli.formats import formats_of, load
 from pidcfg.cli.formats.format import Kind
 from pidcfg.cli.terminal.console import echo, echo_json, echo_xml, note, show
+from pidcfg.control_characters import printable
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -132,8 +133,13 @@ def write_reports(
     """Writes the reports, all or none, and with them ``others``, which are never written over a file that differs."""
     from pidcfg.cli.files.outputs import write_files
 
-    texts = {path: render(fmt).encode("utf-8", "replace") for fmt, path in reports}
+    texts = {path: _text(fmt, render).encode("utf-8", "replace") for fmt, path in reports}
     write_files({**(others or {}), **texts}, force=force, renewed=texts)
+
+
+def _text(fmt: str, render: Callable[[str], str]) -> str:
+    """A report without control characters; JSON and XML have their own ways."""
+    return printable(render(fmt)) if load(fmt).kind in {Kind.PLAIN, Kind.LINES} else render(fmt)
 
 
 def deliver(
@@ -150,5 +156,5 @@ def deliver(
     ``aside``: on standard error, since standard output has something else.
     """
     put = note if aside else PRINTERS[load(fmt).kind]
-    put(render(fmt))
+    put(_text(fmt, render))
     write_reports(reports, render, others, force=force)

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
+from pidcfg.control_characters import printable
 from pidcfg.results.findings import counts, findings_data
 from pidcfg.source import Document
 from pidcfg.writer import json_text
@@ -15,8 +15,6 @@ if TYPE_CHECKING:
 
 Documents = Mapping[str, Document]
 MAX_LINE = 160
-UNPRINTABLE = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f]")
-"""What must not reach a terminal from a file."""
 
 
 def text(findings: Sequence[Diagnostic], documents: Documents) -> str:
@@ -41,7 +39,7 @@ def _excerpt(d: Diagnostic, doc: Document | None) -> list[str]:
     rows = doc.lines if doc else []
     if not 0 < d.span.line <= len(rows) or not rows[d.span.line - 1].strip():
         return []
-    row, start = UNPRINTABLE.sub("\N{REPLACEMENT CHARACTER}", rows[d.span.line - 1]), d.span.column - 1
+    row, start = printable(rows[d.span.line - 1]), d.span.column - 1
     end = d.span.end_column - 1 if d.span.end_line == d.span.line else len(row.rstrip())
     begin = max(0, start - MAX_LINE // 2) if len(row) > MAX_LINE else 0
     row = row[begin : begin + MAX_LINE]

@@ -14,6 +14,7 @@ import click
 from pidcfg.cli.terminal import colour
 from pidcfg.cli.terminal.glyphs import encodable, fits
 from pidcfg.cli.terminal.progress import LINE
+from pidcfg.control_characters import printable
 
 if TYPE_CHECKING:
     from typing import TextIO
@@ -32,7 +33,7 @@ def echo(text: str) -> None:
 
 def show(text: str) -> None:
     """A result for people: in colour where that is wanted."""
-    coloured = colour.enabled(sys.stdout)
+    text, coloured = printable(text), colour.enabled(sys.stdout)
     _put(colour.painted(text) if coloured else text, color=coloured)
 
 
@@ -60,7 +61,7 @@ def note(text: str) -> None:
     """A remark for people, on stderr."""
     LINE.end()
     coloured = colour.enabled(sys.stderr)
-    text = encodable(text, sys.stderr.encoding)
+    text = encodable(printable(text), sys.stderr.encoding)
     try:
         click.echo(colour.painted(text) if coloured else text, err=True, color=coloured)
     except BrokenPipeError:

@@ -9,9 +9,9 @@ from __future__ import annotations
 import csv
 from typing import TYPE_CHECKING, Any
 
-from pidcfg.encoders.dpide.decode import split
+from pidcfg.control_characters import printable
 from pidcfg.encoders.listing import Listing, ListingError, comments, csv_rows, csv_text, load_json
-from pidcfg.encoders.maps.dpide import DPIDE_TABLE, OUTSIDE, ROWS
+from pidcfg.encoders.maps.dpide import DPIDE_TABLE, LOOPS, OUTSIDE, ROWS
 from pidcfg.encoders.parameter_files import RISKY, content_of, read_csv, read_json
 from pidcfg.encoders.parameters import shown
 from pidcfg.schemas.base import parse_name
@@ -56,7 +56,7 @@ def unit_of(row: Parameter, settings: Mapping[str, Any], *, dependent: bool) -> 
     if row.name == "Ti_Ki":
         return "s" if dependent else "1/s"
     unit = settings.get(row.unit, {}).get("unit") or "" if row.unit in {"pv", "output"} else row.unit
-    text = " ".join(str(unit).split())
+    text = printable(" ".join(str(unit).split()))
     return f"({text})" if text.startswith(RISKY) else text
 
 
@@ -96,7 +96,7 @@ def _comment_again(line: str) -> str:
 def _named(row: Mapping[str, str]) -> tuple[str, str]:
     """Loop and operand; a loop in its own column may stand before the operand as well."""
     loop = row.get("loop", "")
-    return (loop, row["operand"].removeprefix(f"{loop}.")) if loop else split(row["operand"])
+    return (loop, row["operand"].removeprefix(f"{loop}.")) if loop else LOOPS.split(row["operand"])
 
 
 def _is_name(loop: str) -> bool:
@@ -151,8 +151,8 @@ def read_json_devices(text: str) -> Listing:
 def _take_column(listing: Listing, rows: Iterator[tuple[str, object, int]]) -> None:
     devices: dict[str, dict[str, str]] = {}
     for name, device, line in rows:
-        loop, operand = split(name)
-        if operand in ROWS and loop:
+        loop, operand = LOOPS.split(name)
+        if loop:
             if not isinstance(device, str):
                 raise ListingError(f"{name}: the device is not a text", line)
             _take_device(devices.setdefault(loop, {}), operand, device, line)

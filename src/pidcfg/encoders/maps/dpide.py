@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from pidcfg.encoders.named import NamedLoops
 from pidcfg.encoders.parameters import Parameter, ParameterTable
+from pidcfg.encoders.settings import LoopOption
 from pidcfg.encoders.tuned import TunedParameters
 from pidcfg.refs import DPIDE, Decision
-from pidcfg.schemas.dpide import D251
+from pidcfg.schemas.dpide import D251, Loop, LoopSettings, PlcSettings
 from pidcfg.schemas.iec import BOOL, DINT, REAL
 
 if TYPE_CHECKING:
@@ -78,3 +80,19 @@ WRITTEN = ("PID_MODE", "Kc_Kp", "Ti_Ki", "Td_Kd", "Tf")
 """Operands that the autotune writes, so that they cannot be numbers in the program."""
 NEEDED = ("SV", "CYCLE", "Kc_Kp", "Ti_Ki", "Td_Kd", "MV_MAX", "MV_MIN")
 """Operands without a default."""
+LOOPS = NamedLoops(
+    vendor="dpide",
+    table=DPIDE_TABLE,
+    loop=Loop,
+    settings=LoopSettings,
+    file=PlcSettings,
+    title="an operand of DPIDE",
+    kind="an operand of DPIDE",
+    entry="operand of a DPIDE instruction, such as OVEN.SV",
+    needed=NEEDED,
+    # they decide what the gains mean and on which side the loop acts
+    always=frozenset({"PID_EQ", "PID_DIR"}),
+    first={"I_MV": 0},
+    options=(LoopOption(("device",), "device", "the device of I_MV (30 registers)"),),
+    devices=lambda loop: loop.devices.given() | {"I_MV": loop.device},
+)

@@ -2,20 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from pidcfg.encoders.named import NamedLoops
 from pidcfg.encoders.parameters import Parameter, ParameterTable
 from pidcfg.encoders.tuned import TunedParameters
-from pidcfg.schemas.generic import D280, Loop
+from pidcfg.schemas.generic import D280, Loop, LoopSettings, PlcSettings
 from pidcfg.schemas.iec import BOOL, DERIVATIVE_OF, LOOP_MODE, LREAL
-from pidcfg.schemas.limits import limits_at
 
 if TYPE_CHECKING:
-    from pydantic import BaseModel
-
     from pidcfg.schemas.iec import IecType
-    from pidcfg.schemas.limits import Limits
 
 
 def _row(name: str, kind: IecType, unit: str, title: str) -> Parameter:
@@ -74,35 +70,22 @@ NEEDED = (
     "output.range.1",
 )
 """Fields without a default."""
-PAIRS = ("pv.range", "setpoint.limits", "output.range", "output.limits")
-"""Fields of two numbers."""
-
-
-@dataclass(frozen=True, slots=True)
-class TunedFields(TunedParameters):
-    """Gain, integral and derivative time where parameters are called by their paths."""
-
-    def limits(self, model: type[BaseModel], name: str) -> Limits | None:  # noqa: ARG002 - there is one kind of loop
-        """What is allowed for a field."""
-        return limits_at(Loop, name)
-
-
-TUNED = TunedFields(
+LOOPS = NamedLoops(
+    vendor="generic",
+    table=LOOP_TABLE,
+    loop=Loop,
+    settings=LoopSettings,
+    file=PlcSettings,
+    title="a field of a neutral loop",
+    kind="a field of a loop",
+    entry="parameter of a loop, such as TIC-101.tuning.gain",
+    needed=NEEDED,
+    last=("setpoint.source", "setpoint.follows_pv", "pv.unit", "output.unit"),
+    notes_other_loops=True,
+)
+TUNED = TunedParameters(
     LOOP_TABLE,
     ("tuning.gain", "tuning.integral_time", "tuning.derivative_time"),
     "output_raises_pv: true",
     "output_raises_pv: false",
 )
-
-
-def split(name: str) -> tuple[str, str]:
-    """The loop and the field of a name, ``("TIC-101", "tuning.gain")``; two empty texts for another name.
-
-    No path is the end of another one, so that a loop may have dots in its name.
-    """
-    steps = name.split(".")
-    for count in (1, 2, 3):
-        path = ".".join(steps[-count:])
-        if path in ROWS and len(steps) > count:
-            return name[: -len(path) - 1], path
-    return "", ""

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-import json
 import re
 from typing import TYPE_CHECKING
 
+from pidcfg.control_characters import CONTROL
 from pidcfg.encoders.files import UnwritableError
 from pidcfg.encoders.nextopid.st_expression import ST, depth, is_number, printed, st_real
 from pidcfg.encoders.nextopid.st_program import Unit
 from pidcfg.schemas.iec import Wire
+from pidcfg.writer import json_line
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -24,9 +25,11 @@ WIDTH = 110
 """Beyond this a declaration or a call gets a line for each parameter."""
 DEEPEST = 100
 """Levels of parentheses that the reader takes."""
-BLANKS = re.compile(r"[\x00-\x20\x7f-\x9f\u2028\u2029]+")
+BLANKS = re.compile(f"[\\x00-\\x20{CONTROL}]+")
 COMMENT_MARKS = re.compile(r"\((?=\*)|\*(?=\))")
 """What would begin or end a comment."""
+NOT_IN_COMMENTS = re.compile(f"{COMMENT_MARKS.pattern}|[\\ud800-\\udfff\\ufffe\\uffff]")
+"""These, and what no file may hold."""
 
 
 def write_st(image: Program, checklist: tuple[str, ...] = ()) -> str:
@@ -52,9 +55,7 @@ def header(image: Program, checklist: tuple[str, ...]) -> Iterator[str]:
 
 def _json(entry: Mapping[str, object]) -> str:
     """JSON in which no comment ends or begins; such signs can stand in texts only, where there is another way."""
-    text = json.dumps(dict(entry), ensure_ascii=False)
-    safe = COMMENT_MARKS.sub(lambda sign: f"\\u{ord(sign.group()):04x}", text)
-    return re.sub(r"[\x7f-\x9f\u2028\u2029\ud800-\udfff\ufffe\uffff]", lambda sign: f"\\u{ord(sign.group()):04x}", safe)
+    return NOT_IN_COMMENTS.sub(lambda sign: f"\\u{ord(sign.group()):04x}", json_line(dict(entry)))
 
 
 def literal(kind: IecType, content: Content) -> str:

@@ -86,11 +86,11 @@ class Evidence:
         """The loops that have their set point from a loop."""
         return (i for i, master in enumerate(self.masters) if master == loop)
 
-    def error(self, loop: int) -> float:
-        """How far the PV ends from its set point."""
-        c = self.plc.cfg[loop]
-        error: float = self.sig[c.sig_sp] - self.sig[c.sig_pv]
-        return abs(error)
+    def errors(self, loop: int) -> tuple[float, float]:
+        """How far the PV is from its set point on average, in the two halves of the window at the end."""
+        m = self.meters[loop]
+        early, late = m.middle - m.window, self.last + 1 - m.middle
+        return abs(m.early_error) / max(early, 1), abs(m.final_error) / late
 
     def span(self, loop: int) -> float:
         """The span of a loop's PV."""

@@ -10,7 +10,7 @@ from pidcfg.sim.report import Standing, rounded
 from pidcfg.sim.standing.errors import expected_errors, plc_error, set_up_error
 from pidcfg.sim.standing.evidence import Evidence, Judgement, unjudged
 from pidcfg.sim.standing.modes import not_in_mode
-from pidcfg.sim.standing.saturation import saturated
+from pidcfg.sim.standing.saturation import error_stands, saturated
 from pidcfg.sim.standing.signals import alarm_stands, oscillates, out_of_range, pv_not_driven
 
 Judge = Callable[[Evidence, int], Judgement]
@@ -20,6 +20,7 @@ KINDS: dict[str, tuple[Judge, str]] = {
     "set-up-error": (set_up_error, ""),
     "pv-not-driven": (pv_not_driven, "controlled"),
     "saturated": (saturated, "in control"),
+    "error-stands": (error_stands, "in control"),
     "out-of-range": (out_of_range, "controlled"),
     "oscillates": (oscillates, "controlled"),
     "alarm-stands": (alarm_stands, "controlled"),

@@ -1,4 +1,4 @@
-"""``saturated``: a loop does not end at a limit of its output with an error that does not get smaller."""
+"""``saturated`` and ``error-stands``: a loop does not end with an error that hardly gets smaller."""
 
 from __future__ import annotations
 
@@ -17,23 +17,48 @@ if TYPE_CHECKING:
 
 DEVIATION = 0.01
 """Of the span: an error that is too much, unless the inner deviation alarm is closer."""
-PACE = 0.05
-"""Of an error, that it has to lose in the window: slower, it would take twice the run again."""
+SWITCHED = 0.05
+"""The same of a loop whose output is on or off, which is always at a limit."""
+PACE = 0.02
+"""Of an error, that it has to lose from one half of the window to the other: else it takes twice the run again.
+"""
 
 
 def saturated(e: Evidence, i: int) -> Judgement:
-    """Judges one loop, by the window at the end of the run."""
-    m = e.meters[i]
-    error, limit = e.error(i), _limit(e, i)
-    inner = e.plc.inner_deviation(i)
-    allowed = min(DEVIATION * e.span(i), e.span(i) if inner is None else inner)
-    if not limit or error <= allowed or m.error_then - error >= max(e.least(i), PACE * m.error_then):
+    """Judges one loop whose output ends at a limit."""
+    limit = _limit(e, i)
+    if not limit or not lasts(e, i):
         return Judgement(passed=True, text="does not stay at a limit of its output with an error")
-    exempt = _exempt(e, i)
-    if exempt:
-        return unjudged(exempt)
+    return _exempt(e, i) or failed(e, i, f"ends at {limit} with an error of")
+
+
+def error_stands(e: Evidence, i: int) -> Judgement:
+    """Judges one loop whose output ends inside its limits."""
+    if _limit(e, i) or not e.plc.integrates(i, e.sig) or not lasts(e, i):
+        return Judgement(passed=True, text="its PV ends at its set point, or comes to it")
+    if e.plc.left_out(i, e.sig) or _selected_away(e, i):
+        return unjudged("a selector leaves its output out")
+    if e.meters[i].broken:
+        return unjudged("an event has broken its sensor")
+    if e.plc.profile_step(e.meters[i].late_aux):
+        return unjudged("a profile runs in the last third")
+    return failed(e, i, "ends inside its output limits with an error of")
+
+
+def lasts(e: Evidence, i: int) -> bool:
+    """Whether an error lasts to the end that is too much for the loop."""
+    early, late = e.errors(i)
+    inner = e.plc.inner_deviation(i)
+    share = SWITCHED if e.plc.only_switches(i) else DEVIATION
+    allowed = max(min(share * e.span(i), e.span(i) if inner is None else inner), e.plc.dead_band(i, e.sig))
+    return late > allowed and early - late < max(e.least(i), PACE * early)
+
+
+def failed(e: Evidence, i: int, what: str) -> Judgement:
+    """An error that lasts, unless an event in the window moves the loop, or the run is too short to tell."""
+    m = e.meters[i]
     since = e.seconds(m.window)
-    text = f"ends at {limit} with an error of {error:.4g}, no smaller than at {since:g} s"
+    text = f"{what} {e.errors(i)[1]:.4g}, hardly smaller than at {since:g} s"
     times = e.events_on(i, m.window)
     if times:
         return unjudged(f"{text}: an event at {times[0]:g} s")
@@ -56,20 +81,20 @@ def _limit(e: Evidence, i: int) -> str:
     return ""
 
 
-def _exempt(e: Evidence, i: int) -> str:
-    """Why a loop may stay at a limit; empty: nothing says so."""
+def _exempt(e: Evidence, i: int) -> Judgement | None:
+    """Why a loop may stay at a limit; None: nothing says so."""
     if e.plc.left_out(i, e.sig) or _selected_away(e, i):
-        return "a selector leaves its output out"
+        return unjudged("a selector leaves its output out")
     if e.plc.windup_input(i, e.sig):
         slaves = [j for j in e.slaves(i) if e.meters[j].control]
         if not slaves or any(not saturated(e, j).passed for j in slaves):
-            return "its windup input is on"
+            return unjudged("its windup input is on")
     for j, name in enumerate(e.plc.loops):
         if j != i and e.meters[j].control and not limits_reached(e, j):
             own, other = answer(e.net, e.plc, i), answer(e.net, e.plc, j, i)
             if own * other < 0 and other * answer(e.net, e.plc, j) > 0:
-                return f"{name} has the PV, with the opposite effect"
-    return ""
+                return unjudged(f"{name} has the PV, with the opposite effect")
+    return None
 
 
 def _selected_away(e: Evidence, i: int) -> bool:

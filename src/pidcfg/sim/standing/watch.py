@@ -37,6 +37,7 @@ def _meter(scenario: Scenario, plc: Plc, net: Network, influence: Influence, i: 
     dead = max((float(net.texts[name][1].dead_time) for name in influence.plants_between(i)), default=0.0)
     length = max(last / TENTH, DEAD_TIMES * dead * TICKS / step, SAMPLES * c.period / step)
     m.window = max(0, last - round(length))
+    m.middle = (m.window + last + 1) // 2
     m.late = last - last // THIRD
     m.watched = min(m.window, m.late)
     low, high, counts = plc.scales[i]

@@ -5,7 +5,6 @@ The output is in %, the PV in its units, so the gain is % per unit; responses co
 
 from __future__ import annotations
 
-from math import sqrt
 from typing import TYPE_CHECKING
 
 from pidcfg.sim.controllers.click.tune_results import (
@@ -30,17 +29,25 @@ from pidcfg.sim.reaction_curve import (
     steepest_line,
 )
 from pidcfg.sim.terms import single
-from pidcfg.sim.tuning_rules import LAST_TURN, begin_cycle, curve_gains, cycle_gains, measure_noise, relay_switch
+from pidcfg.sim.tuning_rules import (
+    LAST_TURN,
+    RELAY_PATIENCE,
+    RELAY_PATIENT,
+    begin_cycle,
+    curve_gains,
+    cycle_gains,
+    cycle_length,
+    measure_noise,
+    relay_switch,
+    stalled,
+    ultimate_gain,
+)
 
 if TYPE_CHECKING:
     from pidcfg.sim.controllers.click.state import Config, State
 
 RESOLUTION = 1.0 / 4000.0
 """Resolution of the PV, as a share of its range."""
-PI = 3.141592653589793
-RELAY_PATIENCE = 3600.0
-"""Seconds, or `RELAY_PATIENT` samples if those are longer, after which a relay without a switch is stopped."""
-RELAY_PATIENT = 1000
 LEAST_SWING = 1e-6
 """Least amplitude of a cycle, as a share of the PV's range."""
 
@@ -70,13 +77,10 @@ def sign(c: Config, s: State) -> float:
 
 def measure(c: Config, s: State, aux: list[float], change: float) -> None:
     """Slope and dead time of the recorded response, and the gains they give."""
-    steepest, dead = steepest_line(s, c.tune_buffer, aux, change)
-    if steepest <= 0.0:
+    slope, dead = steepest_line(s, c.tune_buffer, aux, change)
+    if slope <= 0.0:
         fail(s, TUNE_NO_RESPONSE)
         return
-    seconds = s.period / TICKS
-    dead *= seconds
-    slope = steepest / (s.tune_stride * seconds)
     gain, reset, rate, sample = curve_gains(c.tune_pi, STEP * (c.out_high - c.out_low) / (dead * slope), dead)
     store(c, s, gain, reset, rate, sample)
 
@@ -88,7 +92,7 @@ def respond(c: Config, s: State, aux: list[float]) -> None:
     span = c.pv_high - c.pv_low
     second = int(abs(s.tune_step) > STEP)
     count = span * RESOLUTION
-    verdict, change = judge_response(s, c.tune_buffer, aux, span, count, count, s.period / TICKS, second)
+    verdict, change = judge_response(s, c.tune_buffer, aux, span, count, count, second)
     if verdict == ANSWERED:
         measure(c, s, aux, change)
     elif verdict == TOO_SMALL:
@@ -102,21 +106,16 @@ def respond(c: Config, s: State, aux: list[float]) -> None:
 
 def relay(c: Config, s: State) -> None:
     """One sample of the relay, whose hysteresis is that of DFn+21 in % of the PV limits."""
-    seconds = s.period / TICKS
     span = c.pv_high - c.pv_low
     band = c.tune_hysteresis * span / 100.0
     side = relay_switch(s, s.pv, s.sp - s.pv, band)
     if side:
         s.out = c.out_high if (side > 0) == (c.reverse == 0) else c.out_low
-    quiet = s.tune_count - s.tune_points
     if s.tune_turns == LAST_TURN:
-        half = s.tune_swing / 4.0
-        swing = sqrt(max(half * half - band * band, LEAST_SWING * span * (LEAST_SWING * span)))
-        period = (s.tune_count - s.tune_start) / 2.0 * seconds
-        ultimate = 2.0 * (c.out_high - c.out_low) / (PI * swing)
-        gain, reset, rate, sample = cycle_gains(c.tune_pi, ultimate, period)
+        ultimate = ultimate_gain(s, c.out_high - c.out_low, band, LEAST_SWING * span * (LEAST_SWING * span))
+        gain, reset, rate, sample = cycle_gains(c.tune_pi, ultimate, cycle_length(s) * (s.period / TICKS))
         store(c, s, gain, reset, rate, sample)
-    elif quiet > RELAY_PATIENT and quiet * seconds > RELAY_PATIENCE:
+    elif stalled(s, RELAY_PATIENT, RELAY_PATIENCE):
         fail(s, TUNE_NO_RESPONSE)
 
 

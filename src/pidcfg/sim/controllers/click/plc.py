@@ -8,18 +8,32 @@ from __future__ import annotations
 
 from dataclasses import fields
 from decimal import Decimal
+from math import isfinite, sqrt
 from typing import TYPE_CHECKING, Any
 
+from pidcfg.encoders.maps.click import ERRORS, TUNED
 from pidcfg.sim.controllers.click import modes as click_modes
 from pidcfg.sim.controllers.click import state as bits
-from pidcfg.sim.controllers.click import tune_results as click_tune_results
-from pidcfg.sim.controllers.click.memory import Memory
-from pidcfg.sim.controllers.click.report import ABOUT_MODE, ALARM_BITS, FLAG_BITS, MODES, OUTER_ALARMS, REASONS
+from pidcfg.sim.controllers.click.equation import coefficients
+from pidcfg.sim.controllers.click.errors import lowest_error
+from pidcfg.sim.controllers.click.report import (
+    ABOUT_MODE,
+    ALARM_BITS,
+    FLAG_BITS,
+    MODES,
+    OUTER_ALARMS,
+    REASONS,
+    SIGNALS,
+)
 from pidcfg.sim.controllers.click.setting import KEYS, check_setting, settings_of
-from pidcfg.sim.controllers.click.words import float_of, sample_ticks
+from pidcfg.sim.controllers.click.state import Config, State
+from pidcfg.sim.controllers.click.words import configure, float_of, loop_of, sample_ticks, write_state
 from pidcfg.sim.notices import tell_request
-from pidcfg.sim.plc import SWITCH_AND_TUNE, TICKS, ScanOptions
+from pidcfg.sim.plc import SWITCH_AND_TUNE, TICKS, Plc, ScanOptions
+from pidcfg.sim.reaction_curve import POINTS
 from pidcfg.sim.records import NEVER
+from pidcfg.sim.terms import finite
+from pidcfg.sim.tuning_rules import DONE, TUNE_STATUS
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, MutableSequence, Sequence
@@ -27,17 +41,17 @@ if TYPE_CHECKING:
     from pidcfg.encoders.image import Image
     from pidcfg.schemas.base import Quantity
 
-STATUS = {
-    click_tune_results.DONE: "done",
-    click_tune_results.FAILED: "error",
-    click_tune_results.CANCELLED: "cancelled",
-}
-"""How an autotune went, by `State.tune_done`."""
+PULSES = 100
+"""Least number of base steps in a PWM period: the pulses' resolution is 1 % (D121)."""
+COUNTS = 1 << 16
+"""Counts of the PV's range where a resolution is needed: floats have none (D128)."""
 
 
-class Click(Memory):
+class Click(Plc):
     """A CLICK as loaded from its registers."""
 
+    cfg: list[Config]
+    st: list[State]
     out_name = "CO"
     pulses = ("PWM",)
     modes: Mapping[str, int] = MODES
@@ -52,9 +66,80 @@ class Click(Memory):
     error_flags = ("pid_error",)
 
     def __init__(self, image: Image) -> None:
-        super().__init__(image)
+        words = image.words
+        self._loops = [loop_of(words, i, entry) for i, entry in enumerate(image.settings)]
+        self.loops = [loop.name for loop in self._loops]
+        self.goals = [loop.goal for loop in self._loops]
+        self.place_loops(Config, State, SIGNALS, POINTS)
+        for i in range(len(self._loops)):
+            self._begin(i)
+        self.scales = [scale_of(c) for c in self.cfg]
         self.in_run = False
         self.run(0)
+
+    @property
+    def flags(self) -> Mapping[str, int]:
+        """The error register of each loop, DSn+00."""
+        return {f"DS{loop.starts['integers']}": int(s.number) for loop, s in zip(self._loops, self.st, strict=True)}
+
+    @property
+    def base(self) -> int:
+        """The greatest common step of the sample rates, in ticks; a part of it where pulses need a finer one (D121)."""
+        step = super().base
+        finest = min((c.pwm_period // PULSES for c in self.cfg if c.pwm), default=step)
+        parts = -(-step // finest)
+        while step % parts:
+            parts += 1
+        return step // parts
+
+    def _begin(self, i: int) -> None:
+        """What a loop starts with: the controller's registers, its goal, and its places in the shared vectors."""
+        loop, c, s = self._loops[i], self.cfg[i], self.st[i]
+        c.tune_buffer = i * POINTS
+        c.pwm = int(loop.pwm)
+        if not loop.pwm:
+            self.signals[c.sig_pwm] = ""
+        self._apply(i)
+        c.period = s.period
+        s.goal = 0 if loop.goal == "manual" else MODES[loop.goal]
+        s.goal_sp, s.goal_writes = s.sp, int(loop.has_setpoint)
+        s.busy |= bits.GOAL if s.goal else 0
+        self._show(i, self.sig)
+
+    def _apply(self, i: int) -> None:
+        """Make the registers the controller's configuration, and look for PID errors (D117)."""
+        c, s = self.cfg[i], self.st[i]
+        n = self._loops[i].numbers()
+        configure(c, n)
+        write_state(s, n)
+        self._note_error(s, lowest_error(n))
+        if not s.error:
+            coefficients(c, s)
+
+    @staticmethod
+    def _note_error(s: State, error: int) -> None:
+        """The lowest error that is active; a loop in Auto or Autotune goes to Manual at once (D118)."""
+        if error == s.error:
+            return
+        s.error, s.number = error, float(ERRORS[error - 1].number) if error else 0.0
+        s.status &= ~bits.PID_ERROR
+        s.requested = 0
+        if not error:
+            tell_request(s, click_modes.CLEARED)
+            return
+        s.status |= bits.PID_ERROR
+        if s.status & bits.MANUAL:
+            tell_request(s, click_modes.NOTED_ERROR + error)
+        else:
+            click_modes.to_manual(s, click_modes.OVERRIDE_ERROR + error)
+
+    def _show(self, i: int, sig: MutableSequence[float]) -> None:
+        """The signals of a loop as its registers say; in STOP mode nothing drives its outputs (D120)."""
+        c, s = self.cfg[i], self.st[i]
+        stopped = bool(s.busy & bits.STOPPED)
+        sig[c.sig_pv], sig[c.sig_sp], sig[c.sig_bias] = finite(s.pv, 0.0), finite(s.sp, 0.0), finite(s.bias, 0.0)
+        sig[c.sig_out] = 0.0 if stopped else finite(s.out, 0.0)
+        sig[c.sig_error] = s.number
 
     # --- the CPU -----------------------------------------------------------------------------------------------------
 
@@ -95,6 +180,16 @@ class Click(Memory):
         limit = self.cfg[loop].deviation_high
         return None if limit >= bits.UNBOUNDED else limit
 
+    def integrates(self, loop: int, sig: Sequence[float]) -> bool:  # noqa: ARG002 - registers
+        """The longest reset time is as good as none."""
+        return self.st[loop].reset < float(TUNED.no_integral)
+
+    def dead_band(self, loop: int, sig: Sequence[float]) -> float:  # noqa: ARG002 - registers
+        """DFn+03, which is compared with the squared error where that is on."""
+        c = self.cfg[loop]
+        band = sqrt(c.deadband) if c.squared else c.deadband
+        return band if c.deadband_on else 0.0
+
     def pulse_cycle(self, loop: int) -> float:
         """The PWM period."""
         return self.cfg[loop].pwm_period / TICKS if self.cfg[loop].pwm else 0.0
@@ -122,8 +217,8 @@ class Click(Memory):
         error = bool(s.status & bits.TUNE_ERROR)
         if not (s.tune_done or s.status & bits.TUNING or error):
             return None
-        done = s.tune_done == click_tune_results.DONE
-        status = "running" if s.status & bits.TUNING else "error" if error else STATUS[s.tune_done]
+        done = s.tune_done == DONE
+        status = "running" if s.status & bits.TUNING else "error" if error else TUNE_STATUS[s.tune_done]
         registers.absorb(s)
         n = registers.numbers()
         results = {name: n[name] / 1000 if name == "sample_rate" else n[name] for name in self.tuned_names}
@@ -162,6 +257,13 @@ class Click(Memory):
     def _sample_rate(self, loop: int) -> Decimal:
         """The register of the sample rate in s."""
         return Decimal(self.st[loop].sample_ms) / 1000
+
+
+def scale_of(c: Config) -> tuple[float, float, int]:
+    """The ends of the PV's range, 0 to 100 where the registers hold none, and what counts as a count (D128)."""
+    if not (isfinite(c.pv_low) and isfinite(c.pv_high) and c.pv_low < c.pv_high):
+        return 0.0, 100.0, COUNTS
+    return c.pv_low, c.pv_high, COUNTS
 
 
 def load(image: Image, options: ScanOptions | None = None) -> Click:  # noqa: ARG001 - the base step is the runner's

@@ -8,12 +8,10 @@ from pidcfg.sim.controllers.click.errors import RANGES
 from pidcfg.sim.controllers.click.state import AUTO, FRESH, MODES, TUNE_ERROR, TUNING, Config, State
 from pidcfg.sim.notices import noticed
 from pidcfg.sim.terms import clamp, nearest, single
-from pidcfg.sim.tuning_rules import begin_noise
+from pidcfg.sim.tuning_rules import CANCELLED, DONE, FAILED, NOTHING, begin_noise
 
 IDLE, OBSERVING, RESPONSE, SWITCHING = 0, 1, 2, 3
 """`State.tune_phase`."""
-NOTHING, DONE, FAILED, CANCELLED = 0, 1, 2, 3
-"""`State.tune_done`."""
 
 REFUSED_TUNE_MODE = 30
 REFUSED_TUNE_RANGE = 31

@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 from dataclasses import fields
+from math import sqrt
 from typing import TYPE_CHECKING, Any
 
 from pidcfg.encoders.maps.dl06 import LOOP_TABLE, TABLE_POINTER
@@ -90,6 +91,11 @@ class Dl06(Memory):
         """The yellow deviation alarm; of a root it has another scale than the PV."""
         c = self.cfg[loop]
         return None if c.root or c.yellow >= bits.UNBOUNDED else c.yellow * c.pv_width / c.pv_span
+
+    def dead_band(self, loop: int, sig: Sequence[float]) -> float:  # noqa: ARG002 - words, no signals
+        """+23, which is compared with the squared error where that is on."""
+        c = self.cfg[loop]
+        return (sqrt(c.deadband) if c.squared else c.deadband) * c.pv_width
 
     def set_up_errors(self, loop: int) -> Iterator[str]:
         """The ramp/soak programming errors of +35."""

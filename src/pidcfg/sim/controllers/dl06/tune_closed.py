@@ -10,12 +10,17 @@ from pidcfg.sim.controllers.dl06.state import FRESH, RELAY, TUNE_ERROR, Config, 
 from pidcfg.sim.controllers.dl06.tune_results import SWITCHING, TUNE_AT_LIMITS, TUNE_NO_RESPONSE, end_tune, store
 from pidcfg.sim.notices import tell_request
 from pidcfg.sim.plc import TICKS
-from pidcfg.sim.tuning_rules import LAST_TURN, begin_cycle, cycle_gains, relay_switch
-
-PI = 3.141592653589793
-RELAY_PATIENCE = 3600.0
-"""Seconds, or `RELAY_PATIENT` samples if those are longer, after which a relay without a switch is stopped."""
-RELAY_PATIENT = 1000
+from pidcfg.sim.tuning_rules import (
+    LAST_TURN,
+    PI,
+    RELAY_PATIENCE,
+    RELAY_PATIENT,
+    begin_cycle,
+    cycle_gains,
+    cycle_length,
+    relay_switch,
+    stalled,
+)
 
 
 def begin_relay(c: Config, s: State) -> None:
@@ -40,20 +45,17 @@ def restore_bias(s: State) -> None:
 
 def switching(c: Config, s: State, p: float, sp: float) -> None:
     """One sample of the relay of three cycles (D60), and their gains (D61); noise widens the hysteresis."""
-    seconds = s.period / TICKS
     band = 3.0 * s.tune_noise if s.tune_noise > 1.0 else 0.0
     side = relay_switch(s, p, sp - p, band)
     if side != 0:
         up = side > 0 if c.reverse == 0 else side < 0
         s.out = c.m_high if up else c.m_low
-    quiet = s.tune_count - s.tune_points
     if s.tune_turns == LAST_TURN:
         restore_bias(s)
         swing = s.tune_swing / 2.0 - band
-        period = (s.tune_count - s.tune_start) / 2.0 * seconds
         ultimate = 4.0 * (c.m_high - c.m_low) / c.out_span / (PI * max(swing, 1.0) / c.span)
-        gain, reset, derivative, sample = cycle_gains(c.tune_pi, ultimate, period)
+        gain, reset, derivative, sample = cycle_gains(c.tune_pi, ultimate, cycle_length(s) * (s.period / TICKS))
         store(c, s, gain, reset, derivative, sample)
-    elif quiet > RELAY_PATIENT and quiet * seconds > RELAY_PATIENCE:
+    elif stalled(s, RELAY_PATIENT, RELAY_PATIENCE):
         restore_bias(s)
         end_tune(s, TUNE_NO_RESPONSE)

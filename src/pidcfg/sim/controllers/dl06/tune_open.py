@@ -15,7 +15,6 @@ from pidcfg.sim.controllers.dl06.tune_results import (
     end_tune,
     store,
 )
-from pidcfg.sim.plc import TICKS
 from pidcfg.sim.reaction_curve import (
     ANSWERED,
     NO_ANSWER,
@@ -52,15 +51,12 @@ def step_output(c: Config, s: State) -> None:
 
 def measure(c: Config, s: State, aux: list[float], change: float) -> None:
     """Slope and dead time of the recorded response, and the gains they give."""
-    steepest, dead = steepest_line(s, c.tune_buffer, aux, change)
+    slope, dead = steepest_line(s, c.tune_buffer, aux, change)
     s.out = s.tune_out
-    if steepest <= 0.0:
+    if slope <= 0.0:
         end_tune(s, TUNE_NO_RESPONSE)
         return
-    seconds = s.period / TICKS
-    dead *= seconds
-    rate = steepest / (s.tune_stride * seconds) / c.span
-    gain, reset, derivative, sample = curve_gains(c.tune_pi, STEP / (dead * rate), dead)
+    gain, reset, derivative, sample = curve_gains(c.tune_pi, STEP / (dead * (slope / c.span)), dead)
     store(c, s, gain, reset, derivative, sample)
 
 
@@ -70,7 +66,7 @@ def respond(c: Config, s: State, aux: list[float], p: float) -> None:
     if not record(s, c.tune_buffer, aux, rise):
         return
     second = int(s.tune_step > STEP)
-    verdict, change = judge_response(s, c.tune_buffer, aux, c.span, c.span / c.pv_span, 1.0, s.period / TICKS, second)
+    verdict, change = judge_response(s, c.tune_buffer, aux, c.span, c.span / c.pv_span, 1.0, second)
     if verdict == ANSWERED:
         measure(c, s, aux, change)
     elif verdict == TOO_SMALL:

@@ -7,7 +7,7 @@ The gain is in units of MV per unit of PV.
 
 from __future__ import annotations
 
-from math import isfinite, sqrt
+from math import isfinite
 from typing import TYPE_CHECKING
 
 from pidcfg.sim.controllers.dpide.equation import coefficients
@@ -15,7 +15,21 @@ from pidcfg.sim.controllers.dpide.state import AUTO, FRESH, MANUAL, MODES, TUNE_
 from pidcfg.sim.notices import noticed
 from pidcfg.sim.plc import TICKS
 from pidcfg.sim.terms import clamp, single
-from pidcfg.sim.tuning_rules import FIRST_TURN, LAST_TURN, begin_cycle, begin_noise, measure_noise, relay_switch
+from pidcfg.sim.tuning_rules import (
+    CANCELLED,
+    DONE,
+    FAILED,
+    FIRST_TURN,
+    LAST_TURN,
+    NOTHING,
+    begin_cycle,
+    begin_noise,
+    cycle_length,
+    measure_noise,
+    relay_switch,
+    stalled,
+    ultimate_gain,
+)
 from pidcfg.tuning.rules import TYREUS_LUYBEN
 
 if TYPE_CHECKING:
@@ -23,8 +37,6 @@ if TYPE_CHECKING:
 
 OBSERVING, SWITCHING = 1, 2
 """`State.tune_phase`."""
-NOTHING, DONE, FAILED, CANCELLED = 0, 1, 2, 3
-"""`State.tune_done`."""
 
 NO_RANGE, NO_RESPONSE, NO_SWITCH, TOO_FAST, UNEVEN, OUT_OF_RANGE = 16, 17, 18, 19, 20, 21
 """Why there is no result."""
@@ -39,7 +51,6 @@ REASONS = {
     ABANDONED: "autotune ended without results",
 }
 
-PI = 3.141592653589793
 GAIN, RESET, RATE = TYREUS_LUYBEN["PID"]
 """Of the ultimate gain and its period."""
 SMOOTHING = 0.1
@@ -139,7 +150,7 @@ def uneven(s: State) -> float:
 
 def measure(c: Config, s: State) -> None:
     """The ultimate cycle from the relay's, which has come to its end."""
-    samples = (s.tune_count - s.tune_start) / 2.0
+    samples = cycle_length(s)
     half = s.tune_swing / 4.0
     if half <= 0.0:
         fail(c, s, NO_RESPONSE)
@@ -148,8 +159,7 @@ def measure(c: Config, s: State) -> None:
     elif uneven(s) > TOLERABLE:
         fail(c, s, UNEVEN)
     else:
-        swing = sqrt(max(half * half - s.tune_band * s.tune_band, half * half / 4.0))
-        ultimate = 2.0 * (s.tune_top - s.tune_bottom) / (PI * swing)
+        ultimate = ultimate_gain(s, s.tune_top - s.tune_bottom, s.tune_band, half * half / 4.0)
         store(c, s, ultimate, samples * (s.period / TICKS), mean(s))
 
 
@@ -183,11 +193,9 @@ def relay(c: Config, s: State, e: float) -> None:
         s.tune_sum = 0.0
     s.tune_sum += s.out
     s.tune_moved = max(s.tune_moved, abs(s.pv - s.tune_base))
-    quiet = s.tune_count - s.tune_points
-    time = quiet * (s.period / TICKS)
-    if quiet > PATIENT and time > PATIENCE and s.tune_moved <= RESPONDS * s.tune_noise:
+    if s.tune_moved <= RESPONDS * s.tune_noise and stalled(s, PATIENT, PATIENCE):
         fail(c, s, NO_RESPONSE)
-    elif quiet > MOST and time > LONGEST:
+    elif stalled(s, MOST, LONGEST):
         fail(c, s, NO_SWITCH)
 
 

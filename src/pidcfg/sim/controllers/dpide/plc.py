@@ -2,36 +2,54 @@
 
 from __future__ import annotations
 
-from dataclasses import fields
 from typing import TYPE_CHECKING, Any
 
+from pidcfg.encoders.maps.dpide import LOOPS
+from pidcfg.encoders.settings import read_settings
 from pidcfg.schemas.base import refuse
-from pidcfg.sim.controllers.dpide import autotune as dpide_autotune
+from pidcfg.schemas.dpide import PlcSettings, Scale
 from pidcfg.sim.controllers.dpide import report
 from pidcfg.sim.controllers.dpide import state as bits
-from pidcfg.sim.controllers.dpide.memory import Memory
 from pidcfg.sim.controllers.dpide.modes import enter
-from pidcfg.sim.controllers.dpide.report import ABOUT_MODE, FLAG_BITS, MODES, REASONS, TUNE_STATUS
+from pidcfg.sim.controllers.dpide.report import ABOUT_MODE, FLAG_BITS, MODES, REASONS, SIGNALS
 from pidcfg.sim.controllers.dpide.setting import KEYS, Seconds, with_mark
-from pidcfg.sim.controllers.dpide.words import effect, sampling_time
+from pidcfg.sim.controllers.dpide.signals import show
+from pidcfg.sim.controllers.dpide.state import Config, State
+from pidcfg.sim.controllers.dpide.words import (
+    MILLISECOND,
+    Operands,
+    absorb,
+    configure,
+    effect,
+    operands_of,
+    sampling_time,
+    scale_of,
+)
+from pidcfg.sim.named_plc import NamedPlc
 from pidcfg.sim.notices import tell
-from pidcfg.sim.plc import SWITCH_AND_TUNE, ScanOptions
+from pidcfg.sim.plc import SWITCH_AND_TUNE
 from pidcfg.sim.records import NEVER
 from pidcfg.sim.terms import clamp, single
+from pidcfg.sim.tuning_rules import DONE, FAILED, TUNE_STATUS
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, MutableSequence, Sequence
 
     from pidcfg.encoders.parameters import Program
     from pidcfg.schemas.base import Quantity
+    from pidcfg.sim.plc import ScanOptions
 
 
-class Dpide(Memory):
+class Dpide(NamedPlc):
     """A Delta AS as loaded from its operands."""
 
+    cfg: list[Config]
+    st: list[State]
+    named, keys, sample_key = LOOPS, KEYS, "CYCLE"
+    config, state, slots = Config, State, SIGNALS
+    setpoint = KEYS.short["setpoint"]
     out_name = "MV"
     modes: Mapping[str, int] = MODES
-    options = tuple(f.name for f in fields(ScanOptions))
     commands = SWITCH_AND_TUNE
     tuned_names = ("Kc_Kp", "Ti_Ki", "Td_Kd", "Tf")
     flag_bits: Mapping[str, int] = FLAG_BITS
@@ -39,10 +57,94 @@ class Dpide(Memory):
     about_mode = ABOUT_MODE
     mode_keys = ("PID_RUN", "PID_MAN", "PID_MODE")
 
-    def __init__(self, program: Program) -> None:
-        super().__init__(program)
-        self.goals = [self.mode(s.status) for s in self.st]
+    def __init__(self, program: Program, options: ScanOptions | None = None) -> None:
+        super().__init__(program, options)
         self._dependent = [bool(c.dependent) for c in self.cfg]
+        scales = [
+            read_settings(Scale, entry.get("pv", {}), f"settings[{i}].pv") for i, entry in enumerate(self._settings)
+        ]
+        self._ranged = [scale.range is not None for scale in scales]
+        self.scales = [scale_of(scale, s.sp) for scale, s in zip(scales, self.st, strict=True)]
+
+    def contents_of(self, words: Mapping[str, Any], loop: str) -> Operands:
+        """The operands of a loop; what is no value is told."""
+        return operands_of(words, loop, self.problems)
+
+    def prepare(self) -> None:
+        """The interval of an interrupt task in ticks (0: none), and the devices of all operands."""
+        self._interval = (read_settings(PlcSettings, self._file, "plc").interrupt_task or 0) * MILLISECOND
+        self._devices = [dict(entry.get("devices", {})) for entry in self._settings]
+
+    def begin(self, loop: int) -> None:
+        """What an instruction starts with: its operands, the mode that they make, and who writes to its devices."""
+        c, s = self.cfg[loop], self.st[loop]
+        configure(c, s, self._contents[loop], self._interval)
+        c.sv_from, c.bias_from, c.mout_from = (self._writer(loop, name) for name in ("SV", "BIAS", "MOUT"))
+        devices = self._devices[loop]
+        c.joined = int("MOUT" in devices and devices["MOUT"] == devices.get("MV"))
+        s.status = bits.OFF
+        enter(c, s, self._mode(loop))
+        s.wanted = s.status & bits.MODES
+        if s.status & bits.OFF:
+            s.out = 0.0
+        self._join(loop)
+        show(c, s, self.sig)
+
+    def sample_ticks(self, value: Any) -> int:
+        """CYCLE, unless an interrupt task has the sampling time."""
+        return 0 if self._interval else sampling_time(value)
+
+    def _mode(self, i: int) -> int:
+        """The mode that PID_RUN, PID_MODE and PID_MAN make."""
+        if not self._contents[i]["PID_RUN"]:
+            return bits.OFF
+        if self.st[i].mode == 1:
+            return bits.TUNING
+        return bits.MANUAL if self.cfg[i].manual else bits.AUTO
+
+    def _join(self, i: int) -> None:
+        """One device of MOUT and MV holds what was written to it; 0 while PID_RUN is FALSE."""
+        c, s = self.cfg[i], self.st[i]
+        if c.joined and s.status & bits.OFF:
+            s.mout = s.out = 0.0
+        elif c.joined:
+            s.out = s.mout
+
+    def _writer(self, i: int, operand: str) -> int:
+        """The other loop whose MV stands in the device of an operand; -1: none."""
+        device = self._devices[i].get(operand)
+        writers = (j for j, devices in enumerate(self._devices) if j != i and device and devices.get("MV") == device)
+        return next(writers, -1)
+
+    def _write(self, i: int, **values: float) -> None:
+        """Write operands, and all others that stand in the same devices, of this loop too (D266)."""
+        places = {device: values[name] for name, device in self._devices[i].items() if name in values}
+        for j, devices in enumerate(self._devices):
+            shared = {name: places[device] for name, device in devices.items() if device in places and name != "MV"}
+            if j == i:
+                self._put(j, shared | values)
+            elif shared:
+                self._put(j, shared)
+
+    def _put(self, i: int, values: Mapping[str, float]) -> None:
+        """A mode that operands make takes effect with the next calculation, FALSE for PID_RUN at once."""
+        c, s = self.cfg[i], self.st[i]
+        before = s.mode
+        absorb(self._contents[i], s)
+        self._contents[i] |= values
+        configure(c, s, self._contents[i], self._interval)
+        if s.mode == 1 != before:
+            s.mode_before = before
+        s.wanted = self._mode(i)
+        s.busy &= ~(bits.REQUEST | bits.HALTING)
+        if s.wanted != s.status & bits.MODES:
+            s.busy |= bits.REQUEST | (bits.HALTING if s.wanted == bits.OFF else 0)
+        self._join(i)
+
+    def _show(self, sig: MutableSequence[float]) -> None:
+        """The signals that an operator's change affects at once."""
+        for c, s in zip(self.cfg, self.st, strict=True):
+            show(c, s, sig)
 
     @property
     def rises(self) -> list[bool]:
@@ -65,6 +167,10 @@ class Dpide(Memory):
     def output_limits(self, loop: int, sig: Sequence[float]) -> tuple[float, float]:  # noqa: ARG002 - operands
         """MV_MIN and MV_MAX."""
         return self.cfg[loop].low, self.cfg[loop].high
+
+    def dead_band(self, loop: int, sig: Sequence[float]) -> float:  # noqa: ARG002 - operands
+        """ERR_DBW."""
+        return self.cfg[loop].band
 
     # --- the PLC's switch --------------------------------------------------------------------------------------------
 
@@ -128,7 +234,7 @@ class Dpide(Memory):
         running = bool(s.status & bits.TUNING)
         if not (running or s.tune_done):
             return None
-        done, error = s.tune_done == dpide_autotune.DONE, s.tune_done == dpide_autotune.FAILED
+        done, error = s.tune_done == DONE, s.tune_done == FAILED
         status = "running" if running else TUNE_STATUS[s.tune_done]
         if error:
             status = f"{status}: {REASONS[s.tune_reason].partition(': ')[2]}"
@@ -157,10 +263,6 @@ class Dpide(Memory):
             )
         return content
 
-    def period_set(self, loop: int, path: tuple[str, ...], value: Any) -> int:  # noqa: ARG002 - all loops are alike
-        """The sampling time that a value for this key makes, in ticks; 0: another key, or an interrupt task has it."""
-        return sampling_time(value) if KEYS.find(path).name == "CYCLE" and not self._interval else 0
-
     def set(self, loop: int, path: tuple[str, ...], value: float, sig: MutableSequence[float]) -> str | None:
         """Write an operand; returns why it does not act as it stands, if so."""
         name = KEYS.find(path).name
@@ -174,9 +276,7 @@ class Dpide(Memory):
         writer = self._writer(loop, name)
         if writer >= 0:
             return f"MV of {self.loops[writer]} stands in the same device and overwrites it"
-        return effect(name, c, s, self._operands[loop], self._interval)
+        return effect(name, c, s, self._contents[loop], self._interval)
 
 
-def load(program: Program, options: ScanOptions | None = None) -> Dpide:  # noqa: ARG001 - the base step is the runner's
-    """The virtual PLC of a program's operands, as it stands when it begins to run."""
-    return Dpide(program)
+load = Dpide

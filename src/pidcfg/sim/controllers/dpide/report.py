@@ -47,9 +47,3 @@ REASONS = {
     TUNE_IDLE: "no autotune to be cancelled",
     IS_STOPPED: "the PLC is stopped: the instruction is not executed, MV stays as it is",
 }
-TUNE_STATUS = {
-    dpide_autotune.DONE: "done",
-    dpide_autotune.FAILED: "error",
-    dpide_autotune.CANCELLED: "cancelled",
-}
-"""How an autotune went, by `State.tune_done`."""

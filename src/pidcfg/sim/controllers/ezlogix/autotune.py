@@ -13,7 +13,6 @@ from pidcfg.schemas.ezlogix import DERIVATIVE, GAIN, INTEGRAL
 from pidcfg.sim.controllers.ezlogix.equation import coefficients
 from pidcfg.sim.controllers.ezlogix.state import HELD, TUNE, TUNE_ERROR, TUNING
 from pidcfg.sim.notices import noticed
-from pidcfg.sim.plc import TICKS
 from pidcfg.sim.reaction_curve import begin_curve, mean, record, steepest_line
 from pidcfg.sim.terms import nearest
 from pidcfg.sim.tuning_rules import begin_noise, curve_gains, measure_noise
@@ -101,13 +100,10 @@ def fits(gain: float, reset: float, rate: float, only_pi: int) -> bool:
 
 def compute(c: Config, s: State, aux: list[float]) -> None:
     """Slope and dead time of the recorded answer, the gains that they give, and their registers."""
-    steepest, dead = steepest_line(s, c.tune_buffer, aux, s.tune_change)
-    if steepest <= 0.0:
+    slope, dead = steepest_line(s, c.tune_buffer, aux, s.tune_change)
+    if slope <= 0.0:
         end_tune(c, s, NO_DIVISOR)
         return
-    seconds = s.period / TICKS
-    dead *= seconds
-    slope = steepest / (s.tune_stride * seconds)
     gain, reset, rate, _ = curve_gains(c.tune_pi, STEP / (dead * slope), dead)
     gain = nearest(gain * 100.0)
     reset = nearest(reset * 10.0)

@@ -4,20 +4,33 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from pidcfg.encoders.maps.ezlogix import LEAST_SAMPLE_RATE, R_BLOCK
+from pidcfg.encoders.maps.ezlogix import LEAST_SAMPLE_RATE, R_BLOCK, SPACE
 from pidcfg.encoders.regmap import decode_one
-from pidcfg.schemas.ezlogix import CV_FULL
+from pidcfg.encoders.settings import read_settings
+from pidcfg.schemas.ezlogix import CV_FULL, LoopSettings
 from pidcfg.sim.controllers.ezlogix import autotune as ezlogix_autotune
 from pidcfg.sim.controllers.ezlogix import report
 from pidcfg.sim.controllers.ezlogix import state as bits
-from pidcfg.sim.controllers.ezlogix.memory import Memory
-from pidcfg.sim.controllers.ezlogix.report import FLAG_BITS, MODES, REASONS, TUNE_STATUS
+from pidcfg.sim.controllers.ezlogix.equation import coefficients
+from pidcfg.sim.controllers.ezlogix.report import (
+    FLAG_BITS,
+    MODES,
+    REASONS,
+    SIGNALS,
+    TUNE_STATUS,
+    WAITS_FOR_RATE,
+    WAITS_FOR_RUN,
+)
 from pidcfg.sim.controllers.ezlogix.setting import CV, KEYS
-from pidcfg.sim.controllers.ezlogix.words import absorb, ticks
+from pidcfg.sim.controllers.ezlogix.signals import show
+from pidcfg.sim.controllers.ezlogix.state import Config, State
+from pidcfg.sim.controllers.ezlogix.words import absorb, configure, loop_of, tag_number, ticks, tuning
 from pidcfg.sim.notices import tell
-from pidcfg.sim.plc import SWITCH_AND_TUNE, TICKS, NoOptions
+from pidcfg.sim.plc import SWITCH_AND_TUNE, TICKS, CountsPlc, NoOptions
+from pidcfg.sim.reaction_curve import POINTS
 from pidcfg.sim.records import NEVER
 from pidcfg.sim.settings import encode_row, items_of
+from pidcfg.sim.terms import clamp
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, MutableSequence, Sequence
@@ -27,9 +40,11 @@ if TYPE_CHECKING:
     from pidcfg.schemas.base import Quantity
 
 
-class Ezlogix(Memory):
+class Ezlogix(CountsPlc):
     """An EZLogix as loaded from its registers."""
 
+    cfg: list[Config]
+    st: list[State]
     out_name = "CV"
     pulses = ("O",)
     modes: Mapping[str, int] = MODES
@@ -40,8 +55,70 @@ class Ezlogix(Memory):
     tuning_flags = ("autotune_running",)
 
     def __init__(self, image: Image) -> None:
-        super().__init__(image)
+        words = image.words
+        self._goes_on = bool(image.plc.get("process_when_stopped", True))
+        dialogs = [read_settings(LoopSettings, entry, f"settings[{i}]") for i, entry in enumerate(image.settings)]
+        self._loops = [loop_of(words, dialog) for dialog in dialogs]
+        self.loops = [dialog.loop for dialog in dialogs]
+        self.goals = ["auto" if loop.bit("mode") else "manual" for loop in self._loops]
+        self.place_loops(Config, State, SIGNALS, POINTS)
+        for i in range(len(dialogs)):
+            self._begin(i, words)
         self.scale_loops()
+
+    def _begin(self, i: int, words: Mapping[int, int]) -> None:
+        """What a loop starts with: its places in the shared vectors, its registers, and a request for its mode."""
+        c, s, loop = self.cfg[i], self.st[i], self._loops[i]
+        if loop.dialog.output.pulse is None:
+            self.signals[c.sig_pulse] = ""
+        c.tune_buffer = i * POINTS
+        number = tag_number(loop.dialog.output.tag)
+        c.feeds = self._setpoint_at(number, i)
+        s.out = s.whole = clamp(float(words.get(number, 0)), 0.0, float(CV_FULL)) if number is not None else 0.0
+        s.sp = float(loop.word("setpoint"))
+        self._apply(i)
+        s.pv, s.tune_left = c.pv_min, c.timeout
+        if self.goals[i] == "auto":
+            self._request_mode(i, bits.AUTO)
+        self._show(i, self.sig)
+
+    def _setpoint_at(self, number: int | None, i: int) -> int:
+        """The other loop whose set point register has this number; -1: none."""
+        places = [SPACE.number("R", loop.dialog.registers) + R_BLOCK.offset("setpoint") for loop in self._loops]
+        return next((j for j, place in enumerate(places) if place == number and j != i), -1)
+
+    def _apply(self, i: int) -> None:
+        """Make the registers the controller's configuration."""
+        c, s, loop = self.cfg[i], self.st[i], self._loops[i]
+        halted = c.halt
+        configure(c, loop, goes_on=self._goes_on)
+        tuning(c, s, loop)
+        coefficients(s)
+        if c.halt:
+            s.due = NEVER
+        elif halted and not s.busy & bits.STOPPED:
+            s.due = 0
+
+    def _request_mode(self, i: int, mode: int) -> None:
+        """Write discrete +0, which nothing refuses."""
+        s = self.st[i]
+        s.wanted = mode
+        s.busy |= bits.REQUEST
+        self._note_waiting(i, mode)
+
+    def _note_waiting(self, i: int, mode: int = 0) -> None:
+        """Leaves a notice that a request waits, as the loop is not calculated."""
+        if self.cfg[i].halt:
+            tell(self.st[i], WAITS_FOR_RATE, mode)
+        elif self.st[i].busy & bits.STOPPED:
+            tell(self.st[i], WAITS_FOR_RUN, mode)
+
+    def _show(self, i: int, sig: MutableSequence[float]) -> None:
+        """The signals that an operator's change affects at once: SP is limited, its register later."""
+        c, s = self.cfg[i], self.st[i]
+        written, s.sp = s.sp, clamp(s.sp, c.sp_low, c.sp_high)
+        show(c, s, sig)
+        s.sp = written
 
     @classmethod
     def is_about_mode(cls, requested: int, reason: int) -> bool:  # noqa: ARG003 - nothing is refused
@@ -63,6 +140,11 @@ class Ezlogix(Memory):
         """The CV limits."""
         c = self.cfg[loop]
         return c.out_low + c.m_low * c.out_width / CV_FULL, c.out_low + c.m_high * c.out_width / CV_FULL
+
+    def dead_band(self, loop: int, sig: Sequence[float]) -> float:  # noqa: ARG002 - registers
+        """Base+5; of a root the error has another scale."""
+        c = self.cfg[loop]
+        return c.deadband * (c.scale if c.root else 1.0) * c.pv_width / c.pv_span
 
     def pulse_cycle(self, loop: int) -> float:
         """The cycle time of the control output."""

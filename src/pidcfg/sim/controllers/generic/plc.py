@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from pidcfg.encoders.generic.decode import loop_names
-from pidcfg.encoders.maps.generic import NEEDED
+from pidcfg.encoders.maps.generic import LOOPS
 from pidcfg.sim.controllers.generic import state as bits
 from pidcfg.sim.controllers.generic.report import (
     ABOUT_MODE,
@@ -19,56 +18,51 @@ from pidcfg.sim.controllers.generic.report import (
 )
 from pidcfg.sim.controllers.generic.setting import KEYS
 from pidcfg.sim.controllers.generic.state import Config, State
-from pidcfg.sim.controllers.generic.words import configure, effect, fields_of, ticks
+from pidcfg.sim.controllers.generic.words import Fields, configure, effect, fields_of, ticks
+from pidcfg.sim.named_plc import NamedPlc
 from pidcfg.sim.notices import noticed
-from pidcfg.sim.plc import COUNTS, TICKS, Plc, ScanOptions
+from pidcfg.sim.plc import COUNTS, TICKS
 from pidcfg.sim.terms import clamp
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, MutableSequence, Sequence
 
-    from pidcfg.encoders.parameters import Program
     from pidcfg.schemas.base import Quantity
 
 
-class Generic(Plc):
+class Generic(NamedPlc):
     """Neutral loops as loaded from their parameters; they always run."""
 
     cfg: list[Config]
     st: list[State]
+    named, keys, sample_key = LOOPS, KEYS, "sample_time"
+    config, state, slots = Config, State, SIGNALS
     out_name = "OUT"
     pulses: Sequence[str] = ("PULSE",)
     modes: Mapping[str, int] = MODES
-    options = ("scan_time",)
     alarm_bits: Mapping[str, int] = ALARM_BITS
     flag_bits: Mapping[str, int] = FLAG_BITS
     reasons: Mapping[int, str] = REASONS
     about_mode = ABOUT_MODE
     outer_alarms = OUTER_ALARMS
 
-    def __init__(self, program: Program) -> None:
-        words = program.words
-        self.problems: list[str] = []
-        """Parameters that are missing."""
-        self.loops = [str(entry["loop"]) for entry in program.settings] or loop_names(words)
-        sources = [dict(entry.get("setpoint", {})).get("source") for entry in program.settings] or [None] * len(
-            self.loops
-        )
-        self._fields = [fields_of(words, loop, NEEDED, self.problems) for loop in self.loops]
-        self.place_loops(Config, State, SIGNALS)
-        for i, source in enumerate(sources):
-            self.cfg[i].source = self.loops.index(source) if source in self.loops else -1
-            self._begin(i)
+    def contents_of(self, words: Mapping[str, Any], loop: str) -> Fields:
+        """The fields of a loop; what is missing or no value is told."""
+        return fields_of(words, loop, self.problems)
+
+    def prepare(self) -> None:
+        """Who is whose master, and the scales."""
+        sources = [dict(entry.get("setpoint", {})).get("source") for entry in self._settings]
+        for c, source in zip(self.cfg, sources, strict=True):
+            c.source = self.loops.index(source) if source in self.loops else -1
         for i, c in enumerate(self.cfg):
             c.slave = next((j for j, other in enumerate(self.cfg) if other.source == i != j), -1)
-        self.goals = [self.mode(s.status) for s in self.st]
-        self.scales = [(f["pv.range.0"], f["pv.range.1"], COUNTS) for f in self._fields]
+        self.scales = [(f["pv.range.0"], f["pv.range.1"], COUNTS) for f in self._contents]
 
-    def _begin(self, i: int) -> None:
-        """What a loop starts with (D301): its mode, its places in the shared vector, its set point and output."""
-        c, s, fields = self.cfg[i], self.st[i], self._fields[i]
+    def begin(self, loop: int) -> None:
+        """What a loop starts with (D301): its mode, its set point and output."""
+        c, s, fields = self.cfg[loop], self.st[loop], self._contents[loop]
         configure(c, s, fields)
-        c.period = s.period
         if not c.pulses:
             self.signals[c.sig_pulse] = ""
         mode = fields["mode"]
@@ -77,7 +71,11 @@ class Generic(Plc):
         s.sp = clamp(fields.get("setpoint.value", c.base), c.sp_low, c.sp_high)
         start = fields.get("output.manual", 0.0) if s.status & bits.MANUAL else 0.0
         s.out = s.manual = clamp(start, c.low, c.high)
-        self._show(i, self.sig)
+        self._show(loop, self.sig)
+
+    def sample_ticks(self, value: Any) -> int:
+        """The sample time."""
+        return ticks(value)
 
     @property
     def rises(self) -> list[bool]:
@@ -97,6 +95,10 @@ class Generic(Plc):
         """``alarms.deviation.high``."""
         limit = self.cfg[loop].deviation_at
         return None if limit >= bits.UNREACHED else limit
+
+    def dead_band(self, loop: int, sig: Sequence[float]) -> float:  # noqa: ARG002 - no signals
+        """``deadband``."""
+        return self.cfg[loop].band
 
     def pulse_cycle(self, loop: int) -> float:
         """The period of the pulses."""
@@ -126,18 +128,10 @@ class Generic(Plc):
         s.busy |= bits.BUMPLESS
         self._show(loop, sig)
 
-    def check_set(self, loop: int, path: tuple[str, ...], value: object) -> object:  # noqa: ARG002 - all loops are alike
-        """The content that a ``set`` event makes of its field; a ``PydanticCustomError`` says what is wrong."""
-        return KEYS.check(path, value)
-
-    def period_set(self, loop: int, path: tuple[str, ...], value: Any) -> int:  # noqa: ARG002 - all loops are alike
-        """The sample time that a value for this key makes, in ticks; 0: another key."""
-        return ticks(value) if KEYS.find(path).name == "sample_time" else 0
-
     def set(self, loop: int, path: tuple[str, ...], value: Any, sig: MutableSequence[float]) -> str | None:
         """Write a field; returns why it does not act as it stands, if so."""
         name = KEYS.find(path).name
-        c, s, fields = self.cfg[loop], self.st[loop], self._fields[loop]
+        c, s, fields = self.cfg[loop], self.st[loop], self._contents[loop]
         fields[name] = value
         configure(c, s, fields)
         if name == "setpoint.value":
@@ -151,6 +145,4 @@ class Generic(Plc):
         return effect(name, fields, by_hand=s.wanted == bits.MANUAL)
 
 
-def load(program: Program, options: ScanOptions | None = None) -> Generic:  # noqa: ARG001 - the base step is the runner's
-    """The virtual controller of a program's parameters, as it stands when it begins to run."""
-    return Generic(program)
+load = Generic

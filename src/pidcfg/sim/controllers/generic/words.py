@@ -5,8 +5,10 @@ from __future__ import annotations
 from math import expm1
 from typing import TYPE_CHECKING, Any
 
-from pidcfg.encoders.maps.generic import ROWS
-from pidcfg.encoders.parameters import read
+from pidcfg.encoders.mapping import default_of
+from pidcfg.encoders.maps.generic import NEEDED, ROWS
+from pidcfg.encoders.parameters import read, store
+from pidcfg.schemas.generic import Loop
 from pidcfg.sim.controllers.generic.state import UNREACHED
 from pidcfg.sim.plc import TICKS
 from pidcfg.sim.records import read_registers
@@ -14,36 +16,27 @@ from pidcfg.sim.records import read_registers
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    from pidcfg.encoders.parameters import Content, Parameter
     from pidcfg.sim.controllers.generic.state import Config, State
 
 Fields = dict[str, Any]
 """Content by path; a field that the configuration leaves out is missing."""
-DEFAULTS: Fields = {
-    "mode": "auto",
-    "output_raises_pv": False,
-    "sample_time": 1.0,
-    "tuning.gain": 0.0,
-    "tuning.integral_time": 0.0,
-    "tuning.derivative_time": 0.0,
-    "tuning.proportional": True,
-    "tuning.derivative_on": "pv",
-    "tuning.derivative_filter": 0.0,
-    "pv.range.0": 0.0,
-    "pv.range.1": 100.0,
-    "pv.filter": 0.0,
-    "pv.square_root": False,
-    "output.range.0": 0.0,
-    "output.range.1": 100.0,
-    "output.bias": 0.0,
-    "deadband": 0.0,
-    "anti_windup": True,
-    "alarms.hysteresis": 0.0,
-    "output.pulse.min_on": 0.0,
-    "output.pulse.min_off": 0.0,
-}
+UNKNOWN: Fields = {"sample_time": 1.0, "pv.range.1": 100.0, "output.range.1": 100.0}
+"""What is taken for a field that every loop has and a listing lacks, where that is not the nothing of its type."""
 
 
-def fields_of(words: Mapping[str, Any], loop: str, needed: tuple[str, ...], problems: list[str]) -> Fields:
+def _default(row: Parameter) -> Content | None:
+    value = default_of(Loop, row.name)
+    if value is not None:
+        return store(row.type, value)
+    return UNKNOWN.get(row.name, row.type.default) if row.name in NEEDED else None
+
+
+DEFAULTS: Fields = {name: value for name, row in ROWS.items() if (value := _default(row)) is not None}
+"""What fields hold that the file does not give; the others are missing then."""
+
+
+def fields_of(words: Mapping[str, Any], loop: str, problems: list[str]) -> Fields:
     """The parameters of a loop; what a listing lacks and every loop has, and what is no value, is a problem."""
     fields = dict(DEFAULTS)
     for path, row in ROWS.items():
@@ -51,7 +44,7 @@ def fields_of(words: Mapping[str, Any], loop: str, needed: tuple[str, ...], prob
         content = None if raw is None else read(row.type, raw)
         if content is not None:
             fields[path] = content
-        elif raw is not None or path in needed:
+        elif raw is not None or path in NEEDED:
             what = "is missing" if raw is None else f"is no {row.type.name}"
             problems.append(f"{loop}.{path} {what}, {DEFAULTS.get(path, 'nothing')} is taken")
     return fields

@@ -97,6 +97,14 @@ class Facts(Memory):
         """Whether the loop is a ControlON_OFF."""
         return bool(self.cfg[loop].kind == slots.ON_OFF)
 
+    def integrates(self, loop: int, sig: Sequence[float]) -> bool:
+        """Whether Ti_Ki is given."""
+        return not self.only_switches(loop) and bool(sig[self.cfg[loop].base + slots.TI_KI] > 0.0)
+
+    def dead_band(self, loop: int, sig: Sequence[float]) -> float:
+        """DeadBand."""
+        return 0.0 if self.only_switches(loop) else sig[self.cfg[loop].base + slots.DEAD_BAND]
+
     def pulse_cycle(self, loop: int) -> float:
         """The period of a ControlPWM that reads the loop's MV."""
         for place, c in enumerate(self.cfg):

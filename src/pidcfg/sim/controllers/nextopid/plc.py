@@ -11,7 +11,7 @@ from pidcfg.sim.controllers.nextopid import modes, report
 from pidcfg.sim.controllers.nextopid.facts import Facts
 from pidcfg.sim.controllers.nextopid.memory import SHOWN, number_of
 from pidcfg.sim.controllers.nextopid.report import AUX_BITS, FLAG_BITS, MODES, REASONS, RESULT_FLAGS, TUNE_STATUS
-from pidcfg.sim.controllers.nextopid.setting import keys_of
+from pidcfg.sim.controllers.nextopid.setting import SHORT, keys_of
 from pidcfg.sim.expressions import FAULTS
 from pidcfg.sim.named_settings import NamedKeys
 from pidcfg.sim.notices import tell
@@ -31,6 +31,7 @@ LONG = ("Tc", "Tlag", "DelayTime")
 class Nextopid(Facts):
     """A NextoPID program as loaded."""
 
+    setpoint = SHORT["setpoint"]
     out_name = "MV"
     modes: Mapping[str, int] = MODES
     commands: Mapping[str, Sequence[str]] = {"ramp_soak": (), "autotune": ("start", "cancel", "accept"), "plc": ()}

@@ -9,6 +9,7 @@ from pidcfg.encoders.maps.click import SETPOINT_CROSSED
 from pidcfg.refs import CLICK, Decision
 from pidcfg.schemas.click import EFFECT
 from pidcfg.validate.ideas.duplicates import reported_once
+from pidcfg.validate.ideas.limits import NUMBERS, outside_limits
 from pidcfg.validate.rule import Findings, error, info, per_loop, warning
 
 if TYPE_CHECKING:
@@ -173,9 +174,10 @@ def setpoint_outside_range(view: LoopView) -> Findings:
     gain.
     """
     value = written(view)
-    low, high = view.loop.pv.range
-    if value is not None and not low <= effective(view, value) <= high:
-        yield view.at("setpoint", "value", value=view.eu(effective(view, value)), low=view.eu(low), high=view.eu(high))
+    kept = None if value is None else effective(view, value)
+    yield from outside_limits(
+        view, "setpoint", "value", value=kept, limits=view.loop.pv.range, shown=view.eu, units=NUMBERS
+    )
 
 
 @per_loop
@@ -193,11 +195,11 @@ def setpoint_limit_outside_range(view: LoopView) -> Findings:
 
     Fix: bring the limit inside `pv.range`, or correct the range.
     """
-    low, high = view.loop.pv.range
+    limits = view.loop.pv.range
     for end, value in limits_on(view).items():
-        if view.value(f"setpoint_{end}") is not None and not low <= value <= high:
-            yield view.at(
-                "setpoint", f"{end}_limit", end=end, value=view.eu(value), low=view.eu(low), high=view.eu(high)
+        if view.value(f"setpoint_{end}") is not None:
+            yield from outside_limits(
+                view, "setpoint", f"{end}_limit", value=value, limits=limits, shown=view.eu, units=NUMBERS, end=end
             )
 
 

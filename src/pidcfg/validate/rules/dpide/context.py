@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from decimal import Decimal
 from functools import cached_property
 
-from pidcfg.encoders.dpide.encode import values_of
+from pidcfg.encoders.maps.dpide import LOOPS
 from pidcfg.encoders.parameters import Content, ProgramEncoding, store
 from pidcfg.encoders.words import EncodeError
 from pidcfg.schemas.dpide import LONGEST_CYCLE, SHORTEST_CYCLE, DpideFile, Loop
@@ -23,7 +23,7 @@ class LoopView(View[Loop]):
     def contents(self) -> dict[str, Content]:
         """Content by operand; one that its value does not fit is missing (another rule reports it)."""
         contents: dict[str, Content] = {}
-        for row, value in values_of(self.loop):
+        for row, value in LOOPS.values_of(self.loop):
             try:
                 contents[row.name] = store(row.type, value)
             except EncodeError:
@@ -35,9 +35,13 @@ class LoopView(View[Loop]):
         values = [Decimal(repr(self.contents[name])) for name in operands if name in self.contents]
         return values if len(values) == len(operands) else []
 
+    def number(self, operand: str) -> Decimal | None:
+        """The number of an operand; None where it does not fit."""
+        return next(iter(self.held(operand)), None)
+
     def coefficient(self, operand: str) -> Decimal:
         """A coefficient as the PLC uses it: below 0 it counts as 0."""
-        return max(Decimal(0), *self.held(operand)) if self.held(operand) else Decimal(0)
+        return max(Decimal(0), self.number(operand) or Decimal(0))
 
     @cached_property
     def cycle(self) -> Decimal:

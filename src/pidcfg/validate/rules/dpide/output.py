@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 from pidcfg.encoders.maps.dpide import TABLE
 from pidcfg.refs import DPIDE
+from pidcfg.validate.ideas.limits import outside_limits
 from pidcfg.validate.rule import Findings, error, info, per_loop, warning
 from pidcfg.validate.views import number_text
 
@@ -52,17 +53,13 @@ def manual_output_outside_limits(view: LoopView) -> Findings:
 
     Fix: write a MOUT inside the limits.
     """
-    output, limits = view.held("MOUT"), view.limits
+    mout, limits = view.number("MOUT"), view.limits
     stated = view.loop.PID_MAN or (view.gives("MOUT") and not view.loop.MOUT_AUTO)
-    if output and limits and stated and not limits[0] <= output[0] <= limits[1]:
-        low, high = limits
+    if stated and mout is not None and limits is not None:
         place = "MOUT" if view.gives("MOUT") else "PID_MAN"
-        yield view.at(
-            place,
-            mout=number_text(output[0]),
-            low=number_text(low),
-            high=number_text(high),
-            used=view.mv(min(max(output[0], low), high)),
+        used = view.mv(min(max(mout, limits[0]), limits[1]))
+        yield from outside_limits(
+            view, place, value=mout, limits=limits, shown=view.mv, units=(), field="mout", used=used
         )
 
 
@@ -79,9 +76,8 @@ def feed_forward_outside_limits(view: LoopView) -> Findings:
 
     Fix: write a BIAS inside the limits.
     """
-    bias, limits = view.held("BIAS"), view.limits
-    if bias and limits and view.gives("BIAS") and not limits[0] <= bias[0] <= limits[1]:
-        yield view.at("BIAS", bias=number_text(bias[0]), low=number_text(limits[0]), high=number_text(limits[1]))
+    bias = view.number("BIAS") if view.gives("BIAS") else None
+    yield from outside_limits(view, "BIAS", value=bias, limits=view.limits, shown=view.mv, units=(), field="bias")
 
 
 @per_loop
@@ -93,13 +89,11 @@ def limits_beyond_output(view: LoopView) -> Findings:
 
     Fix: write the ends of the output as MV_MIN and MV_MAX, or correct `output.range`.
     """
-    span = view.loop.output.range
-    for name in ("MV_MAX", "MV_MIN"):
-        limit = view.held(name)
-        if span is not None and limit and not span[0] <= limit[0] <= span[1]:
-            yield view.at(
-                name, operand=name, limit=number_text(limit[0]), low=number_text(span[0]), high=view.mv(span[1])
-            )
+    for key in ("MV_MAX", "MV_MIN"):
+        limit, span = view.number(key), view.loop.output.range
+        yield from outside_limits(
+            view, key, value=limit, limits=span, shown=view.mv, units=("high",), field="limit", operand=key
+        )
 
 
 @per_loop

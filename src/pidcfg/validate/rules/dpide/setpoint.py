@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from pidcfg.encoders.maps.dpide import TABLE
+from pidcfg.validate.ideas.limits import outside_limits
 from pidcfg.validate.rule import Findings, per_loop, warning
 from pidcfg.validate.rules.dpide.operation import D259
-from pidcfg.validate.views import number_text
 
 if TYPE_CHECKING:
     from pidcfg.validate.rules.dpide.context import LoopView
@@ -22,9 +22,8 @@ def set_point_outside_range(view: LoopView) -> Findings:
 
     Fix: correct SV, or `pv.range`; both must be in the same unit.
     """
-    span, target = view.loop.pv.range, view.held("SV")
-    if span is not None and target and not span[0] <= target[0] <= span[1]:
-        yield view.at("SV", sv=number_text(target[0]), low=number_text(span[0]), high=view.pv(span[1]))
+    span, target = view.loop.pv.range, view.number("SV")
+    yield from outside_limits(view, "SV", value=target, limits=span, shown=view.pv, units=("high",), field="sv")
 
 
 @per_loop

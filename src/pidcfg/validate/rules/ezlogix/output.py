@@ -9,6 +9,7 @@ from pidcfg.encoders.maps.ezlogix import DUTY_FULL
 from pidcfg.refs import EZLOGIX, Decision
 from pidcfg.schemas.base import decimal_text
 from pidcfg.schemas.ezlogix import CV_FULL
+from pidcfg.validate.ideas.limits import NUMBERS, outside_limits
 from pidcfg.validate.rule import Findings, error, info, per_loop, warning
 
 if TYPE_CHECKING:
@@ -113,10 +114,11 @@ def offset_outside_limits(view: LoopView) -> Findings:
     """
     offset, limits = view.counts("cv_offset"), view.cv_limits
     default = "offset" not in view.loop.output.model_fields_set
-    if offset is None or limits is None or default or (offset == 0 and view.integrates):
+    if default or (offset == 0 and view.integrates):
         return
-    if not limits[0] <= offset <= limits[1]:
-        yield view.at("output", "offset", offset=view.cv(offset), low=view.cv(limits[0]), high=view.cv(limits[1]))
+    yield from outside_limits(
+        view, "output", "offset", value=offset, limits=limits, shown=view.cv, units=NUMBERS, field="offset"
+    )
 
 
 @per_loop

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from pidcfg.diagnostics import Severity
 from pidcfg.schemas.generic import D280
 from pidcfg.validate.ideas.alarms import PV_POINTS
+from pidcfg.validate.ideas.limits import outside_limits
 from pidcfg.validate.rule import Findings, error, per_loop, warning
 
 if TYPE_CHECKING:
@@ -80,4 +81,5 @@ def alarm_point_outside_range(view: LoopView) -> Findings:
     Fix: write a point inside `pv.range`, or leave it out.
     """
     for name, value in existing(view.loop.alarms.pv, PV_POINTS):
-        yield from view.pv_outside("alarms", "pv", name, value=value, ends=view.loop.pv.range)
+        place = ("alarms", "pv", name)
+        yield from outside_limits(view, *place, value=value, limits=view.loop.pv.range, shown=view.pv, name=name)

@@ -8,12 +8,10 @@ from typing import TYPE_CHECKING
 
 from pidcfg.encoders.parameters import ProgramEncoding
 from pidcfg.schemas.generic import GenericFile, Loop
-from pidcfg.validate.views import Context, Pair, View, number_text, outside, with_unit
+from pidcfg.validate.views import Context, Pair, View, with_unit
 
 if TYPE_CHECKING:
     from decimal import Decimal
-
-    from pidcfg.validate.rule import Findings
 
 
 @dataclass(frozen=True)
@@ -24,17 +22,6 @@ class LoopView(View[Loop]):
     def limits(self) -> Pair:
         """Lowest and highest output; the ends of the range where they are not given."""
         return self.loop.output.limits or self.loop.output.range
-
-    def pv_outside(self, *path: str | int, value: Decimal, ends: Pair, what: str = "") -> Findings:
-        """A finding where a number in the PV's unit is not between two others."""
-        if outside(value, ends):
-            low, high = number_text(ends[0]), self.pv(ends[1])
-            yield self.at(*path, name=path[-1], value=self.pv(value), what=what, low=low, high=high)
-
-    def output_outside(self, *path: str | int, value: Decimal, ends: Pair) -> Findings:
-        """A finding where a number in the output's unit is not between two others."""
-        if outside(value, ends):
-            yield self.at(*path, value=self.out(value), low=number_text(ends[0]), high=self.out(ends[1]))
 
     def pv(self, value: Decimal) -> str:
         """A number of the PV with its unit."""

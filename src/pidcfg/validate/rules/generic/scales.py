@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 from pidcfg.encoders.generic.decisions import D299
 from pidcfg.schemas.generic import D280
+from pidcfg.validate.ideas.limits import outside_limits
 from pidcfg.validate.rule import Findings, error, per_loop, warning
 
 if TYPE_CHECKING:
@@ -23,7 +24,7 @@ def output_limits_outside_range(view: LoopView) -> Findings:
     Fix: write limits inside `output.range`, or correct the range.
     """
     for i, end in enumerate(view.loop.output.limits or ()):
-        yield from view.output_outside("output", "limits", i, value=end, ends=view.loop.output.range)
+        yield from outside_limits(view, "output", "limits", i, value=end, limits=view.loop.output.range, shown=view.out)
 
 
 @per_loop
@@ -36,7 +37,7 @@ def set_point_limits_outside_range(view: LoopView) -> Findings:
     Fix: write limits inside `pv.range`, or correct the range.
     """
     for i, end in enumerate(view.loop.setpoint.limits or ()):
-        yield from view.pv_outside("setpoint", "limits", i, value=end, ends=view.loop.pv.range)
+        yield from outside_limits(view, "setpoint", "limits", i, value=end, limits=view.loop.pv.range, shown=view.pv)
 
 
 @per_loop
@@ -51,8 +52,7 @@ def set_point_out_of_reach(view: LoopView) -> Findings:
     """
     value, limits = view.loop.setpoint.value, view.loop.setpoint.limits
     ends, what = (view.loop.pv.range, "the PV's range") if limits is None else (limits, "its limits")
-    if value is not None:
-        yield from view.pv_outside("setpoint", "value", value=value, ends=ends, what=what)
+    yield from outside_limits(view, "setpoint", "value", value=value, limits=ends, shown=view.pv, what=what)
 
 
 @per_loop
@@ -65,8 +65,8 @@ def bias_outside_limits(view: LoopView) -> Findings:
 
     Fix: write a bias between the limits; it is in units of the output.
     """
-    if view.loop.output.bias:
-        yield from view.output_outside("output", "bias", value=view.loop.output.bias, ends=view.limits)
+    bias = view.loop.output.bias or None
+    yield from outside_limits(view, "output", "bias", value=bias, limits=view.limits, shown=view.out)
 
 
 @per_loop
@@ -78,8 +78,8 @@ def manual_outside_limits(view: LoopView) -> Findings:
 
     Fix: write a value between the limits; it is in units of the output.
     """
-    if view.loop.output.manual is not None:
-        yield from view.output_outside("output", "manual", value=view.loop.output.manual, ends=view.limits)
+    manual = view.loop.output.manual
+    yield from outside_limits(view, "output", "manual", value=manual, limits=view.limits, shown=view.out)
 
 
 @per_loop
