@@ -18,6 +18,7 @@ from bisect import bisect_right
 from collections import Counter
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -204,11 +205,12 @@ def main(arguments: Sequence[str]) -> int:
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("examples", nargs="*", help="such as dl06/oven; all when none is named")
     parser.add_argument("--jobs", type=int, default=2, help="processes")
+    parser.add_argument("--most", type=int, default=MOST, help="mistakes of one example")
     options = parser.parse_args(arguments)
     every = sorted(path.parent.name + "/" + path.name.partition(".")[0] for path in EXAMPLES.glob("*/*.scenario.yaml"))
     results: list[Result] = []
     with ProcessPoolExecutor(options.jobs) as pool:
-        for part in pool.map(measure, options.examples or every):
+        for part in pool.map(partial(measure, most=options.most), options.examples or every):
             sys.stdout.writelines(f"{line}\n" for line in survivors([r for r in part if r.spoil and r.ran]))
             sys.stdout.flush()
             results += part
