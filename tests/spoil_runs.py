@@ -20,6 +20,7 @@ from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
+from statistics import mean
 from typing import TYPE_CHECKING, Any
 
 from ruamel.yaml import YAML
@@ -33,6 +34,8 @@ if TYPE_CHECKING:
 EXAMPLES = Path(__file__).parents[1] / "examples"
 SHARE, RESPONSE, LEAST = 0.05, 0.2, 0.01
 """Of the span, and of the response but at least so much of the span: a difference that counts."""
+WORSE = 1.25
+"""Times the mean error of the good run: what is no larger is controlled as well as that."""
 LONG = 0.1
 """Of the run: how long it must last."""
 ROWS = 400
@@ -48,6 +51,8 @@ class Run:
 
     times: list[float] = field(default_factory=list)
     pvs: dict[str, list[float]] = field(default_factory=dict)
+    errors: dict[str, float] = field(default_factory=dict)
+    """The mean of |SP − PV| of each loop."""
     happened: frozenset[tuple[str, ...]] = frozenset()
     """Modes, alarms and errors of the set-up by loop."""
     failures: tuple[str, ...] = ()
@@ -69,6 +74,8 @@ class Result:
     ran: bool
     differs: str
     figure: float
+    worse: str
+    """The loop that is controlled worse than in the good run, and by how much; empty: none is."""
     failures: tuple[str, ...]
     unjudged: tuple[str, ...]
     other: tuple[str, ...]
@@ -100,12 +107,19 @@ def run(config: Data, scenario: Data, every: int) -> Run:
     return Run(
         columns["time"],
         {loop: columns[f"{loop}.PV"] for loop in report.loops},
+        {loop: mean_error(columns, loop) for loop in report.loops},
         frozenset(happenings(report)),
         failures,
         unjudged,
         errors + notes,
         report.steps,
     )
+
+
+def mean_error(columns: dict[str, list[float]], loop: str) -> float:
+    """The mean of |SP − PV| of a loop."""
+    targets = next(columns[name] for name in (f"{loop}.SP", f"{loop}.SV") if name in columns)
+    return mean(abs(sp - pv) for sp, pv in zip(targets, columns[f"{loop}.PV"], strict=True))
 
 
 def happenings(report: Any) -> Iterator[tuple[str, ...]]:
@@ -136,6 +150,13 @@ def apart(good: Run, bad: Run, loop: str, span: float) -> float:
     return off / len(mine)
 
 
+def worst(good: Run, bad: Run, spans: dict[str, float]) -> str:
+    """The loop whose mean error has grown most, by `LEAST` of its span at least beyond `WORSE` times what it was."""
+    rows = [(bad.errors[loop] / span, good.errors[loop] / span, loop) for loop, span in spans.items()]
+    worse = [(mine - was, loop, mine, was) for mine, was, loop in rows if mine > WORSE * was + LEAST]
+    return "" if not worse else "mean error of {1} {2:.1%} of span, was {3:.1%}".format(*max(worse))
+
+
 def measure(example: str, most: int = MOST) -> list[Result]:
     """One example: as it is, and with its mistakes, of which at most so many are taken, evenly."""
     scenario = read(EXAMPLES / f"{example}.scenario.yaml")
@@ -146,13 +167,16 @@ def measure(example: str, most: int = MOST) -> list[Result]:
     every = max(1, steps // ROWS)
     whole = {key: value for key, value in scenario.items() if key != "expect"}
     good = run(config, whole, every)
-    results = [Result(example, "", False, good.ran, "", 0.0, good.failures, good.unjudged, good.other)]
+    results = [Result(example, "", False, good.ran, "", 0.0, "", good.failures, good.unjudged, good.other)]
     every_spoil = list(spoils(config, scenario))
     for spoil in every_spoil[:: -(-len(every_spoil) // most)]:
         bad = run(spoil.config, spoil.scenario, every)
         why, figure = difference(good, bad, spans) if bad.ran else ("", 0.0)
+        worse = worst(good, bad, spans) if bad.ran else ""
         results.append(
-            Result(example, spoil.name, spoil.intent, bad.ran, why, figure, bad.failures, bad.unjudged, bad.other)
+            Result(
+                example, spoil.name, spoil.intent, bad.ran, why, figure, worse, bad.failures, bad.unjudged, bad.other
+            )
         )
     return results
 
@@ -177,7 +201,8 @@ def survivors(ran: Sequence[Result]) -> Iterator[str]:
             yield f"  no difference  {what}"
         elif not r.failures:
             word = "may be meant" if r.intent else "other error" if r.other else "survives"
-            yield f"  {word:13}  {what}  [{'; '.join(r.other[:1] or r.unjudged[:3])}]"
+            why = [r.worse or "controls no worse", *r.other[:1], *r.unjudged[:2]]
+            yield f"  {word:13}  {what}  [{'; '.join(why)}]"
 
 
 def figures(results: Sequence[Result], ran: Sequence[Result], counting: Sequence[Result]) -> Iterator[str]:
@@ -191,6 +216,8 @@ def figures(results: Sequence[Result], ran: Sequence[Result], counting: Sequence
     yield f"{bad} mistakes, of which {bad - len(ran)} do not run at all, {len(counting)} count"
     yield f"{len(failed)} of them fail by a standing expectation: {share:.1%} (goal {GOAL:.0%})"
     yield f"{other} of the others fail by another error"
+    worse = sum(bool(r.worse or r.failures) for r in counting)
+    yield f"{worse} of those that count fail or control worse: {len(failed) / max(1, worse):.1%} of these fail"
     yield f"{len(intents)} edits may be meant so, {sum(bool(r.failures) for r in intents)} of them fail"
     for title, names in (
         ("vendor", [(r.example.partition("/")[0], bool(r.failures)) for r in counting]),

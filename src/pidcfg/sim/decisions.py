@@ -91,8 +91,8 @@ RUN = (
     Decision(
         332,
         "what counts as an error at the end",
-        "More than 1 % of span (5 % without an integral, and where the output is on or off), or than the inner "
-        "deviation alarm where that is closer; and more than the dead band, if that is no wider than 5 % of span.",
+        "More than 1 % of span (2 % without an integral, 5 % where the output is on or off), or than the inner "
+        "deviation alarm where that is closer; and more than the dead band, if that is no wider than 2 % of span.",
         "Deviation alarms are often set wide for the start-up, and with 5 % of span most outputs that were limited "
         "wrongly went unseen. Without an integral and in a dead band some offset is what was configured; a larger one "
         "has to be allowed by the scenario.",

@@ -17,8 +17,10 @@ if TYPE_CHECKING:
 
 DEVIATION = 0.01
 """Of the span: an error that is too much, unless the inner deviation alarm is closer."""
-OFFSET = 0.05
-"""The same where an offset belongs to the loop: its output is on or off, it has no integral, or a wide deadband."""
+OFFSET = 0.02
+"""The same where an offset belongs to the loop: it has no integral, or a wide deadband."""
+SWITCHED = 0.05
+"""The same where the output is on or off."""
 PACE = 0.02
 """Of an error, that it has to lose from one half of the window to the other: else it takes twice the run again."""
 ARRIVAL = 0.25
@@ -54,11 +56,10 @@ def lasts(e: Evidence, i: int, pace: float) -> bool:
 
 def allowed_error(e: Evidence, i: int) -> float:
     """The error with which a loop may end."""
-    inner, offset = e.plc.inner_deviation(i), OFFSET * e.span(i)
-    if e.plc.only_switches(i) or not e.plc.integrates(i, e.sig):
-        return offset if inner is None else min(offset, inner)
-    allowed = DEVIATION * e.span(i)
-    return max(allowed if inner is None else min(allowed, inner), min(e.plc.dead_band(i, e.sig), offset))
+    inner, span = e.plc.inner_deviation(i), e.span(i)
+    share = SWITCHED if e.plc.only_switches(i) else DEVIATION if e.plc.integrates(i, e.sig) else OFFSET
+    allowed = share * span if inner is None else min(share * span, inner)
+    return max(allowed, min(e.plc.dead_band(i, e.sig), OFFSET * span))
 
 
 def failed(e: Evidence, i: int, what: str) -> Judgement:
