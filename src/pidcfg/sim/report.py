@@ -216,7 +216,11 @@ def in_short(verdicts: Sequence[Standing]) -> list[tuple[str, str, str]]:
         if word != "passed":
             why = v.text if v.allowed is None else f"{v.text} (allowed: {v.allowed})"
             rows.setdefault((word, v.loop, why), []).append(v.kind)
-    return [(word, f"{loop} {', '.join(kinds)}".strip(), why) for (word, loop, why), kinds in rows.items()]
+    every = len(STANDING_KINDS)
+    return [
+        (word, f"{loop} {', '.join(kinds) if len(kinds) < every else 'as a whole'}".strip(), why)
+        for (word, loop, why), kinds in rows.items()
+    ]
 
 
 def rounded(value: float) -> float:
