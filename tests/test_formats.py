@@ -29,7 +29,7 @@ from pidcfg.diagnostics import Diagnostic, Edit, Severity, Span
 from pidcfg.document import Document, Node
 from pidcfg.results.schemas import OUTPUTS
 from pidcfg.scenario.outcome import Outcome
-from pidcfg.sim.report import Note, Report
+from pidcfg.sim.report import STANDING_KINDS, Note, Report
 
 ROOT = Path(__file__).parents[1]
 DATA = Path(__file__).parent / "data"
@@ -583,6 +583,8 @@ def test_runs_in_the_formats_of_ci(failing, folder, monkeypatch):
         ("FIC-301.PV 20 ± 1 at the end", False),
         ("FIC-301 mode is auto at the end", True),
         ("V7642 is set", False),
+        ("set-up-error", True),
+        *((f"FIC-301 {kind}", True) for kind in STANDING_KINDS),
     ]
     assert text["text"].endswith("FAILED: 3 of 4 expectations\n")
 

@@ -233,7 +233,9 @@ class RunSheet:
         for row in self.standing:
             if row.verdict != "passed":
                 rows.setdefault((row.verdict, row.loop, row.at, row.text), []).append(row.kind)
-        return tuple((verdict, loop, tuple(kinds), at, why) for (verdict, loop, at, why), kinds in rows.items())
+        return tuple(
+            (verdict, loop, self._in_short(kinds), at, why) for (verdict, loop, at, why), kinds in rows.items()
+        )
 
     @property
     def left_out(self) -> tuple[tuple[str, tuple[str, ...]], ...]:
@@ -242,7 +244,11 @@ class RunSheet:
         for row in self.standing:
             if row.verdict == "not judged":
                 rows.setdefault(row.loop, []).append(row.kind)
-        return tuple((loop, tuple(kinds)) for loop, kinds in rows.items())
+        return tuple((loop, self._in_short(kinds)) for loop, kinds in rows.items())
+
+    def _in_short(self, kinds: Sequence[str]) -> tuple[str, ...]:
+        """Kinds of a loop; all of them are the loop as a whole."""
+        return tuple(kinds) if len(kinds) < len({row.kind for row in self.standing}) else ("as a whole",)
 
 
 @dataclass(frozen=True, slots=True)

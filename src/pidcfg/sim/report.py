@@ -226,7 +226,11 @@ def in_short(verdicts: Sequence[Standing]) -> list[tuple[str, str, str]]:
     for v in verdicts:
         if v.word != "passed":
             rows.setdefault((v.word, v.loop, v.why), []).append(v.kind)
-    return [(word, f"{loop} {', '.join(kinds)}".strip(), why) for (word, loop, why), kinds in rows.items()]
+    every = len(STANDING_KINDS)
+    return [
+        (word, f"{loop} {', '.join(kinds) if len(kinds) < every else 'as a whole'}".strip(), why)
+        for (word, loop, why), kinds in rows.items()
+    ]
 
 
 def rounded(value: float) -> float:
