@@ -205,6 +205,15 @@ def survivors(ran: Sequence[Result]) -> Iterator[str]:
             yield f"  {word:13}  {what}  [{'; '.join(why)}]"
 
 
+def sort_of(r: Result) -> str:
+    """What a mistake is about: a plant that is not as it was thought is no mistake of the configuration."""
+    what = r.spoil.partition(": ")[2] or r.spoil
+    if r.spoil.startswith("plant "):
+        return "plant"
+    wiring = ("PV connected", "PV not", "no plant", "plant changed", "its output wired", "sensor")
+    return "sensors and wiring" if what.startswith(wiring) else "configuration"
+
+
 def figures(results: Sequence[Result], ran: Sequence[Result], counting: Sequence[Result]) -> Iterator[str]:
     """How many, of how many."""
     good, bad = [r for r in results if not r.spoil], sum(bool(r.spoil) for r in results)
@@ -220,6 +229,7 @@ def figures(results: Sequence[Result], ran: Sequence[Result], counting: Sequence
     yield f"{worse} of those that count fail or control worse: {len(failed) / max(1, worse):.1%} of these fail"
     yield f"{len(intents)} edits may be meant so, {sum(bool(r.failures) for r in intents)} of them fail"
     for title, names in (
+        ("sort", [(sort_of(r), bool(r.failures)) for r in counting]),
         ("vendor", [(r.example.partition("/")[0], bool(r.failures)) for r in counting]),
         ("first kind", [(r.failures[0].partition(" ")[0], True) for r in failed]),
     ):
