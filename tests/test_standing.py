@@ -602,7 +602,14 @@ def test_times_are_what_counting_each_base_step_gives(changes):
 
 def test_a_wanted_mode_is_missed_when_another_is_wanted_before_it_came():
     m = Meter(0, 1, 2, control_bits=6)
-    want(m, 0, 2)
+    want(m, 0, 2, 5)
     change_status(0, m, 1, 0)
-    want(m, 7, 1)
-    assert (m.missed, m.wanted) == (7, 0)
+    want(m, 5, 4, 5)
+    assert m.missed == -1, "it had no time"
+    want(m, 11, 1, 5)
+    assert (m.missed, m.wanted) == (11, 0)
+
+
+def test_a_mode_that_an_event_changes_at_once_is_not_missed():
+    at_once = "  - {at: 0, loop: FLOW, mode: auto}\n  - {at: 0, loop: TANK, mode: manual}\n"
+    assert verdict(cascade(more=at_once), "not-in-mode", "FLOW").passed
