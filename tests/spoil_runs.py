@@ -157,8 +157,11 @@ def worst(good: Run, bad: Run, spans: dict[str, float]) -> str:
     return "" if not worse else "mean error of {1} {2:.1%} of span, was {3:.1%}".format(*max(worse))
 
 
-def measure(example: str, most: int = MOST) -> list[Result]:
-    """One example: as it is, and with its mistakes, of which at most so many are taken, evenly."""
+def measure(example: str, most: int = MOST, names: Sequence[str] = ("",)) -> list[Result]:
+    """One example: as it is, and with its mistakes, of which at most so many are taken, evenly.
+
+    ``names``: only mistakes whose name has one of these in it.
+    """
     scenario = read(EXAMPLES / f"{example}.scenario.yaml")
     config = read(EXAMPLES / example.partition("/")[0] / scenario["config"])
     keys = VENDORS[config["vendor"]]
@@ -168,8 +171,8 @@ def measure(example: str, most: int = MOST) -> list[Result]:
     whole = {key: value for key, value in scenario.items() if key != "expect"}
     good = run(config, whole, every)
     results = [Result(example, "", False, good.ran, "", 0.0, "", good.failures, good.unjudged, good.other)]
-    every_spoil = list(spoils(config, scenario))
-    for spoil in every_spoil[:: -(-len(every_spoil) // most)]:
+    every_spoil = [spoil for spoil in spoils(config, scenario) if any(name in spoil.name for name in names)]
+    for spoil in every_spoil[:: max(1, -(-len(every_spoil) // most))]:
         bad = run(spoil.config, spoil.scenario, every)
         why, figure = difference(good, bad, spans) if bad.ran else ("", 0.0)
         worse = worst(good, bad, spans) if bad.ran else ""

@@ -12,8 +12,16 @@ EVERY = sorted(
 )
 SAMPLE = ("dl06/flow", "click/tank", "ezlogix/dosing", "nextopid/ratio", "dpide/oven", "generic/boiler")
 """One of each vendor, the ones that run fastest."""
-MOST = 7
-"""Mistakes of each; all of them are a matter for the script."""
+GROSS = (
+    ": action",
+    "PID_DIR",
+    "Direct",
+    "output_raises_pv",
+    "output limits the lowest",
+    "no plant",
+    "PV not connected",
+)
+"""Mistakes with which no loop can control, whatever its plant is like; the script has all."""
 
 
 def files(example):
@@ -37,12 +45,12 @@ def test_the_sample_has_every_vendor():
     assert {example.partition("/")[0] for example in SAMPLE} == set(VENDORS)
 
 
-def test_mistakes_fail_and_what_is_good_does_not():
-    results = [result for example in SAMPLE for result in spoil_runs.measure(example, MOST)]
+def test_gross_mistakes_fail_and_what_is_good_does_not():
+    results = [result for example in SAMPLE for result in spoil_runs.measure(example, 100, GROSS)]
     good = [result for result in results if not result.spoil]
     counting = [result for result in results if result.ran and result.differs and not result.intent]
-    survivors = [(result.example, result.spoil) for result in counting if not result.failures]
 
     assert [result.failures for result in good] == [()] * len(SAMPLE)
     assert len(counting) >= 20
-    assert len(survivors) <= 0.1 * len(counting), survivors
+    assert [(r.example, r.spoil) for r in counting if not r.failures and not r.other] == []
+    assert sum(bool(r.failures) for r in counting) >= 0.9 * len(counting)
