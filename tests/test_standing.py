@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import json
 import math
+from pathlib import Path
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from pidcfg.api import simulate
 from pidcfg.cli.formats.simulation import render_runs
 from pidcfg.cli.formats.simulation_text import verdict_line
 from pidcfg.schemas.scenario_fields import StandingKind
@@ -303,6 +305,20 @@ def test_a_master_ends_at_the_limit_of_its_slave():
     result = cascade(WEAK)
     assert not verdict(result, "saturated").passed
     assert failures(cascade(("gain: 1, time_constant: 1}", "gain: 0.4, time_constant: 1}"))) == {"saturated"}
+
+
+def test_a_windup_input_is_as_good_as_the_slave_that_it_comes_from():
+    folder = Path(__file__).parents[1] / "examples/nextopid"
+    scenario = (folder / "cascade.scenario.yaml").read_text("utf-8")
+    scenario = scenario[: scenario.index("  - {at: 2000,")]
+    files = {"cascade.yaml": (folder / "cascade.yaml").read_text("utf-8")}
+    result = simulate(scenario, name="s.yaml", files=files)
+    assert {v.loop for v in result.report.standing if v.fails and v.kind == "saturated"} == {"FIC_3"}
+    assert verdict(result, "saturated", "TIC_2").text == "its windup input is on"
+    follows = ("SP_CASC: TIC_2.MV", "SP_CASC: min(TIC_2.MV, 20)")
+    files["cascade.yaml"] = files["cascade.yaml"].replace(*follows)
+    result = simulate(scenario.replace("gain: 0.3}", "gain: 1.0}"), name="s.yaml", files=files)
+    assert "TIC_2" in {v.loop for v in result.report.standing if v.fails and v.kind == "saturated"}
 
 
 # --- errors of the set-up --------------------------------------------------------------------------------------------

@@ -95,7 +95,7 @@ def _exempt(e: Evidence, i: int) -> Judgement | None:
         return unjudged("a selector leaves its output out")
     if e.plc.windup_input(i, e.sig):
         slaves = [j for j in e.slaves(i) if e.meters[j].control]
-        if not slaves or any(_limit(e, j) and lasts(e, j) for j in slaves):
+        if not slaves or any(_limit(e, j) and lasts(e, j, PACE) for j in slaves):
             return unjudged("its windup input is on")
     for j, name in enumerate(e.plc.loops):
         if j != i and e.meters[j].control and not limits_reached(e, j):
