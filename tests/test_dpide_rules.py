@@ -61,7 +61,14 @@ def test_a_plain_loop_has_no_finding():
 
 
 @pytest.mark.parametrize(
-    "name", ["src/pidcfg/starters/dpide", "examples/dpide/oven", "examples/dpide/chiller", "examples/dpide/dryer"]
+    "name",
+    [
+        "src/pidcfg/starters/dpide",
+        "examples/dpide/oven",
+        "examples/dpide/chiller",
+        "examples/dpide/dryer",
+        "examples/dpide/dyeing",
+    ],
 )
 def test_starter_and_examples_have_neither_errors_nor_warnings(name):
     checked = check_document(read_document((ROOT / f"{name}.yaml").read_bytes(), name))

@@ -496,7 +496,13 @@ def test_limits_in_counts_or_with_a_range_are_no_percentages():
 
 @pytest.mark.parametrize(
     "name",
-    ["src/pidcfg/starters/ezlogix", "examples/ezlogix/oven", "examples/ezlogix/coldstore", "examples/ezlogix/dosing"],
+    [
+        "src/pidcfg/starters/ezlogix",
+        "examples/ezlogix/oven",
+        "examples/ezlogix/coldstore",
+        "examples/ezlogix/dosing",
+        "examples/ezlogix/greenhouse",
+    ],
 )
 def test_starter_and_examples_have_neither_errors_nor_warnings(name):
     text = (ROOT / f"{name}.yaml").read_bytes()

@@ -29,7 +29,7 @@ from pidcfg.diagnostics import Diagnostic, Edit, Severity, Span
 from pidcfg.document import Document, Node
 from pidcfg.results.schemas import OUTPUTS
 from pidcfg.scenario.outcome import Outcome
-from pidcfg.sim.report import Note, Report
+from pidcfg.sim.report import STANDING_KINDS, Note, Report
 
 ROOT = Path(__file__).parents[1]
 DATA = Path(__file__).parent / "data"
@@ -551,13 +551,15 @@ def test_failed_expectations_are_findings_at_their_lines(failing):
         "expected: FIC-301 iae at most 5",
         "expected: FIC-301.PV 20 ± 1 at the end",
         "expected: V7642 is set",
+        "error-stands: FIC-301: ends inside its output limits with an error of 1.341, hardly smaller than at 17.5 s",
     ]
-    assert [rows[int(properties["line"]) - 1].strip(" -{").partition(",")[0] for _, properties, _ in told] == [
+    assert told[3][1]["file"] == "flow.yaml"
+    assert [rows[int(properties["line"]) - 1].strip(" -{").partition(",")[0] for _, properties, _ in told[:3]] == [
         "loop: FIC-301",
         "signal: FIC-301.PV",
         "flag: V7642",
     ]
-    assert result.stderr == "fails.scenario.yaml: FAILED: 3 of 4 expectations\n"
+    assert result.stderr == "fails.scenario.yaml: FAILED: 3 of 4 expectations, 1 of 9 standing ones\n"
     assert run("simulate", failing.name, "--format", "github", "-q").stderr == ""
 
 
@@ -569,12 +571,12 @@ def test_runs_in_the_formats_of_ci(failing, folder, monkeypatch):
     text = {fmt: (folder / f"{fmt}.out").read_text("utf-8") for fmt in reports}
     log = json.loads(text["sarif"])
     SARIF.validate(log)
-    assert [r["ruleId"] for r in log["runs"][0]["results"]] == ["PID061"] * 3
+    assert [r["ruleId"] for r in log["runs"][0]["results"]] == ["PID061"] * 3 + ["PID063"]
     assert log["runs"][0]["results"][1]["locations"][0]["logicalLocations"] == [
         {"name": "expect", "fullyQualifiedName": "expect[1]", "kind": "property"},
         {"name": "FIC-301", "kind": "object"},
     ]
-    assert len(json.loads(text["gitlab"])) == 3
+    assert len(json.loads(text["gitlab"])) == 4
     assert json.loads(text["json"])["findings"] == [], "the layout of JSON stays"
     (cases,) = suites(text["junit"]).values()
     assert [(case.name, case.is_passed) for case in cases] == [
@@ -583,8 +585,10 @@ def test_runs_in_the_formats_of_ci(failing, folder, monkeypatch):
         ("FIC-301.PV 20 ± 1 at the end", False),
         ("FIC-301 mode is auto at the end", True),
         ("V7642 is set", False),
+        ("set-up-error", True),
+        *((f"FIC-301 {kind}", kind != "error-stands") for kind in STANDING_KINDS),
     ]
-    assert text["text"].endswith("FAILED: 3 of 4 expectations\n")
+    assert text["text"].endswith("FAILED: 3 of 4 expectations, 1 of 9 standing ones\n")
 
 
 @pytest.mark.parametrize("fmt", MACHINE)

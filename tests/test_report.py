@@ -424,6 +424,46 @@ def test_a_failed_expectation_decides_the_exit_code(tmp_path):
     assert "1 of 3 expectations failed" in (tmp_path / "r.html").read_text("utf-8")
 
 
+def standing_rows(folder):
+    """The verdicts of ``standing.csv`` by loop and kind, but those that simply hold."""
+    rows = csv.DictReader(io.StringIO((folder / "standing.csv").read_text("utf-8-sig")))
+    return {(row["Loop"], row["Expectation"]): row for row in rows if row["Verdict"] != "passed"}
+
+
+def test_a_standing_expectation_that_fails_is_on_the_cover_the_run_its_trend_and_in_the_tables(tmp_path):
+    for name in ("flow.yaml", "flow.scenario.yaml"):
+        text = (EXAMPLES / "dl06" / name).read_text("utf-8").replace("reset: 3.0", "reset: off")
+        (tmp_path / name).write_text(text, "utf-8")
+    args = ("--csv", tmp_path / "t", "-o", tmp_path / "r.html")
+    assert run(tmp_path / "flow.scenario.yaml", *args).exit_code == 1
+    (row,) = standing_rows(tmp_path / "t").values()
+    assert (row["Loop"], row["Expectation"], row["Verdict"], row["Since, s"]) == (
+        "FIC-301",
+        "error-stands",
+        "FAILED",
+        "108",
+    )
+    text = (tmp_path / "r.html").read_text("utf-8")
+    assert '<li class="failed"><b>8 of 9</b> standing ones hold</li>' in text
+    assert '<code class="kind">error-stands</code></td><td dir="auto">ends inside its output limits' in text
+    assert "at 108 s: failed: error-stands: ends inside its output limits with an error of" in text
+
+
+def test_what_is_allowed_or_not_judged_is_told_with_its_reason_and_fails_nothing(tmp_path):
+    scenarios = [EXAMPLES / "dl06/feedpump.scenario.yaml", EXAMPLES / "ezlogix/greenhouse.scenario.yaml"]
+    assert run(*scenarios, "--csv", tmp_path, "-o", tmp_path / "r.html").exit_code == 0
+    rows = standing_rows(tmp_path)
+    assert {key: row["Verdict"] for key, row in rows.items()} == {
+        ("FIC-402", "saturated"): "allowed",
+        ("VENT", "saturated"): "not judged",
+    }
+    assert "(allowed: the recirculation stays shut" in rows["FIC-402", "saturated"]["Found"]
+    assert rows["VENT", "saturated"]["Found"] == "HEAT has the PV, with the opposite effect"
+    text = (tmp_path / "r.html").read_text("utf-8")
+    assert '<li class="passed"><b>32 of 33</b> standing ones hold, 1 allowed to fail</li>' in text
+    assert '<span class="quiet">saturated</span></td></tr>' in text
+
+
 def test_a_scenario_that_cannot_run_is_told_on_the_page(tmp_path):
     (tmp_path / "x.yaml").write_text("pidcfg: 1\nscenario: X\nconfig: gone.yaml\nduration: 1\nplants: {}\n", "utf-8")
     assert run(tmp_path / "x.yaml", "-o", tmp_path / "r.html").exit_code == 2

@@ -96,7 +96,7 @@ def test_the_reactor_meets_its_expectations(folder):
     assert "reactor.scenario.yaml runs reactor.yaml" in text
     assert "V7642 = 0x0000" in text
     assert "120 s  TIC-101  event: set setpoint to 95" in text
-    assert text.rstrip().endswith("passed: 4 of 4 expectations, 22 of 22 standing ones")
+    assert text.rstrip().endswith("passed: 4 of 4 expectations, 25 of 25 standing ones")
     assert "\x1b" not in text
 
 

@@ -171,6 +171,20 @@ class Expectation:
 
 
 @dataclass(frozen=True, slots=True)
+class StandingRow:
+    """A standing expectation of a run: what is expected of every loop, whether the scenario says so or not."""
+
+    loop: str
+    """Empty: the PLC."""
+    kind: str
+    verdict: str
+    """``passed``, ``FAILED``, ``allowed``, or ``not judged``."""
+    at: float | None
+    """Since when, in s."""
+    text: str
+
+
+@dataclass(frozen=True, slots=True)
 class RunSheet:
     """One scenario's run; without facts it could not run, and the findings say why."""
 
@@ -186,6 +200,8 @@ class RunSheet:
     unlisted: int = 0
     """Changes of modes and alarms that the run has counted only."""
     metrics: Mapping[str, Mapping[str, float | None]] = field(default_factory=dict)
+    metric_titles: Mapping[str, str] = field(default_factory=dict)
+    """The columns of the metrics; those of swings only where a loop swings."""
     before_root: tuple[tuple[str, str], ...] = ()
     """Loops that take the root of their PV, and what their signals are."""
     signals: tuple[tuple[str, float, float, float], ...] = ()
@@ -194,11 +210,45 @@ class RunSheet:
     autotunes: tuple[tuple[str, str, tuple[tuple[str, float], ...]], ...] = ()
     """Loop, status and the gains found."""
     expectations: tuple[Expectation, ...] = ()
-    standing: tuple[tuple[str, str, str], ...] = ()
-    """Standing expectations that do not simply hold: the verdict, loop and kinds, and why."""
-    sound: tuple[int, int] = (0, 0)
-    """Standing expectations that hold, and those that are judged; what is allowed counts as failed."""
+    standing: tuple[StandingRow, ...] = ()
+    in_control: Mapping[str, float] = field(default_factory=dict)
+    """How long each loop was in Auto or Cascade, in s."""
+    duration: float = 0.0
+    """In s."""
     charts: Sequence[Chart] = ()
+
+    def count(self, verdict: str) -> int:
+        """How many standing expectations have this verdict."""
+        return sum(row.verdict == verdict for row in self.standing)
+
+    @property
+    def judged(self) -> int:
+        """How many standing expectations are judged."""
+        return len(self.standing) - self.count("not judged")
+
+    @property
+    def remarkable(self) -> tuple[tuple[str, str, tuple[str, ...], float | None, str], ...]:
+        """What does not simply hold: verdict, loop, kinds for the same reason, since when, why."""
+        rows: dict[tuple[str, str, float | None, str], list[str]] = {}
+        for row in self.standing:
+            if row.verdict != "passed":
+                rows.setdefault((row.verdict, row.loop, row.at, row.text), []).append(row.kind)
+        return tuple(
+            (verdict, loop, self._in_short(kinds), at, why) for (verdict, loop, at, why), kinds in rows.items()
+        )
+
+    @property
+    def left_out(self) -> tuple[tuple[str, tuple[str, ...]], ...]:
+        """Loops with standing expectations that are not judged, and which."""
+        rows: dict[str, list[str]] = {}
+        for row in self.standing:
+            if row.verdict == "not judged":
+                rows.setdefault(row.loop, []).append(row.kind)
+        return tuple((loop, self._in_short(kinds)) for loop, kinds in rows.items())
+
+    def _in_short(self, kinds: Sequence[str]) -> tuple[str, ...]:
+        """Kinds of a loop; all of them are the loop as a whole."""
+        return tuple(kinds) if len(kinds) < len({row.kind for row in self.standing}) else ("as a whole",)
 
 
 @dataclass(frozen=True, slots=True)
@@ -225,5 +275,11 @@ class Content:
     def verdicts(self) -> tuple[int, int]:
         """Expectations that hold, and all."""
         every = [expectation for run in self.runs for expectation in run.expectations]
-        held, judged = (sum(run.sound[i] for run in self.runs) for i in (0, 1))
-        return sum(expectation.passed for expectation in every) + held, len(every) + judged
+        return sum(expectation.passed for expectation in every), len(every)
+
+    @property
+    def standing(self) -> dict[str, int]:
+        """How many standing expectations have which verdict."""
+        return {
+            word: sum(run.count(word) for run in self.runs) for word in ("passed", "FAILED", "allowed", "not judged")
+        }

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 
 from pidcfg.control_characters import printable
 from pidcfg.diagnostics import Severity
-from pidcfg.report.runs import METRIC_TITLES
 from pidcfg.report.texts import measured, text
 
 if TYPE_CHECKING:
@@ -45,7 +44,6 @@ def page(content: Content) -> str:
             running=css_string(" · ".join(part for part in (title.project, title.title) if part)),
             marking=css_string(" · ".join(part for part in (title.document, _revision(title)) if part)),
             tool=css_string(f"pidcfg {title.version}"),
-            metric_titles=METRIC_TITLES,
             sign_off=SIGN_OFF,
         )
     )

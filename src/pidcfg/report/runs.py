@@ -5,9 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
-from pidcfg.report.content import Expectation, Happening, RunSheet
+from pidcfg.report.content import Expectation, Happening, RunSheet, StandingRow
 from pidcfg.report.texts import measured, number, text
-from pidcfg.sim.report import Tally, in_short
+from pidcfg.sim.metrics import OF_SWINGS
+from pidcfg.sim.report import Tally
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
@@ -64,12 +65,14 @@ def run_sheet(run: Run, number: int) -> RunSheet:
         happenings=tuple(happenings(report)),
         unlisted=sum(loop.unlisted for loop in report.loops.values()),
         metrics={name: loop.metrics for name, loop in report.loops.items()},
+        metric_titles=titles(report),
         signals=tuple((name, seen.low, seen.high, seen.final) for name, seen in report.signals.items()),
         flags=tuple((name, on) for name, loop in report.loops.items() if (on := flags_on(loop))),
         autotunes=tuple(autotunes(report)),
         expectations=tuple(Expectation(v.text, v.passed, measured_text(v.value)) for v in report.expectations),
-        standing=tuple(in_short(report.standing)),
-        sound=(Tally.of(report.standing).held, Tally.of(report.standing).judged),
+        standing=tuple(StandingRow(v.loop, v.kind, v.word, v.at, v.why) for v in report.standing),
+        in_control={name: loop.time_in_control for name, loop in report.loops.items()},
+        duration=report.duration,
         charts=run.charts,
         before_root=tuple(run.before_root.items()),
     )
@@ -89,6 +92,12 @@ def verdict_of(run: Run, report: Report) -> str:
     if not run.passed:
         return f"There was an error in the run; {total} of {total} expectations passed."
     return f"{total} of {total} expectations, {tally.in_words()}."
+
+
+def titles(report: Report) -> dict[str, str]:
+    """The metrics that are worth a column."""
+    swings = any(loop.metrics.get(key) is not None for loop in report.loops.values() for key in OF_SWINGS)
+    return {key: title for key, title in METRIC_TITLES.items() if swings or key not in OF_SWINGS}
 
 
 def facts(report: Report) -> Iterator[tuple[str, str]]:

@@ -100,10 +100,15 @@ def _expectations(content: Content) -> Iterator[Row]:
         )
 
 
+def _standing(content: Content) -> Iterator[Row]:
+    for run in content.runs:
+        yield from ((run.file, run.title, s.loop, s.kind, s.verdict, s.at, s.text) for s in run.standing)
+
+
 def _metrics(content: Content) -> Iterator[Row]:
     for run in content.runs:
         for loop, metrics in run.metrics.items():
-            yield run.file, loop, *(metrics.get(metric) for metric in METRIC_TITLES)
+            yield run.file, loop, run.in_control[loop], *(metrics.get(metric) for metric in METRIC_TITLES)
 
 
 def _signals(content: Content) -> Iterator[Row]:
@@ -135,7 +140,9 @@ TABLES = (
     ("outside",      "In no register",   ("File", "Loop", "Setting", "Value"), _outside),
     ("checks",       "Checks",           ("File", "After the download", "Done"), _checks),
     ("expectations", "Expectations",     ("Scenario", "Title", "Expectation", "Verdict", "Found"), _expectations),
-    ("metrics",      "Metrics",          ("Scenario", "Loop", *METRIC_TITLES.values()), _metrics),
+    ("standing",     "Standing",         ("Scenario", "Title", "Loop", "Expectation", "Verdict", "Since, s", "Found"),
+                                         _standing),
+    ("metrics",      "Metrics",          ("Scenario", "Loop", "In control, s", *METRIC_TITLES.values()), _metrics),
     ("signals",      "Signals",          ("Scenario", "Signal", "Lowest", "Highest", "Final"), _signals),
     ("happenings",   "What happened",    ("Scenario", "From, s", "Until, s", "Loop", "Kind", "What"), _happenings),
     ("autotune",     "Auto-tune",        ("Scenario", "Loop", "Status", "Parameter", "Value"), _autotunes),

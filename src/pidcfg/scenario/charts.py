@@ -43,7 +43,7 @@ def signals_before_root(outcome: Outcome) -> dict[str, str]:
 
 
 def _chart(loop: str, loop_report: LoopReport, axes: Axes, report: Report, recording: Recording) -> Chart:
-    marks, notes = failures(loop, report.expectations)
+    marks, notes = failures(loop, report)
     events = [
         Mark(event.text if event.loop in {loop, None} else f"{event.loop}: {event.text}", event.at)
         for event in report.events
@@ -125,15 +125,14 @@ def _rows(spans: Sequence[tuple[str, float, float | None]], end: float, kind: An
     ]
 
 
-def failures(loop: str, verdicts: Sequence[Verdict]) -> tuple[list[Mark], tuple[str, ...]]:
-    """Failed expectations of a loop: marks where they are about a time, else lines of text."""
-    marks, notes = [], []
-    for one in verdicts:
-        if one.passed or one.loop != loop:
-            continue
-        value = "" if one.value is None else f" ({one.value:g})" if isinstance(one.value, float) else f" ({one.value})"
-        if one.at is None:
-            notes.append(f"failed: {one.text}{value}")
-        else:
-            marks.append(Mark(f"{one.text}{value}", one.at, "failure"))
-    return marks, tuple(notes)
+def failures(loop: str, report: Report) -> tuple[list[Mark], tuple[str, ...]]:
+    """Failed expectations of a loop, written and standing: marks where they are about a time, else lines of text."""
+    failed = [(_with_value(one), one.at) for one in report.expectations if one.loop == loop and not one.passed]
+    failed += [(f"{one.kind}: {one.text}", one.at) for one in report.standing if one.loop == loop and one.fails]
+    marks = [Mark(text, at, "failure") for text, at in failed if at is not None]
+    return marks, tuple(f"failed: {text}" for text, at in failed if at is None)
+
+
+def _with_value(one: Verdict) -> str:
+    value = "" if one.value is None else f" ({one.value:g})" if isinstance(one.value, float) else f" ({one.value})"
+    return f"{one.text}{value}"

@@ -81,19 +81,21 @@ RUN = (
         331,
         "the end of a run",
         "Whether an error lasts is looked at in the last tenth of the run, three dead times of the loop's plants and "
-        "ten samples at least: its mean there in the second half against that in the first. One that loses a fiftieth, "
-        "two counts and 0.1 % of span is on its way.",
+        "ten samples at least: its mean there in the second half against that in the first. One that loses two counts, "
+        "0.1 % of span and a fiftieth of itself is on its way; where the output is inside its limits a quarter.",
         "Shorter looks take a dead time for a fault, longer ones what happened before; a mean is free of noise and "
         "ripple. At a slower pace the error would last for more than twice the run again, as it does where the PV "
-        "creeps towards a value that is not the set point.",
+        "creeps towards a value that is not the set point. A loop whose output is free and that is slower than that is "
+        "too sluggish for its run.",
     ),
     Decision(
         332,
         "what counts as an error at the end",
-        "More than 1 % of span (5 % where the output is on or off), or than the inner deviation alarm where that is "
-        "closer, and more than the dead band. Inside the output's limits it is one only with an integral.",
+        "More than 1 % of span (2 % without an integral, 5 % where the output is on or off), or than the inner "
+        "deviation alarm where that is closer; and more than the dead band, if that is no wider than 2 % of span.",
         "Deviation alarms are often set wide for the start-up, and with 5 % of span most outputs that were limited "
-        "wrongly went unseen. Without an integral an offset is what was configured.",
+        "wrongly went unseen. Without an integral and in a dead band some offset is what was configured; a larger one "
+        "has to be allowed by the scenario.",
     ),
     Decision(
         337,

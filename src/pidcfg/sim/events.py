@@ -28,6 +28,9 @@ if TYPE_CHECKING:
 SETPOINT = ("setpoint", "setpoint.value")
 """The keys of a loop's set point with every vendor; the vendor's own is the third."""
 
+GRACE = 10
+"""Samples that a loop has to come into its mode."""
+
 Action = Callable[[int], "Note | None"]
 """What is done at a base step (counted from time 0), and what the report shall say about it."""
 
@@ -116,7 +119,11 @@ class Agenda:
         mode = self.plc.intended_mode(loop, self.net.sig)
         bits = self.plc.modes.get(mode, 0)
         if bits & self.plc.control_bits != self.machine.meters[loop].wanted:
-            want(self.machine.meters[loop], k, bits)
+            self.want(k, loop, bits)
+
+    def want(self, k: int, loop: int, bits: int) -> None:
+        """A loop is meant for another mode; it has some samples to come into it."""
+        want(self.machine.meters[loop], k, bits, GRACE * self.plc.cfg[loop].period // self.step)
 
     def begin_step(self, k: int, loop: int, before: float) -> None:
         """Measures from here on how a loop follows its set point, if it controls anything."""
@@ -133,7 +140,7 @@ class Agenda:
         elif event.mode is not None:
             self.journal.requested[loop] = event.mode
             self.plc.request(loop, event.mode)
-            want(self.machine.meters[loop], k, self.plc.modes[event.mode])
+            self.want(k, loop, self.plc.modes[event.mode])
         elif event.ramp_soak is not None:
             self.plc.ramp_soak(loop, event.ramp_soak)
         elif event.autotune is not None:

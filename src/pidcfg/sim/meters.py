@@ -61,6 +61,7 @@ class Meter:
     """Base steps in Auto or Cascade, up to the last change."""
     wanted: int = 0
     """The mode bits that are to be reached; 0: the loop is meant for none of ``control_bits``."""
+    wanted_since: int = 0
     seen: int = 0
     """Every status bit since the mode was wanted."""
     left: int = -1
@@ -211,11 +212,15 @@ def turn(k: int, m: Meter, pv: float) -> None:
 # --- between two segments, and at the end ----------------------------------------------------------------------------
 
 
-def want(m: Meter, k: int, bits: int) -> None:
-    """Another mode is wanted from base step ``k`` on; the one before is missed if it had not been reached."""
-    if m.wanted and not m.seen & m.wanted and m.missed < 0:
+def want(m: Meter, k: int, bits: int, grace: int) -> None:
+    """Another mode is wanted from base step ``k`` on.
+
+    The one before is missed if it had not been reached in more than ``grace`` base steps.
+    """
+    if m.wanted and not m.seen & m.wanted and m.missed < 0 and k - m.wanted_since > grace:
         m.missed = k
     m.wanted = bits & m.control_bits
+    m.wanted_since = k
     m.seen = max(m.status, 0)
     m.left = -1
 

@@ -105,6 +105,18 @@ class Standing:
         """Whether it fails the run."""
         return not self.passed and self.allowed is None
 
+    @property
+    def word(self) -> str:
+        """The verdict: ``passed``, ``FAILED``, ``allowed`` or ``not judged``."""
+        if not self.judged:
+            return "not judged"
+        return "passed" if self.passed else "FAILED" if self.fails else "allowed"
+
+    @property
+    def why(self) -> str:
+        """What it says, with the reason for which it is allowed."""
+        return self.text if self.allowed is None else f"{self.text} (allowed: {self.allowed})"
+
 
 @dataclass(frozen=True, slots=True)
 class Note:
@@ -212,11 +224,13 @@ def in_short(verdicts: Sequence[Standing]) -> list[tuple[str, str, str]]:
     """What is not simply so, by loop: ``FAILED``, ``allowed`` or ``not judged``, the kinds, and why."""
     rows: dict[tuple[str, str, str], list[str]] = {}
     for v in verdicts:
-        word = "not judged" if not v.judged else "passed" if v.passed else "FAILED" if v.fails else "allowed"
-        if word != "passed":
-            why = v.text if v.allowed is None else f"{v.text} (allowed: {v.allowed})"
-            rows.setdefault((word, v.loop, why), []).append(v.kind)
-    return [(word, f"{loop} {', '.join(kinds)}".strip(), why) for (word, loop, why), kinds in rows.items()]
+        if v.word != "passed":
+            rows.setdefault((v.word, v.loop, v.why), []).append(v.kind)
+    every = len(STANDING_KINDS)
+    return [
+        (word, f"{loop} {', '.join(kinds) if len(kinds) < every else 'as a whole'}".strip(), why)
+        for (word, loop, why), kinds in rows.items()
+    ]
 
 
 def rounded(value: float) -> float:

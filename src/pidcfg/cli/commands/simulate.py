@@ -76,7 +76,7 @@ def command(
     quiet: bool,
     limits: Limits,
 ) -> None:
-    """Run each SCENARIO against its plants and judge its expectations.
+    """Run each SCENARIO against its plants and judge it, by its expectations and by what is expected of every run.
 
     Exit codes: 0 all hold, 1 a failed expectation (or a configuration with errors of which nothing is expected), 2 a
     scenario that cannot run.

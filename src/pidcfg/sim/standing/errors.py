@@ -37,15 +37,28 @@ def plc_error(e: Evidence) -> Judgement:
 
 
 def expected_errors(e: Evidence) -> Iterator[tuple[int, str]]:
-    """The loops whose verdicts follow from a fault that a written expectation names (−1: all), and which it is."""
+    """The loops whose verdicts follow from a fault that a written expectation names (−1: all), and which it is.
+
+    A fault that does not come excuses nothing; the expectation fails.
+    """
     plc = e.plc
     for wanted in e.scenario.expect:
-        loop = -1 if wanted.loop is None else plc.loops.index(wanted.loop)
+        owner = -1 if wanted.loop is None else plc.loops.index(wanted.loop)
+        text = ""
         if isinstance(wanted.mode, Never) and e.is_control(wanted.mode.mode):
-            yield from ((j, f"{wanted.loop} is expected never to be in {wanted.mode.mode}") for j in e.family(loop))
+            if not e.meters[owner].ever & plc.modes[wanted.mode.mode]:
+                text = f"{wanted.loop} is expected never to be in {wanted.mode.mode}"
         elif wanted.flag is not None and wanted.value is not False and wanted.value != 0:
-            owner = plc.word_owners.get(wanted.flag, -1) if wanted.loop is None else loop
-            if wanted.loop is None and owner < 0:
-                yield -1, f"{wanted.flag} is expected"
-            elif wanted.loop is None or wanted.flag in plc.error_flags:
-                yield from ((j, f"{wanted.flag} of {plc.loops[owner]} is expected") for j in e.family(owner))
+            if wanted.loop is None:
+                owner = plc.word_owners.get(wanted.flag, -1)
+            if _came(e, wanted.flag, owner, of_loop=wanted.loop is not None):
+                text = f"{wanted.flag} {f'of {plc.loops[owner]} ' if owner >= 0 else ''}is expected"
+        if text:
+            yield from ((j, text) for j in (e.family(owner) if owner >= 0 else (-1,)))
+
+
+def _came(e: Evidence, flag: str, owner: int, *, of_loop: bool) -> bool:
+    """Whether an error has come: a word of the PLC, or a flag of a loop that means an error of its set-up."""
+    if not of_loop:
+        return bool(e.plc.flags[flag])
+    return flag in e.plc.error_flags and bool(e.meters[owner].ever & e.plc.flag_bits.get(flag, 0))

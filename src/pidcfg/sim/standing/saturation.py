@@ -17,24 +17,27 @@ if TYPE_CHECKING:
 
 DEVIATION = 0.01
 """Of the span: an error that is too much, unless the inner deviation alarm is closer."""
+OFFSET = 0.02
+"""The same where an offset belongs to the loop: it has no integral, or a wide deadband."""
 SWITCHED = 0.05
-"""The same of a loop whose output is on or off, which is always at a limit."""
+"""The same where the output is on or off."""
 PACE = 0.02
-"""Of an error, that it has to lose from one half of the window to the other: else it takes twice the run again.
-"""
+"""Of an error, that it has to lose from one half of the window to the other: else it takes twice the run again."""
+ARRIVAL = 0.25
+"""The same inside the output's limits, where nothing keeps a loop from getting to its set point."""
 
 
 def saturated(e: Evidence, i: int) -> Judgement:
     """Judges one loop whose output ends at a limit."""
     limit = _limit(e, i)
-    if not limit or not lasts(e, i):
+    if not limit or not lasts(e, i, PACE):
         return Judgement(passed=True, text="does not stay at a limit of its output with an error")
     return _exempt(e, i) or failed(e, i, f"ends at {limit} with an error of")
 
 
 def error_stands(e: Evidence, i: int) -> Judgement:
     """Judges one loop whose output ends inside its limits."""
-    if _limit(e, i) or not e.plc.integrates(i, e.sig) or not lasts(e, i):
+    if _limit(e, i) or not lasts(e, i, ARRIVAL):
         return Judgement(passed=True, text="its PV ends at its set point, or comes to it")
     if e.plc.left_out(i, e.sig) or _selected_away(e, i):
         return unjudged("a selector leaves its output out")
@@ -45,13 +48,18 @@ def error_stands(e: Evidence, i: int) -> Judgement:
     return failed(e, i, "ends inside its output limits with an error of")
 
 
-def lasts(e: Evidence, i: int) -> bool:
+def lasts(e: Evidence, i: int, pace: float) -> bool:
     """Whether an error lasts to the end that is too much for the loop."""
     early, late = e.errors(i)
-    inner = e.plc.inner_deviation(i)
-    share = SWITCHED if e.plc.only_switches(i) else DEVIATION
-    allowed = max(min(share * e.span(i), e.span(i) if inner is None else inner), e.plc.dead_band(i, e.sig))
-    return late > allowed and early - late < max(e.least(i), PACE * early)
+    return late > allowed_error(e, i) and early - late < max(e.least(i), pace * early)
+
+
+def allowed_error(e: Evidence, i: int) -> float:
+    """The error with which a loop may end."""
+    inner, span = e.plc.inner_deviation(i), e.span(i)
+    share = SWITCHED if e.plc.only_switches(i) else DEVIATION if e.plc.integrates(i, e.sig) else OFFSET
+    allowed = share * span if inner is None else min(share * span, inner)
+    return max(allowed, min(e.plc.dead_band(i, e.sig), OFFSET * span))
 
 
 def failed(e: Evidence, i: int, what: str) -> Judgement:
@@ -87,7 +95,7 @@ def _exempt(e: Evidence, i: int) -> Judgement | None:
         return unjudged("a selector leaves its output out")
     if e.plc.windup_input(i, e.sig):
         slaves = [j for j in e.slaves(i) if e.meters[j].control]
-        if not slaves or any(not saturated(e, j).passed for j in slaves):
+        if not slaves or any(_limit(e, j) and lasts(e, j, PACE) for j in slaves):
             return unjudged("its windup input is on")
     for j, name in enumerate(e.plc.loops):
         if j != i and e.meters[j].control and not limits_reached(e, j):
