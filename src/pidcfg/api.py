@@ -147,6 +147,7 @@ def convert(
     to: str,
     *,
     verify: bool = False,
+    max_loss: str | None = None,
     options: Mapping[str, object] | None = None,
     name: str | None = None,
     files: Files = None,
@@ -155,16 +156,17 @@ def convert(
 ) -> ConvertResult:
     """Another vendor's configuration, and what became of every field: exact, rounded, clamped, dropped or assumed.
 
-    ``verify``: run both sides on the same plants; ``progress`` is called with the share that is done. ``options``:
-    where things go that the source does not say, as the target's options of ``pidcfg convert``, such as ``loop_table``.
+    ``verify``: run both sides on the same plants; ``progress`` is called with the share that is done. ``max_loss``: how
+    far values may be rounded without being a loss, such as ``gain=2%,time=5%``. ``options``: where things go that the
+    source does not say, as the target's options of ``pidcfg convert``, such as ``loop_table``.
     """
-    from pidcfg.results.conversion import both_sides, converted
+    from pidcfg.results.conversion import both_sides, converted, max_loss_of
     from pidcfg.results.sources import checked_of
 
     target = vendor_named(to, "to")
     checked = checked_of(source, name, files, limits)
     compare = (lambda one, two: both_sides(one, two, progress)) if verify else None
-    return converted(checked, target, options or {}, limits, compare)
+    return converted(checked, target, options or {}, limits, compare, max_loss_of(max_loss))
 
 
 @exact

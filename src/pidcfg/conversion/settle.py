@@ -54,6 +54,7 @@ def settled(file: TargetFile, target: Vendor) -> list[dict[str, Stored]]:
         for path, stored in outside.items():
             put(file.data, path, stored.value)
     image = encoding.image
+    file.model = model
     held = target.load("decode")(image.words, image.settings, image.plc).data
     rows: list[dict[str, Stored]] = []
     for i, fields in enumerate(file.fields):
@@ -68,6 +69,8 @@ def settled(file: TargetFile, target: Vendor) -> list[dict[str, Stored]]:
             if key in other:
                 row[key] = _of_other_kind(value_at(file.data, path), *other[key])
         rows.append(row)
+    if any(stored.kind == "rounded" for row in rows for stored in row.values()):
+        file.model = None
     return rows
 
 
@@ -122,10 +125,15 @@ def _beyond_limits(file: TargetFile, model: BaseModel, clamped: Mapping[Path, St
 
 
 def _of_register(data: dict[str, Any], path: Path, wanted: Decimal | None, held: Decimal | None) -> Stored:
-    """What the memory holds of a field; the file gets it where it differs, unless it is a text such as ``500 ms``."""
+    """What the memory holds of a field; the file gets it where it differs, unless it is a text such as ``500 ms``.
+
+    A number of which nothing comes back is 0 there, which decoding leaves out; one of two limits is the end of the
+    range.
+    """
     written = value_at(data, path)
-    if wanted is None or held is None:
+    if wanted is None or (held is None and isinstance(path[-1], int)):
         return Stored(written)
+    held = held or Decimal(0)
     error = abs(held - wanted) / abs(wanted) if wanted else abs(held)
     if error <= EXACT:
         return Stored(written)

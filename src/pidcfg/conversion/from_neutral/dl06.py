@@ -20,9 +20,10 @@ from pidcfg.schemas.base import SECONDS, Quantity
 from pidcfg.schemas.octal import v_name
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Mapping, Sequence
 
     from pidcfg.conversion.ledger import TargetFile
+    from pidcfg.conversion.operation.rules import Operation
     from pidcfg.conversion.same import Table
     from pidcfg.schemas.generic import GenericFile, Loop
 
@@ -54,7 +55,11 @@ RATE_LIMIT = "a DL06 does not limit how fast its output moves: limit it in the p
 PULSE = "a DL06 loop has no pulse output: pulse a discrete output in the program, in proportion to the output word"
 
 
-def from_neutral(file: GenericFile, options: Mapping[str, Any]) -> TargetFile:
+def from_neutral(
+    file: GenericFile,
+    options: Mapping[str, Any],
+    operations: Sequence[Operation] = (),  # noqa: ARG001 - a loop has no such choice
+) -> TargetFile:
     """The configuration with the exact values, and where each neutral field was put."""
     if len(file.loops) > CPU.loops:
         message = f"the file has {len(file.loops)} loops; a {CPU.title} has {CPU.loops}: divide the file"
@@ -211,7 +216,9 @@ def _bias(b: TargetBuilder, t: Dl06Target) -> None:
     resting = position(t.scales["output"], Quantity(ZERO, counts=True))
     bias, integral = t.neutral.output.bias, b.data["tuning"]["reset"] != "off"
     if bias != (ZERO if integral else resting):
-        b.put("state.bias", bias, "output.bias", BIAS)
+        b.put("state.bias", bias, "output.bias", BIAS, assumed=True)
+        if not integral and t.neutral.output.manual is None:
+            b.put("state.output", bias, None, "a change to Auto sets the bias to the output, which begins there")
 
 
 def _without_place(b: TargetBuilder, t: Dl06Target) -> None:
