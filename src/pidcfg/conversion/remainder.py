@@ -34,7 +34,7 @@ def remaining(
         if key in COMMON and target.get(key) == value:
             yield Change(key, "exact", text, text, neutral=(key,))
         else:
-            reason = reasons.get(key)
+            reason = next((text for path, text in reasons.items() if f"{key}.".startswith(f"{path}.")), None)
             yield Change(key, "dropped", text, None, note=reason or UNKNOWN, loss=reason is None)
 
 

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from pydantic import BaseModel, TypeAdapter, ValidationError
 
 from pidcfg.conversion.ledger import ConvertError, Missing, Stored
+from pidcfg.conversion.losses import KINDS
 from pidcfg.conversion.values import number_of
 from pidcfg.paths import dotted, put, steps, value_at
 from pidcfg.schemas.base import plain_number
@@ -59,13 +60,17 @@ def settled(file: TargetFile, target: Vendor) -> list[dict[str, Stored]]:
     rows: list[dict[str, Stored]] = []
     for i, fields in enumerate(file.fields):
         other = {f.path: (f.exact, f.held) for f in fields if f.exact and f.held}
+        sizes = {f.path for f in fields if f.of in KINDS}  # decoding leaves out a size that is 0
         row = {}
         for key, value in wanted[i].items():
             path = place(i, key)
             if path in clamped:
                 row[key] = clamped[path]
                 continue
-            row[key] = _of_register(file.data, path, number_of(value), number_of(read_back(model, held, path)))
+            there = number_of(read_back(model, held, path))
+            if there is None and key in sizes:
+                there = Decimal(0)
+            row[key] = _of_register(file.data, path, number_of(value), there)
             if key in other:
                 row[key] = _of_other_kind(value_at(file.data, path), *other[key])
         rows.append(row)
@@ -125,15 +130,10 @@ def _beyond_limits(file: TargetFile, model: BaseModel, clamped: Mapping[Path, St
 
 
 def _of_register(data: dict[str, Any], path: Path, wanted: Decimal | None, held: Decimal | None) -> Stored:
-    """What the memory holds of a field; the file gets it where it differs, unless it is a text such as ``500 ms``.
-
-    A number of which nothing comes back is 0 there, which decoding leaves out; one of two limits is the end of the
-    range.
-    """
+    """What the memory holds of a field; the file gets it where it differs, unless it is a text such as ``500 ms``."""
     written = value_at(data, path)
-    if wanted is None or (held is None and isinstance(path[-1], int)):
+    if wanted is None or held is None:
         return Stored(written)
-    held = held or Decimal(0)
     error = abs(held - wanted) / abs(wanted) if wanted else abs(held)
     if error <= EXACT:
         return Stored(written)

@@ -29,9 +29,9 @@ if TYPE_CHECKING:
 
 D281 = Decision(
     281,
-    "Bumpless Transfer I where nothing is said",
+    "Bumpless Transfer I where no set point is given",
     "Type I where the set point follows the PV in manual or is set to it on the way to auto, type II where it stays; a "
-    "loop of which neither is said gets type I.",
+    "loop of which neither is said gets type II if it has a set point, else type I.",
     "A loop that nobody has given a set point yet stays where it is; type II would drive it towards 0 counts.",
 )
 ACTIONS = {raises: action for action, raises in RAISES.items()}
@@ -125,11 +125,13 @@ def _sample_rate(b: TargetBuilder, t: Dl06Target) -> None:
 
 
 def _bumpless(b: TargetBuilder, t: Dl06Target) -> None:
-    follows = t.neutral.setpoint.follows_pv
-    if follows is None:
-        b.put("bumpless", TYPES[True], None, "a change to Auto sets the set point to the PV; II leaves it")
-    else:
-        b.put("bumpless", TYPES[follows], "setpoint.follows_pv")
+    """Type I sets the set point to the PV; where nothing is said it stays, if there is one (D281)."""
+    setpoint = t.neutral.setpoint
+    if setpoint.follows_pv is not None:
+        b.put("bumpless", TYPES[setpoint.follows_pv], "setpoint.follows_pv")
+        return
+    keeps = setpoint.value is not None or setpoint.source is not None
+    b.put("bumpless", TYPES[not keeps], None, "the set point stays" if keeps else "Auto begins with the present PV")
 
 
 def _anti_windup(b: TargetBuilder, t: Dl06Target) -> None:
