@@ -218,8 +218,11 @@ def test_what_is_missing_is_asked_for(loop, path, text):
     assert [entry.path for entry in found[1].missing] == [("loops", 1, *path)]
     assert text in found[1].missing[0].message
     assert found[0].missing == []
-    with pytest.raises(ConvertError, match="L2"):
-        convert(dpide({}, loop), DPIDE, DPIDE, {})
+    with pytest.raises(ConvertError, match="L1"):
+        convert(dpide(loop), DPIDE, DPIDE, {})
+    first, second = convert(dpide({}, loop), DPIDE, DPIDE, {}).loops
+    assert (first.status, second.status, second.changes) == ("converted", "dropped", ())
+    assert text in second.reason
 
 
 def test_every_operand_is_spoken_of():
@@ -314,7 +317,7 @@ def test_what_has_no_twin_is_dropped_with_advice(loop, path):
 def test_a_cascade_is_linked_by_hand():
     made = from_neutral(generic({"mode": "cascade"}), {})
     put = next(put for put in made.fields[0] if put.of == "mode")
-    assert (put.assumed, made.data["loops"][0]["PID_MAN"]) == (True, False)
+    assert (put.clamped, made.data["loops"][0]["PID_MAN"]) == (True, False)
     assert "link" in put.note
 
 

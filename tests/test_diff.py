@@ -279,8 +279,7 @@ def test_a_scale_of_the_output_that_a_vendor_does_not_know_is_no_difference():
 
 
 def test_two_ways_to_say_an_integral_controller_are_the_same():
-    from pidcfg.differences.common_scale import normal
-    from pidcfg.differences.meaning import flat
+    from pidcfg.conversion.common_scale import flat, normal
     from pidcfg.schemas.generic import GenericFile
 
     loops = [

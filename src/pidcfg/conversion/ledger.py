@@ -20,7 +20,7 @@ Kind = Literal["exact", "rounded", "clamped", "dropped", "assumed"]
 WORST: tuple[Kind, ...] = ("exact", "rounded", "assumed", "clamped", "dropped")
 """From harmless to harmful."""
 LOSSES = frozenset(("clamped", "dropped"))
-"""What needs leave."""
+"""Kinds that are a loss, unless the line says that nothing is lost."""
 COMMON = ("name", "description")
 """Fields of every loop, which a vendor need not list."""
 
@@ -37,6 +37,8 @@ class SourceField:
     to: tuple[str, ...] = ()
     note: str = ""
     assumed: bool = False
+    harmless: bool = False
+    """It goes nowhere and nothing is lost with it: a place in the source's PLC, a choice that it has alone."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,7 +56,7 @@ class TargetField:
     exact: Decimal | None = None
     """What was wanted, where the file holds less: a whole number, or a text with a unit that is rounded already."""
     clamped: bool = False
-    """Brought within what the target allows by the conversion itself."""
+    """Brought within what the target allows, or to what it has instead, by the conversion itself."""
     held: Decimal | None = None
     """What the file then means, in the unit of ``exact``, where its own number does not say it."""
 
@@ -90,6 +92,8 @@ class TargetFile:
 
     data: dict[str, Any]
     fields: list[list[TargetField]]
+    model: Any = None
+    """The data as the vendor's model, as long as it is up to date."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -102,6 +106,22 @@ class Change:
     target: Any
     error_percent: float = 0.0
     note: str = ""
+    loss: bool = False
+    """Whether it needs leave: dropped, clamped, or rounded beyond what is allowed."""
+    neutral: tuple[str, ...] = ()
+    """The neutral fields that it is about."""
+    terms: Terms | None = None
+    """The same in neutral terms, for a number that is not exact."""
+
+
+@dataclass(frozen=True, slots=True)
+class Terms:
+    """What a number was and what the target holds instead, both in the unit of one neutral field."""
+
+    field: str
+    wanted: Decimal
+    held: Decimal
+    unit: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -138,7 +158,9 @@ def changes(
             if put.path and (put.assumed or not (name in COMMON or (put.of is not None and is_default(put.of)))):
                 held = stored.get(put.path, Stored(None))
                 kind = _worst("assumed", held.kind, _kind(put))
-                yield Change(put.path, kind, None, held.value, held.error_percent, _joined(put.note, held.note))
+                note = _joined(put.note, held.note)
+                neutral = (name,) if put.of else ()
+                yield Change(put.path, kind, None, held.value, held.error_percent, note, kind in LOSSES, neutral)
 
 
 def _of_field(
@@ -148,19 +170,20 @@ def _of_field(
     is_default: Callable[[str], bool],
 ) -> Iterator[Change]:
     if not entry.to:
-        yield Change(entry.path, "dropped", entry.value, None, note=entry.note)
+        yield Change(entry.path, "dropped", entry.value, None, note=entry.note, loss=not entry.harmless)
         return
     puts = [put for name in entry.to for of, group in by_neutral.items() if overlap(name, of) for put in group]
     if not puts:
         kind: Kind = "exact" if all(is_default(name) for name in entry.to) else "dropped"
         note = entry.note or ("" if kind == "exact" else "the target has no such field")
-        yield Change(entry.path, kind, entry.value, None, note=note)
+        yield Change(entry.path, kind, entry.value, None, note=note, loss=kind in LOSSES, neutral=entry.to)
     for put in puts:
         held = stored.get(put.path, Stored(None)) if put.path else Stored(None, "dropped")
         assumed: Kind = "assumed" if entry.assumed or put.assumed else "exact"
         note = _joined(entry.note, put.note, held.note)
         kind = _worst(assumed, held.kind, _kind(put))
-        yield Change(entry.path, kind, entry.value, held.value, held.error_percent, note)
+        neutral = tuple(max(name, put.of or "", key=len) for name in entry.to if overlap(name, put.of or ""))
+        yield Change(entry.path, kind, entry.value, held.value, held.error_percent, note, kind in LOSSES, neutral)
 
 
 def _kind(put: TargetField) -> Kind:

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from pydantic import BaseModel, TypeAdapter, ValidationError
 
 from pidcfg.conversion.ledger import ConvertError, Missing, Stored
+from pidcfg.conversion.losses import KINDS
 from pidcfg.conversion.values import number_of
 from pidcfg.paths import dotted, put, steps, value_at
 from pidcfg.schemas.base import plain_number
@@ -54,20 +55,27 @@ def settled(file: TargetFile, target: Vendor) -> list[dict[str, Stored]]:
         for path, stored in outside.items():
             put(file.data, path, stored.value)
     image = encoding.image
+    file.model = model
     held = target.load("decode")(image.words, image.settings, image.plc).data
     rows: list[dict[str, Stored]] = []
     for i, fields in enumerate(file.fields):
         other = {f.path: (f.exact, f.held) for f in fields if f.exact and f.held}
+        sizes = {f.path for f in fields if f.of in KINDS}  # decoding leaves out a size that is 0
         row = {}
         for key, value in wanted[i].items():
             path = place(i, key)
             if path in clamped:
                 row[key] = clamped[path]
                 continue
-            row[key] = _of_register(file.data, path, number_of(value), number_of(read_back(model, held, path)))
+            there = number_of(read_back(model, held, path))
+            if there is None and key in sizes:
+                there = Decimal(0)
+            row[key] = _of_register(file.data, path, number_of(value), there)
             if key in other:
                 row[key] = _of_other_kind(value_at(file.data, path), *other[key])
         rows.append(row)
+    if any(stored.kind == "rounded" for row in rows for stored in row.values()):
+        file.model = None
     return rows
 
 

@@ -10,10 +10,8 @@ from __future__ import annotations
 from decimal import Decimal
 from typing import TYPE_CHECKING, Any
 
-from pydantic import BaseModel
-
+from pidcfg.conversion.common_scale import flat, normal, on_the_same_scale
 from pidcfg.conversion.values import number_of
-from pidcfg.differences.common_scale import normal, on_the_same_scale
 from pidcfg.differences.result import Compared, Difference, ranked
 from pidcfg.differences.risk import judged
 
@@ -75,24 +73,6 @@ def _neutral(before: Side, i: int, after: Side, j: int) -> list[Difference]:
     one = normal(flat(first))
     two = on_the_same_scale(one, normal(flat(second)))
     return [judged(key, one.get(key), two.get(key)) for key in {**one, **two} if not _equal(one.get(key), two.get(key))]
-
-
-def flat(model: Any, prefix: str = "") -> dict[str, Any]:
-    """Every value of a neutral loop by its path; limits that are not given are the ends of their range."""
-    values: dict[str, Any] = {}
-    for name in type(model).model_fields:
-        value, path = getattr(model, name), f"{prefix}{name}"
-        if isinstance(value, BaseModel):
-            values |= flat(value, f"{path}.")
-        elif isinstance(value, tuple):
-            values |= {f"{path}.{k}": end for k, end in enumerate(value)}
-        elif value is not None:
-            values[path] = value
-    if not prefix:
-        for limits, whole in (("setpoint.limits", "pv.range"), ("output.limits", "output.range")):
-            for end in ("0", "1"):
-                values.setdefault(f"{limits}.{end}", values[f"{whole}.{end}"])
-    return values
 
 
 def _equal(before: Any, after: Any) -> bool:

@@ -7,26 +7,26 @@ from pathlib import PurePath
 from typing import TYPE_CHECKING
 
 from pidcfg.conversion.comments import comments, with_comments
+from pidcfg.conversion.losses import DEFAULT, MaxLossError, parse_max_loss
 from pidcfg.conversion.pipeline import ConvertError, convert
 from pidcfg.conversion.values import shown
 from pidcfg.diagnostics import Diagnostic, Severity
-from pidcfg.results.arguments import vendor_options
-from pidcfg.results.findings import Data, errors_in, findings_data
+from pidcfg.results.arguments import ArgumentError, vendor_options
+from pidcfg.results.findings import Data, errors_in, finding_data, findings_data
 from pidcfg.source import read_document
 from pidcfg.validate.engine import Checked, check_document
 from pidcfg.writer import yaml_text
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
+    from collections.abc import Callable, Mapping, Sequence
 
-    from pidcfg.conversion.ledger import Change
+    from pidcfg.conversion.ledger import Change, Missing, Terms
+    from pidcfg.conversion.losses import MaxLoss
+    from pidcfg.conversion.pipeline import Converted, LoopReport
     from pidcfg.document import Document
     from pidcfg.limits import Limits
     from pidcfg.scenario.verify import Verified
     from pidcfg.vendors import Vendor
-
-LoopChanges = tuple[str, tuple["Change", ...]]
-"""A loop's name, and what became of each of its fields."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,7 +36,7 @@ class ConvertResult:
     document: Document
     """The source."""
     findings: tuple[Diagnostic, ...]
-    """Of the source; PID042: what it has to say before it can be converted."""
+    """Of the source; PID042: what it has to say before it, or a loop of it, can be converted."""
     target: str
     source: str | None = None
     """Keys of both vendors."""
@@ -44,9 +44,10 @@ class ConvertResult:
     """The target's configuration as plain data, with the values that its registers hold; None: there is none."""
     text: str = ""
     """The same as YAML, with the comments of the source."""
-    loops: tuple[LoopChanges, ...] = ()
+    loops: tuple[LoopReport, ...] = ()
+    """Of every loop of the source, what became of each of its fields, or why it was dropped."""
     losses: bool = False
-    """Whether anything was dropped or clamped."""
+    """Whether anything was lost: a loop, or a field that was dropped, clamped or rounded too far."""
     target_document: Document | None = None
     target_findings: tuple[Diagnostic, ...] = ()
     """What the target's own rules say about the result; with an error, its PLC would not take it."""
@@ -61,6 +62,17 @@ class ConvertResult:
         return self.data is not None and not errors_in(self.target_findings)
 
     @property
+    def faults(self) -> tuple[Diagnostic, ...]:
+        """What the target's own rules find at fault in the result: errors and warnings."""
+        return tuple(d for d in self.target_findings if d.severity is not Severity.INFO)
+
+    @property
+    def pairs(self) -> tuple[tuple[int, int], ...]:
+        """The places of each loop that went over, in the source and in the result."""
+        kept = [i for i, loop in enumerate(self.loops) if loop.status == "converted"]
+        return tuple((i, j) for j, i in enumerate(kept))
+
+    @property
     def pv_percent(self) -> float:
         """How far a PV lies apart at most, in % of its range."""
         return max((loop.pv_percent for loop in self.verified or ()), default=0.0)
@@ -69,11 +81,17 @@ class ConvertResult:
         """What ``pidcfg convert --report json`` prints: the changes; where there is no result, the errors."""
         if self.data is None:
             return findings_data(errors_in(self.findings))
-        loops = [{"loop": name, "changes": [_change(change) for change in changes]} for name, changes in self.loops]
+        loops = [_loop(loop) for loop in self.loops]
         document = {"version": 1, "from": self.source, "to": self.target, "loops": loops}
+        document["findings"] = [finding_data(d) for d in self.faults]
         if self.verified is not None:
             document["verify"] = [_apart(loop) for loop in self.verified]
         return document
+
+
+def _loop(loop: LoopReport) -> Data:
+    changes = [_change(change) for change in loop.changes]
+    return {"loop": loop.loop, "status": loop.status, "reason": loop.reason or None, "changes": changes}
 
 
 def _change(change: Change) -> Data:
@@ -83,8 +101,14 @@ def _change(change: Change) -> Data:
         "from": shown(change.source),
         "to": shown(change.target),
         "error_percent": round(change.error_percent, 6),
+        "loss": change.loss,
+        "neutral": None if change.terms is None else _terms(change.terms),
         "note": change.note,
     }
+
+
+def _terms(terms: Terms) -> Data:
+    return {"field": terms.field, "from": shown(terms.wanted), "to": shown(terms.held), "unit": terms.unit}
 
 
 def _apart(loop: Verified) -> Data:
@@ -102,24 +126,32 @@ def converted(
     options: Mapping[str, object],
     limits: Limits,
     verify: Callable[[Checked, Checked], tuple[Verified, ...]] | None,
+    max_loss: MaxLoss = DEFAULT,
 ) -> ConvertResult:
     """The conversion of a checked configuration; ``verify`` compares both sides where the target takes the result.
 
-    ``options`` are the target's own: where things go that the source does not say.
+    ``options`` are the target's own: where things go that the source does not say. ``max_loss``: how far values may be
+    rounded without being lost. Loops that the target's own rules refuse are dropped, unless it is all of them.
     """
     nothing = ConvertResult(checked.document, checked.findings, target.key)
     if checked.vendor is None or errors_in(checked.findings):
         return nothing
     placements = vendor_options(target, "convert_options", options)
-    try:
-        outcome = convert(checked.config, checked.vendor, target, placements)
-    except ConvertError as error:
-        return replace(nothing, findings=(*checked.findings, *missing(error, checked.document)))
-    head, loops = comments(checked.document, len(outcome.loops))
-    text = with_comments(yaml_text(outcome.data), head, loops)
-    result = check_document(read_document(text.encode(), f"<{target.key}>", limits), limits)
+    left_out: dict[int, str] = {}
+    while True:
+        try:
+            outcome = convert(checked.config, checked.vendor, target, placements, max_loss=max_loss, left_out=left_out)
+        except ConvertError as error:
+            return replace(nothing, findings=(*checked.findings, *missing(error.missing, checked.document)))
+        text = text_of(outcome, checked.document)
+        result = check_document(read_document(text.encode(), f"<{target.key}>", limits), limits)
+        refused = refused_loops(outcome, result)
+        if not refused or len(refused) == len(outcome.kept):
+            break
+        left_out |= refused
     conversion = replace(
         nothing,
+        findings=(*checked.findings, *missing(outcome.missing, checked.document)),
         source=checked.vendor.key,
         data=outcome.data,
         text=text,
@@ -130,6 +162,8 @@ def converted(
     )
     if verify is None or not conversion.ok:
         return conversion
+    if len(outcome.kept) < len(outcome.loops):
+        return replace(conversion, unverified="loops were dropped; take them out of the file first")
     return _compared(conversion, checked, result, verify)
 
 
@@ -148,12 +182,37 @@ def _compared(
         return replace(conversion, unverified=str(error))
 
 
-def missing(error: ConvertError, doc: Document) -> list[Diagnostic]:
+def missing(entries: Sequence[Missing], doc: Document) -> list[Diagnostic]:
     """What a source has to say before it can be converted, at the keys where it should."""
     return [
         Diagnostic("PID042", Severity.ERROR, entry.message, doc.file, doc.locate(entry.path, key=True), entry.path)
-        for entry in error.missing
+        for entry in entries
     ]
+
+
+def text_of(outcome: Converted, document: Document) -> str:
+    """The result as YAML, with the comments of the source: those of its loops where they went."""
+    head, loops = comments(document, len(outcome.loops))
+    return with_comments(yaml_text(outcome.data), head, [loops[i] for i in outcome.kept])
+
+
+def max_loss_of(text: str | None) -> MaxLoss:
+    """The limits of a text; raises `ArgumentError`."""
+    try:
+        return DEFAULT if text is None else parse_max_loss(text)
+    except MaxLossError as error:
+        raise ArgumentError(f"`max_loss`: {error}", "max_loss") from None
+
+
+def refused_loops(outcome: Converted, result: Checked) -> dict[int, str]:
+    """The loops that the target's own rules refuse, by their places in the source; empty: it is no loop's fault."""
+    refused: dict[int, str] = {}
+    for finding in errors_in(result.findings):
+        top, *below = finding.path or ("",)
+        if top != "loops" or not below or not isinstance(below[0], int):
+            return {}
+        refused.setdefault(outcome.kept[below[0]], f"{finding.code}: {finding.message}")
+    return refused
 
 
 def both_sides(

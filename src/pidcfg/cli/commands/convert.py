@@ -58,7 +58,12 @@ def percent(ctx: click.Context, param: click.Parameter, text: str | None) -> flo
 @click.option("--to", "target", type=click.Choice(list(VENDORS)), required=True, help="The PLC family to convert to.")
 @options.OUT
 @options.FORCE
-@click.option("--allow-loss", is_flag=True, help="Write the file although something was dropped or clamped.")
+@click.option("--allow-loss", is_flag=True, help="Write the file although something is lost: the report says what.")
+@click.option(
+    "--max-loss",
+    metavar="LIMITS",
+    help="How far values may be rounded without being a loss.  [default: gain=2%,time=5%,filter=10%,band=10%]",
+)
 @click.option(
     "--report",
     type=click.Choice(["text", "json"]),
@@ -84,6 +89,7 @@ def command(
     out: str | None,
     force: bool,
     allow_loss: bool,
+    max_loss: str | None,
     report: str,
     quiet: bool,
     limits: Limits,
@@ -94,6 +100,9 @@ def command(
     **texts: str | None,
 ) -> None:
     """Convert the configuration FILE to another vendor's, and report what became of every field.
+
+    A loop that cannot be converted does not stop the others; it is a loss like what is dropped, clamped or rounded too
+    far, and nothing is written without --allow-loss.
 
     Exit codes: 0 written, 1 nothing was written because something would be lost or is missing, 2 unusable input.
     """
@@ -109,13 +118,19 @@ def command(
     tested = bool(verify or plot or max_deviation is not None)
     with usage():
         result = convert(
-            one_configuration(file, limits), target, verify=tested, limits=limits, options=texts, progress=simulating
+            one_configuration(file, limits),
+            target,
+            verify=tested,
+            max_loss=max_loss,
+            limits=limits,
+            options=texts,
+            progress=simulating,
         )
     if not result.text:
         show_errors(result.findings, result.document, report)
         note("nothing was written")
         click.get_current_context().exit(exit_code(result.findings))
-    if result.unverified:
+    if result.unverified and result.ok:
         raise click.ClickException(f"the conversion cannot be verified: {result.unverified}")
     result = named(result, out)
     lossy = result.losses and not allow_loss

@@ -5,11 +5,13 @@ from __future__ import annotations
 import sys
 from collections import Counter
 from dataclasses import replace
+from decimal import Decimal
+from textwrap import fill
 from typing import TYPE_CHECKING
 
 from pidcfg.cli.files.plots import in_characters
 from pidcfg.cli.formats.markdown import cell
-from pidcfg.conversion.ledger import WORST
+from pidcfg.conversion.ledger import LOSSES, WORST
 from pidcfg.conversion.values import text_of
 from pidcfg.writer import json_text
 
@@ -17,10 +19,12 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from pidcfg.conversion.ledger import Change
+    from pidcfg.conversion.pipeline import LoopReport
     from pidcfg.results.conversion import ConvertResult
     from pidcfg.scenario.verify import Verified
 
 TABLE = ("", "| kind | field | before | after | |", "|---|---|---|---|---|")
+WIDTH = 100
 WARN_PERCENT = 1.0
 """A value that the target holds further off than this is warned of."""
 
@@ -54,30 +58,58 @@ def verified_text(loops: Sequence[Verified]) -> str:
 def as_text(result: ConvertResult) -> str:
     """Every change that is worth reading, loop by loop; what came over exactly and needs no word is counted."""
     lines = [f"{result.source} to {result.target}"]
-    for name, changes in result.loops:
-        lines.append(f"\n{name}: {_counted(changes)}")
-        lines += dict.fromkeys(_line(change) for change in _worth_reading(changes))
+    for loop in result.loops:
+        lines.append(f"\n{loop.loop}: {_counted(loop)}")
+        lines += dict.fromkeys(_line(change) for change in _worth_reading(loop.changes))
+        if unneeded := _unneeded(loop.changes):
+            lines.append(fill(f"  not needed there: {', '.join(unneeded)}", WIDTH, subsequent_indent="    "))
+    if result.faults and result.ok:
+        lines += ["", f"what the rules of {result.target} say about the result:"]
+        for d in result.faults:
+            where = f" [{d.loop}]" if d.loop else ""
+            lines.append(f"  {d.severity.label} {d.code}: {d.message}{where}")
     return "\n".join(lines) + "\n"
 
 
-def _counted(changes: Sequence[Change]) -> str:
+def _counted(loop: LoopReport) -> str:
+    if loop.status == "dropped":
+        return f"dropped: {loop.reason}"
+    changes = [change for change in loop.changes if not _is_unneeded(change)]
     count = Counter(change.kind for change in changes)
-    return ", ".join(f"{count[kind]} {kind}" for kind in WORST if count[kind]) or "nothing to convert"
+    text = ", ".join(f"{count[kind]} {kind}" for kind in WORST if count[kind]) or "nothing to convert"
+    lost = sum(change.loss for change in changes)
+    return f"{text}; {lost} lost" if lost else text
+
+
+def _is_unneeded(change: Change) -> bool:
+    """Whether a field is gone and nothing is lost with it."""
+    return change.kind == "dropped" and not change.loss
+
+
+def _unneeded(changes: Sequence[Change]) -> list[str]:
+    return [change.field for change in changes if _is_unneeded(change)]
 
 
 def _worth_reading(changes: Sequence[Change]) -> list[Change]:
-    """The gravest changes first; without what came over exactly and needs no word."""
-    noted = [change for change in changes if change.kind != "exact" or change.note]
-    return sorted(noted, key=lambda change: -WORST.index(change.kind))
+    """Losses first, then by kind; without what came over exactly and needs no word, or is not needed."""
+    noted = [row for row in changes if (row.kind != "exact" or row.note) and not _is_unneeded(row)]
+    return sorted(noted, key=lambda row: (not row.loss, -WORST.index(row.kind)))
 
 
 def as_markdown(result: ConvertResult) -> str:
     """A table a loop, as in ``pidcfg diff --format markdown``."""
     lines = [f"### PID loops: {result.source} to {result.target}"]
-    for name, changes in result.loops:
-        lines += ["", f"**{cell(name)}**: {_counted(changes)}"]
-        rows = dict.fromkeys(_cells(change) for change in _worth_reading(changes))
+    for loop in result.loops:
+        lines += ["", f"**{cell(loop.loop)}**: {cell(_counted(loop))}"]
+        rows = dict.fromkeys(_cells(change) for change in _worth_reading(loop.changes))
         lines += [*TABLE, *rows] if rows else []
+        if unneeded := _unneeded(loop.changes):
+            lines += ["", f"Not needed there: {cell(', '.join(unneeded))}"]
+    if result.faults:
+        lines += ["", f"**What the rules of {result.target} say about the result**", ""]
+        lines += ["| severity | code | loop | finding |", "|---|---|---|---|"]
+    for d in result.faults:
+        lines.append(f"| {d.severity.label} | {d.code} | {cell(d.loop or '')} | {cell(d.message)} |")
     if result.verified is not None:
         lines += ["", "**Verified by simulation**: a step of the set point, then a disturbance", ""]
         lines += ["| loop | PV apart, % of its range | output apart, % | ratio of IAE |", "|---|---|---|---|"]
@@ -87,20 +119,34 @@ def as_markdown(result: ConvertResult) -> str:
     return "\n".join(lines) + "\n"
 
 
+def _error(change: Change) -> str:
+    """How far a value is off, with both sides in one unit where the line shows them in two."""
+    if not change.error_percent:
+        return ""
+    text, terms = f"{change.error_percent:.3g} % off", change.terms
+    if terms is None or (text_of(change.source), text_of(change.target)) == (_short(terms.wanted), _short(terms.held)):
+        return text
+    return f"{text}: {_short(terms.wanted)} becomes {_short(terms.held)} {terms.unit}".rstrip()
+
+
+def _short(value: Decimal) -> str:
+    return text_of(Decimal(f"{value:.7g}"))
+
+
 def _cells(change: Change) -> str:
-    error = f"{change.error_percent:.3g} % off" if change.error_percent else ""
-    remark = "; ".join(part for part in (error, change.note) if part)
-    values = (change.kind, change.field, text_of(change.source), text_of(change.target), remark)
+    remark = "; ".join(part for part in (_error(change), change.note) if part)
+    kind = f"{change.kind} (loss)" if change.loss and change.kind not in LOSSES else change.kind
+    values = (kind, change.field, text_of(change.source), text_of(change.target), remark)
     return f"| {' | '.join(cell(value) for value in values)} |"
 
 
 def _line(change: Change) -> str:
     values = f"{text_of(change.source)} -> {text_of(change.target)}"
-    if change.kind == "dropped":
+    if change.target is None:
         values = text_of(change.source)
     elif change.source is None:
         values = text_of(change.target)
-    error = f" ({change.error_percent:.3g} % off)" if change.error_percent else ""
-    mark = "!" if change.error_percent > WARN_PERCENT else " "
+    error = f" ({_error(change)})" if change.error_percent else ""
+    mark = "!" if change.loss or change.error_percent > WARN_PERCENT else " "
     note = f"\n             {change.note}" if change.note else ""
     return f" {mark}{change.kind:<8} {change.field}: {values}{error}{note}"

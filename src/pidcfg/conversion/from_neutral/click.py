@@ -12,7 +12,6 @@ from pidcfg.conversion.arithmetic import (
     ZERO,
     filter_share,
     gain_limit,
-    number,
     product,
     quotient,
     rescaled,
@@ -31,9 +30,10 @@ from pidcfg.schemas.base import decimal_text
 from pidcfg.schemas.click import BITS, DERIVATIVE, FLOATS, GAIN, INTEGERS, RESET, SAMPLE_RATE
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Mapping, Sequence
 
     from pidcfg.conversion.ledger import TargetFile
+    from pidcfg.conversion.operation.rules import Operation
     from pidcfg.schemas.generic import GenericFile, Loop
 
 D288 = Decision(
@@ -78,7 +78,11 @@ class ClickLoop:
         return Decimal(self.milliseconds).scaleb(-3)
 
 
-def from_neutral(file: GenericFile, options: Mapping[str, Any]) -> TargetFile:
+def from_neutral(
+    file: GenericFile,
+    options: Mapping[str, Any],
+    operations: Sequence[Operation] = (),  # noqa: ARG001 - a loop has no such choice
+) -> TargetFile:
     """A CLICK file with these loops."""
     count = len(file.loops)
     blocks = {key: starts(BANKS[key], table.size, count, options.get(key) or ()) for key, (_, table) in BLOCKS.items()}
@@ -100,6 +104,13 @@ def _sample_rate(b: TargetBuilder, c: ClickLoop) -> None:
     time = c.neutral.sample_time
     outside = not LEAST_SAMPLE <= time <= MOST_SAMPLE
     b.put("sample_rate", f"{c.milliseconds} ms", "sample_time", exact=time, clamped=outside)
+
+
+def _mode(b: TargetBuilder, c: ClickLoop) -> None:
+    """There is no cascade."""
+    cascade = c.neutral.mode == "cascade"
+    note = "a loop has no cascade: the program writes its set point in auto" if cascade else ""
+    b.put("mode", "auto" if cascade else c.neutral.mode, "mode", note, clamped=cascade)
 
 
 def _bumpless(b: TargetBuilder, c: ClickLoop) -> None:
@@ -193,28 +204,37 @@ def _output(b: TargetBuilder, c: ClickLoop) -> None:
     output, span = c.neutral.output, c.neutral.output.range
     percent = span == OUTPUT
     shown = " to ".join(decimal_text(end) for end in span)
-    note = "" if percent else f"0 to 100 % of the output are {shown} {output.unit or ''}".rstrip()
+    note = f"0 to 100 % of the output are {shown} {output.unit or ''}".rstrip()
     exact = [rescaled(end, span, OUTPUT) for end in output.limits or span]
     held = [min(max(end, ZERO), HUNDRED) for end in exact]
-    b.put("output.limits", held, "output.range", note)
+    b.put("output.limits", held, "output.range" if percent else None, "" if percent else note)
+    if not percent:
+        b.drop("output.range", f"the output is in %: {note}")
     if output.limits is not None:
         for i in range(2):
             b.mark(f"output.limits.{i}", f"output.limits.{i}", exact=exact[i], clamped=held[i] != exact[i])
     if output.unit is not None and percent:
         b.put("output.unit", output.unit, "output.unit")
     elif output.unit is not None:
-        b.mark("output.limits", "output.unit", note)
+        b.drop("output.unit", f"the output is in %: {note}")
     if output.manual is not None:
         b.put("state.output", rescaled(output.manual, span, OUTPUT), "output.manual")
     if is_given(c.neutral, ("output", "bias")):
-        _bias(b, c.neutral, number(rescaled(output.bias, span, OUTPUT)))
+        _bias(b, c.neutral, rescaled(output.bias, span, OUTPUT))
 
 
-def _bias(b: TargetBuilder, loop: Loop, percent: float) -> None:
+def _bias(b: TargetBuilder, loop: Loop, percent: Decimal) -> None:
+    """The output in Manual becomes the bias in Auto: without an integral it begins with the wanted one."""
     if loop.tuning.integral_time:
-        b.put("state.bias", percent, "output.bias", "Auto begins with the output as it stands in Manual")
+        b.put("state.bias", percent, "output.bias", "Auto begins with the output as it stands in Manual", assumed=True)
+    elif loop.output.manual is None:
+        b.put(
+            "state.bias", percent, "output.bias", "Auto makes the bias of the output, which begins there", assumed=True
+        )
+        b.put("state.output", percent, None, "Auto makes the bias of the output")
     else:
-        b.drop("output.bias", f"set the output to {percent} % in Manual before going to Auto: it becomes the bias")
+        note = f"bring the output to {decimal_text(percent)} % in Manual before going to Auto: it becomes the bias"
+        b.put("state.bias", percent, "output.bias", note, assumed=True)
 
 
 def _pulse(b: TargetBuilder, c: ClickLoop) -> None:
@@ -250,7 +270,7 @@ def _without_place(b: TargetBuilder, c: ClickLoop) -> None:
 
 HEAD = same("name", "description")
 FIELDS = (
-    Same("mode", words={"auto": "auto", "cascade": "auto", "manual": "manual"}),
+    _mode,
     Same("output_raises_pv", "action", ACTIONS),
     _sample_rate,
     _bumpless,

@@ -20,17 +20,18 @@ from pidcfg.schemas.base import SECONDS, Quantity
 from pidcfg.schemas.octal import v_name
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Mapping, Sequence
 
     from pidcfg.conversion.ledger import TargetFile
+    from pidcfg.conversion.operation.rules import Operation
     from pidcfg.conversion.same import Table
     from pidcfg.schemas.generic import GenericFile, Loop
 
 D281 = Decision(
     281,
-    "Bumpless Transfer I where nothing is said",
+    "Bumpless Transfer I where no set point is given",
     "Type I where the set point follows the PV in manual or is set to it on the way to auto, type II where it stays; a "
-    "loop of which neither is said gets type I.",
+    "loop of which neither is said gets type II if it has a set point, else type I.",
     "A loop that nobody has given a set point yet stays where it is; type II would drive it towards 0 counts.",
 )
 ACTIONS = {raises: action for action, raises in RAISES.items()}
@@ -54,7 +55,11 @@ RATE_LIMIT = "a DL06 does not limit how fast its output moves: limit it in the p
 PULSE = "a DL06 loop has no pulse output: pulse a discrete output in the program, in proportion to the output word"
 
 
-def from_neutral(file: GenericFile, options: Mapping[str, Any]) -> TargetFile:
+def from_neutral(
+    file: GenericFile,
+    options: Mapping[str, Any],
+    operations: Sequence[Operation] = (),  # noqa: ARG001 - a loop has no such choice
+) -> TargetFile:
     """The configuration with the exact values, and where each neutral field was put."""
     if len(file.loops) > CPU.loops:
         message = f"the file has {len(file.loops)} loops; a {CPU.title} has {CPU.loops}: divide the file"
@@ -120,11 +125,13 @@ def _sample_rate(b: TargetBuilder, t: Dl06Target) -> None:
 
 
 def _bumpless(b: TargetBuilder, t: Dl06Target) -> None:
-    follows = t.neutral.setpoint.follows_pv
-    if follows is None:
-        b.put("bumpless", TYPES[True], None, "a change to Auto sets the set point to the PV; II leaves it")
-    else:
-        b.put("bumpless", TYPES[follows], "setpoint.follows_pv")
+    """Type I sets the set point to the PV; where nothing is said it stays, if there is one (D281)."""
+    setpoint = t.neutral.setpoint
+    if setpoint.follows_pv is not None:
+        b.put("bumpless", TYPES[setpoint.follows_pv], "setpoint.follows_pv")
+        return
+    keeps = setpoint.value is not None or setpoint.source is not None
+    b.put("bumpless", TYPES[not keeps], None, "the set point stays" if keeps else "Auto begins with the present PV")
 
 
 def _anti_windup(b: TargetBuilder, t: Dl06Target) -> None:
@@ -211,7 +218,9 @@ def _bias(b: TargetBuilder, t: Dl06Target) -> None:
     resting = position(t.scales["output"], Quantity(ZERO, counts=True))
     bias, integral = t.neutral.output.bias, b.data["tuning"]["reset"] != "off"
     if bias != (ZERO if integral else resting):
-        b.put("state.bias", bias, "output.bias", BIAS)
+        b.put("state.bias", bias, "output.bias", BIAS, assumed=True)
+        if not integral and t.neutral.output.manual is None:
+            b.put("state.output", bias, None, "a change to Auto sets the bias to the output, which begins there")
 
 
 def _without_place(b: TargetBuilder, t: Dl06Target) -> None:

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from pidcfg.conversion.arithmetic import ZERO
 from pidcfg.conversion.builder import TargetBuilder, target_file
+from pidcfg.conversion.operation.rules import Manual
 from pidcfg.conversion.same import Same, same, take
 from pidcfg.conversion.to_neutral.dpide import BACK_CALCULATED, DEAD_BAND, HELD, MS
 from pidcfg.conversion.unmatched import ALARMS, unmatched
@@ -17,9 +18,10 @@ from pidcfg.schemas.dpide import LONGEST_CYCLE, SHORTEST_CYCLE
 from pidcfg.schemas.dpide import Loop as Instruction
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Mapping, Sequence
 
     from pidcfg.conversion.ledger import TargetFile
+    from pidcfg.conversion.operation.rules import Operation
     from pidcfg.conversion.same import Table
     from pidcfg.schemas.generic import GenericFile, Loop
 
@@ -56,13 +58,14 @@ BY_PROGRAM = {
 """Neutral fields that a DPIDE does not have, with what to program instead."""
 
 
-def from_neutral(file: GenericFile, options: Mapping[str, Any]) -> TargetFile:
+def from_neutral(file: GenericFile, options: Mapping[str, Any], operations: Sequence[Operation] = ()) -> TargetFile:
     """DPIDE instructions of neutral loops, their I_MV blocks one after the other from D0."""
     devices = options.get("device") or []
     builders = []
     for i, loop in enumerate(file.loops):
         b = TargetBuilder(i, {"name": loop.name} | present({"description": loop.description}))
         take(b, loop, loop, FIELDS)
+        _to_manual(b, operations[i].manual if operations else Manual.STAYS)
         note = "" if i < len(devices) else "chosen; --device names another"
         b.put("device", devices[i] if i < len(devices) else f"D{i * BLOCK}", None, note)
         b.data = {key: b.data[key] for key in Instruction.model_fields if key in b.data}
@@ -110,11 +113,17 @@ def _modes(b: TargetBuilder, loop: Loop) -> None:
     windup = "" if loop.anti_windup else HELD
     b.put("PID_MODE", 0 if kicks else BACK_CALCULATED, "anti_windup", windup, assumed=not loop.anti_windup)
     cascade = loop.mode == "cascade"
-    b.put("PID_MAN", loop.mode == "manual", "mode", "link the loops in the program" if cascade else "", assumed=cascade)
+    b.put("PID_MAN", loop.mode == "manual", "mode", "link the loops in the program" if cascade else "", clamped=cascade)
 
 
 def _manual(b: TargetBuilder, loop: Loop) -> None:
     b.put("MOUT", loop.output.manual or ZERO, "output.manual")
+
+
+def _to_manual(b: TargetBuilder, source: Manual) -> None:
+    """MOUT follows MV in automatic, unless the source has a manual value of its own."""
+    stays = source is Manual.STAYS
+    b.put("MOUT_AUTO", stays, None, "the output stays when manual begins" if stays else "MOUT is the output in manual")
 
 
 def _setpoint(b: TargetBuilder, loop: Loop) -> None:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from pidcfg.conversion.arithmetic import ZERO, product, quotient, rescaled, width
 from pidcfg.conversion.builder import TargetBuilder, names, starts, target_file
 from pidcfg.conversion.ledger import ConvertError, Missing
+from pidcfg.conversion.operation.rules import BOUNDED
 from pidcfg.conversion.same import Same, same, take
 from pidcfg.conversion.to_neutral.ezlogix import ACTS_ON, FULL, RAISES, SETPOINT
 from pidcfg.conversion.unmatched import unmatched
@@ -20,9 +21,10 @@ from pidcfg.schemas.base import decimal_text
 from pidcfg.schemas.ezlogix import CV_FULL, DISCRETES, REGISTERS, parse_counts
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Mapping, Sequence
 
     from pidcfg.conversion.ledger import TargetFile
+    from pidcfg.conversion.operation.rules import Operation
     from pidcfg.conversion.same import Table
     from pidcfg.schemas.generic import GenericFile, Loop
 
@@ -64,7 +66,7 @@ class EzlogixLoop:
     """The discrete output, if it pulses."""
 
 
-def from_neutral(file: GenericFile, options: Mapping[str, Any]) -> TargetFile:
+def from_neutral(file: GenericFile, options: Mapping[str, Any], operations: Sequence[Operation] = ()) -> TargetFile:
     """An EZLogix file with these loops."""
     count = len(file.loops)
     blocks = {key: starts(BANKS[key], table.size, count, options.get(key) or ()) for key, (_, table) in BLOCKS.items()}
@@ -79,7 +81,9 @@ def from_neutral(file: GenericFile, options: Mapping[str, Any]) -> TargetFile:
         take(b, loop, loop, HEAD)
         for key, (prefix, _) in BLOCKS.items():
             b.put(key, f"{prefix}{blocks[key][i]}", None, "" if key in options else "the next free block")
+        b.data["mode"] = "manual" if loop.mode == "manual" else "auto"
         take(b, loop, EzlogixLoop(loop, counts[i], pv_tags[i], cv_tags[i], pulse_tags[i]), FIELDS)
+        _anti_windup(b, loop, operations[i] if operations else None)
         builders.append(b)
     wired = len(options.get("cv_tag") or ())
     _cascades(builders, file.loops, [int(start) for start in blocks["registers"]], counts, wired)
@@ -189,6 +193,12 @@ def _raw(loop: Loop, point: Decimal, counts: tuple[int, int]) -> int:
     return nearest(rescaled(point, loop.pv.range, (Decimal(counts[0]), Decimal(counts[1]))))
 
 
+def _anti_windup(b: TargetBuilder, loop: Loop, operation: Operation | None) -> None:
+    """On, too, where the source's integral has an end without it (D342)."""
+    ends = not loop.anti_windup and operation is not None and operation.bounds_integral
+    b.put("anti_windup", loop.anti_windup or ends, "anti_windup", BOUNDED if ends else "", assumed=ends)
+
+
 # --- cascade ---------------------------------------------------------------------------------------------------------
 
 
@@ -205,21 +215,34 @@ def _cascades(
     for i, loop in enumerate(loops):
         source = loop.setpoint.source
         if source is None:
+            _mode(builders[i], loop, linked=False)
             continue
         register, outer = f"{REGISTERS.prefix}{registers[i] + SETPOINT}", numbers.get(source)
-        if outer is None or outer in taken or loop.pv.square_root or counts[i] != (0, CV_FULL):
+        alike = outer is not None and loops[outer].output.range == loop.pv.range
+        if outer is None or not alike or outer in taken or loop.pv.square_root or counts[i] != (0, CV_FULL):
             builders[i].drop("setpoint.source", f"scale the CV of {source} in the program and write it to {register}")
+            _mode(builders[i], loop, linked=False)
             continue
         taken.add(outer)
         fields = builders[outer].fields
         fields.remove(next(field for field in fields if field.path == "output.tag"))
         builders[outer].put("output.tag", register, None, f"the set point of {loop.name}")
         builders[i].mark("registers", "setpoint.source", f"{register} is the CV tag of {source}")
+        _mode(builders[i], loop, linked=True)
+
+
+def _mode(b: TargetBuilder, loop: Loop, *, linked: bool) -> None:
+    """Auto with a linked set point is cascade, without one it is auto."""
+    note = ""
+    if loop.mode == "cascade" and not linked:
+        note = "a loop has no cascade: the program writes its set point in auto"
+    elif loop.mode == "auto" and linked:
+        note = "its set point is always the CV of the other loop"
+    b.mark("mode", "mode", note, clamped=bool(note))
 
 
 HEAD = same("name", "description")
 FIELDS: Table[TargetBuilder, EzlogixLoop] = (
-    Same("mode", words={"auto": "auto", "cascade": "auto", "manual": "manual"}),
     _algorithm,
     Same("output_raises_pv", "action", ACTIONS),
     Same("sample_time", "sample_rate"),
@@ -237,7 +260,6 @@ FIELDS: Table[TargetBuilder, EzlogixLoop] = (
     _output,
     Same("output.pulse.period", "output.pulse.cycle_time"),
     *same("output.pulse.min_on", "output.pulse.min_off", "deadband", if_on=True),
-    Same("anti_windup"),
     _alarms,
 )
 """Every field in the order of the file."""

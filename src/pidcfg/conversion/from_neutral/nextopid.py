@@ -20,9 +20,10 @@ from pidcfg.schemas.base import decimal_text
 from pidcfg.schemas.nextopid import SHORTEST_INTEGRAL, Controller, PidaReal
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Mapping, Sequence
 
     from pidcfg.conversion.ledger import TargetFile
+    from pidcfg.conversion.operation.rules import Operation
     from pidcfg.conversion.same import Table
     from pidcfg.schemas.generic import GenericFile, Loop
 
@@ -93,7 +94,11 @@ class NextopidLoop:
         return product(self.program.task.interval, Decimal(self.cycles))
 
 
-def from_neutral(file: GenericFile, options: Mapping[str, Any]) -> TargetFile:
+def from_neutral(
+    file: GenericFile,
+    options: Mapping[str, Any],
+    operations: Sequence[Operation] = (),  # noqa: ARG001 - a loop has no such choice
+) -> TargetFile:
     """A NextoPID file with these loops."""
     program = Program(task_of([loop.sample_time for loop in file.loops], options.get("sample_time")))
     builders = []

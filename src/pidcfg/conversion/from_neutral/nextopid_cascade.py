@@ -24,7 +24,7 @@ def link(file: GenericFile, builders: Sequence[TargetBuilder]) -> None:
         master = _master(file.loops, i, b)
         if loop.mode == "cascade":
             note = "" if master is not None else "no loop gives it a set point: it is in automatic, and holds SP"
-            b.put("CASC", master is not None, "mode", note, assumed=master is None)
+            b.put("CASC", master is not None, "mode", note, clamped=master is None)
         if master is not None:
             _wire(b, builders[master], served.get(master, ""))
             served.setdefault(master, b.data["name"])

@@ -51,9 +51,17 @@ SWITCHES = (
     *(f"{path}_enabled" for path in ("derivative_gain_limit", "pv.filter", "error.deadband", "alarms.rate_of_change")),
     *("setpoint.lower_limit_enabled", "setpoint.upper_limit_enabled", "alarms.pv.enabled", "alarms.deviation.enabled"),
 )
-PLACES = ("bits", "integers", "floats", "action_verified", "output.pwm.bit", "state.raw_pv", "state.pv")
-NOTHING_LOST = frozenset((*PLACES, *SWITCHES))
-"""Where things stand in this PLC, what it writes itself, and switches: they show in what they switch."""
+PLACES = ("bits", "integers", "floats", "output.pwm.bit")
+NOTHING_LOST = {
+    **dict.fromkeys(PLACES, "a place in this PLC, which means nothing elsewhere"),
+    "action_verified": "the action is to be verified again in the new PLC",
+    **dict.fromkeys(("state.raw_pv", "state.pv"), "the controller writes it"),
+    **dict.fromkeys(SWITCHES, "it shows in what it switches"),
+    **dict.fromkeys(("autotune.method", "autotune.type", "autotune.hysteresis"), "as every loop has it: the default"),
+    "error.curve": "linear is the neutral form",
+    "freeze_bias": "there is no integral that could wind up",
+}
+"""Fields that may come without a line of their own, and why nothing is lost with them."""
 
 
 def to_neutral(config: ClickFile) -> list[NeutralLoop]:
@@ -140,14 +148,8 @@ def _error(b: NeutralBuilder, loop: Loop) -> None:
         )
     deadband = _active(b, loop.error, "error.deadband", ZERO)
     if deadband is not None and _squared(loop):
-        b.put(
-            "error.deadband",
-            deadband,
-            "deadband",
-            rounded(deadband.sqrt()),
-            assumed=True,
-            note="the root, since the error is no longer squared",
-        )
+        note = "the root, since the error is no longer squared"
+        b.put("error.deadband", deadband, "deadband", rounded(deadband.sqrt()), note, assumed=True)
     elif deadband is not None:
         b.put("error.deadband", deadband, "deadband", deadband)
 
@@ -208,6 +210,15 @@ def _output(b: NeutralBuilder, loop: Loop) -> None:
         b.need("output.limits", f"the output limits {low} and {high} do not ascend: write the lower one first")
     elif is_given(loop, ("output", "limits")):
         b.put("output.limits", [low, high], "output.limits", [low, high])
+
+
+def _bias(b: NeutralBuilder, loop: Loop) -> None:
+    """The bias register; without an integral Auto makes it of the output, so that this one counts where it is alone."""
+    bias, output = loop.state.bias, loop.state.output
+    if bias is not None:
+        b.put("state.bias", bias, "output.bias", bias)
+    elif output is not None and loop.tuning.reset_time >= NO_INTEGRAL:
+        b.put("state.output", output, "output.bias", output, "a change to Auto makes it the bias")
 
 
 # --- alarms ----------------------------------------------------------------------------------------------------------
@@ -273,7 +284,7 @@ FIELDS: Table[NeutralBuilder, Loop] = (
     _output,
     Same("output.pwm.period", "output.pulse.period"),
     Same("state.output", "output.manual"),
-    Same("state.bias", "output.bias"),
+    _bias,
     _error,
     _pv_alarms,
     _deviation_alarms,

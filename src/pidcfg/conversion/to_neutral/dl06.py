@@ -31,8 +31,8 @@ if TYPE_CHECKING:
 D283 = Decision(
     283,
     "the bias is a constant only without an integral",
-    "`state.bias` becomes the neutral bias of a loop whose reset is off (0 counts where it is not given); with an "
-    "integral it is a running value and is not carried over. The other way a bias is written to the bias word.",
+    "`state.bias`, else `state.output`, becomes the neutral bias of a loop whose reset is off (0 counts without both); "
+    "with an integral it is a running value and is not carried over. The other way a bias is written to the bias word.",
     "The bias word is the integrator. A change to Auto sets it to the output, whatever it was.",
 )
 
@@ -55,6 +55,11 @@ NOTHING_LOST = {
     "autotune.start": "reported when it is on",
     "state.pv": "the controller writes it",
     "state.bias": "the controller writes it; without an integral it is reported (D283)",
+    "plc.loop_table": "a place in this PLC, which means nothing elsewhere",
+    "plc.reset_decimals": "how a word is written; the reset time is reported",
+    "plc.derivative": "of no effect without a derivative",
+    "plc.number_of_loops": "the target counts its own",
+    "pv.square_root": "off: the PV is taken as it is",
 }
 """Fields that may come without a line in the report, and why."""
 
@@ -235,8 +240,12 @@ def _state(b: NeutralBuilder, s: Dl06Loop) -> None:
         b.put("state.output", shown(value), "output.manual", position(scale, value))
     if integral_time(s):
         return
-    bias = position(scale, NOTHING if state.bias is None else _raw(s, state.bias))
-    if state.bias is not None:
+    word = state.output if state.bias is None else state.bias
+    bias = position(scale, NOTHING if word is None else _raw(s, word))
+    if state.bias is None and state.output is not None:
+        b.set("output.bias", bias)
+        b.mark("state.output", shown(_raw(s, state.output)), "output.bias", note="a change to Auto makes it the bias")
+    elif state.bias is not None:
         b.put("state.bias", shown(_raw(s, state.bias)), "output.bias", bias)
     elif bias:
         note = "without an integral the output stands at 0 counts when there is no error"

@@ -33,9 +33,13 @@ TUNES = "start the auto-tuning as the target does it"
 NOTHING_LOST = {
     "PV": "the process's",
     "device": "a place, which means nothing elsewhere",
-    "devices": "places, likewise",
-    "MOUT_AUTO": "the change to manual is bumpless, as in every PLC that keeps its output then",
+    "devices": "places in this PLC, which mean nothing elsewhere",
+    "MOUT_AUTO": "it decides what the output does when manual begins: operation.to_manual says where that differs",
     "PID_DE": "of no effect without a derivative",
+    "Tf": "0: no filter",
+    "BIAS": "0: nothing is added",
+    "ERR_DBW": "0: no dead band",
+    "plc.interrupt_task": "CYCLE says what it comes to",
 }
 """Fields that may come without a line in the report, and why."""
 

@@ -48,8 +48,18 @@ PER_CENT: Span = (ZERO, HUNDRED)
 """The output's range when the file gives none."""
 FULL = Decimal(CV_FULL)
 SETPOINT = R_BLOCK.offset("setpoint")
-NOTHING_LOST = frozenset(("registers", "discretes", "pv.tag", "pv.counts", "output.tag", "output.pulse.tag"))
-"""Where things stand in this PLC, and in how many counts."""
+PLACE = "a place in this PLC, which means nothing elsewhere"
+NOTHING_LOST = {
+    **dict.fromkeys(("registers", "discretes", "pv.tag", "output.tag", "output.pulse.tag"), PLACE),
+    "pv.counts": "values are engineering units",
+    "pv.square_root": "off: the PV is taken as it is",
+    "autotune.type": "as every loop has it: the default",
+    "autotune.timeout": "as every loop has it: the default",
+    "output.offset": "at the low end of the output it adds nothing",
+    "plc.process_when_stopped": "off: as in the other PLCs",
+    "plc.tag_names": "names in this PLC's project",
+}
+"""Fields that may come without a line of their own, and why nothing is lost with them."""
 
 
 @dataclass(slots=True)

@@ -16,8 +16,8 @@ if TYPE_CHECKING:
 
     from pidcfg.schemas.generic import GenericFile, Loop
 
-NOTHING_LOST = COMMON
-"""They go with the loop."""
+NOTHING_LOST = dict.fromkeys(COMMON, "it goes with the loop")
+"""Fields without a line of their own."""
 WHOLE = ("pv.range", "output.range")
 """Pairs that are one thing: a scale. The others are two limits."""
 

@@ -20,6 +20,12 @@ if TYPE_CHECKING:
 NOTHING_LOST = {
     "type": "the neutral form has one kind of PID; field units of an INT block are those of its MinPV and MaxPV",
     "PV": "the process's; what calculates it is reported",
+    **dict.fromkeys(("Indep", "DisableP", "CASC", "Manual"), "FALSE, as without it"),
+    **dict.fromkeys(("Tfd", "BIAS", "MaxVarMV", "DeadBand"), "0, as without it"),
+    "ManualMV": "0, as without it",
+    "plc.sample_time": "each loop says its own",
+    "plc.program": "the name of the program in this PLC",
+    "sample_time": "it is reported with the task's",
     "SP_CASC": "0 while cascade mode is off and nothing gives it",
     "TRK_VAL": "reported where TRK_IN or OVERR can be on",
     "TRK_IN": "connections of a cascade go with it; others are reported",

@@ -12,6 +12,7 @@ from pidcfg.results.schemas.parts import (
     number,
     or_null,
     record,
+    switch,
     text,
 )
 from pidcfg.vendors import VENDORS
@@ -27,8 +28,15 @@ def schema() -> Schema:
         to=text("The PLC family that it was converted to.", *VENDORS),
         loops=listing(
             "One a loop.",
-            record("A loop.", loop=text("Its name."), changes=listing("Of all fields.", change())),
+            record(
+                "A loop.",
+                loop=text("Its name."),
+                status=text("Whether it went over.", "converted", "dropped"),
+                reason=or_null(text("Why it was dropped.")),
+                changes=listing("Of all fields.", change()),
+            ),
         ),
+        findings=listing("What the target's own rules find at fault in the result.", findings.finding()),
         verify=listing("With --verify: both sides on the same plants.", verified()),
     )
     return {"oneOf": [report, findings.schema()]}
@@ -42,7 +50,17 @@ def change() -> Schema:
         kind=text("From harmless to harmful.", *WORST),
         from_=anything("The value before."),
         to=anything("The value after."),
-        error_percent=number("How far the target's register is off."),
+        error_percent=number("How far the value that acts is off."),
+        loss=switch("Whether it needs leave: dropped, clamped, or rounded beyond --max-loss."),
+        neutral=or_null(
+            record(
+                "A number that is not exact, both sides in one unit.",
+                field=text("Its neutral field."),
+                from_=number("What was wanted."),
+                to=number("What the target holds."),
+                unit=text("Of both; may be empty."),
+            )
+        ),
         note=text("What it means; may be empty."),
     )
 

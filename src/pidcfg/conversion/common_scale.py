@@ -5,13 +5,33 @@ from __future__ import annotations
 from decimal import Decimal
 from typing import Any
 
+from pydantic import BaseModel
+
 from pidcfg.conversion.arithmetic import product, quotient, rescaled, rounded, width
 from pidcfg.schemas.base import Quantity
 
 Flat = dict[str, Any]
-"""The values of a loop by path, as `pidcfg.differences.meaning.flat` gives them."""
+"""The values of a loop by path, as `flat` gives them."""
 ENDS = ("output.range.0", "output.range.1")
 ON_THE_SCALE = ("output.limits.0", "output.limits.1", "output.bias", "output.manual")
+
+
+def flat(model: Any, prefix: str = "") -> dict[str, Any]:
+    """Every value of a neutral loop by its path; limits that are not given are the ends of their range."""
+    values: dict[str, Any] = {}
+    for name in type(model).model_fields:
+        value, path = getattr(model, name), f"{prefix}{name}"
+        if isinstance(value, BaseModel):
+            values |= flat(value, f"{path}.")
+        elif isinstance(value, tuple):
+            values |= {f"{path}.{k}": end for k, end in enumerate(value)}
+        elif value is not None:
+            values[path] = value
+    if not prefix:
+        for limits, whole in (("setpoint.limits", "pv.range"), ("output.limits", "output.range")):
+            for end in ("0", "1"):
+                values.setdefault(f"{limits}.{end}", values[f"{whole}.{end}"])
+    return values
 
 
 def normal(loop: Flat) -> Flat:
@@ -43,3 +63,25 @@ def on_the_same_scale(one: Flat, two: Flat) -> Flat:
     if values.get("output.max_rate") is not None:
         values["output.max_rate"] = rounded(product(values["output.max_rate"], factor))
     return values | dict(zip(ENDS, first, strict=True))
+
+
+def comparable(one: Any, two: Any) -> tuple[Flat, Flat]:
+    """Two neutral loops by path, the second in the terms of the first.
+
+    Where the first has no proportional action, the other two are compared as the second has them, with one or without.
+    """
+    before, after = flat(one), flat(two)
+    if not before["tuning.proportional"]:
+        after["tuning.proportional"] = False
+    return _acting(normal(before)), _acting(normal(on_the_same_scale(before, after)))
+
+
+def _acting(loop: Flat) -> Flat:
+    """Without the times of a gain of 0, and without the gain of a loop in which nothing acts."""
+    values = dict(loop)
+    if not values["tuning.gain"]:
+        values |= {"tuning.integral_time": Decimal(0), "tuning.derivative_time": Decimal(0)}
+    acts = values["tuning.proportional"] or values["tuning.integral_time"] or values["tuning.derivative_time"]
+    if not acts or not values["tuning.gain"]:
+        values |= {"tuning.gain": Decimal(0), "tuning.proportional": False}
+    return values

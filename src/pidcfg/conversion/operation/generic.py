@@ -1,0 +1,18 @@
+"""Neutral loops: nothing bumps (D301), and the integral stops at the limits (D300)."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from pidcfg.conversion.operation.rules import Master, Operation, Windup
+
+if TYPE_CHECKING:
+    from pidcfg.schemas.generic import GenericFile
+
+
+def operations(config: GenericFile) -> list[Operation]:
+    """Of each loop (D300, D301)."""
+    return [
+        Operation(windup=Windup.CONDITIONAL if loop.anti_windup else Windup.ENDLESS, master=Master.FOLLOWS)
+        for loop in config.loops
+    ]

@@ -1,0 +1,180 @@
+"""What a loop does when it is switched or limited: the same on both sides, or a line of the report.
+
+Design. Each vendor says of each of its loops how it starts, what becomes of its output on the way to Manual and back,
+what its integral does at a limit, and so on (`operations`, one module a vendor). The source's answers are held against
+those of the file that was written, rule by rule (`differing_rules`); no adapter has to remember another vendor's
+habits. Answers have a rank: a target that does worse than the source is a loss, another difference is named.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+from typing import TYPE_CHECKING
+
+from pidcfg.conversion.ledger import Change
+from pidcfg.refs import Decision
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from pidcfg.conversion.ledger import Kind
+    from pidcfg.schemas.generic import Loop
+
+D341 = Decision(
+    341,
+    "a conversion compares what an operator sees",
+    "How a loop starts, what its output does on the way to Manual and to Auto, what its integral does at a limit, what "
+    "a deadband does, what refuses Auto, and what a master does while its slave has another set point. An output that "
+    "jumps where it stayed, a bias that is not taken over, an integral that runs further and a master that no longer "
+    "follows are losses; a start in another mode, a change to Auto with the error's action on top, and other rules "
+    "are named.",
+    "The first can move a valve to 0 or leave an offset for good; the others an operator sees and can wait for.",
+)
+D342 = Decision(
+    342,
+    "an integral that has an end gets anti-windup where it would have none",
+    "DL06 and CLICK keep their bias within the range or the limits of the output without their freeze, too; EZLogix "
+    "and the neutral form without anti-windup let it run without end. Their anti-windup is therefore switched on, and "
+    "the report says so.",
+    "An integral that runs without end holds the output at its limit for as long again as it was there.",
+)
+PREFIX = "operation."
+"""Of the fields of the report's lines."""
+BOUNDED = "without it the integral would run without end, which the source's does not"
+
+
+class Answer(Enum):
+    """What a loop does: from best to worst, in words, and what to do about it in a target that does it."""
+
+    def __init__(self, rank: int, text: str, cure: str = "") -> None:
+        self.rank, self.text, self.cure = rank, text, cure
+
+
+class Start(Answer):
+    """Which mode a loop has when its PLC begins to run."""
+
+    WAITS = 0, "it waits in Manual", "request its mode after each start of the PLC"
+    RUNS = 1, "it begins in its mode", "keep it in Manual in the program where it has to wait for somebody"
+
+
+class Manual(Answer):
+    """What the output does on the way from Auto to Manual."""
+
+    STAYS = 0, "the output stays where it is", "write the value that stood ready after the change to Manual"
+    JUMPS = 1, "the output goes to the value that stands ready", "copy MV to ManualMV in the program while in automatic"
+
+
+class Transfer(Answer):
+    """What the output does on the way from Manual to Auto."""
+
+    GOES_ON = 0, "the output goes on from where it stands"
+    ON_TOP = 1, "the integral becomes the output, and gain x error comes on top", "bring the PV to the set point before"
+    AS_BEFORE = 2, "the integral is what it was before Manual", "bring the output back to where it was before"
+
+
+class WithoutIntegral(Answer):
+    """What the output of a loop without an integral does on the way from Manual to Auto."""
+
+    TAKEN_OVER = 0, "the bias becomes the output", "bring the output to the bias in Manual before going to Auto"
+    CONSTANT = 1, "the output becomes gain x error + bias", "write the output that holds the set point into the bias"
+
+
+OVERSHOOT = "expect more overshoot after the output was at a limit"
+
+
+class Windup(Answer):
+    """What the integral does while the output is at a limit."""
+
+    NONE = 0, "the velocity form has no integral of its own"
+    FROZEN = 0, "it stops while the output is at a limit"
+    CONDITIONAL = 0, "it stops where the error drives the output further beyond a limit"
+    PARTIAL = 0, "it takes what does not push the output beyond a limit"
+    WORKED_OUT = 0, "it is worked out of the limited output"
+    WITHIN_LIMITS = 1, "it goes on to the limits of the output", OVERSHOOT
+    FROZEN_AT_ENDS = 2, "it stops while the output is at an end of its range", OVERSHOOT
+    CONDITIONAL_AT_ENDS = 2, "it stops where the error drives the output further beyond an end of its range", OVERSHOOT
+    WITHIN_RANGE = 3, "it goes on to the ends of the output's range", OVERSHOOT
+    ENDLESS = 4, "it goes on without end", OVERSHOOT
+
+
+class Deadband(Answer):
+    """What a deadband does."""
+
+    AS_ZERO = 0, "the error counts as 0"
+    CROSSED = 0, "the error counts as 0 once the PV has crossed the set point"
+    ONLY_BIAS = 0, "the output is the bias, without the other actions"
+    HELD = 0, "the output is held"
+
+
+class Interlock(Answer):
+    """What refuses Auto."""
+
+    GRANTED = 0, "Auto is granted whatever the PV is", "keep the loop in Manual in the program while a PV alarm is on"
+    REFUSED = 1, "Auto is refused while a PV alarm is on", "bring the PV between its alarms in Manual"
+
+
+class Master(Answer):
+    """What an outer loop does while its inner loop has another set point."""
+
+    FOLLOWS = 0, "its output follows the inner loop"
+    MANUAL = 1, "it goes to Manual", "switch it to Auto again after its inner loop is in Cascade"
+    INTEGRATES = 2, "it goes on integrating", "switch it to Manual first, and bring its output to the inner set point"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Operation:
+    """The rules of one loop."""
+
+    start: Start = Start.RUNS
+    manual: Manual = Manual.STAYS
+    transfer: Transfer = Transfer.GOES_ON
+    without_integral: WithoutIntegral = WithoutIntegral.CONSTANT
+    windup: Windup
+    deadband: Deadband = Deadband.AS_ZERO
+    interlock: Interlock = Interlock.GRANTED
+    master: Master = Master.INTEGRATES
+
+    @property
+    def bounds_integral(self) -> bool:
+        """Whether the integral has an end."""
+        return self.windup is not Windup.ENDLESS
+
+
+def differing_rules(before: Operation, after: Operation, loop: Loop, *, is_master: bool) -> Iterator[Change]:
+    """A line for each rule that is another one in the target; ``is_master``: both sides have a loop that reads it."""
+    integral = bool(loop.tuning.integral_time)
+    if loop.mode != "manual":
+        yield from _line("start", before.start, after.start)
+    yield from _line("manual", before.manual, after.manual, loss=after.manual.rank > before.manual.rank)
+    if integral:
+        back = after.transfer is Transfer.AS_BEFORE
+        yield from _line("transfer", before.transfer, after.transfer, loss=back)
+        further = _rank(after.windup, loop) > _rank(before.windup, loop)
+        yield from _line("windup", before.windup, after.windup, loss=further, neutral="anti_windup")
+    else:
+        one, two = before.without_integral, after.without_integral
+        yield from _line("transfer", one, two, loss=True, neutral="output.bias")
+    if loop.deadband:
+        yield from _line("deadband", before.deadband, after.deadband)
+    yield from _line("interlock", before.interlock, after.interlock)
+    if is_master:
+        integrates = after.master is Master.INTEGRATES
+        yield from _line("master", before.master, after.master, loss=integrates)
+
+
+def _rank(windup: Windup, loop: Loop) -> int:
+    """How far an integral runs: the ends of the range are the limits of an output that has no narrower ones."""
+    narrow = loop.output.limits is not None and loop.output.limits != loop.output.range
+    at_ends = {Windup.FROZEN_AT_ENDS, Windup.CONDITIONAL_AT_ENDS, Windup.WITHIN_RANGE}
+    return windup.rank - 2 if windup in at_ends and not narrow else windup.rank
+
+
+def _line(rule: str, before: Answer, after: Answer, *, loss: bool = False, neutral: str = "") -> Iterator[Change]:
+    """A line where the answers differ; overshoot is to be expected of a loss only."""
+    if before is after:
+        return
+    note = after.cure if loss or not isinstance(after, Windup) else ""
+    kind: Kind = "dropped" if loss else "assumed"
+    names = (neutral,) if neutral else ()
+    yield Change(f"{PREFIX}{rule}", kind, before.text, after.text, note=note, loss=loss, neutral=names)

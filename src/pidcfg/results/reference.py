@@ -1,0 +1,91 @@
+"""The public calls that need no configuration: what a rule gives, and what a word means."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, get_args
+
+from pidcfg.limits import DEFAULT, Limits
+from pidcfg.reader import Files, source_data
+from pidcfg.results.arguments import refuse_unknown, vendor_named
+from pidcfg.results.exact import exact
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from pidcfg.results.explanations import ExplainResult
+    from pidcfg.results.gains import TuneResult
+    from pidcfg.results.sources import Source
+    from pidcfg.tuning.rules import Form
+
+
+@exact
+def tune(
+    method: str,
+    form: Form = "PID",
+    *,
+    gain: float | None = None,
+    time_constant: float | None = None,
+    dead_time: float | None = None,
+    closed_loop: float | None = None,
+    sample_time: float | None = None,
+    ultimate_gain: float | None = None,
+    ultimate_period: float | None = None,
+    record: Path | str | bytes | None = None,
+    vendor: str | None = None,
+    pv_range: tuple[float, float] | None = None,
+    output_range: tuple[float, float] = (0, 100),
+    name: str | None = None,
+    files: Files = None,
+    limits: Limits = DEFAULT,
+) -> TuneResult:
+    """Gains by a rule, in output units per PV unit, times in s.
+
+    ``gain`` is in PV units per unit of the output, negative for cooling; the times are in s. A method needs some of the
+    numbers. ``record``: a CSV file of a step test (time, output, PV) in place of the first three. ``vendor``: also as
+    this PLC holds them; one whose gain is a share of the span needs ``pv_range``. Raises `ValueError` for a record that
+    no process fits, and beyond the range of a rule.
+    """
+    from pidcfg.results import gains
+    from pidcfg.tuning.rules import METHODS, Form
+
+    refuse_unknown("method", method, METHODS)
+    refuse_unknown("form", form, get_args(Form))
+    target = gains.Target(None if vendor is None else vendor_named(vendor), pv_range, output_range)
+    numbers = {
+        "gain": gain,
+        "time_constant": time_constant,
+        "dead_time": dead_time,
+        "closed_loop": closed_loop,
+        "sample_time": sample_time,
+        "ultimate_gain": ultimate_gain,
+        "ultimate_period": ultimate_period,
+    }
+    values = {key: gains.usable(key, value) for key, value in numbers.items() if value is not None}
+    step = None if record is None else source_data(record, name, files, limits.file_bytes + 1)
+    return gains.tuned(method, form, values, step, target, limits)
+
+
+@exact
+def explain(
+    *things: str,
+    vendor: str | None = None,
+    loop: bool = False,
+    blocks: Sequence[str] = (),
+    config: Source | None = None,
+    name: str | None = None,
+    files: Files = None,
+    limits: Limits = DEFAULT,
+) -> ExplainResult:
+    """What words, contents, bits, error numbers, registers, rules and decisions mean; without one, what can be asked.
+
+    ``loop``: addresses are of loops that begin where the manual's example does; ``blocks``: where loop registers begin.
+    ``config``: a configuration, for the loop and the line that set a register. Raises `ValueError` for an unknown
+    thing.
+    """
+    from pidcfg.results.explanations import explained
+    from pidcfg.results.sources import checked_of
+
+    family = None if vendor is None else vendor_named(vendor).key
+    checked = None if config is None else checked_of(config, name, files, limits)
+    return explained(things, family, tuple(blocks), checked, loop=loop)

@@ -1,0 +1,398 @@
+"""What every report of a conversion must be: a line for every field, exact lines that are, losses with their limits."""
+
+from __future__ import annotations
+
+import copy
+import json
+from types import SimpleNamespace
+
+import pytest
+from pydantic import ValidationError
+
+import test_convert_click
+import test_convert_dl06
+import test_convert_dpide
+import test_convert_ezlogix
+import test_convert_nextopid
+from conversion_measure import PAIRS, measure, unspoken
+from neutral_strategies import EVERYTHING
+from pidcfg import api
+from pidcfg.cli.main import main
+from pidcfg.conversion.ledger import Change
+from pidcfg.conversion.losses import MaxLoss, MaxLossError, judged, parse_max_loss
+from pidcfg.conversion.pipeline import convert
+from pidcfg.conversion.readback import held_lines
+from pidcfg.conversion.remainder import UNKNOWN, remaining
+from pidcfg.paths import leaves, put
+from pidcfg.schemas.generic import GenericFile
+from pidcfg.vendors import VENDORS
+from pidcfg.writer import yaml_text
+
+OVEN = {
+    "name": "TIC1",
+    "output_raises_pv": True,
+    "sample_time": 0.5,
+    "tuning": {"gain": 2.5, "integral_time": 60},
+    "pv": {"range": [0, 400], "unit": "degC"},
+    "setpoint": {"value": 180},
+    "output": {"range": [0, 100], "unit": "%"},
+}
+PIDA = {
+    "type": "PIDA_REAL",
+    "SP": 50,
+    "Kp": 2,
+    "Ti_Ki": 30,
+    "Td_Kd": 0,
+    "MinMV": 0,
+    "MaxMV": 100,
+    "MinPV": 0,
+    "MaxPV": 200,
+}
+ON_OFF = {"name": "FAN", "type": "ControlON_OFF", "SP": 50, "DeadBand": 2, "MinPV": 0, "MaxPV": 100}
+
+
+def file_of(vendor, *loops, **sections):
+    """A file as text."""
+    return yaml_text({"pidcfg": 1, "vendor": vendor, **sections, "loops": list(loops)})
+
+
+def oven(**changed):
+    """A neutral file of one loop as text."""
+    return file_of("generic", {**OVEN, **changed})
+
+
+def lines_of(result, i=0):
+    """The lines of a loop by field, the gravest of each."""
+    return {row.field: row for row in sorted(result.loops[i].changes, key=lambda row: row.loss)}
+
+
+def converted(source, vendor, target, **options):
+    """A conversion of a model."""
+    return convert(source, VENDORS[vendor], VENDORS[target], {}, **options)
+
+
+# --- a line for every field ------------------------------------------------------------------------------------------
+
+NEXTOPID = {
+    "SP_CASC": 60, "PV": 3, "Tfd": 1, "BIAS": 2, "ManualMV": 20, "TRK_VAL": 5, "MaxVarMV": 1, "DeadBand": 1,
+    "Indep": True, "DisableP": True, "DerivEr": True, "CASC": True, "TRK_IN": True, "Windup_H_IN": True,
+    "Windup_L_IN": True, "OVERR": True, "Manual": True, "Direct": True, "description": "Oven", "sample_time": 0.5,
+    "pv": {"unit": "C"}, "output": {"range": [0, 100], "unit": "%"}, "Td_Kd": 3, "AutoTune": True,
+    "AutoTuneParam": {"PercAmpMV": 1, "PercHystPV": 1, "PercMaxPeakPV": 1, "NumCycles": 2, "Mode": "PI"},
+}  # fmt: skip
+CASES = {
+    "click": (test_convert_click.click, test_convert_click.PLAIN, test_convert_click.EVERYTHING),
+    "dl06": (test_convert_dl06.dl06, test_convert_dl06.LOOP, test_convert_dl06.EVERYTHING),
+    "ezlogix": (test_convert_ezlogix.ezlogix, test_convert_ezlogix.PLAIN, test_convert_ezlogix.EVERYTHING),
+    "dpide": (test_convert_dpide.dpide, test_convert_dpide.LOOP, test_convert_dpide.FULL),
+    "nextopid": (test_convert_nextopid.nextopid, {**test_convert_nextopid.LOOP, "type": "PIDA_TUNE_REAL"}, NEXTOPID),
+    "generic": (
+        lambda *loops: GenericFile.model_validate({"pidcfg": 1, "vendor": "generic", "loops": loops}),
+        OVEN,
+        EVERYTHING,
+    ),
+}
+"""Of each vendor: what makes a file of loops, a plain loop, and a loop with every field."""
+TOGETHER = 7
+"""Loops of one file: a DL06 has eight."""
+
+
+def alone(vendor):
+    """The plain loop with each field set alone; a field that needs its neighbours comes with its section."""
+    file, plain, everything = CASES[vendor]
+    for path, value, _ in leaves(everything):
+        if path[0] in {"name", "registers", "discretes", "bits", "integers", "floats", "device"}:
+            continue
+        loop = copy.deepcopy(plain)
+        put(loop, path, value)
+        try:
+            file(loop)
+        except ValidationError:
+            loop[path[0]] = {**loop.get(path[0], {}), **everything[path[0]]}
+        yield ".".join(path), loop
+
+
+@pytest.mark.parametrize("source", CASES)
+def test_every_field_of_each_source_has_a_line_in_all_targets(source):
+    file, cases = CASES[source][0], list(alone(source))
+    assert len(cases) > 15
+    for start in range(0, len(cases), TOGETHER):
+        some = cases[start : start + TOGETHER]
+        config = file(*({**loop, "name": f"L{i}"} for i, (_, loop) in enumerate(some, start=1)))
+        for target in VENDORS:
+            if target != source:
+                result = converted(config, source, target)
+                silent = {
+                    some[i][0]: paths for i in result.kept if (paths := unspoken(config, i, result.loops[i].changes))
+                }
+                assert silent == {}, target
+                unknown = [row.field for loop in result.loops for row in loop.changes if row.note == UNKNOWN]
+                assert unknown == [], target
+
+
+def test_a_field_that_no_conversion_knows_is_a_loss():
+    given = [(("new_field",), 3), (("pv", "tag"), "IR1"), (("name",), "L1")]
+    rows = list(remaining(given, [], {"pv.tag": "a place"}, {"name": "L1"}))
+    assert rows == [
+        Change("new_field", "dropped", 3, None, note=UNKNOWN, loss=True),
+        Change("pv.tag", "dropped", "IR1", None, note="a place"),
+        Change("name", "exact", "L1", "L1", neutral=("name",)),
+    ]
+    assert list(remaining(given[:1], [Change("new_field.0", "exact", 3, 3)], {}, {})) == []
+
+
+# --- exact -----------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("one", "two"), PAIRS)
+def test_what_is_called_exact_is_what_the_registers_hold(one, two):
+    counts = measure(one, two, 3)
+    assert counts["conversions"] + counts["refused"] > 0
+    assert (counts["untrue"], counts["silent"]) == (0, 0), counts
+
+
+def loop_of(**changed):
+    """A neutral loop."""
+    return GenericFile.model_validate({"pidcfg": 1, "vendor": "generic", "loops": [{**OVEN, **changed}]}).loops[0]
+
+
+def test_an_exact_line_that_is_not_is_found_out():
+    rows = [
+        Change("gain", "exact", 2.5, 2, neutral=("tuning.gain",)),
+        Change("mode", "exact", "auto", "auto", neutral=("mode",)),
+        Change("sample", "exact", 0.5, 0.5, neutral=("sample_time",)),
+    ]
+    after = loop_of(tuning={"gain": 2, "integral_time": 60}, mode="manual")
+    gain, mode, sample = held_lines(rows, loop_of(), after)
+    assert (gain.kind, gain.error_percent) == ("rounded", 20)
+    assert (str(gain.terms.wanted), str(gain.terms.held), gain.terms.unit) == ("2.5", "2", "%/degC")
+    assert (mode.kind, mode.loss, "manual" in mode.note) == ("dropped", True, True)
+    assert sample == rows[2]
+
+
+# --- losses and their limits -----------------------------------------------------------------------------------------
+
+
+def test_a_gain_that_is_rounded_too_far_needs_leave():
+    text = oven(tuning={"gain": 0.00375, "integral_time": 60})  # 0.015 of the spans
+    row = lines_of(api.convert(text, "dl06"))["tuning.gain"]
+    assert (row.kind, row.target, row.loss, round(row.error_percent, 3)) == ("rounded", 0.02, True, 33.333)
+    assert (float(row.terms.wanted), float(row.terms.held), row.terms.unit) == (0.00375, 0.005, "%/degC")
+    loose = lines_of(api.convert(text, "dl06", max_loss="gain=34 %"))["tuning.gain"]
+    assert (loose.kind, loose.loss) == ("rounded", False)
+
+
+def test_a_clamped_gain_says_how_far_it_is_off():
+    row = lines_of(api.convert(oven(tuning={"gain": 50, "integral_time": 60}), "dl06"))["tuning.gain"]
+    assert (row.kind, row.target, row.loss) == ("clamped", 99.99, True)
+    assert row.error_percent == pytest.approx(100 * (1 - 99.99 / 200))
+
+
+@pytest.mark.parametrize(
+    ("neutral", "error", "loss"),
+    [
+        ("tuning.gain", 2.0, False),
+        ("tuning.gain", 2.1, True),
+        ("sample_time", 4.9, False),
+        ("tuning.derivative_time", 5.1, True),
+        ("pv.filter", 10, False),
+        ("tuning.derivative_filter", 31, True),
+        ("alarms.hysteresis", 11, True),
+        ("setpoint.value", 50, False),
+    ],
+)
+def test_each_kind_of_number_has_its_limit(neutral, error, loss):
+    row = Change("x", "rounded", 1, 2, error, neutral=(neutral,))
+    assert judged(row, MaxLoss()).loss is loss
+
+
+def test_limits_are_read_one_by_one():
+    assert parse_max_loss("gain = 3 %, filter=0") == MaxLoss(gain=3, filter=0)
+    for text in ("gain", "gain=-1", "gain=x", "speed=3", "", "time=inf"):
+        with pytest.raises(MaxLossError, match="write limits such as"):
+            parse_max_loss(text)
+
+
+# --- what an operator sees -------------------------------------------------------------------------------------------
+
+WAITS = {"dl06", "click"}
+ON_TOP = {"dl06", "click", "ezlogix"}
+"""With a set point that stays: the bias, or the integral, becomes the output, and the error acts on top of it."""
+
+
+@pytest.mark.parametrize(("one", "two"), PAIRS)
+def test_each_pair_names_how_start_and_transfers_differ(one, two):
+    text = oven(setpoint={"value": 180, "follows_pv": False})
+    source = text if one == "generic" else api.convert(text, one).text
+    lines = lines_of(api.convert(source, two))
+    assert ("operation.start" in lines) == ((one in WAITS) != (two in WAITS))
+    assert ("operation.transfer" in lines) == ((one in ON_TOP) != (two in ON_TOP))
+    jumps = lines.get("operation.manual")
+    assert (jumps is not None) == (two == "nextopid" or (one == "nextopid" and two != "dpide"))
+    if two == "nextopid":
+        assert (jumps.kind, jumps.loss) == ("dropped", True)
+
+
+def test_a_dpide_keeps_its_output_in_manual_unless_the_source_has_a_manual_value():
+    assert api.convert(oven(), "dpide").data["loops"][0]["MOUT_AUTO"] is True
+    jumping = file_of("nextopid", {"name": "TIC1", **PIDA, "ManualMV": 20}, plc={"sample_time": 0.1})
+    result = api.convert(jumping, "dpide")
+    assert (result.data["loops"][0]["MOUT_AUTO"], result.data["loops"][0]["MOUT"]) == (False, 20)
+    assert "operation.manual" not in lines_of(result)
+
+
+P_ONLY = {"gain": 2.5}
+
+
+@pytest.mark.parametrize("target", ["ezlogix", "nextopid", "dpide", "generic"])
+def test_the_output_that_a_bias_would_take_over_becomes_the_bias(target):
+    output = {"range": [0, 100], "unit": "%", "manual": 33}
+    text = api.convert(oven(tuning=P_ONLY, output=output), "dl06").text
+    result = api.convert(text, target)
+    back = api.convert(result.text, "generic") if target != "generic" else result
+    assert back.data["loops"][0]["output"]["bias"] == pytest.approx(33, abs=0.02)
+    assert lines_of(result)["operation.transfer"].loss
+
+
+@pytest.mark.parametrize("target", ["dl06", "click"])
+def test_a_constant_bias_is_the_output_that_a_loop_begins_with(target):
+    result = api.convert(oven(tuning=P_ONLY, output={"range": [0, 100], "unit": "%", "bias": 40}), target)
+    assert result.data["loops"][0]["state"] == {
+        "bias": pytest.approx(40, abs=0.02),
+        "output": pytest.approx(40, abs=0.02),
+    }
+    lines = lines_of(result)
+    assert (lines["operation.transfer"].loss, lines["output.bias"].kind) == (True, "assumed")
+
+
+def test_a_freeze_that_can_never_act_is_a_loss():
+    click = api.convert(oven(output={"range": [0, 100], "unit": "%", "limits": [5, 85]}), "click").text
+    result = api.convert(click, "dl06")
+    lines = lines_of(result)
+    assert (lines["operation.windup"].kind, lines["operation.windup"].loss) == ("dropped", True)
+    assert lines["freeze_bias"].kind == "assumed"
+    assert any("bias_freeze" in d.where for d in result.faults)
+    full = api.convert(api.convert(oven(), "click").text, "dl06")
+    assert not lines_of(full)["operation.windup"].loss
+
+
+@pytest.mark.parametrize("target", ["ezlogix", "generic"])
+def test_an_integral_that_has_an_end_does_not_get_one_without(target):
+    dl06 = api.convert(oven(anti_windup=False), "dl06").text
+    result = api.convert(dl06, target)
+    assert result.data["loops"][0]["anti_windup"] is True
+    assert lines_of(result)["bias_freeze"].kind == "assumed"
+
+
+def test_a_cascade_that_cannot_be_is_not_exact():
+    inner = {**OVEN, "name": "IN1", "mode": "cascade", "setpoint": {"value": 3, "source": "TIC1"}}
+    text = file_of("generic", {**OVEN, "output": {"range": [0, 400]}}, inner)
+    for target in ("click", "dpide"):
+        row = lines_of(api.convert(text, target), 1)["mode"]
+        assert (row.kind, row.loss) == ("clamped", True)
+    linked = lines_of(api.convert(text, "ezlogix"), 1)["mode"]
+    assert (linked.kind, linked.target) == ("exact", "auto")
+
+
+def test_a_unit_that_a_percentage_takes_the_place_of_is_lost():
+    lines = lines_of(api.convert(oven(output={"range": [0, 3000], "unit": "rpm"}), "click"))
+    assert all(
+        (lines[f"output.{key}"].kind, lines[f"output.{key}"].loss) == ("dropped", True) for key in ("unit", "range")
+    )
+
+
+# --- loops that cannot go --------------------------------------------------------------------------------------------
+
+
+def test_one_loop_that_cannot_go_does_not_stop_the_others():
+    text = file_of("nextopid", ON_OFF, {"name": "TIC1", **PIDA}, plc={"sample_time": 0.1})
+    result = api.convert(text, "dl06")
+    fan, tic = result.to_json()["loops"]
+    assert (fan["status"], fan["changes"]) == ("dropped", [])
+    assert "FAN switches on and off" in fan["reason"]
+    assert (tic["status"], tic["reason"]) == ("converted", None)
+    assert [loop["name"] for loop in result.data["loops"]] == ["TIC1"]
+    assert (result.ok, result.losses, result.pairs) == (True, True, ((1, 0),))
+    assert [d.code for d in result.findings if d.severity.label == "error"] == ["PID042"]
+
+
+def test_without_any_loop_left_nothing_is_converted():
+    result = api.convert(file_of("nextopid", ON_OFF, plc={"sample_time": 0.1}), "dl06")
+    assert (result.ok, result.text, result.data) == (False, "", None)
+    assert "FAN" in result.to_json()["findings"][-1]["message"]
+
+
+def test_a_loop_that_the_target_refuses_is_dropped_with_its_reason():
+    points = {"alarms": {"pv": {"low": 10, "high": 10.001}}}
+    text = file_of("generic", {**OVEN, **points}, {**OVEN, "name": "TIC2"})
+    first, second = api.convert(text, "dl06").loops
+    assert (first.status, second.status) == ("dropped", "converted")
+    assert "low must be at least one count below high" in first.reason
+
+
+def test_addresses_stay_with_the_loops_that_go():
+    loops = [
+        {**OVEN, "name": f"L{i}", **({"alarms": {"pv": {"low": 9, "high": 9.001}}} if i == 2 else {})}
+        for i in (1, 2, 3)
+    ]
+    config = GenericFile.model_validate({"pidcfg": 1, "vendor": "generic", "loops": loops})
+    result = convert(
+        config, VENDORS["generic"], VENDORS["dpide"], {"device": ["D0", "D100", "D200"]}, left_out={1: "no"}
+    )
+    assert [loop["device"] for loop in result.data["loops"]] == ["D0", "D200"]
+    assert result.loops[1].reason == "no"
+
+
+# --- the command -----------------------------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def command(tmp_path, monkeypatch, capsys):
+    """Runs ``pidcfg convert`` in a folder."""
+    monkeypatch.chdir(tmp_path)
+
+    def run(text, *args):
+        (tmp_path / "in.yaml").write_text(text, "utf-8")
+        monkeypatch.setattr("sys.argv", ["pidcfg", "convert", "in.yaml", *args])
+        with pytest.raises(SystemExit) as end:
+            main()
+        out, err = capsys.readouterr()
+        return SimpleNamespace(code=int(end.value.code or 0), out=out, err=err, made=(tmp_path / "out.yaml").exists())
+
+    return run
+
+
+ROUGH = oven(tuning={"gain": 0.00375, "integral_time": 60})
+
+
+def test_a_rounding_beyond_its_limit_is_not_written_without_leave(command):
+    run = command(ROUGH, "--to", "dl06", "-o", "out.yaml")
+    assert (run.code, run.made) == (1, False)
+    assert "!rounded  tuning.gain: 0.00375 -> 0.02 (33.3 % off: 0.00375 becomes 0.005 %/degC)" in run.err
+    run = command(ROUGH, "--to", "dl06", "-o", "out.yaml", "--max-loss", "gain=40%")
+    assert (run.code, run.made) == (0, True)
+
+
+def test_a_wrong_limit_is_a_usage_error(command):
+    run = command(ROUGH, "--to", "dl06", "--max-loss", "speed=3")
+    assert run.code == 2
+    assert "speed=3" in run.err
+
+
+def test_findings_of_the_target_stand_in_every_report(command):
+    click = api.convert(oven(output={"range": [0, 100], "unit": "%", "limits": [5, 85]}), "click").text
+    args = ("--to", "dl06", "-o", "out.yaml", "--allow-loss", "--report-output", "markdown=r.md")
+    run = command(click, *args)
+    code = api.convert(click, "dl06").faults[0].code
+    assert f"warning {code}" in run.err
+    run = command(click, *args[:-2], "--report", "json", "--force")
+    assert code in {finding["code"] for finding in json.loads(run.out)["findings"]}
+
+
+def test_dropped_loops_are_written_around_with_leave(command):
+    text = file_of("nextopid", ON_OFF, {"name": "TIC1", **PIDA}, plc={"sample_time": 0.1})
+    run = command(text, "--to", "dl06", "-o", "out.yaml")
+    assert (run.code, run.made) == (1, False)
+    assert "FAN: dropped: FAN switches on and off" in run.err
+    run = command(text, "--to", "dl06", "-o", "out.yaml", "--allow-loss")
+    assert (run.code, run.made) == (0, True)
