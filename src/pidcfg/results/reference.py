@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import TYPE_CHECKING, get_args
 
 from pidcfg.limits import DEFAULT, Limits
@@ -11,6 +10,7 @@ from pidcfg.results.arguments import refuse_unknown, vendor_named
 from pidcfg.results.exact import exact
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
     from pathlib import Path
 
     from pidcfg.results.explanations import ExplainResult
