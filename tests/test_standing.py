@@ -238,6 +238,14 @@ def test_a_loop_that_loses_its_mode_by_itself_fails():
     assert failures(result) == {"set-up-error"}, "the switch of the CPU is an event that takes modes away"
 
 
+def test_an_event_long_before_explains_nothing():
+    tuned = "  - {at: 90, loop: TANK, autotune: cancel}\n  - {at: 150, loop: TANK, set: {sample_rate: 50 ms}}\n"
+    found = verdict(outcome("click", more=tuned), "not-in-mode")
+    assert (found.passed, found.judged) == (False, True)
+    just_before = tuned.replace("at: 90", "at: 149")
+    assert not verdict(outcome("click", more=just_before), "not-in-mode").judged
+
+
 @pytest.mark.parametrize("vendor", ["dl06", "click"])
 def test_a_stop_of_the_plc_says_why_a_loop_is_in_manual(vendor):
     word = {"dl06": "program"}.get(vendor, "stop")
