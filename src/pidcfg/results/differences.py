@@ -19,6 +19,7 @@ from pidcfg.listings import decode_listing, read_listing
 from pidcfg.reader import SUFFIXES
 from pidcfg.results.arguments import ArgumentError
 from pidcfg.results.findings import Data, errors_in, findings_data
+from pidcfg.results.verification import verified_data
 from pidcfg.results.words import unreadable
 
 if TYPE_CHECKING:
@@ -27,6 +28,7 @@ if TYPE_CHECKING:
     from pidcfg.limits import Limits
     from pidcfg.validate.engine import Checked
     from pidcfg.vendors import Vendor
+    from pidcfg.verification.verdict import Verified
 
 Configuration = tuple[Any, "Vendor"]
 """A typed configuration and its vendor."""
@@ -50,6 +52,8 @@ class DiffResult:
     sides: tuple[Side, Side] | None = None
     sources: tuple[Configuration, Configuration] | None = None
     """Configuration and vendor of both sides."""
+    verified: tuple[Verified, ...] | None = None
+    """Loop by loop the verdict of the battery on both sides; None: that was not asked for."""
 
     @property
     def ok(self) -> bool:
@@ -60,6 +64,12 @@ class DiffResult:
     def same(self) -> bool:
         """Whether nothing differs."""
         return self.ok and all(loop.status == "same" for loop in self.loops)
+
+    @property
+    def alike(self) -> bool:
+        """Whether all loops are on both sides and behave alike there, as far as the battery was asked."""
+        loops = self.verified
+        return loops is None or (len(loops) == len(self.loops) > 0 and all(loop.passed for loop in loops))
 
     @property
     def summary(self) -> dict[str, int]:
@@ -83,7 +93,10 @@ class DiffResult:
             }
             for loop in self.loops
         ]
-        return {"version": 1, "from": self.before, "to": self.after, "loops": loops, "summary": self.summary}
+        document = {"version": 1, "from": self.before, "to": self.after, "loops": loops, "summary": self.summary}
+        if self.verified is not None:
+            document["verify"] = [verified_data(loop) for loop in self.verified]
+        return document
 
 
 class _SideError(Exception):

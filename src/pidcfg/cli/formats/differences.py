@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from pidcfg.cli.formats.markdown import cell
+from pidcfg.cli.formats.verification import verdict_markdown, verdict_text
 from pidcfg.conversion.values import text_of
 from pidcfg.writer import json_text
 
@@ -34,6 +35,8 @@ def as_text(result: DiffResult) -> str:
     same = [entry.loop for entry in result.loops if entry.status == "same"]
     if same:
         lines += ["", f"the same: {', '.join(same)}"]
+    if result.verified is not None:
+        lines += ["", verdict_text(result.verified, pictures=False).rstrip()]
     return "\n".join(lines) + "\n"
 
 
@@ -58,4 +61,6 @@ def as_markdown(result: DiffResult) -> str:
             ]
     if all(entry.status == "same" for entry in result.loops):
         lines += ["", "No difference."]
+    if result.verified is not None:
+        lines += verdict_markdown(result.verified)
     return "\n".join(lines) + "\n"

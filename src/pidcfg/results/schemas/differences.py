@@ -7,6 +7,7 @@ from typing import get_args
 from pidcfg.differences.result import RISKS, Status
 from pidcfg.results.schemas import findings
 from pidcfg.results.schemas.parts import VERSION, Schema, anything, count, listing, record, text
+from pidcfg.results.schemas.verification import verified
 
 
 def schema() -> Schema:
@@ -15,11 +16,13 @@ def schema() -> Schema:
     counts |= {status: count("Loops of this status.") for status in get_args(Status)}
     report = record(
         "How two configurations differ.",
+        ("verify",),
         version=VERSION,
         from_=text("The first file."),
         to=text("The second file."),
         loops=listing("One a loop.", loop()),
         summary=record("How many there are.", **counts),
+        verify=listing("With --verify: the verdict of the battery.", verified()),
     )
     return {"oneOf": [report, findings.schema()]}
 
