@@ -1,12 +1,14 @@
 """How true reports of conversions are: random files over all pairs of vendors, each field held against its line.
 
-Run as a script it measures as many as it is told (``python tests/conversion_measure.py 20``: conversions a pair); the
-tests run a few. A line is held against the target's own file, decoded from its registers and brought to neutral terms,
-with nothing of what the report was made of but the names of the neutral fields.
+Run as a script it measures as many as it is told (``python tests/conversion_measure.py 20``: conversions a pair; with
+``spoil`` behind it results are spoiled key by key, and it counts how many of those that make an exact line wrong are
+noticed); the tests run a few. A line is held against the target's own file, decoded from its registers and brought to
+neutral terms, with nothing of what the report was made of but the names of the neutral fields.
 """
 
 from __future__ import annotations
 
+import copy
 import sys
 from collections import Counter
 from decimal import Decimal
@@ -23,9 +25,10 @@ from neutral_strategies import neutral_files
 from pidcfg.conversion.common_scale import comparable
 from pidcfg.conversion.ledger import overlap
 from pidcfg.conversion.pipeline import ConvertError, convert, neutral_loops
+from pidcfg.conversion.readback import held_lines
 from pidcfg.conversion.unmatched import harmless
 from pidcfg.encoders.words import DecodeError, EncodeError
-from pidcfg.paths import dotted, given_fields
+from pidcfg.paths import dotted, given_fields, leaves, put
 from pidcfg.schemas.generic import Loop
 from pidcfg.source import read_document
 from pidcfg.validate.engine import check_document
@@ -41,6 +44,8 @@ RANDOM = {
     "generic": neutral_files(),
 }
 PAIRS = list(permutations(VENDORS, 2))
+NOTHING_SAID = {"nextopid": Decimal(0), "dpide": Decimal(0)}
+"""The output in manual where a file says none; with the others it is the low end of the range."""
 TOLERANCE = Decimal("1e-6")
 """Relative: single precision, there and back."""
 
@@ -107,16 +112,20 @@ def measured(config, one, two):
     neutral = {i: Loop.model_validate(loop.data) for i, loop in enumerate(loops) if not loop.missing}
     result = convert(config, source, target, {})
     back = held(result.data, two)
+    originals = {loop.name: neutral[i].name for i, loop in zip(result.kept, back, strict=True)}
     count["conversions"] += 1
     for j, i in enumerate(result.kept):
         rows = result.loops[i].changes
         before, after = comparable(neutral[i], back[j])
-        after.setdefault("output.manual", before["output.range.0"])  # 0 counts say nothing
+        after.setdefault("output.manual", NOTHING_SAID.get(two, before["output.range.0"]))
+        after["setpoint.source"] = originals.get(after.get("setpoint.source"))
         names = {field.path: field.to for field in loops[i].fields}
         count["lines"] += len(rows)
         for row in rows:
             count["exact"] += row.kind == "exact"
-            wrong = untrue(row, names.get(row.field, ()), before, after)
+            wanted = [name for name in names.get(row.field, ()) if any(overlap(name, other) for other in row.neutral)]
+            ends = [max(name, other, key=len) for name in wanted for other in row.neutral if overlap(name, other)]
+            wrong = untrue(row, ends, before, after)
             count["untrue"] += bool(wrong)
             for key in wrong:
                 count[f"untrue {two} {row.field} {key}"] += 1
@@ -128,7 +137,7 @@ def measured(config, one, two):
     return count
 
 
-def measure(one, two, number):
+def measure(one, two, number, what=measured):
     """The counts over random files of a pair."""
     total = Counter()
 
@@ -146,7 +155,7 @@ def measure(one, two, number):
         if config is None:
             return
         try:
-            total.update(measured(config, one, two))
+            total.update(what(config, one, two))
         except (ConvertError, EncodeError, DecodeError):
             total["refused"] += 1
 
@@ -154,9 +163,52 @@ def measure(one, two, number):
     return total
 
 
+def spoiled(value):
+    """A value that is certainly another one; None: it is left alone."""
+    if isinstance(value, bool):
+        return not value
+    return value * 1.25 + 1 if isinstance(value, int | float) else None
+
+
+def spoils(config, one, two):
+    """Of a conversion whose result is spoiled in one key after the other: how many change a line of the report."""
+    count = Counter()
+    source, target = VENDORS[one], VENDORS[two]
+    loops = source.load("to_neutral")(config)
+    result = convert(config, source, target, {})
+    for j, i in enumerate(result.kept):
+        before = Loop.model_validate(loops[i].data)
+        rows = [row for row in result.loops[i].changes if row.kind == "exact"]
+        plain = target.load("to_neutral")(target.model.model_validate(result.data))[j].data
+        whole = comparable(before, Loop.model_validate(plain))[1]
+        for path, value, place in leaves(result.data["loops"][j]):
+            if (other := spoiled(value)) is None:
+                continue
+            data = copy.deepcopy(result.data)
+            put(data["loops"][j], place, other)
+            try:
+                after = target.load("to_neutral")(target.model.model_validate(data))[j]
+                held = Loop.model_validate(after.data)
+            except ValueError:
+                count["refused by the schema"] += 1
+                continue
+            now = comparable(before, held)[1]
+            about = {name for row in rows for name in row.neutral}
+            if not any(whole.get(key) != now.get(key) and any(overlap(key, name) for name in about) for key in now):
+                count["of no exact line"] += 1
+                continue
+            count["spoiled"] += 1
+            found = any(row.kind != "exact" for row in held_lines(rows, before, held))
+            count["found"] += found
+            if not found:
+                count[f"left {two} {dotted(path)}"] += 1
+    return count
+
+
 if __name__ == "__main__":
     sums = Counter()
+    what = spoils if len(sys.argv) > 2 else measured
     for one, two in PAIRS:
-        sums.update(measure(one, two, int(sys.argv[1])))
+        sums.update(measure(one, two, int(sys.argv[1]), what))
     for key, value in sorted(sums.items(), key=lambda item: (" " in item[0], -item[1])):
         sys.stdout.write(f"{value:6} {key}\n")

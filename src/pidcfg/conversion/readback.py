@@ -35,6 +35,10 @@ def held_lines(rows: Sequence[Change], before: Loop, after: Loop) -> Iterator[Ch
     return (sides.line(row) for row in rows)
 
 
+LEFT_OUT = ("output.manual",)
+"""Numbers that are not told on the way back where they are what the PLC has without them."""
+
+
 @dataclass(frozen=True, slots=True)
 class Sides:
     """A loop's neutral values on both sides, in the terms of the source."""
@@ -70,7 +74,7 @@ class Sides:
     def _is_other(self, key: str, row: Change) -> bool:
         """Whether a choice, or a number that is gone, differs; without a place only what acts otherwise does."""
         wanted, held = self.before[key], self.after.get(key)
-        if _number(wanted) is not None and _number(held) is not None:
+        if _number(wanted) is not None and (_number(held) is not None or key in LEFT_OUT):
             return False
         return wanted != held and not (row.target is None and harmless(key, wanted))
 

@@ -8,16 +8,21 @@ from pidcfg.conversion.operation.rules import Deadband, Manual, Operation, Windu
 from pidcfg.conversion.to_neutral.dpide import BACK_CALCULATED
 
 if TYPE_CHECKING:
-    from pidcfg.schemas.dpide import DpideFile
+    from pidcfg.schemas.dpide import DpideFile, Loop
 
 
 def operations(config: DpideFile) -> list[Operation]:
     """Of each instruction (D268 to D274)."""
     return [
         Operation(
-            manual=Manual.STAYS if loop.MOUT_AUTO else Manual.JUMPS,
+            manual=Manual.STAYS if loop.MOUT_AUTO or _is_one_device(loop) else Manual.JUMPS,
             windup=Windup.WORKED_OUT if loop.PID_MODE == BACK_CALCULATED else Windup.FROZEN,
             deadband=Deadband.CROSSED,
         )
         for loop in config.loops
     ]
+
+
+def _is_one_device(loop: Loop) -> bool:
+    """Whether MOUT stands in the device of MV."""
+    return loop.devices.MV is not None and loop.devices.MOUT == loop.devices.MV

@@ -171,8 +171,10 @@ def _rank(windup: Windup, loop: Loop) -> int:
 
 
 def _line(rule: str, before: Answer, after: Answer, *, loss: bool = False, neutral: str = "") -> Iterator[Change]:
+    """A line where the answers differ; overshoot is to be expected of a loss only."""
     if before is after:
         return
+    note = after.cure if loss or not isinstance(after, Windup) else ""
     kind: Kind = "dropped" if loss else "assumed"
     names = (neutral,) if neutral else ()
-    yield Change(f"{PREFIX}{rule}", kind, before.text, after.text, note=after.cure, loss=loss, neutral=names)
+    yield Change(f"{PREFIX}{rule}", kind, before.text, after.text, note=note, loss=loss, neutral=names)

@@ -66,10 +66,12 @@ ENGINE = (
     ),
     Decision(
         272,
-        "the end of manual bumps in PID_MODE 0",
-        "I_MV is as it was before manual, so MV jumps from MOUT to what the algorithm makes; the report says so when "
-        "the jump is more than 1 % of the way between the limits. It also says so without an integral.",
-        "Only PID_MODE 2 is described with an I_MV that is made to fit.",
+        "the end of manual bumps without an integral only",
+        "I_MV := MV − P − D − BIAS with the MV of manual, in PID_MODE 0 as in 2: MV goes on from there. Without "
+        "Ti_Ki nothing can be set: MV becomes P and BIAS, and the report says so when it jumps by more than 1 % of the "
+        "way between the limits.",
+        "The manual says of both modes that the MV of manual goes into the automatic algorithm; they differ where MV "
+        "is beyond its limits.",
     ),
     Decision(
         273,

@@ -20,9 +20,8 @@ if TYPE_CHECKING:
 
 NOTABLE = 0.01
 """Share of the way between the limits that MV moves by at most without a word when manual ends (D272)."""
-JUMPS_HELD = 1
 JUMPS_WITHOUT = 2
-"""Notices of `calculate`."""
+"""Notice of `calculate`."""
 
 
 def coefficients(c: Config, s: State) -> None:
@@ -100,7 +99,7 @@ def calculate(c: Config, s: State, e: float) -> None:
     d = single(s.kd * x) if s.kd > 0.0 else 0.0
     total = 0.0
     if s.ki > 0.0:
-        if s.busy & FROM_MANUAL and s.mode == 2:
+        if s.busy & FROM_MANUAL:
             put_back(s, was, p, d)
         total = single(s.integral + single(s.ki * e))
     else:
@@ -121,9 +120,6 @@ def calculate(c: Config, s: State, e: float) -> None:
         # beyond the limits PID_MODE 0 holds I_MV (D269)
         if s.ki > 0.0 and s.mode == 2:
             put_back(s, s.out, p, d)
-    if s.busy & FROM_MANUAL and abs(s.out - was) > NOTABLE * (c.high - c.low):
-        if s.ki <= 0.0:
-            s.notice = noticed(s.notice, 0, JUMPS_WITHOUT)
-        elif s.mode != 2:
-            s.notice = noticed(s.notice, 0, JUMPS_HELD)
+    if s.busy & FROM_MANUAL and s.ki <= 0.0 and abs(s.out - was) > NOTABLE * (c.high - c.low):
+        s.notice = noticed(s.notice, 0, JUMPS_WITHOUT)
     s.busy &= ~(FRESH | FROM_MANUAL)

@@ -36,8 +36,6 @@ ABOUT_MODE = (WAITS_FOR_TUNE, WAITS_FOR_PLC)
 """Reasons that concern a requested mode."""
 REASONS = {
     **dpide_autotune.REASONS,
-    dpide_equation.JUMPS_HELD: "MV jumps at the end of manual: in PID_MODE 0 I_MV stays as it was before manual; "
-    "PID_MODE 2 works it out of MV",
     dpide_equation.JUMPS_WITHOUT: "MV jumps at the end of manual: without Ti_Ki there is no I_MV that could carry MOUT",
     WAITS_FOR_TUNE: "waits: PID_MAN has no effect while PID_MODE is 1",
     WAITS_FOR_PLC: "waits: the PLC is stopped",

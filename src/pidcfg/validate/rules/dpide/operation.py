@@ -129,18 +129,17 @@ def may_be_manual(view: LoopView) -> bool:
 @info(
     "DP718",
     DPIDE.at("PID_MODE"),
-    "PID_MODE 0: when PID_MAN becomes FALSE, MV jumps from MOUT to what the algorithm makes",
+    "Ti_Ki is {value}: when PID_MAN becomes FALSE, MV jumps from MOUT to the gain times the error and BIAS",
 )
 def bump_after_manual(view: LoopView) -> Findings:
     """The change from manual to automatic bumps.
 
-    Why: with PID_MODE 0 the integral is what it was before manual. PID_MODE 2 works it out of MOUT, so that MV goes on
-    from there.
+    Why: with an integral I_MV takes over the MV of manual, so that MV goes on from there. Without one nothing can.
 
-    Fix: write `PID_MODE: 2`, if the jump matters.
+    Fix: give a Ti_Ki, or bring MOUT to where the algorithm begins before the change.
     """
-    if view.loop.PID_MODE == 0 and may_be_manual(view) and not view.has_device("PID_MODE"):
-        yield view.at("PID_MODE") if view.gives("PID_MODE") else view.at_key()
+    if view.loop.Ti_Ki <= 0 and may_be_manual(view) and not view.has_device("Ti_Ki"):
+        yield view.at("Ti_Ki", value=decimal_text(view.loop.Ti_Ki))
 
 
 @per_loop
