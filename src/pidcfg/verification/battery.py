@@ -27,6 +27,8 @@ if TYPE_CHECKING:
     from pidcfg.verification.trial import Trial
     from pidcfg.verification.twin import Line
 
+RESTING = 0.25
+"""Of a dead band, by which two PVs may rest apart in it."""
 RUN = "run"
 """The signal of a difference that is none: one side cannot go through a stage."""
 
@@ -102,7 +104,7 @@ def tolerance_of(one: Side, i: int, two: Side, j: int, bench: Bench) -> Toleranc
     carried = share * (1 + float(loop.tuning.derivative_time) / bench.sample)
     pv, output = pv + output * abs(bench.gain), output + pv / bench.span * carried
     band = max(float(side.loop(k).deadband) for side, k in ((one, i), (two, j)))
-    return Tolerance(SHARE, COUNTS * pv, COUNTS * output, share * band / bench.span)
+    return Tolerance(SHARE, COUNTS * pv + RESTING * band, COUNTS * pv, COUNTS * output, share * band / bench.span)
 
 
 @dataclass(slots=True)

@@ -36,7 +36,8 @@ class Tolerance:
 
     share: float
     pv: float
-    """PV units."""
+    """PV units, as the next one."""
+    setpoint: float
     output: float
     """A share of the range."""
     switching: float = 0.0
@@ -75,7 +76,7 @@ def differences(stage: Stage, one: Trial, two: Trial, bench: Bench, tolerance: T
     if "output" in stage.signals:
         yield from compare.numbers("output", one.output, two.output, tolerance.share, tolerance.output + switching)
     if "setpoint" in stage.signals and not _by_hand(stage, one, two):
-        yield from compare.numbers("setpoint", one.setpoint, two.setpoint, 0.0, tolerance.pv)
+        yield from compare.numbers("setpoint", one.setpoint, two.setpoint, 0.0, tolerance.setpoint)
     if "mode" in stage.signals:
         modes = [side.modes for side in (one, two)]
         if not (one.cascades and two.cascades):

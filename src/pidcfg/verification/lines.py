@@ -22,8 +22,8 @@ if TYPE_CHECKING:
     from pidcfg.verification.trial import Trial
     from pidcfg.verification.twin import Line
 
-AT_LIMIT = 1e-3
-"""How near to a limit an output counts as limited, as a share of its range."""
+AT_LIMIT, AT_END = 0.02, 1e-3
+"""How near to a limit an output may be limited on the other side, and how near it is at it: shares of its range."""
 PV_ALARMS = {"low_low", "low", "high", "high_high"}
 BANDS = 4
 """Widths of a dead band within which a loop is led by its rule."""
@@ -53,6 +53,8 @@ def explains(line: Line, difference: Difference, k: int, scene: Scene) -> bool:
         return path == "sample_time"
     if path.startswith("alarms."):
         return signal in {path.rpartition(".")[2], _deviation(path)}
+    if signal == "output" and scene.stage.name != "start" and _other_limit(difference, k, scene):
+        return False  # no rule explains another limit
     rule = None if scene.stage.swept and signal != "pv" else RULES.get(path)
     return rule is not None and rule(difference, k, scene)
 
@@ -98,24 +100,26 @@ def _kick(difference: Difference, k: int, scene: Scene) -> bool:  # noqa: ARG001
 
 
 def _since_limit(difference: Difference, k: int, scene: Scene) -> bool:
-    """From the time at which the output is at one of its limits, on either side."""
+    """From the time at which the output of the first side is at one of its limits."""
     if difference.signal in {"setpoint", "mode"}:
         return False
     low, high = scene.bench.limits
-    one, two = scene.one.output, scene.two.output
-    if difference.signal == "output" and (
-        not low - difference.allowed <= two[k] <= high + difference.allowed
-        or (not low + AT_LIMIT < one[k] < high - AT_LIMIT and _rests(one, k) and _rests(two, k))
-    ):
-        return False  # the other side has another limit
-    trials = (scene.one, scene.two)
+    one = scene.one
     if scene.stage.name == "start" and not low < _first_output(scene.loop) < high:
-        return all(trial.modes[k] != "manual" for trial in trials)
+        return all(trial.modes[k] != "manual" for trial in (one, scene.two))
     return any(
-        not low + AT_LIMIT < trial.output[n] < high - AT_LIMIT and trial.modes[n] != "manual"
-        for trial in trials
-        for n in range(min(k + 3, len(trial.output)))
+        not low + AT_LIMIT < one.output[n] < high - AT_LIMIT and one.modes[n] != "manual"
+        for n in range(min(k + 3, len(one.output)))
     )
+
+
+def _other_limit(difference: Difference, k: int, scene: Scene) -> bool:
+    """Whether the other side's output is beyond the limits, or both stand still and only the first one at a limit."""
+    low, high = scene.bench.limits
+    one, two = scene.one.output, scene.two.output
+    beyond = not low - difference.allowed <= two[k] <= high + difference.allowed
+    at_limit = not low + AT_END < one[k] < high - AT_END
+    return beyond or (at_limit and _rests(one, k) and _rests(two, k))
 
 
 def _first_output(loop: Loop) -> float:

@@ -106,6 +106,8 @@ def _start(b: Bench, loop: Loop, *, in_cascade: bool) -> Stage:
     title, load = "from Program to Run", b.load(pv, first)
     if loop.mode == "cascade":
         return Stage("start", title, (), b.length, signals=frozenset(("mode",)), pv=pv, load=load, with_master=True)
+    if loop.mode == "manual" and loop.output.manual is None:  # nothing says the output that it begins with
+        return Stage("start", title, (), b.length, signals=frozenset(("mode",)), pv=pv, load=load)
     begin = 3 * b.slowest if b.slowest > b.sample or in_cascade else 0.0
     return Stage("start", title, (), b.length, begin, pv=pv, load=load)
 

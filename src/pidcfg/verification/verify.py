@@ -88,7 +88,8 @@ def _loop(sides: Sides, i: int, j: int, *, exactly: bool) -> Verified:
     reference = reference_of(sides.twin, i, other)
     tolerance = tolerance_of(sides.twin, i, sides.target, j, reference.bench)
     if exactly:
-        tolerance = Tolerance(0.0, *finest(new_plc(sides.twin, (i,)), i))
+        pv, output = finest(new_plc(sides.twin, (i,)), i)
+        tolerance = Tolerance(0.0, pv, pv, output)
     battery = Battery(reference, sides.target, j, tolerance)
     left, followed = sides.lines.left.get(i, []), sides.lines.followed.get(i, [])
     failures, named = [], []
