@@ -335,7 +335,9 @@ def reason(conversion: Conversion, i: int, j: int, path, result) -> str:
     name = next(key for key in reversed(path) if isinstance(key, str))
     lines = {line.neutral for line in conversion.twin.left.get(i, [])}
     before, _ = (loops_of(one.config, one.vendor)[j] for one in (conversion.result, result))
-    if {"operation.windup"} & lines and ("windup" in name or "freeze" in name):
+    if name == "PID_MODE":
+        return "its other windup rule behaves like the source's on this loop"
+    if "operation.windup" in lines and ("windup" in name or "freeze" in name):
         return "the report names another windup rule"
     if "operation.deadband" in lines and name in {"deadband", "DeadBand", "ERR_DBW"}:
         return "the report names another rule of the dead band"
