@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from pidcfg.verification.trial import Trial
     from pidcfg.verification.twin import Line
 
-RESTING = 0.25
+RESTING = 0.5
 """Of a dead band, by which two PVs may rest apart in it."""
 RUN = "run"
 """The signal of a difference that is none: one side cannot go through a stage."""
