@@ -42,9 +42,10 @@ MAY_IMPORT = {
     "report":       "refs control_characters limits diagnostics document schemas encoders vendors conversion "
                     "differences validate explanation sim pictures",
     "scenario":     "refs limits reader diagnostics document source schemas encoders vendors listings conversion "
-                    "differences validate sim pictures",
+                    "validate sim pictures",
+    "verification": "refs schemas encoders vendors conversion differences sim pictures",
     "results":      "limits reader writer diagnostics document source schemas encoders vendors listings conversion "
-                    "differences tuning validate explanation sim scenario",
+                    "differences tuning validate explanation sim scenario verification",
     "cli":          "*",
     "api":          "limits reader document encoders vendors explanation tuning validate sim scenario results",
     "__init__":     "api",
@@ -65,8 +66,8 @@ ONLY_IN = {
     "markupsafe":    "report",
     "xlsxwriter":    "report",
     "pydantic":      "schemas encoders vendors validate sim tuning conversion differences explanation report results "
-                     "cli.commands.schema",
-    "pydantic_core": "schemas encoders vendors validate sim",
+                     "verification cli.commands.schema",
+    "pydantic_core": "schemas encoders vendors validate sim verification",
     "importlib":     "vendors cli sim.compile explanation.decisions results.schemas __init__",
     # imports by name: the tables above cannot see them
 }

@@ -136,8 +136,7 @@ def test_both_sides_of_a_root_are_the_flow(folder, pidcfg, source, target):
     args = ("--allow-loss", "-o", "made.yaml", "--verify", "--report-output", "json=report.json", "-q")
     pidcfg("convert", names[source], "--to", target, *args)
     (found,) = json.loads(Path("report.json").read_text("utf-8"))["verify"]
-    assert found["pv_percent"] < 1
-    assert found["output_percent"] < 1
+    assert found["pv_percent"] < 4
 
 
 def test_the_neutral_form_tells_the_flow_itself(folder, pidcfg):
@@ -346,8 +345,8 @@ def boiler(tmp_path, monkeypatch):
 def test_convert_draws_both_sides_and_verifies(boiler, pidcfg):
     code, _, err = pidcfg("convert", "a.yaml", "--to", "dl06", "-o", "b.yaml", "--allow-loss", "--plot", "v.svg")
     assert code == 0
-    assert "verified by simulation" in err
-    assert "TIC-1: PV at most" in err
+    assert "same battery of stages" in err
+    assert "TIC-1: alike" in err
     assert "b.yaml: written\nv.svg: written\n" in err
     texts = said("v.svg")
     assert {"before: a.yaml (generic)", "after: b.yaml (dl06)", "PV, SP (degC)", "OUT (%)"} <= {*texts}
@@ -360,7 +359,7 @@ def test_convert_is_quiet_when_asked_to(boiler, pidcfg):
     assert pidcfg(*line, "--plot", "v.svg") == (0, "", "")
     code, _, err = pidcfg(*line, "--max-deviation", "0")
     assert code == 1
-    assert "verified by simulation" in err
+    assert "same battery of stages" in err
     assert "a PV is further apart than 0 % of its range: nothing was written" in err
 
 
@@ -382,7 +381,7 @@ def test_diff_draws_both_sides_of_the_loops_that_both_have(boiler, pidcfg):
     )
     code, out, err = pidcfg("diff", "a.yaml", "b.yaml", "--plot", "d.svg", "--plot", "-")
     assert code == 0
-    assert err == "not drawn: TIC-9 is on one side only\n"
+    assert err == "not compared: TIC-9 is on one side only\n"
     assert "tuning.gain" in out
     assert "○ a.yaml (generic)   × b.yaml (generic)   ◉ both" in out
     texts = said("d.svg")
@@ -395,8 +394,8 @@ def test_diff_says_why_it_draws_nothing(boiler, pidcfg):
     Path("b.yaml").write_text(text.replace("degC", "degF"), "utf-8")
     code, _, err = pidcfg("diff", "a.yaml", "b.yaml", "--plot", "d.svg")
     assert code == 0
-    assert "not drawn: the PV of TIC-1 is in degC and in degF" in err
-    assert "not drawn: no loop of both sides can be run on the same plant" in err
+    assert "not compared: the PV of TIC-1 is in degC and in degF" in err
+    assert "not compared: no loop of both sides can be run on the same plant" in err
     assert not Path("d.svg").exists()
     code, out, err = pidcfg("diff", "a.yaml", "b.yaml", "--plot", "-", "--format", "markdown")
     assert (code, out) == (2, "")

@@ -155,7 +155,8 @@ def convert(
 ) -> ConvertResult:
     """Another vendor's configuration, and what became of every field: exact, rounded, clamped, dropped or assumed.
 
-    ``verify``: run both sides on the same plants; ``progress`` is called with the share that is done. ``max_loss``: how
+    ``verify``: run both sides through the same battery on the same plants; ``progress`` is called with the share that
+    is done. ``max_loss``: how
     far values may be rounded without being a loss, such as ``gain=2%,time=5%``. ``options``: where things go that the
     source does not say, as the target's options of ``pidcfg convert``, such as ``loop_table``.
     """
@@ -164,7 +165,7 @@ def convert(
 
     target = vendor_named(to, "to")
     checked = checked_of(source, name, files, limits)
-    compare = (lambda one, two: both_sides(one, two, progress)) if verify else None
+    compare = (lambda one, two, report: both_sides(one, two, report, progress)) if verify else None
     return converted(checked, target, options or {}, limits, compare, max_loss_of(max_loss))
 
 

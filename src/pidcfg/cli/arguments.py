@@ -13,6 +13,16 @@ if TYPE_CHECKING:
 NOTHING: Mapping[str, str] = {}
 
 
+class VerifyCommand(click.Command):
+    """A command whose ``--verify`` takes its value behind ``=`` or not at all, so that a file may follow it."""
+
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        """The options, with the value that ``--verify`` alone stands for."""
+        end = args.index("--") if "--" in args else len(args)
+        filled = ["--verify=pass" if arg == "--verify" else arg for arg in args[:end]]
+        return super().parse_args(ctx, [*filled, *args[end:]])
+
+
 @contextmanager
 def usage(options: Mapping[str, str] = NOTHING) -> Iterator[None]:
     """Ends the command with what is wrong with an option; ``options`` that are not called as the argument is."""

@@ -13,6 +13,7 @@ from pidcfg.conversion.values import shown
 from pidcfg.diagnostics import Diagnostic, Severity
 from pidcfg.results.arguments import ArgumentError, vendor_options
 from pidcfg.results.findings import Data, errors_in, finding_data, findings_data
+from pidcfg.results.verification import verified_data
 from pidcfg.source import read_document
 from pidcfg.validate.engine import Checked, check_document
 from pidcfg.writer import yaml_text
@@ -25,8 +26,8 @@ if TYPE_CHECKING:
     from pidcfg.conversion.pipeline import Converted, LoopReport
     from pidcfg.document import Document
     from pidcfg.limits import Limits
-    from pidcfg.scenario.verify import Verified
     from pidcfg.vendors import Vendor
+    from pidcfg.verification.verdict import Verified
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,7 +53,7 @@ class ConvertResult:
     target_findings: tuple[Diagnostic, ...] = ()
     """What the target's own rules say about the result; with an error, its PLC would not take it."""
     verified: tuple[Verified, ...] | None = None
-    """Loop by loop, how far both sides lie apart on the same plants; None: that was not asked for, or not possible."""
+    """Loop by loop the verdict of the battery on both sides; None: that was not asked for, or not possible."""
     unverified: str = ""
     """Why that was not possible."""
 
@@ -73,6 +74,11 @@ class ConvertResult:
         return tuple((i, j) for j, i in enumerate(kept))
 
     @property
+    def alike(self) -> bool:
+        """Whether both sides behave alike, but for what the report names; also where that was not asked for."""
+        return all(loop.passed for loop in self.verified or ())
+
+    @property
     def pv_percent(self) -> float:
         """How far a PV lies apart at most, in % of its range."""
         return max((loop.pv_percent for loop in self.verified or ()), default=0.0)
@@ -85,7 +91,7 @@ class ConvertResult:
         document = {"version": 1, "from": self.source, "to": self.target, "loops": loops}
         document["findings"] = [finding_data(d) for d in self.faults]
         if self.verified is not None:
-            document["verify"] = [_apart(loop) for loop in self.verified]
+            document["verify"] = [verified_data(loop) for loop in self.verified]
         return document
 
 
@@ -111,21 +117,12 @@ def _terms(terms: Terms) -> Data:
     return {"field": terms.field, "from": shown(terms.wanted), "to": shown(terms.held), "unit": terms.unit}
 
 
-def _apart(loop: Verified) -> Data:
-    return {
-        "loop": loop.loop,
-        "pv_percent": round(loop.pv_percent, 6),
-        "output_percent": round(loop.output_percent, 6),
-        "iae_ratio": None if loop.iae_ratio is None else round(loop.iae_ratio, 6),
-    }
-
-
 def converted(
     checked: Checked,
     target: Vendor,
     options: Mapping[str, object],
     limits: Limits,
-    verify: Callable[[Checked, Checked], tuple[Verified, ...]] | None,
+    verify: Callable[[Checked, Checked, ConvertResult], tuple[Verified, ...]] | None,
     max_loss: MaxLoss = DEFAULT,
 ) -> ConvertResult:
     """The conversion of a checked configuration; ``verify`` compares both sides where the target takes the result.
@@ -162,8 +159,6 @@ def converted(
     )
     if verify is None or not conversion.ok:
         return conversion
-    if len(outcome.kept) < len(outcome.loops):
-        return replace(conversion, unverified="loops were dropped; take them out of the file first")
     return _compared(conversion, checked, result, verify)
 
 
@@ -171,13 +166,13 @@ def _compared(
     conversion: ConvertResult,
     source: Checked,
     result: Checked,
-    verify: Callable[[Checked, Checked], tuple[Verified, ...]],
+    verify: Callable[[Checked, Checked, ConvertResult], tuple[Verified, ...]],
 ) -> ConvertResult:
     """The conversion with both sides on the same plants, or with the reason why that cannot be."""
     from pidcfg.sim.run import UnusableError
 
     try:
-        return replace(conversion, verified=verify(source, result))
+        return replace(conversion, verified=verify(source, result, conversion))
     except UnusableError as error:
         return replace(conversion, unverified=str(error))
 
@@ -216,18 +211,13 @@ def refused_loops(outcome: Converted, result: Checked) -> dict[int, str]:
 
 
 def both_sides(
-    source: Checked, result: Checked, progress: Callable[[float], None] | None = None
+    source: Checked, result: Checked, conversion: ConvertResult, progress: Callable[[float], None] | None = None
 ) -> tuple[Verified, ...]:
-    """Source and result on the same plants; charts call them by their files' names and vendors."""
-    from pidcfg.scenario.verify import verify
+    """Source and result in the battery; charts call them by their files' names and vendors."""
+    from pidcfg.verification.verify import verify
 
-    sides = [
-        (side.vendor, side.config, side.encoding.image)
-        for side in (source, result)
-        if side.vendor is not None and side.encoding is not None
-    ]
-    before, after = (
-        f"{name} ({vendor.key})"
-        for name, (vendor, _, _) in zip((PurePath(source.document.file).name, "result"), sides, strict=True)
-    )
-    return tuple(verify(sides[0], sides[1], (before, after), progress=progress))
+    if source.vendor is None or result.vendor is None:
+        return ()
+    names = f"{PurePath(source.document.file).name} ({source.vendor.key})", f"result ({result.vendor.key})"
+    one, two = (source.vendor, source.config), (result.vendor, result.config)
+    return tuple(verify(one, two, conversion.pairs, conversion.loops, names, progress))

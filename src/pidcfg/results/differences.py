@@ -24,6 +24,7 @@ from pidcfg.listings import read_listing, reading_of
 from pidcfg.reader import SUFFIXES
 from pidcfg.results.arguments import ArgumentError
 from pidcfg.results.findings import Data, errors_in, findings_data
+from pidcfg.results.verification import verified_data
 from pidcfg.results.words import unreadable
 
 if TYPE_CHECKING:
@@ -33,6 +34,7 @@ if TYPE_CHECKING:
     from pidcfg.limits import Limits
     from pidcfg.validate.engine import Checked
     from pidcfg.vendors import Vendor
+    from pidcfg.verification.verdict import Verified
 
 Configuration = tuple[Any, "Vendor"]
 """A typed configuration and its vendor."""
@@ -64,7 +66,8 @@ class DiffResult:
     loops: tuple[Compared, ...] = ()
     sources: tuple[Configuration, Configuration] | None = None
     """Configuration and vendor of both sides."""
-
+    verified: tuple[Verified, ...] | None = None
+    """Loop by loop the verdict of the battery on both sides; None: that was not asked for."""
     notes: tuple[str, ...] = ()
     """What a listing did not say, or could not be read of it."""
 
@@ -90,6 +93,12 @@ class DiffResult:
         return one, two
 
     @property
+    def alike(self) -> bool:
+        """Whether all loops are on both sides and behave alike there, as far as the battery was asked."""
+        loops, names = self.verified, [entry.loop for entry in self.loops if entry.loop]
+        return loops is None or (len(loops) == len(names) > 0 and all(loop.passed for loop in loops))
+
+    @property
     def summary(self) -> dict[str, int]:
         """How many differences there are of each risk, and loops of each status."""
         count = Counter(difference.risk for loop in self.loops for difference in loop.differences)
@@ -113,7 +122,7 @@ class DiffResult:
             }
             for loop in self.loops
         ]
-        return {
+        document: Data = {
             "version": 1,
             "from": self.before,
             "to": self.after,
@@ -121,6 +130,9 @@ class DiffResult:
             "summary": self.summary,
             "notes": list(self.notes),
         }
+        if self.verified is not None:
+            document["verify"] = [verified_data(loop) for loop in self.verified]
+        return document
 
 
 def _difference_data(d: Difference) -> Data:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, NoReturn
 import click
 
 from pidcfg.cli import options
-from pidcfg.cli.arguments import usage
+from pidcfg.cli.arguments import VerifyCommand, usage
 from pidcfg.cli.files import plots
 from pidcfg.cli.formats import report_options
 from pidcfg.cli.main import Exit
@@ -53,7 +53,7 @@ def percent(ctx: click.Context, param: click.Parameter, text: str | None) -> flo
     return value
 
 
-@click.command("convert", epilog=EPILOG)
+@click.command("convert", cls=VerifyCommand, epilog=EPILOG)
 @click.argument("file")
 @click.option("--to", "target", type=click.Choice(list(VENDORS)), required=True, help="The PLC family to convert to.")
 @options.OUT
@@ -72,12 +72,18 @@ def percent(ctx: click.Context, param: click.Parameter, text: str | None) -> flo
     help="How the report is printed: text on stderr, JSON on stdout.",
 )
 @report_options.report_files("convert", flag="--report-output")
-@click.option("--verify", is_flag=True, help="Run both sides on the same plants and report how far they lie apart.")
+@click.option(
+    "--verify",
+    type=click.Choice(["pass", "report"]),
+    metavar="[=report]",
+    help="Run both sides through a battery of stages on the same plants: exit 1, nothing written, where they behave "
+    "otherwise than the report says; with =report only say so.",
+)
 @click.option(
     "--max-deviation",
     metavar="PERCENT",
     callback=percent,
-    help="With --verify: exit 1, nothing written, when a PV is further apart than this, in % of its range.",
+    help="As --verify, and exit 1, nothing written, when a PV is further apart than this, in % of its range.",
 )
 @plots.VERIFIED
 @placement_options
@@ -94,7 +100,7 @@ def command(
     quiet: bool,
     limits: Limits,
     reports: tuple[report_options.Report, ...],
-    verify: bool,
+    verify: str | None,
     max_deviation: float | None,
     plot: tuple[str, ...],
     **texts: str | None,
@@ -104,7 +110,8 @@ def command(
     A loop that cannot be converted does not stop the others; it is a loss like what is dropped, clamped or rounded too
     far, and nothing is written without --allow-loss.
 
-    Exit codes: 0 written, 1 nothing was written because something would be lost or is missing, 2 unusable input.
+    Exit codes: 0 written, 1 nothing was written because something would be lost, is missing or behaves otherwise,
+    2 unusable input.
     """
     from pidcfg.api import convert
     from pidcfg.cli.commands.validate import exit_code
@@ -135,13 +142,14 @@ def command(
     result = named(result, out)
     lossy = result.losses and not allow_loss
     apart = max_deviation is not None and result.pv_percent > max_deviation
+    unlike = bool(verify == "pass" or max_deviation is not None) and verify != "report" and not result.alike
     if report == "json":
         echo_json(render("json", result))
-    elif shown := text(result, changes=not quiet or lossy, apart=not quiet or apart).strip():
+    elif shown := text(result, changes=not quiet or lossy, apart=not quiet or apart or unlike).strip():
         note(shown)
-    if not result.ok or lossy or apart:
+    if not result.ok or lossy or apart or unlike:
         report_options.write_reports(reports, lambda fmt: render(fmt, result))
-        refuse(result, lossy, max_deviation)
+        refuse(result, lossy, unlike, max_deviation)
     charts = [loop.chart for loop in result.verified or ()]
     pictures = plots.drawn(plot, charts, f"{Path(file).name} for {VENDORS[target].title}")
     files = {**({} if out is None else {out: result.text}), **pictures}
@@ -171,7 +179,7 @@ def put(text: str, out: str | None, written: Iterable[str]) -> None:
         note(f"{name}: written")
 
 
-def refuse(result: ConvertResult, lossy: bool, max_deviation: float | None) -> NoReturn:
+def refuse(result: ConvertResult, lossy: bool, unlike: bool, max_deviation: float | None) -> NoReturn:
     """Ends the command with why nothing was written."""
     from pidcfg.cli.formats.reporters import text
     from pidcfg.results.findings import errors_in
@@ -180,6 +188,8 @@ def refuse(result: ConvertResult, lossy: bool, max_deviation: float | None) -> N
     if not result.ok and document is not None:
         note(text(errors_in(result.target_findings), {document.file: document}).rstrip())
         note(f"{VENDORS[result.target].title} would not take the result: nothing was written")
+    elif unlike:
+        note("the result behaves otherwise than the report says: nothing was written; --verify=report only says so")
     elif lossy:
         note("something would be lost: nothing was written; --allow-loss writes it all the same")
     else:

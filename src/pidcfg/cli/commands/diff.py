@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, NoReturn
 import click
 
 from pidcfg.cli import options
-from pidcfg.cli.arguments import usage
+from pidcfg.cli.arguments import VerifyCommand, usage
 from pidcfg.cli.files import plots
 from pidcfg.cli.formats import report_options
 from pidcfg.cli.main import Exit
@@ -33,7 +33,7 @@ EPILOG = options.examples(
 )
 
 
-@click.command("diff", epilog=EPILOG)
+@click.command("diff", cls=VerifyCommand, epilog=EPILOG)
 @click.argument("before")
 @click.argument("after")
 @click.option(
@@ -51,6 +51,7 @@ EPILOG = options.examples(
 @report_options.report_files("diff")
 @plots.OVERLAY
 @options.FORCE
+@plots.VERIFY
 @click.option("--exit-code", "exits", is_flag=True, help="Exit 1 when there are differences.")
 @options.LIMITS
 def command(
@@ -64,6 +65,7 @@ def command(
     plot: tuple[str, ...],
     force: bool,
     exits: bool,
+    verify: str | None,
     limits: Limits,
 ) -> None:
     """Compare BEFORE and AFTER, configurations of any vendors or memory listings.
@@ -92,12 +94,16 @@ def command(
         refuse(result, fmt)
     for line in result.notes:
         note(f"note: {line}")
-    charts = plots.of_sides(result) if plot else []
+    result = plots.verified(result) if plot or verify else result
+    if verify and result.verified is None:
+        raise click.ClickException("--verify: nothing says the ranges of both sides, so neither can be run; see --like")
+    charts = [loop.chart for loop in result.verified or ()]
     pictures = plots.drawn(plot, charts, f"{Path(before).name} and {Path(after).name}")
     report_options.deliver(fmt, reports, lambda name: render(name, result), pictures, force=force)
     if plots.TERMINAL in plot:
         plots.show(charts)
-    if exits and not result.same:
+    unlike = verify == "pass" and not result.alike
+    if unlike or (exits and not result.same):
         click.get_current_context().exit(Exit.FINDINGS)
 
 

@@ -65,6 +65,13 @@ OVERLAY = _plot(
     help="Draw both sides over each other on the same plants: FILE.svg, .png or .html, or - in the "
     "terminal; repeatable.",
 )
+VERIFY = click.option(
+    "--verify",
+    type=click.Choice(["pass", "report"]),
+    metavar="[=report]",
+    help="Run both sides through a battery of stages on the same plants: exit 1 where they behave differently, 0 where "
+    "they are alike; with =report only say so.",
+)
 LOOPS = click.option(
     "--plot-loop", "plot_loops", multiple=True, metavar="NAME", help="With --plot: draw this loop only; repeatable."
 )
@@ -87,16 +94,17 @@ def of_runs(outcomes: Sequence[Outcome], loops: Sequence[str]) -> list[Chart]:
     return drawn_charts
 
 
-def of_sides(result: DiffResult) -> list[Chart]:
-    """Both sides of a comparison on the same plants; notes say which loops cannot be drawn, and why."""
-    from pidcfg.scenario.diff_charts import charts_of
+def verified(result: DiffResult) -> DiffResult:
+    """A comparison with both sides in the battery; notes say which loops cannot be run, and why."""
+    from pidcfg.verification.diff_charts import verified_sides
 
     if result.sides is None or result.sources is None:
-        return []
+        return result
     names = (result.before, result.after)
-    return charts_of(
+    loops = verified_sides(
         result.sides, result.sources, names, note, lambda share: LINE.update("simulating both sides", share)
     )
+    return replace(result, verified=tuple(loops))
 
 
 def heading(outcomes: Sequence[Outcome]) -> tuple[str, list[str]]:

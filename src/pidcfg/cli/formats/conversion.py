@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import sys
 from collections import Counter
-from dataclasses import replace
 from decimal import Decimal
 from textwrap import fill
 from typing import TYPE_CHECKING
 
-from pidcfg.cli.files.plots import in_characters
 from pidcfg.cli.formats.markdown import cell
+from pidcfg.cli.formats.verification import verdict_markdown, verdict_text
 from pidcfg.conversion.ledger import LOSSES, WORST
 from pidcfg.conversion.values import text_of
 from pidcfg.writer import json_text
@@ -21,7 +19,6 @@ if TYPE_CHECKING:
     from pidcfg.conversion.ledger import Change
     from pidcfg.conversion.pipeline import LoopReport
     from pidcfg.results.conversion import ConvertResult
-    from pidcfg.scenario.verify import Verified
 
 TABLE = ("", "| kind | field | before | after | |", "|---|---|---|---|---|")
 WIDTH = 100
@@ -40,19 +37,9 @@ def json_v1(result: ConvertResult) -> str:
 
 
 def text(result: ConvertResult, *, changes: bool = True, apart: bool = True) -> str:
-    """For people: the changes, and how far both sides lie apart where that was asked for."""
+    """For people: the changes, and the verdict of the battery where that was asked for."""
     parts = [as_text(result)] if changes else []
-    return "".join(parts + ([verified_text(result.verified)] if apart and result.verified is not None else []))
-
-
-def verified_text(loops: Sequence[Verified]) -> str:
-    """How far both sides lie apart, loop by loop, with a picture of each for the terminal that stderr is."""
-    lines = ["verified by simulation: a step of the set point, then a disturbance"]
-    for loop in loops:
-        ratio = "" if loop.iae_ratio is None else f", ratio of IAE {loop.iae_ratio:.4g}"
-        apart = f"PV at most {loop.pv_percent:.3g} % of its range apart, output {loop.output_percent:.3g} %"
-        lines += [f"\n{loop.loop}: {apart}{ratio}", in_characters(replace(loop.chart, title=""), sys.stderr)]
-    return "\n".join(lines) + "\n"
+    return "".join(parts + ([verdict_text(result.verified)] if apart and result.verified is not None else []))
 
 
 def as_text(result: ConvertResult) -> str:
@@ -111,11 +98,7 @@ def as_markdown(result: ConvertResult) -> str:
     for d in result.faults:
         lines.append(f"| {d.severity.label} | {d.code} | {cell(d.loop or '')} | {cell(d.message)} |")
     if result.verified is not None:
-        lines += ["", "**Verified by simulation**: a step of the set point, then a disturbance", ""]
-        lines += ["| loop | PV apart, % of its range | output apart, % | ratio of IAE |", "|---|---|---|---|"]
-    for entry in result.verified or ():
-        ratio = "-" if entry.iae_ratio is None else f"{entry.iae_ratio:.4g}"
-        lines.append(f"| {cell(entry.loop)} | {entry.pv_percent:.3g} | {entry.output_percent:.3g} | {ratio} |")
+        lines += verdict_markdown(result.verified)
     return "\n".join(lines) + "\n"
 
 

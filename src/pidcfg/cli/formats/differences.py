@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from pidcfg.cli.formats.markdown import cell
+from pidcfg.cli.formats.verification import verdict_markdown, verdict_text
 from pidcfg.conversion.values import text_of
 from pidcfg.writer import json_text
 
@@ -115,6 +116,8 @@ def as_text(result: DiffResult) -> str:
     same = [entry.loop for entry in result.loops if entry.same and entry.loop and not (entry.missing or entry.operated)]
     if same:
         lines += ["", f"the same: {', '.join(same)}"]
+    if result.verified is not None:
+        lines += ["", verdict_text(result.verified, pictures=False).rstrip()]
     return "\n".join(lines) + "\n"
 
 
@@ -143,6 +146,8 @@ def as_markdown(result: DiffResult) -> str:
             lines += [line for text in asides for line in ("", cell(f"{text[:1].upper()}{text[1:]}."))]
     if result.same:
         lines += ["", "No other difference." if any(entry.operated for entry in result.loops) else "No difference."]
+    if result.verified is not None:
+        lines += verdict_markdown(result.verified)
     return "\n".join(lines) + "\n"
 
 

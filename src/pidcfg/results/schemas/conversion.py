@@ -15,6 +15,7 @@ from pidcfg.results.schemas.parts import (
     switch,
     text,
 )
+from pidcfg.results.schemas.verification import verified
 from pidcfg.vendors import VENDORS
 
 
@@ -37,7 +38,7 @@ def schema() -> Schema:
             ),
         ),
         findings=listing("What the target's own rules find at fault in the result.", findings.finding()),
-        verify=listing("With --verify: both sides on the same plants.", verified()),
+        verify=listing("With --verify: the verdict of the battery.", verified()),
     )
     return {"oneOf": [report, findings.schema()]}
 
@@ -62,15 +63,4 @@ def change() -> Schema:
             )
         ),
         note=text("What it means; may be empty."),
-    )
-
-
-def verified() -> Schema:
-    """How far the sides of a loop lie apart."""
-    return record(
-        "A loop.",
-        loop=text("Its name."),
-        pv_percent=number("The PVs at most, in % of the range."),
-        output_percent=number("The outputs at most."),
-        iae_ratio=or_null(number("Integral of the absolute error, after to before.")),
     )

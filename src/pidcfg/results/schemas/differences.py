@@ -7,6 +7,7 @@ from typing import get_args
 from pidcfg.differences.result import RISKS, Status
 from pidcfg.results.schemas import findings
 from pidcfg.results.schemas.parts import VERSION, Schema, anything, count, listing, or_null, record, text
+from pidcfg.results.schemas.verification import verified
 
 
 def schema() -> Schema:
@@ -15,12 +16,14 @@ def schema() -> Schema:
     counts |= {status: count("Loops of this status.") for status in get_args(Status)}
     report = record(
         "How two configurations differ.",
+        ("verify",),
         version=VERSION,
         from_=text("The first file."),
         to=text("The second file."),
         loops=listing("One a loop; one without a name is the rest of the file.", loop()),
         summary=record("How many there are.", **counts),
         notes=listing("What a listing did not say, or could not be read of it.", text("A note.")),
+        verify=listing("With --verify: the verdict of the battery.", verified()),
     )
     return {"oneOf": [report, findings.schema()]}
 

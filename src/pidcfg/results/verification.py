@@ -1,0 +1,43 @@
+"""The verdicts of the battery as plain data: for `convert --verify` and `diff --verify`."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+State = float | str | bool
+"""What a signal shows."""
+
+if TYPE_CHECKING:
+    from pidcfg.results.findings import Data
+    from pidcfg.verification.comparison import Difference
+    from pidcfg.verification.verdict import Verified
+
+
+def verified_data(loop: Verified) -> Data:
+    """One loop's verdict."""
+    return {
+        "loop": loop.loop,
+        "passed": loop.passed,
+        "pv_percent": round(loop.pv_percent, 6),
+        "output_percent": round(loop.output_percent, 6),
+        "iae_ratio": None if loop.iae_ratio is None else round(loop.iae_ratio, 6),
+        "stages": list(loop.stages),
+        "differences": [{**_difference(one.difference), "key": one.key or None} for one in loop.failures],
+        "named": [{**_difference(one.difference), "line": one.line.field, "note": one.line.note} for one in loop.named],
+    }
+
+
+def _difference(one: Difference) -> dict[str, Any]:
+    worst = None if one.worst is None else round(100 * one.worst, 6)
+    return {
+        "stage": one.stage,
+        "signal": one.signal,
+        "at": round(one.at, 6),
+        "from": _shown(one.before),
+        "to": _shown(one.after),
+        "percent": worst,
+    }
+
+
+def _shown(value: State) -> State:
+    return value if isinstance(value, bool | str) else float(f"{value:.10g}")

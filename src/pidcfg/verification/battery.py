@@ -1,0 +1,176 @@
+"""The battery: source, twin and target of every loop through all stages, and what comes of it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from math import expm1
+from typing import TYPE_CHECKING, Any
+
+from pidcfg.sim.run import UnusableError
+from pidcfg.verification.bench import bench_of
+from pidcfg.verification.comparison import COUNTS, SHARE, Difference, Tolerance, differences
+from pidcfg.verification.keys import key_of
+from pidcfg.verification.lines import Scene, reason
+from pidcfg.verification.names import companions
+from pidcfg.verification.neutral import loops_of
+from pidcfg.verification.stages import stages_of
+from pidcfg.verification.trial import Side, new_plc, resolution, run
+from pidcfg.verification.validity import true_lines
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
+    from pidcfg.schemas.generic import Loop
+    from pidcfg.vendors import Vendor
+    from pidcfg.verification.bench import Bench
+    from pidcfg.verification.stages import Stage
+    from pidcfg.verification.trial import Trial
+    from pidcfg.verification.twin import Line
+
+RESTING = 0.5
+"""Of a dead band, by which two PVs may rest apart in it."""
+RUN = "run"
+"""The signal of a difference that is none: one side cannot go through a stage."""
+
+
+def side_of(vendor: Vendor, config: Any, like: Sequence[Loop | None] = ()) -> Side:
+    """A configuration as it runs; ``like``: loops whose outputs have the scales that are meant.
+
+    A twin without its links no longer says what the output of a master is counted in.
+    """
+    loops = loops_of(config, vendor)
+    if like:
+        loops = tuple(_scaled(loop, one) for loop, one in zip(loops, like, strict=True))
+    return Side(vendor, config, vendor.encoder(config).image, loops)
+
+
+def _scaled(loop: Loop | None, like: Loop | None) -> Loop | None:
+    if loop is None or like is None:
+        return loop
+    return loop.model_copy(update={"output": loop.output.model_copy(update={"range": like.output.range})})
+
+
+@dataclass(slots=True)
+class Reference:
+    """One loop of the side that the others are held against, with its bench; trials are kept."""
+
+    side: Side
+    i: int
+    bench: Bench
+    stages: tuple[Stage, ...]
+    before_root: bool
+    trials: dict[tuple[Bench, Stage], Trial] = field(default_factory=dict)
+
+    @property
+    def loop(self) -> Loop:
+        """The loop in the neutral form."""
+        return self.side.loop(self.i)
+
+    @property
+    def possible(self) -> tuple[Stage, ...]:
+        """The stages that the loop can go through: all, unless its program gives it its mode."""
+        automatic = next(stage for stage in self.stages if stage.name == "auto")
+        operated = self.trial(automatic).modes[-1] == "auto"
+        return self.stages if operated else tuple(stage for stage in self.stages if stage.name == "start")
+
+    def trial(self, stage: Stage) -> Trial:
+        """The loop through a stage."""
+        key = (self.bench, stage)
+        if key not in self.trials:
+            self.trials[key] = run(self.side, self.i, stage, self.bench, before_root=self.before_root)
+        return self.trials[key]
+
+
+def reference_of(side: Side, i: int, other: Loop) -> Reference:
+    """A loop with its bench and its battery; ``other`` is the same loop on the other side."""
+    loop = side.loop(i)
+    cascade = [i, *companions(side.loops, i, with_master=True)]
+    bench = bench_of(loop, other, float(max(side.loop(k).sample_time for k in cascade)))
+    count, _ = resolution(new_plc(side, (i,)), i)
+    return Reference(
+        side, i, bench, tuple(stages_of(bench, loop, other, count, in_cascade=len(cascade) > 1)), loop.pv.square_root
+    )
+
+
+def tolerance_of(one: Side, i: int, two: Side, j: int, bench: Bench) -> Tolerance:
+    """How far both may lie apart (D306)."""
+    counts = [resolution(new_plc(side, (k,)), k) for side, k in ((one, i), (two, j))]
+    pv, output = (max(pair) for pair in zip(*counts, strict=True))
+    loop = one.loop(i)
+    # a filter that is worked out in counts stops where its share of the rest is less than half a count
+    pv /= -expm1(-bench.sample / float(loop.pv.filter)) if loop.pv.filter else 1.0
+    width = float(loop.output.range[1] - loop.output.range[0])
+    share = abs(float(loop.tuning.gain)) * bench.span / width
+    carried = share * (1 + float(loop.tuning.derivative_time) / bench.sample)
+    pv, output = pv + output * abs(bench.gain), output + pv / bench.span * carried
+    band = max(float(side.loop(k).deadband) for side, k in ((one, i), (two, j)))
+    return Tolerance(SHARE, COUNTS * pv + RESTING * band, COUNTS * pv, COUNTS * output, share * band / bench.span)
+
+
+@dataclass(slots=True)
+class Battery:
+    """The other side of a reference on its way through the stages."""
+
+    reference: Reference
+    side: Side
+    j: int
+    tolerance: Tolerance
+    other: Reference | None = None
+    """Where the other side has trials already."""
+    trials: dict[str, Trial] = field(default_factory=dict)
+
+    def trial(self, stage: Stage) -> Trial:
+        """The other side through a stage."""
+        if self.other is not None:
+            return self.other.trial(stage)
+        if stage.name not in self.trials:
+            rooted = self.reference.before_root
+            self.trials[stage.name] = run(self.side, self.j, stage, self.reference.bench, before_root=rooted)
+        return self.trials[stage.name]
+
+    def differences(self) -> Iterator[Difference]:
+        """Where both sides differ."""
+        for stage in self.reference.possible:
+            yield from self._of(stage)
+
+    def _of(self, stage: Stage) -> Iterator[Difference]:
+        bench = self.reference.bench
+        try:
+            trial = self.trial(stage)
+        except UnusableError as error:
+            yield Difference(stage.name, RUN, 0.0, "", str(error), ())
+            return
+        yield from differences(stage, self.reference.trial(stage), trial, bench, self.tolerance)
+
+    def judged(self, lines: Sequence[Line]) -> Iterator[tuple[Difference, Line | None]]:
+        """Every difference with the line that explains it; else from the first sample on that no line explains."""
+        lines = list(true_lines(lines, self.reference.loop, self.side, self.j))
+        for stage in self.reference.possible:
+            for difference in self._of(stage):
+                if difference.signal == RUN:
+                    yield difference, None
+                    continue
+                one, two = self.reference.trial(stage), self.trial(stage)
+                scene = Scene(stage, self.reference.bench, self.reference.loop, one, two)
+                line, k = reason(difference, lines, scene)
+                yield difference if line else _from(difference, k, scene), line
+
+    def key_of(self, difference: Difference) -> str:
+        """The key of the other side that explains a difference; empty where none does."""
+        return key_of(difference, self.reference.side.loop(self.reference.i), self.side, self.j)
+
+
+def _from(difference: Difference, k: int, scene: Scene) -> Difference:
+    """A difference from a later sample on."""
+    one, two = (_value(trial, difference.signal, k) for trial in (scene.one, scene.two))
+    at = k * scene.bench.sample - scene.stage.begin
+    return replace(difference, at=at, before=one, after=two)
+
+
+def _value(trial: Trial, signal: str, k: int) -> float | str | bool:
+    if signal == "sample time":
+        return trial.period
+    if signal in trial.alarms:
+        return trial.alarms[signal][k]
+    column: Sequence[float | str] = trial.modes if signal == "mode" else getattr(trial, signal)
+    return column[k]

@@ -1,0 +1,208 @@
+"""What a line of the report explains, where no value of the source can follow it: another rule of the target.
+
+A line about a rule explains only what follows from that rule: a windup rule acts from the time at which the output is
+at a limit, a transfer from the change to Auto, a dead band moves the PV by no more than the band.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from pidcfg.conversion.operation.rules import PREFIX
+from pidcfg.verification.comparison import apart
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping, Sequence
+
+    from pidcfg.schemas.generic import Loop
+    from pidcfg.verification.bench import Bench
+    from pidcfg.verification.comparison import Difference
+    from pidcfg.verification.stages import Stage
+    from pidcfg.verification.trial import Trial
+    from pidcfg.verification.twin import Line
+
+AT_LIMIT, AT_END = 0.02, 1e-3
+"""How near to a limit an output may be limited on the other side, and how near it is at it: shares of its range."""
+PV_ALARMS = {"low_low", "low", "high", "high_high"}
+BANDS = 4
+"""Widths of a dead band within which a loop is led by its rule."""
+SLOW = 0.02
+"""Share of the range that the slowest integral of a PLC without its own switch moves a loop by in a stage."""
+RESTS = 4
+"""Samples without a move after which an output stands still."""
+VALUES = ("pv", "output")
+SETPOINT_MOVES = ("start", "auto", "step 5 %", "step 50 %", "dead band", "transfers", "set point limits")
+
+
+@dataclass(frozen=True, slots=True)
+class Scene:
+    """A stage as both sides went through it."""
+
+    stage: Stage
+    bench: Bench
+    loop: Loop
+    one: Trial
+    two: Trial
+
+
+def explains(line: Line, difference: Difference, k: int, scene: Scene) -> bool:
+    """Whether a line of the report is the reason of what differs at a sample."""
+    path, signal = line.neutral, difference.signal
+    if signal == "sample time":
+        return path == "sample_time"
+    if path.startswith("alarms."):
+        return signal in {path.rpartition(".")[2], _deviation(path)}
+    if signal == "output" and scene.stage.name != "start" and _other_limit(difference, k, scene):
+        return False  # no rule explains another limit
+    rule = None if scene.stage.swept and signal != "pv" else RULES.get(path)
+    return rule is not None and rule(difference, k, scene)
+
+
+def _deviation(path: str) -> str:
+    head, _, end = path.rpartition(".")
+    return f"deviation_{end}" if head.endswith("deviation") else ""
+
+
+def _at_start(difference: Difference, k: int, scene: Scene) -> bool:  # noqa: ARG001
+    return scene.stage.name == "start"
+
+
+def _first_in_manual(difference: Difference, k: int, scene: Scene) -> bool:  # noqa: ARG001
+    return difference.signal in VALUES and scene.stage.name == "start"
+
+
+def _since_auto(difference: Difference, k: int, scene: Scene) -> bool:
+    """From the last change to Auto on, where the stage has one while it is compared."""
+    if difference.signal == "mode" or (difference.signal == "setpoint" and scene.stage.name == "start"):
+        return False
+    stage, sample = scene.stage, scene.bench.sample
+    changes = [act.at for act in stage.acts if act.mode == "auto" and act.at >= stage.begin]
+    if stage.name == "start":
+        changes = [0.0] if {*scene.one.modes[: k + 1], *scene.two.modes[: k + 1]} - {"manual"} else []
+    return bool(changes) and k * sample >= changes[0] - 2 * sample
+
+
+def _transfer(difference: Difference, k: int, scene: Scene) -> bool:
+    """The same for PV and output."""
+    return difference.signal not in {"setpoint", "mode"} and _since_auto(difference, k, scene)
+
+
+def _since_manual(difference: Difference, k: int, scene: Scene) -> bool:
+    """From the change to Manual on."""
+    changes = [act.at for act in scene.stage.acts if act.mode == "manual" and act.at >= scene.stage.begin]
+    return difference.signal not in {"setpoint", "mode"} and bool(changes) and k * scene.bench.sample >= changes[0]
+
+
+def _kick(difference: Difference, k: int, scene: Scene) -> bool:  # noqa: ARG001
+    derives = bool(scene.loop.tuning.derivative_time)
+    return derives and difference.signal in VALUES and scene.stage.name in SETPOINT_MOVES
+
+
+def _since_limit(difference: Difference, k: int, scene: Scene) -> bool:
+    """From the time at which the output of the first side is at one of its limits."""
+    if difference.signal in {"setpoint", "mode"}:
+        return False
+    low, high = scene.bench.limits
+    one = scene.one
+    if scene.stage.name == "start" and not low < _first_output(scene.loop) < high:
+        return all(trial.modes[k] != "manual" for trial in (one, scene.two))
+    return any(
+        not low + AT_LIMIT < one.output[n] < high - AT_LIMIT and one.modes[n] != "manual"
+        for n in range(min(k + 3, len(one.output)))
+    )
+
+
+def _other_limit(difference: Difference, k: int, scene: Scene) -> bool:
+    """Whether the other side's output is beyond the limits, or both stand still and only the first one at a limit."""
+    low, high = scene.bench.limits
+    one, two = scene.one.output, scene.two.output
+    beyond = not low - difference.allowed <= two[k] <= high + difference.allowed
+    at_limit = not low + AT_END < one[k] < high - AT_END
+    return beyond or (at_limit and _rests(one, k) and _rests(two, k))
+
+
+def _first_output(loop: Loop) -> float:
+    """With which a loop begins, as a share of its range."""
+    low, high = (float(end) for end in loop.output.range)
+    return ((0.0 if loop.output.manual is None else float(loop.output.manual)) - low) / (high - low)
+
+
+def _rests(output: Sequence[float], k: int) -> bool:
+    """Whether an output has not moved for some samples."""
+    return k >= RESTS and len(set(output[k - RESTS : k + 1])) == 1
+
+
+def _within_band(difference: Difference, k: int, scene: Scene) -> bool:
+    """Whether a difference is no larger than what the dead band can make."""
+    if difference.signal not in VALUES:
+        return False
+    bench, band, loop = scene.bench, float(scene.loop.deadband), scene.loop
+    share = abs(float(loop.tuning.gain)) * bench.span / float(loop.output.range[1] - loop.output.range[0])
+    one, two = (getattr(trial, difference.signal)[k] for trial in (scene.one, scene.two))
+    most = BANDS * band
+    if difference.signal == "output":
+        kick = 1 + float(loop.tuning.derivative_time) / bench.sample
+        most = max(share * kick / bench.span, 1 / abs(bench.gain)) * BANDS * band
+    return bool(abs(one - two) <= most)
+
+
+def _slow_integral(difference: Difference, k: int, scene: Scene) -> bool:
+    """Whether a difference is no larger than what the slowest integral makes of a loop that shall have none."""
+    if difference.signal not in VALUES or scene.loop.tuning.integral_time:
+        return False
+    one, two = (getattr(trial, difference.signal) for trial in (scene.one, scene.two))
+    span = 1.0 if difference.signal == "output" else scene.bench.span
+    return apart(one, two, k, 1) <= difference.allowed + SLOW * span
+
+
+def _later(difference: Difference, k: int, scene: Scene) -> bool:
+    """Whether one side only comes later, by no more than the filter and some samples."""
+    if difference.signal not in VALUES:
+        return False
+    one, two = (getattr(trial, difference.signal) for trial in (scene.one, scene.two))
+    window = 3 + int(float(scene.loop.pv.filter) / scene.bench.sample)
+    return apart(one, two, k, window) <= difference.allowed
+
+
+def _alarmed(difference: Difference, k: int, scene: Scene) -> bool:  # noqa: ARG001
+    """Whether an alarm of the PV was on, on either side, when Auto was last asked for."""
+    sample = scene.bench.sample
+    asked = [round(act.at / sample) for act in scene.stage.acts if act.mode == "auto" and act.at <= k * sample]
+    if scene.stage.output is None:
+        asked = [0]
+    return any(
+        any(trial.alarms[name][at : at + 2])
+        for at in asked[-1:]
+        for trial in (scene.one, scene.two)
+        for name in PV_ALARMS & trial.alarms.keys()
+    )
+
+
+RULES: Mapping[str, Callable[[Difference, int, Scene], bool]] = {
+    "mode": _at_start,
+    "setpoint.follows_pv": _since_auto,
+    "tuning.derivative_on": _kick,
+    "anti_windup": _since_limit,
+    "pv.filter": _later,
+    "tuning.integral_time": _slow_integral,
+    f"{PREFIX}transfer": _transfer,
+    f"{PREFIX}master": _at_start,
+    "output.manual": _first_in_manual,
+    f"{PREFIX}manual": _since_manual,
+    f"{PREFIX}windup": _since_limit,
+    f"{PREFIX}deadband": _within_band,
+    f"{PREFIX}interlock": _alarmed,
+}
+"""What a line explains, by its neutral field; alarms explain themselves."""
+
+
+def reason(difference: Difference, lines: Sequence[Line], scene: Scene) -> tuple[Line | None, int]:
+    """The line that explains where a difference begins; None and the first sample that no line explains."""
+    first = None
+    for k in difference.samples:
+        line = next((line for line in lines if explains(line, difference, k, scene)), None)
+        if line is None:
+            return None, k
+        first = first or line
+    return first, difference.samples[0]

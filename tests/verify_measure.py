@@ -1,0 +1,422 @@
+"""How good the battery of --verify is: correct conversions that fail, and spoiled results that stay green.
+
+Run as a program: ``python tests/verify_measure.py [CONVERSIONS [SPOILED]]`` prints both figures over all 20 pairs, and
+each spoiled setting that was not found with the reason that makes it harmless. The tests run a sample of both.
+"""
+
+from __future__ import annotations
+
+import random
+import sys
+from collections import Counter
+from copy import deepcopy
+from dataclasses import dataclass, field
+from decimal import Decimal
+from itertools import permutations
+from pathlib import Path
+
+from pidcfg.conversion.operation.rules import WithoutIntegral
+from pidcfg.conversion.pipeline import ConvertError, convert
+from pidcfg.encoders.words import DecodeError, EncodeError
+from pidcfg.limits import DEFAULT
+from pidcfg.schemas.generic import GenericFile
+from pidcfg.sim.run import UnusableError
+from pidcfg.source import read_document
+from pidcfg.validate.engine import check_document
+from pidcfg.vendors import VENDORS
+from pidcfg.verification.battery import Battery, reference_of, side_of, tolerance_of
+from pidcfg.verification.neutral import loops_of
+from pidcfg.verification.twin import twin_of
+from pidcfg.writer import yaml_text
+
+ROOT = Path(__file__).parents[1]
+PLCS = [key for key in VENDORS if key != "generic"]
+PAIRS = list(permutations(PLCS, 2))
+LEFT_OUT = {
+    "name": "a label",
+    "description": "a label",
+    "type": "the kind of block",
+    "unit": "a label",
+    **dict.fromkeys(("registers", "discretes", "bits", "integers", "floats", "device", "devices", "format"), "a place"),
+    **dict.fromkeys(("pv_tag", "cv_tag", "output_tag", "bit", "transfer", "remote_setpoint", "PV", "tag"), "a place"),
+    "counts": "the input module's",
+    "autotune": "no part of control",
+    **dict.fromkeys(("pulse", "pwm"), "the plant takes the output before it is pulsed"),
+    "cascade_from": "a link, spoiled in the tests of cascades",
+    **dict.fromkeys(("SP_CASC", "TRK_VAL", "TRK_IN", "Windup_H_IN", "Windup_L_IN"), "a link, likewise"),
+    "independent_of_cpu_mode": "acts while the CPU stands still",
+    "input_range": "a label of the instrument",
+}
+"""Keys that are not spoiled, and why."""
+POSITIONS = {"value", "SP", "SV", "MinPV", "MaxPV", "lower_limit", "upper_limit", "low", "high", "low_low", "high_high"}
+OUTPUTS = {"MinMV", "MaxMV", "MV_MIN", "MV_MAX", "BIAS", "ManualMV", "MOUT"}
+TIMES = {"Ti_Ki", "Td_Kd", "Tfd", "Tf", "CYCLE", "reset", "rate", "sample_rate", "sample_time", "reset_time"}
+TIMES |= {"derivative_gain", "integral_time", "derivative_time", "Tc"}
+SETPOINTS = {"SP", "SV", "value"}
+CHOICES = (
+    ("direct", "reverse"),
+    ("I", "II"),
+    ("auto", "manual"),
+    ("position", "velocity"),
+    ("pv", "error"),
+    ("seconds", "minutes"),
+)
+
+
+def checked(data):
+    """Plain data as a checked configuration."""
+    return check_document(read_document(yaml_text(data).encode(), "<measure>", DEFAULT), DEFAULT)
+
+
+# --- correct conversions ---------------------------------------------------------------------------------------------
+
+
+def random_loop(rng: random.Random, i: int) -> dict:
+    """A neutral loop as a plant has it: gains, times and limits that every controller can hold."""
+    low, high = rng.choice([(0, 100), (-50, 150), (0, 400), (0, 10), (-328, 1562)])
+    span = high - low
+    out_low, out_high = rng.choice([(0, 100), (0, 100), (4, 20), (0, 3000)])
+    width = out_high - out_low
+    sample = rng.choice([0.1, 0.2, 0.5, 1, 2, 5])
+    loop = {
+        "name": f"L{i}",
+        "mode": rng.choice(["auto", "auto", "auto", "manual"]),
+        "output_raises_pv": rng.random() < 0.6,
+        "sample_time": sample,
+        "tuning": {
+            "gain": float(f"{width / span * rng.uniform(0.3, 6):.4g}"),
+            "integral_time": 0 if rng.random() < 0.12 else round(sample * rng.uniform(12, 200), 1),
+            "derivative_time": round(sample * rng.uniform(2, 8), 1) if rng.random() < 0.3 else 0,
+            "derivative_on": rng.choice(["pv", "error"]),
+        },
+        "pv": {"range": [low, high], "unit": "degC"},
+        "setpoint": {"value": round(low + span * rng.uniform(0.3, 0.7), 2), "follows_pv": rng.random() < 0.4},
+        "output": {"range": [out_low, out_high]},
+        "alarms": {},
+        "anti_windup": rng.random() < 0.8,
+    }
+    if loop["tuning"]["derivative_time"] and rng.random() < 0.5:
+        loop["tuning"]["derivative_filter"] = round(loop["tuning"]["derivative_time"] / rng.choice([4, 8, 10]), 2)
+    if rng.random() < 0.3:
+        loop["pv"]["filter"] = round(sample * rng.uniform(0.5, 4), 2)
+    if rng.random() < 0.4:
+        loop["setpoint"]["limits"] = [round(low + 0.1 * span, 2), round(low + 0.9 * span, 2)]
+    if rng.random() < 0.4:
+        loop["output"]["limits"] = [round(out_low + 0.1 * width, 2), round(out_low + 0.85 * width, 2)]
+    if loop["mode"] == "manual" or rng.random() < 0.3:
+        loop["output"]["manual"] = round(out_low + width * rng.uniform(0.2, 0.8), 2)
+    if not loop["tuning"]["integral_time"]:
+        loop["output"]["bias"] = round(out_low + width * rng.uniform(0.3, 0.6), 2)
+    if rng.random() < 0.08:
+        loop["deadband"] = round(span * rng.uniform(0.005, 0.02), 3)
+    if rng.random() < 0.5:
+        loop["alarms"] = random_alarms(rng, low, span, sample)
+    return loop
+
+
+def random_alarms(rng: random.Random, low: float, span: float, sample: float) -> dict:
+    """Alarm points around the set points that a loop may have."""
+    points = {"low_low": 0.06, "low": 0.15, "high": 0.85, "high_high": 0.94}
+    chosen = {key: round(low + span * share, 2) for key, share in points.items() if rng.random() < 0.7}
+    alarms = {"pv": chosen, "hysteresis": round(span * rng.choice([0.005, 0.01]), 3)}
+    if rng.random() < 0.5:
+        alarms["deviation"] = {"high": round(span * 0.06, 2), "high_high": round(span * 0.15, 2)}
+    if rng.random() < 0.3:
+        alarms["rate_of_change"] = round(span * 0.02 / sample, 3)
+    return alarms
+
+
+def of_vendor(loops: list[dict], vendor: str):
+    """Neutral loops as a vendor's checked configuration; None where it cannot hold them."""
+    try:
+        file = GenericFile.model_validate({"pidcfg": 1, "vendor": "generic", "loops": loops})
+        converted = convert(file, VENDORS["generic"], VENDORS[vendor], {})
+        result = checked(converted.data)
+    except (ConvertError, DecodeError, EncodeError):
+        return None
+    return None if result.failed else result
+
+
+def sources(seed: int, *, examples: bool = True):
+    """Configurations of each vendor without end: the examples first, then random ones."""
+    for path in sorted((ROOT / "examples").glob("*/*.yaml") if examples else ()):
+        if ".scenario." in path.name or path.parent.name in {"mistakes", "generic"}:
+            continue
+        source = check_document(read_document(path.read_bytes(), str(path), DEFAULT), DEFAULT)
+        for target in PLCS:
+            if target != source.vendor.key:
+                yield source, target, path.name
+    n = 0
+    while True:
+        for one, two in PAIRS:
+            n += 1
+            rng = random.Random(f"{seed}/{n}")
+            source = of_vendor([random_loop(rng, 1)], one)
+            if source is not None:
+                yield source, two, f"random {n}"
+
+
+@dataclass
+class Conversion:
+    """A conversion with its twin, and the references that spoiled results are held against."""
+
+    source: object
+    result: object
+    outcome: object
+    label: str
+    twin: object = None
+    side: object = None
+    trials: dict = field(default_factory=dict)
+
+    @classmethod
+    def of(cls, source, target: str, label: str):
+        """The conversion; None where the source or the target refuses it."""
+        try:
+            outcome = convert(source.config, source.vendor, VENDORS[target], {})
+        except (ConvertError, DecodeError, EncodeError):
+            return None
+        result = checked(outcome.data)
+        if result.failed:
+            return None
+        one = cls(source, result, outcome, f"{label}: {source.vendor.key} to {target}")
+        one.twin = twin_of(source.config, source.vendor, result.config, result.vendor, one.pairs, outcome.loops)
+        one.side = side_of(source.vendor, one.twin.config, loops_of(source.config, source.vendor))
+        return one
+
+    @property
+    def pairs(self):
+        """The places of the loops that went over."""
+        return [(i, j) for j, i in enumerate(self.outcome.kept)]
+
+    def is_in_memory(self, result) -> bool:
+        """Whether a spoiled result differs in a register or a parameter, and not in labels alone."""
+        return result.encoding.image.words != self.result.encoding.image.words
+
+    def unexplained(self, result, i: int, j: int):
+        """The first difference of a loop that no line of the report explains; None: both sides are alike."""
+        side = side_of(result.vendor, result.config)
+        if side.loops[j] is None:
+            return "no neutral form"
+        reference = reference_of(self.side, i, side.loops[j])
+        reference.trials = self.trials.setdefault(i, {})
+        tolerance = tolerance_of(self.side, i, side, j, reference.bench)
+        for difference, line in Battery(reference, side, j, tolerance).judged(self.twin.left.get(i, [])):
+            if line is None:
+                return difference
+        return None
+
+
+# --- spoiled results -------------------------------------------------------------------------------------------------
+
+
+def leaves(data, path=()):
+    """Every setting of a loop's plain data that may be spoiled, with its path."""
+    items = data.items() if isinstance(data, dict) else enumerate(data)
+    for key, value in items:
+        if key in LEFT_OUT:
+            continue
+        if isinstance(value, dict | list):
+            yield from leaves(value, (*path, key))
+        else:
+            yield (*path, key), value
+
+
+def spoiled_values(path, value, loop):
+    """What a setting is changed to, with the name of the change; None removes it."""
+    name = next(key for key in reversed(path) if isinstance(key, str))
+    span = float(loop.pv.range[1] - loop.pv.range[0])
+    width = float(loop.output.range[1] - loop.output.range[0])
+    if isinstance(value, bool):
+        yield "flipped", not value
+    elif isinstance(value, str):
+        yield from spoiled_text(name, value)
+    elif isinstance(value, int | float):
+        yield from spoiled_numbers(path, name, value, span, width)
+    yield "removed", None
+
+
+def spoiled_text(name, value):
+    """Words, and times with a unit."""
+    for pair in CHOICES:
+        if value in pair:
+            yield "flipped", pair[1 - pair.index(value)]
+            return
+    number, _, unit = value.partition(" ")
+    time = unit in {"ms", "s", "min"}
+    try:
+        spoiled = Decimal(number) * (Decimal("1.2") if time else Decimal("1.05"))
+        yield "x 1.2" if time else "x 1.05", f"{spoiled if time else spoiled.to_integral_value()} {unit}"
+    except ArithmeticError:
+        return
+
+
+def spoiled_numbers(path, name, value, span, width):
+    """Times by 1.2, positions by 5 % of span either way, other numbers by 1.25."""
+    section = path[0]
+    if name in TIMES:
+        if value:
+            yield "x 1.2", type(value)(round(value * 1.2, 6))
+    elif name in OUTPUTS or (section in {"output", "state"} and name != "max_rate"):
+        full = 100 if section == "state" else width
+        yield "+ 5 %", round(value + 0.05 * full, 6)
+        yield "- 5 %", round(value - 0.05 * full, 6)
+    elif "deviation" in path or name in {"hysteresis", "rate_of_change"}:
+        yield "x 1.25", round(value * 1.25, 6)
+    elif name in POSITIONS or (section in {"setpoint", "pv", "alarms"} and name != "filter"):
+        yield "+ 5 %", round(value + 0.05 * span, 6)
+        yield "- 5 %", round(value - 0.05 * span, 6)
+    elif name == "PID_MODE":
+        yield "other", 0 if value == 2 else 2
+    elif value:
+        spoiled = value * 1.25
+        yield "x 1.25", round(spoiled) if name == "filter" and value > 1 else round(spoiled, 6)
+
+
+def spoils(conversion: Conversion, j: int, loop):
+    """Every spoiled result of one loop: path, change, and the checked file; those that cannot be read are left out."""
+    data = conversion.outcome.data
+    for path, value in list(leaves(data["loops"][j])):
+        for change, other in spoiled_values(path, value, loop):
+            copy = deepcopy(data)
+            here = copy["loops"][j]
+            for key in path[:-1]:
+                here = here[key]
+            if other is None:
+                if isinstance(here, list):
+                    continue
+                del here[path[-1]]
+            else:
+                here[path[-1]] = other
+            result = checked(copy)
+            if result.config is None or result.encoding is None or not result.encoding.whole:
+                continue
+            if result.encoding.image.words == conversion.result.encoding.image.words and (
+                result.encoding.image.settings == conversion.result.encoding.image.settings
+            ):
+                continue  # the same memory: nothing is spoiled
+            yield path, change, result
+
+
+def dotted(path):
+    """A path as text."""
+    return ".".join(map(str, path))
+
+
+def is_idle(conversion: Conversion, j: int, path, result) -> bool:
+    """Whether a setting does nothing on this loop, so that it is not one that acts: these are left out.
+
+    Labels of a scale that no register holds; a bias that the integral takes over; a set point while nothing is in Auto;
+    what the derivative acts on, without one; an output for Manual in a loop that starts in Auto; a range of the PV that
+    is wider than the transmitter's.
+    """
+    before, after = (loops_of(one.config, one.vendor)[j] for one in (conversion.result, result))
+    name = next(key for key in reversed(path) if isinstance(key, str))
+    operations = [one.vendor.load("operation")(one.config)[j] for one in (conversion.result, result)]
+    if after == before and operations[0] == operations[1]:
+        return True
+    if name == "range" and not conversion.is_in_memory(result):
+        return True
+    if name in {"ManualMV", "MOUT"} or path == ("state", "output"):
+        return before.mode != "manual"
+    if name in {"BIAS", "bias"}:
+        return bool(before.tuning.integral_time) or operations[0].without_integral is WithoutIntegral.TAKEN_OVER
+    low, high = before.pv.range
+    wider = after.pv.range[0] <= low and high <= after.pv.range[1]
+    derives = before.tuning.derivative_time or after.tuning.derivative_time
+    return (
+        (name in SETPOINTS and before.mode == after.mode == "manual")
+        or (name in {"DerivEr", "PID_DE", "algorithm"} and not derives)
+        or (name in {"MinPV", "MaxPV"} and wider)
+    )
+
+
+def reason(conversion: Conversion, i: int, j: int, path, result) -> str:
+    """Why a spoiled setting that was not found is harmless on its loop; empty: nobody knows."""
+    name = next(key for key in reversed(path) if isinstance(key, str))
+    lines = {line.neutral for line in conversion.twin.left.get(i, [])}
+    before, _ = (loops_of(one.config, one.vendor)[j] for one in (conversion.result, result))
+    if name == "PID_MODE":
+        return "its other windup rule behaves like the source's on this loop"
+    if "operation.windup" in lines and ("windup" in name or "freeze" in name):
+        return "the report names another windup rule"
+    if "operation.deadband" in lines and name in {"deadband", "DeadBand", "ERR_DBW"}:
+        return "the report names another rule of the dead band"
+    if not before.tuning.integral_time and ("limits" in path or name in OUTPUTS):
+        return "without an integral the output does not come to this limit"
+    return ""
+
+
+@dataclass
+class Figures:
+    """What a measurement gave so far."""
+
+    say: object
+    correct: int = 0
+    failed: list = field(default_factory=list)
+    spoiled: int = 0
+    survivors: list = field(default_factory=list)
+
+    def test(self, one: Conversion, i: int, j: int) -> bool:
+        """Whether a correct conversion of a loop passes."""
+        difference = verdict(one, one.result, i, j)
+        if difference is not None:
+            self.failed.append((one.label, j, difference))
+            self.say(f"FAILED {one.label} loop {j}: {difference}")
+        return difference is None
+
+    def spoil(self, one: Conversion, i: int, j: int, rng: random.Random, count: int) -> None:
+        """Some spoiled results of a loop."""
+        loop = loops_of(one.result.config, one.result.vendor)[j]
+        candidates = [spoiled for spoiled in spoils(one, j, loop) if not is_idle(one, j, spoiled[0], spoiled[2])]
+        for path, change, result in rng.sample(candidates, min(count, len(candidates))):
+            self.spoiled += 1
+            if verdict(one, result, i, j) is None:
+                why = reason(one, i, j, path, result)
+                self.survivors.append((one.label, dotted(path), change, why))
+                self.say(f"survived {one.label}: {dotted(path)} {change}: {why or '?'}")
+
+    @property
+    def found(self) -> int:
+        """Spoiled results that were found."""
+        return self.spoiled - len(self.survivors)
+
+
+def verdict(one: Conversion, result, i: int, j: int):
+    """What is wrong with a loop; None: nothing."""
+    try:
+        return one.unexplained(result, i, j)
+    except UnusableError as error:
+        return str(error)
+
+
+def measure(
+    conversions: int, wanted: int, seed: int = 1, per_loop: int = 8, *, examples: bool = True, say=print
+) -> Figures:
+    """Both figures, with the failures and the survivors."""
+    figures = Figures(say)
+    for source, target, label in sources(seed, examples=examples):
+        if figures.correct >= conversions and figures.spoiled >= wanted:
+            return figures
+        one = Conversion.of(source, target, label)
+        if one is None:
+            continue
+        figures.correct += 1
+        for i, j in one.pairs:
+            if figures.test(one, i, j) and figures.spoiled < wanted:
+                figures.spoil(one, i, j, random.Random(f"{seed}/{one.label}/{j}"), per_loop)
+    return figures
+
+
+def main() -> None:
+    """Prints the figures."""
+    conversions, wanted = (int(text) for text in (*sys.argv[1:3], *("400", "2000")[len(sys.argv) - 1 :]))
+    figures = measure(conversions, wanted)
+    share = 100 * figures.found / max(figures.spoiled, 1)
+    print(f"{len(figures.failed)} of {figures.correct} correct conversions failed")  # noqa: T201
+    print(f"{figures.found} of {figures.spoiled} spoiled results were found: {share:.1f} %")  # noqa: T201
+    for (path, change, why), count in Counter(row[1:] for row in figures.survivors).most_common():
+        print(f"  {count} x {path} {change}: {why or '?'}")  # noqa: T201
+
+
+if __name__ == "__main__":
+    main()
