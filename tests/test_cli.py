@@ -517,7 +517,9 @@ def prepared(tmp_path_factory):
     text = (folder / "reactor.yaml").read_text("utf-8")
     (folder / "main.yaml").write_text(text, "utf-8")
     (folder / "branch.yaml").write_text(text.replace("bias_freeze: true", "bias_freeze: false"), "utf-8")
-    (folder / "upload.hex").write_bytes((folder / "reactor.hex").read_bytes())
+    for name in ("upload.hex", "monday.hex", "friday.hex"):
+        (folder / name).write_bytes((folder / "reactor.hex").read_bytes())
+    (folder / "upload.csv").write_bytes((folder / "table.csv").read_bytes())
     run("convert", "reactor.yaml", "--to", "click", "--allow-loss", "-o", "reactor-click.yaml", cwd=folder)
     (folder / "reactor.hex").rename(folder / "image.hex")
     (folder / "reactor.hex").write_bytes((folder / "image.hex").read_bytes())

@@ -103,9 +103,9 @@ def rows(text):
 
 
 def check_markdown(text):
-    """All rows of a table are as wide, and nothing in it is HTML, a picture or a link."""
-    widths = {len(row) for row in rows(text)}
-    assert len(widths) <= 1, text
+    """All rows of each table are as wide, and nothing in it is HTML, a picture or a link."""
+    for table in re.split(r"\n(?!\|)", text):
+        assert len({len(row) for row in rows(table)}) <= 1, table
     assert not re.search(r"<[a-z]|\]\(", text), text
 
 

@@ -527,7 +527,7 @@ def test_opposite_loops_on_one_pv_share_its_range():
 def test_every_format_names_what_fails():
     result = outcome("dl06", WEAK)
     outcomes = [result.outcome]
-    message = "saturated: TANK: ends at its upper output limit with an error of 15.02, hardly smaller than at 180 s"
+    message = "saturated: TANK: ends at its upper output limit with an error of 15.02, which was 15.02 from 180 s on"
     text = render_runs("text", outcomes)
     assert "  FAILED  TANK saturated  ends at its upper output limit" in text
     assert text.rstrip().endswith("FAILED: 1 of 9 standing ones")

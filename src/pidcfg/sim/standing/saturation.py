@@ -66,7 +66,8 @@ def failed(e: Evidence, i: int, what: str) -> Judgement:
     """An error that lasts, unless an event in the window moves the loop, or the run is too short to tell."""
     m = e.meters[i]
     since = e.seconds(m.window)
-    text = f"{what} {e.errors(i)[1]:.4g}, hardly smaller than at {since:g} s"
+    early, late = e.errors(i)
+    text = f"{what} {late:.4g}, which was {early:.4g} from {since:g} s on"
     times = e.events_on(i, m.window)
     if times:
         return unjudged(f"{text}: an event at {times[0]:g} s")
