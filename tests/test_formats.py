@@ -551,7 +551,7 @@ def test_failed_expectations_are_findings_at_their_lines(failing):
         "expected: FIC-301 iae at most 5",
         "expected: FIC-301.PV 20 ± 1 at the end",
         "expected: V7642 is set",
-        "error-stands: FIC-301: ends inside its output limits with an error of 1.341, which was 1.341 from 17.5 s on",
+        "error-stands: FIC-301: ends inside its output limits with an error of 1.341, which was 1.659 from 17.5 s on",
     ]
     assert told[3][1]["file"] == "flow.yaml"
     assert [rows[int(properties["line"]) - 1].strip(" -{").partition(",")[0] for _, properties, _ in told[:3]] == [
