@@ -551,7 +551,7 @@ def test_failed_expectations_are_findings_at_their_lines(failing):
         "expected: FIC-301 iae at most 5",
         "expected: FIC-301.PV 20 ± 1 at the end",
         "expected: V7642 is set",
-        "error-stands: FIC-301: ends inside its output limits with an error of 1.341, which was 1.659 from 17.5 s on",
+        "saturated: FIC-301: ends at its upper output limit with an error of 48.99, which was 49.2 from 17.5 s on",
     ]
     assert told[3][1]["file"] == "flow.yaml"
     assert [rows[int(properties["line"]) - 1].strip(" -{").partition(",")[0] for _, properties, _ in told[:3]] == [
@@ -586,7 +586,7 @@ def test_runs_in_the_formats_of_ci(failing, folder, monkeypatch):
         ("FIC-301 mode is auto at the end", True),
         ("V7642 is set", False),
         ("set-up-error", True),
-        *((f"FIC-301 {kind}", kind != "error-stands") for kind in STANDING_KINDS),
+        *((f"FIC-301 {kind}", kind != "saturated") for kind in STANDING_KINDS),
     ]
     assert text["text"].endswith("FAILED: 3 of 4 expectations, 1 of 9 standing ones\n")
 

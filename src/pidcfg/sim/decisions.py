@@ -82,7 +82,7 @@ RUN = (
         "the end of a run",
         "Whether an error lasts is looked at in the last tenth of the run, three dead times of the loop's plants and "
         "ten samples at least: its mean there in the second half against that in the first. One that loses two counts, "
-        "0.1 % of span and a fiftieth of itself is on its way; where the output is inside its limits a quarter.",
+        "0.1 % of span and a fiftieth of itself is on its way; where the output is inside its limits a tenth.",
         "Shorter looks take a dead time for a fault, longer ones what happened before; a mean is free of noise and "
         "ripple. At a slower pace the error would last for more than twice the run again, as it does where the PV "
         "creeps towards a value that is not the set point. A loop whose output is free and that is slower than that is "

@@ -23,7 +23,7 @@ SWITCHED = 0.05
 """The same where the output is on or off."""
 PACE = 0.02
 """Of an error, that it has to lose from one half of the window to the other: else it takes twice the run again."""
-ARRIVAL = 0.25
+ARRIVAL = 0.1
 """The same inside the output's limits, where nothing keeps a loop from getting to its set point."""
 
 
