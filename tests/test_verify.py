@@ -7,7 +7,7 @@ import json
 import pytest
 from click.testing import CliRunner
 
-from pidcfg import check_text, convert
+from pidcfg import check_text, convert, diff, encode
 from pidcfg.cli.main import cli
 from pidcfg.vendors import VENDORS
 from pidcfg.verification.bench import bench_of
@@ -185,3 +185,20 @@ def test_diff_verify_decides_the_exit_code(tmp_path, monkeypatch):
 def test_yaml_of_a_spoiled_result_is_what_is_checked(kiln):
     assert "SP: 90" in yaml_text({"SP": 90})
     assert spoiled(kiln, SP=90).config.loops[0].SP == 90
+
+
+def test_diff_from_python_asks_the_same():
+    assert diff(KILN, KILN).alike, "nothing was asked"
+    result = diff(KILN, KILN.replace("reset_time: 60", "reset_time: 75"), verify=True)
+    assert not result.alike
+    assert [(loop.loop, loop.passed) for loop in result.verified] == [("KILN", False)]
+
+
+def test_what_cannot_be_run_is_not_alike():
+    """Two listings of which nothing says the ranges hold the same words, and nobody knows how they behave."""
+    words = "".join(line for line in encode(KILN, "text").text.splitlines(True) if not line.startswith("#"))
+    result = diff(words, words, vendor="click", verify=True, names=("monday.txt", "friday.txt"))
+    assert result.same
+    assert result.verified == ()
+    assert not result.alike
+    assert any(note.startswith("not compared: ") for note in result.notes)

@@ -177,23 +177,29 @@ def diff(
     vendor: str | None = None,
     like: Source | None = None,
     live: bool = False,
+    verify: bool = False,
     names: tuple[str | None, str | None] = (None, None),
     files: Files = None,
     limits: Limits = DEFAULT,
+    progress: Callable[[float], None] | None = None,
 ) -> DiffResult:
     """Two configurations or memory listings: key by key within one vendor, by meaning between two.
 
     A side whose name ends in .yaml or .yml, or that has no name, is a configuration, another one a listing. ``vendor``:
     the PLC family of a listing, where the other side does not tell. ``like``: a configuration that gives listings their
     names, ranges and units; else it is the other side. ``live``: also words that the PLC or the process writes.
+    ``verify``: run both sides through the same battery, see ``alike``; ``progress`` is called with the share that is
+    done.
     """
     from pidcfg.results.differences import DiffOptions, compared
     from pidcfg.results.sources import checked_of, side_of
+    from pidcfg.results.verification import with_verdict
 
     family = None if vendor is None else vendor_named(vendor)
     other = None if like is None else checked_of(like, None, files, limits)
     one, two = (side_of(source, label, files, limits) for source, label in zip((before, after), names, strict=True))
-    return compared((one[0], two[0]), (one[1], two[1]), DiffOptions(family, other, live), limits)
+    result = compared((one[0], two[0]), (one[1], two[1]), DiffOptions(family, other, live), limits)
+    return with_verdict(result, progress) if verify and result.ok else result
 
 
 @exact

@@ -13,6 +13,7 @@ from pidcfg.cli.files import plots
 from pidcfg.cli.formats import report_options
 from pidcfg.cli.main import Exit
 from pidcfg.cli.terminal.console import note
+from pidcfg.cli.terminal.progress import LINE
 from pidcfg.vendors import VENDORS
 
 if TYPE_CHECKING:
@@ -89,14 +90,21 @@ def command(
     one, two = (source.data if isinstance(source, Input) else source for source in sources)
     with usage():
         names_of = None if like is None else _configuration(like, limits)
-        result = diff(one, two, vendor=vendor, like=names_of, live=live, names=(before, after), limits=limits)
+        result = diff(
+            one,
+            two,
+            vendor=vendor,
+            like=names_of,
+            live=live,
+            verify=bool(plot or verify),
+            names=(before, after),
+            limits=limits,
+            progress=lambda share: LINE.update("simulating both sides", share),
+        )
     if not result.ok:
         refuse(result, fmt)
     for line in result.notes:
         note(f"note: {line}")
-    result = plots.verified(result) if plot or verify else result
-    if verify and result.verified is None:
-        raise click.ClickException("--verify: nothing says the ranges of both sides, so neither can be run; see --like")
     charts = [loop.chart for loop in result.verified or ()]
     pictures = plots.drawn(plot, charts, f"{Path(before).name} and {Path(after).name}")
     report_options.deliver(fmt, reports, lambda name: render(name, result), pictures, force=force)

@@ -12,15 +12,12 @@ from typing import TYPE_CHECKING, TextIO
 import click
 
 from pidcfg.cli.extras import need
-from pidcfg.cli.terminal.console import note
 from pidcfg.cli.terminal.console import show as print_report
-from pidcfg.cli.terminal.progress import LINE
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from pidcfg.pictures.chart import Chart
-    from pidcfg.results.differences import DiffResult
     from pidcfg.scenario.outcome import Outcome
 
 TERMINAL = "-"
@@ -92,19 +89,6 @@ def of_runs(outcomes: Sequence[Outcome], loops: Sequence[str]) -> list[Chart]:
             charts = [replace(one, title=f"{outcome.report.scenario}: {one.title}") for one in charts]
         drawn_charts += charts
     return drawn_charts
-
-
-def verified(result: DiffResult) -> DiffResult:
-    """A comparison with both sides in the battery; notes say which loops cannot be run, and why."""
-    from pidcfg.verification.diff_charts import verified_sides
-
-    if result.sides is None or result.sources is None:
-        return result
-    names = (result.before, result.after)
-    loops = verified_sides(
-        result.sides, result.sources, names, note, lambda share: LINE.update("simulating both sides", share)
-    )
-    return replace(result, verified=tuple(loops))
 
 
 def heading(outcomes: Sequence[Outcome]) -> tuple[str, list[str]]:
