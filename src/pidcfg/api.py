@@ -191,9 +191,9 @@ def diff(
     ``verify``: run both sides through the same battery, see ``alike``; ``progress`` is called with the share that is
     done.
     """
+    from pidcfg.results.battery import with_verdict
     from pidcfg.results.differences import DiffOptions, compared
     from pidcfg.results.sources import checked_of, side_of
-    from pidcfg.results.verification import with_verdict
 
     family = None if vendor is None else vendor_named(vendor)
     other = None if like is None else checked_of(like, None, files, limits)
