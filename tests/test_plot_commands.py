@@ -381,7 +381,7 @@ def test_diff_draws_both_sides_of_the_loops_that_both_have(boiler, pidcfg):
     )
     code, out, err = pidcfg("diff", "a.yaml", "b.yaml", "--plot", "d.svg", "--plot", "-")
     assert code == 0
-    assert err == "not compared: TIC-9 is on one side only\n"
+    assert err == "note: not compared: TIC-9 is on one side only\n"
     assert "tuning.gain" in out
     assert "○ a.yaml (generic)   × b.yaml (generic)   ◉ both" in out
     texts = said("d.svg")
