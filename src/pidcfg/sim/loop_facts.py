@@ -6,6 +6,7 @@ what is so with it, next to the attributes of `pidcfg.sim.plc.Plc` that the name
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -15,7 +16,7 @@ IN_CONTROL = ("auto", "cascade")
 """The modes in which a loop controls, as every vendor calls them."""
 
 
-class LoopFacts:
+class LoopFacts(ABC):
     """What verdicts have to know of a PLC's loops, besides what the report shows."""
 
     cfg: Sequence[Any]
@@ -70,9 +71,9 @@ class LoopFacts:
         """The signals of the program that choose a loop's mode."""
         return ()
 
+    @abstractmethod
     def output_limits(self, loop: int, sig: Sequence[float]) -> tuple[float, float]:
         """The present limits of a loop's output, in the unit of its signal."""
-        raise NotImplementedError
 
     def inner_deviation(self, loop: int) -> float | None:  # noqa: ARG002 - not every PLC has such an alarm
         """The inner deviation alarm, in the unit of the PV's signal; None: it is off."""

@@ -7,7 +7,7 @@ the program-to-run transition.
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
+from abc import abstractmethod
 from collections.abc import Callable, Collection, Iterable, Mapping, MutableSequence, Sequence
 from dataclasses import dataclass
 from math import ceil, gcd
@@ -35,7 +35,7 @@ def steps_until(time: Decimal, step: int) -> int:
     return -(-ceil(time * TICKS) // step)
 
 
-class Plc(LoopFacts, ABC):
+class Plc(LoopFacts):
     """A PLC as loaded from its words, ready for the program-to-run transition.
 
     Vendors derive theirs; attributes that have a value here are those of most PLCs.

@@ -298,7 +298,7 @@ WRITTEN = (
         DL06.at("Bias Term"),
         lambda values: values["tuning.reset"] not in RESET_OFF,
     ),
-    Written("bias", "compared", "the program: without an integral the bias stays what it is", D345),
+    Written("bias", "compared", "the program", D345),
     Written("setpoint", "live", "the ramp/soak generator", SOURCES, lambda values: values["ramp_soak.enabled"]),
     Written(
         "setpoint", "live", "the loop or the word that +32 points at", SOURCES, lambda values: values["remote_setpoint"]
