@@ -99,6 +99,7 @@ SCHEMA = (
     _row("PID035", "incomplete-transfer", "An auto transfer names neither a channel nor an address, or both.", "The CPU would read the wrong input.", "Give slot and channel, or address."),
     _row("PID036", "too-many-items", "A list has more items than there is room for.", "The table in the PLC has a fixed size.", "Remove items."),
     _row("PID037", "no-value", "A key has no value.", "An empty value is neither a number nor a default.", "Give a value, or remove the key."),
+    _row("PID038", "loops-not-checked", "Some loops cannot be read, so what concerns several loops was not checked.", "Rules that compare loops would find faults of a loop that is not there; the other loops were checked each by itself.", "Correct the errors of the loops that cannot be read, and check again.", Severity.INFO),
 )
 SUPPRESSION = (
     _remark("PID043", "unused-ignore", "A comment ignores findings that are not there.", "It would hide the next one of its kind that comes to this line.", "Delete the comment, or the code; `--fix` does it."),

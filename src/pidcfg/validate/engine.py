@@ -10,6 +10,7 @@ from pidcfg.limits import DEFAULT, Limits
 from pidcfg.validate.checklist import is_to_check, lines
 from pidcfg.validate.edits import of_quotes, of_value
 from pidcfg.validate.identity import key_of, loop_name, value_of
+from pidcfg.validate.partial import readable
 from pidcfg.validate.schema import not_a_choice, read_model, same_word
 from pidcfg.vendors import VENDORS, Vendor
 
@@ -70,13 +71,30 @@ def check_document(doc: Document, limits: Limits = DEFAULT) -> Checked:
     config, errors = read_model(vendor.model, doc)
     findings += errors
     if config is None:
+        findings += _of_readable_loops(vendor, doc, errors)
         return Checked(doc, tuple(ordered(findings)), vendor)
     encoding = vendor.encoder(config)
-    context = vendor.load("context")(config, encoding)
-    of_rules = list(run_rules(vendor.load("rules").values(), context, doc))
+    of_rules = _of_rules(vendor, config, encoding, doc)
     findings += (d for d in of_rules if not is_to_check(d))
     to_check = tuple(ordered([d for d in of_rules if is_to_check(d)]))
     return Checked(doc, tuple(ordered(findings)), vendor, config, encoding, to_check)
+
+
+def _of_rules(vendor: Vendor, config: Any, encoding: Encoding, doc: Document) -> list[Diagnostic]:
+    """What the vendor's rules find."""
+    context = vendor.load("context")(config, encoding)
+    return list(run_rules(vendor.load("rules").values(), context, doc))
+
+
+def _of_readable_loops(vendor: Vendor, doc: Document, errors: Sequence[Diagnostic]) -> list[Diagnostic]:
+    """What the rules find at loops that can be read, beside some that cannot."""
+
+    def judge(data: dict[str, Any]) -> list[Diagnostic] | None:
+        config, _ = read_model(vendor.model, replace(doc, data=data))
+        return None if config is None else _of_rules(vendor, config, vendor.encoder(config), doc)
+
+    loops = readable(doc, errors)
+    return [d for d in loops.findings(judge) if not is_to_check(d)] if loops else []
 
 
 def vendor_of(doc: Document) -> tuple[Vendor | None, list[Diagnostic]]:
