@@ -592,10 +592,18 @@ def test_diff_prints_a_patch_alone(validate, tmp_path, option):
     assert validate("a.yaml", "--diff").out.startswith("--- a.yaml"), "a settings file asks for no report"
 
 
-@pytest.mark.parametrize("options", [(), ("--create-baseline",)])
-def test_nothing_is_corrected_before_a_baseline_that_cannot_be_used(validate, tmp_path, options):
-    if options:
-        (tmp_path / "k.json").write_text('{"version": 2, "findings": []}', "utf-8")
+@pytest.mark.parametrize(
+    ("options", "text"),
+    [
+        ((), None),
+        (("--create-baseline",), '{"version": 2, "findings": []}'),
+        ((), "{bad"),
+        (("--shrink-baseline",), ""),
+    ],
+)
+def test_nothing_is_corrected_before_a_baseline_that_cannot_be_used(validate, tmp_path, options, text):
+    if text is not None:
+        (tmp_path / "k.json").write_text(text, "utf-8")
     before = (tmp_path / "a.yaml").read_bytes()
     found = validate("a.yaml", "--fix", "--baseline", "k.json", *options)
     assert (found.code, found.out) == (2, "")

@@ -18,7 +18,7 @@ from click.core import ParameterSource
 from pidcfg.cli.files.inputs import FILES, document
 from pidcfg.cli.files.outputs import write_files
 from pidcfg.cli.findings import settings
-from pidcfg.cli.findings.policy import STDIN_NAME, count
+from pidcfg.cli.findings.policy import STDIN_NAME, count, read_baseline
 from pidcfg.cli.main import Exit
 from pidcfg.cli.options import named
 from pidcfg.cli.terminal.console import echo, note
@@ -91,6 +91,11 @@ def refuse_options(ctx: click.Context, reports: Sequence[Report]) -> None:
     if ctx.params["fix"] and baseline is not None and Path(baseline).exists() == ctx.params["create"]:
         there = "exists and only shrinks" if ctx.params["create"] else "is not there; --create-baseline makes it"
         raise click.ClickException(f"{baseline} {there}; nothing was corrected")
+    if ctx.params["fix"] and baseline is not None and not ctx.params["create"]:
+        try:
+            read_baseline(baseline)
+        except click.ClickException as error:
+            raise click.ClickException(f"{error.message}; nothing was corrected") from None
     for report in reports:
         try:
             with tempfile.TemporaryFile(dir=Path(report.path).resolve().parent):

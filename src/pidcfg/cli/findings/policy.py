@@ -136,8 +136,7 @@ def _with_baseline(
         _write(name, text, "--create-baseline")
         result.remarks.append(f"{name}: {count(len(result.known), 'finding')} written")
         return
-    text = _read(name)
-    known = _parsed(text, name)
+    known, text = read_baseline(name)
     if known.former:
         known, text = _renewed(known, text, name, all_findings, file_of, result.remarks)
     files = {e.file for e in known.entries} | {row.file for row in known.former}
@@ -205,12 +204,13 @@ def count(number: int, one: str, many: str | None = None) -> str:
     return f"{number} {one if number == 1 else many or one + 's'}"
 
 
-def _parsed(text: str, name: str) -> Baseline:
-    """What a baseline says, or one clear error."""
+def read_baseline(name: str) -> tuple[Baseline, str]:
+    """What a baseline says, and its text; ends the command with one clear error where it cannot be read."""
     from pidcfg.validate.baseline import BaselineError, from_text
 
+    text = _read(name)
     try:
-        return from_text(text)
+        return from_text(text), text
     except BaselineError as error:
         raise click.ClickException(f"{name}:{error}; a new one is made with --create-baseline") from None
 
