@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 
+import pidcfg
 from case_messages import GOLDEN, messages
 from pidcfg.diagnostics import Severity
 from pidcfg.limits import Limits
@@ -206,3 +207,21 @@ def test_a_limit_of_the_reader_is_named():
     found = check_document(read_document(b"name: " + b"x" * 50, "case.yaml", Limits(scalar_bytes=10))).findings
 
     assert [(d.code, "10 bytes" in d.message) for d in found] == [("PID013", True)]
+
+
+@pytest.mark.parametrize(
+    ("example", "old", "new", "codes"),
+    [
+        ("click/tank", "sample_rate: 500 ms", "sample_rate: 99.6 ms", {"PID105"}),
+        ("click/tank", "sample_rate: 500 ms", "sample_rate: 99.4 ms", {"PID101", "CK310"}),
+        ("dl06/reactor", "gain: 1.20", "gain: 99.994", {"PID105"}),
+        ("dl06/reactor", "gain: 1.20", "gain: 99.996", {"PID101"}),
+        ("dl06/reactor", "sample_rate: 1.0", "sample_rate: 0.046", {"PID105"}),
+        ("dl06/reactor", "sample_rate: 1.0", "sample_rate: 0.04", {"PID101"}),
+    ],
+)
+def test_limits_are_those_of_what_the_register_holds(example, old, new, codes):
+    text = (Path(__file__).parents[1] / "examples" / f"{example}.yaml").read_text("utf-8")
+    assert old in text
+    found = {d.code for d in pidcfg.check(text.replace(old, new)).findings}
+    assert found & {"PID101", "PID105", "CK310"} == codes

@@ -93,6 +93,16 @@ def beyond_limits(model: BaseModel, path: Path) -> Iterator[tuple[Path, Decimal,
             yield from beyond_limits(value, (*path, name))
 
 
+def _outside(context: AnyContext) -> Iterator[tuple[Path, Decimal, Limits]]:
+    """Every number outside the limits of its field, as the register holds it."""
+    outside = list(beyond_limits(context.config, ()))
+    stored = {path: rounded for path, rounded in context.encoding.rounded} if outside else {}
+    for path, value, limits in outside:
+        rounded = stored.get(path)
+        if rounded is None or rounded.value != value or not limits.holds(rounded.stored):
+            yield path, value, limits
+
+
 def _between(low: Decimal | str | None, high: Decimal | str | None, unit: str) -> str:
     shown = [decimal_text(Decimal(end)) if end is not None else None for end in (low, high)]
     suffix = f" {unit}" if unit else ""
@@ -109,7 +119,7 @@ def value_out_of_range(context: AnyContext) -> Findings:
 
     Fix: choose a value inside the limits.
     """
-    for path, value, limits in beyond_limits(context.config, ()):
+    for path, value, limits in _outside(context):
         if path in context.explained:
             continue
         unit = f" {limits.unit}" if limits.unit else ""
@@ -173,14 +183,17 @@ def fractional_counts(context: AnyContext) -> Findings:
 
 @warning("PID105", D07, "{field} {value}{unit} is stored as {stored}{unit}, {percent} % off")
 def rounded_value(context: AnyContext) -> Findings:
-    """A value is stored more than 1 % off, because its register has too few digits.
+    """A value is stored more than 1 % off, or comes into its limits only so, because its register has too few digits.
 
     Why: the loop runs with the stored value, not with the one in the file.
 
     Fix: write the stored value if it will do; otherwise change the unit or the sample rate so that more digits count.
     """
+    all_outside = {path for path, _, _ in beyond_limits(context.config, ())} if context.encoding.rounded else set()
+    into_limits = all_outside - {path for path, _, _ in _outside(context)}
     for path, rounded in context.encoding.rounded:
-        if rounded.value and abs(rounded.stored - rounded.value) > ROUNDING_WARNING * abs(rounded.value):
+        far = abs(rounded.stored - rounded.value) > ROUNDING_WARNING * abs(rounded.value)
+        if rounded.value and (far or path in into_limits):
             percent = abs(rounded.stored / rounded.value - 1) * 100
             unit = f" {rounded.word.unit}" if rounded.word.unit else ""
             yield finding(

@@ -106,6 +106,8 @@ class LoopView(View[Loop]):
 
     def _breaks(self, error: PidError) -> bool:
         value = self.value(error.register) or Decimal(0)
+        if value and (held := self.held(error.register)) is not None:
+            value = held
         if error.above is not None:
             ends = self.holds(error.register, error.above)
             return (
