@@ -637,3 +637,51 @@ def test_a_wanted_mode_is_missed_when_another_is_wanted_before_it_came():
 def test_a_mode_that_an_event_changes_at_once_is_not_missed():
     at_once = "  - {at: 0, loop: FLOW, mode: auto}\n  - {at: 0, loop: TANK, mode: manual}\n"
     assert verdict(cascade(more=at_once), "not-in-mode", "FLOW").passed
+
+
+@pytest.mark.parametrize("vendor", ["dl06", "generic"])
+def test_a_mode_that_a_loop_is_not_meant_for_excuses_nothing(vendor):
+    full = ("load: 20", "load: -70")
+    assert "saturated" in failures(outcome(vendor, full))
+    expected = "expect:\n  - {loop: TANK, mode: {never: cascade}}\n"
+    result = outcome(vendor, full, more=expected)
+    assert result.report.expectations[0].passed
+    assert "saturated" in failures(result)
+
+
+def test_a_loop_that_shall_never_be_in_the_mode_it_is_meant_for_is_judged_by_the_rest():
+    """A master that is missing keeps it from Cascade, as the expectation says."""
+    asked = ("events:\n", "events:\n  - {at: 90, loop: TANK, mode: cascade}\n")
+    assert failures(outcome("generic", asked)) == {"not-in-mode"}
+    expected = "expect:\n  - {loop: TANK, mode: {never: cascade}}\n"
+    assert failures(outcome("generic", asked, more=expected)) == set()
+    assert failures(outcome("generic", asked, ("load: 20", "load: -70"), more=expected)) == {"saturated"}
+
+
+@pytest.mark.parametrize(
+    ("vendor", "alarm", "words"),
+    [
+        ("dl06", "deviation_red", "alarms: {deviation: {yellow: 5, red: 40}, hysteresis: 2 counts}"),
+        ("click", "deviation_high_high", "alarms: {deviation: {high: 5, high_high: 40}, hysteresis: 1}"),
+        ("generic", "deviation_high_high", "alarms: {deviation: {high: 5, high_high: 40}}"),
+    ],
+)
+def test_an_alarm_that_is_off_never_comes_and_proves_nothing(vendor, alarm, words):
+    expected = f"expect:\n  - {{loop: TANK, alarm: {alarm}, never: true}}\n"
+    off = outcome(vendor, more=expected).report.expectations[0]
+    assert (off.passed, off.text) == (False, f"TANK alarm {alarm} never (nothing was measured: the alarm is off)")
+    on = outcome(vendor, more=expected, config=[("    output:", f"    {words}\n    output:")])
+    assert on.report.expectations[0].passed
+
+
+def test_an_alarm_that_an_event_switches_may_be_expected_never_to_come():
+    event = ("events:\n", "events:\n  - {at: 90, loop: TANK, set: {alarms.pv.enabled: true}}\n")
+    expected = "expect:\n  - {loop: TANK, alarm: pv_high_high, never: true, before: 80}\n"
+    assert outcome("dl06", event, more=expected).report.expectations[0].passed
+
+
+def test_a_run_without_a_loop_in_control_says_so():
+    result = outcome("dl06", config=[("mode: auto", "mode: manual")])
+    assert result.report.passed
+    assert "nothing was controlled" in verdict_line(result.outcome, result.report)
+    assert "nothing was controlled" not in verdict_line(outcome("dl06").outcome, outcome("dl06").report)

@@ -134,7 +134,8 @@ RUN = (
         336,
         "what follows from an error that is expected",
         "An error word of the PLC that an expectation names excuses all loops; an error of a loop, or the expectation "
-        "that it never comes into Auto or Cascade, itself and its cascade. Nothing of them is judged.",
+        "that it never comes into Auto or Cascade where it was in neither, itself and its cascade. Nothing of them is "
+        "judged. A loop in Auto that shall never be in Cascade is not asked for Cascade, and judged by the rest.",
         "A wrong set-up can be written down and seen to fail, and what follows from it is no news.",
     ),
 )

@@ -28,6 +28,10 @@ class LoopFacts(ABC):
     alarm_bits: Mapping[str, int]
     outer_alarms: Sequence[str] = ()
     """The outermost alarms of ``alarm_bits``: high-high, low-low, red."""
+    alarm_limits: Mapping[str, str] = {}
+    """Where the configuration of a loop has the limit of each alarm."""
+    unreached: float = 0.0
+    """A limit from which on, either way, an alarm is off."""
     error_flags: Sequence[str] = ()
     """Flags that mean an error of the set-up."""
     tuning_flags: Sequence[str] = ()
@@ -66,6 +70,10 @@ class LoopFacts(ABC):
     def pv_range(self, loop: int) -> tuple[float, float] | None:
         """The ends of a PV's range; None: the configuration gives none."""
         return self.scales[loop][:2]
+
+    def alarm_is_on(self, loop: int, alarm: str) -> bool:
+        """Whether an alarm can come: it is switched on and has a limit."""
+        return bool(abs(getattr(self.cfg[loop], self.alarm_limits[alarm])) < self.unreached)
 
     def mode_inputs(self, loop: int) -> Collection[int]:  # noqa: ARG002 - in most PLCs an operator chooses the mode
         """The signals of the program that choose a loop's mode."""

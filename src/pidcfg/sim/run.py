@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Literal
 
 from pidcfg.sim.engine import CHUNK, EngineName, Machine, choose, numba_kernels, python_kernels
 from pidcfg.sim.events import Agenda
-from pidcfg.sim.expect import Outcome, Watch, verdict, watches_of
+from pidcfg.sim.expect import Outcome, Watch, alarms_off, verdict, watches_of
 from pidcfg.sim.faults import faults
 from pidcfg.sim.feedback import wrong_actions
 from pidcfg.sim.influence import Influence
@@ -227,7 +227,8 @@ class _Run:
             report.time_in_control = rounded(time_in_control(meter, self.last) * self.dt)
         metrics = [report.metrics for report in self.journal.loops]
         signals = self._signals()
-        outcome = Outcome(self.plc, metrics, machine.meters, signals, self.dt, self.last, self.agenda.modes)
+        off = alarms_off(self.scenario, self.plc)
+        outcome = Outcome(self.plc, metrics, machine.meters, signals, self.dt, self.last, off, self.agenda.modes)
         wanted = enumerate(self.scenario.expect)
         evidence = self._evidence()
         verdicts = standing(evidence)

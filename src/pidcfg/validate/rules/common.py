@@ -96,7 +96,7 @@ def beyond_limits(model: BaseModel, path: Path) -> Iterator[tuple[Path, Decimal,
 def _outside(context: AnyContext) -> Iterator[tuple[Path, Decimal, Limits]]:
     """Every number outside the limits of its field, as the register holds it."""
     outside = list(beyond_limits(context.config, ()))
-    stored = {path: rounded for path, rounded in context.encoding.rounded} if outside else {}
+    stored = dict(context.encoding.rounded) if outside else {}
     for path, value, limits in outside:
         rounded = stored.get(path)
         if rounded is None or rounded.value != value or not limits.holds(rounded.stored):

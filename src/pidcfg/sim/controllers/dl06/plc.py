@@ -15,7 +15,16 @@ from pidcfg.sim.controllers.dl06 import modes as dl06_modes
 from pidcfg.sim.controllers.dl06 import state as bits
 from pidcfg.sim.controllers.dl06 import timing as dl06_timing
 from pidcfg.sim.controllers.dl06.memory import Memory, Options
-from pidcfg.sim.controllers.dl06.report import ALARM_BITS, AUX_BITS, COMMANDS, FLAG_BITS, MODES, OUTER_ALARMS, REASONS
+from pidcfg.sim.controllers.dl06.report import (
+    ALARM_BITS,
+    ALARM_LIMITS,
+    AUX_BITS,
+    COMMANDS,
+    FLAG_BITS,
+    MODES,
+    OUTER_ALARMS,
+    REASONS,
+)
 from pidcfg.sim.controllers.dl06.setting import CASCADE_FROM, find_rows, fits, parse_setting, stored_rate
 from pidcfg.sim.controllers.dl06.words import ticks, write_state
 from pidcfg.sim.notices import tell_request
@@ -45,6 +54,8 @@ class Dl06(Memory):
     }
     tuned_names = ("gain", "reset", "rate", "sample_rate")
     alarm_bits: Mapping[str, int] = ALARM_BITS
+    alarm_limits: Mapping[str, str] = ALARM_LIMITS
+    unreached = bits.UNBOUNDED
     flag_bits: Mapping[str, int] = FLAG_BITS
     aux_bits: Mapping[str, int] = AUX_BITS
     reasons: Mapping[int, str] = REASONS

@@ -9,6 +9,7 @@ from pidcfg.sim.controllers.generic import state as bits
 from pidcfg.sim.controllers.generic.report import (
     ABOUT_MODE,
     ALARM_BITS,
+    ALARM_LIMITS,
     FLAG_BITS,
     MODES,
     NO_SOURCE,
@@ -41,6 +42,8 @@ class Generic(NamedPlc):
     pulses: Sequence[str] = ("PULSE",)
     modes: Mapping[str, int] = MODES
     alarm_bits: Mapping[str, int] = ALARM_BITS
+    alarm_limits: Mapping[str, str] = ALARM_LIMITS
+    unreached = bits.UNREACHED
     flag_bits: Mapping[str, int] = FLAG_BITS
     reasons: Mapping[int, str] = REASONS
     about_mode = ABOUT_MODE
