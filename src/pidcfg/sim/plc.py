@@ -91,8 +91,6 @@ class Plc(LoopFacts, ABC):
     """What a scenario may choose about it, by the keys of ``plc``."""
     commands: Mapping[str, Sequence[str]] = {"ramp_soak": (), "autotune": (), "plc": ()}
     """What the events ``ramp_soak``, ``autotune`` and ``plc`` may say; nothing where the PLC has no such thing."""
-    problems: Sequence[str] = ()
-    """Words that are no value of their format, and what they are taken for."""
     tuned_names: Sequence[str] = ()
     """Results of the auto-tune, by the vendor's names of the parameters."""
     reasons: Mapping[int, str]

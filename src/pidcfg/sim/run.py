@@ -128,7 +128,7 @@ class _Run:
         machine = Machine(net, plc, step, meters, bands, gauges, onsets, list(net.names.values()), kernels)
         journal = Journal(plc, step / TICKS)
         agenda = Agenda(scenario, plc, net, machine, journal, influence, step)
-        notes = [Note(0.0, None, f"word without a value: {problem}") for problem in plc.problems]
+        notes = [Note(0.0, plc.loops[p.loop], f"word without a value: {p.text}") for p in plc.problems]
         return cls(scenario, settings, plc, net, step, last, engine, machine, journal, agenda, watches, problems, notes)
 
     @property

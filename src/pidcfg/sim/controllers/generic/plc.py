@@ -46,9 +46,9 @@ class Generic(NamedPlc):
     about_mode = ABOUT_MODE
     outer_alarms = OUTER_ALARMS
 
-    def contents_of(self, words: Mapping[str, Any], loop: str) -> Fields:
-        """The fields of a loop; what is missing or no value is told."""
-        return fields_of(words, loop, self.problems)
+    def contents_of(self, words: Mapping[str, Any], loop: str) -> tuple[Fields, list[str]]:
+        """The fields of a loop, and which are missing or no value."""
+        return fields_of(words, loop)
 
     def prepare(self) -> None:
         """Who is whose master, and the scales."""
