@@ -186,8 +186,8 @@ class Plc(LoopFacts, ABC):
         raise KeyError(name)
 
     @abstractmethod
-    def set_output(self, loop: int, value: Quantity, sig: MutableSequence[float]) -> None:
-        """The output that a loop in Manual starts with."""
+    def set_output(self, loop: int, value: Quantity, sig: MutableSequence[float]) -> str | None:
+        """The output that a loop starts with; returns why it has no effect, if so."""
 
     @abstractmethod
     def check_set(self, loop: int, path: tuple[str, ...], value: object) -> object:
