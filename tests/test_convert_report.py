@@ -215,7 +215,8 @@ def test_limits_are_read_one_by_one():
 
 # --- what an operator sees -------------------------------------------------------------------------------------------
 
-WAITS = {"dl06", "click"}
+STARTS = {"dl06": "later begins in the mode that it had", "click": "it waits in Manual"}
+"""The others begin in their mode."""
 ON_TOP = {"dl06", "click", "ezlogix"}
 """With a set point that stays: the bias, or the integral, becomes the output, and the error acts on top of it."""
 
@@ -225,7 +226,10 @@ def test_each_pair_names_how_start_and_transfers_differ(one, two):
     text = oven(setpoint={"value": 180, "follows_pv": False})
     source = text if one == "generic" else api.convert(text, one).text
     lines = lines_of(api.convert(source, two))
-    assert ("operation.start" in lines) == ((one in WAITS) != (two in WAITS))
+    start = lines.get("operation.start")
+    assert (start is not None) == (STARTS.get(one) != STARTS.get(two))
+    for vendor, text in ((one, start.source), (two, start.target)) if start is not None else ():
+        assert text.endswith(STARTS.get(vendor, "it begins in its mode"))
     assert ("operation.transfer" in lines) == ((one in ON_TOP) != (two in ON_TOP))
     jumps = lines.get("operation.manual")
     assert (jumps is not None) == (two == "nextopid" or (one == "nextopid" and two != "dpide"))

@@ -131,7 +131,7 @@ def test_a_word_that_is_no_number_counts_as_zero_and_is_reported():
 
     assert machine.st[0].gain == 0.0
     assert machine.problems == [
-        "LOOP-1: +10 Gain (proportional): 0x0A00 has a digit above 9; taken as 0",
+        (0, "+10 Gain (proportional): 0x0A00 has a digit above 9; taken as 0", True),
     ]
 
 

@@ -152,6 +152,26 @@ def _differences(listing: Listing, again: Image) -> Iterator[str]:
         yield f"these words of the listing belong to no loop and are left out: {few(lines)}"
 
 
+def check_settings(listing: Listing, vendor: Vendor) -> None:
+    """Raises `DecodeError` unless what stands beside the words is sound; words that are no values do not matter."""
+    words, unreadable = dict(listing.words), set[Any]()
+    while True:
+        try:
+            vendor.load("decode")(words, listing.settings, listing.plc)
+        except DecodeError as error:
+            if error.place not in words or error.place in unreadable:
+                raise
+            unreadable.add(error.place)
+            words[error.place] = _nothing(words[error.place])
+        else:
+            return
+
+
+def _nothing(content: Any) -> Any:
+    """What stands for a content that is no value."""
+    return NOTHING.get(type(content), 0.0)
+
+
 @dataclass(frozen=True, slots=True)
 class Reading:
     """A listing that is read as far as it goes: a word that is no value does not hide the others."""
@@ -187,7 +207,7 @@ def reading_of(listing: Listing, vendor: Vendor, like: Any = None) -> Reading:
             place = error.place
             if place in listing.words and place not in unreadable:
                 unreadable[place] = str(error)
-                words[place] = given.get(place, NOTHING.get(type(listing.words[place]), 0.0))
+                words[place] = given.get(place, _nothing(listing.words[place]))
             elif not given.keys() <= words.keys():
                 words, partial = {**given, **words}, True
             elif like is not None:

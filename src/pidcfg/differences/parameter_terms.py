@@ -21,7 +21,7 @@ from pidcfg.differences.terms import (
 )
 from pidcfg.differences.wired import content_of
 from pidcfg.encoders.parameters import shown
-from pidcfg.encoders.written import writer_of
+from pidcfg.encoders.written import D345, Written, writer_of
 from pidcfg.paths import steps, value_at
 from pidcfg.schemas.iec import Wire
 
@@ -29,8 +29,9 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
     from pidcfg.encoders.parameters import Entry
-    from pidcfg.encoders.written import Written
 
+OUTPUT_DEVICE = ("devices", "MV")
+"""Where a loop says in which device its output stands, in a cascade that of another loop's set point."""
 SIGNALS = "signals"
 """Where values that belong to no block are listed."""
 
@@ -45,12 +46,15 @@ def parameter_terms(subject: Subject) -> Terms:
         cells.setdefault(owner_of(cell.address, names), []).append(cell)
     loops = {loop.name: i for i, loop in enumerate(subject.config.loops, start=1)}
     owners, settings = [whole_file(subject, {})], subject.settings
+    outputs = {place: loop.name for loop in subject.config.loops if (place := value_at(loop, OUTPUT_DEVICE))}
     for name, entries in cells.items():
         model = models.get(name)
         values = {cell.field: cell.raw for cell in entries}
         items, place = {}, str(getattr(model, "device", ""))
         for cell in entries:
             writer = writer_of(table, SIGNALS if model is None else cell.field, values)
+            if outer := outputs.get(cell.device):
+                writer = Written(cell.field, "live", f"{outer}, whose output it is", D345)
             items[cell.field] = _item(subject, cell, model, writer)
         if model is not None:
             entry = settings[names.index(name)]

@@ -109,9 +109,10 @@ class _Run:
         problems = net.problems + _too_long(last, len(plc.loops), settings)
         if any(problem.severity == "error" for problem in problems):
             raise UnusableError(problems)
-        if isinstance(scenario.initial, dict):
-            for loop, value in scenario.initial.items():
-                plc.set_output(plc.loops.index(loop), value, net.sig)
+        notes = [Note(0.0, plc.loops[p.loop], f"word without a value: {p.text}") for p in plc.problems]
+        for loop, value in scenario.initial.items() if isinstance(scenario.initial, dict) else ():
+            idle = plc.set_output(plc.loops.index(loop), value, net.sig)
+            notes += [Note(0.0, loop, f"initial output {value}: {idle}")] if idle else []
         rest(net, initial_values(net))
         problems += wrong_actions(net, plc)
         influence = Influence.of(scenario, net, plc)
@@ -128,7 +129,6 @@ class _Run:
         machine = Machine(net, plc, step, meters, bands, gauges, onsets, list(net.names.values()), kernels)
         journal = Journal(plc, step / TICKS)
         agenda = Agenda(scenario, plc, net, machine, journal, influence, step)
-        notes = [Note(0.0, None, f"word without a value: {problem}") for problem in plc.problems]
         return cls(scenario, settings, plc, net, step, last, engine, machine, journal, agenda, watches, problems, notes)
 
     @property

@@ -1,4 +1,7 @@
-"""DL06 loops: each starts in manual, and a change to auto makes the bias of the output (manual, Bumpless Transfers)."""
+"""DL06 loops: new ones begin in Manual, Run brings back the mode of before (manual, PLC Modes' Effect on Loop Modes).
+
+A change to Auto makes the bias of the output (manual, Bumpless Transfers).
+"""
 
 from __future__ import annotations
 
@@ -12,14 +15,14 @@ if TYPE_CHECKING:
 
 
 def operations(config: Dl06File) -> list[Operation]:
-    """Of each loop (D35, D39, D41 to D43); type I sets the set point to the PV, so that there is no error on top."""
+    """Of each loop (D35, D39, D41 to D43, D45, D49); type I sets the set point to the PV: no error is on top."""
     rules = []
     for loop in config.loops:
         velocity = loop.algorithm == "velocity"
         frozen = Windup.FROZEN_AT_ENDS if loop.bias_freeze else Windup.WITHIN_RANGE
         rules.append(
             Operation(
-                start=Start.WAITS,
+                start=Start.RETURNS,
                 transfer=Transfer.GOES_ON if velocity or loop.bumpless == "I" else Transfer.ON_TOP,
                 without_integral=WithoutIntegral.TAKEN_OVER,
                 windup=Windup.NONE if velocity else frozen,

@@ -55,7 +55,12 @@ class Start(Answer):
     """Which mode a loop has when its PLC begins to run."""
 
     WAITS = 0, "it waits in Manual", "request its mode after each start of the PLC"
-    RUNS = 1, "it begins in its mode", "keep it in Manual in the program where it has to wait for somebody"
+    RETURNS = (
+        1,
+        "it waits in Manual after the download, and later begins in the mode that it had",
+        "request its mode once; switch it to Manual before the PLC stops where it has to wait for somebody",
+    )
+    RUNS = 2, "it begins in its mode", "keep it in Manual in the program where it has to wait for somebody"
 
 
 class Manual(Answer):

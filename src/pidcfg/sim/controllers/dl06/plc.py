@@ -109,9 +109,10 @@ class Dl06(Memory):
         return (sqrt(c.deadband) if c.squared else c.deadband) * c.pv_width
 
     def set_up_errors(self, loop: int) -> Iterator[str]:
-        """The ramp/soak programming errors of +35."""
-        if self.st[loop].rs_error:
-            yield f"ramp/soak programming error, +35 = 0x{self.st[loop].rs_error:04X}"
+        """Words that are no value of their format, and the ramp/soak programming errors that +35 has had."""
+        yield from super().set_up_errors(loop)
+        if self.st[loop].rs_errors:
+            yield f"ramp/soak programming error, +35 = 0x{self.st[loop].rs_errors:04X}"
 
     @property
     def running(self) -> bool:

@@ -6,12 +6,12 @@ digit above 9, say) counts as 0, which switches its function off, and is reporte
 
 from __future__ import annotations
 
-from collections.abc import Mapping, MutableSequence, Sequence
+from collections.abc import Iterator, Mapping, MutableSequence, Sequence
 from math import sqrt
-from typing import Any
+from typing import Any, NamedTuple
 
 from pidcfg.encoders.dl06.setup import alarm_order_broken, check_ramp_soak
-from pidcfg.encoders.maps.dl06 import CPU, FORMATS, LOOP_TABLE, LOOP_TABLES, RAMP_SOAK_PAIR, RAMP_SOAK_PAIRS, RESET
+from pidcfg.encoders.maps.dl06 import CPU, FORMATS, LOOP_TABLE, LOOP_TABLES, RAMP_SOAK_PAIR, RAMP_SOAK_SIZE, RESET
 from pidcfg.encoders.regmap import Bits, RegisterMap, Word, decode_one
 from pidcfg.encoders.scales import Scale
 from pidcfg.encoders.words import DecodeError
@@ -28,6 +28,13 @@ SLOW = 2 * TICKS
 """Sample rates above this are calculated at most one a scan."""
 
 
+class NoWord(NamedTuple):
+    """A word that is no value of its format, in words, and whether it is a setting, not what the PLC writes."""
+
+    text: str
+    setting: bool
+
+
 def raw_scales(bits: Values) -> dict[str, Scale]:
     """The scales of a loop's words, in counts."""
     pv = FORMATS[bits["pv.format"]]
@@ -35,10 +42,12 @@ def raw_scales(bits: Values) -> dict[str, Scale]:
     return {"pv": Scale(pv), "sp": Scale(pv, root=bits["pv.square_root"]), "output": Scale(output)}
 
 
-def decode_block(table: RegisterMap, words: Sequence[int], scales: Mapping[str, Scale]) -> tuple[Values, list[str]]:
-    """Every value of a block by path, and problems of words that have no value."""
+def decode_block(
+    table: RegisterMap, words: Sequence[int], scales: Mapping[str, Scale], start: int = 0
+) -> tuple[Values, list[NoWord]]:
+    """Every value of a block by path, and its words that have no value; ``start`` is where the block begins."""
     values: dict[str, Any] = {}
-    problems: list[str] = []
+    problems: list[NoWord] = []
     rows: tuple[Word | Bits, ...] = (*table.bits, *table.words)
     for row in rows:
         if row.path is None:
@@ -48,7 +57,8 @@ def decode_block(table: RegisterMap, words: Sequence[int], scales: Mapping[str, 
         try:
             values[row.path] = decode_row(row, words[row.offset], scales)
         except DecodeError as error:
-            problems.append(f"+{row.offset:02o} {row.title}: {error}; taken as 0")
+            setting = isinstance(row, Bits) or row.access != "status"
+            problems.append(NoWord(f"+{start + row.offset:02o} {row.title}: {error}; taken as 0", setting))
             values[row.path] = decode_row(row, 0, scales)
     return values, problems
 
@@ -58,8 +68,8 @@ def decode_row(row: Word | Bits, word: int, scales: Mapping[str, Scale]) -> Any:
     return row.decode(word) if isinstance(row, Bits) else decode_one(row.codec, word, scales)
 
 
-def decode_loop(words: Sequence[int], reset_decimals: int) -> tuple[Values, list[str]]:
-    """The 32 words of a loop."""
+def decode_loop(words: Sequence[int], reset_decimals: int) -> tuple[Values, list[NoWord]]:
+    """The 32 words of a loop, and which of them have no value."""
     return decode_block(LOOP_TABLES[reset_decimals], words, {})
 
 
@@ -123,11 +133,16 @@ def tuning(c: Config, s: State, v: Values, reset_decimals: int) -> None:
     s.period = c.period
 
 
+def decode_profile(words: Sequence[int], v: Values) -> Iterator[tuple[Values, list[NoWord]]]:
+    """The pairs of a ramp/soak table, each with its words that have no value."""
+    for at in range(0, RAMP_SOAK_SIZE, RAMP_SOAK_PAIR.size):
+        yield decode_block(RAMP_SOAK_PAIR, words[at : at + RAMP_SOAK_PAIR.size], raw_scales(v), at)
+
+
 def profile(words: Sequence[int], v: Values) -> list[float]:
     """A ramp/soak table as the kernels want it: target, slope a second, seconds to soak, deviation for each pair."""
     table: list[float] = []
-    for j in range(RAMP_SOAK_PAIRS):
-        pair, _ = decode_block(RAMP_SOAK_PAIR, words[j * RAMP_SOAK_PAIR.size :][: RAMP_SOAK_PAIR.size], raw_scales(v))
+    for pair, _ in decode_profile(words, v):
         table += [counts(pair["ramp_to"]), counts(pair["slope"]), float(pair["soak"]) * 60.0, counts(pair["deviation"])]
     return table
 
