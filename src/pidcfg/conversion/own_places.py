@@ -9,55 +9,23 @@ from pidcfg.conversion.ledger import Change
 from pidcfg.conversion.settle import place
 from pidcfg.encoders.words import DecodeError
 from pidcfg.paths import put, value_at
-from pidcfg.schemas.ezlogix import CV_FULL
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
 
     from pidcfg.vendors import Vendor
 
-ADDRESSES: Mapping[str, tuple[str, ...]] = {
-    "dl06": ("/plc.loop_table",),
-    "click": ("bits", "integers", "floats"),
-    "ezlogix": ("registers", "discretes", "pv.tag", "output.tag", "output.pulse.tag"),
-    "dpide": ("device", "devices"),
-}
-"""Where loops stand, by vendor: with an option, which may move them, none of these is kept."""
-CHOICES: Mapping[str, Mapping[str, str]] = {
-    "dl06": {
-        "pv.transfer": "",
-        "output.transfer": "",
-        "/plc.reset_decimals": "reset_decimals",
-        "/plc.derivative": "derivative",
-    },
-}
-"""What belongs to the PLC and its modules, by vendor, each with the option that says otherwise."""
-
-
-READ_AS = ("reset_decimals", "derivative")
-"""Keys of a DL06's ``plc``, and options, that say what its words mean."""
-
 
 def own_scales(config: Any, vendor: Vendor, kept: Sequence[int], options: Mapping[str, Any]) -> dict[str, Any]:
-    """Options with what the gains and times of a file depend on, unless they say it themselves.
-
-    These are the counts of an EZLogix' PVs, the data format of a DL06's where all its loops have the same, and how its
-    reset and rate words are read.
-    """
-    own: dict[str, Any] = {}
-    if vendor.key == "ezlogix":
-        own = {"pv_counts": [config.loops[i].pv.counts or (0, CV_FULL) for i in kept]}
-    elif vendor.key == "dl06":
-        formats = {config.loops[i].pv.format for i in kept}
-        own = {"data_format": formats.pop()} if len(formats) == 1 else {}
-        own |= {key: getattr(config.plc, key) for key in READ_AS if key in config.plc.model_fields_set}
-    return {**own, **options}
+    """Options with what the gains and times of a file depend on, unless they say it themselves."""
+    return {**vendor.load("own").scales(config, kept), **options}
 
 
 def own_places(config: Any, vendor: Vendor, kept: Sequence[int], options: Mapping[str, Any]) -> dict[int, list[Change]]:
     """What the loops at some places of a file keep within their vendor, as lines by their number in the result."""
-    paths = [path for path, option in CHOICES.get(vendor.key, {}).items() if option not in options]
-    paths += ADDRESSES.get(vendor.key, ()) if not options else ()
+    own = vendor.load("own")
+    paths = [path for path, option in own.choices.items() if option not in options]
+    paths += () if options else own.addresses
     held = _as_data(config, vendor) if paths else {}
     lines: dict[int, list[Change]] = {}
     for j, i in enumerate(kept):
