@@ -599,8 +599,10 @@ def test_options_say_where_and_for_which_cpu():
     assert (config.plc.loop_table, config.plc.reset_decimals, config.plc.derivative) == (0o3000, 2, "pv")
     assert config.loops[0].pv.format == "15-bit unipolar"
     assert any(put.of is None and put.path == "/plc.loop_table" for put in puts)
-    change = next(c for c in back_and_forth(dl06({})).loops[0][1] if c.field == "/plc.loop_table")
-    assert (change.kind, change.target) == ("assumed", "V2000")
+    source = generic({})
+    found = [*convert(source, VENDORS["generic"], DL06, {}).loops[0][1], *back_and_forth(dl06({})).loops[0][1]]
+    told = [(row.kind, row.target) for row in found if row.field == "/plc.loop_table"]
+    assert told == [("assumed", "V2000"), ("exact", "V2000")]
     assert read["data_format"]("14-bit") is None
     assert target({})[0].plc.loop_table == 0o2000
 

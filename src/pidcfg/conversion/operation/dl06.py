@@ -5,13 +5,42 @@ A change to Auto makes the bias of the output (manual, Bumpless Transfers).
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
-from pidcfg.conversion.operation.rules import Interlock, Master, Operation, Start, Transfer, Windup, WithoutIntegral
+from pidcfg.conversion.operation.rules import (
+    Interlock,
+    Master,
+    Operation,
+    Own,
+    Start,
+    Transfer,
+    Windup,
+    WithoutIntegral,
+)
 from pidcfg.encoders.dl06.encode import pv_alarms_on
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from pidcfg.schemas.dl06 import Dl06File
+
+READ_AS = ("reset_decimals", "derivative")
+"""Keys of ``plc``, and options, that say what words mean."""
+
+
+def _formats(config: Dl06File, kept: Sequence[int]) -> dict[str, Any]:
+    """The data format where all loops have the same, and how reset and rate words are read."""
+    formats = {config.loops[i].pv.format for i in kept}
+    own: dict[str, Any] = {"data_format": formats.pop()} if len(formats) == 1 else {}
+    return own | {key: getattr(config.plc, key) for key in READ_AS if key in config.plc.model_fields_set}
+
+
+OWN = Own(
+    ("/plc.loop_table",),
+    {"pv.transfer": "", "output.transfer": "", **{f"/plc.{key}": key for key in READ_AS}},
+    _formats,
+)
+"""Its table, its auto transfers, and how its words are read."""
 
 
 def operations(config: Dl06File) -> list[Operation]:

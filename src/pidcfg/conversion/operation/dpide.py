@@ -4,11 +4,14 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from pidcfg.conversion.operation.rules import Deadband, Manual, Operation, Windup
+from pidcfg.conversion.operation.rules import Deadband, Manual, Operation, Own, Windup
 from pidcfg.conversion.to_neutral.dpide import BACK_CALCULATED
 
 if TYPE_CHECKING:
     from pidcfg.schemas.dpide import DpideFile, Loop
+
+OWN = Own(("device", "devices"))
+"""Its devices."""
 
 
 def operations(config: DpideFile) -> list[Operation]:

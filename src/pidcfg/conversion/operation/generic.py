@@ -4,10 +4,13 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from pidcfg.conversion.operation.rules import Master, Operation, Windup
+from pidcfg.conversion.operation.rules import Master, Operation, Own, Windup
 
 if TYPE_CHECKING:
     from pidcfg.schemas.generic import GenericFile
+
+OWN = Own()
+"""Nothing has an address, and nothing else is left out."""
 
 
 def operations(config: GenericFile) -> list[Operation]:

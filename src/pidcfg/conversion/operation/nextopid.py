@@ -4,11 +4,14 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from pidcfg.conversion.operation.rules import Deadband, Manual, Master, Operation, Windup
+from pidcfg.conversion.operation.rules import Deadband, Manual, Master, Operation, Own, Windup
 from pidcfg.schemas.iec import Wire
 
 if TYPE_CHECKING:
     from pidcfg.schemas.nextopid import Loop, NextopidFile
+
+OWN = Own()
+"""Nothing has an address, and nothing else is left out."""
 
 
 def operations(config: NextopidFile) -> list[Operation]:

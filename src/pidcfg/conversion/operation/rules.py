@@ -8,15 +8,15 @@ habits. Answers have a rank: a target that does worse than the source is a loss,
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import Enum
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from pidcfg.conversion.ledger import Change
 from pidcfg.refs import Decision
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Callable, Iterator, Mapping, Sequence
 
     from pidcfg.conversion.ledger import Kind
     from pidcfg.schemas.generic import Loop
@@ -125,6 +125,18 @@ class Master(Answer):
     FOLLOWS = 0, "its output follows the inner loop"
     MANUAL = 1, "it goes to Manual", "switch it to Auto again after its inner loop is in Cascade"
     INTEGRATES = 2, "it goes on integrating", "switch it to Manual first, and bring its output to the inner set point"
+
+
+@dataclass(frozen=True, slots=True)
+class Own:
+    """What a conversion within a vendor keeps, which the neutral form does not know."""
+
+    addresses: tuple[str, ...] = ()
+    """Where loops stand; with an option, which may move them, none of these is kept."""
+    choices: Mapping[str, str] = field(default_factory=dict)
+    """What belongs to the PLC and its modules, each with the option that says otherwise."""
+    scales: Callable[[Any, Sequence[int]], dict[str, Any]] = lambda _config, _kept: {}
+    """Options that gains and times depend on, as the loops at some places of a file have them."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
