@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
+    from pidcfg.verification.acts import Act, Stage
     from pidcfg.verification.bench import Bench
     from pidcfg.verification.names import SideNames
-    from pidcfg.verification.stages import Act, Stage
 
 PLANT, LOST = "Plant", "lost"
 

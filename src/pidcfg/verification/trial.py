@@ -20,8 +20,8 @@ if TYPE_CHECKING:
     from pidcfg.sim.plc import Plc
     from pidcfg.sim.report import LoopReport
     from pidcfg.vendors import Vendor
+    from pidcfg.verification.acts import Stage
     from pidcfg.verification.bench import Bench
-    from pidcfg.verification.stages import Stage
 
 TWELVE_BITS = 4095
 """Counts of an analog module where the PLC calculates with finer numbers."""

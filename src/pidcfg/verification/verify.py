@@ -11,7 +11,7 @@ from itertools import chain
 from typing import TYPE_CHECKING, Any
 
 from pidcfg.verification.battery import Battery, reference_of, side_of, tolerance_of
-from pidcfg.verification.comparison import Tolerance
+from pidcfg.verification.comparison import Counts, Tolerance
 from pidcfg.verification.neutral import loops_of
 from pidcfg.verification.overlays import overlay
 from pidcfg.verification.trial import finest, new_plc
@@ -89,7 +89,7 @@ def _loop(sides: Sides, i: int, j: int, *, exactly: bool) -> Verified:
     tolerance = tolerance_of(sides.twin, i, sides.target, j, reference.bench)
     if exactly:
         pv, output = finest(new_plc(sides.twin, (i,)), i)
-        tolerance = Tolerance(0.0, pv, pv, output)
+        tolerance = Tolerance(0.0, Counts(pv, output), Counts(pv, output), pv, output)
     battery = Battery(reference, sides.target, j, tolerance)
     left, followed = sides.lines.left.get(i, []), sides.lines.followed.get(i, [])
     failures, named = [], []
