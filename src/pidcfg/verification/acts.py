@@ -24,6 +24,8 @@ class Act:
     load: float | None = None
     master: float | None = None
     """The output of the loop that gives the set point, as a share of its range."""
+    moved: float | None = None
+    """By how much the PV lies beside the plant's value from then on."""
     lost: bool | None = None
     """The sensor shows the lower end of its range, or the PV again."""
 

@@ -12,7 +12,8 @@ from pidcfg.verification.comparison import AT_END, COUNTS, SHARE, Counts, Differ
 from pidcfg.verification.keys import key_of
 from pidcfg.verification.lines import Scene, reason
 from pidcfg.verification.names import companions
-from pidcfg.verification.neutral import loops_of
+from pidcfg.verification.neutral import ACTION, loops_of
+from pidcfg.verification.smoothing import FILTER, SMOOTHING, lets_through_the_same
 from pidcfg.verification.stages import stages_of
 from pidcfg.verification.trial import Side, finest, new_plc, resolution, run
 from pidcfg.verification.validity import true_lines
@@ -95,21 +96,23 @@ def tolerance_of(one: Side, i: int, two: Side, j: int, bench: Bench) -> Toleranc
     loop, sides = one.loop(i), ((one, i), (two, j))
     pv, output = _coarser(resolution(new_plc(side, (k,)), k) for side, k in sides)
     fine_pv, fine_output = _coarser(finest(new_plc(side, (k,)), k) for side, k in sides)
+    setpoint = COUNTS * pv
     # a filter that is worked out in counts stops where its share of the rest is less than half a count
     passed = -expm1(-bench.sample / float(loop.pv.filter)) if loop.pv.filter else 1.0
-    pv, fine_pv = pv / passed, fine_pv / passed
     width = float(loop.output.range[1] - loop.output.range[0])
     share = abs(float(loop.tuning.gain)) * bench.span / width
     other = two.loop(j)
     smoothed = float(min(loop.tuning.derivative_filter, other.tuning.derivative_filter))
-    carried = share / bench.span * (1 + float(loop.tuning.derivative_time) / (bench.sample + smoothed))
+    kick = float(loop.tuning.derivative_time) / (bench.sample + smoothed)
+    alone = fine_output + fine_pv / bench.span * share * (1 / passed + kick)
+    pv = pv / passed + output * abs(bench.gain)
     band = float(max(loop.deadband, other.deadband))
     switching = share * band / bench.span
     return Tolerance(
         SHARE,
-        Counts(COUNTS * (pv + output * abs(bench.gain)), COUNTS * (output + (pv + output * abs(bench.gain)) * carried)),
-        Counts(COUNTS * fine_pv, COUNTS * (fine_output + fine_pv * carried)),
-        COUNTS * pv,
+        Counts(COUNTS * pv, COUNTS * (output + pv / bench.span * share * (1 + kick))),
+        Counts(COUNTS * fine_pv / passed, COUNTS * alone),
+        setpoint,
         COUNTS * output + 2 * AT_END,
         band,
         switching,
@@ -171,9 +174,13 @@ class Battery:
                 line, k = reason(difference, lines, scene)
                 yield difference if line else _from(difference, k, scene), line
 
-    def key_of(self, difference: Difference) -> str:
-        """The key of the other side that explains a difference; empty where none does."""
-        return key_of(difference, self.reference.side.loop(self.reference.i), self.side, self.j)
+    def key_of(self, difference: Difference, lines: Sequence[Line]) -> str:
+        """The key of the other side that explains what ``lines`` of the report do not; empty where none does."""
+        loop, other = self.reference.loop, self.side.loop(self.j)
+        told = {line.neutral for line in true_lines(lines, loop, self.side, self.j)} - {"", ACTION}
+        if any(line.neutral == SMOOTHING and lets_through_the_same(line.change, loop, other) for line in lines):
+            told.add(FILTER)
+        return key_of(difference, loop, self.side, self.j, told)
 
 
 def _from(difference: Difference, k: int, scene: Scene) -> Difference:

@@ -266,8 +266,8 @@ D306 = Decision(
     "two sides are alike when they agree within the response and the counts of the coarser one",
     "PV and output agree within 1 % of what the stage moves them by and two counts of the coarser side, at least of 12 "
     "bits, each also as the loop and the plant carry it to the other; one side may be a sample late from one act to "
-    "the next. Where the PV goes its own way only the counts of the PLCs themselves count, and outputs that are held by "
-    "their limits agree within two counts whatever a line says of the integral. Set points agree within two counts, "
+    "the next. Where the PV goes its own way the counts are those of the PLCs themselves. Outputs that are held by "
+    "their limits agree within two counts, whatever a line says of the integral. Set points agree within two counts, "
     "modes and alarms within 2 samples.",
     "A count of a PV moves the output by the gain, and a count of the output moves the PV by the plant's gain.",
 )

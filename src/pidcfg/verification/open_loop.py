@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from math import expm1
 from typing import TYPE_CHECKING
 
 from pidcfg.verification.acts import ALL, Act, Stage, in_auto, later
@@ -52,7 +53,8 @@ def _answer(b: Bench, loop: Loop, other: Loop) -> Stage:
     integral = float(tuning.integral_time)
     wanted = max(FORGOTTEN * max(constants), integral / 2)
     samples = min(max(round(wanted / b.sample), SHORTEST), LONGEST)
-    kick = float(tuning.derivative_time) / (constants[0] + b.sample)
+    passed = -expm1(-b.sample / constants[1]) if constants[1] else 1.0
+    kick = passed * float(tuning.derivative_time) / (constants[0] + b.sample)
     summed = samples * b.sample / integral if integral else 0.0
     low, high = b.middle - b.limits[0], b.limits[1] - b.middle
     room = min(low, high) if min(low, high) >= SMALLEST_ROOM else max(low, high)
@@ -62,13 +64,8 @@ def _answer(b: Bench, loop: Loop, other: Loop) -> Stage:
     down = low > high + SMALLEST_ROOM or low < SMALLEST_ROOM
     by = b.sign * size * (-1.0 if down else 1.0)
     hold = samples * b.sample
-    acts = (*_moved(b, 0.0, by), *_moved(b, hold, -by))
+    acts = (Act(0.0, moved=by), Act(hold, moved=0.0))
     return _sweep(b, "answer", "a step of the PV and back", acts, 2 * hold, ALL)
-
-
-def _moved(b: Bench, at: float, by: float) -> tuple[Act, Act]:
-    """The PV by so much within a sample."""
-    return Act(at, load=by / b.sample), Act(at + b.sample, load=0.0)
 
 
 def _alarms(b: Bench, loop: Loop, other: Loop) -> Iterator[Stage]:
@@ -109,7 +106,7 @@ def _hysteresis(b: Bench, loop: Loop, count: float) -> Iterator[Stage]:
     rate = max(SHARE_OF_HYSTERESIS * width, COUNTS_A_SAMPLE * count) / b.sample
     way, slow = point - reach - b.start, round(2 * reach / (rate * b.sample)) * b.sample
     turn, back = 2 * b.sample + slow, 2 * b.sample + 2 * slow
-    acts = (*_moved(b, 0.0, way), Act(2 * b.sample, load=rate), Act(turn, load=-rate), Act(back, load=0.0))
+    acts = (Act(0.0, moved=way), Act(2 * b.sample, load=rate), Act(turn, load=-rate), Act(back, load=0.0))
     signals: frozenset[Signal] = ALL - {"output"}
     yield _sweep(b, "hysteresis", "the PV through an alarm and back", acts, back + 5 * b.sample, signals)
 

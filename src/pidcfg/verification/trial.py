@@ -119,6 +119,7 @@ def run(side: Side, i: int, stage: Stage, bench: Bench, *, before_root: bool, li
     name, c = plc.loops[i], plc.cfg[i]
     low, width = bench.low, bench.span
     shown = f"(Plant * (1 - lost) + ({low!r}) * lost)" if stage.loses_sensor else "Plant"
+    shown = "(Plant + moved)" if stage.swept else shown
     measured = f"({low!r}) + ({shown} - ({low!r})) * ({shown} - ({low!r})) / {width!r}" if before_root else shown
     names = names_of(plc, side.loops, i, measured, others, as_configured=stage.output is None)
     scenario = Scenario.model_validate(scenario_data(stage, bench, names))

@@ -12,11 +12,12 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from pidcfg.conversion.ledger import overlap
-from pidcfg.conversion.operation.rules import PREFIX, Smoothing, differing_rules
+from pidcfg.conversion.operation.rules import PREFIX, differing_rules
 from pidcfg.conversion.values import number_of
 from pidcfg.verification.edits import Builder
 from pidcfg.verification.names import slaves_of
-from pidcfg.verification.neutral import FOLLOWS, differing, neutral_of, neutral_values, same
+from pidcfg.verification.neutral import ACTION, FOLLOWS, differing, neutral_of, neutral_values, same
+from pidcfg.verification.smoothing import FILTER, SMOOTHING, alike
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
@@ -31,9 +32,6 @@ SLACK = 5.0
 """How much more than a line's own error the neutral value may differ: a share of a filter is not its time."""
 RULES_OF_FIELDS = frozenset(("tuning.integral_time",))
 """Neutral fields that a target may have with another rule, although the value is the same."""
-FILTER = "tuning.derivative_filter"
-ACTION = "output_raises_pv"
-"""No line excuses another action."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -127,12 +125,10 @@ def _of_loop(
 
 def _smoothed(builder: Builder, i: int, changes: Sequence[Change], other: Loop) -> Iterator[Line]:
     """Gives the filter of the derivative the time constant that lets as much through as the target's."""
-    row = next((row for row in changes if row.field == f"{PREFIX}smoothing"), None)
+    row = next((row for row in changes if row.field == SMOOTHING), None)
     if row is None:
         return
-    before, after = (next(one for one in Smoothing if one.text == text) for text in (row.source, row.target))
-    share = after.share(other.tuning.derivative_filter, other.sample_time)
-    wanted = before.time(share, other.sample_time)
+    wanted = alike(row, other)
     if any(builder.bring(i, key, FILTER, wanted) for key in _keys(builder, i, FILTER)):
         yield Line(row.field, row, row.target)
 
