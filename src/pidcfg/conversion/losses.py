@@ -18,8 +18,8 @@ D340 = Decision(
     "a value that is rounded too far is a loss",
     "A gain may be 2 % off, a time 5 %, the time constant of a filter 10 %, a deadband, a hysteresis, a rate of "
     "change or a set point on the few counts of a root 10 %; `--max-loss` says otherwise. A value beyond stays "
-    "`rounded` and is a loss. Errors are those of the time constants and gains in engineering units, not of the numbers "
-    "in registers.",
+    "`rounded` and is a loss. Errors are those of time constants and gains in engineering units, not of the numbers in "
+    "registers.",
     "2 % of a gain is within what a tuning leaves open, and the steps of all registers are finer at usual gains; times "
     "and filters move a loop less. A filter word of 0.2 for 0.23 is 14 % off, its time constant 18 %.",
 )

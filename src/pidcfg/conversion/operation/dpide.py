@@ -19,7 +19,7 @@ def operations(config: DpideFile) -> list[Operation]:
     return [
         Operation(
             manual=Manual.STAYS if loop.MOUT_AUTO or _is_one_device(loop) else Manual.JUMPS,
-            windup=Windup.WORKED_OUT if loop.PID_MODE == BACK_CALCULATED else Windup.FROZEN,
+            windup=Windup.WORKED_OUT if loop.PID_MODE == BACK_CALCULATED else Windup.HELD_BEYOND,
             deadband=Deadband.CROSSED,
         )
         for loop in config.loops

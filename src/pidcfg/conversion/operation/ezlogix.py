@@ -28,6 +28,7 @@ def operations(config: EzlogixFile) -> list[Operation]:
         Operation(
             transfer=Transfer.ON_TOP,
             windup=Windup.CONDITIONAL_AT_ENDS if loop.anti_windup else Windup.ENDLESS,
+            smoothing=None,
         )
         for loop in config.loops
     ]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from pidcfg.conversion.operation.rules import Master, Operation, Own, Windup
+from pidcfg.conversion.operation.rules import Master, Operation, Own, Smoothing, Windup
 
 if TYPE_CHECKING:
     from pidcfg.schemas.generic import GenericFile
@@ -16,6 +16,10 @@ OWN = Own()
 def operations(config: GenericFile) -> list[Operation]:
     """Of each loop (D300, D301)."""
     return [
-        Operation(windup=Windup.CONDITIONAL if loop.anti_windup else Windup.ENDLESS, master=Master.FOLLOWS)
+        Operation(
+            windup=Windup.CONDITIONAL if loop.anti_windup else Windup.ENDLESS,
+            smoothing=Smoothing.EXACT,
+            master=Master.FOLLOWS,
+        )
         for loop in config.loops
     ]
