@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, cast
 from pidcfg.diagnostics import Diagnostic, Severity, Span, ordered
 from pidcfg.encoders.listing import ListingError
 from pidcfg.encoders.words import DecodeError
-from pidcfg.listings import read_listing
+from pidcfg.listings import decode_words, read_listing
 from pidcfg.reader import DISK, SUFFIXES, Reader, refusal
 from pidcfg.schemas.scenario import Scenario
 from pidcfg.schemas.scenario_fields import whole
@@ -202,7 +202,7 @@ def _use_words(loaded: Loaded, vendor: Vendor, listing: Listing) -> None:
     needed = any(option.needed for option in vendor.load("decode_options"))
     if needed or listing.settings or listing.plc:
         try:
-            vendor.load("decode")(listing.words, listing.settings, listing.plc)
+            decode_words(listing, vendor, {})
         except DecodeError as error:
             cure = f"run 'pidcfg decode {loaded.config} --vendor {vendor.key}'"
             if needed and not listing.settings:

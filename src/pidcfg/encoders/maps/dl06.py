@@ -97,6 +97,7 @@ RESET_OFF = frozenset(digits * codec.step for codec in RESET.values() for digits
 FILTER = Bcd(1, off=(0,))
 SAMPLE_RATE = Bcd(2, off=(0,), special="not allowed")
 SLOPE = Bcd(2, off=(0,), special="ends the profile")
+GAIN_LIMIT = Bcd(0, off=(0,), special="removes the derivative while bit 9 of +00 is on")
 
 # fmt: off
 LOOP_TABLE = RegisterMap(
@@ -126,7 +127,7 @@ LOOP_TABLE = RegisterMap(
         Word(0o22, "hysteresis",             "alarms.hysteresis",     Distance("pv"),      "pv",     "PV alarm hysteresis",                  "no*", TABLE),
         Word(0o23, "deadband",               "error.deadband",        Distance("sp"),      "pv",     "Error deadband",                       "yes", TABLE),
         Word(0o24, "filter",                 "pv.filter",             FILTER,              "",       "PV low-pass filter constant",          "-",   TABLE),
-        Word(0o25, "derivative_gain_limit",  "derivative_gain_limit", Bcd(0, off=(0,)),    "",       "Derivative gain limit",                "no**", TABLE),
+        Word(0o25, "derivative_gain_limit",  "derivative_gain_limit", GAIN_LIMIT,          "",       "Derivative gain limit",                "no**", TABLE),
         Word(0o26, "setpoint_low",           "setpoint.limits.0",     Position("sp"),      "pv",     "SP lower limit",                       "yes", TABLE),
         Word(0o27, "setpoint_high",          "setpoint.limits.1",     Position("sp"),      "pv",     "SP upper limit",                       "yes", TABLE),
         Word(0o30, "output_low",             "output.limits.0",       Position("output"),  "output", "Control output lower limit",           "no**", TABLE),

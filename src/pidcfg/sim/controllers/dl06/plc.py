@@ -154,9 +154,11 @@ class Dl06(Memory):
     # --- the operator ------------------------------------------------------------------------------------------------
 
     def request(self, loop: int, mode: str) -> None:
-        """A one-shot mode request."""
+        """A one-shot mode request; it takes the place of the configured one, granted or not (D68)."""
         s = self.st[loop]
         s.requested = MODES[mode]
+        s.goal = 0
+        s.busy &= ~bits.GOAL
         if self._calculated(loop):
             s.request = MODES[mode]
             s.busy |= bits.REQUEST

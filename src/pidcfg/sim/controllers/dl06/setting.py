@@ -65,7 +65,7 @@ def parse_setting(path: tuple[str, ...], rows: list[Row], value: object) -> obje
 def encode_setting(row: Row, value: Any, values: Mapping[str, Any], scales: Scales) -> int:
     """A parsed value to its word, or to its bits in place; `EncodeError` when the word cannot hold it."""
     if isinstance(value, Reset):
-        value = reset_digits(value, str(values["tuning.reset_unit"]))
+        value = row.codec.high if value.nines else reset_digits(value, str(values["tuning.reset_unit"]))
     elif isinstance(value, Rate):
         value = value.per_sample(values["sample_rate"])
     return encode_row(row, value, scales)
