@@ -125,3 +125,37 @@ def test_a_request_that_program_mode_refuses_ends_the_configured_one():
 
     assert log(asked, "L1") == [(0.0, "auto", "manual"), (3.0, "manual", "manual")]
     assert log(silent, "L1")[-1][1:] == ("auto", "auto"), "nobody has asked for Manual"
+
+
+# --- writes that are lost --------------------------------------------------------------------------------------------
+
+PROFILE = "ramp_soak: {table: V3000, steps: [{ramp_to: 2000, slope: 50, soak: 1}]}"
+LOST = {
+    "{at: 5, loop: L1, set: {output: 3000}}": ("mode: auto", "output: the next calculation overwrites +05"),
+    "{at: 5, loop: L1, set: {bias: 3000}}": ("mode: auto, algorithm: velocity", "bias: the velocity form has no bias"),
+    "{at: 5, loop: L1, set: {setpoint: 3000}}": (PROFILE, "setpoint: a ramp/soak profile runs"),
+}
+
+
+@pytest.mark.parametrize(("event", "loop"), LOST.items())
+def test_a_write_that_the_loop_overrules_is_told(event, loop):
+    settings, told = loop
+    loops = (f"  - {{name: L1, sample_rate: 1, action: direct, tuning: {{gain: 0.5}}, {settings}}}",)
+    start = ("{at: 1, loop: L1, ramp_soak: start}",) if settings == PROFILE else ()
+    _, report = trend(loops, PLANTS, *start, event)
+    assert [note.text.startswith(told) for note in report.notes] == [True]
+
+
+def test_a_set_point_that_is_written_in_cascade_waits():
+    _, report = trend(CASCADE, MINOR, "{at: 8, loop: L1, set: {setpoint: 3000}}")
+    assert [note.text for note in report.notes] == [
+        "setpoint: in Cascade the set point is the output of the major loop, +02 waits"
+    ]
+
+
+@pytest.mark.parametrize("settings", ["mode: manual", "mode: manual, algorithm: velocity", "mode: auto"])
+def test_a_write_that_acts_is_not_told(settings):
+    loops = (f"  - {{name: L1, sample_rate: 1, action: direct, tuning: {{gain: 0.5}}, {settings}}}",)
+    key = "setpoint" if "auto" in settings else "output"
+    _, report = trend(loops, PLANTS, f"{{at: 5, loop: L1, set: {{{key}: 3000}}}}")
+    assert report.notes == []

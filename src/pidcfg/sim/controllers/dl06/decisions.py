@@ -179,8 +179,9 @@ ENGINE = (
         54,
         "+35",
         "One bit: in system memory (bit 4), else bit 0 below V10000 and bit 1 from there when the 32 words do not "
-        "lie in user memory. A start is then refused.",
-        '"One of the bits will turn on when the ramp/soak generator is started."',
+        "lie in user memory, which is V400 to V677, V1200 to V7577 and V10000 to V17777. A start is then refused.",
+        '"One of the bits will turn on when the ramp/soak generator is started." V400 to V677 stand among the data '
+        "areas of the transfer table, V7577 is the end that bit 3 of V7642 knows; DL505 warns of both.",
     ),
     Decision(
         55,

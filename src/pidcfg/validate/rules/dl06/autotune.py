@@ -7,12 +7,14 @@ from typing import TYPE_CHECKING
 
 from pidcfg.encoders.words import nearest
 from pidcfg.refs import DL06, Decision
+from pidcfg.schemas.base import decimal_text
 from pidcfg.validate.rule import Findings, checklist, info, per_loop, warning
 
 if TYPE_CHECKING:
     from pidcfg.validate.rules.dl06.context import LoopView
 
 PROCEDURE = DL06.at("Auto Tuning Procedure")
+FILTER = DL06.at("The DL06 Built-in Analog Filter")
 
 D28 = Decision(
     28,
@@ -95,6 +97,34 @@ def autotune_relay_at_the_end_of_the_range(view: LoopView) -> Findings:
     if closed_loop_planned(view) and relay_reaches_an_end(view):
         low, high = view.shown("output_low"), view.shown("output_high")
         yield view.at_key("autotune", low=low, high=high, word=view.v("mode_and_alarm_status"))
+
+
+@per_loop
+@info("DL508", FILTER, "a closed-loop auto-tune is planned without a PV filter, which the manual strongly recommends")
+def autotune_without_filter(view: LoopView) -> Findings:
+    """A closed-loop auto-tune is planned, and the PV filter is off.
+
+    Why: the relay switches at each crossing of PV and set point; noise switches it too early. "We strongly recommend
+    the use of a filter during auto tuning. You may disable the filter after auto tuning is complete."
+
+    Fix: give `pv.filter` while tuning, or filter in the ladder program.
+    """
+    if closed_loop_planned(view) and not view.filtered:
+        yield view.at_key("autotune")
+
+
+@per_loop
+@checklist("DL509", PROCEDURE, "an auto-tune of type PI writes 0 to {word}: the rate of {rate} s is lost")
+def autotune_of_pi_clears_the_rate(view: LoopView) -> Findings:
+    """An auto-tune of type PI is planned for a loop with a rate time.
+
+    Why: "if you select PI tuning, the auto tune procedure leaves the derivative gain at 0".
+
+    Fix: tune with `type: PID`, or write the rate again afterwards.
+    """
+    tune, rate = view.loop.autotune, view.loop.tuning.rate
+    if "autotune" in view.loop.model_fields_set and tune.type == "PI" and rate:
+        yield view.at_key("autotune", word=view.v("rate"), rate=decimal_text(rate))
 
 
 def closed_loop_planned(view: LoopView) -> bool:
