@@ -56,8 +56,9 @@ D16 = Decision(
     "the scale of a square-root loop",
     "The set point runs from 0 to the root of the span (0 to 64 counts for 12 bit); error = SP − √PV is normalised "
     "by that root; alarms compare the raw PV, deviation alarms with SP².",
-    "The manual divides the desired SP by the root of the analog span. A full-scale error keeps its full-scale "
-    "effect; the alarm words have no root in the manual's figures.",
+    'The manual divides "the desired SP value by the square root of the analog span". A full-scale error keeps its '
+    "full-scale effect; the alarm words have no root in the manual's figures. Of a bipolar format the span is twice the "
+    "largest PV, so that 70.7 % of the set point's scale is the root of it, and no PV reaches more.",
 )
 
 SPACE = Space((Bank("V", 0, HIGHEST, WORD, octal=True),))

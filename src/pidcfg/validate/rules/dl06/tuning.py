@@ -119,9 +119,13 @@ def reset_beyond_its_word(context: Dl06Context) -> Findings:
         value = reset_value(view.loop)
         if "reset" in view.misfits and value not in view.off_resets:
             unit = reset_unit(view)
-            ends = {"least": f"{decimal_text(step)} {unit}", "most": f"{decimal_text(9998 * step)} {unit}"}
             yield view.at(
-                "tuning", "reset", value=f"{decimal_text(value)} {unit}", **ends, cure=_cure(view, value, step)
+                "tuning",
+                "reset",
+                value=f"{decimal_text(value)} {unit}",
+                least=f"{decimal_text(step)} {unit}",
+                most=f"{decimal_text(9998 * step)} {unit}",
+                cure=_cure(view, value, step),
             )
 
 
