@@ -248,7 +248,8 @@ def test_the_start_of_the_autotune_is_told_as_by_the_rule():
     cure = page.points[0].meaning.cure
     assert "at least 205 counts" in cure
     assert "below the SP of a direct-acting loop, above that of a reverse-acting one (D28)" in cure
-    assert page.points[0].meaning.rules == ("DL299",)
+    assert page.points[0].meaning.rules == ("DL299", "DL501")
+    assert "the gains are new all the same (D29)" in page.points[0].meaning.effect
 
 
 def test_after_an_auto_tuning_nothing_controls():

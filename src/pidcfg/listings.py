@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
+from pidcfg.encoders.blocks import NoValueError
 from pidcfg.encoders.files import kind_of
 from pidcfg.encoders.image import Decoded
 from pidcfg.encoders.listing import Listing, ListingError, few
@@ -123,12 +124,27 @@ def decode_listing(listing: Listing, vendor: Vendor, options: Mapping[str, Any],
     if like is not None:
         options, listing = _like_options(listing, options), with_names(listing, like)
     try:
-        decoded: Decoded = vendor.load("decode")(listing.words, listing.settings, listing.plc, options)
+        decoded, wrong = decode_words(listing, vendor, options)
         config = read_settings(vendor.model, decoded.data, "the listing gives no configuration")
     except DecodeError as error:
         raise ListingError(str(error), listing.lines.get(error.place or -1, 1)) from None
     again = vendor.encoder(config).image
-    return Decoded(decoded.data, (*listing.notes, *decoded.notes, *_differences(listing, again)))
+    zeros = (f"{text}; it counts as 0 (D50)" for text in wrong)
+    return Decoded(decoded.data, (*listing.notes, *zeros, *decoded.notes, *_differences(listing, again)))
+
+
+def decode_words(listing: Listing, vendor: Vendor, options: Mapping[str, Any]) -> tuple[Decoded, list[str]]:
+    """What the words of a listing say, and which of them are no values of their format: those count as 0 (D50).
+
+    Raises `DecodeError` where something else is wrong with them.
+    """
+    words, wrong = dict(listing.words), list[str]()
+    while True:
+        try:
+            return vendor.load("decode")(words, listing.settings, listing.plc, options), wrong
+        except NoValueError as error:
+            words[error.place] = _nothing(words[error.place])
+            wrong.append(str(error))
 
 
 def annotate_listing(listing: Listing, vendor: Vendor, options: Mapping[str, Any]) -> tuple[str, tuple[str, ...]]:

@@ -141,5 +141,5 @@ def _raw(text: str, kind: Kind, line: int, column: int) -> int:
 
 def _agree(raw: int, value: str | None, kind: Kind, address: str, line: int) -> None:
     """The two spellings of a content must say the same."""
-    if value and decimal_content(value, kind) != raw:
+    if value and value != kind.text(raw) and decimal_content(value, kind) != raw:
         raise ListingError(f"{address}: hex {kind.hex(raw)} is {kind.text(raw)}, but the value says {value}", line)

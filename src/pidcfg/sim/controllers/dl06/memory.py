@@ -157,7 +157,5 @@ class Memory(CountsPlc):
         return False
 
     def _show(self, i: int, sig: MutableSequence[float]) -> None:
-        """The signals of a loop as its words say; its set point is the one in force."""
-        c, s = self.cfg[i], self.st[i]
-        remote = bool(s.status & bits.CASCADE) and c.major >= 0
-        show(c, s, self.st[c.major].out if remote else s.sp, sig)
+        """The signals of a loop as its words say."""
+        show(self.cfg[i], self.st[i], sig)

@@ -37,6 +37,7 @@ if TYPE_CHECKING:
 
     from pidcfg.encoders.image import Image
     from pidcfg.schemas.base import Quantity
+    from pidcfg.sim.controllers.dl06.state import Config, State
     from pidcfg.sim.report import ScanTime
 
 
@@ -166,9 +167,11 @@ class Dl06(Memory):
     # --- the operator ------------------------------------------------------------------------------------------------
 
     def request(self, loop: int, mode: str) -> None:
-        """A one-shot mode request."""
+        """A one-shot mode request; it takes the place of the configured one, granted or not (D68)."""
         s = self.st[loop]
         s.requested = MODES[mode]
+        s.goal = 0
+        s.busy &= ~bits.GOAL
         if self._calculated(loop):
             s.request = MODES[mode]
             s.busy |= bits.REQUEST
@@ -218,7 +221,7 @@ class Dl06(Memory):
         return max(ticks(stored_rate(rows[0], value)), self.cfg[loop].least_period) if value else 0
 
     def set(self, loop: int, path: tuple[str, ...], value: Any, sig: MutableSequence[float]) -> str | None:
-        """Write a value to its registers; returns why it has no effect yet, if so."""
+        """Write a value to its registers; returns why it has no effect yet, or none at all, if so."""
         words = self._loops[loop]
         words.absorb(self.cfg[loop], self.st[loop])
         rows = find_rows(path, words.decimals)
@@ -228,7 +231,8 @@ class Dl06(Memory):
             if reason is None:
                 self._apply(loop)
                 write_state(self.st[loop], words.values, str(row.path))
-            else:
+                reason = overruled(self.cfg[loop], self.st[loop], str(row.path))
+            if reason is not None:
                 late.append(reason)
         self._show(loop, sig)
         return "; ".join(late) or None
@@ -239,6 +243,20 @@ class Dl06(Memory):
             refuse("set_value", f"{name!r} is no loop of this PLC", help=f"known: {', '.join(self.loops)}")
         index = self.loops.index(name)
         return self._words.get(TABLE_POINTER, 0) + index * LOOP_TABLE.size + LOOP_TABLE.offset("output")
+
+
+def overruled(c: Config, s: State, path: str) -> str | None:
+    """Why a word that has just been written has no effect, or soon none any more; None: it has."""
+    controls = s.status & (bits.AUTO | bits.CASCADE) and not c.halt and not s.busy & bits.STOPPED
+    if path == "state.output" and controls:
+        return "the next calculation overwrites +05, only in Manual it stays"
+    if path == "state.bias" and c.velocity:
+        return "the velocity form has no bias: +04 does nothing"
+    if path == "setpoint.value" and s.status & bits.CASCADE and c.major >= 0:
+        return "in Cascade the set point is the output of the major loop, +02 waits"
+    if path == "setpoint.value" and s.rs_step and not s.aux_status & bits.RS_HELD:
+        return "a ramp/soak profile runs: its next ramp overwrites +02"
+    return None
 
 
 def load(image: Image, options: Options | None = None) -> Dl06:

@@ -16,7 +16,7 @@ from pidcfg.encoders.regmap import Bits, RegisterMap, Word, decode_one
 from pidcfg.encoders.scales import Scale
 from pidcfg.encoders.words import DecodeError
 from pidcfg.schemas.base import Quantity
-from pidcfg.sim.controllers.dl06.state import OUTPUT_CUT, STOPPED, Config, State
+from pidcfg.sim.controllers.dl06.state import CASCADE, OUTPUT_CUT, STOPPED, Config, State
 from pidcfg.sim.plc import TICKS
 from pidcfg.sim.records import read_registers
 from pidcfg.sim.terms import clamp, nearest
@@ -167,12 +167,13 @@ def write_state(s: State, v: Values, path: str) -> None:
         s.out = s.m = counts(v[path])
 
 
-def show(c: Config, s: State, sp: float, sig: MutableSequence[float]) -> None:
-    """The signals of a loop as its words say; ``sp`` is the set point in force, before its limits."""
-    sp = clamp(sp, c.sp_min, c.sp_max)
-    centre = sp * abs(sp) if c.root else sp
+def show(c: Config, s: State, sig: MutableSequence[float]) -> None:
+    """The signals of a loop as its words say; a remote set point stays the one that was calculated with last (D67)."""
     out = 0.0 if s.busy & (STOPPED | OUTPUT_CUT) else s.out
+    if s.status & CASCADE == 0 or c.major < 0:
+        sp = clamp(s.sp, c.sp_min, c.sp_max)
+        centre = sp * abs(sp) if c.root else sp
+        sig[c.sig_sp] = c.pv_low + (centre - c.pv_min) * c.pv_width / c.pv_span
     sig[c.sig_pv] = c.pv_low + (s.pv - c.pv_min) * c.pv_width / c.pv_span
-    sig[c.sig_sp] = c.pv_low + (centre - c.pv_min) * c.pv_width / c.pv_span
     sig[c.sig_out] = c.out_low + (out - c.out_min) * c.out_width / c.out_span
     sig[c.sig_bias] = c.out_low + (nearest(s.bias) - c.out_min) * c.out_width / c.out_span
