@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from pidcfg.encoders.files import kind_of
@@ -19,8 +19,6 @@ if TYPE_CHECKING:
     from pidcfg.limits import Limits
     from pidcfg.vendors import Vendor
 
-NOTHING = {bool: False, int: 0, float: 0.0}
-"""What stands for a content that is no value, by its type."""
 HEAD = 1000
 """Characters in which a listing names its vendor."""
 
@@ -86,15 +84,16 @@ def with_names(listing: Listing, image: Image) -> Listing:
     """
     settings = listing.settings
     if settings:
-        by_name = {_name_in(entry): entry for entry in image.settings}
-        settings = tuple(_merged(by_name.get(_name_in(entry), {}), entry) for entry in settings)
+        by_name = {name_in(entry): entry for entry in image.settings}
+        settings = tuple(_merged(by_name.get(name_in(entry), {}), entry) for entry in settings)
     else:
-        settings = tuple(entry for entry in image.settings if _is_held(_name_in(entry), listing))
+        settings = tuple(entry for entry in image.settings if _is_held(name_in(entry), listing))
     return replace(listing, settings=settings, plc={**image.plc, **listing.plc})
 
 
-def _name_in(entry: Mapping[str, Any]) -> Any:
-    return entry.get("loop") or entry.get("block")
+def name_in(entry: Mapping[str, Any]) -> str:
+    """The loop or block that settings beside the words are of."""
+    return str(entry.get("loop") or entry.get("block") or "")
 
 
 def _is_held(name: Any, listing: Listing) -> bool:
@@ -102,7 +101,7 @@ def _is_held(name: Any, listing: Listing) -> bool:
     return any(not isinstance(word, str) or word.startswith(f"{name}.") for word in listing.words)
 
 
-def _like_options(listing: Listing, options: Mapping[str, Any]) -> Mapping[str, Any]:
+def like_options(listing: Listing, options: Mapping[str, Any]) -> Mapping[str, Any]:
     """The options of a decoder for a listing that takes its names from another image."""
     return options if listing.settings else {**options, "names_only": True}
 
@@ -121,7 +120,7 @@ def decode_listing(listing: Listing, vendor: Vendor, options: Mapping[str, Any],
     ``like``: an image that gives names, ranges and units where the listing does not.
     """
     if like is not None:
-        options, listing = _like_options(listing, options), with_names(listing, like)
+        options, listing = like_options(listing, options), with_names(listing, like)
     try:
         decoded: Decoded = vendor.load("decode")(listing.words, listing.settings, listing.plc, options)
         config = read_settings(vendor.model, decoded.data, "the listing gives no configuration")
@@ -150,48 +149,3 @@ def _differences(listing: Listing, again: Image) -> Iterator[str]:
     if unassigned and not listing.mixed:
         lines = [listing.shown.get(number, str(number)) for number in unassigned]
         yield f"these words of the listing belong to no loop and are left out: {few(lines)}"
-
-
-@dataclass(frozen=True, slots=True)
-class Reading:
-    """A listing that is read as far as it goes: a word that is no value does not hide the others."""
-
-    listing: Listing
-    config: Any
-    """The configuration; words that are no values, or are not there, are those of the image that it is read like."""
-    encoding: Any
-    """Where the words of that configuration are, and what they mean."""
-    unreadable: Mapping[Any, str]
-    """Words that are no values, and why."""
-    partial: bool = False
-    """Whether words are missing, and those of the other image stand in their place."""
-    notes: tuple[str, ...] = ()
-
-
-def reading_of(listing: Listing, vendor: Vendor, like: Any = None) -> Reading:
-    """The loops of a listing; raises `ListingError` where nothing tells where they are.
-
-    ``like``: a configuration and its encoding, which gives names, ranges and units, and the words that are missing.
-    """
-    image = None if like is None else like[1].image
-    options = {} if image is None else _like_options(listing, {})
-    named = listing if image is None else with_names(listing, image)
-    given: dict[Any, Any] = {} if image is None else image.words
-    words, unreadable, partial = dict(listing.words), dict[Any, str](), False
-    while True:
-        try:
-            decoded = vendor.load("decode")(words, named.settings, named.plc, options)
-            config = read_settings(vendor.model, decoded.data, "the listing gives no configuration")
-            return Reading(listing, config, vendor.encoder(config), unreadable, partial, listing.notes)
-        except DecodeError as error:
-            place = error.place
-            if place in listing.words and place not in unreadable:
-                unreadable[place] = str(error)
-                words[place] = given.get(place, NOTHING.get(type(listing.words[place]), 0.0))
-            elif not given.keys() <= words.keys():
-                words, partial = {**given, **words}, True
-            elif like is not None:
-                note = f"compared word by word at the places of the other side: {error}"
-                return Reading(listing, like[0], like[1], unreadable, partial, (*listing.notes, note))
-            else:
-                raise ListingError(str(error), listing.lines.get(place, 1)) from None
