@@ -72,7 +72,9 @@ def _word(d: Difference) -> str:
 
 
 def _is_number(word: str, value: Any) -> bool:
-    """Whether a content is shown as its value already."""
+    """Whether a content is shown as its value already; with zeros in front it is a word."""
+    if len(word) > 1 and word.startswith("0") and word.isdigit():
+        return False
     if isinstance(value, int | float) and not isinstance(value, bool):
         try:
             return float(word) == value

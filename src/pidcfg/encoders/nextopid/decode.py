@@ -15,7 +15,7 @@ from pidcfg.encoders.image import Decoded
 from pidcfg.encoders.mapping import file_data
 from pidcfg.encoders.maps.nextopid import BLOCK_TYPES, LOOP_TYPES
 from pidcfg.encoders.parameters import read
-from pidcfg.encoders.settings import read_settings
+from pidcfg.encoders.settings import RefusedError, read_settings
 from pidcfg.encoders.values import Data, present
 from pidcfg.encoders.words import DecodeError
 from pidcfg.paths import put, steps
@@ -106,7 +106,8 @@ def read_item(entry: Mapping[str, Any], number: int) -> ItemSettings:
         raise DecodeError(f"settings[{number}]: either 'loop' or 'block' names it")
     kind = BLOCK_TYPES.get(item.type)
     if kind is None or (item.loop is not None and kind.name not in LOOP_TYPES):
-        raise DecodeError(f"{item.name}: {item.type!r} is no {'controller' if item.loop else 'block'} of the library")
+        message = f"{item.name}: {item.type!r} is no {'controller' if item.loop else 'block'} of the library"
+        raise RefusedError(message, f"settings[{number}]", ("type",))
     return item
 
 
