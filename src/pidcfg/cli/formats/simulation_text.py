@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
 SHOWN = 60
 """Lines of the list of happenings; JSON has all of them."""
+FAILED = "FAILED"
 METRIC_UNITS = {"overshoot": " %", "settling_time": " s", "rise_time": " s", "oscillation_period": " s"}
 
 
@@ -122,8 +123,20 @@ def _flags(report: Report) -> str:
     return "Flags\n" + _table(rows) if rows else ""
 
 
+def failures(report: Report) -> str:
+    """The expectations that failed, as the text of a run has them; nothing where all hold."""
+    rows = [row for row in _expected(report) if row[0] == FAILED]
+    standing = [row for row in in_short(report.standing) if row[0] == FAILED]
+    return (_table(rows) if rows else "") + (_table(standing) if standing else "")
+
+
+def _expected(report: Report) -> list[tuple[str, str]]:
+    """What was written to be expected: how it was judged, and what was measured."""
+    return [("passed" if v.passed else FAILED, f"{v.text}: {value_text(v.value)}") for v in report.expectations]
+
+
 def _verdicts(outcome: Outcome, report: Report) -> str:
-    rows = [("passed" if v.passed else "FAILED", f"{v.text}: {value_text(v.value)}") for v in report.expectations]
+    rows = _expected(report)
     standing = in_short(report.standing)
     return (
         ("Expectations\n" + _table(rows) if rows else "")
