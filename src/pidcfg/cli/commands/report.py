@@ -15,6 +15,7 @@ from pidcfg.cli.extras import need
 from pidcfg.cli.main import Exit
 from pidcfg.cli.terminal.console import echo_xml, note
 from pidcfg.cli.terminal.progress import LINE
+from pidcfg.control_characters import one_line
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
@@ -213,9 +214,10 @@ def why_failed(outcome: Outcome) -> str:
     """Which expectations of a run failed, the standing ones included, and how it was judged."""
     from pidcfg.cli.formats.simulation_text import failures, verdict_line
 
+    name = one_line(outcome.file)
     if outcome.report is None:
-        return f"{outcome.file}: cannot run; the report has the findings"
-    return f"{failures(outcome.report)}{outcome.file}: {verdict_line(outcome, outcome.report)}"
+        return f"{name}: cannot run; the report has the findings"
+    return f"{failures(outcome.report)}{name}: {verdict_line(outcome, outcome.report)}"
 
 
 def exit_code(content: Gathered, *, strict: bool) -> Exit:

@@ -19,6 +19,7 @@ from pidcfg.cli.formats.simulation import render_runs
 from pidcfg.cli.main import Exit
 from pidcfg.cli.terminal.console import note
 from pidcfg.cli.terminal.progress import LINE
+from pidcfg.control_characters import one_line
 from pidcfg.diagnostics import Severity
 
 if TYPE_CHECKING:
@@ -120,7 +121,7 @@ def command(
     if fmt == "github" and not quiet:
         for outcome in outcomes:
             line = "cannot run" if outcome.report is None else verdict_line(outcome, outcome.report)
-            note(f"{outcome.file}: {line}")
+            note(f"{one_line(outcome.file)}: {line}")
     click.get_current_context().exit(exit_code(outcomes, strict=strict))
 
 

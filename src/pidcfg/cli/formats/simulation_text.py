@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from pidcfg.cli.formats.reporters import text as findings_text
+from pidcfg.control_characters import one_line
 from pidcfg.diagnostics import Severity
 from pidcfg.results.runs import runs_data
 from pidcfg.sim.metrics import METRICS, OF_SWINGS
@@ -32,7 +33,7 @@ def _section(outcome: Outcome) -> str:
     report = outcome.report
     findings = findings_text(outcome.findings, outcome.documents).rstrip("\n")
     if report is None:
-        return f"{outcome.file}: cannot run\n\n{findings}\n"
+        return f"{one_line(outcome.file)}: cannot run\n\n{findings}\n"
     parts = [
         _head(outcome, report),
         findings and f"{findings}\n",
@@ -58,8 +59,8 @@ def _head(outcome: Outcome, report: Report) -> str:
         )
     )
     return (
-        f"{report.scenario}\n"
-        f"  {outcome.file} runs {outcome.config}\n"
+        f"{one_line(report.scenario)}\n"
+        f"  {one_line(f'{outcome.file} runs {outcome.config}')}\n"
         f"  {report.duration:g} s in steps of {report.step:g} s{steady}; engine: {report.engine}\n"
         + (f"  {words}\n" if words else "")
         + scan
@@ -174,6 +175,7 @@ def value_text(value: Any) -> str:
 
 def _table(rows: Sequence[Sequence[str]], left: int = 9, right: int = 0) -> str:
     """Aligned columns; the first ``right`` ones and all after ``left`` to the right."""
+    rows = [[one_line(cell) for cell in row] for row in rows]
     widths = [max(len(cell) for cell in column) for column in zip(*rows, strict=True)]
     lines = []
     for row in rows:
