@@ -10,6 +10,7 @@ from pidcfg.limits import DEFAULT, Limits
 from pidcfg.validate.checklist import is_to_check, lines
 from pidcfg.validate.edits import of_quotes, of_value
 from pidcfg.validate.identity import key_of, loop_name, value_of
+from pidcfg.validate.lookalike import of_another_vendor
 from pidcfg.validate.partial import readable
 from pidcfg.validate.quotes import Quotes
 from pidcfg.validate.schema import not_a_choice, read_model, same_word
@@ -71,6 +72,7 @@ def check_document(doc: Document, limits: Limits = DEFAULT) -> Checked:
         return Checked(doc, tuple(ordered(findings)), vendor)
     config, errors = read_model(vendor.model, doc)
     findings += errors
+    findings += of_another_vendor(vendor, doc, errors)
     if config is None:
         findings += _of_readable_loops(vendor, doc, errors)
         return Checked(doc, tuple(ordered(findings)), vendor)

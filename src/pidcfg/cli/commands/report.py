@@ -15,7 +15,6 @@ from pidcfg.cli.extras import need
 from pidcfg.cli.main import Exit
 from pidcfg.cli.terminal.console import echo_xml, note
 from pidcfg.cli.terminal.progress import LINE
-from pidcfg.control_characters import one_line
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
@@ -212,12 +211,9 @@ def summary(content: Content, names: Sequence[str]) -> str:
 
 def why_failed(outcome: Outcome) -> str:
     """Which expectations of a run failed, the standing ones included, and how it was judged."""
-    from pidcfg.cli.formats.simulation_text import failures, verdict_line
+    from pidcfg.cli.formats.simulation_text import failures, in_a_line
 
-    name = one_line(outcome.file)
-    if outcome.report is None:
-        return f"{name}: cannot run; the report has the findings"
-    return f"{failures(outcome.report)}{name}: {verdict_line(outcome, outcome.report)}"
+    return ("" if outcome.report is None else failures(outcome.report)) + in_a_line(outcome)
 
 
 def exit_code(content: Gathered, *, strict: bool) -> Exit:

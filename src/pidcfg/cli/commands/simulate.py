@@ -19,7 +19,6 @@ from pidcfg.cli.formats.simulation import render_runs
 from pidcfg.cli.main import Exit
 from pidcfg.cli.terminal.console import note
 from pidcfg.cli.terminal.progress import LINE
-from pidcfg.control_characters import one_line
 from pidcfg.diagnostics import Severity
 
 if TYPE_CHECKING:
@@ -84,7 +83,7 @@ def command(
     """
     from pidcfg.api import simulate
     from pidcfg.cli.files.trend import trend_file
-    from pidcfg.cli.formats.simulation_text import verdict_line
+    from pidcfg.cli.formats.simulation_text import in_a_line
 
     if engine == "numba":
         need("numba", "fast")
@@ -120,8 +119,7 @@ def command(
             plots.show(charts)
     if fmt == "github" and not quiet:
         for outcome in outcomes:
-            line = "cannot run" if outcome.report is None else verdict_line(outcome, outcome.report)
-            note(f"{one_line(outcome.file)}: {line}")
+            note(in_a_line(outcome))
     click.get_current_context().exit(exit_code(outcomes, strict=strict))
 
 

@@ -147,6 +147,12 @@ def _verdicts(outcome: Outcome, report: Report) -> str:
     )
 
 
+def in_a_line(outcome: Outcome) -> str:
+    """A scenario's file, and how its run went."""
+    line = "cannot run" if outcome.report is None else verdict_line(outcome, outcome.report)
+    return f"{one_line(outcome.file)}: {line}"
+
+
 def verdict_line(outcome: Outcome, report: Report) -> str:
     """How a run went, in one line."""
     failed = sum(not verdict.passed for verdict in report.expectations)
