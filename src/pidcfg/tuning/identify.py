@@ -39,7 +39,9 @@ AT_REST = 0.01
 """How far a PV at rest may stray beside its noise, in the range of the PV."""
 LEAST_DRIFT = 0.002
 """Drift over the record, in the range of the PV, that is fitted."""
-TESTED = 30.0
+CONSISTENT = 3.0
+"""How many standard errors of the slope at rest a drift may be off it."""
+TESTED = 12.0
 """How far a drift must lower the sum of squares, in variances of what is left."""
 SIGNIFICANT = 4.0
 """How many of its standard errors a drift must have."""
@@ -105,11 +107,12 @@ def identify(record: Record, rest: float | None = None) -> Identified:
     remarks = []
     if k < LEAST_BEFORE:
         remarks.append(f"{k} samples before the change: that the PV was at rest is not shown")
-    slope, error = _rest(record, k, noise)
+    rest_slope, error = _rest(record, k, noise)
+    slope = rest_slope if _drifts(record, rest_slope, error) else 0.0
     _refuse_small(record, k, slope, noise)
     if len(segments) == 1:
         refuse_shape(record, k, slope, noise)
-    best = _best(record, path, (slope, error), noise, remarks)
+    best = _best(record, path, (rest_slope, error), noise, remarks)
     _refuse_unsure(best, record, segments, noise)
     return _identified(record, best, path, noise, remarks)
 
@@ -191,9 +194,13 @@ def _rest(record: Record, k: int, noise: float) -> tuple[float, float]:
             0,
         )
     error = max(noise, spread) / sqrt(sum(x * x for x in columns[1])) if line else inf
+    return slope, error
+
+
+def _drifts(record: Record, slope: float, error: float) -> bool:
+    """Whether a slope of the PV at rest is one, and matters."""
     moves = abs(slope) * (record.time[-1] - record.time[0])
-    drifts = abs(slope) > SIGNIFICANT * error and moves > LEAST_DRIFT * answer
-    return (slope, error) if drifts else (0.0, max(error, abs(slope)))
+    return abs(slope) > SIGNIFICANT * error and moves > LEAST_DRIFT * (max(record.pv) - min(record.pv))
 
 
 def _refuse_small(record: Record, k: int, slope: float, noise: float) -> None:
@@ -214,29 +221,29 @@ def _best(record: Record, path: Path, rest: tuple[float, float], noise: float, r
     """A lag, a lag whose rest drifts, or an integrator: the simplest that explains the record."""
     samples, segments = Samples(record.time, record.pv), path.segments
     slope, error = rest
+    drifts = _drifts(record, slope, error)
     length = samples.time[-1] - segments[0].time
-    lag = response.fit(samples, segments, drift=slope != 0)
+    lag = response.fit(samples, segments, drift=drifts)
     if lag.constant > INTEGRATES * (length - lag.dead):
         line = response.fit(samples, segments, drift=path.first >= LEAST_BEFORE, integrating=True)
         whole = sum((y - fmean(samples.value)) ** 2 for y in samples.value)
         if line.squares <= lag.squares * 1.1 + 1e-9 * whole:
             return line
-    if slope:
+    if drifts:
         return lag
     moving = response.fit(samples, segments, drift=True, near=lag)
+    if abs(moving.drift - slope) > CONSISTENT * error:
+        return lag
     better = lag.squares - moving.squares > TESTED * moving.squares / max(1, moving.points - 5)
-    if not better or abs(moving.gain / lag.gain - 1) < DRIFTS:
-        return lag
-    alone = noise / sqrt(max(1, len(samples.time) // moving.points))
-    if abs(moving.drift) < 3 * error < inf and moving.left < 1.2 * alone:
-        return moving
-    if abs(moving.drift) > 3 * error:
-        return lag
-    remarks.append(
-        f"a drift of the PV of {moving.drift:.4g} per s would make the gain {moving.gain:.4g}; record longer before "
-        "the step to tell"
-    )
-    return lag
+    if better and abs(moving.gain / lag.gain - 1) > DRIFTS:
+        alone = noise / sqrt(max(1, len(samples.time) // moving.points))
+        if error < inf and moving.left < 1.2 * alone:
+            return moving
+        remarks.append(
+            f"a drift of the PV of {moving.drift:.4g} per s would make the gain {moving.gain:.4g}; record longer "
+            "before the step to tell"
+        )
+    return lag.widened(moving)
 
 
 def _refuse_unsure(best: Fit, record: Record, segments: Sequence[Segment], noise: float) -> None:

@@ -6,9 +6,9 @@ behind a dead time. Gain, rest and drift are linear and follow by least squares;
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
-from math import exp, inf, sqrt
+from math import exp, hypot, inf, sqrt
 from statistics import fmean
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -72,6 +72,12 @@ class Fit:
     def left(self) -> float:
         """Standard deviation of what the fit leaves."""
         return sqrt(self.squares / self.points)
+
+    def widened(self, other: Fit) -> Fit:
+        """The same, less sure by what another fit, as possible, makes of it."""
+        mine, theirs = (self.gain, self.constant, self.dead), (other.gain, other.constant, other.dead)
+        gain, constant, dead = (hypot(e, a - b) for e, a, b in zip(self.errors, mine, theirs, strict=True))
+        return replace(self, errors=(gain, constant, dead))
 
 
 def response(times: Sequence[float], output: Sequence[Segment], dead: float, constant: float) -> list[float]:

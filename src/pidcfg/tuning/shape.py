@@ -70,5 +70,6 @@ def _refuse_overshoot(means: Sequence[float], times: Sequence[float], answer: fl
         )
     raise RecordError(
         f"the PV goes beyond its end by {over:.4g} of {answer:.4g} and comes back (overshoot)",
-        "put the loop into Manual, keep disturbances away, and record until the PV is at rest",
+        "put the loop into Manual, keep disturbances away, record longer before the step if the PV drifts, and until "
+        "it is at rest",
     )
