@@ -66,6 +66,10 @@ class LoopFacts:
         """The ends of a PV's range; None: the configuration gives none."""
         return self.scales[loop][:2]
 
+    def given_set_point(self, loop: int, sig: Sequence[float]) -> float:
+        """At the start: the set point that the configuration gives a loop, before the PLC limits it."""
+        return float(sig[self.cfg[loop].sig_sp])
+
     def mode_inputs(self, loop: int) -> Collection[int]:  # noqa: ARG002 - in most PLCs an operator chooses the mode
         """The signals of the program that choose a loop's mode."""
         return ()

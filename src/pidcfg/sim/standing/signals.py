@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from pidcfg.sim.meters import oscillation, time_in_alarm
+from pidcfg.sim.meters import oscillation, time_blind, time_in_alarm
 from pidcfg.sim.standing.evidence import Evidence, Judgement, unjudged
+from pidcfg.sim.standing.looks import TENTH
 from pidcfg.sim.standing.watch import noise_of
 
 LONG = 0.1
@@ -20,9 +21,16 @@ NOISES = 6
 
 def pv_not_driven(e: Evidence, i: int) -> Judgement:
     """Judges one loop."""
-    if e.influence.driven[i]:
+    if not e.influence.driven[i]:
+        return Judgement(passed=False, text="nothing that its output does reaches its PV, so nothing is controlled")
+    blind = time_blind(e.meters[i], e.last)
+    if blind <= LONG * e.last:
         return Judgement(passed=True, text="its output moves its PV")
-    return Judgement(passed=False, text="nothing that its output does reaches its PV, so nothing is controlled")
+    text = f"it is in control for {e.seconds(blind):g} s with a sensor that is broken for good"
+    said = any(
+        wanted.loop == e.plc.loops[i] and (wanted.alarm or wanted.flag or wanted.mode) for wanted in e.scenario.expect
+    )
+    return unjudged(f"{text}: an expectation looks at what follows") if said else Judgement(passed=False, text=text)
 
 
 def out_of_range(e: Evidence, i: int) -> Judgement:
@@ -34,10 +42,17 @@ def out_of_range(e: Evidence, i: int) -> Judgement:
         return unjudged("an event has broken its sensor")
     low, high = sorted(ends)
     value = e.sig[e.plc.cfg[i].sig_in]
+    for wanted in (e.given.get(i), e.sig[e.plc.cfg[i].sig_sp]):
+        if wanted is not None and not low - e.least(i) <= wanted <= high + e.least(i):
+            text = f"its set point is {wanted:g}, outside its PV's range of {low:g} to {high:g}"
+            return Judgement(passed=False, text=text)
     slack = max(e.least(i), NOISES * noise_of(e.scenario, e.plc, e.net, i))
     if low - slack <= value <= high + slack:
         return Judgement(passed=True, text="its PV ends inside its range")
-    return Judgement(passed=False, text=f"its PV ends at {value:g}, outside its range of {low:g} to {high:g}")
+    text = f"its PV ends at {value:g}, outside its range of {low:g} to {high:g}"
+    window = round(max(e.last / TENTH, e.paces[i].seconds / e.seconds(1)))
+    times = e.events_on(i, e.last - window)
+    return unjudged(f"{text}: an event at {times[0]:g} s") if times else Judgement(passed=False, text=text)
 
 
 def oscillates(e: Evidence, i: int) -> Judgement:
