@@ -308,7 +308,7 @@ class Drawer:
         if not self.process.integrates and not self.pulse and (rushes or self.rests or rng.random() < 0.2):
             scenario["initial"] = "steady"
             self.tags.append("steady")
-        elif self.rests or self.cascade or not self.process.raises:
+        elif rushes or self.rests or self.cascade or not self.process.raises:
             scenario["initial"] = {"A": round(self.level, 3)}
         scenario["events"] = [event for event in scenario["events"] if event["at"] <= duration]
         name = f"{self.vendor}/{seed} {'integrator' if self.process.integrates else 'lag'} {' '.join(self.tags)}"

@@ -81,9 +81,10 @@ RUN = (
         331,
         "when an error lasts",
         "It is looked at in the last tenth of the run, and in the last quarter of the time before each event that "
-        "moves the loop or takes its mode, three dead times of its plants and ten samples at least: the mean error of "
-        "the second half against that of the first. A plant time is the dead times and time constants between output and "
-        "PV (of an integrator the time in which the whole output moves the PV through its span) and three samples. "
+        "moves the loop or takes its mode, three dead times of its plants and ten samples at least: the mean error "
+        "of the second half against that of the first. A plant time is the dead times and time constants between "
+        "output and PV (of an integrator the time in which the whole output moves the PV through its span) and three "
+        "samples. "
         "At a limit of the output an error lasts that changes by less than two counts and 0.1 % of span a plant time "
         "after its last event or change of sign, that has grown for two, or that after three would need more than "
         "four more. Inside the limits one lasts that would need more than four plant times and has had four, or two "
@@ -139,10 +140,11 @@ RUN = (
     Decision(
         334,
         "oscillations that nobody can cure",
-        "A loop whose output is on or off, the ripple of pulses (a period of at most four of their cycles) and loops "
-        "that such a loop drives with its period are not judged; neither is a third with an auto-tune, a profile, or "
-        "two events that move the loop.",
-        "A slower swing of a loop with pulses is a matter of its tuning like any other.",
+        "A loop whose output is on or off, the ripple of pulses (a period of at most four of their cycles, or an "
+        "amplitude of no more than the ripple that pulses make which are on for half of their cycle) and loops that "
+        "such a loop drives with its period are not judged; neither is a third with an auto-tune, a profile, or two "
+        "events that move the loop.",
+        "A slower and larger swing of a loop with pulses is a matter of its tuning like any other.",
     ),
     Decision(
         335,

@@ -92,6 +92,8 @@ class Pace:
 
     seconds: float
     """Dead times and time constants of the plants between, and some samples of the loop."""
+    lags: float
+    """The time constants alone."""
     integrates: bool
     """One of the plants integrates: it comes to rest nowhere by itself."""
 
@@ -109,7 +111,7 @@ def plant_time(plc: Plc, influence: Influence, i: int) -> Pace:
         if text.model == "integrator" and speed:
             integrates = True
             total += abs(high - low) / speed
-    return Pace(total, integrates)
+    return Pace(total, sum(sum(lags(net.texts[name][1])) for name in influence.plants_between(i)), integrates)
 
 
 def lags(text: PlantText) -> Iterator[float]:

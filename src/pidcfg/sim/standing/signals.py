@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pidcfg.sim.feedback import answer
 from pidcfg.sim.meters import oscillation, time_blind, time_in_alarm
 from pidcfg.sim.standing.evidence import Evidence, Judgement, unjudged
 from pidcfg.sim.standing.looks import TENTH
@@ -15,6 +16,8 @@ SAME = 0.1
 """By how much two periods may differ that are the same."""
 REPEATED = 2
 """Events in the last third that may make a PV swing."""
+QUARTER = 4
+"""Of what a whole cycle would move the PV: the swing of pulses that are on for half of it, d (1 − d)."""
 NOISES = 6
 """Standard deviations of its noise that a PV may lie outside its range."""
 
@@ -63,16 +66,16 @@ def oscillates(e: Evidence, i: int) -> Judgement:
         return Judgement(passed=True, text="its PV does not oscillate in the last third of the run")
     period = e.seconds(swings[0])
     text = f"its PV oscillates with a period of {period:.4g} s and an amplitude of {swings[1]:.4g}"
-    why = _excuse(e, i, period)
+    why = _excuse(e, i, period, swings[1])
     return unjudged(f"{text}: {why}") if why else Judgement(passed=False, text=text, at=e.seconds(m.first_turn))
 
 
-def _excuse(e: Evidence, i: int, period: float) -> str:
+def _excuse(e: Evidence, i: int, period: float, amplitude: float) -> str:
     """Why an oscillation need not be the loop's fault."""
     m, plc = e.meters[i], e.plc
     if plc.only_switches(i):
         return "its output is on or off"
-    if period <= RIPPLE * plc.pulse_cycle(i):
+    if period <= RIPPLE * plc.pulse_cycle(i) or amplitude <= pulse_ripple(e, i):
         return "it is the ripple of its pulses"
     for j, name in enumerate(plc.loops):
         other = oscillation(e.meters[j], e.last)
@@ -86,6 +89,12 @@ def _excuse(e: Evidence, i: int, period: float) -> str:
         return "a profile runs in the last third"
     times = e.events_on(i, m.late)
     return f"{len(times)} events move it in the last third" if len(times) >= REPEATED else ""
+
+
+def pulse_ripple(e: Evidence, i: int) -> float:
+    """How far the PV goes up and down with pulses that are on for half of their cycle; 0: there are none."""
+    cycle = e.plc.pulse_cycle(i)
+    return abs(answer(e.net, e.plc, i)) * cycle / (QUARTER * max(e.paces[i].lags, cycle)) if cycle else 0.0
 
 
 def alarm_stands(e: Evidence, i: int) -> Judgement:
