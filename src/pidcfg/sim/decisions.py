@@ -88,8 +88,9 @@ RUN = (
         "At a limit of the output an error lasts that changes by less than two counts and 0.1 % of span a plant time "
         "after its last event or change of sign, that has grown for two, or that after three would need more than "
         "four more. Inside the limits one lasts that would need more than four plant times and has had four, or two "
-        "if it stands still, unless the set point moves. At a limit the run is judged by the last look that tells, "
-        "and by the first if no event came before it; inside the limits by every look.",
+        "if it stands still, unless the set point moves; of a plant that integrates only one that stands still. At a "
+        "limit the run is judged by the last look that tells, and by the first if no event came before it; inside the "
+        "limits by every look.",
         "Shorter looks take a dead time for a fault, longer ones what happened before; a mean is free of noise and "
         "ripple. What the end of a run shows is often an event's doing, and a short run says nothing of a slow plant: "
         "against its plant a heat-up is on its way at any moment, and the textbooks' most careful tuning answers "
@@ -98,7 +99,7 @@ RUN = (
     Decision(
         332,
         "what counts as an error that lasts",
-        "More than 1 % of span (10 % without an integral, 5 % where the output is on or off), or than the inner "
+        "More than 1 % of span (20 % without an integral, 5 % where the output is on or off), or than the inner "
         "deviation alarm where that is closer; and more than the dead band, up to 5 % of span.",
         "Deviation alarms are often set wide for the start-up, and with 5 % of span most outputs that were limited "
         "wrongly went unseen. Without an integral and in a dead band an offset is what was configured.",

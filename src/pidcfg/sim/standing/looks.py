@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
+from pidcfg.sim.feedback import answer
 from pidcfg.sim.plc import TICKS, steps_until
 
 if TYPE_CHECKING:
@@ -107,10 +108,10 @@ def plant_time(plc: Plc, influence: Influence, i: int) -> Pace:
     for name in influence.plants_between(i):
         text = net.texts[name][1]
         total += float(text.dead_time) + sum(lags(text))
-        speed = abs(net.plants[net.plant_of[name]].gain * (most - least))
-        if text.model == "integrator" and speed:
-            integrates = True
-            total += abs(high - low) / speed
+        integrates = integrates or text.model == "integrator"
+    speed = abs(answer(net, plc, i)) * (most - least)
+    if integrates and speed:
+        total += abs(high - low) / speed
     return Pace(total, sum(sum(lags(net.texts[name][1])) for name in influence.plants_between(i)), integrates)
 
 

@@ -27,7 +27,7 @@ DEVIATION = 0.01
 """Of the span: an error that is too much, unless the inner deviation alarm is closer."""
 SWITCHED = 0.05
 """The same where the output is on or off, and the widest dead band that is left alone."""
-OFFSET = 0.1
+OFFSET = 0.2
 """The same where an offset belongs to the loop, since it has no integral."""
 TURNED, SETTLED = 2, 3
 """Plant times after which an output at its limit has turned the PV round, and moved it about as far as it can."""
@@ -88,7 +88,8 @@ def _stands(e: Evidence, i: int, look: Look) -> Judgement:
     passed = Judgement(passed=True, text="its PV comes to its set point, and stays there")
     early, late = e.errors(i)
     due = _due(e, i, look, abs(early))
-    if abs(late) <= allowed_error(e, i) or abs(early - late) >= max(due, e.least(i)):
+    moving = e.least(i) if e.paces[i].integrates else max(due, e.least(i))
+    if abs(late) <= allowed_error(e, i) or abs(early - late) >= moving:
         return passed
     if look.stage > look.start:
         return too_early(f"an error of {abs(late):.4g}: an event at {e.seconds(look.stage):g} s")
