@@ -80,6 +80,10 @@ class Facts(Memory):
         wired = next((sources for target, sources in self.wires_of(loop) if target == number), ())
         return 0.0 if number is None else sig[wired[0]] if len(wired) == 1 else sig[number]
 
+    def given_set_point(self, loop: int, sig: Sequence[float]) -> float:
+        """SP, or what it is wired to."""
+        return self.value_of(loop, "SP", sig)
+
     def mode_inputs(self, loop: int) -> set[int]:
         """What the wires of its mode inputs read."""
         base = self.cfg[loop].base
