@@ -107,6 +107,14 @@ def test_a_setting_has_its_value_unit_place_and_meaning():
     assert found["algorithm"].given is False
 
 
+def test_a_setting_that_stands_for_a_register_has_its_place():
+    """`cascade_from` names the loop whose output +32 points at; a transfer is one word of base, slot and channel."""
+    found = settings(example("dl06/reactor"), 0)
+    assert (found["cascade_from"].value, found["cascade_from"].place) == ("TIC-101", "V2032")
+    assert {found[f"pv.transfer.{part}"].place for part in ("base", "slot", "channel")} == {"V2036"}
+    assert {found[f"output.transfer.{part}"].place for part in ("base", "slot", "channel")} == {"V2037"}
+
+
 def test_the_unit_of_a_reset_time_leaves_no_choice():
     content = example("dl06/reactor")
     assert [settings(content, i)["tuning.reset"].unit for i in range(3)] == ["s", "s", "min"]

@@ -14,7 +14,7 @@ from pidcfg.encoders.words import DecodeError
 from pidcfg.vendors import VENDORS
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
+    from collections.abc import Collection, Iterator, Mapping
 
     from pidcfg.encoders.image import Image
     from pidcfg.limits import Limits
@@ -131,7 +131,9 @@ def decode_listing(listing: Listing, vendor: Vendor, options: Mapping[str, Any],
         raise ListingError(str(error), listing.lines.get(error.place or -1, 1)) from None
     again = vendor.encoder(config).image
     zeros = (f"{text}; it counts as 0 (D50)" for text in wrong)
-    return Decoded(decoded.data, (*listing.notes, *zeros, *decoded.notes, *_differences(listing, again)))
+    return Decoded(
+        decoded.data, (*listing.notes, *zeros, *decoded.notes, *_differences(listing, again, decoded.status))
+    )
 
 
 def decode_words(listing: Listing, vendor: Vendor, options: Mapping[str, Any]) -> tuple[Decoded, list[str]]:
@@ -157,13 +159,13 @@ def annotate_listing(listing: Listing, vendor: Vendor, options: Mapping[str, Any
     return text, listing.notes
 
 
-def _differences(listing: Listing, again: Image) -> Iterator[str]:
+def _differences(listing: Listing, again: Image, status: Collection[int]) -> Iterator[str]:
     """Words that do not come back: encoded otherwise, or not at all."""
     differ = [c.address for c in again.cells if listing.words.get(c.number, c.raw) != c.raw]
     if differ:
         yield f"encoded again, these words differ from the listing: {few(differ)}"
     name_of = {c.number: c.address for c in again.cells}
-    unassigned = sorted(number for number in listing.words if number not in name_of)
+    unassigned = sorted(number for number in listing.words if number not in name_of and number not in status)
     if unassigned and not listing.mixed:
         lines = [listing.shown.get(number, str(number)) for number in unassigned]
         yield f"these words of the listing belong to no loop and are left out: {few(lines)}"
